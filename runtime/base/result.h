@@ -1,0 +1,91 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Result<T>: a value or an Error. It mirrors std::expected, which C++20 does not have. Our code throws nothing;
+// set-up code returns Result, and the caller adds context on the way up.
+
+#include <cstdlib>
+#include <string>
+#include <utility>
+#include <variant>
+
+namespace openfab {
+
+/// What kind of trouble; the exit code of a program follows from it (kExitCodes below).
+enum class ErrorCode {
+    kUserInput,    ///< a file, option or value that the user gave is wrong
+    kUsage,        ///< the command line is wrong
+    kOutside,      ///< the outside world failed: disk, pipe, network, missing permission
+    kInternal,     ///< a bug of ours
+    kInterrupted,  ///< Ctrl-C
+};
+
+struct Error {
+    ErrorCode code = ErrorCode::kInternal;
+    /// One complete message, lower case, no final stop: `path:line:col: what was found; what would be right`.
+    std::string message;
+};
+
+/// Exit code of a program that ends with this error: 1 user input, 2 usage, 3 outside world, 4 bug, 130 interrupted.
+constexpr int exit_code(ErrorCode code) {
+    switch (code) {
+        case ErrorCode::kUserInput: return 1;
+        case ErrorCode::kUsage: return 2;
+        case ErrorCode::kOutside: return 3;
+        case ErrorCode::kInternal: return 4;
+        case ErrorCode::kInterrupted: return 130;
+    }
+    return 4;
+}
+
+inline Error user_error(std::string message) { return {ErrorCode::kUserInput, std::move(message)}; }
+inline Error usage_error(std::string message) { return {ErrorCode::kUsage, std::move(message)}; }
+inline Error outside_error(std::string message) { return {ErrorCode::kOutside, std::move(message)}; }
+inline Error internal_error(std::string message) { return {ErrorCode::kInternal, std::move(message)}; }
+
+template <typename T>
+class [[nodiscard]] Result {
+  public:
+    Result(T value) : state_(std::in_place_index<0>, std::move(value)) {}
+    Result(Error error) : state_(std::in_place_index<1>, std::move(error)) {}
+
+    bool has_value() const { return state_.index() == 0; }
+    explicit operator bool() const { return has_value(); }
+
+    /// The value; the process aborts if there is none, so check first.
+    T& value() { return has_value() ? *std::get_if<0>(&state_) : (std::abort(), *std::get_if<0>(&state_)); }
+    const T& value() const {
+        return has_value() ? *std::get_if<0>(&state_) : (std::abort(), *std::get_if<0>(&state_));
+    }
+    T& operator*() { return value(); }
+    const T& operator*() const { return value(); }
+    T* operator->() { return &value(); }
+    const T* operator->() const { return &value(); }
+    const Error& error() const {
+        return has_value() ? (std::abort(), *std::get_if<1>(&state_)) : *std::get_if<1>(&state_);
+    }
+
+  private:
+    std::variant<T, Error> state_;
+};
+
+struct Ok {};
+
+template <>
+class [[nodiscard]] Result<void> {
+  public:
+    Result() = default;
+    Result(Ok) {}
+    Result(Error error) : failed_(true), error_(std::move(error)) {}
+
+    bool has_value() const { return !failed_; }
+    explicit operator bool() const { return !failed_; }
+    const Error& error() const { return failed_ ? error_ : (std::abort(), error_); }
+
+  private:
+    bool failed_ = false;
+    Error error_;
+};
+
+}  // namespace openfab

@@ -1,0 +1,75 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Exact nearest-surface queries for blocks of 8 x 8 x 8 voxels. Three implementations stand behind this interface: the
+// block-coherent engine, its brute-force twin, and (tests and benchmarks only) one on Embree.
+//
+// The answer for a point is the closest point over all query micropolygons, distances compared as the float squared
+// distance that `closest_point` (nearest/triangle.h) evaluates; equal bits go to the lowest (patch, triangle). It does not
+// depend on block order, threads, caches or on which other voxels are asked.
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <vector>
+
+#include "runtime/base/vec.h"
+#include "runtime/scene/part.h"
+#include "runtime/surface/surface.h"
+
+namespace openfab::nearest {
+
+/// Voxel (z, x, y) of a block is number (y * 8 + x) * 8 + z in every array of 512.
+constexpr int32_t kBlockVoxels = 512;
+
+struct BlockQuery {
+    Vec3i block;                          ///< part-relative voxel index of its lowest corner
+    const uint8_t* demand = nullptr;      ///< 64 bytes: bit z of byte y * 8 + x is set where a voxel asks
+    float radius_mm = std::numeric_limits<float>::infinity();  ///< nothing farther is looked for
+};
+
+/// Where there is no surface within the radius: distance2 is +inf and patch -1.
+struct BlockAnswer {
+    alignas(32) float distance2[kBlockVoxels];  ///< mm²
+    alignas(32) int32_t patch[kBlockVoxels];
+    alignas(32) int32_t triangle[kBlockVoxels];  ///< in the patch's MicroMesh
+    alignas(32) float bary1[kBlockVoxels];       ///< weight of the triangle's corner 1
+    alignas(32) float bary2[kBlockVoxels];       ///< and of corner 2
+};
+
+/// Conservative knowledge about a cube of voxels, for volume_bounds.
+struct BoxBounds {
+    float distance_lo = 0, distance_hi = 0;  ///< unsigned distance of any voxel centre in the cube to the surface, mm
+    std::vector<float> float_lo, float_hi;   ///< ranges of the float @nearest components over every patch that may be nearest
+    std::vector<int32_t> int_lo, int_hi;
+};
+
+/// Counters, added up over threads at the end.
+struct QueryCounts {
+    int64_t asked = 0, skipped = 0, triangle_tests = 0, node_tests = 0;
+};
+
+class Engine {
+  public:
+    virtual ~Engine() = default;
+    /// Scratch memory for one thread; holds the warm start, which never changes an answer.
+    class Scratch {
+      public:
+        virtual ~Scratch() = default;
+        QueryCounts counts;
+    };
+    virtual std::unique_ptr<Scratch> make_scratch() const = 0;
+    virtual void query(const BlockQuery& query, Scratch* scratch, BlockAnswer* answer) const = 0;
+    /// `size` is 8, 16, 32 or 64 voxels a side; `lowest` the part-relative index of the lowest voxel.
+    virtual void bounds(const Vec3i& lowest, int32_t size, Scratch* scratch, BoxBounds* out) const = 0;
+};
+
+/// `frame` as of scene::make_frame. The surface must outlive the engine.
+std::unique_ptr<Engine> make_block_engine(const surface::Surface& surface,
+                                          const std::array<float, OPENFAB_FRAME_COUNT>& frame);
+std::unique_ptr<Engine> make_brute_force_engine(const surface::Surface& surface,
+                                                const std::array<float, OPENFAB_FRAME_COUNT>& frame);
+
+}  // namespace openfab::nearest

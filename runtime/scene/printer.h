@@ -1,0 +1,29 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// A printer's description: `NAME.printer.json`, found beside the programs or given as a file.
+
+#include <filesystem>
+#include <string>
+
+#include "runtime/base/result.h"
+#include "runtime/base/vec.h"
+
+namespace openfab::scene {
+
+struct Printer {
+    std::string name;
+    Vec3d pitch_mm{0.1, 0.1, 0.1};
+    Vec3d build_volume_mm{1000, 1000, 1000};
+    int32_t max_materials = 64;
+    std::string native_format = "ofr";  ///< "ofr" or "png"
+    bool makes_support = true;          ///< the printer's front end adds support itself
+    double layer_time_s = 0;            ///< 0: unknown
+    std::string handoff;                ///< text for the operator, in HANDOFF.txt
+};
+
+/// By name (`connex500`, `j750`, `j750_hq`, `generic`) or by path of a `.printer.json` file.
+Result<Printer> load_printer(const std::string& name_or_path);
+
+}  // namespace openfab::scene
