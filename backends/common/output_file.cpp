@@ -1,0 +1,113 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "backends/common/output_file.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <system_error>
+#include <utility>
+
+namespace openfab::backends {
+
+namespace {
+
+Error system_error(const char* what, const std::string& name, int code) {
+    return outside_error(fmt::format("{} `{}`: {}", what, name, std::strerror(code)));
+}
+
+}  // namespace
+
+Result<OutputFile> OutputFile::create(const std::string& path) {
+    if (path == "-") {
+        const int fd = ::dup(STDOUT_FILENO);
+        if (fd < 0) return system_error("cannot write to", "standard output", errno);
+        return OutputFile(fd, "standard output");
+    }
+    struct stat status {};
+    if (::stat(path.c_str(), &status) == 0 && S_ISDIR(status.st_mode)) {
+        return user_error(fmt::format("`{}` is a folder; a file is to be written there", path));
+    }
+    const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    if (fd < 0) return system_error("cannot create", path, errno);
+    return OutputFile(fd, path);
+}
+
+OutputFile::OutputFile(OutputFile&& other) noexcept
+    : fd_(std::exchange(other.fd_, -1)), written_(other.written_), name_(std::move(other.name_)) {}
+
+OutputFile::~OutputFile() {
+    if (fd_ >= 0) ::close(fd_);
+}
+
+Result<void> OutputFile::write(std::span<const uint8_t> bytes) {
+    while (!bytes.empty()) {
+        // Linux writes at most 2 GiB at once.
+        const ssize_t n = ::write(fd_, bytes.data(), std::min<size_t>(bytes.size(), 1U << 30));
+        if (n < 0) {
+            if (errno == EINTR) continue;
+            return system_error("cannot write to", name_, errno);
+        }
+        written_ += n;
+        bytes = bytes.subspan(static_cast<size_t>(n));
+    }
+    return {};
+}
+
+void OutputFile::cut_back_to(int64_t size) {
+    struct stat status {};
+    if (::fstat(fd_, &status) != 0 || !S_ISREG(status.st_mode)) return;
+    if (::ftruncate(fd_, size) == 0 && ::lseek(fd_, size, SEEK_SET) == size) written_ = size;
+}
+
+Result<void> OutputFile::close(bool sync) {
+    if (fd_ < 0) return {};
+    struct stat status {};
+    const bool regular = ::fstat(fd_, &status) == 0 && S_ISREG(status.st_mode);
+    const int sync_error = sync && regular && ::fsync(fd_) != 0 ? errno : 0;
+    // Starting the transfer now leaves little to wait for in a later sync_file; its failure is no
+    // loss.
+    if (!sync && regular) (void)::sync_file_range(fd_, 0, 0, SYNC_FILE_RANGE_WRITE);
+    const int close_error = ::close(std::exchange(fd_, -1)) != 0 ? errno : 0;
+    if (sync_error != 0) return system_error("cannot write to", name_, sync_error);
+    if (close_error != 0) return system_error("cannot write to", name_, close_error);
+    return {};
+}
+
+Result<void> write_whole_file(const std::filesystem::path& path, std::span<const uint8_t> bytes) {
+    const std::string temporary = path.string() + ".part";
+    Result<OutputFile> file = OutputFile::create(temporary);
+    if (!file) return file.error();
+    Result<void> written = file->write(bytes);
+    if (written) written = file->close(false);
+    if (!written) {
+        ::unlink(temporary.c_str());
+        return written;
+    }
+    if (::rename(temporary.c_str(), path.c_str()) != 0) {
+        const int code = errno;
+        ::unlink(temporary.c_str());
+        return system_error("cannot create", path.string(), code);
+    }
+    return {};
+}
+
+Result<void> write_whole_file(const std::filesystem::path& path, const std::string& text) {
+    return write_whole_file(path, {reinterpret_cast<const uint8_t*>(text.data()), text.size()});
+}
+
+Result<void> sync_file(const std::filesystem::path& path) {
+    const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    if (fd < 0) return system_error("cannot open", path.string(), errno);
+    const int code = ::fsync(fd) != 0 ? errno : 0;
+    ::close(fd);
+    if (code != 0 && code != EINVAL) return system_error("cannot write to", path.string(), code);
+    return {};
+}
+
+}  // namespace openfab::backends

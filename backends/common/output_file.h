@@ -1,0 +1,51 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Writing to files, folders and pipes, with messages that name the file and the system's reason.
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+
+#include "runtime/base/result.h"
+
+namespace openfab::backends {
+
+/// A file or pipe that is written front to back. Not copyable; closed when it goes.
+class OutputFile {
+  public:
+    /// Creates or empties `path`; `-` is standard output. A folder in the way is a user error, the
+    /// rest is the outside's.
+    static Result<OutputFile> create(const std::string& path);
+    OutputFile(OutputFile&& other) noexcept;
+    OutputFile& operator=(OutputFile&&) = delete;
+    ~OutputFile();
+
+    /// All of `bytes` or an error; after an error the file may hold a part of them.
+    Result<void> write(std::span<const uint8_t> bytes);
+    /// Drops what was written after the first `size` bytes, where the file allows it (a pipe does
+    /// not).
+    void cut_back_to(int64_t size);
+    /// Closes; with `sync` a regular file is on the disk then, without it only on its way there.
+    Result<void> close(bool sync = true);
+    int64_t bytes_written() const { return written_; }
+    const std::string& name() const { return name_; }
+
+  private:
+    OutputFile(int fd, std::string name) : fd_(fd), name_(std::move(name)) {}
+
+    int fd_ = -1;
+    int64_t written_ = 0;
+    std::string name_;
+};
+
+/// Writes a whole file under a temporary name beside `path` and renames it, so that a file that is
+/// there is whole. The disk may still be busy with it: sync_file waits.
+Result<void> write_whole_file(const std::filesystem::path& path, std::span<const uint8_t> bytes);
+Result<void> write_whole_file(const std::filesystem::path& path, const std::string& text);
+/// Waits until the file or folder is on the disk.
+Result<void> sync_file(const std::filesystem::path& path);
+
+}  // namespace openfab::backends

@@ -1,0 +1,64 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "backends/common/tee_sink.h"
+
+#include <cstring>
+
+namespace openfab::backends {
+
+Result<void> TeeSink::begin(const PrintInfo& info) {
+    width_ = info.size.x;
+    height_ = info.size.y;
+    row_bytes_ = packed_row_bytes(info.size.x, info.bits);
+    for (const std::unique_ptr<SliceObserver>& observer : observers_) {
+        if (Result<void> done = observer->begin(info); !done) return done;
+    }
+    return sink_->begin(info);
+}
+
+std::vector<uint8_t> TeeSink::encode(const SliceView& slice) const {
+    const std::vector<uint8_t> encoded = sink_->encode(slice);
+    const size_t raw = slice.row_bytes * static_cast<size_t>(slice.height);
+    std::vector<uint8_t> both;
+    both.reserve(raw + encoded.size());
+    both.insert(both.end(), slice.data, slice.data + raw);
+    both.insert(both.end(), encoded.begin(), encoded.end());
+    return both;
+}
+
+Result<void> TeeSink::commit(int32_t z, const std::vector<uint8_t>& bytes) {
+    const size_t raw = row_bytes_ * static_cast<size_t>(height_);
+    const std::vector<uint8_t> encoded(bytes.begin() + static_cast<std::ptrdiff_t>(raw),
+                                       bytes.end());
+    // The sink first: a picture shows no slice that could not be written.
+    if (Result<void> done = sink_->commit(z, encoded); !done) return done;
+    const SliceView slice{z, bytes.data(), row_bytes_, width_, height_};
+    for (const std::unique_ptr<SliceObserver>& observer : observers_)
+        observer->observe(slice);
+    return {};
+}
+
+Result<void> TeeSink::finish(const PrintTotals& totals) {
+    Result<void> result = sink_->finish(totals);
+    for (const std::unique_ptr<SliceObserver>& observer : observers_) {
+        Result<void> done = observer->finish(totals);
+        if (result && !done) result = done;
+    }
+    return result;
+}
+
+void unpack_row(const SliceView& slice, int32_t y, int32_t bits, uint8_t* codes) {
+    const uint8_t* row = slice.data + static_cast<size_t>(y) * slice.row_bytes;
+    if (bits == 8) {
+        std::memcpy(codes, row, static_cast<size_t>(slice.width));
+        return;
+    }
+    const int32_t pairs = slice.width / 2;
+    for (int32_t i = 0; i < pairs; ++i) {
+        codes[2 * i] = row[i] & 15;
+        codes[2 * i + 1] = row[i] >> 4;
+    }
+    if (slice.width % 2 != 0) codes[slice.width - 1] = row[pairs] & 15;
+}
+
+}  // namespace openfab::backends

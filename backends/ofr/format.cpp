@@ -1,0 +1,266 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "backends/ofr/format.h"
+
+#include <fmt/format.h>
+#include <xxhash.h>
+
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <type_traits>
+
+#include "backends/common/tee_sink.h"
+
+namespace openfab::ofr {
+
+static_assert(std::endian::native == std::endian::little, "numbers are copied as they are");
+
+namespace {
+
+class Writer {
+  public:
+    template <typename T>
+    void put(const T& value) {
+        static_assert(std::is_trivially_copyable_v<T>);
+        const auto* bytes = reinterpret_cast<const uint8_t*>(&value);
+        bytes_.insert(bytes_.end(), bytes, bytes + sizeof(T));
+    }
+    void put(const Vec3d& v) { put(v.x), put(v.y), put(v.z); }
+    void put(const Vec3i& v) { put(v.x), put(v.y), put(v.z); }
+    void put(const std::string& text) {
+        put(static_cast<uint32_t>(text.size()));
+        bytes_.insert(bytes_.end(), text.begin(), text.end());
+    }
+    /// Sets the u32 at `at`.
+    void patch(size_t at, uint32_t value) {
+        std::memcpy(bytes_.data() + at, &value, sizeof(value));
+    }
+    size_t size() const { return bytes_.size(); }
+    std::vector<uint8_t>& bytes() { return bytes_; }
+
+  private:
+    std::vector<uint8_t> bytes_;
+};
+
+/// Reads fields; after the first one that is not there everything reads as zero and ok() is false.
+class Reader {
+  public:
+    explicit Reader(std::span<const uint8_t> bytes) : rest_(bytes) {}
+
+    template <typename T>
+    T get() {
+        T value{};
+        if (rest_.size() < sizeof(T)) {
+            fail();
+            return value;
+        }
+        std::memcpy(&value, rest_.data(), sizeof(T));
+        rest_ = rest_.subspan(sizeof(T));
+        return value;
+    }
+    Vec3d get_vec3d() {
+        Vec3d v;
+        for (int a = 0; a < 3; ++a)
+            v[a] = get<double>();
+        return v;
+    }
+    Vec3i get_vec3i() {
+        Vec3i v;
+        for (int a = 0; a < 3; ++a)
+            v[a] = get<int32_t>();
+        return v;
+    }
+    std::string get_string() {
+        const auto n = get<uint32_t>();
+        if (n > rest_.size()) {
+            fail();
+            return {};
+        }
+        std::string text(reinterpret_cast<const char*>(rest_.data()), n);
+        rest_ = rest_.subspan(n);
+        return text;
+    }
+    bool ok() const { return ok_; }
+    /// Everything was read, and nothing is left.
+    bool done() const { return ok_ && rest_.empty(); }
+    size_t left() const { return rest_.size(); }
+
+  private:
+    void fail() {
+        ok_ = false;
+        rest_ = {};
+    }
+    std::span<const uint8_t> rest_;
+    bool ok_ = true;
+};
+
+Result<void> check_info(const backends::PrintInfo& info) {
+    for (int a = 0; a < 3; ++a) {
+        if (info.size[a] < 1 || info.size[a] > kMaxSide) {
+            return user_error(fmt::format("the header gives a grid of {} x {} x {} voxels",
+                                          info.size.x, info.size.y, info.size.z));
+        }
+        if (!(info.pitch_mm[a] > 0) || !std::isfinite(info.pitch_mm[a]) ||
+            !std::isfinite(info.origin_mm[a])) {
+            return user_error("the header gives no usable pitch and origin");
+        }
+    }
+    if (info.bits != 4 && info.bits != 8) {
+        return user_error(
+            fmt::format("the header gives {} bits a voxel; 4 and 8 are possible", info.bits));
+    }
+    if (info.slice_begin < 0 || info.slice_begin > info.slice_end || info.slice_end > info.size.z) {
+        return user_error(fmt::format("the header gives the slices {} to {} of a grid with {}",
+                                      info.slice_begin, info.slice_end, info.size.z));
+    }
+    const uint64_t slice_bytes =
+        static_cast<uint64_t>(info.size.y) * backends::packed_row_bytes(info.size.x, info.bits);
+    if (slice_bytes > kMaxSliceBytes) {
+        return user_error(fmt::format("the header gives slices of {} bytes; the limit is {}",
+                                      slice_bytes, kMaxSliceBytes));
+    }
+    return {};
+}
+
+}  // namespace
+
+uint64_t checksum(std::span<const uint8_t> bytes) {
+    return XXH3_64bits(bytes.data(), bytes.size());
+}
+
+std::vector<uint8_t> write_header(const backends::PrintInfo& info) {
+    Writer out;
+    out.put(kMagic);
+    out.put(kVersion);
+    out.put(uint32_t{0});
+    out.put(info.size);
+    out.put(info.slice_begin);
+    out.put(info.slice_end);
+    out.put(info.bits);
+    out.put(info.pitch_mm);
+    out.put(info.origin_mm);
+    out.put(info.seed);
+    out.put(info.printer);
+    out.put(info.title);
+    out.put(static_cast<uint32_t>(info.materials.size()));
+    for (const backends::SliceMaterial& material : info.materials) {
+        out.put(material.name);
+        out.put(material.key);
+        out.put(material.preview);
+        out.put(material.density_g_cm3);
+        out.put(material.channel);
+    }
+    out.patch(kPreambleBytes - 4, static_cast<uint32_t>(out.size() - kPreambleBytes));
+    out.put(checksum(out.bytes()));
+    return std::move(out.bytes());
+}
+
+Result<backends::PrintInfo> read_header_fields(std::span<const uint8_t> fields) {
+    Reader in(fields);
+    backends::PrintInfo info;
+    info.size = in.get_vec3i();
+    info.slice_begin = in.get<int32_t>();
+    info.slice_end = in.get<int32_t>();
+    info.bits = in.get<int32_t>();
+    info.pitch_mm = in.get_vec3d();
+    info.origin_mm = in.get_vec3d();
+    info.seed = in.get<uint64_t>();
+    info.printer = in.get_string();
+    info.title = in.get_string();
+    const auto materials = in.get<uint32_t>();
+    if (in.ok() && materials > (info.bits == 4 ? 15U : 64U)) {
+        return user_error(
+            fmt::format("the header gives {} materials in {} bits a voxel", materials, info.bits));
+    }
+    for (uint32_t i = 0; i < materials && in.ok(); ++i) {
+        backends::SliceMaterial material;
+        material.name = in.get_string();
+        material.key = in.get<std::array<uint8_t, 4>>();
+        material.preview = in.get<std::array<uint8_t, 4>>();
+        material.density_g_cm3 = in.get<double>();
+        material.channel = in.get_string();
+        info.materials.push_back(std::move(material));
+    }
+    if (!in.done()) return user_error("the header's fields and its length do not agree");
+    if (Result<void> checked = check_info(info); !checked) return checked.error();
+    return info;
+}
+
+std::array<uint8_t, kSliceHeadBytes> write_slice_head(const SliceHead& head) {
+    Writer out;
+    out.put(kSliceMagic);
+    out.put(head.z);
+    out.put(head.frame_bytes);
+    out.put(uint32_t{0});
+    out.put(head.rows_checksum);
+    out.put(checksum(out.bytes()));
+    std::array<uint8_t, kSliceHeadBytes> bytes{};
+    std::memcpy(bytes.data(), out.bytes().data(), kSliceHeadBytes);
+    return bytes;
+}
+
+Result<SliceHead> read_slice_head(std::span<const uint8_t> bytes) {
+    Reader in(bytes);
+    SliceHead head;
+    const auto magic = in.get<uint32_t>();
+    head.z = in.get<int32_t>();
+    head.frame_bytes = in.get<uint32_t>();
+    const auto reserved = in.get<uint32_t>();
+    head.rows_checksum = in.get<uint64_t>();
+    const auto sum = in.get<uint64_t>();
+    if (!in.done() || magic != kSliceMagic || reserved != 0 ||
+        sum != checksum(bytes.first(kSliceHeadBytes - 8))) {
+        return user_error("its head is damaged");
+    }
+    return head;
+}
+
+std::vector<uint8_t> write_index(const Index& index, uint64_t offset) {
+    const backends::PrintTotals& totals = index.totals;
+    Writer out;
+    out.put(kIndexMagic);
+    out.put(uint32_t{0});
+    out.put(static_cast<uint32_t>(index.slices.size()));
+    for (const IndexEntry& entry : index.slices) {
+        out.put(entry.z);
+        out.put(entry.offset);
+    }
+    out.put(totals.voxels_solid);
+    out.put(static_cast<uint32_t>(totals.voxels_by_code.size()));
+    for (int64_t voxels : totals.voxels_by_code)
+        out.put(voxels);
+    out.put(totals.hash);
+    out.put(totals.tight.lo);
+    out.put(totals.tight.hi);
+    out.patch(4, static_cast<uint32_t>(out.size() - 8));
+    out.put(checksum(out.bytes()));
+    out.put(offset);
+    out.put(kEndMagic);
+    return std::move(out.bytes());
+}
+
+Result<Index> read_index_fields(std::span<const uint8_t> fields) {
+    Reader in(fields);
+    Index index;
+    const auto slices = in.get<uint32_t>();
+    for (uint32_t i = 0; i < slices && in.ok(); ++i) {
+        IndexEntry entry;
+        entry.z = in.get<int32_t>();
+        entry.offset = in.get<uint64_t>();
+        index.slices.push_back(entry);
+    }
+    index.totals.complete = true;
+    index.totals.voxels_solid = in.get<int64_t>();
+    const auto codes = in.get<uint32_t>();
+    for (uint32_t i = 0; i < codes && in.ok(); ++i) {
+        index.totals.voxels_by_code.push_back(in.get<int64_t>());
+    }
+    index.totals.hash = in.get<uint64_t>();
+    index.totals.tight.lo = in.get_vec3i();
+    index.totals.tight.hi = in.get_vec3i();
+    if (!in.done()) return user_error("the index's fields and its length do not agree");
+    return index;
+}
+
+}  // namespace openfab::ofr

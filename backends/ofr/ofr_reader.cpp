@@ -1,0 +1,206 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "backends/ofr/ofr_reader.h"
+
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <zstd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <numeric>
+
+#include "backends/common/tee_sink.h"
+
+namespace openfab::ofr {
+
+Result<std::unique_ptr<OfrReader>> OfrReader::open(const std::string& path) {
+    const std::string name = path == "-" ? "standard input" : path;
+    std::FILE* file = path == "-" ? stdin : std::fopen(path.c_str(), "rb");
+    if (file == nullptr) {
+        return user_error(fmt::format("cannot open `{}`: {}", name, std::strerror(errno)));
+    }
+    std::unique_ptr<OfrReader> reader(new OfrReader(file, name));
+    struct stat status {};
+    if (::fstat(::fileno(file), &status) == 0 && S_ISDIR(status.st_mode)) {
+        return user_error(fmt::format("`{}` is a folder, no .ofr file", name));
+    }
+    if (Result<void> header = reader->read_header(); !header) return header.error();
+    return reader;
+}
+
+OfrReader::~OfrReader() {
+    if (file_ != stdin) std::fclose(file_);
+}
+
+Error OfrReader::error(const std::string& what) const {
+    return user_error(fmt::format("{}: {}", name_, what));
+}
+
+Error OfrReader::slice_error(const std::string& what) const {
+    return error(fmt::format("slice {}: {}; {} of {} slices are whole",
+                             info_.slice_begin + whole_slices(), what, whole_slices(),
+                             info_.slice_end - info_.slice_begin));
+}
+
+bool OfrReader::read_bytes(size_t n) {
+    // In steps, so that a length that is a lie costs no more memory than the file has bytes.
+    constexpr size_t kStep = 1U << 20;
+    buffer_.clear();
+    while (buffer_.size() < n) {
+        const size_t had = buffer_.size();
+        const size_t step = std::min(kStep, n - had);
+        buffer_.resize(had + step);
+        const size_t got = std::fread(buffer_.data() + had, 1, step, file_);
+        offset_ += got;
+        if (got < step) return false;
+    }
+    return true;
+}
+
+Result<void> OfrReader::read_header() {
+    if (!read_bytes(kPreambleBytes)) return error("is no .ofr file: it is too short for a header");
+    std::vector<uint8_t> header = buffer_;
+    if (!std::equal(kMagic.begin(), kMagic.end(), header.begin())) return error("is no .ofr file");
+    uint32_t version = 0;
+    uint32_t field_bytes = 0;
+    std::memcpy(&version, header.data() + kMagic.size(), 4);
+    std::memcpy(&field_bytes, header.data() + kMagic.size() + 4, 4);
+    if (version != kVersion) {
+        return error(fmt::format("has version {} of the format; this program reads version {}",
+                                 version, kVersion));
+    }
+    if (field_bytes > kMaxHeaderBytes)
+        return error("the header is damaged: it gives an impossible length");
+    if (!read_bytes(field_bytes + 8)) return error("is cut short in the header");
+    uint64_t sum = 0;
+    std::memcpy(&sum, buffer_.data() + field_bytes, 8);
+    header.insert(header.end(), buffer_.begin(), buffer_.begin() + field_bytes);
+    if (sum != checksum(header)) return error("the header is damaged: its checksum is wrong");
+    Result<backends::PrintInfo> info =
+        read_header_fields(std::span<const uint8_t>(header).subspan(kPreambleBytes));
+    if (!info) return error(info.error().message);
+    info_ = std::move(*info);
+    row_bytes_ = backends::packed_row_bytes(info_.size.x, info_.bits);
+    counts_.assign(info_.materials.size() + 1, 0);
+    return {};
+}
+
+Result<bool> OfrReader::next() {
+    if (info_.slice_begin + whole_slices() == info_.slice_end) {
+        if (Result<void> index = read_index(); !index) return index.error();
+        return false;
+    }
+    const uint64_t offset = offset_;
+    if (!read_bytes(kSliceHeadBytes)) {
+        return slice_error(buffer_.empty() || offset == offset_
+                               ? "is missing, the file ends before it (an interrupted print?)"
+                               : "the file is cut short in it");
+    }
+    const std::vector<uint8_t> head = buffer_;
+    if (Result<void> slice = read_slice(head); !slice) return slice.error();
+    entries_.push_back({view_.z, offset});
+    for (size_t code = 0; code < counts_.size(); ++code)
+        counts_[code] += slice_counts_[code];
+    return true;
+}
+
+Result<void> OfrReader::read_slice(std::span<const uint8_t> head_bytes) {
+    Result<SliceHead> head = read_slice_head(head_bytes);
+    if (!head) return slice_error(head.error().message);
+    if (head->z != info_.slice_begin + whole_slices()) {
+        return slice_error(fmt::format("slice {} stands in its place", head->z));
+    }
+    if (head->frame_bytes > ZSTD_compressBound(row_bytes_ * static_cast<size_t>(info_.size.y))) {
+        return slice_error("its head is damaged");
+    }
+    if (!read_bytes(head->frame_bytes)) return slice_error("the file is cut short in it");
+    return decode(*head);
+}
+
+Result<void> OfrReader::decode(const SliceHead& head) {
+    const size_t raw = row_bytes_ * static_cast<size_t>(info_.size.y);
+    if (ZSTD_getFrameContentSize(buffer_.data(), buffer_.size()) != raw) {
+        return slice_error("its data are damaged");
+    }
+    rows_.resize(raw);
+    const size_t got = ZSTD_decompress(rows_.data(), raw, buffer_.data(), buffer_.size());
+    if (ZSTD_isError(got) != 0U || got != raw) return slice_error("its data are damaged");
+    if (checksum(rows_) != head.rows_checksum) return slice_error("its checksum is wrong");
+    view_ = {head.z, rows_.data(), row_bytes_, info_.size.x, info_.size.y};
+    if (!count_codes()) {
+        return slice_error(fmt::format("it has codes beyond the {} materials of the header",
+                                       info_.materials.size()));
+    }
+    return {};
+}
+
+bool OfrReader::count_codes() {
+    std::array<int64_t, 256> bytes{};
+    for (uint8_t byte : rows_)
+        ++bytes[byte];
+    slice_counts_.assign(256, 0);
+    for (size_t byte = 0; byte < 256; ++byte) {
+        if (info_.bits == 8) {
+            slice_counts_[byte] += bytes[byte];
+        } else {
+            slice_counts_[byte & 15] += bytes[byte];
+            slice_counts_[byte >> 4] += bytes[byte];
+        }
+    }
+    const auto beyond = slice_counts_.begin() + static_cast<std::ptrdiff_t>(counts_.size());
+    const bool fine = std::accumulate(beyond, slice_counts_.end(), int64_t{0}) == 0;
+    slice_counts_.resize(counts_.size());
+    return fine;
+}
+
+Result<void> OfrReader::read_index() {
+    const uint64_t offset = offset_;
+    const std::string all = fmt::format("all {} slices are whole, but the index ", whole_slices());
+    if (!read_bytes(8)) {
+        return error(all +
+                     (offset == offset_ ? "is missing (an interrupted print?)" : "is cut short"));
+    }
+    std::vector<uint8_t> bytes = buffer_;
+    uint32_t magic = 0;
+    uint32_t field_bytes = 0;
+    std::memcpy(&magic, bytes.data(), 4);
+    std::memcpy(&field_bytes, bytes.data() + 4, 4);
+    // 256 codes at most, and what stands beside the two lists.
+    const size_t most = entries_.size() * 12 + 256 * 8 + 64;
+    if (magic != kIndexMagic || field_bytes > most) return error(all + "is damaged");
+    if (!read_bytes(field_bytes)) return error(all + "is cut short or damaged");
+    bytes.insert(bytes.end(), buffer_.begin(), buffer_.end());
+    if (!read_bytes(24)) return error(all + "is cut short");
+    uint64_t sum = 0;
+    uint64_t stated_offset = 0;
+    std::memcpy(&sum, buffer_.data(), 8);
+    std::memcpy(&stated_offset, buffer_.data() + 8, 8);
+    if (sum != checksum(bytes) || stated_offset != offset ||
+        !std::equal(kEndMagic.begin(), kEndMagic.end(), buffer_.begin() + 16)) {
+        return error(all + "is damaged");
+    }
+    Result<Index> index = read_index_fields(std::span<const uint8_t>(bytes).subspan(8));
+    if (!index) return error(all + "is damaged");
+    return check_index(*index);
+}
+
+Result<void> OfrReader::check_index(const Index& index) {
+    if (index.slices != entries_)
+        return error("the index does not list the slices that the file has");
+    // Void is not compared: an odd row's unused half counts as void here.
+    const std::vector<int64_t>& stated = index.totals.voxels_by_code;
+    for (size_t code = 1; code < std::max(stated.size(), counts_.size()); ++code) {
+        const int64_t listed = code < stated.size() ? stated[code] : 0;
+        const int64_t found = code < counts_.size() ? counts_[code] : 0;
+        if (listed == found) continue;
+        return error(fmt::format("the index gives {} voxels of code {}, the slices have {}", listed,
+                                 code, found));
+    }
+    if (std::fgetc(file_) != EOF) return error("goes on after its end");
+    totals_ = index.totals;
+    return {};
+}
+
+}  // namespace openfab::ofr

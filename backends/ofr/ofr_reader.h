@@ -1,0 +1,70 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Reads an `.ofr` file or stream front to back and believes nothing in it that it has not checked.
+// Memory follows what the file holds, not what it claims.
+
+#include <array>
+#include <cstdio>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "backends/common/slice_sink.h"
+#include "backends/ofr/format.h"
+
+namespace openfab::ofr {
+
+class OfrReader {
+  public:
+    /// Opens and reads the header; `-` is standard input. Errors name the file.
+    static Result<std::unique_ptr<OfrReader>> open(const std::string& path);
+    ~OfrReader();
+    OfrReader(const OfrReader&) = delete;
+    OfrReader& operator=(const OfrReader&) = delete;
+
+    const backends::PrintInfo& info() const { return info_; }
+    /// True: slice() is the next one. False: the end, all slices were there and the index agrees.
+    /// An error names the slice that is damaged or missing and how many are good; slices already
+    /// given are good.
+    Result<bool> next();
+    /// Valid until the next call of next().
+    const backends::SliceView& slice() const { return view_; }
+    /// How often each code occurs in slice(); the unused half of an odd row's last byte counts as
+    /// void.
+    const std::vector<int64_t>& slice_counts() const { return slice_counts_; }
+    int32_t whole_slices() const { return static_cast<int32_t>(entries_.size()); }
+    /// Valid once next() has returned false.
+    const backends::PrintTotals& totals() const { return totals_; }
+
+  private:
+    OfrReader(std::FILE* file, std::string name) : file_(file), name_(std::move(name)) {}
+
+    Result<void> read_header();
+    Result<void> read_slice(std::span<const uint8_t> head_bytes);
+    Result<void> read_index();
+    Result<void> check_index(const Index& index);
+    Result<void> decode(const SliceHead& head);
+    bool count_codes();
+    /// Exactly `n` bytes into buffer_, or false at the end of the file or on a read error.
+    bool read_bytes(size_t n);
+    Error error(const std::string& what) const;
+    Error slice_error(const std::string& what) const;
+
+    std::FILE* file_;
+    std::string name_;
+    backends::PrintInfo info_;
+    size_t row_bytes_ = 0;
+    std::vector<uint8_t> buffer_;
+    std::vector<uint8_t> rows_;
+    std::vector<int64_t> slice_counts_;
+    std::vector<int64_t> counts_;
+    std::vector<IndexEntry> entries_;
+    uint64_t offset_ = 0;  ///< bytes read so far
+    backends::SliceView view_;
+    backends::PrintTotals totals_;
+};
+
+}  // namespace openfab::ofr

@@ -1,0 +1,179 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The texts beside the slices: manifest.json for programs, HANDOFF.txt for the operator of the
+// printer's front end.
+
+#include <fmt/format.h>
+#include <rapidjson/prettywriter.h>
+#include <rapidjson/stringbuffer.h>
+
+#include "backends/raster/png_sink.h"
+
+namespace openfab::raster {
+
+namespace {
+
+using Json = rapidjson::PrettyWriter<rapidjson::StringBuffer>;
+
+std::string hex_color(const std::array<uint8_t, 4>& c) {
+    return fmt::format("#{:02x}{:02x}{:02x}{:02x}", c[0], c[1], c[2], c[3]);
+}
+
+/// Six digits are finer than any printer and spare readers 0.042333333333333334.
+double rounded(double value) {
+    return std::strtod(fmt::format("{:.6f}", value).c_str(), nullptr);
+}
+
+void key(Json& json, const char* name) {
+    json.Key(name);
+}
+void put(Json& json, const char* name, const std::string& value) {
+    key(json, name);
+    json.String(value.c_str(), static_cast<rapidjson::SizeType>(value.size()));
+}
+void put(Json& json, const char* name, bool value) {
+    key(json, name);
+    json.Bool(value);
+}
+void put(Json& json, const char* name, int64_t value) {
+    key(json, name);
+    json.Int64(value);
+}
+void put(Json& json, const char* name, double value) {
+    key(json, name);
+    json.Double(rounded(value));
+}
+template <typename... T>
+void put_list(Json& json, const char* name, T... values) {
+    key(json, name);
+    json.SetFormatOptions(rapidjson::kFormatSingleLineArray);
+    json.StartArray();
+    (json.Double(rounded(values)), ...);
+    json.EndArray();
+    json.SetFormatOptions(rapidjson::kFormatDefault);
+}
+
+double voxel_ml(const backends::PrintInfo& info) {
+    return info.pitch_mm.x * info.pitch_mm.y * info.pitch_mm.z * 1e-3;
+}
+
+int64_t voxels_of(const backends::PrintTotals& totals, size_t code) {
+    return code < totals.voxels_by_code.size() ? totals.voxels_by_code[code] : 0;
+}
+
+void put_geometry(Json& json, const backends::PrintInfo& info, const PngOptions& options) {
+    const Vec3d& pitch = info.pitch_mm;
+    put_list(json, "dpi", 25.4 / pitch.x, 25.4 / pitch.y);
+    put(json, "layer_um", pitch.z * 1000);
+    put_list(json, "pitch_mm", pitch.x, pitch.y, pitch.z);
+    put_list(json, "size_mm", info.size.x * pitch.x, info.size.y * pitch.y, info.size.z * pitch.z);
+    put_list(json, "origin_mm", info.origin_mm.x, info.origin_mm.y, info.origin_mm.z);
+    key(json, "axes");
+    json.StartObject();
+    put(json, "image_right", std::string(options.flip_x ? "-x" : "+x"));
+    put(json, "image_up", std::string("+y"));
+    put(json, "next_slice", std::string("+z"));
+    put(json, "flipped_x", options.flip_x);
+    json.EndObject();
+}
+
+void put_materials(Json& json, const backends::PrintInfo& info,
+                   const backends::PrintTotals& totals) {
+    key(json, "materials");
+    json.StartArray();
+    for (size_t i = 0; i < info.materials.size(); ++i) {
+        const backends::SliceMaterial& material = info.materials[i];
+        const int64_t voxels = voxels_of(totals, i + 1);
+        const double ml = static_cast<double>(voxels) * voxel_ml(info);
+        json.StartObject();
+        put(json, "name", material.name);
+        put(json, "color", hex_color(material.key));
+        put(json, "channel", material.channel);
+        put(json, "density_g_cm3", material.density_g_cm3);
+        put(json, "voxels", voxels);
+        put(json, "ml", ml);
+        put(json, "g", ml * material.density_g_cm3);
+        json.EndObject();
+    }
+    json.EndArray();
+}
+
+}  // namespace
+
+std::string manifest_json(const backends::PrintInfo& info, const backends::PrintTotals& totals,
+                          int32_t slices_written, const PngOptions& options) {
+    rapidjson::StringBuffer buffer;
+    Json json(buffer);
+    json.SetIndent(' ', 2);
+    json.StartObject();
+    put(json, "format", std::string("openfab-png-slices"));
+    put(json, "version", int64_t{1});
+    put(json, "complete", totals.complete);
+    put(json, "title", info.title);
+    put(json, "printer", info.printer);
+    put(json, "slices", int64_t{slices_written});
+    put(json, "slices_planned", int64_t{info.slice_end - info.slice_begin});
+    put(json, "first_slice_z", int64_t{info.slice_begin});
+    put(json, "first_file", slice_file_name(info.slice_begin, info.size.z));
+    put(json, "last_file",
+        slice_file_name(info.slice_begin + std::max(slices_written, 1) - 1, info.size.z));
+    key(json, "pixels");
+    json.SetFormatOptions(rapidjson::kFormatSingleLineArray);
+    json.StartArray();
+    json.Int(info.size.x);
+    json.Int(info.size.y);
+    json.EndArray();
+    json.SetFormatOptions(rapidjson::kFormatDefault);
+    put_geometry(json, info, options);
+    put(json, "color_mode", std::string(options.indexed ? "indexed" : "rgba"));
+    put(json, "void_color", hex_color({0, 0, 0, 0}));
+    put(json, "support_made_by",
+        std::string(options.front_end_makes_support ? "front_end" : "nobody"));
+    put_materials(json, info, totals);
+    put(json, "voxels_solid", totals.voxels_solid);
+    put(json, "seed", std::to_string(info.seed));
+    put(json, "hash", fmt::format("{:016x}", totals.hash));
+    json.EndObject();
+    return std::string(buffer.GetString(), buffer.GetSize()) + "\n";
+}
+
+std::string handoff_text(const backends::PrintInfo& info, const backends::PrintTotals& totals,
+                         int32_t slices_written, const PngOptions& options) {
+    const Vec3d& pitch = info.pitch_mm;
+    std::string text = fmt::format("{}: what to enter in the printer's front end\n\n", info.title);
+    if (!totals.complete)
+        text +=
+            "NOT COMPLETE: the print of these slices did not reach its end. Do not use them.\n\n";
+    text += fmt::format("printer             {}\n", info.printer);
+    text += fmt::format(
+        "slice files         {} to {}, {} files, the first is the lowest\n",
+        slice_file_name(info.slice_begin, info.size.z),
+        slice_file_name(info.slice_begin + std::max(slices_written, 1) - 1, info.size.z),
+        slices_written);
+    text += fmt::format("pixels              {} x {}\n", info.size.x, info.size.y);
+    text += fmt::format("resolution          {:.6g} dpi across (x), {:.6g} dpi down (y)\n",
+                        25.4 / pitch.x, 25.4 / pitch.y);
+    text += fmt::format("slice thickness     {:.6g} um ({:.6g} mm)\n", pitch.z * 1000, pitch.z);
+    text += fmt::format("finished size       {:.2f} x {:.2f} x {:.2f} mm\n", info.size.x * pitch.x,
+                        info.size.y * pitch.y, slices_written * pitch.z);
+    text += fmt::format("orientation         seen from above, x runs to the {}, y runs up\n",
+                        options.flip_x ? "left (the pictures are mirrored)" : "right");
+    text += options.front_end_makes_support
+                ? "support             let the front end add it; transparent pixels are empty\n"
+                : "support             none is in the slices; transparent pixels are empty\n";
+    text += "\nAssign a material to each colour:\n";
+    for (size_t i = 0; i < info.materials.size(); ++i) {
+        const backends::SliceMaterial& material = info.materials[i];
+        const double ml = static_cast<double>(voxels_of(totals, i + 1)) * voxel_ml(info);
+        text += fmt::format("  RGB {:3} {:3} {:3}   {:<20} {:9.2f} ml {:9.2f} g{}\n",
+                            material.key[0], material.key[1], material.key[2], material.name, ml,
+                            ml * material.density_g_cm3,
+                            material.channel.empty() ? "" : "   channel " + material.channel);
+    }
+    if (!options.handoff.empty()) text += "\n" + options.handoff + "\n";
+    text += fmt::format("\nhash {:016x}\n", totals.hash);
+    return text;
+}
+
+}  // namespace openfab::raster

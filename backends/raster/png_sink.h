@@ -1,0 +1,71 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// A folder of one PNG per slice, as front ends of PolyJet printers take them, with `manifest.json`
+// and `HANDOFF.txt`.
+//
+// `slice_0001.png` is slice z = 0, the lowest; the numbers have as many digits as the whole grid
+// needs, four at least. In a picture +x points right and +y up, so the top row is the largest y.
+// Void has alpha 0, a material its key colour.
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "backends/common/slice_sink.h"
+
+namespace openfab::raster {
+
+struct PngOptions {
+    bool indexed = false;  ///< a palette of the key colours instead of RGBA
+    bool flip_x = false;   ///< +x points left, for front ends that mirror
+    bool front_end_makes_support = true;
+    std::string handoff;  ///< the printer's own lines for HANDOFF.txt
+};
+
+/// Level of libdeflate: see png_sink.cpp for what was measured.
+constexpr int kDeflateLevel = 1;
+
+/// `slice_0001.png`; `slices` is the height of the whole grid.
+std::string slice_file_name(int32_t z, int32_t slices);
+
+/// Texts of the two files beside the slices; `totals.complete` false marks a print that is not
+/// whole.
+std::string manifest_json(const backends::PrintInfo& info, const backends::PrintTotals& totals,
+                          int32_t slices_written, const PngOptions& options);
+std::string handoff_text(const backends::PrintInfo& info, const backends::PrintTotals& totals,
+                         int32_t slices_written, const PngOptions& options);
+
+/// The file of one slice, as PngSink writes it.
+std::vector<uint8_t> encode_slice(const backends::SliceView& slice, const backends::PrintInfo& info,
+                                  const PngOptions& options);
+
+class PngSink : public backends::SliceSink {
+  public:
+    /// Makes the folder, and the folders above it. Slices of an earlier print in it are replaced; a
+    /// folder that holds something else is refused, so that nobody's files are lost or mixed with
+    /// slices.
+    static Result<std::unique_ptr<backends::SliceSink>> create(const std::filesystem::path& folder,
+                                                               PngOptions options);
+
+    Result<void> begin(const backends::PrintInfo& info) override;
+    std::vector<uint8_t> encode(const backends::SliceView& slice) const override;
+    Result<void> commit(int32_t z, const std::vector<uint8_t>& bytes) override;
+    Result<void> finish(const backends::PrintTotals& totals) override;
+
+  private:
+    PngSink(std::filesystem::path folder, PngOptions options)
+        : folder_(std::move(folder)), options_(std::move(options)) {}
+    Result<void> remove_earlier_print();
+    Result<void> write_notes(const backends::PrintTotals& totals);
+
+    std::filesystem::path folder_;
+    PngOptions options_;
+    backends::PrintInfo info_;
+    std::vector<std::filesystem::path> written_;
+    bool broken_ = false;
+};
+
+}  // namespace openfab::raster
