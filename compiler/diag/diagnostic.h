@@ -1,0 +1,76 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// One message to the user, and the table of all that exist. A row of diagnostics.def becomes a
+// constant (diag::kNarrowing) that knows the types of its arguments, so a wrong argument does not
+// compile.
+
+#include <fmt/format.h>
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "compiler/source/span.h"
+
+namespace openfab::diag {
+
+enum class Severity : uint8_t { kWarning, kError };
+
+enum class Id : uint16_t {
+#define OPENFAB_DIAGNOSTIC(name, id, severity, ...) k##name,
+#include "compiler/diag/diagnostics.def"
+#undef OPENFAB_DIAGNOSTIC
+    kCount
+};
+
+template <typename... Args>
+struct Descriptor {
+    Id id;
+    Severity severity;
+    fmt::format_string<Args...> format;
+};
+
+namespace detail {
+// Names the arguments of a row after its text.
+template <typename... Args>
+struct Types {};
+template <typename... Args>
+Descriptor<Args...> describe(Types<Args...>);
+}  // namespace detail
+
+#define OPENFAB_DIAGNOSTIC(name, id_text, severity_name, text, ...)                    \
+    inline constexpr decltype(detail::describe(detail::Types<__VA_ARGS__>{})) k##name{ \
+        Id::k##name, Severity::k##severity_name, text};
+#include "compiler/diag/diagnostics.def"
+#undef OPENFAB_DIAGNOSTIC
+
+/// `narrowing`: what stands in brackets behind a message.
+const char* id_text(Id id);
+
+struct Note {
+    source::Span span;
+    std::string message;
+};
+
+struct Diagnostic {
+    Id id{};
+    Severity severity = Severity::kError;
+    source::Span span;
+    std::string message;
+    std::vector<Note> notes;
+    std::vector<std::string> helps;
+
+    Diagnostic& note(const source::Span& at, std::string text) {
+        notes.push_back({at, std::move(text)});
+        return *this;
+    }
+    Diagnostic& help(std::string text) {
+        helps.push_back(std::move(text));
+        return *this;
+    }
+};
+
+}  // namespace openfab::diag

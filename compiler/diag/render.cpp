@@ -1,0 +1,115 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "compiler/diag/render.h"
+
+#include <algorithm>
+#include <iterator>
+
+#include "compiler/diag/json.h"
+
+namespace openfab::diag {
+
+namespace {
+
+const char* severity_text(Severity severity) {
+    return severity == Severity::kError ? "error" : "warning";
+}
+
+/// A source line fit for a terminal: every code point takes one column.
+std::string printable(std::string_view line) {
+    std::string out;
+    for (size_t i = 0; i < line.size();) {
+        const size_t bytes = source::code_point_bytes(line, i);
+        const auto lead = static_cast<unsigned char>(line[i]);
+        if (bytes == 1 && lead >= 0x80) {
+            out += "\xEF\xBF\xBD";  // U+FFFD
+        } else if (lead < 0x20 || lead == 0x7f) {
+            out += ' ';
+        } else {
+            out += line.substr(i, bytes);
+        }
+        i += bytes;
+    }
+    return out;
+}
+
+void print_caret(const source::Span& span, const source::SourceManager& sources, std::string* out) {
+    const source::Location at = sources.locate(span.file, span.begin);
+    const source::Location end = sources.locate(span.file, span.end);
+    const std::string line = printable(sources.line_text(span.file, at.line));
+    const uint32_t line_columns = source::count_code_points(line);
+    uint32_t last = end.line == at.line ? end.column : line_columns + 1;  // one past the caret
+    last = std::max(std::min(last, line_columns + 1), at.column + 1);
+    const std::string number = fmt::format(" {}", at.line);
+    fmt::format_to(std::back_inserter(*out), "{} | {}\n", number, line);
+    fmt::format_to(std::back_inserter(*out), "{} | {}^{}\n", std::string(number.size(), ' '),
+                   std::string(at.column - 1, ' '), std::string(last - at.column - 1, '~'));
+}
+
+std::string place(const source::Span& span, const source::SourceManager& sources) {
+    const source::Location at = sources.locate(span.file, span.begin);
+    return fmt::format("{}:{}:{}", sources.name(span.file), at.line, at.column);
+}
+
+void print_one(const Diagnostic& d, const source::SourceManager& sources, std::string* out) {
+    fmt::format_to(std::back_inserter(*out), "{}: {}: {} [{}]\n", place(d.span, sources),
+                   severity_text(d.severity), d.message, id_text(d.id));
+    print_caret(d.span, sources, out);
+    for (const Note& note : d.notes) {
+        fmt::format_to(std::back_inserter(*out), "{}: note: {}\n", place(note.span, sources),
+                       note.message);
+    }
+    for (const std::string& help : d.helps)
+        *out += "help: " + help + '\n';
+}
+
+std::string json_place(const source::Span& span, const source::SourceManager& sources) {
+    const source::Location at = sources.locate(span.file, span.begin);
+    return fmt::format(R"("file":{},"line":{},"column":{})", json_string(sources.name(span.file)),
+                       at.line, at.column);
+}
+
+std::string json_one(const Diagnostic& d, const source::SourceManager& sources) {
+    const source::Location end = sources.locate(d.span.file, d.span.end);
+    std::string notes;
+    for (const Note& note : d.notes) {
+        notes += fmt::format(R"({}{{"message":{},{}}})", notes.empty() ? "" : ",",
+                             json_string(note.message), json_place(note.span, sources));
+    }
+    std::string helps;
+    for (const std::string& help : d.helps)
+        helps += (helps.empty() ? "" : ",") + json_string(help);
+    return fmt::format(
+        R"({{"id":"{}","severity":"{}","message":{},{},"end_line":{},"end_column":{},"notes":[{}],"help":[{}]}})",
+        id_text(d.id), severity_text(d.severity), json_string(d.message),
+        json_place(d.span, sources), end.line, end.column, notes, helps);
+}
+
+}  // namespace
+
+std::string render_text(const Sink& sink, const source::SourceManager& sources) {
+    std::string out;
+    size_t errors = 0;
+    size_t shown = 0;
+    for (const Diagnostic& d : sink.sorted()) {
+        if (d.severity == Severity::kError && ++errors > kMaxShown) break;
+        if (++shown > 2 * kMaxShown) break;
+        print_one(d, sources, &out);
+    }
+    if (sink.errors() > kMaxShown) {
+        out += fmt::format("stopped after {} of {} errors\n", kMaxShown, sink.errors());
+    }
+    return out;
+}
+
+std::string render_json(const Sink& sink, const source::SourceManager& sources) {
+    std::string items;
+    for (const Diagnostic& d : sink.sorted()) {
+        if (!items.empty()) items += ',';
+        items += json_one(d, sources);
+    }
+    return fmt::format("{{\"diagnostics\":[{}],\"errors\":{},\"warnings\":{}}}\n", items,
+                       sink.errors(), sink.warnings());
+}
+
+}  // namespace openfab::diag

@@ -1,0 +1,30 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Diagnostics as text with a caret under the source, or as JSON.
+
+#include <string>
+
+#include "compiler/diag/sink.h"
+#include "compiler/source/source_manager.h"
+
+namespace openfab::diag {
+
+/// Errors that are shown before the rest is only counted.
+constexpr size_t kMaxShown = 20;
+
+/// Sorted by position:
+///   postcard.fl:27:25: error: `distance` called in a surface stage [stage-mismatch]
+///    27 |         return attr.n * distance(attr.p);
+///       |                         ^~~~~~~~
+///   postcard.fl:19:5: note: stage declared `@Surface` here
+///   help: pass the value in as a varying
+std::string render_text(const Sink& sink, const source::SourceManager& sources);
+
+/// `{"diagnostics":[{"id","severity","message","file","line","column","end_line","end_column","notes":[{"message","file",
+/// "line","column"}],"help":[…]}…],"errors":N,"warnings":N}` and a newline. Lines and columns as in
+/// the text form.
+std::string render_json(const Sink& sink, const source::SourceManager& sources);
+
+}  // namespace openfab::diag

@@ -1,0 +1,48 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "compiler/diag/sink.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace openfab::diag {
+
+namespace {
+
+constexpr const char* kIds[] = {
+#define OPENFAB_DIAGNOSTIC(name, id, ...) id,
+#include "compiler/diag/diagnostics.def"
+#undef OPENFAB_DIAGNOSTIC
+};
+
+bool comes_before(const Diagnostic& a, const Diagnostic& b) {
+    if (a.span.file != b.span.file) return a.span.file < b.span.file;
+    return a.span.begin < b.span.begin;
+}
+
+}  // namespace
+
+const char* id_text(Id id) {
+    return kIds[static_cast<size_t>(id)];
+}
+
+Diagnostic& Sink::add(Id id, Severity severity, const source::Span& span, std::string message) {
+    const bool known = std::any_of(kept_.begin(), kept_.end(), [&](const Diagnostic& d) {
+        return d.id == id && d.span == span;
+    });
+    if (!known) ++(severity == Severity::kError ? errors_ : warnings_);
+    if (known || kept_.size() >= kMaxKept) {
+        dropped_ = {};
+        return dropped_;
+    }
+    kept_.push_back({id, severity, span, std::move(message), {}, {}});
+    return kept_.back();
+}
+
+std::vector<Diagnostic> Sink::sorted() const {
+    std::vector<Diagnostic> out = kept_;
+    std::stable_sort(out.begin(), out.end(), comes_before);
+    return out;
+}
+
+}  // namespace openfab::diag

@@ -1,0 +1,42 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Collects diagnostics. Phases report and carry on; the driver renders once, at the end.
+
+#include <cstddef>
+#include <type_traits>
+#include <vector>
+
+#include "compiler/diag/diagnostic.h"
+
+namespace openfab::diag {
+
+class Sink {
+  public:
+    /// More than anyone reads; a file of random bytes must not fill memory.
+    static constexpr size_t kMaxKept = 2000;
+
+    /// Adds a message; a second one with the same id at the same place is dropped. The reference,
+    /// for notes and help, lives until the next report.
+    template <typename... Args>
+    Diagnostic& report(const source::Span& span, const Descriptor<Args...>& what,
+                       std::type_identity_t<Args>... args) {
+        return add(what.id, what.severity, span, fmt::format(what.format, args...));
+    }
+
+    size_t errors() const { return errors_; }
+    size_t warnings() const { return warnings_; }
+    /// In order of file and position.
+    std::vector<Diagnostic> sorted() const;
+
+  private:
+    Diagnostic& add(Id id, Severity severity, const source::Span& span, std::string message);
+
+    std::vector<Diagnostic> kept_;
+    Diagnostic dropped_;
+    size_t errors_ = 0;
+    size_t warnings_ = 0;
+};
+
+}  // namespace openfab::diag

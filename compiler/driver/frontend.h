@@ -1,0 +1,24 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Source file to IR, for every command that needs more than the text.
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "compiler/diag/sink.h"
+#include "compiler/ir/ir.h"
+#include "compiler/source/source_manager.h"
+
+namespace openfab::driver {
+
+/// Lexes, parses, checks and translates a file. Empty where anything is an error; what was found is
+/// in `sink`. A file that cannot be read is said in `fault` and is no diagnostic, since it has no
+/// place.
+std::optional<ir::Module> compile_to_ir(source::SourceManager& sources,
+                                        const std::filesystem::path& path, diag::Sink& sink,
+                                        std::string* fault);
+
+}  // namespace openfab::driver

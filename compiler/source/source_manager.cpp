@@ -1,0 +1,115 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "compiler/source/source_manager.h"
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+#include <utility>
+
+namespace openfab::source {
+
+uint32_t SourceManager::add(std::string name, std::string text) {
+    auto file = std::make_unique<File>();
+    file->name = std::move(name);
+    file->text = std::move(text);
+    file->line_starts.push_back(0);
+    for (size_t i = 0; i < file->text.size(); ++i) {
+        if (file->text[i] == '\n') file->line_starts.push_back(static_cast<uint32_t>(i + 1));
+    }
+    files_.push_back(std::move(file));
+    return static_cast<uint32_t>(files_.size());
+}
+
+std::optional<uint32_t> SourceManager::load(const std::filesystem::path& path, std::string* fault) {
+    std::error_code error;
+    if (std::filesystem::is_directory(path, error)) {
+        *fault = path.string() + ": is a folder, not an OpenFL file";
+        return std::nullopt;
+    }
+    std::ifstream in(path, std::ios::binary);
+    if (!in) {
+        *fault = path.string() + ": cannot be opened";
+        return std::nullopt;
+    }
+    std::string text;
+    char buffer[65536];
+    while (in.read(buffer, sizeof buffer) || in.gcount() > 0) {
+        text.append(buffer, static_cast<size_t>(in.gcount()));
+        if (text.size() > kMaxFileBytes) {
+            *fault = path.string() + ": is larger than 16 MiB, the limit of a source file";
+            return std::nullopt;
+        }
+    }
+    if (in.bad()) {
+        *fault = path.string() + ": cannot be read";
+        return std::nullopt;
+    }
+    return add(path.string(), std::move(text));
+}
+
+const SourceManager::File* SourceManager::file(uint32_t number) const {
+    return number == 0 || number > files_.size() ? nullptr : files_[number - 1].get();
+}
+
+std::string_view SourceManager::text(uint32_t number) const {
+    const File* f = file(number);
+    return f == nullptr ? std::string_view{} : std::string_view(f->text);
+}
+
+std::string_view SourceManager::text(const Span& span) const {
+    const std::string_view all = text(span.file);
+    if (span.begin >= all.size() || span.end <= span.begin) return {};
+    return all.substr(span.begin, span.end - span.begin);
+}
+
+std::string_view SourceManager::name(uint32_t number) const {
+    const File* f = file(number);
+    return f == nullptr ? std::string_view{} : std::string_view(f->name);
+}
+
+uint32_t SourceManager::line_of(const File& f, uint32_t offset) const {
+    const auto next = std::upper_bound(f.line_starts.begin(), f.line_starts.end(), offset);
+    return static_cast<uint32_t>(next - f.line_starts.begin());
+}
+
+Location SourceManager::locate(uint32_t number, uint32_t offset) const {
+    const File* f = file(number);
+    if (f == nullptr) return {};
+    offset = std::min(offset, static_cast<uint32_t>(f->text.size()));
+    const uint32_t line = line_of(*f, offset);
+    const uint32_t start = f->line_starts[line - 1];
+    return {line, 1 + count_code_points(std::string_view(f->text).substr(start, offset - start))};
+}
+
+std::string_view SourceManager::line_text(uint32_t number, uint32_t line) const {
+    const File* f = file(number);
+    if (f == nullptr || line == 0 || line > f->line_starts.size()) return {};
+    const uint32_t start = f->line_starts[line - 1];
+    std::string_view rest = std::string_view(f->text).substr(start);
+    rest = rest.substr(0, rest.find('\n'));
+    if (!rest.empty() && rest.back() == '\r') rest.remove_suffix(1);
+    return rest;
+}
+
+size_t code_point_bytes(std::string_view text, size_t at) {
+    const auto lead = static_cast<unsigned char>(text[at]);
+    size_t bytes = 1;
+    if (lead >= 0xC2 && lead <= 0xDF) bytes = 2;
+    if (lead >= 0xE0 && lead <= 0xEF) bytes = 3;
+    if (lead >= 0xF0 && lead <= 0xF4) bytes = 4;
+    if (at + bytes > text.size()) return 1;
+    for (size_t i = 1; i < bytes; ++i) {
+        if ((static_cast<unsigned char>(text[at + i]) & 0xC0) != 0x80) return 1;
+    }
+    return bytes;
+}
+
+uint32_t count_code_points(std::string_view text) {
+    uint32_t count = 0;
+    for (size_t i = 0; i < text.size(); i += code_point_bytes(text, i))
+        ++count;
+    return count;
+}
+
+}  // namespace openfab::source

@@ -1,0 +1,63 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Owns the text of every source file of a compilation and turns byte offsets into lines and
+// columns.
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "compiler/source/span.h"
+
+namespace openfab::source {
+
+/// A place for people: both count from 1, a column is a code point (a byte that is not UTF-8 counts
+/// as one).
+struct Location {
+    uint32_t line = 1;
+    uint32_t column = 1;
+};
+
+class SourceManager {
+  public:
+    /// Files above this are refused: spans are 32-bit and no fablet comes near it.
+    static constexpr size_t kMaxFileBytes = 16u << 20;
+
+    /// Takes a file's text under a name for messages; the number is for Span::file and is never 0.
+    uint32_t add(std::string name, std::string text);
+    /// Reads a file; empty, with a message in `fault`, where it cannot be read or is too large.
+    std::optional<uint32_t> load(const std::filesystem::path& path, std::string* fault);
+
+    /// Views live as long as the manager.
+    std::string_view text(uint32_t file) const;
+    std::string_view text(const Span& span) const;
+    std::string_view name(uint32_t file) const;
+    Location locate(uint32_t file, uint32_t offset) const;
+    /// Text of a line (from 1) without its end.
+    std::string_view line_text(uint32_t file, uint32_t line) const;
+
+  private:
+    struct File {
+        std::string name;
+        std::string text;
+        std::vector<uint32_t> line_starts;
+    };
+    const File* file(uint32_t number) const;
+    uint32_t line_of(const File& file, uint32_t offset) const;
+
+    std::vector<std::unique_ptr<File>> files_;
+};
+
+/// Bytes of the code point that starts at text[at]: 1 to 4; 1 for a byte that is not valid UTF-8.
+size_t code_point_bytes(std::string_view text, size_t at);
+
+/// Code points in `text`.
+uint32_t count_code_points(std::string_view text);
+
+}  // namespace openfab::source
