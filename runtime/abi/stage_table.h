@@ -1,0 +1,69 @@
+/* Copyright 2026 The OpenFab Authors
+ * SPDX-License-Identifier: Apache-2.0 */
+#pragma once
+
+/* The fixed-function kernels, compiled when the project is built (compiler/stages) for 1, 2, 3, 4,
+ * 6, 8, 12 and 15 materials, in libopenfab_kernels.a. They follow Halide's argv convention as the
+ * fablets' kernels do (fablet_table.h). M is the set's number of materials; fractions and errors
+ * have M + 1 of them, void first.
+ *
+ * Shapes are innermost dimension first; z is the slice within the group of 8 and always the
+ * innermost, stride 1. x and y are the place inside a block of 8 x 8 x 8 unless said otherwise; n
+ * is a place in a list of blocks.
+ *
+ * normalise: amounts to 16-bit fractions; per voxel and independent of all others.
+ *   0 weights        float   (z 8, x 8, y 8, slot, n)   slot stride 512, block stride free
+ *   1 slot_material  int32   (slot)                     0 void, else the material's code, at most M
+ *   2 owned          uint8   (x 8, y 8, n)              bit z: the voxel counts; others are void
+ * and pure 3 out fractions  uint16  (z 8, m M+1, x 8, y 8, n)  their sum is 65535 4 out codes uint8
+ * (z 8, x 8, y 8, n)         the material of a pure voxel, OPENFAB_CODE_MIXED elsewhere 5 out
+ * unusable   int32   (z 8, n)                   negative or NaN amounts in owned voxels, by slice
+ *
+ * dither: one voxel row of a run of adjacent blocks, 8 slices at a time, error diffusion with the
+ * zero rule. x here is the voxel index in the grid. p is 0 or 1: the row's own errors and codes
+ * stand at p = parity, the errors of the row below y at 1 - parity. 0 fractions      uint16  (z 8,
+ * m M+1, x 8, y 8, tile) 1 tiles          int32   (block of the run)         tile of each block 2
+ * above          uint8   (x)                        mixed bits of row y - 1, x from first_x - 1 to
+ * the run's end + 1 3 here           uint8   (x)                        of row y 4 below uint8 (x)
+ * of row y + 1 5 first_x        int32                              first voxel of the run 6 y int32
+ * row in the grid; y & 7 is the row in the tile 7 z              int32 lowest slice of the group 8
+ * seed           uint32                             fold_seed of voxel_hash.h 9 parity int32 10 +
+ * m, in/out   float   (z 8, x, p 2)              m = 0..M: errors handed on, finite; x as for
+ * `above` 11 + M, in/out   uint8   (z 8, x, p 2)              codes; mixed voxels are written,
+ * others stay
+ *
+ * pack: codes of whole rows to 8 slice planes at 4 bits.
+ *   0 codes          uint8   (z 8, x 2 * width, y)
+ *   1 out planes     uint8   (x width, y, z 8)          bytes; voxel 2x in the low half, 2x + 1 in
+ * the high half
+ */
+
+#include "runtime/abi/fablet_table.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Stands in `codes` where the dither has yet to choose. */
+#define OPENFAB_CODE_MIXED 255
+
+/* Most materials that 4-bit codes can name. */
+#define OPENFAB_MAX_MATERIALS_4BIT 15
+
+struct openfab_stage_set {
+    int32_t materials;
+    openfab_kernel_fn normalise[OPENFAB_ISA_COUNT];
+    openfab_kernel_fn dither[OPENFAB_ISA_COUNT];
+};
+
+struct openfab_stages {
+    int32_t set_count;
+    const struct openfab_stage_set* sets; /* by rising number of materials */
+    openfab_kernel_fn pack4[OPENFAB_ISA_COUNT];
+};
+
+extern const struct openfab_stages openfab_stage_table;
+
+#ifdef __cplusplus
+}
+#endif

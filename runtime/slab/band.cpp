@@ -1,0 +1,216 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/slab/band.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstring>
+
+namespace openfab::slab {
+
+namespace {
+
+double now() {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
+        .count();
+}
+
+// 0x00 or 0xff in byte z for each bit z.
+uint64_t spread(uint8_t bits) {
+    const uint64_t each = (bits * 0x0101010101010101u) & 0x8040201008040201u;
+    return ((each + 0x7f7f7f7f7f7f7f7fu) >> 7 & 0x0101010101010101u) * 255u;
+}
+
+// Bit z where byte z is OPENFAB_CODE_MIXED, the one code with its top bit set.
+uint8_t mixed_bits(uint64_t codes) {
+    return static_cast<uint8_t>(((codes >> 7 & 0x0101010101010101u) * 0x0102040810204080u) >> 56);
+}
+
+uint64_t load8(const uint8_t* p) {
+    uint64_t v;
+    std::memcpy(&v, p, 8);
+    return v;
+}
+
+}  // namespace
+
+void RowBand::reset(int32_t row_index, int32_t block_columns, int32_t first, int32_t end) {
+    if (blocks != block_columns) {
+        blocks = block_columns;
+        codes.assign(static_cast<size_t>(width()) * 64, 0);
+        mixed.assign(static_cast<size_t>(mixed_stride()) * 8, 0);
+        tile.assign(static_cast<size_t>(blocks), -1);
+    } else if (first_block < end_block) {
+        for (int32_t y = 0; y < 8; ++y) {
+            std::memset(codes_at(8 * first_block, y), 0,
+                        static_cast<size_t>(end_block - first_block) * 64);
+            std::memset(mixed_row(y) + 8 * first_block, 0,
+                        static_cast<size_t>(end_block - first_block) * 8);
+        }
+        std::fill(tile.begin() + first_block, tile.begin() + end_block, -1);
+    }
+    row = row_index;
+    first_block = first;
+    end_block = end;
+    any_mixed = false;
+    tile_count = 0;
+    fractions.clear();
+}
+
+void RowBand::fill(int32_t block, const uint8_t* owned, uint8_t code) {
+    const uint64_t all = code * 0x0101010101010101u;
+    for (int32_t y = 0; y < 8; ++y) {
+        uint8_t* out = codes_at(8 * block, y);
+        for (int32_t x = 0; x < 8; ++x, out += 8) {
+            const uint8_t bits = owned[y * 8 + x];
+            if (bits == 0) continue;
+            const uint64_t mask = spread(bits);
+            const uint64_t value = (load8(out) & ~mask) | (all & mask);
+            std::memcpy(out, &value, 8);
+        }
+    }
+}
+
+void RowBand::merge(int32_t block, const uint8_t* owned, const uint8_t* block_codes,
+                    const uint16_t* tile_values, int32_t channels) {
+    const size_t voxel_values = static_cast<size_t>(channels) * 8;
+    bool has_mixed = false;
+    for (int32_t y = 0; y < 8; ++y) {
+        uint8_t* out = codes_at(8 * block, y);
+        uint8_t* out_mixed = mixed_row(y) + 8 * block;
+        for (int32_t x = 0; x < 8; ++x, out += 8) {
+            const uint8_t bits = owned[y * 8 + x];
+            if (bits == 0) continue;
+            const uint64_t mask = spread(bits);
+            const uint64_t given = load8(block_codes + (y * 8 + x) * 8);
+            const uint64_t value = (load8(out) & ~mask) | (given & mask);
+            std::memcpy(out, &value, 8);
+            const auto voxels = static_cast<uint8_t>(mixed_bits(given) & bits);
+            out_mixed[x] = static_cast<uint8_t>(out_mixed[x] | voxels);
+            has_mixed = has_mixed || voxels != 0;
+        }
+    }
+    if (!has_mixed) return;
+    any_mixed = true;
+    const size_t tile_values_count = 64 * voxel_values;
+    int32_t& index = tile[static_cast<size_t>(block)];
+    if (index < 0) {
+        // The whole tile: fractions of voxels that are not mixed are never looked at.
+        index = tile_count++;
+        fractions.insert(fractions.end(), tile_values, tile_values + tile_values_count);
+        return;
+    }
+    // Another part had voxels of this block before: take ours only.
+    uint16_t* into = &fractions[static_cast<size_t>(index) * tile_values_count];
+    for (size_t v = 0; v < 64; ++v) {
+        for (size_t i = 0; i < voxel_values; ++i) {
+            if (owned[v] >> (i % 8) & 1)
+                into[v * voxel_values + i] = tile_values[v * voxel_values + i];
+        }
+    }
+}
+
+size_t RowBand::bytes() const {
+    return codes.capacity() + mixed.capacity() + tile.capacity() * 4 + fractions.capacity() * 2;
+}
+
+void GroupPlanes::reset(int32_t grid_width, int32_t grid_height) {
+    width = grid_width;
+    height = grid_height;
+    row_bytes = (grid_width + 1) / 2;
+    plane_bytes = row_bytes * grid_height;
+    data.assign(static_cast<size_t>(plane_bytes) * 8, 0);
+}
+
+GroupDither::GroupDither(const openfab_stage_set& set, openfab_isa isa, uint64_t seed,
+                         const Vec3i& size)
+    : calls_(set, isa, seed), blocks_((size.x + 7) / 8) {
+    const size_t row = static_cast<size_t>(8 * blocks_ + 2 * kRowMargin);
+    // Never cleared again: errors of voxels that are not mixed are not taken, they must only be
+    // finite.
+    errors_.assign(2 * row * 8 * static_cast<size_t>(calls_.channels()), 0.0f);
+    nothing_mixed_.assign(row, 0);
+}
+
+void GroupDither::begin(int32_t group, GroupPlanes* planes) {
+    z_ = 8 * group;
+    planes_ = planes;
+    held_ = nullptr;
+}
+
+int GroupDither::add(RowBand* band, RowBand** released) {
+    const uint8_t* nothing = nothing_mixed_.data() + kRowMargin;
+    const bool adjacent = held_ != nullptr && held_->row + 1 == band->row;
+    int status = 0;
+    if (held_ != nullptr) status = finish_held(adjacent ? band->mixed_row(0) : nothing);
+    if (status == 0 && band->any_mixed) {
+        status =
+            dither_rows(band, 0, 7, adjacent ? held_->mixed_row(7) : nothing, band->mixed_row(7));
+    }
+    *released = held_;
+    held_ = band;
+    return status;
+}
+
+int GroupDither::end(RowBand** released) {
+    const int status = held_ != nullptr ? finish_held(nothing_mixed_.data() + kRowMargin) : 0;
+    *released = held_;
+    held_ = nullptr;
+    return status;
+}
+
+int GroupDither::finish_held(const uint8_t* below) {
+    if (held_->any_mixed) {
+        const int status = dither_rows(held_, 7, 1, held_->mixed_row(6), below);
+        if (status != 0) return status;
+    }
+    const double start = now();
+    const int32_t first = 4 * held_->first_block;
+    const int32_t end =
+        static_cast<int32_t>(std::min<int64_t>(4 * held_->end_block, planes_->row_bytes));
+    const int32_t y = 8 * held_->row;
+    const int32_t rows = std::min(8, planes_->height - y);
+    int status = 0;
+    if (end > first && rows > 0) {
+        status = calls_.pack(held_->codes_at(2 * first, 0), 8 * held_->width(), end - first, rows,
+                             planes_->data.data() + y * planes_->row_bytes + first,
+                             planes_->row_bytes, planes_->plane_bytes);
+    }
+    seconds_pack += now() - start;
+    return status;
+}
+
+// `above` is the row over the first, `below` the one under the last.
+int GroupDither::dither_rows(RowBand* band, int32_t first, int32_t count, const uint8_t* above,
+                             const uint8_t* below) {
+    const double start = now();
+    int status = 0;
+    for (int32_t y = first; y < first + count && status == 0; ++y) {
+        const uint8_t* up = y == first ? above : band->mixed_row(y - 1);
+        const uint8_t* down = y + 1 == first + count ? below : band->mixed_row(y + 1);
+        for (int32_t b = band->first_block; b < band->end_block && status == 0; ++b) {
+            if (band->tile[static_cast<size_t>(b)] < 0) continue;
+            int32_t end = b + 1;
+            while (end < band->end_block && band->tile[static_cast<size_t>(end)] >= 0)
+                ++end;
+            DitherRow row;
+            row.fractions = band->fractions.data();
+            row.tile_count = band->tile_count;
+            row.tiles = &band->tile[static_cast<size_t>(b)];
+            row.blocks = end - b;
+            row.first_x = 8 * b;
+            row.above = up + row.first_x;
+            row.here = band->mixed_row(y) + row.first_x;
+            row.below = down + row.first_x;
+            row.y = 8 * band->row + y;
+            row.z = z_;
+            row.codes = band->codes_at(row.first_x, y);
+            status = calls_.dither(row, errors_.data(), 8 * blocks_);
+            b = end;
+        }
+    }
+    seconds_dither += now() - start;
+    return status;
+}
+
+}  // namespace openfab::slab

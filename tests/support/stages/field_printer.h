@@ -1,0 +1,24 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Runs a field of fractions through the generated dither and pack kernels, the way the slab loop
+// does.
+
+#include <cstdint>
+#include <vector>
+
+#include "runtime/abi/kernel_call.h"
+#include "tests/support/reference/dither.h"
+
+namespace openfab::tests {
+
+/// Codes as the twin gives them: x fastest, then y, then z. `field.origin` must be a multiple of 8
+/// in z and 0 in x and y; its number of materials must be that of a compiled set.
+std::vector<uint8_t> print_field(const reference::FractionField& field, uint64_t seed,
+                                 openfab_isa isa);
+
+/// The instruction sets that this machine can run.
+std::vector<openfab_isa> runnable_isas();
+
+}  // namespace openfab::tests
