@@ -1,0 +1,116 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// One world, one set of bytes: whatever the threads, memory, schedule, instruction set, culling,
+// and however the slices are split.
+
+#include <fmt/format.h>
+
+#include "tests/scenes/scene_fixture.h"
+
+namespace openfab::testing {
+namespace {
+
+const std::vector<std::string> kDraft{"--draft", "6"};
+
+class Determinism : public PostcardScene {
+  protected:
+    static std::string print_bytes(std::vector<std::string> arguments) {
+        const std::filesystem::path file = scratch() / fmt::format("print{}.ofr", count_++);
+        arguments.insert(arguments.end(), kDraft.begin(), kDraft.end());
+        arguments.insert(arguments.end(), {"-o", file.string()});
+        const Outcome printed = print(arguments);
+        EXPECT_EQ(printed.exit_code, 0) << printed.err;
+        return read_file(file);
+    }
+    static const std::string& reference() {
+        static const std::string bytes = print_bytes({"--threads", "1"});
+        return bytes;
+    }
+
+  private:
+    static int count_;
+};
+
+int Determinism::count_ = 0;
+
+TEST_F(Determinism, SameBytesForAnyWayOfRunning) {
+    ASSERT_GT(reference().size(), 10'000u);
+    const std::vector<std::vector<std::string>> ways{
+        {"--threads", "2"},
+        {"--threads", "1", "--memory", "300MB"},
+        {"--threads", "2", "--memory", "300MB"},
+        {"--threads", "2", "--no-cull"},
+        {"--isa", "sse41"},
+        {"--isa", "avx2", "--threads", "2", "--memory", "600MB"},
+        {"--groups-in-flight", "1"},
+        {"--groups-in-flight", "5", "--threads", "2"},
+    };
+    for (const std::vector<std::string>& way : ways) {
+        EXPECT_TRUE(print_bytes(way) == reference()) << fmt::format("{}", fmt::join(way, " "));
+    }
+}
+
+TEST_F(Determinism, ADifferentSeedGivesOtherBytes) {
+    EXPECT_FALSE(print_bytes({"--seed", "7"}) == reference());
+}
+
+TEST_F(Determinism, AnotherScheduleGivesTheSameBytes) {
+    // Narrower vectors and another loop order than the defaults.
+    scratch().write("other.sched", read_file(source_dir() / "tests" / "scenes" / "other.sched"));
+    const std::filesystem::path other = scratch() / "postcard-other";
+    const Outcome built = run(
+        {program("openflc").string(), "build", (gallery_postcard() / "magic_postcard.fl").string(),
+         "-o", other.string(), "--schedule", (scratch() / "other.sched").string()},
+        environment());
+    ASSERT_EQ(built.exit_code, 0) << built.err;
+    std::vector<std::string> argv{other.string(),
+                                  (gallery_postcard() / "postcard.fab.json").string(), "-o",
+                                  (scratch() / "other.ofr").string()};
+    argv.insert(argv.end(), kDraft.begin(), kDraft.end());
+    const Outcome printed = run(argv, environment());
+    ASSERT_EQ(printed.exit_code, 0) << printed.err;
+    EXPECT_TRUE(read_file(scratch() / "other.ofr") == reference());
+}
+
+TEST_F(Determinism, OpenfabPrintGivesTheBinarysBytes) {
+    std::vector<std::string> argv{program("openfab").string(), "print",
+                                  (gallery_postcard() / "postcard.fab.json").string(), "-o",
+                                  (scratch() / "front.ofr").string()};
+    argv.insert(argv.end(), kDraft.begin(), kDraft.end());
+    const Outcome printed = run(argv, environment());
+    ASSERT_EQ(printed.exit_code, 0) << printed.err;
+    EXPECT_TRUE(read_file(scratch() / "front.ofr") == reference());
+}
+
+TEST_F(Determinism, ToAPipeAsToAFile) {
+    std::vector<std::string> arguments{"-o", "-", "--progress", "none"};
+    arguments.insert(arguments.end(), kDraft.begin(), kDraft.end());
+    const Outcome printed = print(arguments);
+    ASSERT_EQ(printed.exit_code, 0) << printed.err;
+    EXPECT_TRUE(printed.out == reference());
+}
+
+TEST_F(Determinism, SlicesInPartsPutTogetherAreTheWhole) {
+    scratch().write("whole.ofr", reference());
+    const Voxels whole = read_ofr(scratch() / "whole.ofr");
+    ASSERT_GT(whole.slice_end, 9);
+    std::vector<uint8_t> together;
+    // Cuts off the multiples of 8, so that groups are computed by two prints.
+    const std::vector<int32_t> cuts{0, 3, 9, whole.slice_end};
+    for (size_t part = 0; part + 1 < cuts.size(); ++part) {
+        const std::filesystem::path file = scratch() / fmt::format("part{}.ofr", part);
+        std::vector<std::string> arguments{"-o", file.string(), "--slices",
+                                           fmt::format("{}:{}", cuts[part], cuts[part + 1])};
+        arguments.insert(arguments.end(), kDraft.begin(), kDraft.end());
+        const Outcome printed = print(arguments);
+        ASSERT_EQ(printed.exit_code, 0) << printed.err;
+        const Voxels voxels = read_ofr(file);
+        EXPECT_EQ(voxels.slice_begin, cuts[part]);
+        together.insert(together.end(), voxels.codes.begin(), voxels.codes.end());
+    }
+    EXPECT_TRUE(together == whole.codes);
+}
+
+}  // namespace
+}  // namespace openfab::testing

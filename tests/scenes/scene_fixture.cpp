@@ -1,0 +1,88 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/scenes/scene_fixture.h"
+
+#include <rapidjson/document.h>
+
+#include "backends/ofr/ofr_reader.h"
+
+namespace openfab::testing {
+
+ScratchFolder* PostcardScene::scratch_ = nullptr;
+
+Voxels read_ofr(const std::filesystem::path& file) {
+    Voxels voxels;
+    auto reader = ofr::OfrReader::open(file.string());
+    if (!reader) {
+        ADD_FAILURE() << reader.error().message;
+        return voxels;
+    }
+    const backends::PrintInfo& info = (*reader)->info();
+    voxels.size = info.size;
+    voxels.pitch_mm = info.pitch_mm;
+    voxels.origin_mm = info.origin_mm;
+    voxels.slice_begin = info.slice_begin;
+    voxels.slice_end = info.slice_end;
+    for (const backends::SliceMaterial& material : info.materials)
+        voxels.materials.push_back(material.name);
+    for (;;) {
+        Result<bool> more = (*reader)->next();
+        if (!more) {
+            ADD_FAILURE() << more.error().message;
+            return voxels;
+        }
+        if (!*more) return voxels;
+        const backends::SliceView& slice = (*reader)->slice();
+        for (int32_t y = 0; y < info.size.y; ++y) {
+            for (int32_t x = 0; x < info.size.x; ++x)
+                voxels.codes.push_back(slice.code(x, y, info.bits));
+        }
+    }
+}
+
+double statistic(const std::filesystem::path& file, const std::string& name) {
+    const std::string text = read_file(file);
+    rapidjson::Document document;
+    document.Parse(text.c_str());
+    if (document.HasParseError() || !document.IsObject() || !document.HasMember(name.c_str()) ||
+        !document[name.c_str()].IsNumber()) {
+        ADD_FAILURE() << "no number `" << name << "` in " << file << ": " << text;
+        return 0;
+    }
+    return document[name.c_str()].GetDouble();
+}
+
+void PostcardScene::SetUpTestSuite() {
+    scratch_ = new ScratchFolder;
+    const Outcome built =
+        run({program("openflc").string(), "build",
+             (gallery_postcard() / "magic_postcard.fl").string(), "-o", binary().string()},
+            environment());
+    ASSERT_EQ(built.exit_code, 0) << built.err;
+}
+
+void PostcardScene::TearDownTestSuite() {
+    delete scratch_;
+    scratch_ = nullptr;
+}
+
+std::filesystem::path PostcardScene::binary() {
+    return scratch() / "postcard-print";
+}
+
+RunOptions PostcardScene::environment() {
+    // The cache is the test's own; the helper that makes texture pyramids is the one just built.
+    return {{{"OPENFAB_CACHE", (scratch() / "cache").string()},
+             {"OPENFAB_HELPER", program("openfab").string()}},
+            {},
+            -1};
+}
+
+Outcome PostcardScene::print(const std::vector<std::string>& arguments) {
+    std::vector<std::string> argv{binary().string(),
+                                  (gallery_postcard() / "postcard.fab.json").string()};
+    argv.insert(argv.end(), arguments.begin(), arguments.end());
+    return run(argv, environment());
+}
+
+}  // namespace openfab::testing

@@ -1,0 +1,119 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/support/process/process.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+
+namespace openfab::testing {
+
+namespace {
+
+constexpr int kLongestRunMs = 600'000;
+
+struct Pipe {
+    int read = -1, write = -1;
+    Pipe() {
+        std::array<int, 2> ends{};
+        if (pipe2(ends.data(), O_CLOEXEC) != 0) std::abort();
+        read = ends[0];
+        write = ends[1];
+    }
+};
+
+[[noreturn]] void become(const std::vector<std::string>& argv, const RunOptions& options, int out,
+                         int err) {
+    dup2(out, STDOUT_FILENO);
+    dup2(err, STDERR_FILENO);
+    for (const auto& [name, value] : options.environment)
+        setenv(name.c_str(), value.c_str(), 1);
+    if (!options.folder.empty() && chdir(options.folder.c_str()) != 0) _exit(126);
+    std::vector<char*> args;
+    for (const std::string& arg : argv)
+        args.push_back(const_cast<char*>(arg.c_str()));
+    args.push_back(nullptr);
+    execv(args[0], args.data());
+    _exit(127);
+}
+
+/// Collects both streams until they close; sends the signals that are due on the way.
+void collect(pid_t child, const Pipe& out, const Pipe& err, const RunOptions& options,
+             Outcome* outcome) {
+    using Clock = std::chrono::steady_clock;
+    const auto start = Clock::now();
+    bool interrupted = options.interrupt_after_ms < 0;
+    std::array<pollfd, 2> polled{{{out.read, POLLIN, 0}, {err.read, POLLIN, 0}}};
+    while (polled[0].fd >= 0 || polled[1].fd >= 0) {
+        const auto elapsed = static_cast<int>(
+            std::chrono::duration_cast<std::chrono::milliseconds>(Clock::now() - start).count());
+        if (!interrupted && elapsed >= options.interrupt_after_ms) {
+            kill(child, SIGINT);
+            interrupted = true;
+        }
+        if (elapsed > kLongestRunMs) kill(child, SIGKILL);
+        if (poll(polled.data(), polled.size(), 5) < 0) break;
+        for (size_t k = 0; k < polled.size(); ++k) {
+            if (polled[k].fd < 0 || polled[k].revents == 0) continue;
+            std::array<char, 65536> buffer{};
+            const ssize_t got = read(polled[k].fd, buffer.data(), buffer.size());
+            if (got > 0) {
+                (k == 0 ? outcome->out : outcome->err)
+                    .append(buffer.data(), static_cast<size_t>(got));
+            } else {
+                polled[k].fd = -1;
+            }
+        }
+    }
+}
+
+}  // namespace
+
+Outcome run(const std::vector<std::string>& argv, const RunOptions& options) {
+    Outcome outcome;
+    Pipe out, err;
+    const pid_t child = fork();
+    if (child < 0) return outcome;
+    if (child == 0) become(argv, options, out.write, err.write);
+    close(out.write);
+    close(err.write);
+    collect(child, out, err, options, &outcome);
+    close(out.read);
+    close(err.read);
+    int status = 0;
+    waitpid(child, &status, 0);
+    outcome.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+    return outcome;
+}
+
+ScratchFolder::ScratchFolder() {
+    std::string pattern = (std::filesystem::temp_directory_path() / "openfab-test-XXXXXX").string();
+    if (mkdtemp(pattern.data()) == nullptr) std::abort();
+    path_ = pattern;
+}
+
+ScratchFolder::~ScratchFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+}
+
+void ScratchFolder::write(const std::string& name, const std::string& text) const {
+    std::ofstream(path_ / name, std::ios::binary) << text;
+}
+
+std::string read_file(const std::filesystem::path& file) {
+    std::ostringstream text;
+    text << std::ifstream(file, std::ios::binary).rdbuf();
+    return text.str();
+}
+
+}  // namespace openfab::testing

@@ -1,0 +1,47 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Runs the project's own programs from tests, without a shell, and gives each test a folder that
+// goes away with it.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace openfab::testing {
+
+struct Outcome {
+    int exit_code = -1;  ///< 128 + signal where one ended it
+    std::string out;
+    std::string err;
+};
+
+struct RunOptions {
+    std::vector<std::pair<std::string, std::string>> environment;  ///< added to the test's own
+    std::filesystem::path folder;  ///< working folder, empty: the test's
+    int interrupt_after_ms = -1;   ///< sends SIGINT then; -1: never
+};
+
+/// `argv[0]` is a path. Ends a program that runs longer than ten minutes.
+Outcome run(const std::vector<std::string>& argv, const RunOptions& options = {});
+
+/// A fresh folder below the system's temporary one, removed with everything in it.
+class ScratchFolder {
+  public:
+    ScratchFolder();
+    ~ScratchFolder();
+    ScratchFolder(const ScratchFolder&) = delete;
+    ScratchFolder& operator=(const ScratchFolder&) = delete;
+
+    const std::filesystem::path& path() const { return path_; }
+    std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
+    void write(const std::string& name, const std::string& text) const;
+
+  private:
+    std::filesystem::path path_;
+};
+
+std::string read_file(const std::filesystem::path& file);
+
+}  // namespace openfab::testing
