@@ -2,16 +2,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// A filtered texture pyramid (`.oftx`), memory-mapped. `openfab texture` (OpenImageIO) makes it once per image; it is
-// cached by content hash. Generated code and the interpreter read the same arrays.
+// A filtered texture pyramid (`.oftx`), memory-mapped. `openfab texture` (OpenImageIO) makes it
+// once per image; it is cached by content hash. Generated code and the interpreter read the same
+// arrays.
 //
-//   texels   float, linear values, level after level; within a level row-major from the BOTTOM row (v = 0), channels
+//   texels   float, linear values, level after level; within a level row-major from the BOTTOM row
+//   (v = 0), channels
 //            interleaved: texels[offset + (y * width + x) * channels + c]
-//   info     int32: [0] channels, [1] levels, [2] wrap (scene::Wrap), [3] filter (scene::Filter), [4..7] reserved 0,
+//   info     int32: [0] channels, [1] levels, [2] wrap (scene::Wrap), [3] filter (scene::Filter),
+//   [4..7] reserved 0,
 //            then for each level 4 values: texel offset, width, height, min-max offset
-//   minmax   float: for each level l, per texel and channel the least and greatest level-0 value under it:
-//            minmax[offset + ((y * width + x) * channels + c) * 2 + {0, 1}]; level 0 holds its texel twice
-// Level 0 is the image; level l+1 has max(1, ceil(n / 2)) texels a side and is a box filter of the level below, down to 1 x 1.
+//   minmax   float: for each level l, per texel and channel the least and greatest level-0 value
+//   under it:
+//            minmax[offset + ((y * width + x) * channels + c) * 2 + {0, 1}]; level 0 holds its
+//            texel twice
+// Level 0 is the image; level l+1 has ceil(n / 2) texels a side, down to 1 x 1, each the mean over
+// its share of the level below (for odd n a share takes in fractions of texels); its min-max covers
+// every texel that the share touches.
 
 #include <cstddef>
 #include <cstdint>
@@ -30,11 +37,15 @@ constexpr int32_t kInfoPerLevel = 4;
 class Pyramid {
   public:
     /// Maps a file; wrap and filter come from the world, not from the file.
-    static Result<std::shared_ptr<const Pyramid>> open(const std::filesystem::path& file, int32_t wrap,
-                                                       int32_t filter);
-    /// From memory: level 0 given (bottom row first, interleaved), the rest made here. For tests and small pictures.
-    static std::shared_ptr<const Pyramid> from_texels(int32_t width, int32_t height, int32_t channels,
-                                                      std::span<const float> level0, int32_t wrap, int32_t filter);
+    static Result<std::shared_ptr<const Pyramid>> open(const std::filesystem::path& file,
+                                                       int32_t wrap, int32_t filter);
+    /// From memory: level 0 given (bottom row first, interleaved), the rest made here. For tests
+    /// and small pictures. Null where the size is not possible or `level0` has another number of
+    /// values.
+    static std::shared_ptr<const Pyramid> from_texels(int32_t width, int32_t height,
+                                                      int32_t channels,
+                                                      std::span<const float> level0, int32_t wrap,
+                                                      int32_t filter);
     ~Pyramid();
     Pyramid(const Pyramid&) = delete;
     Pyramid& operator=(const Pyramid&) = delete;

@@ -1,0 +1,76 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/texture/pyramid.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <system_error>
+
+#include "runtime/texture/pyramid_file.h"
+#include "runtime/texture/pyramid_layout.h"
+
+namespace openfab::texture {
+
+Result<std::shared_ptr<const Pyramid>> Pyramid::open(const std::filesystem::path& file,
+                                                     int32_t wrap, int32_t filter) {
+    const auto trouble = [&] {
+        return outside_error(fmt::format("cannot read {}: {}", file.string(),
+                                         std::generic_category().message(errno)));
+    };
+    const int fd = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
+    if (fd < 0) return trouble();
+    struct stat status {};
+    if (::fstat(fd, &status) != 0 || !S_ISREG(status.st_mode) || status.st_size == 0) {
+        ::close(fd);
+        return user_error(fmt::format("{} is no .oftx file", file.string()));
+    }
+    const auto bytes = static_cast<size_t>(status.st_size);
+    void* mapping = ::mmap(nullptr, bytes, PROT_READ, MAP_PRIVATE, fd, 0);
+    const int reason = errno;
+    ::close(fd);
+    if (mapping == MAP_FAILED) {
+        errno = reason;
+        return trouble();
+    }
+    std::shared_ptr<Pyramid> pyramid(new Pyramid);
+    pyramid->mapping_ = mapping;
+    pyramid->mapping_bytes_ = bytes;
+    Result<PyramidView> view = parse_pyramid_file(mapping, bytes);
+    if (!view) return user_error(fmt::format("{} {}", file.string(), view.error().message));
+    pyramid->info_ = pyramid_info(view->layout, wrap, filter);
+    pyramid->texels_ = {view->texels, static_cast<size_t>(view->layout.texel_floats)};
+    pyramid->minmax_ = {view->minmax, static_cast<size_t>(view->layout.minmax_floats)};
+    return std::shared_ptr<const Pyramid>(std::move(pyramid));
+}
+
+std::shared_ptr<const Pyramid> Pyramid::from_texels(int32_t width, int32_t height, int32_t channels,
+                                                    std::span<const float> level0, int32_t wrap,
+                                                    int32_t filter) {
+    const Result<PyramidLayout> layout = pyramid_layout(width, height, channels);
+    if (!layout || level0.size() != static_cast<size_t>(width) * static_cast<size_t>(height) *
+                                        static_cast<size_t>(channels)) {
+        return nullptr;
+    }
+    std::shared_ptr<Pyramid> pyramid(new Pyramid);
+    pyramid->info_ = pyramid_info(*layout, wrap, filter);
+    const auto texel_floats = static_cast<size_t>(layout->texel_floats);
+    pyramid->owned_.resize(texel_floats + static_cast<size_t>(layout->minmax_floats));
+    float* texels = pyramid->owned_.data();
+    std::copy(level0.begin(), level0.end(), texels);
+    fill_pyramid(*layout, texels, texels + texel_floats);
+    pyramid->texels_ = {texels, texel_floats};
+    pyramid->minmax_ = {texels + texel_floats, static_cast<size_t>(layout->minmax_floats)};
+    return pyramid;
+}
+
+Pyramid::~Pyramid() {
+    if (mapping_ != nullptr) ::munmap(mapping_, mapping_bytes_);
+}
+
+}  // namespace openfab::texture

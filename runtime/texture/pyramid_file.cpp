@@ -1,0 +1,160 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/texture/pyramid_file.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <bit>
+#include <cerrno>
+#include <cstring>
+#include <system_error>
+#include <vector>
+
+#include "runtime/texture/pyramid.h"
+
+namespace openfab::texture {
+namespace {
+
+static_assert(std::endian::native == std::endian::little,
+              "the file is written as it lies in memory");
+
+constexpr char kMagic[8] = {'O', 'F', 'T', 'X', '\r', '\n', '\x1a', '\n'};
+constexpr int64_t kAlignment = 64;
+
+struct Header {
+    char magic[8];
+    int32_t version;
+    int32_t channels;
+    int32_t width;
+    int32_t height;
+    int32_t levels;
+    int32_t reserved;
+    uint64_t content_key;
+    int64_t texels;
+    int64_t minmax;
+    int64_t file_bytes;
+};
+static_assert(sizeof(Header) == 64);
+
+int64_t aligned(int64_t bytes) {
+    return (bytes + kAlignment - 1) / kAlignment * kAlignment;
+}
+
+/// The header that a file of this layout has.
+Header header_for(const PyramidLayout& layout, uint64_t content_key) {
+    Header h{};
+    std::memcpy(h.magic, kMagic, sizeof kMagic);
+    h.version = kFileVersion;
+    h.channels = layout.channels;
+    h.width = layout.levels[0].width;
+    h.height = layout.levels[0].height;
+    h.levels = static_cast<int32_t>(layout.levels.size());
+    h.content_key = content_key;
+    h.texels = aligned(static_cast<int64_t>(sizeof(Header)) + 16 * h.levels);
+    h.minmax = h.texels + aligned(layout.texel_floats * 4);
+    h.file_bytes = h.minmax + layout.minmax_floats * 4;
+    return h;
+}
+
+/// The level table: the tail of the info block.
+std::vector<int32_t> table_for(const PyramidLayout& layout) {
+    const std::vector<int32_t> info = pyramid_info(layout, 0, 0);
+    return {info.begin() + kInfoHeader, info.end()};
+}
+
+Error system_trouble(const char* what, const std::filesystem::path& file) {
+    return outside_error(fmt::format("cannot {} {}: {}", what, file.string(),
+                                     std::generic_category().message(errno)));
+}
+
+}  // namespace
+
+Result<std::unique_ptr<PyramidWriter>> PyramidWriter::create(const std::filesystem::path& file,
+                                                             const PyramidLayout& layout,
+                                                             uint64_t content_key) {
+    std::unique_ptr<PyramidWriter> writer(new PyramidWriter);
+    writer->file_ = file;
+    writer->layout_ = layout;
+    std::string name = file.string() + ".tmp-XXXXXX";
+    const int fd = ::mkostemp(name.data(), O_CLOEXEC);
+    if (fd < 0) return system_trouble("write", file);
+    writer->temporary_ = name;
+    const Header header = header_for(layout, content_key);
+    // Space is claimed now: a disk that is full shows here and not as a signal while the mapping is
+    // written.
+    const int trouble = ::posix_fallocate(fd, 0, header.file_bytes);
+    (void)::fchmod(fd,
+                   0644);  // the cache may be shared; without it the file still serves its owner
+    void* mapping = MAP_FAILED;
+    if (trouble == 0) {
+        mapping = ::mmap(nullptr, static_cast<size_t>(header.file_bytes), PROT_READ | PROT_WRITE,
+                         MAP_SHARED, fd, 0);
+    } else {
+        errno = trouble;
+    }
+    const int reason = errno;
+    ::close(fd);
+    if (mapping == MAP_FAILED) {
+        errno = reason;
+        return system_trouble("write", file);
+    }
+    writer->mapping_ = mapping;
+    writer->bytes_ = static_cast<size_t>(header.file_bytes);
+    auto* bytes = static_cast<std::byte*>(mapping);
+    std::memcpy(bytes, &header, sizeof header);
+    const std::vector<int32_t> table = table_for(layout);
+    std::memcpy(bytes + sizeof header, table.data(), table.size() * sizeof(int32_t));
+    writer->texels_ = reinterpret_cast<float*>(bytes + header.texels);
+    writer->minmax_ = reinterpret_cast<float*>(bytes + header.minmax);
+    return writer;
+}
+
+PyramidWriter::~PyramidWriter() {
+    if (mapping_ != nullptr) ::munmap(mapping_, bytes_);
+    if (!temporary_.empty()) ::unlink(temporary_.c_str());
+}
+
+Result<void> PyramidWriter::finish() {
+    fill_pyramid(layout_, texels_, minmax_);
+    if (::rename(temporary_.c_str(), file_.c_str()) != 0) return system_trouble("write", file_);
+    temporary_.clear();
+    return Ok{};
+}
+
+Result<PyramidView> parse_pyramid_file(const void* data, size_t bytes) {
+    Header h;
+    if (bytes < sizeof h) return user_error("is no .oftx file: it is too short");
+    std::memcpy(&h, data, sizeof h);
+    if (std::memcmp(h.magic, kMagic, sizeof kMagic) != 0) return user_error("is no .oftx file");
+    if (h.version != kFileVersion) {
+        return user_error(
+            fmt::format("is an .oftx file of version {}; this program reads version {}", h.version,
+                        kFileVersion));
+    }
+    Result<PyramidLayout> layout = pyramid_layout(h.width, h.height, h.channels);
+    if (!layout) return user_error("is damaged: " + layout.error().message);
+    const Header expected = header_for(*layout, h.content_key);
+    if (std::memcmp(&h, &expected, sizeof h) != 0)
+        return user_error("is damaged: its header contradicts itself");
+    if (static_cast<uint64_t>(h.file_bytes) != bytes) {
+        return user_error(fmt::format(
+            "is cut short or damaged: it has {} bytes, its header says {}", bytes, h.file_bytes));
+    }
+    const auto* start = static_cast<const std::byte*>(data);
+    const std::vector<int32_t> table = table_for(*layout);
+    if (std::memcmp(start + sizeof h, table.data(), table.size() * sizeof(int32_t)) != 0) {
+        return user_error("is damaged: its level table contradicts its size");
+    }
+    PyramidView view;
+    view.layout = std::move(*layout);
+    view.content_key = h.content_key;
+    view.texels = reinterpret_cast<const float*>(start + h.texels);
+    view.minmax = reinterpret_cast<const float*>(start + h.minmax);
+    return view;
+}
+
+}  // namespace openfab::texture
