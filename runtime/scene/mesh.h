@@ -13,22 +13,23 @@
 
 namespace openfab::scene {
 
-/// A named attribute. Float attributes are per corner, indexed by values/indices, so that a UV seam is two indices at
-/// one vertex; int attributes are per face.
+/// A named attribute. Float attributes are per corner, indexed by values/indices, so that a UV seam
+/// is two indices at one vertex; int attributes are per face.
 struct MeshAttribute {
     std::string name;
     bool is_int = false;
     int32_t components = 1;
-    std::vector<float> values;                      ///< is_int false: components per value
-    std::vector<std::array<int32_t, 3>> corners;    ///< is_int false: value index of each triangle's corners
-    std::vector<int32_t> faces;                     ///< is_int true: components per triangle
+    std::vector<float> values;  ///< is_int false: components per value
+    std::vector<std::array<int32_t, 3>>
+        corners;                 ///< is_int false: value index of each triangle's corners
+    std::vector<int32_t> faces;  ///< is_int true: components per triangle
 };
 
 struct Mesh {
     std::string name;
     std::vector<Vec3d> positions;                   ///< mm
     std::vector<std::array<int32_t, 3>> triangles;  ///< counter-clockwise seen from outside
-    std::vector<MeshAttribute> attributes;          ///< "uv" (2), "n" (3), "face" (int), … by name
+    std::vector<MeshAttribute> attributes;  ///< "uv" (2), "n" (3), "face" (int), … by name
 
     const MeshAttribute* find(const std::string& attribute) const {
         for (const MeshAttribute& a : attributes) {

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// A fab world as it is written (`NAME.fab.json`), checked for form and references, with its meshes loaded. Nothing in
-// here knows compiled fablets: scene/bind.h joins the two.
+// A fab world as it is written (`NAME.fab.json`), checked for form and references, with its meshes
+// loaded. Nothing in here knows compiled fablets: scene/bind.h joins the two.
 
 #include <array>
 #include <cstdint>
@@ -72,9 +72,9 @@ struct FabletRef {
 
 struct Object {
     std::string name;
-    int32_t mesh = 0;         ///< index in World::meshes
-    std::string fablet;       ///< name in World::fablets
-    int32_t priority = 0;     ///< higher wins
+    int32_t mesh = 0;      ///< index in World::meshes
+    std::string fablet;    ///< name in World::fablets
+    int32_t priority = 0;  ///< higher wins
     double max_displacement_mm = std::numeric_limits<double>::infinity();
     UniformBindings uniforms;
     Place place;

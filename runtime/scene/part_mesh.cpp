@@ -1,0 +1,261 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/scene/part_mesh.h"
+
+#include <fmt/format.h>
+
+#include <bit>
+#include <cmath>
+
+namespace openfab::scene {
+namespace {
+
+using Matrix = std::array<double, 9>;
+
+constexpr Matrix kIdentity{1, 0, 0, 0, 1, 0, 0, 0, 1};
+
+double determinant(const Matrix& m) {
+    return m[0] * (m[4] * m[8] - m[5] * m[7]) - m[1] * (m[3] * m[8] - m[5] * m[6]) +
+           m[2] * (m[3] * m[7] - m[4] * m[6]);
+}
+
+/// The transposed inverse: cofactors over the determinant.
+Matrix inverse_transposed(const Matrix& m) {
+    const double det = determinant(m);
+    return {(m[4] * m[8] - m[5] * m[7]) / det, (m[5] * m[6] - m[3] * m[8]) / det,
+            (m[3] * m[7] - m[4] * m[6]) / det, (m[2] * m[7] - m[1] * m[8]) / det,
+            (m[0] * m[8] - m[2] * m[6]) / det, (m[1] * m[6] - m[0] * m[7]) / det,
+            (m[1] * m[5] - m[2] * m[4]) / det, (m[2] * m[3] - m[0] * m[5]) / det,
+            (m[0] * m[4] - m[1] * m[3]) / det};
+}
+
+Vec3d apply(const Matrix& m, const Vec3d& p) {
+    return Affine3d{m, {}}.apply_vector(p);
+}
+
+/// To 12 decimals, so that equal scales under different rotations give equal bits.
+double rounded(double value) {
+    constexpr double kUnit = 1e12;
+    if (std::fabs(value) >= 9e3) return value;  // the integer would not be exact
+    return std::floor(value * kUnit + 0.5) / kUnit;
+}
+
+double snapped_to_unit(double value) {
+    constexpr double kSlack =
+        1e-14;  // rounding of the iteration, far below any rotation one could ask for
+    if (std::fabs(value) < kSlack) return 0;
+    if (std::fabs(value - 1) < kSlack) return 1;
+    if (std::fabs(value + 1) < kSlack) return -1;
+    return value;
+}
+
+Vec3d geometric_normal(const PartMesh& part, const std::array<int32_t, 3>& triangle) {
+    const Vec3d& a = part.positions[static_cast<size_t>(triangle[0])];
+    const Vec3d& b = part.positions[static_cast<size_t>(triangle[1])];
+    const Vec3d& c = part.positions[static_cast<size_t>(triangle[2])];
+    const Vec3d n = cross(b - a, c - a);
+    const double len = length(n);
+    // A triangle without area has no normal; any unit vector will do, as it has no micropolygons of
+    // its own.
+    return len > 0 && std::isfinite(len) ? n * (1 / len) : Vec3d{0, 0, 1};
+}
+
+void fill_normals(const Mesh& mesh, const Matrix& s, PartMesh* part) {
+    const Matrix normal_matrix = inverse_transposed(s);
+    const MeshAttribute* attribute = mesh.find("n");
+    if (attribute != nullptr && (attribute->is_int || attribute->components != 3))
+        attribute = nullptr;
+    part->corner_normals.resize(mesh.triangles.size() * 3);
+    for (size_t t = 0; t < mesh.triangles.size(); ++t) {
+        const Vec3d flat = geometric_normal(*part, mesh.triangles[t]);
+        for (size_t corner = 0; corner < 3; ++corner) {
+            Vec3d normal = flat;
+            if (attribute != nullptr) {
+                const float* v =
+                    &attribute->values[static_cast<size_t>(attribute->corners[t][corner]) * 3];
+                const Vec3d n = apply(normal_matrix, {v[0], v[1], v[2]});
+                const double len = length(n);
+                if (len > 0 && std::isfinite(len)) normal = n * (1 / len);
+            }
+            part->corner_normals[t * 3 + corner] = vec_cast<float>(normal);
+        }
+    }
+}
+
+std::string type_of(const MeshAttribute& attribute) {
+    const char* scalar = attribute.is_int ? "int" : "float";
+    return attribute.components == 1 ? scalar : fmt::format("{}{}", scalar, attribute.components);
+}
+
+std::string list_of_attributes(const Mesh& mesh) {
+    if (mesh.attributes.empty()) return "it has none";
+    std::string text = "it has ";
+    for (size_t i = 0; i < mesh.attributes.size(); ++i) {
+        text += fmt::format("{}`{}` ({})", i == 0 ? "" : ", ", mesh.attributes[i].name,
+                            type_of(mesh.attributes[i]));
+    }
+    return text;
+}
+
+void fill_default(const openfab_varying& varying, size_t triangles, PartAttribute* out) {
+    const auto n = static_cast<size_t>(varying.components);
+    const bool is_float = varying.scalar == OPENFAB_FLOAT;
+    const size_t copies = is_float ? triangles * 3 : triangles;
+    for (size_t i = 0; i < copies; ++i) {
+        for (size_t c = 0; c < n; ++c) {
+            if (is_float) {
+                out->corner_values.push_back(std::bit_cast<float>(varying.default_bits[c]));
+            } else {
+                out->face_values.push_back(varying.default_bits[c]);
+            }
+        }
+    }
+}
+
+void copy_attribute(const MeshAttribute& attribute, PartAttribute* out) {
+    const auto n = static_cast<size_t>(attribute.components);
+    if (attribute.is_int) {
+        for (int32_t value : attribute.faces) {
+            out->face_values.push_back(out->scalar == OPENFAB_BOOL ? (value != 0 ? 1u : 0u)
+                                                                   : static_cast<uint32_t>(value));
+        }
+        return;
+    }
+    out->corner_values.reserve(attribute.corners.size() * 3 * n);
+    for (const std::array<int32_t, 3>& corners : attribute.corners) {
+        for (int32_t corner : corners) {
+            const float* value = &attribute.values[static_cast<size_t>(corner) * n];
+            out->corner_values.insert(out->corner_values.end(), value, value + n);
+        }
+    }
+}
+
+Result<PartAttribute> resolve(const Mesh& mesh, const openfab_fablet& fablet,
+                              const openfab_varying& varying) {
+    PartAttribute out;
+    out.scalar = varying.scalar;
+    out.components = varying.components;
+    const MeshAttribute* attribute = mesh.find(varying.name);
+    if (attribute == nullptr) {
+        if (varying.default_bits != nullptr) {
+            fill_default(varying, mesh.triangles.size(), &out);
+            return out;
+        }
+        return user_error(fmt::format(
+            "mesh `{}` has no attribute `{}`, which fablet `{}` reads as `{} {}`; {}", mesh.name,
+            varying.name, fablet.name, varying.type_name, varying.name, list_of_attributes(mesh)));
+    }
+    if (attribute->is_int != (varying.scalar != OPENFAB_FLOAT) ||
+        attribute->components != varying.components) {
+        return user_error(fmt::format(
+            "attribute `{}` of mesh `{}` is {}, but fablet `{}` reads `{} {}`; give both "
+            "the same type",
+            varying.name, mesh.name, type_of(*attribute), fablet.name, varying.type_name,
+            varying.name));
+    }
+    copy_attribute(*attribute, &out);
+    return out;
+}
+
+}  // namespace
+
+Result<PolarFactors> polar_factors(const Matrix& m) {
+    double largest = 0;
+    for (double value : m) {
+        if (!std::isfinite(value))
+            return user_error("the transform holds a value that is not finite");
+        largest = std::max(largest, std::fabs(value));
+    }
+    const double det = determinant(m);
+    if (std::fabs(det) < 1e-12 || std::fabs(det) < 1e-9 * largest * largest * largest) {
+        return user_error(
+            fmt::format("the transform flattens the object: its determinant is {:.3g}; no scale "
+                        "may be 0 or nearly so",
+                        det));
+    }
+    // Newton's iteration for the orthogonal polar factor (Higham 1986): quadratic once near,
+    // halving before, so the number of steps is bounded by the logarithm of the scale.
+    Matrix r = m;
+    for (int step = 0; step < 200; ++step) {
+        const Matrix other = inverse_transposed(r);
+        double change = 0;
+        for (size_t i = 0; i < 9; ++i) {
+            const double next = 0.5 * (r[i] + other[i]);
+            change = std::max(change, std::fabs(next - r[i]));
+            r[i] = next;
+        }
+        if (change < 1e-15) break;
+    }
+    for (double& value : r)
+        value = snapped_to_unit(value);
+    // S = R^T M, made symmetric.
+    Matrix s{};
+    for (size_t i = 0; i < 3; ++i) {
+        for (size_t j = 0; j < 3; ++j) {
+            s[i * 3 + j] = r[i] * m[j] + r[3 + i] * m[3 + j] + r[6 + i] * m[6 + j];
+        }
+    }
+    constexpr double kDiagonal = 1e-9;
+    bool diagonal = true;
+    bool identity = true;
+    for (size_t i = 0; i < 3; ++i) {
+        for (size_t j = i; j < 3; ++j) {
+            const double value = rounded(0.5 * (s[i * 3 + j] + s[j * 3 + i]));
+            s[i * 3 + j] = s[j * 3 + i] = value;
+            if (i != j) diagonal = diagonal && std::fabs(value) < kDiagonal;
+            identity = identity && std::fabs(value - (i == j ? 1 : 0)) < kDiagonal;
+        }
+    }
+    if (identity) {
+        s = kIdentity;
+    } else if (diagonal) {
+        s = {s[0], 0, 0, 0, s[4], 0, 0, 0, s[8]};
+    }
+    return PolarFactors{r, s};
+}
+
+Result<std::shared_ptr<const PartMesh>> make_part_mesh(const Mesh& mesh,
+                                                       const openfab_fablet& fablet,
+                                                       const Matrix& s) {
+    auto part = std::make_shared<PartMesh>();
+    Box3d box;
+    part->positions.reserve(mesh.positions.size());
+    for (const Vec3d& p : mesh.positions) {
+        part->positions.push_back(apply(s, p));
+        box.add(part->positions.back());
+    }
+    part->center_part_mm = box.center();
+    for (Vec3d& p : part->positions)
+        p = p - part->center_part_mm;
+    part->triangles = mesh.triangles;
+    for (int32_t i = 0; i < fablet.surface_input_count; ++i) {
+        Result<PartAttribute> input = resolve(mesh, fablet, fablet.surface_inputs[i]);
+        if (!input) return input.error();
+        part->inputs.push_back(std::move(*input));
+    }
+    for (int32_t i = 0; i < fablet.nearest_count; ++i) {
+        const openfab_varying& varying = fablet.nearest[i];
+        if (varying.source >= 0) {
+            part->nearest_attributes.push_back({varying.scalar, varying.components, {}, {}});
+            continue;
+        }
+        Result<PartAttribute> input = resolve(mesh, fablet, varying);
+        if (!input) return input.error();
+        part->nearest_attributes.push_back(std::move(*input));
+    }
+    fill_normals(mesh, s, part.get());
+    const MeshAttribute* uv = mesh.find("uv");
+    if (uv != nullptr && !uv->is_int && uv->components == 2) {
+        PartAttribute values;
+        copy_attribute(*uv, &values);
+        part->corner_uv = std::move(values.corner_values);
+    }
+    return std::shared_ptr<const PartMesh>(std::move(part));
+}
+
+Affine3d part_local_to_build(const PolarFactors& polar, const Vec3d& translation_mm,
+                             const Vec3d& center_part_mm) {
+    return {polar.r, apply(polar.r, center_part_mm) + translation_mm};
+}
+
+}  // namespace openfab::scene

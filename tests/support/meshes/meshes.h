@@ -1,0 +1,57 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Meshes made in memory for tests, and parts made of them without a world or a compiled print. Link
+// openfab_test_meshes. Cards, spheres and cylinders are the primitives of
+// runtime/scene/primitives.h.
+
+#include <memory>
+#include <vector>
+
+#include "runtime/abi/fablet_table.h"
+#include "runtime/base/vec.h"
+#include "runtime/scene/mesh.h"
+#include "runtime/scene/part.h"
+#include "runtime/scene/primitives.h"
+
+namespace openfab::testing {
+
+/// A box with lowest corner at the origin: 12 triangles, attributes uv, n, face as scene::make_box.
+scene::Mesh cube(double side_mm);
+/// The postcard's base: width x height x thickness, centred in x and y on z = 0; face 0 front, 1
+/// back.
+scene::Mesh card(double width_mm, double height_mm, double thickness_mm);
+/// Longitude and latitude, around the origin; smooth normals, uv, face 0. around >= 3, stacks >= 2.
+scene::Mesh sphere(double radius_mm, int32_t around = 32, int32_t stacks = 16);
+/// Around the z axis and the origin; smooth normals, uv with seams, face 0.
+scene::Mesh torus(double major_radius_mm, double minor_radius_mm, int32_t around = 32,
+                  int32_t across = 16);
+/// The same mesh without the attribute.
+scene::Mesh without(scene::Mesh mesh, const std::string& attribute);
+/// Signed volume in mm^3; positive for a closed mesh that is counter-clockwise from outside.
+double signed_volume(const scene::Mesh& mesh);
+
+struct PartOptions {
+    Affine3d transform;                    ///< mesh mm to build mm
+    std::vector<uint32_t> uniform_values;  ///< empty: the fablet's defaults, 0 where there is none
+    std::vector<std::shared_ptr<const texture::Pyramid>> textures;
+    std::vector<uint8_t> slot_material;  ///< empty: slots in order get codes 1, 2, …, VOID's slot 0
+    double max_displacement_mm = std::numeric_limits<double>::infinity();
+    int32_t priority = 0;
+    int32_t instance = 0;
+};
+
+/// A part as scene::bind makes it. Prints the reason and aborts where the mesh lacks an attribute
+/// or the transform is singular. `fablet` must outlive the part.
+scene::Part make_part(const openfab_fablet& fablet, const scene::Mesh& mesh,
+                      const PartOptions& options = {});
+
+/// A fablet without kernels, stages or uniforms, for what needs geometry alone.
+const openfab_fablet& empty_fablet();
+
+/// The smallest grid that holds the part's base mesh (grown by `margin_mm`), cut to whole multiples
+/// of the pitch from the build origin.
+scene::Grid grid_around(const scene::Part& part, const Vec3d& pitch_mm, double margin_mm = 0);
+
+}  // namespace openfab::testing
