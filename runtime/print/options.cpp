@@ -1,0 +1,299 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/print/options.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <functional>
+#include <string_view>
+#include <utility>
+
+#include "runtime/base/units.h"
+
+namespace openfab::print {
+
+namespace {
+
+constexpr const char* kExamples = R"(Examples:
+  {0} card.fab.json -o slices                    a folder of PNGs for the world's printer
+  {0} card.fab.json -o card.ofr --draft 4        a quick look, at four times the pitch
+  {0} card.fab.json -o card.ofr --preview card.png,light=transmitted
+  {0} part.obj -o part.ofr --voxel 0.1mm --set scale=2.5
+  {0} card.fab.json -o - | openfab verify -      a stream of slices
+
+Lengths have units (27um, 0.1mm, 1in), sizes too (300MB). Exit codes: 0 done, 1 the input is wrong,
+2 usage, 3 disk or pipe failed (whole slices stay), 4 a bug of ours, 130 interrupted.
+)";
+
+template <typename T>
+bool parse_number(std::string_view text, T* value) {
+    auto [rest, status] = std::from_chars(text.data(), text.data() + text.size(), *value);
+    return status == std::errc() && rest == text.data() + text.size() && !text.empty();
+}
+
+Error bad_value(const char* option, std::string_view text, const char* what, const char* example) {
+    return usage_error(
+        fmt::format("`{}`: `{}` is {}; write `{} {}`", option, text, what, option, example));
+}
+
+Result<Vec2<double>> parse_dpi(const std::string& text) {
+    const size_t x = text.find('x');
+    Vec2<double> dpi;
+    const std::string_view all(text);
+    const bool fine =
+        x == std::string::npos
+            ? parse_number(all, &dpi.x) && parse_number(all, &dpi.y)
+            : parse_number(all.substr(0, x), &dpi.x) && parse_number(all.substr(x + 1), &dpi.y);
+    if (!fine || !(dpi.x >= 1 && dpi.y >= 1 && dpi.x <= 1e5 && dpi.y <= 1e5)) {
+        return bad_value("--dpi", text, "no resolution between 1 and 100000 dpi", "600x300");
+    }
+    return dpi;
+}
+
+Result<double> parse_pitch(const char* option, const std::string& text) {
+    Result<double> mm = parse_length_mm(text);
+    if (!mm) return usage_error(fmt::format("`{}`: {}", option, mm.error().message));
+    if (!(*mm >= 1e-4 && *mm <= 100))
+        return bad_value(option, text, "outside 0.1um to 100mm", "0.1mm");
+    return mm;
+}
+
+/// `A:B` with A < B.
+template <typename T>
+Result<Vec2<T>> parse_range(const char* option, const std::string& text, const char* example,
+                            const std::function<Result<T>(const std::string&)>& parse) {
+    const size_t colon = text.find(':');
+    if (colon == std::string::npos) return bad_value(option, text, "no range", example);
+    Result<T> from = parse(text.substr(0, colon));
+    if (!from) return from.error();
+    Result<T> to = parse(text.substr(colon + 1));
+    if (!to) return to.error();
+    if (!(*from >= 0 && *from < *to))
+        return bad_value(option, text, "an empty or negative range", example);
+    return Vec2<T>{*from, *to};
+}
+
+Result<Vec2<double>> parse_z(const std::string& text) {
+    return parse_range<double>("--z", text, "3mm:5mm",
+                               [](const std::string& part) -> Result<double> {
+                                   Result<double> mm = parse_length_mm(part);
+                                   if (!mm) return usage_error("`--z`: " + mm.error().message);
+                                   return mm;
+                               });
+}
+
+Result<Vec2<int32_t>> parse_slices(const std::string& text) {
+    return parse_range<int32_t>("--slices", text, "0:64",
+                                [&](const std::string& part) -> Result<int32_t> {
+                                    int32_t value = 0;
+                                    if (!parse_number(std::string_view(part), &value))
+                                        return bad_value("--slices", text, "no range", "0:64");
+                                    return value;
+                                });
+}
+
+/// Texts as typed, before they are understood.
+struct Raw {
+    std::string voxel, dpi, layer, z, slices, memory, progress = "auto", png = "rgba", isa = "avx2";
+    std::vector<std::string> settings, previews;
+    bool no_cull = false, resume = false;
+};
+
+void declare(CLI::App& app, Options& o, Raw& raw) {
+    app.add_option("INPUT", o.input,
+                   "a world (.fab.json), or a mesh (.obj) to print with its one fablet")
+        ->required();
+    app.add_option("-o,--output", o.output,
+                   "a folder (png), a file (.ofr), or - for standard output (ofr)");
+    app.add_option("--format", o.format,
+                   "ofr or png; else from OUT's extension, else the printer's own");
+    app.add_option("--printer", o.printer,
+                   "connex500, j750, j750_hq, generic, or a .printer.json file");
+    app.add_option("--voxel", raw.voxel, "cubic voxels of this size");
+    app.add_option("--dpi", raw.dpi, "resolution along x and y, as 600x300");
+    app.add_option("--layer", raw.layer, "thickness of a slice");
+    app.add_option("--draft", o.draft, "pitch times N, for a quick look")
+        ->check(CLI::Range(1, 1000));
+    app.add_option("--z", raw.z, "heights A:B only, above the print's lowest slice");
+    app.add_option("--slices", raw.slices, "slices A:B only, B not among them");
+    app.add_option("--set", raw.settings,
+                   "OBJECT.UNIFORM=VALUE instead of the world's value (repeat)")
+        ->allow_extra_args(false);
+    app.add_option("--dither", o.dither, "floyd_steinberg")->capture_default_str();
+    app.add_option("--seed", o.seed, "of the dither");
+    app.add_option("--preview", raw.previews,
+                   "FILE.png[,view=front|back|section|slice:N][,light=transmitted] (repeat)")
+        ->allow_extra_args(false);
+    app.add_option("--png", raw.png, "rgba or indexed")->check(CLI::IsMember({"rgba", "indexed"}));
+    app.add_flag("--flip-x", o.flip_x, "mirror PNG slices, for front ends that mirror back");
+    app.add_option("--memory", raw.memory, "budget of the whole process, 1.5GB unless told");
+    app.add_option("--threads", o.threads, "all cores unless told")->check(CLI::Range(1, 1024));
+    app.add_option("--stats", o.stats_file, "write figures of the print as JSON");
+    app.add_option("--progress", raw.progress, "auto, plain, json (lines on stderr) or none")
+        ->check(CLI::IsMember({"auto", "plain", "json", "none"}));
+    app.add_flag("--estimate", o.estimate, "only tell voxels, memory and time");
+    app.add_flag("--dry-run", o.dry_run, "check and set up everything, write nothing");
+    app.add_flag("--resume", raw.resume, "")->group("");
+    app.add_flag("--no-cull", raw.no_cull, "")->group("");
+    app.add_option("--isa", raw.isa, "")->group("")->check(CLI::IsMember({"sse41", "avx2"}));
+}
+
+Result<void> understand_grid(const Raw& raw, Options* o) {
+    if (!raw.voxel.empty() && (!raw.dpi.empty() || !raw.layer.empty())) {
+        return usage_error("`--voxel` and `--dpi`/`--layer` both set the pitch; give one of them");
+    }
+    if (!raw.voxel.empty()) {
+        Result<double> mm = parse_pitch("--voxel", raw.voxel);
+        if (!mm) return mm.error();
+        o->voxel_mm = *mm;
+    }
+    if (!raw.dpi.empty()) {
+        Result<Vec2<double>> dpi = parse_dpi(raw.dpi);
+        if (!dpi) return dpi.error();
+        o->dpi = *dpi;
+    }
+    if (!raw.layer.empty()) {
+        Result<double> mm = parse_pitch("--layer", raw.layer);
+        if (!mm) return mm.error();
+        o->layer_mm = *mm;
+    }
+    if (!raw.z.empty() && !raw.slices.empty())
+        return usage_error("give one of `--z` and `--slices`");
+    if (!raw.z.empty()) {
+        Result<Vec2<double>> range = parse_z(raw.z);
+        if (!range) return range.error();
+        o->z_range_mm = *range;
+    }
+    if (!raw.slices.empty()) {
+        Result<Vec2<int32_t>> range = parse_slices(raw.slices);
+        if (!range) return range.error();
+        o->slices = *range;
+    }
+    return {};
+}
+
+Result<void> understand_rest(const Raw& raw, Options* o) {
+    if (raw.resume) {
+        return usage_error(
+            "`--resume` is not supported yet; print the missing slices with `--slices A:B`");
+    }
+    if (!raw.memory.empty()) {
+        Result<int64_t> bytes = parse_bytes(raw.memory);
+        if (!bytes) return usage_error("`--memory`: " + bytes.error().message);
+        o->memory_bytes = *bytes;
+    }
+    for (const std::string& text : raw.settings) {
+        Result<UniformSetting> setting = parse_setting(text);
+        if (!setting) return setting.error();
+        o->settings.push_back(std::move(*setting));
+    }
+    for (const std::string& text : raw.previews) {
+        Result<preview::PreviewSpec> spec = preview::parse_preview(text);
+        if (!spec) return spec.error();
+        o->previews.push_back(std::move(*spec));
+    }
+    o->progress = raw.progress == "plain"  ? report::ProgressMode::kPlain
+                  : raw.progress == "json" ? report::ProgressMode::kJson
+                  : raw.progress == "none" ? report::ProgressMode::kNone
+                                           : report::ProgressMode::kAuto;
+    o->png_indexed = raw.png == "indexed";
+    o->culling = !raw.no_cull;
+    o->isa = raw.isa == "sse41" ? OPENFAB_ISA_SSE41 : OPENFAB_ISA_AVX2;
+    if (!o->format.empty() && o->format != "ofr" && o->format != "png") {
+        return usage_error(
+            fmt::format("there is no output format `{}` yet; choose from ofr, png", o->format));
+    }
+    if (o->output == "-" && o->format == "png") {
+        return usage_error(
+            "png slices are a folder and cannot go to standard output; use `--format ofr`");
+    }
+    const bool writes_nothing = o->estimate || o->dry_run;
+    if (o->output.empty() && o->previews.empty() && o->stats_file.empty() && !writes_nothing) {
+        return usage_error("no output was given; write `-o OUT`, or `--preview FILE.png`");
+    }
+    return {};
+}
+
+}  // namespace
+
+Result<UniformSetting> parse_setting(const std::string& text) {
+    const size_t equals = text.find('=');
+    if (equals == std::string::npos || equals == 0 || equals + 1 == text.size()) {
+        return usage_error(
+            fmt::format("`--set`: `{}` is no setting; write `--set OBJECT.UNIFORM=VALUE`", text));
+    }
+    UniformSetting setting;
+    setting.text = text;
+    const std::string name = text.substr(0, equals);
+    const size_t dot = name.rfind('.');
+    if (dot != std::string::npos) setting.object = name.substr(0, dot);
+    setting.uniform = dot == std::string::npos ? name : name.substr(dot + 1);
+    if (setting.uniform.empty() || (dot != std::string::npos && setting.object.empty())) {
+        return usage_error(
+            fmt::format("`--set`: `{}` is no name; write `--set OBJECT.UNIFORM=VALUE`", name));
+    }
+    std::string_view rest = std::string_view(text).substr(equals + 1);
+    size_t count = 0;
+    size_t booleans = 0;
+    for (bool more = true; more; ++count) {
+        const size_t comma = rest.find(',');
+        const std::string_view word = rest.substr(0, comma);
+        more = comma != std::string_view::npos;
+        rest = more ? rest.substr(comma + 1) : std::string_view();
+        double number = 0;
+        if (word == "true" || word == "false") {
+            setting.numbers.push_back(word == "true" ? 1 : 0);
+            ++booleans;
+        } else if (parse_number(word, &number)) {
+            setting.numbers.push_back(number);
+        } else if (!word.empty()) {
+            setting.names.emplace_back(word);
+        }
+    }
+    setting.boolean = booleans > 0;
+    const bool all_numbers =
+        setting.numbers.size() == count && (booleans == 0 || booleans == count);
+    if (!all_numbers && setting.names.size() != count) {
+        return usage_error(fmt::format(
+            "`--set`: `{}` mixes kinds of values; give numbers, or true and false, or names",
+            text));
+    }
+    return setting;
+}
+
+Result<Options> parse_options(int argc, const char* const* argv, const std::string& program) {
+    Options options;
+    Raw raw;
+    CLI::App app("Prints a fab world: slices for a printer, an .ofr file or stream, pictures.",
+                 program);
+    app.footer(fmt::format(fmt::runtime(kExamples), program));
+    app.get_formatter()->column_width(28);
+    declare(app, options, raw);
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::CallForHelp&) {
+        options.help = true;
+        options.text = app.help();
+        return options;
+    } catch (const CLI::ParseError& error) {
+        return usage_error(fmt::format("{}; `{} --help` lists the options", error.what(), program));
+    }
+    if (Result<void> done = understand_grid(raw, &options); !done) return done.error();
+    if (Result<void> done = understand_rest(raw, &options); !done) return done.error();
+    return options;
+}
+
+Vec3d print_pitch(const Options& options, const Vec3d& printer_pitch_mm) {
+    Vec3d pitch = printer_pitch_mm;
+    if (options.voxel_mm) pitch = {*options.voxel_mm, *options.voxel_mm, *options.voxel_mm};
+    if (options.dpi) {
+        pitch.x = 25.4 / options.dpi->x;
+        pitch.y = 25.4 / options.dpi->y;
+    }
+    if (options.layer_mm) pitch.z = *options.layer_mm;
+    return pitch * static_cast<double>(options.draft);
+}
+
+}  // namespace openfab::print

@@ -1,0 +1,69 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// The command line of print binaries, which `openfab print` shares.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "backends/preview/preview_spec.h"
+#include "runtime/abi/fablet_table.h"
+#include "runtime/base/result.h"
+#include "runtime/base/vec.h"
+#include "runtime/report/progress.h"
+
+namespace openfab::print {
+
+/// One `--set OBJECT.UNIFORM=VALUE`; without `OBJECT.` it goes to every object that has the
+/// uniform.
+struct UniformSetting {
+    std::string object;
+    std::string uniform;
+    std::vector<double> numbers;     ///< of `1`, `0.5,2`, `true`
+    std::vector<std::string> names;  ///< or of `oak`, `black,white`: textures or materials
+    bool boolean = false;            ///< the numbers were written as true or false
+    std::string text;                ///< as typed, for messages
+};
+
+struct Options {
+    std::string input;   ///< a world (.fab.json) or a mesh
+    std::string output;  ///< empty: none; `-` standard output
+    std::string printer;
+    std::string format;  ///< empty: from the output's extension, else the printer's own
+    std::optional<double> voxel_mm;
+    std::optional<Vec2<double>> dpi;
+    std::optional<double> layer_mm;
+    int32_t draft = 1;
+    std::optional<Vec2<double>> z_range_mm;
+    std::optional<Vec2<int32_t>> slices;
+    int64_t memory_bytes = 1'500'000'000;
+    int32_t threads = 0;
+    std::string dither = "floyd_steinberg";
+    uint64_t seed = 0;
+    std::vector<UniformSetting> settings;
+    std::vector<preview::PreviewSpec> previews;
+    report::ProgressMode progress = report::ProgressMode::kAuto;
+    std::string stats_file;
+    bool png_indexed = false;
+    bool flip_x = false;
+    bool estimate = false;
+    bool dry_run = false;
+    bool culling = true;
+    openfab_isa isa = OPENFAB_ISA_AVX2;
+    bool help = false;  ///< `text` is to be shown, nothing else done
+    std::string text;
+};
+
+/// `argv[0]` is the program. Errors have the code kUsage.
+Result<Options> parse_options(int argc, const char* const* argv, const std::string& program);
+
+/// `OBJECT.UNIFORM=VALUE`.
+Result<UniformSetting> parse_setting(const std::string& text);
+
+/// The pitch of a print: what was asked for, else the printer's, times --draft.
+Vec3d print_pitch(const Options& options, const Vec3d& printer_pitch_mm);
+
+}  // namespace openfab::print

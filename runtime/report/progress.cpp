@@ -1,0 +1,109 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/report/progress.h"
+
+#include <fmt/format.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <algorithm>
+
+#include "runtime/base/units.h"
+
+namespace openfab::report {
+
+namespace {
+
+// Often enough to look alive, seldom enough to cost nothing and to keep logs short.
+constexpr double kBarSeconds = 0.1;
+constexpr double kPlainSeconds = 5;
+constexpr double kJsonSeconds = 0.25;
+
+double rate(const slab::ProgressEvent& event) {
+    return event.seconds > 0 ? static_cast<double>(event.voxels_done) / event.seconds : 0;
+}
+
+double seconds_left(const slab::ProgressEvent& event) {
+    if (event.voxels_done <= 0) return 0;
+    return event.seconds * static_cast<double>(event.voxels_total - event.voxels_done) /
+           static_cast<double>(event.voxels_done);
+}
+
+double share_done(const slab::ProgressEvent& event) {
+    return event.slices_total > 0 ? static_cast<double>(event.slices_done) / event.slices_total : 1;
+}
+
+int terminal_columns(std::FILE* stream) {
+    winsize size{};
+    return ::ioctl(::fileno(stream), TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
+}
+
+}  // namespace
+
+Progress::Progress(ProgressMode mode, std::FILE* stream)
+    : style_(mode == ProgressMode::kPlain      ? Style::kPlain
+             : mode == ProgressMode::kJson     ? Style::kJson
+             : mode == ProgressMode::kNone     ? Style::kNone
+             : ::isatty(::fileno(stream)) != 0 ? Style::kBar
+                                               : Style::kPlain),
+      stream_(stream) {}
+
+std::string Progress::describe(const slab::ProgressEvent& event) {
+    std::string text = fmt::format("slice {} of {}  {:.0f} %  {:.1f} M voxels/s", event.slices_done,
+                                   event.slices_total, share_done(event) * 100, rate(event) * 1e-6);
+    if (event.slices_done < event.slices_total)
+        text += "  " + format_seconds(seconds_left(event)) + " left";
+    return text;
+}
+
+void Progress::update(const slab::ProgressEvent& event) {
+    const bool last = event.slices_done >= event.slices_total;
+    if (style_ == Style::kNone || (event.seconds < due_seconds_ && !last)) return;
+    switch (style_) {
+        case Style::kBar:
+            due_seconds_ = event.seconds + kBarSeconds;
+            show_bar(event);
+            break;
+        case Style::kPlain:
+            due_seconds_ = event.seconds + kPlainSeconds;
+            fmt::print(stream_, "{}\n", describe(event));
+            break;
+        case Style::kJson:
+            due_seconds_ = event.seconds + kJsonSeconds;
+            show_json(event);
+            break;
+        case Style::kNone:
+            break;
+    }
+    std::fflush(stream_);
+}
+
+void Progress::show_bar(const slab::ProgressEvent& event) {
+    const std::string text = describe(event);
+    const int room = terminal_columns(stream_) - static_cast<int>(text.size()) - 5;
+    const int width = std::clamp(room, 0, 40);
+    const int full = static_cast<int>(share_done(event) * width);
+    std::string bar;
+    if (width > 3) bar = fmt::format("[{:=<{}}{:<{}}] ", "", full, "", width - full);
+    fmt::print(stream_, "\r{}{}\x1b[K", bar, text);
+    bar_shown_ = true;
+}
+
+void Progress::show_json(const slab::ProgressEvent& event) {
+    fmt::print(stream_,
+               "{{\"event\": \"progress\", \"slices_done\": {}, \"slices_total\": {}, "
+               "\"voxels_done\": {}, "
+               "\"voxels_total\": {}, \"seconds\": {:.3f}, \"mvoxels_per_second\": {:.3f}, "
+               "\"seconds_left\": {:.1f}}}\n",
+               event.slices_done, event.slices_total, event.voxels_done, event.voxels_total,
+               event.seconds, rate(event) * 1e-6, seconds_left(event));
+}
+
+void Progress::end() {
+    if (!bar_shown_) return;
+    fmt::print(stream_, "\r\x1b[K");
+    std::fflush(stream_);
+    bar_shown_ = false;
+}
+
+}  // namespace openfab::report

@@ -1,0 +1,45 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Progress of a print for people and programs, on stderr.
+
+#include <cstdint>
+#include <cstdio>
+#include <string>
+
+#include "runtime/slab/print.h"
+
+namespace openfab::report {
+
+enum class ProgressMode {
+    kAuto,   ///< a bar where stderr is a terminal, else plain lines
+    kPlain,  ///< a line now and then
+    kJson,   ///< a JSON object a line
+    kNone,
+};
+
+class Progress {
+  public:
+    Progress(ProgressMode mode, std::FILE* stream);
+    /// Called after each slice; shows what is due. Times come from the event, so that tests need no
+    /// clock.
+    void update(const slab::ProgressEvent& event);
+    /// Clears the bar, so that what follows starts on a line of its own.
+    void end();
+
+    /// "slice 12 of 150  8 %  31.2 M voxels/s  2 min 10 s left"
+    static std::string describe(const slab::ProgressEvent& event);
+
+  private:
+    enum class Style { kBar, kPlain, kJson, kNone };
+    void show_bar(const slab::ProgressEvent& event);
+    void show_json(const slab::ProgressEvent& event);
+
+    Style style_;
+    std::FILE* stream_;
+    double due_seconds_ = 0;
+    bool bar_shown_ = false;
+};
+
+}  // namespace openfab::report
