@@ -2,12 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Exact nearest-surface queries for blocks of 8 x 8 x 8 voxels. Three implementations stand behind this interface: the
-// block-coherent engine, its brute-force twin, and (tests and benchmarks only) one on Embree.
+// Exact nearest-surface queries for blocks of 8 x 8 x 8 voxels. Two implementations stand behind
+// this interface: the block-coherent engine and its brute-force twin.
 //
-// The answer for a point is the closest point over all query micropolygons, distances compared as the float squared
-// distance that `closest_point` (nearest/triangle.h) evaluates; equal bits go to the lowest (patch, triangle). It does not
-// depend on block order, threads, caches or on which other voxels are asked.
+// The answer for a point is the closest point over all query micropolygons, distances compared as
+// the float squared distance that `closest_point` (nearest/triangle.h) evaluates; equal bits go to
+// the lowest (patch, triangle). It does not depend on block order, threads, caches or on which
+// other voxels are asked.
 
 #include <array>
 #include <cstdint>
@@ -25,8 +26,9 @@ namespace openfab::nearest {
 constexpr int32_t kBlockVoxels = 512;
 
 struct BlockQuery {
-    Vec3i block;                          ///< part-relative voxel index of its lowest corner
-    const uint8_t* demand = nullptr;      ///< 64 bytes: bit z of byte y * 8 + x is set where a voxel asks
+    Vec3i block;  ///< part-relative voxel index of its lowest corner
+    const uint8_t* demand =
+        nullptr;  ///< 64 bytes: bit z of byte y * 8 + x is set where a voxel asks
     float radius_mm = std::numeric_limits<float>::infinity();  ///< nothing farther is looked for
 };
 
@@ -41,8 +43,11 @@ struct BlockAnswer {
 
 /// Conservative knowledge about a cube of voxels, for volume_bounds.
 struct BoxBounds {
-    float distance_lo = 0, distance_hi = 0;  ///< unsigned distance of any voxel centre in the cube to the surface, mm
-    std::vector<float> float_lo, float_hi;   ///< ranges of the float @nearest components over every patch that may be nearest
+    float distance_lo = 0,
+          distance_hi =
+              0;  ///< unsigned distance of any voxel centre in the cube to the surface, mm
+    std::vector<float> float_lo,
+        float_hi;  ///< ranges of the float @nearest components over every patch that may be nearest
     std::vector<int32_t> int_lo, int_hi;
 };
 
@@ -62,14 +67,26 @@ class Engine {
     };
     virtual std::unique_ptr<Scratch> make_scratch() const = 0;
     virtual void query(const BlockQuery& query, Scratch* scratch, BlockAnswer* answer) const = 0;
-    /// `size` is 8, 16, 32 or 64 voxels a side; `lowest` the part-relative index of the lowest voxel.
-    virtual void bounds(const Vec3i& lowest, int32_t size, Scratch* scratch, BoxBounds* out) const = 0;
+    /// `size` is 8, 16, 32 or 64 voxels a side; `lowest` the part-relative index of the lowest
+    /// voxel.
+    virtual void bounds(const Vec3i& lowest, int32_t size, Scratch* scratch,
+                        BoxBounds* out) const = 0;
 };
 
-/// `frame` as of scene::make_frame. The surface must outlive the engine.
+struct BlockEngineOptions {
+    size_t cache_bytes =
+        128u
+        << 20;  ///< budget for the small trees of displaced patches; one block's are always held
+    bool allow_avx2 = true;  ///< off: the SSE4.1 form even where AVX2 exists; same bits
+};
+
+/// `frame` as of scene::make_frame. The surface must outlive the engine. Set-up reads every
+/// identity patch once.
 std::unique_ptr<Engine> make_block_engine(const surface::Surface& surface,
-                                          const std::array<float, OPENFAB_FRAME_COUNT>& frame);
-std::unique_ptr<Engine> make_brute_force_engine(const surface::Surface& surface,
-                                                const std::array<float, OPENFAB_FRAME_COUNT>& frame);
+                                          const std::array<float, OPENFAB_FRAME_COUNT>& frame,
+                                          const BlockEngineOptions& options = {});
+/// Plain loops over every micropolygon: the reference of tests, far too slow for anything else.
+std::unique_ptr<Engine> make_brute_force_engine(
+    const surface::Surface& surface, const std::array<float, OPENFAB_FRAME_COUNT>& frame);
 
 }  // namespace openfab::nearest

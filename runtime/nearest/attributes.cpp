@@ -1,0 +1,141 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/nearest/attributes.h"
+
+#include <algorithm>
+
+namespace openfab::nearest {
+namespace {
+
+Vec3d to_double(const float* v) {
+    return {v[0], v[1], v[2]};
+}
+
+/// Change of the two barycentric weights for a voxel step along i, j, k: [weight][axis].
+struct WeightSteps {
+    float step[2][3];
+};
+
+WeightSteps weight_steps(const float* const position[3], const std::array<float, 9>& steps) {
+    const Vec3d v0 = to_double(position[0]);
+    const Vec3d e1 = to_double(position[1]) - v0, e2 = to_double(position[2]) - v0;
+    const Vec3d n = cross(e1, e2);
+    const double n2 = dot(n, n);
+    WeightSteps out{};
+    if (!(n2 > 0)) return out;
+    // grad b1 . e1 = 1, grad b1 . e2 = 0, grad b1 . n = 0, and the same with 1 and 2 changed over.
+    const Vec3d grad[2] = {cross(e2, n) * (1.0 / n2), cross(n, e1) * (1.0 / n2)};
+    for (int w = 0; w < 2; ++w) {
+        for (int a = 0; a < 3; ++a) {
+            out.step[w][a] = static_cast<float>(dot(grad[w], to_double(steps.data() + a * 3)));
+        }
+    }
+    return out;
+}
+
+}  // namespace
+
+AttributeReader::AttributeReader(const surface::Surface& surface,
+                                 const std::array<float, OPENFAB_FRAME_COUNT>& frame)
+    : surface_(surface),
+      float_components_(surface.ranges().float_components),
+      int_components_(surface.ranges().int_components) {
+    for (size_t i = 0; i < 9; ++i)
+        steps_[i] = frame[OPENFAB_FRAME_STEP_I + i];
+    const std::vector<surface::Patch>& patches = surface.patches();
+    first_.assign(patches.size(), -1);
+    if (float_components_ + int_components_ == 0) return;
+    const auto floats = static_cast<size_t>(float_components_);
+    int32_t triangles = 0;
+    for (size_t p = 0; p < patches.size(); ++p) {
+        const bool query = (patches[p].use & surface::kForQuery) != 0;
+        if (!query || patches[p].kind != surface::PatchKind::kIdentity) continue;
+        const auto mesh = surface.micro(static_cast<int32_t>(p));
+        first_[p] = triangles;
+        triangles += static_cast<int32_t>(mesh->triangles.size());
+        for (const std::array<int32_t, 3>& corners : mesh->triangles) {
+            for (const int32_t corner : corners) {
+                const auto c = static_cast<size_t>(corner);
+                for (int a = 0; a < 3; ++a)
+                    positions_.push_back(mesh->positions[c][a]);
+                const float* from = mesh->vertex_attributes.data() + c * floats;
+                attributes_.insert(attributes_.end(), from, from + floats);
+            }
+        }
+        flat_.insert(flat_.end(), mesh->triangle_attributes.begin(),
+                     mesh->triangle_attributes.end());
+    }
+}
+
+AttributeReader::Source AttributeReader::find(int32_t patch, int32_t triangle,
+                                              Scratch* scratch) const {
+    const auto floats = static_cast<size_t>(float_components_);
+    const auto ints = static_cast<size_t>(int_components_);
+    Source s{};
+    const int32_t first = first_[static_cast<size_t>(patch)];
+    if (first >= 0) {
+        const auto t = static_cast<size_t>(first + triangle);
+        for (size_t k = 0; k < 3; ++k) {
+            s.position[k] = positions_.data() + (t * 3 + k) * 3;
+            s.attribute[k] = attributes_.data() + (t * 3 + k) * floats;
+        }
+        s.flat = flat_.data() + t * ints;
+        return s;
+    }
+    if (scratch->patch_ != patch) {
+        scratch->micro_ = surface_.micro(patch);
+        scratch->patch_ = patch;
+    }
+    const surface::MicroMesh& mesh = *scratch->micro_;
+    const std::array<int32_t, 3>& corners = mesh.triangles[static_cast<size_t>(triangle)];
+    for (size_t k = 0; k < 3; ++k) {
+        const auto c = static_cast<size_t>(corners[k]);
+        s.position[k] = &mesh.positions[c].x;
+        s.attribute[k] = mesh.vertex_attributes.data() + c * floats;
+    }
+    s.flat = mesh.triangle_attributes.data() + static_cast<size_t>(triangle) * ints;
+    return s;
+}
+
+void AttributeReader::read(const BlockAnswer& answer, const uint8_t* demand,
+                           const AttributeTargets& targets, Scratch* scratch) const {
+    const auto clear = [](auto* const* arrays, int32_t count) {
+        for (int32_t i = 0; arrays != nullptr && i < count; ++i) {
+            if (arrays[i] != nullptr) std::fill(arrays[i], arrays[i] + kBlockVoxels, 0);
+        }
+    };
+    clear(targets.values, float_components_);
+    clear(targets.gradients, float_components_ * 3);
+    clear(targets.flat, int_components_);
+
+    // Neighbouring voxels mostly share a triangle: find it, and its gradients, once for each run.
+    int32_t patch = -1, triangle = -1;
+    Source source{};
+    WeightSteps steps{};
+    for (int32_t v = 0; v < kBlockVoxels; ++v) {
+        if (answer.patch[v] < 0) continue;
+        if (demand != nullptr && (demand[v >> 3] >> (v & 7) & 1) == 0) continue;
+        if (answer.patch[v] != patch || answer.triangle[v] != triangle) {
+            patch = answer.patch[v];
+            triangle = answer.triangle[v];
+            source = find(patch, triangle, scratch);
+            if (targets.gradients != nullptr) steps = weight_steps(source.position, steps_);
+        }
+        for (int32_t c = 0; c < float_components_; ++c) {
+            const float a0 = source.attribute[0][c];
+            const float d1 = source.attribute[1][c] - a0, d2 = source.attribute[2][c] - a0;
+            if (targets.values != nullptr && targets.values[c] != nullptr) {
+                targets.values[c][v] = (a0 + answer.bary1[v] * d1) + answer.bary2[v] * d2;
+            }
+            for (int32_t a = 0; targets.gradients != nullptr && a < 3; ++a) {
+                float* out = targets.gradients[c * 3 + a];
+                if (out != nullptr) out[v] = steps.step[0][a] * d1 + steps.step[1][a] * d2;
+            }
+        }
+        for (int32_t c = 0; targets.flat != nullptr && c < int_components_; ++c) {
+            if (targets.flat[c] != nullptr) targets.flat[c][v] = source.flat[c];
+        }
+    }
+}
+
+}  // namespace openfab::nearest

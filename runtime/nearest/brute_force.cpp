@@ -1,0 +1,135 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The twin that every engine is compared with: plain loops over all micropolygons, nothing pruned.
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "runtime/nearest/engine.h"
+#include "runtime/nearest/patch_cache.h"
+#include "runtime/nearest/triangle.h"
+
+namespace openfab::nearest {
+namespace {
+
+class BruteForceEngine final : public Engine {
+  public:
+    BruteForceEngine(const surface::Surface& surface,
+                     const std::array<float, OPENFAB_FRAME_COUNT>& frame)
+        : ranges_(surface.ranges()), frame_(frame) {
+        std::vector<InputTriangle> triangles;
+        const auto count = static_cast<int32_t>(surface.patches().size());
+        for (int32_t p = 0; p < count; ++p) {
+            if ((surface.patches()[static_cast<size_t>(p)].use & surface::kForQuery) == 0) continue;
+            append_triangles(*surface.micro(p), p, &triangles);
+        }
+        frames_.resize(triangles.size());
+        details_.resize(triangles.size());
+        for (size_t i = 0; i < triangles.size(); ++i) {
+            const InputTriangle& t = triangles[i];
+            make_triangle(t.v[0], t.v[1], t.v[2], t.patch, t.triangle, &frames_[i], &details_[i]);
+        }
+    }
+
+    std::unique_ptr<Scratch> make_scratch() const override { return std::make_unique<Scratch>(); }
+
+    void query(const BlockQuery& query, Scratch* scratch, BlockAnswer* answer) const override {
+        for (int32_t y = 0; y < 8; ++y) {
+            for (int32_t x = 0; x < 8; ++x) {
+                for (int32_t z = 0; z < 8; ++z) {
+                    const int32_t v = (y * 8 + x) * 8 + z;
+                    const bool asked =
+                        query.demand == nullptr || (query.demand[y * 8 + x] >> z & 1) != 0;
+                    ++(asked ? scratch->counts.asked : scratch->counts.skipped);
+                    answer_voxel(query.block + Vec3i{x, y, z}, asked, query.radius_mm, v, answer);
+                }
+            }
+        }
+    }
+
+    void bounds(const Vec3i& lowest, int32_t size, Scratch*, BoxBounds* out) const override {
+        // The nearest point of the centre, and the triangle inequality; attributes of everything in
+        // reach.
+        const Vec3f lo = centre(lowest), hi = centre(lowest + Vec3i{size - 1, size - 1, size - 1});
+        const Vec3f middle = (lo + hi) * 0.5f;
+        const float reach = length(hi - lo) * 0.5f * 1.001f;
+        float least = std::numeric_limits<float>::infinity();
+        for (size_t i = 0; i < frames_.size(); ++i) {
+            least = std::min(least, closest_point(frames_[i], details_[i], middle).distance2);
+        }
+        const float distance = std::sqrt(least);
+        out->distance_lo = std::max(0.0f, distance * 0.9999f - reach);
+        out->distance_hi = distance * 1.0001f + reach;
+        const auto floats = static_cast<size_t>(ranges_.float_components);
+        const auto ints = static_cast<size_t>(ranges_.int_components);
+        out->float_lo.assign(floats, std::numeric_limits<float>::infinity());
+        out->float_hi.assign(floats, -std::numeric_limits<float>::infinity());
+        out->int_lo.assign(ints, std::numeric_limits<int32_t>::max());
+        out->int_hi.assign(ints, std::numeric_limits<int32_t>::lowest());
+        for (size_t i = 0; i < frames_.size(); ++i) {
+            const float d = std::sqrt(closest_point(frames_[i], details_[i], middle).distance2);
+            if (d * 0.9999f - reach > out->distance_hi) continue;
+            const auto p = static_cast<size_t>(details_[i].patch);
+            for (size_t c = 0; c < floats; ++c) {
+                out->float_lo[c] = std::min(out->float_lo[c], ranges_.float_lo[p * floats + c]);
+                out->float_hi[c] = std::max(out->float_hi[c], ranges_.float_hi[p * floats + c]);
+            }
+            for (size_t c = 0; c < ints; ++c) {
+                out->int_lo[c] = std::min(out->int_lo[c], ranges_.int_lo[p * ints + c]);
+                out->int_hi[c] = std::max(out->int_hi[c], ranges_.int_hi[p * ints + c]);
+            }
+        }
+    }
+
+  private:
+    /// In the order of operations that runtime/abi/fablet_table.h gives.
+    Vec3f centre(const Vec3i& voxel) const {
+        const float x = static_cast<float>(voxel.x) + 0.5f;
+        const float y = static_cast<float>(voxel.y) + 0.5f;
+        const float z = static_cast<float>(voxel.z) + 0.5f;
+        Vec3f p;
+        for (int c = 0; c < 3; ++c) {
+            const auto at = [&](int base) { return frame_[static_cast<size_t>(base + c)]; };
+            p[c] = ((x * at(OPENFAB_FRAME_STEP_I) + y * at(OPENFAB_FRAME_STEP_J)) +
+                    z * at(OPENFAB_FRAME_STEP_K)) +
+                   at(OPENFAB_FRAME_ORIGIN);
+        }
+        return p;
+    }
+
+    void answer_voxel(const Vec3i& voxel, bool asked, float radius, int32_t v,
+                      BlockAnswer* answer) const {
+        Hit best{std::numeric_limits<float>::infinity(), 0, 0};
+        int32_t patch = -1, triangle = -1;
+        const Vec3f p = centre(voxel);
+        for (size_t i = 0; asked && i < frames_.size(); ++i) {
+            const Hit hit = closest_point(frames_[i], details_[i], p);
+            // Patches rise, triangles rise in them: on equal bits the first stays.
+            if (!(hit.distance2 < best.distance2) || !(hit.distance2 <= radius * radius)) continue;
+            best = hit;
+            patch = details_[i].patch;
+            triangle = details_[i].triangle;
+        }
+        answer->distance2[v] = best.distance2;
+        answer->patch[v] = patch;
+        answer->triangle[v] = triangle;
+        answer->bary1[v] = best.bary1;
+        answer->bary2[v] = best.bary2;
+    }
+
+    const surface::PatchRanges& ranges_;
+    std::array<float, OPENFAB_FRAME_COUNT> frame_;
+    std::vector<TriangleFrame> frames_;
+    std::vector<TriangleDetail> details_;
+};
+
+}  // namespace
+
+std::unique_ptr<Engine> make_brute_force_engine(
+    const surface::Surface& surface, const std::array<float, OPENFAB_FRAME_COUNT>& frame) {
+    return std::make_unique<BruteForceEngine>(surface, frame);
+}
+
+}  // namespace openfab::nearest

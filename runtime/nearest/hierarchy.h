@@ -1,0 +1,76 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Bounding hierarchy of oriented boxes over triangles, and over the bounds of patches that are
+// diced on demand. Oriented, because a slanted patch's axis-aligned box sticks out into the ball of
+// a deep query, which then visits hundreds of triangles that it need not.
+
+#include <cstdint>
+#include <vector>
+
+#include "runtime/base/vec.h"
+#include "runtime/nearest/triangle.h"
+
+namespace openfab::nearest {
+
+/// One box: the points c with |axis_k . c - center_k| <= half_k. One cache line.
+///
+/// `link`, from the top bit: 1 leaf; inner nodes hold the place of the first of two neighbouring
+/// children below it.
+///     leaf, bits 28..30: number of triangles, 1 to 4, or 0 for a patch; bits 0..27: first
+///     triangle, or the patch id
+struct alignas(64) Node {
+    float axis[3][3];
+    float center[3];
+    float half[3];
+    uint32_t link;
+
+    static constexpr uint32_t kLeaf = 1u << 31;
+    bool is_leaf() const { return (link & kLeaf) != 0; }
+    uint32_t child() const { return link; }
+    uint32_t count() const { return link >> 28 & 7u; }
+    uint32_t first() const { return link & ((1u << 28) - 1); }
+};
+
+constexpr int32_t kMaxLeafTriangles = 4;
+/// More triangles or patches than a leaf's link can name.
+constexpr int64_t kMaxItems = int64_t{1} << 28;
+
+/// What the kernel sees of a hierarchy: node 0 is the root; no nodes where there is nothing.
+struct TreeView {
+    const Node* nodes = nullptr;
+    const TriangleFrame* frames = nullptr;
+    const TriangleDetail* details = nullptr;
+};
+
+struct Tree {
+    std::vector<Node> nodes;
+    std::vector<TriangleFrame> frames;    ///< in leaf order
+    std::vector<TriangleDetail> details;  ///< same order
+    float largest_coordinate = 0;         ///< of any vertex or box corner, mm
+
+    TreeView view() const { return {nodes.data(), frames.data(), details.data()}; }
+    size_t bytes() const {
+        return nodes.capacity() * sizeof(Node) + frames.capacity() * sizeof(TriangleFrame) +
+               details.capacity() * sizeof(TriangleDetail) + sizeof(Tree);
+    }
+};
+
+struct InputTriangle {
+    Vec3f v[3];
+    int32_t patch;
+    int32_t triangle;
+};
+
+struct InputPatch {
+    Box3f bounds;
+    int32_t patch;
+};
+
+/// Builds by surface area over centroids, in parallel where it is large. The shape of the tree
+/// never shows in an answer.
+Tree build_tree(const std::vector<InputTriangle>& triangles,
+                const std::vector<InputPatch>& patches);
+
+}  // namespace openfab::nearest

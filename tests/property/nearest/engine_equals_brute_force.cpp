@@ -1,0 +1,259 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The block engine gives, to the bit, what plain loops over all triangles give: distance, patch,
+// triangle, barycentrics.
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <thread>
+
+#include "runtime/nearest/engine.h"
+#include "tests/support/mesh_surface.h"
+
+namespace openfab::nearest {
+namespace {
+
+using testing::MeshSurface;
+using testing::TriangleMesh;
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+struct Asked {
+    Vec3f pitch{0.1f, 0.1f, 0.1f};
+    Vec3f origin{};
+    Vec3i lowest, blocks;  ///< in voxels, and how many blocks along each axis
+    float radius = kInfinity;
+    bool random_demand = false;
+};
+
+/// As many blocks as `most` a side, spread over the mesh's box and a little beyond.
+Asked cover(const TriangleMesh& mesh, const Vec3f& pitch, int most) {
+    Asked s;
+    s.pitch = pitch;
+    const Box3f box = mesh.box();
+    for (int a = 0; a < 3; ++a) {
+        s.lowest[a] = static_cast<int32_t>(std::floor(box.lo[a] / pitch[a])) - 9;
+        s.blocks[a] = std::min(most, static_cast<int32_t>(box.size()[a] / (8 * pitch[a])) + 3);
+    }
+    return s;
+}
+
+std::vector<BlockQuery> make_queries(const Asked& s, std::vector<std::array<uint8_t, 64>>* demand) {
+    std::vector<BlockQuery> queries;
+    std::mt19937 random(7);
+    const int32_t count = s.blocks.x * s.blocks.y * s.blocks.z;
+    demand->resize(static_cast<size_t>(count));
+    for (auto& bytes : *demand) {
+        for (auto& b : bytes)
+            b = static_cast<uint8_t>((random() & random()) >> 7);
+        if (random() % 4 == 0) std::fill(bytes.begin(), bytes.begin() + 32, 0);
+    }
+    for (int32_t k = 0; k < s.blocks.z; ++k) {
+        for (int32_t j = 0; j < s.blocks.y; ++j) {
+            for (int32_t i = 0; i < s.blocks.x; ++i) {
+                BlockQuery q;
+                q.block = s.lowest + Vec3i{8 * i, 8 * j, 8 * k};
+                q.radius_mm = s.radius;
+                if (s.random_demand) q.demand = (*demand)[queries.size()].data();
+                queries.push_back(q);
+            }
+        }
+    }
+    return queries;
+}
+
+/// First difference as text, or empty.
+std::string compare(const BlockAnswer& a, const BlockAnswer& b, const BlockQuery& q) {
+    for (int v = 0; v < kBlockVoxels; ++v) {
+        if (std::memcmp(&a.distance2[v], &b.distance2[v], 4) == 0 && a.patch[v] == b.patch[v] &&
+            a.triangle[v] == b.triangle[v] && std::memcmp(&a.bary1[v], &b.bary1[v], 4) == 0 &&
+            std::memcmp(&a.bary2[v], &b.bary2[v], 4) == 0) {
+            continue;
+        }
+        std::ostringstream text;
+        text.precision(9);
+        text << "block " << q.block.x << " " << q.block.y << " " << q.block.z << " voxel " << v
+             << ": " << a.distance2[v] << " of " << a.patch[v] << "/" << a.triangle[v] << " ("
+             << a.bary1[v] << ", " << a.bary2[v] << ") and " << b.distance2[v] << " of "
+             << b.patch[v] << "/" << b.triangle[v] << " (" << b.bary1[v] << ", " << b.bary2[v]
+             << ")";
+        return text.str();
+    }
+    return {};
+}
+
+std::vector<BlockAnswer> run(const Engine& engine, const std::vector<BlockQuery>& queries) {
+    std::vector<BlockAnswer> answers(queries.size());
+    const auto scratch = engine.make_scratch();
+    for (size_t i = 0; i < queries.size(); ++i)
+        engine.query(queries[i], scratch.get(), &answers[i]);
+    return answers;
+}
+
+void expect_equal(const std::vector<BlockAnswer>& got, const std::vector<BlockAnswer>& want,
+                  const std::vector<BlockQuery>& queries, const char* what) {
+    for (size_t i = 0; i < queries.size(); ++i) {
+        const std::string difference = compare(got[i], want[i], queries[i]);
+        ASSERT_EQ(difference, "") << what;
+    }
+}
+
+void check(const surface::Surface& surface, const Asked& setup,
+           const BlockEngineOptions& options = {}) {
+    const auto frame = testing::make_test_frame(setup.pitch, setup.origin);
+    std::vector<std::array<uint8_t, 64>> demand;
+    const std::vector<BlockQuery> queries = make_queries(setup, &demand);
+    const auto want = run(*make_brute_force_engine(surface, frame), queries);
+    const auto engine = make_block_engine(surface, frame, options);
+    expect_equal(run(*engine, queries), want, queries, "block engine");
+    BlockEngineOptions narrow = options;
+    narrow.allow_avx2 = false;
+    expect_equal(run(*make_block_engine(surface, frame, narrow), queries), want, queries, "SSE4.1");
+}
+
+void check_all_ways(const TriangleMesh& mesh, Asked setup) {
+    const MeshSurface surface(mesh);
+    check(surface, setup);
+    for (const float radius : {setup.pitch.x * 3, setup.pitch.x * 20}) {
+        setup.radius = radius;
+        check(surface, setup);
+    }
+    setup.random_demand = true;
+    check(surface, setup);
+    setup.radius = kInfinity;
+    check(surface, setup);
+}
+
+TEST(EngineEqualsBruteForce, RandomSoups) {
+    for (uint32_t seed = 1; seed <= 6; ++seed) {
+        SCOPED_TRACE(seed);
+        const TriangleMesh mesh = testing::make_soup(seed, 150, 2.0f, seed % 2 == 0 ? 0.3f : 2.0f);
+        check_all_ways(mesh, cover(mesh, {0.1f, 0.1f, 0.1f}, 4));
+    }
+}
+
+TEST(EngineEqualsBruteForce, GridAlignedWithVoxelsOnSymmetryPlanes) {
+    // An L, a staircase and two cells that touch in an edge; with pitch 1/8 and cells of 1 mm,
+    // voxel centres moved by half a voxel lie on faces, edges, vertices and on the planes between
+    // them.
+    const std::vector<Vec3i> cells = {{0, 0, 0}, {1, 0, 0},  {1, 1, 0}, {0, 0, 1},
+                                      {2, 2, 0}, {-2, 0, 0}, {-3, 1, 1}};
+    const TriangleMesh mesh = testing::make_cells(cells, 1.0f);
+    for (const float shift : {0.0f, -0.0625f}) {
+        Asked setup = cover(mesh, {0.125f, 0.125f, 0.125f}, 9);
+        setup.origin = {shift, shift, shift};
+        check_all_ways(mesh, setup);
+    }
+}
+
+TEST(EngineEqualsBruteForce, SphereToItsCentre) {
+    const TriangleMesh mesh = testing::make_ball(12, [](const Vec3d&) { return 2.0; });
+    check_all_ways(mesh, cover(mesh, {0.11f, 0.11f, 0.11f}, 6));
+}
+
+TEST(EngineEqualsBruteForce, TorusAtUnequalPitch) {
+    const TriangleMesh mesh = testing::make_torus(48, 24, 0.6, 0.25);
+    check_all_ways(mesh, cover(mesh, {0.042f, 0.085f, 0.027f}, 5));
+}
+
+TEST(EngineEqualsBruteForce, ThinPlate) {
+    std::vector<Vec3i> cells;
+    for (int y = 0; y < 12; ++y) {
+        for (int x = 0; x < 12; ++x)
+            cells.push_back({x, y, 0});
+    }
+    TriangleMesh mesh = testing::make_cells(cells, 0.25f);
+    for (Vec3f& p : mesh.positions)
+        p.z *= 0.2f;
+    check_all_ways(mesh, cover(mesh, {0.042f, 0.085f, 0.027f}, 5));
+}
+
+TEST(EngineEqualsBruteForce, FarFromTheOrigin) {
+    TriangleMesh mesh = testing::make_ball(8, [](const Vec3d&) { return 0.6; });
+    for (Vec3f& p : mesh.positions)
+        p = p + Vec3f{150, -90, 40};
+    check_all_ways(mesh, cover(mesh, {0.042f, 0.085f, 0.027f}, 5));
+}
+
+TEST(EngineEqualsBruteForce, ScannedMeshes) {
+    for (const char* name : {"bunny", "spot", "fandisk"}) {
+        const TriangleMesh mesh = testing::read_obj(
+            std::string(OPENFAB_SOURCE_DIR "/../shared/data/meshes/") + name + ".obj", 5.0);
+        if (mesh.triangles.empty())
+            GTEST_SKIP() << "../shared/data/meshes/" << name << ".obj is not there";
+        SCOPED_TRACE(name);
+        const MeshSurface surface(mesh);
+        Asked setup = cover(mesh, {0.17f, 0.17f, 0.06f}, 3);
+        setup.lowest = {-12, -12, -12};
+        check(surface, setup);
+        setup.radius = 0.5f;
+        check(surface, setup);
+    }
+}
+
+TEST(EngineEqualsBruteForce, PatchesDicedOnDemandUnderASmallCache) {
+    const TriangleMesh mesh = testing::make_torus(64, 32, 1.2, 0.5);
+    for (const float loose : {0.0f, 0.4f}) {
+        const MeshSurface surface(mesh, 50, loose);
+        for (const size_t cache_bytes : {size_t{0}, size_t{30000}, size_t{1} << 30}) {
+            BlockEngineOptions options;
+            options.cache_bytes = cache_bytes;
+            Asked setup = cover(mesh, {0.1f, 0.1f, 0.1f}, 4);
+            check(surface, setup, options);
+            setup.radius = 0.3f;
+            setup.random_demand = true;
+            check(surface, setup, options);
+        }
+    }
+}
+
+TEST(EngineEqualsBruteForce, AnyOrderAndAnyNumberOfThreads) {
+    const TriangleMesh mesh = testing::make_torus(48, 24, 1.2, 0.5);
+    const MeshSurface whole(mesh), diced(mesh, 40, 0.2f);
+    for (const surface::Surface* surface : {static_cast<const surface::Surface*>(&whole),
+                                            static_cast<const surface::Surface*>(&diced)}) {
+        const Asked setup = cover(mesh, {0.1f, 0.1f, 0.1f}, 5);
+        const auto frame = testing::make_test_frame(setup.pitch, setup.origin);
+        std::vector<std::array<uint8_t, 64>> demand;
+        const std::vector<BlockQuery> queries = make_queries(setup, &demand);
+        BlockEngineOptions options;
+        options.cache_bytes = 50000;
+        const auto engine = make_block_engine(*surface, frame, options);
+        const auto want = run(*engine, queries);
+        // The 8 orders that rising and falling x, y, z give.
+        for (int order = 1; order < 8; ++order) {
+            std::vector<BlockAnswer> got(queries.size());
+            const auto scratch = engine->make_scratch();
+            const Vec3i n = setup.blocks;
+            for (int32_t k = 0; k < n.z; ++k) {
+                for (int32_t j = 0; j < n.y; ++j) {
+                    for (int32_t i = 0; i < n.x; ++i) {
+                        const int32_t x = (order & 1) != 0 ? n.x - 1 - i : i;
+                        const int32_t y = (order & 2) != 0 ? n.y - 1 - j : j;
+                        const int32_t z = (order & 4) != 0 ? n.z - 1 - k : k;
+                        const auto at = static_cast<size_t>((z * n.y + y) * n.x + x);
+                        engine->query(queries[at], scratch.get(), &got[at]);
+                    }
+                }
+            }
+            expect_equal(got, want, queries, "order");
+        }
+        std::vector<BlockAnswer> got(queries.size());
+        std::vector<std::thread> threads;
+        for (size_t t = 0; t < 2; ++t) {
+            threads.emplace_back([&, t] {
+                const auto scratch = engine->make_scratch();
+                for (size_t i = t; i < queries.size(); i += 2)
+                    engine->query(queries[i], scratch.get(), &got[i]);
+            });
+        }
+        for (std::thread& thread : threads)
+            thread.join();
+        expect_equal(got, want, queries, "threads");
+    }
+}
+
+}  // namespace
+}  // namespace openfab::nearest

@@ -1,0 +1,324 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Plain triangle meshes behind the Surface interface, and the meshes that tests and benchmarks of
+// nearest queries share.
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <cstdint>
+#include <fstream>
+#include <memory>
+#include <random>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "runtime/surface/surface.h"
+
+namespace openfab::testing {
+
+struct TriangleMesh {
+    std::vector<Vec3f> positions;
+    std::vector<std::array<int32_t, 3>> triangles;
+
+    int32_t add(const Vec3f& p) {
+        positions.push_back(p);
+        return static_cast<int32_t>(positions.size()) - 1;
+    }
+    Box3f box() const {
+        Box3f b;
+        for (const Vec3f& p : positions)
+            b.add(p);
+        return b;
+    }
+};
+
+/// A mesh as a Surface. With `per_patch` 0 each triangle is an identity patch; else that many
+/// triangles in a row make one patch that is diced on demand, under a box that is `loose_mm` too
+/// large. Attributes: uv-like (x, y) / 10 and one int, the triangle's place in the mesh.
+class MeshSurface final : public surface::Surface {
+  public:
+    explicit MeshSurface(TriangleMesh mesh, int32_t per_patch = 0, float loose_mm = 0)
+        : mesh_(std::move(mesh)), per_patch_(per_patch == 0 ? 1 : per_patch) {
+        const auto count = static_cast<int32_t>(mesh_.triangles.size());
+        ranges_.float_components = 2;
+        ranges_.int_components = 1;
+        for (int32_t first = 0; first < count; first += per_patch_) {
+            surface::Patch patch;
+            patch.kind =
+                per_patch == 0 ? surface::PatchKind::kIdentity : surface::PatchKind::kLattice;
+            patch.triangle = first;
+            const int32_t end = std::min(count, first + per_patch_);
+            for (int32_t t = first; t < end; ++t) {
+                for (const int32_t v : mesh_.triangles[static_cast<size_t>(t)]) {
+                    patch.bounds.add(mesh_.positions[static_cast<size_t>(v)]);
+                }
+            }
+            for (int a = 0; a < 2; ++a) {
+                ranges_.float_lo.push_back(patch.bounds.lo[a] / 10);
+                ranges_.float_hi.push_back(patch.bounds.hi[a] / 10);
+            }
+            for (int a = 0; a < 3; ++a) {
+                patch.bounds.lo[a] -= loose_mm;
+                patch.bounds.hi[a] += loose_mm;
+            }
+            ranges_.int_lo.push_back(first);
+            ranges_.int_hi.push_back(end - 1);
+            patches_.push_back(patch);
+        }
+    }
+
+    const TriangleMesh& mesh() const { return mesh_; }
+    const std::vector<surface::Patch>& patches() const override { return patches_; }
+    const surface::PatchRanges& ranges() const override { return ranges_; }
+    bool identity() const override { return per_patch_ == 1; }
+    std::shared_ptr<const surface::MicroMesh> micro(int32_t patch) const override {
+        ++made_;
+        auto out = std::make_shared<surface::MicroMesh>();
+        const size_t first = static_cast<size_t>(patch) * static_cast<size_t>(per_patch_);
+        const size_t end =
+            std::min(mesh_.triangles.size(), first + static_cast<size_t>(per_patch_));
+        for (size_t t = first; t < end; ++t) {
+            const auto base = static_cast<int32_t>(out->positions.size());
+            for (const int32_t v : mesh_.triangles[t]) {
+                const Vec3f& p = mesh_.positions[static_cast<size_t>(v)];
+                out->positions.push_back(p);
+                out->vertex_attributes.push_back(p.x / 10);
+                out->vertex_attributes.push_back(p.y / 10);
+            }
+            out->triangles.push_back({base, base + 1, base + 2});
+            out->triangle_attributes.push_back(static_cast<uint32_t>(t));
+        }
+        return out;
+    }
+    Box3d exact_box(const Affine3d& map) const override {
+        Box3d box;
+        for (const Vec3f& p : mesh_.positions)
+            box.add(map.apply(vec_cast<double>(p)));
+        return box;
+    }
+    surface::SurfaceCounts counts() const override { return {}; }
+    Result<void> status() const override { return {}; }
+    int64_t times_made() const { return made_; }
+
+  private:
+    TriangleMesh mesh_;
+    int32_t per_patch_;
+    std::vector<surface::Patch> patches_;
+    surface::PatchRanges ranges_;
+    mutable std::atomic<int64_t> made_{0};
+};
+
+/// Frame of an unrotated part whose voxel (0, 0, 0) has its centre half a pitch from `origin`.
+inline std::array<float, OPENFAB_FRAME_COUNT> make_test_frame(const Vec3f& pitch,
+                                                              const Vec3f& origin) {
+    std::array<float, OPENFAB_FRAME_COUNT> f{};
+    f[OPENFAB_FRAME_STEP_I] = pitch.x;
+    f[OPENFAB_FRAME_STEP_J + 1] = pitch.y;
+    f[OPENFAB_FRAME_STEP_K + 2] = pitch.z;
+    for (int a = 0; a < 3; ++a) {
+        f[static_cast<size_t>(OPENFAB_FRAME_ORIGIN + a)] = origin[a];
+        f[static_cast<size_t>(OPENFAB_FRAME_VOXEL_SIZE + a)] = pitch[a];
+    }
+    return f;
+}
+
+/// Random triangles in a cube of +-`reach`, some of them needles, some without area, some doubled.
+inline TriangleMesh make_soup(uint32_t seed, int count, float reach, float size) {
+    std::mt19937 random(seed);
+    const auto uniform = [&](float r) {
+        return (static_cast<float>(random() >> 8) * 0x1p-24f * 2 - 1) * r;
+    };
+    const auto point = [&](float r) {
+        const float x = uniform(r), y = uniform(r), z = uniform(r);
+        return Vec3f{x, y, z};
+    };
+    TriangleMesh m;
+    for (int i = 0; i < count; ++i) {
+        const Vec3f c = point(reach);
+        const Vec3f a = c + point(size);
+        Vec3f b = c + point(size);
+        if (i % 11 == 3) b = c + (a - c) * 0.5f + point(size * 1e-5f);
+        if (i % 13 == 5) b = c + (a - c) * 0.5f;
+        const int32_t v = m.add(c);
+        m.add(a);
+        m.add(b);
+        m.triangles.push_back({v, v + 1, v + 2});
+        if (i % 17 == 7) m.triangles.push_back({v + 1, v + 2, v});
+    }
+    return m;
+}
+
+/// (u, v) in [0, 1]² to a closed surface, `nu` by `nv` quads, both directions periodic.
+template <typename Map>
+TriangleMesh make_periodic(int nu, int nv, const Map& map) {
+    TriangleMesh m;
+    for (int j = 0; j < nv; ++j) {
+        for (int i = 0; i < nu; ++i)
+            m.add(map(static_cast<double>(i) / nu, static_cast<double>(j) / nv));
+    }
+    for (int j = 0; j < nv; ++j) {
+        for (int i = 0; i < nu; ++i) {
+            const int i1 = (i + 1) % nu, j1 = (j + 1) % nv;
+            m.triangles.push_back({j * nu + i, j * nu + i1, j1 * nu + i1});
+            m.triangles.push_back({j * nu + i, j1 * nu + i1, j1 * nu + i});
+        }
+    }
+    return m;
+}
+
+inline TriangleMesh make_torus(int nu, int nv, double large, double small) {
+    return make_periodic(nu, nv, [&](double u, double v) {
+        const double a = u * 2 * M_PI, b = v * 2 * M_PI, r = large + small * std::cos(b);
+        return vec_cast<float>(Vec3d{r * std::cos(a), r * std::sin(a), small * std::sin(b)});
+    });
+}
+
+/// A cube's faces, `n` by `n` quads each, pushed out to a sphere: closed, 12 n² triangles.
+/// `radius_at` takes a unit vector.
+template <typename Radius>
+TriangleMesh make_ball(int n, const Radius& radius_at) {
+    TriangleMesh m;
+    std::vector<int32_t> at(
+        static_cast<size_t>(n + 1) * static_cast<size_t>(n + 1) * static_cast<size_t>(n + 1), -1);
+    const auto vertex = [&](const Vec3i& g) {
+        const auto s = static_cast<size_t>(n + 1);
+        int32_t& v = at[(static_cast<size_t>(g.x) * s + static_cast<size_t>(g.y)) * s +
+                        static_cast<size_t>(g.z)];
+        if (v < 0) {
+            Vec3d d;
+            for (int a = 0; a < 3; ++a)
+                d[a] = std::tan((static_cast<double>(g[a]) / n * 2 - 1) * M_PI / 4);
+            d = d * (1.0 / length(d));
+            v = m.add(vec_cast<float>(d * radius_at(d)));
+        }
+        return v;
+    };
+    for (int axis = 0; axis < 3; ++axis) {
+        for (int side = 0; side < 2; ++side) {
+            for (int j = 0; j < n; ++j) {
+                for (int i = 0; i < n; ++i) {
+                    int32_t q[4];
+                    for (int k = 0; k < 4; ++k) {
+                        Vec3i g;
+                        g[axis] = side * n;
+                        g[(axis + 1) % 3] = i + (k == 1 || k == 2 ? 1 : 0);
+                        g[(axis + 2) % 3] = j + (k >= 2 ? 1 : 0);
+                        q[k] = vertex(g);
+                    }
+                    if (side == 0) std::swap(q[1], q[3]);
+                    m.triangles.push_back({q[0], q[1], q[2]});
+                    m.triangles.push_back({q[0], q[2], q[3]});
+                }
+            }
+        }
+    }
+    return m;
+}
+
+/// The boundary of a union of unit cells of a grid (1 = full): reflex edges, vertices on the grid,
+/// ties everywhere.
+inline TriangleMesh make_cells(const std::vector<Vec3i>& cells, float size) {
+    TriangleMesh m;
+    const auto full = [&](const Vec3i& c) {
+        for (const Vec3i& other : cells) {
+            if (other == c) return true;
+        }
+        return false;
+    };
+    for (const Vec3i& cell : cells) {
+        for (int axis = 0; axis < 3; ++axis) {
+            for (int side = 0; side < 2; ++side) {
+                Vec3i next = cell;
+                next[axis] += side == 1 ? 1 : -1;
+                if (full(next)) continue;
+                int32_t q[4];
+                for (int k = 0; k < 4; ++k) {
+                    Vec3i g = cell;
+                    g[axis] += side;
+                    g[(axis + 1) % 3] += k == 1 || k == 2 ? 1 : 0;
+                    g[(axis + 2) % 3] += k >= 2 ? 1 : 0;
+                    q[k] = m.add(vec_cast<float>(g) * size);
+                }
+                if (side == 0) std::swap(q[1], q[3]);
+                m.triangles.push_back({q[0], q[1], q[2]});
+                m.triangles.push_back({q[0], q[2], q[3]});
+            }
+        }
+    }
+    return m;
+}
+
+/// Triangles of an OBJ file, centred and scaled to a height (z extent after taking y up to z) of
+/// `height_mm`; empty where the file is not there.
+inline TriangleMesh read_obj(const std::string& path, double height_mm) {
+    TriangleMesh m;
+    std::ifstream in(path);
+    std::vector<Vec3d> p;
+    std::string line, word;
+    while (std::getline(in, line)) {
+        std::istringstream words(line);
+        words >> word;
+        if (word == "v") {
+            Vec3d v;
+            words >> v.x >> v.z >> v.y;
+            v.y = -v.y;
+            p.push_back(v);
+        } else if (word == "f") {
+            std::vector<int32_t> face;
+            while (words >> word)
+                face.push_back(std::stoi(word) - 1);
+            for (size_t k = 2; k < face.size(); ++k)
+                m.triangles.push_back({face[0], face[k - 1], face[k]});
+        }
+        word.clear();
+    }
+    Box3d box;
+    for (const Vec3d& v : p)
+        box.add(v);
+    for (const Vec3d& v : p)
+        m.add(vec_cast<float>((v - box.center()) * (height_mm / box.size().z)));
+    return m;
+}
+
+/// Each triangle in four, `rounds` times.
+inline TriangleMesh subdivide(TriangleMesh m, int rounds) {
+    for (int r = 0; r < rounds; ++r) {
+        TriangleMesh out;
+        out.positions = m.positions;
+        std::vector<std::pair<std::pair<int32_t, int32_t>, int32_t>> edges;
+        for (const auto& t : m.triangles) {
+            for (size_t k = 0; k < 3; ++k)
+                edges.push_back({std::minmax(t[k], t[(k + 1) % 3]), 0});
+        }
+        std::sort(edges.begin(), edges.end());
+        edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+        for (auto& e : edges) {
+            const Vec3f& a = m.positions[static_cast<size_t>(e.first.first)];
+            const Vec3f& b = m.positions[static_cast<size_t>(e.first.second)];
+            e.second = out.add((a + b) * 0.5f);
+        }
+        const auto middle = [&](int32_t a, int32_t b) {
+            const std::pair<int32_t, int32_t> key = std::minmax(a, b);
+            return std::lower_bound(edges.begin(), edges.end(), key,
+                                    [](const auto& e, const auto& k) { return e.first < k; })
+                ->second;
+        };
+        for (const auto& t : m.triangles) {
+            const int32_t a = middle(t[0], t[1]), b = middle(t[1], t[2]), c = middle(t[2], t[0]);
+            out.triangles.push_back({t[0], a, c});
+            out.triangles.push_back({t[1], b, a});
+            out.triangles.push_back({t[2], c, b});
+            out.triangles.push_back({a, b, c});
+        }
+        m = std::move(out);
+    }
+    return m;
+}
+
+}  // namespace openfab::testing
