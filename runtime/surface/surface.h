@@ -4,11 +4,49 @@
 
 // The displaced surface of a part, in patches that are diced and displaced on demand (Reyes order).
 //
-// A base triangle whose displacement interval is exactly zero and whose outputs copy inputs is an *identity* triangle:
-// one patch, the base triangle itself. Any other is split on its barycentric lattice into patches of at most 32 micro-edges
-// a side. Where the two sides of a base edge displace differently a strip joins them, and a fan closes the corner; strips
-// and fans are patches too, after all others. Together the patches marked kForCoverage are a closed surface wherever the
-// base mesh is closed.
+// A base triangle whose displacement interval is exactly zero and whose outputs copy inputs is an
+// *identity* triangle: one patch, the base triangle itself. Any other is *displaced*: split on its
+// barycentric lattice into patches of at most 32 micro-edges a side. Where the two sides of a base
+// edge displace differently a strip joins them, and a fan closes the corner; strips and fans are
+// patches too, after all others. Together the patches marked kForCoverage are a closed surface
+// wherever the base mesh is closed: every directed micro-edge (of positions, to the bit) has its
+// opposite.
+//
+// What dicing gives, exactly (lattice.h has the formulas; tests/support/reference/dice.h does the
+// same plainly):
+//  - Edge factor: n(e) = max(1, ceil(|e| / s)) in double; more than 65535 on a displaced triangle
+//  is refused.
+//  - Vertices are welded by position. A triangle with two corners in one place gives nothing.
+//  - The lattice of a displaced triangle has N = the largest of its three factors. A lattice point
+//  on an edge with n < N
+//    is the edge point round(i n / N), counted from the edge's lower end (first in x, y, z order);
+//    the triangles of no area that this makes are left out. Tiles go row after row of b, in a tile
+//    cells row after row of b, in a cell first (a, b) (a+1, b) (a, b+1), then (a+1, b) (a+1, b+1)
+//    (a, b+1).
+//  - Points between the ends of an edge are interpolated from its two ends, from the lower one;
+//  others from corner 0.
+//    Positions are double until they are rounded to float, inputs float.
+//  - Shared evaluation: corners of displaced triangles at one vertex are *alike* if normal, uv and
+//  all inputs have equal
+//    bits. The lowest alike triangle evaluates a corner for all; the points between the ends of an
+//    edge are evaluated by the lowest displaced triangle on the edge that is alike at both ends.
+//    Gradients, ng, dpdu and dpdv are the evaluator's. Identity triangles take no part in this:
+//    their points stay where they are.
+//  - An edge is *divided* if a displaced triangle is on it. An identity triangle with divided sides
+//  (of n > 1) is seen by
+//    the voxeliser as a fan over the edge points, from the opposite corner where one side is
+//    divided, else from the centroid; queries see the base triangle.
+//  - Sides are paired along an edge: the k-th that runs up with the k-th that runs down, in order
+//  of triangles. Between
+//    points i and i + 1 of the up side T and the down side U a strip has (T[i+1], T[i], U[i]) and
+//    (T[i+1], U[i], U[i+1]). Ints of a strip come from the lower triangle of the pair (computed
+//    ones from its point i).
+//  - At a vertex, for each side that leaves it, in order of corners: (place in the first triangle
+//  of all at the vertex, place
+//    in the partner's triangle, place in the side's own). Ints come from the first.
+//  - Order of patches: base triangles (an identity before its fans), strips by their lowest side,
+//  vertices by their first
+//    corner.
 
 #include <array>
 #include <cstdint>
@@ -34,45 +72,52 @@ enum class PatchKind : uint8_t {
     kSeam,      ///< strips and corner fans
 };
 
-/// Patch ids are places in Surface::patches(); they rise with (base triangle, place on the lattice), seams last, so the
-/// tie rule of nearest queries is: lowest (patch id, triangle in patch).
+/// Patch ids are places in Surface::patches(); they rise with (base triangle, place on the
+/// lattice), seams last, so the tie rule of nearest queries is: lowest (patch id, triangle in
+/// patch).
 struct Patch {
     PatchKind kind = PatchKind::kIdentity;
     uint8_t use = kForQuery | kForCoverage;
-    int32_t triangle = -1;                 ///< base triangle; -1 for seams
-    std::array<int32_t, 4> lattice{};      ///< kLattice: first a, first b, end a, end b
-    Box3f bounds;                          ///< part-local mm, holds every displaced point: conservative
+    int32_t triangle = -1;  ///< base triangle; -1 for seams
+    std::array<int32_t, 4>
+        lattice{};  ///< kLattice: first a, first b, end a, end b (vertices; inclusive);
+                    ///< kFan: first and end of the fan's triangles in [0] and [2]
+    Box3f bounds;   ///< part-local mm, holds every displaced point: conservative
 };
 
-/// The micropolygons of one patch. Triangles of no area (equal corner indices or equal positions) are left out.
-/// Attributes are those that the fablet's @nearest inputs read, in that order.
+/// The micropolygons of one patch. Triangles of no area (equal corner indices or equal positions)
+/// are left out. Attributes are those that the fablet's @nearest inputs read, in that order; kFan
+/// patches carry none.
 struct MicroMesh {
-    std::vector<Vec3f> positions;                     ///< part-local mm
-    std::vector<std::array<int32_t, 3>> triangles;    ///< counter-clockwise from outside
+    std::vector<Vec3f> positions;                   ///< part-local mm
+    std::vector<std::array<int32_t, 3>> triangles;  ///< counter-clockwise from outside
     /// Where two patches share a corner or an edge, positions have the same bits on both sides.
-    std::vector<float> vertex_attributes;             ///< [vertex][float component], float nearest inputs flattened
-    std::vector<uint32_t> triangle_attributes;        ///< [triangle][int component], other nearest inputs flattened
+    std::vector<float>
+        vertex_attributes;  ///< [vertex][float component], float nearest inputs flattened
+    std::vector<uint32_t>
+        triangle_attributes;  ///< [triangle][int component], other nearest inputs flattened
     size_t bytes() const;
 };
 
-/// Ranges of the @nearest inputs over a patch, conservative: lo/hi per flattened component, floats then ints apart.
+/// Ranges of the @nearest inputs over a patch, conservative: lo/hi per flattened component, floats
+/// then ints apart.
 struct PatchRanges {
-    std::vector<float> float_lo, float_hi;      ///< [patch][float component]
-    std::vector<int32_t> int_lo, int_hi;        ///< [patch][int component]
+    std::vector<float> float_lo, float_hi;  ///< [patch][float component]
+    std::vector<int32_t> int_lo, int_hi;    ///< [patch][int component]
     int32_t float_components = 0;
     int32_t int_components = 0;
 };
 
 struct SurfaceOptions {
-    double micro_edge_mm = 0.1;        ///< s: the geometric mean of the print's pitches
-    size_t cache_bytes = 256u << 20;   ///< budget of the micropolygon cache
+    double micro_edge_mm = 0.1;       ///< s: the geometric mean of the print's pitches
+    size_t cache_bytes = 256u << 20;  ///< budget of the micropolygon cache
     openfab_isa isa = OPENFAB_ISA_AVX2;
-    bool infer_identity = true;        ///< off: every triangle is diced
+    bool infer_identity = true;  ///< off: every triangle is diced
 };
 
 struct SurfaceCounts {
-    int64_t micro_triangles = 0;   ///< made, counting again what was evicted
-    int64_t not_finite = 0;        ///< displacements that were NaN or infinite, taken as 0
+    int64_t micro_triangles = 0;  ///< made, counting again what was evicted
+    int64_t not_finite = 0;       ///< displacements that were NaN or infinite, taken as 0
     int64_t cut_to_bound = 0;
     int64_t cache_hits = 0, cache_misses = 0, cache_evictions = 0;
     int64_t cache_peak_bytes = 0;
@@ -81,7 +126,8 @@ struct SurfaceCounts {
 class Surface {
   public:
     /// Sets up patches and bounds (surface_bounds kernel). The part must outlive the surface.
-    static Result<std::unique_ptr<Surface>> create(const scene::Part& part, const SurfaceOptions& options);
+    static Result<std::unique_ptr<Surface>> create(const scene::Part& part,
+                                                   const SurfaceOptions& options);
     virtual ~Surface() = default;
 
     virtual const std::vector<Patch>& patches() const = 0;
@@ -89,12 +135,17 @@ class Surface {
     /// True where no patch is displaced: queries can use the base mesh.
     virtual bool identity() const = 0;
 
-    /// The patch's micropolygons, made if they are not in the cache. Any thread; the handle pins them.
+    /// The patch's micropolygons, made if they are not in the cache. Any thread; the handle pins
+    /// them.
     virtual std::shared_ptr<const MicroMesh> micro(int32_t patch) const = 0;
 
-    /// The exact box of all coverage micro-vertices under an affine map, by branch and bound over patches.
+    /// The exact box of all coverage micro-vertices under an affine map, by branch and bound over
+    /// patches.
     virtual Box3d exact_box(const Affine3d& local_to_other) const = 0;
     virtual SurfaceCounts counts() const = 0;
+    /// An error once a surface kernel has failed; the patch it was run for came back empty. To be
+    /// read after each slab.
+    virtual Result<void> status() const { return {}; }
 };
 
 }  // namespace openfab::surface

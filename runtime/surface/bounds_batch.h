@@ -1,0 +1,101 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Conservative bounds of patches: the input ranges of a tile, and the surface_bounds kernel run on
+// them. One per thread.
+//
+// A range holds what any micro-vertex of the tile is evaluated with: linear interpolants at the
+// tile's corners (and at the edge points its corners snap to), widened by the rounding of the
+// interpolation; and the gradients and frames of every triangle that evaluates a vertex on the
+// tile's edges.
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "runtime/abi/kernel_call.h"
+#include "runtime/base/result.h"
+#include "runtime/scene/part.h"
+#include "runtime/surface/base_mesh.h"
+#include "runtime/surface/kernel_args.h"
+#include "runtime/surface/lattice.h"
+
+namespace openfab::surface {
+
+template <typename T>
+struct Range {
+    T lo, hi;
+    void add(const Range& other) {
+        lo = other.lo < lo ? other.lo : lo;
+        hi = other.hi > hi ? other.hi : hi;
+    }
+};
+
+class BoundsBatch {
+  public:
+    BoundsBatch(const scene::Part& part, const BaseMesh& base, const StaticArgs& args,
+                const NearestLayout& nearest, openfab_isa isa);
+
+    void clear();
+    /// A tile of a displaced triangle; the mesh must be connected.
+    void add_tile(int32_t triangle, const Tile& tile);
+    /// The whole triangle, with its own gradients only: to decide whether it is an identity.
+    void add_triangle(int32_t triangle);
+    /// 0, or the kernel's error code.
+    int evaluate();
+
+    /// The interval of the displacement is exactly zero.
+    bool still(int32_t i) const;
+    /// False where the displacement has no finite bound.
+    bool bounded(int32_t i) const;
+    Box3f box(int32_t i) const;
+    Range<float> float_range(size_t k, int32_t i) const;
+    Range<int32_t> int_range(size_t k, int32_t i) const;
+
+  private:
+    /// Barycentric weights of the points that span a tile, and the triangles that evaluate its
+    /// vertices.
+    struct Item {
+        int32_t triangle = 0;
+        int32_t points = 0;
+        std::array<double, 10> wa{}, wb{};
+        int32_t evaluators = 0;
+        std::array<int32_t, 7> evaluator{};
+    };
+
+    void span_tile(Item* item, const Tile& tile, bool snapped) const;
+    void add_evaluator(Item* item, int32_t triangle) const;
+    Range<float> linear(const Item& item, const std::array<float, 3>& corners) const;
+    Range<float> input_range(const Item& item, const openfab_arg& arg) const;
+    Range<float> gradient_range(const Item& item, const openfab_arg& arg) const;
+    Range<float> frame_range(const Item& item, const openfab_arg& arg) const;
+    Range<float> normal_range(const Item& item, int32_t axis) const;
+    Range<float> position_range(const Item& item, int32_t axis) const;
+    Range<float> float_argument(const Item& item, const openfab_arg& arg) const;
+    Range<float> displacement(int32_t i, int32_t axis) const;
+    Range<float> attribute_range(const scene::PartAttribute& attribute, int32_t component,
+                                 const Item& item) const;
+
+    const scene::Part& part_;
+    const BaseMesh& base_;
+    const NearestLayout& nearest_;
+    const openfab_kernel& kernel_;
+    abi::KernelCall call_;
+    std::unique_ptr<abi::KernelBuffer[]> buffers_;
+    std::vector<uint8_t> batched_;
+    std::vector<std::vector<float>> floats_;  ///< [argument]
+    std::vector<std::vector<int32_t>> ints_;  ///< [argument]
+    std::array<std::array<int32_t, 2>, 3> displacement_argument_;
+    std::vector<std::array<int32_t, 2>>
+        output_argument_;  ///< [surface output * 16 + component]: lo, hi
+    std::vector<Item> items_;
+};
+
+/// Ranges of attributes over a whole base triangle that is not displaced.
+Range<float> corner_range(const scene::PartAttribute& attribute, int32_t triangle,
+                          int32_t component);
+
+}  // namespace openfab::surface

@@ -1,0 +1,45 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Makes the micropolygons of one patch. One dicer per thread; the result depends on the patch
+// alone.
+
+#include "runtime/surface/base_mesh.h"
+#include "runtime/surface/kernel_args.h"
+#include "runtime/surface/micro_batch.h"
+#include "runtime/surface/patch_table.h"
+#include "runtime/surface/surface.h"
+
+namespace openfab::surface {
+
+class Dicer {
+  public:
+    Dicer(const scene::Part& part, const BaseMesh& base, const PatchTable& table,
+          const StaticArgs& args, const NearestLayout& nearest, openfab_isa isa);
+
+    /// Replaces `out`. 0, or the surface kernel's error code; then `out` is empty.
+    int dice(int32_t patch, MicroMesh* out);
+
+    /// Displacements of the last patch that were not finite or were cut to the user's bound.
+    int64_t not_finite() const { return batch_.not_finite; }
+    int64_t cut_to_bound() const { return batch_.cut_to_bound; }
+
+  private:
+    void dice_identity(int32_t triangle, MicroMesh* out) const;
+    void dice_fan(const Patch& patch, MicroMesh* out) const;
+    void dice_tile(const Patch& patch, MicroMesh* out);
+    void dice_strip(const Seam& seam, MicroMesh* out);
+    void dice_vertex(const Seam& seam, MicroMesh* out);
+    void take_vertices(int32_t first, int32_t count, MicroMesh* out) const;
+    void take_ints(int32_t vertex, MicroMesh* out) const;
+    void add_triangle(int32_t a, int32_t b, int32_t c, int32_t int_vertex, MicroMesh* out) const;
+
+    const scene::Part& part_;
+    const BaseMesh& base_;
+    const PatchTable& table_;
+    const NearestLayout& nearest_;
+    MicroBatch batch_;
+};
+
+}  // namespace openfab::surface

@@ -1,0 +1,101 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/surface/kernel_args.h"
+
+#include <fmt/format.h>
+
+namespace openfab::surface {
+
+StaticArgs::StaticArgs(const scene::Part& part)
+    : part_(part), textures_(std::make_unique<abi::KernelBuffer[]>(3 * part.textures.size())) {
+    for (int axis = 0; axis < 3; ++axis) {
+        frame_[static_cast<size_t>(OPENFAB_FRAME_CENTER + axis)] =
+            static_cast<float>(part.mesh->center_part_mm[axis]);
+    }
+    frame_[OPENFAB_FRAME_MAX_DISPLACEMENT] = part.max_displacement_mm;
+    for (size_t i = 0; i < part.textures.size(); ++i) {
+        const texture::Pyramid& p = *part.textures[i];
+        const auto count = [](size_t n) { return static_cast<int32_t>(n); };
+        textures_[3 * i + OPENFAB_TEXTURE_TEXELS].set_dense(
+            abi::halide_type(OPENFAB_FLOAT), p.texels().data(), {count(p.texels().size())});
+        textures_[3 * i + OPENFAB_TEXTURE_INFO].set_dense(
+            abi::halide_type(OPENFAB_INT), p.info().data(), {count(p.info().size())});
+        textures_[3 * i + OPENFAB_TEXTURE_MINMAX].set_dense(
+            abi::halide_type(OPENFAB_FLOAT), p.minmax().data(), {count(p.minmax().size())});
+    }
+}
+
+const void* StaticArgs::find(const openfab_arg& arg) const {
+    switch (arg.kind) {
+        case OPENFAB_ARG_UNIFORM:
+            return &part_.uniform_values[static_cast<size_t>(arg.a)];
+        case OPENFAB_ARG_FRAME:
+            return &frame_[static_cast<size_t>(arg.a)];
+        case OPENFAB_ARG_INSTANCE:
+            return &part_.instance;
+        case OPENFAB_ARG_TEXTURE:
+            return textures_[static_cast<size_t>(3 * arg.a + arg.b)].raw();
+        default:
+            return nullptr;
+    }
+}
+
+NearestLayout::NearestLayout(const openfab_fablet& fablet) {
+    for (int32_t i = 0; i < fablet.nearest_count; ++i) {
+        const openfab_varying& input = fablet.nearest[i];
+        NearestComponent from{NearestComponent::From::kMesh, i, 0};
+        if (input.source >= 0) {
+            const int32_t copied = fablet.surface_outputs[input.source].source;
+            from = copied >= 0
+                       ? NearestComponent{NearestComponent::From::kSurfaceInput, copied, 0}
+                       : NearestComponent{NearestComponent::From::kSurfaceOutput, input.source, 0};
+        }
+        for (from.component = 0; from.component < input.components; ++from.component) {
+            (input.scalar == OPENFAB_FLOAT ? floats : ints).push_back(from);
+        }
+    }
+}
+
+Result<void> check_surface_kernels(const scene::Part& part) {
+    const openfab_fablet& fablet = *part.fablet;
+    if (fablet.has_surface == 0) return {};
+    for (const openfab_kernel* kernel : {&fablet.surface, &fablet.surface_bounds}) {
+        if (kernel->fn[OPENFAB_ISA_SSE41] == nullptr && kernel->fn[OPENFAB_ISA_AVX2] == nullptr) {
+            return internal_error(fmt::format(
+                "fablet `{}` has a surface stage but lacks a kernel of it", fablet.name));
+        }
+        for (int32_t i = 0; i < kernel->arg_count; ++i) {
+            const openfab_arg& arg = kernel->args[i];
+            const bool attr = arg.kind == OPENFAB_ARG_SURFACE_ATTR ||
+                              arg.kind == OPENFAB_ARG_SURFACE_ATTR_GRAD ||
+                              (arg.kind >= OPENFAB_ARG_SURFACE_ATTR_LO &&
+                               arg.kind <= OPENFAB_ARG_SURFACE_ATTR_GRAD_HI);
+            if (attr && arg.a >= OPENFAB_SURFACE_UV && part.mesh->corner_uv.empty()) {
+                return user_error(
+                    fmt::format("part `{}`: the surface stage of fablet `{}` reads the attribute "
+                                "`uv`, which the mesh lacks",
+                                part.name, fablet.name));
+            }
+            const bool frame = arg.kind == OPENFAB_ARG_FRAME;
+            if (frame && arg.a != OPENFAB_FRAME_MAX_DISPLACEMENT &&
+                (arg.a < OPENFAB_FRAME_CENTER || arg.a >= OPENFAB_FRAME_CENTER + 3)) {
+                return internal_error(
+                    fmt::format("the surface stage of fablet `{}` asks for frame value {}, which "
+                                "depends on the grid",
+                                fablet.name, arg.a));
+            }
+            const bool scalar = arg.kind <= OPENFAB_ARG_INSTANCE;
+            const bool batch =
+                arg.kind >= OPENFAB_ARG_SURFACE_IN && arg.kind <= OPENFAB_ARG_SURFACE_OUT_HI;
+            if (!scalar && !batch) {
+                return internal_error(
+                    fmt::format("the surface stage of fablet `{}` asks for argument kind {}, which "
+                                "belongs to another stage",
+                                fablet.name, static_cast<int>(arg.kind)));
+            }
+        }
+    }
+    return {};
+}
+
+}  // namespace openfab::surface

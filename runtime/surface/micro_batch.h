@@ -1,0 +1,115 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// A batch of micro-vertices: their inputs interpolated, the surface kernel run on them. One per
+// thread.
+//
+// Vertices come in runs that belong to one base triangle each. Vertices of identity triangles keep
+// their place and are not evaluated; runs of displaced triangles must be added before them, so that
+// the kernel sees a dense batch.
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "runtime/abi/kernel_call.h"
+#include "runtime/scene/part.h"
+#include "runtime/surface/base_mesh.h"
+#include "runtime/surface/kernel_args.h"
+#include "runtime/surface/lattice.h"
+
+namespace openfab::surface {
+
+class MicroBatch {
+  public:
+    MicroBatch(const scene::Part& part, const BaseMesh& base, const StaticArgs& args,
+               const NearestLayout& nearest, openfab_isa isa);
+
+    void clear();
+    /// The lattice points of a tile of a displaced triangle, row after row of b; point (a, b) is
+    /// first + sum of the row lengths before + a - a0. Returns the first index.
+    int32_t add_tile(int32_t triangle, const Tile& tile);
+    /// Points [i0, i1] of a side, counted from its lower end.
+    int32_t add_side(int32_t side, int32_t i0, int32_t i1);
+    int32_t add_corner(int32_t corner);
+    /// Fills positions and, where something is displaced, runs the kernel. 0, or the kernel's error
+    /// code.
+    int evaluate();
+
+    int32_t size() const { return size_; }
+    Vec3f position(int32_t i) const {
+        return {result_[0][static_cast<size_t>(i)], result_[1][static_cast<size_t>(i)],
+                result_[2][static_cast<size_t>(i)]};
+    }
+    /// Writes float @nearest component `k` of vertices [first, first + count) to out[j * stride].
+    void float_attribute(size_t k, int32_t first, int32_t count, float* out, size_t stride) const;
+    /// Other @nearest component `k` of vertex `i`.
+    uint32_t int_attribute(size_t k, int32_t i) const;
+    /// True where `int_attribute(k, …)` differs only from triangle to triangle.
+    bool int_is_flat(size_t k) const {
+        return nearest_.ints[k].from != NearestComponent::From::kSurfaceOutput;
+    }
+
+    int64_t not_finite = 0, cut_to_bound = 0;  ///< of the last evaluate()
+
+  private:
+    struct EdgePoint {
+        int32_t index;
+        int32_t lo, hi;  ///< corners of the triangle, 0..2
+        int32_t i, n;
+        int32_t evaluator;
+    };
+    struct Run {
+        int32_t triangle, first, count;
+        int32_t edge_first, edge_end;
+        bool lattice;  ///< all vertices have weights; else all are edge points
+        bool displaced;
+    };
+    /// Three corner values of an interpolated component.
+    struct Corners {
+        float v[3];
+        float operator[](int32_t c) const { return v[c]; }
+    };
+
+    void grow(int32_t count);
+    void push_edge_point(const Run& run, int32_t index, int32_t side, int32_t i);
+    void finish_run(Run run);
+    const Run& run_of(int32_t i) const;
+    void interpolate(const Run& run, const Corners& corners, int32_t from, int32_t count,
+                     float* out, size_t stride) const;
+    void fill_positions(const Run& run);
+    void fill_normals(const Run& run);
+    void fill_argument(const Run& run, size_t index);
+    float gradient(const openfab_arg& arg, int32_t triangle) const;
+    float frame_value(const openfab_arg& arg, int32_t triangle) const;
+    Corners input_corners(int32_t triangle, const scene::PartAttribute& input,
+                          int32_t component) const;
+    Corners normal_corners(int32_t triangle, int32_t axis) const;
+    Corners uv_corners(int32_t triangle, int32_t axis) const;
+    void read_results();
+
+    const scene::Part& part_;
+    const BaseMesh& base_;
+    const NearestLayout& nearest_;
+    const openfab_kernel& kernel_;
+    abi::KernelCall call_;
+    std::unique_ptr<abi::KernelBuffer[]> buffers_;  ///< [argument]; unused for scalars and textures
+    std::vector<uint8_t> batched_;            ///< [argument] the argument is a buffer of the batch
+    std::vector<std::vector<float>> floats_;  ///< [argument]
+    std::vector<std::vector<int32_t>> ints_;  ///< [argument]
+    std::vector<int32_t> output_argument_;    ///< [surface output * 16 + component], -1 without
+    std::array<int32_t, 3> position_argument_{-1, -1, -1};
+    int32_t status_argument_ = -1;
+    bool needs_normal_ = false;
+
+    int32_t size_ = 0, evaluated_ = 0;
+    std::vector<Run> runs_;
+    std::vector<EdgePoint> edge_points_;
+    std::vector<float> weight_a_, weight_b_;  ///< [vertex], in lattice runs
+    std::vector<double> wide_a_, wide_b_;     ///< the same in double, for positions
+    std::array<std::vector<float>, 3> place_, normal_, result_;
+};
+
+}  // namespace openfab::surface

@@ -1,0 +1,209 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/surface/surface.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <mutex>
+#include <utility>
+
+#include "runtime/surface/base_mesh.h"
+#include "runtime/surface/dicer.h"
+#include "runtime/surface/kernel_args.h"
+#include "runtime/surface/lattice.h"
+#include "runtime/surface/map_box.h"
+#include "runtime/surface/micro_cache.h"
+#include "runtime/surface/patch_table.h"
+
+namespace openfab::surface {
+
+size_t MicroMesh::bytes() const {
+    return sizeof(MicroMesh) + positions.capacity() * sizeof(positions[0]) +
+           triangles.capacity() * sizeof(triangles[0]) +
+           vertex_attributes.capacity() * sizeof(float) +
+           triangle_attributes.capacity() * sizeof(uint32_t);
+}
+
+namespace {
+
+class DicedSurface final : public Surface {
+  public:
+    DicedSurface(const scene::Part& part, const SurfaceOptions& options)
+        : part_(part),
+          isa_(options.isa),
+          args_(part),
+          nearest_(*part.fablet),
+          base_(part),
+          cache_(options.cache_bytes) {}
+
+    Result<void> set_up(const SurfaceOptions& options) {
+        Result<PatchTable> table = make_patch_table(part_, options, args_, nearest_, &base_);
+        if (!table) return table.error();
+        table_ = std::move(*table);
+        return {};
+    }
+
+    const std::vector<Patch>& patches() const override { return table_.patches; }
+    const PatchRanges& ranges() const override { return table_.ranges; }
+    bool identity() const override { return table_.identity; }
+    std::shared_ptr<const MicroMesh> micro(int32_t patch) const override;
+    Box3d exact_box(const Affine3d& local_to_other) const override;
+    SurfaceCounts counts() const override;
+    Result<void> status() const override;
+
+  private:
+    std::unique_ptr<Dicer> take_dicer() const;
+    void give_back(std::unique_ptr<Dicer> dicer) const;
+
+    const scene::Part& part_;
+    const openfab_isa isa_;
+    StaticArgs args_;
+    NearestLayout nearest_;
+    BaseMesh base_;
+    PatchTable table_;
+    mutable MicroCache cache_;
+    mutable std::mutex dicers_mutex_;
+    mutable std::vector<std::unique_ptr<Dicer>>
+        dicers_;  ///< idle; as many as threads ever diced at once
+    mutable std::atomic<int64_t> micro_triangles_{0}, not_finite_{0}, cut_to_bound_{0};
+    mutable std::atomic<int> error_{0};
+};
+
+std::unique_ptr<Dicer> DicedSurface::take_dicer() const {
+    {
+        const std::lock_guard lock(dicers_mutex_);
+        if (!dicers_.empty()) {
+            std::unique_ptr<Dicer> dicer = std::move(dicers_.back());
+            dicers_.pop_back();
+            return dicer;
+        }
+    }
+    return std::make_unique<Dicer>(part_, base_, table_, args_, nearest_, isa_);
+}
+
+void DicedSurface::give_back(std::unique_ptr<Dicer> dicer) const {
+    const std::lock_guard lock(dicers_mutex_);
+    dicers_.push_back(std::move(dicer));
+}
+
+std::shared_ptr<const MicroMesh> DicedSurface::micro(int32_t patch) const {
+    // One triangle is cheaper to make than to find.
+    const bool cached = table_.patches[static_cast<size_t>(patch)].kind != PatchKind::kIdentity;
+    if (cached) {
+        if (std::shared_ptr<const MicroMesh> found = cache_.find(patch)) return found;
+    }
+    auto mesh = std::make_shared<MicroMesh>();
+    std::unique_ptr<Dicer> dicer = take_dicer();
+    const int error = dicer->dice(patch, mesh.get());
+    micro_triangles_ += static_cast<int64_t>(mesh->triangles.size());
+    not_finite_ += dicer->not_finite();
+    cut_to_bound_ += dicer->cut_to_bound();
+    give_back(std::move(dicer));
+    if (error != 0) error_ = error;
+    if (!cached) return mesh;
+    return cache_.insert(patch, std::move(mesh));
+}
+
+Box3d DicedSurface::exact_box(const Affine3d& local_to_other) const {
+    Box3d exact;
+    std::vector<Box3d> bounds(table_.patches.size());
+    std::vector<int32_t> open;  // patches whose vertices are not known yet
+    for (size_t p = 0; p < table_.patches.size(); ++p) {
+        const Patch& patch = table_.patches[p];
+        if ((patch.use & kForCoverage) == 0) continue;
+        if (patch.kind == PatchKind::kIdentity) {
+            for (int32_t c = 0; c < 3; ++c) {
+                const Vec3f corner = round_position(base_.position(3 * patch.triangle + c));
+                exact.add(local_to_other.apply(vec_cast<double>(corner)));
+            }
+            continue;
+        }
+        bounds[p] = map_box(local_to_other, patch.bounds);
+        open.push_back(static_cast<int32_t>(p));
+    }
+    std::vector<uint8_t> done(table_.patches.size(), 0);
+    for (int side = 0; side < 6; ++side) {
+        const int axis = side / 2;
+        // How far the patch may reach beyond, as a number that grows outward.
+        const auto reach = [&](const Box3d& box) {
+            return side % 2 == 0 ? -box.lo[axis] : box.hi[axis];
+        };
+        std::sort(open.begin(), open.end(), [&](int32_t a, int32_t b) {
+            const double ra = reach(bounds[static_cast<size_t>(a)]),
+                         rb = reach(bounds[static_cast<size_t>(b)]);
+            return ra != rb ? ra > rb : a < b;
+        });
+        for (const int32_t p : open) {
+            if (!exact.empty() && reach(bounds[static_cast<size_t>(p)]) <= reach(exact)) break;
+            if (std::exchange(done[static_cast<size_t>(p)], 1) != 0) continue;
+            const std::shared_ptr<const MicroMesh> mesh = micro(p);
+            for (const auto& triangle : mesh->triangles) {
+                for (const int32_t v : triangle) {
+                    exact.add(local_to_other.apply(
+                        vec_cast<double>(mesh->positions[static_cast<size_t>(v)])));
+                }
+            }
+        }
+    }
+    return exact;
+}
+
+SurfaceCounts DicedSurface::counts() const {
+    SurfaceCounts counts;
+    counts.micro_triangles = micro_triangles_;
+    counts.not_finite = not_finite_;
+    counts.cut_to_bound = cut_to_bound_;
+    cache_.count(&counts);
+    return counts;
+}
+
+Result<void> DicedSurface::status() const {
+    if (error_ == 0) return {};
+    return internal_error(fmt::format("the surface kernel of fablet `{}` failed with code {}",
+                                      part_.fablet->name, error_.load()));
+}
+
+/// What the scene promises of a part's arrays; a mismatch is a bug of ours and would read out of
+/// range.
+Result<void> check_arrays(const scene::Part& part) {
+    const scene::PartMesh& mesh = *part.mesh;
+    const size_t triangles = mesh.triangles.size();
+    const auto fits = [&](const scene::PartAttribute& a) {
+        const size_t n = static_cast<size_t>(a.components);
+        return a.scalar == OPENFAB_FLOAT ? a.corner_values.size() == 3 * triangles * n
+                                         : a.face_values.size() == triangles * n;
+    };
+    const openfab_fablet& fablet = *part.fablet;
+    bool good = triangles < std::numeric_limits<int32_t>::max() / 4 &&
+                (fablet.has_surface == 0 ||
+                 mesh.inputs.size() == static_cast<size_t>(fablet.surface_input_count)) &&
+                mesh.nearest_attributes.size() == static_cast<size_t>(fablet.nearest_count) &&
+                (mesh.corner_normals.empty() || mesh.corner_normals.size() == 3 * triangles) &&
+                (mesh.corner_uv.empty() || mesh.corner_uv.size() == 6 * triangles);
+    for (const scene::PartAttribute& a : mesh.inputs)
+        good = good && fits(a);
+    for (int32_t i = 0; good && i < fablet.nearest_count; ++i) {
+        good =
+            fablet.nearest[i].source >= 0 || fits(mesh.nearest_attributes[static_cast<size_t>(i)]);
+    }
+    if (good) return {};
+    return internal_error(
+        fmt::format("part `{}`: the mesh's arrays do not fit fablet `{}`", part.name, fablet.name));
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Surface>> Surface::create(const scene::Part& part,
+                                                 const SurfaceOptions& options) {
+    if (!(options.micro_edge_mm > 0)) return internal_error("micro_edge_mm must be above zero");
+    if (Result<void> good = check_arrays(part); !good) return good.error();
+    if (Result<void> good = check_surface_kernels(part); !good) return good.error();
+    auto surface = std::make_unique<DicedSurface>(part, options);
+    if (Result<void> done = surface->set_up(options); !done) return done.error();
+    return std::unique_ptr<Surface>(std::move(surface));
+}
+
+}  // namespace openfab::surface

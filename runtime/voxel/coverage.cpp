@@ -1,0 +1,352 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/voxel/coverage.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cstring>
+#include <limits>
+#include <mutex>
+
+#include "runtime/surface/lattice.h"
+#include "runtime/surface/map_box.h"
+#include "runtime/voxel/crossings.h"
+
+namespace openfab::voxel {
+
+namespace {
+
+using surface::Patch;
+using surface::PatchKind;
+
+constexpr int32_t kGroupSlices = 8;
+/// Crossings that wait for later groups; beyond this they are found again. 64 MB is the outline of
+/// 4 M rows.
+constexpr int64_t kKeptBytes = 64 << 20;
+constexpr size_t kLocks = 64;
+
+int32_t group_of(int32_t k) {
+    return k >> 3;
+}
+
+/// The crossings of one patch in all groups that it touches, in order of groups.
+struct PatchCrossings {
+    int32_t first_group = 0;
+    std::vector<int32_t> first;  ///< [group - first_group], and the end
+    std::vector<Crossing> crossings;
+
+    int64_t bytes() const {
+        return static_cast<int64_t>(sizeof(*this) + first.capacity() * sizeof(int32_t) +
+                                    crossings.capacity() * sizeof(Crossing));
+    }
+};
+
+/// What waits for later groups: a patch that reaches over several is diced and crossed once.
+struct Waiting {
+    std::shared_ptr<const PatchCrossings> kept;
+    int32_t groups_left = 0;  ///< groups that have not asked since it was made
+};
+
+/// Working memory of one call; handed from call to call.
+struct Scratch {
+    std::vector<Vec3i> snapped;
+    std::vector<std::array<int32_t, 2>> rows;  ///< first_row of y and z
+    std::vector<Crossing> crossings, sorted;
+    std::vector<int32_t> row_first;
+};
+
+}  // namespace
+
+struct Voxeliser::Impl {
+    const scene::Part& part;
+    const surface::Surface& surface;
+    Affine3d to_snapped;  ///< part-local mm -> 1/256 voxel; scaling by 256 is exact
+    int32_t turn = 1;     ///< -1 where the map mirrors
+    Window grid;          ///< x, y, z of the print
+    Box3i box;
+    std::vector<int32_t> group_first, group_patches;  ///< patches that touch each group
+    mutable std::vector<Waiting> waiting;             ///< [patch], for those in several groups
+    mutable std::array<std::mutex, kLocks> locks;
+    mutable std::atomic<int64_t> kept_bytes{0};
+    mutable std::mutex scratch_mutex;
+    mutable std::vector<std::unique_ptr<Scratch>> idle;
+
+    Impl(const scene::Part& p, const surface::Surface& s, const scene::Grid& g)
+        : part(p), surface(s) {
+        to_snapped = scene::local_to_voxel(p, g);
+        const auto& m = to_snapped.m;
+        const double det = m[0] * (m[4] * m[8] - m[5] * m[7]) - m[1] * (m[3] * m[8] - m[5] * m[6]) +
+                           m[2] * (m[3] * m[7] - m[4] * m[6]);
+        turn = det < 0 ? -1 : 1;
+        for (double& v : to_snapped.m)
+            v *= kSnap;
+        to_snapped.t = to_snapped.t * static_cast<double>(kSnap);
+        grid = {{0, 0, 0}, g.size};
+        index_patches();
+    }
+
+    Vec3i snap_point(const Vec3f& p) const {
+        const Vec3d v = to_snapped.apply(vec_cast<double>(p));
+        return {snap(v.x), snap(v.y), snap(v.z)};
+    }
+
+    void index_patches();
+    void find_patch(int32_t patch, const Window& window, Scratch* scratch,
+                    std::vector<Crossing>* out) const;
+    void take_patch(int32_t patch, int32_t group, const Window& window, Scratch* scratch) const;
+    std::shared_ptr<const PatchCrossings> cross_all_groups(int32_t patch, Scratch* scratch) const;
+    void fill(int32_t group, Scratch* scratch, GroupMask* out) const;
+    std::array<int32_t, 2> groups_of(int32_t patch) const;
+};
+
+/// Groups [first, end) of the grid that a patch may cross.
+std::array<int32_t, 2> Voxeliser::Impl::groups_of(int32_t patch) const {
+    const Box3d b =
+        surface::map_box(to_snapped, surface.patches()[static_cast<size_t>(patch)].bounds);
+    const int32_t first = std::max(first_row(snap(b.lo.z)), grid.lo.z);
+    const int32_t end = std::min(first_row(snap(b.hi.z)), grid.hi.z);
+    if (first >= end) return {0, 0};
+    return {group_of(first), group_of(end - 1) + 1};
+}
+
+void Voxeliser::Impl::index_patches() {
+    const std::vector<Patch>& patches = surface.patches();
+    const int32_t groups = (grid.hi.z + kGroupSlices - 1) / kGroupSlices;
+    group_first.assign(static_cast<size_t>(std::max(groups, 0)) + 1, 0);
+    for (int axis = 0; axis < 3; ++axis)
+        box.lo[axis] = grid.hi[axis], box.hi[axis] = grid.lo[axis];
+    const auto each = [&](const auto& visit) {
+        for (int32_t p = 0; p < static_cast<int32_t>(patches.size()); ++p) {
+            if ((patches[static_cast<size_t>(p)].use & surface::kForCoverage) == 0) continue;
+            const auto [first, end] = groups_of(p);
+            for (int32_t g = first; g < end; ++g)
+                visit(p, g);
+        }
+    };
+    each([&](int32_t, int32_t g) { ++group_first[static_cast<size_t>(g) + 1]; });
+    for (size_t g = 1; g < group_first.size(); ++g)
+        group_first[g] += group_first[g - 1];
+    group_patches.resize(static_cast<size_t>(group_first.back()));
+    std::vector<int32_t> at(group_first.begin(), group_first.end() - 1);
+    each([&](int32_t p, int32_t g) {
+        group_patches[static_cast<size_t>(at[static_cast<size_t>(g)]++)] = p;
+    });
+    waiting.resize(patches.size());
+    for (const Patch& patch : patches) {
+        if ((patch.use & surface::kForCoverage) == 0) continue;
+        const Box3d b = surface::map_box(to_snapped, patch.bounds);
+        for (int axis = 0; axis < 3; ++axis) {
+            box.lo[axis] =
+                std::min(box.lo[axis], std::max(first_row(snap(b.lo[axis])), grid.lo[axis]));
+            box.hi[axis] =
+                std::max(box.hi[axis], std::min(first_row(snap(b.hi[axis])), grid.hi[axis]));
+        }
+    }
+    if (box.lo.x >= box.hi.x || box.lo.y >= box.hi.y || box.lo.z >= box.hi.z)
+        box = {{0, 0, 0}, {0, 0, 0}};
+}
+
+/// Appends the patch's crossings in the window.
+void Voxeliser::Impl::find_patch(int32_t index, const Window& window, Scratch* scratch,
+                                 std::vector<Crossing>* out) const {
+    const Patch& patch = surface.patches()[static_cast<size_t>(index)];
+    if (patch.kind == PatchKind::kIdentity) {
+        std::array<Vec3i, 3> v;
+        for (size_t c = 0; c < 3; ++c) {
+            const size_t at =
+                static_cast<size_t>(part.mesh->triangles[static_cast<size_t>(patch.triangle)][c]);
+            v[c] = snap_point(surface::round_position(part.mesh->positions[at]));
+        }
+        add_crossings(v[0], v[1], v[2], turn, window, out);
+        return;
+    }
+    const std::shared_ptr<const surface::MicroMesh> mesh = surface.micro(index);
+    const size_t count = mesh->positions.size();
+    scratch->snapped.resize(count);
+    scratch->rows.resize(count);
+    for (size_t i = 0; i < count; ++i) {
+        scratch->snapped[i] = snap_point(mesh->positions[i]);
+        scratch->rows[i] = {first_row(scratch->snapped[i].y), first_row(scratch->snapped[i].z)};
+    }
+    const std::array<int32_t, 2>* rows = scratch->rows.data();
+    const Vec3i* snapped = scratch->snapped.data();
+    for (const auto& triangle : mesh->triangles) {
+        const size_t a = static_cast<size_t>(triangle[0]), b = static_cast<size_t>(triangle[1]),
+                     c = static_cast<size_t>(triangle[2]);
+        // Most micropolygons lie between two rows of centres.
+        const int32_t y = (rows[a][0] ^ rows[b][0]) | (rows[a][0] ^ rows[c][0]);
+        const int32_t z = (rows[a][1] ^ rows[b][1]) | (rows[a][1] ^ rows[c][1]);
+        if (y != 0 && z != 0) add_crossings(snapped[a], snapped[b], snapped[c], turn, window, out);
+    }
+}
+
+std::shared_ptr<const PatchCrossings> Voxeliser::Impl::cross_all_groups(int32_t patch,
+                                                                        Scratch* scratch) const {
+    const auto [first, end] = groups_of(patch);
+    auto made = std::make_shared<PatchCrossings>();
+    made->first_group = first;
+    scratch->sorted.clear();
+    find_patch(patch, grid, scratch, &scratch->sorted);
+    made->first.assign(static_cast<size_t>(end - first) + 1, 0);
+    for (const Crossing& x : scratch->sorted)
+        ++made->first[static_cast<size_t>(group_of(x.k) - first) + 1];
+    for (size_t g = 1; g < made->first.size(); ++g)
+        made->first[g] += made->first[g - 1];
+    made->crossings.resize(scratch->sorted.size());
+    std::vector<int32_t> at(made->first.begin(), made->first.end() - 1);
+    for (const Crossing& x : scratch->sorted) {
+        made->crossings[static_cast<size_t>(at[static_cast<size_t>(group_of(x.k) - first)]++)] = x;
+    }
+    return made;
+}
+
+/// Adds the patch's crossings in one group to scratch->crossings.
+void Voxeliser::Impl::take_patch(int32_t patch, int32_t group, const Window& window,
+                                 Scratch* scratch) const {
+    const PatchKind kind = surface.patches()[static_cast<size_t>(patch)].kind;
+    const auto [first, end] = groups_of(patch);
+    if (kind == PatchKind::kIdentity || end - first == 1) {
+        find_patch(patch, window, scratch, &scratch->crossings);
+        return;
+    }
+    std::shared_ptr<const PatchCrossings> found;
+    Waiting& slot = waiting[static_cast<size_t>(patch)];
+    std::mutex& lock = locks[static_cast<size_t>(patch) % kLocks];
+    {
+        const std::lock_guard guard(lock);
+        found = slot.kept;
+        if (found && --slot.groups_left <= 0) {
+            kept_bytes -= found->bytes();
+            slot.kept = nullptr;
+        }
+    }
+    if (!found) {
+        if (kept_bytes > kKeptBytes) {
+            find_patch(patch, window, scratch, &scratch->crossings);
+            return;
+        }
+        found = cross_all_groups(patch, scratch);
+        const std::lock_guard guard(lock);
+        if (!slot.kept) {
+            slot.kept = found;
+            slot.groups_left = end - first - 1;
+            kept_bytes += found->bytes();
+        }
+    }
+    const size_t g = static_cast<size_t>(group - found->first_group);
+    scratch->crossings.insert(scratch->crossings.end(), found->crossings.begin() + found->first[g],
+                              found->crossings.begin() + found->first[g + 1]);
+}
+
+/// Turns crossings into bits: the inside state of each row is toggled where its winding number
+/// passes between 0 and 1, and a running XOR along x spreads the toggles of all 8 slices at once.
+void Voxeliser::Impl::fill(int32_t group, Scratch* scratch, GroupMask* out) const {
+    std::vector<Crossing>& all = scratch->crossings;
+    out->x0 = out->y0 = out->width = out->height = 0;
+    out->mask.clear();
+    if (all.empty()) return;
+    int32_t x_lo = all[0].c, x_hi = all[0].c, y_lo = all[0].j, y_hi = all[0].j;
+    for (const Crossing& x : all) {
+        x_lo = std::min(x_lo, x.c), x_hi = std::max(x_hi, x.c);
+        y_lo = std::min(y_lo, x.j), y_hi = std::max(y_hi, x.j);
+    }
+    out->x0 = x_lo & ~7, out->y0 = y_lo & ~7;
+    out->width = ((x_hi + 7) & ~7) - out->x0;
+    out->height = ((y_hi + 8) & ~7) - out->y0;
+    if (out->width == 0) {
+        out->height = 0;
+        return;
+    }
+    out->mask.assign(static_cast<size_t>(out->width) * static_cast<size_t>(out->height), 0);
+
+    // Counting sort by row (y, slice), then each row by place.
+    const auto row_of = [&](const Crossing& x) {
+        return static_cast<size_t>((x.j - out->y0) * kGroupSlices + (x.k - group * kGroupSlices));
+    };
+    scratch->row_first.assign(static_cast<size_t>(out->height) * kGroupSlices + 1, 0);
+    std::vector<int32_t>& first = scratch->row_first;
+    for (const Crossing& x : all)
+        ++first[row_of(x) + 1];
+    for (size_t r = 1; r < first.size(); ++r)
+        first[r] += first[r - 1];
+    scratch->sorted.resize(all.size());
+    for (const Crossing& x : all)
+        scratch->sorted[static_cast<size_t>(first[row_of(x)]++)] = x;
+    // Filling moved each first to its row's end.
+    size_t begin = 0;
+    for (size_t r = 0; r + 1 < first.size(); ++r) {
+        const size_t end = static_cast<size_t>(first[r]);
+        Crossing* row = scratch->sorted.data() + begin;
+        const size_t n = end - begin;
+        begin = end;
+        if (n == 0) continue;
+        std::sort(row, row + n, [](const Crossing& a, const Crossing& b) { return a.c < b.c; });
+        uint8_t* line =
+            out->mask.data() + (r / kGroupSlices) * static_cast<size_t>(out->width) - out->x0;
+        const uint8_t bit = static_cast<uint8_t>(1u << (r % kGroupSlices));
+        int32_t winding = 0;
+        for (size_t i = 0; i < n;) {
+            const int32_t c = row[i].c;
+            const bool before = winding > 0;
+            for (; i < n && row[i].c == c; ++i)
+                winding -= row[i].turn;
+            if ((winding > 0) != before && c < out->x0 + out->width) line[c] ^= bit;
+        }
+    }
+    for (int32_t y = 0; y < out->height; ++y) {
+        uint8_t* line = out->mask.data() + static_cast<size_t>(y) * static_cast<size_t>(out->width);
+        uint64_t carry = 0;
+        for (int32_t x = 0; x < out->width; x += 8) {
+            uint64_t v;
+            std::memcpy(&v, line + x, 8);
+            v ^= carry;
+            v ^= v << 8;
+            v ^= v << 16;
+            v ^= v << 32;
+            carry = v >> 56;
+            std::memcpy(line + x, &v, 8);
+        }
+    }
+}
+
+Voxeliser::Voxeliser(const scene::Part& part, const surface::Surface& surface,
+                     const scene::Grid& grid)
+    : impl_(new Impl(part, surface, grid)) {}
+
+Voxeliser::~Voxeliser() {
+    delete impl_;
+}
+
+void Voxeliser::coverage(int32_t group, GroupMask* out) const {
+    const Impl& impl = *impl_;
+    std::unique_ptr<Scratch> scratch;
+    {
+        const std::lock_guard lock(impl.scratch_mutex);
+        if (!impl.idle.empty()) {
+            scratch = std::move(impl.idle.back());
+            impl.idle.pop_back();
+        }
+    }
+    if (!scratch) scratch = std::make_unique<Scratch>();
+    scratch->crossings.clear();
+    Window window = impl.grid;
+    window.lo.z = std::max(window.lo.z, group * kGroupSlices);
+    window.hi.z = std::min(window.hi.z, (group + 1) * kGroupSlices);
+    if (group >= 0 && static_cast<size_t>(group) + 1 < impl.group_first.size()) {
+        const int32_t end = impl.group_first[static_cast<size_t>(group) + 1];
+        for (int32_t i = impl.group_first[static_cast<size_t>(group)]; i < end; ++i) {
+            impl.take_patch(impl.group_patches[static_cast<size_t>(i)], group, window,
+                            scratch.get());
+        }
+    }
+    impl.fill(group, scratch.get(), out);
+    const std::lock_guard lock(impl.scratch_mutex);
+    impl.idle.push_back(std::move(scratch));
+}
+
+Box3i Voxeliser::voxel_box() const {
+    return impl_->box;
+}
+
+}  // namespace openfab::voxel
