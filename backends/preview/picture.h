@@ -1,0 +1,51 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Pictures in linear light: area resampling from cells of any shape to square pixels, and the way
+// to an sRGB PNG.
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+namespace openfab::preview {
+
+/// Linear light of an sRGB value in 0 … 1. Made of + - * / and square roots alone, so the same on
+/// every machine.
+double srgb_to_linear(double value);
+/// The 8-bit sRGB value nearest to a linear one, which is clamped to 0 … 1.
+uint8_t linear_to_srgb8(double value);
+
+/// A cell of the source, or a pixel: colour and height are means over what is covered.
+struct Pixel {
+    float color[3]{};  ///< linear
+    float height_mm = 0;
+    float coverage = 0;  ///< 0 … 1
+};
+
+struct Picture {
+    int32_t width = 0;
+    int32_t height = 0;
+    double pixel_mm = 0;
+    std::vector<Pixel> pixels;  ///< top row first
+
+    Pixel& at(int32_t x, int32_t y) {
+        return pixels[static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x)];
+    }
+    const Pixel& at(int32_t x, int32_t y) const {
+        return pixels[static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x)];
+    }
+};
+
+/// Cells of cell_mm[0] x cell_mm[1], row 0 on top, into square pixels as wide as the finer side of
+/// a cell, or as many times that as it takes to stay within about 2000 pixels a side. Each pixel is
+/// the mean over its area.
+Picture resample(int32_t width, int32_t height, const std::array<double, 2>& cell_mm,
+                 const std::function<Pixel(int32_t x, int32_t y)>& cell);
+
+/// RGBA, sRGB; alpha is the coverage. Empty where memory ran out.
+std::vector<uint8_t> to_png(const Picture& picture);
+
+}  // namespace openfab::preview

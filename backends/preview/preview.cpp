@@ -1,0 +1,305 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "backends/preview/preview.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "backends/common/output_file.h"
+#include "backends/preview/columns.h"
+#include "backends/preview/picture.h"
+
+namespace openfab::preview {
+
+namespace {
+
+using backends::PrintInfo;
+using backends::SliceView;
+
+/// Colours of the codes in linear light; code 0 stays black and is never shown.
+std::vector<std::array<double, 3>> linear_colors(const PrintInfo& info) {
+    std::vector<std::array<double, 3>> colors(256);
+    for (size_t m = 0; m < info.materials.size(); ++m) {
+        for (size_t c = 0; c < 3; ++c)
+            colors[m + 1][c] = srgb_to_linear(info.materials[m].preview[c] / 255.0);
+    }
+    return colors;
+}
+
+/// Lambert shading of the height field with a lamp at the upper left, `flat` on level ground and 1
+/// at most.
+void shade(Picture* picture, double flat, double relief) {
+    const double lamp[3]{-0.5, 0.6, 0.624};  // unit length
+    std::vector<float> factors(picture->pixels.size(), 1);
+    // The height of a neighbour, or of the pixel itself where there is none: edges of the print are
+    // not slopes.
+    const auto height = [&](int32_t x, int32_t y, const Pixel& self) {
+        if (x < 0 || y < 0 || x >= picture->width || y >= picture->height) return self.height_mm;
+        const Pixel& other = picture->at(x, y);
+        return other.coverage > 0.5 ? other.height_mm : self.height_mm;
+    };
+    for (int32_t y = 0; y < picture->height; ++y) {
+        for (int32_t x = 0; x < picture->width; ++x) {
+            const Pixel& self = picture->at(x, y);
+            if (self.coverage <= 0) continue;
+            const double span = 2 * picture->pixel_mm;
+            const double dx = relief * (height(x + 1, y, self) - height(x - 1, y, self)) / span;
+            const double dy = relief * (height(x, y - 1, self) - height(x, y + 1, self)) / span;
+            const double lit =
+                (-dx * lamp[0] - dy * lamp[1] + lamp[2]) / std::sqrt(dx * dx + dy * dy + 1);
+            // A third of the light comes from everywhere, so that slopes away from the lamp keep
+            // their colour.
+            const double share = (0.5 + std::max(lit, 0.0) / lamp[2]) / 1.5;
+            factors[static_cast<size_t>(y) * static_cast<size_t>(picture->width) +
+                    static_cast<size_t>(x)] = static_cast<float>(std::min(1.0, flat * share));
+        }
+    }
+    for (size_t i = 0; i < factors.size(); ++i) {
+        for (double& c : picture->pixels[i].color)
+            c *= factors[i];
+    }
+}
+
+/// What the views share: the grid, the colours, the file at the end.
+class Preview : public backends::SliceObserver {
+  public:
+    explicit Preview(PreviewSpec spec) : spec_(std::move(spec)) {}
+
+    Result<void> begin(const PrintInfo& info) override {
+        info_ = info;
+        colors_ = linear_colors(info);
+        grid_ = ColumnGrid::make(info.size);
+        codes_.resize(static_cast<size_t>(info.size.x));
+        row_.resize(static_cast<size_t>(grid_.width));
+        return start();
+    }
+
+    Result<void> finish(const backends::PrintTotals&) override {
+        const std::vector<uint8_t> png = to_png(draw());
+        if (png.empty()) return outside_error("no memory for the preview " + spec_.file);
+        return backends::write_whole_file(spec_.file, png);
+    }
+
+  protected:
+    virtual Result<void> start() = 0;
+    virtual Picture draw() const = 0;
+
+    /// The codes of the looked-at columns in voxel row y.
+    std::span<const uint8_t> row_codes(const SliceView& slice, int32_t y) {
+        backends::unpack_row(slice, y, info_.bits, codes_.data());
+        if (grid_.step == 1) return codes_;
+        for (int32_t i = 0; i < grid_.width; ++i) {
+            row_[static_cast<size_t>(i)] = codes_[static_cast<size_t>(grid_.x(i, info_.size))];
+        }
+        return row_;
+    }
+    Pixel solid(uint8_t code) const {
+        Pixel pixel;
+        if (code == 0) return pixel;
+        std::copy(colors_[code].begin(), colors_[code].end(), pixel.color);
+        pixel.coverage = 1;
+        return pixel;
+    }
+    std::array<double, 2> cell_mm() const {
+        return {info_.pitch_mm.x * grid_.step, info_.pitch_mm.y * grid_.step};
+    }
+    /// The column of cell (x, y) of a picture with its top row first, mirrored for a view from
+    /// behind.
+    size_t column(int32_t x, int32_t y, bool mirrored) const {
+        const int32_t i = mirrored ? grid_.width - 1 - x : x;
+        return static_cast<size_t>(grid_.height - 1 - y) * static_cast<size_t>(grid_.width) +
+               static_cast<size_t>(i);
+    }
+
+    PreviewSpec spec_;
+    PrintInfo info_;
+    ColumnGrid grid_;
+    std::vector<std::array<double, 3>> colors_;
+    std::vector<uint8_t> codes_;
+    std::vector<uint8_t> row_;
+};
+
+class LitPreview : public Preview {
+  public:
+    using Preview::Preview;
+
+    void observe(const SliceView& slice) override {
+        for (int32_t j = 0; j < grid_.height; ++j) {
+            columns_->add_row(slice.z, static_cast<size_t>(j) * static_cast<size_t>(grid_.width),
+                              row_codes(slice, grid_.y(j, info_.size)));
+        }
+    }
+
+  private:
+    Result<void> start() override {
+        columns_.emplace(grid_, info_.bits, spec_.view == View::kFront);
+        return {};
+    }
+
+    Picture draw() const override {
+        const bool back = spec_.view == View::kBack;
+        Picture picture = resample(grid_.width, grid_.height, cell_mm(), [&](int32_t x, int32_t y) {
+            return seen(columns_->at(column(x, y, back)), back);
+        });
+        // The front shows a picture, so level ground keeps its colour; the back shows relief, which
+        // needs room on both sides.
+        shade(&picture, back ? 0.72 : 1.0, back ? 1.6 : 1.0);
+        return picture;
+    }
+
+    Pixel seen(const Sight& sight, bool back) const {
+        Pixel pixel;
+        if (!sight.covered) return pixel;
+        const double keep = kSightMm / (kSightMm + info_.pitch_mm.z);
+        double weight = 1;
+        double sum = 0;
+        for (int32_t k = 0; k < sight.count; ++k) {
+            for (size_t c = 0; c < 3; ++c)
+                pixel.color[c] += weight * colors_[sight.codes[k]][c];
+            sum += weight;
+            weight *= keep;
+        }
+        for (double& c : pixel.color)
+            c /= sum;
+        pixel.coverage = 1;
+        pixel.height_mm = (back ? -sight.z : sight.z) * info_.pitch_mm.z);
+        return pixel;
+    }
+
+    std::optional<SightColumns> columns_;
+};
+
+class TransmittedPreview : public Preview {
+  public:
+    using Preview::Preview;
+
+    void observe(const SliceView& slice) override {
+        for (int32_t j = 0; j < grid_.height; ++j) {
+            const std::span<const uint8_t> codes = row_codes(slice, grid_.y(j, info_.size));
+            int32_t* solid =
+                solid_.data() + static_cast<size_t>(j) * static_cast<size_t>(grid_.width);
+            for (size_t i = 0; i < codes.size(); ++i)
+                solid[i] += codes[i] != 0 ? 1 : 0;
+        }
+    }
+
+  private:
+    Result<void> start() override {
+        solid_.assign(grid_.count(), 0);
+        return {};
+    }
+
+    Picture draw() const override {
+        int32_t least = info_.size.z + 1;
+        int32_t most = 0;
+        for (int32_t n : solid_) {
+            if (n == 0) continue;
+            least = std::min(least, n);
+            most = std::max(most, n);
+        }
+        const double range = std::max(most - least, 1);
+        return resample(grid_.width, grid_.height, cell_mm(), [&](int32_t x, int32_t y) {
+            const int32_t n = solid_[column(x, y, spec_.view == View::kBack)];
+            Pixel pixel;
+            if (n == 0) return pixel;
+            const double t = (n - least) / range;
+            std::fill(std::begin(pixel.color), std::end(pixel.color), std::max(0.0, 1 - t * t));
+            pixel.coverage = 1;
+            return pixel;
+        });
+    }
+
+    std::vector<int32_t> solid_;  ///< voxels in each column
+};
+
+class SlicePreview : public Preview {
+  public:
+    using Preview::Preview;
+
+    void observe(const SliceView& slice) override {
+        if (slice.z != spec_.slice) return;
+        for (int32_t j = 0; j < grid_.height; ++j) {
+            const std::span<const uint8_t> codes = row_codes(slice, grid_.y(j, info_.size));
+            std::copy(codes.begin(), codes.end(),
+                      cells_.begin() +
+                          static_cast<std::ptrdiff_t>(column(0, grid_.height - 1 - j, false)));
+        }
+    }
+
+  private:
+    Result<void> start() override {
+        if (spec_.slice < info_.slice_begin || spec_.slice >= info_.slice_end) {
+            return user_error(
+                fmt::format("`--preview {},view=slice:{}`: the print has the slices {} to {}",
+                            spec_.file, spec_.slice, info_.slice_begin, info_.slice_end - 1));
+        }
+        cells_.assign(grid_.count(), 0);
+        return {};
+    }
+
+    Picture draw() const override {
+        return resample(grid_.width, grid_.height, cell_mm(),
+                        [&](int32_t x, int32_t y) { return solid(cells_[column(x, y, false)]); });
+    }
+
+    std::vector<uint8_t> cells_;
+};
+
+class SectionPreview : public Preview {
+  public:
+    using Preview::Preview;
+
+    void observe(const SliceView& slice) override {
+        if ((slice.z - info_.slice_begin) % step_z_ != 0) return;
+        const std::span<const uint8_t> codes = row_codes(slice, info_.size.y / 2);
+        rows_.insert(rows_.end(), codes.begin(), codes.end());
+    }
+
+  private:
+    Result<void> start() override {
+        // Twice what a picture shows is enough.
+        constexpr int32_t kMaxRows = 4000;
+        step_z_ = (info_.slice_end - info_.slice_begin) / kMaxRows + 1;
+        rows_.clear();
+        return {};
+    }
+
+    Picture draw() const override {
+        const auto width = static_cast<size_t>(grid_.width);
+        const auto height = static_cast<int32_t>(rows_.size() / width);
+        // An interrupted print may have no slice yet; its picture is one empty row.
+        return resample(
+            grid_.width, std::max(height, 1), {cell_mm()[0], info_.pitch_mm.z * step_z_},
+            [&](int32_t x, int32_t y) {
+                if (height == 0) return Pixel{};
+                return solid(
+                    rows_[static_cast<size_t>(height - 1 - y) * width + static_cast<size_t>(x)]);
+            });
+    }
+
+    int32_t step_z_ = 1;
+    std::vector<uint8_t> rows_;  ///< lowest first
+};
+
+}  // namespace
+
+std::unique_ptr<backends::SliceObserver> make_preview(const PreviewSpec& spec) {
+    if (spec.transmitted) return std::make_unique<TransmittedPreview>(spec);
+    switch (spec.view) {
+        case View::kSection:
+            return std::make_unique<SectionPreview>(spec);
+        case View::kSlice:
+            return std::make_unique<SlicePreview>(spec);
+        case View::kFront:
+        case View::kBack:
+            break;
+    }
+    return std::make_unique<LitPreview>(spec);
+}
+
+}  // namespace openfab::preview

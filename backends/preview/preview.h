@@ -1,0 +1,38 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Pictures of a print for people, gathered while its slices pass.
+//
+//   front      from +z. A viewer sees a little way into resin, so a column's colour is the mean
+//   over the outermost run of
+//              voxels with weights that fall to half over kSightMm; then soft shading by the height
+//              field.
+//   back       the same from -z, +x to the left, with stronger shading: relief.
+//   section    cut along x at the middle row.
+//   slice:N    one slice.
+//   light=transmitted  light from behind: with t the solid thickness of a column and t_min, t_max
+//   over all covered columns,
+//              T = max(0, 1 - ((t - t_min) / (t_max - t_min))^2). Transmission falls with the
+//              square of the thickness, as the OpenFab paper's postcard assumes; absolute
+//              brightness is left out, since it depends on the lamp.
+//
+// Means are taken in linear light, and the PNG is sRGB with the print's coverage as alpha.
+
+#include <memory>
+
+#include "backends/common/tee_sink.h"
+#include "backends/preview/preview_spec.h"
+
+namespace openfab::preview {
+
+constexpr double kSightMm = 0.1;
+
+/// Memory of one preview, for the budget: columns and the picture at the end.
+constexpr int64_t kPreviewBytes = 160'000'000;
+
+/// Writes its file when the print ends, also early. begin() refuses a slice that the print does not
+/// have.
+std::unique_ptr<backends::SliceObserver> make_preview(const PreviewSpec& spec);
+
+}  // namespace openfab::preview
