@@ -58,7 +58,7 @@ void add(Pixel* sum, const Pixel& pixel, double weight) {
 Pixel mean(const Pixel& sum) {
     Pixel pixel = sum;
     if (sum.coverage <= 0) return {};
-    for (double& c : pixel.color)
+    for (float& c : pixel.color)
         c /= sum.coverage;
     pixel.height_mm /= sum.coverage;
     return pixel;
@@ -143,8 +143,8 @@ std::vector<uint8_t> to_png(const Picture& picture) {
             uint8_t* out = row.data() + static_cast<size_t>(x) * kChannels;
             for (int c = 0; c < 3; ++c)
                 out[c] = linear_to_srgb8(pixel.color[c]);
-            out[3] =
-                static_cast<uint8_t>(std::floor(std::clamp(pixel.coverage, 0.0, 1.0) * 255 + 0.5));
+            out[3] = static_cast<uint8_t>(
+                std::floor(std::clamp(pixel.coverage, 0.0F, 1.0F) * 255 + 0.5F));
         }
         filtered.push_back(kPaethFilter);
         for (size_t i = 0; i < row_bytes; ++i) {

@@ -60,7 +60,7 @@ void shade(Picture* picture, double flat, double relief) {
         }
     }
     for (size_t i = 0; i < factors.size(); ++i) {
-        for (double& c : picture->pixels[i].color)
+        for (float& c : picture->pixels[i].color)
             c *= factors[i];
     }
 }
