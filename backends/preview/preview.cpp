@@ -164,10 +164,10 @@ class LitPreview : public Preview {
             sum += weight;
             weight *= keep;
         }
-        for (double& c : pixel.color)
+        for (float& c : pixel.color)
             c /= sum;
         pixel.coverage = 1;
-        pixel.height_mm = (back ? -sight.z : sight.z) * info_.pitch_mm.z);
+        pixel.height_mm = static_cast<float>((back ? -sight.z : sight.z) * info_.pitch_mm.z);
         return pixel;
     }
 
