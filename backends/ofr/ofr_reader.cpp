@@ -12,6 +12,7 @@
 #include <numeric>
 
 #include "backends/common/tee_sink.h"
+#include "runtime/slab/print_hash.h"
 
 namespace openfab::ofr {
 
@@ -28,6 +29,37 @@ Result<std::unique_ptr<OfrReader>> OfrReader::open(const std::string& path) {
     }
     if (Result<void> header = reader->read_header(); !header) return header.error();
     return reader;
+}
+
+Result<backends::PrintTotals> OfrReader::read_totals(const std::string& path) {
+    std::FILE* file = std::fopen(path.c_str(), "rb");
+    if (file == nullptr) {
+        return user_error(fmt::format("cannot open `{}`: {}", path, std::strerror(errno)));
+    }
+    OfrReader reader(file, path);
+    constexpr long kTailBytes = 16;
+    uint64_t offset = 0;
+    if (std::fseek(file, -kTailBytes, SEEK_END) != 0 || !reader.read_bytes(kTailBytes) ||
+        !std::equal(kEndMagic.begin(), kEndMagic.end(), reader.buffer_.begin() + 8)) {
+        return reader.error("has no index (an interrupted print?)");
+    }
+    const auto end = static_cast<uint64_t>(std::ftell(file));
+    std::memcpy(&offset, reader.buffer_.data(), 8);
+    constexpr uint64_t kLeastBytes = 8 + 8 + kTailBytes;
+    if (offset > end || end - offset < kLeastBytes ||
+        std::fseek(file, static_cast<long>(offset), SEEK_SET) != 0 ||
+        !reader.read_bytes(end - offset - kTailBytes)) {
+        return reader.error("the index is damaged");
+    }
+    const std::span<const uint8_t> bytes(reader.buffer_);
+    const std::span<const uint8_t> fields = bytes.subspan(8, bytes.size() - 16);
+    uint64_t sum = 0;
+    std::memcpy(&sum, bytes.data() + bytes.size() - 8, 8);
+    Result<Index> index = read_index_fields(fields);
+    if (sum != checksum(bytes.first(bytes.size() - 8)) || !index) {
+        return reader.error("the index is damaged");
+    }
+    return index->totals;
 }
 
 OfrReader::~OfrReader() {
@@ -103,6 +135,7 @@ Result<bool> OfrReader::next() {
     entries_.push_back({view_.z, offset});
     for (size_t code = 0; code < counts_.size(); ++code)
         counts_[code] += slice_counts_[code];
+    hash_ += slab::slice_hash(view_.z, view_.data, view_.row_bytes, view_.height);
     return true;
 }
 
@@ -198,6 +231,8 @@ Result<void> OfrReader::check_index(const Index& index) {
         return error(fmt::format("the index gives {} voxels of code {}, the slices have {}", listed,
                                  code, found));
     }
+    if (index.totals.hash != hash_)
+        return error("the index gives another hash than the slices have");
     if (std::fgetc(file_) != EOF) return error("goes on after its end");
     totals_ = index.totals;
     return {};

@@ -21,6 +21,8 @@ class OfrReader {
   public:
     /// Opens and reads the header; `-` is standard input. Errors name the file.
     static Result<std::unique_ptr<OfrReader>> open(const std::string& path);
+    /// The totals of a complete file, from the index at its end alone; slices are not looked at.
+    static Result<backends::PrintTotals> read_totals(const std::string& path);
     ~OfrReader();
     OfrReader(const OfrReader&) = delete;
     OfrReader& operator=(const OfrReader&) = delete;
@@ -35,6 +37,9 @@ class OfrReader {
     /// How often each code occurs in slice(); the unused half of an odd row's last byte counts as
     /// void.
     const std::vector<int64_t>& slice_counts() const { return slice_counts_; }
+    /// Of all slices so far: voxels by code, and the print's hash (runtime/slab/print_hash.h).
+    const std::vector<int64_t>& counts() const { return counts_; }
+    uint64_t hash() const { return hash_; }
     int32_t whole_slices() const { return static_cast<int32_t>(entries_.size()); }
     /// Valid once next() has returned false.
     const backends::PrintTotals& totals() const { return totals_; }
@@ -61,6 +66,7 @@ class OfrReader {
     std::vector<uint8_t> rows_;
     std::vector<int64_t> slice_counts_;
     std::vector<int64_t> counts_;
+    uint64_t hash_ = 0;
     std::vector<IndexEntry> entries_;
     uint64_t offset_ = 0;  ///< bytes read so far
     backends::SliceView view_;

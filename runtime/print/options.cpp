@@ -136,6 +136,9 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
     app.add_flag("--estimate", o.estimate, "only tell voxels, memory and time");
     app.add_flag("--dry-run", o.dry_run, "check and set up everything, write nothing");
     app.add_flag("--resume", raw.resume, "")->group("");
+    app.add_option("--groups-in-flight", o.groups_in_flight, "")
+        ->group("")
+        ->check(CLI::Range(1, 1024));
     app.add_flag("--no-cull", raw.no_cull, "")->group("");
     app.add_option("--isa", raw.isa, "")->group("")->check(CLI::IsMember({"sse41", "avx2"}));
 }

@@ -51,7 +51,8 @@ struct Options {
     bool flip_x = false;
     bool estimate = false;
     bool dry_run = false;
-    bool culling = true;
+    bool culling = true;  ///< this and the next two are for tests; the output never depends on them
+    int32_t groups_in_flight = 0;
     openfab_isa isa = OPENFAB_ISA_AVX2;
     bool help = false;  ///< `text` is to be shown, nothing else done
     std::string text;

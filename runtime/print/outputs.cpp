@@ -1,0 +1,79 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/print/outputs.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <utility>
+#include <vector>
+
+#include "backends/common/tee_sink.h"
+#include "backends/ofr/ofr_sink.h"
+#include "backends/preview/preview.h"
+#include "backends/raster/png_sink.h"
+
+namespace openfab::print {
+
+namespace {
+
+Result<std::unique_ptr<backends::SliceSink>> open_format(const Options& options,
+                                                         const scene::Printer& printer,
+                                                         const std::string& format) {
+    if (format.empty())
+        return std::unique_ptr<backends::SliceSink>(std::make_unique<backends::NullSink>());
+    if (format == "ofr") return ofr::OfrSink::create(options.output);
+    raster::PngOptions png;
+    png.indexed = options.png_indexed;
+    png.flip_x = options.flip_x;
+    png.front_end_makes_support = printer.makes_support;
+    png.handoff = printer.handoff;
+    return raster::PngSink::create(options.output, std::move(png));
+}
+
+}  // namespace
+
+Result<std::string> choose_format(const Options& options, const scene::Printer& printer) {
+    if (options.output.empty()) return std::string();
+    if (!options.format.empty()) return options.format;
+    if (options.output == "-") return std::string("ofr");
+    const std::filesystem::path path(options.output);
+    const std::string extension = path.filename().has_filename() ? path.extension().string() : "";
+    if (extension == ".ofr") return std::string("ofr");
+    if (extension == ".png") {
+        return usage_error(
+            fmt::format("`-o {}`: png slices fill a folder; write `-o {}` with `--format png`, or "
+                        "`--preview {}` for a "
+                        "picture",
+                        options.output, path.stem().string(), options.output));
+    }
+    for (const char* later : {".stl", ".3mf", ".bmp", ".vdb"}) {
+        if (extension == later) {
+            return usage_error(fmt::format(
+                "`-o {}`: there is no output format `{}` yet; choose from .ofr and a folder of png",
+                options.output, later + 1));
+        }
+    }
+    return printer.native_format;
+}
+
+Result<std::unique_ptr<backends::SliceSink>> open_output(const Options& options,
+                                                         const scene::Printer& printer) {
+    Result<std::string> format = choose_format(options, printer);
+    if (!format) return format.error();
+    Result<std::unique_ptr<backends::SliceSink>> sink = open_format(options, printer, *format);
+    if (!sink || options.previews.empty()) return sink;
+    std::vector<std::unique_ptr<backends::SliceObserver>> observers;
+    for (const preview::PreviewSpec& spec : options.previews)
+        observers.push_back(preview::make_preview(spec));
+    return std::unique_ptr<backends::SliceSink>(
+        std::make_unique<backends::TeeSink>(std::move(*sink), std::move(observers)));
+}
+
+int64_t preview_bytes(const Options& options) {
+    // Pictures are drawn one after the other, so what is needed for drawing counts once.
+    const auto previews = static_cast<int64_t>(options.previews.size());
+    return previews == 0 ? 0 : preview::kDrawBytes + previews * preview::kColumnBytes;
+}
+
+}  // namespace openfab::print

@@ -1,0 +1,28 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Where the slices go: the sink that the options ask for, with previews as observers.
+
+#include <memory>
+#include <string>
+
+#include "backends/common/slice_sink.h"
+#include "runtime/print/options.h"
+#include "runtime/scene/printer.h"
+
+namespace openfab::print {
+
+/// "ofr" or "png": what was asked for, else by OUT's extension, else the printer's own. An
+/// extension that contradicts, or a format that there is not, is a usage error. Empty where nothing
+/// is written but previews.
+Result<std::string> choose_format(const Options& options, const scene::Printer& printer);
+
+/// Opens the output; an existing one is replaced.
+Result<std::unique_ptr<backends::SliceSink>> open_output(const Options& options,
+                                                         const scene::Printer& printer);
+
+/// What of --memory the previews take; the rest is the pipeline's.
+int64_t preview_bytes(const Options& options);
+
+}  // namespace openfab::print

@@ -1,0 +1,16 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// The program that `openflc build` links with a list of fablets: a print binary.
+
+#include "runtime/abi/fablet_table.h"
+
+namespace openfab::print {
+
+/// Runs a print from the command line to the exit code: 0 done, 1 the input is wrong, 2 usage, 3
+/// disk or pipe failed, 4 a bug of ours, 130 interrupted. stdout carries data alone (`-o -`, or the
+/// text of --help); the rest goes to stderr.
+int print_main(int argc, char** argv, const openfab_fablet_list& fablets);
+
+}  // namespace openfab::print
