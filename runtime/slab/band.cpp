@@ -3,17 +3,13 @@
 #include "runtime/slab/band.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cstring>
+
+#include "runtime/slab/clock.h"
 
 namespace openfab::slab {
 
 namespace {
-
-double now() {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
-        .count();
-}
 
 // 0x00 or 0xff in byte z for each bit z.
 uint64_t spread(uint8_t bits) {
@@ -164,7 +160,7 @@ int GroupDither::finish_held(const uint8_t* below) {
         const int status = dither_rows(held_, 7, 1, held_->mixed_row(6), below);
         if (status != 0) return status;
     }
-    const double start = now();
+    const double start = seconds_now();
     const int32_t first = 4 * held_->first_block;
     const int32_t end =
         static_cast<int32_t>(std::min<int64_t>(4 * held_->end_block, planes_->row_bytes));
@@ -176,14 +172,14 @@ int GroupDither::finish_held(const uint8_t* below) {
                              planes_->data.data() + y * planes_->row_bytes + first,
                              planes_->row_bytes, planes_->plane_bytes);
     }
-    seconds_pack += now() - start;
+    seconds_pack += seconds_now() - start;
     return status;
 }
 
 // `above` is the row over the first, `below` the one under the last.
 int GroupDither::dither_rows(RowBand* band, int32_t first, int32_t count, const uint8_t* above,
                              const uint8_t* below) {
-    const double start = now();
+    const double start = seconds_now();
     int status = 0;
     for (int32_t y = first; y < first + count && status == 0; ++y) {
         const uint8_t* up = y == first ? above : band->mixed_row(y - 1);
@@ -209,7 +205,7 @@ int GroupDither::dither_rows(RowBand* band, int32_t first, int32_t count, const 
             b = end;
         }
     }
-    seconds_dither += now() - start;
+    seconds_dither += seconds_now() - start;
     return status;
 }
 

@@ -1,0 +1,229 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/slab/cull.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "runtime/slab/clock.h"
+
+namespace openfab::slab {
+
+namespace {
+
+// More different compositions than this and the rest is evaluated: finding one among them would
+// cost more than it saves.
+constexpr size_t kMostConstants = 256;
+
+constexpr int32_t kSides[] = {8, 4, 2, 1};  // of cubes, in blocks
+
+// Largest multiple of `side` that is not above `value`.
+int32_t align_down(int32_t value, int32_t side) {
+    return value >= 0 ? value / side * side : -((-value + side - 1) / side * side);
+}
+
+}  // namespace
+
+void PartCull::mark_covered(const voxel::GroupMask& mask) {
+    first_x_ = mask.x0 / 8;
+    first_y_ = mask.y0 / 8;
+    blocks_x_ = mask.width / 8;
+    blocks_y_ = mask.height / 8;
+    blocks_.assign(static_cast<size_t>(blocks_x_) * blocks_y_, kNotCovered);
+    for (int32_t y = 0; y < mask.height; ++y) {
+        const uint8_t* row = &mask.mask[static_cast<size_t>(y) * mask.width];
+        int32_t* out = &blocks_[static_cast<size_t>(y / 8) * blocks_x_];
+        for (int32_t b = 0; b < blocks_x_; ++b) {
+            uint64_t columns;
+            std::memcpy(&columns, row + 8 * b, 8);
+            if (columns != 0) out[b] = kEvaluate;
+        }
+    }
+}
+
+bool PartCull::any_covered(const Cube& cube, int32_t side) const {
+    for (int32_t y = std::max(cube.y, first_y_); y < std::min(cube.y + side, end_y()); ++y) {
+        for (int32_t x = std::max(cube.x, first_x_); x < std::min(cube.x + side, end_x()); ++x) {
+            if (at(x, y) == kEvaluate) return true;
+        }
+    }
+    return false;
+}
+
+int PartCull::run(const PrintPart& part, int32_t group, const voxel::GroupMask& mask, bool cull,
+                  BlockEvaluator* evaluator) {
+    mark_covered(mask);
+    constants_.clear();
+    evaluator->counts.total += std::count(blocks_.begin(), blocks_.end(), kEvaluate);
+    if (!cull || part.part->fablet->volume_bounds.arg_count == 0 || blocks_.empty()) return 0;
+    const double start = seconds_now();
+    std::vector<Cube> open, cubes;
+    for (int32_t y = align_down(first_y_, kSides[0]); y < end_y(); y += kSides[0]) {
+        for (int32_t x = align_down(first_x_, kSides[0]); x < end_x(); x += kSides[0])
+            open.push_back({x, y});
+    }
+    int status = 0;
+    for (int32_t side : kSides) {
+        cubes.clear();
+        for (const Cube& c : open) {
+            if (any_covered(c, side)) cubes.push_back(c);
+        }
+        open.clear();
+        if (cubes.empty()) break;
+        status = bound(part, group, side, cubes, evaluator);
+        if (status == 0) status = settle(part, side, cubes, evaluator, &open);
+        if (status != 0) break;
+    }
+    evaluator->counts.filled +=
+        std::count_if(blocks_.begin(), blocks_.end(), [](int32_t b) { return b >= 0; });
+    evaluator->counts.seconds_bounds += seconds_now() - start;
+    return status;
+}
+
+// Intervals of what the queries can give in each cube, then of the weights.
+int PartCull::bound(const PrintPart& part, int32_t group, int32_t side,
+                    const std::vector<Cube>& cubes, BlockEvaluator* evaluator) {
+    const size_t n = cubes.size();
+    const auto floats = static_cast<size_t>(part.nearest.floats());
+    const auto ints = static_cast<size_t>(part.nearest.ints());
+    const auto slots = static_cast<size_t>(part.slots());
+    corners_.resize(3 * n);
+    distance_lo_.resize(n);
+    distance_hi_.resize(n);
+    for (std::vector<float>* v : {&float_lo_, &float_hi_})
+        v->resize(floats * n);
+    for (std::vector<int32_t>* v : {&int_lo_, &int_hi_})
+        v->resize(ints * n);
+    // A slot that the fablet never sets may have no output; then it is 0.
+    for (std::vector<float>* v : {&weight_lo_, &weight_hi_})
+        v->assign(slots * n, 0.0f);
+    // Groups are in grid voxels, so a cube holds the whole group whatever its side.
+    const int32_t z = align_down(group, side) * 8 - part.base.z;
+    for (size_t i = 0; i < n; ++i) {
+        const Vec3i corner{8 * cubes[i].x - part.base.x, 8 * cubes[i].y - part.base.y, z};
+        for (int a = 0; a < 3; ++a)
+            corners_[3 * i + static_cast<size_t>(a)] = corner[a];
+        if (!part.bounds.any()) continue;
+        part.engine->bounds(corner, 8 * side, evaluator->scratch(part), &box_);
+        // Only voxels inside the part count, where the distance is negative.
+        distance_lo_[i] = 0.0f - box_.distance_hi;
+        distance_hi_[i] = 0.0f - box_.distance_lo;
+        for (size_t c = 0; c < floats; ++c) {
+            float_lo_[c * n + i] = box_.float_lo[c];
+            float_hi_[c * n + i] = box_.float_hi[c];
+        }
+        for (size_t c = 0; c < ints; ++c) {
+            int_lo_[c * n + i] = box_.int_lo[c];
+            int_hi_[c * n + i] = box_.int_hi[c];
+        }
+    }
+
+    const openfab_kernel& kernel = part.part->fablet->volume_bounds;
+    KernelArguments& arguments = evaluator->arguments();
+    arguments.begin(kernel, part, corners_.data(), static_cast<int32_t>(n), 8 * side);
+    for (int32_t i = 0; i < kernel.arg_count; ++i) {
+        const openfab_arg& arg = kernel.args[i];
+        const auto slot = static_cast<size_t>(arg.a) * n;
+        const bool lo = arg.kind == OPENFAB_ARG_NEAREST_LO;
+        switch (arg.kind) {
+            case OPENFAB_ARG_DISTANCE_LO:
+                arguments.set_list(i, distance_lo_.data());
+                break;
+            case OPENFAB_ARG_DISTANCE_HI:
+                arguments.set_list(i, distance_hi_.data());
+                break;
+            case OPENFAB_ARG_WEIGHT_LO:
+                arguments.set_list(i, &weight_lo_[slot]);
+                break;
+            case OPENFAB_ARG_WEIGHT_HI:
+                arguments.set_list(i, &weight_hi_[slot]);
+                break;
+            case OPENFAB_ARG_NEAREST_LO:
+            case OPENFAB_ARG_NEAREST_HI: {
+                const size_t first = part.nearest.place(arg.a, arg.b) * n;
+                if (part.nearest.is_float(arg.a)) {
+                    arguments.set_list(i, lo ? &float_lo_[first] : &float_hi_[first]);
+                } else {
+                    arguments.set_list(i, lo ? &int_lo_[first] : &int_hi_[first]);
+                }
+                break;
+            }
+            default:
+                break;
+        }
+    }
+    return arguments.run(evaluator->isa());
+}
+
+// Fills the cubes that can hold one composition only; the others, in quarters, go to `open`.
+int PartCull::settle(const PrintPart& part, int32_t side, const std::vector<Cube>& cubes,
+                     BlockEvaluator* evaluator, std::vector<Cube>* open) {
+    const size_t n = cubes.size();
+    std::vector<float> weights(static_cast<size_t>(part.slots()));
+    for (size_t i = 0; i < n; ++i) {
+        bool one = true;
+        for (size_t s = 0; s < weights.size() && one; ++s) {
+            weights[s] = weight_lo_[s * n + i];
+            one = weights[s] == weight_hi_[s * n + i];  // false for NaN
+        }
+        int32_t index = kEvaluate;
+        if (one) {
+            const int status = add_constant(part, weights.data(), evaluator, &index);
+            if (status != 0) return status;
+        }
+        const Cube& c = cubes[i];
+        if (index == kEvaluate) {
+            const int32_t half = side / 2;
+            if (half == 0) continue;
+            for (const Cube& quarter :
+                 {c, Cube{c.x + half, c.y}, Cube{c.x, c.y + half}, Cube{c.x + half, c.y + half}}) {
+                open->push_back(quarter);
+            }
+            continue;
+        }
+        for (int32_t y = std::max(c.y, first_y_); y < std::min(c.y + side, end_y()); ++y) {
+            for (int32_t x = std::max(c.x, first_x_); x < std::min(c.x + side, end_x()); ++x) {
+                int32_t& block =
+                    blocks_[static_cast<size_t>((y - first_y_) * blocks_x_ + (x - first_x_))];
+                if (block == kEvaluate) block = index;
+            }
+        }
+    }
+    return 0;
+}
+
+int PartCull::add_constant(const PrintPart& part, const float* weights, BlockEvaluator* evaluator,
+                           int32_t* index) {
+    const auto slots = static_cast<size_t>(part.slots());
+    for (size_t i = constants_.size(); i-- > 0;) {
+        if (std::equal(weights, weights + slots, constants_[i].weights.begin())) {
+            *index = static_cast<int32_t>(i);
+            return 0;
+        }
+    }
+    if (constants_.size() == kMostConstants) return 0;
+    Constant added;
+    added.weights.assign(weights, weights + slots);
+    added.codes.resize(512);
+    added.tile.resize(static_cast<size_t>(evaluator->tile_values()));
+    const int status =
+        evaluator->constant_block(part, weights, added.codes.data(), added.tile.data());
+    added.code = added.codes[0];
+    added.mixed = added.code == OPENFAB_CODE_MIXED;
+    if (!added.mixed) {
+        added.codes.clear();
+        added.tile.clear();
+    }
+    *index = static_cast<int32_t>(constants_.size());
+    constants_.push_back(std::move(added));
+    return status;
+}
+
+size_t PartCull::bytes() const {
+    return blocks_.capacity() * sizeof(int32_t) + constants_.capacity() * sizeof(Constant) +
+           (corners_.capacity() + distance_lo_.capacity() * 2 + float_lo_.capacity() * 2 +
+            int_lo_.capacity() * 2 + weight_lo_.capacity() * 2) *
+               sizeof(float);
+}
+
+}  // namespace openfab::slab

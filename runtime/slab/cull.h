@@ -1,0 +1,74 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Which blocks of a group need no voxel-by-voxel work: the interval form of the volume stage over
+// cubes of 64, 32, 16 and 8 voxels a side, from large to small. Where every slot's weight has one
+// value only, that value is what the volume kernel would give, so culling never shows in the
+// output.
+
+#include <cstdint>
+#include <vector>
+
+#include "runtime/slab/evaluate.h"
+#include "runtime/slab/print_part.h"
+#include "runtime/voxel/coverage.h"
+
+namespace openfab::slab {
+
+/// One part in one group. Memory is kept from group to group.
+class PartCull {
+  public:
+    static constexpr int32_t kEvaluate = -1;
+    static constexpr int32_t kNotCovered = -2;
+
+    /// A composition that fills whole blocks.
+    struct Constant {
+        std::vector<float> weights;  ///< by slot
+        bool mixed = false;
+        uint8_t code = 0;            ///< where it is pure
+        std::vector<uint8_t> codes;  ///< 512, for merging where it is mixed
+        std::vector<uint16_t> tile;
+    };
+
+    /// `cull` off: every covered block is evaluated. Returns 0 or a Halide error code.
+    int run(const PrintPart& part, int32_t group, const voxel::GroupMask& mask, bool cull,
+            BlockEvaluator* evaluator);
+
+    /// Rectangle of blocks that the mask covers.
+    int32_t first_x() const { return first_x_; }
+    int32_t end_x() const { return first_x_ + blocks_x_; }
+    int32_t first_y() const { return first_y_; }
+    int32_t end_y() const { return first_y_ + blocks_y_; }
+    /// kEvaluate, kNotCovered, or the index of the block's composition.
+    int32_t at(int32_t x, int32_t y) const {
+        return blocks_[static_cast<size_t>((y - first_y_) * blocks_x_ + (x - first_x_))];
+    }
+    const Constant& constant(int32_t index) const { return constants_[static_cast<size_t>(index)]; }
+    size_t bytes() const;
+
+  private:
+    struct Cube {
+        int32_t x, y;  ///< block columns and rows, multiples of the cube's side
+    };
+    void mark_covered(const voxel::GroupMask& mask);
+    bool any_covered(const Cube& cube, int32_t side) const;
+    int bound(const PrintPart& part, int32_t group, int32_t side, const std::vector<Cube>& cubes,
+              BlockEvaluator* evaluator);
+    int add_constant(const PrintPart& part, const float* weights, BlockEvaluator* evaluator,
+                     int32_t* index);
+    int settle(const PrintPart& part, int32_t side, const std::vector<Cube>& cubes,
+               BlockEvaluator* evaluator, std::vector<Cube>* open);
+
+    int32_t first_x_ = 0, first_y_ = 0, blocks_x_ = 0, blocks_y_ = 0;
+    std::vector<int32_t> blocks_;
+    std::vector<Constant> constants_;
+    std::vector<int32_t> corners_;
+    std::vector<float> distance_lo_, distance_hi_;
+    std::vector<float> float_lo_, float_hi_;  ///< [component][cube]
+    std::vector<int32_t> int_lo_, int_hi_;
+    std::vector<float> weight_lo_, weight_hi_;  ///< [slot][cube]
+    nearest::BoxBounds box_;
+};
+
+}  // namespace openfab::slab

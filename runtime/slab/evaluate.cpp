@@ -1,0 +1,192 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/slab/evaluate.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "runtime/slab/clock.h"
+
+namespace openfab::slab {
+
+namespace {
+
+constexpr size_t kBlockValues = nearest::kBlockVoxels;
+constexpr size_t kBatchValues = kBlockValues * BlockEvaluator::kBatch;
+
+void grow(auto* values, size_t count) {
+    if (values->size() < count) values->resize(count);
+}
+
+}  // namespace
+
+BlockEvaluator::BlockEvaluator(const openfab_stage_set& set, openfab_isa isa, size_t parts)
+    : calls_(set, isa, 0), isa_(isa), scratch_(parts), attribute_scratch_(parts) {
+    owned_.resize(64 * kBatch);
+    tiles_.resize(static_cast<size_t>(calls_.tile_values()) * kBatch);
+    codes_.resize(kBatchValues);
+    distance_.resize(kBatchValues);
+}
+
+nearest::Engine::Scratch* BlockEvaluator::scratch(const PrintPart& part) {
+    std::unique_ptr<nearest::Engine::Scratch>& mine = scratch_[static_cast<size_t>(part.index)];
+    if (mine == nullptr) mine = part.engine->make_scratch();
+    return mine.get();
+}
+
+nearest::QueryCounts BlockEvaluator::query_counts() const {
+    nearest::QueryCounts sum;
+    for (const auto& s : scratch_) {
+        if (s == nullptr) continue;
+        sum.asked += s->counts.asked;
+        sum.skipped += s->counts.skipped;
+        sum.triangle_tests += s->counts.triangle_tests;
+        sum.node_tests += s->counts.node_tests;
+    }
+    return sum;
+}
+
+// Makes room for the part's inputs, and notes which of them its volume kernel reads.
+void BlockEvaluator::prepare(const PrintPart& part) {
+    const auto floats = static_cast<size_t>(part.nearest.floats());
+    const auto ints = static_cast<size_t>(part.nearest.ints());
+    grow(&values_, floats * kBatchValues);
+    grow(&gradients_, part.volume.gradients ? floats * 3 * kBatchValues : 0);
+    grow(&flat_, ints * kBatchValues);
+    grow(&weights_, static_cast<size_t>(part.slots()) * kBatchValues);
+    value_targets_.assign(floats, nullptr);
+    gradient_targets_.assign(floats * 3, nullptr);
+    flat_targets_.assign(ints, nullptr);
+    const openfab_kernel& kernel = part.part->fablet->volume;
+    for (int32_t i = 0; i < kernel.arg_count; ++i) {
+        const openfab_arg& arg = kernel.args[i];
+        if (arg.kind == OPENFAB_ARG_NEAREST) {
+            const size_t c = part.nearest.place(arg.a, arg.b);
+            if (part.nearest.is_float(arg.a)) {
+                value_targets_[c] = &values_[c * kBatchValues];
+            } else {
+                flat_targets_[c] = &flat_[c * kBatchValues];
+            }
+        } else if (arg.kind == OPENFAB_ARG_NEAREST_GRAD) {
+            const size_t c = part.nearest.place(arg.a, 0) * 3 + static_cast<size_t>(arg.b);
+            gradient_targets_[c] = &gradients_[c * kBatchValues];
+        }
+    }
+}
+
+// Fills the inputs of one block of the batch; the targets stand at its place.
+void BlockEvaluator::query(const PrintPart& part, const OwnedBlock& block, int32_t place) {
+    nearest::BlockQuery query;
+    const int32_t* corner = &corners_[static_cast<size_t>(3 * place)];
+    query.block = {corner[0], corner[1], corner[2]};
+    query.demand = block.owned.data();
+    part.engine->query(query, scratch(part), &answer_);
+    if (part.volume.attributes || part.volume.gradients) {
+        const nearest::AttributeTargets targets{
+            value_targets_.data(), part.volume.gradients ? gradient_targets_.data() : nullptr,
+            flat_targets_.data()};
+        part.attributes->read(answer_, block.owned.data(), targets,
+                              &attribute_scratch_[static_cast<size_t>(part.index)]);
+    }
+    if (part.volume.distance) {
+        // Owned voxels are inside, so the distance is negative; taken from 0 so that none gives +0.
+        // Others are not read.
+        float* out = &distance_[static_cast<size_t>(place) * kBlockValues];
+        for (size_t v = 0; v < kBlockValues; ++v)
+            out[v] = 0.0f - std::sqrt(answer_.distance2[v]);
+    }
+}
+
+const void* BlockEvaluator::input(const PrintPart& part, const openfab_arg& arg) const {
+    switch (arg.kind) {
+        case OPENFAB_ARG_DISTANCE:
+            return distance_.data();
+        case OPENFAB_ARG_NEAREST: {
+            const size_t first = part.nearest.place(arg.a, arg.b) * kBatchValues;
+            if (part.nearest.is_float(arg.a)) return &values_[first];
+            return &flat_[first];
+        }
+        case OPENFAB_ARG_NEAREST_GRAD:
+            return &gradients_[(part.nearest.place(arg.a, 0) * 3 + static_cast<size_t>(arg.b)) *
+                               kBatchValues];
+        default:
+            return nullptr;
+    }
+}
+
+int BlockEvaluator::run_volume(const PrintPart& part, int32_t n) {
+    const openfab_kernel& kernel = part.part->fablet->volume;
+    arguments_.begin(kernel, part, corners_.data(), n, 8);
+    const int32_t slots = part.slots();
+    int32_t written = 0;
+    for (int32_t i = 0; i < kernel.arg_count; ++i) {
+        if (kernel.args[i].kind == OPENFAB_ARG_WEIGHT) {
+            arguments_.set_blocks(
+                i, &weights_[static_cast<size_t>(kernel.args[i].a) * kBlockValues], slots * 512);
+            ++written;
+        } else if (!arguments_.is_set(i)) {
+            arguments_.set_blocks(i, input(part, kernel.args[i]));
+        }
+    }
+    // A slot that the fablet never sets may have no output.
+    if (written < slots)
+        std::fill_n(weights_.begin(), static_cast<size_t>(n * slots) * kBlockValues, 0.0f);
+    return arguments_.run(isa_);
+}
+
+int BlockEvaluator::evaluate(const PrintPart& part, int32_t group, const OwnedBlock* blocks,
+                             int32_t n, RowBand* band) {
+    const double start = seconds_now();
+    prepare(part);
+    for (int32_t i = 0; i < n; ++i) {
+        int32_t* corner = &corners_[static_cast<size_t>(3 * i)];
+        corner[0] = 8 * blocks[i].block - part.base.x;
+        corner[1] = 8 * band->row - part.base.y;
+        corner[2] = 8 * group - part.base.z;
+        std::copy(blocks[i].owned.begin(), blocks[i].owned.end(),
+                  &owned_[static_cast<size_t>(64 * i)]);
+        if (!part.volume.any()) continue;
+        query(part, blocks[i], i);
+        const auto advance = [](auto& targets) {
+            for (auto*& t : targets) {
+                if (t != nullptr) t += kBlockValues;
+            }
+        };
+        advance(value_targets_);
+        advance(gradient_targets_);
+        advance(flat_targets_);
+    }
+    const double queried = seconds_now();
+    int status = run_volume(part, n);
+    const double evaluated = seconds_now();
+    if (status != 0) return status;
+    status = calls_.normalise(weights_.data(), part.slots(), part.slot_material.data(),
+                              owned_.data(), n, tiles_.data(), codes_.data(), unusable_.data());
+    if (status != 0) return status;
+    for (int32_t i = 0; i < n; ++i) {
+        const auto place = static_cast<size_t>(i);
+        band->merge(blocks[i].block, blocks[i].owned.data(), &codes_[place * kBlockValues],
+                    &tiles_[place * static_cast<size_t>(calls_.tile_values())], calls_.channels());
+    }
+    for (int32_t i = 0; i < 8 * n; ++i)
+        counts.unusable += unusable_[static_cast<size_t>(i)];
+    counts.evaluated += n;
+    counts.seconds_nearest += queried - start;
+    counts.seconds_volume += evaluated - queried;
+    counts.seconds_normalise += seconds_now() - evaluated;
+    return 0;
+}
+
+int BlockEvaluator::constant_block(const PrintPart& part, const float* weights, uint8_t* codes,
+                                   uint16_t* tile) {
+    grow(&weights_, static_cast<size_t>(part.slots()) * kBatchValues);
+    for (int32_t s = 0; s < part.slots(); ++s) {
+        std::fill_n(weights_.begin() + static_cast<std::ptrdiff_t>(s * 512), kBlockValues,
+                    weights[s]);
+    }
+    std::fill_n(owned_.begin(), 64, uint8_t{255});
+    return calls_.normalise(weights_.data(), part.slots(), part.slot_material.data(), owned_.data(),
+                            1, tile, codes, unusable_.data());
+}
+
+}  // namespace openfab::slab

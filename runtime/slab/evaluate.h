@@ -1,0 +1,85 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// The volume stage on lists of blocks: nearest queries where the fablet asks for them, the volume
+// kernel, normalise. One evaluator per thread.
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "runtime/slab/band.h"
+#include "runtime/slab/kernel_arguments.h"
+#include "runtime/slab/print_part.h"
+#include "runtime/slab/stages.h"
+
+namespace openfab::slab {
+
+/// A block of the band and the voxels of it that belong to the part.
+struct OwnedBlock {
+    int32_t block = 0;                           ///< column in the band
+    alignas(8) std::array<uint8_t, 64> owned{};  ///< bit z of byte y * 8 + x
+};
+
+/// What one thread has counted; added up at the end.
+struct EvaluationCounts {
+    int64_t evaluated = 0, filled = 0, total = 0;
+    int64_t unusable = 0;
+    double seconds_nearest = 0, seconds_volume = 0, seconds_normalise = 0, seconds_bounds = 0;
+};
+
+class BlockEvaluator {
+  public:
+    /// Blocks in one call of the volume kernel: enough to spread the call's cost, few enough for
+    /// the L2 cache.
+    static constexpr int32_t kBatch = 16;
+
+    BlockEvaluator(const openfab_stage_set& set, openfab_isa isa, size_t parts);
+
+    /// Evaluates up to kBatch blocks of block row `row` in group `group` and merges them into the
+    /// band. Returns 0 or a Halide error code.
+    int evaluate(const PrintPart& part, int32_t group, const OwnedBlock* blocks, int32_t n,
+                 RowBand* band);
+
+    /// One composition for a whole block: codes and fractions as the volume kernel's weights would
+    /// give them. `weights`: one for each slot; `codes`: 512, `tile`: StageCalls::tile_values().
+    int constant_block(const PrintPart& part, const float* weights, uint8_t* codes, uint16_t* tile);
+
+    nearest::Engine::Scratch* scratch(const PrintPart& part);
+    /// Queries asked by this thread, over all parts.
+    nearest::QueryCounts query_counts() const;
+
+    KernelArguments& arguments() { return arguments_; }
+    openfab_isa isa() const { return isa_; }
+    int32_t channels() const { return calls_.channels(); }
+    int32_t tile_values() const { return calls_.tile_values(); }
+    EvaluationCounts counts;
+
+  private:
+    void prepare(const PrintPart& part);
+    void query(const PrintPart& part, const OwnedBlock& block, int32_t place);
+    int run_volume(const PrintPart& part, int32_t n);
+    const void* input(const PrintPart& part, const openfab_arg& arg) const;
+
+    StageCalls calls_;
+    openfab_isa isa_;
+    std::vector<std::unique_ptr<nearest::Engine::Scratch>> scratch_;    ///< by part
+    std::vector<nearest::AttributeReader::Scratch> attribute_scratch_;  ///< by part
+    KernelArguments arguments_;
+    nearest::BlockAnswer answer_;
+    std::array<int32_t, 3 * kBatch> corners_{};
+    std::vector<float> values_, gradients_, distance_,
+        weights_;  ///< [component][block][512]; weights [block][slot][512]
+    std::vector<uint32_t> flat_;
+    std::vector<float*> value_targets_,
+        gradient_targets_;  ///< of the block in hand; null where no kernel asks
+    std::vector<uint32_t*> flat_targets_;
+    std::vector<uint8_t> owned_;
+    std::vector<uint16_t> tiles_;
+    std::vector<uint8_t> codes_;
+    std::array<int32_t, 8 * kBatch> unusable_{};
+};
+
+}  // namespace openfab::slab

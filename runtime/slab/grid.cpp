@@ -1,0 +1,79 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/slab/grid.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace openfab::slab {
+
+namespace {
+
+// Strides of a packed slice fit 32 bits in kernels, and voxel indices stay exact in float.
+constexpr double kLargestSide = 1 << 24;
+constexpr int64_t kLargestSliceBytes = std::numeric_limits<int32_t>::max();
+
+double snapped(double position_vox) {
+    return std::floor(256.0 * position_vox + 0.5) / 256.0;
+}
+
+}  // namespace
+
+Result<scene::Grid> make_grid(const std::vector<scene::Part>& parts,
+                              const std::vector<std::shared_ptr<const surface::Surface>>& surfaces,
+                              const Vec3d& pitch_mm) {
+    Box3d box;
+    for (size_t i = 0; i < parts.size(); ++i)
+        box.add(surfaces[i]->exact_box(parts[i].local_to_build));
+    if (parts.empty() || box.empty())
+        return user_error("there is nothing to print: no part has a surface");
+    scene::Grid grid;
+    grid.pitch_mm = pitch_mm;
+    for (int a = 0; a < 3; ++a) {
+        const double lo = std::floor(snapped(box.lo[a] / pitch_mm[a]));
+        const double hi = std::ceil(snapped(box.hi[a] / pitch_mm[a]));
+        const double size = std::max(hi - lo, 1.0);
+        if (!(size <= kLargestSide) || !(std::fabs(lo) <= 1e9)) {
+            return user_error(
+                fmt::format("the parts span {:.6g} mm along {}: {:.6g} voxels of {} mm; at most "
+                            "{:.0f} are possible",
+                            box.hi[a] - box.lo[a], "xyz"[a], size, pitch_mm[a], kLargestSide));
+        }
+        grid.origin_mm[a] = lo * pitch_mm[a];
+        grid.size[a] = static_cast<int32_t>(size);
+    }
+    const int64_t slice_bytes = (int64_t{grid.size.x} + 1) / 2 * grid.size.y;
+    if (slice_bytes > kLargestSliceBytes) {
+        return user_error(
+            fmt::format("a slice of {} x {} voxels is too large: at most {} voxels are possible",
+                        grid.size.x, grid.size.y, 2 * kLargestSliceBytes));
+    }
+    return grid;
+}
+
+Result<Vec2<int32_t>> slice_range(const scene::Grid& grid, const PrintOptions& options) {
+    Vec2<int32_t> range{0, grid.size.z};
+    if (options.slices) {
+        range = *options.slices;
+        if (range.x < 0 || range.y > grid.size.z || range.x >= range.y) {
+            return user_error(
+                fmt::format("--slices {}:{} is outside the print, which has slices 0:{}", range.x,
+                            range.y, grid.size.z));
+        }
+    } else if (options.z_range_mm) {
+        const Vec2<double> z = *options.z_range_mm;
+        const double top = grid.size.z * grid.pitch_mm.z;
+        if (!(z.x < z.y) || !(z.y > 0) || !(z.x < top)) {
+            return user_error(fmt::format(
+                "--z {}mm:{}mm holds no slice: the print is {:.6g} mm high", z.x, z.y, top));
+        }
+        range.x = static_cast<int32_t>(std::floor(std::max(z.x, 0.0) / grid.pitch_mm.z));
+        range.y =
+            static_cast<int32_t>(std::min<double>(std::ceil(z.y / grid.pitch_mm.z), grid.size.z));
+    }
+    return range;
+}
+
+}  // namespace openfab::slab

@@ -1,0 +1,28 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "runtime/base/result.h"
+#include "runtime/scene/part.h"
+#include "runtime/slab/print.h"
+#include "runtime/surface/surface.h"
+
+namespace openfab::slab {
+
+/// The grid of a print: the exact box of all displaced parts, rounded out to whole voxels. Its
+/// origin is a whole number of pitches from build (0, 0, 0), so voxel centres do not move when
+/// another part joins the print. Positions are rounded to 1/256 voxel first, as the voxeliser does,
+/// so that a box whose side is a whole number of pitches gets no empty layer from the last bit of a
+/// double. Refuses what no print can hold.
+Result<scene::Grid> make_grid(const std::vector<scene::Part>& parts,
+                              const std::vector<std::shared_ptr<const surface::Surface>>& surfaces,
+                              const Vec3d& pitch_mm);
+
+/// First slice and one past the last that `options` ask for.
+Result<Vec2<int32_t>> slice_range(const scene::Grid& grid, const PrintOptions& options);
+
+}  // namespace openfab::slab

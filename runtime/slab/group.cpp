@@ -1,0 +1,194 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/slab/group.h"
+
+#include <tbb/parallel_pipeline.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <cstring>
+
+#include "runtime/slab/clock.h"
+
+namespace openfab::slab {
+
+GroupRun::GroupRun(const GroupSetup& setup)
+    : setup_(setup), dither_(*setup.stages, setup.isa, setup.seed, setup.size) {}
+
+int GroupRun::run(int32_t group, Pool<BlockEvaluator>* evaluators, const std::atomic<bool>& stop) {
+    planes_.reset(setup_.size.x, setup_.size.y);
+    int status = prepare(group, evaluators);
+    int32_t first = setup_.size.y, end = 0;
+    for (const auto& active : active_) {
+        first = std::min(first, active->cull.first_y());
+        end = std::max(end, active->cull.end_y());
+    }
+    if (status == 0 && first < end) status = run_rows(group, first, end, evaluators, stop);
+    if (status == 0 && stop.load(std::memory_order_relaxed)) status = kStopped;
+    times.dither = dither_.seconds_dither;
+    times.pack = dither_.seconds_pack;
+    return status;
+}
+
+// Coverage and culling of the parts that the group meets.
+int GroupRun::prepare(int32_t group, Pool<BlockEvaluator>* evaluators) {
+    while (!active_.empty()) {
+        spare_.push_back(std::move(active_.back()));
+        active_.pop_back();
+    }
+    BlockEvaluator* evaluator = evaluators->take([&] {
+        return std::make_unique<BlockEvaluator>(*setup_.stages, setup_.isa, setup_.parts->size());
+    });
+    int status = 0;
+    for (int32_t index : setup_.order) {
+        const PrintPart& part = *(*setup_.parts)[static_cast<size_t>(index)];
+        if (part.box.lo.z >= 8 * group + 8 || part.box.hi.z <= 8 * group) continue;
+        if (spare_.empty()) spare_.push_back(std::make_unique<ActivePart>());
+        ActivePart& active = *spare_.back();
+        active.part = &part;
+        const double start = seconds_now();
+        part.voxeliser->coverage(group, &active.mask);
+        times.coverage += seconds_now() - start;
+        if (active.mask.width == 0 || active.mask.height == 0) continue;
+        status = active.cull.run(part, group, active.mask, setup_.culling, evaluator);
+        if (status != 0) break;
+        active_.push_back(std::move(spare_.back()));
+        spare_.pop_back();
+    }
+    evaluators->give(evaluator);
+    return status;
+}
+
+int GroupRun::run_rows(int32_t group, int32_t first, int32_t end, Pool<BlockEvaluator>* evaluators,
+                       const std::atomic<bool>& stop) {
+    std::atomic<int> status{0};
+    int32_t next = first;
+    dither_.begin(group, &planes_);
+    std::vector<Row*>
+        in_order;  // rows handed to the dither, in its order; it gives their bands back one late
+    const auto release = [&](const RowBand* band) {
+        if (band == nullptr) return;
+        rows_.give(in_order.front());
+        in_order.erase(in_order.begin());
+    };
+    const auto source = [&](tbb::flow_control& control) {
+        if (next >= end || status.load() != 0 || stop.load(std::memory_order_relaxed)) {
+            control.stop();
+            return int32_t{0};
+        }
+        return next++;
+    };
+    const auto evaluate = [&](int32_t row) {
+        Row* scratch = rows_.take([] { return std::make_unique<Row>(); });
+        BlockEvaluator* evaluator = evaluators->take([&] {
+            return std::make_unique<BlockEvaluator>(*setup_.stages, setup_.isa,
+                                                    setup_.parts->size());
+        });
+        const int result = evaluate_row(group, row, scratch, evaluator);
+        evaluators->give(evaluator);
+        if (result != 0) status.store(result);
+        return scratch;
+    };
+    const auto dither = [&](Row* scratch) {
+        in_order.push_back(scratch);
+        if (status.load() != 0) return;
+        RowBand* released = nullptr;
+        const int result = dither_.add(&scratch->band, &released);
+        if (result != 0) status.store(result);
+        release(released);
+    };
+    // Isolated: a thread that waits here must not begin another group, which would keep this one
+    // from its end.
+    tbb::this_task_arena::isolate([&] {
+        tbb::parallel_pipeline(
+            static_cast<size_t>(setup_.rows_in_flight),
+            tbb::make_filter<void, int32_t>(tbb::filter_mode::serial_in_order, source) &
+                tbb::make_filter<int32_t, Row*>(tbb::filter_mode::parallel, evaluate) &
+                tbb::make_filter<Row*, void>(tbb::filter_mode::serial_in_order, dither));
+    });
+    RowBand* released = nullptr;
+    const int result = dither_.end(&released);
+    for (Row* row : in_order)
+        rows_.give(row);
+    return status.load() != 0 ? status.load() : result;
+}
+
+int GroupRun::evaluate_row(int32_t group, int32_t row, Row* scratch,
+                           BlockEvaluator* evaluator) const {
+    const int32_t columns = (setup_.size.x + 7) / 8;
+    int32_t first = columns, end = 0;
+    int32_t parts = 0;
+    for (const auto& active : active_) {
+        if (row < active->cull.first_y() || row >= active->cull.end_y()) continue;
+        first = std::min(first, active->cull.first_x());
+        end = std::max(end, active->cull.end_x());
+        ++parts;
+    }
+    scratch->band.reset(row, columns, std::min(first, end), end);
+    if (parts > 1) {
+        scratch->claimed.resize(static_cast<size_t>(columns) * 64);
+        std::fill(scratch->claimed.begin() + std::ptrdiff_t{64} * first,
+                  scratch->claimed.begin() + std::ptrdiff_t{64} * end, uint8_t{0});
+    } else {
+        scratch->claimed.clear();
+    }
+    for (const auto& active : active_) {
+        if (row < active->cull.first_y() || row >= active->cull.end_y()) continue;
+        const int status = evaluate_part(group, *active, scratch, evaluator);
+        if (status != 0) return status;
+    }
+    return 0;
+}
+
+int GroupRun::evaluate_part(int32_t group, const ActivePart& active, Row* scratch,
+                            BlockEvaluator* evaluator) const {
+    RowBand& band = scratch->band;
+    std::vector<OwnedBlock>& pending = scratch->pending;
+    pending.clear();
+    const voxel::GroupMask& mask = active.mask;
+    const uint8_t* rows = &mask.mask[static_cast<size_t>(8 * band.row - mask.y0) * mask.width];
+    for (int32_t b = active.cull.first_x(); b < active.cull.end_x(); ++b) {
+        const int32_t composition = active.cull.at(b, band.row);
+        if (composition == PartCull::kNotCovered) continue;
+        OwnedBlock block;
+        block.block = b;
+        uint64_t any = 0;
+        for (int32_t y = 0; y < 8; ++y) {
+            uint64_t columns;
+            std::memcpy(&columns, rows + static_cast<size_t>(y) * mask.width + (8 * b - mask.x0),
+                        8);
+            if (!scratch->claimed.empty()) {
+                uint8_t* claimed = &scratch->claimed[static_cast<size_t>(b * 64 + y * 8)];
+                uint64_t taken;
+                std::memcpy(&taken, claimed, 8);
+                const uint64_t both = taken | columns;
+                std::memcpy(claimed, &both, 8);
+                columns &= ~taken;
+            }
+            std::memcpy(&block.owned[static_cast<size_t>(y * 8)], &columns, 8);
+            any |= columns;
+        }
+        if (any == 0) continue;
+        if (composition >= 0) {
+            const PartCull::Constant& constant = active.cull.constant(composition);
+            if (constant.mixed) {
+                band.merge(b, block.owned.data(), constant.codes.data(), constant.tile.data(),
+                           evaluator->channels());
+            } else if (constant.code != 0) {
+                band.fill(b, block.owned.data(), constant.code);
+            }
+            continue;
+        }
+        pending.push_back(block);
+        if (static_cast<int32_t>(pending.size()) < BlockEvaluator::kBatch) continue;
+        const int status =
+            evaluator->evaluate(*active.part, group, pending.data(), BlockEvaluator::kBatch, &band);
+        if (status != 0) return status;
+        pending.clear();
+    }
+    if (pending.empty()) return 0;
+    return evaluator->evaluate(*active.part, group, pending.data(),
+                               static_cast<int32_t>(pending.size()), &band);
+}
+
+}  // namespace openfab::slab

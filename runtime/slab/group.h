@@ -1,0 +1,110 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// One group of 8 slices, from coverage to packed planes. Rows of blocks are evaluated side by side,
+// ahead of the dither, which takes them in order; so one group can use several threads, and the
+// first slice comes soon.
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "runtime/slab/band.h"
+#include "runtime/slab/cull.h"
+#include "runtime/slab/evaluate.h"
+#include "runtime/slab/print_part.h"
+
+namespace openfab::slab {
+
+/// Objects that are used by one task at a time and kept for the next. A task holds what it took
+/// until it is done; with thread-local storage, a thread that waits inside a task and takes up
+/// another would share it with itself.
+template <typename T>
+class Pool {
+  public:
+    template <typename Make>
+    T* take(const Make& make) {
+        const std::lock_guard lock(mutex_);
+        if (free_.empty()) {
+            all_.push_back(make());
+            return all_.back().get();
+        }
+        T* object = free_.back();
+        free_.pop_back();
+        return object;
+    }
+    void give(T* object) {
+        const std::lock_guard lock(mutex_);
+        free_.push_back(object);
+    }
+    /// While nothing is taken.
+    const std::vector<std::unique_ptr<T>>& all() const { return all_; }
+
+  private:
+    std::mutex mutex_;
+    std::vector<std::unique_ptr<T>> all_;
+    std::vector<T*> free_;
+};
+
+/// What does not change from group to group.
+struct GroupSetup {
+    const std::vector<std::unique_ptr<PrintPart>>* parts = nullptr;  ///< in build order
+    std::vector<int32_t>
+        order;  ///< of parts: higher priority first, of equals the later in the build list
+    const openfab_stage_set* stages = nullptr;
+    openfab_isa isa = OPENFAB_ISA_AVX2;
+    uint64_t seed = 0;
+    Vec3i size;  ///< of the grid, voxels
+    bool culling = true;
+    int32_t rows_in_flight = 2;  ///< rows of blocks of one group evaluated ahead
+};
+
+/// Phase times, seconds summed over threads.
+struct GroupTimes {
+    double coverage = 0, dither = 0, pack = 0;
+};
+
+/// Memory of one group in flight, reused by later groups.
+class GroupRun {
+  public:
+    explicit GroupRun(const GroupSetup& setup);
+
+    /// Prints slices [8 group, 8 group + 8) into planes(). Returns 0, a Halide error code, or
+    /// kStopped.
+    int run(int32_t group, Pool<BlockEvaluator>* evaluators, const std::atomic<bool>& stop);
+    static constexpr int kStopped = -1'000'000;
+
+    const GroupPlanes& planes() const { return planes_; }
+    GroupTimes times;
+
+  private:
+    struct ActivePart {
+        const PrintPart* part;
+        voxel::GroupMask mask;
+        PartCull cull;
+    };
+    /// Scratch of one row in flight.
+    struct Row {
+        RowBand band;
+        std::vector<uint8_t> claimed;  ///< 64 bytes a block column: voxels that parts before have
+        std::vector<OwnedBlock> pending;  ///< blocks to evaluate, of one part
+    };
+
+    int prepare(int32_t group, Pool<BlockEvaluator>* evaluators);
+    int evaluate_row(int32_t group, int32_t row, Row* scratch, BlockEvaluator* evaluator) const;
+    int evaluate_part(int32_t group, const ActivePart& active, Row* scratch,
+                      BlockEvaluator* evaluator) const;
+    int run_rows(int32_t group, int32_t first, int32_t end, Pool<BlockEvaluator>* evaluators,
+                 const std::atomic<bool>& stop);
+
+    const GroupSetup& setup_;
+    std::vector<std::unique_ptr<ActivePart>> spare_, active_;
+    Pool<Row> rows_;
+    GroupPlanes planes_;
+    GroupDither dither_;
+};
+
+}  // namespace openfab::slab

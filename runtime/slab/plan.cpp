@@ -1,0 +1,93 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/slab/plan.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "runtime/base/units.h"
+#include "runtime/slab/clock.h"
+#include "runtime/slab/evaluate.h"
+
+namespace openfab::slab {
+
+namespace {
+
+// Allowance for what allocators hold back and thread stacks touch.
+constexpr int64_t kSlackBytes = 16 << 20;
+// Query scratch of a thread: candidate lists and the pinned trees of one block.
+constexpr int64_t kQueryScratchBytes = 4 << 20;
+constexpr size_t kLeastCacheBytes = 8u << 20;
+constexpr size_t kMostCacheBytes = 256u << 20;
+
+}  // namespace
+
+int64_t texture_bytes(const std::vector<scene::Part>& parts) {
+    std::set<const texture::Pyramid*> seen;
+    int64_t bytes = 0;
+    for (const scene::Part& part : parts) {
+        for (const auto& t : part.textures) {
+            if (t == nullptr || !seen.insert(t.get()).second) continue;
+            bytes += static_cast<int64_t>(t->texels().size_bytes() + t->minmax().size_bytes());
+        }
+    }
+    return bytes;
+}
+
+size_t cache_budget(const PrintOptions& options, int64_t resident, int64_t textures,
+                    size_t displaced_parts) {
+    const int64_t left = std::max<int64_t>(options.memory_bytes - resident - textures, 0);
+    const size_t share = static_cast<size_t>(left / 3) / std::max<size_t>(displaced_parts, 1);
+    return std::clamp(share, kLeastCacheBytes, kMostCacheBytes);
+}
+
+MemoryNeeds memory_needs(const std::vector<std::unique_ptr<PrintPart>>& parts, const Vec3i& size,
+                         int32_t channels, int64_t caches) {
+    MemoryNeeds needs;
+    needs.fixed = resident_bytes() + caches + kSlackBytes;
+    const int64_t blocks_x = (size.x + 7) / 8;
+    const int64_t plane = (int64_t{size.x} + 1) / 2 * size.y;
+    int64_t masks = 0, batch = 0;
+    for (const auto& p : parts) {
+        const Vec3i extent = p->box.size();
+        if (extent.x <= 0 || extent.y <= 0) continue;
+        // A byte a column, and 4 a block for culling.
+        masks += (int64_t{extent.x} + 16) * (extent.y + 16) * 17 / 16;
+        const int64_t inputs = p->nearest.floats() * int64_t{p->volume.gradients ? 4 : 1} +
+                               p->nearest.ints() + p->slots() + 2;
+        batch = std::max(batch, inputs * BlockEvaluator::kBatch * 512 * 4);
+    }
+    // Packed planes, and as much again for what the sink makes of them.
+    needs.per_group = 16 * plane + masks + blocks_x * 8 * 2 * 8 * channels * 4;
+    needs.per_row = blocks_x * (512 * (2 * channels + 1) + 64 * 3);
+    needs.per_thread =
+        batch + int64_t{BlockEvaluator::kBatch} * 512 * (2 * channels + 5) + kQueryScratchBytes;
+    return needs;
+}
+
+Result<MemoryPlan> make_plan(const MemoryNeeds& needs, const PrintOptions& options, int32_t threads,
+                             int32_t groups) {
+    MemoryPlan plan;
+    // A row that is evaluated, one that waits, and the one that the dither holds.
+    plan.rows_in_flight = threads > 1 ? threads + 1 : 1;
+    const int32_t most = options.groups_in_flight > 0 ? options.groups_in_flight : threads;
+    const auto total = [&](int32_t in_flight) {
+        return needs.fixed +
+               in_flight * (needs.per_group + (plan.rows_in_flight + 1) * needs.per_row) +
+               threads * needs.per_thread;
+    };
+    if (total(1) > options.memory_bytes) {
+        return user_error(fmt::format(
+            "a memory budget of {} is too small: this print needs at least {} with {} threads",
+            format_bytes(options.memory_bytes), format_bytes(total(1)), threads));
+    }
+    plan.groups_in_flight = std::clamp(most, 1, std::max(groups, 1));
+    while (plan.groups_in_flight > 1 && total(plan.groups_in_flight) > options.memory_bytes)
+        --plan.groups_in_flight;
+    plan.total_bytes = total(plan.groups_in_flight);
+    return plan;
+}
+
+}  // namespace openfab::slab

@@ -1,0 +1,50 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// What a print may keep in memory at once. The budget is for the whole process; it decides sizes of
+// caches and how many groups are in flight, never what is printed.
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "runtime/base/result.h"
+#include "runtime/scene/part.h"
+#include "runtime/slab/print.h"
+#include "runtime/slab/print_part.h"
+
+namespace openfab::slab {
+
+/// Bytes of the mapped textures of all parts, each counted once: read as the print goes on, they
+/// become resident.
+int64_t texture_bytes(const std::vector<scene::Part>& parts);
+
+/// Micropolygon cache of each surface that is displaced, before anything else is known but what is
+/// resident now.
+size_t cache_budget(const PrintOptions& options, int64_t resident, int64_t textures,
+                    size_t displaced_parts);
+
+struct MemoryPlan {
+    int32_t groups_in_flight = 1;
+    int32_t rows_in_flight = 2;
+    int64_t total_bytes = 0;  ///< expected peak of the process
+};
+
+/// What the plan adds up.
+struct MemoryNeeds {
+    int64_t fixed = 0;       ///< resident after set-up, textures and caches still to be filled
+    int64_t per_group = 0;   ///< planes, coverage, culling, errors, and encoded slices
+    int64_t per_row = 0;     ///< a band with all its fractions
+    int64_t per_thread = 0;  ///< kernel buffers and query scratch
+};
+
+MemoryNeeds memory_needs(const std::vector<std::unique_ptr<PrintPart>>& parts, const Vec3i& size,
+                         int32_t channels, int64_t caches);
+
+/// Refuses with the least budget that would do.
+Result<MemoryPlan> make_plan(const MemoryNeeds& needs, const PrintOptions& options, int32_t threads,
+                             int32_t groups);
+
+}  // namespace openfab::slab

@@ -1,0 +1,426 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/slab/print.h"
+
+#include <fmt/format.h>
+#include <tbb/global_control.h>
+#include <tbb/info.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_pipeline.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "runtime/abi/halide_hooks.h"
+#include "runtime/slab/check.h"
+#include "runtime/slab/clock.h"
+#include "runtime/slab/grid.h"
+#include "runtime/slab/group.h"
+#include "runtime/slab/plan.h"
+#include "runtime/slab/slice_totals.h"
+
+namespace openfab::slab {
+
+namespace {
+
+/// A group's slices, encoded, waiting for their turn.
+struct FinishedGroup {
+    int32_t group = 0;
+    int status = 0;
+    std::string kernel_error;
+    struct Slice {
+        int32_t z = 0;
+        SliceTotals totals;
+        std::vector<uint8_t> bytes;
+    };
+    std::vector<Slice> slices;
+};
+
+/// Takes finished groups in order, one thread at a time, and hands their slices to the sink.
+class Delivery {
+  public:
+    Delivery(backends::SliceSink& sink, const std::function<void(const ProgressEvent&)>& progress,
+             const std::atomic<bool>& interrupt, const backends::PrintInfo& info)
+        : sink_(sink), progress_(progress), interrupt_(interrupt), info_(info) {}
+
+    /// True once nothing more is to be printed: interrupted, or something failed.
+    bool stopped() const {
+        return stop_.load(std::memory_order_relaxed) || interrupt_.load(std::memory_order_relaxed);
+    }
+    const std::atomic<bool>& stop_flag() const { return stop_; }
+    /// Carries the caller's interrupt over to the flag that rows look at.
+    void poll_interrupt() {
+        if (interrupt_.load(std::memory_order_relaxed)) stop_.store(true);
+    }
+
+    void deliver(FinishedGroup group) {
+        if (failed_ || ended_) return;
+        if (group.status != 0) {
+            ended_ = true;
+            stop_.store(true);
+            if (group.status == GroupRun::kStopped) return;
+            fail(internal_error(fmt::format("slices {} to {}: a kernel failed with code {}: {}",
+                                            8 * group.group, 8 * group.group + 7, group.status,
+                                            group.kernel_error)));
+            return;
+        }
+        for (const FinishedGroup::Slice& slice : group.slices) {
+            const double start = seconds_now();
+            const Result<void> written = sink_.commit(slice.z, slice.bytes);
+            seconds_commit_ += seconds_now() - start;
+            if (!written) {
+                fail(written.error());
+                return;
+            }
+            if (slices_ == 0) first_slice_ = process_age_seconds();
+            ++slices_;
+            totals_.add(slice.totals);
+            report();
+        }
+    }
+
+    void fail(Error error) {
+        failed_ = true;
+        stop_.store(true);
+        error_ = std::move(error);
+    }
+
+    bool failed() const { return failed_; }
+    const Error& error() const { return error_; }
+    int32_t slices() const { return slices_; }
+    const SliceTotals& totals() const { return totals_; }
+    double first_slice() const { return first_slice_; }
+    double seconds_commit() const { return seconds_commit_; }
+
+  private:
+    void report() {
+        if (!progress_) return;
+        const int64_t slice_voxels = int64_t{info_.size.x} * info_.size.y;
+        ProgressEvent event;
+        event.slices_done = slices_;
+        event.slices_total = info_.slice_end - info_.slice_begin;
+        event.voxels_done = slices_ * slice_voxels;
+        event.voxels_total = event.slices_total * slice_voxels;
+        event.seconds = process_age_seconds();
+        progress_(event);
+    }
+
+    backends::SliceSink& sink_;
+    const std::function<void(const ProgressEvent&)>& progress_;
+    const std::atomic<bool>& interrupt_;
+    const backends::PrintInfo& info_;
+    std::atomic<bool> stop_{false};
+    bool failed_ = false, ended_ = false;
+    Error error_;
+    int32_t slices_ = 0;
+    SliceTotals totals_;
+    double first_slice_ = 0, seconds_commit_ = 0;
+};
+
+class PrintJob final : public Print {
+  public:
+    PrintJob(PrintInput input, PrintOptions options)
+        : input_(std::move(input)), options_(std::move(options)) {}
+
+    Result<void> set_up();
+    const backends::PrintInfo& info() const override { return info_; }
+    PrintEstimate estimate() const override;
+    Result<void> run(backends::SliceSink& sink,
+                     const std::function<void(const ProgressEvent&)>& progress,
+                     const std::atomic<bool>& interrupt, PrintStatistics* statistics) override;
+
+  private:
+    void print_groups(backends::SliceSink& sink, Delivery* delivery);
+    FinishedGroup print_group(int32_t group, const backends::SliceSink& sink, Delivery* delivery);
+    void encode(const backends::SliceSink& sink, const GroupRun& run, FinishedGroup* finished);
+    void fill_statistics(const Delivery& delivery, PrintStatistics* statistics);
+
+    PrintInput input_;
+    PrintOptions options_;
+    scene::Grid grid_;
+    Vec2<int32_t> range_;
+    backends::PrintInfo info_;
+    std::vector<std::shared_ptr<const surface::Surface>> surfaces_;  ///< by part
+    std::vector<std::unique_ptr<PrintPart>> parts_;
+    GroupSetup setup_;
+    MemoryPlan plan_;
+    int32_t threads_ = 1;
+    double seconds_set_up_ = 0;
+    Pool<GroupRun> runs_;
+    Pool<BlockEvaluator> evaluators_;
+    std::mutex encode_mutex_;
+    double seconds_encode_ = 0, seconds_count_ = 0;
+};
+
+Result<void> PrintJob::set_up() {
+    const double start = seconds_now();
+    threads_ = options_.threads > 0 ? options_.threads : tbb::info::default_concurrency();
+    options_.isa = abi::best_isa(options_.isa);
+    if (const Result<void> checked = check_input(input_, options_); !checked)
+        return checked.error();
+
+    const int64_t textures = texture_bytes(input_.parts);
+    surface::SurfaceOptions surface_options;
+    surface_options.micro_edge_mm =
+        std::cbrt(input_.pitch_mm.x * input_.pitch_mm.y * input_.pitch_mm.z);
+    surface_options.isa = options_.isa;
+    surface_options.infer_identity = options_.infer_identity;
+    const auto displaced = static_cast<size_t>(
+        std::count_if(input_.parts.begin(), input_.parts.end(),
+                      [](const scene::Part& p) { return p.fablet->has_surface != 0; }));
+    surface_options.cache_bytes = cache_budget(options_, resident_bytes(), textures, displaced);
+    auto surfaces = make_surfaces(input_.parts, surface_options);
+    if (!surfaces) return surfaces.error();
+    surfaces_ = std::move(*surfaces);
+
+    Result<scene::Grid> grid = make_grid(input_.parts, surfaces_, input_.pitch_mm);
+    if (!grid) return grid.error();
+    grid_ = *grid;
+    Result<Vec2<int32_t>> range = slice_range(grid_, options_);
+    if (!range) return range.error();
+    range_ = *range;
+
+    int64_t caches = 0;
+    for (size_t i = 0; i < input_.parts.size(); ++i) {
+        parts_.push_back(std::make_unique<PrintPart>(input_.parts[i]));
+        parts_.back()->index = static_cast<int32_t>(i);
+        parts_.back()->surface = surfaces_[i];
+        parts_.back()->place(grid_);
+        const bool first_use = std::find(surfaces_.begin(), surfaces_.end(), surfaces_[i]) ==
+                               surfaces_.begin() + static_cast<std::ptrdiff_t>(i);
+        if (first_use && !surfaces_[i]->identity())
+            caches += static_cast<int64_t>(surface_options.cache_bytes);
+        setup_.order.push_back(static_cast<int32_t>(i));
+    }
+    std::sort(setup_.order.begin(), setup_.order.end(), [&](int32_t a, int32_t b) {
+        const int32_t pa = parts_[static_cast<size_t>(a)]->part->priority;
+        const int32_t pb = parts_[static_cast<size_t>(b)]->part->priority;
+        return pa != pb ? pa > pb : a > b;
+    });
+    setup_.parts = &parts_;
+    setup_.stages = find_stage_set(static_cast<int32_t>(input_.materials.size()));
+    setup_.isa = options_.isa;
+    setup_.seed = options_.seed;
+    setup_.size = grid_.size;
+    setup_.culling = options_.culling;
+
+    const MemoryNeeds needs =
+        memory_needs(parts_, grid_.size, setup_.stages->materials + 1, caches + textures);
+    const int32_t groups = (range_.y + 7) / 8 - range_.x / 8;
+    Result<MemoryPlan> plan = make_plan(needs, options_, threads_, groups);
+    if (!plan) return plan.error();
+    plan_ = *plan;
+    setup_.rows_in_flight = plan_.rows_in_flight;
+
+    info_.size = grid_.size;
+    info_.pitch_mm = grid_.pitch_mm;
+    info_.origin_mm = grid_.origin_mm;
+    info_.slice_begin = range_.x;
+    info_.slice_end = range_.y;
+    info_.bits = 4;
+    info_.materials = input_.materials;
+    info_.printer = input_.printer;
+    info_.title = input_.title;
+    info_.seed = options_.seed;
+    seconds_set_up_ = seconds_now() - start;
+    return {};
+}
+
+PrintEstimate PrintJob::estimate() const {
+    // Voxels of the grid a second and thread; what a print of one evaluated layer around a culled
+    // core reaches.
+    constexpr double kTypicalRate = 15e6;
+    PrintEstimate estimate;
+    estimate.size = grid_.size;
+    estimate.voxels_total = int64_t{grid_.size.x} * grid_.size.y * (range_.y - range_.x);
+    estimate.memory_bytes = plan_.total_bytes;
+    estimate.seconds = static_cast<double>(estimate.voxels_total) / (kTypicalRate * threads_);
+    return estimate;
+}
+
+Result<void> PrintJob::run(backends::SliceSink& sink,
+                           const std::function<void(const ProgressEvent&)>& progress,
+                           const std::atomic<bool>& interrupt, PrintStatistics* statistics) {
+    Delivery delivery(sink, progress, interrupt, info_);
+    const Result<void> begun = sink.begin(info_);
+    if (!begun) {
+        delivery.fail(begun.error());
+    } else {
+        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
+                                        static_cast<size_t>(threads_));
+        tbb::task_arena arena(threads_);
+        arena.execute([&] { print_groups(sink, &delivery); });
+    }
+    const bool complete = !delivery.failed() && delivery.slices() == range_.y - range_.x;
+
+    backends::PrintTotals totals;
+    totals.complete = complete;
+    const SliceTotals& counted = delivery.totals();
+    totals.voxels_by_code.assign(
+        counted.by_code.begin(),
+        counted.by_code.begin() + static_cast<std::ptrdiff_t>(input_.materials.size() + 1));
+    for (size_t c = 1; c < counted.by_code.size(); ++c)
+        totals.voxels_solid += counted.by_code[c];
+    totals.hash = counted.hash;
+    totals.tight = counted.tight;
+    const Result<void> finished = sink.finish(totals);
+    if (!finished && !delivery.failed()) delivery.fail(finished.error());
+
+    fill_statistics(delivery, statistics);
+    statistics->complete = complete && !delivery.failed();
+    statistics->voxels_by_code = totals.voxels_by_code;
+    statistics->voxels_solid = totals.voxels_solid;
+    if (delivery.failed()) return delivery.error();
+    if (!complete) {
+        return Error{ErrorCode::kInterrupted,
+                     fmt::format("interrupted after {} of {} slices; what was written is kept",
+                                 delivery.slices(), range_.y - range_.x)};
+    }
+    return {};
+}
+
+void PrintJob::print_groups(backends::SliceSink& sink, Delivery* delivery) {
+    int32_t next = range_.x / 8;
+    const int32_t end = (range_.y + 7) / 8;
+    // The first group alone: all threads work on its rows, and the first slices come soon.
+    if (next < end) delivery->deliver(print_group(next++, sink, delivery));
+    const auto source = [&](tbb::flow_control& control) {
+        if (next >= end || delivery->stopped()) {
+            control.stop();
+            return int32_t{0};
+        }
+        return next++;
+    };
+    const auto print = [&](int32_t group) {
+        return std::make_shared<FinishedGroup>(print_group(group, sink, delivery));
+    };
+    const auto deliver = [&](const std::shared_ptr<FinishedGroup>& finished) {
+        delivery->deliver(std::move(*finished));
+    };
+    // A group's token is free again when its slices are written, which holds back the others if the
+    // sink is slow.
+    using Finished = std::shared_ptr<FinishedGroup>;
+    tbb::parallel_pipeline(
+        static_cast<size_t>(plan_.groups_in_flight),
+        tbb::make_filter<void, int32_t>(tbb::filter_mode::serial_in_order, source) &
+            tbb::make_filter<int32_t, Finished>(tbb::filter_mode::parallel, print) &
+            tbb::make_filter<Finished, void>(tbb::filter_mode::serial_in_order, deliver));
+}
+
+FinishedGroup PrintJob::print_group(int32_t group, const backends::SliceSink& sink,
+                                    Delivery* delivery) {
+    FinishedGroup finished;
+    finished.group = group;
+    delivery->poll_interrupt();
+    GroupRun* run = runs_.take([&] { return std::make_unique<GroupRun>(setup_); });
+    finished.status = run->run(group, &evaluators_, delivery->stop_flag());
+    delivery->poll_interrupt();
+    if (finished.status != 0) {
+        finished.kernel_error = abi::take_kernel_error();
+    } else if (delivery->stopped()) {
+        finished.status = GroupRun::kStopped;
+    } else {
+        encode(sink, *run, &finished);
+    }
+    runs_.give(run);
+    return finished;
+}
+
+void PrintJob::encode(const backends::SliceSink& sink, const GroupRun& run,
+                      FinishedGroup* finished) {
+    const GroupPlanes& planes = run.planes();
+    const int32_t first = std::max(8 * finished->group, range_.x);
+    const int32_t end = std::min(8 * finished->group + 8, range_.y);
+    finished->slices.resize(static_cast<size_t>(end - first));
+    tbb::this_task_arena::isolate([&] {
+        tbb::parallel_for(first, end, [&](int32_t z) {
+            FinishedGroup::Slice& slice = finished->slices[static_cast<size_t>(z - first)];
+            backends::SliceView view;
+            view.z = z;
+            view.data = planes.data.data() + (z & 7) * planes.plane_bytes;
+            view.row_bytes = static_cast<size_t>(planes.row_bytes);
+            view.width = planes.width;
+            view.height = planes.height;
+            const double start = seconds_now();
+            slice.z = z;
+            slice.totals = count_slice(view);
+            const double counted = seconds_now();
+            slice.bytes = sink.encode(view);
+            const std::lock_guard lock(encode_mutex_);
+            seconds_count_ += counted - start;
+            seconds_encode_ += seconds_now() - counted;
+        });
+    });
+}
+
+void PrintJob::fill_statistics(const Delivery& delivery, PrintStatistics* s) {
+    *s = {};
+    s->tight = delivery.totals().tight;
+    if (!s->tight.empty()) {
+        const Vec3i size = s->tight.size();
+        s->voxels_total = int64_t{size.x} * size.y * size.z;
+    }
+    s->slices = delivery.slices();
+    s->hash = delivery.totals().hash;
+    s->threads = threads_;
+    s->warnings = input_.warnings;
+    EvaluationCounts sum;
+    for (const auto& e : evaluators_.all()) {
+        const nearest::QueryCounts queries = e->query_counts();
+        s->queries_asked += queries.asked;
+        s->queries_skipped += queries.skipped;
+        s->blocks_total += e->counts.total;
+        s->blocks_filled += e->counts.filled;
+        s->blocks_evaluated += e->counts.evaluated;
+        s->weights_not_usable += e->counts.unusable;
+        sum.seconds_bounds += e->counts.seconds_bounds;
+        sum.seconds_nearest += e->counts.seconds_nearest;
+        sum.seconds_volume += e->counts.seconds_volume;
+        sum.seconds_normalise += e->counts.seconds_normalise;
+    }
+    GroupTimes times;
+    for (const auto& r : runs_.all()) {
+        times.coverage += r->times.coverage;
+        times.dither += r->times.dither;
+        times.pack += r->times.pack;
+    }
+    s->seconds_by_phase = {{"set_up", seconds_set_up_},
+                           {"coverage", times.coverage},
+                           {"volume_bounds", sum.seconds_bounds},
+                           {"nearest", sum.seconds_nearest},
+                           {"volume", sum.seconds_volume},
+                           {"normalise", sum.seconds_normalise},
+                           {"dither", times.dither},
+                           {"pack", times.pack},
+                           {"count", seconds_count_},
+                           {"encode", seconds_encode_},
+                           {"commit", delivery.seconds_commit()}};
+    for (size_t i = 0; i < surfaces_.size(); ++i) {
+        if (std::find(surfaces_.begin(), surfaces_.end(), surfaces_[i]) - surfaces_.begin() <
+            static_cast<std::ptrdiff_t>(i)) {
+            continue;  // shared with an earlier part
+        }
+        const surface::SurfaceCounts counts = surfaces_[i]->counts();
+        s->cache_hits += counts.cache_hits;
+        s->cache_misses += counts.cache_misses;
+        s->cache_evictions += counts.cache_evictions;
+        s->cache_peak_bytes += counts.cache_peak_bytes;
+        s->displacements_not_finite += counts.not_finite;
+        s->displacements_cut += counts.cut_to_bound;
+    }
+    s->peak_rss_bytes = peak_resident_bytes();
+    s->seconds_first_slice = delivery.first_slice();
+    s->seconds_total = process_age_seconds();
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Print>> Print::create(PrintInput input, PrintOptions options) {
+    auto job = std::make_unique<PrintJob>(std::move(input), std::move(options));
+    const Result<void> made = job->set_up();
+    if (!made) return made.error();
+    return std::unique_ptr<Print>(std::move(job));
+}
+
+}  // namespace openfab::slab

@@ -1,0 +1,114 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/slab/print_part.h"
+
+#include <algorithm>
+
+namespace openfab::slab {
+
+QueryNeeds query_needs(const openfab_kernel& kernel) {
+    QueryNeeds needs;
+    for (int32_t i = 0; i < kernel.arg_count; ++i) {
+        switch (kernel.args[i].kind) {
+            case OPENFAB_ARG_DISTANCE:
+            case OPENFAB_ARG_DISTANCE_LO:
+            case OPENFAB_ARG_DISTANCE_HI:
+                needs.distance = true;
+                break;
+            case OPENFAB_ARG_NEAREST:
+            case OPENFAB_ARG_NEAREST_LO:
+            case OPENFAB_ARG_NEAREST_HI:
+                needs.attributes = true;
+                break;
+            case OPENFAB_ARG_NEAREST_GRAD:
+                needs.gradients = true;
+                break;
+            default:
+                break;
+        }
+    }
+    return needs;
+}
+
+NearestIndex::NearestIndex(const openfab_fablet& fablet) {
+    for (int32_t i = 0; i < fablet.nearest_count; ++i) {
+        const openfab_varying& input = fablet.nearest[i];
+        const bool is_float = input.scalar == OPENFAB_FLOAT;
+        int32_t& count = is_float ? floats_ : ints_;
+        is_float_.push_back(is_float);
+        first_.push_back(count);
+        count += input.components;
+    }
+}
+
+void PrintPart::place(const scene::Grid& grid) {
+    frame = scene::make_frame(*part, grid);
+    base = scene::part_base_voxel(*part, grid);
+    voxeliser = std::make_unique<voxel::Voxeliser>(*part, *surface, grid);
+    box = voxeliser->voxel_box();
+    for (int a = 0; a < 3; ++a) {
+        box.lo[a] = std::max(box.lo[a], 0);
+        box.hi[a] = std::min(box.hi[a], grid.size[a]);
+    }
+    for (uint8_t material : part->slot_material)
+        slot_material.push_back(material);
+    volume = query_needs(part->fablet->volume);
+    bounds = query_needs(part->fablet->volume_bounds);
+    if (!volume.any() && !bounds.any()) return;
+    engine = nearest::make_block_engine(*surface, frame);
+    attributes = std::make_unique<nearest::AttributeReader>(*surface, frame);
+}
+
+namespace {
+
+/// Whether a kernel gets the same uniforms, textures and instance from both parts.
+bool same_arguments(const openfab_kernel& kernel, const scene::Part& a, const scene::Part& b) {
+    for (int32_t i = 0; i < kernel.arg_count; ++i) {
+        const auto index = static_cast<size_t>(kernel.args[i].a);
+        switch (kernel.args[i].kind) {
+            case OPENFAB_ARG_UNIFORM:
+                if (a.uniform_values[index] != b.uniform_values[index]) return false;
+                break;
+            case OPENFAB_ARG_TEXTURE:
+                if (a.textures[index] != b.textures[index]) return false;
+                break;
+            case OPENFAB_ARG_INSTANCE:
+                if (a.instance != b.instance) return false;
+                break;
+            default:
+                break;
+        }
+    }
+    return true;
+}
+
+bool share_surface(const scene::Part& a, const scene::Part& b) {
+    return a.mesh == b.mesh && a.fablet == b.fablet &&
+           a.max_displacement_mm == b.max_displacement_mm &&
+           same_arguments(a.fablet->surface, a, b) &&
+           same_arguments(a.fablet->surface_bounds, a, b);
+}
+
+}  // namespace
+
+Result<std::vector<std::shared_ptr<const surface::Surface>>> make_surfaces(
+    const std::vector<scene::Part>& parts, const surface::SurfaceOptions& options) {
+    std::vector<std::shared_ptr<const surface::Surface>> surfaces;
+    for (size_t i = 0; i < parts.size(); ++i) {
+        const auto same =
+            std::find_if(parts.begin(), parts.begin() + static_cast<std::ptrdiff_t>(i),
+                         [&](const scene::Part& p) { return share_surface(p, parts[i]); });
+        const auto place = static_cast<size_t>(same - parts.begin());
+        if (place < i) {
+            surfaces.push_back(surfaces[place]);
+            continue;
+        }
+        Result<std::unique_ptr<surface::Surface>> made =
+            surface::Surface::create(parts[i], options);
+        if (!made) return made.error();
+        surfaces.push_back(std::move(*made));
+    }
+    return surfaces;
+}
+
+}  // namespace openfab::slab

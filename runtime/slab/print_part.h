@@ -1,0 +1,73 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// A part set up for printing on a grid: what every thread reads while it runs.
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "runtime/nearest/attributes.h"
+#include "runtime/nearest/engine.h"
+#include "runtime/scene/part.h"
+#include "runtime/surface/surface.h"
+#include "runtime/voxel/coverage.h"
+
+namespace openfab::slab {
+
+/// Which queries a kernel's arguments call for.
+struct QueryNeeds {
+    bool distance = false;
+    bool attributes = false;
+    bool gradients = false;
+    bool any() const { return distance || attributes || gradients; }
+};
+
+QueryNeeds query_needs(const openfab_kernel& kernel);
+
+/// Place of each component of a @nearest input among the flattened float or other components, the
+/// order of surface::MicroMesh.
+class NearestIndex {
+  public:
+    explicit NearestIndex(const openfab_fablet& fablet);
+    int32_t floats() const { return floats_; }
+    int32_t ints() const { return ints_; }
+    bool is_float(int32_t input) const { return is_float_[static_cast<size_t>(input)]; }
+    size_t place(int32_t input, int32_t component) const {
+        return static_cast<size_t>(first_[static_cast<size_t>(input)] + component);
+    }
+
+  private:
+    std::vector<bool> is_float_;
+    std::vector<int32_t> first_;
+    int32_t floats_ = 0, ints_ = 0;
+};
+
+struct PrintPart {
+    const scene::Part* part = nullptr;
+    std::shared_ptr<const surface::Surface> surface;
+    std::unique_ptr<voxel::Voxeliser> voxeliser;
+    std::unique_ptr<nearest::Engine> engine;  ///< null where no kernel asks a query
+    std::unique_ptr<nearest::AttributeReader> attributes;
+    std::array<float, OPENFAB_FRAME_COUNT> frame{};
+    Vec3i base;  ///< voxel of the grid with part-relative index 0
+    Box3i box;   ///< voxels that may be covered, hi exclusive, cut to the grid
+    std::vector<int32_t> slot_material;
+    NearestIndex nearest;
+    QueryNeeds volume, bounds;
+    int32_t index = 0;  ///< place in the build list
+
+    explicit PrintPart(const scene::Part& of) : part(&of), nearest(*of.fablet) {}
+    /// After the grid is known: everything but the surface, which was set before.
+    void place(const scene::Grid& grid);
+    int32_t slots() const { return part->fablet->slot_count; }
+};
+
+/// One surface for each different (mesh, fablet, bound, and what the surface kernels read); parts
+/// that agree share it.
+Result<std::vector<std::shared_ptr<const surface::Surface>>> make_surfaces(
+    const std::vector<scene::Part>& parts, const surface::SurfaceOptions& options);
+
+}  // namespace openfab::slab

@@ -1,0 +1,26 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// What is counted of finished slices.
+
+#include <array>
+#include <cstdint>
+
+#include "backends/common/slice_sink.h"
+#include "runtime/base/vec.h"
+
+namespace openfab::slab {
+
+struct SliceTotals {
+    std::array<int64_t, 16> by_code{};
+    uint64_t hash = 0;
+    Box3i tight{};  ///< voxels with a material, hi exclusive; empty (lo > hi) without any
+
+    void add(const SliceTotals& other);
+};
+
+/// Counts a slice of 4-bit codes, rows without gaps.
+SliceTotals count_slice(const backends::SliceView& slice);
+
+}  // namespace openfab::slab
