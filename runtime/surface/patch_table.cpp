@@ -94,18 +94,22 @@ Result<void> TableBuilder::classify() {
 }
 
 Result<void> TableBuilder::check_factors() const {
+    int32_t longest = -1;
+    double longest_mm = 0;
     for (int32_t side = 0; side < 3 * base_.triangle_count(); ++side) {
-        if (!displaced(side / 3) || base_.factor[static_cast<size_t>(side)] <= kMaxEdgeFactor)
+        if (!displaced(side / 3) || base_.factor[static_cast<size_t>(side)] <= kMaxEdgeFactor) {
             continue;
-        const Vec3d d = base_.position(BaseMesh::next_corner(side)) - base_.position(side);
-        return user_error(
-            fmt::format("part `{}`: an edge of triangle {} is {:.6g} mm long and would be diced "
-                        "into more than {} pieces of {:.6g} mm; "
-                        "split the mesh's edges below {:.6g} mm or print at a coarser pitch",
-                        part_.name, side / 3, length(d), kMaxEdgeFactor, options_.micro_edge_mm,
-                        kMaxEdgeFactor * options_.micro_edge_mm));
+        }
+        const double mm =
+            length(base_.position(BaseMesh::next_corner(side)) - base_.position(side));
+        if (mm > longest_mm) longest = side, longest_mm = mm;
     }
-    return {};
+    if (longest < 0) return {};
+    return user_error(fmt::format(
+        "part `{}`: an edge of triangle {} is {:.6g} mm long and would be diced into more than {} "
+        "pieces of {:.6g} mm; split the mesh's edges below {:.6g} mm or print at a coarser pitch",
+        part_.name, longest / 3, longest_mm, kMaxEdgeFactor, options_.micro_edge_mm,
+        kMaxEdgeFactor * options_.micro_edge_mm));
 }
 
 void TableBuilder::list_triangles() {

@@ -1,0 +1,209 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Coverage against point-in-solid by exact winding numbers; parts that touch; any order of groups.
+
+#include "runtime/voxel/coverage.h"
+
+#include <gtest/gtest.h>
+
+#include <cctype>
+#include <cmath>
+#include <random>
+
+#include "tests/support/surface/worlds.h"
+
+namespace openfab {
+namespace {
+
+using surface::Surface;
+using surface::SurfaceOptions;
+
+size_t index(const Vec3i& size, int32_t x, int32_t y, int32_t z) {
+    return (static_cast<size_t>(z) * static_cast<size_t>(size.y) + static_cast<size_t>(y)) *
+               static_cast<size_t>(size.x) +
+           static_cast<size_t>(x);
+}
+
+std::vector<uint8_t> voxels(const voxel::Voxeliser& voxeliser, const scene::Grid& grid,
+                            const std::vector<int32_t>& groups) {
+    std::vector<uint8_t> out(index(grid.size, 0, 0, grid.size.z), 0);
+    voxel::GroupMask mask;
+    for (const int32_t g : groups) {
+        voxeliser.coverage(g, &mask);
+        for (int32_t y = 0; y < mask.height; ++y) {
+            for (int32_t x = 0; x < mask.width; ++x) {
+                const uint8_t bits = mask.mask[static_cast<size_t>(y * mask.width + x)];
+                for (int32_t k = 0; k < 8 && bits != 0; ++k) {
+                    if (((bits >> k) & 1) != 0)
+                        out[index(grid.size, mask.x0 + x, mask.y0 + y, 8 * g + k)] = 1;
+                }
+            }
+        }
+    }
+    return out;
+}
+
+std::vector<int32_t> all_groups(const scene::Grid& grid) {
+    std::vector<int32_t> out;
+    for (int32_t g = 0; 8 * g < grid.size.z; ++g)
+        out.push_back(g);
+    return out;
+}
+
+std::vector<uint8_t> voxels(const scene::Part& part, const scene::Grid& grid, double s = 0.1) {
+    SurfaceOptions options;
+    options.micro_edge_mm = s;
+    auto surface = std::move(*Surface::create(part, options));
+    return voxels(voxel::Voxeliser(part, *surface, grid), grid, all_groups(grid));
+}
+
+/// A grid of about 30 voxels over the displaced part. `on_centres` puts whole millimetres on voxel
+/// centres.
+scene::Grid grid_over(const Surface& surface, const scene::Part& part, bool on_centres) {
+    const Box3d box = surface.exact_box(part.local_to_build);
+    scene::Grid grid;
+    const double extent = std::max({box.size().x, box.size().y, box.size().z});
+    const double pitch = on_centres ? 0.125 : extent / 27;
+    grid.pitch_mm = {pitch, on_centres ? pitch : pitch * 1.7, pitch};
+    for (int axis = 0; axis < 3; ++axis) {
+        const double shift = on_centres ? 0.5 : 0.31;
+        grid.origin_mm[axis] =
+            (std::floor(box.lo[axis] / grid.pitch_mm[axis]) - shift) * grid.pitch_mm[axis];
+        grid.size[axis] = static_cast<int32_t>(std::ceil((box.hi[axis] - grid.origin_mm[axis]) /
+                                                         grid.pitch_mm[axis])) +
+                          1;
+    }
+    return grid;
+}
+
+class Coverage : public ::testing::TestWithParam<testing::Scenario> {};
+
+Affine3d turned_transform() {
+    Affine3d turned;
+    turned.m = {0.36, 0.48, -0.8, -0.8, 0.6, 0, 0.48, 0.64, 0.6};
+    turned.t = {3, -1, 2};
+    return turned;
+}
+
+Affine3d mirrored_transform() {
+    Affine3d mirrored;
+    mirrored.m = {-1, 0, 0, 0, 1, 0, 0, 0, 1};
+    return mirrored;
+}
+
+TEST_P(Coverage, EqualsTheWindingNumberOfEveryVoxel) {
+    SurfaceOptions options;
+    options.micro_edge_mm = std::max(GetParam().micro_edge_mm, 0.2);
+    int number = 0;
+    for (const Affine3d& transform : {Affine3d{}, turned_transform(), mirrored_transform()}) {
+        const scene::Part part = make_part(GetParam(), transform);
+        auto surface = std::move(*Surface::create(part, options));
+        const scene::Grid grid = grid_over(*surface, part, number++ % 2 == 0);
+        const voxel::Voxeliser voxeliser(part, *surface, grid);
+        const auto expected = reference::inside(
+            reference::snap_triangles(scene::local_to_voxel(part, grid),
+                                      testing::triangles_of(*surface, surface::kForCoverage)),
+            grid.size);
+        std::vector<int32_t> groups = all_groups(grid);
+        ASSERT_EQ(voxels(voxeliser, grid, groups), expected) << "transform " << number;
+        // Any order, and a second time.
+        std::reverse(groups.begin(), groups.end());
+        EXPECT_EQ(voxels(voxeliser, grid, groups), expected);
+        std::shuffle(groups.begin(), groups.end(), std::mt19937(number));
+        EXPECT_EQ(voxels(voxeliser, grid, groups), expected);
+        // Nothing outside the box that was promised.
+        const Box3i box = voxeliser.voxel_box();
+        for (int32_t z = 0; z < grid.size.z; ++z) {
+            for (int32_t y = 0; y < grid.size.y; ++y) {
+                for (int32_t x = 0; x < grid.size.x; ++x) {
+                    if (expected[index(grid.size, x, y, z)] == 0) continue;
+                    ASSERT_TRUE(x >= box.lo.x && x < box.hi.x && y >= box.lo.y && y < box.hi.y &&
+                                z >= box.lo.z && z < box.hi.z);
+                }
+            }
+        }
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenarios, Coverage, ::testing::ValuesIn(testing::scenarios()),
+                         [](const auto& info) {
+                             std::string name = info.param.name;
+                             for (char& c : name)
+                                 c = std::isalnum(static_cast<unsigned char>(c)) != 0 ? c : '_';
+                             return name;
+                         });
+
+/// A random tetrahedral cut of a box: parts that share their inner faces to the bit.
+std::vector<scene::Mesh> cut_box(uint32_t seed) {
+    std::mt19937 random(seed);
+    const auto number = [&] { return static_cast<double>(random() % 1001) / 1000; };
+    std::vector<Vec3d> p;
+    for (int32_t i = 0; i < 8; ++i) {
+        p.push_back({i & 1 ? 3.0 + number() : number(), i & 2 ? 3.0 + number() : number(),
+                     i & 4 ? 3.0 + number() : number()});
+    }
+    // Half of the cuts run through voxel centres exactly.
+    if (seed % 2 == 0) {
+        for (Vec3d& v : p)
+            v = {std::round(v.x * 4) / 4 + 0.125, std::round(v.y * 4) / 4 + 0.125,
+                 std::round(v.z * 4) / 4 + 0.125};
+    }
+    // The centre and the 12 triangles of the outside make 12 tetrahedra.
+    p.push_back({2 + 0.25 * std::floor(number() * 3), 2, 2});
+    const std::vector<std::array<int32_t, 3>> outside{{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6},
+                                                      {0, 1, 4}, {1, 5, 4}, {2, 6, 3}, {3, 6, 7},
+                                                      {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+    std::vector<scene::Mesh> out;
+    for (const auto& t : outside) {
+        scene::Mesh mesh;
+        mesh.name = "cut";
+        mesh.positions = p;
+        mesh.triangles = {t, {t[0], 8, t[1]}, {t[1], 8, t[2]}, {t[2], 8, t[0]}};
+        for (auto& triangle : mesh.triangles)
+            std::swap(triangle[1], triangle[2]);
+        if (testing::signed_volume(mesh) < 0) {
+            for (auto& triangle : mesh.triangles)
+                std::swap(triangle[1], triangle[2]);
+        }
+        out.push_back(mesh);
+    }
+    return out;
+}
+
+TEST(TouchingParts, ShareNoVoxelAndLeaveNoGap) {
+    for (uint32_t seed = 1; seed <= 12; ++seed) {
+        const std::vector<scene::Mesh> cuts = cut_box(seed);
+        const scene::Grid grid{{0, 0, 0}, {0.25, 0.25, 0.25}, {18, 18, 18}};
+        std::vector<int> owners(index(grid.size, 0, 0, grid.size.z), 0);
+        scene::Mesh whole = cuts[0];
+        whole.triangles.clear();
+        for (const scene::Mesh& cut : cuts) {
+            whole.triangles.push_back(cut.triangles[0]);
+            // Parts are stored relative to their own centres, so vertices are given in 2^-6 mm to
+            // come out alike.
+            scene::Mesh mesh = cut;
+            for (Vec3d& v : mesh.positions) {
+                for (int axis = 0; axis < 3; ++axis)
+                    v[axis] = std::round(v[axis] * 64) / 64;
+            }
+            const auto v = voxels(testing::make_part(testing::empty_fablet(), mesh), grid);
+            for (size_t i = 0; i < v.size(); ++i)
+                owners[i] += v[i];
+        }
+        for (Vec3d& v : whole.positions) {
+            for (int axis = 0; axis < 3; ++axis)
+                v[axis] = std::round(v[axis] * 64) / 64;
+        }
+        const auto uncut = voxels(testing::make_part(testing::empty_fablet(), whole), grid);
+        int64_t solid = 0;
+        for (size_t i = 0; i < uncut.size(); ++i) {
+            ASSERT_EQ(owners[i], uncut[i]) << "seed " << seed << " voxel " << i;
+            solid += uncut[i];
+        }
+        EXPECT_GT(solid, 1000);
+    }
+}
+
+}  // namespace
+}  // namespace openfab

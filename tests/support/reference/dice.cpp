@@ -1,0 +1,525 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/support/reference/dice.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <map>
+#include <optional>
+
+namespace openfab::reference {
+
+namespace {
+
+using Key = std::array<double, 3>;  // a position, ordered by x, y, z
+
+/// A micro-vertex of a base triangle: a corner, point i of a side counted from its lower end, or a
+/// lattice point.
+struct Point {
+    enum { kCorner, kSide, kInner } kind;
+    int32_t number;  ///< corner or side, 0..2
+    int32_t i;       ///< side
+    int32_t a, b;    ///< inner
+};
+
+struct Vertex {
+    Vec3f position;
+    std::vector<float> floats;
+    std::vector<uint32_t> ints;
+};
+
+class PlainDicer {
+  public:
+    PlainDicer(const scene::Part& part, double s, const std::vector<uint8_t>& identity,
+               const EvaluateMicro& evaluate)
+        : part_(part), mesh_(*part.mesh), s_(s), identity_(identity), evaluate_(evaluate) {
+        for (int32_t t = 0; t < triangles(); ++t) {
+            if (dropped(t)) continue;
+            for (int32_t c = 0; c < 3; ++c) {
+                at_vertex_[key(t, c)].push_back({t, c});
+                on_edge_[{std::min(key(t, c), key(t, c + 1)), std::max(key(t, c), key(t, c + 1))}]
+                    .push_back({t, c});
+            }
+        }
+    }
+    std::vector<DicedTriangle> run();
+
+  private:
+    using Corner = std::array<int32_t, 2>;  // triangle, corner (or side)
+
+    int32_t triangles() const { return static_cast<int32_t>(mesh_.triangles.size()); }
+    const Vec3d& place(int32_t t, int32_t c) const {
+        return mesh_.positions[static_cast<size_t>(
+            mesh_.triangles[static_cast<size_t>(t)][static_cast<size_t>(c % 3)])];
+    }
+    Key key(int32_t t, int32_t c) const {
+        const Vec3d& p = place(t, c);
+        return {p.x + 0.0, p.y + 0.0, p.z + 0.0};
+    }
+    bool dropped(int32_t t) const {
+        return key(t, 0) == key(t, 1) || key(t, 1) == key(t, 2) || key(t, 2) == key(t, 0);
+    }
+    bool displaced(int32_t t) const {
+        return !dropped(t) && identity_[static_cast<size_t>(t)] == 0;
+    }
+    bool up(int32_t t, int32_t side) const { return key(t, side) < key(t, side + 1); }
+    int32_t factor(int32_t t, int32_t side) const {
+        const Vec3d &a = place(t, side), &b = place(t, side + 1);
+        const double x = b.x - a.x, y = b.y - a.y, z = b.z - a.z;
+        return static_cast<int32_t>(
+            std::max(1.0, std::ceil(std::sqrt((x * x + y * y) + z * z) / s_)));
+    }
+    int32_t steps(int32_t t) const { return std::max({factor(t, 0), factor(t, 1), factor(t, 2)}); }
+    const std::vector<Corner>& edge(int32_t t, int32_t side) const {
+        return on_edge_.at(
+            {std::min(key(t, side), key(t, side + 1)), std::max(key(t, side), key(t, side + 1))});
+    }
+    bool divided(int32_t t, int32_t side) const {
+        for (const Corner& other : edge(t, side)) {
+            if (displaced(other[0])) return true;
+        }
+        return false;
+    }
+    std::optional<Corner> partner(int32_t t, int32_t side) const;
+    std::vector<uint32_t> input_bits(int32_t t, int32_t c) const;
+    int32_t corner_evaluator(int32_t t, int32_t c) const;
+    int32_t side_evaluator(int32_t t, int32_t side) const;
+
+    Point classify(int32_t t, int32_t a, int32_t b) const;
+    Point side_point(int32_t t, int32_t side, int32_t i) const;
+    Vec3d undisplaced(int32_t t, const Point& point) const;
+    float value(int32_t t, const Point& point, const std::array<float, 3>& corners) const;
+    std::array<float, 3> corners_of(const scene::PartAttribute& attribute, int32_t t,
+                                    int32_t component) const;
+    MicroInputs inputs(int32_t t, const Point& point) const;
+    void frame(int32_t t, MicroInputs* in) const;
+    Vertex vertex(int32_t t, const Point& point) const;
+
+    void begin_patch() { ++patch_, in_patch_ = 0; }
+    void add(const Vertex& a, const Vertex& b, const Vertex& c, const std::vector<uint32_t>& ints,
+             bool query, bool coverage);
+    void do_identity(int32_t t);
+    void do_displaced(int32_t t);
+    void do_strip(const Corner& forward, const Corner& backward);
+    void do_vertex(const std::vector<Corner>& corners);
+
+    const scene::Part& part_;
+    const scene::PartMesh& mesh_;
+    const double s_;
+    const std::vector<uint8_t>& identity_;
+    const EvaluateMicro& evaluate_;
+    std::map<Key, std::vector<Corner>> at_vertex_;
+    std::map<std::pair<Key, Key>, std::vector<Corner>> on_edge_;
+    int32_t patch_ = -1, in_patch_ = 0;
+    std::vector<DicedTriangle> out_;
+};
+
+std::optional<PlainDicer::Corner> PlainDicer::partner(int32_t t, int32_t side) const {
+    std::vector<Corner> same, other;
+    for (const Corner& c : edge(t, side))
+        (up(c[0], c[1]) == up(t, side) ? same : other).push_back(c);
+    const size_t k =
+        static_cast<size_t>(std::find(same.begin(), same.end(), Corner{t, side}) - same.begin());
+    if (k >= other.size()) return std::nullopt;
+    return other[k];
+}
+
+std::vector<uint32_t> PlainDicer::input_bits(int32_t t, int32_t c) const {
+    std::vector<uint32_t> bits;
+    const size_t corner = static_cast<size_t>(3 * t + c % 3);
+    const auto add = [&](float f) { bits.push_back(std::bit_cast<uint32_t>(f)); };
+    if (!mesh_.corner_normals.empty()) {
+        const Vec3f n = mesh_.corner_normals[corner];
+        add(n.x), add(n.y), add(n.z);
+    }
+    if (!mesh_.corner_uv.empty())
+        add(mesh_.corner_uv[2 * corner]), add(mesh_.corner_uv[2 * corner + 1]);
+    for (const scene::PartAttribute& input : mesh_.inputs) {
+        for (int32_t k = 0; k < input.components; ++k) {
+            if (input.scalar == OPENFAB_FLOAT) {
+                add(corners_of(input, t, k)[static_cast<size_t>(c % 3)]);
+            } else {
+                bits.push_back(input.face_values[static_cast<size_t>(t * input.components + k)]);
+            }
+        }
+    }
+    return bits;
+}
+
+int32_t PlainDicer::corner_evaluator(int32_t t, int32_t c) const {
+    int32_t best = t;
+    for (const Corner& other : at_vertex_.at(key(t, c))) {
+        if (displaced(other[0]) && input_bits(other[0], other[1]) == input_bits(t, c))
+            best = std::min(best, other[0]);
+    }
+    return best;
+}
+
+int32_t PlainDicer::side_evaluator(int32_t t, int32_t side) const {
+    const auto ends = [&](int32_t triangle, int32_t s) {
+        const int32_t lo = up(triangle, s) ? s : s + 1, hi = up(triangle, s) ? s + 1 : s;
+        return std::pair{input_bits(triangle, lo), input_bits(triangle, hi)};
+    };
+    int32_t best = t;
+    for (const Corner& other : edge(t, side)) {
+        if (displaced(other[0]) && ends(other[0], other[1]) == ends(t, side))
+            best = std::min(best, other[0]);
+    }
+    return best;
+}
+
+Point PlainDicer::side_point(int32_t t, int32_t side, int32_t i) const {
+    const int32_t lo = up(t, side) ? side : (side + 1) % 3,
+                  hi = up(t, side) ? (side + 1) % 3 : side;
+    if (i == 0) return {Point::kCorner, lo, 0, 0, 0};
+    if (i == factor(t, side)) return {Point::kCorner, hi, 0, 0, 0};
+    return {Point::kSide, side, i, 0, 0};
+}
+
+Point PlainDicer::classify(int32_t t, int32_t a, int32_t b) const {
+    const int32_t n = steps(t);
+    int32_t side = -1, l = 0;  // l counts from the side's first corner
+    if (b == 0) {
+        side = 0, l = a;
+    } else if (a + b == n) {
+        side = 1, l = b;
+    } else if (a == 0) {
+        side = 2, l = n - b;
+    } else {
+        return {Point::kInner, 0, 0, a, b};
+    }
+    if (!up(t, side)) l = n - l;
+    // Rounded to the nearest, halves up.
+    const int64_t twice = 2 * static_cast<int64_t>(l) * factor(t, side) + n;
+    return side_point(t, side, static_cast<int32_t>(twice / (2 * static_cast<int64_t>(n))));
+}
+
+Vec3d PlainDicer::undisplaced(int32_t t, const Point& point) const {
+    if (point.kind == Point::kCorner) return place(t, point.number);
+    Vec3d p;
+    for (int axis = 0; axis < 3; ++axis) {
+        double lo = 0, hi = 0, v = 0;
+        if (point.kind == Point::kSide) {
+            const bool rising = up(t, point.number);
+            const double from = place(t, rising ? point.number : point.number + 1)[axis];
+            const double to = place(t, rising ? point.number + 1 : point.number)[axis];
+            v = static_cast<double>(point.i) / factor(t, point.number) * (to - from) + from;
+            lo = std::min(from, to), hi = std::max(from, to);
+        } else {
+            const double v0 = place(t, 0)[axis], v1 = place(t, 1)[axis], v2 = place(t, 2)[axis];
+            const double wa = static_cast<double>(point.a) / steps(t),
+                         wb = static_cast<double>(point.b) / steps(t);
+            v = (wa * (v1 - v0) + wb * (v2 - v0)) + v0;
+            lo = std::min({v0, v1, v2}), hi = std::max({v0, v1, v2});
+        }
+        p[axis] = std::clamp(v, lo, hi);
+    }
+    return p;
+}
+
+float PlainDicer::value(int32_t t, const Point& point, const std::array<float, 3>& v) const {
+    if (point.kind == Point::kCorner) return v[static_cast<size_t>(point.number)];
+    if (point.kind == Point::kSide) {
+        const bool rising = up(t, point.number);
+        const float from = v[static_cast<size_t>(rising ? point.number : (point.number + 1) % 3)];
+        const float to = v[static_cast<size_t>(rising ? (point.number + 1) % 3 : point.number)];
+        return static_cast<float>(point.i) / static_cast<float>(factor(t, point.number)) *
+                   (to - from) +
+               from;
+    }
+    const float n = static_cast<float>(steps(t));
+    const float wa = static_cast<float>(point.a) / n, wb = static_cast<float>(point.b) / n;
+    return (wa * (v[1] - v[0]) + wb * (v[2] - v[0])) + v[0];
+}
+
+std::array<float, 3> PlainDicer::corners_of(const scene::PartAttribute& attribute, int32_t t,
+                                            int32_t component) const {
+    std::array<float, 3> v;
+    for (int32_t c = 0; c < 3; ++c) {
+        v[static_cast<size_t>(c)] =
+            attribute
+                .corner_values[static_cast<size_t>((3 * t + c) * attribute.components + component)];
+    }
+    return v;
+}
+
+/// ng, dpdu and dpdv of triangle t.
+void PlainDicer::frame(int32_t t, MicroInputs* in) const {
+    const Vec3d e1 = place(t, 1) - place(t, 0), e2 = place(t, 2) - place(t, 0);
+    const Vec3d n = cross(e1, e2);
+    const double area2 = length(n);
+    if (area2 > 0) in->ng = vec_cast<float>(Vec3d{n.x / area2, n.y / area2, n.z / area2});
+    if (mesh_.corner_uv.empty()) return;
+    const float* uv = &mesh_.corner_uv[static_cast<size_t>(6 * t)];
+    const double u1 = static_cast<double>(uv[2]) - uv[0], v1 = static_cast<double>(uv[3]) - uv[1];
+    const double u2 = static_cast<double>(uv[4]) - uv[0], v2 = static_cast<double>(uv[5]) - uv[1];
+    const double det = u1 * v2 - v1 * u2;
+    if (det == 0) return;
+    in->dpdu = vec_cast<float>((e1 * v2 - e2 * v1) * (1 / det));
+    in->dpdv = vec_cast<float>((e2 * u1 - e1 * u2) * (1 / det));
+}
+
+MicroInputs PlainDicer::inputs(int32_t t, const Point& point) const {
+    MicroInputs in;
+    int32_t evaluator = t;
+    if (point.kind == Point::kCorner) evaluator = corner_evaluator(t, point.number);
+    if (point.kind == Point::kSide) evaluator = side_evaluator(t, point.number);
+    const float n = static_cast<float>(steps(evaluator));
+    const auto gradient = [&](const std::array<float, 3>& v) {
+        return std::array<float, 2>{(v[1] - v[0]) / n, (v[2] - v[0]) / n};
+    };
+    MicroInputs own;
+    frame(t, &own);
+    frame(evaluator, &in);
+    const Vec3d p = undisplaced(t, point);
+    in.p = {static_cast<float>(p.x) + 0.0f, static_cast<float>(p.y) + 0.0f,
+            static_cast<float>(p.z) + 0.0f};
+    const auto normal = [&](int32_t triangle, const Vec3f& ng, int axis) {
+        if (mesh_.corner_normals.empty()) return std::array<float, 3>{ng[axis], ng[axis], ng[axis]};
+        const Vec3f* v = &mesh_.corner_normals[static_cast<size_t>(3 * triangle)];
+        return std::array<float, 3>{v[0][axis], v[1][axis], v[2][axis]};
+    };
+    for (int axis = 0; axis < 3; ++axis) {
+        in.n[axis] = value(t, point, normal(t, own.ng, axis));
+        in.n_gradient[static_cast<size_t>(axis)] = gradient(normal(evaluator, in.ng, axis));
+        for (int32_t step = 0; step < 2; ++step) {
+            const double d = place(evaluator, step + 1)[axis] - place(evaluator, 0)[axis];
+            in.p_gradient[static_cast<size_t>(axis)][static_cast<size_t>(step)] =
+                static_cast<float>(d / steps(evaluator));
+        }
+    }
+    const float length2 = (in.n.x * in.n.x + in.n.y * in.n.y) + in.n.z * in.n.z;
+    if (length2 > 0 && std::isfinite(length2)) {
+        const float l = std::sqrt(length2);
+        in.n = {in.n.x / l, in.n.y / l, in.n.z / l};
+    } else {
+        in.n = own.ng;
+    }
+    for (size_t k = 0; k < 2 && !mesh_.corner_uv.empty(); ++k) {
+        const auto uv = [&](int32_t triangle) {
+            const float* v = &mesh_.corner_uv[static_cast<size_t>(6 * triangle)];
+            return std::array<float, 3>{v[k], v[2 + k], v[4 + k]};
+        };
+        in.uv[k] = value(t, point, uv(t));
+        in.uv_gradient[k] = gradient(uv(evaluator));
+    }
+    for (const scene::PartAttribute& input : mesh_.inputs) {
+        in.floats.emplace_back(), in.flats.emplace_back(), in.gradients.emplace_back();
+        for (int32_t k = 0; k < input.components; ++k) {
+            if (input.scalar == OPENFAB_FLOAT) {
+                in.floats.back().push_back(value(t, point, corners_of(input, t, k)));
+                in.gradients.back().push_back(gradient(corners_of(input, evaluator, k)));
+            } else {
+                in.flats.back().push_back(
+                    input.face_values[static_cast<size_t>(t * input.components + k)]);
+            }
+        }
+    }
+    return in;
+}
+
+Vertex PlainDicer::vertex(int32_t t, const Point& point) const {
+    Vertex out;
+    const MicroInputs in = inputs(t, point);
+    MicroOutputs result;
+    out.position = in.p;
+    if (displaced(t)) {
+        result = evaluate_(in);
+        const Vec3f p = result.position;
+        if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)) {
+            out.position = {p.x + 0.0f, p.y + 0.0f, p.z + 0.0f};
+        }
+    }
+    const openfab_fablet& fablet = *part_.fablet;
+    for (int32_t i = 0; i < fablet.nearest_count; ++i) {
+        const openfab_varying& nearest = fablet.nearest[i];
+        const int32_t copied =
+            nearest.source < 0 ? -1 : fablet.surface_outputs[nearest.source].source;
+        for (int32_t k = 0; k < nearest.components; ++k) {
+            const size_t c = static_cast<size_t>(k);
+            const bool is_float = nearest.scalar == OPENFAB_FLOAT;
+            uint32_t bits = 0;
+            if (nearest.source >= 0 && copied < 0) {
+                bits = result.outputs[static_cast<size_t>(nearest.source)][c];
+            } else if (nearest.source >= 0) {
+                bits = is_float ? std::bit_cast<uint32_t>(in.floats[static_cast<size_t>(copied)][c])
+                                : in.flats[static_cast<size_t>(copied)][c];
+            } else {
+                const scene::PartAttribute& a = mesh_.nearest_attributes[static_cast<size_t>(i)];
+                bits = is_float ? std::bit_cast<uint32_t>(value(t, point, corners_of(a, t, k)))
+                                : a.face_values[static_cast<size_t>(t * a.components + k)];
+            }
+            if (is_float) {
+                out.floats.push_back(std::bit_cast<float>(bits));
+            } else {
+                out.ints.push_back(bits);
+            }
+        }
+    }
+    return out;
+}
+
+void PlainDicer::add(const Vertex& a, const Vertex& b, const Vertex& c,
+                     const std::vector<uint32_t>& ints, bool query, bool coverage) {
+    if (a.position == b.position || b.position == c.position || c.position == a.position) return;
+    DicedTriangle triangle;
+    triangle.patch = patch_;
+    triangle.in_patch = in_patch_++;
+    triangle.query = query;
+    triangle.coverage = coverage;
+    triangle.positions = {a.position, b.position, c.position};
+    if (query) triangle.floats = {a.floats, b.floats, c.floats}, triangle.ints = ints;
+    out_.push_back(std::move(triangle));
+}
+
+void PlainDicer::do_identity(int32_t t) {
+    std::vector<int32_t> split;
+    for (int32_t side = 0; side < 3; ++side) {
+        if (divided(t, side) && factor(t, side) > 1) split.push_back(side);
+    }
+    begin_patch();
+    const Vertex v0 = vertex(t, {Point::kCorner, 0, 0, 0, 0}),
+                 v1 = vertex(t, {Point::kCorner, 1, 0, 0, 0}),
+                 v2 = vertex(t, {Point::kCorner, 2, 0, 0, 0});
+    add(v0, v1, v2, v0.ints, true, split.empty());
+    if (split.empty()) return;
+    Vertex apex;
+    std::vector<int32_t> around{0, 1, 2};
+    if (split.size() == 1) {
+        apex = vertex(t, {Point::kCorner, (split[0] + 2) % 3, 0, 0, 0});
+        around = split;
+    } else {
+        Vec3d p;
+        for (int axis = 0; axis < 3; ++axis) {
+            const double a = place(t, 0)[axis], b = place(t, 1)[axis], c = place(t, 2)[axis];
+            p[axis] =
+                std::clamp(((b - a) + (c - a)) / 3 + a, std::min({a, b, c}), std::max({a, b, c}));
+        }
+        apex.position = {static_cast<float>(p.x) + 0.0f, static_cast<float>(p.y) + 0.0f,
+                         static_cast<float>(p.z) + 0.0f};
+    }
+    int32_t made = 0;
+    for (const int32_t side : around) {
+        const bool is_split = std::find(split.begin(), split.end(), side) != split.end();
+        const int32_t n = is_split ? factor(t, side) : 1;
+        const auto at = [&](int32_t j) {  // counted along the boundary
+            if (!is_split) return vertex(t, {Point::kCorner, (side + j) % 3, 0, 0, 0});
+            return vertex(t, side_point(t, side, up(t, side) ? j : n - j));
+        };
+        for (int32_t j = 0; j < n; ++j) {
+            if (made++ % 2048 == 0) begin_patch();
+            add(apex, at(j), at(j + 1), {}, false, true);
+        }
+    }
+}
+
+void PlainDicer::do_displaced(int32_t t) {
+    const int32_t n = steps(t);
+    std::map<std::array<int32_t, 2>, Vertex> made;
+    const auto at = [&](int32_t a, int32_t b) -> const Vertex& {
+        const auto found = made.find({a, b});
+        if (found != made.end()) return found->second;
+        return made[{a, b}] = vertex(t, classify(t, a, b));
+    };
+    for (int32_t b0 = 0; b0 < n; b0 += 32) {
+        for (int32_t a0 = 0; a0 + b0 < n; a0 += 32) {
+            begin_patch();
+            for (int32_t b = b0; b < b0 + 32; ++b) {
+                for (int32_t a = a0; a < a0 + 32; ++a) {
+                    if (a + b + 1 <= n)
+                        add(at(a, b), at(a + 1, b), at(a, b + 1), at(a, b).ints, true, true);
+                    if (a + b + 2 <= n) {
+                        add(at(a + 1, b), at(a + 1, b + 1), at(a, b + 1), at(a + 1, b).ints, true,
+                            true);
+                    }
+                }
+            }
+        }
+    }
+}
+
+void PlainDicer::do_strip(const Corner& forward, const Corner& backward) {
+    const int32_t n = factor(forward[0], forward[1]);
+    const auto at = [&](const Corner& side, int32_t i) {
+        return vertex(side[0], side_point(side[0], side[1], i));
+    };
+    const bool ints_forward = forward[0] < backward[0];
+    for (int32_t i = 0; i < n; ++i) {
+        if (i % 1024 == 0) begin_patch();
+        const Vertex t0 = at(forward, i), t1 = at(forward, i + 1), u0 = at(backward, i),
+                     u1 = at(backward, i + 1);
+        const std::vector<uint32_t>& ints = ints_forward ? t0.ints : u0.ints;
+        add(t1, t0, u0, ints, true, true);
+        add(t1, u0, u1, ints, true, true);
+    }
+}
+
+void PlainDicer::do_vertex(const std::vector<Corner>& corners) {
+    begin_patch();
+    const auto at = [&](int32_t t, int32_t c) {
+        return vertex(t, {Point::kCorner, c % 3, 0, 0, 0});
+    };
+    const Vertex first = at(corners[0][0], corners[0][1]);
+    for (const Corner& corner : corners) {
+        const std::optional<Corner> other = partner(corner[0], corner[1]);
+        if (!other) continue;
+        add(first, at((*other)[0], (*other)[1] + 1), at(corner[0], corner[1]), first.ints, true,
+            true);
+    }
+}
+
+std::vector<DicedTriangle> PlainDicer::run() {
+    bool any = false;
+    for (int32_t t = 0; t < triangles(); ++t) {
+        if (dropped(t)) continue;
+        any |= displaced(t);
+        if (displaced(t)) {
+            do_displaced(t);
+        } else {
+            do_identity(t);
+        }
+    }
+    if (!any) return std::move(out_);
+    for (int32_t t = 0; t < triangles(); ++t) {
+        for (int32_t side = 0; side < 3 && !dropped(t); ++side) {
+            const std::optional<Corner> other = partner(t, side);
+            if (!other || *other < Corner{t, side}) continue;
+            const int32_t u = (*other)[0], back = (*other)[1];
+            if (!displaced(t) && !displaced(u)) continue;
+            const bool alike = displaced(t) && displaced(u) &&
+                               input_bits(t, side) == input_bits(u, back + 1) &&
+                               input_bits(t, side + 1) == input_bits(u, back);
+            if (alike) continue;
+            if (up(t, side)) {
+                do_strip({t, side}, *other);
+            } else {
+                do_strip(*other, {t, side});
+            }
+        }
+    }
+    // Vertices in order of their first corner.
+    std::map<Corner, const std::vector<Corner>*> vertices;
+    for (const auto& [position, corners] : at_vertex_)
+        vertices[corners[0]] = &corners;
+    for (const auto& [first, corners] : vertices) {
+        bool alike = true;
+        for (const Corner& c : *corners) {
+            alike &= displaced(c[0]) == displaced(first[0]);
+            if (displaced(first[0]))
+                alike &= input_bits(c[0], c[1]) == input_bits(first[0], first[1]);
+        }
+        if (!alike) do_vertex(*corners);
+    }
+    return std::move(out_);
+}
+
+}  // namespace
+
+std::vector<DicedTriangle> dice(const scene::Part& part, double micro_edge_mm,
+                                const std::vector<uint8_t>& identity,
+                                const EvaluateMicro& evaluate) {
+    return PlainDicer(part, micro_edge_mm, identity, evaluate).run();
+}
+
+}  // namespace openfab::reference

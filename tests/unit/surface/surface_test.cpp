@@ -1,0 +1,204 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/surface/surface.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "tests/support/surface/worlds.h"
+
+namespace openfab {
+namespace {
+
+using surface::Patch;
+using surface::PatchKind;
+using surface::Surface;
+using surface::SurfaceOptions;
+
+std::map<PatchKind, int> kinds(const Surface& surface) {
+    std::map<PatchKind, int> out;
+    for (const Patch& p : surface.patches())
+        ++out[p.kind];
+    return out;
+}
+
+std::unique_ptr<Surface> create(const scene::Part& part, double s) {
+    SurfaceOptions options;
+    options.micro_edge_mm = s;
+    auto made = Surface::create(part, options);
+    EXPECT_TRUE(made.has_value()) << made.error().message;
+    return std::move(*made);
+}
+
+std::string failure(const scene::Part& part, double s) {
+    SurfaceOptions options;
+    options.micro_edge_mm = s;
+    const auto made = Surface::create(part, options);
+    return made ? "" : made.error().message;
+}
+
+scene::Part hand_part(const scene::Mesh& mesh, testing::HandMode mode, float amplitude,
+                      bool computed = false) {
+    return make_part(testing::Scenario{"", mesh, mode, amplitude, 0, computed});
+}
+
+TEST(SurfaceTest, WithoutASurfaceStageTheBaseMeshIsTheSurface) {
+    const scene::Part part = testing::make_part(testing::empty_fablet(), testing::cube(2));
+    const auto surface = create(part, 0.01);
+    EXPECT_TRUE(surface->identity());
+    ASSERT_EQ(surface->patches().size(), 12u);
+    for (int32_t p = 0; p < 12; ++p) {
+        const Patch& patch = surface->patches()[static_cast<size_t>(p)];
+        EXPECT_EQ(patch.kind, PatchKind::kIdentity);
+        EXPECT_EQ(patch.triangle, p);
+        EXPECT_EQ(patch.use, surface::kForQuery | surface::kForCoverage);
+        const auto mesh = surface->micro(p);
+        ASSERT_EQ(mesh->triangles.size(), 1u);
+        for (size_t c = 0; c < 3; ++c) {
+            const auto v = part.mesh->triangles[static_cast<size_t>(p)][c];
+            EXPECT_EQ(mesh->positions[c],
+                      vec_cast<float>(part.mesh->positions[static_cast<size_t>(v)]));
+        }
+    }
+}
+
+TEST(SurfaceTest, OnlyTheBackOfACardIsDiced) {
+    const scene::Part part = hand_part(testing::card(7, 5, 1), testing::HandMode::kBack, 0.6f);
+    const auto surface = create(part, 0.5);
+    EXPECT_FALSE(surface->identity());
+    const auto count = kinds(*surface);
+    EXPECT_EQ(count.at(PatchKind::kIdentity), 10);
+    EXPECT_EQ(count.at(PatchKind::kLattice), 2);
+    EXPECT_EQ(count.at(PatchKind::kFan), 4);
+    // Four strips, and the four corners of the back.
+    EXPECT_EQ(count.at(PatchKind::kSeam), 8);
+    for (const Patch& p : surface->patches()) {
+        EXPECT_EQ(p.use == surface::kForCoverage, p.kind == PatchKind::kFan);
+    }
+}
+
+TEST(SurfaceTest, SeamsOfADisplacementThatIsZeroAtTheEdgeAreEmpty) {
+    // wave(uv) vanishes on the border, so the displaced back meets the sides without a strip.
+    const scene::Part part = hand_part(testing::card(7, 5, 1), testing::HandMode::kBack, 0.6f);
+    const auto surface = create(part, 0.5);
+    for (size_t p = 0; p < surface->patches().size(); ++p) {
+        if (surface->patches()[p].kind == PatchKind::kSeam) {
+            EXPECT_EQ(surface->micro(static_cast<int32_t>(p))->triangles.size(), 0u);
+        }
+    }
+}
+
+TEST(SurfaceTest, FansAreSplit) {
+    const scene::Part part = hand_part(testing::card(100, 70, 2), testing::HandMode::kBack, 0.6f);
+    const auto surface = create(part, 0.04);
+    for (size_t p = 0; p < surface->patches().size(); ++p) {
+        if (surface->patches()[p].kind == PatchKind::kFan) {
+            EXPECT_LE(surface->micro(static_cast<int32_t>(p))->triangles.size(), 2048u);
+        }
+    }
+    EXPECT_EQ(kinds(*surface).at(PatchKind::kFan), 2 * 2 + 2 * 1);
+}
+
+TEST(SurfaceTest, AnEdgeThatIsTooFineIsRefused) {
+    const scene::Part part = hand_part(testing::card(100, 70, 2), testing::HandMode::kBack, 0.6f);
+    const std::string message = failure(part, 1e-3);
+    EXPECT_NE(message.find("122.066"), std::string::npos) << message;
+    EXPECT_NE(message.find("65535"), std::string::npos) << message;
+    EXPECT_NE(message.find("0.001 mm"), std::string::npos) << message;
+    // Identity triangles are not diced, so their edges do not matter.
+    const scene::Part plain =
+        testing::make_part(testing::empty_fablet(), testing::card(100, 70, 2));
+    EXPECT_EQ(failure(plain, 1e-6), "");
+}
+
+TEST(SurfaceTest, ADisplacementWithoutABoundIsRefused) {
+    testing::PartOptions options;
+    options.uniform_values = testing::hand_uniforms(testing::HandMode::kBumps, 0.2f);
+    const scene::Part part =
+        testing::make_part(testing::hand_fablet_unbounded(), testing::cube(1), options);
+    EXPECT_NE(failure(part, 0.1).find("max_displacement_mm"), std::string::npos)
+        << failure(part, 0.1);
+    options.max_displacement_mm = 0.5;
+    const scene::Part bounded =
+        testing::make_part(testing::hand_fablet_unbounded(), testing::cube(1), options);
+    EXPECT_EQ(failure(bounded, 0.1), "");
+}
+
+TEST(SurfaceTest, CountsWhatTheStageGotWrong) {
+    testing::Scenario scenario{
+        "", testing::sphere(2, 8, 5), testing::HandMode::kBroken, 0.4f, 0.2, true, 0.25};
+    const scene::Part part = make_part(scenario);
+    const auto surface = create(part, 0.2);
+    for (size_t p = 0; p < surface->patches().size(); ++p) {
+        for (const Vec3f& v : surface->micro(static_cast<int32_t>(p))->positions) {
+            EXPECT_TRUE(std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z));
+        }
+    }
+    EXPECT_GT(surface->counts().not_finite, 0);
+    EXPECT_GT(surface->counts().cut_to_bound, 0);
+}
+
+TEST(SurfaceTest, CacheKeepsToItsBudgetAndHandlesPin) {
+    const scene::Part part = hand_part(testing::card(20, 15, 1), testing::HandMode::kBack, 0.6f);
+    SurfaceOptions options;
+    options.micro_edge_mm = 0.1;
+    options.cache_bytes = 300000;
+    auto surface = std::move(*Surface::create(part, options));
+    std::vector<std::shared_ptr<const surface::MicroMesh>> held;
+    std::vector<int32_t> tiles;
+    for (size_t p = 0; p < surface->patches().size(); ++p) {
+        if (surface->patches()[p].kind == PatchKind::kLattice)
+            tiles.push_back(static_cast<int32_t>(p));
+    }
+    ASSERT_GT(tiles.size(), 20u);
+    for (const int32_t p : tiles)
+        held.push_back(surface->micro(p));
+    const auto counts = surface->counts();
+    EXPECT_LE(counts.cache_peak_bytes, 300000);
+    EXPECT_GT(counts.cache_peak_bytes, 200000);
+    EXPECT_GT(counts.cache_evictions, 0);
+    EXPECT_EQ(counts.cache_misses, static_cast<int64_t>(tiles.size()));
+    for (const auto& mesh : held)
+        EXPECT_GT(mesh->triangles.size(), 0u);
+    EXPECT_EQ(surface->micro(tiles.back()), held.back());
+    EXPECT_EQ(surface->counts().cache_hits, counts.cache_hits + 1);
+}
+
+int failing_kernel(void**) {
+    return -7;
+}
+
+TEST(SurfaceTest, AFailingKernelIsReported) {
+    openfab_fablet fablet = testing::hand_fablet(true);
+    fablet.surface.fn[OPENFAB_ISA_SSE41] = failing_kernel;
+    testing::PartOptions options;
+    options.uniform_values = testing::hand_uniforms(testing::HandMode::kBumps, 0.2f);
+    const scene::Part part = testing::make_part(fablet, testing::cube(1), options);
+    const auto surface = create(part, 0.5);
+    EXPECT_TRUE(surface->status());
+    EXPECT_EQ(surface->micro(0)->triangles.size(), 0u);
+    ASSERT_FALSE(surface->status());
+    EXPECT_NE(surface->status().error().message.find("-7"), std::string::npos);
+    fablet.surface_bounds.fn[OPENFAB_ISA_SSE41] = failing_kernel;
+    EXPECT_NE(failure(part, 0.5).find("-7"), std::string::npos);
+}
+
+TEST(SurfaceTest, ReadingUvWithoutUvIsRefused) {
+    openfab_fablet fablet = testing::hand_fablet(true);
+    std::vector<openfab_arg> args(fablet.surface.args,
+                                  fablet.surface.args + fablet.surface.arg_count);
+    args[3] = {OPENFAB_ARG_SURFACE_ATTR, OPENFAB_FLOAT, OPENFAB_SURFACE_UV, 0};
+    fablet.surface.args = args.data();
+    testing::PartOptions options;
+    options.uniform_values = testing::hand_uniforms(testing::HandMode::kBumps, 0.2f);
+    scene::Part part = testing::make_part(fablet, testing::cube(1), options);
+    EXPECT_EQ(failure(part, 0.5), "");
+    auto mesh = std::make_shared<scene::PartMesh>(*part.mesh);
+    mesh->corner_uv.clear();
+    part.mesh = mesh;
+    EXPECT_NE(failure(part, 0.5).find("`uv`"), std::string::npos) << failure(part, 0.5);
+}
+
+}  // namespace
+}  // namespace openfab

@@ -1,0 +1,161 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/voxel/coverage.h"
+
+#include <gtest/gtest.h>
+
+#include "runtime/voxel/crossings.h"
+#include "tests/support/meshes/meshes.h"
+#include "tests/support/surface/hand_fablet.h"
+
+namespace openfab {
+namespace {
+
+scene::Grid grid(const Vec3i& size, double pitch = 1) {
+    return {{0, 0, 0}, {pitch, pitch, pitch}, size};
+}
+
+Affine3d moved(double x, double y, double z) {
+    Affine3d out;
+    out.t = {x, y, z};
+    return out;
+}
+
+/// Voxels of a part on a grid: [(z * ny + y) * nx + x].
+std::vector<uint8_t> voxels(const scene::Part& part, const scene::Grid& grid) {
+    auto surface = std::move(*surface::Surface::create(part, {}));
+    const voxel::Voxeliser voxeliser(part, *surface, grid);
+    std::vector<uint8_t> out(static_cast<size_t>(grid.size.x * grid.size.y * grid.size.z), 0);
+    voxel::GroupMask mask;
+    for (int32_t g = 0; 8 * g < grid.size.z; ++g) {
+        voxeliser.coverage(g, &mask);
+        EXPECT_EQ(mask.x0 % 8, 0);
+        EXPECT_EQ(mask.y0 % 8, 0);
+        EXPECT_EQ(mask.width % 8, 0);
+        EXPECT_EQ(mask.height % 8, 0);
+        EXPECT_EQ(mask.mask.size(), static_cast<size_t>(mask.width * mask.height));
+        for (int32_t y = 0; y < mask.height; ++y) {
+            for (int32_t x = 0; x < mask.width; ++x) {
+                for (int32_t k = 0; k < 8; ++k) {
+                    if (((mask.mask[static_cast<size_t>(y * mask.width + x)] >> k) & 1) == 0)
+                        continue;
+                    const Vec3i at{mask.x0 + x, mask.y0 + y, 8 * g + k};
+                    EXPECT_TRUE(at.x < grid.size.x && at.y < grid.size.y && at.z < grid.size.z);
+                    out[static_cast<size_t>((at.z * grid.size.y + at.y) * grid.size.x + at.x)] = 1;
+                }
+            }
+        }
+    }
+    return out;
+}
+
+int64_t count(const std::vector<uint8_t>& v) {
+    int64_t n = 0;
+    for (const uint8_t x : v)
+        n += x;
+    return n;
+}
+
+bool at(const std::vector<uint8_t>& v, const scene::Grid& g, int32_t x, int32_t y, int32_t z) {
+    return v[static_cast<size_t>((z * g.size.y + y) * g.size.x + x)] != 0;
+}
+
+TEST(Coverage, SnapsToTheNearestUnitHalvesUp) {
+    EXPECT_EQ(voxel::snap(0.49), 0);
+    EXPECT_EQ(voxel::snap(0.5), 1);
+    EXPECT_EQ(voxel::snap(-0.5), 0);
+    EXPECT_EQ(voxel::snap(-0.51), -1);
+    EXPECT_EQ(voxel::snap(-3.0), -3);
+    EXPECT_EQ(voxel::snap(1e30), voxel::kFarthest);
+    EXPECT_EQ(voxel::snap(-1e30), -voxel::kFarthest);
+}
+
+TEST(Coverage, ABoxOfWholeVoxelsHasJustThese) {
+    const scene::Part part = testing::make_part(testing::empty_fablet(), testing::cube(3),
+                                                {.transform = moved(2, 5, 7)});
+    const scene::Grid g = grid({20, 20, 20});
+    const auto v = voxels(part, g);
+    EXPECT_EQ(count(v), 27);
+    EXPECT_TRUE(at(v, g, 2, 5, 7));
+    EXPECT_TRUE(at(v, g, 4, 7, 9));
+    EXPECT_FALSE(at(v, g, 5, 7, 9));
+}
+
+TEST(Coverage, ACentreOnAFaceBelongsToTheSolidAboveIt) {
+    // Faces at 2.5 and 5.5 pass through the centres of voxels 2 and 5.
+    const scene::Part part = testing::make_part(testing::empty_fablet(), testing::cube(3),
+                                                {.transform = moved(2.5, 2.5, 2.5)});
+    const scene::Grid g = grid({10, 10, 10});
+    const auto v = voxels(part, g);
+    EXPECT_EQ(count(v), 27);
+    EXPECT_TRUE(at(v, g, 2, 2, 2));
+    EXPECT_FALSE(at(v, g, 5, 2, 2));
+    EXPECT_FALSE(at(v, g, 2, 5, 2));
+    EXPECT_FALSE(at(v, g, 2, 2, 5));
+}
+
+TEST(Coverage, AMirroredPartIsSolidToo) {
+    Affine3d mirror = moved(8, 1, 1);
+    mirror.m[0] = -1;
+    const scene::Part part =
+        testing::make_part(testing::empty_fablet(), testing::cube(3), {.transform = mirror});
+    const scene::Grid g = grid({10, 10, 10});
+    const auto v = voxels(part, g);
+    EXPECT_EQ(count(v), 27);
+    EXPECT_TRUE(at(v, g, 5, 1, 1));
+    EXPECT_TRUE(at(v, g, 7, 3, 3));
+}
+
+TEST(Coverage, APartIsCutAtTheGrid) {
+    const scene::Part part = testing::make_part(testing::empty_fablet(), testing::cube(30),
+                                                {.transform = moved(-10, -10, -10)});
+    const scene::Grid g = grid({13, 9, 11});
+    EXPECT_EQ(count(voxels(part, g)), 13 * 9 * 11);
+    const scene::Part beside = testing::make_part(testing::empty_fablet(), testing::cube(3),
+                                                  {.transform = moved(50, 0, 0)});
+    EXPECT_EQ(count(voxels(beside, g)), 0);
+}
+
+TEST(Coverage, AnEmptyGroupHasNoMask) {
+    const scene::Part part = testing::make_part(testing::empty_fablet(), testing::cube(3),
+                                                {.transform = moved(2, 2, 2)});
+    auto surface = std::move(*surface::Surface::create(part, {}));
+    const voxel::Voxeliser voxeliser(part, *surface, grid({10, 10, 40}));
+    voxel::GroupMask mask;
+    for (const int32_t group : {-1, 1, 4, 5, 1000}) {
+        mask.width = 8;
+        voxeliser.coverage(group, &mask);
+        EXPECT_EQ(mask.width, 0) << group;
+        EXPECT_EQ(mask.height, 0) << group;
+    }
+    EXPECT_EQ(voxeliser.voxel_box(), (Box3i{{2, 2, 2}, {5, 5, 5}}));
+}
+
+TEST(Coverage, HugeTrianglesDoNotOverflow) {
+    // 12000 voxels along x and 10000 along y: plane tests pass 64 bits.
+    Affine3d turned = moved(6000, 100, 20);
+    turned.m = {0.8, -0.6, 0, 0.6, 0.8, 0, 0, 0, 1};
+    const scene::Part part = testing::make_part(
+        testing::empty_fablet(), scene::make_box({9000, 8000, 12}), {.transform = turned});
+    const scene::Grid g = {{0, 3000, 16}, {1, 1, 1}, {12000, 3, 8}};
+    auto surface = std::move(*surface::Surface::create(part, {}));
+    const voxel::Voxeliser voxeliser(part, *surface, g);
+    voxel::GroupMask mask;
+    voxeliser.coverage(0, &mask);
+    const auto triangles = reference::snap_triangles(
+        scene::local_to_voxel(part, g), testing::triangles_of(*surface, surface::kForCoverage));
+    for (int32_t x = 0; x < 12000; ++x) {
+        for (int32_t y = 0; y < 3; ++y) {
+            for (int32_t k = 3; k < 6; ++k) {
+                const bool inside =
+                    x >= mask.x0 && x < mask.x0 + mask.width &&
+                    ((mask.mask[static_cast<size_t>(y * mask.width + x - mask.x0)] >> k) & 1) != 0;
+                ASSERT_EQ(inside, reference::winding(triangles, {x, y, k}) > 0)
+                    << x << " " << y << " " << k;
+            }
+        }
+    }
+}
+
+}  // namespace
+}  // namespace openfab
