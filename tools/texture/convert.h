@@ -1,0 +1,23 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// From an image file to a pyramid, by OpenImageIO: what `openfab texture` does.
+
+#include <filesystem>
+
+#include "runtime/base/result.h"
+#include "runtime/texture/cache.h"
+
+namespace openfab::tools {
+
+/// Reads `image` (any format of OpenImageIO's; 8, 16, 32 bits or float; 1 to 4 channels; EXIF
+/// orientation is obeyed) and writes `out` (pyramid_file.h). Space "auto" takes 8-bit pictures for
+/// sRGB and others for linear; "data" is linear too, and the alpha channel always is. Integers are
+/// scaled to 0..1. Memory: the system's page cache and a few rows. Errors: unreadable image with
+/// OpenImageIO's reason, values that are not finite, too large (pyramid_layout.h), `out` not
+/// writable.
+Result<void> make_pyramid_file(const std::filesystem::path& image, const std::filesystem::path& out,
+                               const texture::ImageOptions& options);
+
+}  // namespace openfab::tools
