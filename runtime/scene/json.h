@@ -1,0 +1,50 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// JSON with positions: a small tree in which every key and value knows its line and column. Keys
+// keep their order in the file. Strict JSON: no comments, no trailing commas, no duplicate keys,
+// UTF-8.
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "runtime/base/result.h"
+
+namespace openfab::scene {
+
+struct JsonMember;
+
+struct JsonValue {
+    enum class Kind { kNull, kBool, kNumber, kString, kArray, kObject };
+    Kind kind = Kind::kNull;
+    bool boolean = false;
+    double number = 0;
+    std::string text;
+    std::vector<JsonValue> items;
+    std::vector<JsonMember> members;
+    int32_t line = 0;
+    int32_t column = 0;  ///< one-based, in code points
+
+    bool is(Kind wanted) const { return kind == wanted; }
+    /// "a number", "an object", …
+    const char* kind_name() const;
+    const JsonMember* find(std::string_view key) const;
+};
+
+struct JsonMember {
+    std::string key;
+    int32_t line = 0;
+    int32_t column = 0;
+    JsonValue value;
+};
+
+/// Errors are `name:line:column: …`. At most 32 levels deep and a million values.
+Result<JsonValue> parse_json(std::string_view text, const std::string& name);
+
+/// The whole file, at most `limit` bytes.
+Result<std::string> read_text_file(const std::filesystem::path& file, size_t limit);
+
+}  // namespace openfab::scene

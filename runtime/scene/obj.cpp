@@ -1,0 +1,415 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/scene/obj.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <set>
+
+#include "runtime/base/near_miss.h"
+#include "runtime/scene/json.h"
+#include "runtime/scene/mesh_check.h"
+#include "runtime/scene/polygon.h"
+
+namespace openfab::scene {
+namespace {
+
+constexpr size_t kLargestFile = 2'000'000'000;
+constexpr size_t kMostCorners = 4096;
+constexpr size_t kMostElements = 200'000'000;
+
+bool is_blank(char c) {
+    return c == ' ' || c == '\t' || c == '\r';
+}
+
+/// Indices of one corner of a face, from 0; -1 where it has none.
+struct Corner {
+    int32_t v = -1, vt = -1, vn = -1;
+};
+
+class ObjReader {
+  public:
+    ObjReader(std::string_view text, const std::string& file, const ObjOptions& options)
+        : text_(text), file_(file), options_(options) {
+        mesh_.name = options.name;
+    }
+
+    Result<LoadedMesh> read() {
+        while (at_ < text_.size() && error_.empty())
+            read_line();
+        if (!error_.empty()) return user_error(error_);
+        LoadedMesh out;
+        add_attributes(&out.warnings);
+        MeshOrigin origin{file_, std::move(lines_)};
+        if (Result<void> fine = prepare_mesh(&mesh_, &origin, &out.warnings); !fine)
+            return fine.error();
+        out.mesh = std::move(mesh_);
+        return out;
+    }
+
+  private:
+    // One logical line, tokens and all; a backslash at the end of a line joins the next one.
+    void read_line() {
+        line_start_ = at_;
+        tokens_.clear();
+        const int32_t first_line = line_;
+        bool comment = false;
+        while (at_ < text_.size()) {
+            const char c = text_[at_];
+            if (c == '\n') {
+                ++at_;
+                ++line_;
+                break;
+            }
+            if (comment || is_blank(c)) {
+                ++at_;
+            } else if (c == '#') {
+                comment = true;
+            } else if (c == '\\' && continues(at_ + 1)) {
+                at_ = text_.find('\n', at_) + 1;
+                ++line_;
+            } else {
+                const size_t start = at_;
+                while (at_ < text_.size() && !is_blank(text_[at_]) && text_[at_] != '\n')
+                    ++at_;
+                tokens_.push_back(text_.substr(start, at_ - start));
+            }
+        }
+        token_line_ = first_line;
+        if (!tokens_.empty()) statement();
+    }
+
+    bool continues(size_t behind) const {
+        while (behind < text_.size() && text_[behind] == '\r')
+            ++behind;
+        return behind < text_.size() && text_[behind] == '\n';
+    }
+
+    void statement() {
+        const std::string_view word = tokens_[0];
+        if (word == "v") {
+            vertex();
+        } else if (word == "vt") {
+            numbers(&uv_, 1, 3, 2);
+        } else if (word == "vn") {
+            numbers(&normals_, 3, 3, 3);
+        } else if (word == "f" || word == "fo") {
+            face();
+        } else if (word == "g") {
+            groups_.assign(tokens_.begin() + 1, tokens_.end());
+            group_value_.reset();
+        } else if (word == "usemtl") {
+            material_.clear();
+            if (tokens_.size() > 1) material_ = rest_of_line(tokens_[1]);
+            group_value_.reset();
+        } else if (!is_ignored(word)) {
+            fail(word,
+                 fmt::format(
+                     "unknown statement `{}`; this is no OBJ file, or one with free-form surfaces, "
+                     "which are not supported",
+                     word.substr(0, 40)));
+        }
+    }
+
+    /// Lines, points, names, smoothing and display hints: nothing that makes a solid.
+    static bool is_ignored(std::string_view word) {
+        static constexpr std::string_view kWords[] = {
+            "o",      "s",      "mtllib", "l",        "p",        "lod",        "mg",
+            "usemap", "maplib", "bevel",  "c_interp", "d_interp", "shadow_obj", "trace_obj"};
+        return std::find(std::begin(kWords), std::end(kWords), word) != std::end(kWords);
+    }
+
+    std::string rest_of_line(std::string_view first) const {
+        const auto start = static_cast<size_t>(first.data() - text_.data());
+        size_t end = std::min(text_.find('\n', start), text_.size());
+        while (end > start && is_blank(text_[end - 1]))
+            --end;
+        return std::string(text_.substr(start, end - start));
+    }
+
+    void fail(std::string_view token, const std::string& what) {
+        if (!error_.empty()) return;
+        const auto offset = static_cast<size_t>(token.data() - text_.data());
+        const size_t line_start = text_.rfind('\n', offset == 0 ? 0 : offset - 1);
+        const size_t start =
+            offset == 0 || line_start == std::string_view::npos ? 0 : line_start + 1;
+        int32_t column = 1;
+        for (size_t i = start; i < offset; ++i)
+            column += (static_cast<unsigned char>(text_[i]) & 0xC0) != 0x80;
+        const auto extra = std::count(text_.begin() + static_cast<ptrdiff_t>(line_start_),
+                                      text_.begin() + static_cast<ptrdiff_t>(offset), '\n');
+        error_ = fmt::format("{}:{}:{}: {}", file_, token_line_ + extra, column, what);
+    }
+
+    bool number(std::string_view token, double* out) {
+        std::string_view digits = token;
+        if (digits.starts_with('+')) digits.remove_prefix(1);
+        const auto [end, code] =
+            std::from_chars(digits.data(), digits.data() + digits.size(), *out);
+        if (code == std::errc::result_out_of_range && end == digits.data() + digits.size()) {
+            // Too small for a double reads as 0, too large is an error below.
+            *out = digits.find("e-") != std::string_view::npos ||
+                           digits.find("E-") != std::string_view::npos
+                       ? 0
+                       : HUGE_VAL;
+        } else if (code != std::errc() || end != digits.data() + digits.size()) {
+            fail(token, fmt::format("`{}` is no number", token.substr(0, 40)));
+            return false;
+        }
+        if (!std::isfinite(*out) || !std::isfinite(static_cast<float>(*out))) {
+            fail(token, fmt::format("`{}` is not finite or too large", token.substr(0, 40)));
+            return false;
+        }
+        return true;
+    }
+
+    /// Reads between `least` and `most` numbers and keeps `kept` of them, 0 where the line has
+    /// fewer.
+    void numbers(std::vector<float>* out, size_t least, size_t most, size_t kept) {
+        const size_t count = tokens_.size() - 1;
+        if (count < least || count > most) return wrong_count(least, most);
+        for (size_t i = 0; i < std::max(count, kept); ++i) {
+            double value = 0;
+            if (i < count && !number(tokens_[i + 1], &value)) return;
+            if (i < kept) out->push_back(static_cast<float>(value));
+        }
+    }
+
+    void wrong_count(size_t least, size_t most) {
+        fail(tokens_[0],
+             fmt::format(
+                 "`{}` has {} numbers; it takes {}", tokens_[0], tokens_.size() - 1,
+                 least == most ? fmt::format("{}", least) : fmt::format("{} to {}", least, most)));
+    }
+
+    void vertex() {
+        const size_t count = tokens_.size() - 1;
+        if (count != 3 && count != 4 && count != 6 && count != 7) return wrong_count(3, 7);
+        std::array<double, 7> v{};
+        for (size_t i = 0; i < count; ++i) {
+            if (!number(tokens_[i + 1], &v[i])) return;
+        }
+        if (mesh_.positions.size() >= kMostElements) return fail(tokens_[0], "too many vertices");
+        mesh_.positions.push_back(Vec3d{v[0], v[1], v[2]} * options_.unit_mm);
+        if (count >= 6) {
+            for (size_t i = count - 3; i < count; ++i)
+                colors_.push_back(static_cast<float>(v[i]));
+        }
+    }
+
+    bool index(std::string_view token, std::string_view digits, size_t count, const char* of,
+               int32_t* out) {
+        int64_t value = 0;
+        const auto [end, code] =
+            std::from_chars(digits.data(), digits.data() + digits.size(), value);
+        if (code != std::errc() || end != digits.data() + digits.size()) {
+            fail(token, fmt::format("`{}` is no corner; write it as v, v/vt, v//vn or v/vt/vn",
+                                    token.substr(0, 40)));
+            return false;
+        }
+        const auto n = static_cast<int64_t>(count);
+        const int64_t place = value < 0 ? n + value : value - 1;
+        if (value == 0 || place < 0 || place >= n) {
+            fail(token, fmt::format("`{}` asks for {} {}, but there are {} so far",
+                                    token.substr(0, 40), of, value, n));
+            return false;
+        }
+        *out = static_cast<int32_t>(place);
+        return true;
+    }
+
+    bool corner(std::string_view token, Corner* out) {
+        std::array<std::string_view, 3> part;
+        std::string_view left = token;
+        for (size_t i = 0; i < 3; ++i) {
+            const size_t slash = i < 2 ? left.find('/') : std::string_view::npos;
+            part[i] = left.substr(0, slash);
+            left = slash == std::string_view::npos ? std::string_view() : left.substr(slash + 1);
+        }
+        if (!index(token, part[0], mesh_.positions.size(), "vertex", &out->v)) return false;
+        if (!part[1].empty() &&
+            !index(token, part[1], uv_.size() / 2, "texture coordinate", &out->vt))
+            return false;
+        return part[2].empty() || index(token, part[2], normals_.size() / 3, "normal", &out->vn);
+    }
+
+    void face() {
+        const size_t count = tokens_.size() - 1;
+        if (count < 3)
+            return fail(tokens_[0],
+                        fmt::format("a face with {} corners; it needs 3 or more", count));
+        if (count > kMostCorners)
+            return fail(tokens_[0], fmt::format("a face with more than {} corners", kMostCorners));
+        if (mesh_.triangles.size() >= kMostElements) return fail(tokens_[0], "too many faces");
+        corners_.resize(count);
+        for (size_t i = 0; i < count; ++i) {
+            corners_[i] = {};
+            if (!corner(tokens_[i + 1], &corners_[i])) return;
+        }
+        if (options_.groups && !find_group()) return;
+        if (count == 3) return add_triangle({0, 1, 2});
+        std::vector<Vec3d> points;
+        for (const Corner& c : corners_)
+            points.push_back(mesh_.positions[static_cast<size_t>(c.v)]);
+        for (const auto& t : triangulate(points))
+            add_triangle(t);
+    }
+
+    void add_triangle(const std::array<int32_t, 3>& pick) {
+        const auto at = [&](size_t i) -> const Corner& {
+            return corners_[static_cast<size_t>(pick[i])];
+        };
+        mesh_.triangles.push_back({at(0).v, at(1).v, at(2).v});
+        uv_corners_.push_back({at(0).vt, at(1).vt, at(2).vt});
+        normal_corners_.push_back({at(0).vn, at(1).vn, at(2).vn});
+        lines_.push_back(token_line_);
+        if (options_.groups) faces_.push_back(*group_value_);
+    }
+
+    /// The one value that the current `g` names and `usemtl` name map to.
+    bool find_group() {
+        if (group_value_) return true;
+        std::vector<std::string> names(groups_.begin(), groups_.end());
+        if (!material_.empty()) names.push_back(material_);
+        if (names.empty()) names.emplace_back("default");
+        std::string found;
+        for (const std::string& name : names) {
+            const auto it = options_.groups->find(name);
+            if (it == options_.groups->end()) continue;
+            if (group_value_ && *group_value_ != it->second) {
+                fail(
+                    tokens_[0],
+                    fmt::format(
+                        "the face is in group `{}` ({}) and in `{}` ({}) of \"groups\"; a face has "
+                        "one value",
+                        found, *group_value_, name, it->second));
+                return false;
+            }
+            group_value_ = it->second;
+            found = name;
+        }
+        if (group_value_) return true;
+        std::string list;
+        for (const std::string& name : names)
+            list += fmt::format("{}`{}`", list.empty() ? "" : ", ", name);
+        fail(tokens_[0],
+             fmt::format("the face is in group {}, which \"groups\" of mesh `{}` does not map; {}",
+                         list, options_.name, list_groups()));
+        return false;
+    }
+
+    /// All group and material names of the file, for the message above.
+    std::string list_groups() const {
+        std::set<std::string> names;
+        size_t at = 0;
+        while (at < text_.size()) {
+            const size_t end = std::min(text_.find('\n', at), text_.size());
+            std::string_view line = text_.substr(at, end - at);
+            at = end + 1;
+            const bool material = line.starts_with("usemtl ");
+            if (!material && !line.starts_with("g ")) continue;
+            line.remove_prefix(line.find(' '));
+            std::string name;
+            for (char c : line) {
+                if (!is_blank(c)) {
+                    name += c;
+                } else if (!name.empty()) {
+                    names.insert(std::exchange(name, {}));
+                }
+            }
+            if (!name.empty()) names.insert(name);
+        }
+        constexpr size_t kMost = 12;
+        std::string text = "the file has ";
+        size_t shown = 0;
+        for (const std::string& name : names) {
+            if (shown == kMost) {
+                text += fmt::format(" and {} more", names.size() - kMost);
+                break;
+            }
+            text += fmt::format("{}`{}`", shown++ == 0 ? "" : ", ", name);
+        }
+        return names.empty() ? "the file names no groups" : text;
+    }
+
+    void add_float(const char* name, int32_t components, std::vector<float> values,
+                   std::vector<std::array<int32_t, 3>> corners,
+                   std::vector<std::string>* warnings) {
+        size_t with = 0;
+        size_t lacking = corners.size();
+        for (size_t t = corners.size(); t-- > 0;) {
+            if (corners[t][0] >= 0 && corners[t][1] >= 0 && corners[t][2] >= 0) {
+                ++with;
+            } else {
+                lacking = t;
+            }
+        }
+        if (with == 0) return;
+        if (lacking < corners.size()) {
+            warnings->push_back(fmt::format(
+                "{}:{}:1: some faces of mesh `{}` have no `{}`, this one first; the mesh "
+                "goes without it",
+                file_, lines_[lacking], options_.name, name));
+            return;
+        }
+        MeshAttribute a;
+        a.name = name;
+        a.components = components;
+        a.values = std::move(values);
+        a.corners = std::move(corners);
+        mesh_.attributes.push_back(std::move(a));
+    }
+
+    void add_attributes(std::vector<std::string>* warnings) {
+        add_float("uv", 2, std::move(uv_), std::move(uv_corners_), warnings);
+        add_float("n", 3, std::move(normals_), std::move(normal_corners_), warnings);
+        if (!colors_.empty() && colors_.size() == mesh_.positions.size() * 3) {
+            add_float("color", 3, std::move(colors_), mesh_.triangles, warnings);
+        }
+        if (options_.groups) {
+            MeshAttribute a;
+            a.name = options_.groups_attribute;
+            a.is_int = true;
+            a.faces = std::move(faces_);
+            mesh_.attributes.push_back(std::move(a));
+        }
+    }
+
+    std::string_view text_;
+    const std::string& file_;
+    const ObjOptions& options_;
+    size_t at_ = 0;
+    size_t line_start_ = 0;
+    int32_t line_ = 1;
+    int32_t token_line_ = 1;
+    std::vector<std::string_view> tokens_;
+    std::string error_;
+
+    Mesh mesh_;
+    std::vector<float> uv_, normals_, colors_;
+    std::vector<std::array<int32_t, 3>> uv_corners_, normal_corners_;
+    std::vector<int32_t> faces_;
+    std::vector<int32_t> lines_;  ///< by triangle
+    std::vector<Corner> corners_;
+    std::vector<std::string> groups_;
+    std::string material_;
+    std::optional<int32_t> group_value_;
+};
+
+}  // namespace
+
+Result<LoadedMesh> parse_obj(std::string_view text, const std::string& name,
+                             const ObjOptions& options) {
+    return ObjReader(text, name, options).read();
+}
+
+Result<LoadedMesh> load_obj(const std::filesystem::path& file, const ObjOptions& options) {
+    const Result<std::string> text = read_text_file(file, kLargestFile);
+    if (!text) return text.error();
+    return parse_obj(*text, file.string(), options);
+}
+
+}  // namespace openfab::scene
