@@ -1,0 +1,242 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Compiled fablets through the whole pipeline against the plain reference
+// (tests/support/reference/pipeline.h): the same voxels, to the bit, on small worlds.
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <random>
+
+#include "compiler/diag/render.h"
+#include "compiler/driver/frontend.h"
+#include "compiler/lower/jit.h"
+#include "runtime/slab/print.h"
+#include "tests/support/meshes/meshes.h"
+#include "tests/support/reference/pipeline.h"
+#include "tests/support/slab/box_print.h"
+
+namespace openfab {
+namespace {
+
+/// Fablets of one source text, as IR and compiled.
+struct Compiled {
+    ir::Module module;
+    std::unique_ptr<lower::LoadedProgram> program;
+
+    size_t find(const std::string& name) const {
+        for (size_t k = 0; k < module.fablets.size(); ++k) {
+            if (module.fablets[k].name == name) return k;
+        }
+        ADD_FAILURE() << "no fablet " << name;
+        return 0;
+    }
+    const openfab_fablet& table(const std::string& name) const {
+        return *program->fablets().fablets[find(name)];
+    }
+    const ir::Fablet& source(const std::string& name) const { return module.fablets[find(name)]; }
+};
+
+Compiled compile(const std::filesystem::path& file) {
+    Compiled compiled;
+    source::SourceManager sources;
+    diag::Sink sink;
+    std::string fault;
+    std::optional<ir::Module> module = driver::compile_to_ir(sources, file, sink, &fault);
+    if (!module) {
+        ADD_FAILURE() << file << " does not compile: " << fault;
+        return compiled;
+    }
+    compiled.module = std::move(*module);
+    auto loaded = lower::load_module(compiled.module);
+    if (std::holds_alternative<lower::Fault>(loaded)) {
+        ADD_FAILURE() << std::get<lower::Fault>(loaded).internal;
+        return compiled;
+    }
+    compiled.program = std::move(std::get<0>(loaded));
+    return compiled;
+}
+
+const Compiled& postcard() {
+    static const Compiled compiled = compile(std::filesystem::path(OPENFAB_SOURCE_DIR) / "gallery" /
+                                             "magic_postcard" / "magic_postcard.fl");
+    return compiled;
+}
+const Compiled& fablets() {
+    static const Compiled compiled =
+        compile(std::filesystem::path(OPENFAB_SOURCE_DIR) / "tests/property/pipeline/fablets.fl");
+    return compiled;
+}
+
+/// A picture with soft and hard edges and noise, linear values in [0, 1].
+std::shared_ptr<const texture::Pyramid> picture(int32_t width, int32_t height, uint32_t seed,
+                                                int32_t wrap, int32_t filter) {
+    std::mt19937 random(seed);
+    std::vector<float> texels;
+    for (int32_t y = 0; y < height; ++y) {
+        for (int32_t x = 0; x < width; ++x) {
+            const float noise = static_cast<float>(random() % 1000) / 1000.0f;
+            const float wave =
+                0.5f + 0.5f * std::sin(static_cast<float>(x) * 0.7f + static_cast<float>(y) * 0.3f);
+            texels.push_back(x * 3 > width     ? 0.6f * wave + 0.4f * noise
+                             : (x + y) % 7 < 2 ? 1.0f
+                                               : 0.0f);
+        }
+    }
+    return texture::Pyramid::from_texels(width, height, 1, texels, wrap, filter);
+}
+
+uint32_t bits(float value) {
+    uint32_t out;
+    static_assert(sizeof out == sizeof value);
+    __builtin_memcpy(&out, &value, sizeof out);
+    return out;
+}
+
+struct TestPart {
+    const Compiled* compiled;
+    std::string fablet;
+    scene::Mesh mesh;
+    testing::PartOptions options;
+};
+
+Affine3d turned(double degrees, const Vec3d& axis, const Vec3d& scale, const Vec3d& translation) {
+    const double angle = degrees * std::acos(-1.0) / 180, c = std::cos(angle), s = std::sin(angle);
+    const Vec3d a = axis * (1 / length(axis));
+    Affine3d out;
+    out.m = {
+        c + a.x * a.x * (1 - c),       a.x * a.y * (1 - c) - a.z * s, a.x * a.z * (1 - c) + a.y * s,
+        a.y * a.x * (1 - c) + a.z * s, c + a.y * a.y * (1 - c),       a.y * a.z * (1 - c) - a.x * s,
+        a.z * a.x * (1 - c) - a.y * s, a.z * a.y * (1 - c) + a.x * s, c + a.z * a.z * (1 - c)};
+    for (int row = 0; row < 3; ++row) {
+        for (int column = 0; column < 3; ++column)
+            out.m[static_cast<size_t>(row * 3 + column)] *= scale[column];
+    }
+    out.t = translation;
+    return out;
+}
+
+void expect_reference(const std::vector<TestPart>& parts, const Vec3d& pitch_mm, uint64_t seed) {
+    slab::PrintInput input;
+    std::vector<const ir::Fablet*> sources;
+    for (const TestPart& part : parts) {
+        ASSERT_NE(part.compiled->program, nullptr);
+        input.parts.push_back(
+            testing::make_part(part.compiled->table(part.fablet), part.mesh, part.options));
+        sources.push_back(&part.compiled->source(part.fablet));
+    }
+    for (int k = 0; k < 4; ++k)
+        input.materials.push_back({fmt::format("m{}", k), {}, {}, 1, ""});
+    input.pitch_mm = pitch_mm;
+    const std::vector<scene::Part> kept = input.parts;
+
+    slab::PrintOptions options;
+    options.seed = seed;
+    options.threads = 2;
+    auto print = slab::Print::create(std::move(input), options);
+    ASSERT_TRUE(print) << print.error().message;
+    tests::MemorySink sink;
+    slab::PrintStatistics statistics;
+    const std::atomic<bool> interrupt{false};
+    const Result<void> ran = (*print)->run(sink, nullptr, interrupt, &statistics);
+    ASSERT_TRUE(ran) << ran.error().message;
+
+    const scene::Grid grid{sink.info.origin_mm, sink.info.pitch_mm, sink.info.size};
+    std::vector<reference::ReferencePart> references;
+    for (size_t k = 0; k < kept.size(); ++k)
+        references.push_back({&kept[k], sources[k]});
+    const std::vector<uint8_t> expected = reference::print(references, grid, 4, seed);
+    const std::vector<uint8_t> codes = sink.codes();
+    ASSERT_EQ(codes.size(), expected.size());
+    int64_t different = 0, solid = 0;
+    std::string first;
+    for (size_t v = 0; v < codes.size(); ++v) {
+        solid += expected[v] != 0 ? 1 : 0;
+        if (codes[v] == expected[v]) continue;
+        if (different++ == 0) {
+            const auto w = static_cast<size_t>(grid.size.x), h = static_cast<size_t>(grid.size.y);
+            first = fmt::format("voxel ({}, {}, {}): printed {}, asked {}", v % w, v / w % h,
+                                v / (w * h), codes[v], expected[v]);
+        }
+    }
+    EXPECT_EQ(different, 0) << first << " of " << codes.size();
+    EXPECT_GT(solid, static_cast<int64_t>(codes.size()) / 20);
+    printf("%zu voxels, %ld solid, blocks %ld filled, %ld evaluated\n", codes.size(),
+           static_cast<long>(solid), static_cast<long>(statistics.blocks_filled),
+           static_cast<long>(statistics.blocks_evaluated));
+}
+
+TestPart postcard_part(double width, double height, const Affine3d& transform = {}) {
+    // border, textureDepth, maxThickness
+    return {
+        &postcard(), "MagicPostcard", testing::card(width, height, 1.1),
+        testing::PartOptions{.transform = transform,
+                             .uniform_values = {bits(0.1f), bits(0.15f), bits(0.3f), bits(0.8f)},
+                             .textures = {picture(37, 23, 1, 0, 1), picture(29, 31, 2, 0, 1)},
+                             .slot_material = {1, 2},
+                             .max_displacement_mm = 0.8}};
+}
+
+TEST(Pipeline, PostcardIsTheReference) {
+    expect_reference({postcard_part(3.1, 2.3)}, {0.11, 0.21, 0.07}, 1);
+}
+
+TEST(Pipeline, APostcardAtAnAngleIsTheReference) {
+    expect_reference({postcard_part(2.4, 2.0, turned(33, {1, 2, 0.5}, {1, 1, 1}, {40, -30, 12}))},
+                     {0.13, 0.17, 0.09}, 2);
+}
+
+TEST(Pipeline, ShellByDistanceIsTheReference) {
+    expect_reference({{&fablets(), "Shell", testing::torus(2.0, 0.8, 24, 12), {}}},
+                     {0.12, 0.1, 0.08}, 3);
+}
+
+TEST(Pipeline, PatternByPositionIsTheReference) {
+    expect_reference({{&fablets(),
+                       "Checks",
+                       testing::cube(2.5),
+                       {.transform = turned(20, {0, 0, 1}, {1, 1.3, 0.8}, {5, 5, 0})}}},
+                     {0.1, 0.1, 0.1}, 4);
+}
+
+TEST(Pipeline, TextureUnderTheSkinIsTheReference) {
+    testing::PartOptions options;
+    options.textures = {picture(64, 48, 3, 1, 1)};
+    expect_reference({{&fablets(), "Skin", testing::sphere(1.6, 20, 12), options}},
+                     {0.1, 0.13, 0.07}, 5);
+}
+
+TEST(Pipeline, BumpsOnASphereAreTheReference) {
+    testing::PartOptions options;
+    options.textures = {picture(32, 32, 4, 1, 0)};
+    options.max_displacement_mm = 0.4;
+    expect_reference({{&fablets(), "Bumps", testing::sphere(1.2, 12, 8), options}},
+                     {0.12, 0.12, 0.12}, 6);
+}
+
+TEST(Pipeline, OverlappingPartsOfDifferentPriorityAreTheReference) {
+    testing::PartOptions above;
+    above.priority = 2;
+    above.transform = turned(10, {1, 0, 0}, {1, 1, 1}, {0.7, 0.4, 0.3});
+    above.instance = 1;
+    testing::PartOptions hole;
+    hole.priority = 5;
+    hole.transform.t = {1.2, 1.2, -0.5};
+    hole.instance = 2;
+    expect_reference({{&fablets(), "Checks", testing::cube(2.2), {}},
+                      {&fablets(), "Shell", testing::sphere(1.3, 16, 10), above},
+                      {&fablets(), "Hole", testing::cube(0.6), hole}},
+                     {0.1, 0.12, 0.09}, 7);
+}
+
+TEST(Pipeline, AMirroredPartIsTheReference) {
+    expect_reference({postcard_part(2.2, 1.6, turned(0, {0, 0, 1}, {-1, 1, 1}, {3, 3, 3}))},
+                     {0.11, 0.12, 0.1}, 8);
+}
+
+}  // namespace
+}  // namespace openfab

@@ -1,0 +1,357 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/support/reference/pipeline.h"
+
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "compiler/interp/evaluate.h"
+#include "compiler/passes/attach_footprints.h"
+#include "compiler/passes/bound_displacement.h"
+#include "compiler/passes/pipeline.h"
+#include "runtime/nearest/triangle.h"
+#include "tests/support/reference/dice.h"
+#include "tests/support/reference/dither.h"
+#include "tests/support/reference/inside.h"
+
+namespace openfab::reference {
+
+namespace {
+
+uint32_t bits(float value) {
+    return std::bit_cast<uint32_t>(value);
+}
+
+/// What every stage of a part reads: uniforms, frame, textures.
+class PartEnvironment : public interp::Environment {
+  public:
+    PartEnvironment(const scene::Part& part, const std::array<float, OPENFAB_FRAME_COUNT>& frame)
+        : part_(part), frame_(frame) {}
+
+    uint32_t input(int32_t kind, int32_t a, int32_t b) const final {
+        const auto index = static_cast<size_t>(a);
+        switch (kind) {
+            case OPENFAB_ARG_UNIFORM:
+                return part_.uniform_values[index];
+            case OPENFAB_ARG_FRAME:
+                return bits(frame_[index]);
+            case OPENFAB_ARG_INSTANCE:
+                return static_cast<uint32_t>(part_.instance);
+            default:
+                return varying(kind, index, static_cast<size_t>(b));
+        }
+    }
+    interp::TextureView texture(int32_t index) const final {
+        const texture::Pyramid& pyramid = *part_.textures[static_cast<size_t>(index)];
+        return {pyramid.texels(), pyramid.info()};
+    }
+
+  protected:
+    virtual uint32_t varying(int32_t kind, size_t a, size_t b) const = 0;
+
+    const scene::Part& part_;
+    const std::array<float, OPENFAB_FRAME_COUNT>& frame_;
+};
+
+class SurfaceEnvironment final : public PartEnvironment {
+  public:
+    SurfaceEnvironment(const scene::Part& part, const std::array<float, OPENFAB_FRAME_COUNT>& frame,
+                       const MicroInputs& in)
+        : PartEnvironment(part, frame), in_(in) {}
+
+  private:
+    uint32_t varying(int32_t kind, size_t a, size_t b) const override {
+        const auto c = static_cast<int>(b);
+        switch (kind) {
+            case OPENFAB_ARG_SURFACE_IN:
+                return in_.flats[a].empty() ? bits(in_.floats[a][b]) : in_.flats[a][b];
+            case OPENFAB_ARG_SURFACE_IN_GRAD:
+                return bits(in_.gradients[a][b / 2][b % 2]);
+            case OPENFAB_ARG_SURFACE_ATTR:
+                switch (a) {
+                    case OPENFAB_SURFACE_P:
+                        return bits(in_.p[c]);
+                    case OPENFAB_SURFACE_N:
+                        return bits(in_.n[c]);
+                    case OPENFAB_SURFACE_NG:
+                        return bits(in_.ng[c]);
+                    case OPENFAB_SURFACE_UV:
+                        return bits(in_.uv[b]);
+                    case OPENFAB_SURFACE_DPDU:
+                        return bits(in_.dpdu[c]);
+                    default:
+                        return bits(in_.dpdv[c]);
+                }
+            case OPENFAB_ARG_SURFACE_ATTR_GRAD:
+                switch (a) {
+                    case OPENFAB_SURFACE_P:
+                        return bits(in_.p_gradient[b / 2][b % 2]);
+                    case OPENFAB_SURFACE_N:
+                        return bits(in_.n_gradient[b / 2][b % 2]);
+                    case OPENFAB_SURFACE_UV:
+                        return bits(in_.uv_gradient[b / 2][b % 2]);
+                    default:
+                        return 0;
+                }
+            default:
+                return 0;
+        }
+    }
+    const MicroInputs& in_;
+};
+
+/// One base triangle as a box of inputs: which displacement interval it has decides whether it is
+/// an identity.
+class TriangleBoundsEnvironment final : public PartEnvironment {
+  public:
+    TriangleBoundsEnvironment(const scene::Part& part,
+                              const std::array<float, OPENFAB_FRAME_COUNT>& frame, size_t triangle)
+        : PartEnvironment(part, frame), triangle_(triangle) {}
+
+  private:
+    uint32_t varying(int32_t kind, size_t a, size_t b) const override {
+        const bool low = kind == OPENFAB_ARG_SURFACE_IN_LO;
+        if (!low && kind != OPENFAB_ARG_SURFACE_IN_HI)
+            return bits(std::numeric_limits<float>::quiet_NaN());
+        const scene::PartAttribute& attribute = part_.mesh->inputs[a];
+        const auto components = static_cast<size_t>(attribute.components);
+        if (attribute.scalar != OPENFAB_FLOAT)
+            return attribute.face_values[triangle_ * components + b];
+        float value = attribute.corner_values[triangle_ * 3 * components + b];
+        for (size_t corner = 1; corner < 3; ++corner) {
+            const float other = attribute.corner_values[(triangle_ * 3 + corner) * components + b];
+            value = low ? std::min(value, other) : std::max(value, other);
+        }
+        const float beyond =
+            low ? -std::numeric_limits<float>::infinity() : std::numeric_limits<float>::infinity();
+        return bits(std::nextafter(value, beyond));
+    }
+    const size_t triangle_;
+};
+
+struct NearestPoint {
+    float distance2 = std::numeric_limits<float>::infinity();
+    float bary1 = 0, bary2 = 0;
+    const DicedTriangle* triangle = nullptr;
+};
+
+class VolumeEnvironment final : public PartEnvironment {
+  public:
+    VolumeEnvironment(const scene::Part& part, const std::array<float, OPENFAB_FRAME_COUNT>& frame,
+                      const Vec3i& voxel, const NearestPoint& nearest)
+        : PartEnvironment(part, frame), voxel_(voxel), nearest_(nearest) {}
+
+  private:
+    uint32_t varying(int32_t kind, size_t a, size_t b) const override {
+        switch (kind) {
+            case ir::kVoxelCoord:
+                return bits(static_cast<float>(voxel_[static_cast<int>(a)]) + 0.5f);
+            // Only voxels inside are evaluated, so the sign is always negative.
+            case OPENFAB_ARG_DISTANCE:
+                return bits(-std::sqrt(nearest_.distance2));
+            case OPENFAB_ARG_NEAREST:
+                return attribute(a, b);
+            case OPENFAB_ARG_NEAREST_GRAD:
+                return gradient(a, b / 3, b % 3);
+            default:
+                return 0;
+        }
+    }
+    /// Place of a component among all float (or all other) components of the fablet's @nearest
+    /// inputs.
+    size_t place(size_t input, size_t component) const {
+        const bool is_float = part_.fablet->nearest[input].scalar == OPENFAB_FLOAT;
+        for (size_t k = 0; k < input; ++k) {
+            if ((part_.fablet->nearest[k].scalar == OPENFAB_FLOAT) == is_float) {
+                component += static_cast<size_t>(part_.fablet->nearest[k].components);
+            }
+        }
+        return component;
+    }
+    uint32_t attribute(size_t input, size_t component) const {
+        const size_t c = place(input, component);
+        const DicedTriangle& t = *nearest_.triangle;
+        if (part_.fablet->nearest[input].scalar != OPENFAB_FLOAT) return t.ints[c];
+        const float a0 = t.floats[0][c], d1 = t.floats[1][c] - a0, d2 = t.floats[2][c] - a0;
+        return bits((a0 + nearest_.bary1 * d1) + nearest_.bary2 * d2);
+    }
+    /// Change per voxel step of the linear interpolant in the triangle's plane.
+    uint32_t gradient(size_t input, size_t component, size_t axis) const {
+        const size_t c = place(input, component);
+        const DicedTriangle& t = *nearest_.triangle;
+        const Vec3d v0 = vec_cast<double>(t.positions[0]);
+        const Vec3d e1 = vec_cast<double>(t.positions[1]) - v0,
+                    e2 = vec_cast<double>(t.positions[2]) - v0;
+        const Vec3d n = cross(e1, e2);
+        const double n2 = dot(n, n);
+        if (!(n2 > 0)) return 0;
+        const size_t first = OPENFAB_FRAME_STEP_I + 3 * axis;
+        const Vec3d step{frame_[first], frame_[first + 1], frame_[first + 2]};
+        const auto s1 = static_cast<float>(dot(cross(e2, n) * (1.0 / n2), step));
+        const auto s2 = static_cast<float>(dot(cross(n, e1) * (1.0 / n2), step));
+        const float d1 = t.floats[1][c] - t.floats[0][c], d2 = t.floats[2][c] - t.floats[0][c];
+        return bits(s1 * d1 + s2 * d2);
+    }
+
+    const Vec3i voxel_;
+    const NearestPoint& nearest_;
+};
+
+/// One part, set up to answer voxel by voxel.
+class PlainPart {
+  public:
+    PlainPart(const ReferencePart& reference, const scene::Grid& grid)
+        : part_(*reference.part),
+          frame_(scene::make_frame(part_, grid)),
+          base_(scene::part_base_voxel(part_, grid)),
+          surface_(reference.fablet->surface),
+          volume_(reference.fablet->volume) {
+        passes::attach_footprints(&volume_);
+        std::vector<uint8_t> identity(part_.mesh->triangles.size(), 1);
+        if (reference.fablet->has_surface) {
+            const ir::Stage bounds = passes::run_pipeline(*reference.fablet).stages.surface_bounds;
+            for (size_t t = 0; t < identity.size(); ++t)
+                identity[t] = is_identity(bounds, t) ? 1 : 0;
+            passes::attach_footprints(&surface_);
+            passes::bound_displacement(&surface_);
+        }
+        const double s = std::cbrt(grid.pitch_mm.x * grid.pitch_mm.y * grid.pitch_mm.z);
+        diced_ = dice(part_, s, identity,
+                      [this](const MicroInputs& in) { return evaluate_surface(in); });
+        cover(grid);
+        prepare_queries();
+    }
+
+    bool inside(size_t voxel) const { return inside_[voxel] != 0; }
+    int32_t priority() const { return part_.priority; }
+
+    std::vector<uint16_t> fractions(const Vec3i& voxel, int32_t materials) const {
+        const Vec3i relative = voxel - base_;
+        const NearestPoint nearest = find_nearest(relative);
+        const VolumeEnvironment environment(part_, frame_, relative, nearest);
+        std::vector<float> weights;
+        for (uint32_t w : interp::evaluate(volume_, environment))
+            weights.push_back(std::bit_cast<float>(w));
+        const std::vector<int32_t> slots(part_.slot_material.begin(), part_.slot_material.end());
+        return normalise(weights, slots, materials, nullptr);
+    }
+
+  private:
+    bool is_identity(const ir::Stage& bounds, size_t triangle) const {
+        for (int32_t k = 0; k < part_.fablet->surface_output_count; ++k) {
+            if (part_.fablet->surface_outputs[k].source < 0) return false;
+        }
+        const TriangleBoundsEnvironment environment(part_, frame_, triangle);
+        const std::vector<uint32_t> values = interp::evaluate(bounds, environment);
+        for (size_t k = 0; k < values.size(); ++k) {
+            const int32_t kind = bounds.outputs[k].kind;
+            if (kind != OPENFAB_ARG_DISPLACEMENT_LO && kind != OPENFAB_ARG_DISPLACEMENT_HI)
+                continue;
+            if (!(std::bit_cast<float>(values[k]) == 0)) return false;
+        }
+        return true;
+    }
+
+    MicroOutputs evaluate_surface(const MicroInputs& in) const {
+        const SurfaceEnvironment environment(part_, frame_, in);
+        const std::vector<uint32_t> values = interp::evaluate(surface_, environment);
+        MicroOutputs out;
+        for (int32_t k = 0; k < part_.fablet->surface_output_count; ++k) {
+            out.outputs.emplace_back(
+                static_cast<size_t>(part_.fablet->surface_outputs[k].components));
+        }
+        for (size_t k = 0; k < values.size(); ++k) {
+            const ir::Output& output = surface_.outputs[k];
+            // The sum turns -0 into 0, so that equal places have equal bits.
+            if (output.kind == OPENFAB_ARG_POSITION)
+                out.position[output.b] = std::bit_cast<float>(values[k]) + 0.0f;
+            if (output.kind == OPENFAB_ARG_SURFACE_OUT) {
+                out.outputs[static_cast<size_t>(output.a)][static_cast<size_t>(output.b)] =
+                    values[k];
+            }
+        }
+        return out;
+    }
+
+    void cover(const scene::Grid& grid) {
+        std::vector<std::array<Vec3f, 3>> triangles;
+        for (const DicedTriangle& t : diced_) {
+            if (t.coverage) triangles.push_back(t.positions);
+        }
+        inside_ = reference::inside(snap_triangles(scene::local_to_voxel(part_, grid), triangles),
+                                    grid.size);
+    }
+
+    void prepare_queries() {
+        for (const DicedTriangle& t : diced_) {
+            if (!t.query) continue;
+            query_.push_back(&t);
+            nearest::make_triangle(t.positions[0], t.positions[1], t.positions[2], t.patch,
+                                   t.in_patch, &frames_.emplace_back(), &details_.emplace_back());
+        }
+    }
+
+    NearestPoint find_nearest(const Vec3i& voxel) const {
+        Vec3f p;
+        const float x = static_cast<float>(voxel.x) + 0.5f, y = static_cast<float>(voxel.y) + 0.5f,
+                    z = static_cast<float>(voxel.z) + 0.5f;
+        for (int c = 0; c < 3; ++c) {
+            const auto k = static_cast<size_t>(c);
+            p[c] = ((x * frame_[OPENFAB_FRAME_STEP_I + k] + y * frame_[OPENFAB_FRAME_STEP_J + k]) +
+                    z * frame_[OPENFAB_FRAME_STEP_K + k]) +
+                   frame_[OPENFAB_FRAME_ORIGIN + k];
+        }
+        NearestPoint best;
+        for (size_t t = 0; t < query_.size(); ++t) {
+            const nearest::Hit hit = nearest::closest_point(frames_[t], details_[t], p);
+            const bool before = best.triangle != nullptr && hit.distance2 == best.distance2 &&
+                                nearest::precedes(query_[t]->patch, query_[t]->in_patch,
+                                                  best.triangle->patch, best.triangle->in_patch);
+            if (hit.distance2 < best.distance2 || before)
+                best = {hit.distance2, hit.bary1, hit.bary2, query_[t]};
+        }
+        return best;
+    }
+
+    const scene::Part& part_;
+    const std::array<float, OPENFAB_FRAME_COUNT> frame_;
+    const Vec3i base_;
+    ir::Stage surface_, volume_;
+    std::vector<DicedTriangle> diced_;
+    std::vector<uint8_t> inside_;
+    std::vector<const DicedTriangle*> query_;
+    std::vector<nearest::TriangleFrame> frames_;
+    std::vector<nearest::TriangleDetail> details_;
+};
+
+}  // namespace
+
+std::vector<uint8_t> print(const std::vector<ReferencePart>& parts, const scene::Grid& grid,
+                           int32_t materials, uint64_t seed) {
+    std::vector<std::unique_ptr<PlainPart>> plain;
+    for (const ReferencePart& part : parts)
+        plain.push_back(std::make_unique<PlainPart>(part, grid));
+    FractionField field = make_field(grid.size, materials);
+    size_t place = 0;
+    for (int32_t z = 0; z < grid.size.z; ++z) {
+        for (int32_t y = 0; y < grid.size.y; ++y) {
+            for (int32_t x = 0; x < grid.size.x; ++x, ++place) {
+                // Highest priority first; of equals the later one has the voxel.
+                const PlainPart* owner = nullptr;
+                for (const auto& part : plain) {
+                    if (part->inside(place) &&
+                        (owner == nullptr || part->priority() >= owner->priority()))
+                        owner = part.get();
+                }
+                if (owner == nullptr) continue;
+                const std::vector<uint16_t> fractions = owner->fractions({x, y, z}, materials);
+                std::copy(fractions.begin(), fractions.end(), field.at(x, y, z));
+            }
+        }
+    }
+    return dither(field, seed);
+}
+
+}  // namespace openfab::reference

@@ -1,0 +1,28 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// The whole print, plainly: fablets walked by the interpreter, surfaces diced one micro-vertex at a
+// time, point in solid by winding number, nearest point by trying every micropolygon, textbook
+// dither. Slow, small and independent of the slab loop, the voxeliser, the query engine, culling,
+// and generated code. What the pipeline prints must equal this to the bit.
+
+#include <cstdint>
+#include <vector>
+
+#include "compiler/ir/ir.h"
+#include "runtime/scene/part.h"
+
+namespace openfab::reference {
+
+struct ReferencePart {
+    const scene::Part* part = nullptr;
+    const ir::Fablet* fablet = nullptr;  ///< what part->fablet was compiled from
+};
+
+/// Material codes of the grid: x fastest, then y, then z. `materials` is the number of the print's
+/// materials, codes 1 to that; parts are in build order.
+std::vector<uint8_t> print(const std::vector<ReferencePart>& parts, const scene::Grid& grid,
+                           int32_t materials, uint64_t seed);
+
+}  // namespace openfab::reference
