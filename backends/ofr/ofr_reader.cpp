@@ -126,7 +126,7 @@ Result<bool> OfrReader::next() {
     }
     const uint64_t offset = offset_;
     if (!read_bytes(kSliceHeadBytes)) {
-        return slice_error(buffer_.empty() || offset == offset_
+        return slice_error(offset == offset_
                                ? "is missing, the file ends before it (an interrupted print?)"
                                : "the file is cut short in it");
     }

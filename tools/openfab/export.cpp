@@ -1,0 +1,133 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// `openfab export FILE.ofr -o OUT`: another format of the same slices, pictures of them, or one
+// slice as a picture.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+#include <vector>
+
+#include "backends/common/output_file.h"
+#include "backends/ofr/ofr_reader.h"
+#include "backends/raster/png_sink.h"
+#include "runtime/print/outputs.h"
+#include "runtime/scene/printer.h"
+#include "tools/openfab/commands.h"
+
+namespace openfab::tool {
+
+namespace {
+
+struct ExportOptions {
+    std::string file;
+    print::Options print;  ///< output, format, previews, png_indexed, flip_x
+    std::vector<std::string> previews;
+    std::string png = "rgba";
+    int32_t slice = -1;
+};
+
+/// The printer that the file names, for support and hand-off notes; a file of one that is not known
+/// here has none.
+scene::Printer printer_of(const backends::PrintInfo& info) {
+    Result<scene::Printer> printer = scene::load_printer(info.printer);
+    if (printer) return *printer;
+    scene::Printer unknown;
+    unknown.name = info.printer;
+    return unknown;
+}
+
+backends::PrintTotals totals_so_far(const ofr::OfrReader& reader) {
+    backends::PrintTotals totals;
+    totals.voxels_by_code = reader.counts();
+    for (size_t code = 1; code < totals.voxels_by_code.size(); ++code)
+        totals.voxels_solid += totals.voxels_by_code[code];
+    totals.hash = reader.hash();
+    return totals;
+}
+
+Result<void> export_slice(const ExportOptions& options, ofr::OfrReader* reader) {
+    raster::PngOptions png;
+    png.indexed = options.png == "indexed";
+    png.flip_x = options.print.flip_x;
+    for (;;) {
+        Result<bool> more = reader->next();
+        if (!more) return more.error();
+        if (!*more) {
+            return user_error(fmt::format("{} has the slices {} to {}, not {}", options.file,
+                                          reader->info().slice_begin, reader->info().slice_end - 1,
+                                          options.slice));
+        }
+        if (reader->slice().z != options.slice) continue;
+        const std::vector<uint8_t> bytes =
+            raster::encode_slice(reader->slice(), reader->info(), png);
+        return backends::write_whole_file(options.print.output, bytes);
+    }
+}
+
+Result<void> copy_slices(ofr::OfrReader* reader, backends::SliceSink* sink) {
+    for (;;) {
+        Result<bool> more = reader->next();
+        if (!more) return more.error();
+        if (!*more) return {};
+        const backends::SliceView& slice = reader->slice();
+        if (Result<void> done = sink->commit(slice.z, sink->encode(slice)); !done) return done;
+    }
+}
+
+Result<void> export_all(const ExportOptions& options, ofr::OfrReader* reader) {
+    Result<std::unique_ptr<backends::SliceSink>> sink =
+        print::open_output(options.print, printer_of(reader->info()));
+    if (!sink) return sink.error();
+    Result<void> done = (*sink)->begin(reader->info());
+    if (!done) return done;
+    done = copy_slices(reader, sink->get());
+    // What is whole stays, and says that it is not all.
+    Result<void> finished = (*sink)->finish(done ? reader->totals() : totals_so_far(*reader));
+    return done ? finished : done;
+}
+
+Result<void> run_export(ExportOptions options) {
+    options.print.png_indexed = options.png == "indexed";
+    for (const std::string& text : options.previews) {
+        Result<preview::PreviewSpec> spec = preview::parse_preview(text);
+        if (!spec) return spec.error();
+        options.print.previews.push_back(*spec);
+    }
+    if (options.print.output.empty() && options.previews.empty()) {
+        return usage_error("no output was given; write `-o FOLDER`, or `--preview FILE.png`");
+    }
+    if (options.print.format.empty() && !options.print.output.ends_with(".ofr"))
+        options.print.format = "png";
+    Result<std::unique_ptr<ofr::OfrReader>> reader = ofr::OfrReader::open(options.file);
+    if (!reader) return reader.error();
+    if (options.slice >= 0) return export_slice(options, reader->get());
+    return export_all(options, reader->get());
+}
+
+}  // namespace
+
+void add_export(CLI::App& app, Action* action) {
+    CLI::App* command =
+        app.add_subcommand("export", "write an .ofr file as a folder of PNGs, or as pictures");
+    auto options = std::make_shared<ExportOptions>();
+    command->add_option("FILE", options->file, "an .ofr file, or - for standard input")->required();
+    command->add_option("-o,--output", options->print.output, "a folder; with --slice a .png file");
+    command->add_option("--format", options->print.format, "png (the default) or ofr")
+        ->check(CLI::IsMember({"png", "ofr"}));
+    command->add_option("--slice", options->slice, "only slice N, as one picture")
+        ->check(CLI::NonNegativeNumber);
+    command->add_option("--png", options->png, "rgba or indexed")
+        ->check(CLI::IsMember({"rgba", "indexed"}));
+    command->add_flag("--flip-x", options->print.flip_x,
+                      "mirror the slices, for front ends that mirror back");
+    command
+        ->add_option("--preview", options->previews,
+                     "FILE.png[,view=front|back|section|slice:N][,light=transmitted] (repeat)")
+        ->allow_extra_args(false);
+    command->callback([options, action] { *action = [options] { return run_export(*options); }; });
+}
+
+}  // namespace openfab::tool

@@ -1,0 +1,176 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// `openfab info FILE`: what a print, a folder of slices, a world or a mesh is.
+
+#include <fmt/format.h>
+#include <rapidjson/document.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <memory>
+
+#include "backends/ofr/ofr_reader.h"
+#include "runtime/base/units.h"
+#include "runtime/scene/world.h"
+#include "tools/openfab/commands.h"
+
+namespace openfab::tool {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+double voxel_ml(const backends::PrintInfo& info) {
+    return info.pitch_mm.x * info.pitch_mm.y * info.pitch_mm.z * 1e-3;
+}
+
+void print_grid(const backends::PrintInfo& info) {
+    const Vec3d& pitch = info.pitch_mm;
+    fmt::print("title      {}\nprinter    {}\n", info.title, info.printer);
+    fmt::print("voxels     {} x {} x {}, {} bits\n", info.size.x, info.size.y, info.size.z,
+               info.bits);
+    fmt::print("pitch      {:.6g} x {:.6g} x {:.6g} mm ({:.5g} x {:.5g} dpi, {:.5g} um)\n", pitch.x,
+               pitch.y, pitch.z, 25.4 / pitch.x, 25.4 / pitch.y, pitch.z * 1000);
+    fmt::print("size       {:.3f} x {:.3f} x {:.3f} mm\n", info.size.x * pitch.x,
+               info.size.y * pitch.y, info.size.z * pitch.z);
+    fmt::print("origin     {:.3f} {:.3f} {:.3f} mm\n", info.origin_mm.x, info.origin_mm.y,
+               info.origin_mm.z);
+    fmt::print("slices     {} to {}\nseed       {}\n", info.slice_begin, info.slice_end - 1,
+               info.seed);
+}
+
+Result<void> info_of_ofr(const std::string& file) {
+    Result<std::unique_ptr<ofr::OfrReader>> reader = ofr::OfrReader::open(file);
+    if (!reader) return reader.error();
+    const backends::PrintInfo& info = (*reader)->info();
+    print_grid(info);
+    Result<backends::PrintTotals> totals = ofr::OfrReader::read_totals(file);
+    fmt::print("complete   {}\n",
+               totals ? "yes" : "no: `openfab verify` tells how many slices are whole");
+    for (size_t m = 0; m < info.materials.size(); ++m) {
+        const backends::SliceMaterial& material = info.materials[m];
+        fmt::print("material   {:2} #{:02x}{:02x}{:02x} {}", m + 1, material.key[0],
+                   material.key[1], material.key[2], material.name);
+        if (totals && m + 1 < totals->voxels_by_code.size()) {
+            const double ml = static_cast<double>(totals->voxels_by_code[m + 1]) * voxel_ml(info);
+            fmt::print(", {:.3f} ml, {:.3f} g", ml, ml * material.density_g_cm3);
+        }
+        fmt::print("\n");
+    }
+    if (totals) fmt::print("hash       {:016x}\n", totals->hash);
+    return {};
+}
+
+Result<std::string> read_text(const fs::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    if (!in) return user_error(fmt::format("cannot open `{}`", file.string()));
+    return std::string(std::istreambuf_iterator<char>(in), {});
+}
+
+/// `{:…}` of a value where it is there, whatever its kind.
+std::string text_of(const rapidjson::Value& object, const char* name) {
+    const auto member = object.FindMember(name);
+    if (member == object.MemberEnd()) return "?";
+    const rapidjson::Value& value = member->value;
+    if (value.IsString()) return value.GetString();
+    if (value.IsBool()) return value.GetBool() ? "yes" : "no";
+    if (value.IsInt64()) return fmt::format("{}", value.GetInt64());
+    if (value.IsNumber()) return fmt::format("{:.6g}", value.GetDouble());
+    if (!value.IsArray()) return "?";
+    std::string text;
+    for (const rapidjson::Value& item : value.GetArray()) {
+        if (!item.IsNumber()) return "?";
+        text += (text.empty() ? "" : " x ") + fmt::format("{:.6g}", item.GetDouble());
+    }
+    return text;
+}
+
+Result<void> info_of_folder(const fs::path& folder) {
+    const fs::path file = folder / "manifest.json";
+    Result<std::string> text = read_text(file);
+    if (!text)
+        return user_error(
+            fmt::format("`{}` is no folder of slices: it has no manifest.json", folder.string()));
+    rapidjson::Document manifest;
+    manifest.Parse<rapidjson::kParseIterativeFlag>(text->c_str());
+    if (manifest.HasParseError() || !manifest.IsObject()) {
+        return user_error(fmt::format("`{}` is damaged", file.string()));
+    }
+    for (const char* name :
+         {"title", "printer", "complete", "slices", "slices_planned", "pixels", "dpi", "layer_um",
+          "size_mm", "color_mode", "support_made_by", "hash"}) {
+        fmt::print("{:<16} {}\n", name, text_of(manifest, name));
+    }
+    const auto materials = manifest.FindMember("materials");
+    if (materials == manifest.MemberEnd() || !materials->value.IsArray()) return {};
+    for (const rapidjson::Value& material : materials->value.GetArray()) {
+        if (!material.IsObject()) continue;
+        fmt::print("material         {} {}, {} ml, {} g\n", text_of(material, "color"),
+                   text_of(material, "name"), text_of(material, "ml"), text_of(material, "g"));
+    }
+    return {};
+}
+
+void print_mesh(const scene::Mesh& mesh, const std::string& indent) {
+    Box3d box;
+    for (const Vec3d& p : mesh.positions)
+        box.add(p);
+    fmt::print("{}triangles  {}, vertices {}\n", indent, mesh.triangles.size(),
+               mesh.positions.size());
+    if (!box.empty()) {
+        const Vec3d size = box.size();
+        fmt::print("{}size       {:.4g} x {:.4g} x {:.4g} mm, from {:.4g} {:.4g} {:.4g}\n", indent,
+                   size.x, size.y, size.z, box.lo.x, box.lo.y, box.lo.z);
+    }
+    for (const scene::MeshAttribute& attribute : mesh.attributes) {
+        fmt::print("{}attribute  {}: {} {}\n", indent, attribute.name, attribute.components,
+                   attribute.is_int ? "int a face" : "float a corner");
+    }
+}
+
+Result<void> info_of_world(const std::string& file) {
+    Result<scene::World> world = scene::load_world(file);
+    if (!world) return world.error();
+    fmt::print("printer    {}\n", world->printer.empty() ? "none named" : world->printer);
+    for (const auto& [name, fablet] : world->fablets) {
+        fmt::print("fablet     {}: {} in {}\n", name, fablet.fablet, fablet.source.string());
+    }
+    for (const scene::Material& material : world->materials) {
+        fmt::print("material   {} #{:02x}{:02x}{:02x}\n", material.name, material.key[0],
+                   material.key[1], material.key[2]);
+    }
+    for (const scene::Texture& texture : world->textures)
+        fmt::print("texture    {}: {}\n", texture.name, texture.file.string());
+    for (const scene::Mesh& mesh : world->meshes) {
+        fmt::print("mesh       {}\n", mesh.name);
+        print_mesh(mesh, "  ");
+    }
+    for (const scene::Object& object : world->objects) {
+        fmt::print("object     {}: mesh {}, fablet {}\n", object.name,
+                   world->meshes[static_cast<size_t>(object.mesh)].name, object.fablet);
+    }
+    fmt::print("build      {} placed\n", world->build.size());
+    return {};
+}
+
+Result<void> info(const std::string& file) {
+    std::error_code status;
+    if (fs::is_directory(file, status)) return info_of_folder(file);
+    if (file.ends_with(".json")) return info_of_world(file);
+    return info_of_ofr(file);
+}
+
+}  // namespace
+
+void add_info(CLI::App& app, Action* action) {
+    CLI::App* command =
+        app.add_subcommand("info", "tell what an .ofr file, a folder of slices or a world is");
+    auto file = std::make_shared<std::string>();
+    command->add_option("FILE", *file, "an .ofr file, a folder of slices, or a .fab.json")
+        ->required();
+    command->callback([file, action] { *action = [file] { return info(*file); }; });
+}
+
+}  // namespace openfab::tool

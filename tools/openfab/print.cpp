@@ -1,0 +1,115 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// `openfab print W.fab.json -o OUT`: compiles the world's fablets where they changed, then becomes
+// the print binary with the same options, so that the bytes are the same as its own.
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "runtime/base/caret.h"
+#include "runtime/print/options.h"
+#include "runtime/scene/world.h"
+#include "tools/openfab/commands.h"
+#include "tools/openfab/programs.h"
+
+namespace openfab::tool {
+
+namespace {
+
+/// Takes `--fablet FILE` out of the arguments: the one option that a print binary does not have,
+/// since it has its fablet.
+Result<std::string> take_fablet(std::vector<std::string>* arguments) {
+    constexpr std::string_view kOption = "--fablet";
+    std::string fablet;
+    for (size_t i = 0; i < arguments->size();) {
+        const std::string argument = (*arguments)[i];
+        const auto at = arguments->begin() + static_cast<std::ptrdiff_t>(i);
+        if (argument == kOption) {
+            if (i + 1 == arguments->size())
+                return usage_error("`--fablet` needs a file of OpenFL source");
+            fablet = (*arguments)[i + 1];
+            arguments->erase(at, at + 2);
+        } else if (argument.starts_with(std::string(kOption) + "=")) {
+            fablet = argument.substr(kOption.size() + 1);
+            arguments->erase(at);
+        } else {
+            ++i;
+        }
+    }
+    return fablet;
+}
+
+Result<std::vector<std::filesystem::path>> sources_of(const std::string& input,
+                                                      const std::string& fablet) {
+    if (!fablet.empty()) return std::vector<std::filesystem::path>{fablet};
+    if (!input.ends_with(".json")) {
+        return usage_error(fmt::format(
+            "`{}` is no world (.fab.json); a mesh alone needs `--fablet FILE.fl`", input));
+    }
+    Result<scene::World> world = scene::load_world(input);
+    if (!world) return world.error();
+    std::vector<std::filesystem::path> sources;
+    for (const auto& [name, ref] : world->fablets) {
+        if (std::find(sources.begin(), sources.end(), ref.source) == sources.end())
+            sources.push_back(ref.source);
+    }
+    if (sources.empty()) return user_error(fmt::format("{}: the world has no fablets", input));
+    return sources;
+}
+
+/// Becomes the print binary; returns only where that fails.
+Error become(const std::filesystem::path& binary, const std::vector<std::string>& arguments) {
+    std::vector<char*> argv{const_cast<char*>(binary.c_str())};
+    for (const std::string& argument : arguments)
+        argv.push_back(const_cast<char*>(argument.c_str()));
+    argv.push_back(nullptr);
+    // Print binaries start this program for textures that are not in the cache yet.
+    if (Result<std::filesystem::path> folder = program_folder(); folder) {
+        ::setenv("OPENFAB_HELPER", (*folder / "openfab").c_str(), 0);
+    }
+    ::execv(binary.c_str(), argv.data());
+    return outside_error(
+        fmt::format("cannot start `{}`: {}", binary.string(), std::strerror(errno)));
+}
+
+Result<void> print_world(std::vector<std::string> arguments) {
+    Result<std::string> fablet = take_fablet(&arguments);
+    if (!fablet) return fablet.error();
+    std::vector<const char*> argv{"openfab print"};
+    for (const std::string& argument : arguments)
+        argv.push_back(argument.c_str());
+    Result<print::Options> options =
+        print::parse_options(static_cast<int>(argv.size()), argv.data(), "openfab print");
+    if (!options) return options.error();
+    if (options->help) {
+        fmt::print("{}\n--fablet FILE.fl names the fablet for a mesh.\n", options->text);
+        return {};
+    }
+    Result<std::vector<std::filesystem::path>> sources = sources_of(options->input, *fablet);
+    if (!sources) return sources.error();
+    Result<std::filesystem::path> binary =
+        print_binary(*sources, options->progress == report::ProgressMode::kNone);
+    if (!binary) return binary.error();
+    return become(*binary, arguments);
+}
+
+}  // namespace
+
+int print_command(int argc, char** argv) {
+    Result<void> done = print_world({argv + 2, argv + argc});
+    if (done) return 0;
+    // Compile errors have been printed by the compiler.
+    if (!done.error().message.empty()) fmt::print(stderr, "{}", render_error(done.error()));
+    return exit_code(done.error().code);
+}
+
+}  // namespace openfab::tool
