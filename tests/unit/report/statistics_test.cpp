@@ -1,0 +1,74 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/report/statistics.h"
+
+#include <gtest/gtest.h>
+#include <rapidjson/document.h>
+
+namespace openfab::report {
+namespace {
+
+backends::PrintInfo info() {
+    backends::PrintInfo info;
+    info.size = {10, 20, 30};
+    info.pitch_mm = {0.1, 0.2, 0.05};
+    info.title = "card \"one\"";
+    info.materials.resize(2);
+    info.materials[0].name = "white";
+    info.materials[1].name = "black";
+    return info;
+}
+
+TEST(StatisticsJson, HasTheNamesOfTheDesign) {
+    slab::PrintStatistics s;
+    s.voxels_total = 6'000'000;
+    s.voxels_solid = 3'000'000;
+    s.voxels_by_code = {3'000'000, 2'000'000, 1'000'000};
+    s.slices = 30;
+    s.seconds_total = 2;
+    s.seconds_first_slice = 0.5;
+    s.seconds_by_phase = {{"volume", 1.25}};
+    s.blocks_total = 7;
+    s.hash = 0xfedcba9876543210u;
+    s.warnings = {"thin"};
+    s.complete = true;
+    rapidjson::Document d;
+    d.Parse(statistics_json(s, info()).c_str());
+    ASSERT_FALSE(d.HasParseError());
+    for (const char* key : {"voxels_total", "voxels_solid", "voxels_by_material", "ml_by_material",
+                            "slices", "seconds_total", "seconds_first_slice", "seconds_by_phase",
+                            "mvoxels_per_second", "msolid_per_second", "peak_rss_bytes", "threads",
+                            "blocks", "queries", "cache", "warnings"}) {
+        EXPECT_TRUE(d.HasMember(key)) << key;
+    }
+    EXPECT_STREQ(d["title"].GetString(), "card \"one\"");
+    EXPECT_STREQ(d["hash"].GetString(), "fedcba9876543210");
+    EXPECT_EQ(d["voxels_by_material"]["black"].GetInt64(), 1'000'000);
+    EXPECT_NEAR(d["ml_by_material"]["white"].GetDouble(), 2e6 * 0.001 * 1e-3, 1e-9);
+    EXPECT_DOUBLE_EQ(d["mvoxels_per_second"].GetDouble(), 3.0);
+    EXPECT_DOUBLE_EQ(d["msolid_per_second"].GetDouble(), 1.5);
+    EXPECT_DOUBLE_EQ(d["seconds_by_phase"]["volume"].GetDouble(), 1.25);
+    EXPECT_EQ(d["blocks"]["total"].GetInt64(), 7);
+    EXPECT_TRUE(d["queries"].HasMember("asked") && d["queries"].HasMember("skipped"));
+    EXPECT_EQ(d["warnings"].Size(), 1u);
+    EXPECT_TRUE(d["complete"].GetBool());
+}
+
+TEST(StatisticsJson, NothingPrintedHasNoRate) {
+    rapidjson::Document d;
+    d.Parse(statistics_json({}, info()).c_str());
+    ASSERT_FALSE(d.HasParseError());
+    EXPECT_EQ(d["mvoxels_per_second"].GetDouble(), 0);
+    EXPECT_FALSE(d["complete"].GetBool());
+}
+
+TEST(StatisticsFile, AnUnwritablePlaceIsNamed) {
+    const Result<void> r = write_statistics("/nowhere/at/all/stats.json", {}, info());
+    ASSERT_FALSE(r.has_value());
+    EXPECT_EQ(r.error().code, ErrorCode::kOutside);
+    EXPECT_NE(r.error().message.find("/nowhere/at/all/stats.json"), std::string::npos);
+    EXPECT_FALSE(write_statistics("/dev/full", {}, info()).has_value());
+}
+
+}  // namespace
+}  // namespace openfab::report

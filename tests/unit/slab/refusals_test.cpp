@@ -1,0 +1,174 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// What a print refuses before it starts, and how it ends early.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/slab/box_print.h"
+#include "tests/support/slab/test_fablets.h"
+
+namespace openfab {
+namespace {
+
+using ::testing::HasSubstr;
+using tests::BoxPart;
+using tests::MemorySink;
+using tests::Printed;
+
+std::vector<BoxPart> box() {
+    return {{{0.013, 0.021, 0.019}, {3.03, 2.11, 2.37}, &tests::skin_fablet()}};
+}
+
+void expect_refused(const slab::PrintInput& input, const slab::PrintOptions& options,
+                    ErrorCode code, const std::string& text) {
+    const auto print = slab::Print::create(input, options);
+    ASSERT_FALSE(print.has_value()) << text;
+    EXPECT_EQ(print.error().code, code);
+    EXPECT_THAT(print.error().message, HasSubstr(text));
+}
+
+TEST(PrintRefuses, AnUnknownDitherAndListsWhatThereIs) {
+    slab::PrintOptions options;
+    options.dither = "ordered";
+    expect_refused(tests::make_input(box()), options, ErrorCode::kUsage,
+                   "no dither `ordered`; one of: floyd_steinberg");
+}
+
+TEST(PrintRefuses, MoreMaterialsThanCodes) {
+    slab::PrintInput input = tests::make_input(box());
+    input.materials.resize(16);
+    input.materials[15].name = "gold";
+    expect_refused(input, {}, ErrorCode::kUserInput,
+                   "uses 16 materials, and at most 15 are possible");
+    expect_refused(input, {}, ErrorCode::kUserInput, "gold");
+    input.materials.resize(15);
+    EXPECT_TRUE(slab::Print::create(input, {}).has_value());
+}
+
+TEST(PrintRefuses, TooSmallABudgetAndNamesTheLeast) {
+    slab::PrintOptions options;
+    options.memory_bytes = 1'000'000;
+    expect_refused(tests::make_input(box()), options, ErrorCode::kUserInput,
+                   "this print needs at least");
+}
+
+TEST(PrintRefuses, SlicesOutsideThePrint) {
+    slab::PrintOptions options;
+    options.slices = Vec2<int32_t>{5, 500};
+    expect_refused(tests::make_input(box()), options, ErrorCode::kUserInput,
+                   "which has slices 0:48");
+    options.slices = Vec2<int32_t>{5, 5};
+    expect_refused(tests::make_input(box()), options, ErrorCode::kUserInput, "--slices 5:5");
+    options.slices.reset();
+    options.z_range_mm = Vec2<double>{3, 5};
+    expect_refused(tests::make_input(box()), options, ErrorCode::kUserInput,
+                   "holds no slice: the print is 2.4 mm high");
+}
+
+TEST(PrintRefuses, NothingToPrint) {
+    expect_refused(tests::make_input({}), {}, ErrorCode::kUserInput, "nothing to print");
+}
+
+TEST(PrintRefuses, AGridBeyondAllLimits) {
+    expect_refused(tests::make_input(box(), {1e-7, 0.1, 0.1}), {}, ErrorCode::kUserInput,
+                   "voxels of 1e-07 mm");
+    expect_refused(tests::make_input(box(), {0, 0.1, 0.1}), {}, ErrorCode::kUserInput,
+                   "not possible");
+}
+
+TEST(Print, ChoosesSlicesByHeight) {
+    slab::PrintOptions options;
+    options.z_range_mm = Vec2<double>{0.49, 1.01};
+    const auto print = slab::Print::create(tests::make_input(box()), options);
+    ASSERT_TRUE(print.has_value());
+    EXPECT_EQ((*print)->info().slice_begin, 9);  // 0.45 to 0.5 mm
+    EXPECT_EQ((*print)->info().slice_end, 21);   // 1.0 to 1.05 mm
+}
+
+TEST(Print, GridStandsOnWholePitches) {
+    const auto print = slab::Print::create(tests::make_input(box()), {});
+    ASSERT_TRUE(print.has_value());
+    const backends::PrintInfo& info = (*print)->info();
+    EXPECT_EQ(info.size, (Vec3i{31, 27, 48}));
+    EXPECT_EQ(info.origin_mm, (Vec3d{0, 0, 0}));
+    // A box of whole pitches gets no empty layer.
+    const auto whole = slab::Print::create(
+        tests::make_input({{{0.3, 0.3, 0.3}, {0.6, 0.3, 0.9}, &tests::solid_fablet()}},
+                          {0.1, 0.1, 0.1}),
+        {});
+    ASSERT_TRUE(whole.has_value());
+    EXPECT_EQ((*whole)->info().size, (Vec3i{6, 3, 9}));
+}
+
+TEST(Print, StatisticsOfASolidBox) {
+    const Printed printed = tests::print_boxes(
+        {{{0.3, 0.3, 0.3}, {0.6, 0.3, 0.9}, &tests::solid_fablet()}}, {}, {0.1, 0.1, 0.1});
+    ASSERT_TRUE(printed.ok) << printed.error.message;
+    const slab::PrintStatistics& s = printed.statistics;
+    EXPECT_EQ(s.voxels_total, 6 * 3 * 9);
+    EXPECT_EQ(s.voxels_solid, 6 * 3 * 9);
+    EXPECT_EQ(s.voxels_by_code, (std::vector<int64_t>{0, 6 * 3 * 9, 0}));
+    EXPECT_EQ(s.tight, (Box3i{{0, 0, 0}, {6, 3, 9}}));
+    EXPECT_EQ(s.slices, 9);
+    EXPECT_EQ(s.blocks_total, 2);
+    EXPECT_EQ(s.blocks_filled, 2);
+    EXPECT_EQ(s.blocks_evaluated, 0);
+    EXPECT_TRUE(s.complete);
+    EXPECT_GT(s.seconds_first_slice, 0);
+    EXPECT_GE(s.seconds_total, s.seconds_first_slice);
+    EXPECT_EQ(printed.sink.totals.hash, s.hash);
+    EXPECT_EQ(printed.sink.totals.tight, s.tight);
+    EXPECT_TRUE(printed.sink.totals.complete);
+}
+
+TEST(Print, AFailingSinkEndsItWithWholeSlicesKept) {
+    for (int32_t threads : {1, 2}) {
+        auto print = slab::Print::create(tests::make_input(box()), {.threads = threads});
+        ASSERT_TRUE(print.has_value());
+        MemorySink sink;
+        sink.fail_at = 19;
+        slab::PrintStatistics statistics;
+        const Result<void> run = (*print)->run(sink, {}, false, &statistics);
+        ASSERT_FALSE(run.has_value());
+        EXPECT_EQ(run.error().code, ErrorCode::kOutside);
+        EXPECT_EQ(run.error().message, "the disk is full");
+        EXPECT_EQ(sink.slices.size(), 19u);
+        EXPECT_EQ(sink.finished, 1);
+        EXPECT_FALSE(sink.totals.complete);
+        EXPECT_EQ(statistics.slices, 19);
+        EXPECT_FALSE(statistics.complete);
+    }
+}
+
+TEST(Print, AnInterruptKeepsWholeSlices) {
+    auto print = slab::Print::create(tests::make_input(box()), {.threads = 2});
+    ASSERT_TRUE(print.has_value());
+    MemorySink sink;
+    slab::PrintStatistics statistics;
+    std::atomic<bool> interrupt{false};
+    const auto progress = [&](const slab::ProgressEvent& event) {
+        EXPECT_EQ(event.slices_total, 48);
+        if (event.slices_done == 9) interrupt.store(true);
+    };
+    const Result<void> run = (*print)->run(sink, progress, interrupt, &statistics);
+    ASSERT_FALSE(run.has_value());
+    EXPECT_EQ(run.error().code, ErrorCode::kInterrupted);
+    EXPECT_GE(sink.slices.size(), 9u);
+    EXPECT_LT(sink.slices.size(), 48u);
+    EXPECT_EQ(sink.finished, 1);
+    EXPECT_FALSE(sink.totals.complete);
+}
+
+TEST(Print, AFailingKernelNamesTheSlices) {
+    const Printed printed =
+        tests::print_boxes({{{0.013, 0.021, 0.019}, {1, 1, 1}, &tests::broken_fablet()}});
+    EXPECT_FALSE(printed.ok);
+    EXPECT_EQ(printed.error.code, ErrorCode::kInternal);
+    EXPECT_THAT(printed.error.message, HasSubstr("slices 0 to 7: a kernel failed with code -7"));
+    EXPECT_EQ(printed.sink.finished, 1);
+}
+
+}  // namespace
+}  // namespace openfab
