@@ -22,7 +22,8 @@ class Sink {
     template <typename... Args>
     Diagnostic& report(const source::Span& span, const Descriptor<Args...>& what,
                        std::type_identity_t<Args>... args) {
-        return add(what.id, what.severity, span, fmt::format(what.format, args...));
+        return add(what.id, what.severity, span,
+                   fmt::vformat(what.format, fmt::make_format_args(args...)));
     }
 
     size_t errors() const { return errors_; }

@@ -1,0 +1,46 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "compiler/driver/commands.h"
+#include "compiler/driver/frontend.h"
+
+namespace openfab::driver {
+
+namespace {
+
+int check(const std::vector<std::string>& files, const CommonOptions& common) {
+    int exit_code = kExitDone;
+    source::SourceManager sources;
+    for (const std::string& file : files) {
+        diag::Sink own;
+        std::string fault;
+        const bool ok = compile_to_ir(sources, file, own, &fault).has_value();
+        print_diagnostics(own, sources, common);
+        if (!fault.empty()) {
+            fmt::print(stderr, "openflc: error: {}\n", fault);
+            exit_code = std::max(exit_code, kExitOutside);
+        } else if (!ok) {
+            exit_code = std::max(exit_code, kExitUserInput);
+        }
+    }
+    return exit_code;
+}
+
+}  // namespace
+
+void add_check(CLI::App& app, const CommonOptions& common, Action* action) {
+    CLI::App* command = app.add_subcommand("check", "Check fablets; print what is wrong with them");
+    auto files = std::make_shared<std::vector<std::string>>();
+    command->add_option("FILE.fl", *files, "OpenFL files")->required();
+    command->callback(
+        [files, &common, action] { *action = [files, &common] { return check(*files, common); }; });
+}
+
+}  // namespace openfab::driver

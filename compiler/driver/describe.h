@@ -1,0 +1,20 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "compiler/ir/ir.h"
+
+namespace openfab::driver {
+
+/// JSON of a module's interface:
+/// `{"fablets":[{"name","has_surface","uniforms":[{"name","type","kind":"value|texture2d|
+/// material","components","default":[…] or
+/// null,"annotations":{…}}],"surface_inputs":[{"name","type","default"}],
+/// "surface_outputs":[{"name","type","copies":input or
+/// null}],"nearest":[{"name","type","from":surface output or null}], "uses_void"}]}` and a newline.
+/// A float that is no JSON number is written as a string.
+std::string describe(const ir::Module& module);
+
+}  // namespace openfab::driver

@@ -1,0 +1,120 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include "compiler/driver/commands.h"
+#include "compiler/driver/frontend.h"
+#include "compiler/syntax/parser.h"
+
+namespace openfab::driver {
+
+namespace {
+
+struct EmitOptions {
+    std::string file;
+    std::string stage;
+    std::string form = "ir";
+    std::string fablet;
+};
+
+int fail(const std::string& what, int code) {
+    fmt::print(stderr, "openflc: error: {}\n", what);
+    return code;
+}
+
+std::string tokens_text(const source::SourceManager& sources,
+                        const std::vector<syntax::Token>& tokens) {
+    std::string out;
+    for (const syntax::Token& token : tokens) {
+        const source::Location at = sources.locate(token.span.file, token.span.begin);
+        out += fmt::format("{}:{} {}{}{}\n", at.line, at.column, syntax::spelling(token.kind),
+                           token.text.empty() ? "" : " ", token.text);
+    }
+    return out;
+}
+
+/// Tokens and tree are of the whole file: stages do not exist yet.
+int emit_syntax(const EmitOptions& options, const CommonOptions& common) {
+    source::SourceManager sources;
+    diag::Sink sink;
+    std::string fault;
+    const std::optional<uint32_t> file = sources.load(options.file, &fault);
+    if (!file) return fail(fault, kExitOutside);
+    const std::vector<syntax::Token> tokens = syntax::lex(sources, *file, &sink);
+    if (options.form == "tokens") {
+        fmt::print("{}", tokens_text(sources, tokens));
+    } else {
+        const ast::File tree = syntax::parse(sources, tokens, &sink);
+        if (sink.errors() == 0) fmt::print("{}", ast::print(tree));
+    }
+    print_diagnostics(sink, sources, common);
+    return sink.errors() == 0 ? kExitDone : kExitUserInput;
+}
+
+const ir::Fablet* find_fablet(const ir::Module& module, const std::string& name,
+                              std::string* fault) {
+    std::string list;
+    for (const ir::Fablet& fablet : module.fablets) {
+        if (fablet.name == name || (name.empty() && module.fablets.size() == 1)) return &fablet;
+        list += fmt::format("{}`{}`", list.empty() ? "" : ", ", fablet.name);
+    }
+    *fault = name.empty() ? "the file holds several fablets (" + list + "): say which with --fablet"
+                          : "no fablet `" + name + "`; the file holds " + list;
+    return nullptr;
+}
+
+int emit(const EmitOptions& options, const CommonOptions& common) {
+    if (options.form == "tokens" || options.form == "ast") return emit_syntax(options, common);
+    source::SourceManager sources;
+    diag::Sink sink;
+    std::string fault;
+    const std::optional<ir::Module> module = compile_to_ir(sources, options.file, sink, &fault);
+    print_diagnostics(sink, sources, common);
+    if (!fault.empty()) return fail(fault, kExitOutside);
+    if (!module) return kExitUserInput;
+    const ir::Fablet* fablet = find_fablet(*module, options.fablet, &fault);
+    if (fablet == nullptr) return fail(fault, kExitUsage);
+    if (options.form == "ir" && options.stage.empty()) {
+        fmt::print("{}", ir::print(*fablet));
+        return kExitDone;
+    }
+    if (options.stage.empty())
+        return fail("--stage surface or --stage volume is needed", kExitUsage);
+    const bool surface = options.stage == "surface";
+    if (surface && !fablet->has_surface) {
+        return fail("fablet `" + fablet->name + "` has no @Surface stage", kExitUserInput);
+    }
+    if (options.form == "ir") {
+        fmt::print("{}", ir::print(surface ? fablet->surface : fablet->volume));
+        return kExitDone;
+    }
+#ifdef OPENFAB_WITH_BACK_END
+    return emit_lowered(*fablet, surface ? ir::StageKind::kSurface : ir::StageKind::kVolume,
+                        options.form);
+#else
+    return fail("this openflc was built without its back end", kExitUsage);
+#endif
+}
+
+}  // namespace
+
+void add_emit(CLI::App& app, const CommonOptions& common, Action* action) {
+    CLI::App* command = app.add_subcommand("emit", "Print a stage in one of the compiler's forms");
+    auto options = std::make_shared<EmitOptions>();
+    command->add_option("FILE.fl", options->file, "an OpenFL file")->required();
+    command->add_option("--stage", options->stage, "which stage")
+        ->check(CLI::IsMember({"surface", "volume"}));
+    command->add_option("--as", options->form, "which form")
+        ->check(CLI::IsMember({"tokens", "ast", "ir", "halide", "stmt", "llvm", "asm"}))
+        ->capture_default_str();
+    command->add_option("--fablet", options->fablet, "which fablet, where the file holds several");
+    command->callback([options, &common, action] {
+        *action = [options, &common] { return emit(*options, common); };
+    });
+}
+
+}  // namespace openfab::driver

@@ -1,0 +1,60 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// openflc: the OpenFL compiler.
+
+#include <fmt/format.h>
+
+#include <cstdio>
+
+#include "compiler/diag/render.h"
+#include "compiler/driver/commands.h"
+
+namespace openfab::driver {
+
+void print_diagnostics(const diag::Sink& sink, const source::SourceManager& sources,
+                       const CommonOptions& common) {
+    fmt::print(stderr, "{}",
+               common.json_diagnostics ? diag::render_json(sink, sources)
+                                       : diag::render_text(sink, sources));
+}
+
+namespace {
+
+int run(int argc, char** argv) {
+    CLI::App app{"The OpenFL compiler: fablets in, kernels or a print program out.", "openflc"};
+    app.require_subcommand(1);
+    app.footer(
+        "Examples:\n"
+        "  openflc check postcard.fl\n"
+        "  openflc emit --stage volume --as ir postcard.fl\n"
+        "  openflc describe postcard.fl");
+    CommonOptions common;
+    std::string diagnostics = "text";
+    app.add_option("--diagnostics", diagnostics, "how errors and warnings are printed")
+        ->check(CLI::IsMember({"text", "json"}))
+        ->capture_default_str();
+    app.fallthrough();
+    Action action;
+    add_check(app, common, &action);
+    add_describe(app, common, &action);
+    add_emit(app, common, &action);
+#ifdef OPENFAB_WITH_BACK_END
+    add_build(app, common, &action);
+#endif
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+        return app.exit(error) == 0 ? kExitDone : kExitUsage;
+    }
+    common.json_diagnostics = diagnostics == "json";
+    return action ? action() : kExitUsage;
+}
+
+}  // namespace
+
+}  // namespace openfab::driver
+
+int main(int argc, char** argv) {
+    return openfab::driver::run(argc, argv);
+}

@@ -1,0 +1,47 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// The built-in functions: which exist, how their arguments are typed, and which OpenFL has but this
+// compiler has not yet.
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace openfab::sema {
+
+enum class Intrinsic : uint8_t {
+#define OPENFAB_INTRINSIC(name, spelling, arity, shape) k##name,
+#include "compiler/sema/intrinsics.def"
+};
+
+/// How an intrinsic types its arguments and result.
+enum class Shape : uint8_t {
+    kNumeric,     ///< all arguments to their common type, which is the result
+    kFloat,       ///< as kNumeric with components made float
+    kToInt,       ///< as kNumeric, result int
+    kToBool,      ///< as kFloat, result bool
+    kReduceBool,  ///< one argument of any numeric type, result a scalar bool
+    kDot,         ///< as kNumeric, result a scalar
+    kReduce,      ///< as kFloat, result a scalar
+    kFloat3,      ///< all float3
+};
+
+struct IntrinsicInfo {
+    Intrinsic id;
+    std::string_view name;
+    int arity;
+    Shape shape;
+};
+
+/// Null where there is none of that name.
+const IntrinsicInfo* find_intrinsic(std::string_view name);
+/// True of a function that OpenFL or HLSL has and this compiler has not yet.
+bool is_unsupported_function(std::string_view name);
+/// What another language's function is called here, else empty: `mix` is `lerp`.
+std::string_view habit_function(std::string_view name);
+std::vector<std::string> intrinsic_names();
+
+}  // namespace openfab::sema

@@ -1,0 +1,482 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string>
+
+#include "compiler/diag/suggest.h"
+#include "compiler/sema/check_state.h"
+
+namespace openfab::sema {
+
+namespace {
+
+struct OpName {
+    std::string_view text;
+    ir::Op op;
+};
+constexpr OpName kBinaryOps[] = {
+    {"+", ir::Op::kAdd},  {"-", ir::Op::kSub},    {"*", ir::Op::kMul},   {"/", ir::Op::kDiv},
+    {"%", ir::Op::kMod},  {"&", ir::Op::kBitAnd}, {"|", ir::Op::kBitOr}, {"^", ir::Op::kBitXor},
+    {"<<", ir::Op::kShl}, {">>", ir::Op::kShr},   {"==", ir::Op::kEq},   {"!=", ir::Op::kNe},
+    {"<", ir::Op::kLt},   {"<=", ir::Op::kLe},    {">", ir::Op::kGt},    {">=", ir::Op::kGe},
+};
+
+ir::Op binary_op(std::string_view text) {
+    for (const OpName& candidate : kBinaryOps) {
+        if (candidate.text == text) return candidate.op;
+    }
+    return ir::Op::kAdd;
+}
+
+bool is_comparison(ir::Op op) {
+    return op >= ir::Op::kEq && op <= ir::Op::kGe;
+}
+bool is_bitwise(ir::Op op) {
+    return op >= ir::Op::kBitAnd && op <= ir::Op::kShr;
+}
+
+struct AttributeInfo {
+    std::string_view name;
+    Attribute id;
+    Type type;
+    bool surface;
+    bool volume;
+};
+constexpr AttributeInfo kAttributes[] = {
+    {"p", Attribute::kP, kFloat3Type, true, false},
+    {"n", Attribute::kN, kFloat3Type, true, false},
+    {"ng", Attribute::kNg, kFloat3Type, true, false},
+    {"uv", Attribute::kUv, {Base::kFloat, 2}, true, false},
+    {"dpdu", Attribute::kDpdu, kFloat3Type, true, false},
+    {"dpdv", Attribute::kDpdv, kFloat3Type, true, false},
+    {"voxelCenter", Attribute::kVoxelCenter, kFloat3Type, false, true},
+    {"voxelSize", Attribute::kVoxelSize, kFloat3Type, false, true},
+    {"buildPosition", Attribute::kBuildPosition, kFloat3Type, false, true},
+    {"instance", Attribute::kInstance, kIntType, true, true},
+};
+
+/// 0 to 3, or -1; `set` becomes 1 for xyzw, 2 for rgba.
+int lane_of(char c, int* set) {
+    constexpr std::string_view kXyzw = "xyzw";
+    constexpr std::string_view kRgba = "rgba";
+    if (const size_t at = kXyzw.find(c); at != std::string_view::npos) {
+        *set = 1;
+        return static_cast<int>(at);
+    }
+    *set = 2;
+    const size_t at = kRgba.find(c);
+    return at == std::string_view::npos ? -1 : static_cast<int>(at);
+}
+
+std::string both(const Type& a, const Type& b) {
+    return fmt::format("`{}` and `{}`", type_name(a), type_name(b));
+}
+
+}  // namespace
+
+ExprPtr Checker::make(ExprKind kind, const Type& type, const source::Span& span) const {
+    auto out = std::make_unique<Expr>();
+    out->kind = kind;
+    out->type = type;
+    out->span = span;
+    return out;
+}
+
+ExprPtr Checker::expression(const ast::Expr& expr) {
+    switch (expr.kind) {
+        case ast::ExprKind::kBad:
+            return poison(expr.span);
+        case ast::ExprKind::kBoolLiteral:
+        case ast::ExprKind::kIntLiteral:
+        case ast::ExprKind::kUintLiteral:
+        case ast::ExprKind::kFloatLiteral: {
+            const Type type = expr.kind == ast::ExprKind::kBoolLiteral   ? kBoolType
+                              : expr.kind == ast::ExprKind::kIntLiteral  ? kIntType
+                              : expr.kind == ast::ExprKind::kUintLiteral ? kUintType
+                                                                         : kFloatType;
+            ExprPtr out = make(ExprKind::kConstant, type, expr.span);
+            out->bits = expr.bits;
+            return out;
+        }
+        case ast::ExprKind::kStringLiteral:
+            sink_->report(expr.span, diag::kUnsupported, "strings as values are");
+            return poison(expr.span);
+        case ast::ExprKind::kInitList:
+            sink_->report(expr.span, diag::kUnsupported, "lists of values in `{ }` are")
+                .help("build a vector with its type: `float3(1, 2, 3)`");
+            return poison(expr.span);
+        case ast::ExprKind::kName:
+            return name(expr);
+        case ast::ExprKind::kUnary:
+            return unary(expr);
+        case ast::ExprKind::kPrefix:
+        case ast::ExprKind::kPostfix:
+            return increment(expr);
+        case ast::ExprKind::kBinary:
+            return binary(expr);
+        case ast::ExprKind::kConditional:
+            return conditional(expr);
+        case ast::ExprKind::kAssign:
+            return assign(expr);
+        case ast::ExprKind::kComma: {
+            ExprPtr first = expression(*expr.args[0]);
+            ExprPtr second = expression(*expr.args[1]);
+            ExprPtr out = make(ExprKind::kComma, second->type, expr.span);
+            out->args.push_back(std::move(first));
+            out->args.push_back(std::move(second));
+            return out;
+        }
+        case ast::ExprKind::kIndex:
+            return index(expr);
+        case ast::ExprKind::kMember:
+            return member(expr);
+        case ast::ExprKind::kCall:
+            return call(expr);
+        case ast::ExprKind::kCast:
+            return cast(expr);
+    }
+    return poison(expr.span);
+}
+
+ExprPtr Checker::name(const ast::Expr& expr) {
+    const Symbol* symbol = find(expr.text);
+    if (symbol != nullptr) {
+        if (symbol->type.is_error()) return poison(expr.span);
+        if (symbol->kind == SymbolKind::kVoid && fablet_->ir.void_slot < 0) {
+            fablet_->ir.void_slot = fablet_->ir.slot_count++;
+        }
+        ExprPtr out = make(ExprKind::kVariable, symbol->type, expr.span);
+        out->symbol = symbol;
+        return out;
+    }
+    const TypeLookup type = find_type(expr.text);
+    if (!type.type.is_error()) {
+        sink_->report(expr.span, diag::kNotAValue, expr.text, "type");
+        return poison(expr.span);
+    }
+    if (!overloads(expr.text).empty() || find_intrinsic(expr.text) != nullptr) {
+        sink_->report(expr.span, diag::kNotAValue, expr.text, "function");
+        return poison(expr.span);
+    }
+    diag::Diagnostic& d = sink_->report(expr.span, diag::kUnknownName, expr.text);
+    std::vector<std::string> names;
+    for (const Scope& scope : scopes_) {
+        for (const auto& [text, symbol_] : scope)
+            names.push_back(text);
+    }
+    const std::string near = diag::suggest(expr.text, names);
+    if (!near.empty()) d.help(fmt::format("did you mean `{}`?", near));
+    return poison(expr.span);
+}
+
+ExprPtr Checker::bad_operand(const ast::Expr& expr, const std::string& types) {
+    sink_->report(expr.text_span, diag::kBadOperand, expr.text, types);
+    return poison(expr.span);
+}
+
+ExprPtr Checker::unary(const ast::Expr& expr) {
+    ExprPtr operand = expression(*expr.args[0]);
+    if (operand->type.is_error()) return poison(expr.span);
+    const Type given = operand->type;
+    Type type = given;
+    ir::Op op = ir::Op::kNeg;
+    if (expr.text == "!") {
+        type.base = Base::kBool;
+        op = ir::Op::kNot;
+    } else if (given.base == Base::kBool) {
+        type.base = Base::kInt;
+    }
+    if (expr.text == "~") op = ir::Op::kBitNot;
+    if (!given.is_numeric() || (expr.text == "~" && !type.is_integer())) {
+        return bad_operand(expr, fmt::format("`{}`", type_name(given)));
+    }
+    operand = convert(std::move(operand), type);
+    if (expr.text == "+") return operand;
+    ExprPtr out = make(ExprKind::kUnary, type, expr.span);
+    out->op = op;
+    out->args.push_back(std::move(operand));
+    return out;
+}
+
+Type Checker::common_type(const Type& a, const Type& b) const {
+    Type out;
+    out.base = std::max(a.base, b.base);  // bool < int < uint < float
+    out.size = a.size == 1 || b.size == 1 ? std::max(a.size, b.size) : std::min(a.size, b.size);
+    return out;
+}
+
+ExprPtr Checker::binary(const ast::Expr& expr) {
+    if (expr.text == "&&" || expr.text == "||") return logical(expr);
+    ExprPtr left = expression(*expr.args[0]);
+    ExprPtr right = expression(*expr.args[1]);
+    if (left->type.is_error() || right->type.is_error()) return poison(expr.span);
+    const Type a = left->type;
+    const Type b = right->type;
+    if (a.base == Base::kComposition || b.base == Base::kComposition) {
+        return composition_binary(expr, std::move(left), std::move(right));
+    }
+    ir::Op op = binary_op(expr.text);
+    const bool equality = op == ir::Op::kEq || op == ir::Op::kNe;
+    const bool materials = a.base == Base::kMaterial && b.base == Base::kMaterial && equality;
+    if (!materials && !(a.is_numeric() && b.is_numeric())) return bad_operand(expr, both(a, b));
+    Type type = materials ? a : common_type(a, b);
+    if (type.base == Base::kBool && !equality) type.base = Base::kInt;
+    if (is_bitwise(op) && !type.is_integer()) return bad_operand(expr, both(a, b));
+    ExprPtr out =
+        make(ExprKind::kBinary, is_comparison(op) ? Type{Base::kBool, type.size} : type, expr.span);
+    out->op = op;
+    out->args.push_back(convert(std::move(left), type));
+    out->args.push_back(convert(std::move(right), type));
+    return out;
+}
+
+/// a + b, a * s, s * a; the amounts of every material.
+ExprPtr Checker::composition_binary(const ast::Expr& expr, ExprPtr left, ExprPtr right) {
+    const std::string types = both(left->type, right->type);
+    if (expr.text == "*" && right->type.base == Base::kComposition) std::swap(left, right);
+    const bool sum = expr.text == "+" && right->type.base == Base::kComposition &&
+                     left->type.base == Base::kComposition;
+    const bool product = expr.text == "*" && right->type.is_scalar();
+    if (!sum && !product) return bad_operand(expr, types);
+    if (product) right = convert(std::move(right), kFloatType);
+    ExprPtr out = make(ExprKind::kBinary, left->type, expr.span);
+    out->op = sum ? ir::Op::kAdd : ir::Op::kMul;
+    out->args.push_back(std::move(left));
+    out->args.push_back(std::move(right));
+    return out;
+}
+
+ExprPtr Checker::logical(const ast::Expr& expr) {
+    ExprPtr out =
+        make(expr.text == "&&" ? ExprKind::kAndThen : ExprKind::kOrElse, kBoolType, expr.span);
+    for (const ast::ExprPtr& arg : expr.args)
+        out->args.push_back(condition(*arg));
+    return out;
+}
+
+ExprPtr Checker::conditional(const ast::Expr& expr) {
+    ExprPtr test = condition(*expr.args[0]);
+    ExprPtr yes = expression(*expr.args[1]);
+    ExprPtr no = expression(*expr.args[2]);
+    if (test->type.is_error() || yes->type.is_error() || no->type.is_error()) {
+        return poison(expr.span);
+    }
+    Type type = yes->type;
+    if (type != no->type || type == kVoidType) {
+        if (!type.is_numeric() || !no->type.is_numeric()) {
+            return bad_operand(expr, both(type, no->type));
+        }
+        type = common_type(type, no->type);
+    }
+    if (type.base == Base::kSurfaceAttributes || type.base == Base::kVolumeAttributes) {
+        return bad_operand(expr, both(type, no->type));
+    }
+    ExprPtr out = make(ExprKind::kConditional, type, expr.span);
+    out->args.push_back(std::move(test));
+    out->args.push_back(convert(std::move(yes), type));
+    out->args.push_back(convert(std::move(no), type));
+    return out;
+}
+
+bool Checker::assignable(const Expr& target) {
+    switch (target.kind) {
+        case ExprKind::kError:
+            return false;
+        case ExprKind::kSwizzle: {
+            for (int i = 0; i < target.type.size; ++i) {
+                for (int j = 0; j < i; ++j) {
+                    if (target.lanes[i] != target.lanes[j]) continue;
+                    sink_->report(target.span, diag::kNotAssignable,
+                                  "a swizzle that names a component twice");
+                    return false;
+                }
+            }
+            return assignable(*target.args[0]);
+        }
+        case ExprKind::kIndex:
+            return assignable(*target.args[0]);
+        case ExprKind::kVariable:
+            break;
+        default:
+            sink_->report(target.span, diag::kNotAssignable, "this expression");
+            return false;
+    }
+    const Symbol& symbol = *target.symbol;
+    const char* what = nullptr;
+    if (symbol.kind == SymbolKind::kUniform) what = "uniform";
+    if (symbol.kind == SymbolKind::kVoid) what = "built-in material";
+    if (symbol.kind == SymbolKind::kAttributes) what = "stage's attributes";
+    if (symbol.kind == SymbolKind::kConstant || symbol.is_const) what = "constant";
+    if (what == nullptr) return true;
+    diag::Diagnostic& d = sink_->report(target.span, diag::kNotAssignable,
+                                        fmt::format("`{}`, a {},", symbol.name, what));
+    if (symbol.span.file != 0)
+        d.note(symbol.span, fmt::format("`{}` is declared here", symbol.name));
+    return false;
+}
+
+ExprPtr Checker::assign(const ast::Expr& expr) {
+    ExprPtr target = expression(*expr.args[0]);
+    ExprPtr value = expression(*expr.args[1]);
+    if (target->type.is_error() || value->type.is_error()) return poison(expr.span);
+    if (!assignable(*target)) return poison(expr.span);
+    const Type type = target->type;
+    ExprPtr out = make(ExprKind::kAssign, type, expr.span);
+    if (expr.text == "=") {
+        value = convert(std::move(value), type);
+        out->operand_type = type;
+    } else {
+        out->compound = true;
+        out->op = binary_op(expr.text.substr(0, expr.text.size() - 1));
+        const bool mixture = type.base == Base::kComposition;
+        const bool sum = mixture && out->op == ir::Op::kAdd && value->type == type;
+        const bool product = mixture && out->op == ir::Op::kMul && value->type.is_scalar();
+        if (!sum && !product && !(type.is_numeric() && value->type.is_numeric())) {
+            return bad_operand(expr, both(type, value->type));
+        }
+        Type common = mixture ? type : common_type(type, value->type);
+        if (common.base == Base::kBool) common.base = Base::kInt;
+        if (is_bitwise(out->op) && !common.is_integer()) {
+            return bad_operand(expr, both(type, value->type));
+        }
+        // The operation may be wider than the target, and the way back is then a narrowing one.
+        if (!mixture && value->type.base == Base::kFloat && type.base != Base::kFloat) {
+            sink_->report(expr.span, diag::kNarrowing, "float", type_name(type))
+                .help(fmt::format("write the conversion: `a = {}(a {} b)`", type_name(type),
+                                  expr.text.substr(0, expr.text.size() - 1)));
+        }
+        common.size = type.size;
+        out->operand_type = common;
+        value = convert(std::move(value), product ? kFloatType : common);
+    }
+    if (value->type.is_error()) return poison(expr.span);
+    out->args.push_back(std::move(target));
+    out->args.push_back(std::move(value));
+    return out;
+}
+
+ExprPtr Checker::increment(const ast::Expr& expr) {
+    ExprPtr target = expression(*expr.args[0]);
+    if (target->type.is_error()) return poison(expr.span);
+    if (!target->type.is_numeric() || target->type.base == Base::kBool) {
+        return bad_operand(expr, fmt::format("`{}`", type_name(target->type)));
+    }
+    if (!assignable(*target)) return poison(expr.span);
+    ExprPtr out = make(ExprKind::kIncrement, target->type, expr.span);
+    out->op = expr.text == "++" ? ir::Op::kAdd : ir::Op::kSub;
+    out->postfix = expr.kind == ast::ExprKind::kPostfix;
+    out->args.push_back(std::move(target));
+    return out;
+}
+
+ExprPtr Checker::index(const ast::Expr& expr) {
+    ExprPtr object = expression(*expr.args[0]);
+    ExprPtr at = expression(*expr.args[1]);
+    if (object->type.is_error() || at->type.is_error()) return poison(expr.span);
+    if (!object->type.is_vector()) {
+        sink_->report(expr.text_span, diag::kBadOperand, "[ ]",
+                      fmt::format("`{}`", type_name(object->type)));
+        return poison(expr.span);
+    }
+    at = convert(std::move(at), kIntType);
+    if (at->type.is_error()) return poison(expr.span);
+    ExprPtr out = make(ExprKind::kIndex, {object->type.base, 1}, expr.span);
+    out->args.push_back(std::move(object));
+    out->args.push_back(std::move(at));
+    return out;
+}
+
+ExprPtr Checker::member(const ast::Expr& expr) {
+    ExprPtr object = expression(*expr.args[0]);
+    if (object->type.is_error()) return poison(expr.span);
+    if (object->type.is_numeric()) return swizzle(expr, std::move(object));
+    if (object->type.base == Base::kSurfaceAttributes ||
+        object->type.base == Base::kVolumeAttributes) {
+        return attribute_member(expr, std::move(object));
+    }
+    sink_->report(expr.text_span, diag::kUnknownMember, type_name(object->type), expr.text);
+    return poison(expr.span);
+}
+
+ExprPtr Checker::attribute_member(const ast::Expr& expr, ExprPtr object) {
+    const bool surface = object->type.base == Base::kSurfaceAttributes;
+    std::vector<std::string> names;
+    std::string list;
+    for (const AttributeInfo& info : kAttributes) {
+        if (surface ? !info.surface : !info.volume) continue;
+        if (info.name == expr.text) {
+            ExprPtr out = make(ExprKind::kAttribute, info.type, expr.span);
+            out->attribute = info.id;
+            return out;
+        }
+        names.emplace_back(info.name);
+        list += fmt::format("{}`{}`", list.empty() ? "" : ", ", info.name);
+    }
+    const std::string near = diag::suggest(expr.text, names);
+    sink_->report(expr.text_span, diag::kUnknownMember, type_name(object->type), expr.text)
+        .help(near.empty() ? "it has " + list : fmt::format("did you mean `{}`?", near));
+    return poison(expr.span);
+}
+
+ExprPtr Checker::swizzle(const ast::Expr& expr, ExprPtr object) {
+    ExprPtr out = make(ExprKind::kSwizzle, object->type, expr.span);
+    const std::string_view text = expr.text;
+    int first_set = 0;
+    bool ok = text.size() <= 4;
+    for (size_t i = 0; i < text.size() && ok; ++i) {
+        int set = 0;
+        const int lane = lane_of(text[i], &set);
+        if (i == 0) first_set = set;
+        ok = lane >= 0 && lane < object->type.size && set == first_set;
+        out->lanes[i] = static_cast<uint8_t>(lane);
+    }
+    if (!ok) {
+        sink_->report(expr.text_span, diag::kBadSwizzle, text, type_name(object->type));
+        return poison(expr.span);
+    }
+    out->type.size = static_cast<int>(text.size());
+    out->args.push_back(std::move(object));
+    return out;
+}
+
+ExprPtr Checker::cast(const ast::Expr& expr) {
+    const Type type = declared_type({expr.text, expr.text_span});
+    ExprPtr value = expression(*expr.args[0]);
+    if (type.is_error() || value->type.is_error()) return poison(expr.span);
+    return convert_explicitly(std::move(value), type);
+}
+
+ExprPtr Checker::convert_explicitly(ExprPtr value, const Type& to) {
+    const Type from = value->type;
+    if (from.is_error() || from == to) return value;
+    const bool sizes = from.size == 1 || from.size >= to.size;
+    if (!from.is_numeric() || !to.is_numeric() || !sizes) {
+        sink_->report(value->span, diag::kNoConversion, type_name(from), type_name(to));
+        return poison(value->span);
+    }
+    ExprPtr out = make(ExprKind::kConvert, to, value->span);
+    out->args.push_back(std::move(value));
+    return out;
+}
+
+ExprPtr Checker::convert(ExprPtr value, const Type& to) {
+    const Type from = value->type;
+    if (from.is_error() || to.is_error() || from == to) return value;
+    const source::Span span = value->span;
+    ExprPtr out = convert_explicitly(std::move(value), to);
+    if (out->type.is_error()) return out;
+    if (from.size > to.size) {
+        const std::string_view lanes =
+            std::string_view("xyzw").substr(0, static_cast<size_t>(to.size));
+        sink_->report(span, diag::kNarrowing, type_name(from), type_name(to))
+            .help(fmt::format("write which components are meant: `.{}`", lanes));
+    } else if (from.base == Base::kFloat && to.is_integer()) {
+        sink_->report(span, diag::kNarrowing, type_name(from), type_name(to))
+            .help(fmt::format("write the conversion: `{}(…)`", type_name(to)));
+    }
+    return out;
+}
+
+}  // namespace openfab::sema

@@ -1,0 +1,116 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// The checker, private to compiler/sema: declarations and stages in check.cpp, statements in
+// check_stmt.cpp, expressions in check_expr.cpp, calls and methods in check_call.cpp. A node that
+// is wrong becomes an Error node of error type, about which nothing more is said.
+
+#include <map>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "compiler/sema/check.h"
+
+namespace openfab::sema {
+
+enum class Place : uint8_t { kGlobal, kFunction, kSurface, kVolume };
+
+class Checker {
+  public:
+    explicit Checker(diag::Sink* sink) : sink_(sink) {}
+    Program run(const ast::File& file);
+
+  private:
+    using Scope = std::map<std::string, const Symbol*, std::less<>>;
+
+    // check.cpp
+    void report_unsupported(const ast::Scope& scope);
+    Type declared_type(const ast::TypeRef& ref);
+    void declare_functions(const std::vector<ast::Function>& from,
+                           std::vector<std::unique_ptr<Function>>* to);
+    void check_functions(const std::vector<ast::Function>& from,
+                         const std::vector<std::unique_ptr<Function>>& to);
+    std::unique_ptr<Symbol> parameter(const ast::Variable& v);
+    void check_constants(const std::vector<ast::Variable>& from,
+                         std::vector<std::unique_ptr<Symbol>>* to);
+    void check_recursion(const std::vector<std::unique_ptr<Function>>& functions);
+    void check_fablet(const ast::Fablet& from, Fablet* to);
+    void check_uniform(const ast::Variable& from, Fablet* to);
+    void check_stages(const ast::Fablet& from, Fablet* to);
+    void check_stage_body(const ast::Stage& from, Stage* to, Place place, const Type& result);
+    void check_varying(const ast::Variable& v, const ast::Stage& stage, Fablet* to);
+    void check_surface_varying(const ast::Variable& v, const Type& type, Fablet* to);
+    void check_nearest(const ast::Variable& v, const Type& type, Fablet* to);
+    ir::Varying varying(const ast::Variable& v, const Type& type) const;
+    void add_stage_symbol(Stage* stage, SymbolKind kind, const ast::Variable& v, const Type& type,
+                          size_t index);
+    bool declare(const Symbol* symbol);
+    const Symbol* find(std::string_view name) const;
+
+    // check_stmt.cpp
+    StmtPtr statement(const ast::Stmt& stmt);
+    StmtPtr block(const ast::Stmt& stmt);
+    void declaration(const ast::Stmt& stmt, std::vector<StmtPtr>* out);
+    StmtPtr local(const ast::Variable& v);
+    StmtPtr if_statement(const ast::Stmt& stmt);
+    StmtPtr loop(const ast::Stmt& stmt);
+    StmtPtr return_statement(const ast::Stmt& stmt);
+    ExprPtr condition(const ast::Expr& expr);
+
+    // check_expr.cpp
+    ExprPtr expression(const ast::Expr& expr);
+    ExprPtr name(const ast::Expr& expr);
+    ExprPtr unary(const ast::Expr& expr);
+    ExprPtr binary(const ast::Expr& expr);
+    ExprPtr logical(const ast::Expr& expr);
+    ExprPtr composition_binary(const ast::Expr& expr, ExprPtr left, ExprPtr right);
+    ExprPtr conditional(const ast::Expr& expr);
+    ExprPtr assign(const ast::Expr& expr);
+    ExprPtr increment(const ast::Expr& expr);
+    ExprPtr index(const ast::Expr& expr);
+    ExprPtr member(const ast::Expr& expr);
+    ExprPtr attribute_member(const ast::Expr& expr, ExprPtr object);
+    ExprPtr swizzle(const ast::Expr& expr, ExprPtr object);
+    ExprPtr cast(const ast::Expr& expr);
+    ExprPtr bad_operand(const ast::Expr& expr, const std::string& types);
+    bool assignable(const Expr& target);
+    /// The type that both operands of an operator are brought to; a shorter vector wins, with a
+    /// warning.
+    Type common_type(const Type& a, const Type& b) const;
+    ExprPtr convert(ExprPtr value, const Type& to);
+    ExprPtr convert_explicitly(ExprPtr value, const Type& to);
+
+    // check_call.cpp
+    ExprPtr call(const ast::Expr& expr);
+    std::vector<ExprPtr> arguments(const ast::Expr& expr);
+    ExprPtr construct(const ast::Expr& expr, const Type& type, std::vector<ExprPtr> args);
+    ExprPtr intrinsic(const ast::Expr& expr, const IntrinsicInfo& info, std::vector<ExprPtr> args);
+    ExprPtr distance_query(const ast::Expr& expr, std::vector<ExprPtr> args);
+    ExprPtr user_call(const ast::Expr& expr, const std::vector<const Function*>& candidates,
+                      std::vector<ExprPtr> args);
+    ExprPtr method(const ast::Expr& expr);
+    ExprPtr texture_method(const ast::Expr& expr, ExprPtr texture, std::vector<ExprPtr> args);
+    ExprPtr composition_method(const ast::Expr& expr, ExprPtr object, std::vector<ExprPtr> args);
+    ExprPtr unknown_function(const ast::Expr& expr);
+    std::vector<const Function*> overloads(std::string_view name) const;
+    bool wrong_count(const ast::Expr& call, std::string_view name, const std::string& right,
+                     size_t count);
+
+    ExprPtr make(ExprKind kind, const Type& type, const source::Span& span) const;
+    ExprPtr poison(const source::Span& span) const { return make(ExprKind::kError, {}, span); }
+
+    diag::Sink* sink_;
+    std::vector<Scope> scopes_;
+    std::vector<const Function*> visible_functions_;
+    Place place_ = Place::kGlobal;
+    source::Span stage_span_;
+    Type return_type_;
+    Function* function_ = nullptr;
+    Fablet* fablet_ = nullptr;
+    int loops_ = 0;
+};
+
+}  // namespace openfab::sema

@@ -1,0 +1,176 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include "compiler/sema/check_state.h"
+
+namespace openfab::sema {
+
+namespace {
+
+StmtPtr make_stmt(StmtKind kind, const source::Span& span) {
+    auto out = std::make_unique<Stmt>();
+    out->kind = kind;
+    out->span = span;
+    return out;
+}
+
+}  // namespace
+
+StmtPtr Checker::block(const ast::Stmt& stmt) {
+    StmtPtr out = make_stmt(StmtKind::kBlock, stmt.span);
+    scopes_.emplace_back();
+    for (const ast::StmtPtr& child : stmt.body) {
+        if (child->kind == ast::StmtKind::kDeclaration) {
+            declaration(*child, &out->body);
+        } else {
+            out->body.push_back(statement(*child));
+        }
+    }
+    scopes_.pop_back();
+    return out;
+}
+
+StmtPtr Checker::statement(const ast::Stmt& stmt) {
+    switch (stmt.kind) {
+        case ast::StmtKind::kBad:
+        case ast::StmtKind::kEmpty:
+            break;
+        case ast::StmtKind::kBlock:
+            return block(stmt);
+        case ast::StmtKind::kDeclaration: {
+            // The body of an `if` or a loop without braces: nothing can use the name.
+            StmtPtr out = make_stmt(StmtKind::kBlock, stmt.span);
+            scopes_.emplace_back();
+            declaration(stmt, &out->body);
+            scopes_.pop_back();
+            return out;
+        }
+        case ast::StmtKind::kExpression: {
+            StmtPtr out = make_stmt(StmtKind::kExpression, stmt.span);
+            out->expr = expression(*stmt.expr);
+            return out;
+        }
+        case ast::StmtKind::kIf:
+            return if_statement(stmt);
+        case ast::StmtKind::kFor:
+        case ast::StmtKind::kWhile:
+        case ast::StmtKind::kDo:
+            return loop(stmt);
+        case ast::StmtKind::kBreak:
+        case ast::StmtKind::kContinue:
+            if (loops_ == 0) sink_->report(stmt.span, diag::kNotInLoop, stmt.text);
+            return make_stmt(
+                stmt.kind == ast::StmtKind::kBreak ? StmtKind::kBreak : StmtKind::kContinue,
+                stmt.span);
+        case ast::StmtKind::kReturn:
+            return return_statement(stmt);
+        case ast::StmtKind::kUnsupported:
+            if (!stmt.text.empty()) sink_->report(stmt.span, diag::kUnsupported, stmt.text);
+            break;
+    }
+    return make_stmt(StmtKind::kBlock, stmt.span);
+}
+
+void Checker::declaration(const ast::Stmt& stmt, std::vector<StmtPtr>* out) {
+    for (const ast::Variable& v : stmt.variables)
+        out->push_back(local(v));
+}
+
+StmtPtr Checker::local(const ast::Variable& v) {
+    StmtPtr out = make_stmt(StmtKind::kDeclare, v.span);
+    out->symbol = std::make_unique<Symbol>();
+    Symbol& symbol = *out->symbol;
+    symbol.kind = SymbolKind::kLocal;
+    symbol.name = v.name;
+    symbol.span = v.span;
+    symbol.is_const = v.is_const;
+    symbol.type = declared_type(v.type);
+    if (symbol.type == kVoidType || symbol.type.base == Base::kSurfaceAttributes ||
+        symbol.type.base == Base::kVolumeAttributes) {
+        sink_->report(v.type.span, diag::kBadDeclaration,
+                      fmt::format("a variable cannot have type `{}`", v.type.text));
+        symbol.type = {};
+    }
+    if (v.is_array && !symbol.type.is_error()) {
+        sink_->report(v.array_span, diag::kUnsupported, "arrays are");
+        symbol.type = {};
+    }
+    if (v.init != nullptr &&
+        !(symbol.type.is_error() && v.init->kind == ast::ExprKind::kInitList)) {
+        // The name is not in scope in its own first value.
+        out->expr = convert(expression(*v.init), symbol.type);
+    }
+    const bool needs_value = v.is_const || symbol.type.base == Base::kTexture2D;
+    if (needs_value && v.init == nullptr && !symbol.type.is_error()) {
+        sink_->report(v.span, diag::kBadDeclaration,
+                      fmt::format("`{}` needs a value: it cannot be assigned later", v.name));
+    }
+    declare(&symbol);
+    return out;
+}
+
+ExprPtr Checker::condition(const ast::Expr& expr) {
+    ExprPtr out = expression(expr);
+    if (out->type.is_error()) return out;
+    if (!out->type.is_scalar()) {
+        diag::Diagnostic& d = sink_->report(expr.span, diag::kBadCondition, type_name(out->type));
+        if (out->type.is_vector()) d.help("write `all(…)` or `any(…)`");
+        return poison(expr.span);
+    }
+    return convert(std::move(out), kBoolType);
+}
+
+StmtPtr Checker::if_statement(const ast::Stmt& stmt) {
+    StmtPtr out = make_stmt(StmtKind::kIf, stmt.span);
+    out->expr = condition(*stmt.expr);
+    for (const ast::StmtPtr& child : stmt.body)
+        out->body.push_back(statement(*child));
+    return out;
+}
+
+StmtPtr Checker::loop(const ast::Stmt& stmt) {
+    StmtPtr out = make_stmt(StmtKind::kLoop, stmt.span);
+    out->test_last = stmt.kind == ast::StmtKind::kDo;
+    scopes_.emplace_back();
+    if (stmt.init != nullptr) {
+        out->init = make_stmt(StmtKind::kBlock, stmt.span);
+        if (stmt.init->kind == ast::StmtKind::kDeclaration) {
+            declaration(*stmt.init, &out->init->body);
+        } else {
+            out->init->body.push_back(statement(*stmt.init));
+        }
+    }
+    if (stmt.expr != nullptr) out->expr = condition(*stmt.expr);
+    if (stmt.step != nullptr) out->step = expression(*stmt.step);
+    ++loops_;
+    out->body.push_back(statement(*stmt.body[0]));
+    --loops_;
+    scopes_.pop_back();
+    return out;
+}
+
+StmtPtr Checker::return_statement(const ast::Stmt& stmt) {
+    StmtPtr out = make_stmt(StmtKind::kReturn, stmt.span);
+    if (stmt.expr == nullptr) {
+        if (return_type_ != kVoidType && !return_type_.is_error()) {
+            sink_->report(stmt.span, diag::kNoConversion, "void", type_name(return_type_));
+        }
+        return out;
+    }
+    ExprPtr value = expression(*stmt.expr);
+    if (value->type.is_error() || return_type_.is_error()) return out;
+    if (value->type.base == Base::kMaterial && return_type_.base == Base::kComposition) {
+        sink_->report(stmt.expr->span, diag::kNoConversion, "Material", "MaterialComposition")
+            .help("declare a `MaterialComposition`, `Set` the material to 1 and return that");
+        return out;
+    }
+    if (return_type_ == kVoidType && value->type != kVoidType) {
+        sink_->report(stmt.expr->span, diag::kNoConversion, type_name(value->type), "void");
+        return out;
+    }
+    out->expr = convert(std::move(value), return_type_);
+    return out;
+}
+
+}  // namespace openfab::sema

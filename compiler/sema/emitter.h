@@ -1,0 +1,59 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Appends IR instructions, each distinct one once, and folds what is constant, so that loop
+// counters, `if`s on constants and path conditions come out in their plain form. No folding changes
+// a bit of any result.
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <tuple>
+#include <vector>
+
+#include "compiler/ir/ir.h"
+
+namespace openfab::sema {
+
+class Emitter {
+  public:
+    explicit Emitter(ir::Stage* stage) : stage_(stage), builder_(stage) {}
+
+    void set_span(const source::Span& span) { builder_.set_span(span); }
+    ir::ValueId constant(ir::Type type, uint32_t bits);
+    ir::ValueId constant(float value);
+    ir::ValueId boolean(bool value) { return constant(ir::Type::kBool, value ? 1 : 0); }
+    ir::ValueId input(ir::Type type, int32_t kind, int32_t a, int32_t b);
+    ir::ValueId sample(int32_t texture, int32_t channel, const std::array<ir::ValueId, 4>& args);
+
+    ir::ValueId unary(ir::Op op, ir::ValueId a);
+    ir::ValueId binary(ir::Op op, ir::ValueId a, ir::ValueId b);
+    ir::ValueId convert(ir::ValueId value, ir::Type to);
+    ir::ValueId select(ir::ValueId condition, ir::ValueId if_true, ir::ValueId if_false);
+    ir::ValueId logical_and(ir::ValueId a, ir::ValueId b);
+    ir::ValueId logical_or(ir::ValueId a, ir::ValueId b);
+    ir::ValueId logical_not(ir::ValueId a);
+
+    const ir::Instr& instr(ir::ValueId value) const { return stage_->instrs[value]; }
+    ir::Type type(ir::ValueId value) const { return instr(value).type; }
+    bool is_constant(ir::ValueId value) const { return instr(value).op == ir::Op::kConst; }
+    bool is_true(ir::ValueId value) const { return is_constant(value) && instr(value).bits != 0; }
+    bool is_false(ir::ValueId value) const { return is_constant(value) && instr(value).bits == 0; }
+    /// True where `condition` is `fact` or a conjunction that holds it.
+    bool implies(ir::ValueId condition, ir::ValueId fact) const;
+    size_t size() const { return stage_->instrs.size(); }
+
+  private:
+    using Key =
+        std::tuple<ir::Op, ir::Type, uint32_t, int32_t, int32_t, int32_t, std::vector<ir::ValueId>>;
+    ir::ValueId add(ir::Instr instr);
+    bool is_one_of(ir::Op op, ir::ValueId value, ir::ValueId part) const;
+    bool are_opposite(ir::ValueId a, ir::ValueId b) const;
+
+    ir::Stage* stage_;
+    ir::Builder builder_;
+    std::map<Key, ir::ValueId> known_;
+};
+
+}  // namespace openfab::sema

@@ -1,0 +1,23 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Checked tree to IR: functions are inlined, loops unrolled, vectors split and branches turned into
+// selects. What only shows here is reported here: a loop without a constant trip count, an index
+// that is no constant, an output that stays unassigned.
+
+#include "compiler/diag/sink.h"
+#include "compiler/sema/tree.h"
+
+namespace openfab::sema {
+
+/// Most times that a loop may run, since it is unrolled.
+constexpr int kMaxTrips = 1024;
+/// Most instructions of one stage.
+constexpr size_t kMaxInstructions = 100000;
+
+/// Only for a program that `check` found no error in. Where this reports errors the module is not
+/// usable.
+ir::Module translate(const Program& program, diag::Sink* sink);
+
+}  // namespace openfab::sema

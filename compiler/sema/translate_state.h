@@ -1,0 +1,147 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// The translator of one stage, private to compiler/sema: statements and calls in
+// translate_stmt.cpp, expressions in translate_expr.cpp, built-in functions in
+// translate_builtin.cpp.
+//
+// Control flow. There is one straight line of instructions. A branch is translated under a scope
+// that records which variables it changes; afterwards each becomes a select of the two values.
+// `live` is the condition under which the current place is reached; texture look-ups take it as
+// their guard. `return`, `break` and `continue` set a bool variable, and what follows them in the
+// same block is translated as a branch that is taken where none of them is set.
+
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "compiler/diag/sink.h"
+#include "compiler/sema/emitter.h"
+#include "compiler/sema/translate.h"
+
+namespace openfab::sema {
+
+/// Components of a value: of a composition one per slot, of a material or texture its index.
+using Value = std::vector<ir::ValueId>;
+
+class StageTranslator {
+  public:
+    StageTranslator(const Fablet& fablet, ir::StageKind kind, ir::Stage* out, diag::Sink* sink)
+        : fablet_(fablet), kind_(kind), emit_(out), stage_(out), sink_(sink) {}
+
+    /// The stage's own body with its outputs.
+    void run(const Stage& stage);
+    /// A value outside a stage, such as a uniform's default: empty unless all its components are
+    /// constants.
+    std::vector<uint32_t> constant_bits(const Expr& expr);
+
+  private:
+    using VariableId = size_t;
+    /// A variable's components, and for each whether it has been assigned, as a bool value.
+    struct Variable {
+        Value value;
+        Value assigned;
+    };
+    /// What a branch changed: each variable's state before it or, once left, after it.
+    using Changes = std::map<VariableId, Variable>;
+    /// What an assignment writes: components of a variable; no symbol after an error.
+    struct Target {
+        const Symbol* symbol = nullptr;
+        std::vector<size_t> lanes;
+    };
+    /// A branch that is open: what it has changed so far, and what held outside.
+    struct Branch {
+        Changes before;
+        size_t variables = 0;
+        ir::ValueId live = 0;
+    };
+    /// One function that is being inlined, or the stage's body.
+    struct Frame {
+        std::map<const Symbol*, VariableId> variables;
+        VariableId result = 0;
+        VariableId returned = 0;
+        bool in_loop = false;
+        VariableId broken = 0;
+        VariableId continued = 0;
+    };
+
+    // translate_stmt.cpp
+    VariableId add_variable(Variable v);
+    VariableId add_flag();
+    void set(VariableId id, Variable v);
+    void set_flag(VariableId id, ir::ValueId value);
+    ir::ValueId flag(VariableId id) const { return variables_[id].value[0]; }
+    void enter(ir::ValueId condition);
+    Changes leave();
+    void merge(ir::ValueId condition, const Changes& yes, const Changes& no);
+    void branch(ir::ValueId condition, const std::function<void()>& yes,
+                const std::function<void()>& no);
+    ir::ValueId exited();
+    bool skip_where_exited(std::vector<ir::ValueId>* pending);
+    void unwind(const std::vector<ir::ValueId>& pending);
+    void statement(const Stmt& stmt);
+    void statements(const std::vector<StmtPtr>& list);
+    void declare(const Stmt& stmt);
+    void return_statement(const Stmt& stmt);
+    void loop(const Stmt& stmt);
+    bool goes_on(const Stmt& stmt);
+    Value inline_call(const Expr& expr);
+    void add_stage_symbol(const Symbol& symbol);
+    void finish_surface(const Stage& stage);
+    void finish_volume();
+    void add_output(std::string name, int32_t kind, int32_t a, int32_t b, ir::ValueId value);
+    void check_returned(const source::Span& span, const std::string& what);
+    void check_assigned(const Variable& v, const Symbol& symbol);
+    void drop_unused();
+
+    // translate_expr.cpp
+    Value expression(const Expr& expr);
+    ir::ValueId scalar(const Expr& expr) { return expression(expr)[0]; }
+    Value variable(const Expr& expr);
+    Value attribute(const Expr& expr);
+    Value voxel_center();
+    Value frame_vector(int32_t first);
+    Value convert(const Value& from, const Type& from_type, const Type& to);
+    Value binary_values(ir::Op op, const Value& a, const Value& b);
+    Value read(const Symbol& symbol, const std::vector<size_t>& lanes, const source::Span& span);
+    Value logical(const Expr& expr);
+    Value conditional(const Expr& expr);
+    Value assign(const Expr& expr);
+    Value increment(const Expr& expr);
+    Target target(const Expr& expr);
+    Value read(const Target& target, const Expr& expr);
+    void store(const Target& target, const Value& value);
+    const Symbol* lanes_of(const Expr& target, std::vector<size_t>* lanes);
+    bool constant_index(const Expr& expr, int size, size_t* index);
+    Value zero(const Type& type);
+    size_t component_count(const Type& type) const;
+    VariableId variable_of(const Symbol& symbol) const;
+
+    // translate_builtin.cpp
+    Value intrinsic(const Expr& expr);
+    ir::ValueId component_intrinsic(const Expr& expr, const std::vector<ir::ValueId>& args);
+    ir::ValueId clamp(ir::ValueId x, ir::ValueId lo, ir::ValueId hi);
+    ir::ValueId dot(const Value& a, const Value& b);
+    Value geometric(const Expr& expr, const std::vector<Value>& args);
+    Value sample(const Expr& expr);
+    Value distance(const Expr& expr);
+    Value composition(const Expr& expr);
+
+    bool too_complex(const source::Span& span);
+
+    const Fablet& fablet_;
+    ir::StageKind kind_;
+    Emitter emit_;
+    ir::Stage* stage_;
+    diag::Sink* sink_;
+    std::vector<Variable> variables_;
+    std::vector<Branch> open_;
+    Frame frame_;
+    ir::ValueId live_ = 0;
+    int inline_depth_ = 0;
+    bool gave_up_ = false;
+};
+
+}  // namespace openfab::sema

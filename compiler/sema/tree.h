@@ -1,0 +1,165 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// The checked tree: names resolved, types known, every implicit conversion written out. Made by
+// `check`, read by `translate`.
+
+#include <array>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "compiler/ir/ir.h"
+#include "compiler/sema/builtins.h"
+#include "compiler/sema/type.h"
+#include "compiler/source/span.h"
+
+namespace openfab::sema {
+
+struct Expr;
+struct Stmt;
+struct Function;
+using ExprPtr = std::unique_ptr<Expr>;
+using StmtPtr = std::unique_ptr<Stmt>;
+
+enum class SymbolKind : uint8_t {
+    kUniform,   ///< index: place in Fablet::uniforms
+    kConstant,  ///< init
+    kLocal,
+    kParameter,
+    kSurfaceInput,   ///< index: place among the inputs; the fablet may change its own copy
+    kSurfaceOutput,  ///< index: place among the outputs
+    kNearest,        ///< index: place among the nearest inputs
+    kAttributes,     ///< `attr`
+    kVoid,           ///< the built-in material VOID
+};
+
+struct Symbol {
+    SymbolKind kind = SymbolKind::kLocal;
+    std::string name;
+    Type type;
+    source::Span span;
+    bool is_const = false;
+    bool is_in = true;    ///< parameter: the value comes in
+    bool is_out = false;  ///< parameter: the value goes back
+    int32_t index = 0;
+    ExprPtr init;
+};
+
+enum class ExprKind : uint8_t {
+#define OPENFAB_SEMA_EXPR(name) k##name,
+#include "compiler/sema/nodes.def"
+};
+
+/// Members of SurfaceAttributes and VolumeAttributes.
+enum class Attribute : uint8_t {
+    kP,
+    kN,
+    kNg,
+    kUv,
+    kDpdu,
+    kDpdv,
+    kInstance,
+    kVoxelCenter,
+    kVoxelSize,
+    kBuildPosition,
+};
+
+/// By kind:
+///   Constant     bits, one component
+///   Variable     symbol
+///   Attribute    attribute
+///   Convert      args {value} to `type`: component conversion, broadcast of a scalar, or the first
+///   components Unary        op kNeg, kNot, kBitNot   args {operand} Binary       op args {left,
+///   right}, of one type AndThen, OrElse                       args {left, right}, scalar bools
+///   Conditional  args {condition, if true, if false}
+///   Swizzle      lanes[0 .. type.size)    args {vector}
+///   Index        args {vector, index}
+///   Construct    args, whose components in a row are the value's
+///   Assign       args {target, value}; with `compound`, op is applied in `operand_type`, which is
+///   the value's type Increment    args {target}, op kAdd or kSub; `postfix`: the value is the old
+///   one Comma        args {first, second} Intrinsic    intrinsic, args Call         function,
+///   args: one per parameter, of its type (targets of that type for out) Sample       args
+///   {texture, channel, width, coordinates: a float2 or two floats}; type.size channels Distance
+///   args {point} Set, Add     args {composition, material, weight};  Get {composition, material};
+///   Clear, Total {composition}
+struct Expr {
+    ExprKind kind = ExprKind::kError;
+    Type type;
+    source::Span span;
+    std::vector<ExprPtr> args;
+    uint32_t bits = 0;
+    ir::Op op = ir::Op::kAdd;
+    std::array<uint8_t, 4> lanes{};
+    bool compound = false;
+    bool postfix = false;
+    Type operand_type;
+    Attribute attribute = Attribute::kP;
+    Intrinsic intrinsic = Intrinsic::kAbs;
+    const Symbol* symbol = nullptr;
+    const Function* function = nullptr;
+};
+
+enum class StmtKind : uint8_t {
+#define OPENFAB_SEMA_STMT(name) k##name,
+#include "compiler/sema/nodes.def"
+};
+
+/// By kind:
+///   Block       body
+///   Declare     symbol, expr? (its first value)
+///   Expression  expr
+///   If          expr, body {then, else?}
+///   Loop        init?, expr? (condition), step?, body {one}; `test_last` for do … while
+///   Return      expr?
+struct Stmt {
+    StmtKind kind = StmtKind::kBlock;
+    source::Span span;
+    ExprPtr expr;
+    ExprPtr step;
+    StmtPtr init;
+    std::vector<StmtPtr> body;
+    std::unique_ptr<Symbol> symbol;
+    bool test_last = false;
+};
+
+struct Function {
+    std::string name;
+    source::Span span;
+    Type return_type;
+    std::vector<std::unique_ptr<Symbol>> parameters;
+    StmtPtr body;
+    struct CallSite {
+        const Function* function;
+        source::Span span;
+    };
+    std::vector<CallSite> calls;
+};
+
+struct Stage {
+    source::Span span;
+    std::vector<std::unique_ptr<Symbol>> symbols;  ///< varyings and attributes
+    StmtPtr body;
+};
+
+struct Fablet {
+    ir::Fablet
+        ir;  ///< all but the stages' instructions and the defaults, which `translate` fills in
+    std::vector<std::unique_ptr<Symbol>> uniforms;  ///< one per ir.uniforms; init is the default
+    std::vector<std::unique_ptr<Symbol>>
+        surface_inputs;  ///< defaults only, one per ir.surface_inputs
+    std::vector<std::unique_ptr<Symbol>> constants;
+    std::vector<std::unique_ptr<Function>> functions;
+    std::unique_ptr<Symbol> void_material;
+    Stage surface;
+    Stage volume;
+};
+
+struct Program {
+    std::vector<std::unique_ptr<Symbol>> constants;
+    std::vector<std::unique_ptr<Function>> functions;
+    std::vector<Fablet> fablets;
+};
+
+}  // namespace openfab::sema

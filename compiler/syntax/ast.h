@@ -1,0 +1,151 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// The syntax tree: what was written, with no meaning yet. Texts are views into the SourceManager's
+// buffers, which must outlive the tree.
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "compiler/source/span.h"
+
+namespace openfab::ast {
+
+enum class ExprKind : uint8_t {
+#define OPENFAB_AST_EXPR(name) k##name,
+#include "compiler/syntax/nodes.def"
+};
+
+enum class StmtKind : uint8_t {
+#define OPENFAB_AST_STMT(name) k##name,
+#include "compiler/syntax/nodes.def"
+};
+
+struct Expr;
+struct Stmt;
+using ExprPtr = std::unique_ptr<Expr>;
+using StmtPtr = std::unique_ptr<Stmt>;
+
+/// By kind, `text` and `args`:
+///   literals        as written; `bits` is the value
+///   Name            the name
+///   Unary           + - ! ~        {operand}
+///   Prefix/Postfix  ++ --          {operand}
+///   Binary          the operator   {left, right}; && and || too
+///   Conditional     ?              {condition, if true, if false}
+///   Assign          = += …         {target, value}
+///   Comma           ,              {first, second}
+///   Index           [              {object, index}
+///   Member          member's name  {object}
+///   Call            (              {callee: Name or Member, arguments…}
+///   Cast            type's name    {operand}
+///   InitList        {              items
+struct Expr {
+    ExprKind kind = ExprKind::kBad;
+    source::Span span;       ///< all of it
+    source::Span text_span;  ///< of `text`
+    std::string_view text;
+    uint32_t bits = 0;
+    std::vector<ExprPtr> args;
+    int depth = 1;  ///< levels of nodes; the parser limits it, so that later phases may recurse
+};
+
+struct TypeRef {
+    std::string_view text;
+    source::Span span;
+};
+
+/// `float min = 0` in `[[ ]]`.
+struct Annotation {
+    TypeRef type;
+    std::string_view name;
+    source::Span span;
+    ExprPtr value;
+};
+
+/// One declared name: uniform, constant, local, parameter or varying.
+struct Variable {
+    TypeRef type;
+    std::string_view name;
+    source::Span span;  ///< of the name
+    bool is_array = false;
+    source::Span array_span;
+    ExprPtr init;
+    std::vector<Annotation> annotations;
+    bool is_const = false;
+    bool is_in = false;   ///< `in` or `inout` was written
+    bool is_out = false;  ///< `out` or `inout` was written
+    bool nearest = false;
+};
+
+/// By kind:
+///   Block        body
+///   Declaration  variables
+///   Expression   expr
+///   If           expr, body {then, else?}
+///   For          init?, expr?, step?, body {one}
+///   While, Do    expr, body {one}
+///   Return       expr?
+///   Unsupported  text says what
+struct Stmt {
+    StmtKind kind = StmtKind::kBad;
+    source::Span span;  ///< of its keyword or first token; of a Block, its closing brace
+    std::string_view text;
+    ExprPtr expr;
+    ExprPtr step;
+    StmtPtr init;
+    std::vector<StmtPtr> body;
+    std::vector<Variable> variables;
+};
+
+struct Function {
+    TypeRef return_type;
+    std::string_view name;
+    source::Span span;  ///< of the name
+    std::vector<Variable> parameters;
+    StmtPtr body;
+};
+
+struct Stage {
+    bool surface = false;
+    source::Span span;  ///< of `@Surface` or `@Volume`
+    std::vector<Variable> varyings;
+    StmtPtr body;
+};
+
+/// A declaration that is part of the language but not of this compiler: an import or a struct.
+struct Unsupported {
+    std::string_view what;
+    std::string_view name;
+    source::Span span;
+};
+
+/// What may stand at file level and in a fablet.
+struct Scope {
+    std::vector<Variable> constants;
+    std::vector<Function> functions;
+    std::vector<Unsupported> unsupported;
+};
+
+struct Fablet {
+    std::string_view name;
+    source::Span span;  ///< of the name
+    std::vector<Variable> uniforms;
+    Scope scope;
+    std::vector<Stage> stages;
+};
+
+struct File {
+    source::Span end;  ///< the place behind the last character
+    Scope scope;
+    std::vector<Fablet> fablets;
+};
+
+/// Indented text of the tree, one node a line.
+std::string print(const File& file);
+
+}  // namespace openfab::ast

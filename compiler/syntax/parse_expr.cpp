@@ -1,0 +1,242 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <iterator>
+
+#include "compiler/syntax/parser_state.h"
+
+namespace openfab::syntax {
+
+namespace {
+
+struct Precedence {
+    std::string_view op;
+    int level;
+};
+
+// C's, which is HLSL's.
+constexpr Precedence kBinary[] = {
+    {"||", 1}, {"&&", 2}, {"|", 3}, {"^", 4},  {"&", 5},  {"==", 6},
+    {"!=", 6}, {"<", 7},  {">", 7}, {"<=", 7}, {">=", 7}, {"<<", 8},
+    {">>", 8}, {"+", 9},  {"-", 9}, {"*", 10}, {"/", 10}, {"%", 10},
+};
+
+constexpr std::string_view kAssignments[] = {
+    "=", "+=", "-=", "*=", "/=", "%=", "&=", "|=", "^=", "<<=", ">>="};
+
+int precedence(const Token& token) {
+    if (token.kind != TokenKind::kPunct) return 0;
+    for (const Precedence& p : kBinary) {
+        if (token.text == p.op) return p.level;
+    }
+    return 0;
+}
+
+bool is_assignment(const Token& token) {
+    return token.kind == TokenKind::kPunct &&
+           std::find(std::begin(kAssignments), std::end(kAssignments), token.text) !=
+               std::end(kAssignments);
+}
+
+}  // namespace
+
+bool is_builtin_type_name(std::string_view name) {
+    for (std::string_view base : {"bool", "int", "uint", "float"}) {
+        if (name.substr(0, base.size()) != base) continue;
+        const std::string_view rest = name.substr(base.size());
+        const auto side = [](char c) { return c >= '1' && c <= '4'; };
+        if (rest.empty() || (rest.size() == 1 && side(rest[0]))) return true;
+        if (rest.size() == 3 && side(rest[0]) && rest[1] == 'x' && side(rest[2])) return true;
+    }
+    return false;
+}
+
+ast::ExprPtr Parser::node(ast::ExprKind kind, const Token& text, ast::ExprPtr a, ast::ExprPtr b,
+                          ast::ExprPtr c) {
+    auto out = std::make_unique<ast::Expr>();
+    out->kind = kind;
+    out->span = out->text_span = text.span;
+    out->text = text.text;
+    for (ast::ExprPtr* arg : {&a, &b, &c}) {
+        if (*arg != nullptr) add_arg(out.get(), std::move(*arg));
+    }
+    return out;
+}
+
+void Parser::add_arg(ast::Expr* expr, ast::ExprPtr arg) {
+    expr->span.begin = std::min(expr->span.begin, arg->span.begin);
+    expr->span.end = std::max(expr->span.end, arg->span.end);
+    expr->depth = std::max(expr->depth, arg->depth + 1);
+    // A long chain of operators nests without recursion here, but not in the phases that follow.
+    if (expr->depth > kMaxDepth) give_up();
+    expr->args.push_back(std::move(arg));
+}
+
+ast::ExprPtr Parser::literal(ast::ExprKind kind) {
+    const Token& token = take();
+    ast::ExprPtr out = node(kind, token);
+    out->bits = token.bits;
+    return out;
+}
+
+ast::ExprPtr Parser::parse_expression() {
+    ast::ExprPtr left = parse_assignment();
+    while (at(",")) {
+        const Token& comma = take();
+        left = node(ast::ExprKind::kComma, comma, std::move(left), parse_assignment());
+    }
+    return left;
+}
+
+ast::ExprPtr Parser::parse_assignment() {
+    const Level level(this);
+    if (!level.ok) return std::make_unique<ast::Expr>();
+    ast::ExprPtr left = parse_conditional();
+    if (!is_assignment(peek())) return left;
+    const Token& op = take();
+    return node(ast::ExprKind::kAssign, op, std::move(left), parse_assignment());
+}
+
+ast::ExprPtr Parser::parse_conditional() {
+    ast::ExprPtr condition = parse_binary(1);
+    if (!at("?")) return condition;
+    const Token& op = take();
+    ast::ExprPtr if_true = parse_assignment();
+    expect(":", "the first choice of `?`");
+    return node(ast::ExprKind::kConditional, op, std::move(condition), std::move(if_true),
+                parse_assignment());
+}
+
+ast::ExprPtr Parser::parse_binary(int least) {
+    ast::ExprPtr left = parse_unary();
+    while (true) {
+        const int level = precedence(peek());
+        if (level == 0 || level < least) return left;
+        const Token& op = take();
+        left = node(ast::ExprKind::kBinary, op, std::move(left), parse_binary(level + 1));
+    }
+}
+
+ast::ExprPtr Parser::parse_unary() {
+    const Level level(this);
+    if (!level.ok) return std::make_unique<ast::Expr>();
+    for (std::string_view op : {"+", "-", "!", "~"}) {
+        if (at(op)) {
+            const Token& token = take();
+            return node(ast::ExprKind::kUnary, token, parse_unary());
+        }
+    }
+    if (at("++") || at("--")) {
+        const Token& token = take();
+        return node(ast::ExprKind::kPrefix, token, parse_unary());
+    }
+    if (at_cast()) {
+        const source::Span begin = take().span;
+        const Token& type = take();
+        take();
+        ast::ExprPtr out = node(ast::ExprKind::kCast, type, parse_unary());
+        out->span.begin = begin.begin;
+        return out;
+    }
+    return parse_postfix();
+}
+
+bool Parser::at_cast() const {
+    if (!at("(") || !at_identifier(1) || !peek(2).is(")")) return false;
+    if (!is_builtin_type_name(peek(1).text)) return false;
+    const Token& next = peek(3);
+    return next.kind == TokenKind::kPunct
+               ? next.is("(") || next.is("-") || next.is("!") || next.is("~")
+               : next.kind != TokenKind::kEnd;
+}
+
+ast::ExprPtr Parser::parse_postfix() {
+    ast::ExprPtr left = parse_primary();
+    while (!gave_up_) {
+        if (at("(")) {
+            left = parse_call(std::move(left));
+        } else if (at("[") && !peek(1).is("[")) {
+            const Token& token = take();
+            left = node(ast::ExprKind::kIndex, token, std::move(left), parse_expression());
+            expect("]", "the index");
+            left->span = span_to_previous(left->span);
+        } else if (at(".")) {
+            take();
+            if (!at_identifier()) {
+                expected("a member's name");
+                return left;
+            }
+            left = node(ast::ExprKind::kMember, take(), std::move(left));
+        } else if (at("++") || at("--")) {
+            const Token& token = take();
+            left = node(ast::ExprKind::kPostfix, token, std::move(left));
+        } else {
+            return left;
+        }
+    }
+    return left;
+}
+
+ast::ExprPtr Parser::parse_call(ast::ExprPtr callee) {
+    ast::ExprPtr call = node(ast::ExprKind::kCall, take(), std::move(callee));
+    if (!at(")")) {
+        do {
+            add_arg(call.get(), parse_assignment());
+        } while (accept(","));
+    }
+    expect(")", "the arguments");
+    call->span = span_to_previous(call->span);
+    return call;
+}
+
+ast::ExprPtr Parser::parse_primary() {
+    switch (peek().kind) {
+        case TokenKind::kInt:
+            return literal(ast::ExprKind::kIntLiteral);
+        case TokenKind::kUint:
+            return literal(ast::ExprKind::kUintLiteral);
+        case TokenKind::kFloat:
+            return literal(ast::ExprKind::kFloatLiteral);
+        case TokenKind::kString:
+            return literal(ast::ExprKind::kStringLiteral);
+        case TokenKind::kIdentifier:
+            return node(ast::ExprKind::kName, take());
+        default:
+            break;
+    }
+    if (at("true") || at("false")) {
+        ast::ExprPtr out = node(ast::ExprKind::kBoolLiteral, take());
+        out->bits = out->text == "true" ? 1 : 0;
+        return out;
+    }
+    if (at("(")) {
+        const source::Span begin = take().span;
+        ast::ExprPtr inner = parse_expression();
+        expect(")", "the expression in brackets");
+        inner->span = span_to_previous(begin);
+        return inner;
+    }
+    expected("an expression");
+    auto bad = std::make_unique<ast::Expr>();
+    bad->span = bad->text_span = peek().span;
+    return bad;
+}
+
+ast::ExprPtr Parser::parse_initializer() {
+    return at("{") ? parse_init_list() : parse_assignment();
+}
+
+ast::ExprPtr Parser::parse_init_list() {
+    const Level level(this);
+    if (!level.ok) return std::make_unique<ast::Expr>();
+    ast::ExprPtr list = node(ast::ExprKind::kInitList, take());
+    while (!at("}") && !at_end()) {
+        add_arg(list.get(), parse_initializer());
+        if (!accept(",")) break;
+    }
+    expect("}", "the list");
+    list->span = span_to_previous(list->span);
+    return list;
+}
+
+}  // namespace openfab::syntax

@@ -1,0 +1,558 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "compiler/syntax/parser.h"
+
+#include <algorithm>
+
+#include "compiler/diag/suggest.h"
+#include "compiler/syntax/parser_state.h"
+
+namespace openfab::syntax {
+
+namespace {
+
+std::string describe(const Token& token) {
+    if (token.kind == TokenKind::kEnd) return "the end of the file";
+    if (token.kind == TokenKind::kString) return "a string";
+    constexpr size_t kMaxShown = 40;
+    const std::string_view shown = token.text.substr(0, kMaxShown);
+    return "`" + std::string(shown) + (shown.size() < token.text.size() ? "…`" : "`");
+}
+
+}  // namespace
+
+// --- errors
+// ---------------------------------------------------------------------------------------------------------------
+
+void Parser::expected(std::string_view what) {
+    if (gave_up_ || last_error_ == at_) return;
+    last_error_ = at_;
+    sink_->report(peek().span, diag::kExpected, what, describe(peek()));
+}
+
+bool Parser::expect(std::string_view text, const char* after) {
+    if (accept(text)) return true;
+    if (gave_up_ || last_error_ == at_) return false;
+    last_error_ = at_;
+    // The place where it belongs: behind what came before.
+    source::Span span = peek().span;
+    if (at_ > 0) span.begin = span.end = tokens_[at_ - 1].span.end;
+    const std::string what = "`" + std::string(text) + "` after " + after;
+    sink_->report(span, diag::kExpected, what, describe(peek()));
+    return false;
+}
+
+void Parser::give_up() {
+    if (!gave_up_) sink_->report(peek().span, diag::kTooDeep, kMaxDepth);
+    gave_up_ = true;
+    at_ = tokens_.size() - 1;
+}
+
+/// Over one token, or from an opening bracket to the one that closes it.
+void Parser::skip_balanced() {
+    size_t open = 0;
+    do {
+        if (at("(") || at("{") || at("[")) ++open;
+        if (open > 0 && (at(")") || at("}") || at("]"))) --open;
+        take();
+    } while (open > 0 && !at_end());
+}
+
+void Parser::skip_to_statement_end() {
+    while (!at_end() && !at("}")) {
+        if (accept(";")) return;
+        const bool block = at("{");
+        skip_balanced();
+        if (block) return;
+    }
+}
+
+/// To the next thing that can start a member of a fablet.
+void Parser::skip_to_member() {
+    while (!at_end() && !at("}") && !at("@") && !at("fablet")) {
+        if (accept(";")) return;
+        const bool block = at("{");
+        skip_balanced();
+        if (block) return;
+    }
+}
+
+// --- declarations
+// ---------------------------------------------------------------------------------------------------------
+
+ast::File Parser::parse_file() {
+    ast::File file;
+    while (!at_end()) {
+        const size_t before = at_;
+        if (at("fablet")) {
+            parse_fablet(&file);
+        } else if (at("@")) {
+            expected("`fablet`: a stage or a uniform stands inside one");
+            take();
+            skip_to_member();
+        } else {
+            parse_member(nullptr, &file.scope);
+        }
+        if (at_ == before) take();
+    }
+    file.end = peek().span;
+    return file;
+}
+
+void Parser::parse_fablet(ast::File* file) {
+    take();
+    ast::Fablet fablet;
+    fablet.span = peek().span;
+    if (at_identifier()) {
+        fablet.name = take().text;
+    } else {
+        expected("the fablet's name");
+    }
+    if (!expect("{", "the fablet's name")) {
+        skip_to_member();
+        return;
+    }
+    while (!at("}") && !at_end()) {
+        const size_t before = at_;
+        if (at("fablet")) break;
+        if (!parse_marker(&fablet)) parse_member(&fablet, &fablet.scope);
+        if (at_ == before) take();
+    }
+    expect("}", "the fablet's members");
+    accept(";");
+    file->fablets.push_back(std::move(fablet));
+}
+
+/// The word behind `@`, or a known word whose `@` was left out; takes both. Empty where there is
+/// neither.
+std::string_view Parser::marker_word(std::initializer_list<const char*> known) {
+    if (at("@")) {
+        const source::Span begin = take().span;
+        if (!at_identifier()) {
+            expected("a marker's name behind `@`");
+            return "?";
+        }
+        const Token& word = take();
+        for (const char* candidate : known) {
+            if (word.text == candidate) return word.text;
+        }
+        const std::vector<std::string> candidates(known.begin(), known.end());
+        const std::string near = diag::suggest(word.text, candidates);
+        diag::Diagnostic& d =
+            sink_->report(span_to_previous(begin), diag::kUnknownMarker, word.text);
+        if (near.empty()) return "?";
+        d.help("did you mean `@" + near + "`?");
+        for (const char* candidate : known) {
+            if (near == candidate) return candidate;  // go on as if it were right
+        }
+        return "?";
+    }
+    for (const char* candidate : known) {
+        const bool starts =
+            peek(1).is("{") || peek(1).is("(") || (at_identifier(1) && at_identifier(2));
+        if (at_identifier() && peek().text == candidate && starts) {
+            const Token& word = take();
+            sink_->report(word.span, diag::kMissingAt, word.text)
+                .help("write `@" + std::string(word.text) + "`");
+            return word.text;
+        }
+    }
+    return "";
+}
+
+bool Parser::parse_marker(ast::Fablet* fablet) {
+    const source::Span begin = peek().span;
+    const std::string_view word = marker_word({"uniform", "Surface", "Volume"});
+    if (word.empty()) return false;
+    if (word == "uniform") {
+        parse_uniforms(fablet);
+    } else if (word == "Surface" || word == "Volume") {
+        parse_stage(fablet, word == "Surface", span_to_previous(begin));
+    } else {
+        while (at("(") || at("{"))
+            skip_balanced();
+    }
+    return true;
+}
+
+void Parser::parse_uniforms(ast::Fablet* fablet) {
+    if (!expect("{", "`@uniform`")) return skip_to_member();
+    while (!at("}") && !at_end()) {
+        const size_t before = at_;
+        if (!at_identifier()) {
+            expected("a uniform's type");
+            skip_to_statement_end();
+        } else if (!parse_variables(false, &fablet->uniforms)) {
+            skip_to_statement_end();
+        }
+        if (at_ == before) take();
+    }
+    expect("}", "the uniforms");
+    accept(";");
+}
+
+void Parser::parse_stage(ast::Fablet* fablet, bool surface, const source::Span& span) {
+    ast::Stage stage;
+    stage.surface = surface;
+    stage.span = span;
+    if (expect("(", surface ? "`@Surface`" : "`@Volume`")) {
+        parse_varyings(&stage);
+        while (!at(")") && !at("{") && !at("}") && !at_end()) {
+            expected("`)` after the varyings");
+            skip_balanced();
+        }
+        accept(")");
+    }
+    if (at("{")) {
+        stage.body = parse_block();
+    } else {
+        expected("the stage's body in `{ }`");
+        skip_to_member();
+    }
+    fablet->stages.push_back(std::move(stage));
+}
+
+void Parser::parse_varyings(ast::Stage* stage) {
+    if (at(")")) return;
+    const std::string_view word = marker_word({"varying"});
+    if (word != "varying") {
+        if (word.empty()) expected("`@varying`");
+        return;
+    }
+    if (!expect("{", "`@varying`")) return;
+    while (!at("}") && !at_end()) {
+        if (!parse_varying(stage)) {
+            while (!at(",") && !at(";") && !at("}") && !at_end())
+                skip_balanced();
+        }
+        if (at(";")) {
+            expected("`,` between varyings");
+            take();
+            continue;
+        }
+        if (!accept(",")) break;
+    }
+    expect("}", "the varyings");
+}
+
+bool Parser::parse_varying(ast::Stage* stage) {
+    ast::Variable v;
+    if (marker_word({"nearest"}) == "nearest") v.nearest = true;
+    parse_direction(&v);
+    if (!at_identifier()) {
+        expected("a varying's type");
+        return false;
+    }
+    const ast::TypeRef type{peek().text, peek().span};
+    take();
+    const bool ok = parse_declarator(type, &v);
+    if (ok) stage->varyings.push_back(std::move(v));
+    return ok;
+}
+
+void Parser::parse_direction(ast::Variable* v) {
+    while (at("in") || at("out") || at("inout") || at("const")) {
+        const Token& word = take();
+        if (word.text == "const") v->is_const = true;
+        if (word.text == "in" || word.text == "inout") v->is_in = true;
+        if (word.text == "out" || word.text == "inout") v->is_out = true;
+    }
+}
+
+bool Parser::parse_unsupported_member(ast::Scope* scope) {
+    if (at("import")) {
+        const source::Span begin = take().span;
+        const std::string_view name = at_identifier() ? take().text : std::string_view{};
+        scope->unsupported.push_back({"`import` is", name, span_to_previous(begin)});
+        accept(";");
+        return true;
+    }
+    if (at("struct")) {
+        const source::Span begin = take().span;
+        const std::string_view name = at_identifier() ? take().text : std::string_view{};
+        scope->unsupported.push_back({"structs are", name, span_to_previous(begin)});
+        skip_to_statement_end();
+        accept(";");
+        return true;
+    }
+    return false;
+}
+
+/// A constant or a function, of a fablet or of the file (fablet null).
+void Parser::parse_member(ast::Fablet* fablet, ast::Scope* scope) {
+    if (accept(";") || parse_unsupported_member(scope)) return;
+    if (at_identifier() && peek().text == "static") take();  // as in HLSL, where it says the same
+    if (at_identifier() && at_identifier(1) && peek(2).is("(")) return parse_function(scope);
+    const bool is_const = accept("const");
+    if (at_identifier() && at_identifier(1)) {
+        if (!parse_variables(is_const, &scope->constants)) skip_to_member();
+        return;
+    }
+    expected(fablet != nullptr ? "a stage, `@uniform`, a constant or a function"
+                               : "`fablet`, a constant or a function");
+    skip_to_member();
+}
+
+void Parser::parse_function(ast::Scope* scope) {
+    ast::Function f;
+    f.return_type = {peek().text, peek().span};
+    take();
+    f.span = peek().span;
+    f.name = take().text;
+    take();
+    while (!at(")") && !at_end()) {
+        if (!parse_parameter(&f)) {
+            while (!at(",") && !at(")") && !at("{") && !at("}") && !at_end())
+                skip_balanced();
+        }
+        if (!accept(",")) break;
+    }
+    expect(")", "the parameters");
+    if (!at("{")) {
+        expected("the function's body in `{ }`");
+        return skip_to_member();
+    }
+    f.body = parse_block();
+    scope->functions.push_back(std::move(f));
+}
+
+bool Parser::parse_parameter(ast::Function* function) {
+    ast::Variable v;
+    parse_direction(&v);
+    if (!at_identifier()) {
+        expected("a parameter's type");
+        return false;
+    }
+    const ast::TypeRef type{peek().text, peek().span};
+    take();
+    const bool ok = parse_declarator(type, &v);
+    if (ok) function->parameters.push_back(std::move(v));
+    return ok;
+}
+
+/// `type a = 1, b;` with its semicolon.
+bool Parser::parse_variables(bool is_const, std::vector<ast::Variable>* out) {
+    const ast::TypeRef type{peek().text, peek().span};
+    take();
+    do {
+        ast::Variable v;
+        v.is_const = is_const;
+        if (!parse_declarator(type, &v)) return false;
+        out->push_back(std::move(v));
+    } while (accept(","));
+    return expect(";", "the declaration");
+}
+
+bool Parser::parse_declarator(const ast::TypeRef& type, ast::Variable* out) {
+    out->type = type;
+    out->span = peek().span;
+    if (!at_identifier()) {
+        expected("a name");
+        return false;
+    }
+    out->name = take().text;
+    while (at("[") && !peek(1).is("[")) {
+        const source::Span begin = peek().span;
+        out->is_array = true;
+        skip_balanced();
+        out->array_span = span_to_previous(begin);
+    }
+    if (accept("=")) out->init = parse_initializer();
+    if (at("[") && peek(1).is("[")) parse_annotations(out);
+    return !gave_up_;
+}
+
+void Parser::parse_annotations(ast::Variable* variable) {
+    take();
+    take();
+    while (!at("]") && !at_end()) {
+        ast::Annotation a;
+        a.type = {peek().text, peek().span};
+        if (!at_identifier() || !at_identifier(1)) {
+            expected("an annotation, such as `float min = 0`");
+            while (!at("]") && !at(";") && !at("}") && !at_end())
+                take();
+            break;
+        }
+        take();
+        a.span = peek().span;
+        a.name = take().text;
+        if (expect("=", "the annotation's name")) a.value = parse_assignment();
+        variable->annotations.push_back(std::move(a));
+        if (!accept(",")) break;
+    }
+    if (expect("]", "the annotations")) expect("]", "`]`: annotations end with `]]`");
+}
+
+// --- statements
+// -----------------------------------------------------------------------------------------------------------
+
+ast::StmtPtr Parser::stmt(ast::StmtKind kind) const {
+    auto out = std::make_unique<ast::Stmt>();
+    out->kind = kind;
+    out->span = peek().span;
+    return out;
+}
+
+ast::StmtPtr Parser::parse_block() {
+    const Level level(this);
+    ast::StmtPtr block = stmt(ast::StmtKind::kBlock);
+    if (!level.ok) return block;
+    take();
+    while (!at("}") && !at_end()) {
+        const size_t before = at_;
+        if (at("@") && !(peek(1).text == "bound")) break;  // a stage begins: a brace was forgotten
+        block->body.push_back(parse_statement());
+        if (at_ == before) take();
+    }
+    block->span = peek().span;
+    expect("}", "the statements of the block");
+    return block;
+}
+
+ast::StmtPtr Parser::parse_statement() {
+    const Level level(this);
+    if (!level.ok) return stmt(ast::StmtKind::kBad);
+    if (at("{")) return parse_block();
+    if (at("if")) return parse_if();
+    if (at("for")) return parse_for();
+    if (at("while")) return parse_while();
+    if (at("do")) return parse_do();
+    if (at("switch")) return parse_switch();
+    if (at("@")) {
+        ast::StmtPtr out = stmt(ast::StmtKind::kUnsupported);
+        const std::string_view word = marker_word({"bound"});
+        out->span = span_to_previous(out->span);
+        if (at("(")) skip_balanced();
+        out->text = word == "bound" ? "`@bound` is" : "";
+        parse_statement();
+        return out;
+    }
+    if (at(";")) {
+        ast::StmtPtr out = stmt(ast::StmtKind::kEmpty);
+        take();
+        return out;
+    }
+    return parse_simple();
+}
+
+ast::StmtPtr Parser::parse_body() {
+    return parse_statement();
+}
+
+ast::StmtPtr Parser::parse_if() {
+    ast::StmtPtr out = stmt(ast::StmtKind::kIf);
+    take();
+    expect("(", "`if`");
+    out->expr = parse_expression();
+    expect(")", "the condition");
+    out->body.push_back(parse_body());
+    if (accept("else")) out->body.push_back(parse_body());
+    return out;
+}
+
+ast::StmtPtr Parser::parse_for() {
+    ast::StmtPtr out = stmt(ast::StmtKind::kFor);
+    take();
+    expect("(", "`for`");
+    if (at_declaration()) {
+        out->init = stmt(ast::StmtKind::kDeclaration);
+        const bool is_const = accept("const");
+        if (!parse_variables(is_const, &out->init->variables)) skip_to_statement_end();
+    } else if (!accept(";")) {
+        out->init = stmt(ast::StmtKind::kExpression);
+        out->init->expr = parse_expression();
+        expect(";", "the start of `for`");
+    }
+    if (!at(";")) out->expr = parse_expression();
+    expect(";", "the condition of `for`");
+    if (!at(")")) out->step = parse_expression();
+    expect(")", "the step of `for`");
+    out->body.push_back(parse_body());
+    return out;
+}
+
+ast::StmtPtr Parser::parse_while() {
+    ast::StmtPtr out = stmt(ast::StmtKind::kWhile);
+    take();
+    expect("(", "`while`");
+    out->expr = parse_expression();
+    expect(")", "the condition");
+    out->body.push_back(parse_body());
+    return out;
+}
+
+ast::StmtPtr Parser::parse_do() {
+    ast::StmtPtr out = stmt(ast::StmtKind::kDo);
+    take();
+    out->body.push_back(parse_body());
+    if (!accept("while")) {
+        expected("`while` after the body of `do`");
+        return out;
+    }
+    expect("(", "`while`");
+    out->expr = parse_expression();
+    expect(")", "the condition");
+    expect(";", "`do … while (…)`");
+    return out;
+}
+
+ast::StmtPtr Parser::parse_switch() {
+    ast::StmtPtr out = stmt(ast::StmtKind::kUnsupported);
+    out->text = "`switch` is";
+    take();
+    if (at("(")) skip_balanced();
+    if (at("{")) skip_balanced();
+    return out;
+}
+
+bool Parser::at_declaration() const {
+    return at("const") || (at_identifier() && at_identifier(1));
+}
+
+ast::StmtPtr Parser::parse_simple() {
+    ast::StmtPtr out = stmt(ast::StmtKind::kExpression);
+    bool ok = true;
+    if (at("return")) {
+        out->kind = ast::StmtKind::kReturn;
+        take();
+        if (!at(";")) out->expr = parse_expression();
+        ok = expect(";", "`return`");
+    } else if (at("break") || at("continue")) {
+        out->kind = at("break") ? ast::StmtKind::kBreak : ast::StmtKind::kContinue;
+        out->text = take().text;
+        ok = expect(";", out->kind == ast::StmtKind::kBreak ? "`break`" : "`continue`");
+    } else if (at("struct")) {
+        out->kind = ast::StmtKind::kUnsupported;
+        out->text = "structs are";
+        take();
+        skip_to_statement_end();
+        accept(";");
+    } else if (at_declaration()) {
+        out->kind = ast::StmtKind::kDeclaration;
+        if (at_identifier() && peek().text == "static") take();
+        const bool is_const = accept("const");
+        if (!at_identifier()) {
+            expected("a type");
+            ok = false;
+        } else {
+            ok = parse_variables(is_const, &out->variables);
+        }
+    } else {
+        out->expr = parse_expression();
+        ok = expect(";", "the statement");
+    }
+    // A forgotten semicolon at the end of a line needs no skipping: what follows is a statement.
+    const bool fresh_line =
+        at_ > 0 && sources_.locate(peek().span.file, peek().span.begin).line >
+                       sources_.locate(peek().span.file, tokens_[at_ - 1].span.end).line;
+    if (!ok && !fresh_line) skip_to_statement_end();
+    return out;
+}
+
+ast::File parse(const source::SourceManager& sources, const std::vector<Token>& tokens,
+                diag::Sink* sink) {
+    return Parser(sources, tokens, sink).parse_file();
+}
+
+}  // namespace openfab::syntax

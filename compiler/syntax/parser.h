@@ -1,0 +1,19 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "compiler/syntax/ast.h"
+#include "compiler/syntax/token.h"
+
+namespace openfab::syntax {
+
+/// Levels of nesting that a program may have; what is deeper is an error, so no input overflows the
+/// stack.
+constexpr int kMaxDepth = 200;
+
+/// Parses the tokens of one file (as `lex` gives them). Always returns a tree; where it reported
+/// errors parts are missing.
+ast::File parse(const source::SourceManager& sources, const std::vector<Token>& tokens,
+                diag::Sink* sink);
+
+}  // namespace openfab::syntax

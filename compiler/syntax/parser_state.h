@@ -1,0 +1,132 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// The recursive-descent parser, private to compiler/syntax: declarations and statements in
+// parser.cpp, expressions in parse_expr.cpp. After an error it skips to a place where it can go on;
+// a level of nesting beyond kMaxDepth ends it.
+
+#include <string>
+#include <utility>
+
+#include "compiler/syntax/parser.h"
+
+namespace openfab::syntax {
+
+/// True of `float`, `int3`, `bool2x2`, `Material` and such: a name in brackets that makes a cast.
+bool is_builtin_type_name(std::string_view name);
+
+class Parser {
+  public:
+    Parser(const source::SourceManager& sources, const std::vector<Token>& tokens, diag::Sink* sink)
+        : sources_(sources), tokens_(tokens), sink_(sink) {}
+
+    ast::File parse_file();
+
+  private:
+    /// Counts a level for as long as it lives; `ok` is false beyond the limit.
+    class Level {
+      public:
+        explicit Level(Parser* parser) : parser_(parser), ok(++parser->depth_ <= kMaxDepth) {
+            if (!ok) parser_->give_up();
+        }
+        ~Level() { --parser_->depth_; }
+        Level(const Level&) = delete;
+        Level& operator=(const Level&) = delete;
+
+      private:
+        Parser* parser_;
+
+      public:
+        const bool ok;
+    };
+
+    const Token& peek(size_t ahead = 0) const {
+        const size_t at = at_ + ahead;
+        return at < tokens_.size() ? tokens_[at] : tokens_.back();
+    }
+    bool at(std::string_view text) const { return peek().is(text); }
+    bool at_end() const { return peek().kind == TokenKind::kEnd; }
+    bool at_identifier(size_t ahead = 0) const {
+        return peek(ahead).kind == TokenKind::kIdentifier;
+    }
+    const Token& take() {
+        const Token& token = peek();
+        if (at_ + 1 < tokens_.size()) ++at_;
+        return token;
+    }
+    bool accept(std::string_view text) {
+        if (!at(text)) return false;
+        take();
+        return true;
+    }
+    source::Span span_to_previous(const source::Span& begin) const {
+        source::Span span = begin;
+        if (at_ > 0) span.end = std::max(span.end, tokens_[at_ - 1].span.end);
+        return span;
+    }
+
+    // Errors. The first in a row of tokens that cannot be understood is the one that is shown.
+    bool expect(std::string_view text, const char* after);
+    void expected(std::string_view what);
+    void give_up();
+    void skip_balanced();
+    void skip_to_statement_end();
+    void skip_to_member();
+
+    // parser.cpp
+    void parse_fablet(ast::File* file);
+    bool parse_marker(ast::Fablet* fablet);
+    void parse_member(ast::Fablet* fablet, ast::Scope* scope);
+    void parse_uniforms(ast::Fablet* fablet);
+    void parse_stage(ast::Fablet* fablet, bool surface, const source::Span& span);
+    void parse_varyings(ast::Stage* stage);
+    bool parse_varying(ast::Stage* stage);
+    void parse_function(ast::Scope* scope);
+    bool parse_parameter(ast::Function* function);
+    bool parse_unsupported_member(ast::Scope* scope);
+    void parse_direction(ast::Variable* variable);
+    bool parse_variables(bool is_const, std::vector<ast::Variable>* out);
+    bool parse_declarator(const ast::TypeRef& type, ast::Variable* out);
+    void parse_annotations(ast::Variable* variable);
+    std::string_view marker_word(std::initializer_list<const char*> known);
+
+    ast::StmtPtr parse_statement();
+    ast::StmtPtr parse_block();
+    ast::StmtPtr parse_if();
+    ast::StmtPtr parse_for();
+    ast::StmtPtr parse_while();
+    ast::StmtPtr parse_do();
+    ast::StmtPtr parse_switch();
+    ast::StmtPtr parse_simple();
+    bool at_declaration() const;
+    ast::StmtPtr stmt(ast::StmtKind kind) const;
+    ast::StmtPtr parse_body();
+
+    // parse_expr.cpp
+    ast::ExprPtr parse_expression();  ///< with commas
+    ast::ExprPtr parse_assignment();
+    ast::ExprPtr parse_conditional();
+    ast::ExprPtr parse_binary(int least);
+    ast::ExprPtr parse_unary();
+    ast::ExprPtr parse_postfix();
+    ast::ExprPtr parse_primary();
+    ast::ExprPtr parse_call(ast::ExprPtr callee);
+    ast::ExprPtr parse_init_list();
+    ast::ExprPtr parse_initializer();
+    bool at_cast() const;
+    ast::ExprPtr literal(ast::ExprKind kind);
+    ast::ExprPtr node(ast::ExprKind kind, const Token& text, ast::ExprPtr a = nullptr,
+                      ast::ExprPtr b = nullptr, ast::ExprPtr c = nullptr);
+    void add_arg(ast::Expr* expr, ast::ExprPtr arg);
+
+    const source::SourceManager& sources_;
+    const std::vector<Token>& tokens_;
+    diag::Sink* sink_;
+    size_t at_ = 0;
+    int depth_ = 0;
+    size_t last_error_ = ~size_t{0};
+    bool gave_up_ = false;
+};
+
+}  // namespace openfab::syntax

@@ -1,0 +1,44 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "compiler/diag/sink.h"
+#include "compiler/source/source_manager.h"
+
+namespace openfab::syntax {
+
+enum class TokenKind : uint8_t {
+    kEnd,
+    kIdentifier,
+    kKeyword,
+    kInt,
+    kUint,
+    kFloat,
+    kString,
+    kPunct
+};
+
+struct Token {
+    TokenKind kind = TokenKind::kEnd;
+    source::Span span;
+    std::string_view text;  ///< as written; of a string without its quotes, escapes not resolved
+    uint32_t bits = 0;      ///< numbers: the 32-bit pattern
+
+    bool is(std::string_view punct_or_keyword) const {
+        return (kind == TokenKind::kPunct || kind == TokenKind::kKeyword) &&
+               text == punct_or_keyword;
+    }
+};
+
+/// Name of a kind in dumps.
+const char* spelling(TokenKind kind);
+
+/// Tokens of a file, always with kEnd last. Comments and white space are gone; what is no token was
+/// reported and is gone too.
+std::vector<Token> lex(const source::SourceManager& sources, uint32_t file, diag::Sink* sink);
+
+}  // namespace openfab::syntax
