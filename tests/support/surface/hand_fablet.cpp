@@ -40,6 +40,12 @@ float thickness(const Hand& in) {
     switch (static_cast<HandMode>(in.mode)) {
         case HandMode::kBack:
             return in.face == 1 ? in.amplitude * wave(3 * in.u) * wave(2 * in.v) : 0;
+        case HandMode::kRelief:
+            if (in.face != 1) return 0;
+            return in.amplitude * (0.6f * wave(1.1f * in.u + 0.2f) * wave(1.3f * in.v) +
+                                   0.25f * wave(7.3f * in.u + 2 * in.v) * wave(9.1f * in.v) +
+                                   0.1f * wave(37 * in.u) * wave(31 * in.v + 3 * in.u) +
+                                   0.05f * wave(199 * in.u) * wave(143 * in.v));
         case HandMode::kBumps:
             return in.amplitude *
                    (wave(0.7f * in.p.x) + wave(0.9f * in.p.y + 0.3f) * wave(1.1f * in.p.z) - 1);
@@ -165,9 +171,11 @@ int surface_kernel(void** args) {
 // surface_bounds: scalars, then pairs lo, hi.
 enum : int32_t {
     kBU = 3,
-    kBFace = kBU + 2,
+    kBFace = kBU + 4,
     kBN = kBFace + 2,
-    kBD = kBN + 6,
+    kBNg = kBN + 6,     // y alone
+    kBGrad = kBNg + 2,  // u along the first axis, v along the second
+    kBD = kBGrad + 4,
     kBHeight = kBD + 6,
     kBZone = kBHeight + 2,
     kBCount = kBZone + 2
@@ -180,6 +188,8 @@ const std::vector<openfab_arg>& bounds_args() {
             a[i] = surface_args()[i];
         a[kBU] = {OPENFAB_ARG_SURFACE_IN_LO, OPENFAB_FLOAT, 0, 0};
         a[kBU + 1] = {OPENFAB_ARG_SURFACE_IN_HI, OPENFAB_FLOAT, 0, 0};
+        a[kBU + 2] = {OPENFAB_ARG_SURFACE_IN_LO, OPENFAB_FLOAT, 0, 1};
+        a[kBU + 3] = {OPENFAB_ARG_SURFACE_IN_HI, OPENFAB_FLOAT, 0, 1};
         a[kBFace] = {OPENFAB_ARG_SURFACE_IN_LO, OPENFAB_INT, 1, 0};
         a[kBFace + 1] = {OPENFAB_ARG_SURFACE_IN_HI, OPENFAB_INT, 1, 0};
         for (int32_t axis = 0; axis < 3; ++axis) {
@@ -189,6 +199,13 @@ const std::vector<openfab_arg>& bounds_args() {
             a[kBD + i] = {OPENFAB_ARG_DISPLACEMENT_LO, OPENFAB_FLOAT, 0, axis};
             a[kBD + i + 1] = {OPENFAB_ARG_DISPLACEMENT_HI, OPENFAB_FLOAT, 0, axis};
         }
+        a[kBNg] = {OPENFAB_ARG_SURFACE_ATTR_LO, OPENFAB_FLOAT, OPENFAB_SURFACE_NG, 1};
+        a[kBNg + 1] = {OPENFAB_ARG_SURFACE_ATTR_HI, OPENFAB_FLOAT, OPENFAB_SURFACE_NG, 1};
+        for (int32_t i = 0; i < 2; ++i) {
+            const size_t at = static_cast<size_t>(kBGrad + 2 * i);
+            a[at] = {OPENFAB_ARG_SURFACE_IN_GRAD_LO, OPENFAB_FLOAT, 0, 3 * i};
+            a[at + 1] = {OPENFAB_ARG_SURFACE_IN_GRAD_HI, OPENFAB_FLOAT, 0, 3 * i};
+        }
         a[kBHeight] = {OPENFAB_ARG_SURFACE_OUT_LO, OPENFAB_FLOAT, 2, 0};
         a[kBHeight + 1] = {OPENFAB_ARG_SURFACE_OUT_HI, OPENFAB_FLOAT, 2, 0};
         a[kBZone] = {OPENFAB_ARG_SURFACE_OUT_LO, OPENFAB_INT, 3, 0};
@@ -196,6 +213,47 @@ const std::vector<openfab_arg>& bounds_args() {
         return a;
     }();
     return args;
+}
+
+/// As tight as the arguments allow, so that a gradient or a normal missing from their ranges shows.
+void footprint_range(void** args, int32_t i, float amplitude, float* lo, float* hi) {
+    float least = 0, most = 0;
+    for (int32_t g = kBGrad; g < kBD; g += 2) {
+        const float a = data<float>(args, g)[i], b = data<float>(args, g + 1)[i];
+        least += a <= 0 && b >= 0 ? 0 : std::min(std::fabs(a), std::fabs(b));
+        most += std::max(std::fabs(a), std::fabs(b));
+    }
+    const float slack = amplitude * 1e-6f;
+    const float y0 = data<float>(args, kBNg)[i], y1 = data<float>(args, kBNg + 1)[i];
+    *lo = amplitude * (std::min(least * 4, 0.5f) + 2 * std::min(y0, 0.0f)) - slack;
+    *hi = amplitude * (0.5f + std::min(most * 4, 0.5f) + 2 * std::max(y1, 0.0f)) + slack;
+}
+
+/// wave over [a, b].
+void wave_range(float a, float b, float* lo, float* hi) {
+    *lo = std::min(wave(a), wave(b));
+    *hi = std::max(wave(a), wave(b));
+    if (std::floor(a) != std::floor(b)) *lo = 0;
+    if (std::floor(a + 0.5f) != std::floor(b + 0.5f)) *hi = 1;
+}
+
+void relief_range(void** args, int32_t i, float amplitude, float* lo, float* hi) {
+    const float u0 = data<float>(args, kBU)[i], u1 = data<float>(args, kBU + 1)[i];
+    const float v0 = data<float>(args, kBU + 2)[i], v1 = data<float>(args, kBU + 3)[i];
+    const float terms[4][6] = {{0.6f, 1.1f, 0, 0.2f, 0, 1.3f},
+                               {0.25f, 7.3f, 2, 0, 0, 9.1f},
+                               {0.1f, 37, 0, 0, 3, 31},
+                               {0.05f, 199, 0, 0, 0, 143}};
+    *lo = *hi = 0;
+    for (const auto& t : terms) {
+        float a0, a1, b0, b1;
+        wave_range(t[1] * u0 + t[2] * v0 + t[3], t[1] * u1 + t[2] * v1 + t[3], &a0, &a1);
+        wave_range(t[4] * u0 + t[5] * v0, t[4] * u1 + t[5] * v1, &b0, &b1);
+        *lo += t[0] * a0 * b0;
+        *hi += t[0] * a1 * b1;
+    }
+    *lo = amplitude * *lo - 1e-5f;
+    *hi = amplitude * *hi + 1e-5f;
 }
 
 template <bool computed>
@@ -207,8 +265,9 @@ int bounds_kernel(void** args) {
         const int32_t face = data<int32_t>(args, kBFace)[i];
         float lo = 0, hi = 0;
         if (mode == HandMode::kBack && face == 1) hi = amplitude;
+        if (mode == HandMode::kRelief && face == 1) relief_range(args, i, amplitude, &lo, &hi);
         if (mode == HandMode::kBumps || mode == HandMode::kStill) lo = -amplitude, hi = amplitude;
-        if (mode == HandMode::kFootprint) hi = amplitude;
+        if (mode == HandMode::kFootprint) footprint_range(args, i, amplitude, &lo, &hi);
         if (mode == HandMode::kBroken) hi = std::numeric_limits<float>::infinity();
         for (int32_t axis = 0; axis < 3; ++axis) {
             const float n0 = data<float>(args, kBN + 2 * axis)[i],
@@ -310,7 +369,9 @@ std::vector<uint8_t> hand_identities(const scene::Part& part, bool infer_identit
     std::vector<uint8_t> out(triangles, part.fablet->has_surface == 0 ? 1 : 0);
     const bool possible =
         part.fablet->surface_output_count == 2 && infer_identity && part.fablet->has_surface != 0;
-    if (!possible || part.uniform_values[0] != static_cast<uint32_t>(HandMode::kBack)) return out;
+    if (!possible || (part.uniform_values[0] != static_cast<uint32_t>(HandMode::kBack) &&
+                      part.uniform_values[0] != static_cast<uint32_t>(HandMode::kRelief)))
+        return out;
     for (size_t t = 0; t < triangles; ++t)
         out[t] = part.mesh->inputs[1].face_values[t] != 1;
     return out;

@@ -27,6 +27,8 @@ enum class HandMode : int32_t {
     kBumps = 1,      ///< all of it moves along n by a wave of p
     kFootprint = 2,  ///< as kBumps, and the gradients of uv and ng matter
     kStill = 3,      ///< moves by exactly 0, but the interval form does not know
+    kRelief = 5,     ///< as kBack, with detail like a photograph's: waves of 50 down to 0.5 mm on a
+                     ///< 100 mm card
     kBroken = 4,     ///< NaN on a part of the surface, infinite on another
 };
 

@@ -98,6 +98,7 @@ inline std::vector<Scenario> scenarios() {
         {"card back, computed outputs", card(3, 2, 0.5), HandMode::kBack, 0.3f, 0.06, true});
     all.push_back(
         {"sheet with a displaced back", scene::make_plane(3, 2), HandMode::kBack, 0.5f, 0.2});
+    all.push_back({"relief", card(9, 6, 1), HandMode::kRelief, 1.0f, 0.15});
     all.push_back({"cube bumps", cube(2), HandMode::kBumps, 0.3f, 0.15});
     all.push_back({"cube still", cube(2), HandMode::kStill, 0.3f, 0.11});
     all.push_back({"sphere bumps", sphere(2, 12, 7), HandMode::kBumps, 0.3f, 0.21});
