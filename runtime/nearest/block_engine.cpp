@@ -20,7 +20,7 @@ void Growing<T>::grow() {
     // Not realloc: it would lose the alignment of Lanes.
     T* moved = static_cast<T*>(std::aligned_alloc(64, larger * sizeof(T)));
     if (moved == nullptr) std::abort();
-    std::copy(data, data + size, moved);
+    std::copy(data, data + capacity, moved);
     std::free(data);
     data = moved;
     capacity = larger;

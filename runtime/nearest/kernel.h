@@ -43,6 +43,10 @@ struct Growing {
         if (__builtin_expect(size == capacity, 0)) grow();
         data[size++] = value;
     }
+    __attribute__((always_inline)) inline void reserve(size_t count) {
+        while (__builtin_expect(capacity < count, 0))
+            grow();
+    }
     /// Defined in block_engine.cpp for the types below alone: it must not be compiled with the
     /// kernel's flags.
     void grow();
@@ -84,6 +88,8 @@ struct KernelScratch {
     Growing<Entry> list;
     Growing<Lanes> list_distance2;
     Growing<TriangleRef> triangles;
+    Growing<Lanes> bounds;  ///< of each triangle, for the packet at hand
+    Growing<Lanes> framed;  ///< 4 a triangle: plane and edge line distances
     WarmStart warm;
     PatchSource patches;
     QueryCounts* counts = nullptr;

@@ -21,6 +21,9 @@ namespace {
 
 constexpr float kSlack = 1.0f + 0x1p-18f;
 constexpr float kSlackMm2 = 0x1p-40f;
+/// How far beside the nearest surface point a witness may lie, in half diagonals of its box.
+/// Searching on costs more than what a better witness would prune.
+constexpr float kWitnessOff = 1.0f;
 constexpr float kInfinity = __builtin_inff();
 
 struct Points {
@@ -105,81 +108,84 @@ OPENFAB_INLINE F8 node_distance2(const Node& n, const Points& p) {
     return sum;
 }
 
-struct Closest {
-    F8 distance2, bary1, bary2;
+/// A point in a triangle's frame: distance from the plane, and from the edge lines, positive
+/// inwards.
+struct InFrame {
+    F8 h, s[3];
 };
 
-/// `closest_on_edge` of triangle.cpp; `from_first` is 0 at f and 1 at s.
+OPENFAB_INLINE InFrame to_frame(const TriangleFrame& t, const Points& p) {
+    const F8 wx = p.x - set1(t.v0[0]), wy = p.y - set1(t.v0[1]), wz = p.z - set1(t.v0[2]);
+    InFrame f;
+    f.h = dot3(set1(t.n[0]), set1(t.n[1]), set1(t.n[2]), wx, wy, wz);
+    f.s[0] = dot3(set1(t.m[0][0]), set1(t.m[0][1]), set1(t.m[0][2]), wx, wy, wz);
+    f.s[1] = dot3(set1(t.m[1][0]), set1(t.m[1][1]), set1(t.m[1][2]), wx, wy, wz) + set1(t.height0);
+    f.s[2] = dot3(set1(t.m[2][0]), set1(t.m[2][1]), set1(t.m[2][2]), wx, wy, wz);
+    return f;
+}
+
+/// A lower bound of the squared distance: to the plane, and to the farthest edge line that the
+/// point is outside of.
+OPENFAB_INLINE F8 lower_bound(const InFrame& f) {
+    const F8 beyond = min(min(min(f.s[0], f.s[1]), f.s[2]), set1(0.0f));
+    return f.h * f.h + beyond * beyond;
+}
+
+/// `closest_on_edge` of triangle.cpp; `from_first` is 0 at f and 1 at s. Lanes not in `near` may
+/// get the distance to another point of the edge.
 OPENFAB_INLINE F8 closest_on_edge(const float* f, const float* s, bool swapped, const Points& p,
-                                  F8* from_first) {
+                                  uint32_t near, F8* from_first) {
     const float* a = swapped ? s : f;
     const float* b = swapped ? f : s;
     const float abx = b[0] - a[0], aby = b[1] - a[1], abz = b[2] - a[2];
-    const F8 zero = set1(0.0f), one = set1(1.0f);
+    const F8 one = set1(1.0f);
     const F8 ex = set1(abx), ey = set1(aby), ez = set1(abz);
     const F8 wx = p.x - set1(a[0]), wy = p.y - set1(a[1]), wz = p.z - set1(a[2]);
     const F8 length2 = set1((abx * abx + aby * aby) + abz * abz);
-    const F8 along = dot3(wx, wy, wz, ex, ey, ez);
-    const F8 at_a = along <= zero;
-    const F8 at_b = andnot(at_a, length2 <= along);
-    const F8 tau = select(at_a, zero, select(at_b, one, along / length2));
-    const F8 qx = select(at_b, p.x - set1(b[0]), wx - tau * ex);
-    const F8 qy = select(at_b, p.y - set1(b[1]), wy - tau * ey);
-    const F8 qz = select(at_b, p.z - set1(b[2]), wz - tau * ez);
+    // A quotient rounds to 1 or more exactly where `along` is not below `length2`.
+    const F8 tau = min(max(dot3(wx, wy, wz, ex, ey, ez) / length2, set1(0.0f)), one);
+    F8 qx = wx - tau * ex, qy = wy - tau * ey, qz = wz - tau * ez;
+    const F8 at_b = tau == one;
+    if ((bits(at_b) & near) != 0) {
+        qx = select(at_b, p.x - set1(b[0]), qx);
+        qy = select(at_b, p.y - set1(b[1]), qy);
+        qz = select(at_b, p.z - set1(b[2]), qz);
+    }
     *from_first = swapped ? one - tau : tau;
     return dot3(qx, qy, qz, qx, qy, qz);
 }
 
-/// `closest_point` for 8 points, or false where a lower bound (the distance to the plane and to the
-/// farthest edge line that the point is outside of) is above `limit` in every lane.
-OPENFAB_INLINE bool closest8(const TriangleFrame& t, const TriangleDetail& d, const Points& p,
-                             F8 limit, Closest* out) {
-    const F8 wx = p.x - set1(t.v0[0]), wy = p.y - set1(t.v0[1]), wz = p.z - set1(t.v0[2]);
-    const F8 h = dot3(set1(t.n[0]), set1(t.n[1]), set1(t.n[2]), wx, wy, wz);
-    const F8 s0 = dot3(set1(t.m[0][0]), set1(t.m[0][1]), set1(t.m[0][2]), wx, wy, wz);
-    const F8 s1 =
-        dot3(set1(t.m[1][0]), set1(t.m[1][1]), set1(t.m[1][2]), wx, wy, wz) + set1(t.height0);
-    const F8 s2 = dot3(set1(t.m[2][0]), set1(t.m[2][1]), set1(t.m[2][2]), wx, wy, wz);
-    const F8 least = min(min(s0, s1), s2);
-    const F8 beyond = min(least, set1(0.0f));
-    const F8 h2 = h * h;
-    const uint32_t near = bits(h2 + beyond * beyond <= limit);
-    if (__builtin_expect(near == 0, 1)) return false;
+struct Closest {
+    F8 distance2, bary1, bary2;
+};
 
+/// `closest_point` in the lanes of `near`; others get the distance to some point of the triangle,
+/// or infinity.
+OPENFAB_INLINE Closest closest8(const TriangleFrame& t, const TriangleDetail& d, const Points& p,
+                                const InFrame& f, uint32_t near) {
     const F8 margin = set1(d.margin);
-    const F8 outside = least < margin;
+    const F8 outside = min(min(f.s[0], f.s[1]), f.s[2]) < margin;
     Closest c;
-    c.distance2 = select(outside, set1(kInfinity), h2);
-    c.bary1 = s2 * set1(d.inv_height1);
-    c.bary2 = s0 * set1(d.inv_height2);
-    if ((bits(outside) & near) != 0) {
-        const F8 one = set1(1.0f), zero = set1(0.0f);
+    c.distance2 = select(outside, set1(kInfinity), f.h * f.h);
+    c.bary1 = f.s[2] * set1(d.inv_height1);
+    c.bary2 = f.s[0] * set1(d.inv_height2);
+    if ((bits(outside) & near) == 0) return c;
+    const F8 one = set1(1.0f), zero = set1(0.0f);
+    const float* v[4] = {t.v0, d.v1, d.v2, t.v0};
+    for (int i = 0; i < 3; ++i) {
+        const F8 beyond = f.s[i] < margin;
+        const uint32_t here = bits(beyond) & near;
+        if (here == 0) continue;
         F8 along;
-        const F8 out0 = s0 < margin, out1 = s1 < margin, out2 = s2 < margin;
-        if ((bits(out0) & near) != 0) {
-            const F8 e = closest_on_edge(t.v0, d.v1, (d.flags & 1u) != 0, p, &along);
-            const F8 take = (e < c.distance2) & out0;
-            c.distance2 = select(take, e, c.distance2);
-            c.bary1 = select(take, along, c.bary1);
-            c.bary2 = select(take, zero, c.bary2);
-        }
-        if ((bits(out1) & near) != 0) {
-            const F8 e = closest_on_edge(d.v1, d.v2, (d.flags & 2u) != 0, p, &along);
-            const F8 take = (e < c.distance2) & out1;
-            c.distance2 = select(take, e, c.distance2);
-            c.bary1 = select(take, one - along, c.bary1);
-            c.bary2 = select(take, along, c.bary2);
-        }
-        if ((bits(out2) & near) != 0) {
-            const F8 e = closest_on_edge(d.v2, t.v0, (d.flags & 4u) != 0, p, &along);
-            const F8 take = (e < c.distance2) & out2;
-            c.distance2 = select(take, e, c.distance2);
-            c.bary1 = select(take, zero, c.bary1);
-            c.bary2 = select(take, one - along, c.bary2);
-        }
+        const F8 e = closest_on_edge(v[i], v[i + 1], (d.flags >> i & 1u) != 0, p, here, &along);
+        const F8 take = (e < c.distance2) & beyond;
+        c.distance2 = select(take, e, c.distance2);
+        const F8 b1 = i == 0 ? along : i == 1 ? one - along : zero;
+        const F8 b2 = i == 0 ? zero : i == 1 ? along : one - along;
+        c.bary1 = select(take, b1, c.bary1);
+        c.bary2 = select(take, b2, c.bary2);
     }
-    *out = c;
-    return true;
+    return c;
 }
 
 /// The nearest surface point known for each corner of a box. It need not be the nearest there is:
@@ -188,7 +194,13 @@ struct Witnesses {
     F8 distance2;
     F8 x, y, z;  ///< meaningful where distance2 was lowered by a point
     uint32_t found;
+    F8 enough;  ///< search on only for points that are nearer by this, mm²
 };
+
+OPENFAB_INLINE F8 witness_tolerance(const BoxOfPoints& box) {
+    const float off = kWitnessOff * box.half_diagonal;
+    return set1(off * off);
+}
 
 OPENFAB_INLINE void offer_point(float x, float y, float z, const Points& p, Witnesses* w) {
     const F8 px = set1(x), py = set1(y), pz = set1(z);
@@ -204,8 +216,10 @@ OPENFAB_INLINE void offer_point(float x, float y, float z, const Points& p, Witn
 
 OPENFAB_INLINE void offer_triangle(const TriangleFrame& t, const TriangleDetail& d, const Points& p,
                                    Witnesses* w) {
-    Closest c;
-    if (!closest8(t, d, p, w->distance2, &c)) return;
+    const InFrame f = to_frame(t, p);
+    const uint32_t near = bits(lower_bound(f) < w->distance2);
+    if (near == 0) return;
+    const Closest c = closest8(t, d, p, f, near);
     const F8 closer = c.distance2 < w->distance2;
     const uint32_t mask = bits(closer);
     if (mask == 0) return;
@@ -224,14 +238,14 @@ OPENFAB_INLINE void offer_triangle(const TriangleFrame& t, const TriangleDetail&
 }
 
 /// Searches below `start` for points nearer to the corners than those known, near children first.
-inline void find_witnesses(const Entry& start, const Points& p, KernelScratch* scratch,
-                           Witnesses* w) {
+__attribute__((noinline)) void find_witnesses(const Entry& start, const Points& p,
+                                              KernelScratch* scratch, Witnesses* w) {
     const size_t bottom = scratch->stack.size;
     scratch->stack.push(start);
     while (scratch->stack.size > bottom) {
         const Entry e = scratch->stack.data[--scratch->stack.size];
         const Node* node = e.tree->nodes + e.node;
-        if (bits(node_distance2(*node, p) < w->distance2) == 0) continue;
+        if (bits(node_distance2(*node, p) < w->distance2 - w->enough) == 0) continue;
         while (!node->is_leaf()) {
             const Node* left = e.tree->nodes + node->child();
             const F8 dl = node_distance2(left[0], p), dr = node_distance2(left[1], p);
@@ -329,8 +343,8 @@ OPENFAB_INLINE bool dominated(F8 distance2, Domination* d) {
 
 /// Appends to the list what is not dominated below `start`: nodes no larger than `stop2` (squared
 /// half diagonal) and leaves. Patches are diced, or stand for themselves.
-inline void collect(const Entry& start, const Points& p, float stop2, bool dice, Domination* rows,
-                    KernelScratch* scratch) {
+__attribute__((noinline)) void collect(const Entry& start, const Points& p, float stop2, bool dice,
+                                       Domination* rows, KernelScratch* scratch) {
     const size_t bottom = scratch->stack.size;
     scratch->stack.push(start);
     while (scratch->stack.size > bottom) {
@@ -360,9 +374,22 @@ inline void collect(const Entry& start, const Points& p, float stop2, bool dice,
     }
 }
 
+/// True if no point of the box is nearest to the triangle: it lies in a half-plane, inwards of one
+/// of its edges, that is dominated (a half-plane is a set like any other, and its distance is
+/// cheap).
+OPENFAB_INLINE bool triangle_dominated(const TriangleFrame& t, const Points& p, Domination* rows) {
+    const InFrame f = to_frame(t, p);
+    const F8 h2 = f.h * f.h;
+    for (const F8& s : f.s) {
+        if (bits(s) == 0xff && dominated(h2 + s * s, rows)) return true;
+    }
+    return false;
+}
+
 /// The triangles of the leaves below `start` that are not dominated.
-inline void collect_triangles(const Entry& start, F8 start_distance2, const Points& p,
-                              Domination* rows, KernelScratch* scratch) {
+__attribute__((noinline)) void collect_triangles(const Entry& start, F8 start_distance2,
+                                                 const Points& p, Domination* rows,
+                                                 KernelScratch* scratch) {
     if (dominated(start_distance2, rows)) return;
     const size_t bottom = scratch->stack.size;
     uint32_t at = start.node;
@@ -371,6 +398,7 @@ inline void collect_triangles(const Entry& start, F8 start_distance2, const Poin
         const Node& node = tree.nodes[at];
         if (node.is_leaf()) {
             for (uint32_t i = node.first(); i < node.first() + node.count(); ++i) {
+                if (triangle_dominated(tree.frames[i], p, rows)) continue;
                 scratch->triangles.push({tree.frames + i, tree.details + i});
             }
         } else {
@@ -395,7 +423,8 @@ inline void collect_triangles(const Entry& start, F8 start_distance2, const Poin
 
 /// What a packet of 8 voxels has found.
 struct PacketBest {
-    F8 distance2, patch, triangle, bary1, bary2;
+    F8 distance2, bary1, bary2;
+    F8 index;  ///< bits: place in the list of triangles, -1 for none
     F8 limit;  ///< distance2 with slack; below zero where the lane does not ask
 };
 
@@ -404,25 +433,38 @@ OPENFAB_INLINE F8 packet_limit(F8 distance2, float delta) {
     return r * r * set1(kSlack) + set1(kSlackMm2);
 }
 
-OPENFAB_INLINE bool improve(const TriangleRef& ref, const Points& p, float delta,
-                            PacketBest* best) {
-    Closest c;
-    if (!closest8(*ref.frame, *ref.detail, p, best->limit, &c)) return false;
-    const F8 patch = set1_bits(ref.detail->patch), triangle = set1_bits(ref.detail->triangle);
-    const F8 earlier = less_bits(patch, best->patch) |
-                       (equal_bits(patch, best->patch) & less_bits(triangle, best->triangle));
-    const F8 better =
-        (c.distance2 < best->distance2) | ((c.distance2 == best->distance2) & earlier);
-    if (bits(better) == 0) return false;
+/// Of the lanes in `tied`: those where triangle `ref` comes before the one found.
+inline F8 earlier_lanes(const TriangleRef& ref, const TriangleRef* refs, F8 index, uint32_t tied) {
+    alignas(32) int32_t found[8];
+    alignas(32) float lanes[8];
+    store_bits(found, index);
+    for (int l = 0; l < 8; ++l) {
+        bool earlier = false;
+        if ((tied >> l & 1u) != 0) {
+            const TriangleDetail& other = *refs[found[l]].detail;
+            earlier = ref.detail->patch < other.patch ||
+                      (ref.detail->patch == other.patch && ref.detail->triangle < other.triangle);
+        }
+        lanes[l] = earlier ? -1.0f : 1.0f;
+    }
+    return load(lanes) < set1(0.0f);
+}
+
+OPENFAB_INLINE void improve(const TriangleRef* refs, size_t i, const InFrame& f, uint32_t near,
+                            const Points& p, float delta, PacketBest* best) {
+    const Closest c = closest8(*refs[i].frame, *refs[i].detail, p, f, near);
+    F8 better = c.distance2 < best->distance2;
+    const uint32_t tied = bits(c.distance2 == best->distance2) & near;
+    if (__builtin_expect(tied != 0, 0))
+        better = better | earlier_lanes(refs[i], refs, best->index, tied);
+    if (bits(better) == 0) return;
     best->distance2 = select(better, c.distance2, best->distance2);
-    best->patch = select(better, patch, best->patch);
-    best->triangle = select(better, triangle, best->triangle);
     best->bary1 = select(better, c.bary1, best->bary1);
     best->bary2 = select(better, c.bary2, best->bary2);
+    best->index = select(better, set1_bits(static_cast<int32_t>(i)), best->index);
     // The least of both: below zero stays where the lane does not ask, and a radius is never
     // widened.
     best->limit = min(best->limit, packet_limit(best->distance2, delta));
-    return true;
 }
 
 OPENFAB_INLINE Points voxel_centres(const KernelInput& in, const Vec3i& block,
@@ -458,50 +500,96 @@ OPENFAB_INLINE F8 mask_of(uint32_t bits8) {
     return load(lanes) < set1(0.0f);
 }
 
-OPENFAB_INLINE void write_packet(const PacketBest& best, uint32_t asked, float radius2,
-                                 const int16_t* voxel, BlockAnswer* answer) {
+OPENFAB_INLINE void write_packet(const PacketBest& best, const TriangleRef* refs, uint32_t asked,
+                                 float radius2, const int16_t* voxel, BlockAnswer* answer) {
     alignas(32) float d2[8], b1[8], b2[8];
-    alignas(32) int32_t patch[8], triangle[8];
+    alignas(32) int32_t index[8];
     store(d2, best.distance2);
     store(b1, best.bary1);
     store(b2, best.bary2);
-    store_bits(patch, best.patch);
-    store_bits(triangle, best.triangle);
+    store_bits(index, best.index);
     for (int l = 0; l < 8; ++l) {
         if ((asked >> l & 1u) == 0 || !(d2[l] <= radius2) || d2[l] == kInfinity) continue;
         const int v = voxel[l];
         answer->distance2[v] = d2[l];
-        answer->patch[v] = patch[l];
-        answer->triangle[v] = triangle[l];
+        answer->patch[v] = refs[index[l]].detail->patch;
+        answer->triangle[v] = refs[index[l]].detail->triangle;
         answer->bary1[v] = b1[l];
         answer->bary2[v] = b2[l];
     }
 }
 
-inline void query_packets(const KernelInput& in, const BlockQuery& q, int sub, float delta,
-                          KernelScratch* scratch, BlockAnswer* answer) {
+__attribute__((noinline)) void query_packet(const TriangleRef* refs, size_t count, const Points& p,
+                                            uint32_t asked, float delta, KernelScratch* scratch,
+                                            PacketBest* result) {
+    Lanes* bounds = scratch->bounds.data;
+    Lanes* framed = scratch->framed.data;
+    PacketBest best = *result;
+    // First a lower bound for every triangle, without a branch; then the triangle that promises
+    // most to each lane; then only those whose bound is still below what was found.
+    F8 least = set1(kInfinity), promising = set1_bits(0);
+    for (size_t i = 0; i < count; ++i) {
+        const InFrame f = to_frame(*refs[i].frame, p);
+        const F8 bound = lower_bound(f);
+        store(framed[4 * i].v, f.h);
+        store(framed[4 * i + 1].v, f.s[0]);
+        store(framed[4 * i + 2].v, f.s[1]);
+        store(framed[4 * i + 3].v, f.s[2]);
+        store(bounds[i].v, bound);
+        promising = select(bound < least, set1_bits(static_cast<int32_t>(i)), promising);
+        least = min(least, bound);
+    }
+    const auto try_triangle = [&](size_t i) {
+        const uint32_t near = bits(load(bounds[i].v) <= best.limit);
+        if (near == 0) return;
+        const InFrame f{
+            load(framed[4 * i].v),
+            {load(framed[4 * i + 1].v), load(framed[4 * i + 2].v), load(framed[4 * i + 3].v)}};
+        improve(refs, i, f, near, p, delta, &best);
+    };
+    alignas(32) int32_t first[8];
+    store_bits(first, promising);
+    for (int l = 0; l < 8; ++l) {
+        const auto i = static_cast<size_t>(first[l]);
+        if ((asked >> l & 1u) == 0 || bounds[i].v[0] == kInfinity) continue;
+        try_triangle(i);
+        store(bounds[i].v, set1(kInfinity));
+    }
+    for (size_t i = 0; i < count; i += 4) {
+        const F8 b0 = load(bounds[i].v), b1 = load(bounds[i + 1].v);
+        const F8 b2 = load(bounds[i + 2].v), b3 = load(bounds[i + 3].v);
+        if (bits(min(min(b0, b1), min(b2, b3)) <= best.limit) == 0) continue;
+        for (size_t j = i; j < i + 4 && j < count; ++j)
+            try_triangle(j);
+    }
+    *result = best;
+}
+
+void query_packets(const KernelInput& in, const BlockQuery& q, int sub, float delta,
+                   KernelScratch* scratch, BlockAnswer* answer) {
     const BlockShape& shape = *in.shape;
     const TriangleRef* refs = scratch->triangles.data;
     const size_t count = scratch->triangles.size;
-    // A lane whose radius is used up starts from it: what is farther cannot be the answer.
+    // A lane starts from the radius: what is farther cannot be the answer.
     const float start = q.radius_mm < kInfinity ? q.radius_mm * q.radius_mm : kInfinity;
-    size_t hint = 0;
+    // Three more bounds, so that they can be read by fours.
+    scratch->framed.reserve(4 * count);
+    scratch->bounds.reserve(count + 3);
+    for (size_t i = count; i < count + 3; ++i)
+        store(scratch->bounds.data[i].v, set1(kInfinity));
     for (int packet = sub * 8; packet < sub * 8 + 8; ++packet) {
         const int16_t* voxel = shape.voxel + packet * 8;
-        const uint32_t asked_bits = demanded(q.demand, voxel);
-        if (asked_bits == 0) continue;
+        const uint32_t asked = demanded(q.demand, voxel);
+        if (asked == 0) continue;
         const Points p = voxel_centres(in, q.block, shape.packet_origin[packet]);
         PacketBest best;
         best.distance2 = set1(kInfinity);
-        best.patch = best.triangle = set1_bits(INT32_MAX);
+        best.index = set1_bits(-1);
         best.bary1 = best.bary2 = set1(0.0f);
-        best.limit = select(mask_of(asked_bits), packet_limit(set1(start), delta), set1(-1.0f));
-        improve(refs[hint], p, delta, &best);
-        for (size_t i = 0; i < count; ++i) {
-            if (improve(refs[i], p, delta, &best)) hint = i;
-        }
-        scratch->counts->triangle_tests += static_cast<int64_t>(count) + 1;
-        write_packet(best, asked_bits, start, voxel, answer);
+        best.limit = select(mask_of(asked), packet_limit(set1(start), delta), set1(-1.0f));
+        query_packet(refs, count, p, asked, delta, scratch, &best);
+        scratch->counts->triangle_tests += static_cast<int64_t>(count);
+        write_packet(best, refs, asked, start, voxel, answer);
     }
 }
 
@@ -513,31 +601,43 @@ bool any_demanded(const KernelInput& in, const BlockQuery& q, int sub) {
     return false;
 }
 
-inline void query_sub_block(const KernelInput& in, const BlockQuery& q, int sub,
-                            const WarmStart& near, KernelScratch* scratch, BlockAnswer* answer) {
+__attribute__((noinline)) void query_sub_block(const KernelInput& in, const BlockQuery& q, int sub,
+                                               const WarmStart& near, KernelScratch* scratch,
+                                               BlockAnswer* answer) {
     const int32_t* origin = in.shape->sub_origin[sub];
     const int32_t lowest[3] = {q.block.x + origin[0], q.block.y + origin[1], q.block.z + origin[2]};
     const BoxOfPoints box = make_box(in, lowest, in.shape->sub_size);
-    Witnesses w{set1(kInfinity), set1(0), set1(0), set1(0), 0};
+    Witnesses w{set1(kInfinity), set1(0), set1(0), set1(0), 0, witness_tolerance(box)};
     for (int i = 0; i < near.count; ++i)
         offer_point(near.point[0][i], near.point[1][i], near.point[2][i], box.corner, &w);
     const size_t entries = scratch->list.size;
-    scratch->list_distance2.size = 0;
+    scratch->list_distance2.reserve(entries);
+    Lanes* distance2 = scratch->list_distance2.data;
+    F8 least = set1(kInfinity), promising = set1_bits(0);
     for (size_t i = 0; i < entries; ++i) {
         const Entry& e = scratch->list.data[i];
         const F8 d2 = node_distance2(e.tree->nodes[e.node], box.corner);
-        Lanes lanes;
-        store(lanes.v, d2);
-        scratch->list_distance2.push(lanes);
-        if (bits(d2 < w.distance2) != 0) find_witnesses(e, box.corner, scratch, &w);
+        store(distance2[i].v, d2);
+        promising = select(d2 < least, set1_bits(static_cast<int32_t>(i)), promising);
+        least = min(least, d2);
+    }
+    alignas(32) int32_t first[8];
+    store_bits(first, promising);
+    for (int l = 0; l < 8; ++l) {
+        const auto i = static_cast<size_t>(first[l]);
+        if (bits(load(distance2[i].v) < w.distance2 - w.enough) == 0) continue;
+        find_witnesses(scratch->list.data[i], box.corner, scratch, &w);
+    }
+    for (size_t i = 0; i < entries; ++i) {
+        if (bits(load(distance2[i].v) < w.distance2 - w.enough) == 0) continue;
+        find_witnesses(scratch->list.data[i], box.corner, scratch, &w);
     }
     scratch->counts->node_tests += static_cast<int64_t>(entries);
     Domination rows;
     make_rows(box, w, q.radius_mm, &rows);
     scratch->triangles.size = 0;
     for (size_t i = 0; i < entries; ++i) {
-        collect_triangles(scratch->list.data[i], load(scratch->list_distance2.data[i].v),
-                          box.corner, &rows, scratch);
+        collect_triangles(scratch->list.data[i], load(distance2[i].v), box.corner, &rows, scratch);
     }
     if (scratch->triangles.size != 0) query_packets(in, q, sub, box.delta, scratch, answer);
 }
@@ -578,8 +678,12 @@ void query(const KernelInput& in, const BlockQuery& q, KernelScratch* scratch,
     const int32_t size[3] = {8, 8, 8};
     const BoxOfPoints box = make_box(in, lowest, size);
     const float reach = q.radius_mm + 2 * box.half_diagonal;
-    Witnesses w{set1(q.radius_mm < kInfinity ? reach * reach : kInfinity), set1(0), set1(0),
-                set1(0), 0};
+    Witnesses w{set1(q.radius_mm < kInfinity ? reach * reach : kInfinity),
+                set1(0),
+                set1(0),
+                set1(0),
+                0,
+                witness_tolerance(box)};
     const WarmStart& warm = scratch->warm;
     for (int i = 0; i < warm.count; ++i)
         offer_point(warm.point[0][i], warm.point[1][i], warm.point[2][i], box.corner, &w);
@@ -673,7 +777,7 @@ CubeCut cube(const KernelInput& in, const Vec3i& lowest, int32_t size, KernelScr
     const int32_t low[3] = {lowest.x, lowest.y, lowest.z};
     const int32_t sizes[3] = {size, size, size};
     const BoxOfPoints box = make_box(in, low, sizes);
-    Witnesses w{set1(kInfinity), set1(0), set1(0), set1(0), 0};
+    Witnesses w{set1(kInfinity), set1(0), set1(0), set1(0), 0, witness_tolerance(box)};
     CubeUpper upper{set1(kInfinity), {}};
     find_upper(in, box.corner, scratch, &w, &upper);
 
