@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "runtime/base/result.h"
 #include "runtime/base/vec.h"
@@ -22,6 +23,9 @@ struct Printer {
     double layer_time_s = 0;            ///< 0: unknown
     std::string handoff;                ///< text for the operator, in HANDOFF.txt
 };
+
+/// The names of the built-in profiles, sorted.
+std::vector<std::string> printer_names();
 
 /// By name (`connex500`, `j750`, `j750_hq`, `generic`) or by path of a `.printer.json` file.
 Result<Printer> load_printer(const std::string& name_or_path);

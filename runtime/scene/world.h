@@ -99,6 +99,12 @@ struct World {
     std::vector<std::string> warnings;
 };
 
+struct JsonValue;
+
+/// A uniform's value; `what` names it in the error, which starts with a place in place.file.
+Result<UniformBinding> uniform_binding(const JsonValue& value, const Place& place,
+                                       const std::string& what);
+
 /// Reads a world and the meshes it names. Every error names file:line:column.
 Result<World> load_world(const std::filesystem::path& file);
 

@@ -1,0 +1,284 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/scene/bind.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <tuple>
+
+#include "runtime/base/near_miss.h"
+#include "runtime/scene/json.h"
+#include "runtime/scene/obj.h"
+#include "runtime/scene/part_mesh.h"
+#include "runtime/scene/uniforms.h"
+#include "runtime/texture/cache.h"
+
+namespace openfab::scene {
+namespace {
+
+const openfab_fablet* find_fablet(const openfab_fablet_list& list, const std::string& name) {
+    for (int32_t i = 0; i < list.count; ++i) {
+        if (name == list.fablets[i]->name) return list.fablets[i];
+    }
+    return nullptr;
+}
+
+std::vector<std::string> fablet_names(const openfab_fablet_list& list) {
+    std::vector<std::string> names;
+    for (int32_t i = 0; i < list.count; ++i)
+        names.emplace_back(list.fablets[i]->name);
+    return names;
+}
+
+/// A --set, taken apart.
+struct SetValue {
+    std::string object;
+    std::string uniform;
+    UniformBinding binding;
+};
+
+Result<SetValue> parse_set(const std::string& text) {
+    const size_t equals = text.find('=');
+    const size_t dot = equals == std::string::npos ? equals : text.rfind('.', equals);
+    if (dot == std::string::npos || dot == 0 || dot + 1 == equals || equals + 1 == text.size()) {
+        return usage_error(fmt::format("--set {}: not of the form OBJECT.UNIFORM=VALUE", text));
+    }
+    SetValue out;
+    out.object = text.substr(0, dot);
+    out.uniform = text.substr(dot + 1, equals - dot - 1);
+    const std::string value = text.substr(equals + 1);
+    JsonValue json;
+    if (Result<JsonValue> parsed = parse_json(value, "--set");
+        parsed && !parsed->is(JsonValue::Kind::kNull)) {
+        json = std::move(*parsed);
+    } else {
+        // A bare word is a name; what starts like other JSON is a slip.
+        if (std::string_view("[{\"-+.0123456789").find(value[0]) != std::string_view::npos) {
+            return usage_error(fmt::format("--set {}: the value is neither JSON nor a name", text));
+        }
+        json.kind = JsonValue::Kind::kString;
+        json.text = value;
+    }
+    const Place place{fmt::format("--set {}", text), 0, 0};
+    Result<UniformBinding> binding =
+        uniform_binding(json, place, fmt::format("uniform `{}`", out.uniform));
+    if (!binding)
+        return usage_error(
+            fmt::format("--set {}: the value is not a number, a name or an array of these", text));
+    out.binding = std::move(*binding);
+    out.binding.place = place;
+    return out;
+}
+
+class WorldBinder {
+  public:
+    WorldBinder(const World& world, const openfab_fablet_list& fablets)
+        : world_(world), fablets_(fablets) {}
+
+    Result<std::vector<Part>> run(const BindOptions& options) {
+        if (Result<void> sets = read_sets(options); !sets) return sets.error();
+        std::vector<Part> parts;
+        parts.reserve(world_.build.size());
+        for (size_t i = 0; i < world_.build.size(); ++i) {
+            Result<Part> part = bind_placement(world_.build[i], static_cast<int32_t>(i));
+            if (!part) return part.error();
+            parts.push_back(std::move(*part));
+        }
+        return parts;
+    }
+
+  private:
+    Result<void> read_sets(const BindOptions& options) {
+        std::vector<std::string> objects;
+        for (const Object& object : world_.objects)
+            objects.push_back(object.name);
+        for (const std::string& text : options.sets) {
+            Result<SetValue> set = parse_set(text);
+            if (!set) return set.error();
+            if (std::find(objects.begin(), objects.end(), set->object) == objects.end()) {
+                return user_error(fmt::format("--set {}: no object is called `{}`; {}", text,
+                                              set->object, suggest(set->object, objects)));
+            }
+            sets_[set->object].insert_or_assign(set->uniform, std::move(set->binding));
+        }
+        return Ok{};
+    }
+
+    Result<const openfab_fablet*> fablet_of(const Object& object) const {
+        const FabletRef& ref = world_.fablets.at(object.fablet);
+        const openfab_fablet* fablet = find_fablet(fablets_, ref.fablet);
+        if (fablet == nullptr) {
+            return user_error(fmt::format("{}: fablet `{}` is not in this print; {}",
+                                          ref.place.str(), ref.fablet,
+                                          suggest(ref.fablet, fablet_names(fablets_))));
+        }
+        if (fablet->abi_version != OPENFAB_ABI_VERSION) {
+            return user_error(fmt::format(
+                "fablet `{}` was compiled for version {} of the runtime, this is {}; build it "
+                "again",
+                ref.fablet, fablet->abi_version, OPENFAB_ABI_VERSION));
+        }
+        return fablet;
+    }
+
+    Result<Part> bind_placement(const Placement& placement, int32_t instance) {
+        const Object& object = world_.objects[static_cast<size_t>(placement.object)];
+        const Result<const openfab_fablet*> fablet = fablet_of(object);
+        if (!fablet) return fablet.error();
+        UniformBindings bindings = object.uniforms;
+        for (const auto& [name, binding] : placement.overrides)
+            bindings.insert_or_assign(name, binding);
+        if (const auto sets = sets_.find(object.name); sets != sets_.end()) {
+            for (const auto& [name, binding] : sets->second)
+                bindings.insert_or_assign(name, binding);
+        }
+        Result<BoundUniforms> uniforms =
+            bind_uniforms(world_, **fablet, bindings, object.name, object.place);
+        if (!uniforms) return uniforms.error();
+
+        Part part;
+        part.name = object.name;
+        part.fablet = *fablet;
+        part.uniform_values = std::move(uniforms->values);
+        part.slot_material = std::move(uniforms->slot_material);
+        part.max_displacement_mm = static_cast<float>(object.max_displacement_mm);
+        part.priority = object.priority;
+        part.instance = instance;
+        for (size_t i = 0; i < uniforms->textures.size(); ++i) {
+            Result<std::shared_ptr<const texture::Pyramid>> pyramid =
+                open_texture(uniforms->textures[i]);
+            if (!pyramid) return pyramid.error();
+            part.textures.push_back(std::move(*pyramid));
+        }
+        const Result<PolarFactors> polar = polar_factors(placement.transform.m);
+        if (!polar)
+            return user_error(fmt::format("{}: {}", placement.place.str(), polar.error().message));
+        Result<std::shared_ptr<const PartMesh>> mesh = part_mesh(object, **fablet, polar->s);
+        if (!mesh) return mesh.error();
+        part.mesh = std::move(*mesh);
+        part.local_to_build =
+            part_local_to_build(*polar, placement.transform.t, part.mesh->center_part_mm);
+        return part;
+    }
+
+    Result<std::shared_ptr<const texture::Pyramid>> open_texture(int32_t index) {
+        auto& known = textures_[index];
+        if (known != nullptr) return known;
+        const Texture& texture = world_.textures[static_cast<size_t>(index)];
+        static constexpr const char* kSpaces[] = {"auto", "srgb", "linear", "data"};
+        const texture::ImageOptions options{kSpaces[static_cast<size_t>(texture.space)],
+                                            texture.luminance};
+        Result<std::shared_ptr<const texture::Pyramid>> pyramid =
+            texture::get_pyramid(texture.file, options, static_cast<int32_t>(texture.wrap),
+                                 static_cast<int32_t>(texture.filter));
+        if (!pyramid) {
+            return Error{pyramid.error().code,
+                         fmt::format("{}: texture `{}`: {}", texture.place.str(), texture.name,
+                                     pyramid.error().message)};
+        }
+        known = *pyramid;
+        return known;
+    }
+
+    Result<std::shared_ptr<const PartMesh>> part_mesh(const Object& object,
+                                                      const openfab_fablet& fablet,
+                                                      const std::array<double, 9>& s) {
+        auto& known = meshes_[{object.mesh, &fablet, s}];
+        if (known != nullptr) return known;
+        Result<std::shared_ptr<const PartMesh>> made =
+            make_part_mesh(world_.meshes[static_cast<size_t>(object.mesh)], fablet, s);
+        if (!made)
+            return user_error(fmt::format("{}: {}", object.place.str(), made.error().message));
+        known = *made;
+        return known;
+    }
+
+    const World& world_;
+    const openfab_fablet_list& fablets_;
+    std::map<std::string, UniformBindings> sets_;
+    std::map<int32_t, std::shared_ptr<const texture::Pyramid>> textures_;
+    // Looked up alone, never walked: the order of pointers must not show.
+    std::map<std::tuple<int32_t, const openfab_fablet*, std::array<double, 9>>,
+             std::shared_ptr<const PartMesh>>
+        meshes_;
+};
+
+/// Distinct, bright colours: hue steps by the golden ratio, so that any number of them stay apart.
+Rgba8 generated_color(size_t index) {
+    const double hue = static_cast<double>(index) * 0.6180339887498949;
+    const double h = (hue - std::floor(hue)) * 6;
+    const auto channel = [&](double offset) {
+        double k = h + offset;
+        k -= std::floor(k / 6) * 6;
+        const double value = std::min(std::max(std::min(k, 4 - k), 0.0), 1.0);
+        return static_cast<uint8_t>(40 + 200 * (1 - value));
+    };
+    return {channel(5), channel(3), channel(1), 255};
+}
+
+}  // namespace
+
+Result<std::vector<Part>> bind(const World& world, const openfab_fablet_list& fablets,
+                               const BindOptions& options) {
+    return WorldBinder(world, fablets).run(options);
+}
+
+Result<World> make_quick_world(const std::filesystem::path& mesh,
+                               const openfab_fablet_list& fablets, const std::string& fablet) {
+    const openfab_fablet* found =
+        fablet.empty() && fablets.count == 1 ? fablets.fablets[0] : find_fablet(fablets, fablet);
+    if (found == nullptr) {
+        const std::vector<std::string> names = fablet_names(fablets);
+        return user_error(
+            fablet.empty()
+                ? fmt::format("this print has {} fablets and a mesh names none; write a world",
+                              fablets.count)
+                : fmt::format("no fablet is called `{}`; {}", fablet, suggest(fablet, names)));
+    }
+    World world;
+    world.file = mesh;
+    world.printer = "generic";
+    world.warnings.push_back(
+        "printing a mesh without a world: printer `generic`, 0.1 mm voxels, a material for each "
+        "Material of the fablet");
+    if (mesh.extension() != ".obj" && mesh.extension() != ".OBJ") {
+        return user_error(fmt::format("{} is not an .obj file; other meshes are not supported yet",
+                                      mesh.string()));
+    }
+    ObjOptions options;
+    options.name = mesh.stem().string();
+    Result<LoadedMesh> loaded = load_obj(mesh, options);
+    if (!loaded) return loaded.error();
+    for (std::string& warning : loaded->warnings)
+        world.warnings.push_back(std::move(warning));
+    world.meshes.push_back(std::move(loaded->mesh));
+
+    const Place place{mesh.string(), 0, 0};
+    world.fablets[found->name] = {found->source_name, found->name, place};
+    Object object;
+    object.name = options.name;
+    object.fablet = found->name;
+    object.place = place;
+    for (int32_t i = 0; i < found->uniform_count; ++i) {
+        const openfab_uniform& u = found->uniforms[i];
+        if (u.kind != OPENFAB_UNIFORM_MATERIAL) continue;
+        std::vector<std::string> names;
+        for (int32_t k = 0; k < u.array_length; ++k) {
+            Material material;
+            material.name = u.array_length == 1 ? u.name : fmt::format("{}[{}]", u.name, k);
+            material.key = material.preview = generated_color(world.materials.size());
+            material.place = place;
+            names.push_back(material.name);
+            world.materials.push_back(std::move(material));
+        }
+        object.uniforms[u.name] = {names, false, place};
+    }
+    world.objects.push_back(std::move(object));
+    world.build.push_back({0, {}, {}, place});
+    return world;
+}
+
+}  // namespace openfab::scene

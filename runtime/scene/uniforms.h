@@ -1,0 +1,36 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// The uniforms of one part: the world's values against the fablet's declarations.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "runtime/abi/fablet_table.h"
+#include "runtime/base/result.h"
+#include "runtime/scene/world.h"
+
+namespace openfab::scene {
+
+struct BoundUniforms {
+    std::vector<uint32_t> values;        ///< uniform_value_count bit patterns
+    std::vector<int32_t> textures;       ///< texture index -> place in world.textures
+    std::vector<uint8_t> slot_material;  ///< slot -> 1 + place in world.materials; 0 void
+    std::vector<Place> texture_places;   ///< where each texture was named
+};
+
+/// `bindings` are the object's, with overrides applied. `object` and `object_place` are for
+/// messages.
+Result<BoundUniforms> bind_uniforms(const World& world, const openfab_fablet& fablet,
+                                    const UniformBindings& bindings, const std::string& object,
+                                    const Place& object_place);
+
+/// As it is declared: `float2 border`, `Material palette[4]`.
+std::string declaration(const openfab_uniform& uniform);
+
+/// The name by which a world binds the built-in material that is nothing.
+constexpr const char* kVoidName = "VOID";
+
+}  // namespace openfab::scene

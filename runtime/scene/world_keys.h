@@ -1,0 +1,23 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// The keys of a world file, by kind of object: what the loader accepts, and what
+// fab_world.schema.json must list (a test compares the two).
+
+#include <string_view>
+#include <vector>
+
+namespace openfab::scene {
+
+struct KeySet {
+    std::string_view
+        kind;  ///< also the name under "$defs" in the schema; "world" is the schema's root
+    std::vector<std::string_view> keys;
+    std::vector<std::string_view> required;
+};
+
+const std::vector<KeySet>& world_key_sets();
+const KeySet& world_keys(std::string_view kind);
+
+}  // namespace openfab::scene
