@@ -51,8 +51,7 @@ float thickness(const Hand& in) {
                    (wave(0.7f * in.p.x) + wave(0.9f * in.p.y + 0.3f) * wave(1.1f * in.p.z) - 1);
         case HandMode::kFootprint: {
             const float width = std::fabs(in.u_grad[0]) + std::fabs(in.v_grad[1]);
-            return in.amplitude *
-                   (wave(0.7f * in.p.x + in.ng.y) * 0.5f + std::min(width * 4, 0.5f));
+            return in.amplitude * (std::min(width * 4, 0.5f) + in.ng.y);
         }
         case HandMode::kStill:
             return 0;
@@ -225,8 +224,8 @@ void footprint_range(void** args, int32_t i, float amplitude, float* lo, float* 
     }
     const float slack = amplitude * 1e-6f;
     const float y0 = data<float>(args, kBNg)[i], y1 = data<float>(args, kBNg + 1)[i];
-    *lo = amplitude * (std::min(least * 4, 0.5f) + 2 * std::min(y0, 0.0f)) - slack;
-    *hi = amplitude * (0.5f + std::min(most * 4, 0.5f) + 2 * std::max(y1, 0.0f)) + slack;
+    *lo = amplitude * (std::min(least * 4, 0.5f) + y0) - slack;
+    *hi = amplitude * (std::min(most * 4, 0.5f) + y1) + slack;
 }
 
 /// wave over [a, b].

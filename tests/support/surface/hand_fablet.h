@@ -25,7 +25,7 @@ enum class HandMode : int32_t {
     kBack = 0,  ///< like the postcard: face 1 moves along n by amplitude * wave(uv), the rest is an
                 ///< identity
     kBumps = 1,      ///< all of it moves along n by a wave of p
-    kFootprint = 2,  ///< as kBumps, and the gradients of uv and ng matter
+    kFootprint = 2,  ///< all of it moves along n by what its triangle's uv gradients and ng say
     kStill = 3,      ///< moves by exactly 0, but the interval form does not know
     kRelief = 5,     ///< as kBack, with detail like a photograph's: waves of 50 down to 0.5 mm on a
                      ///< 100 mm card
