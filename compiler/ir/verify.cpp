@@ -112,7 +112,7 @@ class Verifier {
                 if (count != 4 && count != 10) return "4 or 10 arguments are right";
                 return check_sample(instr);
             case Op::kSampleBound:
-                if (count != 13) return "13 arguments are right";
+                if (count != 12) return "12 arguments are right";
                 return check_sample(instr);
             default:
                 return check_operands(instr);

@@ -1,0 +1,122 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "compiler/lower/args.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <tuple>
+
+#include "compiler/ir/text.h"
+
+namespace openfab::lower {
+
+namespace {
+
+openfab_arg make_arg(int32_t kind, openfab_scalar_type scalar, int32_t a, int32_t b) {
+    return {static_cast<openfab_arg_kind>(kind), scalar, a, b};
+}
+
+auto sort_key(const openfab_arg& arg) {
+    return std::make_tuple(static_cast<int>(arg.kind), arg.a, arg.b);
+}
+
+void add_instr(const ir::Instr& instr, std::vector<openfab_arg>* out) {
+    if (instr.op == ir::Op::kInput) {
+        switch (instr.kind) {
+            case ir::kVoxelCoordHi:
+                out->push_back(make_arg(OPENFAB_ARG_BLOCK_SIZE, OPENFAB_INT, 0, 0));
+                [[fallthrough]];
+            case ir::kVoxelCoord:
+            case ir::kVoxelCoordLo:
+                out->push_back(make_arg(OPENFAB_ARG_BLOCKS, OPENFAB_INT, 0, 0));
+                return;
+            default:
+                out->push_back(make_arg(instr.kind, scalar_type(instr.type), instr.a, instr.b));
+                return;
+        }
+    }
+    if (instr.op == ir::Op::kSample || instr.op == ir::Op::kSampleBound) {
+        const bool bound = instr.op == ir::Op::kSampleBound;
+        out->push_back(make_arg(OPENFAB_ARG_TEXTURE, OPENFAB_FLOAT, instr.a,
+                                bound ? OPENFAB_TEXTURE_MINMAX : OPENFAB_TEXTURE_TEXELS));
+        out->push_back(make_arg(OPENFAB_ARG_TEXTURE, OPENFAB_INT, instr.a, OPENFAB_TEXTURE_INFO));
+    }
+}
+
+}  // namespace
+
+openfab_scalar_type scalar_type(ir::Type type) {
+    switch (type) {
+        case ir::Type::kBool:
+            return OPENFAB_BOOL;
+        case ir::Type::kInt:
+            return OPENFAB_INT;
+        case ir::Type::kUint:
+            return OPENFAB_UINT;
+        case ir::Type::kFloat:
+            break;
+    }
+    return OPENFAB_FLOAT;
+}
+
+ir::Type ir_type(openfab_scalar_type type) {
+    switch (type) {
+        case OPENFAB_BOOL:
+            return ir::Type::kBool;
+        case OPENFAB_INT:
+            return ir::Type::kInt;
+        case OPENFAB_UINT:
+            return ir::Type::kUint;
+        case OPENFAB_FLOAT:
+            break;
+    }
+    return ir::Type::kFloat;
+}
+
+std::vector<openfab_arg> KernelArgs::all() const {
+    std::vector<openfab_arg> out = inputs;
+    out.insert(out.end(), outputs.begin(), outputs.end());
+    return out;
+}
+
+std::vector<bool> live_values(const ir::Stage& stage) {
+    std::vector<bool> live(stage.instrs.size(), false);
+    for (const ir::Output& output : stage.outputs)
+        live[output.value] = true;
+    for (size_t id = stage.instrs.size(); id-- > 0;) {
+        if (!live[id]) continue;
+        for (ir::ValueId arg : stage.instrs[id].args)
+            live[arg] = true;
+    }
+    return live;
+}
+
+KernelArgs collect_args(const ir::Stage& stage) {
+    KernelArgs args;
+    const std::vector<bool> live = live_values(stage);
+    for (size_t id = 0; id < stage.instrs.size(); ++id) {
+        if (live[id]) add_instr(stage.instrs[id], &args.inputs);
+    }
+    std::sort(args.inputs.begin(), args.inputs.end(),
+              [](const auto& x, const auto& y) { return sort_key(x) < sort_key(y); });
+    const auto same = [](const auto& x, const auto& y) { return sort_key(x) == sort_key(y); };
+    args.inputs.erase(std::unique(args.inputs.begin(), args.inputs.end(), same), args.inputs.end());
+    for (const ir::Output& output : stage.outputs) {
+        const ir::Type type = stage.instrs[output.value].type;
+        args.outputs.push_back(make_arg(output.kind, scalar_type(type), output.a, output.b));
+    }
+    return args;
+}
+
+bool is_scalar(openfab_arg_kind kind) {
+    return kind == OPENFAB_ARG_UNIFORM || kind == OPENFAB_ARG_FRAME ||
+           kind == OPENFAB_ARG_INSTANCE || kind == OPENFAB_ARG_BLOCK_SIZE;
+}
+
+std::string arg_name(const openfab_arg& arg) {
+    const char* kind = ir::kind_name(arg.kind);
+    return fmt::format("{}_{}_{}", kind != nullptr ? kind : "arg", arg.a, arg.b);
+}
+
+}  // namespace openfab::lower

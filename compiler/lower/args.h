@@ -1,0 +1,37 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// The argument list of a stage's kernel: what its inputs, samples and outputs need, in a fixed
+// order, so that the table and the code agree and equal stages give equal kernels.
+
+#include <string>
+#include <vector>
+
+#include "compiler/ir/ir.h"
+#include "runtime/abi/fablet_table.h"
+
+namespace openfab::lower {
+
+openfab_scalar_type scalar_type(ir::Type type);
+ir::Type ir_type(openfab_scalar_type type);
+
+struct KernelArgs {
+    std::vector<openfab_arg> inputs;   ///< by kind, a, b; live ones only
+    std::vector<openfab_arg> outputs;  ///< in the order of Stage::outputs
+
+    std::vector<openfab_arg> all() const;
+};
+
+/// Values that an output needs, by id.
+std::vector<bool> live_values(const ir::Stage& stage);
+
+KernelArgs collect_args(const ir::Stage& stage);
+
+/// True for scalars, false for buffers.
+bool is_scalar(openfab_arg_kind kind);
+
+/// Name of an argument in generated code and in `emit`: "nearest_0_1".
+std::string arg_name(const openfab_arg& arg);
+
+}  // namespace openfab::lower

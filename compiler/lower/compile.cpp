@@ -1,0 +1,184 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "compiler/lower/compile.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "compiler/lower/apply_schedule.h"
+#include "compiler/lower/kernel.h"
+
+namespace openfab::lower {
+
+namespace {
+
+using Halide::Target;
+
+Target target_of(openfab_isa isa) {
+    // strict_float is what makes all targets, widths and schedules give the same bits. FMA stays
+    // off.
+    Target target(Target::Linux, Target::X86, 64,
+                  {Target::SSE41, Target::StrictFloat, Target::NoRuntime, Target::NoBoundsQuery});
+    if (isa == OPENFAB_ISA_AVX2) target.set_features({Target::AVX, Target::AVX2});
+    return target;
+}
+
+Fault internal_fault(std::string message) {
+    Fault fault;
+    fault.internal = std::move(message);
+    return fault;
+}
+
+const Schedule& schedule_of(const KernelRequest& request) {
+    if (request.schedule != nullptr) return *request.schedule;
+    return default_schedule(kernel_name(request.stage->kind), isa_name(request.isa));
+}
+
+/// A scheduled kernel as a Halide module.
+std::variant<Halide::Module, ScheduleFault> make_module(const KernelRequest& request,
+                                                        const Schedule& schedule,
+                                                        size_t line_count) {
+    Kernel kernel = make_kernel(*request.stage);
+    if (std::optional<ScheduleFault> fault = apply_schedule(schedule, line_count, &kernel)) {
+        return *fault;
+    }
+    return Halide::Pipeline(kernel.output)
+        .compile_to_module(kernel.arguments, request.function, target_of(request.isa),
+                           Halide::LinkageType::ExternalPlusArgv);
+}
+
+/// Halide complains about some lines only when it lowers everything: the shortest prefix that fails
+/// names the line.
+std::optional<ScheduleFault> find_guilty_line(const KernelRequest& request,
+                                              const Schedule& schedule) {
+    for (size_t count = 1; count <= schedule.lines.size(); ++count) {
+        try {
+            const auto made = make_module(request, schedule, count);
+            if (const auto* fault = std::get_if<ScheduleFault>(&made)) return *fault;
+        } catch (const Halide::Error& error) {
+            return fault_on_line(schedule.lines[count - 1], error.what());
+        }
+    }
+    return std::nullopt;
+}
+
+std::variant<Halide::Module, Fault> module_of(const KernelRequest& request) {
+    const Schedule& schedule = schedule_of(request);
+    std::string message;
+    try {
+        auto made = make_module(request, schedule, schedule.lines.size());
+        if (auto* module = std::get_if<Halide::Module>(&made)) return *module;
+        Fault fault;
+        fault.schedule = std::get<ScheduleFault>(made);
+        return fault;
+    } catch (const Halide::Error& error) {
+        message = error.what();
+    }
+    if (request.schedule != nullptr) {
+        if (std::optional<ScheduleFault> guilty = find_guilty_line(request, schedule)) {
+            Fault fault;
+            fault.schedule = std::move(guilty);
+            return fault;
+        }
+    }
+    return internal_fault(fmt::format("{}: {}", request.function, message));
+}
+
+std::optional<Fault> write_module(const KernelRequest& request, Halide::OutputFileType type,
+                                  const std::string& path) {
+    auto made = module_of(request);
+    if (auto* fault = std::get_if<Fault>(&made)) return *fault;
+    try {
+        std::get<Halide::Module>(made).compile({{type, path}});
+    } catch (const Halide::Error& error) {
+        return internal_fault(fmt::format("{}: {}", request.function, error.what()));
+    }
+    return std::nullopt;
+}
+
+std::string list_funcs(const KernelRequest& request) {
+    const Kernel kernel = make_kernel(*request.stage);
+    const Schedule& schedule = schedule_of(request);
+    std::ostringstream out;
+    out << fmt::format("kernel {} for {}\n", kernel_name(request.stage->kind),
+                       isa_name(request.isa));
+    for (const Halide::Argument& argument : kernel.arguments) {
+        out << fmt::format("  argument {}\n", argument.name);
+    }
+    for (const NamedFunc& named : kernel.funcs) {
+        std::vector<std::string> vars;
+        for (const auto& [name, var] : named.vars)
+            vars.push_back(name);
+        out << fmt::format("  func {}({})\n", named.name, fmt::join(vars, ", "));
+        const Halide::Func func = named.func;
+        size_t k = 0;
+        const Halide::Tuple values = func.values();
+        for (const Halide::Expr& value : values.as_vector()) {
+            out << fmt::format("    value {}: ", k++) << value << '\n';
+        }
+        if (!func.has_update_definition()) continue;
+        k = 0;
+        const Halide::Tuple updates = func.update_values(0);
+        for (const Halide::Expr& value : updates.as_vector()) {
+            out << fmt::format("    update {}: ", k++) << value << '\n';
+        }
+    }
+    out << fmt::format("schedule {}\n{}", schedule.path, schedule.text);
+    return out.str();
+}
+
+}  // namespace
+
+const char* isa_name(openfab_isa isa) {
+    return isa == OPENFAB_ISA_AVX2 ? "avx2" : "sse41";
+}
+
+const char* schedule_name(ir::StageKind kind) {
+    return kernel_name(kind);
+}
+
+std::optional<Fault> compile_object(const KernelRequest& request, const std::string& path) {
+    return write_module(request, Halide::OutputFileType::object, path);
+}
+
+std::optional<Fault> compile_runtime(const std::string& path) {
+    try {
+        Halide::compile_standalone_runtime(
+            path, target_of(OPENFAB_ISA_SSE41).without_feature(Target::NoRuntime));
+    } catch (const Halide::Error& error) {
+        return internal_fault(error.what());
+    }
+    return std::nullopt;
+}
+
+std::variant<std::string, Fault> emit_text(const KernelRequest& request, TextForm form) {
+    if (form == TextForm::kHalide) {
+        try {
+            return list_funcs(request);
+        } catch (const Halide::Error& error) {
+            return internal_fault(error.what());
+        }
+    }
+    const Halide::OutputFileType type = form == TextForm::kStmt ? Halide::OutputFileType::stmt
+                                        : form == TextForm::kLlvm
+                                            ? Halide::OutputFileType::llvm_assembly
+                                            : Halide::OutputFileType::assembly;
+    // Halide writes to files only; the suffix is the one it insists on.
+    std::string name = (std::filesystem::temp_directory_path() / "openflc-XXXXXX").string();
+    const int handle = mkstemp(name.data());
+    if (handle < 0) return internal_fault("no temporary file can be made");
+    close(handle);
+    std::optional<Fault> fault = write_module(request, type, name);
+    std::ifstream file(name, std::ios::binary);
+    std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+    std::filesystem::remove(name);
+    if (fault) return *fault;
+    return text;
+}
+
+}  // namespace openfab::lower

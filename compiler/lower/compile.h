@@ -1,0 +1,45 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Stages to machine code. Different stages may be compiled in different threads at once.
+
+#include <optional>
+#include <string>
+#include <variant>
+
+#include "compiler/ir/ir.h"
+#include "compiler/lower/schedule.h"
+
+namespace openfab::lower {
+
+const char* isa_name(openfab_isa isa);
+
+/// Schedule file of a kernel: "surface", "surface_bounds", "volume", "volume_bounds".
+const char* schedule_name(ir::StageKind kind);
+
+/// Why a compilation ended: a fault of the user's schedule, or a bug of ours.
+struct Fault {
+    std::optional<ScheduleFault> schedule;
+    std::string internal;
+};
+
+struct KernelRequest {
+    const ir::Stage* stage = nullptr;
+    std::string function;  ///< C name; its argv form is `<function>_argv`
+    openfab_isa isa = OPENFAB_ISA_SSE41;
+    const Schedule* schedule = nullptr;  ///< null: the default one of the kernel and target
+};
+
+/// Writes an object file with `function` and `function_argv` that needs a Halide runtime to link.
+std::optional<Fault> compile_object(const KernelRequest& request, const std::string& path);
+
+/// Writes a Halide runtime for all instruction sets.
+std::optional<Fault> compile_runtime(const std::string& path);
+
+enum class TextForm { kHalide, kStmt, kLlvm, kAsm };
+
+/// The kernel as text; kHalide is the list of Funcs with their loop order.
+std::variant<std::string, Fault> emit_text(const KernelRequest& request, TextForm form);
+
+}  // namespace openfab::lower

@@ -1,0 +1,281 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "compiler/lower/kernel.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <optional>
+
+namespace openfab::lower {
+
+namespace {
+
+using Halide::Expr;
+using Halide::Var;
+using ir::Op;
+using ir::Type;
+
+constexpr int32_t kSide = 8;
+constexpr int32_t kLanes = 8;
+
+struct StageNames {
+    const char* kernel;
+    const char* result;
+};
+
+StageNames names_of(ir::StageKind kind) {
+    switch (kind) {
+        case ir::StageKind::kSurface:
+            return {"surface", "vertices"};
+        case ir::StageKind::kSurfaceBounds:
+            return {"surface_bounds", "patches"};
+        case ir::StageKind::kVolume:
+            return {"volume", "weights"};
+        case ir::StageKind::kVolumeBounds:
+            break;
+    }
+    return {"volume_bounds", "bounds"};
+}
+
+class StageLowering {
+  public:
+    explicit StageLowering(const ir::Stage& stage)
+        : stage_(stage), args_(collect_args(stage)), names_(names_of(stage.kind)) {}
+
+    Kernel run() {
+        site_.funcs = &lookups_;
+        if (volume()) {
+            site_.vars = {z_, x_, y_, n_};
+        } else {
+            site_.vars = {lane_, group_};
+        }
+        for (const openfab_arg& arg : args_.inputs)
+            add_input(arg);
+        lower_values();
+        Kernel kernel;
+        kernel.arguments = std::move(arguments_);
+        define_outputs(&kernel);
+        return kernel;
+    }
+
+  private:
+    using Key = std::array<int32_t, 3>;
+
+    bool volume() const { return stage_.kind == ir::StageKind::kVolume; }
+
+    void add_input(const openfab_arg& arg) {
+        const std::string name = arg_name(arg);
+        const Key key = {arg.kind, arg.a, arg.b};
+        const Halide::Type type = storage_type(ir_type(arg.scalar));
+        if (is_scalar(arg.kind)) {
+            const Halide::Param<> param(type, name);
+            scalars_.emplace(key, param);
+            arguments_.push_back(param);
+            return;
+        }
+        const bool texture = arg.kind == OPENFAB_ARG_TEXTURE;
+        const bool blocks = arg.kind == OPENFAB_ARG_BLOCKS;
+        const int dimensions = texture ? 1 : blocks ? 2 : volume() ? 4 : 1;
+        Halide::ImageParam image(type, dimensions, name);
+        if (dimensions == 4) {
+            shape_blocks(&image);
+        } else {
+            for (int d = 0; d < dimensions; ++d)
+                image.dim(d).set_min(0);
+            if (blocks) image.dim(0).set_extent(3);
+        }
+        arguments_.push_back(image);
+        if (texture) {
+            site_.textures.emplace(std::pair(arg.a, arg.b), image);
+        } else {
+            buffers_.emplace(key, image);
+        }
+    }
+
+    /// (z 8, x 8, y 8, n), dense inside a block. Halide takes the extents of all outputs from the
+    /// first.
+    template <typename Buffer>
+    static void shape_blocks(Buffer* buffer, bool extents = true) {
+        int32_t stride = 1;
+        for (int d = 0; d < 3; ++d) {
+            buffer->dim(d).set_stride(stride);
+            if (extents) buffer->dim(d).set_bounds(0, kSide);
+            stride *= kSide;
+        }
+        if (extents) buffer->dim(3).set_min(0);
+    }
+
+    /// Index of this lane along n; lanes past the end repeat the last place, so that nothing
+    /// outside is read.
+    Expr place_along(const Halide::ImageParam& image, int dimension) const {
+        if (volume()) return n_;
+        return Halide::min(group_ * kLanes + lane_, image.dim(dimension).extent() - 1);
+    }
+
+    Value load(const Key& key, Type type) const {
+        if (auto scalar = scalars_.find(key); scalar != scalars_.end()) {
+            return from_storage(type, scalar->second);
+        }
+        const Halide::ImageParam& image = buffers_.at(key);
+        if (volume()) return from_storage(type, image(z_, x_, y_, n_));
+        return from_storage(type, image(place_along(image, 0)));
+    }
+
+    /// float(index) + 0.5 of the voxel, or of the first or last voxel of the block.
+    Value voxel_coord(const ir::Instr& instr) const {
+        const Halide::ImageParam& blocks = buffers_.at({OPENFAB_ARG_BLOCKS, 0, 0});
+        Value index{Type::kInt, blocks(instr.a, place_along(blocks, 1))};
+        if (instr.kind == ir::kVoxelCoord) {
+            const std::array<Var, 3> axes = {x_, y_, z_};
+            index = index + Value{Type::kInt, axes[static_cast<size_t>(instr.a)]};
+        } else if (instr.kind == ir::kVoxelCoordHi) {
+            const Value size{Type::kInt, scalars_.at({OPENFAB_ARG_BLOCK_SIZE, 0, 0})};
+            index = index + (size - constant(1));
+        }
+        return convert(index, Type::kFloat) + constant(0.5f);
+    }
+
+    Value input(const ir::Instr& instr) const {
+        if (instr.kind >= ir::kVoxelCoord) return voxel_coord(instr);
+        return load({instr.kind, instr.a, instr.b}, instr.type);
+    }
+
+    void lower_values() {
+        const std::vector<bool> live = live_values(stage_);
+        values_.resize(stage_.instrs.size());
+        for (size_t id = 0; id < stage_.instrs.size(); ++id) {
+            if (live[id] && !values_[id].expr.defined()) values_[id] = lower(id, live);
+        }
+    }
+
+    std::vector<Value> arguments(const ir::Instr& instr) const {
+        std::vector<Value> out;
+        for (ir::ValueId arg : instr.args)
+            out.push_back(values_[arg]);
+        return out;
+    }
+
+    Value lower(size_t id, const std::vector<bool>& live) {
+        const ir::Instr& instr = stage_.instrs[id];
+        switch (instr.op) {
+            case Op::kConst:
+                return constant_bits(instr.type, instr.bits);
+            case Op::kInput:
+                return input(instr);
+            case Op::kConvert:
+                return convert(values_[instr.args[0]], instr.type);
+            case Op::kSample:
+                lower_sample_group(id, live);
+                return values_[id];
+            case Op::kSampleBound:
+                lower_bound_pair(id, live);
+                return values_[id];
+            default:
+                return operate(instr.op, arguments(instr));
+        }
+    }
+
+    /// All channels read at one place share footprint, taps and texel addresses.
+    void lower_sample_group(size_t id, const std::vector<bool>& live) {
+        const ir::Instr& instr = stage_.instrs[id];
+        std::vector<size_t> members;
+        std::vector<int32_t> channels;
+        for (size_t other = id; other < stage_.instrs.size(); ++other) {
+            const ir::Instr& candidate = stage_.instrs[other];
+            if (live[other] && candidate.op == Op::kSample && candidate.a == instr.a &&
+                candidate.args == instr.args) {
+                members.push_back(other);
+                channels.push_back(candidate.b);
+            }
+        }
+        const std::vector<Value> results =
+            lower_sample(&site_, instr.a, channels, arguments(instr));
+        for (size_t k = 0; k < members.size(); ++k)
+            values_[members[k]] = results[k];
+    }
+
+    void lower_bound_pair(size_t id, const std::vector<bool>& live) {
+        const ir::Instr& instr = stage_.instrs[id];
+        const std::array<Value, 2> ends =
+            lower_sample_bound(&site_, instr.a, instr.b, arguments(instr));
+        for (size_t other = id; other < stage_.instrs.size(); ++other) {
+            const ir::Instr& candidate = stage_.instrs[other];
+            if (live[other] && candidate.op == Op::kSampleBound && candidate.a == instr.a &&
+                candidate.b == instr.b && candidate.args == instr.args) {
+                values_[other] = ends[candidate.bits & 1u];
+            }
+        }
+    }
+
+    static NamedFunc named(const std::string& name, const Halide::Func& func,
+                           const std::vector<Var>& vars) {
+        NamedFunc out{name, func, {}};
+        for (const Var& var : vars)
+            out.vars.emplace_back(var.name(), var);
+        return out;
+    }
+
+    void define_outputs(Kernel* kernel) {
+        std::vector<Expr> results;
+        for (const ir::Output& output : stage_.outputs) {
+            results.push_back(to_storage(values_[output.value]));
+        }
+        Halide::Func result(names_.result);
+        result(site_.vars) = Halide::Tuple(results);
+        const NamedFunc result_named = named(names_.result, result, site_.vars);
+        if (volume()) {
+            kernel->output = result;
+            result.bound(z_, 0, kSide).bound(x_, 0, kSide).bound(y_, 0, kSide);
+            bool first = true;
+            for (auto& buffer : result.output_buffers()) {
+                shape_blocks(&buffer, first);
+                first = false;
+            }
+        } else {
+            Halide::Func store("store");
+            std::vector<Expr> copies;
+            const std::vector<Expr> from = {n_ % kLanes, n_ / kLanes};
+            for (size_t k = 0; k < results.size(); ++k) {
+                copies.push_back(results.size() == 1 ? Expr(result(from))
+                                                     : result(from)[static_cast<int>(k)]);
+            }
+            store(n_) = Halide::Tuple(copies);
+            // The lanes are always computed together: they share the loop over taps.
+            result.bound(lane_, 0, kLanes);
+            store.output_buffers()[0].dim(0).set_min(0);
+            kernel->output = store;
+            kernel->funcs.push_back(named("store", store, {n_}));
+        }
+        kernel->funcs.push_back(result_named);
+        kernel->funcs.insert(kernel->funcs.end(), lookups_.rbegin(), lookups_.rend());
+        for (const NamedFunc& lookup : lookups_) {
+            if (lookup.vars.size() == site_.vars.size()) {
+                Halide::Func(lookup.func).bound(site_.vars[0], 0, kLanes);
+            }
+        }
+    }
+
+    const ir::Stage& stage_;
+    const KernelArgs args_;
+    const StageNames names_;
+    const Var z_{"z"}, x_{"x"}, y_{"y"}, n_{"n"}, lane_{"lane"}, group_{"group"};
+    Site site_;
+    std::vector<NamedFunc> lookups_;  ///< producers first
+    std::map<Key, Halide::Param<>> scalars_;
+    std::map<Key, Halide::ImageParam> buffers_;
+    std::vector<Halide::Argument> arguments_;
+    std::vector<Value> values_;
+};
+
+}  // namespace
+
+const char* kernel_name(ir::StageKind kind) {
+    return names_of(kind).kernel;
+}
+
+Kernel make_kernel(const ir::Stage& stage) {
+    return StageLowering(stage).run();
+}
+
+}  // namespace openfab::lower

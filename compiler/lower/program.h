@@ -1,0 +1,58 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Fablets to object files: kernels compiled in parallel threads, and the C table that names them.
+
+#include <filesystem>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "compiler/lower/compile.h"
+#include "compiler/lower/table.h"
+
+namespace openfab::lower {
+
+struct ProgramOptions {
+    std::vector<openfab_isa> isas = {OPENFAB_ISA_SSE41, OPENFAB_ISA_AVX2};
+    const Schedule* schedule =
+        nullptr;  ///< replaces the default of the kernel that it names; see schedule_kernel
+    std::string schedule_kernel;  ///< "volume", …
+    int threads = 0;              ///< 0: as many as the machine has
+    std::string compiler = "cc";  ///< C compiler for the table, and linker
+};
+
+struct ProgramTimes {
+    double kernels = 0;  ///< seconds on the clock
+    double table = 0;
+};
+
+struct ProgramObjects {
+    std::vector<std::filesystem::path> objects;  ///< kernels, then the table
+    ProgramTimes times;
+};
+
+/// Writes all objects into `folder`, which exists.
+std::variant<ProgramObjects, Fault> compile_program(const std::vector<FabletUnit>& fablets,
+                                                    const ProgramOptions& options,
+                                                    const std::filesystem::path& folder);
+
+/// Runs a program with arguments, no shell between; empty on success, else what it wrote to stderr.
+std::string run_tool(const std::vector<std::string>& command);
+
+/// A fresh folder that goes when the object does.
+class ScratchFolder {
+  public:
+    ScratchFolder();
+    ~ScratchFolder();
+    ScratchFolder(const ScratchFolder&) = delete;
+    ScratchFolder& operator=(const ScratchFolder&) = delete;
+    /// Empty if none could be made.
+    const std::filesystem::path& path() const { return path_; }
+
+  private:
+    std::filesystem::path path_;
+};
+
+}  // namespace openfab::lower

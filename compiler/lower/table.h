@@ -1,0 +1,40 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// The constant tables of runtime/abi/fablet_table.h as C source, and the list of kernels that they
+// name.
+
+#include <string>
+#include <vector>
+
+#include "compiler/ir/ir.h"
+#include "compiler/passes/pipeline.h"
+
+namespace openfab::lower {
+
+/// One fablet that goes into a program.
+struct FabletUnit {
+    const ir::Fablet* fablet = nullptr;
+    const passes::KernelStages* stages = nullptr;
+    std::string source_name;  ///< file name of the source, for messages
+    uint64_t hash = 0;
+};
+
+struct KernelUnit {
+    const ir::Stage* stage = nullptr;
+    openfab_isa isa = OPENFAB_ISA_SSE41;
+    std::string function;  ///< unique in the program
+};
+
+/// Every kernel of every fablet for every instruction set, the ones that take longest to compile
+/// first.
+std::vector<KernelUnit> list_kernels(const std::vector<FabletUnit>& fablets,
+                                     const std::vector<openfab_isa>& isas);
+
+/// C source that defines `openfab_fablets`, to be compiled after the text of
+/// runtime/abi/fablet_table.h.
+std::string table_source(const std::vector<FabletUnit>& fablets,
+                         const std::vector<openfab_isa>& isas);
+
+}  // namespace openfab::lower

@@ -1,0 +1,47 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "compiler/passes/form_volume_bounds.h"
+
+#include "compiler/passes/interval.h"
+
+namespace openfab::passes {
+
+namespace {
+
+std::optional<std::array<int32_t, 2>> ends_of(int32_t kind) {
+    switch (kind) {
+        case ir::kVoxelCoord:
+            return {{ir::kVoxelCoordLo, ir::kVoxelCoordHi}};
+        case OPENFAB_ARG_NEAREST:
+            return {{OPENFAB_ARG_NEAREST_LO, OPENFAB_ARG_NEAREST_HI}};
+        case OPENFAB_ARG_DISTANCE:
+            return {{OPENFAB_ARG_DISTANCE_LO, OPENFAB_ARG_DISTANCE_HI}};
+        default:
+            return std::nullopt;
+    }
+}
+
+/// The runtime has no bound of an attribute's change along the voxel's axes, so a look-up by one
+/// may filter over anything.
+bool is_unknown(int32_t kind) {
+    return kind == OPENFAB_ARG_NEAREST_GRAD;
+}
+
+}  // namespace
+
+ir::Stage form_volume_bounds(const ir::Stage& volume) {
+    ir::Stage out;
+    out.kind = ir::StageKind::kVolumeBounds;
+    IntervalForm form(volume, &out, ends_of, is_unknown);
+    const std::vector<Interval>& values = form.run();
+    for (const ir::Output& output : volume.outputs) {
+        const Interval& value = values[output.value];
+        out.outputs.push_back(
+            {output.name + "_lo", OPENFAB_ARG_WEIGHT_LO, output.a, output.b, value.lo});
+        out.outputs.push_back(
+            {output.name + "_hi", OPENFAB_ARG_WEIGHT_HI, output.a, output.b, value.hi});
+    }
+    return out;
+}
+
+}  // namespace openfab::passes

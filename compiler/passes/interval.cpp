@@ -1,0 +1,467 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "compiler/passes/interval.h"
+
+#include <algorithm>
+#include <bit>
+#include <limits>
+#include <utility>
+
+namespace openfab::passes {
+
+namespace {
+
+using ir::Instr;
+
+constexpr uint32_t kQuietNan = 0x7fc00000u;
+constexpr size_t kFootprintArgs = 6;
+// Float products of int ends below these cannot overflow: the conversions and the product err by
+// less than 3 * 2^-24.
+constexpr float kIntProductLimit = 2147480000.0f;
+constexpr float kUintProductLimit = 4294960000.0f;
+
+}  // namespace
+
+IntervalForm::IntervalForm(const ir::Stage& from, ir::Stage* to, InputKinds kinds,
+                           UnknownInput unknown)
+    : from_(from), b_(to), kinds_(std::move(kinds)), unknown_(std::move(unknown)) {}
+
+const std::vector<Interval>& IntervalForm::run() {
+    values_.reserve(from_.instrs.size());
+    for (const Instr& instr : from_.instrs) {
+        b_.set_span(instr.span);
+        values_.push_back(of(instr));
+    }
+    return values_;
+}
+
+Interval IntervalForm::make_point(Id value) {
+    if (type_of(value) != Type::kBool) return {value, value, value};
+    return {negate(value), value, value};
+}
+
+Interval IntervalForm::make_bool(Id may_be_false, Id may_be_true) {
+    return {may_be_false, may_be_true, ir::kNoValue};
+}
+
+ir::ValueId IntervalForm::nan() {
+    return b_.constant(std::bit_cast<float>(kQuietNan));
+}
+
+ir::ValueId IntervalForm::finite(Id value) {
+    return emit(Op::kLt, emit(Op::kAbs, value),
+                b_.constant(std::numeric_limits<float>::infinity()));
+}
+
+Interval IntervalForm::finish_if(Id known, Id lo, Id hi) {
+    const Id ok = both(known, both(finite(lo), finite(hi)));
+    const Id unknown = nan();
+    return {b_.select(ok, lo, unknown), b_.select(ok, hi, unknown), ir::kNoValue};
+}
+
+Interval IntervalForm::finish(Id lo, Id hi) {
+    const Id ok = both(finite(lo), finite(hi));
+    const Id unknown = nan();
+    return {b_.select(ok, lo, unknown), b_.select(ok, hi, unknown), ir::kNoValue};
+}
+
+/// A NaN candidate only occurs beside others that are not finite, or all are NaN: see of_product.
+Interval IntervalForm::extremes(const std::array<Id, 4>& c) {
+    const Id lo = emit(Op::kMin, emit(Op::kMin, c[0], c[1]), emit(Op::kMin, c[2], c[3]));
+    const Id hi = emit(Op::kMax, emit(Op::kMax, c[0], c[1]), emit(Op::kMax, c[2], c[3]));
+    return {lo, hi, ir::kNoValue};
+}
+
+Interval IntervalForm::of(const Instr& instr) {
+    if (instr.op == Op::kConst) return make_point(b_.append(instr));
+    if (instr.op == Op::kInput) return of_input(instr);
+    const bool points = std::all_of(instr.args.begin(), instr.args.end(),
+                                    [&](Id arg) { return values_[arg].is_point(); });
+    if (points) {
+        Instr copy = instr;
+        for (Id& arg : copy.args)
+            arg = values_[arg].point;
+        return make_point(b_.append(std::move(copy)));
+    }
+    switch (instr.op) {
+        case Op::kSample:
+            return of_sample(instr);
+        case Op::kConvert:
+            return of_convert(instr);
+        case Op::kSelect:
+            return of_select(instr);
+        case Op::kAnd:
+        case Op::kOr:
+        case Op::kNot:
+            return of_bool(instr.op, values_[instr.args[0]], values_[instr.args.back()]);
+        case Op::kEq:
+        case Op::kNe:
+        case Op::kLt:
+        case Op::kLe:
+        case Op::kGt:
+        case Op::kGe:
+            return of_comparison(instr.op, values_[instr.args[0]], values_[instr.args[1]]);
+        default:
+            break;
+    }
+    if (from_.instrs[instr.args[0]].type == Type::kFloat) return of_float(instr);
+    return of_integer(instr);
+}
+
+Interval IntervalForm::of_input(const Instr& instr) {
+    const auto make = [&](int32_t kind) {
+        Instr end = instr;
+        end.kind = kind;
+        return b_.append(std::move(end));
+    };
+    if (unknown_(instr.kind)) {
+        if (instr.type == Type::kFloat) return {nan(), nan(), ir::kNoValue};
+        if (instr.type == Type::kBool) return make_bool(b_.constant(true), b_.constant(true));
+        return full_range(instr.type);
+    }
+    const auto kinds = kinds_(instr.kind);
+    if (!kinds) return make_point(make(instr.kind));
+    const Id lo = make((*kinds)[0]);
+    const Id hi = make((*kinds)[1]);
+    // The ends of a bool input: 0 and 1 as its least and greatest value.
+    if (instr.type == Type::kBool) return make_bool(negate(lo), hi);
+    if (instr.type == Type::kFloat) return finish(lo, hi);
+    return {lo, hi, ir::kNoValue};
+}
+
+Interval IntervalForm::of_sample(const Instr& instr) {
+    const Interval guard = values_[instr.args[0]];
+    const auto magnitude = [&](Id arg) { return of_magnitude(values_[arg]).hi; };
+    Instr bound;
+    bound.op = Op::kSampleBound;
+    bound.type = Type::kFloat;
+    bound.a = instr.a;
+    bound.b = instr.b;
+    bound.args = {guard.hi,
+                  values_[instr.args[1]].lo,
+                  values_[instr.args[1]].hi,
+                  values_[instr.args[2]].lo,
+                  values_[instr.args[2]].hi,
+                  values_[instr.args[3]].hi};
+    for (size_t k = 0; k < kFootprintArgs; ++k) {
+        const bool given = instr.args.size() > 4;
+        bound.args.push_back(given ? magnitude(instr.args[4 + k]) : b_.constant(0.0f));
+    }
+    const Id lo = b_.append(bound);
+    bound.bits = 1;
+    const Id hi = b_.append(bound);
+    // Where the path may be passed by, the value may be the 0 of a look-up that did not run.
+    const Id zero = b_.constant(0.0f);
+    const Interval known = finish(lo, hi);
+    const Id skipped_lo = b_.select(emit(Op::kGt, known.lo, zero), zero, known.lo);
+    const Id skipped_hi = b_.select(emit(Op::kLt, known.hi, zero), zero, known.hi);
+    return {b_.select(guard.lo, skipped_lo, known.lo), b_.select(guard.lo, skipped_hi, known.hi),
+            ir::kNoValue};
+}
+
+Interval IntervalForm::of_bool(Op op, const Interval& a, const Interval& b) {
+    switch (op) {
+        case Op::kAnd:
+            return make_bool(either(a.lo, b.lo), both(a.hi, b.hi));
+        case Op::kOr:
+            return make_bool(both(a.lo, b.lo), either(a.hi, b.hi));
+        default:
+            return make_bool(a.hi, a.lo);
+    }
+}
+
+/// Written as "not surely so", which is right where an end is NaN.
+Interval IntervalForm::of_comparison(Op op, const Interval& a, const Interval& b) {
+    if (type_of(a.lo) == Type::kBool) {
+        const Id may_differ = either(both(a.lo, b.hi), both(a.hi, b.lo));
+        const Id may_equal = either(both(a.lo, b.lo), both(a.hi, b.hi));
+        return op == Op::kEq ? make_bool(may_differ, may_equal) : make_bool(may_equal, may_differ);
+    }
+    switch (op) {
+        case Op::kLt:
+            return make_bool(negate(emit(Op::kLt, a.hi, b.lo)), negate(emit(Op::kGe, a.lo, b.hi)));
+        case Op::kLe:
+            return make_bool(negate(emit(Op::kLe, a.hi, b.lo)), negate(emit(Op::kGt, a.lo, b.hi)));
+        case Op::kGt:
+            return of_comparison(Op::kLt, b, a);
+        case Op::kGe:
+            return of_comparison(Op::kLe, b, a);
+        default:
+            break;
+    }
+    const Id single = both(emit(Op::kEq, a.lo, a.hi), emit(Op::kEq, b.lo, b.hi));
+    const Id equal = both(single, emit(Op::kEq, a.lo, b.lo));
+    const Id apart = either(emit(Op::kLt, a.hi, b.lo), emit(Op::kLt, b.hi, a.lo));
+    if (op == Op::kEq) return make_bool(negate(equal), negate(apart));
+    return make_bool(negate(apart), negate(equal));
+}
+
+Interval IntervalForm::hull(const Interval& a, const Interval& b, Type type) {
+    const Id lo = emit(Op::kMin, a.lo, b.lo);
+    const Id hi = emit(Op::kMax, a.hi, b.hi);
+    if (type != Type::kFloat) return {lo, hi, ir::kNoValue};
+    return finish_if(both(finite(a.lo), finite(b.lo)), lo, hi);
+}
+
+Interval IntervalForm::of_select(const Instr& instr) {
+    const Interval condition = values_[instr.args[0]];
+    const Interval yes = values_[instr.args[1]];
+    const Interval no = values_[instr.args[2]];
+    if (instr.type == Type::kBool) {
+        return make_bool(either(both(condition.hi, yes.lo), both(condition.lo, no.lo)),
+                         either(both(condition.hi, yes.hi), both(condition.lo, no.hi)));
+    }
+    const bool is_float = instr.type == Type::kFloat;
+    const Interval joined = hull(yes, no, instr.type);
+    const Interval first = is_float && yes.is_point() ? finish(yes.lo, yes.hi) : yes;
+    const Interval second = is_float && no.is_point() ? finish(no.lo, no.hi) : no;
+    const auto pick = [&](Id a, Id b, Id ab) {
+        return b_.select(condition.hi, b_.select(condition.lo, ab, a), b);
+    };
+    return {pick(first.lo, second.lo, joined.lo), pick(first.hi, second.hi, joined.hi),
+            ir::kNoValue};
+}
+
+Interval IntervalForm::full_range(Type type) {
+    if (type == Type::kInt) {
+        return {b_.constant(std::numeric_limits<int32_t>::min()),
+                b_.constant(std::numeric_limits<int32_t>::max()), ir::kNoValue};
+    }
+    return {b_.constant(uint32_t{0}), b_.constant(std::numeric_limits<uint32_t>::max()),
+            ir::kNoValue};
+}
+
+Interval IntervalForm::of_convert(const Instr& instr) {
+    const Interval x = values_[instr.args[0]];
+    const Type from = from_.instrs[instr.args[0]].type;
+    const Type to = instr.type;
+    if (from == to) return x;
+    if (to == Type::kBool) return of_comparison(Op::kNe, x, make_point(constant_like(from, 0)));
+    if (from == Type::kBool) {
+        const Id zero = constant_like(to, 0);
+        const Id one = constant_like(to, 1);
+        return {b_.select(x.lo, zero, one), b_.select(x.hi, one, zero), ir::kNoValue};
+    }
+    const Id lo = b_.convert(x.lo, to);
+    const Id hi = b_.convert(x.hi, to);
+    if (to == Type::kFloat) return {lo, hi, ir::kNoValue};
+    const Interval full = full_range(to);
+    Id known = ir::kNoValue;
+    if (from == Type::kFloat) {
+        known = negate(either(emit(Op::kIsNan, x.lo), emit(Op::kIsNan, x.hi)));
+    } else {
+        // int and uint agree on 0 .. 2^31 - 1 and, wrapped, on the rest: order is kept on one side
+        // of the border.
+        const Id lo_below = emit(Op::kLt, from == Type::kInt ? x.lo : lo, b_.constant(0));
+        const Id hi_below = emit(Op::kLt, from == Type::kInt ? x.hi : hi, b_.constant(0));
+        known = emit(Op::kEq, lo_below, hi_below);
+    }
+    return {b_.select(known, lo, full.lo), b_.select(known, hi, full.hi), ir::kNoValue};
+}
+
+ir::ValueId IntervalForm::constant_like(Type type, float value) {
+    switch (type) {
+        case Type::kInt:
+            return b_.constant(static_cast<int32_t>(value));
+        case Type::kUint:
+            return b_.constant(static_cast<uint32_t>(value));
+        default:
+            return b_.constant(value);
+    }
+}
+
+Interval IntervalForm::of_float(const Instr& instr) {
+    const Interval& a = values_[instr.args[0]];
+    const Interval& b = values_[instr.args.back()];
+    switch (instr.op) {
+        case Op::kAdd:
+            return finish(emit(Op::kAdd, a.lo, b.lo), emit(Op::kAdd, a.hi, b.hi));
+        case Op::kSub:
+            return finish(emit(Op::kSub, a.lo, b.hi), emit(Op::kSub, a.hi, b.lo));
+        case Op::kMul:
+            return of_product(instr, a, b);
+        case Op::kDiv:
+            return of_quotient(a, b);
+        case Op::kMod:
+            return of_remainder(a, b);
+        case Op::kNeg:
+            return finish(emit(Op::kNeg, a.hi), emit(Op::kNeg, a.lo));
+        case Op::kAbs:
+            return of_magnitude(a);
+        case Op::kSqrt:
+            return of_root(a);
+        case Op::kMin:
+        case Op::kMax: {
+            // With a NaN the result is the second operand or the NaN: unknown either way.
+            const Id known = both(finite(a.lo), finite(b.lo));
+            return finish_if(known, emit(instr.op, a.lo, b.lo), emit(instr.op, a.hi, b.hi));
+        }
+        case Op::kIsNan: {
+            const Id known = both(finite(a.lo), finite(a.hi));
+            return make_bool(b_.constant(true), negate(known));
+        }
+        default:
+            return finish(emit(instr.op, a.lo), emit(instr.op, a.hi));
+    }
+}
+
+Interval IntervalForm::of_square(const Interval& a) {
+    const Id lo = emit(Op::kMul, a.lo, a.lo);
+    const Id hi = emit(Op::kMul, a.hi, a.hi);
+    const Id zero = b_.constant(0.0f);
+    const Id straddles = both(emit(Op::kLe, a.lo, zero), emit(Op::kGe, a.hi, zero));
+    const Id least = b_.select(straddles, zero, emit(Op::kMin, lo, hi));
+    return finish(least, emit(Op::kMax, lo, hi));
+}
+
+/// An infinite or NaN point operand makes all four candidates infinite or NaN, so `finish` sees it.
+Interval IntervalForm::of_product(const Instr& instr, const Interval& a, const Interval& b) {
+    if (instr.args[0] == instr.args[1]) return of_square(a);
+    const Interval ends = extremes({emit(Op::kMul, a.lo, b.lo), emit(Op::kMul, a.lo, b.hi),
+                                    emit(Op::kMul, a.hi, b.lo), emit(Op::kMul, a.hi, b.hi)});
+    return finish(ends.lo, ends.hi);
+}
+
+Interval IntervalForm::of_quotient(const Interval& a, const Interval& b) {
+    const Id zero = b_.constant(0.0f);
+    const Id known = either(emit(Op::kGt, b.lo, zero), emit(Op::kLt, b.hi, zero));
+    const Interval ends = extremes({emit(Op::kDiv, a.lo, b.lo), emit(Op::kDiv, a.lo, b.hi),
+                                    emit(Op::kDiv, a.hi, b.lo), emit(Op::kDiv, a.hi, b.hi)});
+    // A point dividend that is infinite gives infinite candidates; an infinite point divisor gives
+    // zeros, rightly.
+    return finish_if(known, ends.lo, ends.hi);
+}
+
+/// a - b * trunc(a / b), composed as it is defined.
+Interval IntervalForm::of_remainder(const Interval& a, const Interval& b) {
+    const Interval quotient = of_quotient(a, b);
+    const Interval whole = finish(emit(Op::kTrunc, quotient.lo), emit(Op::kTrunc, quotient.hi));
+    const Interval part =
+        extremes({emit(Op::kMul, b.lo, whole.lo), emit(Op::kMul, b.lo, whole.hi),
+                  emit(Op::kMul, b.hi, whole.lo), emit(Op::kMul, b.hi, whole.hi)});
+    const Interval checked = finish(part.lo, part.hi);
+    return finish(emit(Op::kSub, a.lo, checked.hi), emit(Op::kSub, a.hi, checked.lo));
+}
+
+Interval IntervalForm::of_magnitude(const Interval& a) {
+    const Id lo = emit(Op::kAbs, a.lo);
+    if (a.is_point()) return {lo, lo, ir::kNoValue};
+    const Id hi = emit(Op::kAbs, a.hi);
+    const Id zero = b_.constant(0.0f);
+    const Id straddles = both(emit(Op::kLe, a.lo, zero), emit(Op::kGe, a.hi, zero));
+    const Id least = b_.select(straddles, zero, emit(Op::kMin, lo, hi));
+    return finish(least, emit(Op::kMax, lo, hi));
+}
+
+Interval IntervalForm::of_root(const Interval& a) {
+    const Id known = emit(Op::kGe, a.lo, b_.constant(0.0f));
+    return finish_if(known, emit(Op::kSqrt, a.lo), emit(Op::kSqrt, a.hi));
+}
+
+Interval IntervalForm::exact_or(Op op, const Interval& a, const Interval& b,
+                                const Interval& other) {
+    const bool unary = ir::arity(op) == 1;
+    const Id exact = unary ? emit(op, a.lo) : emit(op, a.lo, b.lo);
+    Id single = emit(Op::kEq, a.lo, a.hi);
+    if (!unary) single = both(single, emit(Op::kEq, b.lo, b.hi));
+    return {b_.select(single, exact, other.lo), b_.select(single, exact, other.hi), ir::kNoValue};
+}
+
+Interval IntervalForm::integer_sum(Op op, Type type, const Interval& a, const Interval& b) {
+    const Id b_lo = op == Op::kAdd ? b.lo : b.hi;
+    const Id b_hi = op == Op::kAdd ? b.hi : b.lo;
+    const Id lo = emit(op, a.lo, b_lo);
+    const Id hi = emit(op, a.hi, b_hi);
+    const auto wraps = [&](Id x, Id y, Id result) {
+        if (type == Type::kUint) {
+            return op == Op::kAdd ? emit(Op::kLt, result, x) : emit(Op::kLt, x, y);
+        }
+        // The result's sign differs from x's, and y pushes it that way.
+        const Id changed = emit(Op::kBitXor, x, result);
+        const Id pushed = op == Op::kAdd ? emit(Op::kBitXor, y, result) : emit(Op::kBitXor, x, y);
+        return emit(Op::kLt, emit(Op::kBitAnd, changed, pushed), b_.constant(0));
+    };
+    const Id bad = either(wraps(a.lo, b_lo, lo), wraps(a.hi, b_hi, hi));
+    const Interval full = full_range(type);
+    return {b_.select(bad, full.lo, lo), b_.select(bad, full.hi, hi), ir::kNoValue};
+}
+
+Interval IntervalForm::integer_product(Type type, const Interval& a, const Interval& b) {
+    const bool is_int = type == Type::kInt;
+    const Id limit = b_.constant(is_int ? kIntProductLimit : kUintProductLimit);
+    const std::array<std::pair<Id, Id>, 4> corners = {
+        {{a.lo, b.lo}, {a.lo, b.hi}, {a.hi, b.lo}, {a.hi, b.hi}}};
+    std::array<Id, 4> products{};
+    Id fits = b_.constant(true);
+    for (size_t k = 0; k < corners.size(); ++k) {
+        const auto [x, y] = corners[k];
+        products[k] = emit(Op::kMul, x, y);
+        const Id size = emit(Op::kMul, b_.convert(x, Type::kFloat), b_.convert(y, Type::kFloat));
+        fits = both(fits, emit(Op::kLt, emit(Op::kAbs, size), limit));
+    }
+    const Interval ends = extremes(products);
+    const Interval full = full_range(type);
+    return {b_.select(fits, ends.lo, full.lo), b_.select(fits, ends.hi, full.hi), ir::kNoValue};
+}
+
+/// Division and remainder by one positive number, masks by one that is not negative; else the whole
+/// range.
+Interval IntervalForm::integer_rest(Op op, Type type, const Interval& a, const Interval& b) {
+    const Interval full = full_range(type);
+    const Id zero = constant_like(type, 0);
+    const Id single = emit(Op::kEq, b.lo, b.hi);
+    if (op == Op::kBitAnd) {
+        const Id mask = emit(Op::kGe, b.lo, zero);
+        return {b_.select(mask, zero, full.lo), b_.select(mask, b.hi, full.hi), ir::kNoValue};
+    }
+    if (op != Op::kDiv && op != Op::kMod) return full;
+    const Id simple = both(single, emit(Op::kGt, b.lo, zero));
+    const Id quotient_lo = emit(Op::kDiv, a.lo, b.lo);
+    const Id quotient_hi = emit(Op::kDiv, a.hi, b.lo);
+    if (op == Op::kDiv) {
+        return {b_.select(simple, quotient_lo, full.lo), b_.select(simple, quotient_hi, full.hi),
+                ir::kNoValue};
+    }
+    const Id most = emit(Op::kSub, b.lo, constant_like(type, 1));
+    const Id not_below = emit(Op::kGe, a.lo, zero);
+    const Id same =
+        both(emit(Op::kEq, quotient_lo, quotient_hi), either(not_below, emit(Op::kLe, a.hi, zero)));
+    const Id wide_lo = b_.select(not_below, zero, emit(Op::kNeg, most));
+    const Id lo = b_.select(same, emit(Op::kMod, a.lo, b.lo), wide_lo);
+    const Id hi = b_.select(same, emit(Op::kMod, a.hi, b.lo), most);
+    return {b_.select(simple, lo, full.lo), b_.select(simple, hi, full.hi), ir::kNoValue};
+}
+
+Interval IntervalForm::of_integer(const Instr& instr) {
+    const Interval& a = values_[instr.args[0]];
+    const Interval& b = values_[instr.args.back()];
+    const Type type = instr.type;
+    switch (instr.op) {
+        case Op::kMin:
+        case Op::kMax:
+            return {emit(instr.op, a.lo, b.lo), emit(instr.op, a.hi, b.hi), ir::kNoValue};
+        case Op::kAdd:
+        case Op::kSub:
+            return exact_or(instr.op, a, b, integer_sum(instr.op, type, a, b));
+        case Op::kMul:
+            return exact_or(instr.op, a, b, integer_product(type, a, b));
+        case Op::kAbs: {
+            if (type == Type::kUint) return a;
+            const Id zero = b_.constant(0);
+            const Id lowest = full_range(type).lo;
+            const Id straddles = both(emit(Op::kLt, a.lo, zero), emit(Op::kGt, a.hi, zero));
+            const Id lo = emit(Op::kAbs, a.lo);
+            const Id hi = emit(Op::kAbs, a.hi);
+            const Id least = b_.select(straddles, zero, emit(Op::kMin, lo, hi));
+            const Id overflow = emit(Op::kEq, a.lo, lowest);
+            const Interval full = full_range(type);
+            return exact_or(instr.op, a, b,
+                            {b_.select(overflow, full.lo, least),
+                             b_.select(overflow, full.hi, emit(Op::kMax, lo, hi)), ir::kNoValue});
+        }
+        default:
+            return exact_or(instr.op, a, b, integer_rest(instr.op, type, a, b));
+    }
+}
+
+}  // namespace openfab::passes

@@ -1,0 +1,103 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// The interval form of a stage: every value becomes a pair of values that bound it for all points
+// of a box at once.
+//
+//   number   lo <= value <= hi. Floats are either both finite or both NaN, which means that nothing
+//   is known (the value may
+//            be a NaN or infinite). Ends are rounded to nearest as the value itself is: rounding is
+//            monotone, so bounds of the computed value follow from bounds of its computed operands;
+//            nothing need be widened.
+//   bool     lo: it may be false, hi: it may be true
+// A point (uniforms, frame, constants and what follows from them alone) is the value itself,
+// computed as in the stage, and may be infinite or NaN. Where lo and hi have equal bits, every
+// point of the box has that value (0 and -0 count as equal). Errs wide: operands are taken as
+// independent; int results that may overflow are the whole range; a division by an interval that
+// holds 0 is unknown.
+
+#include <array>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "compiler/ir/ir.h"
+
+namespace openfab::passes {
+
+struct Interval {
+    ir::ValueId lo = ir::kNoValue;
+    ir::ValueId hi = ir::kNoValue;
+    ir::ValueId point = ir::kNoValue;  ///< the value itself where it is a point
+
+    bool is_point() const { return point != ir::kNoValue; }
+};
+
+/// Builds the interval form of one stage in another.
+class IntervalForm {
+  public:
+    /// Kinds of the lower and upper input that stand for an input kind; none: the input is a point.
+    using InputKinds = std::function<std::optional<std::array<int32_t, 2>>(int32_t kind)>;
+    /// True for inputs that have no interval form: nothing is known of them.
+    using UnknownInput = std::function<bool(int32_t kind)>;
+
+    IntervalForm(const ir::Stage& from, ir::Stage* to, InputKinds kinds, UnknownInput unknown);
+
+    /// Of every instruction of `from`, by id.
+    const std::vector<Interval>& run();
+    ir::Builder& builder() { return b_; }
+
+  private:
+    using Id = ir::ValueId;
+    using Op = ir::Op;
+    using Type = ir::Type;
+
+    Interval of(const ir::Instr& instr);
+    Interval of_input(const ir::Instr& instr);
+    Interval of_sample(const ir::Instr& instr);
+    Interval of_convert(const ir::Instr& instr);
+    Interval of_select(const ir::Instr& instr);
+    Interval of_bool(Op op, const Interval& a, const Interval& b);
+    Interval of_comparison(Op op, const Interval& a, const Interval& b);
+    Interval of_float(const ir::Instr& instr);
+    Interval of_product(const ir::Instr& instr, const Interval& a, const Interval& b);
+    Interval of_quotient(const Interval& a, const Interval& b);
+    Interval of_remainder(const Interval& a, const Interval& b);
+    Interval of_magnitude(const Interval& a);
+    Interval of_square(const Interval& a);
+    Interval of_root(const Interval& a);
+    Interval of_integer(const ir::Instr& instr);
+    Interval integer_sum(Op op, Type type, const Interval& a, const Interval& b);
+    Interval integer_product(Type type, const Interval& a, const Interval& b);
+    Interval integer_rest(Op op, Type type, const Interval& a, const Interval& b);
+
+    Interval make_point(Id value);
+    Interval make_bool(Id may_be_false, Id may_be_true);
+    /// Both ends if both are finite, else unknown.
+    Interval finish(Id lo, Id hi);
+    Interval finish_if(Id known, Id lo, Id hi);
+    Interval extremes(const std::array<Id, 4>& candidates);
+    Interval hull(const Interval& a, const Interval& b, Type type);
+    Interval full_range(Type type);
+    /// `exact` where both operands are single values, else `other`.
+    Interval exact_or(Op op, const Interval& a, const Interval& b, const Interval& other);
+
+    Id emit(Op op, Id a) { return b_.emit(op, {a}); }
+    Id emit(Op op, Id a, Id b) { return b_.emit(op, {a, b}); }
+    Id negate(Id condition) { return emit(Op::kNot, condition); }
+    Id both(Id a, Id b) { return emit(Op::kAnd, a, b); }
+    Id either(Id a, Id b) { return emit(Op::kOr, a, b); }
+    Id nan();
+    Id finite(Id value);
+    Id constant_like(Type type, float value);
+    Type type_of(Id value) { return b_.type(value); }
+
+    const ir::Stage& from_;
+    ir::Builder b_;
+    InputKinds kinds_;
+    UnknownInput unknown_;
+    std::vector<Interval> values_;
+};
+
+}  // namespace openfab::passes

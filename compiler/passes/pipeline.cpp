@@ -1,0 +1,106 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "compiler/passes/pipeline.h"
+
+#include <chrono>
+
+#include "compiler/passes/attach_footprints.h"
+#include "compiler/passes/bound_displacement.h"
+#include "compiler/passes/eliminate_common_values.h"
+#include "compiler/passes/eliminate_dead_values.h"
+#include "compiler/passes/form_surface_bounds.h"
+#include "compiler/passes/form_volume_bounds.h"
+#include "compiler/passes/simplify.h"
+
+namespace openfab::passes {
+
+namespace {
+
+class Runner {
+  public:
+    Runner(const PipelineOptions& options, PipelineResult* result)
+        : options_(options), result_(result) {}
+
+    bool enabled(const char* pass) const { return !options_.disabled.contains(pass); }
+
+    template <typename Pass>
+    void run(const char* name, ir::Stage* stage, Pass&& pass) {
+        if (!enabled(name) || !result_->fault.empty()) return;
+        const auto begin = std::chrono::steady_clock::now();
+        pass(stage);
+        const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - begin;
+        add_time(name, spent.count());
+        const std::string fault = ir::verify(*stage);
+        if (!fault.empty()) result_->fault = std::string("after ") + name + ": " + fault;
+        if (options_.after) options_.after(name, *stage);
+    }
+
+    void clean(ir::Stage* stage) {
+        run("simplify", stage, simplify);
+        run("eliminate_common_values", stage, eliminate_common_values);
+        run("eliminate_dead_values", stage, eliminate_dead_values);
+    }
+
+  private:
+    void add_time(const char* name, double seconds) {
+        for (PassTime& time : result_->times) {
+            if (time.pass == name) {
+                time.seconds += seconds;
+                return;
+            }
+        }
+        result_->times.push_back({name, seconds});
+    }
+
+    const PipelineOptions& options_;
+    PipelineResult* result_;
+};
+
+}  // namespace
+
+const std::vector<PassName>& pass_names() {
+    static const std::vector<PassName> names = {
+        {"simplify", true},
+        {"eliminate_common_values", true},
+        {"eliminate_dead_values", true},
+        {"attach_footprints", false},
+        {"form_surface_bounds", true},
+        {"form_volume_bounds", true},
+        {"bound_displacement", false},
+    };
+    return names;
+}
+
+PipelineResult run_pipeline(const ir::Fablet& fablet, const PipelineOptions& options) {
+    PipelineResult result;
+    KernelStages& stages = result.stages;
+    Runner runner(options, &result);
+    stages.volume = fablet.volume;
+    stages.surface_bounds.kind = ir::StageKind::kSurfaceBounds;
+    stages.volume_bounds.kind = ir::StageKind::kVolumeBounds;
+    stages.surface.kind = ir::StageKind::kSurface;
+
+    runner.clean(&stages.volume);
+    runner.run("attach_footprints", &stages.volume, attach_footprints);
+    runner.clean(&stages.volume);
+    // After the footprints: the interval of a look-up depends on how widely it filters.
+    runner.run("form_volume_bounds", &stages.volume_bounds,
+               [&](ir::Stage* out) { *out = form_volume_bounds(stages.volume); });
+    runner.clean(&stages.volume_bounds);
+
+    if (!fablet.has_surface) return result;
+    stages.surface = fablet.surface;
+    runner.clean(&stages.surface);
+    runner.run("attach_footprints", &stages.surface, attach_footprints);
+    runner.clean(&stages.surface);
+    // Before bound_displacement, whose quotients have no useful interval: the pass knows their
+    // effect.
+    runner.run("form_surface_bounds", &stages.surface_bounds,
+               [&](ir::Stage* out) { *out = form_surface_bounds(stages.surface); });
+    runner.clean(&stages.surface_bounds);
+    runner.run("bound_displacement", &stages.surface, bound_displacement);
+    runner.clean(&stages.surface);
+    return result;
+}
+
+}  // namespace openfab::passes

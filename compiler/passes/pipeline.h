@@ -1,0 +1,55 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// The middle of the compiler: from the IR that the front end makes to one stage per kernel.
+// pipeline.cpp is the ordered list of passes. Every pass but attach_footprints and
+// bound_displacement, which complete the meaning of a stage, can be switched off and no output
+// changes by a bit.
+
+#include <functional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "compiler/ir/ir.h"
+
+namespace openfab::passes {
+
+struct PipelineOptions {
+    std::set<std::string> disabled;  ///< names of passes
+    /// Told after each pass and stage, with the stage as it then is.
+    std::function<void(const std::string& pass, const ir::Stage& stage)> after;
+};
+
+/// One stage per kernel. A stage with no outputs stands for no kernel: no @Surface, or a bounds
+/// pass that is switched off.
+struct KernelStages {
+    ir::Stage
+        surface;  ///< outputs POSITION x, y, z (displaced, clamped), SURFACE_OUT, SURFACE_STATUS
+    ir::Stage surface_bounds;  ///< outputs DISPLACEMENT_LO/HI, SURFACE_OUT_LO/HI
+    ir::Stage volume;          ///< outputs WEIGHT
+    ir::Stage volume_bounds;   ///< outputs WEIGHT_LO/HI
+};
+
+struct PassTime {
+    std::string pass;
+    double seconds = 0;
+};
+
+struct PipelineResult {
+    KernelStages stages;
+    std::vector<PassTime> times;
+    std::string fault;  ///< a bug of ours: what ir::verify found, and after which pass; else empty
+};
+
+/// Names in order, and whether a pass can be switched off.
+struct PassName {
+    const char* name;
+    bool optional;
+};
+const std::vector<PassName>& pass_names();
+
+PipelineResult run_pipeline(const ir::Fablet& fablet, const PipelineOptions& options = {});
+
+}  // namespace openfab::passes

@@ -1,0 +1,250 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/exec/compiled_stage.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <deque>
+#include <random>
+
+#include "compiler/interp/evaluate.h"
+#include "runtime/abi/kernel_call.h"
+
+namespace openfab::testing {
+
+namespace {
+
+constexpr int32_t kVoxels = 512;
+constexpr uint32_t kUnwritten = 0xdeadbeefu;
+constexpr size_t kMostReports = 5;
+
+bool is_scalar(int32_t kind) {
+    return kind == OPENFAB_ARG_UNIFORM || kind == OPENFAB_ARG_FRAME ||
+           kind == OPENFAB_ARG_INSTANCE || kind == OPENFAB_ARG_BLOCK_SIZE;
+}
+
+class Lookup : public interp::Environment {
+  public:
+    Lookup(const StageInputs& inputs, bool volume, size_t place)
+        : inputs_(inputs), volume_(volume), place_(place) {}
+
+    uint32_t input(int32_t kind, int32_t a, int32_t b) const override {
+        if (kind >= ir::kVoxelCoord) return voxel_coord(kind, a);
+        const std::vector<uint32_t>& values = inputs_.values.at({kind, a, b});
+        return values.at(is_scalar(kind) ? 0 : place_);
+    }
+    interp::TextureView texture(int32_t index) const override {
+        const TestTexture& t = inputs_.textures.at(static_cast<size_t>(index));
+        return {t.texels, t.info};
+    }
+
+  private:
+    uint32_t voxel_coord(int32_t kind, int32_t axis) const {
+        const size_t block = volume_ ? place_ / kVoxels : place_;
+        const auto& blocks = inputs_.values.at({OPENFAB_ARG_BLOCKS, 0, 0});
+        auto index = static_cast<int32_t>(blocks.at(block * 3 + static_cast<size_t>(axis)));
+        const size_t voxel = place_ % kVoxels;
+        const std::array<size_t, 3> offset = {voxel / 8 % 8, voxel / 64, voxel % 8};
+        if (kind == ir::kVoxelCoord)
+            index += static_cast<int32_t>(offset.at(static_cast<size_t>(axis)));
+        if (kind == ir::kVoxelCoordHi) {
+            index += static_cast<int32_t>(inputs_.values.at({OPENFAB_ARG_BLOCK_SIZE, 0, 0})[0]) - 1;
+        }
+        return std::bit_cast<uint32_t>(static_cast<float>(index) + 0.5f);
+    }
+
+    const StageInputs& inputs_;
+    bool volume_;
+    size_t place_;
+};
+
+size_t place_count(const ir::Stage& stage, const StageInputs& inputs) {
+    const bool volume = stage.kind == ir::StageKind::kVolume;
+    return static_cast<size_t>(inputs.places) * (volume ? kVoxels : 1);
+}
+
+ir::Stage* member(passes::KernelStages* stages, ir::StageKind kind) {
+    switch (kind) {
+        case ir::StageKind::kSurface:
+            return &stages->surface;
+        case ir::StageKind::kSurfaceBounds:
+            return &stages->surface_bounds;
+        case ir::StageKind::kVolume:
+            return &stages->volume;
+        case ir::StageKind::kVolumeBounds:
+            break;
+    }
+    return &stages->volume_bounds;
+}
+
+const openfab_kernel& member(const openfab_fablet& fablet, ir::StageKind kind) {
+    switch (kind) {
+        case ir::StageKind::kSurface:
+            return fablet.surface;
+        case ir::StageKind::kSurfaceBounds:
+            return fablet.surface_bounds;
+        case ir::StageKind::kVolume:
+            return fablet.volume;
+        case ir::StageKind::kVolumeBounds:
+            break;
+    }
+    return fablet.volume_bounds;
+}
+
+bool same(ir::Type type, uint32_t a, uint32_t b) {
+    if (a == b) return true;
+    return type == ir::Type::kFloat && std::isnan(std::bit_cast<float>(a)) &&
+           std::isnan(std::bit_cast<float>(b));
+}
+
+}  // namespace
+
+std::unique_ptr<CompiledStage> CompiledStage::make(const ir::Stage& stage,
+                                                   const lower::ProgramOptions& options) {
+    auto out = std::make_unique<CompiledStage>();
+    out->stage_ = stage;
+    passes::KernelStages stages;
+    *member(&stages, stage.kind) = stage;
+    ir::Fablet fablet;
+    fablet.name = "Test";
+    auto loaded = lower::load_program({{&fablet, &stages, "test.fl", 1}}, options);
+    if (auto* fault = std::get_if<lower::Fault>(&loaded)) {
+        ADD_FAILURE() << fault->internal
+                      << (fault->schedule ? fault->schedule->message + fault->schedule->help : "");
+        return nullptr;
+    }
+    out->program_ = std::move(std::get<0>(loaded));
+    return out;
+}
+
+StageResults CompiledStage::run(openfab_isa isa, const StageInputs& inputs) const {
+    const openfab_kernel& kernel = member(*program_->fablets().fablets[0], stage_.kind);
+    const bool volume = stage_.kind == ir::StageKind::kVolume;
+    const size_t count = place_count(stage_, inputs);
+    const size_t first_output = static_cast<size_t>(kernel.arg_count) - stage_.outputs.size();
+    // One element more than the kernel may write.
+    StageResults results(stage_.outputs.size(), std::vector<uint32_t>(count + 1, kUnwritten));
+    std::deque<abi::KernelBuffer> buffers;
+    abi::KernelCall call(kernel, isa);
+    for (int32_t k = 0; k < kernel.arg_count; ++k) {
+        const openfab_arg& arg = kernel.args[k];
+        if (is_scalar(arg.kind)) {
+            call.set(k, inputs.values.at({arg.kind, arg.a, arg.b}).data());
+            continue;
+        }
+        abi::KernelBuffer& buffer = buffers.emplace_back();
+        const halide_type_t type = abi::halide_type(arg.scalar);
+        if (arg.kind == OPENFAB_ARG_TEXTURE) {
+            const TestTexture& t = inputs.textures.at(static_cast<size_t>(arg.a));
+            const bool info = arg.b == OPENFAB_TEXTURE_INFO;
+            const auto& floats = arg.b == OPENFAB_TEXTURE_TEXELS ? t.texels : t.minmax;
+            const void* data = info ? static_cast<const void*>(t.info.data()) : floats.data();
+            buffer.set_dense(type, data,
+                             {static_cast<int32_t>(info ? t.info.size() : floats.size())});
+        } else if (arg.kind == OPENFAB_ARG_BLOCKS) {
+            buffer.set_dense(type, inputs.values.at({arg.kind, 0, 0}).data(), {3, inputs.places});
+        } else {
+            const bool output = static_cast<size_t>(k) >= first_output;
+            const uint32_t* data = output ? results[static_cast<size_t>(k) - first_output].data()
+                                          : inputs.values.at({arg.kind, arg.a, arg.b}).data();
+            if (volume) {
+                buffer.set_blocks(type, data, inputs.places);
+            } else {
+                buffer.set_dense(type, data, {inputs.places});
+            }
+        }
+        call.set(k, buffer.raw());
+    }
+    EXPECT_EQ(call.run(), 0);
+    for (auto& result : results) {
+        EXPECT_EQ(result.back(), kUnwritten) << "written past the end";
+        result.pop_back();
+    }
+    return results;
+}
+
+StageResults interpret(const ir::Stage& stage, const StageInputs& inputs) {
+    const size_t count = place_count(stage, inputs);
+    StageResults results(stage.outputs.size(), std::vector<uint32_t>(count));
+    for (size_t place = 0; place < count; ++place) {
+        const Lookup lookup(inputs, stage.kind == ir::StageKind::kVolume, place);
+        const std::vector<uint32_t> values = interp::evaluate(stage, lookup);
+        for (size_t k = 0; k < values.size(); ++k)
+            results[k][place] = values[k];
+    }
+    return results;
+}
+
+void expect_equal(const ir::Stage& stage, const StageResults& expected, const StageResults& got,
+                  const std::string& what) {
+    ASSERT_EQ(expected.size(), got.size());
+    size_t reports = 0;
+    for (size_t k = 0; k < expected.size(); ++k) {
+        const ir::Output& output = stage.outputs[k];
+        const ir::Type type = stage.instrs[output.value].type;
+        ASSERT_EQ(expected[k].size(), got[k].size());
+        for (size_t place = 0; place < expected[k].size(); ++place) {
+            if (same(type, expected[k][place], got[k][place])) continue;
+            ADD_FAILURE() << what << ": " << output.name << " at place " << place << ": expected "
+                          << std::hex << expected[k][place] << ", got " << got[k][place];
+            if (++reports == kMostReports) return;
+            break;
+        }
+    }
+}
+
+TestTexture make_texture(int32_t width, int32_t height, int32_t channels, int32_t wrap,
+                         int32_t filter, uint32_t seed) {
+    std::mt19937 random(seed);
+    TestTexture out;
+    struct Level {
+        int32_t w, h;
+        std::vector<float> texels, lo, hi;
+    };
+    Level level{width, height, {}, {}, {}};
+    for (int32_t k = 0; k < width * height * channels; ++k) {
+        level.texels.push_back(static_cast<float>(random() >> 8) * 0x1p-24f);
+    }
+    level.lo = level.hi = level.texels;
+    out.info = {channels, 0, wrap, filter, 0, 0, 0, 0};
+    while (true) {
+        out.info[1]++;
+        out.info.insert(out.info.end(), {static_cast<int32_t>(out.texels.size()), level.w, level.h,
+                                         static_cast<int32_t>(out.minmax.size())});
+        out.texels.insert(out.texels.end(), level.texels.begin(), level.texels.end());
+        for (size_t k = 0; k < level.lo.size(); ++k) {
+            out.minmax.push_back(level.lo[k]);
+            out.minmax.push_back(level.hi[k]);
+        }
+        if (level.w == 1 && level.h == 1) return out;
+        Level next{(level.w + 1) / 2, (level.h + 1) / 2, {}, {}, {}};
+        for (int32_t y = 0; y < next.h; ++y) {
+            for (int32_t x = 0; x < next.w; ++x) {
+                for (int32_t c = 0; c < channels; ++c) {
+                    float sum = 0;
+                    float number = 0;
+                    float lo = 2;
+                    float hi = -1;
+                    for (int32_t j = 2 * y; j < std::min(2 * y + 2, level.h); ++j) {
+                        for (int32_t i = 2 * x; i < std::min(2 * x + 2, level.w); ++i) {
+                            const auto at = static_cast<size_t>((j * level.w + i) * channels + c);
+                            sum += level.texels[at];
+                            number += 1;
+                            lo = std::min(lo, level.lo[at]);
+                            hi = std::max(hi, level.hi[at]);
+                        }
+                    }
+                    next.texels.push_back(sum / number);
+                    next.lo.push_back(lo);
+                    next.hi.push_back(hi);
+                }
+            }
+        }
+        level = std::move(next);
+    }
+}
+
+}  // namespace openfab::testing

@@ -1,0 +1,67 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Runs one stage both ways: compiled for an instruction set, and in the interpreter. Tests give the
+// inputs as bit patterns.
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "compiler/ir/ir.h"
+#include "compiler/lower/jit.h"
+#include "compiler/lower/schedule.h"
+
+namespace openfab::testing {
+
+/// Level arrays of a texture, as runtime/texture/pyramid.h.
+struct TestTexture {
+    std::vector<float> texels;
+    std::vector<int32_t> info;
+    std::vector<float> minmax;
+};
+
+/// A box-filtered pyramid of random texels in [0, 1].
+TestTexture make_texture(int32_t width, int32_t height, int32_t channels, int32_t wrap,
+                         int32_t filter, uint32_t seed);
+
+/// Bits of every input: one value a place, or one for scalars (kinds of the frame, uniforms, …).
+/// Blocks are (3, n).
+struct StageInputs {
+    using Key = std::array<int32_t, 3>;  ///< kind, a, b
+    std::map<Key, std::vector<uint32_t>> values;
+    std::vector<TestTexture> textures;
+    int32_t places = 0;  ///< n of the kernel: blocks of 512 voxels in a volume stage
+
+    void set(int32_t kind, int32_t a, int32_t b, std::vector<uint32_t> bits) {
+        values[{kind, a, b}] = std::move(bits);
+    }
+};
+
+using StageResults = std::vector<std::vector<uint32_t>>;  ///< [output][place]
+
+class CompiledStage {
+  public:
+    /// Fails the test and returns null where the stage does not compile.
+    static std::unique_ptr<CompiledStage> make(const ir::Stage& stage,
+                                               const lower::ProgramOptions& options = {});
+    StageResults run(openfab_isa isa, const StageInputs& inputs) const;
+
+  private:
+    ir::Stage stage_;
+    std::unique_ptr<lower::LoadedProgram> program_;
+};
+
+/// `voxel` places of a volume stage are (z, x, y, n), z fastest.
+StageResults interpret(const ir::Stage& stage, const StageInputs& inputs);
+
+/// Compares results to the bit, any NaN being as good as another, and reports the first
+/// differences.
+void expect_equal(const ir::Stage& stage, const StageResults& expected, const StageResults& got,
+                  const std::string& what);
+
+}  // namespace openfab::testing
