@@ -120,14 +120,14 @@ class TreeBuilder {
 
   private:
     /// The token that was just read starts at the first byte after what separates it from the one
-    /// before.
+    /// before. RapidJSON tells of brackets before it takes them, and of other tokens after.
     void token(int32_t* line, int32_t* column) {
         size_t start = last_end_;
         while (start < text_.size() &&
-               std::string_view(" \t\r\n,:").find(text_[start]) != std::string_view::npos) {
+               std::string_view(" \t\r\n,:]}").find(text_[start]) != std::string_view::npos) {
             ++start;
         }
-        last_end_ = stream_.Tell();
+        last_end_ = std::max(stream_.Tell(), start);
         positions_.find(start, line, column);
     }
     bool fail(int32_t line, int32_t column, const std::string& what) {
@@ -161,12 +161,12 @@ class TreeBuilder {
             return fail(v->line, v->column,
                         fmt::format("nested more than {} levels deep", kDeepest));
         }
+        ++last_end_;
         // Stays valid: a container's parent grows again only after the container is closed.
         open_.push_back(v);
         return true;
     }
     bool end() {
-        last_end_ = stream_.Tell();
         open_.pop_back();
         return true;
     }

@@ -287,12 +287,10 @@ Result<void> prepare_mesh(Mesh* mesh, MeshOrigin* origin, std::vector<std::strin
     if (mesh->triangles.empty()) {
         return user_error(fmt::format("{}: mesh `{}` has no faces", origin->file, mesh->name));
     }
-    if (!count_edges(*mesh).fine()) {
-        renumber(mesh, lowest_equal(mesh->positions));
-    } else {
-        renumber(mesh, {});
-    }
-    if (const size_t dropped = drop_degenerate(mesh, origin); dropped > 0) {
+    const EdgeCounts as_read = count_edges(*mesh);
+    renumber(mesh, as_read.fine() ? std::vector<int32_t>() : lowest_equal(mesh->positions));
+    const size_t dropped = drop_degenerate(mesh, origin);
+    if (dropped > 0) {
         warnings->push_back(
             fmt::format("{}: mesh `{}` has {} triangle{} with two equal corners; left out",
                         origin->file, mesh->name, dropped, dropped == 1 ? "" : "s"));
@@ -302,8 +300,12 @@ Result<void> prepare_mesh(Mesh* mesh, MeshOrigin* origin, std::vector<std::strin
         }
         renumber(mesh, {});
     }
-    if (const EdgeCounts counts = count_edges(*mesh); !counts.fine())
-        return not_closed(*mesh, counts, *origin);
+    if (const EdgeCounts welded = count_edges(*mesh); !welded.fine()) {
+        // Told of the form that is nearer to closed. A place in the form as read still has its
+        // line, unless triangles went.
+        const bool keep = dropped > 0 || welded.bad() < as_read.bad();
+        return not_closed(*mesh, keep ? welded : as_read, *origin);
+    }
     if (Result<void> size = check_size(*mesh, *origin, warnings); !size) return size;
     flip_inside_out_shells(mesh, *origin, warnings);
     double volume = 0;

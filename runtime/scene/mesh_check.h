@@ -19,7 +19,8 @@ struct EdgeCounts {
     int64_t inconsistent = 0;  ///< two, in the same direction
     int32_t triangle = -1;     ///< a triangle at the first bad edge, in order of triangles
     Vec3d from, to;            ///< that edge
-    bool fine() const { return open == 0 && non_manifold == 0 && inconsistent == 0; }
+    int64_t bad() const { return open + non_manifold + inconsistent; }
+    bool fine() const { return bad() == 0; }
 };
 
 EdgeCounts count_edges(const Mesh& mesh);

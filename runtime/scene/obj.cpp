@@ -8,6 +8,7 @@
 #include <charconv>
 #include <cmath>
 #include <set>
+#include <unordered_set>
 
 #include "runtime/base/near_miss.h"
 #include "runtime/scene/json.h"
@@ -251,11 +252,21 @@ class ObjReader {
         }
         if (options_.groups && !find_group()) return;
         if (count == 3) return add_triangle({0, 1, 2});
+        // Two quads may share both ends of a diagonal; the second takes its other one, or four
+        // triangles would meet there.
+        if (count == 4 && !diagonals_.insert(edge_key(corners_[0].v, corners_[2].v)).second) {
+            std::rotate(corners_.begin(), corners_.begin() + 1, corners_.end());
+            diagonals_.insert(edge_key(corners_[0].v, corners_[2].v));
+        }
         std::vector<Vec3d> points;
         for (const Corner& c : corners_)
             points.push_back(mesh_.positions[static_cast<size_t>(c.v)]);
         for (const auto& t : triangulate(points))
             add_triangle(t);
+    }
+
+    static uint64_t edge_key(int32_t a, int32_t b) {
+        return static_cast<uint64_t>(std::min(a, b)) << 32 | static_cast<uint64_t>(std::max(a, b));
     }
 
     void add_triangle(const std::array<int32_t, 3>& pick) {
@@ -394,6 +405,7 @@ class ObjReader {
     std::vector<int32_t> faces_;
     std::vector<int32_t> lines_;  ///< by triangle
     std::vector<Corner> corners_;
+    std::unordered_set<uint64_t> diagonals_;  ///< of quads, by their ends
     std::vector<std::string> groups_;
     std::string material_;
     std::optional<int32_t> group_value_;

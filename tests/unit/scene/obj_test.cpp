@@ -1,0 +1,305 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/scene/obj.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "runtime/scene/mesh_check.h"
+#include "runtime/scene/polygon.h"
+#include "tests/support/meshes/meshes.h"
+
+namespace openfab::scene {
+namespace {
+
+// A cube of 10 mm with a uv for each corner, normals by side and two groups.
+constexpr const char* kCube = R"(# a cube
+v 0 0 0
+v 10 0 0
+v 10 10 0
+v 0 10 0
+v 0 0 10
+v 10 0 10
+v 10 10 10
+v 0 10 10
+vt 0 0
+vt 1 0
+vt 1 1
+vt 0 1
+vn 0 0 -1
+vn 0 0 1
+vn 0 -1 0
+vn 1 0 0
+vn 0 1 0
+vn -1 0 0
+g back
+f 1/1/1 4/4/1 3/3/1 2/2/1
+g front
+f 5/1/2 6/2/2 7/3/2 8/4/2
+g sides
+usemtl white
+f 1/1/3 2/2/3 6/3/3 5/4/3
+f 2/1/4 3/2/4 7/3/4 6/4/4
+f -6/1/-2 -5/2/-2 -1/3/-2 \
+  -2/4/-2
+f 4/1/6 1/2/6 5/3/6 8/4/6
+)";
+
+ObjOptions options() {
+    ObjOptions o;
+    o.name = "part";
+    return o;
+}
+
+Result<LoadedMesh> parse(const std::string& text, const ObjOptions& o = options()) {
+    return parse_obj(text, "m.obj", o);
+}
+
+std::string error_of(const std::string& text, const ObjOptions& o = options()) {
+    const Result<LoadedMesh> loaded = parse(text, o);
+    return loaded ? "no error" : loaded.error().message;
+}
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+    const size_t at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    return text.replace(at, from.size(), to);
+}
+
+TEST(Obj, ReadsPositionsAttributesAndGroups) {
+    ObjOptions o = options();
+    o.groups = {{"front", 0}, {"back", 1}, {"sides", 2}};
+    o.unit_mm = 25.4;
+    const Result<LoadedMesh> loaded = parse(kCube, o);
+    ASSERT_TRUE(loaded) << loaded.error().message;
+    const Mesh& mesh = loaded->mesh;
+    EXPECT_EQ(mesh.positions.size(), 8u);
+    EXPECT_EQ(mesh.positions[6], (Vec3d{254, 254, 254}));
+    EXPECT_EQ(mesh.triangles.size(), 12u);
+    EXPECT_NEAR(testing::signed_volume(mesh), 254.0 * 254 * 254, 1e-6);
+    EXPECT_EQ(mesh.find("face")->faces, (std::vector<int32_t>{1, 1, 0, 0, 2, 2, 2, 2, 2, 2, 2, 2}));
+    const MeshAttribute& uv = *mesh.find("uv");
+    EXPECT_EQ(uv.components, 2);
+    EXPECT_EQ(uv.corners[0], (std::array<int32_t, 3>{0, 3, 2}));
+    const MeshAttribute& n = *mesh.find("n");
+    EXPECT_EQ(n.corners[8], (std::array<int32_t, 3>{4, 4, 4}));
+    EXPECT_EQ(n.values[4 * 3 + 1], 1);
+    EXPECT_TRUE(loaded->warnings.empty());
+}
+
+TEST(Obj, NamesTheLineOfWhatIsWrong) {
+    EXPECT_EQ(error_of(replaced(kCube, "v 10 0 0", "v 10 x 0")), "m.obj:3:6: `x` is no number");
+    EXPECT_EQ(error_of(replaced(kCube, "v 10 0 0", "v 10 nan 0")),
+              "m.obj:3:6: `nan` is not finite or too large");
+    EXPECT_EQ(error_of(replaced(kCube, "v 10 0 0", "v 1e400 0 0")),
+              "m.obj:3:3: `1e400` is not finite or too large");
+    EXPECT_EQ(error_of(replaced(kCube, "v 10 0 0", "v 10 0")),
+              "m.obj:3:1: `v` has 2 numbers; it takes 3 to 7");
+    EXPECT_EQ(error_of(replaced(kCube, "f 5/1/2", "f 9/1/2")),
+              "m.obj:23:3: `9/1/2` asks for vertex 9, but there are 8 so far");
+    EXPECT_EQ(error_of(replaced(kCube, "f 5/1/2", "f 5/7/2")),
+              "m.obj:23:3: `5/7/2` asks for texture coordinate 7, but there are 4 so far");
+    EXPECT_EQ(error_of(replaced(kCube, "f 5/1/2", "f 0/1/2")),
+              "m.obj:23:3: `0/1/2` asks for vertex 0, but there are 8 so far");
+    EXPECT_EQ(error_of(replaced(kCube, "-2/4/-2", "-9/4/-2")),
+              "m.obj:29:3: `-9/4/-2` asks for vertex -9, but there are 8 so far");
+    EXPECT_EQ(error_of(replaced(kCube, "f 5/1/2", "f 5;1;2")),
+              "m.obj:23:3: `5;1;2` is no corner; write it as v, v/vt, v//vn or v/vt/vn");
+    EXPECT_EQ(error_of(replaced(kCube, "f 5/1/2 6/2/2 7/3/2 8/4/2", "f 5 6")),
+              "m.obj:23:1: a face with 2 corners; it needs 3 or more");
+    EXPECT_TRUE(error_of("solid ascii stl\n").starts_with("m.obj:1:1: unknown statement `solid`"));
+    EXPECT_EQ(error_of(""), "m.obj: mesh `part` has no faces");
+}
+
+TEST(Obj, MapsGroupsOrListsThem) {
+    ObjOptions o = options();
+    o.groups = {{"front", 0}, {"back", 1}};
+    EXPECT_EQ(error_of(kCube, o),
+              "m.obj:26:1: the face is in group `sides`, `white`, which \"groups\" of mesh `part` "
+              "does not map; the "
+              "file has `back`, `front`, `sides`, `white`");
+    o.groups = {{"front", 0}, {"back", 1}, {"white", 4}};
+    ASSERT_EQ(error_of(kCube, o), "no error");
+    o.groups = {{"front", 0}, {"back", 1}, {"sides", 2}, {"white", 4}};
+    EXPECT_EQ(error_of(kCube, o),
+              "m.obj:26:1: the face is in group `sides` (2) and in `white` (4) of \"groups\"; a "
+              "face has one value");
+}
+
+TEST(Obj, RefusesOpenMeshesWithCountsAndAPlace) {
+    const std::string open = replaced(kCube, "f 5/1/2 6/2/2 7/3/2 8/4/2\n", "");
+    EXPECT_EQ(
+        error_of(open),
+        "m.obj:25:1: mesh `part` is not a closed surface: 4 open edges, one from (10, 0, 10) to "
+        "(0, 0, 10) mm; "
+        "close it so that each edge has two triangles that run along it in opposite directions");
+    const std::string turned =
+        replaced(kCube, "f 5/1/2 6/2/2 7/3/2 8/4/2", "f 8/1/2 7/2/2 6/3/2 5/4/2");
+    EXPECT_NE(error_of(turned).find("4 inconsistently oriented edges"), std::string::npos);
+    const std::string fin = std::string(kCube) + "v 5 5 20\nf 5 6 9\n";
+    EXPECT_NE(error_of(fin).find("2 open edges, 1 non-manifold edge, one"), std::string::npos)
+        << error_of(fin);
+    EXPECT_NE(error_of("v 0 0 0\nv 5 0 0\nv 0 5 0\nf 1 2 3\nf 3 2 1\n").find("encloses no volume"),
+              std::string::npos);
+    EXPECT_NE(error_of("v 0 0 0\nv 5 0 0\nf 1 2 2\n").find("has no face with an area"),
+              std::string::npos);
+}
+
+TEST(Obj, WeldsEqualPositionsOnlyWhereTheMeshIsOpen) {
+    // Each face with vertices of its own, as many exporters write them.
+    const Mesh cube = testing::cube(3);
+    std::string text;
+    for (const auto& t : cube.triangles) {
+        for (int32_t v : t) {
+            const Vec3d& p = cube.positions[static_cast<size_t>(v)];
+            text += "v " + std::to_string(p.x) + " " + std::to_string(p.y) + " " +
+                    std::to_string(p.z) + "\n";
+        }
+        text += "f -3 -2 -1\n";
+    }
+    const Result<LoadedMesh> loaded = parse(text);
+    ASSERT_TRUE(loaded) << loaded.error().message;
+    EXPECT_EQ(loaded->mesh.positions.size(), 8u);
+    // Two cubes that touch along an edge stay two shells with edges of their own.
+    std::string two = kCube;
+    std::string second;
+    for (int i = 0; i < 8; ++i) {
+        second += "v " + std::to_string((i == 1 || i == 2 || i == 5 || i == 6) ? 20 : 10) + " " +
+                  std::to_string((i == 2 || i == 3 || i == 6 || i == 7) ? 20 : 10) + " " +
+                  (i >= 4 ? "10" : "0") + "\n";
+    }
+    second +=
+        "f 9 12 11 10\nf 13 14 15 16\nf 9 10 14 13\nf 10 11 15 14\nf 11 12 16 15\nf 12 9 13 16\n";
+    const Result<LoadedMesh> both = parse(two + second);
+    ASSERT_TRUE(both) << both.error().message;
+    EXPECT_EQ(both->mesh.positions.size(), 16u);
+}
+
+std::string box_text(double lo, double hi, bool outward, int first) {
+    std::string text;
+    for (int i = 0; i < 8; ++i) {
+        const auto at = [&](bool high) { return std::to_string(high ? hi : lo) + " "; };
+        text += "v " + at(i == 1 || i == 2 || i == 5 || i == 6) +
+                at(i == 2 || i == 3 || i == 6 || i == 7) + at(i >= 4) + "\n";
+    }
+    const int faces[6][4] = {{0, 3, 2, 1}, {4, 5, 6, 7}, {0, 1, 5, 4},
+                             {1, 2, 6, 5}, {2, 3, 7, 6}, {3, 0, 4, 7}};
+    for (const auto& f : faces) {
+        text += "f";
+        for (int k = 0; k < 4; ++k)
+            text += " " + std::to_string(first + f[outward ? k : 3 - k]);
+        text += "\n";
+    }
+    return text;
+}
+
+TEST(Obj, TurnsInsideOutShellsButKeepsCavities) {
+    const Result<LoadedMesh> hollow = parse(box_text(0, 10, true, 1) + box_text(2, 8, false, 9));
+    ASSERT_TRUE(hollow);
+    EXPECT_NEAR(testing::signed_volume(hollow->mesh), 1000 - 216, 1e-9);
+    EXPECT_TRUE(hollow->warnings.empty());
+
+    const Result<LoadedMesh> turned = parse(box_text(0, 10, false, 1));
+    ASSERT_TRUE(turned);
+    EXPECT_NEAR(testing::signed_volume(turned->mesh), 1000, 1e-9);
+    ASSERT_EQ(turned->warnings.size(), 1u);
+    EXPECT_NE(turned->warnings[0].find("m.obj:9:1: mesh `part` has a shell inside out"),
+              std::string::npos);
+
+    // Beside each other, one of them turned.
+    const Result<LoadedMesh> beside = parse(box_text(0, 10, true, 1) + box_text(12, 18, false, 9));
+    ASSERT_TRUE(beside);
+    EXPECT_NEAR(testing::signed_volume(beside->mesh), 1216, 1e-9);
+}
+
+TEST(Obj, WarnsAboutOddSizesAndLeftOutAttributes) {
+    ObjOptions o = options();
+    o.unit_mm = 1000;
+    const Result<LoadedMesh> large = parse(kCube, o);
+    ASSERT_TRUE(large);
+    ASSERT_EQ(large->warnings.size(), 1u);
+    EXPECT_NE(large->warnings[0].find("check its `unit`"), std::string::npos);
+    o.unit_mm = 1e6;
+    EXPECT_NE(error_of(kCube, o).find("at most 100 m"), std::string::npos);
+
+    const Result<LoadedMesh> partial =
+        parse(replaced(kCube, "f 5/1/2 6/2/2 7/3/2 8/4/2", "f 5//2 6//2 7//2 8//2"));
+    ASSERT_TRUE(partial);
+    EXPECT_EQ(partial->mesh.find("uv"), nullptr);
+    EXPECT_NE(partial->mesh.find("n"), nullptr);
+    ASSERT_EQ(partial->warnings.size(), 1u);
+    EXPECT_TRUE(
+        partial->warnings[0].starts_with("m.obj:23:1: some faces of mesh `part` have no `uv`"));
+}
+
+TEST(Polygon, TriangulatesConcaveOnesWithoutOverlap) {
+    // An L; fans from its first corner would leave it.
+    const std::vector<Vec3d> l = {{0, 2, 0}, {0, 0, 0}, {2, 0, 0}, {2, 1, 0}, {1, 1, 0}, {1, 2, 0}};
+    double area = 0;
+    for (const auto& t : triangulate(l)) {
+        const auto p = [&](size_t i) { return l[static_cast<size_t>(t[i])]; };
+        const double part = cross(p(1) - p(0), p(2) - p(0)).z / 2;
+        EXPECT_GT(part, 0);
+        area += part;
+    }
+    EXPECT_EQ(area, 3);
+    EXPECT_EQ(triangulate({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}),
+              (std::vector<std::array<int32_t, 3>>{{0, 1, 2}, {0, 2, 3}}));
+}
+
+TEST(Obj, SplitsQuadsThatShareADiagonalApart) {
+    // A pillow of two quads over the same four corners: split along one diagonal, both would be the
+    // same two triangles.
+    const Result<LoadedMesh> pillow =
+        parse("v 0 0 0\nv 9 0 3\nv 9 9 0\nv 0 9 3\nf 1 2 3 4\nf 1 4 3 2\n");
+    ASSERT_TRUE(pillow) << pillow.error().message;
+    EXPECT_TRUE(count_edges(pillow->mesh).fine());
+    EXPECT_EQ(pillow->mesh.triangles.size(), 4u);
+}
+
+TEST(Obj, SurvivesDamage) {
+    std::mt19937 random(1);
+    const std::string text = kCube;
+    for (int i = 0; i < 3000; ++i) {
+        std::string damaged = text;
+        for (int k = 0; k < 3; ++k) {
+            const char letters[] = "vfgn/-1290 .e#\n\\\0\xff";
+            damaged[random() % damaged.size()] = letters[random() % (sizeof letters - 1)];
+        }
+        damaged.resize(random() % damaged.size() + 1);
+        (void)error_of(damaged);  // any answer but a crash
+    }
+}
+
+TEST(Obj, ReadsTheSharedMeshes) {
+    const std::filesystem::path data = std::filesystem::path(OPENFAB_SOURCE_DIR) / "../shared/data";
+    if (!std::filesystem::exists(data)) GTEST_SKIP() << "the shared meshes are not here";
+    ObjOptions o = options();
+    o.unit_mm = 100;  // some are of unit size
+    const std::pair<const char*, size_t> closed[] = {
+        {"bunny", 6598},    {"spot", 5856},     {"scorpion", 12626},  {"koala", 7116},
+        {"fandisk", 12946}, {"goathead", 5522}, {"stuffedtoy", 13334}};
+    for (const auto& [name, triangles] : closed) {
+        const Result<LoadedMesh> loaded =
+            load_obj(data / "meshes" / (std::string(name) + ".obj"), o);
+        ASSERT_TRUE(loaded) << loaded.error().message;
+        EXPECT_EQ(loaded->mesh.triangles.size(), triangles) << name;
+        EXPECT_GT(testing::signed_volume(loaded->mesh), 0) << name;
+    }
+    const std::pair<const char*, const char*> broken[] = {
+        {"cube_no_bottom", ": 8 open edges, one"},
+        {"plane_holes", ": 341 open edges, one"},
+        {"beetle", ": 296 open edges, 47 non-manifold edges"},
+        {"suzanne", ": 42 open edges, one"},
+        {"alligator_flat", " open edges, one"}};
+    for (const auto& [name, counts] : broken) {
+        const Result<LoadedMesh> loaded =
+            load_obj(data / "broken_meshes" / (std::string(name) + ".obj"), o);
+        ASSERT_FALSE(loaded) << name;
+        EXPECT_NE(loaded.error().message.find(counts), std::string::npos) << loaded.error().message;
+    }
+}
+
+}  // namespace
+}  // namespace openfab::scene
