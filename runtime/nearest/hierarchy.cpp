@@ -138,13 +138,20 @@ class Builder {
             for (const Vec3f& v : triangles_[i].v)
                 item.box.add(v);
             item.centroid = item.box.center();
+            whole_.add(item.box);
             items_.push_back(item);
         }
         for (size_t i = 0; i < patches_.size(); ++i) {
             if (patches_[i].bounds.empty()) continue;
+            whole_.add(patches_[i].bounds);
             items_.push_back(
                 {patches_[i].bounds, patches_[i].bounds.center(), -1, static_cast<int32_t>(i)});
         }
+    }
+
+    static float longest_side(const Box3f& box) {
+        const Vec3f size = box.size();
+        return std::max({size.x, size.y, size.z});
     }
 
     Moments build_node(size_t node, size_t begin, size_t end) {
@@ -154,7 +161,7 @@ class Builder {
             centroids.add(items_[i].centroid);
         }
         Moments moments;
-        const size_t middle = is_leaf(begin, end) ? begin : split(box, centroids, begin, end);
+        const size_t middle = is_leaf(box, begin, end) ? begin : split(box, centroids, begin, end);
         if (middle == begin) {
             moments = leaf_moments(begin, end);
             const auto count = static_cast<uint32_t>(items_[begin].triangle < 0 ? 0 : end - begin);
@@ -177,9 +184,13 @@ class Builder {
         return moments;
     }
 
-    bool is_leaf(size_t begin, size_t end) const {
+    bool is_leaf(const Box3f& box, size_t begin, size_t end) const {
         if (end - begin == 1) return true;
         if (end - begin > kMaxLeafTriangles) return false;
+        // Large triangles, as those of a card, stand alone: a box around several of them would span
+        // the part, and bounds of a cube, which come from boxes, would tell nothing.
+        constexpr float kLargeLeaf = 1.0f / 8;
+        if (longest_side(box) > kLargeLeaf * longest_side(whole_)) return false;
         for (size_t i = begin; i < end; ++i) {
             if (items_[i].triangle < 0) return false;
         }
@@ -323,6 +334,7 @@ class Builder {
     const std::vector<InputTriangle>& triangles_;
     const std::vector<InputPatch>& patches_;
     std::vector<Item> items_;
+    Box3f whole_;
     std::vector<Node> nodes_;
     std::atomic<size_t> used_{1};
     float largest_ = 0;
