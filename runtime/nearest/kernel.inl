@@ -131,10 +131,9 @@ OPENFAB_INLINE F8 lower_bound(const InFrame& f) {
     return f.h * f.h + beyond * beyond;
 }
 
-/// `closest_on_edge` of triangle.cpp; `from_first` is 0 at f and 1 at s. Lanes not in `near` may
-/// get the distance to another point of the edge.
+/// `closest_on_edge` of triangle.cpp; `from_first` is 0 at f and 1 at s.
 OPENFAB_INLINE F8 closest_on_edge(const float* f, const float* s, bool swapped, const Points& p,
-                                  uint32_t near, F8* from_first) {
+                                  F8* from_first) {
     const float* a = swapped ? s : f;
     const float* b = swapped ? f : s;
     const float abx = b[0] - a[0], aby = b[1] - a[1], abz = b[2] - a[2];
@@ -146,11 +145,9 @@ OPENFAB_INLINE F8 closest_on_edge(const float* f, const float* s, bool swapped, 
     const F8 tau = min(max(dot3(wx, wy, wz, ex, ey, ez) / length2, set1(0.0f)), one);
     F8 qx = wx - tau * ex, qy = wy - tau * ey, qz = wz - tau * ez;
     const F8 at_b = tau == one;
-    if ((bits(at_b) & near) != 0) {
-        qx = select(at_b, p.x - set1(b[0]), qx);
-        qy = select(at_b, p.y - set1(b[1]), qy);
-        qz = select(at_b, p.z - set1(b[2]), qz);
-    }
+    qx = select(at_b, p.x - set1(b[0]), qx);
+    qy = select(at_b, p.y - set1(b[1]), qy);
+    qz = select(at_b, p.z - set1(b[2]), qz);
     *from_first = swapped ? one - tau : tau;
     return dot3(qx, qy, qz, qx, qy, qz);
 }
@@ -174,10 +171,9 @@ OPENFAB_INLINE Closest closest8(const TriangleFrame& t, const TriangleDetail& d,
     const float* v[4] = {t.v0, d.v1, d.v2, t.v0};
     for (int i = 0; i < 3; ++i) {
         const F8 beyond = f.s[i] < margin;
-        const uint32_t here = bits(beyond) & near;
-        if (here == 0) continue;
+        if ((bits(beyond) & near) == 0) continue;
         F8 along;
-        const F8 e = closest_on_edge(v[i], v[i + 1], (d.flags >> i & 1u) != 0, p, here, &along);
+        const F8 e = closest_on_edge(v[i], v[i + 1], (d.flags >> i & 1u) != 0, p, &along);
         const F8 take = (e < c.distance2) & beyond;
         c.distance2 = select(take, e, c.distance2);
         const F8 b1 = i == 0 ? along : i == 1 ? one - along : zero;
@@ -424,8 +420,8 @@ __attribute__((noinline)) void collect_triangles(const Entry& start, F8 start_di
 /// What a packet of 8 voxels has found.
 struct PacketBest {
     F8 distance2, bary1, bary2;
-    F8 index;  ///< bits: place in the list of triangles, -1 for none
-    F8 limit;  ///< distance2 with slack; below zero where the lane does not ask
+    F8 patch, triangle;  ///< as bits; the largest int where there is none
+    F8 limit;            ///< distance2 with slack; below zero where the lane does not ask
 };
 
 OPENFAB_INLINE F8 packet_limit(F8 distance2, float delta) {
@@ -433,35 +429,20 @@ OPENFAB_INLINE F8 packet_limit(F8 distance2, float delta) {
     return r * r * set1(kSlack) + set1(kSlackMm2);
 }
 
-/// Of the lanes in `tied`: those where triangle `ref` comes before the one found.
-inline F8 earlier_lanes(const TriangleRef& ref, const TriangleRef* refs, F8 index, uint32_t tied) {
-    alignas(32) int32_t found[8];
-    alignas(32) float lanes[8];
-    store_bits(found, index);
-    for (int l = 0; l < 8; ++l) {
-        bool earlier = false;
-        if ((tied >> l & 1u) != 0) {
-            const TriangleDetail& other = *refs[found[l]].detail;
-            earlier = ref.detail->patch < other.patch ||
-                      (ref.detail->patch == other.patch && ref.detail->triangle < other.triangle);
-        }
-        lanes[l] = earlier ? -1.0f : 1.0f;
-    }
-    return load(lanes) < set1(0.0f);
-}
-
-OPENFAB_INLINE void improve(const TriangleRef* refs, size_t i, const InFrame& f, uint32_t near,
+OPENFAB_INLINE void improve(const TriangleRef& ref, const InFrame& f, uint32_t near,
                             const Points& p, float delta, PacketBest* best) {
-    const Closest c = closest8(*refs[i].frame, *refs[i].detail, p, f, near);
-    F8 better = c.distance2 < best->distance2;
-    const uint32_t tied = bits(c.distance2 == best->distance2) & near;
-    if (__builtin_expect(tied != 0, 0))
-        better = better | earlier_lanes(refs[i], refs, best->index, tied);
+    const Closest c = closest8(*ref.frame, *ref.detail, p, f, near);
+    const F8 patch = set1_bits(ref.detail->patch), triangle = set1_bits(ref.detail->triangle);
+    const F8 earlier = less_bits(patch, best->patch) |
+                       (equal_bits(patch, best->patch) & less_bits(triangle, best->triangle));
+    const F8 better =
+        (c.distance2 < best->distance2) | ((c.distance2 == best->distance2) & earlier);
     if (bits(better) == 0) return;
     best->distance2 = select(better, c.distance2, best->distance2);
     best->bary1 = select(better, c.bary1, best->bary1);
     best->bary2 = select(better, c.bary2, best->bary2);
-    best->index = select(better, set1_bits(static_cast<int32_t>(i)), best->index);
+    best->patch = select(better, patch, best->patch);
+    best->triangle = select(better, triangle, best->triangle);
     // The least of both: below zero stays where the lane does not ask, and a radius is never
     // widened.
     best->limit = min(best->limit, packet_limit(best->distance2, delta));
@@ -500,20 +481,21 @@ OPENFAB_INLINE F8 mask_of(uint32_t bits8) {
     return load(lanes) < set1(0.0f);
 }
 
-OPENFAB_INLINE void write_packet(const PacketBest& best, const TriangleRef* refs, uint32_t asked,
-                                 float radius2, const int16_t* voxel, BlockAnswer* answer) {
+OPENFAB_INLINE void write_packet(const PacketBest& best, uint32_t asked, float radius2,
+                                 const int16_t* voxel, BlockAnswer* answer) {
     alignas(32) float d2[8], b1[8], b2[8];
-    alignas(32) int32_t index[8];
+    alignas(32) int32_t patch[8], triangle[8];
     store(d2, best.distance2);
     store(b1, best.bary1);
     store(b2, best.bary2);
-    store_bits(index, best.index);
+    store_bits(patch, best.patch);
+    store_bits(triangle, best.triangle);
     for (int l = 0; l < 8; ++l) {
         if ((asked >> l & 1u) == 0 || !(d2[l] <= radius2) || d2[l] == kInfinity) continue;
         const int v = voxel[l];
         answer->distance2[v] = d2[l];
-        answer->patch[v] = refs[index[l]].detail->patch;
-        answer->triangle[v] = refs[index[l]].detail->triangle;
+        answer->patch[v] = patch[l];
+        answer->triangle[v] = triangle[l];
         answer->bary1[v] = b1[l];
         answer->bary2[v] = b2[l];
     }
@@ -545,7 +527,7 @@ __attribute__((noinline)) void query_packet(const TriangleRef* refs, size_t coun
         const InFrame f{
             load(framed[4 * i].v),
             {load(framed[4 * i + 1].v), load(framed[4 * i + 2].v), load(framed[4 * i + 3].v)}};
-        improve(refs, i, f, near, p, delta, &best);
+        improve(refs[i], f, near, p, delta, &best);
     };
     alignas(32) int32_t first[8];
     store_bits(first, promising);
@@ -584,12 +566,12 @@ void query_packets(const KernelInput& in, const BlockQuery& q, int sub, float de
         const Points p = voxel_centres(in, q.block, shape.packet_origin[packet]);
         PacketBest best;
         best.distance2 = set1(kInfinity);
-        best.index = set1_bits(-1);
+        best.patch = best.triangle = set1_bits(INT32_MAX);
         best.bary1 = best.bary2 = set1(0.0f);
         best.limit = select(mask_of(asked), packet_limit(set1(start), delta), set1(-1.0f));
         query_packet(refs, count, p, asked, delta, scratch, &best);
         scratch->counts->triangle_tests += static_cast<int64_t>(count);
-        write_packet(best, refs, asked, start, voxel, answer);
+        write_packet(best, asked, start, voxel, answer);
     }
 }
 

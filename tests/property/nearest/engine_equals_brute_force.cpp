@@ -194,7 +194,7 @@ TEST(EngineEqualsBruteForce, ScannedMeshes) {
 }
 
 TEST(EngineEqualsBruteForce, PatchesDicedOnDemandUnderASmallCache) {
-    const TriangleMesh mesh = testing::make_torus(64, 32, 1.2, 0.5);
+    const TriangleMesh mesh = testing::make_torus(40, 20, 1.2, 0.5);
     for (const float loose : {0.0f, 0.4f}) {
         const MeshSurface surface(mesh, 50, loose);
         for (const size_t cache_bytes : {size_t{0}, size_t{30000}, size_t{1} << 30}) {

@@ -1,0 +1,112 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What Engine::bounds says of a cube of voxels holds for every voxel of it: distance, and the
+// attributes at nearest points.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "runtime/nearest/attributes.h"
+#include "runtime/nearest/engine.h"
+#include "tests/support/mesh_surface.h"
+
+namespace openfab::nearest {
+namespace {
+
+using testing::MeshSurface;
+using testing::TriangleMesh;
+
+struct Looseness {
+    double width = 0;  ///< mean width of the distance interval, in diagonals of the cube
+    int cubes = 0;
+};
+
+/// Checks each block of the cube against the cube's bounds.
+void check_cube(const Engine& engine, const AttributeReader& reader, const Vec3i& lowest,
+                int32_t size, const Vec3f& pitch, Looseness* looseness) {
+    const auto scratch = engine.make_scratch();
+    BoxBounds bounds;
+    engine.bounds(lowest, size, scratch.get(), &bounds);
+    looseness->width +=
+        (bounds.distance_hi - bounds.distance_lo) / (length(pitch) * static_cast<float>(size));
+    ++looseness->cubes;
+    AttributeReader::Scratch reader_scratch;
+    BlockAnswer answer;
+    std::vector<float> x(kBlockVoxels), y(kBlockVoxels);
+    std::vector<uint32_t> id(kBlockVoxels);
+    float* values[] = {x.data(), y.data()};
+    uint32_t* flat[] = {id.data()};
+    for (int32_t k = 0; k < size; k += 8) {
+        for (int32_t j = 0; j < size; j += 8) {
+            for (int32_t i = 0; i < size; i += 8) {
+                engine.query({lowest + Vec3i{i, j, k}}, scratch.get(), &answer);
+                reader.read(answer, nullptr, {values, nullptr, flat}, &reader_scratch);
+                for (size_t v = 0; v < kBlockVoxels; ++v) {
+                    const float d = std::sqrt(answer.distance2[v]);
+                    ASSERT_GE(d, bounds.distance_lo);
+                    ASSERT_LE(d, bounds.distance_hi);
+                    ASSERT_GE(x[v], bounds.float_lo[0] - 1e-6f);
+                    ASSERT_LE(x[v], bounds.float_hi[0] + 1e-6f);
+                    ASSERT_GE(y[v], bounds.float_lo[1] - 1e-6f);
+                    ASSERT_LE(y[v], bounds.float_hi[1] + 1e-6f);
+                    ASSERT_GE(static_cast<int32_t>(id[v]), bounds.int_lo[0]);
+                    ASSERT_LE(static_cast<int32_t>(id[v]), bounds.int_hi[0]);
+                }
+            }
+        }
+    }
+}
+
+void check(const TriangleMesh& mesh, const Vec3f& pitch, int32_t per_patch, float loose,
+           double widest) {
+    const MeshSurface surface(mesh, per_patch, loose);
+    const auto frame = testing::make_test_frame(pitch, {});
+    const auto engine = make_block_engine(surface, frame);
+    const AttributeReader reader(surface, frame);
+    const Box3f box = mesh.box();
+    Vec3i lowest, count;
+    for (int a = 0; a < 3; ++a) {
+        lowest[a] = static_cast<int32_t>(std::floor(box.lo[a] / pitch[a])) - 8;
+        count[a] = static_cast<int32_t>(box.size()[a] / pitch[a]) + 16;
+    }
+    for (const int32_t size : {8, 16, 32, 64}) {
+        Looseness looseness;
+        const int32_t step = std::max(size, 24);
+        for (int32_t k = 0; k < count.z; k += step) {
+            for (int32_t j = 0; j < count.y; j += step) {
+                for (int32_t i = 0; i < count.x; i += step) {
+                    check_cube(*engine, reader, lowest + Vec3i{i, j, k}, size, pitch, &looseness);
+                    if (::testing::Test::HasFatalFailure()) return;
+                }
+            }
+        }
+        // Sound would be easy: it must also say something. A tight interval is about one diagonal
+        // wide.
+        EXPECT_LT(looseness.width / looseness.cubes, widest) << "cubes of " << size;
+    }
+}
+
+TEST(BoundsHold, IdentitySurfaces) {
+    check(testing::make_torus(48, 24, 2.0, 0.8), {0.08f, 0.08f, 0.08f}, 0, 0, 1.6);
+    check(testing::make_ball(10, [](const Vec3d& d) { return 1.5 + 0.3 * d.x * d.y; }),
+          {0.042f, 0.085f, 0.027f}, 0, 0, 1.6);
+    check(testing::make_cells({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}}, 1.0f), {0.0625f, 0.0625f, 0.0625f},
+          0, 0, 1.6);
+}
+
+TEST(BoundsHold, PatchesInLooseBoxes) {
+    const TriangleMesh mesh = testing::make_torus(48, 24, 2.0, 0.8);
+    check(mesh, {0.08f, 0.08f, 0.08f}, 6, 0.1f, 4);
+    check(mesh, {0.08f, 0.08f, 0.08f}, 24, 0.3f, 6);
+}
+
+TEST(BoundsHold, RandomSoups) {
+    for (uint32_t seed = 1; seed <= 3; ++seed) {
+        check(testing::make_soup(seed, 60, 1.0f, 0.6f), {0.06f, 0.06f, 0.06f}, 0, 0, 1.6);
+    }
+}
+
+}  // namespace
+}  // namespace openfab::nearest
