@@ -33,17 +33,40 @@ std::string printable(std::string_view line) {
     return out;
 }
 
+/// Lines beyond this are shown in part: a file without line ends must not flood the terminal.
+constexpr uint32_t kMaxLineColumns = 200;
+constexpr uint32_t kColumnsBefore = 80;
+
+/// `count` code points of `line` from code point `first` on.
+std::string columns(std::string_view line, uint32_t first, uint32_t count) {
+    size_t begin = 0;
+    while (first-- > 0 && begin < line.size())
+        begin += source::code_point_bytes(line, begin);
+    size_t end = begin;
+    while (count-- > 0 && end < line.size())
+        end += source::code_point_bytes(line, end);
+    return std::string(line.substr(begin, end - begin));
+}
+
 void print_caret(const source::Span& span, const source::SourceManager& sources, std::string* out) {
     const source::Location at = sources.locate(span.file, span.begin);
     const source::Location end = sources.locate(span.file, span.end);
-    const std::string line = printable(sources.line_text(span.file, at.line));
-    const uint32_t line_columns = source::count_code_points(line);
-    uint32_t last = end.line == at.line ? end.column : line_columns + 1;  // one past the caret
-    last = std::max(std::min(last, line_columns + 1), at.column + 1);
+    std::string line = printable(sources.line_text(span.file, at.line));
+    uint32_t shown = source::count_code_points(line);
+    uint32_t column = at.column;
+    uint32_t last = end.line == at.line ? end.column : shown + 1;  // one past the caret
+    if (shown > kMaxLineColumns) {
+        const uint32_t cut = column > kColumnsBefore ? column - kColumnsBefore : 0;
+        line = "…" + columns(line, cut, kMaxLineColumns) + "…";
+        shown = source::count_code_points(line);
+        column = column - cut + 1;
+        last = last - cut + 1;
+    }
+    last = std::max(std::min(last, shown + 1), column + 1);
     const std::string number = fmt::format(" {}", at.line);
     fmt::format_to(std::back_inserter(*out), "{} | {}\n", number, line);
     fmt::format_to(std::back_inserter(*out), "{} | {}^{}\n", std::string(number.size(), ' '),
-                   std::string(at.column - 1, ' '), std::string(last - at.column - 1, '~'));
+                   std::string(column - 1, ' '), std::string(last - column - 1, '~'));
 }
 
 std::string place(const source::Span& span, const source::SourceManager& sources) {

@@ -43,13 +43,13 @@ size_t edits(std::string_view a, std::string_view b) {
 std::string suggest(std::string_view word, std::span<const std::string> candidates) {
     if (word.empty() || word.size() > kMaxWord) return "";
     std::string best;
-    size_t best_edits = std::max<size_t>(1, word.size() / 3) + 1;
+    size_t best_edits = word.size() / 3 + 1;
     bool unique = false;
     for (const std::string& candidate : candidates) {
         if (candidate.size() > kMaxWord || candidate == best) continue;
         const std::string a = lower(word);
         const std::string b = lower(candidate);
-        const size_t count = a == b ? 1 : edits(a, b);
+        const size_t count = a == b ? 0 : edits(a, b);
         if (count > best_edits || (best.empty() && count == best_edits)) continue;
         unique = count < best_edits;
         best_edits = count;

@@ -8,8 +8,8 @@
 
 namespace openfab::diag {
 
-/// The candidate nearest to `word`, where it is near (at most a third of the letters differ, a swap
-/// of neighbours and a change of case counting as one) and no other is as near; else empty.
+/// The candidate nearest to `word`, where it is near (case apart, at most a third of the letters
+/// differ; a swap of neighbours counts as one) and no other is as near; else empty.
 std::string suggest(std::string_view word, std::span<const std::string> candidates);
 
 }  // namespace openfab::diag

@@ -47,7 +47,7 @@ int emit_syntax(const EmitOptions& options, const CommonOptions& common) {
     const std::vector<syntax::Token> tokens = syntax::lex(sources, *file, &sink);
     if (options.form == "tokens") {
         fmt::print("{}", tokens_text(sources, tokens));
-    } else {
+    } else if (sink.errors() == 0) {
         const ast::File tree = syntax::parse(sources, tokens, &sink);
         if (sink.errors() == 0) fmt::print("{}", ast::print(tree));
     }

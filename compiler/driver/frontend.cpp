@@ -13,7 +13,13 @@ std::optional<ir::Module> compile_to_ir(source::SourceManager& sources,
                                         std::string* fault) {
     const std::optional<uint32_t> file = sources.load(path, fault);
     if (!file) return std::nullopt;
-    const std::vector<syntax::Token> tokens = syntax::lex(sources, *file, &sink);
+    return compile_to_ir(sources, *file, sink);
+}
+
+std::optional<ir::Module> compile_to_ir(const source::SourceManager& sources, uint32_t file,
+                                        diag::Sink& sink) {
+    const std::vector<syntax::Token> tokens = syntax::lex(sources, file, &sink);
+    if (sink.errors() != 0) return std::nullopt;
     const ast::File tree = syntax::parse(sources, tokens, &sink);
     if (sink.errors() != 0) return std::nullopt;
     const sema::Program program = sema::check(tree, &sink);

@@ -21,4 +21,8 @@ std::optional<ir::Module> compile_to_ir(source::SourceManager& sources,
                                         const std::filesystem::path& path, diag::Sink& sink,
                                         std::string* fault);
 
+/// The same for a file that `sources` already holds.
+std::optional<ir::Module> compile_to_ir(const source::SourceManager& sources, uint32_t file,
+                                        diag::Sink& sink);
+
 }  // namespace openfab::driver

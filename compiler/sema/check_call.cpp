@@ -335,10 +335,10 @@ ExprPtr Checker::texture_method(const ast::Expr& expr, ExprPtr texture, std::vec
         return poison(expr.span);
     }
     if (args.size() != coordinates + 1 && args.size() != coordinates + 2) {
-        wrong_count(
-            expr, name,
-            pair ? "uv, a channel and perhaps a width" : "u, v, a channel and perhaps a width",
-            args.size());
+        wrong_count(expr, name,
+                    pair ? "uv, a channel and perhaps a width: 2 or 3 arguments"
+                         : "u, v, a channel and perhaps a width: 3 or 4 arguments",
+                    args.size());
         return poison(expr.span);
     }
     ExprPtr out = make(ExprKind::kSample, {Base::kFloat, name[6] - '0'}, expr.span);

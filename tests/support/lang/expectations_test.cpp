@@ -1,0 +1,88 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/support/lang/expectations.h"
+
+#include <gtest/gtest.h>
+
+#include "compiler/driver/frontend.h"
+
+namespace openfab::test {
+namespace {
+
+std::string check(const std::string& text) {
+    source::SourceManager sources;
+    diag::Sink sink;
+    const uint32_t file = sources.add("test.fl", text);
+    (void)driver::compile_to_ir(sources, file, sink);
+    return difference(expected_diagnostics(text), actual_diagnostics(sink, sources));
+}
+
+std::string program(const std::string& expectations) {
+    return "fablet A { @Volume() {\n"
+           "    MaterialComposition mc;\n"
+           "    float wide = thick;\n" +
+           expectations + "    return mc; } }\n";
+}
+
+TEST(Expectations, TheRightOnePasses) {
+    EXPECT_EQ(check(program(
+                  "//               ^~~~~ error: nothing is named `thick` here [unknown-name]\n")),
+              "");
+}
+
+TEST(Expectations, AMissingMessageIsAFault) {
+    EXPECT_NE(check("fablet A { @Volume() { MaterialComposition mc; return mc; } }\n"
+                    "//   ^ error: nothing is named `x` here [unknown-name]\n"),
+              "");
+}
+
+TEST(Expectations, AnExtraMessageIsAFault) {
+    EXPECT_NE(check(program("")), "");
+}
+
+TEST(Expectations, AWrongColumnIsAFault) {
+    EXPECT_NE(check(program(
+                  "//              ^~~~~ error: nothing is named `thick` here [unknown-name]\n")),
+              "");
+}
+
+TEST(Expectations, AWrongWidthIsAFault) {
+    EXPECT_NE(check(program(
+                  "//               ^~~~ error: nothing is named `thick` here [unknown-name]\n")),
+              "");
+}
+
+TEST(Expectations, AWrongSeverityIdOrTextIsAFault) {
+    EXPECT_NE(
+        check(program(
+            "//               ^~~~~ warning: nothing is named `thick` here [unknown-name]\n")),
+        "");
+    EXPECT_NE(check(program(
+                  "//               ^~~~~ error: nothing is named `thick` here [unknown-type]\n")),
+              "");
+    EXPECT_NE(check(program(
+                  "//               ^~~~~ error: nothing is named `thin` here [unknown-name]\n")),
+              "");
+}
+
+TEST(Expectations, AHelpThatIsNotGivenIsAFault) {
+    EXPECT_NE(
+        check(program("//               ^~~~~ error: nothing is named `thick` here [unknown-name]\n"
+                      "// help: did you mean `thin`?\n")),
+        "");
+}
+
+TEST(Expectations, UpdatingGivesAFileThatPasses) {
+    std::string text = program("");
+    for (int i = 0; i < 2; ++i) {
+        source::SourceManager sources;
+        diag::Sink sink;
+        const uint32_t file = sources.add("test.fl", text);
+        (void)driver::compile_to_ir(sources, file, sink);
+        text = with_expectations(text, sink, sources);
+    }
+    EXPECT_EQ(check(text), "");
+}
+
+}  // namespace
+}  // namespace openfab::test
