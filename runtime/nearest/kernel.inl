@@ -713,13 +713,16 @@ inline void find_upper(const KernelInput& in, const Points& p, KernelScratch* sc
     while (scratch->stack.size != 0) {
         const Entry e = scratch->stack.data[--scratch->stack.size];
         const Node& node = e.tree->nodes[e.node];
-        if (bits(node_distance2(node, p) < upper->distance2) == 0) continue;
+        if (bits(node_distance2(node, p) < upper->distance2 - w->enough) == 0) continue;
         if (!node.is_leaf()) {
+            const F8 bar = upper->distance2 - w->enough;
             const F8 dl = node_distance2(e.tree->nodes[node.child()], p);
             const F8 dr = node_distance2(e.tree->nodes[node.child() + 1], p);
-            const uint32_t right_first = __builtin_popcount(bits(dr < dl)) > 4 ? 1u : 0u;
-            scratch->stack.push({e.tree, node.child() + 1 - right_first});
-            scratch->stack.push({e.tree, node.child() + right_first});
+            const bool go_left = bits(dl < bar) != 0, go_right = bits(dr < bar) != 0;
+            const bool right_first = __builtin_popcount(bits(dr < dl)) > 4;
+            if (right_first && go_left) scratch->stack.push({e.tree, node.child()});
+            if (go_right) scratch->stack.push({e.tree, node.child() + 1});
+            if (!right_first && go_left) scratch->stack.push({e.tree, node.child()});
             continue;
         }
         if (node.count() == 0) {
@@ -753,6 +756,33 @@ OPENFAB_INLINE float least_lane(F8 a) {
     return m;
 }
 
+/// Least squared distances of a node of the cut; of its triangles where it is a leaf, because the
+/// box of a large slanted triangle says little.
+struct CutDistance {
+    float center2, corner2;
+    bool dominated;
+};
+
+CutDistance cut_distance(const Entry& e, const Points& middle, const Points& corner,
+                         Domination* rows) {
+    const Node& node = e.tree->nodes[e.node];
+    CutDistance d{kInfinity, kInfinity, true};
+    if (!node.is_leaf() || node.count() == 0) {
+        return {least_lane(node_distance2(node, middle)), least_lane(node_distance2(node, corner)),
+                false};
+    }
+    for (uint32_t i = node.first(); i < node.first() + node.count(); ++i) {
+        const TriangleFrame& t = e.tree->frames[i];
+        if (triangle_dominated(t, corner, rows)) continue;
+        d.dominated = false;
+        const float center2 = least_lane(lower_bound(to_frame(t, middle)));
+        const float corner2 = least_lane(lower_bound(to_frame(t, corner)));
+        d.center2 = center2 < d.center2 ? center2 : d.center2;
+        d.corner2 = corner2 < d.corner2 ? corner2 : d.corner2;
+    }
+    return d;
+}
+
 CubeCut cube(const KernelInput& in, const Vec3i& lowest, int32_t size, KernelScratch* scratch) {
     scratch->list.size = 0;
     if (in.root.nodes == nullptr) return {0.0f, kInfinity};
@@ -782,7 +812,7 @@ CubeCut cube(const KernelInput& in, const Vec3i& lowest, int32_t size, KernelScr
         const float far2 = largest_lane(row);
         hi2 = far2 < hi2 ? far2 : hi2;
     }
-    const float stop = 0.25f * box.half_diagonal;
+    const float stop = 0.5f * box.half_diagonal;
     collect({&in.root, 0}, box.corner, stop * stop, false, &rows, scratch);
 
     alignas(32) float center[3];
@@ -791,13 +821,16 @@ CubeCut cube(const KernelInput& in, const Vec3i& lowest, int32_t size, KernelScr
     center[2] = largest_lane(box.corner.z) * 0.5f - largest_lane(set1(0.0f) - box.corner.z) * 0.5f;
     const Points middle{set1(center[0]), set1(center[1]), set1(center[2])};
     float lo2 = kInfinity, corner2 = kInfinity;
+    size_t kept = 0;
     for (size_t i = 0; i < scratch->list.size; ++i) {
-        const Node& node = scratch->list.data[i].tree->nodes[scratch->list.data[i].node];
-        const float d2 = least_lane(node_distance2(node, middle));
-        lo2 = d2 < lo2 ? d2 : lo2;
-        const float c2 = least_lane(node_distance2(node, box.corner));
-        corner2 = c2 < corner2 ? c2 : corner2;
+        const Entry e = scratch->list.data[i];
+        const CutDistance d = cut_distance(e, middle, box.corner, &rows);
+        if (d.dominated) continue;
+        scratch->list.data[kept++] = e;
+        lo2 = d.center2 < lo2 ? d.center2 : lo2;
+        corner2 = d.corner2 < corner2 ? d.corner2 : corner2;
     }
+    scratch->list.size = kept;
     // From the centre no voxel is farther than half the diagonal, and each has a corner within it.
     const float least2 = larger(lo2, corner2);
     const float lo =
