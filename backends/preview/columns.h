@@ -14,7 +14,7 @@
 
 namespace openfab::preview {
 
-constexpr int64_t kMaxColumns = 3'000'000;
+constexpr int64_t kMaxColumns = 2'000'000;
 
 /// Which columns are looked at: (x, y) = (step / 2 + i * step, step / 2 + j * step).
 struct ColumnGrid {

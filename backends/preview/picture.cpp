@@ -13,6 +13,7 @@ namespace openfab::preview {
 namespace {
 
 constexpr int32_t kMaxSide = 2000;
+constexpr double kMaxPixels = 2e6;
 
 /// x^(1/5) for 0 < x <= 1 by Newton's rule, which falls monotonically to the root from above.
 double fifth_root(double x) {
@@ -99,7 +100,8 @@ Picture resample(int32_t width, int32_t height, const std::array<double, 2>& cel
     const double wide = width * cell_mm[0] / fine;
     const double high = height * cell_mm[1] / fine;
     // Whole multiples keep the dither's grain even.
-    const double times = std::max(1.0, std::ceil(std::max(wide, high) / kMaxSide));
+    const double times = std::max({1.0, std::ceil(std::max(wide, high) / kMaxSide),
+                                   std::ceil(std::sqrt(wide * high / kMaxPixels))});
     Picture picture;
     picture.pixel_mm = fine * times;
     picture.width = std::max(1, static_cast<int32_t>(std::floor(wide / times + 0.5)));

@@ -40,7 +40,7 @@ struct Picture {
 };
 
 /// Cells of cell_mm[0] x cell_mm[1], row 0 on top, into square pixels as wide as the finer side of
-/// a cell, or as many times that as it takes to stay within about 2000 pixels a side. Each pixel is
+/// a cell, or as many times that as it takes to stay within 2000 pixels a side and 2 million in all. Each pixel is
 /// the mean over its area.
 Picture resample(int32_t width, int32_t height, const std::array<double, 2>& cell_mm,
                  const std::function<Pixel(int32_t x, int32_t y)>& cell);

@@ -20,7 +20,7 @@ constexpr const char* kExamples = R"(Examples:
   {0} card.fab.json -o slices                    a folder of PNGs for the world's printer
   {0} card.fab.json -o card.ofr --draft 4        a quick look, at four times the pitch
   {0} card.fab.json -o card.ofr --preview card.png,light=transmitted
-  {0} part.obj -o part.ofr --voxel 0.1mm --set scale=2.5
+  {0} part.obj -o part.ofr --voxel 0.1mm --set part.scale=2.5
   {0} card.fab.json -o - | openfab verify -      a stream of slices
 
 Lengths have units (27um, 0.1mm, 1in), sizes too (300MB). Exit codes: 0 done, 1 the input is wrong,
@@ -96,8 +96,9 @@ Result<Vec2<int32_t>> parse_slices(const std::string& text) {
 
 /// Texts as typed, before they are understood.
 struct Raw {
-    std::string voxel, dpi, layer, z, slices, memory, progress = "auto", png = "rgba", isa = "avx2";
-    std::vector<std::string> settings, previews;
+    std::string seed, voxel, dpi, layer, z, slices, memory, progress = "auto", png = "rgba",
+                                                            isa = "avx2";
+    std::vector<std::string> previews;
     bool no_cull = false, resume = false;
 };
 
@@ -118,11 +119,11 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
         ->check(CLI::Range(1, 1000));
     app.add_option("--z", raw.z, "heights A:B only, above the print's lowest slice");
     app.add_option("--slices", raw.slices, "slices A:B only, B not among them");
-    app.add_option("--set", raw.settings,
+    app.add_option("--set", o.settings,
                    "OBJECT.UNIFORM=VALUE instead of the world's value (repeat)")
         ->allow_extra_args(false);
     app.add_option("--dither", o.dither, "floyd_steinberg")->capture_default_str();
-    app.add_option("--seed", o.seed, "of the dither");
+    app.add_option("--seed", raw.seed, "of the dither");
     app.add_option("--preview", raw.previews,
                    "FILE.png[,view=front|back|section|slice:N][,light=transmitted] (repeat)")
         ->allow_extra_args(false);
@@ -187,10 +188,14 @@ Result<void> understand_rest(const Raw& raw, Options* o) {
         if (!bytes) return usage_error("`--memory`: " + bytes.error().message);
         o->memory_bytes = *bytes;
     }
-    for (const std::string& text : raw.settings) {
-        Result<UniformSetting> setting = parse_setting(text);
-        if (!setting) return setting.error();
-        o->settings.push_back(std::move(*setting));
+    for (const std::string& text : o->settings) {
+        const size_t equals = text.find('=');
+        if (equals != std::string::npos && equals > 0 && equals + 1 < text.size()) continue;
+        return usage_error(
+            fmt::format("`--set`: `{}` is no setting; write `--set OBJECT.UNIFORM=VALUE`", text));
+    }
+    if (!raw.seed.empty() && !parse_number(std::string_view(raw.seed), &o->seed)) {
+        return bad_value("--seed", raw.seed, "no whole number from 0 to 2^64 - 1", "7");
     }
     for (const std::string& text : raw.previews) {
         Result<preview::PreviewSpec> spec = preview::parse_preview(text);
@@ -220,51 +225,6 @@ Result<void> understand_rest(const Raw& raw, Options* o) {
 }
 
 }  // namespace
-
-Result<UniformSetting> parse_setting(const std::string& text) {
-    const size_t equals = text.find('=');
-    if (equals == std::string::npos || equals == 0 || equals + 1 == text.size()) {
-        return usage_error(
-            fmt::format("`--set`: `{}` is no setting; write `--set OBJECT.UNIFORM=VALUE`", text));
-    }
-    UniformSetting setting;
-    setting.text = text;
-    const std::string name = text.substr(0, equals);
-    const size_t dot = name.rfind('.');
-    if (dot != std::string::npos) setting.object = name.substr(0, dot);
-    setting.uniform = dot == std::string::npos ? name : name.substr(dot + 1);
-    if (setting.uniform.empty() || (dot != std::string::npos && setting.object.empty())) {
-        return usage_error(
-            fmt::format("`--set`: `{}` is no name; write `--set OBJECT.UNIFORM=VALUE`", name));
-    }
-    std::string_view rest = std::string_view(text).substr(equals + 1);
-    size_t count = 0;
-    size_t booleans = 0;
-    for (bool more = true; more; ++count) {
-        const size_t comma = rest.find(',');
-        const std::string_view word = rest.substr(0, comma);
-        more = comma != std::string_view::npos;
-        rest = more ? rest.substr(comma + 1) : std::string_view();
-        double number = 0;
-        if (word == "true" || word == "false") {
-            setting.numbers.push_back(word == "true" ? 1 : 0);
-            ++booleans;
-        } else if (parse_number(word, &number)) {
-            setting.numbers.push_back(number);
-        } else if (!word.empty()) {
-            setting.names.emplace_back(word);
-        }
-    }
-    setting.boolean = booleans > 0;
-    const bool all_numbers =
-        setting.numbers.size() == count && (booleans == 0 || booleans == count);
-    if (!all_numbers && setting.names.size() != count) {
-        return usage_error(fmt::format(
-            "`--set`: `{}` mixes kinds of values; give numbers, or true and false, or names",
-            text));
-    }
-    return setting;
-}
 
 Result<Options> parse_options(int argc, const char* const* argv, const std::string& program) {
     Options options;

@@ -17,17 +17,6 @@
 
 namespace openfab::print {
 
-/// One `--set OBJECT.UNIFORM=VALUE`; without `OBJECT.` it goes to every object that has the
-/// uniform.
-struct UniformSetting {
-    std::string object;
-    std::string uniform;
-    std::vector<double> numbers;     ///< of `1`, `0.5,2`, `true`
-    std::vector<std::string> names;  ///< or of `oak`, `black,white`: textures or materials
-    bool boolean = false;            ///< the numbers were written as true or false
-    std::string text;                ///< as typed, for messages
-};
-
 struct Options {
     std::string input;   ///< a world (.fab.json) or a mesh
     std::string output;  ///< empty: none; `-` standard output
@@ -43,7 +32,7 @@ struct Options {
     int32_t threads = 0;
     std::string dither = "floyd_steinberg";
     uint64_t seed = 0;
-    std::vector<UniformSetting> settings;
+    std::vector<std::string> settings;  ///< `OBJECT.UNIFORM=VALUE`, read by scene::bind
     std::vector<preview::PreviewSpec> previews;
     report::ProgressMode progress = report::ProgressMode::kAuto;
     std::string stats_file;
@@ -60,9 +49,6 @@ struct Options {
 
 /// `argv[0]` is the program. Errors have the code kUsage.
 Result<Options> parse_options(int argc, const char* const* argv, const std::string& program);
-
-/// `OBJECT.UNIFORM=VALUE`.
-Result<UniformSetting> parse_setting(const std::string& text);
 
 /// The pitch of a print: what was asked for, else the printer's, times --draft.
 Vec3d print_pitch(const Options& options, const Vec3d& printer_pitch_mm);

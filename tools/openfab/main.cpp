@@ -37,6 +37,7 @@ int tool_main(int argc, char** argv) {
     add_info(app, &action);
     add_verify(app, &action);
     add_export(app, &action);
+    add_texture(app, &action);
     try {
         app.parse(argc, argv);
     } catch (const CLI::CallForHelp&) {

@@ -10,12 +10,13 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <memory>
 #include <set>
 #include <system_error>
+
+#include "runtime/texture/cache.h"
 
 extern char** environ;
 
@@ -150,19 +151,6 @@ Result<fs::path> program_folder() {
     return self.parent_path();
 }
 
-Result<fs::path> cache_folder() {
-    const auto variable = [](const char* name) {
-        const char* value = std::getenv(name);
-        return std::string(value == nullptr ? "" : value);
-    };
-    if (const std::string own = variable("OPENFAB_CACHE"); !own.empty()) return fs::path(own);
-    if (const std::string xdg = variable("XDG_CACHE_HOME"); !xdg.empty())
-        return fs::path(xdg) / "openfab";
-    if (const std::string home = variable("HOME"); !home.empty())
-        return fs::path(home) / ".cache/openfab";
-    return outside_error("there is no place for a cache: set OPENFAB_CACHE to a folder");
-}
-
 Result<fs::path> print_binary(const std::vector<fs::path>& sources, bool quiet) {
     Result<fs::path> programs = program_folder();
     if (!programs) return programs;
@@ -173,9 +161,7 @@ Result<fs::path> print_binary(const std::vector<fs::path>& sources, bool quiet) 
     }
     Result<uint64_t> hash = binary_hash(sources, *programs);
     if (!hash) return hash.error();
-    Result<fs::path> cache = cache_folder();
-    if (!cache) return cache;
-    const fs::path folder = *cache / "prints";
+    const fs::path folder = texture::cache_folder() / "prints";
     const fs::path binary =
         folder / fmt::format("{}-{:016x}", sources.front().stem().string(), *hash);
     if (::access(binary.c_str(), X_OK) == 0) return binary;

@@ -15,9 +15,6 @@ namespace openfab::tool {
 /// The folder of the running program.
 Result<std::filesystem::path> program_folder();
 
-/// $OPENFAB_CACHE, else $XDG_CACHE_HOME/openfab, else ~/.cache/openfab. Not made here.
-Result<std::filesystem::path> cache_folder();
-
 /// The print binary of these OpenFL sources, compiled unless the cache has it. Its name there is a
 /// hash of everything that it is made of: the sources and modules beside them, the standard
 /// library, openflc, and the libraries it links. Compile errors are printed by openflc; the error

@@ -1,0 +1,79 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/print/job.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "runtime/scene/bind.h"
+#include "runtime/scene/world.h"
+
+namespace openfab::print {
+
+namespace {
+
+bool is_world(const std::string& input) {
+    return input.ends_with(".json");
+}
+
+std::string title_of(const std::string& input) {
+    std::string name = std::filesystem::path(input).filename().string();
+    for (const std::string suffix : {".fab.json", ".json", ".obj"}) {
+        if (name.size() > suffix.size() && name.ends_with(suffix))
+            return name.substr(0, name.size() - suffix.size());
+    }
+    return name;
+}
+
+Result<scene::Printer> printer_of(const Options& options, const scene::World& world,
+                                  std::vector<std::string>* notes) {
+    std::string name = options.printer.empty() ? world.printer : options.printer;
+    const bool chosen = !name.empty() && (is_world(options.input) || !options.printer.empty());
+    if (name.empty()) name = "generic";
+    Result<scene::Printer> printer = scene::load_printer(name);
+    const bool pitch_given = options.voxel_mm || (options.dpi && options.layer_mm);
+    if (printer && !chosen && !pitch_given) {
+        notes->push_back(fmt::format(
+            "no printer was named: `{}` prints voxels of {} x {} x {} mm; `--printer` and "
+            "`--voxel` choose",
+            printer->name, printer->pitch_mm.x, printer->pitch_mm.y, printer->pitch_mm.z));
+    }
+    return printer;
+}
+
+Result<void> check_materials(const scene::World& world, const scene::Printer& printer) {
+    // 64 is what packed slices hold, whatever the printer.
+    const size_t most = static_cast<size_t>(std::min(printer.max_materials, 64));
+    if (world.materials.size() <= most) return {};
+    return user_error(fmt::format("the world has {} materials, and `{}` prints {} at once",
+                                  world.materials.size(), printer.name, most));
+}
+
+}  // namespace
+
+Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets) {
+    Result<scene::World> world = is_world(options.input)
+                                     ? scene::load_world(options.input)
+                                     : scene::make_quick_world(options.input, fablets);
+    if (!world) return world.error();
+    Job job;
+    Result<scene::Printer> printer = printer_of(options, *world, &job.notes);
+    if (!printer) return printer.error();
+    job.printer = std::move(*printer);
+    if (Result<void> fine = check_materials(*world, job.printer); !fine) return fine.error();
+    Result<std::vector<scene::Part>> parts = scene::bind(*world, fablets, {options.settings});
+    if (!parts) return parts.error();
+    job.input.parts = std::move(*parts);
+    for (const scene::Material& material : world->materials) {
+        job.input.materials.push_back({material.name, material.key, material.preview,
+                                       material.density_g_cm3, material.channel});
+    }
+    job.input.pitch_mm = print_pitch(options, job.printer.pitch_mm);
+    job.input.printer = job.printer.name;
+    job.input.title = title_of(options.input);
+    job.input.warnings = world->warnings;
+    return job;
+}
+
+}  // namespace openfab::print

@@ -1,0 +1,26 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// From the command line to what the pipeline runs on: world or mesh, printer, fablets and uniforms
+// joined.
+
+#include <string>
+#include <vector>
+
+#include "runtime/abi/fablet_table.h"
+#include "runtime/print/options.h"
+#include "runtime/scene/printer.h"
+#include "runtime/slab/print.h"
+
+namespace openfab::print {
+
+struct Job {
+    slab::PrintInput input;
+    scene::Printer printer;
+    std::vector<std::string> notes;  ///< for the person: what was chosen in their place
+};
+
+Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets);
+
+}  // namespace openfab::print

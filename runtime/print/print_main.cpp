@@ -1,0 +1,153 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/print/print_main.h"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "runtime/abi/kernel_call.h"
+#include "runtime/base/caret.h"
+#include "runtime/base/units.h"
+#include "runtime/print/interrupt.h"
+#include "runtime/print/job.h"
+#include "runtime/print/options.h"
+#include "runtime/print/outputs.h"
+#include "runtime/report/progress.h"
+#include "runtime/report/statistics.h"
+#include "runtime/slab/print.h"
+
+namespace openfab::print {
+
+namespace {
+
+bool quiet(const Options& options) {
+    return options.progress == report::ProgressMode::kNone;
+}
+
+slab::PrintOptions pipeline_options(const Options& options) {
+    slab::PrintOptions result;
+    result.memory_bytes = options.memory_bytes - preview_bytes(options);
+    result.threads = options.threads;
+    result.dither = options.dither;
+    result.seed = options.seed;
+    result.z_range_mm = options.z_range_mm;
+    result.slices = options.slices;
+    result.culling = options.culling;
+    result.groups_in_flight = options.groups_in_flight;
+    result.isa = abi::best_isa(options.isa);
+    return result;
+}
+
+void show_estimate(const slab::Print& print, const Options& options) {
+    const slab::PrintEstimate estimate = print.estimate();
+    const backends::PrintInfo& info = print.info();
+    fmt::print(stderr, "{} x {} x {} voxels, {:.1f} million; {:.3f} x {:.3f} x {:.3f} mm\n",
+               estimate.size.x, estimate.size.y, estimate.size.z,
+               static_cast<double>(estimate.voxels_total) * 1e-6, estimate.size.x * info.pitch_mm.x,
+               estimate.size.y * info.pitch_mm.y, estimate.size.z * info.pitch_mm.z);
+    fmt::print(stderr, "memory {}, time about {}\n",
+               format_bytes(estimate.memory_bytes + preview_bytes(options)),
+               format_seconds(estimate.seconds));
+}
+
+void show_summary(const slab::PrintStatistics& statistics, const backends::PrintInfo& info,
+                  const Options& options) {
+    const double ml = info.pitch_mm.x * info.pitch_mm.y * info.pitch_mm.z * 1e-3;
+    std::string materials;
+    for (size_t m = 0; m < info.materials.size() && m + 1 < statistics.voxels_by_code.size(); ++m) {
+        materials += fmt::format(", {} {:.2f} ml", info.materials[m].name,
+                                 static_cast<double>(statistics.voxels_by_code[m + 1]) * ml);
+    }
+    const double rate =
+        statistics.seconds_total > 0
+            ? static_cast<double>(statistics.voxels_total) * 1e-6 / statistics.seconds_total
+            : 0;
+    fmt::print(stderr, "{}: {} slices in {}, {:.1f} M voxels/s{}\n",
+               options.output == "-"    ? "standard output"
+               : options.output.empty() ? info.title
+                                        : options.output,
+               statistics.slices, format_seconds(statistics.seconds_total), rate, materials);
+}
+
+Result<void> check_build_volume(const backends::PrintInfo& info, const scene::Printer& printer) {
+    const Vec3d& room = printer.build_volume_mm;
+    for (int a = 0; a < 3; ++a) {
+        const double size = info.size[a] * info.pitch_mm[a];
+        // The grid is rounded out to whole voxels.
+        if (size <= room[a] + 2 * info.pitch_mm[a]) continue;
+        return user_error(
+            fmt::format("the print is {:.4g} mm along {}, and `{}` builds {:.4g} x {:.4g} x {:.4g} "
+                        "mm; choose another `--printer`",
+                        size, "xyz"[a], printer.name, room.x, room.y, room.z));
+    }
+    return {};
+}
+
+/// Runs the print into its outputs. Statistics are written, and pictures drawn, also where it ended
+/// early.
+Result<void> run(slab::Print* print, const Options& options, const scene::Printer& printer,
+                 const std::atomic<bool>& interrupt) {
+    Result<std::unique_ptr<backends::SliceSink>> sink = open_output(options, printer);
+    if (!sink) return sink.error();
+    report::Progress progress(options.progress, stderr);
+    slab::PrintStatistics statistics;
+    Result<void> done = print->run(
+        **sink, [&](const slab::ProgressEvent& event) { progress.update(event); }, interrupt,
+        &statistics);
+    progress.end();
+    Result<void> written;
+    if (!options.stats_file.empty()) {
+        written = report::write_statistics(options.stats_file, statistics, print->info());
+    }
+    if (!done) return done;
+    if (!quiet(options)) show_summary(statistics, print->info(), options);
+    return written;
+}
+
+Result<void> print(int argc, char** argv, const openfab_fablet_list& fablets) {
+    const std::string path = argc > 0 ? argv[0] : "print";
+    Result<Options> options = parse_options(argc, argv, path.substr(path.find_last_of('/') + 1));
+    if (!options) return options.error();
+    if (options->help) {
+        fmt::print("{}", options->text);
+        return {};
+    }
+    const std::atomic<bool>& interrupt = install_interrupt();
+    Result<Job> job = load_job(*options, fablets);
+    if (!job) return job.error();
+    // A wrong name of an output is told before the work, not after.
+    if (Result<std::string> format = choose_format(*options, job->printer); !format)
+        return format.error();
+    if (!quiet(*options)) {
+        for (const std::string& note : job->notes)
+            fmt::print(stderr, "note: {}\n", note);
+        for (const std::string& warning : job->input.warnings)
+            fmt::print(stderr, "warning: {}\n", warning);
+    }
+    Result<std::unique_ptr<slab::Print>> print =
+        slab::Print::create(std::move(job->input), pipeline_options(*options));
+    if (!print) return print.error();
+    if (Result<void> fits = check_build_volume((*print)->info(), job->printer); !fits)
+        return fits.error();
+    if (options->estimate || options->dry_run) {
+        show_estimate(**print, *options);
+        return {};
+    }
+    return run(print->get(), *options, job->printer, interrupt);
+}
+
+}  // namespace
+
+int print_main(int argc, char** argv, const openfab_fablet_list& fablets) {
+    Result<void> done = print(argc, argv, fablets);
+    if (done && std::fflush(stdout) != 0) done = outside_error("cannot write to standard output");
+    if (done) return 0;
+    fmt::print(stderr, "{}", render_error(done.error()));
+    return exit_code(done.error().code);
+}
+
+}  // namespace openfab::print

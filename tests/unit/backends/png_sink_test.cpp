@@ -1,0 +1,190 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <rapidjson/document.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <filesystem>
+
+#include "backends/raster/png_sink.h"
+#include "tests/support/process/process.h"
+#include "tests/unit/backends/sample_print.h"
+
+namespace openfab::testing {
+namespace {
+
+using ::testing::HasSubstr;
+namespace fs = std::filesystem;
+
+class PngSlices : public ::testing::Test {
+  protected:
+    Result<void> write(const SamplePrint& print, const raster::PngOptions& options,
+                       const std::string& folder = "slices", bool complete = true) {
+        Result<std::unique_ptr<backends::SliceSink>> sink =
+            raster::PngSink::create(scratch_ / folder, options);
+        if (!sink) return sink.error();
+        return print.send(sink->get(), complete);
+    }
+    /// What the picture must show of a voxel, by the print's own colours.
+    static std::array<uint8_t, 4> color(const SamplePrint& print, int32_t x, int32_t y, int32_t z) {
+        const uint8_t code = print.at(x, y, z);
+        return code == 0 ? std::array<uint8_t, 4>{} : print.info.materials[code - 1].key;
+    }
+    static void expect_slice(const SamplePrint& print, const ReadPng& png, int32_t z, bool flip_x) {
+        ASSERT_EQ(png.width, print.info.size.x);
+        ASSERT_EQ(png.height, print.info.size.y);
+        for (int32_t y = 0; y < png.height; ++y) {
+            for (int32_t x = 0; x < png.width; ++x) {
+                const int32_t column = flip_x ? png.width - 1 - x : x;
+                ASSERT_EQ(png.at(column, png.height - 1 - y), color(print, x, y, z))
+                    << x << ' ' << y << ' ' << z;
+            }
+        }
+    }
+
+    ScratchFolder scratch_;
+};
+
+TEST_F(PngSlices, EveryPixelOfEveryKind) {
+    for (int32_t bits : {4, 8}) {
+        for (int32_t width : {12, 13}) {
+            const SamplePrint print = make_sample({width, 7, 3}, bits);
+            for (bool indexed : {false, true}) {
+                for (bool flip : {false, true}) {
+                    raster::PngOptions options;
+                    options.indexed = indexed;
+                    options.flip_x = flip;
+                    ASSERT_TRUE(write(print, options));
+                    for (int32_t z = 0; z < 3; ++z) {
+                        const ReadPng png = read_png(
+                            scratch_ / ("slices/slice_000" + std::to_string(z + 1) + ".png"));
+                        expect_slice(print, png, z, flip);
+                        EXPECT_EQ(png.color_type, indexed ? 3 : 6);
+                        EXPECT_EQ(png.bit_depth, indexed ? bits : 8);
+                        EXPECT_EQ(png.pixels_per_metre_x, 23622u);  // 600 dpi
+                        EXPECT_EQ(png.pixels_per_metre_y, 11811u);
+                    }
+                }
+            }
+        }
+    }
+}
+
+TEST_F(PngSlices, LargeRuns) {
+    // Runs longer than deflate's longest match, rows that repeat, wider than one window of 32 kB.
+    SamplePrint print = make_sample({9001, 40, 1});
+    for (int32_t y = 0; y < 40; ++y) {
+        for (int32_t x = 0; x < 9001; ++x) {
+            print.at(x, y, 0) = static_cast<uint8_t>(
+                x > 100 && x < 8000 && y > 4 ? 1 + (x / 700 + y / 13) % 3 : (x % 977 == 0 ? 2 : 0));
+        }
+    }
+    ASSERT_TRUE(write(print, {}));
+    expect_slice(print, read_png(scratch_ / "slices/slice_0001.png"), 0, false);
+}
+
+TEST_F(PngSlices, TheLetterFStandsUprightSeenFromAbove) {
+    const SamplePrint print = make_letter_f(3, 1);
+    ASSERT_TRUE(write(print, {}));
+    const ReadPng png = read_png(scratch_ / "slices/slice_0001.png");
+    const auto inked = [&](int32_t column, int32_t row) {
+        return png.at(column * 3 + 1, row * 3 + 1)[3] == 255;
+    };
+    const std::vector<std::string> rows{"#####", "#....", "#....", "###..",
+                                        "#....", "#....", "#...."};
+    for (int32_t row = 0; row < 7; ++row) {
+        for (int32_t column = 0; column < 5; ++column) {
+            EXPECT_EQ(inked(column, row),
+                      rows[static_cast<size_t>(row)][static_cast<size_t>(column)] == '#')
+                << column << ' ' << row;
+        }
+    }
+}
+
+TEST_F(PngSlices, ManifestAndHandoff) {
+    const SamplePrint print = make_sample({600, 300, 10});
+    raster::PngOptions options;
+    options.handoff = "Use the voxel print utility.";
+    ASSERT_TRUE(write(print, options));
+    rapidjson::Document manifest;
+    manifest.Parse(read_file(scratch_ / "slices/manifest.json").c_str());
+    ASSERT_FALSE(manifest.HasParseError());
+    EXPECT_TRUE(manifest["complete"].GetBool());
+    EXPECT_EQ(manifest["slices"].GetInt(), 10);
+    EXPECT_EQ(manifest["pixels"][0].GetInt(), 600);
+    EXPECT_EQ(manifest["pixels"][1].GetInt(), 300);
+    EXPECT_DOUBLE_EQ(manifest["dpi"][0].GetDouble(), 600);
+    EXPECT_DOUBLE_EQ(manifest["dpi"][1].GetDouble(), 300);
+    EXPECT_DOUBLE_EQ(manifest["layer_um"].GetDouble(), 27);
+    EXPECT_DOUBLE_EQ(manifest["size_mm"][0].GetDouble(), 25.4);
+    EXPECT_DOUBLE_EQ(manifest["size_mm"][1].GetDouble(), 25.4);
+    EXPECT_DOUBLE_EQ(manifest["size_mm"][2].GetDouble(), 0.27);
+    EXPECT_STREQ(manifest["axes"]["image_right"].GetString(), "+x");
+    EXPECT_STREQ(manifest["axes"]["image_up"].GetString(), "+y");
+    EXPECT_STREQ(manifest["support_made_by"].GetString(), "front_end");
+    EXPECT_STREQ(manifest["first_file"].GetString(), "slice_0001.png");
+    EXPECT_STREQ(manifest["last_file"].GetString(), "slice_0010.png");
+    ASSERT_EQ(manifest["materials"].Size(), 3u);
+    const auto& black = manifest["materials"][1];
+    EXPECT_STREQ(black["name"].GetString(), "black");
+    EXPECT_STREQ(black["color"].GetString(), "#000000ff");
+    const auto voxels = static_cast<double>(print.totals().voxels_by_code[2]);
+    EXPECT_EQ(black["voxels"].GetDouble(), voxels);
+    const double ml = voxels * (2.54 / 600) * (2.54 / 300) * 0.0027;  // in cubic centimetres
+    EXPECT_NEAR(black["ml"].GetDouble(), ml, 1e-6);
+    EXPECT_NEAR(black["g"].GetDouble(), ml * 1.2, 1e-6);
+    char hash[17];
+    std::snprintf(hash, sizeof(hash), "%016llx",
+                  static_cast<unsigned long long>(print.totals().hash));
+    EXPECT_STREQ(manifest["hash"].GetString(), hash);
+
+    const std::string note = read_file(scratch_ / "slices/HANDOFF.txt");
+    for (const char* part : {"600 dpi", "300 dpi", "27 um", "white", "RGB   0   0   0",
+                             "Use the voxel print utility."}) {
+        EXPECT_THAT(note, HasSubstr(part));
+    }
+    EXPECT_THAT(note, ::testing::Not(HasSubstr("NOT COMPLETE")));
+}
+
+TEST_F(PngSlices, AnInterruptedPrintSaysSo) {
+    ASSERT_TRUE(write(make_sample({6, 5, 3}), {}, "slices", false));
+    EXPECT_THAT(read_file(scratch_ / "slices/manifest.json"), HasSubstr("\"complete\": false"));
+    EXPECT_THAT(read_file(scratch_ / "slices/HANDOFF.txt"), HasSubstr("NOT COMPLETE"));
+    EXPECT_TRUE(fs::exists(scratch_ / "slices/slice_0003.png"));
+}
+
+TEST_F(PngSlices, AnEarlierPrintIsReplacedWhole) {
+    ASSERT_TRUE(write(make_sample({6, 5, 9}), {}));
+    ASSERT_TRUE(write(make_sample({6, 5, 3}), {}));
+    EXPECT_TRUE(fs::exists(scratch_ / "slices/slice_0003.png"));
+    EXPECT_FALSE(fs::exists(scratch_ / "slices/slice_0004.png"));
+}
+
+TEST_F(PngSlices, NobodysFilesAreLost) {
+    fs::create_directories(scratch_ / "slices");
+    scratch_.write("slices/letter.txt", "dear");
+    Result<void> done = write(make_sample({6, 5, 3}), {});
+    ASSERT_FALSE(done);
+    EXPECT_EQ(done.error().code, ErrorCode::kUserInput);
+    EXPECT_THAT(done.error().message, HasSubstr("letter.txt"));
+    scratch_.write("plain", "a file");
+    EXPECT_THAT(write(make_sample({6, 5, 3}), {}, "plain").error().message, HasSubstr("is a file"));
+}
+
+TEST_F(PngSlices, AFolderThatCannotBeMadeIsTheOutsidesFault) {
+    scratch_.write("plain", "a file");
+    Result<void> done = write(make_sample({6, 5, 3}), {}, "plain/slices");
+    ASSERT_FALSE(done);
+    EXPECT_EQ(done.error().code, ErrorCode::kOutside);
+}
+
+TEST_F(PngSlices, NamesHaveFixedDigits) {
+    EXPECT_EQ(raster::slice_file_name(0, 1), "slice_0001.png");
+    EXPECT_EQ(raster::slice_file_name(9998, 9999), "slice_9999.png");
+    EXPECT_EQ(raster::slice_file_name(0, 10000), "slice_00001.png");
+    EXPECT_EQ(raster::slice_file_name(9999, 10000), "slice_10000.png");
+}
+
+}  // namespace
+}  // namespace openfab::testing

@@ -1,0 +1,197 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "backends/preview/preview.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+#include "backends/preview/columns.h"
+#include "backends/preview/picture.h"
+#include "tests/support/process/process.h"
+#include "tests/unit/backends/sample_print.h"
+
+namespace openfab::testing {
+namespace {
+
+using ::testing::HasSubstr;
+
+const std::vector<std::string> kLetter{"#####", "#....", "#....", "###..",
+                                       "#....", "#....", "#...."};
+
+class Preview : public ::testing::Test {
+  protected:
+    ReadPng draw(const SamplePrint& print, const std::string& settings) {
+        Result<preview::PreviewSpec> spec =
+            preview::parse_preview((scratch_ / "picture.png").string() + settings);
+        EXPECT_TRUE(spec) << spec.error().message;
+        std::vector<std::unique_ptr<backends::SliceObserver>> observers;
+        observers.push_back(preview::make_preview(*spec));
+        backends::TeeSink sink(std::make_unique<backends::NullSink>(), std::move(observers));
+        Result<void> done = print.send(&sink);
+        EXPECT_TRUE(done) << done.error().message;
+        return read_png(scratch_ / "picture.png");
+    }
+    /// Reads a picture of the letter, 5 x 7 cells, as text: `#` where it is covered (dark where
+    /// `by_light`).
+    static std::vector<std::string> read_letter(const ReadPng& png, int32_t cell) {
+        std::vector<std::string> rows(7, std::string(5, '.'));
+        for (int32_t row = 0; row < 7; ++row) {
+            for (int32_t column = 0; column < 5; ++column) {
+                const auto& pixel = png.at(column * cell + cell / 2, row * cell + cell / 2);
+                if (pixel[3] == 255)
+                    rows[static_cast<size_t>(row)][static_cast<size_t>(column)] = '#';
+            }
+        }
+        return rows;
+    }
+
+    ScratchFolder scratch_;
+};
+
+TEST_F(Preview, FrontSliceAndBackShowTheLetterAsAPersonSeesIt) {
+    const SamplePrint print = make_letter_f(4, 3);
+    EXPECT_EQ(read_letter(draw(print, ""), 4), kLetter);
+    EXPECT_EQ(read_letter(draw(print, ",view=slice:1"), 4), kLetter);
+    EXPECT_EQ(read_letter(draw(print, ",light=transmitted"), 4), kLetter);
+    std::vector<std::string> mirrored = kLetter;
+    for (std::string& row : mirrored)
+        row = std::string(row.rbegin(), row.rend());
+    EXPECT_EQ(read_letter(draw(print, ",view=back"), 4), mirrored);
+    EXPECT_EQ(read_letter(draw(print, ",view=back,light=transmitted"), 4), mirrored);
+}
+
+TEST_F(Preview, SectionHasXToTheRightAndZUp) {
+    SamplePrint print = make_letter_f(4, 6);
+    std::fill(print.codes.begin(), print.codes.end(), uint8_t{0});
+    // A stair that rises with x.
+    for (int32_t x = 0; x < 20; ++x) {
+        for (int32_t z = 0; z <= x / 4; ++z)
+            print.at(x, 14, z) = 2;
+    }
+    const ReadPng png = draw(print, ",view=section");
+    ASSERT_EQ(png.width, 20);
+    ASSERT_EQ(png.height, 6);
+    for (int32_t x = 0; x < 20; ++x) {
+        for (int32_t z = 0; z < 6; ++z)
+            EXPECT_EQ(png.at(x, 5 - z)[3] == 255, z <= x / 4) << x << ' ' << z;
+    }
+}
+
+TEST_F(Preview, ColorsAreTheOuterVoxels) {
+    SamplePrint print = make_letter_f(4, 40);
+    for (int32_t z = 0; z < 40; ++z) {
+        for (int32_t y = 0; y < 28; ++y) {
+            for (int32_t x = 0; x < 20; ++x)
+                print.at(x, y, z) = z < 20 ? 2 : 1;
+        }
+    }
+    const auto front = draw(print, "").at(10, 14);
+    EXPECT_NEAR(front[0], 244, 1);
+    EXPECT_NEAR(front[1], 242, 1);
+    EXPECT_NEAR(front[2], 236, 1);
+    const auto back = draw(print, ",view=back").at(10, 14);
+    EXPECT_LT(back[0], 25);
+}
+
+TEST_F(Preview, PixelsAreSquare) {
+    SamplePrint print = make_letter_f(4, 2);
+    print.info.pitch_mm = {0.05, 0.1, 0.1};
+    const ReadPng png = draw(print, "");
+    EXPECT_EQ(png.width, 20);
+    EXPECT_EQ(png.height, 56);
+    EXPECT_EQ(png.pixels_per_metre_x, png.pixels_per_metre_y);
+}
+
+TEST_F(Preview, TransmissionFallsWithTheSquareOfTheThickness) {
+    SamplePrint print = make_letter_f(4, 21);
+    std::fill(print.codes.begin(), print.codes.end(), uint8_t{0});
+    // Thickness 1 at the left to 20 at the right, in voxels; the part stands on no level ground, so
+    // order does not matter.
+    for (int32_t x = 0; x < 20; ++x) {
+        for (int32_t y = 0; y < 28; ++y) {
+            for (int32_t n = 0; n <= x; ++n)
+                print.at(x, y, 20 - n) = 1;
+        }
+    }
+    const ReadPng png = draw(print, ",light=transmitted");
+    for (int32_t x = 0; x < 20; ++x) {
+        const double t = x / 19.0;
+        EXPECT_EQ(png.at(x, 14)[0], preview::linear_to_srgb8(1 - t * t)) << x;
+    }
+}
+
+TEST_F(Preview, ASliceThatIsNotPrintedIsRefused) {
+    Result<preview::PreviewSpec> spec = preview::parse_preview("a.png,view=slice:3");
+    ASSERT_TRUE(spec);
+    Result<void> done = preview::make_preview(*spec)->begin(make_letter_f(4, 3).info);
+    ASSERT_FALSE(done);
+    EXPECT_THAT(done.error().message, HasSubstr("slices 0 to 2"));
+}
+
+TEST(PreviewSpec, Settings) {
+    const Result<preview::PreviewSpec> plain = preview::parse_preview("out/a,b.png");
+    ASSERT_TRUE(plain);
+    EXPECT_EQ(plain->file, "out/a,b.png");
+    EXPECT_EQ(plain->view, preview::View::kFront);
+    const Result<preview::PreviewSpec> full =
+        preview::parse_preview("c.png,light=transmitted,view=back");
+    ASSERT_TRUE(full);
+    EXPECT_TRUE(full->transmitted);
+    EXPECT_EQ(full->view, preview::View::kBack);
+    for (const char* bad :
+         {"a.jpg", ".png", "a.png,view=top", "a.png,light=red", "a.png,size=3",
+          "a.png,view=slice:x", "a.png,view=slice:-1", "a.png,view=section,light=transmitted"}) {
+        const Result<preview::PreviewSpec> spec = preview::parse_preview(bad);
+        ASSERT_FALSE(spec) << bad;
+        EXPECT_EQ(spec.error().code, ErrorCode::kUsage);
+    }
+}
+
+TEST(PreviewColor, SrgbAndBack) {
+    for (int i = 0; i < 256; ++i)
+        EXPECT_EQ(preview::linear_to_srgb8(preview::srgb_to_linear(i / 255.0)), i);
+    // The standard's formula.
+    for (double v : {0.05, 0.2, 0.5, 0.73, 1.0}) {
+        EXPECT_NEAR(preview::srgb_to_linear(v), std::pow((v + 0.055) / 1.055, 2.4), 1e-14);
+    }
+    EXPECT_EQ(preview::linear_to_srgb8(-1), 0);
+    EXPECT_EQ(preview::linear_to_srgb8(2), 255);
+}
+
+TEST(PreviewPicture, MeansAreOfAreaAndLight) {
+    // Three cells over two pixels: the middle one is shared.
+    const preview::Picture picture = preview::resample(3000, 1, {1, 1}, [](int32_t x, int32_t) {
+        preview::Pixel pixel;
+        pixel.coverage = 1;
+        pixel.color[0] = x % 2 == 0 ? 1 : 0;
+        return pixel;
+    });
+    EXPECT_EQ(picture.width, 1500);
+    for (const preview::Pixel& pixel : picture.pixels)
+        EXPECT_NEAR(pixel.color[0], 0.5, 1e-6);
+}
+
+TEST(PreviewColumns, SightStopsAtTheFirstVoid) {
+    preview::ColumnGrid grid{1, 1, 1};
+    for (bool above : {true, false}) {
+        preview::SightColumns columns(grid, 4, above);
+        const std::vector<uint8_t> stack{0, 1, 2, 0, 3, 2, 2, 0};  // bottom first
+        for (size_t z = 0; z < stack.size(); ++z)
+            columns.add_row(static_cast<int32_t>(z), 0, {&stack[z], 1});
+        const preview::Sight sight = columns.at(0);
+        const std::vector<uint8_t> seen(sight.codes, sight.codes + sight.count);
+        EXPECT_EQ(seen, above ? (std::vector<uint8_t>{2, 2, 3}) : (std::vector<uint8_t>{1, 2}));
+        EXPECT_EQ(sight.z, above ? 6 : 1);
+    }
+}
+
+TEST(PreviewColumns, MemoryIsBounded) {
+    const preview::ColumnGrid grid = preview::ColumnGrid::make({11574, 9212, 3000});
+    EXPECT_LE(static_cast<int64_t>(grid.count()), preview::kMaxColumns);
+    EXPECT_GT(grid.step, 1);
+    EXPECT_LT(grid.x(grid.width - 1, {11574, 9212, 1}), 11574);
+}
+
+}  // namespace
+}  // namespace openfab::testing

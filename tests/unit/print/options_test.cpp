@@ -1,0 +1,150 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/print/options.h"
+
+#include <gmock/gmock.h>
+
+#include "runtime/print/outputs.h"
+
+namespace openfab::print {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+Result<Options> parse(std::vector<const char*> arguments) {
+    arguments.insert(arguments.begin(), "card");
+    return parse_options(static_cast<int>(arguments.size()), arguments.data(), "card");
+}
+
+TEST(PrintOptions, Defaults) {
+    const Result<Options> options = parse({"w.fab.json", "-o", "out"});
+    ASSERT_TRUE(options) << options.error().message;
+    EXPECT_EQ(options->input, "w.fab.json");
+    EXPECT_EQ(options->output, "out");
+    EXPECT_EQ(options->memory_bytes, 1'500'000'000);
+    EXPECT_EQ(options->threads, 0);
+    EXPECT_TRUE(options->culling);
+    EXPECT_EQ(options->isa, OPENFAB_ISA_AVX2);
+}
+
+TEST(PrintOptions, Everything) {
+    const Result<Options> options = parse({"w.fab.json", "--output=-",
+                                           "--printer",  "j750",
+                                           "--dpi",      "600x300",
+                                           "--layer",    "27um",
+                                           "--draft",    "2",
+                                           "--z",        "3mm:5mm",
+                                           "--memory",   "300MB",
+                                           "--threads",  "2",
+                                           "--seed",     "18446744073709551615",
+                                           "--set",      "a.b=[1,2.5]",
+                                           "--set",      "c.on=true",
+                                           "--set",      "c.m=oak",
+                                           "--preview",  "p.png,view=back",
+                                           "--preview",  "q.png",
+                                           "--flip-x",   "--stats",
+                                           "s.json",     "--progress",
+                                           "json",       "--no-cull",
+                                           "--isa",      "sse41",
+                                           "--estimate", "--png",
+                                           "indexed"});
+    ASSERT_TRUE(options) << options.error().message;
+    EXPECT_EQ(options->output, "-");
+    EXPECT_EQ(options->dpi->x, 600);
+    EXPECT_EQ(options->dpi->y, 300);
+    EXPECT_DOUBLE_EQ(*options->layer_mm, 0.027);
+    EXPECT_DOUBLE_EQ(options->z_range_mm->x, 3);
+    EXPECT_DOUBLE_EQ(options->z_range_mm->y, 5);
+    EXPECT_EQ(options->memory_bytes, 300'000'000);
+    EXPECT_EQ(options->seed, 18446744073709551615ULL);
+    EXPECT_THAT(options->settings, ElementsAre("a.b=[1,2.5]", "c.on=true", "c.m=oak"));
+    ASSERT_EQ(options->previews.size(), 2u);
+    EXPECT_EQ(options->progress, report::ProgressMode::kJson);
+    EXPECT_FALSE(options->culling);
+    EXPECT_EQ(options->isa, OPENFAB_ISA_SSE41);
+    EXPECT_TRUE(options->png_indexed);
+    EXPECT_TRUE(options->flip_x);
+    const Vec3d pitch = print_pitch(*options, {1, 1, 1});
+    EXPECT_DOUBLE_EQ(pitch.x, 2 * 25.4 / 600);
+    EXPECT_DOUBLE_EQ(pitch.y, 2 * 25.4 / 300);
+    EXPECT_DOUBLE_EQ(pitch.z, 2 * 0.027);
+}
+
+TEST(PrintOptions, ThePrintersPitchUnlessTold) {
+    const Vec3d j750{25.4 / 600, 25.4 / 300, 0.027};
+    EXPECT_EQ(print_pitch(*parse({"w", "-o", "o"}), j750), j750);
+    EXPECT_EQ(print_pitch(*parse({"w", "-o", "o", "--voxel", "0.1mm"}), j750),
+              (Vec3d{0.1, 0.1, 0.1}));
+    EXPECT_EQ(print_pitch(*parse({"w", "-o", "o", "--layer", "14um"}), j750).z, 0.014);
+}
+
+TEST(PrintOptions, MistakesAreUsageErrorsThatNameTheOption) {
+    const std::vector<std::pair<std::vector<const char*>, const char*>> cases{
+        {{}, "INPUT"},
+        {{"w", "-o"}, "output"},
+        {{"w"}, "-o OUT"},
+        {{"w", "-o", "x", "--nonsense"}, "--nonsense"},
+        {{"w", "-o", "x", "y"}, "y"},
+        {{"w", "-o", "x", "--voxel", "0.1"}, "--voxel"},
+        {{"w", "-o", "x", "--voxel", "-1mm"}, "--voxel"},
+        {{"w", "-o", "x", "--voxel", "nanmm"}, "--voxel"},
+        {{"w", "-o", "x", "--voxel", "0.1mm", "--layer", "1mm"}, "give one"},
+        {{"w", "-o", "x", "--dpi", "600x"}, "--dpi"},
+        {{"w", "-o", "x", "--dpi", "0x0"}, "--dpi"},
+        {{"w", "-o", "x", "--z", "3mm"}, "--z"},
+        {{"w", "-o", "x", "--z", "5mm:3mm"}, "--z"},
+        {{"w", "-o", "x", "--slices", "a:b"}, "--slices"},
+        {{"w", "-o", "x", "--slices", "4:4"}, "--slices"},
+        {{"w", "-o", "x", "--slices", "0:4", "--z", "0mm:1mm"}, "give one"},
+        {{"w", "-o", "x", "--memory", "lots"}, "--memory"},
+        {{"w", "-o", "x", "--memory", "300"}, "--memory"},
+        {{"w", "-o", "x", "--threads", "0"}, "--threads"},
+        {{"w", "-o", "x", "--draft", "0"}, "--draft"},
+        {{"w", "-o", "x", "--seed", "-1"}, "--seed"},
+        {{"w", "-o", "x", "--set", "a.b"}, "--set"},
+        {{"w", "-o", "x", "--set", "=1"}, "--set"},
+        {{"w", "-o", "x", "--set", "a.b="}, "--set"},
+        {{"w", "-o", "x", "--preview", "a.bmp"}, "--preview"},
+        {{"w", "-o", "x", "--png", "grey"}, "--png"},
+        {{"w", "-o", "x", "--format", "stl"}, "stl"},
+        {{"w", "-o", "-", "--format", "png"}, "standard output"},
+        {{"w", "-o", "x", "--resume"}, "--resume"},
+    };
+    for (const auto& [arguments, expected] : cases) {
+        const Result<Options> options = parse(arguments);
+        ASSERT_FALSE(options) << expected;
+        EXPECT_EQ(options.error().code, ErrorCode::kUsage);
+        EXPECT_THAT(options.error().message, HasSubstr(expected));
+    }
+}
+
+TEST(PrintOptions, HelpFitsOnAPage) {
+    const Result<Options> options = parse({"--help"});
+    ASSERT_TRUE(options);
+    EXPECT_TRUE(options->help);
+    EXPECT_THAT(options->text, HasSubstr("Examples:"));
+    EXPECT_LE(std::count(options->text.begin(), options->text.end(), '\n'), 60);
+    EXPECT_THAT(options->text, ::testing::Not(HasSubstr("--no-cull")));
+}
+
+TEST(PrintOutputs, Format) {
+    const auto format = [](std::vector<const char*> arguments, const char* native) {
+        arguments.insert(arguments.begin(), "w");
+        scene::Printer printer;
+        printer.native_format = native;
+        return choose_format(*parse(arguments), printer);
+    };
+    EXPECT_EQ(*format({"-o", "a.ofr"}, "png"), "ofr");
+    EXPECT_EQ(*format({"-o", "folder"}, "png"), "png");
+    EXPECT_EQ(*format({"-o", "out/v1.2"}, "png"), "png");
+    EXPECT_EQ(*format({"-o", "folder"}, "ofr"), "ofr");
+    EXPECT_EQ(*format({"-o", "-"}, "png"), "ofr");
+    EXPECT_EQ(*format({"-o", "a.ofr", "--format", "png"}, "ofr"), "png");
+    EXPECT_EQ(*format({"--preview", "a.png"}, "png"), "");
+    EXPECT_FALSE(format({"-o", "a.png"}, "png"));
+    EXPECT_FALSE(format({"-o", "a.stl"}, "png"));
+}
+
+}  // namespace
+}  // namespace openfab::print

@@ -1,0 +1,56 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/report/progress.h"
+
+#include <gmock/gmock.h>
+
+#include <cstdio>
+#include <string>
+
+namespace openfab::report {
+namespace {
+
+using ::testing::HasSubstr;
+
+/// What a print of 100 slices, one a second, writes to a file.
+std::string lines_of(ProgressMode mode) {
+    std::FILE* file = std::tmpfile();
+    Progress progress(mode, file);
+    for (int i = 1; i <= 100; ++i)
+        progress.update({i, 100, i * 1'000'000, 100'000'000, static_cast<double>(i)});
+    progress.end();
+    std::string text(static_cast<size_t>(std::ftell(file)), ' ');
+    std::rewind(file);
+    EXPECT_EQ(std::fread(text.data(), 1, text.size(), file), text.size());
+    std::fclose(file);
+    return text;
+}
+
+TEST(Progress, PlainLinesWhereThereIsNoTerminal) {
+    for (ProgressMode mode : {ProgressMode::kAuto, ProgressMode::kPlain}) {
+        const std::string text = lines_of(mode);
+        EXPECT_EQ(text.find('\r'), std::string::npos);
+        EXPECT_EQ(text.find('\x1b'), std::string::npos);
+        EXPECT_LE(std::count(text.begin(), text.end(), '\n'), 25);
+        EXPECT_THAT(text, HasSubstr("slice 100 of 100  100 %  1.0 M voxels/s\n"));
+    }
+}
+
+TEST(Progress, JsonLines) {
+    const std::string text = lines_of(ProgressMode::kJson);
+    EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 100);
+    EXPECT_THAT(text, HasSubstr("\"slices_done\": 50, \"slices_total\": 100"));
+    EXPECT_THAT(text, HasSubstr("\"seconds_left\": 50.0"));
+}
+
+TEST(Progress, NothingWhereNoneIsWanted) {
+    EXPECT_EQ(lines_of(ProgressMode::kNone), "");
+}
+
+TEST(Progress, Describe) {
+    EXPECT_EQ(Progress::describe({12, 150, 12'000'000, 150'000'000, 2}),
+              "slice 12 of 150  8 %  6.0 M voxels/s  23.0 s left");
+}
+
+}  // namespace
+}  // namespace openfab::report
