@@ -103,8 +103,8 @@ Result<Printer> load_printer(const std::string& name_or_path) {
     }
     if (!name_or_path.ends_with(kSuffix)) {
         return user_error(
-            fmt::format("no printer is called `{}`; {}, or give the path of a {} file",
-                        name_or_path, suggest(name_or_path, printer_names()), kSuffix));
+            fmt::format("no printer is called `{}`, and it is no path of a {} file; {}",
+                        name_or_path, kSuffix, suggest(name_or_path, printer_names())));
     }
     const Result<std::string> text = read_text_file(name_or_path, kLargestFile);
     if (!text) return text.error();

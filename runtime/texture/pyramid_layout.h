@@ -26,7 +26,7 @@ struct PyramidLayout {
 };
 
 /// Fails for sizes that are not positive, for other than 1 to 4 channels, for a side above 16384,
-/// and where the min-max floats no longer have 31-bit offsets (16384 x 16384 with 3 or 4 channels).
+/// and where the min-max floats no longer have 31-bit offsets (16384 x 16384 with 4 channels).
 Result<PyramidLayout> pyramid_layout(int32_t width, int32_t height, int32_t channels);
 
 /// Level 0 of `texels` is given; makes the levels above it, and all of `minmax`. Texel i of a level

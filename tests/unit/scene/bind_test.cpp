@@ -1,0 +1,270 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/scene/bind.h"
+
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+#include <bit>
+#include <set>
+
+#include "runtime/texture/cache.h"
+#include "runtime/texture/pyramid_file.h"
+#include "tests/support/meshes/meshes.h"
+#include "tests/support/meshes/temp_folder.h"
+
+namespace openfab::scene {
+namespace {
+
+const uint32_t kHalf[] = {0x3f000000u};
+
+// As openflc lays the uniforms out: values, textures and slots are each numbered on their own.
+const openfab_uniform kUniforms[] = {
+    {"border", "float2", OPENFAB_UNIFORM_VALUE, OPENFAB_FLOAT, 2, 1, 0, nullptr},
+    {"gain", "float", OPENFAB_UNIFORM_VALUE, OPENFAB_FLOAT, 1, 1, 2, kHalf},
+    {"steps", "int", OPENFAB_UNIFORM_VALUE, OPENFAB_INT, 1, 1, 3, nullptr},
+    {"seed", "uint", OPENFAB_UNIFORM_VALUE, OPENFAB_UINT, 1, 1, 4, nullptr},
+    {"inverted", "bool", OPENFAB_UNIFORM_VALUE, OPENFAB_BOOL, 1, 1, 5, nullptr},
+    {"ramp", "float2", OPENFAB_UNIFORM_VALUE, OPENFAB_FLOAT, 2, 2, 6, nullptr},
+    {"photo", "ImageTexture2D", OPENFAB_UNIFORM_TEXTURE2D, OPENFAB_FLOAT, 1, 1, 0, nullptr},
+    {"skin", "Material", OPENFAB_UNIFORM_MATERIAL, OPENFAB_FLOAT, 1, 1, 0, nullptr},
+    {"palette", "Material", OPENFAB_UNIFORM_MATERIAL, OPENFAB_FLOAT, 1, 2, 1, nullptr},
+};
+const openfab_varying kInputs[] = {{"face", "int", OPENFAB_INT, 1, -1, nullptr}};
+
+openfab_fablet make_fablet() {
+    openfab_fablet f = testing::empty_fablet();
+    f.abi_version = OPENFAB_ABI_VERSION;
+    f.name = "Coat";
+    f.uniform_count = 9;
+    f.uniforms = kUniforms;
+    f.uniform_value_count = 10;
+    f.texture_count = 1;
+    f.slot_count = 4;
+    f.void_slot = 3;
+    f.surface_input_count = 1;
+    f.surface_inputs = kInputs;
+    return f;
+}
+
+constexpr const char* kWorld = R"({
+  "openfab": 1,
+  "fablets": {"coat": {"source": "coat.fl", "fablet": "Coat"}},
+  "materials": {"red": {"key": "#ff0000"}, "blue": {"key": "#0000ff"}},
+  "textures": {"photo": {"file": "photo.png", "wrap": "mirror"}},
+  "meshes": {"box": {"box": [10, 20, 30]}},
+  "objects": {
+    "thing": {"mesh": "box", "fablet": "coat", "priority": 2, "max_displacement_mm": 0.5,
+      "uniforms": {"border": [0.25, 2], "steps": -7, "seed": 4294967295, "inverted": true,
+        "ramp": [[1, 2], [3, 4]], "photo": "photo", "skin": "blue", "palette": ["VOID", "red"]}}
+  },
+  "build": [
+    {"object": "thing"},
+    {"object": "thing", "rotate_deg": [10, 20, 30], "translate_mm": [50, 0, 0], "uniforms": {"gain": 4}},
+    {"object": "thing", "scale": 2}
+  ]
+})";
+
+class BindTest : public ::testing::Test {
+  protected:
+    BindTest() {
+        fablet_ = make_fablet();
+        pointers_[0] = &fablet_;
+        list_ = {1, pointers_};
+        // The pyramid is put into the cache by hand: no helper runs here.
+        ::setenv("OPENFAB_CACHE", (folder_.path() / "cache").c_str(), 1);
+        std::filesystem::create_directories(folder_.path() / "cache");
+        const std::filesystem::path photo = folder_.write("photo.png", "stands for a picture");
+        const uint64_t key = *texture::content_key(photo, {"auto", false});
+        auto writer = texture::PyramidWriter::create(texture::cache_file(key),
+                                                     *texture::pyramid_layout(2, 2, 1), key);
+        for (int i = 0; i < 4; ++i)
+            (*writer)->level0()[i] = 0.25f * static_cast<float>(i);
+        EXPECT_TRUE((*writer)->finish());
+    }
+
+    Result<std::vector<Part>> bind_text(const std::string& text, const BindOptions& options = {}) {
+        Result<World> world = load_world(folder_.write("w.fab.json", text));
+        if (!world) return world.error();
+        return bind(*world, list_, options);
+    }
+    std::string error_with(const std::string& from, const std::string& to,
+                           const BindOptions& options = {}) {
+        std::string text = kWorld;
+        const size_t at = text.find(from);
+        EXPECT_NE(at, std::string::npos) << from;
+        const Result<std::vector<Part>> parts =
+            bind_text(text.replace(at, from.size(), to), options);
+        if (parts) return "no error";
+        const std::string file = (folder_.path() / "w.fab.json").string();
+        return parts.error().message.starts_with(file)
+                   ? parts.error().message.substr(file.size() + 1)
+                   : parts.error().message;
+    }
+    static float as_float(uint32_t bits) { return std::bit_cast<float>(bits); }
+
+    testing::TempFolder folder_;
+    openfab_fablet fablet_{};
+    const openfab_fablet* pointers_[1]{};
+    openfab_fablet_list list_{};
+};
+
+TEST_F(BindTest, LaysEverythingOut) {
+    const Result<std::vector<Part>> parts = bind_text(kWorld);
+    ASSERT_TRUE(parts) << parts.error().message;
+    ASSERT_EQ(parts->size(), 3u);
+    const Part& part = (*parts)[0];
+    EXPECT_EQ(part.name, "thing");
+    EXPECT_EQ(part.fablet, &fablet_);
+    EXPECT_EQ(part.priority, 2);
+    EXPECT_EQ(part.max_displacement_mm, 0.5f);
+    ASSERT_EQ(part.uniform_values.size(), 10u);
+    EXPECT_EQ(as_float(part.uniform_values[0]), 0.25f);
+    EXPECT_EQ(as_float(part.uniform_values[1]), 2.0f);
+    EXPECT_EQ(as_float(part.uniform_values[2]), 0.5f);  // the default
+    EXPECT_EQ(static_cast<int32_t>(part.uniform_values[3]), -7);
+    EXPECT_EQ(part.uniform_values[4], 4294967295u);
+    EXPECT_EQ(part.uniform_values[5], 1u);
+    EXPECT_EQ(as_float(part.uniform_values[9]), 4.0f);
+    EXPECT_EQ(part.slot_material, (std::vector<uint8_t>{2, 0, 1, 0}));
+    ASSERT_EQ(part.textures.size(), 1u);
+    EXPECT_EQ(part.textures[0]->info()[2], static_cast<int32_t>(Wrap::kMirror));
+    EXPECT_EQ(part.textures[0]->texels()[3], 0.75f);
+    EXPECT_EQ(part.mesh->center_part_mm, (Vec3d{0, 0, 15}));
+    EXPECT_EQ(part.local_to_build.t, (Vec3d{0, 0, 15}));
+
+    EXPECT_EQ(as_float((*parts)[1].uniform_values[2]), 4.0f);
+    EXPECT_EQ((*parts)[1].instance, 1);
+    // A rotation shares the mesh, a scale does not; the texture is one for all.
+    EXPECT_EQ((*parts)[1].mesh, part.mesh);
+    EXPECT_NE((*parts)[2].mesh, part.mesh);
+    EXPECT_EQ((*parts)[2].mesh->center_part_mm, (Vec3d{0, 0, 30}));
+    EXPECT_EQ((*parts)[2].textures[0], part.textures[0]);
+}
+
+TEST_F(BindTest, SetsWinOverTheWorld) {
+    const BindOptions options{{"thing.gain=8", "thing.border=[3, 4]", "thing.inverted=false",
+                               "thing.skin=red", "thing.palette=[\"red\", \"blue\"]"}};
+    const Result<std::vector<Part>> parts = bind_text(kWorld, options);
+    ASSERT_TRUE(parts) << parts.error().message;
+    for (const Part& part : *parts) {
+        EXPECT_EQ(as_float(part.uniform_values[2]), 8.0f);
+        EXPECT_EQ(as_float(part.uniform_values[1]), 4.0f);
+        EXPECT_EQ(part.uniform_values[5], 0u);
+        EXPECT_EQ(part.slot_material, (std::vector<uint8_t>{1, 1, 2, 0}));
+    }
+    const auto error_of = [&](const char* set) {
+        const Result<std::vector<Part>> failed = bind_text(kWorld, {{set}});
+        return failed ? "no error" : failed.error().message;
+    };
+    EXPECT_EQ(error_of("gain=8"), "--set gain=8: not of the form OBJECT.UNIFORM=VALUE");
+    EXPECT_EQ(error_of("thing.gain="), "--set thing.gain=: not of the form OBJECT.UNIFORM=VALUE");
+    EXPECT_EQ(error_of("thin.gain=8"),
+              "--set thin.gain=8: no object is called `thin`; did you mean `thing`?");
+    EXPECT_EQ(error_of("thing.gian=8"),
+              "--set thing.gian=8: fablet `Coat` has no uniform `gian`; did you mean `gain`?");
+    EXPECT_EQ(error_of("thing.gain=[1"),
+              "--set thing.gain=[1: the value is neither JSON nor a name");
+    EXPECT_EQ(error_of("thing.gain=lots"),
+              "--set thing.gain=lots: `float gain` of fablet `Coat` is given the string `lots`; it "
+              "takes a number");
+}
+
+TEST_F(BindTest, NamesTheDeclarationAndThePlace) {
+    const struct {
+        const char* from;
+        const char* to;
+        const char* message;
+    } cases[] = {
+        {"\"steps\": -7, ", "",
+         "8:14: object `thing` does not bind `int steps` of fablet `Coat`; give it a whole number "
+         "from -2147483648 to "
+         "2147483647"},
+        {"\"photo\": \"photo\"", "\"gain\": 1",
+         "8:14: object `thing` does not bind `ImageTexture2D photo` of fablet `Coat`; give it the "
+         "name of a texture"},
+        {"\"border\"", "\"boarder\"",
+         "9:31: fablet `Coat` has no uniform `boarder`; did you mean `border`?"},
+        {"[0.25, 2]", "0.25",
+         "9:30: `float2 border` of fablet `Coat` is given the number 0.25; it takes an array of 2 "
+         "numbers"},
+        {"[0.25, 2]", "[0.25, 1e39]",
+         "9:30: `float2 border` of fablet `Coat` is given 1e+39 as value 1; each must be a number"},
+        {"-7", "1.5",
+         "9:50: `int steps` of fablet `Coat` is given the number 1.5; it takes a whole number from "
+         "-2147483648 to "
+         "2147483647"},
+        {"-7", "true",
+         "9:50: `int steps` of fablet `Coat` is given true; it takes a whole number from "
+         "-2147483648 to 2147483647"},
+        {"4294967295", "-1",
+         "9:62: `uint seed` of fablet `Coat` is given the number -1; it takes a whole number from "
+         "0 to 4294967295"},
+        {"true", "1",
+         "9:86: `bool inverted` of fablet `Coat` is given the number 1; it takes true or false"},
+        {"\"photo\": \"photo\"", "\"photo\": \"red\"",
+         "10:44: `red` is a material, but `ImageTexture2D photo` of fablet `Coat` takes the name "
+         "of a texture"},
+        {"\"skin\": \"blue\"", "\"skin\": \"bleu\"",
+         "10:61: no material is called `bleu`, for `Material skin` of fablet `Coat`; did you mean "
+         "`blue`?"},
+        {"\"skin\": \"blue\"", "\"skin\": 3",
+         "10:61: `Material skin` of fablet `Coat` is given the number 3; it takes the name of a "
+         "material"},
+        {"[\"VOID\", \"red\"]", "\"red\"",
+         "10:80: `Material palette[2]` of fablet `Coat` is given the string `red`; it takes the "
+         "names of 2 materials"},
+        {"\"fablet\": \"Coat\"", "\"fablet\": \"Coad\"",
+         "3:23: fablet `Coad` is not in this print; did you mean `Coat`?"},
+    };
+    for (const auto& c : cases)
+        EXPECT_EQ(error_with(c.from, c.to), c.message) << c.to;
+}
+
+TEST_F(BindTest, NamesTheMeshThatLacksAnAttribute) {
+    folder_.write("tetra.obj",
+                  "v 0 0 0\nv 9 0 0\nv 0 9 0\nv 0 0 9\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n");
+    EXPECT_EQ(error_with("{\"box\": [10, 20, 30]}", "{\"file\": \"tetra.obj\"}"),
+              "8:14: mesh `box` has no attribute `face`, which fablet `Coat` reads as `int face`; "
+              "it has none");
+}
+
+TEST_F(BindTest, SaysWhenTheHelperIsMissing) {
+    ::setenv("PATH", "/nonexistent", 1);
+    ::unsetenv("OPENFAB_HELPER");
+    folder_.write("other.png", "another picture");
+    EXPECT_NE(error_with("photo.png", "other.png")
+                  .find("5:25: texture `photo`: " + (folder_.path() / "other.png").string() +
+                        " must be converted, and the program that does it, `openfab`"),
+              std::string::npos);
+}
+
+TEST_F(BindTest, MakesAQuickWorldOfAMesh) {
+    const openfab_uniform uniforms[] = {kUniforms[1], kUniforms[7], kUniforms[8]};
+    fablet_.uniform_count = 3;
+    fablet_.uniforms = uniforms;
+    fablet_.texture_count = 0;
+    fablet_.surface_input_count = 0;
+    const std::filesystem::path file = folder_.write(
+        "tetra.obj", "v 0 0 0\nv 9 0 0\nv 0 9 0\nv 0 0 9\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n");
+    const Result<World> world = make_quick_world(file, list_);
+    ASSERT_TRUE(world) << world.error().message;
+    EXPECT_EQ(world->printer, "generic");
+    ASSERT_EQ(world->materials.size(), 3u);
+    EXPECT_EQ(world->materials[0].name, "skin");
+    EXPECT_EQ(world->materials[2].name, "palette[1]");
+    std::set<Rgba8> keys;
+    for (const Material& m : world->materials)
+        keys.insert(m.key);
+    EXPECT_EQ(keys.size(), 3u);
+    const Result<std::vector<Part>> parts = bind(*world, list_, {{"tetra.gain=2"}});
+    ASSERT_TRUE(parts) << parts.error().message;
+    EXPECT_EQ((*parts)[0].slot_material, (std::vector<uint8_t>{1, 2, 3, 0}));
+    EXPECT_EQ(as_float((*parts)[0].uniform_values[2]), 2.0f);
+    EXPECT_FALSE(make_quick_world(folder_.path() / "none.obj", list_));
+    EXPECT_FALSE(make_quick_world(folder_.write("x.stl", "solid"), list_));
+    EXPECT_FALSE(make_quick_world(file, list_, "Other"));
+}
+
+}  // namespace
+}  // namespace openfab::scene

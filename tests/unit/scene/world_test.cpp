@@ -1,0 +1,314 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/scene/world.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "runtime/scene/json.h"
+#include "runtime/scene/printer.h"
+#include "runtime/scene/world_keys.h"
+#include "tests/support/meshes/temp_folder.h"
+
+namespace openfab::scene {
+namespace {
+
+constexpr const char* kWorld = R"({
+  "openfab": 1,
+  "printer": "j750",
+  "fablets": {"f": {"source": "f.fl", "fablet": "F"}},
+  "materials": {
+    "white": {"key": "#ffffff", "preview": "#f0f0f080", "density_g_cm3": 1.2, "channel": "A"},
+    "black": {"key": "#000000"}
+  },
+  "textures": {"photo": {"file": "photo.png", "wrap": "clamp", "filter": "trilinear", "space": "data", "channels": "luminance"}},
+  "meshes": {
+    "zed": {"box": [10, 20, 30]},
+    "ball": {"sphere": 8},
+    "pin": {"cylinder": [2, 9]},
+    "sheet": {"plane": [4, 5]}
+  },
+  "objects": {
+    "b": {"mesh": "zed", "fablet": "f", "priority": -3, "max_displacement_mm": 1.5,
+          "uniforms": {"n": 2, "v": [1, 2.5], "m": [[1, 2], [3, 4]], "on": true, "t": "photo", "p": ["white", "black"]}},
+    "a": {"mesh": "ball", "fablet": "f", "support": false}
+  },
+  "build": [
+    {"object": "a", "scale": 2, "rotate_deg": [0, 0, 90], "translate_mm": [1, 2, 3]},
+    {"object": "b", "matrix": [[1, 0, 0, 7], [0, 1, 0, 8], [0, 0, 1, 9]], "uniforms": {"n": 5}},
+    {"object": "b", "matrix": [0, 1, 0, 0, 1, 0, 0, 0, 0, 0, 1, 0]}
+  ]
+})";
+
+class WorldTest : public ::testing::Test {
+  protected:
+    WorldTest() { folder_.write("photo.png", "not read here"); }
+
+    Result<World> load(const std::string& text) {
+        return load_world(folder_.write("w.fab.json", text));
+    }
+    /// The message behind the file's name.
+    std::string error_of(const std::string& text) {
+        const Result<World> world = load(text);
+        if (world) return "no error";
+        const std::string file = (folder_.path() / "w.fab.json").string();
+        return world.error().message.starts_with(file)
+                   ? world.error().message.substr(file.size() + 1)
+                   : world.error().message;
+    }
+    /// kWorld with one piece of text replaced, loaded.
+    std::string error_with(const std::string& from, const std::string& to) {
+        std::string text = kWorld;
+        const size_t at = text.find(from);
+        EXPECT_NE(at, std::string::npos) << from;
+        return error_of(text.replace(at, from.size(), to));
+    }
+
+    testing::TempFolder folder_;
+};
+
+TEST_F(WorldTest, IsReadWhole) {
+    const Result<World> world = load(kWorld);
+    ASSERT_TRUE(world) << world.error().message;
+    EXPECT_EQ(world->printer, "j750");
+    EXPECT_EQ(world->fablets.at("f").fablet, "F");
+    EXPECT_EQ(world->fablets.at("f").source, folder_.path() / "f.fl");
+    ASSERT_EQ(world->materials.size(), 2u);
+    EXPECT_EQ(world->materials[0].name, "white");
+    EXPECT_EQ(world->materials[0].preview, (Rgba8{0xf0, 0xf0, 0xf0, 0x80}));
+    EXPECT_EQ(world->materials[1].preview, (Rgba8{0, 0, 0, 255}));
+    EXPECT_EQ(world->materials[1].place.line, 7);
+    const Texture& texture = world->textures.at(0);
+    EXPECT_EQ(texture.wrap, Wrap::kClamp);
+    EXPECT_EQ(texture.filter, Filter::kTrilinear);
+    EXPECT_EQ(texture.space, Space::kData);
+    EXPECT_TRUE(texture.luminance);
+    // The order of the file, not of the alphabet.
+    ASSERT_EQ(world->meshes.size(), 4u);
+    EXPECT_EQ(world->meshes[0].name, "zed");
+    EXPECT_EQ(world->meshes[0].positions.size(), 8u);
+    ASSERT_EQ(world->objects.size(), 2u);
+    const Object& b = world->objects[0];
+    EXPECT_EQ(b.name, "b");
+    EXPECT_EQ(b.mesh, 0);
+    EXPECT_EQ(b.priority, -3);
+    EXPECT_EQ(b.max_displacement_mm, 1.5);
+    EXPECT_EQ(std::get<0>(b.uniforms.at("m").value), (std::vector<double>{1, 2, 3, 4}));
+    EXPECT_TRUE(b.uniforms.at("on").boolean);
+    EXPECT_EQ(std::get<1>(b.uniforms.at("t").value), (std::vector<std::string>{"photo"}));
+    EXPECT_EQ(b.uniforms.at("v").place.line, 18);
+    EXPECT_EQ(b.uniforms.at("v").place.column, 37);
+    EXPECT_EQ(world->objects[1].max_displacement_mm, std::numeric_limits<double>::infinity());
+    ASSERT_EQ(world->build.size(), 3u);
+    EXPECT_EQ(world->build[0].object, 1);
+    EXPECT_EQ(world->build[0].transform.apply({1, 0, 0}), (Vec3d{1, 4, 3}));
+    EXPECT_EQ(world->build[1].transform.apply({1, 1, 1}), (Vec3d{8, 9, 10}));
+    EXPECT_EQ(std::get<0>(world->build[1].overrides.at("n").value), (std::vector<double>{5}));
+    EXPECT_EQ(world->build[2].transform.apply({1, 0, 0}), (Vec3d{0, 1, 0}));
+}
+
+TEST_F(WorldTest, NamesThePlaceOfWhatIsWrong) {
+    const std::string folder = folder_.path().string();
+    const struct {
+        const char* from;
+        const char* to;
+        std::string message;
+    } cases[] = {
+        {"\"openfab\": 1", "\"openfab\": 2",
+         "2:14: the world's version is 2; this program reads version 1"},
+        {"\"openfab\": 1,", "", "1:1: the world has no `openfab`; it is required"},
+        {"\"printer\": \"j750\"", "\"printre\": \"j750\"",
+         "3:3: unknown key `printre` in the world; did you mean `printer`?"},
+        {"\"printer\": \"j750\"", "\"printer\": 7",
+         "3:14: `printer` is a number; it must be a string"},
+        {"\"key\": \"#000000\"", "\"key\": \"#FFFFFF\"",
+         "7:22: material `black` has the key colour of material `white`; keys tell materials apart "
+         "in slices and must "
+         "differ"},
+        {"\"#000000\"", "\"#00000080\"",
+         "7:22: `key` of material `black` is `#00000080`; write it as #rrggbb (it is opaque)"},
+        {"\"#000000\"", "\"#0000zz\"",
+         "7:22: `key` of material `black` is `#0000zz`; write it as #rrggbb (it is opaque)"},
+        {"1.2,", "0,",
+         "6:74: `density_g_cm3` of material `white` is 0; it must be between 0.001 and 30"},
+        {"\"photo.png\"", "\"foto.png\"",
+         "9:34: the file of texture `photo` `" + folder +
+             "/foto.png` does not exist; paths count from the world's folder"},
+        {"\"clamp\"", "\"clmap\"",
+         "9:55: `wrap` of texture `photo` is `clmap`; did you mean `clamp`?"},
+        {"\"sphere\": 8", "\"sphere\": 8, \"box\": [1, 1, 1]",
+         "12:14: mesh `ball` has `box` and `sphere`; it is one of them"},
+        {"{\"sphere\": 8}", "{}",
+         "12:13: mesh `ball` has no `file`; give one, or a `box`, `sphere`, `cylinder` or `plane` "
+         "in mm"},
+        {"\"sphere\": 8", "\"sphere\": -1",
+         "12:24: `sphere` of mesh `ball` is -1; it must be between 1e-06 and 100000"},
+        {"[10, 20, 30]", "[10, 0, 30]",
+         "11:25: `box` of mesh `zed` has a size that is not above 0 mm"},
+        {"[10, 20, 30]", "[10, 30]",
+         "11:20: `box` of mesh `zed` is an array of 2; it must be an array of 3 numbers"},
+        {"\"sphere\": 8", "\"sphere\": 8, \"unit\": \"cm\"",
+         "12:27: `unit` of mesh `ball` goes with a `file`; a sphere is in mm and has its own "
+         "`face` numbers"},
+        {"\"sphere\": 8", "\"file\": \"photo.png\"",
+         "12:22: mesh `ball` is a .png file `photo.png`; give it as .obj"},
+        {"\"mesh\": \"ball\"", "\"mesh\": \"bal\"",
+         "19:19: no mesh is called `bal`; did you mean `ball`?"},
+        {"\"fablet\": \"f\", \"priority\"", "\"fablet\": \"ggg\", \"priority\"",
+         "17:36: no fablet is called `ggg`; known: `f`"},
+        {"\"priority\": -3", "\"priority\": 1.5",
+         "17:53: `priority` of object `b` is 1.5; it must be a whole number"},
+        {"\"support\": false", "\"support\": true",
+         "19:53: support for object `a` is not supported yet; leave it out, the printer's front "
+         "end can make it"},
+        {"\"support\": false", "\"repair\": \"winding\"",
+         "19:52: `repair` of object `a` is not supported yet; close the mesh, and leave it out"},
+        {"\"n\": 2", "\"n\": null",
+         "18:29: uniform `n` of object `b` holds null; it must be a number, a boolean, the name of "
+         "a texture or "
+         "material, or an array of these"},
+        {"[1, 2.5]", "[1, \"x\"]",
+         "18:41: uniform `v` of object `b` mixes kinds of values; it must be a number, a boolean, "
+         "the name of a texture "
+         "or material, or an array of these"},
+        {"[1, 2.5]", "[]", "18:37: uniform `v` of object `b` is an empty array; give its values"},
+        {"{\"object\": \"a\"", "{\"object\": \"c\"",
+         "22:16: no object is called `c`; known: `b`, `a`"},
+        {"\"scale\": 2", "\"scael\": 2",
+         "22:21: unknown key `scael` in build[0]; did you mean `scale`?"},
+        {"\"scale\": 2", "\"scale\": 0",
+         "22:30: the transform flattens the object: its determinant is 0; no scale may be 0 or "
+         "nearly so"},
+        {"\"scale\": 2", "\"matrix\": [1]",
+         "22:36: build[0] has `matrix` and `rotate_deg`; it is one or the other"},
+        {"[0, 0, 90]", "[0, 90]",
+         "22:47: `rotate_deg` of build[0] is an array of 2; it must be an array of 3 numbers"},
+        {"\"build\": [", "\"build\": [], \"x\": [",
+         "21:16: unknown key `x` in the world; known: `$schema`, `openfab`, "
+         "`printer`, `fablets`, `materials`, `textures`, `meshes`, `objects`, `build`"},
+    };
+    for (const auto& c : cases)
+        EXPECT_EQ(error_with(c.from, c.to), c.message) << c.to;
+    EXPECT_EQ(error_of("[]"), "1:1: the world is an array; it must be an object");
+    EXPECT_EQ(error_of(R"({"openfab":1,"fablets":{},"meshes":{},"objects":{},"build":[]})"),
+              "1:60: `build` is empty; it must be an array of one or more placements");
+    EXPECT_NE(load_world(folder_.path() / "none.fab.json").error().message.find("No such file"),
+              std::string::npos);
+    EXPECT_EQ(load_world(folder_.path() / "none.fab.json").error().code, ErrorCode::kUserInput);
+    EXPECT_FALSE(load_world(folder_.path()));
+}
+
+TEST_F(WorldTest, PassesTheErrorsOfMeshFilesOn) {
+    folder_.write("open.obj", "v 0 0 0\nv 9 0 0\nv 0 9 0\nf 1 2 3\n");
+    const std::string message = error_with("\"sphere\": 8", "\"file\": \"open.obj\"");
+    EXPECT_TRUE(message.starts_with((folder_.path() / "open.obj").string() +
+                                    ":4:1: mesh `ball` is not a closed surface: "
+                                    "3 open edges"))
+        << message;
+    folder_.write("thing.stl", "solid");
+    EXPECT_EQ(error_with("\"sphere\": 8", "\"file\": \"thing.stl\""),
+              "12:22: mesh `ball` is a .stl file `thing.stl`, which is not supported yet; give it "
+              "as .obj");
+}
+
+TEST_F(WorldTest, SurvivesEveryTruncation) {
+    const std::string text = kWorld;
+    for (size_t n = 0; n < text.size(); n += 3)
+        EXPECT_NE(error_of(text.substr(0, n)), "no error") << n;
+}
+
+TEST_F(WorldTest, LimitsMaterials) {
+    std::string list;
+    for (int i = 0; i < 65; ++i) {
+        list += "\"m" + std::to_string(i) + "\": {\"key\": \"#0000" + (i < 10 ? "0" : "") +
+                std::to_string(i) + "\"},";
+    }
+    EXPECT_NE(error_with("\"white\"", list + "\"white\"").find("more than 64 materials"),
+              std::string::npos);
+}
+
+std::set<std::string> keys_of(const JsonValue& value) {
+    std::set<std::string> keys;
+    for (const JsonMember& m : value.members)
+        keys.insert(m.key);
+    return keys;
+}
+
+TEST(WorldSchema, KnowsTheKeysOfTheLoader) {
+    const std::filesystem::path file =
+        std::filesystem::path(OPENFAB_SOURCE_DIR) / "runtime/scene/fab_world.schema.json";
+    const Result<std::string> text = read_text_file(file, 1'000'000);
+    ASSERT_TRUE(text);
+    const Result<JsonValue> root = parse_json(*text, file.string());
+    ASSERT_TRUE(root) << root.error().message;
+    for (const KeySet& set : world_key_sets()) {
+        const JsonValue* kind = &*root;
+        if (set.kind != "world") {
+            const JsonMember* found = root->find("$defs")->value.find(set.kind);
+            ASSERT_NE(found, nullptr) << set.kind;
+            kind = &found->value;
+        }
+        EXPECT_EQ(keys_of(kind->find("properties")->value),
+                  std::set<std::string>(set.keys.begin(), set.keys.end()))
+            << set.kind;
+        std::set<std::string> required;
+        if (const JsonMember* list = kind->find("required")) {
+            for (const JsonValue& item : list->value.items)
+                required.insert(item.text);
+        }
+        EXPECT_EQ(required, std::set<std::string>(set.required.begin(), set.required.end()))
+            << set.kind;
+        EXPECT_FALSE(kind->find("additionalProperties")->value.boolean) << set.kind;
+    }
+}
+
+TEST(Printer, HasTheProfilesOfTheDesign) {
+    EXPECT_EQ(printer_names(),
+              (std::vector<std::string>{"connex500", "generic", "j750", "j750_hq"}));
+    const Result<Printer> j750 = load_printer("j750");
+    ASSERT_TRUE(j750) << j750.error().message;
+    EXPECT_EQ(j750->pitch_mm, (Vec3d{25.4 / 600, 25.4 / 300, 0.027}));
+    EXPECT_EQ(j750->native_format, "png");
+    EXPECT_EQ(load_printer("j750_hq")->pitch_mm.z, 0.014);
+    EXPECT_EQ(load_printer("connex500")->pitch_mm, (Vec3d{25.4 / 600, 25.4 / 600, 0.03}));
+    EXPECT_EQ(load_printer("generic")->pitch_mm, (Vec3d{0.1, 0.1, 0.1}));
+    for (const std::string& name : printer_names()) {
+        EXPECT_EQ(load_printer(name)->name, name);
+        EXPECT_FALSE(load_printer(name)->handoff.empty());
+    }
+    EXPECT_EQ(load_printer("j75").error().message,
+              "no printer is called `j75`, and it is no path of a .printer.json file; did you mean "
+              "`j750`?");
+}
+
+TEST(Printer, IsReadFromAFile) {
+    const testing::TempFolder folder;
+    const std::string good =
+        folder
+            .write("a.printer.json",
+                   R"({"name": "mine", "pitch_mm": [0.2, 0.2, 0.05], "max_materials": 3})")
+            .string();
+    const Result<Printer> mine = load_printer(good);
+    ASSERT_TRUE(mine) << mine.error().message;
+    EXPECT_EQ(mine->name, "mine");
+    EXPECT_EQ(mine->max_materials, 3);
+    const auto error_of = [&](const char* text) {
+        const std::string file = folder.write("b.printer.json", text).string();
+        const Result<Printer> printer = load_printer(file);
+        return printer ? "no error" : printer.error().message.substr(file.size() + 1);
+    };
+    EXPECT_EQ(error_of(R"({"name": "x"})"),
+              "1:1: the printer's pitch is not clear; give `pitch_mm`, or `dpi` and `layer_um`");
+    EXPECT_EQ(error_of(R"({"name": "x", "dpi": [600, 0], "layer_um": 27})"),
+              "1:22: a pitch is not between 1e-6 and 1000 mm");
+    EXPECT_EQ(
+        error_of(R"({"name": "x", "pitch_mm": [1, 1, 1], "colour": 1})"),
+        "1:38: unknown key `colour` in the printer; known: `name`, `dpi`, `layer_um`, `pitch_mm`, "
+        "`build_volume_mm`, `max_materials`, `native_format`, `makes_support`, `layer_time_s`, "
+        "`handoff`");
+    EXPECT_FALSE(load_printer((folder.path() / "none.printer.json").string()));
+}
+
+}  // namespace
+}  // namespace openfab::scene
