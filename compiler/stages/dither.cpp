@@ -106,15 +106,10 @@ Stage dither(int materials) {
     Stage stage;
     stage.name = "dither";
     stage.pipeline = Pipeline(error);
-    stage.inputs = {fractions, tiles, above, here, below, first_x, row, lowest_z, seed, parity};
-    stage.funcs = {{"error", error}};
-    stage.vars = {{"z", z}, {"x", x}, {"p", p}};
-    stage.rvars = {{"run.x", run.x}, {"run.y", run.y}};
+    stage.kernel = {error,
+                    {fractions, tiles, above, here, below, first_x, row, lowest_z, seed, parity},
+                    {{"error", error, {{"z", z}, {"x", x}, {"p", p}}}}};
     return stage;
-}
-
-void schedule_dither(Stage* stage) {
-    stage->funcs["error"].update(0).vectorize(stage->vars["z"]);
 }
 
 }  // namespace openfab::stages

@@ -114,34 +114,22 @@ Stage normalise(int materials) {
     Stage stage;
     stage.name = "normalise";
     stage.pipeline = Pipeline({fractions, codes, unusable});
-    stage.inputs = {weights, slot_material, owned};
-    stage.funcs = {{"total", total},         {"peak", peak},           {"divisor", divisor},
-                   {"sums", sums},           {"whole", whole},         {"rounded", rounded},
-                   {"remainder", remainder}, {"fractions", fractions}, {"codes", codes},
-                   {"unusable", unusable}};
-    stage.vars = {{"z", z}, {"x", x}, {"y", y}, {"m", m}, {"n", n}};
+    using Vars = std::vector<std::pair<std::string, Var>>;
+    const Vars voxel_vars{{"z", z}, {"x", x}, {"y", y}, {"n", n}};
+    const Vars material_vars{{"z", z}, {"x", x}, {"y", y}, {"m", m}, {"n", n}};
+    stage.kernel = {fractions,
+                    {weights, slot_material, owned},
+                    {{"codes", codes, voxel_vars},
+                     {"unusable", unusable, {{"z", z}, {"n", n}}},
+                     {"fractions", fractions, material_vars},
+                     {"remainder", remainder, voxel_vars},
+                     {"rounded", rounded, material_vars},
+                     {"whole", whole, voxel_vars},
+                     {"sums", sums, material_vars},
+                     {"divisor", divisor, voxel_vars},
+                     {"peak", peak, voxel_vars},
+                     {"total", total, voxel_vars}}};
     return stage;
-}
-
-void schedule_normalise(Stage* stage) {
-    Var z = stage->vars["z"], x = stage->vars["x"], y = stage->vars["y"], m = stage->vars["m"],
-        n = stage->vars["n"];
-    Func fractions = stage->funcs["fractions"];
-    fractions.compute_root().reorder(z, m, x, y, n).vectorize(z).unroll(m);
-    for (const char* name : {"total", "peak", "sums"}) {
-        Func f = stage->funcs[name];
-        f.compute_at(fractions, x).vectorize(z);
-        f.update(0).vectorize(z);
-    }
-    for (const char* name : {"divisor", "whole", "remainder"})
-        stage->funcs[name].compute_at(fractions, x).vectorize(z);
-    stage->funcs["sums"].unroll(m);
-    stage->funcs["rounded"].compute_at(fractions, x).vectorize(z).unroll(m);
-    Func codes = stage->funcs["codes"];
-    codes.compute_root().vectorize(z);
-    Func unusable = stage->funcs["unusable"];
-    unusable.compute_root().vectorize(z);
-    unusable.update(0).vectorize(z);
 }
 
 }  // namespace openfab::stages

@@ -21,17 +21,11 @@ Stage pack() {
     Stage stage;
     stage.name = "pack";
     stage.pipeline = Pipeline(planes);
-    stage.inputs = {codes};
-    stage.funcs = {{"pairs", pairs}, {"planes", planes}};
-    stage.vars = {{"z", z}, {"x", x}, {"y", y}};
+    stage.kernel = {planes,
+                    {codes},
+                    {{"planes", planes, {{"z", z}, {"x", x}, {"y", y}}},
+                     {"pairs", pairs, {{"z", z}, {"x", x}, {"y", y}}}}};
     return stage;
-}
-
-void schedule_pack(Stage* stage) {
-    Var z = stage->vars["z"], x = stage->vars["x"], y = stage->vars["y"];
-    Func planes = stage->funcs["planes"];
-    planes.reorder(z, x, y).unroll(z);
-    stage->funcs["pairs"].compute_at(planes, x).vectorize(z);
 }
 
 }  // namespace openfab::stages

@@ -8,8 +8,11 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <optional>
 #include <string>
 
+#include "compiler/lower/apply_schedule.h"
+#include "compiler/lower/schedule.h"
 #include "compiler/stages/stages.h"
 
 namespace {
@@ -28,20 +31,11 @@ Halide::Target kernel_target(const std::string& isa) {
     return target;
 }
 
-bool make_stage(const std::string& name, int materials, Stage* stage) {
-    if (name == "normalise") {
-        *stage = openfab::stages::normalise(materials);
-        openfab::stages::schedule_normalise(stage);
-    } else if (name == "dither") {
-        *stage = openfab::stages::dither(materials);
-        openfab::stages::schedule_dither(stage);
-    } else if (name == "pack") {
-        *stage = openfab::stages::pack();
-        openfab::stages::schedule_pack(stage);
-    } else {
-        return false;
-    }
-    return true;
+std::optional<Stage> make_stage(const std::string& name, int materials) {
+    if (name == "normalise") return openfab::stages::normalise(materials);
+    if (name == "dither") return openfab::stages::dither(materials);
+    if (name == "pack") return openfab::stages::pack();
+    return std::nullopt;
 }
 
 int generate(const std::string& name, int materials, const std::string& isa,
@@ -52,16 +46,24 @@ int generate(const std::string& name, int materials, const std::string& isa,
         Halide::compile_standalone_runtime({{OutputFileType::object, path}}, target);
         return 0;
     }
-    Stage stage;
-    if (!make_stage(name, materials, &stage)) {
+    std::optional<Stage> stage = make_stage(name, materials);
+    if (!stage) {
         std::fprintf(stderr, "stage_gen: no stage `%s`\n", name.c_str());
         return 2;
+    }
+    const openfab::lower::Schedule& schedule = openfab::lower::default_schedule(name, isa);
+    const auto fault =
+        openfab::lower::apply_schedule(schedule, schedule.lines.size(), &stage->kernel);
+    if (fault) {
+        std::fprintf(stderr, "%s:%d:%d: error: %s\n", schedule.path.c_str(), fault->line,
+                     fault->column, fault->message.c_str());
+        return 1;
     }
     target.set_feature(Halide::Target::NoRuntime);
     target.set_feature(Halide::Target::NoBoundsQuery);
     const std::string symbol = "openfab_" + name + "_" + std::to_string(materials) + "_" + isa;
-    Halide::Module module = stage.pipeline.compile_to_module(stage.inputs, symbol, target,
-                                                             Halide::LinkageType::ExternalPlusArgv);
+    Halide::Module module = stage->pipeline.compile_to_module(
+        stage->kernel.arguments, symbol, target, Halide::LinkageType::ExternalPlusArgv);
     module.compile({{OutputFileType::object, path}});
     return 0;
 }

@@ -9,21 +9,16 @@
 
 #include <Halide.h>
 
-#include <map>
 #include <string>
-#include <vector>
+
+#include "compiler/lower/kernel.h"
 
 namespace openfab::stages {
 
-/// An algorithm with everything that a schedule may name. Halide renames on clashes, so its own
-/// names are never used.
 struct Stage {
-    std::string name;
-    Halide::Pipeline pipeline;
-    std::vector<Halide::Argument> inputs;
-    std::map<std::string, Halide::Func> funcs;
-    std::map<std::string, Halide::Var> vars;
-    std::map<std::string, Halide::RVar> rvars;
+    std::string name;           ///< of the stage and its schedule file
+    Halide::Pipeline pipeline;  ///< with all outputs
+    lower::Kernel kernel;       ///< the Funcs that a schedule may name
 };
 
 /// `materials` is M, without void.
@@ -31,10 +26,5 @@ Stage normalise(int materials);
 Stage dither(int materials);
 /// 4 bits a voxel.
 Stage pack();
-
-/// The default schedule of each, the content of schedules/<stage>.sched.
-void schedule_normalise(Stage* stage);
-void schedule_dither(Stage* stage);
-void schedule_pack(Stage* stage);
 
 }  // namespace openfab::stages
