@@ -21,9 +21,6 @@ using surface::Patch;
 using surface::PatchKind;
 
 constexpr int32_t kGroupSlices = 8;
-/// Crossings that wait for later groups; beyond this they are found again. 64 MB is the outline of
-/// 4 M rows.
-constexpr int64_t kKeptBytes = 64 << 20;
 constexpr size_t kLocks = 64;
 
 int32_t group_of(int32_t k) {
@@ -62,8 +59,9 @@ struct Voxeliser::Impl {
     const scene::Part& part;
     const surface::Surface& surface;
     Affine3d to_snapped;  ///< part-local mm -> 1/256 voxel; scaling by 256 is exact
-    int32_t turn = 1;     ///< -1 where the map mirrors
-    Window grid;          ///< x, y, z of the print
+    const int64_t most_kept;
+    int32_t turn = 1;  ///< -1 where the map mirrors
+    Window grid;       ///< x, y, z of the print
     Box3i box;
     std::vector<int32_t> group_first, group_patches;  ///< patches that touch each group
     mutable std::vector<Waiting> waiting;             ///< [patch], for those in several groups
@@ -72,8 +70,9 @@ struct Voxeliser::Impl {
     mutable std::mutex scratch_mutex;
     mutable std::vector<std::unique_ptr<Scratch>> idle;
 
-    Impl(const scene::Part& p, const surface::Surface& s, const scene::Grid& g)
-        : part(p), surface(s) {
+    Impl(const scene::Part& p, const surface::Surface& s, const scene::Grid& g,
+         size_t waiting_bytes)
+        : part(p), surface(s), most_kept(static_cast<int64_t>(waiting_bytes)) {
         to_snapped = scene::local_to_voxel(p, g);
         const auto& m = to_snapped.m;
         const double det = m[0] * (m[4] * m[8] - m[5] * m[7]) - m[1] * (m[3] * m[8] - m[5] * m[6]) +
@@ -222,7 +221,7 @@ void Voxeliser::Impl::take_patch(int32_t patch, int32_t group, const Window& win
         }
     }
     if (!found) {
-        if (kept_bytes > kKeptBytes) {
+        if (kept_bytes > most_kept) {
             find_patch(patch, window, scratch, &scratch->crossings);
             return;
         }
@@ -311,8 +310,8 @@ void Voxeliser::Impl::fill(int32_t group, Scratch* scratch, GroupMask* out) cons
 }
 
 Voxeliser::Voxeliser(const scene::Part& part, const surface::Surface& surface,
-                     const scene::Grid& grid)
-    : impl_(new Impl(part, surface, grid)) {}
+                     const scene::Grid& grid, size_t waiting_bytes)
+    : impl_(new Impl(part, surface, grid, waiting_bytes)) {}
 
 Voxeliser::~Voxeliser() {
     delete impl_;
@@ -347,6 +346,13 @@ void Voxeliser::coverage(int32_t group, GroupMask* out) const {
 
 Box3i Voxeliser::voxel_box() const {
     return impl_->box;
+}
+
+size_t Voxeliser::bytes() const {
+    return sizeof(Impl) + impl_->group_first.capacity() * sizeof(int32_t) +
+           impl_->group_patches.capacity() * sizeof(int32_t) +
+           impl_->waiting.capacity() * sizeof(Waiting) +
+           static_cast<size_t>(impl_->kept_bytes.load());
 }
 
 }  // namespace openfab::voxel

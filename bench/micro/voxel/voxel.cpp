@@ -76,6 +76,7 @@ void BM_Coverage(benchmark::State& state) {
     Postcard card;
     card.options.cache_bytes = static_cast<size_t>(state.range(0)) << 20;
     int64_t solid = 0, misses = 0;
+    size_t bytes = 0;
     for (auto _ : state) {
         state.PauseTiming();
         const auto surface = card.create();
@@ -85,6 +86,7 @@ void BM_Coverage(benchmark::State& state) {
         solid = 0;
         for (int32_t g = 0; 8 * g < card.grid.size.z; ++g) {
             voxeliser.coverage(g, &mask);
+            bytes = std::max(bytes, voxeliser.bytes());
             for (const uint8_t bits : mask.mask)
                 solid += __builtin_popcount(bits);
         }
@@ -93,6 +95,7 @@ void BM_Coverage(benchmark::State& state) {
     const double voxels =
         static_cast<double>(card.grid.size.x) * card.grid.size.y * card.grid.size.z;
     state.counters["voxels"] = voxels;
+    state.counters["voxeliser_bytes"] = static_cast<double>(bytes);
     state.counters["solid"] = static_cast<double>(solid);
     state.counters["patches_diced"] = static_cast<double>(misses);
     state.counters["voxels/s"] =

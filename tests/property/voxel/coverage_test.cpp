@@ -6,6 +6,7 @@
 #include "runtime/voxel/coverage.h"
 
 #include <gtest/gtest.h>
+#include <tbb/parallel_for.h>
 
 #include <cctype>
 #include <cmath>
@@ -112,6 +113,25 @@ TEST_P(Coverage, EqualsTheWindingNumberOfEveryVoxel) {
         EXPECT_EQ(voxels(voxeliser, grid, groups), expected);
         std::shuffle(groups.begin(), groups.end(), std::mt19937(number));
         EXPECT_EQ(voxels(voxeliser, grid, groups), expected);
+        // Nothing waiting between groups, and all groups at once on many threads.
+        const voxel::Voxeliser forgetful(part, *surface, grid, 0);
+        EXPECT_EQ(voxels(forgetful, grid, groups), expected);
+        const voxel::Voxeliser shared(part, *surface, grid);
+        std::vector<voxel::GroupMask> masks(groups.size());
+        tbb::parallel_for(size_t{0}, 3 * groups.size(), [&](size_t i) {
+            const size_t g = i % groups.size();
+            voxel::GroupMask mask;
+            shared.coverage(groups[g], &mask);
+            if (i < groups.size()) masks[g] = std::move(mask);
+        });
+        for (size_t g = 0; g < groups.size(); ++g) {
+            voxel::GroupMask mask;
+            voxeliser.coverage(groups[g], &mask);
+            EXPECT_EQ(masks[g].x0, mask.x0);
+            EXPECT_EQ(masks[g].y0, mask.y0);
+            EXPECT_EQ(masks[g].width, mask.width);
+            EXPECT_EQ(masks[g].mask, mask.mask);
+        }
         // Nothing outside the box that was promised.
         const Box3i box = voxeliser.voxel_box();
         for (int32_t z = 0; z < grid.size.z; ++z) {
