@@ -18,10 +18,12 @@ using Action = std::function<Result<void>()>;
 void add_info(CLI::App& app, Action* action);
 void add_verify(CLI::App& app, Action* action);
 void add_export(CLI::App& app, Action* action);
-void add_texture(CLI::App& app, Action* action);
 
 /// `openfab print …`: compiles what changed and becomes the print binary; returns the exit code
 /// where that fails. It reads the print binary's own options, so it is no CLI11 command.
 int print_command(int argc, char** argv);
+
+/// `openfab texture …`: becomes `openfab-texture`, beside this program.
+int texture_command(char** argv);
 
 }  // namespace openfab::tool

@@ -27,6 +27,7 @@ constexpr const char* kFooter = R"(Examples:
 int tool_main(int argc, char** argv) {
     std::signal(SIGPIPE, SIG_IGN);  // a closed pipe is a write error with a message
     if (argc > 1 && std::string_view(argv[1]) == "print") return print_command(argc, argv);
+    if (argc > 1 && std::string_view(argv[1]) == "texture") return texture_command(argv);
     CLI::App app("OpenFab: programs in, printer slices out.", "openfab");
     app.footer(kFooter);
     app.require_subcommand(1);
@@ -37,7 +38,7 @@ int tool_main(int argc, char** argv) {
     add_info(app, &action);
     add_verify(app, &action);
     add_export(app, &action);
-    add_texture(app, &action);
+    app.add_subcommand("texture", "make the filtered pyramid of an image (print binaries call it)");
     try {
         app.parse(argc, argv);
     } catch (const CLI::CallForHelp&) {

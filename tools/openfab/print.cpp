@@ -104,6 +104,19 @@ Result<void> print_world(std::vector<std::string> arguments) {
 
 }  // namespace
 
+int texture_command(char** argv) {
+    Result<std::filesystem::path> folder = program_folder();
+    Error failed = folder ? Error{} : folder.error();
+    if (folder) {
+        const std::filesystem::path helper = *folder / "openfab-texture";
+        ::execv(helper.c_str(), argv + 1);
+        failed = outside_error(
+            fmt::format("cannot start `{}`: {}", helper.string(), std::strerror(errno)));
+    }
+    fmt::print(stderr, "{}", render_error(failed));
+    return exit_code(failed.code);
+}
+
 int print_command(int argc, char** argv) {
     Result<void> done = print_world({argv + 2, argv + argc});
     if (done) return 0;
