@@ -13,6 +13,8 @@ namespace openfab::sema {
 
 namespace {
 
+constexpr int32_t kMaxSlots = 256;  // a world has 64 materials
+
 bool has_import(const ast::Scope& scope) {
     return std::any_of(scope.unsupported.begin(), scope.unsupported.end(),
                        [](const ast::Unsupported& item) { return item.what[0] == '`'; });
@@ -109,7 +111,6 @@ bool Checker::declare(const Symbol* symbol) {
 }
 
 // --- constants and functions
-// ----------------------------------------------------------------------------------------------
 
 void Checker::check_constants(const std::vector<ast::Variable>& from,
                               std::vector<std::unique_ptr<Symbol>>* to) {
@@ -255,7 +256,6 @@ void Checker::check_recursion(const std::vector<std::unique_ptr<Function>>& func
 }
 
 // --- fablets
-// --------------------------------------------------------------------------------------------------------------
 
 void Checker::check_fablet(const ast::Fablet& from, Fablet* to) {
     fablet_ = to;
@@ -305,6 +305,10 @@ void Checker::check_uniform(const ast::Variable& v, Fablet* to) {
     } else if (symbol->type.base == Base::kMaterial) {
         uniform.kind = OPENFAB_UNIFORM_MATERIAL;
         uniform.first_index = to->ir.slot_count++;
+        if (to->ir.slot_count == kMaxSlots + 1) {
+            sink_->report(v.span, diag::kTooComplex,
+                          fmt::format("more than {} uniforms of type `Material`", kMaxSlots));
+        }
     } else if (symbol->type.is_numeric()) {
         uniform.type = component_type(symbol->type);
         uniform.components = symbol->type.size;

@@ -13,8 +13,10 @@ namespace openfab::sema {
 
 /// Most times that a loop may run, since it is unrolled.
 constexpr int kMaxTrips = 1024;
-/// Most instructions of one stage.
+/// Most instructions of one stage, and most statements and calls once loops are unrolled and
+/// functions inlined.
 constexpr size_t kMaxInstructions = 100000;
+constexpr size_t kMaxSteps = 500000;
 
 /// Only for a program that `check` found no error in. Where this reports errors the module is not
 /// usable.

@@ -257,9 +257,13 @@ Value StageTranslator::composition(const Expr& expr) {
         return emit_.binary(Op::kEq, material,
                             emit_.constant(ir::Type::kInt, static_cast<uint32_t>(slot)));
     };
+    // The usual case, where one slot is meant.
+    const bool known = emit_.is_constant(material);
+    const size_t first = known ? emit_.instr(material).bits : 0;
+    const size_t last = known ? first + 1 : amounts.size();
     if (expr.kind == ExprKind::kGet) {
         ValueId out = emit_.constant(0.0f);
-        for (size_t i = 0; i < amounts.size(); ++i) {
+        for (size_t i = first; i < last; ++i) {
             out = emit_.select(is_slot(i), amounts[i], out);
         }
         return {out};
@@ -269,7 +273,7 @@ Value StageTranslator::composition(const Expr& expr) {
     // out parameter can.
     amounts = expression(object);
     emit_.set_span(expr.span);
-    for (size_t i = 0; i < amounts.size(); ++i) {
+    for (size_t i = first; i < last; ++i) {
         const ValueId value =
             expr.kind == ExprKind::kAdd ? emit_.binary(Op::kAdd, amounts[i], amount) : amount;
         amounts[i] = emit_.select(is_slot(i), value, amounts[i]);

@@ -168,7 +168,6 @@ Value StageTranslator::variable(const Expr& expr) {
 }
 
 // --- attributes
-// -----------------------------------------------------------------------------------------------------------
 
 Value StageTranslator::frame_vector(int32_t first) {
     Value out;
@@ -242,7 +241,6 @@ Value StageTranslator::attribute(const Expr& expr) {
 }
 
 // --- operators
-// ------------------------------------------------------------------------------------------------------------
 
 Value StageTranslator::convert(const Value& from, const Type& from_type, const Type& to) {
     Value out;
@@ -289,7 +287,6 @@ Value StageTranslator::conditional(const Expr& expr) {
 }
 
 // --- assignment
-// -----------------------------------------------------------------------------------------------------------
 
 bool StageTranslator::constant_index(const Expr& expr, int size, size_t* index) {
     const ValueId value = scalar(expr);

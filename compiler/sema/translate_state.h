@@ -141,6 +141,7 @@ class StageTranslator {
     Frame frame_;
     ir::ValueId live_ = 0;
     int inline_depth_ = 0;
+    size_t steps_ = 0;
     bool gave_up_ = false;
 };
 

@@ -18,7 +18,6 @@ constexpr int kMaxInlineDepth = 64;
 }  // namespace
 
 // --- variables and branches
-// -----------------------------------------------------------------------------------------------
 
 StageTranslator::VariableId StageTranslator::add_variable(Variable v) {
     variables_.push_back(std::move(v));
@@ -121,17 +120,19 @@ void StageTranslator::unwind(const std::vector<ValueId>& pending) {
 
 bool StageTranslator::too_complex(const source::Span& span) {
     if (gave_up_) return true;
-    if (emit_.size() <= kMaxInstructions) return false;
+    const bool steps = ++steps_ > kMaxSteps;
+    if (!steps && emit_.size() <= kMaxInstructions) return false;
     sink_
-        ->report(span, diag::kTooComplex,
-                 fmt::format("the stage comes to more than {} instructions", kMaxInstructions))
+        ->report(
+            span, diag::kTooComplex,
+            fmt::format("the stage comes to more than {} {}", steps ? kMaxSteps : kMaxInstructions,
+                        steps ? "statements" : "instructions"))
         .help("loops are unrolled and functions are inlined: make the innermost ones smaller");
     gave_up_ = true;
     return true;
 }
 
 // --- statements
-// -----------------------------------------------------------------------------------------------------------
 
 void StageTranslator::statements(const std::vector<StmtPtr>& list) {
     std::vector<ValueId> pending;
@@ -226,7 +227,9 @@ void StageTranslator::loop(const Stmt& stmt) {
             gave_up_ = true;
             break;
         }
+        const size_t outside = variables_.size();
         statement(*stmt.body[0]);
+        variables_.resize(outside);
         set_flag(frame_.continued, emit_.boolean(false));
         if (!skip_where_exited(&pending)) break;
         if (stmt.step != nullptr) expression(*stmt.step);
@@ -238,7 +241,6 @@ void StageTranslator::loop(const Stmt& stmt) {
 }
 
 // --- calls
-// ----------------------------------------------------------------------------------------------------------------
 
 void StageTranslator::check_assigned(const Variable& v, const Symbol& symbol) {
     const bool all = std::all_of(v.assigned.begin(), v.assigned.end(),
@@ -277,6 +279,7 @@ Value StageTranslator::inline_call(const Expr& expr) {
         }
         arguments.push_back(std::move(v));
     }
+    const size_t outside = variables_.size();
     Frame caller = std::exchange(frame_, Frame{});
     for (size_t i = 0; i < f.parameters.size(); ++i) {
         frame_.variables[f.parameters[i].get()] = add_variable(std::move(arguments[i]));
@@ -293,6 +296,7 @@ Value StageTranslator::inline_call(const Expr& expr) {
         results.push_back(v.value);
     }
     frame_ = std::move(caller);
+    variables_.resize(outside);
     for (size_t i = 0; i < f.parameters.size(); ++i) {
         if (f.parameters[i]->is_out) store(targets[i], results[i]);
     }

@@ -70,20 +70,26 @@ enum class Attribute : uint8_t {
 ///   Constant     bits, one component
 ///   Variable     symbol
 ///   Attribute    attribute
-///   Convert      args {value} to `type`: component conversion, broadcast of a scalar, or the first
-///   components Unary        op kNeg, kNot, kBitNot   args {operand} Binary       op args {left,
-///   right}, of one type AndThen, OrElse                       args {left, right}, scalar bools
+///   Convert      args {value} to `type`: components, a scalar broadcast, or the first components
+///   Unary        op kNeg, kNot, kBitNot; args {operand}
+///   Binary       op; args {left, right}, of one type
+///   AndThen      args {left, right}, scalar bools; OrElse the same
 ///   Conditional  args {condition, if true, if false}
-///   Swizzle      lanes[0 .. type.size)    args {vector}
+///   Swizzle      lanes[0 .. type.size); args {vector}
 ///   Index        args {vector, index}
 ///   Construct    args, whose components in a row are the value's
-///   Assign       args {target, value}; with `compound`, op is applied in `operand_type`, which is
-///   the value's type Increment    args {target}, op kAdd or kSub; `postfix`: the value is the old
-///   one Comma        args {first, second} Intrinsic    intrinsic, args Call         function,
-///   args: one per parameter, of its type (targets of that type for out) Sample       args
-///   {texture, channel, width, coordinates: a float2 or two floats}; type.size channels Distance
-///   args {point} Set, Add     args {composition, material, weight};  Get {composition, material};
-///   Clear, Total {composition}
+///   Assign       args {target, value}; with `compound` op is applied in `operand_type`, the type
+///                that the value already has
+///   Increment    args {target}, op kAdd or kSub; `postfix`: the value is the old one
+///   Comma        args {first, second}
+///   Intrinsic    intrinsic, args
+///   Call         function; args, one per parameter and of its type, targets for `out`
+///   Sample       args {texture, channel, width, coordinates: a float2 or two floats}; type.size
+///                channels
+///   Distance     args {point}
+///   Set, Add     args {composition, material, weight}
+///   Get          args {composition, material}
+///   Clear        args {composition}; Total the same
 struct Expr {
     ExprKind kind = ExprKind::kError;
     Type type;

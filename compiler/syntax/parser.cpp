@@ -22,7 +22,6 @@ std::string describe(const Token& token) {
 }  // namespace
 
 // --- errors
-// ---------------------------------------------------------------------------------------------------------------
 
 void Parser::expected(std::string_view what) {
     if (gave_up_ || last_error_ == at_) return;
@@ -78,7 +77,6 @@ void Parser::skip_to_member() {
 }
 
 // --- declarations
-// ---------------------------------------------------------------------------------------------------------
 
 ast::File Parser::parse_file() {
     ast::File file;
@@ -385,7 +383,6 @@ void Parser::parse_annotations(ast::Variable* variable) {
 }
 
 // --- statements
-// -----------------------------------------------------------------------------------------------------------
 
 ast::StmtPtr Parser::stmt(ast::StmtKind kind) const {
     auto out = std::make_unique<ast::Stmt>();
@@ -510,6 +507,15 @@ bool Parser::at_declaration() const {
     return at("const") || (at_identifier() && at_identifier(1));
 }
 
+/// After a forgotten semicolon at the end of a line nothing is skipped: what follows is a
+/// statement.
+bool Parser::on_fresh_line() const {
+    if (at_ == 0) return false;
+    const source::Span& before = tokens_[at_ - 1].span;
+    return sources_.locate(peek().span.file, peek().span.begin).line >
+           sources_.locate(before.file, before.end).line;
+}
+
 ast::StmtPtr Parser::parse_simple() {
     ast::StmtPtr out = stmt(ast::StmtKind::kExpression);
     bool ok = true;
@@ -542,11 +548,7 @@ ast::StmtPtr Parser::parse_simple() {
         out->expr = parse_expression();
         ok = expect(";", "the statement");
     }
-    // A forgotten semicolon at the end of a line needs no skipping: what follows is a statement.
-    const bool fresh_line =
-        at_ > 0 && sources_.locate(peek().span.file, peek().span.begin).line >
-                       sources_.locate(peek().span.file, tokens_[at_ - 1].span.end).line;
-    if (!ok && !fresh_line) skip_to_statement_end();
+    if (!ok && !on_fresh_line()) skip_to_statement_end();
     return out;
 }
 

@@ -100,6 +100,7 @@ class Parser {
     ast::StmtPtr parse_switch();
     ast::StmtPtr parse_simple();
     bool at_declaration() const;
+    bool on_fresh_line() const;
     ast::StmtPtr stmt(ast::StmtKind kind) const;
     ast::StmtPtr parse_body();
 

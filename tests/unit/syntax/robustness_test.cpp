@@ -1,0 +1,247 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Whatever the bytes, the front end ends, in bounded time, with diagnostics or IR that verifies:
+// random bytes, random words of the language, and the postcard with pieces cut out, doubled or
+// changed.
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <random>
+
+#include "compiler/diag/render.h"
+#include "compiler/driver/frontend.h"
+
+namespace openfab::test {
+namespace {
+
+unsigned seed() {
+    const char* given = std::getenv("OPENFAB_SEED");
+    return given != nullptr ? static_cast<unsigned>(std::strtoul(given, nullptr, 10)) : 20130721u;
+}
+
+void survive(const std::string& text) {
+    const auto start = std::chrono::steady_clock::now();
+    source::SourceManager sources;
+    diag::Sink sink;
+    const uint32_t file = sources.add("t.fl", text);
+    const std::optional<ir::Module> module = driver::compile_to_ir(sources, file, sink);
+    const std::string printed = diag::render_text(sink, sources);
+    EXPECT_EQ(module.has_value(), sink.errors() == 0) << printed;
+    EXPECT_LT(printed.size(), 100000u);
+    if (module) {
+        for (const ir::Fablet& fablet : module->fablets) {
+            EXPECT_EQ(ir::verify(fablet.surface), "") << text;
+            EXPECT_EQ(ir::verify(fablet.volume), "") << text;
+        }
+    }
+    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
+    EXPECT_LT(took.count(), 20.0) << text.substr(0, 200);
+}
+
+TEST(Robustness, RandomBytes) {
+    std::mt19937 random(seed());
+    for (int i = 0; i < 2000; ++i) {
+        std::string text(random() % 300, '\0');
+        for (char& c : text)
+            c = static_cast<char>(random());
+        survive(text);
+    }
+}
+
+TEST(Robustness, RandomWords) {
+    static const char* const kWords[] = {
+        "fablet",
+        "A",
+        "{",
+        "}",
+        "(",
+        ")",
+        "[",
+        "]",
+        ";",
+        ",",
+        ".",
+        "@uniform",
+        "@Surface",
+        "@Volume",
+        "@varying",
+        "@nearest",
+        "@",
+        "out",
+        "inout",
+        "const",
+        "float",
+        "float3",
+        "int",
+        "bool",
+        "uint",
+        "Material",
+        "MaterialComposition",
+        "ImageTexture2D",
+        "VolumeAttributes",
+        "attr",
+        "x",
+        "y",
+        "mc",
+        "if",
+        "else",
+        "for",
+        "while",
+        "do",
+        "return",
+        "break",
+        "continue",
+        "switch",
+        "struct",
+        "import",
+        "=",
+        "==",
+        "+",
+        "-",
+        "*",
+        "/",
+        "%",
+        "&&",
+        "||",
+        "!",
+        "?",
+        ":",
+        "++",
+        "--",
+        "+=",
+        "<",
+        ">",
+        "1",
+        "0.5",
+        "2u",
+        "true",
+        "\"s\"",
+        "Set",
+        "Sample1",
+        "distance",
+        "sqrt",
+        "min",
+        "xyz",
+        "[[",
+        "]]",
+        "//\n",
+        "/*",
+        "*/",
+        "#define",
+        "~",
+        "<<",
+        "VOID",
+    };
+    std::mt19937 random(seed());
+    for (int i = 0; i < 3000; ++i) {
+        std::string text = random() % 2 == 0 ? ""
+                                             : "fablet A { @uniform { float x; Material m; } "
+                                               "@Volume(@varying { VolumeAttributes attr }) { ";
+        for (unsigned n = random() % 60; n > 0; --n)
+            text += std::string(kWords[random() % std::size(kWords)]) + " ";
+        survive(text);
+    }
+}
+
+TEST(Robustness, ChangedPostcards) {
+    std::ifstream in(std::string(OPENFAB_SOURCE_DIR) + "/gallery/magic_postcard/magic_postcard.fl",
+                     std::ios::binary);
+    const std::string postcard{std::istreambuf_iterator<char>(in), {}};
+    ASSERT_FALSE(postcard.empty());
+    for (size_t i = 0; i < postcard.size(); ++i)
+        survive(postcard.substr(0, i));
+    std::mt19937 random(seed());
+    for (int i = 0; i < 3000; ++i) {
+        std::string text = postcard;
+        for (unsigned n = 1 + random() % 3; n > 0; --n) {
+            const size_t at = random() % text.size();
+            const size_t size = random() % 20;
+            switch (random() % 4) {
+                case 0:
+                    text.erase(at, size);
+                    break;
+                case 1:
+                    text.insert(at, text.substr(random() % text.size(), size));
+                    break;
+                case 2:
+                    text[at] = static_cast<char>(random());
+                    break;
+                default:
+                    text[at] = "(){}[];,.@+-*/=<>&|!?:0a\"#"[random() % 26];
+                    break;
+            }
+        }
+        survive(text);
+    }
+}
+
+std::string repeated(const std::string& piece, int count) {
+    std::string out;
+    for (int i = 0; i < count; ++i)
+        out += piece;
+    return out;
+}
+
+std::string volume(const std::string& body) {
+    return "fablet A { @uniform { Material m; float x; } @Volume(@varying { VolumeAttributes attr "
+           "}) { float a = x; " +
+           body + " MaterialComposition mc; mc.Set(m, a); return mc; } }";
+}
+
+TEST(Robustness, DeepNestingIsRefused) {
+    constexpr int kDeep = 100000;
+    for (const char* piece : {"(", "-", "!", "{", "[", "a[", "f(", "if (1) ", "while (1) ", "do ",
+                              "a = ", "a ? ", "(float)", "for (;;) "}) {
+        survive(volume(repeated(piece, kDeep)));
+        survive(volume("a = " + repeated(piece, kDeep) + "1;"));
+    }
+    survive(volume("a = 1" + repeated(" + a", kDeep) + ";"));
+    survive(volume("a = a" + repeated(".x", kDeep) + ";"));
+    survive(volume("a" + repeated("++", kDeep) + ";"));
+    survive(volume("a = 1" + repeated(", 1", kDeep) + ";"));
+    survive(volume(repeated("if (a > 1) a = 1; else ", kDeep) + ";"));
+    survive(volume("float3 v = " + repeated("{", kDeep)));
+    survive(repeated("fablet A {", 10000));
+    survive(repeated("fablet A { @Volume(", 10000));
+    survive("fablet A { @uniform { float a " + repeated("[", kDeep));
+}
+
+TEST(Robustness, LongAndHeavyProgramsEnd) {
+    survive(volume(repeated("a += 1; ", 20000)));
+    survive(volume(repeated("a = a * x + 1; ", 20000)));
+    survive(volume(repeated("if (a > x) return mc2; ", 2000)));
+    survive(volume(repeated("if (a > x) { MaterialComposition n; return n; } a = a * x; ", 1500)));
+    survive(
+        volume("for (int i = 0; i < 1000; i++) { if (a > x) break; a = a * x; if (a < i) continue; "
+               "a += i; }"));
+    survive(
+        volume("for (int i = 0; i < 1024; i++) for (int j = 0; j < 1024; j++) for (int k = 0; k < "
+               "1024; k++) a += i * j * k;"));
+    survive(volume("for (int i = 0; i < 1024; i++) for (int j = 0; j < 1024; j++) { }"));
+    std::string chain = "float f0(float x) { return x * x + 1; }\n";
+    for (int i = 1; i < 40; ++i) {
+        const std::string before = "f" + std::to_string(i - 1);
+        chain += "float f" + std::to_string(i) + "(float x) { return " + before + "(x) + " +
+                 before + "(x + 1); }\n";
+    }
+    survive(chain + volume("a = f39(a);"));
+    std::string line = "float g0(float x) { return x; }\n";
+    for (int i = 1; i < 2000; ++i)
+        line += "float g" + std::to_string(i) + "(float x) { return g" + std::to_string(i - 1) +
+                "(x); }\n";
+    survive(line + volume("a = g1999(a);"));
+    std::string uniforms = "fablet A { @uniform { ";
+    for (int i = 0; i < 5000; ++i)
+        uniforms += "Material m" + std::to_string(i) + "; ";
+    survive(uniforms +
+            "} @Volume() { MaterialComposition mc; for (int i = 0; i < 1000; i++) mc.Add(m7, 1); "
+            "return mc; } }");
+}
+
+}  // namespace
+}  // namespace openfab::test
