@@ -25,7 +25,8 @@ struct PngOptions {
     std::string handoff;  ///< the printer's own lines for HANDOFF.txt
 };
 
-/// Level of libdeflate: see png_sink.cpp for what was measured.
+/// Level of libdeflate for indexed pictures: 330 M voxels/s and more per core, measured as in
+/// pixel_deflate.h.
 constexpr int kDeflateLevel = 1;
 
 /// `slice_0001.png`; `slices` is the height of the whole grid.

