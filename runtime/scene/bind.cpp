@@ -241,9 +241,6 @@ Result<World> make_quick_world(const std::filesystem::path& mesh,
     World world;
     world.file = mesh;
     world.printer = "generic";
-    world.warnings.push_back(
-        "printing a mesh without a world: printer `generic`, 0.1 mm voxels, a material for each "
-        "Material of the fablet");
     if (mesh.extension() != ".obj" && mesh.extension() != ".OBJ") {
         return user_error(fmt::format("{} is not an .obj file; other meshes are not supported yet",
                                       mesh.string()));

@@ -7,6 +7,7 @@
 #include <stdlib.h>
 
 #include <cmath>
+#include <set>
 
 #include "runtime/texture/color.h"
 #include "tests/support/meshes/temp_folder.h"
@@ -176,6 +177,13 @@ TEST_F(ConvertTest, FindsThePyramidInTheCacheTheSecondTime) {
     EXPECT_NE(other.error().message.find("`openfab`, was not found"), std::string::npos);
     ::setenv("OPENFAB_HELPER", OPENFAB_TEST_HELPER, 1);
     EXPECT_TRUE(texture::get_pyramid(file, {"data", true}, 1, 0));
+    std::set<uint64_t> keys;
+    for (const char* space : {"auto", "data", "srgb", "linear"}) {
+        for (bool luminance : {false, true}) {
+            keys.insert(*texture::content_key(file, {space, luminance}));
+        }
+    }
+    EXPECT_EQ(keys.size(), 8u);
     // A damaged entry is made again.
     const std::filesystem::path entry =
         texture::cache_file(*texture::content_key(file, {"auto", false}));

@@ -160,6 +160,12 @@ TEST_F(PyramidFile, IsNotLeftBehindUnfinished) {
         PyramidWriter::create(folder_.path() / "none" / "x.oftx", *pyramid_layout(4, 4, 1), 1));
 }
 
+TEST(Color, WeighsLuminanceAsRec709) {
+    EXPECT_EQ(luminance(1, 0, 0), 0.2126f);
+    EXPECT_EQ(luminance(0, 1, 0), 0.7152f);
+    EXPECT_EQ(luminance(0, 0, 1), 0.0722f);
+}
+
 TEST(Color, DecodesSrgbAsTheStandardSays) {
     EXPECT_EQ(srgb_to_linear(0), 0);
     EXPECT_NEAR(srgb_to_linear(1), 1, 1e-14);
