@@ -15,7 +15,7 @@ namespace openfab::slab {
 GroupRun::GroupRun(const GroupSetup& setup)
     : setup_(setup), dither_(*setup.stages, setup.isa, setup.seed, setup.size) {}
 
-int GroupRun::run(int32_t group, Pool<BlockEvaluator>* evaluators, const std::atomic<bool>& stop) {
+int GroupRun::run(int32_t group, Pool<BlockEvaluator>* evaluators, const StopFlags& stop) {
     planes_.reset(setup_.size.x, setup_.size.y);
     int status = prepare(group, evaluators);
     int32_t first = setup_.size.y, end = 0;
@@ -24,7 +24,7 @@ int GroupRun::run(int32_t group, Pool<BlockEvaluator>* evaluators, const std::at
         end = std::max(end, active->cull.end_y());
     }
     if (status == 0 && first < end) status = run_rows(group, first, end, evaluators, stop);
-    if (status == 0 && stop.load(std::memory_order_relaxed)) status = kStopped;
+    if (status == 0 && stop.requested()) status = kStopped;
     times.dither = dither_.seconds_dither;
     times.pack = dither_.seconds_pack;
     return status;
@@ -60,7 +60,7 @@ int GroupRun::prepare(int32_t group, Pool<BlockEvaluator>* evaluators) {
 }
 
 int GroupRun::run_rows(int32_t group, int32_t first, int32_t end, Pool<BlockEvaluator>* evaluators,
-                       const std::atomic<bool>& stop) {
+                       const StopFlags& stop) {
     std::atomic<int> status{0};
     int32_t next = first;
     dither_.begin(group, &planes_);
@@ -72,7 +72,7 @@ int GroupRun::run_rows(int32_t group, int32_t first, int32_t end, Pool<BlockEval
         in_order.erase(in_order.begin());
     };
     const auto source = [&](tbb::flow_control& control) {
-        if (next >= end || status.load() != 0 || stop.load(std::memory_order_relaxed)) {
+        if (next >= end || status.load() != 0 || stop.requested()) {
             control.stop();
             return int32_t{0};
         }

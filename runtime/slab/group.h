@@ -49,6 +49,15 @@ class Pool {
     std::vector<T*> free_;
 };
 
+/// Why a print may end before its last slice; rows of blocks look at it.
+struct StopFlags {
+    const std::atomic<bool>& interrupt;  ///< the caller's
+    std::atomic<bool> failed{false};
+    bool requested() const {
+        return failed.load(std::memory_order_relaxed) || interrupt.load(std::memory_order_relaxed);
+    }
+};
+
 /// What does not change from group to group.
 struct GroupSetup {
     const std::vector<std::unique_ptr<PrintPart>>* parts = nullptr;  ///< in build order
@@ -74,7 +83,7 @@ class GroupRun {
 
     /// Prints slices [8 group, 8 group + 8) into planes(). Returns 0, a Halide error code, or
     /// kStopped.
-    int run(int32_t group, Pool<BlockEvaluator>* evaluators, const std::atomic<bool>& stop);
+    int run(int32_t group, Pool<BlockEvaluator>* evaluators, const StopFlags& stop);
     static constexpr int kStopped = -1'000'000;
 
     const GroupPlanes& planes() const { return planes_; }
@@ -98,7 +107,7 @@ class GroupRun {
     int evaluate_part(int32_t group, const ActivePart& active, Row* scratch,
                       BlockEvaluator* evaluator) const;
     int run_rows(int32_t group, int32_t first, int32_t end, Pool<BlockEvaluator>* evaluators,
-                 const std::atomic<bool>& stop);
+                 const StopFlags& stop);
 
     const GroupSetup& setup_;
     std::vector<std::unique_ptr<ActivePart>> spare_, active_;

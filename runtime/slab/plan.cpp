@@ -19,8 +19,10 @@ namespace {
 constexpr int64_t kSlackBytes = 16 << 20;
 // Query scratch of a thread: candidate lists and the pinned trees of one block.
 constexpr int64_t kQueryScratchBytes = 4 << 20;
-constexpr size_t kLeastCacheBytes = 8u << 20;
-constexpr size_t kMostCacheBytes = 256u << 20;
+// Caches of a displaced part, together.
+constexpr size_t kLeastCacheBytes = 24u << 20;
+constexpr size_t kMostCacheBytes = 400u << 20;
+constexpr size_t kMostCrossingBytes = 16u << 20;
 
 }  // namespace
 
@@ -36,11 +38,16 @@ int64_t texture_bytes(const std::vector<scene::Part>& parts) {
     return bytes;
 }
 
-size_t cache_budget(const PrintOptions& options, int64_t resident, int64_t textures,
-                    size_t displaced_parts) {
+CacheBudgets cache_budgets(const PrintOptions& options, int64_t resident, int64_t textures,
+                           size_t displaced_parts) {
     const int64_t left = std::max<int64_t>(options.memory_bytes - resident - textures, 0);
     const size_t share = static_cast<size_t>(left / 3) / std::max<size_t>(displaced_parts, 1);
-    return std::clamp(share, kLeastCacheBytes, kMostCacheBytes);
+    const size_t all = std::clamp(share, kLeastCacheBytes, kMostCacheBytes);
+    CacheBudgets budgets;
+    budgets.crossings = std::min(all / 6, kMostCrossingBytes);
+    budgets.micropolygons = all / 2;
+    budgets.trees = all - budgets.crossings - budgets.micropolygons;
+    return budgets;
 }
 
 MemoryNeeds memory_needs(const std::vector<std::unique_ptr<PrintPart>>& parts, const Vec3i& size,

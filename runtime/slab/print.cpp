@@ -42,23 +42,17 @@ class Delivery {
   public:
     Delivery(backends::SliceSink& sink, const std::function<void(const ProgressEvent&)>& progress,
              const std::atomic<bool>& interrupt, const backends::PrintInfo& info)
-        : sink_(sink), progress_(progress), interrupt_(interrupt), info_(info) {}
+        : sink_(sink), progress_(progress), info_(info), stop_{interrupt} {}
 
     /// True once nothing more is to be printed: interrupted, or something failed.
-    bool stopped() const {
-        return stop_.load(std::memory_order_relaxed) || interrupt_.load(std::memory_order_relaxed);
-    }
-    const std::atomic<bool>& stop_flag() const { return stop_; }
-    /// Carries the caller's interrupt over to the flag that rows look at.
-    void poll_interrupt() {
-        if (interrupt_.load(std::memory_order_relaxed)) stop_.store(true);
-    }
+    bool stopped() const { return stop_.requested(); }
+    const StopFlags& stop_flags() const { return stop_; }
 
     void deliver(FinishedGroup group) {
         if (failed_ || ended_) return;
         if (group.status != 0) {
             ended_ = true;
-            stop_.store(true);
+            stop_.failed.store(true);
             if (group.status == GroupRun::kStopped) return;
             fail(internal_error(fmt::format("slices {} to {}: a kernel failed with code {}: {}",
                                             8 * group.group, 8 * group.group + 7, group.status,
@@ -82,7 +76,7 @@ class Delivery {
 
     void fail(Error error) {
         failed_ = true;
-        stop_.store(true);
+        stop_.failed.store(true);
         error_ = std::move(error);
     }
 
@@ -108,9 +102,8 @@ class Delivery {
 
     backends::SliceSink& sink_;
     const std::function<void(const ProgressEvent&)>& progress_;
-    const std::atomic<bool>& interrupt_;
     const backends::PrintInfo& info_;
-    std::atomic<bool> stop_{false};
+    StopFlags stop_;
     bool failed_ = false, ended_ = false;
     Error error_;
     int32_t slices_ = 0;
@@ -169,7 +162,8 @@ Result<void> PrintJob::set_up() {
     const auto displaced = static_cast<size_t>(
         std::count_if(input_.parts.begin(), input_.parts.end(),
                       [](const scene::Part& p) { return p.fablet->has_surface != 0; }));
-    surface_options.cache_bytes = cache_budget(options_, resident_bytes(), textures, displaced);
+    const CacheBudgets budgets = cache_budgets(options_, resident_bytes(), textures, displaced);
+    surface_options.cache_bytes = budgets.micropolygons;
     auto surfaces = make_surfaces(input_.parts, surface_options);
     if (!surfaces) return surfaces.error();
     surfaces_ = std::move(*surfaces);
@@ -186,11 +180,13 @@ Result<void> PrintJob::set_up() {
         parts_.push_back(std::make_unique<PrintPart>(input_.parts[i]));
         parts_.back()->index = static_cast<int32_t>(i);
         parts_.back()->surface = surfaces_[i];
-        parts_.back()->place(grid_);
+        parts_.back()->place(grid_, options_.isa, budgets.trees, budgets.crossings);
         const bool first_use = std::find(surfaces_.begin(), surfaces_.end(), surfaces_[i]) ==
                                surfaces_.begin() + static_cast<std::ptrdiff_t>(i);
-        if (first_use && !surfaces_[i]->identity())
-            caches += static_cast<int64_t>(surface_options.cache_bytes);
+        if (!surfaces_[i]->identity()) {
+            caches += static_cast<int64_t>(first_use ? budgets.sum()
+                                                     : budgets.sum() - budgets.micropolygons);
+        }
         setup_.order.push_back(static_cast<int32_t>(i));
     }
     std::sort(setup_.order.begin(), setup_.order.end(), [&](int32_t a, int32_t b) {
@@ -312,10 +308,8 @@ FinishedGroup PrintJob::print_group(int32_t group, const backends::SliceSink& si
                                     Delivery* delivery) {
     FinishedGroup finished;
     finished.group = group;
-    delivery->poll_interrupt();
     GroupRun* run = runs_.take([&] { return std::make_unique<GroupRun>(setup_); });
-    finished.status = run->run(group, &evaluators_, delivery->stop_flag());
-    delivery->poll_interrupt();
+    finished.status = run->run(group, &evaluators_, delivery->stop_flags());
     if (finished.status != 0) {
         finished.kernel_error = abi::take_kernel_error();
     } else if (delivery->stopped()) {

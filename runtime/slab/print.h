@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// A print: parts on a grid, run group of 8 slices after group, bottom up, into a sink, under a memory budget.
+// A print: parts on a grid, run group of 8 slices after group, bottom up, into a sink, under a
+// memory budget.
 
 #include <atomic>
 #include <cstdint>
@@ -21,19 +22,20 @@ namespace openfab::slab {
 
 struct PrintOptions {
     int64_t memory_bytes = 1'500'000'000;
-    int32_t threads = 0;           ///< 0: all cores
+    int32_t threads = 0;  ///< 0: all cores
     std::string dither = "floyd_steinberg";
     uint64_t seed = 0;
     std::optional<Vec2<double>> z_range_mm;  ///< --z, above the grid's lowest corner
     std::optional<Vec2<int32_t>> slices;     ///< --slices A:B, B exclusive
-    bool culling = true;           ///< off: every covered block is evaluated voxel by voxel
+    bool culling = true;  ///< off: every covered block is evaluated voxel by voxel
     bool infer_identity = true;
-    int32_t groups_in_flight = 0;  ///< 0: from threads and memory; tests vary it, the output never depends on it
+    int32_t groups_in_flight =
+        0;  ///< 0: from threads and memory; tests vary it, the output never depends on it
     openfab_isa isa = OPENFAB_ISA_AVX2;
 };
 
 struct PrintInput {
-    std::vector<scene::Part> parts;   ///< in build order
+    std::vector<scene::Part> parts;                  ///< in build order
     std::vector<backends::SliceMaterial> materials;  ///< code 1 is materials[0]
     Vec3d pitch_mm;
     std::string printer;
@@ -66,7 +68,7 @@ struct PrintStatistics {
     int64_t cache_hits = 0, cache_misses = 0, cache_evictions = 0, cache_peak_bytes = 0;
     int64_t weights_not_usable = 0;  ///< negative or NaN amounts, taken as 0
     int64_t displacements_not_finite = 0, displacements_cut = 0;
-    uint64_t hash = 0;               ///< of all slices' packed rows
+    uint64_t hash = 0;  ///< of all slices' packed rows
     bool complete = false;
     std::vector<std::string> warnings;
 };
@@ -80,15 +82,18 @@ struct ProgressEvent {
 
 class Print {
   public:
-    /// Surfaces, displacement bounds, query trees, grid. Refuses what cannot fit the budget, with the least that would do.
+    /// Surfaces, displacement bounds, query trees, grid. Refuses what cannot fit the budget, with
+    /// the least that would do.
     static Result<std::unique_ptr<Print>> create(PrintInput input, PrintOptions options);
     virtual ~Print() = default;
 
     virtual const backends::PrintInfo& info() const = 0;
     virtual PrintEstimate estimate() const = 0;
-    /// Runs to the end, or until `interrupt` is set or the sink fails; whole slices written stay. The statistics are valid
-    /// in every case; the Result tells why it ended early. Calls sink.begin, encode, commit and finish.
-    virtual Result<void> run(backends::SliceSink& sink, const std::function<void(const ProgressEvent&)>& progress,
+    /// Runs to the end, or until `interrupt` is set or the sink fails; whole slices written stay.
+    /// The statistics are valid in every case; the Result tells why it ended early. Calls
+    /// sink.begin, encode, commit and finish.
+    virtual Result<void> run(backends::SliceSink& sink,
+                             const std::function<void(const ProgressEvent&)>& progress,
                              const std::atomic<bool>& interrupt, PrintStatistics* statistics) = 0;
 };
 

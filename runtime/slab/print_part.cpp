@@ -41,10 +41,11 @@ NearestIndex::NearestIndex(const openfab_fablet& fablet) {
     }
 }
 
-void PrintPart::place(const scene::Grid& grid) {
+void PrintPart::place(const scene::Grid& grid, openfab_isa isa, size_t tree_bytes,
+                      size_t crossing_bytes) {
     frame = scene::make_frame(*part, grid);
     base = scene::part_base_voxel(*part, grid);
-    voxeliser = std::make_unique<voxel::Voxeliser>(*part, *surface, grid);
+    voxeliser = std::make_unique<voxel::Voxeliser>(*part, *surface, grid, crossing_bytes);
     box = voxeliser->voxel_box();
     for (int a = 0; a < 3; ++a) {
         box.lo[a] = std::max(box.lo[a], 0);
@@ -55,7 +56,7 @@ void PrintPart::place(const scene::Grid& grid) {
     volume = query_needs(part->fablet->volume);
     bounds = query_needs(part->fablet->volume_bounds);
     if (!volume.any() && !bounds.any()) return;
-    engine = nearest::make_block_engine(*surface, frame);
+    engine = nearest::make_block_engine(*surface, frame, {tree_bytes, isa == OPENFAB_ISA_AVX2});
     attributes = std::make_unique<nearest::AttributeReader>(*surface, frame);
 }
 

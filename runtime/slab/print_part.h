@@ -61,7 +61,8 @@ struct PrintPart {
 
     explicit PrintPart(const scene::Part& of) : part(&of), nearest(*of.fablet) {}
     /// After the grid is known: everything but the surface, which was set before.
-    void place(const scene::Grid& grid);
+    /// `tree_bytes` and `crossing_bytes` are budgets of caches.
+    void place(const scene::Grid& grid, openfab_isa isa, size_t tree_bytes, size_t crossing_bytes);
     int32_t slots() const { return part->fablet->slot_count; }
 };
 
