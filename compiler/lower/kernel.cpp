@@ -18,6 +18,11 @@ using ir::Type;
 
 constexpr int32_t kSide = 8;
 constexpr int32_t kLanes = 8;
+// Halide's passes walk expressions as trees, one result at a time: what results share is walked
+// again for each. Values are therefore cut into Funcs of about so many operations. LLVM keeps them
+// in registers all the same.
+constexpr size_t kChunk = 24;
+constexpr size_t kChunkBeforeLookup = 6;
 
 struct StageNames {
     const char* kernel;
@@ -143,9 +148,51 @@ class StageLowering {
 
     void lower_values() {
         const std::vector<bool> live = live_values(stage_);
+        const std::vector<size_t> last_use = last_uses(live);
         values_.resize(stage_.instrs.size());
         for (size_t id = 0; id < stage_.instrs.size(); ++id) {
-            if (live[id] && !values_[id].expr.defined()) values_[id] = lower(id, live);
+            const Op op = stage_.instrs[id].op;
+            if (!live[id] || values_[id].expr.defined()) continue;
+            const bool lookup = op == Op::kSample || op == Op::kSampleBound;
+            if (chunk_.size() >= (lookup ? kChunkBeforeLookup : kChunk)) store_chunk(id, last_use);
+            values_[id] = lower(id, live);
+            if (!lookup && op != Op::kConst && op != Op::kInput) chunk_.push_back(id);
+        }
+    }
+
+    /// The last instruction that uses each value; beyond the end for outputs.
+    std::vector<size_t> last_uses(const std::vector<bool>& live) const {
+        std::vector<size_t> out(stage_.instrs.size(), 0);
+        for (size_t id = 0; id < stage_.instrs.size(); ++id) {
+            if (!live[id]) continue;
+            for (const ir::ValueId arg : stage_.instrs[id].args)
+                out[arg] = id;
+        }
+        for (const ir::Output& output : stage_.outputs)
+            out[output.value] = stage_.instrs.size();
+        return out;
+    }
+
+    /// values_k: what the chunk computes and instructions from `next` on still need.
+    void store_chunk(size_t next, const std::vector<size_t>& last_use) {
+        std::vector<size_t> kept;
+        std::vector<Expr> stored;
+        for (const size_t id : chunk_) {
+            if (last_use[id] < next) continue;
+            kept.push_back(id);
+            stored.push_back(to_storage(values_[id]));
+        }
+        chunk_.clear();
+        if (kept.empty()) return;
+        const std::string name = fmt::format("values_{}", chunks_++);
+        Halide::Func func(name);
+        func(site_.vars) = Halide::Tuple(stored);
+        lookups_.push_back(named(name, func, site_.vars));
+        const std::vector<Expr> here(site_.vars.begin(), site_.vars.end());
+        for (size_t k = 0; k < kept.size(); ++k) {
+            const Expr loaded =
+                kept.size() == 1 ? Expr(func(here)) : func(here)[static_cast<int>(k)];
+            values_[kept[k]] = from_storage(values_[kept[k]].type, loaded);
         }
     }
 
@@ -249,11 +296,6 @@ class StageLowering {
         }
         kernel->funcs.push_back(result_named);
         kernel->funcs.insert(kernel->funcs.end(), lookups_.rbegin(), lookups_.rend());
-        for (const NamedFunc& lookup : lookups_) {
-            if (lookup.vars.size() == site_.vars.size()) {
-                Halide::Func(lookup.func).bound(site_.vars[0], 0, kLanes);
-            }
-        }
     }
 
     const ir::Stage& stage_;
@@ -266,6 +308,8 @@ class StageLowering {
     std::map<Key, Halide::ImageParam> buffers_;
     std::vector<Halide::Argument> arguments_;
     std::vector<Value> values_;
+    std::vector<size_t> chunk_;  ///< values not stored in a Func yet
+    size_t chunks_ = 0;
 };
 
 }  // namespace

@@ -9,6 +9,7 @@
 //   others      vertices | patches | bounds (lane, group)    8 places of n at a time
 //               store(n)                                     the output, from the Func above;
 //               writes only what n holds
+//   values_k(lane, …)         what later Funcs need of a stretch of the stage's operations
 //   each texture look-up k (one per distinct place, any number of channels)
 //               footprint_k(lane, …)     level, taps and direction
 //               taps_k(…)                the most taps that a lane of the 8 takes, 0 where no
@@ -54,6 +55,7 @@ struct Site {
     std::map<std::pair<int32_t, int32_t>, Halide::ImageParam>
         textures;  ///< texture, openfab_texture_buffer
     std::vector<NamedFunc>* funcs = nullptr;
+    int32_t lookups = 0;
 };
 
 /// Channels of one look-up; `args` as of ir::Op::kSample.

@@ -301,7 +301,7 @@ Halide::Func store_footprint(Site* site, const std::string& number, Footprint* f
 std::vector<Value> lower_sample(Site* site, int32_t texture_index,
                                 const std::vector<int32_t>& channels,
                                 const std::vector<Value>& args) {
-    const std::string number = fmt::format("{}", site->funcs->size());
+    const std::string number = fmt::format("{}", site->lookups++);
     const Texture texture(site, texture_index, OPENFAB_TEXTURE_TEXELS);
     Footprint footprint = make_footprint(texture, args);
     const Halide::Func stored = store_footprint(site, number, &footprint);
