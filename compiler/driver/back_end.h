@@ -1,0 +1,43 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// What `build` and `emit` share: options of the passes, and schedules of the user's.
+
+#include <string>
+#include <vector>
+
+#include "compiler/driver/commands.h"
+#include "compiler/lower/compile.h"
+#include "compiler/passes/pipeline.h"
+
+namespace openfab::driver {
+
+struct BackEndOptions {
+    std::string schedule;               ///< path; empty: the built-in ones
+    std::vector<std::string> disabled;  ///< passes
+    std::string dump_after;             ///< pass; empty: none
+    bool time_passes = false;
+};
+
+void add_back_end_options(CLI::App* command, BackEndOptions* options);
+
+/// Runs the pipeline with dumps and times to stderr as asked.
+passes::PipelineResult run_passes(const ir::Fablet& fablet, const BackEndOptions& options);
+
+struct UserSchedule {
+    std::string kernel;  ///< empty: none
+    uint32_t file = 0;
+    lower::Schedule schedule;
+};
+
+/// Reads and parses a schedule file; the kernel is the first part of its name (`volume.sched`,
+/// `volume.avx2.sched`). An exit code; what is wrong was printed.
+int load_schedule(const std::string& path, source::SourceManager* sources,
+                  const CommonOptions& common, UserSchedule* out);
+
+/// Prints why a compilation failed; exit code.
+int report_fault(const lower::Fault& fault, const UserSchedule& schedule,
+                 const source::SourceManager& sources, const CommonOptions& common);
+
+}  // namespace openfab::driver

@@ -1,0 +1,56 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <cstdio>
+
+#include "compiler/driver/back_end.h"
+#include "compiler/driver/commands.h"
+
+namespace openfab::driver {
+
+namespace {
+
+const ir::Stage& stage_of(const passes::KernelStages& stages, ir::StageKind kind) {
+    switch (kind) {
+        case ir::StageKind::kSurface:
+            return stages.surface;
+        case ir::StageKind::kSurfaceBounds:
+            return stages.surface_bounds;
+        case ir::StageKind::kVolume:
+            return stages.volume;
+        case ir::StageKind::kVolumeBounds:
+            break;
+    }
+    return stages.volume_bounds;
+}
+
+}  // namespace
+
+int emit_lowered(const ir::Fablet& fablet, ir::StageKind stage, const std::string& form) {
+    const passes::PipelineResult result = run_passes(fablet, {});
+    lower::KernelRequest request;
+    request.stage = &stage_of(result.stages, stage);
+    request.function = fmt::format("openfab_{}", lower::schedule_name(stage));
+    request.isa = OPENFAB_ISA_AVX2;
+    const lower::TextForm text = form == "halide" ? lower::TextForm::kHalide
+                                 : form == "stmt" ? lower::TextForm::kStmt
+                                 : form == "llvm" ? lower::TextForm::kLlvm
+                                                  : lower::TextForm::kAsm;
+    std::variant<std::string, lower::Fault> emitted;
+    if (!result.fault.empty()) {
+        lower::Fault fault;
+        fault.internal = result.fault;
+        emitted = fault;
+    } else {
+        emitted = lower::emit_text(request, text);
+    }
+    if (const auto* fault = std::get_if<lower::Fault>(&emitted)) {
+        fmt::print(stderr, "openflc: internal error: {}\n", fault->internal);
+        return kExitBug;
+    }
+    fmt::print("{}", std::get<std::string>(emitted));
+    return kExitDone;
+}
+
+}  // namespace openfab::driver
