@@ -24,20 +24,21 @@ struct SliceMaterial {
 
 /// What is known before the first slice.
 struct PrintInfo {
-    Vec3i size;            ///< voxels of the grid along x, y, z
+    Vec3i size;  ///< voxels of the grid along x, y, z
     Vec3d pitch_mm;
-    Vec3d origin_mm;       ///< lowest corner of the grid in build space
-    int32_t slice_begin = 0;  ///< first slice that will be written
-    int32_t slice_end = 0;    ///< one past the last
-    int32_t bits = 4;      ///< bits a voxel in packed rows: 4 or 8
+    Vec3d origin_mm;                       ///< lowest corner of the grid in build space
+    int32_t slice_begin = 0;               ///< first slice that will be written
+    int32_t slice_end = 0;                 ///< one past the last
+    int32_t bits = 4;                      ///< bits a voxel in packed rows: 4 or 8
     std::vector<SliceMaterial> materials;  ///< code 1 is materials[0]; code 0 is void
     std::string printer;
-    std::string title;     ///< the world's or mesh's name
+    std::string title;  ///< the world's or mesh's name
     uint64_t seed = 0;
 };
 
-/// One slice of packed material codes. Row 0 is the lowest y; in a row, x rises; at 4 bits a byte holds voxel 2n in its
-/// low and 2n+1 in its high half; a row takes row_bytes = ceil(size.x * bits / 8) and the unused half is 0.
+/// One slice of packed material codes. Row 0 is the lowest y; in a row, x rises; at 4 bits a byte
+/// holds voxel 2n in its low and 2n+1 in its high half; a row takes row_bytes = ceil(size.x * bits
+/// / 8) and the unused half is 0.
 struct SliceView {
     int32_t z = 0;
     const uint8_t* data = nullptr;
@@ -56,12 +57,13 @@ struct PrintTotals {
     bool complete = false;  ///< false: interrupted or failed; what was written stays valid
     int64_t voxels_solid = 0;
     std::vector<int64_t> voxels_by_code;  ///< [0] void inside the grid
-    uint64_t hash = 0;                    ///< of all slices, independent of format (slab/print_hash.h)
-    Box3i tight;                          ///< printed voxels, hi exclusive
+    uint64_t hash = 0;  ///< of all slices, independent of format (slab/print_hash.h)
+    Box3i tight;        ///< printed voxels, hi exclusive
 };
 
-/// Slices arrive in order of z. `encode` is called from worker threads, for different slices at once, and touches no
-/// shared state; `commit` is called from one thread, in order, with what `encode` gave.
+/// Slices arrive in order of z. `encode` is called from worker threads, for different slices at
+/// once, and touches no shared state; `commit` is called from one thread, in order, with what
+/// `encode` gave.
 class SliceSink {
   public:
     virtual ~SliceSink() = default;
@@ -69,7 +71,8 @@ class SliceSink {
     /// Compresses or draws one slice. Must not fail for valid input.
     virtual std::vector<uint8_t> encode(const SliceView& slice) const = 0;
     virtual Result<void> commit(int32_t z, const std::vector<uint8_t>& bytes) = 0;
-    /// Called once after the last commit, also when the print ended early; then `totals.complete` is false.
+    /// Called once after the last commit, also when the print ended early; then `totals.complete`
+    /// is false.
     virtual Result<void> finish(const PrintTotals& totals) = 0;
 };
 

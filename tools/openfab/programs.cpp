@@ -90,14 +90,9 @@ Result<uint64_t> binary_hash(const std::vector<fs::path>& sources, const fs::pat
         for (const fs::path& module : files_of(folder, {".fl"}))
             hash.add_content(module);
     }
-    for (const char* folder : {"stdlib", "schedules"}) {
-        for (const fs::path& file :
-             files_of(programs.parent_path() / "share/openfab" / folder, {".fl", ".sched"})) {
-            hash.add_content(file);
-        }
-    }
     hash.add_stamp(programs / "openflc");
-    for (const fs::path& library : files_of(programs.parent_path() / "lib", {".a", ".o", ".so"}))
+    for (const fs::path& library :
+         files_of(programs.parent_path() / "lib", {".a", ".o", ".so", ".link"}))
         hash.add_stamp(library);
     return hash.value();
 }

@@ -1,0 +1,235 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The print program from outside: what it writes, says, and returns.
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <rapidjson/document.h>
+
+#include <algorithm>
+
+#include "backends/ofr/ofr_reader.h"
+#include "tests/support/process/process.h"
+
+namespace openfab::testing {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+namespace fs = std::filesystem;
+
+class PrintProgram : public ::testing::Test {
+  protected:
+    PrintProgram() {
+        scratch_.write("f.fl", "fablet Skin {}\n");
+        write_world("world.fab.json", "Skin", "[6, 4, 3]");
+    }
+    void write_world(const std::string& name, const std::string& fablet, const std::string& box) {
+        scratch_.write(name, fmt::format(R"({{
+  "openfab": 1,
+  "printer": "generic",
+  "fablets": {{"f": {{"source": "f.fl", "fablet": "{}"}}}},
+  "materials": {{
+    "white": {{"key": "#ffffff", "preview": "#f0f0f0ff", "density_g_cm3": 1.18}},
+    "black": {{"key": "#000000", "preview": "#101010ff", "density_g_cm3": 1.18}}
+  }},
+  "meshes": {{"block": {{"box": {}}}}},
+  "objects": {{"thing": {{"mesh": "block", "fablet": "f", "uniforms": {{"a": "white", "b": "black"}}}}}},
+  "build": [{{"object": "thing"}}]
+}}
+)",
+                                         fablet, box));
+    }
+    std::string path(const std::string& name) const { return (scratch_ / name).string(); }
+    Outcome print(std::vector<std::string> arguments, const RunOptions& options = {},
+                  const std::string& world = "world.fab.json") {
+        std::vector<std::string> argv{OPENFAB_TEST_PRINT, path(world)};
+        argv.insert(argv.end(), arguments.begin(), arguments.end());
+        return run(argv, options);
+    }
+    static Outcome openfab(std::vector<std::string> arguments) {
+        arguments.insert(arguments.begin(), OPENFAB_PROGRAM);
+        return run(arguments);
+    }
+    std::vector<std::string> slices_of(const std::string& folder) const {
+        std::vector<std::string> names;
+        for (const auto& entry : fs::directory_iterator(scratch_ / folder))
+            names.push_back(entry.path().filename().string());
+        std::sort(names.begin(), names.end());
+        return names;
+    }
+
+    ScratchFolder scratch_;
+};
+
+TEST_F(PrintProgram, AFileAndAStreamAreTheSame) {
+    const Outcome file = print({"-o", path("a.ofr")});
+    ASSERT_EQ(file.exit_code, 0) << file.err;
+    EXPECT_EQ(file.out, "");
+    const Outcome stream = print({"-o", "-", "--threads", "2", "--no-cull"});
+    ASSERT_EQ(stream.exit_code, 0) << stream.err;
+    EXPECT_TRUE(stream.out == read_file(path("a.ofr")));
+    const Outcome verified = openfab({"verify", path("a.ofr")});
+    EXPECT_EQ(verified.exit_code, 0) << verified.err;
+    EXPECT_THAT(verified.err, HasSubstr("all 30 slices are whole"));
+}
+
+TEST_F(PrintProgram, ExportGivesTheFilesOfADirectPrint) {
+    const std::vector<std::vector<std::string>> kinds{{}, {"--png", "indexed", "--flip-x"}};
+    for (const std::vector<std::string>& kind : kinds) {
+        std::vector<std::string> direct{"-o", path("direct"), "--format", "png"};
+        direct.insert(direct.end(), kind.begin(), kind.end());
+        ASSERT_EQ(print(direct).exit_code, 0);
+        ASSERT_EQ(print({"-o", path("a.ofr")}).exit_code, 0);
+        std::vector<std::string> exported{"export", path("a.ofr"), "-o", path("exported")};
+        exported.insert(exported.end(), kind.begin(), kind.end());
+        const Outcome outcome = openfab(exported);
+        ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+        const std::vector<std::string> names = slices_of("direct");
+        EXPECT_EQ(names.size(), 32u);  // 30 slices, the manifest, the note
+        EXPECT_EQ(slices_of("exported"), names);
+        for (const std::string& name : names) {
+            EXPECT_TRUE(read_file(scratch_ / "direct" / name) ==
+                        read_file(scratch_ / "exported" / name))
+                << name;
+        }
+    }
+}
+
+TEST_F(PrintProgram, ExportOfOneSliceAndOfPictures) {
+    ASSERT_EQ(print({"-o", path("a.ofr"), "--preview", path("p.png")}).exit_code, 0);
+    EXPECT_EQ(openfab({"export", path("a.ofr"), "-o", path("one.png"), "--slice", "7"}).exit_code,
+              0);
+    ASSERT_EQ(openfab({"export", path("a.ofr"), "-o", path("all")}).exit_code, 0);
+    EXPECT_TRUE(read_file(path("one.png")) == read_file(scratch_ / "all/slice_0008.png"));
+    EXPECT_EQ(openfab({"export", path("a.ofr"), "-o", path("one.png"), "--slice", "70"}).exit_code,
+              1);
+    ASSERT_EQ(openfab({"export", path("a.ofr"), "--preview", path("q.png")}).exit_code, 0);
+    EXPECT_TRUE(read_file(path("p.png")) == read_file(path("q.png")));
+}
+
+TEST_F(PrintProgram, InfoTellsWhatAPrintIs) {
+    ASSERT_EQ(print({"-o", path("a.ofr")}).exit_code, 0);
+    const Outcome file = openfab({"info", path("a.ofr")});
+    EXPECT_EQ(file.exit_code, 0) << file.err;
+    for (const char* text : {"60 x 40 x 30", "generic", "white", "black", "complete   yes"})
+        EXPECT_THAT(file.out, HasSubstr(text));
+    ASSERT_EQ(print({"-o", path("slices"), "--format", "png"}).exit_code, 0);
+    const Outcome folder = openfab({"info", path("slices")});
+    EXPECT_EQ(folder.exit_code, 0) << folder.err;
+    for (const char* text : {"60 x 40", "generic", "white"})
+        EXPECT_THAT(folder.out, HasSubstr(text));
+    EXPECT_EQ(openfab({"info", path("world.fab.json")}).exit_code, 0);
+    EXPECT_EQ(openfab({"info", path("gone.ofr")}).exit_code, 1);
+    EXPECT_EQ(openfab({"nonsense"}).exit_code, 2);
+}
+
+TEST_F(PrintProgram, StatisticsPreviewsAndNothingElse) {
+    const Outcome outcome = print({"--preview", path("p.png"), "--preview",
+                                   path("b.png") + ",view=back", "--stats", path("s.json")});
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_TRUE(fs::exists(path("p.png")));
+    EXPECT_TRUE(fs::exists(path("b.png")));
+    rapidjson::Document stats;
+    stats.Parse(read_file(path("s.json")).c_str());
+    ASSERT_FALSE(stats.HasParseError());
+    EXPECT_EQ(stats["voxels_total"].GetInt64(), 60 * 40 * 30);
+    EXPECT_GT(stats["voxels_solid"].GetInt64(), 60 * 40 * 30 / 2);
+}
+
+TEST_F(PrintProgram, EstimateAndDryRunWriteNothing) {
+    for (const char* option : {"--estimate", "--dry-run"}) {
+        const Outcome outcome = print({"-o", path("none.ofr"), option});
+        EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+        EXPECT_THAT(outcome.err, HasSubstr("60 x 40 x 30 voxels"));
+        EXPECT_FALSE(fs::exists(path("none.ofr")));
+    }
+}
+
+TEST_F(PrintProgram, ProgressOnlyOnStderr) {
+    const Outcome json = print({"-o", path("a.ofr"), "--progress", "json"});
+    EXPECT_THAT(json.err, HasSubstr("{\"event\": \"progress\""));
+    const Outcome none = print({"-o", path("a.ofr"), "--progress", "none"});
+    EXPECT_EQ(none.err, "");
+    EXPECT_EQ(none.out, "");
+}
+
+TEST_F(PrintProgram, AFullDiskKeepsWholeSlices) {
+    const Outcome outcome = print({"-o", "/dev/full", "--format", "ofr"});
+    EXPECT_EQ(outcome.exit_code, 3);
+    EXPECT_THAT(outcome.err,
+                HasSubstr("error: cannot write to `/dev/full`: No space left on device"));
+}
+
+TEST_F(PrintProgram, ReplacesNoFolderByAFileAndLosesNoFiles) {
+    fs::create_directories(path("mine"));
+    scratch_.write("mine/letter.txt", "dear");
+    EXPECT_EQ(print({"-o", path("mine"), "--format", "ofr"}).exit_code, 1);
+    EXPECT_EQ(print({"-o", path("mine"), "--format", "png"}).exit_code, 1);
+    EXPECT_TRUE(fs::exists(path("mine/letter.txt")));
+}
+
+TEST_F(PrintProgram, MistakesHaveTheirExitCodes) {
+    EXPECT_EQ(print({}).exit_code, 2);
+    EXPECT_EQ(print({"-o", path("a.ofr"), "--nonsense"}).exit_code, 2);
+    EXPECT_EQ(print({"-o", path("a.ofr"), "--resume"}).exit_code, 2);
+    EXPECT_EQ(print({"-o", path("a.ofr"), "--printer", "no-such"}).exit_code, 1);
+    EXPECT_EQ(print({"-o", path("a.ofr"), "--set", "thing.c=1"}).exit_code, 1);
+    EXPECT_EQ(print({"-o", path("a.ofr"), "--slices", "500:600"}).exit_code, 1);
+    EXPECT_EQ(print({"-o", path("a.ofr")}, {}, "gone.fab.json").exit_code, 1);
+    const Outcome help = run({OPENFAB_TEST_PRINT, "--help"});
+    EXPECT_EQ(help.exit_code, 0);
+    EXPECT_THAT(help.out, HasSubstr("Examples:"));
+    EXPECT_FALSE(fs::exists(path("a.ofr")));
+}
+
+TEST_F(PrintProgram, APrintLargerThanThePrinterIsRefused) {
+    const Outcome outcome =
+        print({"-o", path("a.ofr"), "--printer", "j750", "--dry-run", "--draft", "20"}, {},
+              "world.fab.json");
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    write_world("large.fab.json", "Solid", "[600, 20, 20]");
+    const Outcome large =
+        print({"-o", path("a.ofr"), "--printer", "j750", "--draft", "20"}, {}, "large.fab.json");
+    EXPECT_EQ(large.exit_code, 1);
+    EXPECT_THAT(large.err, HasSubstr("j750"));
+}
+
+TEST_F(PrintProgram, AFailingKernelIsOurBug) {
+    write_world("broken.fab.json", "Broken", "[6, 4, 3]");
+    const Outcome outcome = print({"-o", path("a.ofr")}, {}, "broken.fab.json");
+    EXPECT_EQ(outcome.exit_code, 4) << outcome.err;
+    EXPECT_THAT(openfab({"verify", path("a.ofr")}).err, HasSubstr("slices are whole"));
+}
+
+TEST_F(PrintProgram, InterruptedKeepsWholeSlices) {
+    write_world("large.fab.json", "Skin", "[60, 60, 60]");
+    RunOptions options;
+    options.interrupt_after_ms = 700;
+    const Outcome outcome = print(
+        {"-o", path("a.ofr"), "--voxel", "0.05mm", "--threads", "1", "--stats", path("s.json")},
+        options, "large.fab.json");
+    EXPECT_EQ(outcome.exit_code, 130) << outcome.err;
+    EXPECT_THAT(outcome.err, HasSubstr("interrupted"));
+    EXPECT_EQ(openfab({"verify", path("a.ofr")}).exit_code, 1);
+    EXPECT_THAT(read_file(path("s.json")), HasSubstr("\"complete\": false"));
+}
+
+TEST_F(PrintProgram, AMeshAloneIsPrintedAsItIs) {
+    scratch_.write("block.obj",
+                   "v 0 0 0\nv 4 0 0\nv 4 3 0\nv 0 3 0\nv 0 0 2\nv 4 0 2\nv 4 3 2\nv 0 3 2\n"
+                   "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n");
+    const Outcome several = print({"-o", path("a.ofr")}, {}, "block.obj");
+    EXPECT_EQ(several.exit_code, 1);
+    EXPECT_THAT(several.err, HasSubstr("4 fablets"));
+    const Outcome one = run({OPENFAB_TEST_PRINT_ONE, path("block.obj"), "-o", path("a.ofr")});
+    EXPECT_EQ(one.exit_code, 0) << one.err;
+    EXPECT_THAT(one.err, HasSubstr("note: no printer was named: `generic`"));
+    const Outcome told = openfab({"info", path("a.ofr")});
+    EXPECT_THAT(told.out, HasSubstr("40 x 30 x 20"));
+    EXPECT_THAT(told.out, HasSubstr(" a,"));  // the uniforms name the materials
+}
+
+}  // namespace
+}  // namespace openfab::testing

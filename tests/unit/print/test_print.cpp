@@ -1,0 +1,16 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// A print binary whose fablets are written by hand, so that the program can be tested without the
+// compiler.
+
+#include "runtime/print/print_main.h"
+#include "tests/support/slab/test_fablets.h"
+
+int main(int argc, char** argv) {
+    using namespace openfab::tests;
+    // A binary of one fablet is what a mesh alone can be printed with.
+    const openfab_fablet* const fablets[] = {&skin_fablet(), &solid_fablet(), &tint_fablet(),
+                                             &broken_fablet()};
+    return openfab::print::print_main(argc, argv, {OPENFAB_TEST_FABLETS, fablets});
+}
