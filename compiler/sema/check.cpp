@@ -51,11 +51,17 @@ Program check(const ast::File& file, diag::Sink* sink) {
 
 Program Checker::run(const ast::File& file) {
     Program program;
+    scopes_.emplace_back();
     report_unsupported(file.scope);
     // Names from a module would all be unknown.
-    if (has_import(file.scope)) return program;
+    bool imports = has_import(file.scope);
+    for (const ast::Fablet& fablet : file.fablets) {
+        if (!has_import(fablet.scope)) continue;
+        report_unsupported(fablet.scope);
+        imports = true;
+    }
+    if (imports) return program;
     if (file.fablets.empty() && sink_->errors() == 0) sink_->report(file.end, diag::kNoFablet);
-    scopes_.emplace_back();
     declare_functions(file.scope.functions, &program.functions);
     check_constants(file.scope.constants, &program.constants);
     check_functions(file.scope.functions, program.functions);
@@ -77,7 +83,17 @@ Program Checker::run(const ast::File& file) {
 void Checker::report_unsupported(const ast::Scope& scope) {
     for (const ast::Unsupported& item : scope.unsupported) {
         sink_->report(item.span, diag::kUnsupported, item.what);
+        declare_poisoned(item.name, item.span);
     }
+}
+
+/// A name about whose uses nothing is said.
+void Checker::declare_poisoned(std::string_view name, const source::Span& span) {
+    auto symbol = std::make_unique<Symbol>();
+    symbol->name = name;
+    symbol->span = span;
+    scopes_.back().emplace(symbol->name, symbol.get());
+    poisoned_.push_back(std::move(symbol));
 }
 
 Type Checker::declared_type(const ast::TypeRef& ref) {
@@ -261,7 +277,6 @@ void Checker::check_fablet(const ast::Fablet& from, Fablet* to) {
     fablet_ = to;
     to->ir.name = from.name;
     to->ir.span = from.span;
-    report_unsupported(from.scope);
     const size_t file_functions = visible_functions_.size();
     scopes_.emplace_back();
     to->void_material = std::make_unique<Symbol>();
@@ -271,6 +286,7 @@ void Checker::check_fablet(const ast::Fablet& from, Fablet* to) {
     to->void_material->is_const = true;
     declare(to->void_material.get());
     scopes_.emplace_back();
+    report_unsupported(from.scope);
     for (const ast::Variable& v : from.uniforms)
         check_uniform(v, to);
     declare_functions(from.scope.functions, &to->functions);

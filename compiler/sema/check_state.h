@@ -28,6 +28,7 @@ class Checker {
 
     // check.cpp
     void report_unsupported(const ast::Scope& scope);
+    void declare_poisoned(std::string_view name, const source::Span& span);
     Type declared_type(const ast::TypeRef& ref);
     void declare_functions(const std::vector<ast::Function>& from,
                            std::vector<std::unique_ptr<Function>>* to);
@@ -104,6 +105,7 @@ class Checker {
 
     diag::Sink* sink_;
     std::vector<Scope> scopes_;
+    std::vector<std::unique_ptr<Symbol>> poisoned_;
     std::vector<const Function*> visible_functions_;
     Place place_ = Place::kGlobal;
     source::Span stage_span_;

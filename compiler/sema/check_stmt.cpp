@@ -67,6 +67,8 @@ StmtPtr Checker::statement(const ast::Stmt& stmt) {
             return return_statement(stmt);
         case ast::StmtKind::kUnsupported:
             if (!stmt.text.empty()) sink_->report(stmt.span, diag::kUnsupported, stmt.text);
+            for (const ast::Variable& v : stmt.variables)
+                declare_poisoned(v.name, stmt.span);
             break;
     }
     return make_stmt(StmtKind::kBlock, stmt.span);

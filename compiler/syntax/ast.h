@@ -90,7 +90,7 @@ struct Variable {
 ///   For          init?, expr?, step?, body {one}
 ///   While, Do    expr, body {one}
 ///   Return       expr?
-///   Unsupported  text says what
+///   Unsupported  text says what; variables: the names that it would declare
 struct Stmt {
     StmtKind kind = StmtKind::kBad;
     source::Span span;  ///< of its keyword or first token; of a Block, its closing brace

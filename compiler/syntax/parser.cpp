@@ -257,6 +257,17 @@ void Parser::parse_direction(ast::Variable* v) {
     }
 }
 
+/// Over `struct Name { … } variables;`: only the name is kept, so that its uses are not reported
+/// too.
+ast::Unsupported Parser::parse_struct() {
+    const source::Span begin = take().span;
+    ast::Unsupported out{"structs are", at_identifier() ? take().text : std::string_view{}, {}};
+    out.span = span_to_previous(begin);
+    if (at("{")) skip_balanced();
+    if (!accept(";") && at_identifier()) skip_to_statement_end();
+    return out;
+}
+
 bool Parser::parse_unsupported_member(ast::Scope* scope) {
     if (at("import")) {
         const source::Span begin = take().span;
@@ -266,11 +277,7 @@ bool Parser::parse_unsupported_member(ast::Scope* scope) {
         return true;
     }
     if (at("struct")) {
-        const source::Span begin = take().span;
-        const std::string_view name = at_identifier() ? take().text : std::string_view{};
-        scope->unsupported.push_back({"structs are", name, span_to_previous(begin)});
-        skip_to_statement_end();
-        accept(";");
+        scope->unsupported.push_back(parse_struct());
         return true;
     }
     return false;
@@ -530,10 +537,12 @@ ast::StmtPtr Parser::parse_simple() {
         ok = expect(";", out->kind == ast::StmtKind::kBreak ? "`break`" : "`continue`");
     } else if (at("struct")) {
         out->kind = ast::StmtKind::kUnsupported;
-        out->text = "structs are";
-        take();
-        skip_to_statement_end();
-        accept(";");
+        const ast::Unsupported item = parse_struct();
+        out->text = item.what;
+        out->span = item.span;
+        ast::Variable name;
+        name.name = item.name;
+        out->variables.push_back(std::move(name));
     } else if (at_declaration()) {
         out->kind = ast::StmtKind::kDeclaration;
         if (at_identifier() && peek().text == "static") take();

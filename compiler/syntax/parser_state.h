@@ -84,6 +84,7 @@ class Parser {
     bool parse_varying(ast::Stage* stage);
     void parse_function(ast::Scope* scope);
     bool parse_parameter(ast::Function* function);
+    ast::Unsupported parse_struct();
     bool parse_unsupported_member(ast::Scope* scope);
     void parse_direction(ast::Variable* variable);
     bool parse_variables(bool is_const, std::vector<ast::Variable>* out);

@@ -109,8 +109,14 @@ TEST(Lang, EveryIdHasATest) {
                 tested.insert(id_of(line));
         }
     }
+    // What is no fault of a program is looked for in other tests.
+    std::string others;
+    for (const char* name : {"golden/frontend/frontend_golden_test.cpp"}) {
+        others += read(folder().parent_path() / name);
+    }
     for (int id = 0; id < static_cast<int>(diag::Id::kCount); ++id) {
         const std::string text = diag::id_text(static_cast<diag::Id>(id));
+        if (others.find("[" + text + "]") != std::string::npos) continue;
         EXPECT_EQ(tested.count(text), 1u) << "no test expects [" << text << "]";
     }
 }

@@ -89,4 +89,17 @@ TEST(Openflc, DataGoesToStdoutAndDiagnosticsToStderr) {
     EXPECT_NE(json.find(R"("help":["did you mean `thickness`?"])"), std::string::npos) << json;
 }
 
+#ifdef OPENFAB_WITH_BACK_END
+TEST(Openflc, AScheduleThatIsWrongIsADiagnosticOnItsLine) {
+    const std::string path = ::testing::TempDir() + "/volume.sched";
+    std::ofstream(path, std::ios::binary) << "# a comment\nwhatever this is\n";
+    const Output out = run("build " + kPostcard + " --schedule " + path + " -o " +
+                           ::testing::TempDir() + "/unused 2>&1");
+    EXPECT_EQ(out.exit_code, 1);
+    EXPECT_NE(out.text.find("volume.sched:2:"), std::string::npos) << out.text;
+    EXPECT_NE(out.text.find(" [schedule-illegal]\n 2 | whatever this is\n"), std::string::npos)
+        << out.text;
+}
+#endif
+
 }  // namespace
