@@ -31,17 +31,16 @@ struct Picture {
     double pixel_mm = 0;
     std::vector<Pixel> pixels;  ///< top row first
 
-    Pixel& at(int32_t x, int32_t y) {
-        return pixels[static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x)];
+    size_t index(int32_t x, int32_t y) const {
+        return static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x);
     }
-    const Pixel& at(int32_t x, int32_t y) const {
-        return pixels[static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x)];
-    }
+    Pixel& at(int32_t x, int32_t y) { return pixels[index(x, y)]; }
+    const Pixel& at(int32_t x, int32_t y) const { return pixels[index(x, y)]; }
 };
 
 /// Cells of cell_mm[0] x cell_mm[1], row 0 on top, into square pixels as wide as the finer side of
-/// a cell, or as many times that as it takes to stay within 2000 pixels a side and 2 million in all. Each pixel is
-/// the mean over its area.
+/// a cell, or as many times that as it takes to stay within 2000 pixels a side and 2 million in
+/// all. Each pixel is the mean over its area.
 Picture resample(int32_t width, int32_t height, const std::array<double, 2>& cell_mm,
                  const std::function<Pixel(int32_t x, int32_t y)>& cell);
 

@@ -31,22 +31,55 @@ std::vector<std::array<double, 3>> linear_colors(const PrintInfo& info) {
     return colors;
 }
 
-/// Lambert shading of the height field with a lamp at the upper left, `flat` on level ground and 1
-/// at most.
+/// One pass of a blur by 1 4 6 4 1 along x or y, over what is covered.
+void blur_heights(const Picture& picture, std::vector<float>* heights, int32_t dx, int32_t dy) {
+    constexpr std::array<float, 5> kWeights{1, 4, 6, 4, 1};
+    const std::vector<float> source = *heights;
+    for (int32_t y = 0; y < picture.height; ++y) {
+        for (int32_t x = 0; x < picture.width; ++x) {
+            float sum = 0;
+            float weights = 0;
+            for (int32_t k = -2; k <= 2; ++k) {
+                const int32_t u = x + k * dx;
+                const int32_t v = y + k * dy;
+                if (u < 0 || v < 0 || u >= picture.width || v >= picture.height) continue;
+                const float weight =
+                    kWeights[static_cast<size_t>(k + 2)] * picture.at(u, v).coverage;
+                sum += weight * source[picture.index(u, v)];
+                weights += weight;
+            }
+            if (weights > 0) (*heights)[picture.index(x, y)] = sum / weights;
+        }
+    }
+}
+
+/// Heights with the stairs of slices smoothed away: a step of one slice over one pixel is as steep
+/// as a roof.
+std::vector<float> smooth_heights(const Picture& picture) {
+    std::vector<float> heights(picture.pixels.size());
+    for (size_t i = 0; i < heights.size(); ++i)
+        heights[i] = picture.pixels[i].height_mm;
+    for (int pass = 0; pass < 2; ++pass) {
+        blur_heights(picture, &heights, 1, 0);
+        blur_heights(picture, &heights, 0, 1);
+    }
+    return heights;
+}
+
+/// Lambert shading of the height field with a lamp at the upper left: level ground gets `flat`,
+/// nothing more than 1.
 void shade(Picture* picture, double flat, double relief) {
     const double lamp[3]{-0.5, 0.6, 0.624};  // unit length
-    std::vector<float> factors(picture->pixels.size(), 1);
+    const std::vector<float> heights = smooth_heights(*picture);
     // The height of a neighbour, or of the pixel itself where there is none: edges of the print are
     // not slopes.
-    const auto height = [&](int32_t x, int32_t y, const Pixel& self) {
-        if (x < 0 || y < 0 || x >= picture->width || y >= picture->height) return self.height_mm;
-        const Pixel& other = picture->at(x, y);
-        return other.coverage > 0.5 ? other.height_mm : self.height_mm;
+    const auto height = [&](int32_t x, int32_t y, double self) -> double {
+        if (x < 0 || y < 0 || x >= picture->width || y >= picture->height) return self;
+        return picture->at(x, y).coverage > 0.5F ? heights[picture->index(x, y)] : self;
     };
     for (int32_t y = 0; y < picture->height; ++y) {
         for (int32_t x = 0; x < picture->width; ++x) {
-            const Pixel& self = picture->at(x, y);
-            if (self.coverage <= 0) continue;
+            const double self = heights[picture->index(x, y)];
             const double span = 2 * picture->pixel_mm;
             const double dx = relief * (height(x + 1, y, self) - height(x - 1, y, self)) / span;
             const double dy = relief * (height(x, y - 1, self) - height(x, y + 1, self)) / span;
@@ -55,13 +88,10 @@ void shade(Picture* picture, double flat, double relief) {
             // A third of the light comes from everywhere, so that slopes away from the lamp keep
             // their colour.
             const double share = (0.5 + std::max(lit, 0.0) / lamp[2]) / 1.5;
-            factors[static_cast<size_t>(y) * static_cast<size_t>(picture->width) +
-                    static_cast<size_t>(x)] = static_cast<float>(std::min(1.0, flat * share));
+            const auto factor = static_cast<float>(std::min(1.0, flat * share));
+            for (float& c : picture->at(x, y).color)
+                c *= factor;
         }
-    }
-    for (size_t i = 0; i < factors.size(); ++i) {
-        for (float& c : picture->pixels[i].color)
-            c *= factors[i];
     }
 }
 
