@@ -1,0 +1,148 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/exec/random_stage.h"
+
+#include <cmath>
+#include <limits>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace openfab::testing {
+
+namespace {
+
+using ir::Op;
+using ir::Type;
+using ir::ValueId;
+
+constexpr size_t kOutputsPerType = 4;
+
+const std::vector<Op> kOperations = {
+    Op::kAdd,   Op::kAdd,  Op::kSub,    Op::kSub,    Op::kMul,    Op::kMul,     Op::kDiv,
+    Op::kMod,   Op::kNeg,  Op::kBitAnd, Op::kBitOr,  Op::kBitXor, Op::kBitNot,  Op::kShl,
+    Op::kShr,   Op::kAnd,  Op::kOr,     Op::kNot,    Op::kEq,     Op::kNe,      Op::kLt,
+    Op::kLe,    Op::kGt,   Op::kGe,     Op::kSelect, Op::kSelect, Op::kConvert, Op::kConvert,
+    Op::kMin,   Op::kMax,  Op::kAbs,    Op::kSqrt,   Op::kFloor,  Op::kCeil,    Op::kRound,
+    Op::kTrunc, Op::kIsNan};
+
+class Generator {
+  public:
+    explicit Generator(uint32_t seed) : random_(seed) { stage_.kind = ir::StageKind::kVolume; }
+
+    ir::Stage run(int32_t operations) {
+        add_inputs();
+        for (int32_t k = 0; k < 6; ++k) {
+            note(b_.constant(random_float(&random_)));
+            note(b_.constant(random_int(&random_)));
+        }
+        note(b_.constant(uint32_t{3}));
+        note(b_.constant(true));
+        for (int32_t made = 0; made < operations;)
+            made += add_operation() ? 1 : 0;
+        add_outputs();
+        return std::move(stage_);
+    }
+
+  private:
+    void note(ValueId value) { values_[b_.type(value)].push_back(value); }
+    void add_inputs() {
+        for (int32_t k = 0; k < kRandomFloats; ++k) {
+            note(b_.input(Type::kFloat, OPENFAB_ARG_NEAREST, 0, k));
+            note(b_.input(Type::kFloat, ir::kVoxelCoord, k, 0));
+        }
+        for (int32_t k = 0; k < kRandomInts; ++k) {
+            note(b_.input(Type::kInt, OPENFAB_ARG_NEAREST, 1, k));
+        }
+        note(b_.input(Type::kFloat, OPENFAB_ARG_DISTANCE, 0, 0));
+        note(b_.input(Type::kFloat, OPENFAB_ARG_UNIFORM, kFloatUniform, 0));
+        note(b_.input(Type::kInt, OPENFAB_ARG_UNIFORM, kIntUniform, 0));
+    }
+
+    ValueId pick(Type type) {
+        const std::vector<ValueId>& all = values_[type];
+        // Recent values twice as often, so that chains grow.
+        const size_t from = random_() % 2 == 0 ? all.size() / 2 : 0;
+        return all[from + random_() % (all.size() - from)];
+    }
+
+    bool add_operation() {
+        const Op op = kOperations[random_() % kOperations.size()];
+        const Type type = std::vector<Type>{Type::kFloat, Type::kFloat, Type::kInt, Type::kUint,
+                                            Type::kBool}[random_() % 5];
+        if (op == Op::kConvert) {
+            const Type to = static_cast<Type>(random_() % 4);
+            if (to == type) return false;
+            note(b_.convert(pick(type), to));
+            return true;
+        }
+        if (op == Op::kSelect) {
+            note(b_.select(pick(Type::kBool), pick(type), pick(type)));
+            return true;
+        }
+        std::vector<ValueId> args;
+        for (int k = 0; k < ir::arity(op); ++k)
+            args.push_back(pick(type));
+        note(b_.emit(op, args));
+        if (ir::verify(stage_).empty()) return true;
+        // Not defined on this type: take it back.
+        values_[b_.type(static_cast<ValueId>(stage_.instrs.size() - 1))].pop_back();
+        stage_.instrs.pop_back();
+        return false;
+    }
+
+    void add_outputs() {
+        for (auto& [type, all] : values_) {
+            const size_t count = std::min(kOutputsPerType, all.size());
+            for (size_t k = all.size() - count; k < all.size(); ++k) {
+                const auto slot = static_cast<int32_t>(stage_.outputs.size());
+                stage_.outputs.push_back({ir::spelling(type) + std::to_string(slot),
+                                          OPENFAB_ARG_WEIGHT, slot, 0, all[k]});
+            }
+        }
+    }
+
+    std::mt19937 random_;
+    ir::Stage stage_;
+    ir::Builder b_{&stage_};
+    std::map<Type, std::vector<ValueId>> values_;
+};
+
+}  // namespace
+
+float random_float(std::mt19937* random) {
+    const float unit = static_cast<float>((*random)() >> 8) * 0x1p-24f;
+    switch ((*random)() % 10) {
+        case 0:
+            return 0.0f;
+        case 1:
+            return static_cast<float>(static_cast<int>((*random)() % 9) - 4);
+        case 2:
+            return std::ldexp(unit - 0.5f, static_cast<int>((*random)() % 120));
+        case 3:
+            return std::ldexp(unit - 0.5f, -static_cast<int>((*random)() % 140));
+        case 4:
+            return unit;
+        default:
+            return (unit - 0.5f) * 20.0f;
+    }
+}
+
+int32_t random_int(std::mt19937* random) {
+    switch ((*random)() % 6) {
+        case 0:
+            return static_cast<int32_t>((*random)());
+        case 1:
+            return std::numeric_limits<int32_t>::min();
+        case 2:
+            return std::numeric_limits<int32_t>::max();
+        default:
+            return static_cast<int32_t>((*random)() % 21) - 10;
+    }
+}
+
+ir::Stage random_stage(uint32_t seed, int32_t operations) {
+    return Generator(seed).run(operations);
+}
+
+}  // namespace openfab::testing

@@ -1,0 +1,92 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Random stages: compiled code against the interpreter, with and without the passes, and under
+// another schedule.
+
+#include "tests/exec/random_stage.h"
+
+#include <gtest/gtest.h>
+
+#include <bit>
+
+#include "compiler/passes/eliminate_common_values.h"
+#include "compiler/passes/eliminate_dead_values.h"
+#include "compiler/passes/simplify.h"
+#include "tests/exec/compiled_stage.h"
+
+namespace openfab::testing {
+
+namespace {
+
+constexpr int32_t kOperations = 120;
+constexpr uint32_t kStages = 3;
+
+StageInputs random_inputs(uint32_t seed) {
+    std::mt19937 random(seed);
+    StageInputs inputs;
+    inputs.places = 2;
+    const size_t count = 1024;
+    const auto floats = [&] {
+        std::vector<uint32_t> bits;
+        for (size_t k = 0; k < count; ++k)
+            bits.push_back(std::bit_cast<uint32_t>(random_float(&random)));
+        return bits;
+    };
+    for (int32_t k = 0; k < kRandomFloats; ++k)
+        inputs.set(OPENFAB_ARG_NEAREST, 0, k, floats());
+    inputs.set(OPENFAB_ARG_DISTANCE, 0, 0, floats());
+    for (int32_t k = 0; k < kRandomInts; ++k) {
+        std::vector<uint32_t> bits;
+        for (size_t j = 0; j < count; ++j)
+            bits.push_back(static_cast<uint32_t>(random_int(&random)));
+        inputs.set(OPENFAB_ARG_NEAREST, 1, k, bits);
+    }
+    inputs.set(OPENFAB_ARG_UNIFORM, kFloatUniform, 0,
+               {std::bit_cast<uint32_t>(random_float(&random))});
+    inputs.set(OPENFAB_ARG_UNIFORM, kIntUniform, 0, {static_cast<uint32_t>(random_int(&random))});
+    inputs.set(OPENFAB_ARG_BLOCKS, 0, 0, {0, 8, static_cast<uint32_t>(-16), 24, 0, 64});
+    return inputs;
+}
+
+TEST(RandomStage, CompiledEqualsInterpreted) {
+    for (uint32_t seed = 1; seed <= kStages; ++seed) {
+        SCOPED_TRACE(::testing::Message() << "seed " << seed);
+        ir::Stage stage = random_stage(seed, kOperations);
+        ASSERT_EQ(ir::verify(stage), "");
+        const StageInputs inputs = random_inputs(seed);
+        const StageResults expected = interpret(stage, inputs);
+        passes::simplify(&stage);
+        passes::eliminate_common_values(&stage);
+        passes::eliminate_dead_values(&stage);
+        expect_equal(stage, expected, interpret(stage, inputs), "after the passes");
+        const std::unique_ptr<CompiledStage> compiled = CompiledStage::make(stage);
+        ASSERT_NE(compiled, nullptr);
+        expect_equal(stage, expected, compiled->run(OPENFAB_ISA_SSE41, inputs), "sse41");
+        expect_equal(stage, expected, compiled->run(OPENFAB_ISA_AVX2, inputs), "avx2");
+    }
+}
+
+TEST(RandomStage, SchedulesChangeNoBit) {
+    const ir::Stage stage = random_stage(kStages + 1, kOperations / 2);
+    const StageInputs inputs = random_inputs(7);
+    const StageResults expected = interpret(stage, inputs);
+    for (const char* text : {"weights.vectorize(x)\n",
+                             "values_*.compute_at(weights, y).vectorize(z, 4)\n"
+                             "weights.split(y, yo, yi, 3).reorder(z, yi, x, yo).unroll(yi)\n",
+                             "values_*.compute_root()\nweights.fuse(x, y, xy).parallel(n)\n"}) {
+        auto parsed = lower::parse_schedule("volume.sched", text);
+        ASSERT_NE(std::get_if<lower::Schedule>(&parsed), nullptr) << text;
+        lower::ProgramOptions options;
+        options.isas = {OPENFAB_ISA_AVX2};
+        options.schedule = &std::get<lower::Schedule>(parsed);
+        options.schedule_kernel = "volume";
+        const std::unique_ptr<CompiledStage> compiled = CompiledStage::make(stage, options);
+        ASSERT_NE(compiled, nullptr) << text;
+        expect_equal(stage, expected, compiled->run(OPENFAB_ISA_AVX2, inputs), text);
+    }
+}
+
+}  // namespace
+
+}  // namespace openfab::testing

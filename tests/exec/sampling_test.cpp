@@ -1,0 +1,135 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Texture look-ups in generated code against the interpreter, to the bit: wraps, filters,
+// footprints, channels, guards.
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <random>
+
+#include "tests/exec/compiled_stage.h"
+
+namespace openfab::testing {
+
+namespace {
+
+using ir::Op;
+using ir::Type;
+using ir::ValueId;
+
+constexpr int32_t kWraps = 4;
+constexpr int32_t kFilters = 3;
+constexpr int32_t kInputs = 9;  // u, v, width, du and dv along three axes
+
+/// Samples of channels 0, 1 and 3 at varying places; a bool input is the guard.
+ir::Stage make_stage(ir::StageKind kind) {
+    ir::Stage stage;
+    stage.kind = kind;
+    ir::Builder b(&stage);
+    std::vector<ValueId> args = {b.input(Type::kBool, OPENFAB_ARG_NEAREST, 1, 0)};
+    for (int32_t k = 0; k < kInputs; ++k) {
+        args.push_back(b.input(Type::kFloat, OPENFAB_ARG_NEAREST, 0, k));
+    }
+    for (const int32_t channel : {0, 1, 3}) {
+        ir::Instr sample;
+        sample.op = Op::kSample;
+        sample.type = Type::kFloat;
+        sample.b = channel;
+        sample.args = args;
+        stage.outputs.push_back({"channel " + std::to_string(channel), OPENFAB_ARG_WEIGHT, channel,
+                                 0, b.append(sample)});
+    }
+    return stage;
+}
+
+std::vector<uint32_t> floats(size_t count, const std::function<float(size_t)>& value) {
+    std::vector<uint32_t> bits;
+    for (size_t k = 0; k < count; ++k)
+        bits.push_back(std::bit_cast<uint32_t>(value(k)));
+    return bits;
+}
+
+/// Random places, and every awkward one; footprints from none to many texels, of every direction
+/// and ratio.
+StageInputs make_inputs(size_t count, int32_t places, uint32_t seed) {
+    std::mt19937 random(seed);
+    const auto unit = [&] { return static_cast<float>(random() >> 8) * 0x1p-24f; };
+    const float inf = std::numeric_limits<float>::infinity();
+    const std::vector<float> awkward = {0.0f,
+                                        -0.0f,
+                                        1.0f,
+                                        0.5f,
+                                        -1.0f,
+                                        2.0f,
+                                        1e30f,
+                                        -1e30f,
+                                        inf,
+                                        -inf,
+                                        std::numeric_limits<float>::quiet_NaN(),
+                                        0x1p-140f,
+                                        0.99999994f,
+                                        -1e-9f};
+    const auto place = [&](size_t) {
+        if (random() % 8 == 0) return awkward[random() % awkward.size()];
+        return unit() * 6.0f - 3.0f;
+    };
+    const auto change = [&](size_t) {
+        if (random() % 16 == 0) return awkward[random() % awkward.size()];
+        return std::ldexp(unit() - 0.5f, -static_cast<int>(random() % 12));
+    };
+    StageInputs inputs;
+    inputs.places = places;
+    inputs.set(OPENFAB_ARG_NEAREST, 0, 0, floats(count, place));
+    inputs.set(OPENFAB_ARG_NEAREST, 0, 1, floats(count, place));
+    inputs.set(OPENFAB_ARG_NEAREST, 0, 2, floats(count, [&](size_t k) {
+                   return k % 3 == 0 ? unit() * 4.0f : static_cast<float>(k % 2);
+               }));
+    for (int32_t k = 3; k < kInputs; ++k) {
+        inputs.set(OPENFAB_ARG_NEAREST, 0, k, floats(count, change));
+    }
+    std::vector<uint32_t> guard;
+    // Whole vectors without a look-up, and mixed ones.
+    for (size_t k = 0; k < count; ++k)
+        guard.push_back(k / 8 % 4 == 0 ? 0 : random() % 4 != 0);
+    inputs.set(OPENFAB_ARG_NEAREST, 1, 0, guard);
+    return inputs;
+}
+
+void check(ir::StageKind kind, size_t count, int32_t places) {
+    const ir::Stage stage = make_stage(kind);
+    ASSERT_EQ(ir::verify(stage), "");
+    const std::unique_ptr<CompiledStage> compiled = CompiledStage::make(stage);
+    ASSERT_NE(compiled, nullptr);
+    uint32_t seed = 1;
+    for (const int32_t channels : {1, 3}) {
+        for (int32_t wrap = 0; wrap < kWraps; ++wrap) {
+            for (int32_t filter = 0; filter < kFilters; ++filter) {
+                SCOPED_TRACE(::testing::Message() << "channels " << channels << " wrap " << wrap
+                                                  << " filter " << filter << " seed " << seed);
+                StageInputs inputs = make_inputs(count, places, seed);
+                inputs.textures = {make_texture(37, 20, channels, wrap, filter, seed)};
+                const StageResults expected = interpret(stage, inputs);
+                expect_equal(stage, expected, compiled->run(OPENFAB_ISA_SSE41, inputs), "sse41");
+                expect_equal(stage, expected, compiled->run(OPENFAB_ISA_AVX2, inputs), "avx2");
+                ++seed;
+            }
+        }
+    }
+}
+
+TEST(Sampling, VolumeEqualsInterpreter) {
+    check(ir::StageKind::kVolume, 1024, 2);
+}
+
+TEST(Sampling, SurfaceEqualsInterpreter) {
+    check(ir::StageKind::kSurface, 203, 203);
+}
+
+}  // namespace
+
+}  // namespace openfab::testing
