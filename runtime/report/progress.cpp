@@ -19,14 +19,19 @@ constexpr double kBarSeconds = 0.1;
 constexpr double kPlainSeconds = 5;
 constexpr double kJsonSeconds = 0.25;
 
-double rate(const slab::ProgressEvent& event) {
-    return event.seconds > 0 ? static_cast<double>(event.voxels_done) / event.seconds : 0;
+/// Voxels a second since the first event, or since the start of the process where there is no
+/// other.
+double rate(const slab::ProgressEvent& event, const slab::ProgressEvent& start) {
+    const bool later = event.voxels_done > start.voxels_done && event.seconds > start.seconds;
+    const double seconds = later ? event.seconds - start.seconds : event.seconds;
+    const int64_t voxels = later ? event.voxels_done - start.voxels_done : event.voxels_done;
+    return seconds > 0 ? static_cast<double>(voxels) / seconds : 0;
 }
 
-double seconds_left(const slab::ProgressEvent& event) {
-    if (event.voxels_done <= 0) return 0;
-    return event.seconds * static_cast<double>(event.voxels_total - event.voxels_done) /
-           static_cast<double>(event.voxels_done);
+double seconds_left(const slab::ProgressEvent& event, const slab::ProgressEvent& start) {
+    const double per_second = rate(event, start);
+    return per_second > 0 ? static_cast<double>(event.voxels_total - event.voxels_done) / per_second
+                          : 0;
 }
 
 double share_done(const slab::ProgressEvent& event) {
@@ -48,15 +53,17 @@ Progress::Progress(ProgressMode mode, std::FILE* stream)
                                                : Style::kPlain),
       stream_(stream) {}
 
-std::string Progress::describe(const slab::ProgressEvent& event) {
-    std::string text = fmt::format("slice {} of {}  {:.0f} %  {:.1f} M voxels/s", event.slices_done,
-                                   event.slices_total, share_done(event) * 100, rate(event) * 1e-6);
+std::string Progress::describe(const slab::ProgressEvent& event, const slab::ProgressEvent& start) {
+    std::string text =
+        fmt::format("slice {} of {}  {:.0f} %  {:.1f} M voxels/s", event.slices_done,
+                    event.slices_total, share_done(event) * 100, rate(event, start) * 1e-6);
     if (event.slices_done < event.slices_total)
-        text += "  " + format_seconds(seconds_left(event)) + " left";
+        text += "  " + format_seconds(seconds_left(event, start)) + " left";
     return text;
 }
 
 void Progress::update(const slab::ProgressEvent& event) {
+    if (start_.slices_done == 0) start_ = event;
     const bool last = event.slices_done >= event.slices_total;
     if (style_ == Style::kNone || (event.seconds < due_seconds_ && !last)) return;
     switch (style_) {
@@ -66,7 +73,7 @@ void Progress::update(const slab::ProgressEvent& event) {
             break;
         case Style::kPlain:
             due_seconds_ = event.seconds + kPlainSeconds;
-            fmt::print(stream_, "{}\n", describe(event));
+            fmt::print(stream_, "{}\n", describe(event, start_));
             break;
         case Style::kJson:
             due_seconds_ = event.seconds + kJsonSeconds;
@@ -79,7 +86,7 @@ void Progress::update(const slab::ProgressEvent& event) {
 }
 
 void Progress::show_bar(const slab::ProgressEvent& event) {
-    const std::string text = describe(event);
+    const std::string text = describe(event, start_);
     const int room = terminal_columns(stream_) - static_cast<int>(text.size()) - 5;
     const int width = std::clamp(room, 0, 40);
     const int full = static_cast<int>(share_done(event) * width);
@@ -96,7 +103,7 @@ void Progress::show_json(const slab::ProgressEvent& event) {
                "\"voxels_total\": {}, \"seconds\": {:.3f}, \"mvoxels_per_second\": {:.3f}, "
                "\"seconds_left\": {:.1f}}}\n",
                event.slices_done, event.slices_total, event.voxels_done, event.voxels_total,
-               event.seconds, rate(event) * 1e-6, seconds_left(event));
+               event.seconds, rate(event, start_) * 1e-6, seconds_left(event, start_));
 }
 
 void Progress::end() {

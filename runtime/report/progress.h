@@ -28,8 +28,10 @@ class Progress {
     /// Clears the bar, so that what follows starts on a line of its own.
     void end();
 
-    /// "slice 12 of 150  8 %  31.2 M voxels/s  2 min 10 s left"
-    static std::string describe(const slab::ProgressEvent& event);
+    /// "slice 12 of 150  8 %  31.2 M voxels/s  2 min 10 s left"; rate and time left are those since
+    /// `start`, the first event, since what came before it was set-up.
+    static std::string describe(const slab::ProgressEvent& event,
+                                const slab::ProgressEvent& start = {});
 
   private:
     enum class Style { kBar, kPlain, kJson, kNone };
@@ -38,6 +40,7 @@ class Progress {
 
     Style style_;
     std::FILE* stream_;
+    slab::ProgressEvent start_;  ///< the first event; slices_done is 0 before it
     double due_seconds_ = 0;
     bool bar_shown_ = false;
 };
