@@ -275,15 +275,28 @@ std::optional<ScheduleFault> apply_line(const ScheduleLine& line, Kernel* kernel
     return std::nullopt;
 }
 
+/// What Halide's message is about, in our words: its own names Funcs as no schedule does.
+std::string reason_for(std::string_view message) {
+    const auto says = [&](std::string_view part) {
+        return message.find(part) != std::string_view::npos;
+    };
+    if (says("invalid location")) {
+        return "a func is computed inside a loop of a func that uses it, or in none (compute_root)";
+    }
+    if (says("constant extent")) {
+        return "only loops of constant length can be vectorized or unrolled; give a factor, as in "
+               "`vectorize(n, 8)`";
+    }
+    if (says("reorder")) return "each loop is named once, from the innermost out";
+    return "the loops that it asks for cannot be made";
+}
+
 }  // namespace
 
 ScheduleFault fault_on_line(const ScheduleLine& line, const std::string& halide_message) {
-    std::string reason = halide_message.substr(0, halide_message.find('\n'));
-    constexpr std::string_view kPrefix = "Error: ";
-    if (reason.starts_with(kPrefix)) reason = reason.substr(kPrefix.size());
     return fault_at(line.line, line.func,
                     fmt::format("this line cannot be applied to `{}`", line.func.text),
-                    fmt::format("the schedule compiler says: {}", reason));
+                    reason_for(halide_message));
 }
 
 std::optional<ScheduleFault> apply_schedule(const Schedule& schedule, size_t line_count,

@@ -197,7 +197,7 @@ void expect_equal(const ir::Stage& stage, const StageResults& expected, const St
 }
 
 TestTexture make_texture(int32_t width, int32_t height, int32_t channels, int32_t wrap,
-                         int32_t filter, uint32_t seed) {
+                         int32_t filter, uint32_t seed, float ramp) {
     std::mt19937 random(seed);
     TestTexture out;
     struct Level {
@@ -206,7 +206,9 @@ TestTexture make_texture(int32_t width, int32_t height, int32_t channels, int32_
     };
     Level level{width, height, {}, {}, {}};
     for (int32_t k = 0; k < width * height * channels; ++k) {
-        level.texels.push_back(static_cast<float>(random() >> 8) * 0x1p-24f);
+        const float noise = static_cast<float>(random() >> 8) * 0x1p-24f;
+        const auto along = static_cast<float>(k / channels % width) / static_cast<float>(width);
+        level.texels.push_back(ramp * along + (1.0f - ramp) * noise);
     }
     level.lo = level.hi = level.texels;
     out.info = {channels, 0, wrap, filter, 0, 0, 0, 0};

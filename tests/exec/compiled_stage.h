@@ -25,9 +25,10 @@ struct TestTexture {
     std::vector<float> minmax;
 };
 
-/// A box-filtered pyramid of random texels in [0, 1].
+/// A box-filtered pyramid of texels in [0, 1]: noise, and a ramp along u that makes up `ramp` of
+/// it.
 TestTexture make_texture(int32_t width, int32_t height, int32_t channels, int32_t wrap,
-                         int32_t filter, uint32_t seed);
+                         int32_t filter, uint32_t seed, float ramp = 0.0f);
 
 /// Bits of every input: one value a place, or one for scalars (kinds of the frame, uniforms, …).
 /// Blocks are (3, n).

@@ -72,8 +72,8 @@ TEST(RandomStage, SchedulesChangeNoBit) {
     const StageInputs inputs = random_inputs(7);
     const StageResults expected = interpret(stage, inputs);
     for (const char* text : {"weights.vectorize(x)\n",
-                             "values_*.compute_at(weights, y).vectorize(z, 4)\n"
-                             "weights.split(y, yo, yi, 3).reorder(z, yi, x, yo).unroll(yi)\n",
+                             "weights.split(y, yo, yi, 3).reorder(z, yi, x, yo).unroll(yi)\n"
+                             "values_*.compute_at(weights, yo).vectorize(z, 4)\n",
                              "values_*.compute_root()\nweights.fuse(x, y, xy).parallel(n)\n"}) {
         auto parsed = lower::parse_schedule("volume.sched", text);
         ASSERT_NE(std::get_if<lower::Schedule>(&parsed), nullptr) << text;

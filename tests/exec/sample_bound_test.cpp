@@ -124,7 +124,7 @@ TEST(SampleBound, HoldsEveryLookUp) {
             Boxes boxes = make_boxes(seed);
             StageInputs points = make_points(boxes, seed);
             // Sizes that do not halve evenly, so that levels are out of step.
-            points.textures = {make_texture(75, 41, 1, wrap, filter, seed)};
+            points.textures = {make_texture(149, 83, 1, wrap, filter, seed, 0.9f)};
             boxes.inputs.textures = points.textures;
             const StageResults ends = compiled->run(OPENFAB_ISA_AVX2, boxes.inputs);
             expect_equal(bounds, ends, compiled->run(OPENFAB_ISA_SSE41, boxes.inputs), "sse41");
@@ -137,7 +137,7 @@ TEST(SampleBound, HoldsEveryLookUp) {
                     << "wrap " << wrap << " filter " << filter << " box " << k / kPoints << ": "
                     << as_float(values[k]) << " is outside " << lo << " .. " << hi;
                 ASSERT_TRUE(lo >= 0.0f && hi <= 1.0f) << "texels are in [0, 1]";
-                narrow += hi - lo < 0.9f ? 1 : 0;
+                narrow += hi - lo < 0.6f ? 1 : 0;
             }
             // The whole image would hold everything too.
             EXPECT_GT(narrow * 20, values.size()) << "wrap " << wrap << " filter " << filter;
