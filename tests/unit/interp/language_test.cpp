@@ -34,6 +34,16 @@ TEST(Language, PromotionsGoThroughTheWiderType) {
     EXPECT_EQ(evaluate("int a = 7; a = int(a * x); return a;", 0.5f), 3);
 }
 
+TEST(Language, CompoundAssignmentWorksInTheWiderType) {
+    EXPECT_EQ(evaluate("int a = i; a *= 1.5; return a;", 0, 0, 0, 5), 7);
+    EXPECT_EQ(
+        evaluate("float2 v = float2(x, y); v *= 2; v += float2(1, 10); return v.x * 100 + v.y;", 1,
+                 2),
+        314);
+    EXPECT_EQ(evaluate("int2 v = int2(i, j); v.y -= 0.5; return v.x * 10 + v.y;", 0, 0, 0, 3, 4),
+              33);
+}
+
 TEST(Language, VectorsSwizzlesAndIndices) {
     EXPECT_EQ(
         evaluate("float3 v = float3(x, y, z); return v.zyx.x * 100 + v[1] * 10 + v.r;", 1, 2, 3),
