@@ -27,6 +27,7 @@ void Growing<T>::grow() {
 }
 template struct Growing<Entry>;
 template struct Growing<Lanes>;
+template struct Growing<float>;
 template struct Growing<TriangleRef>;
 
 BlockShape make_block_shape(const Vec3f& pitch_mm) {
@@ -141,25 +142,15 @@ class BlockEngine final : public Engine {
                 BoxBounds* out) const override {
         auto& s = static_cast<BlockScratch&>(*scratch);
         begin(&s);
-        const CubeCut cut = kernels_.cube(input_, lowest, size, &s.kernel);
-        out->distance_lo = cut.distance_lo;
-        out->distance_hi = cut.distance_hi;
+        out->clear();
+        out->distance_hi = kernels_.cube(input_, lowest, size, &s.kernel);
         const auto floats = static_cast<size_t>(float_components_);
         const auto ints = static_cast<size_t>(int_components_);
-        out->float_lo.assign(floats, std::numeric_limits<float>::infinity());
-        out->float_hi.assign(floats, -std::numeric_limits<float>::infinity());
-        out->int_lo.assign(ints, std::numeric_limits<int32_t>::max());
-        out->int_hi.assign(ints, std::numeric_limits<int32_t>::lowest());
         for (size_t i = 0; i < s.kernel.list.size; ++i) {
             const size_t node = s.kernel.list.data[i].node;
-            for (size_t c = 0; c < floats; ++c) {
-                out->float_lo[c] = std::min(out->float_lo[c], float_lo_[node * floats + c]);
-                out->float_hi[c] = std::max(out->float_hi[c], float_hi_[node * floats + c]);
-            }
-            for (size_t c = 0; c < ints; ++c) {
-                out->int_lo[c] = std::min(out->int_lo[c], int_lo_[node * ints + c]);
-                out->int_hi[c] = std::max(out->int_hi[c], int_hi_[node * ints + c]);
-            }
+            out->add(s.kernel.list_least.data[i], {&float_lo_[node * floats], floats},
+                     {&float_hi_[node * floats], floats}, {&int_lo_[node * ints], ints},
+                     {&int_hi_[node * ints], ints});
         }
     }
 

@@ -59,27 +59,19 @@ class BruteForceEngine final : public Engine {
         for (size_t i = 0; i < frames_.size(); ++i) {
             least = std::min(least, closest_point(frames_[i], details_[i], middle).distance2);
         }
-        const float distance = std::sqrt(least);
-        out->distance_lo = std::max(0.0f, distance * 0.9999f - reach);
-        out->distance_hi = distance * 1.0001f + reach;
+        out->clear();
+        out->distance_hi = std::sqrt(least) * 1.0001f + reach;
         const auto floats = static_cast<size_t>(ranges_.float_components);
         const auto ints = static_cast<size_t>(ranges_.int_components);
-        out->float_lo.assign(floats, std::numeric_limits<float>::infinity());
-        out->float_hi.assign(floats, -std::numeric_limits<float>::infinity());
-        out->int_lo.assign(ints, std::numeric_limits<int32_t>::max());
-        out->int_hi.assign(ints, std::numeric_limits<int32_t>::lowest());
         for (size_t i = 0; i < frames_.size(); ++i) {
             const float d = std::sqrt(closest_point(frames_[i], details_[i], middle).distance2);
-            if (d * 0.9999f - reach > out->distance_hi) continue;
+            const float lowest_d = d * 0.9999f - reach;
+            if (lowest_d > out->distance_hi) continue;
             const auto p = static_cast<size_t>(details_[i].patch);
-            for (size_t c = 0; c < floats; ++c) {
-                out->float_lo[c] = std::min(out->float_lo[c], ranges_.float_lo[p * floats + c]);
-                out->float_hi[c] = std::max(out->float_hi[c], ranges_.float_hi[p * floats + c]);
-            }
-            for (size_t c = 0; c < ints; ++c) {
-                out->int_lo[c] = std::min(out->int_lo[c], ranges_.int_lo[p * ints + c]);
-                out->int_hi[c] = std::max(out->int_hi[c], ranges_.int_hi[p * ints + c]);
-            }
+            out->add(std::max(0.0f, lowest_d), {ranges_.float_lo.data() + p * floats, floats},
+                     {ranges_.float_hi.data() + p * floats, floats},
+                     {ranges_.int_lo.data() + p * ints, ints},
+                     {ranges_.int_hi.data() + p * ints, ints});
         }
     }
 

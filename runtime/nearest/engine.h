@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "runtime/base/vec.h"
@@ -41,14 +42,32 @@ struct BlockAnswer {
     alignas(32) float bary2[kBlockVoxels];       ///< and of corner 2
 };
 
-/// Conservative knowledge about a cube of voxels, for volume_bounds.
-struct BoxBounds {
-    float distance_lo = 0,
-          distance_hi =
-              0;  ///< unsigned distance of any voxel centre in the cube to the surface, mm
-    std::vector<float> float_lo,
-        float_hi;  ///< ranges of the float @nearest components over every patch that may be nearest
+/// One way in which the nearest point of a voxel in a cube may come out: it lies on a patch of this
+/// kind, no closer than `distance_lo`. Patches are of one kind where their flat (int) @nearest
+/// components agree, so that a front and a back stay apart, each with its own distance: together,
+/// "on the front" and "near" would both be possible almost anywhere.
+struct NearestCase {
+    float distance_lo = 0;                  ///< mm, unsigned
+    std::vector<float> float_lo, float_hi;  ///< ranges of the float @nearest components
     std::vector<int32_t> int_lo, int_hi;
+};
+
+/// Conservative knowledge about a cube of voxels, for volume_bounds: every voxel falls under one of
+/// the cases.
+struct BoxBounds {
+    /// More kinds than these share the last case.
+    static constexpr int32_t kMostCases = 4;
+
+    float distance_hi =
+        0;  ///< unsigned distance of any voxel centre to the surface, mm; one for all cases
+    int32_t count = 0;  ///< of cases; 0 where there is no surface at all
+    std::array<NearestCase, kMostCases> cases;
+
+    /// Empties the list; memory is kept.
+    void clear() { count = 0; }
+    /// Adds what one patch or group of patches may give.
+    void add(float distance_lo, std::span<const float> float_lo, std::span<const float> float_hi,
+             std::span<const int32_t> int_lo, std::span<const int32_t> int_hi);
 };
 
 /// Counters, added up over threads at the end.

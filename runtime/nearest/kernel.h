@@ -87,6 +87,7 @@ struct KernelScratch {
     Growing<Entry> stack;
     Growing<Entry> list;
     Growing<Lanes> list_distance2;
+    Growing<float> list_least;  ///< cube: least distance to each node of the list, mm
     Growing<TriangleRef> triangles;
     Growing<Lanes> bounds;  ///< of each triangle, for the packet at hand
     Growing<Lanes> framed;  ///< 4 a triangle: plane and edge line distances
@@ -95,18 +96,15 @@ struct KernelScratch {
     QueryCounts* counts = nullptr;
 };
 
-/// What a cube of voxels may have as its nearest: nodes of the root hierarchy, none below another.
-struct CubeCut {
-    float distance_lo, distance_hi;
-};
-
 struct KernelTable {
     void (*query)(const KernelInput& input, const BlockQuery& query, KernelScratch* scratch,
                   BlockAnswer* answer);
-    /// Leaves in scratch->list the nodes that may hold the nearest point of a voxel centre of the
-    /// cube. Patches are judged by their boxes; none is diced.
-    CubeCut (*cube)(const KernelInput& input, const Vec3i& lowest, int32_t size,
-                    KernelScratch* scratch);
+    /// Leaves in scratch->list the nodes of the root hierarchy, none below another, that may hold
+    /// the nearest point of a voxel centre of the cube, and in scratch->list_least a lower bound of
+    /// the distance to each. Patches are judged by their boxes; none is diced. Returns an upper
+    /// bound of the distance for every voxel centre.
+    float (*cube)(const KernelInput& input, const Vec3i& lowest, int32_t size,
+                  KernelScratch* scratch);
 };
 
 namespace avx2 {

@@ -783,9 +783,10 @@ CutDistance cut_distance(const Entry& e, const Points& middle, const Points& cor
     return d;
 }
 
-CubeCut cube(const KernelInput& in, const Vec3i& lowest, int32_t size, KernelScratch* scratch) {
+float cube(const KernelInput& in, const Vec3i& lowest, int32_t size, KernelScratch* scratch) {
     scratch->list.size = 0;
-    if (in.root.nodes == nullptr) return {0.0f, kInfinity};
+    scratch->list_least.size = 0;
+    if (in.root.nodes == nullptr) return kInfinity;
     const int32_t low[3] = {lowest.x, lowest.y, lowest.z};
     const int32_t sizes[3] = {size, size, size};
     const BoxOfPoints box = make_box(in, low, sizes);
@@ -820,25 +821,20 @@ CubeCut cube(const KernelInput& in, const Vec3i& lowest, int32_t size, KernelScr
     center[1] = largest_lane(box.corner.y) * 0.5f - largest_lane(set1(0.0f) - box.corner.y) * 0.5f;
     center[2] = largest_lane(box.corner.z) * 0.5f - largest_lane(set1(0.0f) - box.corner.z) * 0.5f;
     const Points middle{set1(center[0]), set1(center[1]), set1(center[2])};
-    float lo2 = kInfinity, corner2 = kInfinity;
     size_t kept = 0;
     for (size_t i = 0; i < scratch->list.size; ++i) {
         const Entry e = scratch->list.data[i];
         const CutDistance d = cut_distance(e, middle, box.corner, &rows);
         if (d.dominated) continue;
         scratch->list.data[kept++] = e;
-        lo2 = d.center2 < lo2 ? d.center2 : lo2;
-        corner2 = d.corner2 < corner2 ? d.corner2 : corner2;
+        // From the centre no voxel is farther than half the diagonal, and each has a corner within it.
+        const float least2 = larger(d.center2, d.corner2);
+        const float least =
+            __builtin_sqrtf(least2) * (1.0f - 0x1p-18f) - box.half_diagonal - 2 * box.delta;
+        scratch->list_least.push(larger(least, 0.0f));
     }
     scratch->list.size = kept;
-    // From the centre no voxel is farther than half the diagonal, and each has a corner within it.
-    const float least2 = larger(lo2, corner2);
-    const float lo =
-        __builtin_sqrtf(least2) * (1.0f - 0x1p-18f) - box.half_diagonal - 2 * box.delta;
-    CubeCut cut;
-    cut.distance_lo = larger(lo, 0.0f);
-    cut.distance_hi = __builtin_sqrtf(hi2) * kSlack + box.delta;
-    return cut;
+    return __builtin_sqrtf(hi2) * kSlack + box.delta;
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
 
 #include "runtime/slab/clock.h"
 
@@ -80,43 +81,71 @@ int PartCull::run(const PrintPart& part, int32_t group, const voxel::GroupMask& 
     return status;
 }
 
+void PartCull::add_entry(const PrintPart& part, const Vec3i& corner,
+                         const nearest::NearestCase& of) {
+    for (int a = 0; a < 3; ++a)
+        corners_.push_back(corner[a]);
+    // Only voxels inside the part count, where the distance is negative.
+    distance_lo_.push_back(0.0f - box_.distance_hi);
+    distance_hi_.push_back(0.0f - of.distance_lo);
+    if (!part.bounds.any()) return;
+    for (const std::vector<float>* v : {&of.float_lo, &of.float_hi})
+        case_floats_.insert(case_floats_.end(), v->begin(), v->end());
+    for (const std::vector<int32_t>* v : {&of.int_lo, &of.int_hi})
+        case_ints_.insert(case_ints_.end(), v->begin(), v->end());
+}
+
+// From entry after entry to component after component.
+void PartCull::lay_out(const PrintPart& part) {
+    const size_t n = distance_lo_.size();
+    const auto transpose = [n](size_t components, const auto& from, auto* lo, auto* hi) {
+        lo->resize(components * n);
+        hi->resize(components * n);
+        for (size_t i = 0; i < n && !from.empty(); ++i) {
+            for (size_t c = 0; c < components; ++c) {
+                (*lo)[c * n + i] = from[2 * components * i + c];
+                (*hi)[c * n + i] = from[2 * components * i + components + c];
+            }
+        }
+    };
+    transpose(static_cast<size_t>(part.nearest.floats()), case_floats_, &float_lo_, &float_hi_);
+    transpose(static_cast<size_t>(part.nearest.ints()), case_ints_, &int_lo_, &int_hi_);
+}
+
 // Intervals of what the queries can give in each cube, then of the weights.
 int PartCull::bound(const PrintPart& part, int32_t group, int32_t side,
                     const std::vector<Cube>& cubes, BlockEvaluator* evaluator) {
-    const size_t n = cubes.size();
-    const auto floats = static_cast<size_t>(part.nearest.floats());
-    const auto ints = static_cast<size_t>(part.nearest.ints());
-    const auto slots = static_cast<size_t>(part.slots());
-    corners_.resize(3 * n);
-    distance_lo_.resize(n);
-    distance_hi_.resize(n);
-    for (std::vector<float>* v : {&float_lo_, &float_hi_})
-        v->resize(floats * n);
-    for (std::vector<int32_t>* v : {&int_lo_, &int_hi_})
-        v->resize(ints * n);
-    // A slot that the fablet never sets may have no output; then it is 0.
-    for (std::vector<float>* v : {&weight_lo_, &weight_hi_})
-        v->assign(slots * n, 0.0f);
+    first_entry_.assign(1, 0);
+    corners_.clear();
+    distance_lo_.clear();
+    distance_hi_.clear();
+    case_floats_.clear();
+    case_ints_.clear();
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    for (std::vector<float>* v : {&unknown_.float_lo, &unknown_.float_hi})
+        v->assign(static_cast<size_t>(part.nearest.floats()), nan);
+    unknown_.int_lo.assign(static_cast<size_t>(part.nearest.ints()),
+                           std::numeric_limits<int32_t>::min());
+    unknown_.int_hi.assign(static_cast<size_t>(part.nearest.ints()),
+                           std::numeric_limits<int32_t>::max());
     // Groups are in grid voxels, so a cube holds the whole group whatever its side.
     const int32_t z = align_down(group, side) * 8 - part.base.z;
-    for (size_t i = 0; i < n; ++i) {
-        const Vec3i corner{8 * cubes[i].x - part.base.x, 8 * cubes[i].y - part.base.y, z};
-        for (int a = 0; a < 3; ++a)
-            corners_[3 * i + static_cast<size_t>(a)] = corner[a];
-        if (!part.bounds.any()) continue;
-        part.engine->bounds(corner, 8 * side, evaluator->scratch(part), &box_);
-        // Only voxels inside the part count, where the distance is negative.
-        distance_lo_[i] = 0.0f - box_.distance_hi;
-        distance_hi_[i] = 0.0f - box_.distance_lo;
-        for (size_t c = 0; c < floats; ++c) {
-            float_lo_[c * n + i] = box_.float_lo[c];
-            float_hi_[c * n + i] = box_.float_hi[c];
-        }
-        for (size_t c = 0; c < ints; ++c) {
-            int_lo_[c * n + i] = box_.int_lo[c];
-            int_hi_[c * n + i] = box_.int_hi[c];
-        }
+    for (const Cube& cube : cubes) {
+        const Vec3i corner{8 * cube.x - part.base.x, 8 * cube.y - part.base.y, z};
+        box_.clear();
+        box_.distance_hi = std::numeric_limits<float>::infinity();
+        if (part.bounds.any())
+            part.engine->bounds(corner, 8 * side, evaluator->scratch(part), &box_);
+        for (int32_t k = 0; k < box_.count; ++k)
+            add_entry(part, corner, box_.cases[static_cast<size_t>(k)]);
+        if (box_.count == 0) add_entry(part, corner, unknown_);
+        first_entry_.push_back(distance_lo_.size());
     }
+    lay_out(part);
+    const size_t n = distance_lo_.size();
+    // A slot that the fablet never sets may have no output; then it is 0.
+    for (std::vector<float>* v : {&weight_lo_, &weight_hi_})
+        v->assign(static_cast<size_t>(part.slots()) * n, 0.0f);
 
     const openfab_kernel& kernel = part.part->fablet->volume_bounds;
     KernelArguments& arguments = evaluator->arguments();
@@ -155,19 +184,28 @@ int PartCull::bound(const PrintPart& part, int32_t group, int32_t side,
     return arguments.run(evaluator->isa());
 }
 
+// True where all cases of a cube give every slot the same single weight.
+bool PartCull::one_composition(size_t cube, std::vector<float>* weights) const {
+    const size_t n = distance_lo_.size();
+    const size_t first = first_entry_[cube];
+    for (size_t s = 0; s < weights->size(); ++s) {
+        (*weights)[s] = weight_lo_[s * n + first];
+        for (size_t e = first; e < first_entry_[cube + 1]; ++e) {
+            // False for NaN, too.
+            if (!(weight_lo_[s * n + e] == (*weights)[s] && weight_hi_[s * n + e] == (*weights)[s]))
+                return false;
+        }
+    }
+    return true;
+}
+
 // Fills the cubes that can hold one composition only; the others, in quarters, go to `open`.
 int PartCull::settle(const PrintPart& part, int32_t side, const std::vector<Cube>& cubes,
                      BlockEvaluator* evaluator, std::vector<Cube>* open) {
-    const size_t n = cubes.size();
     std::vector<float> weights(static_cast<size_t>(part.slots()));
-    for (size_t i = 0; i < n; ++i) {
-        bool one = true;
-        for (size_t s = 0; s < weights.size() && one; ++s) {
-            weights[s] = weight_lo_[s * n + i];
-            one = weights[s] == weight_hi_[s * n + i];  // false for NaN
-        }
+    for (size_t i = 0; i < cubes.size(); ++i) {
         int32_t index = kEvaluate;
-        if (one) {
+        if (one_composition(i, &weights)) {
             const int status = add_constant(part, weights.data(), evaluator, &index);
             if (status != 0) return status;
         }
@@ -221,8 +259,8 @@ int PartCull::add_constant(const PrintPart& part, const float* weights, BlockEva
 
 size_t PartCull::bytes() const {
     return blocks_.capacity() * sizeof(int32_t) + constants_.capacity() * sizeof(Constant) +
-           (corners_.capacity() + distance_lo_.capacity() * 2 + float_lo_.capacity() * 2 +
-            int_lo_.capacity() * 2 + weight_lo_.capacity() * 2) *
+           (corners_.capacity() + distance_lo_.capacity() * 2 + float_lo_.capacity() * 4 +
+            int_lo_.capacity() * 4 + weight_lo_.capacity() * 2) *
                sizeof(float);
 }
 

@@ -55,6 +55,9 @@ class PartCull {
     bool any_covered(const Cube& cube, int32_t side) const;
     int bound(const PrintPart& part, int32_t group, int32_t side, const std::vector<Cube>& cubes,
               BlockEvaluator* evaluator);
+    void add_entry(const PrintPart& part, const Vec3i& corner, const nearest::NearestCase& of);
+    void lay_out(const PrintPart& part);
+    bool one_composition(size_t cube, std::vector<float>* weights) const;
     int add_constant(const PrintPart& part, const float* weights, BlockEvaluator* evaluator,
                      int32_t* index);
     int settle(const PrintPart& part, int32_t side, const std::vector<Cube>& cubes,
@@ -63,11 +66,17 @@ class PartCull {
     int32_t first_x_ = 0, first_y_ = 0, blocks_x_ = 0, blocks_y_ = 0;
     std::vector<int32_t> blocks_;
     std::vector<Constant> constants_;
-    std::vector<int32_t> corners_;
+    /// What the kernel bounds: an entry for each case of each cube; those of cube i are
+    /// entries first_entry_[i] … first_entry_[i + 1].
+    std::vector<size_t> first_entry_;
+    std::vector<int32_t> corners_;  ///< [entry][axis]
     std::vector<float> distance_lo_, distance_hi_;
-    std::vector<float> float_lo_, float_hi_;  ///< [component][cube]
+    std::vector<float> case_floats_;  ///< [entry][lo or hi][component]
+    std::vector<int32_t> case_ints_;
+    std::vector<float> float_lo_, float_hi_;  ///< [component][entry], as the kernel reads them
     std::vector<int32_t> int_lo_, int_hi_;
-    std::vector<float> weight_lo_, weight_hi_;  ///< [slot][cube]
+    std::vector<float> weight_lo_, weight_hi_;  ///< [slot][entry]
+    nearest::NearestCase unknown_;              ///< of a part that asks no query, or has no surface
     nearest::BoxBounds box_;
 };
 

@@ -1,0 +1,38 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+
+#include "runtime/nearest/engine.h"
+
+namespace openfab::nearest {
+
+void BoxBounds::add(float distance_lo, std::span<const float> float_lo,
+                    std::span<const float> float_hi, std::span<const int32_t> int_lo,
+                    std::span<const int32_t> int_hi) {
+    int32_t k = 0;
+    while (k < count && !(std::ranges::equal(cases[static_cast<size_t>(k)].int_lo, int_lo) &&
+                          std::ranges::equal(cases[static_cast<size_t>(k)].int_hi, int_hi))) {
+        ++k;
+    }
+    if (k == count && count < kMostCases) {
+        NearestCase& fresh = cases[static_cast<size_t>(count++)];
+        fresh.distance_lo = distance_lo;
+        fresh.float_lo.assign(float_lo.begin(), float_lo.end());
+        fresh.float_hi.assign(float_hi.begin(), float_hi.end());
+        fresh.int_lo.assign(int_lo.begin(), int_lo.end());
+        fresh.int_hi.assign(int_hi.begin(), int_hi.end());
+        return;
+    }
+    NearestCase& into = cases[static_cast<size_t>(std::min(k, kMostCases - 1))];
+    into.distance_lo = std::min(into.distance_lo, distance_lo);
+    for (size_t c = 0; c < float_lo.size(); ++c) {
+        into.float_lo[c] = std::min(into.float_lo[c], float_lo[c]);
+        into.float_hi[c] = std::max(into.float_hi[c], float_hi[c]);
+    }
+    for (size_t c = 0; c < int_lo.size(); ++c) {
+        into.int_lo[c] = std::min(into.int_lo[c], int_lo[c]);
+        into.int_hi[c] = std::max(into.int_hi[c], int_hi[c]);
+    }
+}
+
+}  // namespace openfab::nearest
