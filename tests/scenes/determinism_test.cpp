@@ -56,13 +56,12 @@ TEST_F(Determinism, ADifferentSeedGivesOtherBytes) {
 }
 
 TEST_F(Determinism, AnotherScheduleGivesTheSameBytes) {
-    // Narrower vectors and another loop order than the defaults.
-    scratch().write("other.sched", read_file(source_dir() / "tests" / "scenes" / "other.sched"));
     const std::filesystem::path other = scratch() / "postcard-other";
-    const Outcome built = run(
-        {program("openflc").string(), "build", (gallery_postcard() / "magic_postcard.fl").string(),
-         "-o", other.string(), "--schedule", (scratch() / "other.sched").string()},
-        environment());
+    const Outcome built =
+        run({program("openflc").string(), "build",
+             (gallery_postcard() / "magic_postcard.fl").string(), "-o", other.string(),
+             "--schedule", (source_dir() / "tests" / "scenes" / "volume.other.sched").string()},
+            environment());
     ASSERT_EQ(built.exit_code, 0) << built.err;
     std::vector<std::string> argv{other.string(),
                                   (gallery_postcard() / "postcard.fab.json").string(), "-o",
