@@ -48,6 +48,17 @@ Value invert(const Value& x) {
 Value both(const Value& a, const Value& b) {
     return operate(ir::Op::kAnd, {a, b});
 }
+// Address arithmetic is Halide's own: a texel's place in a pyramid is far from overflow, and the
+// Exprs are a third of the size.
+Value plus(const Value& a, const Value& b) {
+    return {Type::kInt, a.expr + b.expr};
+}
+Value minus(const Value& a, const Value& b) {
+    return {Type::kInt, a.expr - b.expr};
+}
+Value times(const Value& a, const Value& b) {
+    return {Type::kInt, a.expr * b.expr};
+}
 Value least(const Value& a, const Value& b) {
     return operate(ir::Op::kMin, {a, b});
 }
@@ -87,7 +98,10 @@ class Texture {
 
   private:
     static Expr clamped(const Value& place, const Halide::ImageParam& buffer) {
-        return Halide::clamp(place.expr, 0, buffer.dim(0).extent() - 1);
+        // Halide's bounds inference need not look inside: the clamp says all.
+        const Expr opaque =
+            Halide::reinterpret(Halide::Int(32), Halide::reinterpret(Halide::UInt(32), place.expr));
+        return Halide::clamp(opaque, 0, buffer.dim(0).extent() - 1);
     }
     Halide::ImageParam info_;
     Halide::ImageParam data_;
@@ -167,12 +181,12 @@ Footprint make_footprint(const Texture& texture, const std::vector<Value>& args)
     const Value wide = select(anisotropic, narrow, out.major);
     const Value taps = select(anisotropic, whole_to_int(many), constant(1));
     out.taps = select(args[0], taps, constant(0));
-    const Value last = texture.levels() - constant(1);
+    const Value last = minus(texture.levels(), constant(1));
     const Value level = bound(log2_of(wide), 0.0f, to_float(last));
     const Value whole = floor(level);
     out.fraction = level - whole;
     const Value l0 = select(texture.filter_is(kFilterNearest), constant(0), whole_to_int(whole));
-    const Value l1 = least(l0 + constant(1), last);
+    const Value l1 = least(plus(l0, constant(1)), last);
     const std::array<Value, 2> chosen = {l0, l1};
     for (size_t k = 0; k < 2; ++k) {
         out.levels[k] = {texture.level_info(chosen[k], 0), texture.level_info(chosen[k], 1),
@@ -200,11 +214,13 @@ Texel wrapped(const Texture& texture, const Value& x, const Value& n) {
     const Value mirror = texture.wrap_is(kWrapMirror);
     const Value zero = constant(0);
     const Value one = constant(1);
-    const Value last = n - one;
+    const Value last = minus(n, one);
     const Value below = x < zero;
     const Value above = x >= n;
-    const Value from_below = select(repeat, x + n, select(mirror, constant(-1) - x, zero));
-    const Value from_above = select(repeat, x - n, select(mirror, n + last - x, last));
+    const Value from_below =
+        select(repeat, plus(x, n), select(mirror, minus(constant(-1), x), zero));
+    const Value from_above =
+        select(repeat, minus(x, n), select(mirror, minus(plus(n, last), x), last));
     const Value moved = select(below, from_below, select(above, from_above, x));
     return {most(least(moved, last), zero), below | above};
 }
@@ -219,7 +235,7 @@ Axis make_axis(const Texture& texture, const Value& placed, const Value& n) {
     const Value scaled = placed * to_float(n);
     const Value x = select(texture.filter_is(kFilterNearest), scaled, scaled - constant(0.5f));
     const Value x0 = whole_to_int(floor(x));
-    return {{wrapped(texture, x0, n), wrapped(texture, x0 + constant(1), n)}, x - floor(x)};
+    return {{wrapped(texture, x0, n), wrapped(texture, plus(x0, constant(1)), n)}, x - floor(x)};
 }
 
 class Tap {
@@ -245,8 +261,9 @@ class Tap {
         const Texel& x = axes_[level][0].texels[i];
         const Texel& y = axes_[level][1].texels[j];
         const Footprint::Level& at = footprint_.levels[level];
-        const Value index =
-            at.offset + (y.index * at.width + x.index) * texture_.channels() + channel;
+        const Value index = plus(
+            at.offset,
+            plus(times(plus(times(y.index, at.width), x.index), texture_.channels()), channel));
         const Value hidden = both(texture_.wrap_is(kWrapBlack), x.outside | y.outside);
         return select(hidden, constant(0.0f), texture_.at(index));
     }
