@@ -133,7 +133,7 @@ Picture resample(int32_t width, int32_t height, const std::array<double, 2>& cel
 std::vector<uint8_t> to_png(const Picture& picture) {
     constexpr size_t kChannels = 4;
     constexpr uint8_t kPaethFilter = 4;
-    constexpr int kLevel = 9;
+    constexpr int kLevel = 6;
     const size_t row_bytes = static_cast<size_t>(picture.width) * kChannels;
     std::vector<uint8_t> filtered;
     filtered.reserve((row_bytes + 1) * static_cast<size_t>(picture.height));

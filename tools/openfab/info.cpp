@@ -13,6 +13,7 @@
 
 #include "backends/ofr/ofr_reader.h"
 #include "runtime/base/units.h"
+#include "runtime/scene/obj.h"
 #include "runtime/scene/world.h"
 #include "tools/openfab/commands.h"
 
@@ -155,20 +156,32 @@ Result<void> info_of_world(const std::string& file) {
     return {};
 }
 
+Result<void> info_of_mesh(const std::string& file) {
+    Result<scene::LoadedMesh> loaded =
+        scene::load_obj(file, {fs::path(file).stem().string(), 1, {}, "face"});
+    if (!loaded) return loaded.error();
+    fmt::print("mesh       {}, closed, in mm\n", loaded->mesh.name);
+    print_mesh(loaded->mesh, "");
+    for (const std::string& warning : loaded->warnings)
+        fmt::print(stderr, "warning: {}\n", warning);
+    return {};
+}
+
 Result<void> info(const std::string& file) {
     std::error_code status;
     if (fs::is_directory(file, status)) return info_of_folder(file);
     if (file.ends_with(".json")) return info_of_world(file);
+    if (file.ends_with(".obj")) return info_of_mesh(file);
     return info_of_ofr(file);
 }
 
 }  // namespace
 
 void add_info(CLI::App& app, Action* action) {
-    CLI::App* command =
-        app.add_subcommand("info", "tell what an .ofr file, a folder of slices or a world is");
+    CLI::App* command = app.add_subcommand(
+        "info", "tell what an .ofr file, a folder of slices, a world or a mesh is");
     auto file = std::make_shared<std::string>();
-    command->add_option("FILE", *file, "an .ofr file, a folder of slices, or a .fab.json")
+    command->add_option("FILE", *file, "an .ofr file, a folder of slices, a .fab.json or an .obj")
         ->required();
     command->callback([file, action] { *action = [file] { return info(*file); }; });
 }

@@ -228,6 +228,9 @@ TEST_F(PrintProgram, AMeshAloneIsPrintedAsItIs) {
     EXPECT_THAT(one.err, HasSubstr("note: no printer was named: `generic`"));
     const Outcome told = openfab({"info", path("a.ofr")});
     EXPECT_THAT(told.out, HasSubstr("40 x 30 x 20"));
+    const Outcome mesh = openfab({"info", path("block.obj")});
+    EXPECT_EQ(mesh.exit_code, 0) << mesh.err;
+    EXPECT_THAT(mesh.out, HasSubstr("4 x 3 x 2 mm"));
     EXPECT_THAT(told.out, HasSubstr(" a,"));  // the uniforms name the materials
 }
 
