@@ -783,6 +783,23 @@ CutDistance cut_distance(const Entry& e, const Points& middle, const Points& cor
     return d;
 }
 
+/// Squared distance between the node's box and the box around the corners in the node's axes. For a
+/// large flat node beside a flat cube it is exact, where the centre's distance less half the
+/// diagonal tells little.
+float separation2(const Node& n, const Points& corner) {
+    float sum = 0;
+    for (int k = 0; k < 3; ++k) {
+        const F8 u = dot3(set1(n.axis[k][0]), set1(n.axis[k][1]), set1(n.axis[k][2]), corner.x,
+                          corner.y, corner.z) -
+                     set1(n.center[k]);
+        const float above = least_lane(u) - n.half[k];
+        const float below = least_lane(set1(0.0f) - u) - n.half[k];
+        const float gap = larger(larger(above, below), 0.0f);
+        sum += gap * gap;
+    }
+    return sum;
+}
+
 float cube(const KernelInput& in, const Vec3i& lowest, int32_t size, KernelScratch* scratch) {
     scratch->list.size = 0;
     scratch->list_least.size = 0;
@@ -827,11 +844,13 @@ float cube(const KernelInput& in, const Vec3i& lowest, int32_t size, KernelScrat
         const CutDistance d = cut_distance(e, middle, box.corner, &rows);
         if (d.dominated) continue;
         scratch->list.data[kept++] = e;
-        // From the centre no voxel is farther than half the diagonal, and each has a corner within it.
+        // From the centre no voxel is farther than half the diagonal, and each has a corner within
+        // it.
         const float least2 = larger(d.center2, d.corner2);
-        const float least =
-            __builtin_sqrtf(least2) * (1.0f - 0x1p-18f) - box.half_diagonal - 2 * box.delta;
-        scratch->list_least.push(larger(least, 0.0f));
+        const float ball = __builtin_sqrtf(least2) * (1.0f - 0x1p-18f) - box.half_diagonal;
+        const float gap =
+            __builtin_sqrtf(separation2(e.tree->nodes[e.node], box.corner)) * (1.0f - 0x1p-18f);
+        scratch->list_least.push(larger(larger(ball, gap) - 2 * box.delta, 0.0f));
     }
     scratch->list.size = kept;
     return __builtin_sqrtf(hi2) * kSlack + box.delta;
