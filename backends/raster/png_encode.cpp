@@ -67,8 +67,10 @@ void put_text(std::vector<uint8_t>& out, const std::string& text) {
 
 }  // namespace
 
-std::vector<uint8_t> encode_png(const PngImage& image,
-                                const std::function<void(std::vector<uint8_t>*)>& append) {
+std::vector<uint8_t> encode_png(const PngImage& image, int level) {
+    const std::unique_ptr<libdeflate_compressor, CompressorDelete> compressor(
+        libdeflate_alloc_compressor(level));
+    if (compressor == nullptr) return {};
     constexpr std::array<uint8_t, 8> kSignature{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
     std::vector<uint8_t> out(kSignature.begin(), kSignature.end());
     size_t chunk = begin_chunk(out, "IHDR");
@@ -83,25 +85,17 @@ std::vector<uint8_t> encode_png(const PngImage& image,
     put_text(out, image.text);
 
     chunk = begin_chunk(out, "IDAT");
-    append(&out);
+    const size_t at = out.size();
+    const size_t bound = libdeflate_zlib_compress_bound(compressor.get(), image.rows.size());
+    out.resize(at + bound);
+    const size_t packed = libdeflate_zlib_compress(compressor.get(), image.rows.data(),
+                                                   image.rows.size(), out.data() + at, bound);
+    if (packed == 0) return {};
+    out.resize(at + packed);
     end_chunk(out, chunk);
     end_chunk(out, begin_chunk(out, "IEND"));
     out.shrink_to_fit();
     return out;
-}
-
-std::vector<uint8_t> encode_png(const PngImage& image, int level) {
-    const std::unique_ptr<libdeflate_compressor, CompressorDelete> compressor(
-        libdeflate_alloc_compressor(level));
-    if (compressor == nullptr) return {};
-    return encode_png(image, [&](std::vector<uint8_t>* out) {
-        const size_t at = out->size();
-        const size_t bound = libdeflate_zlib_compress_bound(compressor.get(), image.rows.size());
-        out->resize(at + bound);
-        const size_t packed = libdeflate_zlib_compress(compressor.get(), image.rows.data(),
-                                                       image.rows.size(), out->data() + at, bound);
-        out->resize(at + packed);  // never 0: the bound is enough
-    });
 }
 
 }  // namespace openfab::raster

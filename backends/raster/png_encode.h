@@ -8,7 +8,6 @@
 
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -33,10 +32,7 @@ struct PngImage {
     std::string text;  ///< "Software" entry, empty for none
 };
 
-/// The rows through libdeflate at `level`. Empty where memory ran out.
+/// Empty where memory ran out.
 std::vector<uint8_t> encode_png(const PngImage& image, int level);
-/// With a compressed stream instead of `image.rows`: `append` puts it at the end of the vector.
-std::vector<uint8_t> encode_png(const PngImage& image,
-                                const std::function<void(std::vector<uint8_t>*)>& append);
 
 }  // namespace openfab::raster

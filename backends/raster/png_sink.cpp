@@ -11,7 +11,6 @@
 
 #include "backends/common/output_file.h"
 #include "backends/common/tee_sink.h"
-#include "backends/raster/pixel_deflate.h"
 #include "backends/raster/png_encode.h"
 
 namespace openfab::raster {
@@ -32,12 +31,24 @@ bool is_slice_name(const std::string& name) {
            (rest.substr(digits) == kSuffix || rest.substr(digits) == ".png.part");
 }
 
-/// The key colours by code; void is code 0.
-std::vector<PixelColor> key_colors(const backends::PrintInfo& info) {
-    std::vector<PixelColor> colors{{0, 0, 0, 0}};
-    for (const backends::SliceMaterial& material : info.materials)
-        colors.push_back(material.key);
-    return colors;
+std::vector<uint8_t> rgba_rows(const backends::SliceView& slice, const backends::PrintInfo& info,
+                               bool flip_x) {
+    std::array<uint32_t, 256> colors{};
+    for (size_t i = 0; i < info.materials.size(); ++i) {
+        std::memcpy(&colors[i + 1], info.materials[i].key.data(), 4);
+    }
+    const auto width = static_cast<size_t>(slice.width);
+    const size_t stride = 1 + width * 4;
+    std::vector<uint8_t> rows(stride * static_cast<size_t>(slice.height));
+    std::vector<uint8_t> codes(width);
+    for (int32_t y = 0; y < slice.height; ++y) {
+        backends::unpack_row(slice, y, info.bits, codes.data());
+        if (flip_x) std::reverse(codes.begin(), codes.end());
+        uint8_t* row = rows.data() + stride * static_cast<size_t>(slice.height - 1 - y) + 1;
+        for (size_t x = 0; x < width; ++x)
+            std::memcpy(row + 4 * x, &colors[codes[x]], 4);
+    }
+    return rows;
 }
 
 std::vector<uint8_t> index_rows(const backends::SliceView& slice, const backends::PrintInfo& info,
@@ -71,27 +82,22 @@ std::string slice_file_name(int32_t z, int32_t slices) {
 
 std::vector<uint8_t> encode_slice(const backends::SliceView& slice, const backends::PrintInfo& info,
                                   const PngOptions& options) {
+    const std::vector<uint8_t> rows = options.indexed ? index_rows(slice, info, options.flip_x)
+                                                      : rgba_rows(slice, info, options.flip_x);
     PngImage image;
     image.width = slice.width;
     image.height = slice.height;
+    image.color = options.indexed ? PngColor::kIndexed : PngColor::kRgba;
+    image.bits = options.indexed ? info.bits : 8;
+    image.rows = rows;
+    if (options.indexed) {
+        image.palette.push_back({0, 0, 0, 0});
+        for (const backends::SliceMaterial& material : info.materials)
+            image.palette.push_back(material.key);
+    }
     image.pixels_per_metre_x = 1000 / info.pitch_mm.x;
     image.pixels_per_metre_y = 1000 / info.pitch_mm.y;
-    const std::vector<PixelColor> colors = key_colors(info);
-    if (options.indexed) {
-        const std::vector<uint8_t> rows = index_rows(slice, info, options.flip_x);
-        image.color = PngColor::kIndexed;
-        image.bits = info.bits;
-        image.palette = colors;
-        image.rows = rows;
-        return encode_png(image, kDeflateLevel);
-    }
-    return encode_png(image, [&](std::vector<uint8_t>* out) {
-        const auto row_codes = [&](int32_t row, uint8_t* codes) {
-            backends::unpack_row(slice, slice.height - 1 - row, info.bits, codes);
-            if (options.flip_x) std::reverse(codes, codes + slice.width);
-        };
-        deflate_pixels(slice.width, slice.height, colors, row_codes, out);
-    });
+    return encode_png(image, kDeflateLevel);
 }
 
 Result<std::unique_ptr<backends::SliceSink>> PngSink::create(const std::filesystem::path& folder,

@@ -25,8 +25,10 @@ struct PngOptions {
     std::string handoff;  ///< the printer's own lines for HANDOFF.txt
 };
 
-/// Level of libdeflate for indexed pictures: 330 M voxels/s and more per core, measured as in
-/// pixel_deflate.h.
+/// Level of libdeflate. Measured on slices of 2362 x 827 voxels, CPU time of one core of a 2-core
+/// AVX2 machine: 63 to 74 M voxels/s. A compressor of our own that looks for matches between pixels
+/// instead of bytes reached 137 to 604 M voxels/s; it was left out, since compression is a
+/// library's work and the rest of a print takes longer.
 constexpr int kDeflateLevel = 1;
 
 /// `slice_0001.png`; `slices` is the height of the whole grid.
