@@ -6,8 +6,8 @@
 // up: the few voxels that a viewer sees into, and how much lies in the column. Memory stays
 // bounded: of a grid with more columns than kMaxColumns, every n-th is looked at along x and y.
 
+#include <algorithm>
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include "backends/common/slice_sink.h"
@@ -41,24 +41,82 @@ struct Sight {
     uint8_t codes[16]{};
 };
 
+/// Rows of codes in groups of 8 columns, so that a group that a slice does not change costs one
+/// comparison. Most of a print is like that: what the rest of it costs is what a preview costs.
+class ColumnGroups {
+  public:
+    explicit ColumnGroups(const ColumnGrid& grid)
+        : per_row_((grid.width + 7) / 8),
+          groups_(static_cast<size_t>(per_row_) * static_cast<size_t>(grid.height)) {}
+
+    struct Group {
+        uint64_t codes = 0;          ///< of the latest slice, first column in the lowest byte
+        int32_t since = -(1 << 20);  ///< first slice that had these codes
+    };
+    int32_t per_row() const { return per_row_; }
+    Group& at(int32_t row, int32_t group) {
+        return groups_[static_cast<size_t>(row) * static_cast<size_t>(per_row_) +
+                       static_cast<size_t>(group)];
+    }
+    uint8_t code(int32_t column, int32_t row) const {
+        const size_t group = static_cast<size_t>(row) * static_cast<size_t>(per_row_) +
+                             static_cast<size_t>(column / 8);
+        return static_cast<uint8_t>(groups_[group].codes >> (8 * (column % 8)));
+    }
+
+  private:
+    int32_t per_row_;
+    std::vector<Group> groups_;
+};
+
+/// A row of codes with zeros up to a multiple of 8 columns.
+using PaddedRow = std::vector<uint8_t>;
+inline size_t padded(int32_t width) {
+    return (static_cast<size_t>(width) + 7) / 8 * 8;
+}
+
 /// Columns seen from +z (the topmost run) or from -z (the lowest). A history of codes shifts
 /// through one word a column: 16 codes of 4 bits, or 8 of 8 bits.
 class SightColumns {
   public:
-    SightColumns(const ColumnGrid& grid, int32_t bits, bool from_above)
-        : bits_(bits), from_above_(from_above), z_(grid.count(), -1), history_(grid.count(), 0) {}
-    /// The codes of one row of columns, at slice z; `first` is the row's first column.
-    void add_row(int32_t z, size_t first, std::span<const uint8_t> codes);
-    Sight at(size_t column) const;
+    SightColumns(const ColumnGrid& grid, int32_t bits, bool from_above);
+    /// The codes of row `row` at slice z. Slices come in order, without gaps, each with all its
+    /// rows.
+    void add_row(int32_t z, int32_t row, const PaddedRow& codes);
+    Sight at(int32_t column, int32_t row) const;
 
   private:
-    void add_row_above(int32_t z, size_t first, std::span<const uint8_t> codes);
-    void add_row_below(int32_t z, size_t first, std::span<const uint8_t> codes);
+    void add_above(int32_t z, size_t first, uint64_t codes);
+    void add_below(int32_t z, size_t first, uint64_t codes);
+    size_t index(int32_t column, int32_t row) const {
+        return static_cast<size_t>(row) * width_ + static_cast<size_t>(column);
+    }
 
     int32_t bits_;
+    int32_t depth_;  ///< codes that a history holds
     bool from_above_;
-    std::vector<int32_t> z_;  ///< of the first voxel met, -1 for none yet
+    size_t width_;  ///< columns a row, padded
+    int32_t latest_ = -1;
+    ColumnGroups groups_;
+    /// Slice of the first voxel met, -1 for none yet. From above it is behind where the column is
+    /// solid at the latest slice.
+    std::vector<int32_t> z_;
     std::vector<uint64_t> history_;
+};
+
+/// How many voxels of each column are solid.
+class ThicknessColumns {
+  public:
+    explicit ThicknessColumns(const ColumnGrid& grid);
+    void add_row(int32_t z, int32_t row, const PaddedRow& codes);
+    int32_t at(int32_t column, int32_t row) const;
+
+  private:
+    size_t width_;
+    int32_t latest_ = -1;
+    ColumnGroups groups_;
+    std::vector<int32_t>
+        solid_;  ///< ends less starts of the runs that have ended; a start counts at once
 };
 
 }  // namespace openfab::preview

@@ -104,8 +104,8 @@ class Preview : public backends::SliceObserver {
         info_ = info;
         colors_ = linear_colors(info);
         grid_ = ColumnGrid::make(info.size);
-        codes_.resize(static_cast<size_t>(info.size.x));
-        row_.resize(static_cast<size_t>(grid_.width));
+        codes_.assign(padded(info.size.x), 0);
+        row_.assign(padded(grid_.width), 0);
         return start();
     }
 
@@ -119,9 +119,9 @@ class Preview : public backends::SliceObserver {
     virtual Result<void> start() = 0;
     virtual Picture draw() const = 0;
 
-    /// The codes of the looked-at columns in voxel row y.
-    std::span<const uint8_t> row_codes(const SliceView& slice, int32_t y) {
-        backends::unpack_row(slice, y, info_.bits, codes_.data());
+    /// The codes of the looked-at columns of row j of the grid.
+    const PaddedRow& row_codes(const SliceView& slice, int32_t j) {
+        backends::unpack_row(slice, grid_.y(j, info_.size), info_.bits, codes_.data());
         if (grid_.step == 1) return codes_;
         for (int32_t i = 0; i < grid_.width; ++i) {
             row_[static_cast<size_t>(i)] = codes_[static_cast<size_t>(grid_.x(i, info_.size))];
@@ -138,20 +138,17 @@ class Preview : public backends::SliceObserver {
     std::array<double, 2> cell_mm() const {
         return {info_.pitch_mm.x * grid_.step, info_.pitch_mm.y * grid_.step};
     }
-    /// The column of cell (x, y) of a picture with its top row first, mirrored for a view from
-    /// behind.
-    size_t column(int32_t x, int32_t y, bool mirrored) const {
-        const int32_t i = mirrored ? grid_.width - 1 - x : x;
-        return static_cast<size_t>(grid_.height - 1 - y) * static_cast<size_t>(grid_.width) +
-               static_cast<size_t>(i);
-    }
+    /// The grid's column and row of cell (x, y) of a picture with its top row first, mirrored for a
+    /// view from behind.
+    int32_t column(int32_t x, bool mirrored) const { return mirrored ? grid_.width - 1 - x : x; }
+    int32_t row(int32_t y) const { return grid_.height - 1 - y; }
 
     PreviewSpec spec_;
     PrintInfo info_;
     ColumnGrid grid_;
     std::vector<std::array<double, 3>> colors_;
-    std::vector<uint8_t> codes_;
-    std::vector<uint8_t> row_;
+    PaddedRow codes_;
+    PaddedRow row_;
 };
 
 class LitPreview : public Preview {
@@ -159,10 +156,8 @@ class LitPreview : public Preview {
     using Preview::Preview;
 
     void observe(const SliceView& slice) override {
-        for (int32_t j = 0; j < grid_.height; ++j) {
-            columns_->add_row(slice.z, static_cast<size_t>(j) * static_cast<size_t>(grid_.width),
-                              row_codes(slice, grid_.y(j, info_.size)));
-        }
+        for (int32_t j = 0; j < grid_.height; ++j)
+            columns_->add_row(slice.z, j, row_codes(slice, j));
     }
 
   private:
@@ -174,11 +169,11 @@ class LitPreview : public Preview {
     Picture draw() const override {
         const bool back = spec_.view == View::kBack;
         Picture picture = resample(grid_.width, grid_.height, cell_mm(), [&](int32_t x, int32_t y) {
-            return seen(columns_->at(column(x, y, back)), back);
+            return seen(columns_->at(column(x, back), row(y)), back);
         });
         // The front shows a picture, so level ground keeps its colour; the back shows relief, which
         // needs room on both sides.
-        shade(&picture, back ? 0.72 : 1.0, back ? 1.6 : 1.0);
+        shade(&picture, back ? 0.72 : 1.0, back ? 2.2 : 1.0);
         return picture;
     }
 
@@ -209,32 +204,30 @@ class TransmittedPreview : public Preview {
     using Preview::Preview;
 
     void observe(const SliceView& slice) override {
-        for (int32_t j = 0; j < grid_.height; ++j) {
-            const std::span<const uint8_t> codes = row_codes(slice, grid_.y(j, info_.size));
-            int32_t* solid =
-                solid_.data() + static_cast<size_t>(j) * static_cast<size_t>(grid_.width);
-            for (size_t i = 0; i < codes.size(); ++i)
-                solid[i] += codes[i] != 0 ? 1 : 0;
-        }
+        for (int32_t j = 0; j < grid_.height; ++j)
+            columns_->add_row(slice.z, j, row_codes(slice, j));
     }
 
   private:
     Result<void> start() override {
-        solid_.assign(grid_.count(), 0);
+        columns_.emplace(grid_);
         return {};
     }
 
     Picture draw() const override {
         int32_t least = info_.size.z + 1;
         int32_t most = 0;
-        for (int32_t n : solid_) {
-            if (n == 0) continue;
-            least = std::min(least, n);
-            most = std::max(most, n);
+        for (int32_t j = 0; j < grid_.height; ++j) {
+            for (int32_t x = 0; x < grid_.width; ++x) {
+                const int32_t n = columns_->at(x, j);
+                if (n == 0) continue;
+                least = std::min(least, n);
+                most = std::max(most, n);
+            }
         }
         const double range = std::max(most - least, 1);
         return resample(grid_.width, grid_.height, cell_mm(), [&](int32_t x, int32_t y) {
-            const int32_t n = solid_[column(x, y, spec_.view == View::kBack)];
+            const int32_t n = columns_->at(column(x, spec_.view == View::kBack), row(y));
             Pixel pixel;
             if (n == 0) return pixel;
             const double t = (n - least) / range;
@@ -244,7 +237,7 @@ class TransmittedPreview : public Preview {
         });
     }
 
-    std::vector<int32_t> solid_;  ///< voxels in each column
+    std::optional<ThicknessColumns> columns_;
 };
 
 class SlicePreview : public Preview {
@@ -254,10 +247,9 @@ class SlicePreview : public Preview {
     void observe(const SliceView& slice) override {
         if (slice.z != spec_.slice) return;
         for (int32_t j = 0; j < grid_.height; ++j) {
-            const std::span<const uint8_t> codes = row_codes(slice, grid_.y(j, info_.size));
-            std::copy(codes.begin(), codes.end(),
-                      cells_.begin() +
-                          static_cast<std::ptrdiff_t>(column(0, grid_.height - 1 - j, false)));
+            const PaddedRow& codes = row_codes(slice, j);
+            std::copy_n(codes.begin(), grid_.width,
+                        cells_.begin() + static_cast<std::ptrdiff_t>(cell(0, j)));
         }
     }
 
@@ -274,10 +266,15 @@ class SlicePreview : public Preview {
 
     Picture draw() const override {
         return resample(grid_.width, grid_.height, cell_mm(),
-                        [&](int32_t x, int32_t y) { return solid(cells_[column(x, y, false)]); });
+                        [&](int32_t x, int32_t y) { return solid(cells_[cell(x, row(y))]); });
     }
 
-    std::vector<uint8_t> cells_;
+    size_t cell(int32_t column, int32_t row) const {
+        return static_cast<size_t>(row) * static_cast<size_t>(grid_.width) +
+               static_cast<size_t>(column);
+    }
+
+    std::vector<uint8_t> cells_;  ///< lowest y first
 };
 
 class SectionPreview : public Preview {
@@ -286,8 +283,8 @@ class SectionPreview : public Preview {
 
     void observe(const SliceView& slice) override {
         if ((slice.z - info_.slice_begin) % step_z_ != 0) return;
-        const std::span<const uint8_t> codes = row_codes(slice, info_.size.y / 2);
-        rows_.insert(rows_.end(), codes.begin(), codes.end());
+        const PaddedRow& codes = row_codes(slice, grid_.height / 2);
+        rows_.insert(rows_.end(), codes.begin(), codes.begin() + grid_.width);
     }
 
   private:

@@ -30,7 +30,7 @@ constexpr double kSightMm = 0.1;
 
 /// Bounds on memory, for the budget: of what one preview gathers, and of drawing one at the end.
 /// Both are for the largest grids; a postcard's take a third of them.
-constexpr int64_t kColumnBytes = 24'000'000;
+constexpr int64_t kColumnBytes = 28'000'000;
 constexpr int64_t kDrawBytes = 64'000'000;
 
 /// Writes its file when the print ends, also early. begin() refuses a slice that the print does not

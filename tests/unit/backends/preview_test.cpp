@@ -177,12 +177,73 @@ TEST(PreviewColumns, SightStopsAtTheFirstVoid) {
     for (bool above : {true, false}) {
         preview::SightColumns columns(grid, 4, above);
         const std::vector<uint8_t> stack{0, 1, 2, 0, 3, 2, 2, 0};  // bottom first
-        for (size_t z = 0; z < stack.size(); ++z)
-            columns.add_row(static_cast<int32_t>(z), 0, {&stack[z], 1});
-        const preview::Sight sight = columns.at(0);
+        preview::PaddedRow row(8, 0);
+        for (size_t z = 0; z < stack.size(); ++z) {
+            row[0] = stack[z];
+            columns.add_row(static_cast<int32_t>(z), 0, row);
+        }
+        const preview::Sight sight = columns.at(0, 0);
         const std::vector<uint8_t> seen(sight.codes, sight.codes + sight.count);
         EXPECT_EQ(seen, above ? (std::vector<uint8_t>{2, 2, 3}) : (std::vector<uint8_t>{1, 2}));
         EXPECT_EQ(sight.z, above ? 6 : 1);
+    }
+}
+
+// Long runs, which are skipped, against a plain look at each column.
+TEST(PreviewColumns, AgreeWithAPlainLookAtEachColumn) {
+    uint32_t state = 3;
+    const auto random = [&state](uint32_t below) {
+        state = state * 1664525U + 1013904223U;
+        return (state >> 8) % below;
+    };
+    for (int32_t bits : {4, 8}) {
+        for (int32_t width : {1, 8, 13}) {
+            preview::ColumnGrid grid{1, width, 2};
+            preview::SightColumns above(grid, bits, true), below(grid, bits, false);
+            preview::ThicknessColumns thickness(grid);
+            constexpr int32_t kFirst = 5, kSlices = 90;
+            std::vector<std::vector<uint8_t>> stacks(static_cast<size_t>(2 * width));
+            for (std::vector<uint8_t>& stack : stacks) {
+                while (stack.size() < kSlices)
+                    stack.insert(stack.end(), 1 + random(width == 1 ? 40 : 60),
+                                 static_cast<uint8_t>(random(3)));
+            }
+            for (int32_t z = 0; z < kSlices; ++z) {
+                for (int32_t row = 0; row < 2; ++row) {
+                    preview::PaddedRow codes(preview::padded(width), 0);
+                    for (int32_t x = 0; x < width; ++x)
+                        codes[static_cast<size_t>(x)] =
+                            stacks[static_cast<size_t>(row * width + x)][static_cast<size_t>(z)];
+                    above.add_row(kFirst + z, row, codes);
+                    below.add_row(kFirst + z, row, codes);
+                    thickness.add_row(kFirst + z, row, codes);
+                }
+            }
+            for (int32_t row = 0; row < 2; ++row) {
+                for (int32_t x = 0; x < width; ++x) {
+                    std::vector<uint8_t> stack = stacks[static_cast<size_t>(row * width + x)];
+                    stack.resize(kSlices);
+                    EXPECT_EQ(thickness.at(x, row),
+                              kSlices - std::count(stack.begin(), stack.end(), 0));
+                    for (bool from_above : {false, true}) {
+                        const preview::Sight sight = (from_above ? above : below).at(x, row);
+                        if (from_above) std::reverse(stack.begin(), stack.end());
+                        const auto first = std::find_if(stack.begin(), stack.end(),
+                                                        [](uint8_t code) { return code != 0; });
+                        ASSERT_EQ(sight.covered, first != stack.end());
+                        if (!sight.covered) continue;
+                        const auto place = static_cast<int32_t>(first - stack.begin());
+                        EXPECT_EQ(sight.z, kFirst + (from_above ? kSlices - 1 - place : place));
+                        const auto end = std::find(first, stack.end(), 0);
+                        const std::vector<uint8_t> expected(
+                            first, std::min(end, first + std::min<std::ptrdiff_t>(
+                                                             64 / bits, stack.end() - first)));
+                        EXPECT_EQ(std::vector<uint8_t>(sight.codes, sight.codes + sight.count),
+                                  expected);
+                    }
+                }
+            }
+        }
     }
 }
 
