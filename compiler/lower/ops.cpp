@@ -53,9 +53,32 @@ Expr invert(const Expr& a) {
     return a ^ boolean(true);
 }
 
+bool is_zero_constant(const Expr& e) {
+    const auto* imm = e.as<Halide::Internal::FloatImm>();
+    if (imm != nullptr) return imm->value == 0.0;
+    const auto* call = e.as<Halide::Internal::Call>();
+    if (call == nullptr || !call->is_intrinsic(Halide::Internal::Call::reinterpret)) return false;
+    const auto* bits = call->args[0].as<Halide::Internal::UIntImm>();
+    return bits != nullptr && (bits->value & kMagnitude) == 0;
+}
+
+/// x > 0 and 0 > x from the pattern. Beside a constant 0 of either sign LLVM 14 treats the other
+/// sign as equal when it makes a minimum of a comparison and a choice, and may return the wrong
+/// zero (seen for AVX2).
+Expr above_zero(const Expr& x) {
+    const Expr bits = as_int(x);
+    return both(bits > i32(0), i32(static_cast<int32_t>(kInfinity) + 1) > bits);
+}
+Expr below_zero(const Expr& x) {
+    const Expr bits = as_uint(x);
+    return both(bits > u32(kSign), u32((kSign | kInfinity) + 1) > bits);
+}
+
 /// a > b on floats. The target feature marks float results only: without the wrapper LLVM is told
 /// that comparisons meet no NaN and takes the liberty (seen with `!(a < b)` for AVX2).
 Expr greater(const Expr& a, const Expr& b) {
+    if (is_zero_constant(b)) return above_zero(a);
+    if (is_zero_constant(a)) return below_zero(b);
     return Halide::strict_float(a > b);
 }
 Expr equal_floats(const Expr& a, const Expr& b) {
