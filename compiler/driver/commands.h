@@ -36,8 +36,8 @@ void add_describe(CLI::App& app, const CommonOptions& common, Action* action);
 void add_emit(CLI::App& app, const CommonOptions& common, Action* action);
 void add_build(CLI::App& app, const CommonOptions& common, Action* action);  // build.cpp
 
-/// `emit --as halide|stmt|llvm|asm` of one stage of one fablet, to stdout; exit code.
-/// (emit_halide.cpp)
+/// `emit --as ir|halide|stmt|llvm|asm` of one stage, as the passes leave it, of one fablet, to
+/// stdout; exit code. (emit_halide.cpp)
 int emit_lowered(const ir::Fablet& fablet, ir::StageKind stage, const std::string& form);
 
 /// Prints what a sink holds to stderr in the form that was asked for.

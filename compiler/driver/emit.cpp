@@ -84,17 +84,20 @@ int emit(const EmitOptions& options, const CommonOptions& common) {
     }
     if (options.stage.empty())
         return fail("--stage surface or --stage volume is needed", kExitUsage);
-    const bool surface = options.stage == "surface";
+    const bool surface = options.stage.starts_with("surface");
+    const bool bounds = options.stage.ends_with("_bounds");
     if (surface && !fablet->has_surface) {
         return fail("fablet `" + fablet->name + "` has no @Surface stage", kExitUserInput);
     }
-    if (options.form == "ir") {
+    if (options.form == "ir" && !bounds) {
         fmt::print("{}", ir::print(surface ? fablet->surface : fablet->volume));
         return kExitDone;
     }
 #ifdef OPENFAB_WITH_BACK_END
-    return emit_lowered(*fablet, surface ? ir::StageKind::kSurface : ir::StageKind::kVolume,
-                        options.form);
+    const ir::StageKind kind =
+        surface ? (bounds ? ir::StageKind::kSurfaceBounds : ir::StageKind::kSurface)
+                : (bounds ? ir::StageKind::kVolumeBounds : ir::StageKind::kVolume);
+    return emit_lowered(*fablet, kind, options.form);
 #else
     return fail("this openflc was built without its back end", kExitUsage);
 #endif
@@ -107,7 +110,7 @@ void add_emit(CLI::App& app, const CommonOptions& common, Action* action) {
     auto options = std::make_shared<EmitOptions>();
     command->add_option("FILE.fl", options->file, "an OpenFL file")->required();
     command->add_option("--stage", options->stage, "which stage")
-        ->check(CLI::IsMember({"surface", "volume"}));
+        ->check(CLI::IsMember({"surface", "surface_bounds", "volume", "volume_bounds"}));
     command->add_option("--as", options->form, "which form")
         ->check(CLI::IsMember({"tokens", "ast", "ir", "halide", "stmt", "llvm", "asm"}))
         ->capture_default_str();

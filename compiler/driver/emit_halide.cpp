@@ -29,6 +29,10 @@ const ir::Stage& stage_of(const passes::KernelStages& stages, ir::StageKind kind
 
 int emit_lowered(const ir::Fablet& fablet, ir::StageKind stage, const std::string& form) {
     const passes::PipelineResult result = run_passes(fablet, {});
+    if (form == "ir" && result.fault.empty()) {
+        fmt::print("{}", ir::print(stage_of(result.stages, stage)));
+        return kExitDone;
+    }
     lower::KernelRequest request;
     request.stage = &stage_of(result.stages, stage);
     request.function = fmt::format("openfab_{}", lower::schedule_name(stage));

@@ -1,0 +1,95 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// `openflc build` and `emit` from outside: carets in schedules, exit codes, what a print program
+// needs at run time.
+
+#include <gtest/gtest.h>
+
+#include "tests/support/process/process.h"
+
+namespace openfab::testing {
+
+namespace {
+
+const std::string kPostcard = OPENFAB_SOURCE_DIR "/gallery/magic_postcard/magic_postcard.fl";
+
+Outcome openflc(std::vector<std::string> args) {
+    args.insert(args.begin(), OPENFAB_OPENFLC);
+    return run(args);
+}
+
+/// Builds the postcard for one target with a schedule; stderr with the folder taken out.
+std::string errors_of(const std::string& name, const std::string& schedule, int exit_code) {
+    const ScratchFolder folder;
+    folder.write(name, schedule);
+    const Outcome out = openflc({"build", kPostcard, "-o", folder / "print", "--target", "avx2",
+                                 "--schedule", folder / name});
+    EXPECT_EQ(out.exit_code, exit_code) << out.err;
+    EXPECT_FALSE(std::filesystem::exists(folder / "print"));
+    std::string text = out.err;
+    const std::string prefix = folder.path().string() + "/";
+    for (size_t at = text.find(prefix); at != std::string::npos; at = text.find(prefix)) {
+        text.erase(at, prefix.size());
+    }
+    return text;
+}
+
+TEST(BuildCommand, MarksAMisspelledDirective) {
+    EXPECT_EQ(errors_of("volume.sched", "# mine\nweights.vektorize(z)\n", 1),
+              "volume.sched:2:9: error: no directive is called `vektorize` [schedule-illegal]\n"
+              " 2 | weights.vektorize(z)\n"
+              "   |         ^~~~~~~~~\n"
+              "help: did you mean `vectorize`?\n");
+}
+
+TEST(BuildCommand, MarksALineThatOnlyTheLoweringRefuses) {
+    EXPECT_EQ(errors_of("volume.sched",
+                        "weights.vectorize(z)\ntexture_0.compute_at(footprint_0, z)\n", 1),
+              "volume.sched:2:1: error: this line cannot be applied to `texture_0` "
+              "[schedule-illegal]\n"
+              " 2 | texture_0.compute_at(footprint_0, z)\n"
+              "   | ^~~~~~~~~\n"
+              "help: a func is computed inside a loop of a func that uses it, or in none "
+              "(compute_root)\n");
+}
+
+TEST(BuildCommand, WantsToKnowTheKernelOfASchedule) {
+    const std::string text = errors_of("fast.sched", "weights.vectorize(z)\n", 1);
+    EXPECT_NE(text.find("no kernel is called `fast`"), std::string::npos) << text;
+}
+
+TEST(BuildCommand, ReportsWhatIsMissing) {
+    const ScratchFolder folder;
+    EXPECT_EQ(openflc({"build", folder / "none.fl", "-o", folder / "p"}).exit_code, 3);
+    EXPECT_EQ(openflc({"build", kPostcard}).exit_code, 2);
+    EXPECT_EQ(openflc({"build", kPostcard, "-o", folder / "p", "--target", "arm"}).exit_code, 2);
+    const Outcome out =
+        openflc({"build", kPostcard, "-o", folder / "no/such/folder", "--target", "sse41"});
+    EXPECT_EQ(out.exit_code, 3) << out.err;
+}
+
+TEST(BuildCommand, MakesAProgramThatRuns) {
+    const ScratchFolder folder;
+    const std::string program = folder / "print";
+    const Outcome out = openflc({"build", kPostcard, "-o", program, "--target", "sse41"});
+    ASSERT_EQ(out.exit_code, 0) << out.err;
+    EXPECT_EQ(out.err, "");
+    EXPECT_EQ(run({program, "--help"}).exit_code, 0);
+    const Outcome needs = run({"/usr/bin/ldd", program});
+    for (const char* unwanted : {"Halide", "LLVM", "OpenImageIO", "not found"}) {
+        EXPECT_EQ(needs.out.find(unwanted), std::string::npos) << needs.out;
+    }
+}
+
+TEST(EmitCommand, PrintsEveryForm) {
+    for (const char* form : {"ir", "halide", "stmt", "llvm", "asm"}) {
+        const Outcome out = openflc({"emit", kPostcard, "--stage", "volume_bounds", "--as", form});
+        EXPECT_EQ(out.exit_code, 0) << out.err;
+        EXPECT_GT(out.out.size(), 100u) << form;
+    }
+}
+
+}  // namespace
+
+}  // namespace openfab::testing
