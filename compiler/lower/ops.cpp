@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 namespace openfab::lower {
 
@@ -17,6 +18,7 @@ using ir::Type;
 constexpr uint32_t kSign = 0x80000000u;
 constexpr uint32_t kMagnitude = 0x7fffffffu;
 constexpr uint32_t kInfinity = 0x7f800000u;
+constexpr uint32_t kQuietNan = 0x7fc00000u;
 constexpr float kTwo31 = 2147483648.0f;
 constexpr float kTwo32 = 4294967296.0f;
 
@@ -53,13 +55,25 @@ Expr invert(const Expr& a) {
     return a ^ boolean(true);
 }
 
-bool is_zero_constant(const Expr& e) {
-    const auto* imm = e.as<Halide::Internal::FloatImm>();
-    if (imm != nullptr) return imm->value == 0.0;
-    const auto* call = e.as<Halide::Internal::Call>();
-    if (call == nullptr || !call->is_intrinsic(Halide::Internal::Call::reinterpret)) return false;
-    const auto* bits = call->args[0].as<Halide::Internal::UIntImm>();
-    return bits != nullptr && (bits->value & kMagnitude) == 0;
+/// The pattern of a constant 0 of either sign.
+std::optional<uint32_t> zero_constant(const Expr& e) {
+    if (const auto* imm = e.as<Halide::Internal::FloatImm>()) {
+        if (imm->value != 0.0) return std::nullopt;
+        return std::signbit(imm->value) ? kSign : 0;
+    }
+#if HALIDE_VERSION_MAJOR >= 15
+    const auto* cast = e.as<Halide::Internal::Reinterpret>();
+    if (cast == nullptr) return std::nullopt;
+    const auto* bits = cast->value.as<Halide::Internal::UIntImm>();
+#else
+    const auto* cast = e.as<Halide::Internal::Call>();
+    if (cast == nullptr || !cast->is_intrinsic(Halide::Internal::Call::reinterpret)) {
+        return std::nullopt;
+    }
+    const auto* bits = cast->args[0].as<Halide::Internal::UIntImm>();
+#endif
+    if (bits == nullptr || (bits->value & kMagnitude) != 0) return std::nullopt;
+    return static_cast<uint32_t>(bits->value);
 }
 
 /// x > 0 and 0 > x from the pattern. Beside a constant 0 of either sign LLVM 14 treats the other
@@ -77,8 +91,8 @@ Expr below_zero(const Expr& x) {
 /// a > b on floats. The target feature marks float results only: without the wrapper LLVM is told
 /// that comparisons meet no NaN and takes the liberty (seen with `!(a < b)` for AVX2).
 Expr greater(const Expr& a, const Expr& b) {
-    if (is_zero_constant(b)) return above_zero(a);
-    if (is_zero_constant(a)) return below_zero(b);
+    if (zero_constant(b)) return above_zero(a);
+    if (zero_constant(a)) return below_zero(b);
     return Halide::strict_float(a > b);
 }
 Expr equal_floats(const Expr& a, const Expr& b) {
@@ -106,6 +120,17 @@ Expr float_equality(const Expr& a, const Expr& b) {
     return either(both(as_uint(a) == as_uint(b), invert(nan_bit(a))), zeros);
 }
 
+/// a / 0 from the pattern: newer Halides refuse a division by a constant 0.
+Expr divide_by_zero(const Expr& a, uint32_t zero) {
+    const Expr nothing = (as_uint(a) & u32(kMagnitude)) == u32(0);
+    const Expr infinity = ((as_uint(a) ^ u32(zero)) & u32(kSign)) | u32(kInfinity);
+    return as_float(choose(either(nothing, nan_bit(a)), u32(kQuietNan), infinity));
+}
+Expr divide(const Expr& a, const Expr& b) {
+    if (const std::optional<uint32_t> zero = zero_constant(b)) return divide_by_zero(a, *zero);
+    return a / b;
+}
+
 Expr trunc_float(const Expr& e) {
     return Halide::trunc(e);
 }
@@ -119,9 +144,9 @@ Expr float_op(Op op, const Expr& a, const Expr& b) {
         case Op::kMul:
             return a * b;
         case Op::kDiv:
-            return a / b;
+            return divide(a, b);
         case Op::kMod:
-            return a - b * trunc_float(a / b);
+            return a - b * trunc_float(divide(a, b));
         case Op::kNeg:
             return as_float(as_uint(a) ^ u32(kSign));
         case Op::kAbs:
