@@ -86,9 +86,11 @@ Result<MemoryPlan> make_plan(const MemoryNeeds& needs, const PrintOptions& optio
                threads * needs.per_thread;
     };
     if (total(1) > options.memory_bytes) {
-        return user_error(fmt::format(
-            "a memory budget of {} is too small: this print needs at least {} with {} threads",
-            format_bytes(options.memory_bytes), format_bytes(total(1)), threads));
+        return user_error(
+            fmt::format("a memory budget of {} is too small: this print needs at least {} with {} "
+                        "threads; raise `--memory`, or "
+                        "lower `--threads`",
+                        format_bytes(options.memory_bytes), format_bytes(total(1)), threads));
     }
     plan.groups_in_flight = std::clamp(most, 1, std::max(groups, 1));
     while (plan.groups_in_flight > 1 && total(plan.groups_in_flight) > options.memory_bytes)

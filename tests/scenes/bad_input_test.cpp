@@ -50,7 +50,7 @@ TEST_F(BadInput, MissingTexture) {
     const Outcome outcome = print_changed("\"file\": \"hidden.jpg\"", "\"file\": \"gone.jpg\"");
     EXPECT_EQ(outcome.exit_code, kUserInput);
     EXPECT_THAT(outcome.err, HasSubstr("gone.jpg"));
-    EXPECT_THAT(outcome.err, HasSubstr("postcard.fab.json:14:"));
+    EXPECT_THAT(outcome.err, HasSubstr("postcard.fab.json:13:"));
 }
 
 TEST_F(BadInput, ATextureThatIsNoImage) {
@@ -75,7 +75,7 @@ TEST_F(BadInput, AUniformOfTheWrongType) {
     EXPECT_EQ(outcome.exit_code, kUserInput);
     EXPECT_THAT(outcome.err, HasSubstr("textureDepth"));
     EXPECT_THAT(outcome.err, HasSubstr("float"));
-    EXPECT_THAT(outcome.err, HasSubstr("postcard.fab.json:26:"));
+    EXPECT_THAT(outcome.err, HasSubstr("postcard.fab.json:25:"));
 }
 
 TEST_F(BadInput, AMissingUniform) {
@@ -87,7 +87,7 @@ TEST_F(BadInput, AMissingUniform) {
 TEST_F(BadInput, AnUnknownKeyWithANearMiss) {
     const Outcome outcome = print_changed("\"max_displacement_mm\"", "\"max_displacment_mm\"");
     EXPECT_EQ(outcome.exit_code, kUserInput);
-    EXPECT_THAT(outcome.err, HasSubstr("postcard.fab.json:23:"));
+    EXPECT_THAT(outcome.err, HasSubstr("postcard.fab.json:22:"));
     EXPECT_THAT(outcome.err, HasSubstr("max_displacement_mm"));
 }
 
