@@ -148,9 +148,9 @@ class BlockEngine final : public Engine {
         const auto ints = static_cast<size_t>(int_components_);
         for (size_t i = 0; i < s.kernel.list.size; ++i) {
             const size_t node = s.kernel.list.data[i].node;
-            out->add(s.kernel.list_least.data[i], {&float_lo_[node * floats], floats},
-                     {&float_hi_[node * floats], floats}, {&int_lo_[node * ints], ints},
-                     {&int_hi_[node * ints], ints});
+            out->add(s.kernel.list_least.data[i], {float_lo_.data() + node * floats, floats},
+                     {float_hi_.data() + node * floats, floats},
+                     {int_lo_.data() + node * ints, ints}, {int_hi_.data() + node * ints, ints});
         }
     }
 
