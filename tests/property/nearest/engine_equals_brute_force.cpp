@@ -113,9 +113,18 @@ void check(const surface::Surface& surface, const Asked& setup,
     expect_equal(run(*make_block_engine(surface, frame, narrow), queries), want, queries, "SSE4.1");
 }
 
+// Under a sanitizer brute force takes many minutes: the unbounded query alone is compared there,
+// and of the scanned meshes one.
+#ifdef OPENFAB_SANITIZED
+constexpr bool kSanitized = true;
+#else
+constexpr bool kSanitized = false;
+#endif
+
 void check_all_ways(const TriangleMesh& mesh, Asked setup) {
     const MeshSurface surface(mesh);
     check(surface, setup);
+    if (kSanitized) return;
     for (const float radius : {setup.pitch.x * 3, setup.pitch.x * 20}) {
         setup.radius = radius;
         check(surface, setup);
@@ -178,7 +187,8 @@ TEST(EngineEqualsBruteForce, FarFromTheOrigin) {
 }
 
 TEST(EngineEqualsBruteForce, ScannedMeshes) {
-    for (const char* name : {"bunny", "spot", "fandisk"}) {
+    for (const std::string name : {"spot", "bunny", "fandisk"}) {
+        if (kSanitized && name != "spot") continue;
         const TriangleMesh mesh = testing::read_obj(
             std::string(OPENFAB_SOURCE_DIR "/../shared/data/meshes/") + name + ".obj", 5.0);
         if (mesh.triangles.empty())
