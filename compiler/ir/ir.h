@@ -2,10 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The typed IR: per stage one list of scalar instructions in SSA form, each using earlier ones only. Vectors are split into
-// components and structured control flow into selects when it is made from the AST; what must not run where its branch is
-// not taken (texture look-ups) carries a guard, the condition under which its path is reached. This form is what the
-// interpreter walks, what passes rewrite, and what lowers to one Halide Func per output.
+// The typed IR: per stage one list of scalar instructions in SSA form, each using earlier ones
+// only. Vectors are split into components and structured control flow into selects when it is made
+// from the AST; what must not run where its branch is not taken (texture look-ups) carries a guard,
+// the condition under which its path is reached. This form is what the interpreter walks, what
+// passes rewrite, and what lowers to one Halide Func per output.
 
 #include <array>
 #include <cstdint>
@@ -30,13 +31,17 @@ constexpr ValueId kNoValue = ~ValueId{0};
 
 /// One instruction; its result is the value whose id is its place in Stage::instrs.
 ///   Const   `bits` is the 32-bit pattern (bool 0 or 1)
-///   Input   `kind`, `a`, `b` name a kernel argument as in runtime/abi/fablet_table.h. AttrP (OPENFAB_ARG_SURFACE_ATTR,
-///           OPENFAB_SURFACE_P) is part-local: the AST translation adds the frame's CENTER. The voxel centre is
-///           OPENFAB_ARG_FRAME-based: see VoxelCoord below.
-///   Sample  `a` texture index, `b` channel; args: guard, u, v, width, then, once `attach_footprints` has run, du and dv
+///   Input   `kind`, `a`, `b` name a kernel argument as in runtime/abi/fablet_table.h. AttrP
+///   (OPENFAB_ARG_SURFACE_ATTR,
+///           OPENFAB_SURFACE_P) is part-local: the AST translation adds the frame's CENTER. The
+///           voxel centre is OPENFAB_ARG_FRAME-based: see VoxelCoord below.
+///   Sample  `a` texture index, `b` channel; args: guard, u, v, width, then, once
+///   `attach_footprints` has run, du and dv
 ///           along the three axes: guard, u, v, width, du0, du1, du2, dv0, dv1, dv2
-///   SampleBound  interval form of Sample, `a`, `b` as there, bits 0 for the lower and 1 for the upper end; args: guard (may
-///           be taken), u lo, u hi, v lo, v hi, width hi, then |du| and |dv| upper ends along the three axes (6)
+///   SampleBound  interval form of Sample, `a`, `b` as there, bits 0 for the lower and 1 for the
+///   upper end; args: guard (may
+///           be taken), u lo, u hi, v lo, v hi, width hi, then |du| and |dv| upper ends along the
+///           three axes (6)
 struct Instr {
     Op op = Op::kConst;
     Type type = Type::kFloat;
@@ -49,8 +54,9 @@ struct Instr {
 };
 
 /// Input kinds beyond openfab_arg_kind.
-/// kVoxelCoord: a = axis; float(part-relative voxel index along axis) + 0.5f, volume stage. The voxel centre is built from it
-/// and the frame in the order that openfab_frame_value states. In volume_bounds it is split in kVoxelCoordLo and Hi.
+/// kVoxelCoord: a = axis; float(part-relative voxel index along axis) + 0.5f, volume stage. The
+/// voxel centre is built from it and the frame in the order that openfab_frame_value states. In
+/// volume_bounds it is split in kVoxelCoordLo and Hi.
 constexpr int32_t kVoxelCoord = 100;
 constexpr int32_t kVoxelCoordLo = 101;
 constexpr int32_t kVoxelCoordHi = 102;
@@ -58,7 +64,8 @@ constexpr int32_t kVoxelCoordHi = 102;
 /// A named result of a stage; `kind`, `a`, `b` as of the kernel's output argument.
 struct Output {
     std::string name;
-    int32_t kind = 0;  ///< openfab_arg_kind: WEIGHT, DISPLACEMENT (as POSITION before the user's bound), SURFACE_OUT, …
+    int32_t kind = 0;  ///< openfab_arg_kind: WEIGHT, DISPLACEMENT (as POSITION before the user's
+                       ///< bound), SURFACE_OUT, …
     int32_t a = 0;
     int32_t b = 0;
     ValueId value = kNoValue;
@@ -81,7 +88,8 @@ struct Uniform {
     int32_t array_length = 1;
     int32_t first_index = 0;
     std::vector<uint32_t> default_bits;  ///< empty without a default
-    std::vector<std::pair<std::string, std::string>> annotations;  ///< `[[ float min = 0 ]]` as name and text
+    std::vector<std::pair<std::string, std::string>>
+        annotations;  ///< `[[ float min = 0 ]]` as name and text
     source::Span span;
 };
 
@@ -107,8 +115,8 @@ struct Fablet {
     std::vector<Varying> surface_inputs;
     std::vector<Varying> surface_outputs;
     std::vector<Varying> nearest;
-    /// has_surface only. Outputs: displacement x, y, z (OPENFAB_ARG_POSITION, b = axis, the fablet's returned vector, not yet
-    /// added or clamped), then surface outputs by component.
+    /// has_surface only. Outputs: displacement x, y, z (OPENFAB_ARG_POSITION, b = axis, the
+    /// fablet's returned vector, not yet added or clamped), then surface outputs by component.
     Stage surface;
     Stage volume;  ///< outputs: OPENFAB_ARG_WEIGHT, one per slot in order
 };
@@ -123,11 +131,13 @@ const char* spelling(Op op);
 int arity(Op op);
 const char* spelling(Type type);
 
-/// Text of a fablet, one instruction a line; `read` (compiler/ir/read.h) of it gives the same fablet back, all but spans.
+/// Text of a fablet, one instruction a line; `read` (compiler/ir/read.h) of it gives the same
+/// fablet back, all but spans.
 std::string print(const Fablet& fablet);
 std::string print(const Stage& stage);
 
-/// Empty where the stage is well formed, else the first fault: a bad type, an argument that comes later, a wrong arity.
+/// Empty where the stage is well formed, else the first fault: a bad type, an argument that comes
+/// later, a wrong arity.
 std::string verify(const Stage& stage);
 
 /// Appends instructions; folds nothing.

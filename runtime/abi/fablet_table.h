@@ -4,22 +4,24 @@
 
 /* The contract between generated code and the runtime, in plain C.
  *
- * `openflc` compiles each fablet to four kernels (surface, surface_bounds, volume, volume_bounds) and a
- * constant `openfab_fablet` that describes them; a print binary exports the list of its fablets as
- * `openfab_fablet_list`. The runtime knows no fablet: it reads a kernel's argument list and passes what is
- * asked for.
+ * `openflc` compiles each fablet to four kernels (surface, surface_bounds, volume, volume_bounds)
+ * and a constant `openfab_fablet` that describes them; a print binary exports the list of its
+ * fablets as `openfab_fablet_list`. The runtime knows no fablet: it reads a kernel's argument list
+ * and passes what is asked for.
  *
- * Kernels follow Halide's argv convention: `args[i]` points to a `halide_buffer_t` for a buffer and to the
- * 32-bit value for a scalar; the result is 0 or a Halide error code. A bool is passed as int32 (0 or 1).
+ * Kernels follow Halide's argv convention: `args[i]` points to a `halide_buffer_t` for a buffer and
+ * to the 32-bit value for a scalar; the result is 0 or a Halide error code. A bool is passed as
+ * int32 (0 or 1).
  *
- * Buffer shapes, innermost dimension first; z, x, y are the voxel's index inside its block, 0..7, and n is the
- * place in the list of blocks (volume kernels), patches (surface_bounds) or micro-vertices (surface):
+ * Buffer shapes, innermost dimension first; z, x, y are the voxel's index inside its block, 0..7,
+ * and n is the place in the list of blocks (volume kernels), patches (surface_bounds) or
+ * micro-vertices (surface):
  *
- *   volume buffers          (z 8, x 8, y 8, n)     volume_bounds, surface_bounds, surface buffers   (n)
- *   blocks                  (3, n) int32
+ *   volume buffers          (z 8, x 8, y 8, n)     volume_bounds, surface_bounds, surface buffers
+ * (n) blocks                  (3, n) int32
  *
- * All lengths are millimetres. Part-local space is part space relative to the centre of the part's base box,
- * which keeps float coordinates small; the frame holds that centre.
+ * All lengths are millimetres. Part-local space is part space relative to the centre of the part's
+ * base box, which keeps float coordinates small; the frame holds that centre.
  */
 
 #include <stddef.h>
@@ -33,7 +35,8 @@ extern "C" {
 
 typedef int (*openfab_kernel_fn)(void** args);
 
-/* Instruction sets a kernel is compiled for. Both give the same bits; the runtime takes the best the machine has. */
+/* Instruction sets a kernel is compiled for. Both give the same bits; the runtime takes the best
+ * the machine has. */
 enum openfab_isa { OPENFAB_ISA_SSE41 = 0, OPENFAB_ISA_AVX2 = 1, OPENFAB_ISA_COUNT = 2 };
 
 enum openfab_scalar_type {
@@ -44,13 +47,14 @@ enum openfab_scalar_type {
 };
 
 enum openfab_uniform_kind {
-    OPENFAB_UNIFORM_VALUE = 0,     /* bool/int/uint/float, 1 to 16 components */
+    OPENFAB_UNIFORM_VALUE = 0, /* bool/int/uint/float, 1 to 16 components */
     OPENFAB_UNIFORM_TEXTURE2D = 1,
     OPENFAB_UNIFORM_MATERIAL = 2,
 };
 
-/* One `@uniform` declaration. `first_index` is, by kind: the place of component 0 in the object's array of 32-bit
- * uniform values; the first texture index; the first material slot. An array of length L takes L times as many. */
+/* One `@uniform` declaration. `first_index` is, by kind: the place of component 0 in the object's
+ * array of 32-bit uniform values; the first texture index; the first material slot. An array of
+ * length L takes L times as many. */
 struct openfab_uniform {
     const char* name;
     const char* type_name; /* as written in OpenFL: "float2", "ImageTexture2D" */
@@ -59,7 +63,8 @@ struct openfab_uniform {
     int32_t components;
     int32_t array_length; /* 1 unless an array */
     int32_t first_index;
-    const uint32_t* default_bits; /* components * array_length values, or NULL where the world must bind it */
+    const uint32_t*
+        default_bits; /* components * array_length values, or NULL where the world must bind it */
 };
 
 /* A varying: an input or output of the surface stage, or a @nearest input of the volume stage. */
@@ -71,29 +76,33 @@ struct openfab_varying {
     /* Surface output: the surface input it is a plain copy of, else -1.
      * Nearest input: the surface output it reads, or -1 for the mesh attribute of its name. */
     int32_t source;
-    const uint32_t* default_bits; /* surface input: constant default where the mesh lacks it, else NULL */
+    const uint32_t*
+        default_bits; /* surface input: constant default where the mesh lacks it, else NULL */
 };
 
-/* Values of the frame: scalars that belong to a part and its grid (kind OPENFAB_ARG_FRAME, a = index).
- * The centre of the voxel with part-relative index (i, j, k) is, in part-local space and in exactly this order,
- *   ((x * STEP_I + y * STEP_J) + z * STEP_K) + ORIGIN,  x = float(i) + 0.5f, y = float(j) + 0.5f, z = float(k) + 0.5f
- * for each of the three components; attr.voxelCenter is that plus CENTER.
+/* Values of the frame: scalars that belong to a part and its grid (kind OPENFAB_ARG_FRAME, a =
+ * index). The centre of the voxel with part-relative index (i, j, k) is, in part-local space and in
+ * exactly this order,
+ *   ((x * STEP_I + y * STEP_J) + z * STEP_K) + ORIGIN,  x = float(i) + 0.5f, y = float(j) + 0.5f, z
+ * = float(k) + 0.5f for each of the three components; attr.voxelCenter is that plus CENTER.
  * attr.buildPosition = BUILD_ORIGIN + (x, y, z) * VOXEL_SIZE. */
 enum openfab_frame_value {
-    OPENFAB_FRAME_STEP_I = 0,       /* 3 components */
-    OPENFAB_FRAME_STEP_J = 3,       /* 3 */
-    OPENFAB_FRAME_STEP_K = 6,       /* 3 */
-    OPENFAB_FRAME_ORIGIN = 9,       /* 3 */
-    OPENFAB_FRAME_CENTER = 12,      /* 3 */
-    OPENFAB_FRAME_VOXEL_SIZE = 15,  /* 3, mm along build x, y, z */
-    OPENFAB_FRAME_BUILD_ORIGIN = 18, /* 3 */
+    OPENFAB_FRAME_STEP_I = 0,            /* 3 components */
+    OPENFAB_FRAME_STEP_J = 3,            /* 3 */
+    OPENFAB_FRAME_STEP_K = 6,            /* 3 */
+    OPENFAB_FRAME_ORIGIN = 9,            /* 3 */
+    OPENFAB_FRAME_CENTER = 12,           /* 3 */
+    OPENFAB_FRAME_VOXEL_SIZE = 15,       /* 3, mm along build x, y, z */
+    OPENFAB_FRAME_BUILD_ORIGIN = 18,     /* 3 */
     OPENFAB_FRAME_MAX_DISPLACEMENT = 21, /* the user's bound in mm; +inf without one */
     OPENFAB_FRAME_COUNT = 22,
 };
 
-/* The built-in attributes of the surface stage (kind OPENFAB_ARG_SURFACE_ATTR, a = this, b = component). */
+/* The built-in attributes of the surface stage (kind OPENFAB_ARG_SURFACE_ATTR, a = this, b =
+ * component). */
 enum openfab_surface_attr {
-    OPENFAB_SURFACE_P = 0,  /* float3, part-local: the fablet's attr.p is this plus the frame's CENTER */
+    OPENFAB_SURFACE_P =
+        0, /* float3, part-local: the fablet's attr.p is this plus the frame's CENTER */
     OPENFAB_SURFACE_N = 1,  /* float3, unit */
     OPENFAB_SURFACE_NG = 2, /* float3, unit */
     OPENFAB_SURFACE_UV = 3, /* float2 */
@@ -109,32 +118,36 @@ enum openfab_texture_buffer {
 };
 
 enum openfab_arg_kind {
-    OPENFAB_ARG_UNIFORM = 0,       /* scalar; a = index in the array of 32-bit uniform values */
-    OPENFAB_ARG_TEXTURE = 1,       /* buffer; a = texture index, b = openfab_texture_buffer */
-    OPENFAB_ARG_FRAME = 2,         /* scalar float; a = openfab_frame_value + component */
-    OPENFAB_ARG_INSTANCE = 3,      /* scalar int32 */
-    OPENFAB_ARG_BLOCKS = 4,        /* int32 (3, n): part-relative voxel index of each block's lowest corner */
-    OPENFAB_ARG_BLOCK_SIZE = 5,    /* scalar int32: voxels a side (volume_bounds: 8, 16, 32 or 64) */
+    OPENFAB_ARG_UNIFORM = 0,  /* scalar; a = index in the array of 32-bit uniform values */
+    OPENFAB_ARG_TEXTURE = 1,  /* buffer; a = texture index, b = openfab_texture_buffer */
+    OPENFAB_ARG_FRAME = 2,    /* scalar float; a = openfab_frame_value + component */
+    OPENFAB_ARG_INSTANCE = 3, /* scalar int32 */
+    OPENFAB_ARG_BLOCKS =
+        4, /* int32 (3, n): part-relative voxel index of each block's lowest corner */
+    OPENFAB_ARG_BLOCK_SIZE = 5, /* scalar int32: voxels a side (volume_bounds: 8, 16, 32 or 64) */
     /* volume */
-    OPENFAB_ARG_NEAREST = 6,       /* a = nearest input, b = component */
-    OPENFAB_ARG_NEAREST_GRAD = 7,  /* a = nearest input, b = component * 3 + axis: change per voxel step along i, j, k */
-    OPENFAB_ARG_DISTANCE = 8,      /* signed distance at the voxel centre */
-    OPENFAB_ARG_WEIGHT = 9,        /* out; a = slot */
+    OPENFAB_ARG_NEAREST = 6, /* a = nearest input, b = component */
+    OPENFAB_ARG_NEAREST_GRAD =
+        7, /* a = nearest input, b = component * 3 + axis: change per voxel step along i, j, k */
+    OPENFAB_ARG_DISTANCE = 8, /* signed distance at the voxel centre */
+    OPENFAB_ARG_WEIGHT = 9,   /* out; a = slot */
     /* volume_bounds: every buffer is a pair */
     OPENFAB_ARG_NEAREST_LO = 10,
     OPENFAB_ARG_NEAREST_HI = 11,
     OPENFAB_ARG_DISTANCE_LO = 12,
     OPENFAB_ARG_DISTANCE_HI = 13,
-    OPENFAB_ARG_WEIGHT_LO = 14,    /* out; a = slot. NaN where nothing is known */
+    OPENFAB_ARG_WEIGHT_LO = 14, /* out; a = slot. NaN where nothing is known */
     OPENFAB_ARG_WEIGHT_HI = 15,
     /* surface: one value per micro-vertex */
-    OPENFAB_ARG_SURFACE_IN = 16,      /* a = surface input, b = component */
-    OPENFAB_ARG_SURFACE_IN_GRAD = 17, /* a = surface input, b = component * 2 + axis: change per lattice step */
-    OPENFAB_ARG_SURFACE_ATTR = 18,    /* a = openfab_surface_attr, b = component */
+    OPENFAB_ARG_SURFACE_IN = 16, /* a = surface input, b = component */
+    OPENFAB_ARG_SURFACE_IN_GRAD =
+        17, /* a = surface input, b = component * 2 + axis: change per lattice step */
+    OPENFAB_ARG_SURFACE_ATTR = 18,      /* a = openfab_surface_attr, b = component */
     OPENFAB_ARG_SURFACE_ATTR_GRAD = 19, /* b = component * 2 + axis */
-    OPENFAB_ARG_POSITION = 20,        /* out; b = axis: displaced position, part-local */
-    OPENFAB_ARG_SURFACE_OUT = 21,     /* out; a = output, b = component */
-    OPENFAB_ARG_SURFACE_STATUS = 22,  /* out int32: 0 fine, 1 displacement was not finite, 2 cut to the user's bound */
+    OPENFAB_ARG_POSITION = 20,          /* out; b = axis: displaced position, part-local */
+    OPENFAB_ARG_SURFACE_OUT = 21,       /* out; a = output, b = component */
+    OPENFAB_ARG_SURFACE_STATUS =
+        22, /* out int32: 0 fine, 1 displacement was not finite, 2 cut to the user's bound */
     /* surface_bounds: one value per patch, in pairs */
     OPENFAB_ARG_SURFACE_IN_LO = 23,
     OPENFAB_ARG_SURFACE_IN_HI = 24,
@@ -146,18 +159,20 @@ enum openfab_arg_kind {
     OPENFAB_ARG_SURFACE_ATTR_GRAD_HI = 30,
     OPENFAB_ARG_DISPLACEMENT_LO = 31, /* out; b = axis */
     OPENFAB_ARG_DISPLACEMENT_HI = 32,
-    OPENFAB_ARG_SURFACE_OUT_LO = 33,  /* out */
+    OPENFAB_ARG_SURFACE_OUT_LO = 33, /* out */
     OPENFAB_ARG_SURFACE_OUT_HI = 34,
 };
 
 struct openfab_arg {
     enum openfab_arg_kind kind;
-    enum openfab_scalar_type scalar; /* element type of the buffer or the scalar; bool stands as int32 */
+    enum openfab_scalar_type
+        scalar; /* element type of the buffer or the scalar; bool stands as int32 */
     int32_t a;
     int32_t b;
 };
 
-/* A kernel lists only the arguments that it uses. `fn[isa]` is NULL where it was not compiled for that set. */
+/* A kernel lists only the arguments that it uses. `fn[isa]` is NULL where it was not compiled for
+ * that set. */
 struct openfab_kernel {
     openfab_kernel_fn fn[OPENFAB_ISA_COUNT];
     int32_t arg_count;
@@ -185,7 +200,7 @@ struct openfab_fablet {
     int32_t nearest_count;
     const struct openfab_varying* nearest;
 
-    struct openfab_kernel surface;        /* no arguments where has_surface is 0 */
+    struct openfab_kernel surface; /* no arguments where has_surface is 0 */
     struct openfab_kernel surface_bounds;
     struct openfab_kernel volume;
     struct openfab_kernel volume_bounds;

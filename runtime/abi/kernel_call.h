@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Calls generated kernels through Halide's argv convention. A KernelCall is made once per thread and kernel; it
-// holds the argument array, so that a call in the per-block path allocates nothing.
+// Calls generated kernels through Halide's argv convention. A KernelCall is made once per thread
+// and kernel; it holds the argument array, so that a call in the per-block path allocates nothing.
 
 #include <HalideRuntime.h>
 
@@ -14,18 +14,23 @@
 
 namespace openfab::abi {
 
-/// The best instruction set that this machine has and `limit` allows (OPENFAB_ISA_AVX2 allows everything).
+/// The best instruction set that this machine has and `limit` allows (OPENFAB_ISA_AVX2 allows
+/// everything).
 openfab_isa best_isa(openfab_isa limit = OPENFAB_ISA_AVX2);
 
 inline halide_type_t halide_type(openfab_scalar_type type) {
     switch (type) {
-        case OPENFAB_FLOAT: return {halide_type_float, 32, 1};
-        case OPENFAB_UINT: return {halide_type_uint, 32, 1};
-        default: return {halide_type_int, 32, 1};
+        case OPENFAB_FLOAT:
+            return {halide_type_float, 32, 1};
+        case OPENFAB_UINT:
+            return {halide_type_uint, 32, 1};
+        default:
+            return {halide_type_int, 32, 1};
     }
 }
 
-/// A halide_buffer_t that carries its own dimensions; it does not own the data. Not copyable: `raw.dim` points inside.
+/// A halide_buffer_t that carries its own dimensions; it does not own the data. Not copyable:
+/// `raw.dim` points inside.
 class KernelBuffer {
   public:
     KernelBuffer() = default;
@@ -52,7 +57,8 @@ class KernelBuffer {
         raw_.dimensions = dimensions;
         raw_.dim = dims_;
     }
-    /// A volume buffer (z 8, x 8, y 8, n) whose blocks are `block_stride` elements apart (512 where dense).
+    /// A volume buffer (z 8, x 8, y 8, n) whose blocks are `block_stride` elements apart (512 where
+    /// dense).
     void set_blocks(halide_type_t type, const void* data, int32_t n, int32_t block_stride = 512) {
         set_dim(0, 8, 1);
         set_dim(1, 8, 8);
@@ -76,7 +82,9 @@ class KernelCall {
           args_(static_cast<size_t>(kernel.arg_count)) {}
 
     /// `pointer` must outlive the calls: a halide_buffer_t* or the address of a 32-bit scalar.
-    void set(int32_t index, const void* pointer) { args_[static_cast<size_t>(index)] = const_cast<void*>(pointer); }
+    void set(int32_t index, const void* pointer) {
+        args_[static_cast<size_t>(index)] = const_cast<void*>(pointer);
+    }
     bool exists() const { return fn_ != nullptr; }
     /// 0, or Halide's error code.
     int run() { return fn_(args_.data()); }

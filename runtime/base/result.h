@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Result<T>: a value or an Error. It mirrors std::expected, which C++20 does not have. Our code throws nothing;
-// set-up code returns Result, and the caller adds context on the way up.
+// Result<T>: a value or an Error. It mirrors std::expected, which C++20 does not have. Our code
+// throws nothing; set-up code returns Result, and the caller adds context on the way up.
 
 #include <cstdlib>
 #include <string>
@@ -23,26 +23,41 @@ enum class ErrorCode {
 
 struct Error {
     ErrorCode code = ErrorCode::kInternal;
-    /// One complete message, lower case, no final stop: `path:line:col: what was found; what would be right`.
+    /// One complete message, lower case, no final stop: `path:line:col: what was found; what would
+    /// be right`.
     std::string message;
 };
 
-/// Exit code of a program that ends with this error: 1 user input, 2 usage, 3 outside world, 4 bug, 130 interrupted.
+/// Exit code of a program that ends with this error: 1 user input, 2 usage, 3 outside world, 4 bug,
+/// 130 interrupted.
 constexpr int exit_code(ErrorCode code) {
     switch (code) {
-        case ErrorCode::kUserInput: return 1;
-        case ErrorCode::kUsage: return 2;
-        case ErrorCode::kOutside: return 3;
-        case ErrorCode::kInternal: return 4;
-        case ErrorCode::kInterrupted: return 130;
+        case ErrorCode::kUserInput:
+            return 1;
+        case ErrorCode::kUsage:
+            return 2;
+        case ErrorCode::kOutside:
+            return 3;
+        case ErrorCode::kInternal:
+            return 4;
+        case ErrorCode::kInterrupted:
+            return 130;
     }
     return 4;
 }
 
-inline Error user_error(std::string message) { return {ErrorCode::kUserInput, std::move(message)}; }
-inline Error usage_error(std::string message) { return {ErrorCode::kUsage, std::move(message)}; }
-inline Error outside_error(std::string message) { return {ErrorCode::kOutside, std::move(message)}; }
-inline Error internal_error(std::string message) { return {ErrorCode::kInternal, std::move(message)}; }
+inline Error user_error(std::string message) {
+    return {ErrorCode::kUserInput, std::move(message)};
+}
+inline Error usage_error(std::string message) {
+    return {ErrorCode::kUsage, std::move(message)};
+}
+inline Error outside_error(std::string message) {
+    return {ErrorCode::kOutside, std::move(message)};
+}
+inline Error internal_error(std::string message) {
+    return {ErrorCode::kInternal, std::move(message)};
+}
 
 template <typename T>
 class [[nodiscard]] Result {
@@ -54,7 +69,9 @@ class [[nodiscard]] Result {
     explicit operator bool() const { return has_value(); }
 
     /// The value; the process aborts if there is none, so check first.
-    T& value() { return has_value() ? *std::get_if<0>(&state_) : (std::abort(), *std::get_if<0>(&state_)); }
+    T& value() {
+        return has_value() ? *std::get_if<0>(&state_) : (std::abort(), *std::get_if<0>(&state_));
+    }
     const T& value() const {
         return has_value() ? *std::get_if<0>(&state_) : (std::abort(), *std::get_if<0>(&state_));
     }

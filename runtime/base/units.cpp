@@ -16,8 +16,8 @@ namespace {
 using Unit = std::pair<std::string_view, double>;
 
 template <size_t N>
-Result<double> parse_quantity(std::string_view text, const std::array<Unit, N>& units, const char* what,
-                              const char* example) {
+Result<double> parse_quantity(std::string_view text, const std::array<Unit, N>& units,
+                              const char* what, const char* example) {
     double number = 0;
     const char* begin = text.data();
     const char* end = begin + text.size();
@@ -26,12 +26,15 @@ Result<double> parse_quantity(std::string_view text, const std::array<Unit, N>& 
         return usage_error(fmt::format("`{}` is not {}; write it as `{}`", text, what, example));
     }
     std::string_view unit(rest, static_cast<size_t>(end - rest));
-    while (!unit.empty() && unit.front() == ' ') unit.remove_prefix(1);
+    while (!unit.empty() && unit.front() == ' ')
+        unit.remove_prefix(1);
     for (const Unit& candidate : units) {
         if (candidate.first == unit) return number * candidate.second;
     }
-    if (unit.empty()) return usage_error(fmt::format("`{}` has no unit; write it as `{}`", text, example));
-    return usage_error(fmt::format("`{}` has the unknown unit `{}`; write it as `{}`", text, unit, example));
+    if (unit.empty())
+        return usage_error(fmt::format("`{}` has no unit; write it as `{}`", text, example));
+    return usage_error(
+        fmt::format("`{}` has the unknown unit `{}`; write it as `{}`", text, unit, example));
 }
 
 }  // namespace
@@ -52,7 +55,8 @@ Result<int64_t> parse_bytes(std::string_view text) {
                                                  {"GiB", 1073741824.0}}};
     Result<double> bytes = parse_quantity(text, kUnits, "a size", "1.5GB");
     if (!bytes) return bytes.error();
-    if (*bytes < 0 || *bytes > 1e15) return usage_error(fmt::format("`{}` is no usable size of memory", text));
+    if (*bytes < 0 || *bytes > 1e15)
+        return usage_error(fmt::format("`{}` is no usable size of memory", text));
     return static_cast<int64_t>(std::llround(*bytes));
 }
 

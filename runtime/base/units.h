@@ -12,7 +12,8 @@
 
 namespace openfab {
 
-/// A length with its unit (um, mm, cm, m, in) in millimetres. A bare number is an error that says so.
+/// A length with its unit (um, mm, cm, m, in) in millimetres. A bare number is an error that says
+/// so.
 Result<double> parse_length_mm(std::string_view text);
 /// A size in bytes: B, kB, MB, GB (powers of 1000), KiB, MiB, GiB.
 Result<int64_t> parse_bytes(std::string_view text);

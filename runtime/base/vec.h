@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Small fixed vectors, boxes and the affine transforms of parts. Plain arithmetic, no contraction (the build sets
-// -ffp-contract=off), so results are the same on every machine.
+// Small fixed vectors, boxes and the affine transforms of parts. Plain arithmetic, no contraction
+// (the build sets -ffp-contract=off), so results are the same on every machine.
 
 #include <algorithm>
 #include <array>
@@ -64,7 +64,8 @@ constexpr Vec3<To> vec_cast(const Vec3<From>& a) {
 /// Axis-aligned box; empty (lo > hi) when fresh.
 template <typename T>
 struct Box3 {
-    Vec3<T> lo{std::numeric_limits<T>::max(), std::numeric_limits<T>::max(), std::numeric_limits<T>::max()};
+    Vec3<T> lo{std::numeric_limits<T>::max(), std::numeric_limits<T>::max(),
+               std::numeric_limits<T>::max()};
     Vec3<T> hi{std::numeric_limits<T>::lowest(), std::numeric_limits<T>::lowest(),
                std::numeric_limits<T>::lowest()};
 
