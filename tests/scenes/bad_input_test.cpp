@@ -160,8 +160,8 @@ TEST_F(BadInput, ATruncatedPrintIsGoodUpToItsLastWholeSlice) {
 TEST_F(BadInput, CtrlCKeepsWholeSlices) {
     const std::filesystem::path file = scratch() / "interrupted.ofr";
     RunOptions options = environment();
-    options.interrupt_after_ms = 400;
-    // Fine enough to take far longer than that.
+    options.interrupt_after_ms = 3000;
+    // Late enough for a slow machine to have begun, and fine enough to take far longer than that.
     const Outcome outcome =
         run({binary().string(), (gallery_postcard() / "postcard.fab.json").string(), "--threads",
              "1", "--voxel", "0.02mm", "-o", file.string()},
