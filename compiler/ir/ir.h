@@ -42,6 +42,24 @@ constexpr ValueId kNoValue = ~ValueId{0};
 ///   upper end; args: guard (may
 ///           be taken), u lo, u hi, v lo, v hi, width hi, then |du| and |dv| upper ends along the
 ///           three axes (6)
+///   BitCast args {value}: its 32 bits as another type; never to or from bool
+///
+/// Loops and queries cut a stage in phases (runtime/abi/fablet_table.h). A loop is the stretch of
+/// instructions from a Loop to its LoopEnd; loops nest. What is inside may use what came before;
+/// what comes after uses LoopResults only.
+///   Loop    args {guard}. The stretch runs once where the guard holds, then again as long as the
+///           LoopEnd's condition holds: voxel by voxel. Guards inside hold of a trip that runs.
+///   LoopVar a = its number, counted from 0; args {loop, first value}: its value in this trip. All
+///           come right after the Loop.
+///   LoopEnd args {loop, again, next value of each LoopVar in order}
+///   LoopResult a = number of the LoopVar; args {loop end}: the first value where no trip ran, else
+///           the next value that the last trip gave
+///   Query   the surface point nearest to (x, y, z), part-local mm. a = -1: the part's own
+///           displaced surface; else the place among Object uniforms. args {guard, x, y, z}
+///   QueryResult kind = openfab_query_result, a = nearest input, b = component; args {query}; 0
+///           where the guard is false
+///   Print   a = place in Stage::prints; args {guard, then each printed value}. Result: bool false,
+///           used by nothing, and kept all the same
 struct Instr {
     Op op = Op::kConst;
     Type type = Type::kFloat;
@@ -71,12 +89,21 @@ struct Output {
     ValueId value = kNoValue;
 };
 
+/// A `printf` or a failed `assert` that is compiled in: its text, with one %-conversion for each
+/// printed value.
+struct Print {
+    std::string format;
+    bool is_assert = false;  ///< args[0] holds where the assertion fails
+    source::Span span;
+};
+
 enum class StageKind : uint8_t { kSurface, kSurfaceBounds, kVolume, kVolumeBounds };
 
 struct Stage {
     StageKind kind = StageKind::kVolume;
     std::vector<Instr> instrs;
     std::vector<Output> outputs;
+    std::vector<Print> prints;
 };
 
 struct Uniform {
@@ -109,6 +136,7 @@ struct Fablet {
     std::vector<Uniform> uniforms;
     int32_t uniform_value_count = 0;
     int32_t texture_count = 0;
+    int32_t object_count = 0;  ///< Object uniforms; first_index of each is its place among them
     int32_t slot_count = 0;
     int32_t void_slot = -1;
     bool has_surface = false;

@@ -165,9 +165,10 @@ std::string print(const Stage& stage) {
 
 std::string print(const Fablet& fablet) {
     std::string out = fmt::format("fablet {}\n", fablet.name);
-    fmt::format_to(std::back_inserter(out), "  counts values {} textures {} slots {} void {}\n",
-                   fablet.uniform_value_count, fablet.texture_count, fablet.slot_count,
-                   fablet.void_slot);
+    fmt::format_to(std::back_inserter(out),
+                   "  counts values {} textures {} objects {} slots {} void {}\n",
+                   fablet.uniform_value_count, fablet.texture_count, fablet.object_count,
+                   fablet.slot_count, fablet.void_slot);
     for (const Uniform& uniform : fablet.uniforms)
         print_uniform(uniform, &out);
     for (const Varying& varying : fablet.surface_inputs)

@@ -154,6 +154,8 @@ class Reader {
         fablet_.uniform_value_count = next_int();
         expect("textures");
         fablet_.texture_count = next_int();
+        expect("objects");
+        fablet_.object_count = next_int();
         expect("slots");
         fablet_.slot_count = next_int();
         expect("void");

@@ -135,8 +135,9 @@ class TableWriter {
         line("static const struct openfab_fablet {} = {{", prefix);
         line("    OPENFAB_ABI_VERSION, {}, {}, {}ull,", quoted(fablet.name),
              quoted(unit.source_name), unit.hash);
-        line("    {}, {}_uniforms, {}, {}, {}, {},", fablet.uniforms.size(), prefix,
-             fablet.uniform_value_count, fablet.texture_count, fablet.slot_count, fablet.void_slot);
+        line("    {}, {}_uniforms, {}, {}, {}, {}, {},", fablet.uniforms.size(), prefix,
+             fablet.uniform_value_count, fablet.texture_count, fablet.object_count,
+             fablet.slot_count, fablet.void_slot);
         line("    {}, {}, {}_inputs, {}, {}_outputs, {}, {}_nearest,", fablet.has_surface ? 1 : 0,
              fablet.surface_inputs.size(), prefix, fablet.surface_outputs.size(), prefix,
              fablet.nearest.size(), prefix);

@@ -31,7 +31,7 @@
 extern "C" {
 #endif
 
-#define OPENFAB_ABI_VERSION 1
+#define OPENFAB_ABI_VERSION 2
 
 typedef int (*openfab_kernel_fn)(void** args);
 
@@ -50,11 +50,13 @@ enum openfab_uniform_kind {
     OPENFAB_UNIFORM_VALUE = 0, /* bool/int/uint/float, 1 to 16 components */
     OPENFAB_UNIFORM_TEXTURE2D = 1,
     OPENFAB_UNIFORM_MATERIAL = 2,
+    OPENFAB_UNIFORM_TEXTURE3D = 3, /* counted with the 2-D textures */
+    OPENFAB_UNIFORM_OBJECT = 4,    /* another object of the world, for distance_to */
 };
 
 /* One `@uniform` declaration. `first_index` is, by kind: the place of component 0 in the object's
- * array of 32-bit uniform values; the first texture index; the first material slot. An array of
- * length L takes L times as many. */
+ * array of 32-bit uniform values; the first texture index; the first material slot; the first
+ * object. An array of length L takes L times as many. */
 struct openfab_uniform {
     const char* name;
     const char* type_name; /* as written in OpenFL: "float2", "ImageTexture2D" */
@@ -161,6 +163,11 @@ enum openfab_arg_kind {
     OPENFAB_ARG_DISPLACEMENT_HI = 32,
     OPENFAB_ARG_SURFACE_OUT_LO = 33, /* out */
     OPENFAB_ARG_SURFACE_OUT_HI = 34,
+    /* kernels of phases, see openfab_phases */
+    OPENFAB_ARG_GROUPS = 35, /* int32 (m): the groups of 8 places that this call evaluates */
+    OPENFAB_ARG_STATE = 36,  /* a = state; read at 8 * group + lane */
+    OPENFAB_ARG_STATE_OUT =
+        37, /* out, a = state; written at 8 * i + lane for the i-th listed group */
 };
 
 struct openfab_arg {
@@ -179,6 +186,77 @@ struct openfab_kernel {
     const struct openfab_arg* args;
 };
 
+/* What a query gives (openfab_query). */
+enum openfab_query_result {
+    OPENFAB_QUERY_DISTANCE = 0,  /* signed, mm */
+    OPENFAB_QUERY_POSITION = 1,  /* b = axis, part-local mm */
+    OPENFAB_QUERY_NORMAL = 2,    /* b = axis; unit, outward, of the winning micropolygon */
+    OPENFAB_QUERY_ATTRIBUTE = 3, /* a = nearest input, b = component */
+};
+
+struct openfab_query_output {
+    enum openfab_query_result kind;
+    int32_t a;
+    int32_t b;
+    int32_t state;
+};
+
+/* A nearest-surface query at any point. Where the guard is 0 nothing is asked and every output is
+ * 0. */
+struct openfab_query {
+    int32_t object;   /* -1: the part's own surface; else the place among OPENFAB_UNIFORM_OBJECTs */
+    int32_t guard;    /* state, int32 0 or 1 */
+    int32_t point[3]; /* states, part-local mm of the asking part */
+    int32_t output_count;
+    const struct openfab_query_output* outputs;
+};
+
+/* A printf, or an assert that did not hold. */
+struct openfab_print {
+    const char* format; /* one conversion for each value */
+    int32_t is_assert;
+    int32_t line, column;
+    int32_t guard; /* state */
+    int32_t value_count;
+    const int32_t* values; /* states */
+};
+
+enum openfab_step_kind {
+    OPENFAB_STEP_KERNEL = 0,   /* a = kernel: runs on the groups of the present list */
+    OPENFAB_STEP_LOOP = 1,     /* a = state `active`, b = step after the loop. Narrows the list to
+                                  groups with an active lane */
+    OPENFAB_STEP_LOOP_END = 2, /* a = state `active`, b = the loop's first inner step. As LOOP; goes
+                                  back while any is left, else restores the list of before */
+    OPENFAB_STEP_QUERY = 3,    /* a = query */
+    OPENFAB_STEP_PRINT = 4,    /* a = print */
+};
+
+struct openfab_step {
+    enum openfab_step_kind kind;
+    int32_t a;
+    int32_t b;
+};
+
+/* A stage with loops whose trips depend on the place, or with queries at other points than the
+ * voxel's centre: a program over lists of groups of 8 places (columns of 8 voxels along z: group
+ * (block * 8 + y) * 8 + x; or 8 micro-vertices). State is one array of 32-bit values for each state
+ * number, 8 per group. Kernels take the buffers of the stage as flat arrays that are read at
+ * 8 * group + lane; what they give goes to STATE_OUT, WEIGHT, POSITION, … at 8 * i + lane, from
+ * where the runtime puts it in its place. Which lanes of a group are at work is the kernels' own
+ * affair. */
+struct openfab_phases {
+    int32_t step_count; /* 0: the stage is a single kernel and has no phases */
+    const struct openfab_step* steps;
+    int32_t kernel_count;
+    const struct openfab_kernel* kernels;
+    int32_t query_count;
+    const struct openfab_query* queries;
+    int32_t print_count;
+    const struct openfab_print* prints;
+    int32_t state_count;
+    const enum openfab_scalar_type* states; /* type of each */
+};
+
 struct openfab_fablet {
     int32_t abi_version;
     const char* name;
@@ -189,6 +267,7 @@ struct openfab_fablet {
     const struct openfab_uniform* uniforms;
     int32_t uniform_value_count; /* 32-bit values */
     int32_t texture_count;
+    int32_t object_count;
     int32_t slot_count; /* material slots, VOID included where the fablet names it */
     int32_t void_slot;  /* the slot of the built-in VOID, or -1 */
 
@@ -204,6 +283,9 @@ struct openfab_fablet {
     struct openfab_kernel surface_bounds;
     struct openfab_kernel volume;
     struct openfab_kernel volume_bounds;
+
+    struct openfab_phases surface_phases; /* where it has steps, the single kernel has no code */
+    struct openfab_phases volume_phases;
 };
 
 struct openfab_fablet_list {
