@@ -8,10 +8,12 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <mutex>
 #include <sstream>
 
 #include "compiler/lower/apply_schedule.h"
 #include "compiler/lower/kernel.h"
+#include "runtime/abi/halide_hooks.h"
 
 namespace openfab::lower {
 
@@ -106,6 +108,21 @@ std::optional<Fault> write_module(const KernelRequest& request, Halide::OutputFi
     return std::nullopt;
 }
 
+/// Code in memory calls a Halide runtime of its own, which asks these.
+void use_process_hooks() {
+    Halide::JITHandlers handlers;
+    handlers.custom_error = [](Halide::JITUserContext* context, const char* message) {
+        abi::keep_kernel_error(context, message);
+    };
+    handlers.custom_do_par_for = [](Halide::JITUserContext* context,
+                                    int (*task)(Halide::JITUserContext*, int, uint8_t*), int min,
+                                    int size, uint8_t* closure) {
+        return abi::run_kernel_loop(context, reinterpret_cast<abi::KernelTask>(task), min, size,
+                                    closure);
+    };
+    Halide::Internal::JITSharedRuntime::set_default_handlers(handlers);
+}
+
 std::string list_funcs(const KernelRequest& request) {
     const Kernel kernel = make_kernel(*request.stage);
     const Schedule& schedule = schedule_of(request);
@@ -149,6 +166,23 @@ const char* schedule_name(ir::StageKind kind) {
 
 std::optional<Fault> compile_object(const KernelRequest& request, const std::string& path) {
     return write_module(request, Halide::OutputFileType::object, path);
+}
+
+std::variant<LoadedKernel, Fault> compile_in_memory(const KernelRequest& request) {
+    auto made = module_of(request);
+    if (auto* fault = std::get_if<Fault>(&made)) return *fault;
+    const auto& module = std::get<Halide::Module>(made);
+    try {
+        static std::once_flag once;
+        std::call_once(once, use_process_hooks);
+        auto code = std::make_shared<Halide::Internal::JITModule>(
+            module, module.get_function_by_name(request.function));
+        // The argument array is Halide's to read: its type says const, ours is that of linked code.
+        const auto function = reinterpret_cast<openfab_kernel_fn>(code->argv_function());
+        return LoadedKernel{std::move(code), function};
+    } catch (const Halide::Error& error) {
+        return internal_fault(fmt::format("{}: {}", request.function, error.what()));
+    }
 }
 
 std::optional<Fault> compile_runtime(const std::string& path) {

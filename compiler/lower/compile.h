@@ -4,6 +4,7 @@
 
 // Stages to machine code. Different stages may be compiled in different threads at once.
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
@@ -33,6 +34,16 @@ struct KernelRequest {
 
 /// Writes an object file with `function` and `function_argv` that needs a Halide runtime to link.
 std::optional<Fault> compile_object(const KernelRequest& request, const std::string& path);
+
+/// A kernel compiled into this process; the code lives as long as a copy of this does.
+struct LoadedKernel {
+    std::shared_ptr<void> code;
+    openfab_kernel_fn function = nullptr;
+};
+
+/// No file, assembler or linker is involved. Errors and parallel loops of the kernel go through
+/// runtime/abi/halide_hooks.h.
+std::variant<LoadedKernel, Fault> compile_in_memory(const KernelRequest& request);
 
 /// Writes a Halide runtime for all instruction sets.
 std::optional<Fault> compile_runtime(const std::string& path);

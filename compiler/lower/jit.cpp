@@ -2,62 +2,28 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compiler/lower/jit.h"
 
-#include <dlfcn.h>
-#include <fmt/format.h>
-
-#include <fstream>
-
 namespace openfab::lower {
-
-namespace {
-
-Fault internal_fault(std::string message) {
-    Fault fault;
-    fault.internal = std::move(message);
-    return fault;
-}
-
-// Overrides the runtime's handler, which prints and aborts. The error code that the kernel returns
-// says enough.
-constexpr const char* kErrorHandler =
-    "void halide_error(void* user_context, const char* message) {\n"
-    "    (void)user_context;\n"
-    "    (void)message;\n"
-    "}\n";
-
-}  // namespace
-
-LoadedProgram::~LoadedProgram() {
-    if (library_ != nullptr) dlclose(library_);
-}
 
 std::variant<std::unique_ptr<LoadedProgram>, Fault> load_program(
     const std::vector<FabletUnit>& fablets, const ProgramOptions& options) {
-    const ScratchFolder folder;
-    if (folder.path().empty()) return internal_fault("no temporary folder can be made");
-    auto compiled = compile_program(fablets, options, folder.path());
-    if (auto* fault = std::get_if<Fault>(&compiled)) return *fault;
-    const std::string runtime = (folder.path() / "runtime.o").string();
-    if (std::optional<Fault> fault = compile_runtime(runtime)) return *fault;
-
-    const std::string handler = (folder.path() / "error.c").string();
-    std::ofstream(handler) << kErrorHandler;
-    const std::string library = (folder.path() / "fablets.so").string();
-    // Symbolic: the library must call its own runtime, not one that the program around it has.
-    std::vector<std::string> command = {
-        options.compiler, "-shared", "-fPIC", "-Wl,-Bsymbolic", "-o", library, handler, runtime};
-    for (const auto& object : std::get<ProgramObjects>(compiled).objects) {
-        command.push_back(object.string());
-    }
-    command.insert(command.end(), {"-lm", "-lpthread", "-ldl"});
-    const std::string trouble = run_tool(command);
-    if (!trouble.empty()) return internal_fault(trouble);
-
+    const std::vector<KernelUnit> units = list_kernels(fablets, options.isas);
     std::unique_ptr<LoadedProgram> out(new LoadedProgram);
-    out->library_ = dlopen(library.c_str(), RTLD_NOW | RTLD_LOCAL);
-    if (out->library_ == nullptr) return internal_fault(dlerror());
-    out->list_ = static_cast<const openfab_fablet_list*>(dlsym(out->library_, "openfab_fablets"));
-    if (out->list_ == nullptr) return internal_fault(dlerror());
+    out->kernels_.resize(units.size());
+    std::optional<Fault> fault =
+        compile_each(units, options.threads, [&](size_t k) -> std::optional<Fault> {
+            auto made = compile_in_memory(request_of(units[k], options));
+            if (auto* trouble = std::get_if<Fault>(&made)) return std::move(*trouble);
+            out->kernels_[k] = std::get<LoadedKernel>(std::move(made));
+            return std::nullopt;
+        });
+    if (fault) return *fault;
+    for (const FabletUnit& fablet : fablets)
+        out->tables_.push_back(&out->data_.emplace_back(fablet).table());
+    for (size_t k = 0; k < units.size(); ++k) {
+        out->data_[units[k].fablet].set_function(units[k].place, units[k].isa,
+                                                 out->kernels_[k].function);
+    }
+    out->list_ = {static_cast<int32_t>(out->tables_.size()), out->tables_.data()};
     return out;
 }
 
@@ -69,7 +35,11 @@ std::variant<std::unique_ptr<LoadedProgram>, Fault> load_module(
     std::vector<FabletUnit> units;
     for (const ir::Fablet& fablet : module.fablets) {
         results.push_back(passes::run_pipeline(fablet, pipeline));
-        if (!results.back().fault.empty()) return internal_fault(results.back().fault);
+        if (!results.back().fault.empty()) {
+            Fault fault;
+            fault.internal = results.back().fault;
+            return fault;
+        }
         units.push_back({&fablet, &results.back().stages, "", 0});
     }
     return load_program(units, options);

@@ -2,12 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Fablets compiled and loaded into this process, for tests and `openflc run`: the very objects that
-// `build` links, in a shared library of their own with a Halide runtime inside. Kernels return an
-// error code where they fail; the library's halide_error keeps quiet.
+// Fablets compiled into this process, for `openflc run` and tests: the kernels that `build` links,
+// without files or a linker.
 
+#include <deque>
 #include <memory>
 #include <variant>
+#include <vector>
 
 #include "compiler/lower/program.h"
 
@@ -15,22 +16,24 @@ namespace openfab::lower {
 
 class LoadedProgram {
   public:
-    ~LoadedProgram();
     LoadedProgram(const LoadedProgram&) = delete;
     LoadedProgram& operator=(const LoadedProgram&) = delete;
 
     /// Valid while this object lives.
-    const openfab_fablet_list& fablets() const { return *list_; }
+    const openfab_fablet_list& fablets() const { return list_; }
 
   private:
     friend std::variant<std::unique_ptr<LoadedProgram>, Fault> load_program(
         const std::vector<FabletUnit>& fablets, const ProgramOptions& options);
     LoadedProgram() = default;
 
-    void* library_ = nullptr;
-    const openfab_fablet_list* list_ = nullptr;
+    std::deque<FabletData> data_;
+    std::vector<LoadedKernel> kernels_;
+    std::vector<const openfab_fablet*> tables_;
+    openfab_fablet_list list_{};
 };
 
+/// The units may go afterwards.
 std::variant<std::unique_ptr<LoadedProgram>, Fault> load_program(
     const std::vector<FabletUnit>& fablets, const ProgramOptions& options = {});
 

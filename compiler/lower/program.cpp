@@ -37,49 +37,6 @@ Fault internal_fault(std::string message) {
     return fault;
 }
 
-KernelRequest request_of(const KernelUnit& unit, const ProgramOptions& options) {
-    KernelRequest request;
-    request.stage = unit.stage;
-    request.function = unit.function;
-    request.isa = unit.isa;
-    if (options.schedule != nullptr && options.schedule_kernel == schedule_name(unit.stage->kind)) {
-        request.schedule = options.schedule;
-    }
-    return request;
-}
-
-/// Each thread takes the next kernel; the fault of the first kernel in the list wins, whichever
-/// thread met it.
-std::optional<Fault> compile_kernels(const std::vector<KernelUnit>& units,
-                                     const std::vector<fs::path>& objects,
-                                     const ProgramOptions& options) {
-    std::atomic<size_t> next{0};
-    std::mutex mutex;
-    size_t faulty = units.size();
-    Fault fault;
-    const auto work = [&] {
-        for (size_t k = next++; k < units.size(); k = next++) {
-            std::optional<Fault> mine = compile_object(request_of(units[k], options), objects[k]);
-            if (!mine) continue;
-            const std::lock_guard<std::mutex> lock(mutex);
-            if (k < faulty) {
-                faulty = k;
-                fault = std::move(*mine);
-            }
-        }
-    };
-    const size_t wanted = options.threads > 0 ? static_cast<size_t>(options.threads)
-                                              : std::max(1u, std::thread::hardware_concurrency());
-    std::vector<std::thread> threads;
-    for (size_t k = 1; k < std::min(wanted, units.size()); ++k)
-        threads.emplace_back(work);
-    work();
-    for (std::thread& thread : threads)
-        thread.join();
-    if (faulty < units.size()) return fault;
-    return std::nullopt;
-}
-
 std::optional<Fault> compile_table(const std::vector<FabletUnit>& fablets,
                                    const ProgramOptions& options, const fs::path& source,
                                    const fs::path& object) {
@@ -100,6 +57,47 @@ std::optional<Fault> compile_table(const std::vector<FabletUnit>& fablets,
 
 }  // namespace
 
+KernelRequest request_of(const KernelUnit& unit, const ProgramOptions& options) {
+    KernelRequest request;
+    request.stage = unit.place.stage;
+    request.function = unit.function;
+    request.isa = unit.isa;
+    if (options.schedule != nullptr &&
+        options.schedule_kernel == schedule_name(unit.place.stage->kind)) {
+        request.schedule = options.schedule;
+    }
+    return request;
+}
+
+std::optional<Fault> compile_each(const std::vector<KernelUnit>& units, int threads_wanted,
+                                  const std::function<std::optional<Fault>(size_t unit)>& compile) {
+    std::atomic<size_t> next{0};
+    std::mutex mutex;
+    size_t faulty = units.size();
+    Fault fault;
+    const auto work = [&] {
+        for (size_t k = next++; k < units.size(); k = next++) {
+            std::optional<Fault> mine = compile(k);
+            if (!mine) continue;
+            const std::lock_guard<std::mutex> lock(mutex);
+            if (k < faulty) {
+                faulty = k;
+                fault = std::move(*mine);
+            }
+        }
+    };
+    const size_t wanted = threads_wanted > 0 ? static_cast<size_t>(threads_wanted)
+                                             : std::max(1u, std::thread::hardware_concurrency());
+    std::vector<std::thread> threads;
+    for (size_t k = 1; k < std::min(wanted, units.size()); ++k)
+        threads.emplace_back(work);
+    work();
+    for (std::thread& thread : threads)
+        thread.join();
+    if (faulty < units.size()) return fault;
+    return std::nullopt;
+}
+
 std::variant<ProgramObjects, Fault> compile_program(const std::vector<FabletUnit>& fablets,
                                                     const ProgramOptions& options,
                                                     const fs::path& folder) {
@@ -108,13 +106,15 @@ std::variant<ProgramObjects, Fault> compile_program(const std::vector<FabletUnit
     for (const KernelUnit& unit : units)
         out.objects.push_back(folder / (unit.function + ".o"));
     Clock::time_point begin = Clock::now();
-    if (std::optional<Fault> fault = compile_kernels(units, out.objects, options)) return *fault;
+    std::optional<Fault> fault = compile_each(units, options.threads, [&](size_t k) {
+        return compile_object(request_of(units[k], options), out.objects[k]);
+    });
+    if (fault) return *fault;
     out.times.kernels = seconds_since(begin);
 
     begin = Clock::now();
     out.objects.push_back(folder / "openfab_table.o");
-    std::optional<Fault> fault =
-        compile_table(fablets, options, folder / "openfab_table.c", out.objects.back());
+    fault = compile_table(fablets, options, folder / "openfab_table.c", out.objects.back());
     if (fault) return *fault;
     out.times.table = seconds_since(begin);
     return out;

@@ -5,6 +5,8 @@
 // Fablets to object files: kernels compiled in parallel threads, and the C table that names them.
 
 #include <filesystem>
+#include <functional>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -32,6 +34,14 @@ struct ProgramObjects {
     std::vector<std::filesystem::path> objects;  ///< kernels, then the table
     ProgramTimes times;
 };
+
+/// Calls `compile` for each kernel, `threads` at once (0: all cores); the fault of the first kernel
+/// in the list that has one wins, whichever thread met it.
+std::optional<Fault> compile_each(const std::vector<KernelUnit>& units, int threads,
+                                  const std::function<std::optional<Fault>(size_t unit)>& compile);
+
+/// What to compile for a kernel of the program.
+KernelRequest request_of(const KernelUnit& unit, const ProgramOptions& options);
 
 /// Writes all objects into `folder`, which exists.
 std::variant<ProgramObjects, Fault> compile_program(const std::vector<FabletUnit>& fablets,

@@ -8,21 +8,13 @@
 #include <string>
 #include <vector>
 
-#include "compiler/ir/ir.h"
-#include "compiler/passes/pipeline.h"
+#include "compiler/lower/fablet_data.h"
 
 namespace openfab::lower {
 
-/// One fablet that goes into a program.
-struct FabletUnit {
-    const ir::Fablet* fablet = nullptr;
-    const passes::KernelStages* stages = nullptr;
-    std::string source_name;  ///< file name of the source, for messages
-    uint64_t hash = 0;
-};
-
 struct KernelUnit {
-    const ir::Stage* stage = nullptr;
+    size_t fablet = 0;  ///< place in the list
+    KernelPlace place;
     openfab_isa isa = OPENFAB_ISA_SSE41;
     std::string function;  ///< unique in the program
 };

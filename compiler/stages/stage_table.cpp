@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/abi/stage_table.h"
 
+#include <HalideRuntime.h>
+
 #include "runtime/abi/halide_hooks.h"
 
 // The symbols that stage_gen compiled; the list of sizes is also in CMakeLists.txt.
@@ -32,7 +34,11 @@ const openfab_stage_set kSets[] = {
 
 // Whoever uses the table has the hooks too: an archive's members are linked only where something
 // refers to them.
-[[maybe_unused]] const bool hooks_installed = (openfab::abi::install_halide_hooks(), true);
+[[maybe_unused]] const bool hooks_installed = [] {
+    halide_set_error_handler(openfab::abi::keep_kernel_error);
+    halide_set_custom_do_par_for(openfab::abi::run_kernel_loop);
+    return true;
+}();
 
 }  // namespace
 

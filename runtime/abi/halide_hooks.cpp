@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/abi/halide_hooks.h"
 
-#include <HalideRuntime.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
@@ -15,14 +14,16 @@ namespace {
 
 thread_local char last_error[512];
 
-void keep_error(void* /*user_context*/, const char* message) {
+}  // namespace
+
+void keep_kernel_error(void* /*user_context*/, const char* message) {
     std::strncpy(last_error, message, sizeof(last_error) - 1);
     last_error[sizeof(last_error) - 1] = '\0';
 }
 
 // A thread that waits for the loop takes no other work: it may hold scratch memory of a half-done
 // block row.
-int run_parallel(void* user_context, halide_task_t task, int min, int size, uint8_t* closure) {
+int run_kernel_loop(void* user_context, KernelTask task, int min, int size, uint8_t* closure) {
     std::atomic<int> status{0};
     tbb::this_task_arena::isolate([&] {
         tbb::parallel_for(min, min + size, [&](int i) {
@@ -31,13 +32,6 @@ int run_parallel(void* user_context, halide_task_t task, int min, int size, uint
         });
     });
     return status.load();
-}
-
-}  // namespace
-
-void install_halide_hooks() {
-    halide_set_error_handler(keep_error);
-    halide_set_custom_do_par_for(run_parallel);
 }
 
 std::string take_kernel_error() {

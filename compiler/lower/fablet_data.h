@@ -1,0 +1,63 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// The constant table of one fablet in memory, as runtime/abi/fablet_table.h lays it out. It is
+// loaded as it stands (compiler/lower/jit.h) or written as C source (compiler/lower/table.h).
+
+#include <deque>
+#include <string>
+#include <vector>
+
+#include "compiler/ir/ir.h"
+#include "compiler/passes/pipeline.h"
+#include "runtime/abi/fablet_table.h"
+
+namespace openfab::lower {
+
+/// One fablet that goes into a program.
+struct FabletUnit {
+    const ir::Fablet* fablet = nullptr;
+    const passes::KernelStages* stages = nullptr;
+    std::string source_name;  ///< file name of the source, for messages
+    uint64_t hash = 0;
+};
+
+/// A kernel of a fablet before it is compiled.
+struct KernelPlace {
+    const ir::Stage* stage = nullptr;
+    openfab_kernel openfab_fablet::*kernel = nullptr;
+    std::string name;  ///< in C names: "volume"
+};
+
+/// The kernels that a fablet has, in the order of the table.
+std::vector<KernelPlace> kernel_places(const passes::KernelStages& stages);
+
+/// Everything that the table points to is owned here; the unit may go.
+class FabletData {
+  public:
+    explicit FabletData(const FabletUnit& unit);
+    FabletData(const FabletData&) = delete;
+    FabletData& operator=(const FabletData&) = delete;
+
+    /// Valid while this object lives.
+    const openfab_fablet& table() const { return table_; }
+    void set_function(const KernelPlace& place, openfab_isa isa, openfab_kernel_fn function) {
+        (table_.*place.kernel).fn[isa] = function;
+    }
+
+  private:
+    const char* keep(const std::string& text) { return strings_.emplace_back(text).c_str(); }
+    const uint32_t* keep_bits(const std::vector<uint32_t>& bits);
+    const openfab_varying* keep_varyings(const std::vector<ir::Varying>& varyings);
+    openfab_kernel make_kernel_entry(const ir::Stage& stage);
+
+    openfab_fablet table_{};
+    std::deque<std::string> strings_;
+    std::deque<std::vector<uint32_t>> bits_;
+    std::vector<openfab_uniform> uniforms_;
+    std::deque<std::vector<openfab_varying>> varyings_;
+    std::deque<std::vector<openfab_arg>> args_;
+};
+
+}  // namespace openfab::lower
