@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compiler/interp/evaluate.h"
 
+#include <array>
+
 #include "compiler/ir/arithmetic.h"
 
 namespace openfab::interp {
@@ -27,27 +29,103 @@ uint32_t evaluate_sample(const ir::Instr& instr, std::span<const uint32_t> args,
     return ir::as_bits(sample(environment.texture(instr.a), instr.b, at));
 }
 
-uint32_t evaluate_one(const ir::Stage& stage, const ir::Instr& instr,
-                      std::span<const uint32_t> args, const Environment& environment) {
-    switch (instr.op) {
-        case ir::Op::kConst:
-            return instr.bits;
-        case ir::Op::kInput:
-            return environment.input(instr.kind, instr.a, instr.b);
-        case ir::Op::kSample:
-            return evaluate_sample(instr, args, environment);
-        case ir::Op::kSampleBound:
-            return environment.sample_bound(instr, args);
-        case ir::Op::kConvert:
-            return ir::eval_convert(stage.instrs[instr.args[0]].type, instr.type, args[0]);
-        case ir::Op::kSelect:
-            return args[0] != 0 ? args[1] : args[2];
-        default:
-            break;
+/// Walks the instructions with a program counter: the end of a loop sets it back.
+class Evaluator {
+  public:
+    Evaluator(const ir::Stage& stage, const Environment& environment)
+        : stage_(stage),
+          environment_(environment),
+          ends_(ir::loop_ends(stage)),
+          values_(stage.instrs.size(), 0) {}
+
+    std::vector<uint32_t> run() {
+        while (at_ < stage_.instrs.size())
+            step();
+        return std::move(values_);
     }
-    return ir::eval(instr.op, stage.instrs[instr.args[0]].type, args[0],
-                    args.size() > 1 ? args[1] : 0, 0);
-}
+
+  private:
+    void step() {
+        const ir::ValueId id = at_++;
+        const ir::Instr& instr = stage_.instrs[id];
+        args_.clear();
+        for (const ir::ValueId arg : instr.args)
+            args_.push_back(values_[arg]);
+        switch (instr.op) {
+            case ir::Op::kLoop:
+                return begin_loop(id);
+            case ir::Op::kLoopVar:
+                return;  // set by the loop's begin and end
+            case ir::Op::kLoopEnd:
+                return end_loop(instr);
+            case ir::Op::kLoopResult: {
+                const ir::Instr& end = stage_.instrs[instr.args[0]];
+                values_[id] = values_[end.args[0] + 1 + static_cast<ir::ValueId>(instr.a)];
+                return;
+            }
+            case ir::Op::kPrint:
+                if (args_[0] == 0) return;
+                return environment_.print(stage_.prints[static_cast<size_t>(instr.a)],
+                                          std::span<const uint32_t>(args_).subspan(1));
+            default:
+                values_[id] = evaluate_one(instr);
+        }
+    }
+
+    void begin_loop(ir::ValueId loop) {
+        for (ir::ValueId var = loop + 1; stage_.instrs[var].op == ir::Op::kLoopVar; ++var) {
+            values_[var] = values_[stage_.instrs[var].args[1]];
+        }
+        if (args_[0] == 0) at_ = ends_[loop] + 1;
+    }
+
+    void end_loop(const ir::Instr& end) {
+        for (size_t k = ir::kLoopEndNext; k < args_.size(); ++k) {
+            values_[end.args[0] + 1 + k - ir::kLoopEndNext] = args_[k];
+        }
+        if (args_[1] != 0) at_ = end.args[0] + 1;
+    }
+
+    uint32_t evaluate_query_result(const ir::Instr& instr) const {
+        const ir::Instr& query = stage_.instrs[instr.args[0]];
+        std::array<uint32_t, 4> args{};
+        for (size_t k = 0; k < args.size(); ++k)
+            args[k] = values_[query.args[k]];
+        return args[0] == 0 ? 0 : environment_.query(query, instr, args);
+    }
+
+    uint32_t evaluate_one(const ir::Instr& instr) const {
+        switch (instr.op) {
+            case ir::Op::kConst:
+                return instr.bits;
+            case ir::Op::kInput:
+                return environment_.input(instr.kind, instr.a, instr.b);
+            case ir::Op::kSample:
+                return evaluate_sample(instr, args_, environment_);
+            case ir::Op::kSampleBound:
+                return environment_.sample_bound(instr, args_);
+            case ir::Op::kQuery:
+                return 0;
+            case ir::Op::kQueryResult:
+                return evaluate_query_result(instr);
+            case ir::Op::kConvert:
+                return ir::eval_convert(stage_.instrs[instr.args[0]].type, instr.type, args_[0]);
+            case ir::Op::kSelect:
+                return args_[0] != 0 ? args_[1] : args_[2];
+            default:
+                break;
+        }
+        return ir::eval(instr.op, stage_.instrs[instr.args[0]].type, args_[0],
+                        args_.size() > 1 ? args_[1] : 0, 0);
+    }
+
+    const ir::Stage& stage_;
+    const Environment& environment_;
+    const std::vector<ir::ValueId> ends_;
+    std::vector<uint32_t> values_;
+    std::vector<uint32_t> args_;  ///< of the instruction in hand
+    ir::ValueId at_ = 0;
+};
 
 }  // namespace
 
@@ -56,17 +134,15 @@ uint32_t Environment::sample_bound(const ir::Instr& /*instr*/,
     return kQuietNan;
 }
 
+uint32_t Environment::query(const ir::Instr& /*query*/, const ir::Instr& /*result*/,
+                            std::span<const uint32_t> /*args*/) const {
+    return 0;
+}
+
+void Environment::print(const ir::Print& /*print*/, std::span<const uint32_t> /*values*/) const {}
+
 std::vector<uint32_t> evaluate_all(const ir::Stage& stage, const Environment& environment) {
-    std::vector<uint32_t> values;
-    values.reserve(stage.instrs.size());
-    std::vector<uint32_t> args;
-    for (const ir::Instr& instr : stage.instrs) {
-        args.clear();
-        for (ir::ValueId arg : instr.args)
-            args.push_back(values[arg]);
-        values.push_back(evaluate_one(stage, instr, args, environment));
-    }
-    return values;
+    return Evaluator(stage, environment).run();
 }
 
 std::vector<uint32_t> evaluate(const ir::Stage& stage, const Environment& environment) {

@@ -25,13 +25,20 @@ class Environment {
     /// An end of the interval of a look-up: `instr` is a SampleBound, `args` its evaluated
     /// arguments. The default, NaN, means that nothing is known.
     virtual uint32_t sample_bound(const ir::Instr& instr, std::span<const uint32_t> args) const;
+    /// One result of a query whose guard holds; `query` is the Query, `args` its evaluated
+    /// arguments, `result` the QueryResult. The default is 0.
+    virtual uint32_t query(const ir::Instr& query, const ir::Instr& result,
+                           std::span<const uint32_t> args) const;
+    /// A print whose guard holds, with its values' bits. The default drops it.
+    virtual void print(const ir::Print& print, std::span<const uint32_t> values) const;
 };
 
 /// Bits of every output, in the order of stage.outputs. The stage must pass ir::verify. A look-up
 /// whose guard is false reads nothing and gives 0.
 std::vector<uint32_t> evaluate(const ir::Stage& stage, const Environment& environment);
 
-/// Bits of every instruction, for tests that look inside.
+/// Bits of every instruction, for tests that look inside; of one inside a loop as the last trip
+/// left it, 0 where none ran.
 std::vector<uint32_t> evaluate_all(const ir::Stage& stage, const Environment& environment);
 
 }  // namespace openfab::interp

@@ -128,6 +128,58 @@ ValueId Builder::convert(ValueId value, Type to) {
     return append(std::move(instr));
 }
 
+ValueId Builder::loop(ValueId guard) {
+    return emit(Op::kLoop, {guard});
+}
+
+ValueId Builder::loop_var(ValueId loop, int32_t number, ValueId first) {
+    Instr instr;
+    instr.op = Op::kLoopVar;
+    instr.type = type(first);
+    instr.a = number;
+    instr.args = {loop, first};
+    return append(std::move(instr));
+}
+
+ValueId Builder::loop_end(ValueId loop, ValueId again, const std::vector<ValueId>& next) {
+    Instr instr;
+    instr.op = Op::kLoopEnd;
+    instr.type = Type::kBool;
+    instr.args = {loop, again};
+    instr.args.insert(instr.args.end(), next.begin(), next.end());
+    return append(std::move(instr));
+}
+
+ValueId Builder::loop_result(ValueId loop_end, int32_t number) {
+    Instr instr;
+    instr.op = Op::kLoopResult;
+    instr.a = number;
+    instr.type = type(stage_->instrs[loop_end].args[static_cast<size_t>(number) + kLoopEndNext]);
+    instr.args = {loop_end};
+    return append(std::move(instr));
+}
+
+ValueId Builder::query(int32_t object, ValueId guard, const std::array<ValueId, 3>& point) {
+    Instr instr;
+    instr.op = Op::kQuery;
+    instr.type = Type::kBool;
+    instr.a = object;
+    instr.args = {guard, point[0], point[1], point[2]};
+    return append(std::move(instr));
+}
+
+ValueId Builder::query_result(ValueId query, Type type, openfab_query_result kind, int32_t a,
+                              int32_t b) {
+    Instr instr;
+    instr.op = Op::kQueryResult;
+    instr.type = type;
+    instr.kind = kind;
+    instr.a = a;
+    instr.b = b;
+    instr.args = {query};
+    return append(std::move(instr));
+}
+
 ValueId Builder::select(ValueId condition, ValueId if_true, ValueId if_false) {
     return emit(Op::kSelect, {condition, if_true, if_false});
 }

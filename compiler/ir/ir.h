@@ -28,6 +28,8 @@ enum class Op : uint8_t {
 
 using ValueId = uint32_t;
 constexpr ValueId kNoValue = ~ValueId{0};
+/// Place of the first LoopVar's next value among a LoopEnd's arguments.
+constexpr size_t kLoopEndNext = 2;
 
 /// One instruction; its result is the value whose id is its place in Stage::instrs.
 ///   Const   `bits` is the 32-bit pattern (bool 0 or 1)
@@ -58,8 +60,10 @@ constexpr ValueId kNoValue = ~ValueId{0};
 ///           displaced surface; else the place among Object uniforms. args {guard, x, y, z}
 ///   QueryResult kind = openfab_query_result, a = nearest input, b = component; args {query}; 0
 ///           where the guard is false
-///   Print   a = place in Stage::prints; args {guard, then each printed value}. Result: bool false,
-///           used by nothing, and kept all the same
+///   Print   a = place in Stage::prints; args {guard, then each printed value}; used by nothing,
+///           and kept all the same
+/// Loop, LoopEnd, Query and Print have type bool and no value of their own: only LoopVar and
+/// LoopEnd take a Loop, only LoopResult a LoopEnd, only QueryResult a Query.
 struct Instr {
     Op op = Op::kConst;
     Type type = Type::kFloat;
@@ -153,6 +157,12 @@ struct Module {
     std::vector<Fablet> fablets;
 };
 
+constexpr size_t kOpCount = 0
+#define OPENFAB_IR_OP(name, spelling, arity) +1
+#include "compiler/ir/nodes.def"
+#undef OPENFAB_IR_OP
+    ;
+
 /// Spelling of an operation in dumps.
 const char* spelling(Op op);
 /// Fixed number of arguments, or -1.
@@ -165,8 +175,18 @@ std::string print(const Fablet& fablet);
 std::string print(const Stage& stage);
 
 /// Empty where the stage is well formed, else the first fault: a bad type, an argument that comes
-/// later, a wrong arity.
+/// later or is inside a loop that has ended, a wrong arity.
 std::string verify(const Stage& stage);
+
+/// Values that the outputs and the prints need, by id. A loop that is needed keeps the variables
+/// only whose value or result is.
+std::vector<bool> live_values(const Stage& stage);
+
+/// Drops what is not live and renumbers the rest, variables of loops included.
+void drop_dead_values(Stage* stage);
+
+/// The instruction that ends the loop of each Loop, by the Loop's id; kNoValue elsewhere.
+std::vector<ValueId> loop_ends(const Stage& stage);
 
 /// Appends instructions; folds nothing.
 class Builder {
@@ -182,6 +202,13 @@ class Builder {
     ValueId emit(Op op, std::vector<ValueId> args);
     ValueId convert(ValueId value, Type to);
     ValueId select(ValueId condition, ValueId if_true, ValueId if_false);
+    ValueId loop(ValueId guard);
+    ValueId loop_var(ValueId loop, int32_t number, ValueId first);
+    /// `next`: one value for each variable of the loop.
+    ValueId loop_end(ValueId loop, ValueId again, const std::vector<ValueId>& next);
+    ValueId loop_result(ValueId loop_end, int32_t number);
+    ValueId query(int32_t object, ValueId guard, const std::array<ValueId, 3>& point);
+    ValueId query_result(ValueId query, Type type, openfab_query_result kind, int32_t a, int32_t b);
     ValueId append(Instr instr);
     Type type(ValueId value) const { return stage_->instrs[value].type; }
 

@@ -50,11 +50,18 @@ constexpr const char* kKindNames[] = {
     "displacement_hi",
     "surface_out_lo",
     "surface_out_hi",
+    "groups",
+    "state",
+    "state_out",
+    "derived",
 };
-static_assert(std::size(kKindNames) == OPENFAB_ARG_SURFACE_OUT_HI + 1);
+static_assert(std::size(kKindNames) == OPENFAB_ARG_DERIVED + 1);
 
 constexpr const char* kStageNames[] = {"surface", "surface_bounds", "volume", "volume_bounds"};
-constexpr const char* kUniformKindNames[] = {"value", "texture2d", "material"};
+constexpr const char* kUniformKindNames[] = {"value", "texture2d", "material", "texture3d",
+                                             "object"};
+static_assert(std::size(kUniformKindNames) == OPENFAB_UNIFORM_OBJECT + 1);
+constexpr const char* kQueryResultNames[] = {"distance", "position", "normal", "attribute"};
 constexpr const char* kVoxelCoordNames[] = {"voxel_coord", "voxel_coord_lo", "voxel_coord_hi"};
 
 void print_instr(const Instr& instr, size_t id, std::string* out) {
@@ -64,8 +71,10 @@ void print_instr(const Instr& instr, size_t id, std::string* out) {
     if (instr.op == Op::kInput) {
         fmt::format_to(to, " {} {} {}", kind_name(instr.kind), instr.a, instr.b);
     }
-    if (instr.op == Op::kSample || instr.op == Op::kSampleBound) {
-        fmt::format_to(to, " {} {}", instr.a, instr.b);
+    if (has_a(instr.op)) fmt::format_to(to, " {}", instr.a);
+    if (instr.op == Op::kSample || instr.op == Op::kSampleBound) fmt::format_to(to, " {}", instr.b);
+    if (instr.op == Op::kQueryResult) {
+        fmt::format_to(to, " {} {} {}", query_result_name(instr.kind), instr.a, instr.b);
     }
     if (instr.op == Op::kSampleBound) fmt::format_to(to, " {}", instr.bits);
     for (ValueId arg : instr.args)
@@ -115,7 +124,7 @@ void print_uniform(const Uniform& uniform, std::string* out) {
 }  // namespace
 
 const char* kind_name(int32_t kind) {
-    if (kind >= 0 && kind <= OPENFAB_ARG_SURFACE_OUT_HI) return kKindNames[kind];
+    if (kind >= 0 && kind <= OPENFAB_ARG_DERIVED) return kKindNames[kind];
     if (kind >= kVoxelCoord && kind <= kVoxelCoordHi) return kVoxelCoordNames[kind - kVoxelCoord];
     return nullptr;
 }
@@ -134,6 +143,15 @@ const char* stage_name(StageKind kind) {
 
 const char* uniform_kind_name(openfab_uniform_kind kind) {
     return kUniformKindNames[static_cast<size_t>(kind)];
+}
+
+const char* query_result_name(int32_t kind) {
+    return kQueryResultNames[static_cast<size_t>(kind)];
+}
+
+bool has_a(Op op) {
+    return op == Op::kSample || op == Op::kSampleBound || op == Op::kLoopVar ||
+           op == Op::kLoopResult || op == Op::kQuery || op == Op::kPrint;
 }
 
 std::string constant_text(Type type, uint32_t bits) {
@@ -156,6 +174,10 @@ std::string print(const Stage& stage) {
     std::string out = fmt::format("  stage {}\n", stage_name(stage.kind));
     for (size_t id = 0; id < stage.instrs.size(); ++id)
         print_instr(stage.instrs[id], id, &out);
+    for (const Print& p : stage.prints) {
+        fmt::format_to(std::back_inserter(out), "    {} {}\n", p.is_assert ? "assert" : "print",
+                       quoted(p.format));
+    }
     for (const Output& output : stage.outputs) {
         fmt::format_to(std::back_inserter(out), "    output {} {} {} {} %{}\n", output.name,
                        kind_name(output.kind), output.a, output.b, output.value);

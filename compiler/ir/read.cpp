@@ -100,6 +100,14 @@ class Reader {
         if (!kind) fail(fmt::format("no input or output kind `{}`", word));
         return kind.value_or(0);
     }
+    int32_t next_query_result() {
+        const std::string word = next();
+        for (int32_t kind = 0; kind <= OPENFAB_QUERY_ATTRIBUTE; ++kind) {
+            if (word == query_result_name(kind)) return kind;
+        }
+        fail(fmt::format("no result of a query `{}`", word));
+        return 0;
+    }
     ValueId next_value() {
         const std::string word = next();
         const std::optional<ValueId> id =
@@ -142,6 +150,8 @@ class Reader {
             fablet_.nearest.push_back(read_varying());
         } else if (word == "stage") {
             read_stage();
+        } else if ((word == "print" || word == "assert") && stage_ != nullptr) {
+            stage_->prints.push_back({next(), word == "assert", {}});
         } else if (word == "output" && stage_ != nullptr) {
             read_output();
         } else {
@@ -169,7 +179,8 @@ class Reader {
         const std::string kind = next();
         bool known = false;
         for (openfab_uniform_kind candidate :
-             {OPENFAB_UNIFORM_VALUE, OPENFAB_UNIFORM_TEXTURE2D, OPENFAB_UNIFORM_MATERIAL}) {
+             {OPENFAB_UNIFORM_VALUE, OPENFAB_UNIFORM_TEXTURE2D, OPENFAB_UNIFORM_MATERIAL,
+              OPENFAB_UNIFORM_TEXTURE3D, OPENFAB_UNIFORM_OBJECT}) {
             if (kind != uniform_kind_name(candidate)) continue;
             uniform.kind = candidate;
             known = true;
@@ -230,7 +241,7 @@ class Reader {
         Instr instr;
         const std::string name = next();
         bool known = false;
-        for (int op = 0; op <= static_cast<int>(Op::kSampleBound); ++op) {
+        for (size_t op = 0; op < kOpCount; ++op) {
             if (name != spelling(static_cast<Op>(op))) continue;
             instr.op = static_cast<Op>(op);
             known = true;
@@ -239,10 +250,10 @@ class Reader {
         instr.type = next_type();
         if (instr.op == Op::kConst) instr.bits = next_constant(instr.type);
         if (instr.op == Op::kInput) instr.kind = next_kind();
-        if (instr.op == Op::kInput || instr.op == Op::kSample || instr.op == Op::kSampleBound) {
-            instr.a = next_int();
-            instr.b = next_int();
-        }
+        if (instr.op == Op::kQueryResult) instr.kind = next_query_result();
+        const bool wide = instr.op == Op::kInput || instr.op == Op::kQueryResult;
+        if (wide || has_a(instr.op)) instr.a = next_int();
+        if (wide || instr.op == Op::kSample || instr.op == Op::kSampleBound) instr.b = next_int();
         if (instr.op == Op::kSampleBound) instr.bits = static_cast<uint32_t>(next_int());
         while (at_ < words_.size() && fault_.empty())
             instr.args.push_back(next_value());

@@ -19,6 +19,9 @@ const char* kind_name(int32_t kind);
 std::optional<int32_t> kind_from_name(std::string_view name);
 const char* stage_name(StageKind kind);
 const char* uniform_kind_name(openfab_uniform_kind kind);
+const char* query_result_name(int32_t kind);
+/// True for operations whose `a` stands before their arguments.
+bool has_a(Op op);
 
 /// `true`, `-3`, `7`, `0.1`: the shortest text that reads back to the same bits; NaN as
 /// `nan:0x7fc00000`.

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "compiler/ir/ir.h"
 
 namespace openfab::ir {
@@ -70,31 +72,75 @@ class Verifier {
     explicit Verifier(const Stage& stage) : stage_(stage) {}
 
     std::string run() {
-        for (size_t id = 0; id < stage_.instrs.size(); ++id) {
-            std::string fault = check(id);
+        for (ValueId id = 0; id < stage_.instrs.size(); ++id) {
+            std::string fault = check_scope(id);
+            if (fault.empty()) fault = check(id);
             if (!fault.empty()) {
                 return fmt::format("%{} = {}: {}", id, spelling(stage_.instrs[id].op), fault);
             }
+            enter_and_leave(id);
         }
+        if (!open_.empty()) return fmt::format("%{} = loop: no end", open_.back());
         for (const Output& output : stage_.outputs) {
             if (output.value >= stage_.instrs.size()) {
                 return fmt::format("output {}: no value %{}", output.name, output.value);
+            }
+            if (!in_scope(output.value)) {
+                return fmt::format("output {}: %{} is inside a loop", output.name, output.value);
             }
         }
         return "";
     }
 
   private:
+    bool in_scope(ValueId value) const {
+        const ValueId loop = inside_[value];
+        return loop == kNoValue || std::find(open_.begin(), open_.end(), loop) != open_.end();
+    }
+
+    std::string check_scope(ValueId id) const {
+        const Instr& instr = stage_.instrs[id];
+        for (size_t k = 0; k < instr.args.size(); ++k) {
+            const ValueId arg = instr.args[k];
+            if (arg >= id) return fmt::format("argument %{} does not come earlier", arg);
+            if (!in_scope(arg)) return fmt::format("argument %{} is inside a loop that ended", arg);
+            const bool head = k == 0;
+            bool fits = true;
+            switch (stage_.instrs[arg].op) {
+                case Op::kLoop:
+                    fits = head && (instr.op == Op::kLoopVar || instr.op == Op::kLoopEnd);
+                    break;
+                case Op::kLoopEnd:
+                    fits = head && instr.op == Op::kLoopResult;
+                    break;
+                case Op::kQuery:
+                    fits = head && instr.op == Op::kQueryResult;
+                    break;
+                case Op::kPrint:
+                    fits = false;
+                    break;
+                default:
+                    break;
+            }
+            if (!fits) return fmt::format("argument %{} is no value", arg);
+        }
+        return "";
+    }
+
+    void enter_and_leave(ValueId id) {
+        const Op op = stage_.instrs[id].op;
+        if (op == Op::kLoopEnd) open_.pop_back();
+        inside_.push_back(open_.empty() ? kNoValue : open_.back());
+        if (op == Op::kLoop) open_.push_back(id);
+    }
+
     Type type_of(const Instr& instr, size_t arg) const {
         return stage_.instrs[instr.args[arg]].type;
     }
 
-    std::string check(size_t id) const {
+    std::string check(ValueId id) const {
         const Instr& instr = stage_.instrs[id];
         const int count = static_cast<int>(instr.args.size());
-        for (ValueId arg : instr.args) {
-            if (arg >= id) return fmt::format("argument %{} does not come earlier", arg);
-        }
         if (arity(instr.op) >= 0 && arity(instr.op) != count) {
             return fmt::format("{} arguments, not {}", count, arity(instr.op));
         }
@@ -114,9 +160,74 @@ class Verifier {
             case Op::kSampleBound:
                 if (count != 12) return "12 arguments are right";
                 return check_sample(instr);
+            case Op::kLoop:
+                return check_guarded(instr);
+            case Op::kLoopVar:
+                return check_loop_var(id, instr);
+            case Op::kLoopEnd:
+                return check_loop_end(instr);
+            case Op::kLoopResult:
+                return check_loop_result(instr);
+            case Op::kQuery:
+                for (size_t k = 1; k < instr.args.size(); ++k) {
+                    if (type_of(instr, k) != Type::kFloat) return "a coordinate is not a float";
+                }
+                return check_guarded(instr);
+            case Op::kQueryResult:
+                if (stage_.instrs[instr.args[0]].op != Op::kQuery) return "not of a query";
+                if (instr.kind < 0 || instr.kind > OPENFAB_QUERY_ATTRIBUTE) return "no such result";
+                return "";
+            case Op::kPrint:
+                if (count == 0) return "no guard";
+                if (instr.a < 0 || static_cast<size_t>(instr.a) >= stage_.prints.size()) {
+                    return "no such print";
+                }
+                return check_guarded(instr);
             default:
                 return check_operands(instr);
         }
+    }
+
+    std::string check_guarded(const Instr& instr) const {
+        if (instr.type != Type::kBool) return "the type is bool";
+        return type_of(instr, 0) != Type::kBool ? "the guard is not a bool" : "";
+    }
+
+    std::string check_loop_var(ValueId id, const Instr& instr) const {
+        if (open_.empty() || instr.args[0] != open_.back()) return "not of the loop around it";
+        if (id - open_.back() != static_cast<ValueId>(instr.a) + 1) {
+            return "not in its place after the loop";
+        }
+        if (instr.args[1] > open_.back()) return "its first value is inside the loop";
+        return type_of(instr, 1) != instr.type ? "its first value differs in type" : "";
+    }
+
+    std::string check_loop_end(const Instr& instr) const {
+        if (instr.args.size() < kLoopEndNext) return "too few arguments";
+        if (open_.empty() || instr.args[0] != open_.back()) return "not of the loop around it";
+        if (instr.type != Type::kBool) return "the type is bool";
+        if (type_of(instr, 1) != Type::kBool) return "the condition is not a bool";
+        size_t vars = 0;
+        while (stage_.instrs[open_.back() + 1 + vars].op == Op::kLoopVar)
+            ++vars;
+        if (instr.args.size() != kLoopEndNext + vars) {
+            return fmt::format("{} values for {} variables", instr.args.size() - kLoopEndNext,
+                               vars);
+        }
+        for (size_t k = 0; k < vars; ++k) {
+            if (type_of(instr, kLoopEndNext + k) != stage_.instrs[open_.back() + 1 + k].type) {
+                return fmt::format("value {} differs in type from its variable", k);
+            }
+        }
+        return "";
+    }
+
+    std::string check_loop_result(const Instr& instr) const {
+        const Instr& end = stage_.instrs[instr.args[0]];
+        if (end.op != Op::kLoopEnd) return "not of a loop's end";
+        const size_t place = kLoopEndNext + static_cast<size_t>(instr.a);
+        if (instr.a < 0 || place >= end.args.size()) return "no such variable";
+        return type_of(end, place) != instr.type ? "its variable differs in type" : "";
     }
 
     std::string check_select(const Instr& instr) const {
@@ -156,6 +267,8 @@ class Verifier {
     }
 
     const Stage& stage_;
+    std::vector<ValueId> open_;    ///< loops around the present place
+    std::vector<ValueId> inside_;  ///< innermost loop around each instruction so far
 };
 
 }  // namespace

@@ -168,6 +168,8 @@ enum openfab_arg_kind {
     OPENFAB_ARG_STATE = 36,  /* a = state; read at 8 * group + lane */
     OPENFAB_ARG_STATE_OUT =
         37, /* out, a = state; written at 8 * i + lane for the i-th listed group */
+    /* kernel `derived` */
+    OPENFAB_ARG_DERIVED = 38, /* out (1); a = its place after the uniform values */
 };
 
 struct openfab_arg {
@@ -243,7 +245,10 @@ struct openfab_step {
  * number, 8 per group. Kernels take the buffers of the stage as flat arrays that are read at
  * 8 * group + lane; what they give goes to STATE_OUT, WEIGHT, POSITION, … at 8 * i + lane, from
  * where the runtime puts it in its place. Which lanes of a group are at work is the kernels' own
- * affair. */
+ * affair.
+ *
+ * State 0 is the runtime's: a bool, 1 where the place is asked for. Loops, queries and prints do
+ * nothing elsewhere; the list begins with the groups that have such a place. */
 struct openfab_phases {
     int32_t step_count; /* 0: the stage is a single kernel and has no phases */
     const struct openfab_step* steps;
@@ -284,8 +289,15 @@ struct openfab_fablet {
     struct openfab_kernel volume;
     struct openfab_kernel volume_bounds;
 
-    struct openfab_phases surface_phases; /* where it has steps, the single kernel has no code */
+    /* Where one has steps, the stage's single kernel has no code; its arguments are what the
+     * kernels of the phases read of the batch and write. */
+    struct openfab_phases surface_phases;
     struct openfab_phases volume_phases;
+
+    /* 32-bit values that follow the uniform values (OPENFAB_ARG_UNIFORM with a from
+     * uniform_value_count on) and the kernel that computes them from those, once per object. */
+    int32_t derived_count;
+    struct openfab_kernel derived;
 };
 
 struct openfab_fablet_list {
