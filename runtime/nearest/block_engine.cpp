@@ -138,6 +138,15 @@ class BlockEngine final : public Engine {
         kernels_.query(input_, query, &s.kernel, answer);
     }
 
+    void query_points(std::span<const PointGroup> groups, float radius_mm, Scratch* scratch,
+                      PointAnswer* answers) const override {
+        auto& s = static_cast<BlockScratch&>(*scratch);
+        begin(&s);
+        for (const PointGroup& g : groups)
+            s.counts.asked += std::popcount(g.mask & 0xffu);
+        kernels_.points(input_, groups.data(), groups.size(), radius_mm, &s.kernel, answers);
+    }
+
     void bounds(const Vec3i& lowest, int32_t size, Scratch* scratch,
                 BoxBounds* out) const override {
         auto& s = static_cast<BlockScratch&>(*scratch);

@@ -49,6 +49,26 @@ class BruteForceEngine final : public Engine {
         }
     }
 
+    void query_points(std::span<const PointGroup> groups, float radius_mm, Scratch* scratch,
+                      PointAnswer* answers) const override {
+        for (size_t g = 0; g < groups.size(); ++g) {
+            for (size_t l = 0; l < 8; ++l) {
+                const Vec3f p{groups[g].p[0][l], groups[g].p[1][l], groups[g].p[2][l]};
+                const bool asked = (groups[g].mask >> l & 1u) != 0;
+                const bool finite = std::fabs(p.x) < kFarthestPoint &&
+                                    std::fabs(p.y) < kFarthestPoint &&
+                                    std::fabs(p.z) < kFarthestPoint;
+                scratch->counts.asked += asked ? 1 : 0;
+                const Winner best = asked && finite ? closest(p, radius_mm) : Winner{};
+                answers[g].distance2[l] = best.hit.distance2;
+                answers[g].patch[l] = best.patch;
+                answers[g].triangle[l] = best.patch < 0 ? 0 : best.triangle;
+                answers[g].bary1[l] = best.hit.bary1;
+                answers[g].bary2[l] = best.hit.bary2;
+            }
+        }
+    }
+
     void bounds(const Vec3i& lowest, int32_t size, Scratch*, BoxBounds* out) const override {
         // The nearest point of the centre, and the triangle inequality; attributes of everything in
         // reach.
@@ -91,24 +111,31 @@ class BruteForceEngine final : public Engine {
         return p;
     }
 
-    void answer_voxel(const Vec3i& voxel, bool asked, float radius, int32_t v,
-                      BlockAnswer* answer) const {
-        Hit best{std::numeric_limits<float>::infinity(), 0, 0};
+    struct Winner {
+        Hit hit{std::numeric_limits<float>::infinity(), 0, 0};
         int32_t patch = -1, triangle = -1;
-        const Vec3f p = centre(voxel);
-        for (size_t i = 0; asked && i < frames_.size(); ++i) {
+    };
+
+    Winner closest(const Vec3f& p, float radius) const {
+        Winner best;
+        for (size_t i = 0; i < frames_.size(); ++i) {
             const Hit hit = closest_point(frames_[i], details_[i], p);
             // Patches rise, triangles rise in them: on equal bits the first stays.
-            if (!(hit.distance2 < best.distance2) || !(hit.distance2 <= radius * radius)) continue;
-            best = hit;
-            patch = details_[i].patch;
-            triangle = details_[i].triangle;
+            if (!(hit.distance2 < best.hit.distance2) || !(hit.distance2 <= radius * radius))
+                continue;
+            best = {hit, details_[i].patch, details_[i].triangle};
         }
-        answer->distance2[v] = best.distance2;
-        answer->patch[v] = patch;
-        answer->triangle[v] = triangle;
-        answer->bary1[v] = best.bary1;
-        answer->bary2[v] = best.bary2;
+        return best;
+    }
+
+    void answer_voxel(const Vec3i& voxel, bool asked, float radius, int32_t v,
+                      BlockAnswer* answer) const {
+        const Winner best = asked ? closest(centre(voxel), radius) : Winner{};
+        answer->distance2[v] = best.hit.distance2;
+        answer->patch[v] = best.patch;
+        answer->triangle[v] = best.triangle;
+        answer->bary1[v] = best.hit.bary1;
+        answer->bary2[v] = best.hit.bary2;
     }
 
     const surface::PatchRanges& ranges_;

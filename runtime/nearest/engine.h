@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Exact nearest-surface queries for blocks of 8 x 8 x 8 voxels. Two implementations stand behind
-// this interface: the block-coherent engine and its brute-force twin.
+// Exact nearest-surface queries for blocks of 8 x 8 x 8 voxels, and for points anywhere. Two
+// implementations stand behind this interface: the block-coherent engine and its brute-force twin.
 //
 // The answer for a point is the closest point over all query micropolygons, distances compared as
 // the float squared distance that `closest_point` (nearest/triangle.h) evaluates; equal bits go to
@@ -40,6 +40,25 @@ struct BlockAnswer {
     alignas(32) int32_t triangle[kBlockVoxels];  ///< in the patch's MicroMesh
     alignas(32) float bary1[kBlockVoxels];       ///< weight of the triangle's corner 1
     alignas(32) float bary2[kBlockVoxels];       ///< and of corner 2
+};
+
+/// A coordinate of this size or more is as good as infinite: squared distances stay in float.
+constexpr float kFarthestPoint = 0x1p60f;
+
+/// Eight points anywhere, part-local mm; lane l asks where bit l of `mask` is set.
+struct alignas(32) PointGroup {
+    float p[3][8] = {};
+    uint32_t mask = 0xff;
+};
+
+/// Lanes that did not ask, whose point has a coordinate that is NaN or beyond kFarthestPoint, or
+/// that have no surface within the radius: distance2 is +inf, patch -1 and the rest 0.
+struct alignas(32) PointAnswer {
+    float distance2[8];  ///< mm²
+    int32_t patch[8];
+    int32_t triangle[8];
+    float bary1[8];
+    float bary2[8];
 };
 
 /// One way in which the nearest point of a voxel in a cube may come out: it lies on a patch of this
@@ -86,6 +105,10 @@ class Engine {
     };
     virtual std::unique_ptr<Scratch> make_scratch() const = 0;
     virtual void query(const BlockQuery& query, Scratch* scratch, BlockAnswer* answer) const = 0;
+    /// The same answers at any points: one PointAnswer for each group. Points that are close to the
+    /// ones asked before, in the group and from group to group, cost less.
+    virtual void query_points(std::span<const PointGroup> groups, float radius_mm, Scratch* scratch,
+                              PointAnswer* answers) const = 0;
     /// `size` is 8, 16, 32 or 64 voxels a side; `lowest` the part-relative index of the lowest
     /// voxel.
     virtual void bounds(const Vec3i& lowest, int32_t size, Scratch* scratch,

@@ -92,6 +92,7 @@ struct KernelScratch {
     Growing<Lanes> bounds;  ///< of each triangle, for the packet at hand
     Growing<Lanes> framed;  ///< 4 a triangle: plane and edge line distances
     WarmStart warm;
+    WarmStart warm_points;  ///< of points, which are elsewhere than blocks
     PatchSource patches;
     QueryCounts* counts = nullptr;
 };
@@ -99,6 +100,8 @@ struct KernelScratch {
 struct KernelTable {
     void (*query)(const KernelInput& input, const BlockQuery& query, KernelScratch* scratch,
                   BlockAnswer* answer);
+    void (*points)(const KernelInput& input, const PointGroup* groups, size_t count, float radius,
+                   KernelScratch* scratch, PointAnswer* answers);
     /// Leaves in scratch->list the nodes of the root hierarchy, none below another, that may hold
     /// the nearest point of a voxel centre of the cube, and in scratch->list_least a lower bound of
     /// the distance to each. Patches are judged by their boxes; none is diced. Returns an upper

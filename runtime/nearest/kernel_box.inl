@@ -1,0 +1,291 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A box of points: witnesses, corner domination, and the triangles that are left. Part of
+// kernel.inl.
+
+/// How far beside the nearest surface point a witness may lie, in half diagonals of its box.
+/// Searching on costs more than what a better witness would prune.
+constexpr float kWitnessOff = 1.0f;
+
+/// Everything about one box of voxel centres.
+struct BoxOfPoints {
+    Points corner;
+    float delta;  ///< see above
+    float half_diagonal;
+};
+
+/// Voxel centres lowest .. lowest + size - 1, grown by a little so that the float centres are
+/// inside.
+OPENFAB_INLINE BoxOfPoints make_box(const KernelInput& in, const int32_t* lowest,
+                                    const int32_t* size) {
+    alignas(32) float lanes[3][8];
+    const float* f = in.frame;
+    double center[3], axis[3][3];
+    for (int c = 0; c < 3; ++c)
+        center[c] = f[OPENFAB_FRAME_ORIGIN + c];
+    double diagonal2 = 0;
+    for (int a = 0; a < 3; ++a) {
+        const double middle = lowest[a] + 0.5 * size[a];
+        double step2 = 0;
+        for (int c = 0; c < 3; ++c) {
+            axis[a][c] = static_cast<double>(f[a * 3 + c]) * 0.5 * (size[a] - 1);
+            center[c] += static_cast<double>(f[a * 3 + c]) * middle;
+            step2 += axis[a][c] * axis[a][c];
+        }
+        diagonal2 += step2;
+    }
+    float largest = in.largest_coordinate;
+    for (int c = 0; c < 3; ++c) {
+        const double reach =
+            __builtin_fabs(axis[0][c]) + __builtin_fabs(axis[1][c]) + __builtin_fabs(axis[2][c]);
+        largest = larger(largest, static_cast<float>(__builtin_fabs(center[c]) + reach));
+    }
+    // Growing every corner by `grow` along each axis of the box, whose steps are orthogonal, holds
+    // the rounding of centres.
+    const double grow = static_cast<double>(largest) * 0x1p-20;
+    for (int a = 0; a < 3; ++a) {
+        const float* step = f + a * 3;
+        const double length = __builtin_sqrt(static_cast<double>(step[0]) * step[0] +
+                                             static_cast<double>(step[1]) * step[1] +
+                                             static_cast<double>(step[2]) * step[2]);
+        for (int c = 0; c < 3; ++c)
+            axis[a][c] += grow / length * step[c];
+    }
+    for (int l = 0; l < 8; ++l) {
+        for (int c = 0; c < 3; ++c) {
+            lanes[c][l] = static_cast<float>(center[c] + ((l & 1) != 0 ? axis[0][c] : -axis[0][c]) +
+                                             ((l & 2) != 0 ? axis[1][c] : -axis[1][c]) +
+                                             ((l & 4) != 0 ? axis[2][c] : -axis[2][c]));
+        }
+    }
+    BoxOfPoints box;
+    box.corner = {load(lanes[0]), load(lanes[1]), load(lanes[2])};
+    box.delta = largest * 0x1p-19f;
+    box.half_diagonal = static_cast<float>(__builtin_sqrt(diagonal2)) + 2 * box.delta;
+    return box;
+}
+
+/// The nearest surface point known for each corner of a box. It need not be the nearest there is:
+/// any surface point is a valid witness, a near one a strong one.
+struct Witnesses {
+    F8 distance2;
+    F8 x, y, z;  ///< meaningful where distance2 was lowered by a point
+    uint32_t found;
+    F8 enough;  ///< search on only for points that are nearer by this, mm²
+};
+
+OPENFAB_INLINE F8 witness_tolerance(const BoxOfPoints& box) {
+    const float off = kWitnessOff * box.half_diagonal;
+    return set1(off * off);
+}
+
+OPENFAB_INLINE void offer_point(float x, float y, float z, const Points& p, Witnesses* w) {
+    const F8 px = set1(x), py = set1(y), pz = set1(z);
+    const F8 dx = p.x - px, dy = p.y - py, dz = p.z - pz;
+    const F8 d2 = dot3(dx, dy, dz, dx, dy, dz);
+    const F8 closer = d2 < w->distance2;
+    w->distance2 = select(closer, d2, w->distance2);
+    w->x = select(closer, px, w->x);
+    w->y = select(closer, py, w->y);
+    w->z = select(closer, pz, w->z);
+    w->found |= bits(closer);
+}
+
+OPENFAB_INLINE void offer_triangle(const TriangleFrame& t, const TriangleDetail& d, const Points& p,
+                                   Witnesses* w) {
+    const InFrame f = to_frame(t, p);
+    const uint32_t near = bits(lower_bound(f) < w->distance2);
+    if (near == 0) return;
+    const Closest c = closest8(t, d, p, f, near);
+    const F8 closer = c.distance2 < w->distance2;
+    const uint32_t mask = bits(closer);
+    if (mask == 0) return;
+    const F8 v0[3] = {set1(t.v0[0]), set1(t.v0[1]), set1(t.v0[2])};
+    w->x = select(closer,
+                  v0[0] + (c.bary1 * (set1(d.v1[0]) - v0[0]) + c.bary2 * (set1(d.v2[0]) - v0[0])),
+                  w->x);
+    w->y = select(closer,
+                  v0[1] + (c.bary1 * (set1(d.v1[1]) - v0[1]) + c.bary2 * (set1(d.v2[1]) - v0[1])),
+                  w->y);
+    w->z = select(closer,
+                  v0[2] + (c.bary1 * (set1(d.v1[2]) - v0[2]) + c.bary2 * (set1(d.v2[2]) - v0[2])),
+                  w->z);
+    w->distance2 = select(closer, c.distance2, w->distance2);
+    w->found |= mask;
+}
+
+/// Searches below `start` for points nearer to the corners than those known, near children first.
+__attribute__((noinline)) void find_witnesses(const Entry& start, const Points& p,
+                                              KernelScratch* scratch, Witnesses* w) {
+    const size_t bottom = scratch->stack.size;
+    scratch->stack.push(start);
+    while (scratch->stack.size > bottom) {
+        const Entry e = scratch->stack.data[--scratch->stack.size];
+        const Node* node = e.tree->nodes + e.node;
+        if (bits(node_distance2(*node, p) < w->distance2 - w->enough) == 0) continue;
+        while (!node->is_leaf()) {
+            const Node* left = e.tree->nodes + node->child();
+            const F8 dl = node_distance2(left[0], p), dr = node_distance2(left[1], p);
+            const bool go_left = bits(dl < w->distance2) != 0,
+                       go_right = bits(dr < w->distance2) != 0;
+            scratch->counts->node_tests += 2;
+            if (go_left && go_right) {
+                const bool right_first = __builtin_popcount(bits(dr < dl)) > 4;
+                scratch->stack.push({e.tree, node->child() + (right_first ? 0u : 1u)});
+                node = left + (right_first ? 1 : 0);
+            } else if (go_left || go_right) {
+                node = left + (go_right ? 1 : 0);
+            } else {
+                node = nullptr;
+                break;
+            }
+        }
+        if (node == nullptr) continue;
+        const uint32_t first = node->first();
+        if (node->count() == 0) {
+            const TreeView* patch =
+                scratch->patches.fetch(scratch->patches.context, static_cast<int32_t>(first));
+            if (patch->nodes != nullptr) scratch->stack.push({patch, 0});
+            continue;
+        }
+        for (uint32_t i = first; i < first + node->count(); ++i) {
+            offer_triangle(e.tree->frames[i], e.tree->details[i], p, w);
+        }
+        scratch->counts->triangle_tests += node->count();
+    }
+}
+
+/// One row a witness: what dist²(c, X) must exceed at every corner. Rows that prune most come to
+/// the front.
+struct Domination {
+    alignas(32) float row[17][8];  ///< 8 points, 8 patch boxes, the radius
+    int32_t rows = 0;
+};
+
+/// The slack of a row is one number for all corners, so that it holds everywhere between them.
+OPENFAB_INLINE F8 with_slack(F8 r2, float delta) {
+    const float far2 = largest_lane(r2);
+    const float far = __builtin_sqrtf(far2);
+    const float slack = (2 * far + delta) * delta + far2 * (kSlack - 1.0f) + kSlackMm2;
+    return r2 + set1(slack);
+}
+
+OPENFAB_INLINE void make_rows(const BoxOfPoints& box, const Witnesses& w, float radius,
+                              Domination* rows) {
+    alignas(32) float x[8], y[8], z[8];
+    store(x, w.x);
+    store(y, w.y);
+    store(z, w.z);
+    rows->rows = 0;
+    for (int i = 0; i < 8; ++i) {
+        if ((w.found >> i & 1u) == 0) continue;
+        bool repeated = false;
+        for (int j = 0; j < i; ++j) {
+            repeated |= (w.found >> j & 1u) != 0 && x[j] == x[i] && y[j] == y[i] && z[j] == z[i];
+        }
+        if (repeated) continue;
+        const F8 dx = box.corner.x - set1(x[i]), dy = box.corner.y - set1(y[i]),
+                 dz = box.corner.z - set1(z[i]);
+        store(rows->row[rows->rows++], with_slack(dot3(dx, dy, dz, dx, dy, dz), box.delta));
+    }
+    if (radius < kInfinity) {
+        // Each point of the box has a corner within half the diagonal.
+        const float reach = radius + box.half_diagonal;
+        store(rows->row[rows->rows++], with_slack(set1(reach * reach), box.delta));
+    }
+}
+
+OPENFAB_INLINE bool dominated(F8 distance2, Domination* d) {
+    for (int i = 0; i < d->rows; ++i) {
+        if (bits(distance2 <= load(d->row[i])) == 0) {
+            if (i > 0) {
+                const F8 hit = load(d->row[i]), before = load(d->row[i - 1]);
+                store(d->row[i - 1], hit);
+                store(d->row[i], before);
+            }
+            return true;
+        }
+    }
+    return false;
+}
+
+/// Appends to the list what is not dominated below `start`: nodes no larger than `stop2` (squared
+/// half diagonal) and leaves. Patches are diced, or stand for themselves.
+__attribute__((noinline)) void collect(const Entry& start, const Points& p, float stop2, bool dice,
+                                       Domination* rows, KernelScratch* scratch) {
+    const size_t bottom = scratch->stack.size;
+    scratch->stack.push(start);
+    while (scratch->stack.size > bottom) {
+        const Entry e = scratch->stack.data[--scratch->stack.size];
+        const Node& node = e.tree->nodes[e.node];
+        const F8 d2 = node_distance2(node, p);
+        ++scratch->counts->node_tests;
+        if (dominated(d2, rows)) continue;
+        if (node.is_leaf()) {
+            if (node.count() == 0 && dice) {
+                const TreeView* patch = scratch->patches.fetch(scratch->patches.context,
+                                                               static_cast<int32_t>(node.first()));
+                if (patch->nodes != nullptr) scratch->stack.push({patch, 0});
+            } else {
+                scratch->list.push(e);
+            }
+            continue;
+        }
+        const float size2 = (node.half[0] * node.half[0] + node.half[1] * node.half[1]) +
+                            node.half[2] * node.half[2];
+        if (size2 <= stop2) {
+            scratch->list.push(e);
+            continue;
+        }
+        scratch->stack.push({e.tree, node.child() + 1});
+        scratch->stack.push({e.tree, node.child()});
+    }
+}
+
+/// True if no point of the box is nearest to the triangle: it lies in a half-plane, inwards of one
+/// of its edges, that is dominated (a half-plane is a set like any other, and its distance is
+/// cheap).
+OPENFAB_INLINE bool triangle_dominated(const TriangleFrame& t, const Points& p, Domination* rows) {
+    const InFrame f = to_frame(t, p);
+    const F8 h2 = f.h * f.h;
+    for (const F8& s : f.s) {
+        if (bits(s) == 0xff && dominated(h2 + s * s, rows)) return true;
+    }
+    return false;
+}
+
+/// The triangles of the leaves below `start` that are not dominated.
+__attribute__((noinline)) void collect_triangles(const Entry& start, F8 start_distance2,
+                                                 const Points& p, Domination* rows,
+                                                 KernelScratch* scratch) {
+    if (dominated(start_distance2, rows)) return;
+    const size_t bottom = scratch->stack.size;
+    uint32_t at = start.node;
+    const TreeView& tree = *start.tree;
+    for (;;) {
+        const Node& node = tree.nodes[at];
+        if (node.is_leaf()) {
+            for (uint32_t i = node.first(); i < node.first() + node.count(); ++i) {
+                if (triangle_dominated(tree.frames[i], p, rows)) continue;
+                scratch->triangles.push({tree.frames + i, tree.details + i});
+            }
+        } else {
+            const uint32_t child = node.child();
+            const bool keep0 = !dominated(node_distance2(tree.nodes[child], p), rows);
+            const bool keep1 = !dominated(node_distance2(tree.nodes[child + 1], p), rows);
+            scratch->counts->node_tests += 2;
+            if (keep0) {
+                if (keep1) scratch->stack.push({start.tree, child + 1});
+                at = child;
+                continue;
+            }
+            if (keep1) {
+                at = child + 1;
+                continue;
+            }
+        }
+        if (scratch->stack.size == bottom) return;
+        at = scratch->stack.data[--scratch->stack.size].node;
+    }
+}
