@@ -1,0 +1,180 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Queries at any point give, to the bit, what plain loops over all triangles give, and at voxel
+// centres what the block query gives.
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "runtime/nearest/engine.h"
+#include "tests/support/mesh_surface.h"
+
+namespace openfab::nearest {
+namespace {
+
+using testing::MeshSurface;
+using testing::TriangleMesh;
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+#ifdef OPENFAB_SANITIZED
+constexpr int kGroups = 60;
+#else
+constexpr int kGroups = 400;
+#endif
+
+/// Groups around a mesh: a walk of close points, scattered points, points on vertices and edges,
+/// and some that are far away or no points at all.
+std::vector<PointGroup> make_groups(const TriangleMesh& mesh, int count, uint32_t seed) {
+    std::mt19937 random(seed);
+    const auto uniform = [&] { return static_cast<float>(random() >> 8) * 0x1p-24f; };
+    const Box3f box = mesh.box();
+    const Vec3f size = box.size();
+    std::vector<PointGroup> groups(static_cast<size_t>(count));
+    Vec3f at = box.center();
+    for (size_t g = 0; g < groups.size(); ++g) {
+        groups[g].mask = g % 5 == 4 ? random() & 0xff : 0xff;
+        for (size_t l = 0; l < 8; ++l) {
+            Vec3f p;
+            for (int a = 0; a < 3; ++a)
+                p[a] = box.lo[a] + (uniform() * 1.6f - 0.3f) * size[a];
+            const auto vertex = [&] { return mesh.positions[random() % mesh.positions.size()]; };
+            if (g % 4 < 2) {
+                for (int a = 0; a < 3; ++a)
+                    at[a] += (uniform() - 0.5f) * 0.03f * size[a];
+                if (!box.empty() && random() % 40 == 0) at = p;
+                p = at;
+            } else if (g % 4 == 2 && l % 2 == 0) {
+                p = l % 4 == 0 ? vertex() : (vertex() + vertex()) * 0.5f;
+            }
+            if (random() % 97 == 0) p = p * 1e6f;
+            if (random() % 131 == 0) p[static_cast<int>(l % 3)] = l < 4 ? kInfinity : std::nanf("");
+            if (random() % 131 == 0) p[static_cast<int>(l % 3)] = -3e38f;
+            for (size_t a = 0; a < 3; ++a)
+                groups[g].p[a][l] = p[static_cast<int>(a)];
+        }
+    }
+    return groups;
+}
+
+std::vector<PointAnswer> run(const Engine& engine, const std::vector<PointGroup>& groups,
+                             float radius) {
+    std::vector<PointAnswer> answers(groups.size());
+    const auto scratch = engine.make_scratch();
+    // In calls of one group and of many.
+    const size_t half = groups.size() / 2;
+    engine.query_points({groups.data(), half}, radius, scratch.get(), answers.data());
+    for (size_t g = half; g < groups.size(); ++g)
+        engine.query_points({groups.data() + g, 1}, radius, scratch.get(), answers.data() + g);
+    return answers;
+}
+
+void expect_equal(const std::vector<PointAnswer>& got, const std::vector<PointAnswer>& want,
+                  const char* what) {
+    for (size_t g = 0; g < want.size(); ++g) {
+        for (size_t l = 0; l < 8; ++l) {
+            ASSERT_TRUE(std::memcmp(&got[g].distance2[l], &want[g].distance2[l], 4) == 0 &&
+                        got[g].patch[l] == want[g].patch[l] &&
+                        got[g].triangle[l] == want[g].triangle[l] &&
+                        std::memcmp(&got[g].bary1[l], &want[g].bary1[l], 4) == 0 &&
+                        std::memcmp(&got[g].bary2[l], &want[g].bary2[l], 4) == 0)
+                << what << ", group " << g << " lane " << l << ": " << got[g].distance2[l] << " of "
+                << got[g].patch[l] << "/" << got[g].triangle[l] << " and " << want[g].distance2[l]
+                << " of " << want[g].patch[l] << "/" << want[g].triangle[l];
+        }
+    }
+}
+
+void check(const surface::Surface& surface, const TriangleMesh& mesh, uint32_t seed,
+           const BlockEngineOptions& options = {}) {
+    const auto frame = testing::make_test_frame({0.1f, 0.1f, 0.1f}, {});
+    const std::vector<PointGroup> groups = make_groups(mesh, kGroups, seed);
+    const auto brute = make_brute_force_engine(surface, frame);
+    const auto engine = make_block_engine(surface, frame, options);
+    BlockEngineOptions narrow = options;
+    narrow.allow_avx2 = false;
+    const auto sse = make_block_engine(surface, frame, narrow);
+    for (const float radius : {kInfinity, length(mesh.box().size()) * 0.05f}) {
+        const auto want = run(*brute, groups, radius);
+        expect_equal(run(*engine, groups, radius), want, "block engine");
+        expect_equal(run(*sse, groups, radius), want, "SSE4.1");
+    }
+}
+
+TEST(PointsEqualBruteForce, RandomSoups) {
+    for (uint32_t seed = 1; seed <= 6; ++seed) {
+        SCOPED_TRACE(seed);
+        const TriangleMesh mesh = testing::make_soup(seed, 150, 2.0f, seed % 2 == 0 ? 0.3f : 2.0f);
+        check(MeshSurface(mesh), mesh, seed);
+    }
+}
+
+TEST(PointsEqualBruteForce, CellsOfAGrid) {
+    const std::vector<Vec3i> cells = {{0, 0, 0}, {1, 0, 0},  {1, 1, 0}, {0, 0, 1},
+                                      {2, 2, 0}, {-2, 0, 0}, {-3, 1, 1}};
+    const TriangleMesh mesh = testing::make_cells(cells, 1.0f);
+    check(MeshSurface(mesh), mesh, 3);
+}
+
+TEST(PointsEqualBruteForce, FarFromTheOrigin) {
+    TriangleMesh mesh = testing::make_ball(8, [](const Vec3d&) { return 0.6; });
+    for (Vec3f& p : mesh.positions)
+        p = p + Vec3f{150, -90, 40};
+    check(MeshSurface(mesh), mesh, 5);
+}
+
+TEST(PointsEqualBruteForce, PatchesDicedOnDemandUnderASmallCache) {
+    const TriangleMesh mesh = testing::make_torus(40, 20, 1.2, 0.5);
+    for (const size_t cache_bytes : {size_t{0}, size_t{1} << 30}) {
+        BlockEngineOptions options;
+        options.cache_bytes = cache_bytes;
+        check(MeshSurface(mesh, 50, 0.4f), mesh, 11, options);
+    }
+}
+
+TEST(PointsEqualBruteForce, ScannedMeshes) {
+    for (const std::string name : {"spot", "bunny", "fandisk"}) {
+        const TriangleMesh mesh = testing::read_obj(
+            std::string(OPENFAB_SOURCE_DIR "/../shared/data/meshes/") + name + ".obj", 5.0);
+        if (mesh.triangles.empty())
+            GTEST_SKIP() << "../shared/data/meshes/" << name << ".obj is not there";
+        SCOPED_TRACE(name);
+        const MeshSurface surface(mesh);
+        const auto frame = testing::make_test_frame({0.1f, 0.1f, 0.1f}, {});
+        const std::vector<PointGroup> groups = make_groups(mesh, kGroups / 10, 17);
+        const auto want = run(*make_brute_force_engine(surface, frame), groups, kInfinity);
+        expect_equal(run(*make_block_engine(surface, frame), groups, kInfinity), want, "engine");
+    }
+}
+
+TEST(PointsEqualBruteForce, VoxelCentresGiveTheBlockAnswer) {
+    const TriangleMesh mesh = testing::make_torus(48, 24, 0.6, 0.25);
+    const MeshSurface surface(mesh);
+    const auto frame = testing::make_test_frame({0.0625f, 0.03125f, 0.125f}, {});
+    const auto engine = make_block_engine(surface, frame);
+    const auto scratch = engine->make_scratch();
+    BlockAnswer block;
+    engine->query({{-8, 4, -4}}, scratch.get(), &block);
+    for (int y = 0; y < 8; ++y) {
+        for (int x = 0; x < 8; ++x) {
+            PointGroup group;
+            for (int z = 0; z < 8; ++z) {
+                group.p[0][z] = (static_cast<float>(x - 8) + 0.5f) * 0.0625f;
+                group.p[1][z] = (static_cast<float>(y + 4) + 0.5f) * 0.03125f;
+                group.p[2][z] = (static_cast<float>(z - 4) + 0.5f) * 0.125f;
+            }
+            PointAnswer answer;
+            engine->query_points({&group, 1}, kInfinity, scratch.get(), &answer);
+            for (int z = 0; z < 8; ++z) {
+                const int v = (y * 8 + x) * 8 + z;
+                ASSERT_EQ(answer.distance2[z], block.distance2[v]);
+                ASSERT_EQ(answer.patch[z], block.patch[v]);
+                ASSERT_EQ(answer.bary1[z], block.bary1[v]);
+            }
+        }
+    }
+}
+
+}  // namespace
+}  // namespace openfab::nearest

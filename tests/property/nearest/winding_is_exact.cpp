@@ -1,0 +1,210 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The winding number at any point is that of 128-bit integers, also for points on vertices, edges
+// and faces; and what is concluded from distances agrees with it.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "runtime/nearest/exact.h"
+#include "runtime/nearest/winding.h"
+#include "tests/support/mesh_surface.h"
+#include "tests/support/reference/inside.h"
+
+namespace openfab::nearest {
+namespace {
+
+using testing::MeshSurface;
+using testing::TriangleMesh;
+
+/// Coordinates that are whole multiples of 2^-20, as the reference's integers: a point n becomes
+/// its voxel n, whose centre is 256 n + 128.
+int64_t to_lattice(float x) {
+    const double n = std::ldexp(static_cast<double>(x), 20);
+    EXPECT_EQ(n, std::floor(n));
+    return static_cast<int64_t>(n);
+}
+
+std::vector<reference::SnappedTriangle> lattice_triangles(const TriangleMesh& mesh) {
+    std::vector<reference::SnappedTriangle> out;
+    for (const auto& t : mesh.triangles) {
+        reference::SnappedTriangle s;
+        for (size_t k = 0; k < 3; ++k) {
+            const Vec3f& p = mesh.positions[static_cast<size_t>(t[k])];
+            for (int a = 0; a < 3; ++a)
+                s[k][a] = 256 * to_lattice(p[a]) + 128;
+        }
+        out.push_back(s);
+    }
+    return out;
+}
+
+int32_t reference_number(const std::vector<reference::SnappedTriangle>& triangles, const Vec3f& p) {
+    Vec3i n;
+    for (int a = 0; a < 3; ++a)
+        n[a] = static_cast<int32_t>(to_lattice(p[a]));
+    return reference::winding(triangles, n);
+}
+
+/// Rounds to multiples of 2^-bits.
+float round_to(float x, int bits) {
+    return static_cast<float>(
+        std::ldexp(std::floor(std::ldexp(static_cast<double>(x), bits)), -bits));
+}
+
+void round_mesh(TriangleMesh* mesh, int bits) {
+    for (Vec3f& p : mesh->positions) {
+        for (int a = 0; a < 3; ++a)
+            p[a] = round_to(p[a], bits);
+    }
+}
+
+/// `bits`: of the lattice of points; few of them put points on edges and vertices.
+void check(const TriangleMesh& mesh, int bits, int per_patch, uint32_t seed, int count) {
+    const MeshSurface surface(mesh, per_patch, per_patch == 0 ? 0 : 0.25f);
+    const Winding winding(surface, false);
+    const auto triangles = lattice_triangles(mesh);
+    std::mt19937 random(seed);
+    const Box3f box = mesh.box();
+    int inside = 0, outside = 0;
+    for (int i = 0; i < count; ++i) {
+        Vec3f p;
+        for (int a = 0; a < 3; ++a) {
+            const float u = static_cast<float>(random() >> 8) * 0x1p-24f;
+            p[a] = round_to(box.lo[a] + (u * 1.2f - 0.1f) * box.size()[a], bits);
+        }
+        const Vec3f& v = mesh.positions[random() % mesh.positions.size()];
+        if (i % 7 == 0) p = v;
+        if (i % 7 == 1) p.y = v.y, p.z = v.z;
+        if (i % 7 == 2) p.z = v.z;
+        const int32_t want = reference_number(triangles, p);
+        ASSERT_EQ(winding.number(p), want) << p.x << " " << p.y << " " << p.z;
+        ++(want > 0 ? inside : outside);
+    }
+    EXPECT_GT(inside, 0);
+    EXPECT_GT(outside, 0);
+}
+
+TEST(WindingIsExact, CellsOfAGrid) {
+    const std::vector<Vec3i> cells = {{0, 0, 0}, {1, 0, 0},  {1, 1, 0}, {0, 0, 1},
+                                      {2, 2, 0}, {-2, 0, 0}, {-3, 1, 1}};
+    const TriangleMesh mesh = testing::make_cells(cells, 1.0f);
+    for (const int per_patch : {0, 6}) {
+        check(mesh, 1, per_patch, 1, 3000);
+        check(mesh, 20, per_patch, 2, 1000);
+    }
+}
+
+TEST(WindingIsExact, CurvedMeshes) {
+    TriangleMesh torus = testing::make_torus(48, 24, 2.0, 0.8);
+    round_mesh(&torus, 20);
+    TriangleMesh ball =
+        testing::make_ball(10, [](const Vec3d& d) { return 1.5 + 0.3 * d.x * d.y; });
+    round_mesh(&ball, 4);
+    for (const int per_patch : {0, 50}) {
+        check(torus, 20, per_patch, 3, 500);
+        check(torus, 3, per_patch, 4, 500);
+        check(ball, 4, per_patch, 5, 2000);
+    }
+}
+
+TEST(WindingIsExact, RandomSoups) {
+    for (uint32_t seed = 1; seed <= 4; ++seed) {
+        TriangleMesh soup = testing::make_soup(seed, 150, 2.0f, 2.0f);
+        const int bits = seed % 2 == 0 ? 2 : 20;
+        round_mesh(&soup, bits);
+        check(soup, bits, 0, seed, 1500);
+    }
+}
+
+__extension__ typedef __int128 Wide;
+
+Wide determinant(const int64_t* a, const int64_t* b, const int64_t* c) {
+    Wide sum = 0;
+    for (int k = 0; k < 3; ++k) {
+        const int k1 = (k + 1) % 3, k2 = (k + 2) % 3;
+        sum += static_cast<Wide>(c[k]) * (a[k1] * b[k2] - a[k2] * b[k1]);
+    }
+    return sum;
+}
+
+int sign_of(Wide x) {
+    return x > 0 ? 1 : x < 0 ? -1 : 0;
+}
+
+TEST(WindingIsExact, SignsOfDeterminantsNearZero) {
+    // Three points a last bit apart around the diagonal, far from the origin, and one 2^-60 from
+    // the origin: no double holds the differences, and what that one adds decides only where the
+    // others give zero.
+    std::mt19937 random(5);
+    int areas = 0, volumes = 0;
+    for (int i = 0; i < 20000; ++i) {
+        int64_t c[4][3];
+        Vec3f v[4];
+        for (int k = 0; k < 4; ++k) {
+            const int64_t base = static_cast<int64_t>(random() % 3) * 100 + (1 << 23);
+            for (int a = 0; a < 3; ++a) {
+                c[k][a] = k == 0 ? random() % 2 : base + static_cast<int64_t>(random() % 2);
+                v[k][a] = static_cast<float>(c[k][a]) * (k == 0 ? 0x1p-60f : 1.0f);
+            }
+        }
+        const auto *a = c[0], *b = c[1], *d = c[2], *s = c[3];
+        const Wide area = static_cast<Wide>(b[1]) * d[2] - static_cast<Wide>(b[2]) * d[1];
+        const Wide near_area = -(b[1] * a[2] + a[1] * d[2]) + (b[2] * a[1] + a[2] * d[1]);
+        ASSERT_EQ(area_sign(v[0], v[1], v[2]), sign_of(area != 0 ? area : near_area));
+        ASSERT_EQ(area_sign(v[1], v[2], v[0]), sign_of(area != 0 ? area : near_area));
+        const Wide volume = determinant(b, d, s);
+        const Wide near_volume =
+            -(determinant(a, d, s) + determinant(b, a, s) + determinant(b, d, a));
+        ASSERT_EQ(volume_sign(v[0], v[1], v[2], v[3]), sign_of(volume != 0 ? volume : near_volume));
+        areas += area == 0 && near_area != 0 ? 1 : 0;
+        volumes += volume == 0 && near_volume != 0 ? 1 : 0;
+    }
+    EXPECT_GT(areas, 100);
+    EXPECT_GT(volumes, 100);
+}
+
+TEST(WindingIsExact, ConclusionsFromDistancesChangeNothing) {
+    std::mt19937 random(9);
+    for (const TriangleMesh& mesh :
+         {testing::make_torus(48, 24, 2.0, 0.8),
+          testing::make_cells({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {2, 2, 0}}, 1.0f)}) {
+        const MeshSurface surface(mesh, 12, 0.2f);
+        const auto engine =
+            make_block_engine(surface, testing::make_test_frame({0.1f, 0.1f, 0.1f}, {}));
+        const auto scratch = engine->make_scratch();
+        const Winding winding(surface);
+        Winding::Memory memory;
+        const Box3f box = mesh.box();
+        for (int g = 0; g < 2000; ++g) {
+            PointGroup group, centres;
+            for (int l = 0; l < 8; ++l) {
+                for (int a = 0; a < 3; ++a) {
+                    const float u = static_cast<float>(random() >> 8) * 0x1p-24f;
+                    centres.p[a][l] = box.lo[a] + (u * 1.2f - 0.1f) * box.size()[a];
+                    const float w = static_cast<float>(random() >> 8) * 0x1p-24f - 0.5f;
+                    group.p[a][l] = centres.p[a][l] + w * (g % 2 == 0 ? 0.1f : 0.5f);
+                    if (g % 3 == 0 && l > 0) group.p[a][l] = group.p[a][0] + w * 0.2f;
+                }
+            }
+            PointAnswer answer;
+            engine->query_points({&group, 1}, std::numeric_limits<float>::infinity(), scratch.get(),
+                                 &answer);
+            uint32_t inside = 0;
+            for (uint32_t l = 0; l < 8; ++l) {
+                const Vec3f c{centres.p[0][l], centres.p[1][l], centres.p[2][l]};
+                if (winding.number(c) > 0) inside |= 1u << l;
+            }
+            const uint32_t got = winding.inside(group, answer, {&centres, inside, 0.001f}, &memory);
+            for (uint32_t l = 0; l < 8; ++l) {
+                const Vec3f p{group.p[0][l], group.p[1][l], group.p[2][l]};
+                ASSERT_EQ((got >> l & 1u) != 0, winding.number(p) > 0) << g << " " << l;
+            }
+        }
+    }
+}
+
+}  // namespace
+}  // namespace openfab::nearest
