@@ -39,8 +39,23 @@ Diagnostic& Sink::add(Id id, Severity severity, const source::Span& span, std::s
     return kept_.back();
 }
 
+void Sink::set_origin(uint32_t file, const source::Span& import, std::string note) {
+    origins_.try_emplace(file, Note{import, std::move(note)});
+}
+
+/// From the module to what imports it, and so on up to the program.
+void Sink::add_origins(Diagnostic* d) const {
+    auto origin = origins_.find(d->span.file);
+    for (size_t i = 0; i < origins_.size() && origin != origins_.end(); ++i) {
+        d->notes.push_back(origin->second);
+        origin = origins_.find(origin->second.span.file);
+    }
+}
+
 std::vector<Diagnostic> Sink::sorted() const {
     std::vector<Diagnostic> out = kept_;
+    for (Diagnostic& d : out)
+        add_origins(&d);
     std::stable_sort(out.begin(), out.end(), comes_before);
     return out;
 }

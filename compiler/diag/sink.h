@@ -5,6 +5,8 @@
 // Collects diagnostics. Phases report and carry on; the driver renders once, at the end.
 
 #include <cstddef>
+#include <map>
+#include <string>
 #include <type_traits>
 #include <vector>
 
@@ -26,6 +28,9 @@ class Sink {
                    fmt::vformat(what.format, fmt::make_format_args(args...)));
     }
 
+    /// Messages about `file`, a module, get a note at the import that brought it in.
+    void set_origin(uint32_t file, const source::Span& import, std::string note);
+
     size_t errors() const { return errors_; }
     size_t warnings() const { return warnings_; }
     /// In order of file and position.
@@ -34,7 +39,10 @@ class Sink {
   private:
     Diagnostic& add(Id id, Severity severity, const source::Span& span, std::string message);
 
+    void add_origins(Diagnostic* d) const;
+
     std::vector<Diagnostic> kept_;
+    std::map<uint32_t, Note> origins_;
     Diagnostic dropped_;
     size_t errors_ = 0;
     size_t warnings_ = 0;

@@ -21,7 +21,7 @@ int check(const std::vector<std::string>& files, const CommonOptions& common) {
     for (const std::string& file : files) {
         diag::Sink own;
         std::string fault;
-        const bool ok = compile_to_ir(sources, file, own, &fault).has_value();
+        const bool ok = compile_to_ir(sources, file, own, &fault, {false}).has_value();
         print_diagnostics(own, sources, common);
         if (!fault.empty()) {
             fmt::print(stderr, "openflc: error: {}\n", fault);
@@ -36,7 +36,7 @@ int check(const std::vector<std::string>& files, const CommonOptions& common) {
 }  // namespace
 
 void add_check(CLI::App& app, const CommonOptions& common, Action* action) {
-    CLI::App* command = app.add_subcommand("check", "Check fablets; print what is wrong with them");
+    CLI::App* command = app.add_subcommand("check", "Check fablets and modules; print what is wrong with them");
     auto files = std::make_shared<std::vector<std::string>>();
     command->add_option("FILE.fl", *files, "OpenFL files")->required();
     command->callback(

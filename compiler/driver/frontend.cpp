@@ -2,30 +2,31 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compiler/driver/frontend.h"
 
+#include "compiler/driver/modules.h"
 #include "compiler/sema/check.h"
 #include "compiler/sema/translate.h"
-#include "compiler/syntax/parser.h"
 
 namespace openfab::driver {
 
 std::optional<ir::Module> compile_to_ir(source::SourceManager& sources,
                                         const std::filesystem::path& path, diag::Sink& sink,
-                                        std::string* fault) {
+                                        std::string* fault, const FrontEndOptions& options) {
     const std::optional<uint32_t> file = sources.load(path, fault);
     if (!file) return std::nullopt;
-    return compile_to_ir(sources, *file, sink);
+    return compile_to_ir(sources, *file, sink, options);
 }
 
-std::optional<ir::Module> compile_to_ir(const source::SourceManager& sources, uint32_t file,
-                                        diag::Sink& sink) {
-    const std::vector<syntax::Token> tokens = syntax::lex(sources, file, &sink);
-    if (sink.errors() != 0) return std::nullopt;
-    const ast::File tree = syntax::parse(sources, tokens, &sink);
-    if (sink.errors() != 0) return std::nullopt;
-    const sema::Program program = sema::check(tree, &sink);
-    if (sink.errors() != 0) return std::nullopt;
+std::optional<ir::Module> compile_to_ir(source::SourceManager& sources, uint32_t file,
+                                        diag::Sink& sink, const FrontEndOptions& options) {
+    // What was there before, of other files of the same command, does not count.
+    const size_t errors = sink.errors();
+    Modules modules(&sources, &sink);
+    const std::vector<sema::Unit>& units = modules.load(file);
+    if (sink.errors() != errors) return std::nullopt;
+    const sema::Program program = sema::check(units, {options.need_fablet}, &sink);
+    if (sink.errors() != errors) return std::nullopt;
     ir::Module module = sema::translate(program, &sink);
-    if (sink.errors() != 0) return std::nullopt;
+    if (sink.errors() != errors) return std::nullopt;
     return module;
 }
 

@@ -14,15 +14,19 @@
 
 namespace openfab::driver {
 
-/// Lexes, parses, checks and translates a file. Empty where anything is an error; what was found is
-/// in `sink`. A file that cannot be read is said in `fault` and is no diagnostic, since it has no
-/// place.
+struct FrontEndOptions {
+    bool need_fablet = true;  ///< else a module of functions will do
+};
+
+/// Lexes, parses, checks and translates a file and what it imports. Empty where anything is an
+/// error; what was found is in `sink`. A file that cannot be read is said in `fault` and is no
+/// diagnostic, since it has no place.
 std::optional<ir::Module> compile_to_ir(source::SourceManager& sources,
                                         const std::filesystem::path& path, diag::Sink& sink,
-                                        std::string* fault);
+                                        std::string* fault, const FrontEndOptions& options = {});
 
 /// The same for a file that `sources` already holds.
-std::optional<ir::Module> compile_to_ir(const source::SourceManager& sources, uint32_t file,
-                                        diag::Sink& sink);
+std::optional<ir::Module> compile_to_ir(source::SourceManager& sources, uint32_t file,
+                                        diag::Sink& sink, const FrontEndOptions& options = {});
 
 }  // namespace openfab::driver

@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <set>
 
 #include "compiler/sema/check_state.h"
 
@@ -14,11 +13,6 @@ namespace openfab::sema {
 namespace {
 
 constexpr int32_t kMaxSlots = 256;  // a world has 64 materials
-
-bool has_import(const ast::Scope& scope) {
-    return std::any_of(scope.unsupported.begin(), scope.unsupported.end(),
-                       [](const ast::Unsupported& item) { return item.what[0] == '`'; });
-}
 
 std::string annotation_text(const ast::Expr& expr) {
     if (expr.kind == ast::ExprKind::kStringLiteral) return std::string(expr.text);
@@ -44,41 +38,6 @@ int32_t find_varying(const std::vector<ir::Varying>& list, std::string_view name
 }
 
 }  // namespace
-
-Program check(const ast::File& file, diag::Sink* sink) {
-    return Checker(sink).run(file);
-}
-
-Program Checker::run(const ast::File& file) {
-    Program program;
-    scopes_.emplace_back();
-    report_unsupported(file.scope);
-    // Names from a module would all be unknown.
-    bool imports = has_import(file.scope);
-    for (const ast::Fablet& fablet : file.fablets) {
-        if (!has_import(fablet.scope)) continue;
-        report_unsupported(fablet.scope);
-        imports = true;
-    }
-    if (imports) return program;
-    if (file.fablets.empty() && sink_->errors() == 0) sink_->report(file.end, diag::kNoFablet);
-    declare_functions(file.scope.functions, &program.functions);
-    check_constants(file.scope.constants, &program.constants);
-    check_functions(file.scope.functions, program.functions);
-    check_recursion(program.functions);
-    program.fablets.resize(file.fablets.size());
-    std::map<std::string_view, source::Span> names;
-    for (size_t i = 0; i < file.fablets.size(); ++i) {
-        const ast::Fablet& fablet = file.fablets[i];
-        const auto [known, fresh] = names.emplace(fablet.name, fablet.span);
-        if (!fresh && !fablet.name.empty()) {
-            sink_->report(fablet.span, diag::kRedeclared, fablet.name)
-                .note(known->second, "the first one is here");
-        }
-        check_fablet(fablet, &program.fablets[i]);
-    }
-    return program;
-}
 
 void Checker::report_unsupported(const ast::Scope& scope) {
     for (const ast::Unsupported& item : scope.unsupported) {
@@ -202,12 +161,8 @@ void Checker::declare_functions(const std::vector<ast::Function>& from,
         function->return_type = declared_type(f.return_type);
         for (const ast::Variable& v : f.parameters)
             function->parameters.push_back(parameter(v));
-        for (const Function* known : overloads(f.name)) {
-            bool same = known->parameters.size() == function->parameters.size();
-            for (size_t i = 0; same && i < known->parameters.size(); ++i) {
-                same = known->parameters[i]->type == function->parameters[i]->type;
-            }
-            if (!same) continue;
+        for (const Function* known : visible_functions_) {
+            if (known->name != f.name || !same_parameters(*known, *function)) continue;
             sink_->report(f.span, diag::kRedeclared, f.name)
                 .note(known->span, "the first one is here, with the same parameters");
         }
@@ -218,9 +173,10 @@ void Checker::declare_functions(const std::vector<ast::Function>& from,
 
 void Checker::check_functions(const std::vector<ast::Function>& from,
                               const std::vector<std::unique_ptr<Function>>& to) {
+    const size_t first = to.size() - from.size();  // before them: those of modules
     for (size_t i = 0; i < from.size(); ++i) {
         place_ = Place::kFunction;
-        function_ = to[i].get();
+        function_ = to[first + i].get();
         return_type_ = function_->return_type;
         loops_ = 0;
         scopes_.emplace_back();

@@ -42,6 +42,11 @@ int call_cost(const Function& f, const std::vector<ExprPtr>& args) {
     return std::min(cost, kNoMatch);
 }
 
+bool any_match(const std::vector<const Function*>& candidates, const std::vector<ExprPtr>& args) {
+    return std::any_of(candidates.begin(), candidates.end(),
+                       [&](const Function* f) { return call_cost(*f, args) < kNoMatch; });
+}
+
 std::string type_list(const std::vector<ExprPtr>& args) {
     std::string out;
     for (const ExprPtr& arg : args)
@@ -82,6 +87,13 @@ std::vector<const Function*> Checker::overloads(std::string_view name) const {
     for (const Function* f : visible_functions_) {
         if (f->name == name) out.push_back(f);
     }
+    const size_t own = out.size();
+    for (const Function* f : imported_functions_) {
+        if (f->name != name) continue;
+        const bool hidden = std::any_of(out.begin(), out.begin() + static_cast<ptrdiff_t>(own),
+                                        [&](const Function* o) { return same_parameters(*o, *f); });
+        if (!hidden) out.push_back(f);
+    }
     return out;
 }
 
@@ -117,7 +129,10 @@ ExprPtr Checker::call(const ast::Expr& expr) {
     }
     std::vector<ExprPtr> args = arguments(expr);
     if (any_error(args)) return poison(expr.span);
-    if (!candidates.empty()) return user_call(expr, candidates, std::move(args));
+    // What no function of the program takes may still be one that is built in.
+    if (!candidates.empty() && (info == nullptr || any_match(candidates, args))) {
+        return user_call(expr, candidates, std::move(args));
+    }
     if (!type.type.is_error()) return construct(expr, type.type, std::move(args));
     if (info->id == Intrinsic::kDistance && args.size() == 1) {
         return distance_query(expr, std::move(args));
@@ -135,8 +150,10 @@ ExprPtr Checker::unknown_function(const ast::Expr& expr) {
         sink_->report(callee.span, diag::kUnsupported, fmt::format("`{}` is", callee.text));
     } else {
         std::vector<std::string> names = intrinsic_names();
-        for (const Function* f : visible_functions_)
-            names.push_back(f->name);
+        for (const auto* list : {&visible_functions_, &imported_functions_}) {
+            for (const Function* f : *list)
+                names.push_back(f->name);
+        }
         const std::string near = diag::suggest(callee.text, names);
         const std::string_view habit = habit_function(callee.text);
         diag::Diagnostic& d = sink_->report(callee.span, diag::kUnknownFunction, callee.text);

@@ -21,10 +21,21 @@ enum class Place : uint8_t { kGlobal, kFunction, kSurface, kVolume };
 class Checker {
   public:
     explicit Checker(diag::Sink* sink) : sink_(sink) {}
-    Program run(const ast::File& file);
+    Program run(const std::vector<Unit>& units, const CheckOptions& options);
 
   private:
     using Scope = std::map<std::string, const Symbol*, std::less<>>;
+
+    /// What an importing file sees of a module.
+    struct Exports {
+        Scope names;
+        std::vector<const Function*> functions;
+    };
+
+    // check_module.cpp
+    void check_unit(const Unit& unit, std::vector<Exports>* done, Program* program);
+    void bring_in(const Unit& unit, const std::vector<Exports>& done);
+    void check_file_fablets(const ast::File& file, Program* program);
 
     // check.cpp
     void report_unsupported(const ast::Scope& scope);
@@ -107,6 +118,7 @@ class Checker {
     std::vector<Scope> scopes_;
     std::vector<std::unique_ptr<Symbol>> poisoned_;
     std::vector<const Function*> visible_functions_;
+    std::vector<const Function*> imported_functions_;
     Place place_ = Place::kGlobal;
     source::Span stage_span_;
     Type return_type_;

@@ -143,6 +143,9 @@ struct Function {
     std::vector<CallSite> calls;
 };
 
+/// True where a call could not tell them apart.
+bool same_parameters(const Function& a, const Function& b);
+
 struct Stage {
     source::Span span;
     std::vector<std::unique_ptr<Symbol>> symbols;  ///< varyings and attributes
@@ -162,7 +165,7 @@ struct Fablet {
     Stage volume;
 };
 
-struct Program {
+struct Program {  ///< what stands outside fablets is of the program and of its modules
     std::vector<std::unique_ptr<Symbol>> constants;
     std::vector<std::unique_ptr<Function>> functions;
     std::vector<Fablet> fablets;

@@ -9,10 +9,11 @@
 
 namespace openfab::source {
 
-uint32_t SourceManager::add(std::string name, std::string text) {
+uint32_t SourceManager::add(std::string name, std::string text, std::filesystem::path folder) {
     auto file = std::make_unique<File>();
     file->name = std::move(name);
     file->text = std::move(text);
+    file->folder = std::move(folder);
     file->line_starts.push_back(0);
     for (size_t i = 0; i < file->text.size(); ++i) {
         if (file->text[i] == '\n') file->line_starts.push_back(static_cast<uint32_t>(i + 1));
@@ -45,7 +46,8 @@ std::optional<uint32_t> SourceManager::load(const std::filesystem::path& path, s
         *fault = path.string() + ": cannot be read";
         return std::nullopt;
     }
-    return add(path.string(), std::move(text));
+    const std::filesystem::path folder = path.parent_path();
+    return add(path.string(), std::move(text), folder.empty() ? "." : folder);
 }
 
 const SourceManager::File* SourceManager::file(uint32_t number) const {
@@ -66,6 +68,11 @@ std::string_view SourceManager::text(const Span& span) const {
 std::string_view SourceManager::name(uint32_t number) const {
     const File* f = file(number);
     return f == nullptr ? std::string_view{} : std::string_view(f->name);
+}
+
+std::filesystem::path SourceManager::folder(uint32_t number) const {
+    const File* f = file(number);
+    return f == nullptr ? std::filesystem::path() : f->folder;
 }
 
 uint32_t SourceManager::line_of(const File& f, uint32_t offset) const {

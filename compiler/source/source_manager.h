@@ -30,7 +30,8 @@ class SourceManager {
     static constexpr size_t kMaxFileBytes = 16u << 20;
 
     /// Takes a file's text under a name for messages; the number is for Span::file and is never 0.
-    uint32_t add(std::string name, std::string text);
+    /// `folder` is where the file stands, for what stands beside it; empty where it is no file.
+    uint32_t add(std::string name, std::string text, std::filesystem::path folder = {});
     /// Reads a file; empty, with a message in `fault`, where it cannot be read or is too large.
     std::optional<uint32_t> load(const std::filesystem::path& path, std::string* fault);
 
@@ -38,6 +39,8 @@ class SourceManager {
     std::string_view text(uint32_t file) const;
     std::string_view text(const Span& span) const;
     std::string_view name(uint32_t file) const;
+    /// Empty where the text did not come from a file.
+    std::filesystem::path folder(uint32_t file) const;
     Location locate(uint32_t file, uint32_t offset) const;
     /// Text of a line (from 1) without its end.
     std::string_view line_text(uint32_t file, uint32_t line) const;
@@ -46,6 +49,7 @@ class SourceManager {
     struct File {
         std::string name;
         std::string text;
+        std::filesystem::path folder;
         std::vector<uint32_t> line_starts;
     };
     const File* file(uint32_t number) const;

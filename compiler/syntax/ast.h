@@ -117,7 +117,13 @@ struct Stage {
     StmtPtr body;
 };
 
-/// A declaration that is part of the language but not of this compiler: an import or a struct.
+/// `import name;`
+struct Import {
+    std::string_view name;
+    source::Span span;  ///< of the name
+};
+
+/// A declaration that is part of the language but not of this compiler: a struct.
 struct Unsupported {
     std::string_view what;
     std::string_view name;
@@ -141,6 +147,7 @@ struct Fablet {
 
 struct File {
     source::Span end;  ///< the place behind the last character
+    std::vector<Import> imports;
     Scope scope;
     std::vector<Fablet> fablets;
 };

@@ -19,6 +19,8 @@ constexpr const char* kStmtNames[] = {
 class Printer {
   public:
     std::string run(const File& file) {
+        for (const Import& import : file.imports)
+            line(0, "Import " + std::string(import.name));
         print_scope(file.scope, 0);
         for (const Fablet& fablet : file.fablets)
             print_fablet(fablet);

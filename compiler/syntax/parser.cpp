@@ -84,6 +84,8 @@ ast::File Parser::parse_file() {
         const size_t before = at_;
         if (at("fablet")) {
             parse_fablet(&file);
+        } else if (at("import")) {
+            parse_import(&file);
         } else if (at("@")) {
             expected("`fablet`: a stage or a uniform stands inside one");
             take();
@@ -95,6 +97,21 @@ ast::File Parser::parse_file() {
     }
     file.end = peek().span;
     return file;
+}
+
+void Parser::parse_import(ast::File* file) {
+    take();
+    if (!at_identifier()) {
+        expected("a module's name after `import`");
+        // `import "name"` and `import a.b` are habits from elsewhere.
+        while (!at(";") && !at_end() && !on_fresh_line())
+            take();
+        accept(";");
+        return;
+    }
+    file->imports.push_back({peek().text, peek().span});
+    take();
+    expect(";", "the module's name");
 }
 
 void Parser::parse_fablet(ast::File* file) {
@@ -269,13 +286,6 @@ ast::Unsupported Parser::parse_struct() {
 }
 
 bool Parser::parse_unsupported_member(ast::Scope* scope) {
-    if (at("import")) {
-        const source::Span begin = take().span;
-        const std::string_view name = at_identifier() ? take().text : std::string_view{};
-        scope->unsupported.push_back({"`import` is", name, span_to_previous(begin)});
-        accept(";");
-        return true;
-    }
     if (at("struct")) {
         scope->unsupported.push_back(parse_struct());
         return true;
@@ -286,6 +296,10 @@ bool Parser::parse_unsupported_member(ast::Scope* scope) {
 /// A constant or a function, of a fablet or of the file (fablet null).
 void Parser::parse_member(ast::Fablet* fablet, ast::Scope* scope) {
     if (accept(";") || parse_unsupported_member(scope)) return;
+    if (at("import")) {
+        expected("a fablet's member: an `import` stands outside the fablet");
+        return skip_to_member();
+    }
     if (at_identifier() && peek().text == "static") take();  // as in HLSL, where it says the same
     if (at_identifier() && at_identifier(1) && peek(2).is("(")) return parse_function(scope);
     const bool is_const = accept("const");

@@ -75,6 +75,7 @@ class Parser {
     void skip_to_member();
 
     // parser.cpp
+    void parse_import(ast::File* file);
     void parse_fablet(ast::File* file);
     bool parse_marker(ast::Fablet* fablet);
     void parse_member(ast::Fablet* fablet, ast::Scope* scope);

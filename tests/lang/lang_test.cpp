@@ -47,7 +47,7 @@ struct Compiled {
 };
 
 void compile(const std::string& name, const std::string& text, Compiled* out) {
-    const uint32_t file = out->sources.add(name, text);
+    const uint32_t file = out->sources.add(name, text, folder() / "modules");
     const std::optional<ir::Module> module = driver::compile_to_ir(out->sources, file, out->sink);
     out->ok = module.has_value();
     if (!module) return;

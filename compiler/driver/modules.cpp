@@ -1,0 +1,150 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "compiler/driver/modules.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "compiler/diag/suggest.h"
+#include "compiler/driver/library_modules.h"
+#include "compiler/syntax/parser.h"
+
+namespace openfab::driver {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+const EmbeddedModule* find_in_library(std::string_view name) {
+    for (const EmbeddedModule& module : kEmbeddedModules) {
+        if (module.name != nullptr && module.name == name) return &module;
+    }
+    return nullptr;
+}
+
+std::string listed(const std::vector<std::string>& names) {
+    std::string out;
+    for (const std::string& name : names)
+        out += fmt::format("{}`{}`", out.empty() ? "" : ", ", name);
+    return out;
+}
+
+/// Modules that stand beside a file.
+std::vector<std::string> modules_beside(const fs::path& folder) {
+    std::vector<std::string> out;
+    std::error_code error;
+    if (folder.empty()) return out;
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
+        if (entry.path().extension() == ".fl") out.push_back(entry.path().stem().string());
+    }
+    return out;
+}
+
+}  // namespace
+
+std::vector<std::string> library_modules() {
+    std::vector<std::string> out;
+    for (const EmbeddedModule& module : kEmbeddedModules) {
+        if (module.name != nullptr) out.emplace_back(module.name);
+    }
+    std::sort(out.begin(), out.end());
+    return out;
+}
+
+const std::vector<sema::Unit>& Modules::load(uint32_t program) {
+    // A program may not be imported by its own modules.
+    const fs::path path(std::string(sources_->name(program)));
+    std::error_code error;
+    if (!sources_->folder(program).empty()) {
+        const fs::path full = fs::weakly_canonical(sources_->folder(program) / path.filename());
+        known_.emplace(full.string(), Entry{program, 0, false});
+    }
+    parse(program, "");
+    return units_;
+}
+
+std::optional<size_t> Modules::parse(uint32_t file, const std::string& name) {
+    const size_t errors = sink_->errors();
+    const std::vector<syntax::Token> tokens = syntax::lex(*sources_, file, sink_);
+    if (sink_->errors() != errors) return std::nullopt;
+    const ast::File& tree = files_.emplace_back(syntax::parse(*sources_, tokens, sink_));
+    sema::Unit unit{&tree, name, {}};
+    for (const ast::Import& item : tree.imports) {
+        if (const std::optional<size_t> at = import(item, file)) unit.imports.push_back(*at);
+    }
+    if (sink_->errors() != errors) return std::nullopt;
+    units_.push_back(std::move(unit));
+    return units_.size() - 1;
+}
+
+std::optional<uint32_t> Modules::find(const ast::Import& import, uint32_t from, std::string* key) {
+    const std::string name(import.name);
+    const fs::path folder = sources_->folder(from);
+    const fs::path path = folder / (name + ".fl");
+    std::error_code error;
+    if (!folder.empty() && fs::is_regular_file(path, error)) {
+        *key = fs::weakly_canonical(path, error).string();
+        if (const auto known = known_.find(*key); known != known_.end()) return known->second.file;
+        std::string fault;
+        const std::optional<uint32_t> file = sources_->load(path, &fault);
+        if (!file) sink_->report(import.span, diag::kBadModule, name, "cannot be read").help(fault);
+        return file;
+    }
+    const EmbeddedModule* module = find_in_library(name);
+    if (module == nullptr) {
+        report_unknown(import, from);
+        return std::nullopt;
+    }
+    *key = "library " + name;
+    if (const auto known = known_.find(*key); known != known_.end()) return known->second.file;
+    return sources_->add("stdlib/" + name + ".fl", module->text);
+}
+
+std::optional<size_t> Modules::import(const ast::Import& import, uint32_t from) {
+    std::string key;
+    const std::optional<uint32_t> file = find(import, from, &key);
+    if (!file) return std::nullopt;
+    if (const auto known = known_.find(key); known != known_.end()) {
+        if (known->second.done) return known->second.unit;
+        // The notes of a message inside a module lead back to where the ring begins.
+        sink_->report(import.span, diag::kBadModule, import.name, "imports itself");
+        return std::nullopt;
+    }
+    Entry& entry = known_[key];
+    entry.file = *file;
+    const std::string name(import.name);
+    sink_->set_origin(*file, import.span, fmt::format("`{}` is imported here", name));
+    const std::optional<size_t> unit = parse(*file, name);
+    if (!unit) return std::nullopt;
+    entry.done = true;
+    entry.unit = *unit;
+    const ast::File& tree = *units_[*unit].file;
+    if (!tree.fablets.empty()) {
+        sink_->report(import.span, diag::kBadModule, name, "holds a fablet")
+            .note(tree.fablets[0].span, "the fablet is here")
+            .help(
+                "a module has functions, constants and structs: move those to a file of their own");
+        return std::nullopt;
+    }
+    return unit;
+}
+
+void Modules::report_unknown(const ast::Import& import, uint32_t from) {
+    const std::vector<std::string> library = library_modules();
+    std::vector<std::string> names = modules_beside(sources_->folder(from));
+    names.insert(names.end(), library.begin(), library.end());
+    const std::string near = diag::suggest(import.name, names);
+    diag::Diagnostic& d = sink_->report(import.span, diag::kUnknownModule, import.name);
+    if (!near.empty()) {
+        d.help(fmt::format("did you mean `{}`?", near));
+        return;
+    }
+    d.help(
+        fmt::format("it is neither a file `{}.fl` beside this one nor one of the standard "
+                    "library, which has {}",
+                    import.name, listed(library)));
+}
+
+}  // namespace openfab::driver

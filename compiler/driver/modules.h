@@ -1,0 +1,51 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Finds, reads and parses the modules that a program imports. A module is a file `name.fl` beside
+// the file that imports it, else one of the standard library, whose text is part of this program.
+
+#include <deque>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "compiler/diag/sink.h"
+#include "compiler/sema/check.h"
+#include "compiler/source/source_manager.h"
+
+namespace openfab::driver {
+
+/// Names of the modules of the standard library, sorted.
+std::vector<std::string> library_modules();
+
+class Modules {
+  public:
+    Modules(source::SourceManager* sources, diag::Sink* sink) : sources_(sources), sink_(sink) {}
+
+    /// Parses a file and all that it imports. Usable only where the sink holds no errors after it.
+    /// The units point into this object.
+    const std::vector<sema::Unit>& load(uint32_t program);
+
+  private:
+    /// A module that is being read or has been.
+    struct Entry {
+        uint32_t file = 0;
+        size_t unit = 0;
+        bool done = false;
+    };
+
+    std::optional<size_t> parse(uint32_t file, const std::string& name);
+    std::optional<size_t> import(const ast::Import& import, uint32_t from);
+    std::optional<uint32_t> find(const ast::Import& import, uint32_t from, std::string* key);
+    void report_unknown(const ast::Import& import, uint32_t from);
+
+    source::SourceManager* sources_;
+    diag::Sink* sink_;
+    std::deque<ast::File> files_;
+    std::vector<sema::Unit> units_;
+    std::map<std::string, Entry> known_;  ///< by path, or by name in the library
+};
+
+}  // namespace openfab::driver
