@@ -39,6 +39,12 @@ Diagnostic& Sink::add(Id id, Severity severity, const source::Span& span, std::s
     return kept_.back();
 }
 
+void Sink::undo(const Mark& mark) {
+    kept_.resize(mark.kept);
+    errors_ = mark.errors;
+    warnings_ = mark.warnings;
+}
+
 void Sink::set_origin(uint32_t file, const source::Span& import, std::string note) {
     origins_.try_emplace(file, Note{import, std::move(note)});
 }

@@ -31,6 +31,15 @@ class Sink {
     /// Messages about `file`, a module, get a note at the import that brought it in.
     void set_origin(uint32_t file, const source::Span& import, std::string note);
 
+    /// A point to go back to: what was reported after it is forgotten.
+    struct Mark {
+        size_t kept = 0;
+        size_t errors = 0;
+        size_t warnings = 0;
+    };
+    Mark mark() const { return {kept_.size(), errors_, warnings_}; }
+    void undo(const Mark& mark);
+
     size_t errors() const { return errors_; }
     size_t warnings() const { return warnings_; }
     /// In order of file and position.

@@ -89,6 +89,20 @@ ValueId Emitter::convert(ValueId value, ir::Type to) {
     return add(std::move(out));
 }
 
+void Emitter::forget_from(ValueId first) {
+    std::erase_if(known_, [&](const auto& item) { return item.second >= first; });
+}
+
+ValueId Emitter::end_loop(ValueId loop, ValueId again, const std::vector<ValueId>& next) {
+    forget_from(loop);
+    return builder_.loop_end(loop, again, next);
+}
+
+void Emitter::forget_after(size_t size) {
+    forget_from(static_cast<ValueId>(size));
+    stage_->instrs.resize(size);
+}
+
 ValueId Emitter::logical_not(ValueId a) {
     return unary(Op::kNot, a);
 }

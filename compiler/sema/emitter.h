@@ -30,6 +30,17 @@ class Emitter {
     ir::ValueId unary(ir::Op op, ir::ValueId a);
     ir::ValueId binary(ir::Op op, ir::ValueId a, ir::ValueId b);
     ir::ValueId convert(ir::ValueId value, ir::Type to);
+    /// Loops, as of ir::Instr; what is emitted between `loop` and `end_loop` is of no use after it.
+    ir::ValueId loop(ir::ValueId guard) { return builder_.loop(guard); }
+    ir::ValueId loop_var(ir::ValueId loop, int32_t number, ir::ValueId first) {
+        return builder_.loop_var(loop, number, first);
+    }
+    ir::ValueId end_loop(ir::ValueId loop, ir::ValueId again, const std::vector<ir::ValueId>& next);
+    ir::ValueId loop_result(ir::ValueId end, int32_t number) {
+        return builder_.loop_result(end, number);
+    }
+    /// Removes all instructions from number `size` on.
+    void forget_after(size_t size);
     ir::ValueId select(ir::ValueId condition, ir::ValueId if_true, ir::ValueId if_false);
     ir::ValueId logical_and(ir::ValueId a, ir::ValueId b);
     ir::ValueId logical_or(ir::ValueId a, ir::ValueId b);
@@ -48,6 +59,7 @@ class Emitter {
     using Key =
         std::tuple<ir::Op, ir::Type, uint32_t, int32_t, int32_t, int32_t, std::vector<ir::ValueId>>;
     ir::ValueId add(ir::Instr instr);
+    void forget_from(ir::ValueId first);
     bool is_one_of(ir::Op op, ir::ValueId value, ir::ValueId part) const;
     bool are_opposite(ir::ValueId a, ir::ValueId b) const;
 

@@ -99,7 +99,7 @@ void StageTranslator::run(const Stage& stage) {
     } else {
         finish_volume();
     }
-    drop_unused();
+    if (!gave_up_) ir::drop_dead_values(stage_);
 }
 
 void StageTranslator::add_stage_symbol(const Symbol& symbol) {
@@ -151,31 +151,6 @@ void StageTranslator::finish_volume() {
     const int32_t slot = fablet_.ir.void_slot;
     if (slot >= 0)
         add_output("VOID", OPENFAB_ARG_WEIGHT, slot, 0, amounts[static_cast<size_t>(slot)]);
-}
-
-/// Removes what no output needs; nothing that runs has a side effect.
-void StageTranslator::drop_unused() {
-    std::vector<ir::Instr>& instrs = stage_->instrs;
-    std::vector<bool> used(instrs.size(), false);
-    for (const ir::Output& output : stage_->outputs)
-        used[output.value] = true;
-    for (size_t id = instrs.size(); id-- > 0;) {
-        if (!used[id]) continue;
-        for (ValueId arg : instrs[id].args)
-            used[arg] = true;
-    }
-    std::vector<ValueId> renamed(instrs.size(), ir::kNoValue);
-    std::vector<ir::Instr> kept;
-    for (size_t id = 0; id < instrs.size(); ++id) {
-        if (!used[id]) continue;
-        renamed[id] = static_cast<ValueId>(kept.size());
-        kept.push_back(std::move(instrs[id]));
-        for (ValueId& arg : kept.back().args)
-            arg = renamed[arg];
-    }
-    for (ir::Output& output : stage_->outputs)
-        output.value = renamed[output.value];
-    instrs = std::move(kept);
 }
 
 }  // namespace openfab::sema

@@ -2,17 +2,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Checked tree to IR: functions are inlined, loops unrolled, vectors split and branches turned into
-// selects. What only shows here is reported here: a loop without a constant trip count, an index
-// that is no constant, an output that stays unassigned.
+// Checked tree to IR: functions are inlined, short loops unrolled, vectors split and branches
+// turned into selects. What only shows here is reported here: a loop without a bound, an index that
+// is no constant, an output that stays unassigned.
 
 #include "compiler/diag/sink.h"
 #include "compiler/sema/tree.h"
 
 namespace openfab::sema {
 
-/// Most times that a loop may run, since it is unrolled.
-constexpr int kMaxTrips = 1024;
+/// Most times that a loop may run, and that one may that is unrolled.
+constexpr int kMaxTrips = 1 << 20;
+constexpr int kMaxUnrolledTrips = 256;
 /// Most instructions of one stage, and most statements and calls once loops are unrolled and
 /// functions inlined.
 constexpr size_t kMaxInstructions = 100000;

@@ -124,7 +124,7 @@ Value StageTranslator::read(const Symbol& symbol, const std::vector<size_t>& lan
         if (v.assigned.empty() || emit_.is_true(v.assigned[lane])) continue;
         if (emit_.is_false(v.assigned[lane])) {
             never = true;
-        } else if (!emit_.implies(live_, v.assigned[lane])) {
+        } else if (!holds(v.assigned[lane])) {
             maybe = true;
         }
     }

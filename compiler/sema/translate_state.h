@@ -9,11 +9,13 @@
 // Control flow. There is one straight line of instructions. A branch is translated under a scope
 // that records which variables it changes; afterwards each becomes a select of the two values.
 // `live` is the condition under which the current place is reached; texture look-ups take it as
-// their guard. `return`, `break` and `continue` set a bool variable, and what follows them in the
-// same block is translated as a branch that is taken where none of them is set.
+// their guard. Inside a real loop it begins anew with each trip. `return`, `break` and `continue`
+// set a bool variable, and what follows them in the same block is translated as a branch that is
+// taken where none of them is set.
 
 #include <functional>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -67,6 +69,25 @@ class StageTranslator {
         VariableId continued = 0;
     };
 
+    /// What one way to translate a loop may have to be taken back to.
+    struct Attempt {
+        size_t instructions = 0;
+        diag::Sink::Mark reported;
+        std::vector<Variable> variables;
+        std::vector<Branch> open;
+        Frame frame;
+        ir::ValueId live = 0;
+        int inline_depth = 0;
+    };
+    /// A real loop, all but its end. The variables come in the order of `changes`.
+    struct RealLoop {
+        ir::ValueId loop = 0;
+        ir::ValueId again = 0;
+        ir::ValueId count = ir::kNoValue;  ///< of trips, after the variables; with @bound
+        size_t vars = 0;                   ///< components
+        Changes changes;
+    };
+
     // translate_stmt.cpp
     VariableId add_variable(Variable v);
     VariableId add_flag();
@@ -85,8 +106,6 @@ class StageTranslator {
     void statements(const std::vector<StmtPtr>& list);
     void declare(const Stmt& stmt);
     void return_statement(const Stmt& stmt);
-    void loop(const Stmt& stmt);
-    bool goes_on(const Stmt& stmt);
     Value inline_call(const Expr& expr);
     void add_stage_symbol(const Symbol& symbol);
     void finish_surface(const Stage& stage);
@@ -94,7 +113,20 @@ class StageTranslator {
     void add_output(std::string name, int32_t kind, int32_t a, int32_t b, ir::ValueId value);
     void check_returned(const source::Span& span, const std::string& what);
     void check_assigned(const Variable& v, const Symbol& symbol);
-    void drop_unused();
+
+    // translate_loop.cpp
+    Attempt attempt() const;
+    void take_back(const Attempt& start);
+    void undo(const Attempt& start);
+    /// True where `fact` holds whenever the present place is reached.
+    bool holds(ir::ValueId fact) const;
+    void loop(const Stmt& stmt);
+    bool stays_small(size_t begin, int trips) const;
+    bool unroll(const Stmt& stmt);
+    std::set<VariableId> guess_changed(const Stmt& stmt) const;
+    void run_loop(const Stmt& stmt);
+    RealLoop make_loop(const Stmt& stmt, ir::ValueId guard, const std::set<VariableId>& changed);
+    void finish_loop(const Stmt& stmt, const RealLoop& made, bool certain);
 
     // translate_expr.cpp
     Value expression(const Expr& expr);
@@ -140,6 +172,7 @@ class StageTranslator {
     std::vector<Branch> open_;
     Frame frame_;
     ir::ValueId live_ = 0;
+    std::vector<ir::ValueId> outer_live_;  ///< what holds around each real loop that is open
     int inline_depth_ = 0;
     size_t steps_ = 0;
     bool gave_up_ = false;

@@ -127,7 +127,7 @@ bool StageTranslator::too_complex(const source::Span& span) {
             span, diag::kTooComplex,
             fmt::format("the stage comes to more than {} {}", steps ? kMaxSteps : kMaxInstructions,
                         steps ? "statements" : "instructions"))
-        .help("loops are unrolled and functions are inlined: make the innermost ones smaller");
+        .help("functions are inlined and short loops unrolled: make the innermost ones smaller");
     gave_up_ = true;
     return true;
 }
@@ -190,54 +190,6 @@ void StageTranslator::return_statement(const Stmt& stmt) {
         if (!value.empty()) set(frame_.result, {std::move(value), {}});
     }
     set_flag(frame_.returned, emit_.boolean(true));
-}
-
-/// The test of a loop, which must come out as a constant.
-bool StageTranslator::goes_on(const Stmt& stmt) {
-    if (stmt.expr == nullptr) return true;
-    const ValueId test = scalar(*stmt.expr);
-    if (emit_.is_constant(test)) return emit_.is_true(test);
-    sink_
-        ->report(stmt.expr->span, diag::kUnsupported,
-                 "loops whose number of trips is no constant are")
-        .help(fmt::format(
-            "let it run a constant number of times, at most {}, and leave it with `break`",
-            kMaxTrips));
-    gave_up_ = true;
-    return false;
-}
-
-void StageTranslator::loop(const Stmt& stmt) {
-    if (stmt.init != nullptr) {
-        // Not a block: what it declares lives through the loop.
-        for (const StmtPtr& child : stmt.init->body)
-            statement(*child);
-    }
-    const Frame outer = frame_;
-    frame_.in_loop = true;
-    frame_.broken = add_flag();
-    frame_.continued = add_flag();
-    std::vector<ValueId> pending;
-    bool first = true;
-    for (int trips = 0; !gave_up_; ++trips) {
-        if (!(stmt.test_last && first) && !goes_on(stmt)) break;
-        first = false;
-        if (trips == kMaxTrips) {
-            sink_->report(stmt.span, diag::kLoopLimit, kMaxTrips);
-            gave_up_ = true;
-            break;
-        }
-        const size_t outside = variables_.size();
-        statement(*stmt.body[0]);
-        variables_.resize(outside);
-        set_flag(frame_.continued, emit_.boolean(false));
-        if (!skip_where_exited(&pending)) break;
-        if (stmt.step != nullptr) expression(*stmt.step);
-    }
-    unwind(pending);
-    frame_.in_loop = outer.in_loop;
-    frame_.broken = outer.broken;
-    frame_.continued = outer.continued;
 }
 
 // --- calls

@@ -117,7 +117,7 @@ enum class StmtKind : uint8_t {
 ///   Declare     symbol, expr? (its first value)
 ///   Expression  expr
 ///   If          expr, body {then, else?}
-///   Loop        init?, expr? (condition), step?, body {one}; `test_last` for do … while
+///   Loop        init?, expr? (condition), step?, body {one}; `test_last` for do … while; `bound`
 ///   Return      expr?
 struct Stmt {
     StmtKind kind = StmtKind::kBlock;
@@ -128,6 +128,7 @@ struct Stmt {
     std::vector<StmtPtr> body;
     std::unique_ptr<Symbol> symbol;
     bool test_last = false;
+    int32_t bound = 0;  ///< most trips, as `@bound` states; 0 without
 };
 
 struct Function {

@@ -1,0 +1,20 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// How often a loop runs at most, as far as its test tells: some variable of it moves by at least a
+// known step in each trip and is compared with something whose range is known (a constant, what
+// min, max, clamp or a mask bound).
+
+#include <vector>
+
+#include "compiler/ir/ir.h"
+
+namespace openfab::sema {
+
+/// True where the loop surely runs at most `limit` times. It is not ended yet: `again` is its
+/// condition and `next` holds the next value of each LoopVar, as LoopEnd will have them.
+bool trips_at_most(const ir::Stage& stage, ir::ValueId loop, ir::ValueId again,
+                   const std::vector<ir::ValueId>& next, int limit);
+
+}  // namespace openfab::sema
