@@ -80,21 +80,9 @@ std::vector<openfab_arg> KernelArgs::all() const {
     return out;
 }
 
-std::vector<bool> live_values(const ir::Stage& stage) {
-    std::vector<bool> live(stage.instrs.size(), false);
-    for (const ir::Output& output : stage.outputs)
-        live[output.value] = true;
-    for (size_t id = stage.instrs.size(); id-- > 0;) {
-        if (!live[id]) continue;
-        for (ir::ValueId arg : stage.instrs[id].args)
-            live[arg] = true;
-    }
-    return live;
-}
-
 KernelArgs collect_args(const ir::Stage& stage) {
     KernelArgs args;
-    const std::vector<bool> live = live_values(stage);
+    const std::vector<bool> live = ir::live_values(stage);
     for (size_t id = 0; id < stage.instrs.size(); ++id) {
         if (live[id]) add_instr(stage.instrs[id], &args.inputs);
     }

@@ -23,9 +23,6 @@ struct KernelArgs {
     std::vector<openfab_arg> all() const;
 };
 
-/// Values that an output needs, by id.
-std::vector<bool> live_values(const ir::Stage& stage);
-
 KernelArgs collect_args(const ir::Stage& stage);
 
 /// True for scalars, false for buffers.
