@@ -3,6 +3,7 @@
 #include "runtime/nearest/attributes.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace openfab::nearest {
 namespace {
@@ -15,6 +16,13 @@ Vec3d to_double(const float* v) {
 struct WeightSteps {
     float step[2][3];
 };
+
+Vec3f unit_normal(const float* const position[3]) {
+    const Vec3d v0 = to_double(position[0]);
+    const Vec3d n = cross(to_double(position[1]) - v0, to_double(position[2]) - v0);
+    const double length2 = dot(n, n);
+    return length2 > 0 ? vec_cast<float>(n * (1.0 / std::sqrt(length2))) : Vec3f{};
+}
 
 WeightSteps weight_steps(const float* const position[3], const std::array<float, 9>& steps) {
     const Vec3d v0 = to_double(position[0]);
@@ -36,7 +44,7 @@ WeightSteps weight_steps(const float* const position[3], const std::array<float,
 }  // namespace
 
 AttributeReader::AttributeReader(const surface::Surface& surface,
-                                 const std::array<float, OPENFAB_FRAME_COUNT>& frame)
+                                 const std::array<float, OPENFAB_FRAME_COUNT>& frame, bool geometry)
     : surface_(surface),
       float_components_(surface.ranges().float_components),
       int_components_(surface.ranges().int_components) {
@@ -44,7 +52,7 @@ AttributeReader::AttributeReader(const surface::Surface& surface,
         steps_[i] = frame[OPENFAB_FRAME_STEP_I + i];
     const std::vector<surface::Patch>& patches = surface.patches();
     first_.assign(patches.size(), -1);
-    if (float_components_ + int_components_ == 0) return;
+    if (float_components_ + int_components_ == 0 && !geometry) return;
     const auto floats = static_cast<size_t>(float_components_);
     int32_t triangles = 0;
     for (size_t p = 0; p < patches.size(); ++p) {
@@ -134,6 +142,37 @@ void AttributeReader::read(const BlockAnswer& answer, const uint8_t* demand,
         }
         for (int32_t c = 0; targets.flat != nullptr && c < int_components_; ++c) {
             if (targets.flat[c] != nullptr) targets.flat[c][v] = source.flat[c];
+        }
+    }
+}
+
+void AttributeReader::read_points(const PointAnswer& answer, const PointTargets& targets,
+                                  Scratch* scratch) const {
+    const bool wants_normal = std::any_of(targets.normal, targets.normal + 3,
+                                          [](const float* out) { return out != nullptr; });
+    for (size_t l = 0; l < 8; ++l) {
+        const bool found = answer.patch[l] >= 0;
+        const Source source = found ? find(answer.patch[l], answer.triangle[l], scratch) : Source{};
+        const float b1 = answer.bary1[l], b2 = answer.bary2[l];
+        const Vec3f normal = found && wants_normal ? unit_normal(source.position) : Vec3f{};
+        for (int a = 0; a < 3; ++a) {
+            if (targets.normal[a] != nullptr) targets.normal[a][l] = normal[a];
+            if (targets.position[a] == nullptr) continue;
+            const float v0 = found ? source.position[0][a] : 0.0f;
+            const float offset =
+                found ? b1 * (source.position[1][a] - v0) + b2 * (source.position[2][a] - v0)
+                      : 0.0f;
+            targets.position[a][l] = v0 + offset;
+        }
+        for (int32_t c = 0; targets.values != nullptr && c < float_components_; ++c) {
+            if (targets.values[c] == nullptr) continue;
+            const float a0 = found ? source.attribute[0][c] : 0.0f;
+            const float d1 = found ? source.attribute[1][c] - a0 : 0.0f;
+            const float d2 = found ? source.attribute[2][c] - a0 : 0.0f;
+            targets.values[c][l] = (a0 + b1 * d1) + b2 * d2;
+        }
+        for (int32_t c = 0; targets.flat != nullptr && c < int_components_; ++c) {
+            if (targets.flat[c] != nullptr) targets.flat[c][l] = found ? source.flat[c] : 0;
         }
     }
 }

@@ -26,11 +26,23 @@ struct AttributeTargets {
     uint32_t* const* flat = nullptr;  ///< [int component] -> 512, 32-bit patterns
 };
 
+/// The same for 8 points, and the surface there. A null pointer, or a null array, is not written;
+/// lanes without an answer get 0.
+struct PointTargets {
+    float* position[3] = {};  ///< part-local mm: v0 + (bary1 (v1 - v0) + bary2 (v2 - v0))
+    /// Unit, outward, of the winning micropolygon, rounded once from double; 0 where it has no
+    /// area.
+    float* normal[3] = {};
+    float* const* values = nullptr;   ///< [float component] -> 8
+    uint32_t* const* flat = nullptr;  ///< [int component] -> 8, 32-bit patterns
+};
+
 class AttributeReader {
   public:
-    /// Copies the attributes of identity patches; the surface must outlive the reader.
+    /// Copies the attributes of identity patches; the surface must outlive the reader. `geometry`:
+    /// positions or normals will be read, even where there is no attribute.
     AttributeReader(const surface::Surface& surface,
-                    const std::array<float, OPENFAB_FRAME_COUNT>& frame);
+                    const std::array<float, OPENFAB_FRAME_COUNT>& frame, bool geometry = false);
 
     /// One a thread: holds the patch that was read last.
     class Scratch {
@@ -44,6 +56,8 @@ class AttributeReader {
     /// normal, zero for a triangle without area. `demand` as in BlockQuery.
     void read(const BlockAnswer& answer, const uint8_t* demand, const AttributeTargets& targets,
               Scratch* scratch) const;
+    void read_points(const PointAnswer& answer, const PointTargets& targets,
+                     Scratch* scratch) const;
 
   private:
     /// One triangle's corners and attributes, wherever they are kept.

@@ -92,6 +92,13 @@ struct BoxBounds {
 /// Counters, added up over threads at the end.
 struct QueryCounts {
     int64_t asked = 0, skipped = 0, triangle_tests = 0, node_tests = 0;
+
+    void add(const QueryCounts& c) {
+        asked += c.asked;
+        skipped += c.skipped;
+        triangle_tests += c.triangle_tests;
+        node_tests += c.node_tests;
+    }
 };
 
 class Engine {

@@ -153,6 +153,8 @@ class WorldBinder {
             if (!pyramid) return pyramid.error();
             part.textures.push_back(std::move(*pyramid));
         }
+        for (const int32_t place : uniforms->objects)
+            part.objects.push_back(placements_of(place));
         const Result<PolarFactors> polar = polar_factors(placement.transform.m);
         if (!polar)
             return user_error(fmt::format("{}: {}", placement.place.str(), polar.error().message));
@@ -162,6 +164,14 @@ class WorldBinder {
         part.local_to_build =
             part_local_to_build(*polar, placement.transform.t, part.mesh->center_part_mm);
         return part;
+    }
+
+    std::vector<int32_t> placements_of(int32_t object) const {
+        std::vector<int32_t> out;
+        for (size_t i = 0; i < world_.build.size(); ++i) {
+            if (world_.build[i].object == object) out.push_back(static_cast<int32_t>(i));
+        }
+        return out;
     }
 
     Result<std::shared_ptr<const texture::Pyramid>> open_texture(int32_t index) {
@@ -240,6 +250,7 @@ Result<World> make_quick_world(const std::filesystem::path& mesh,
     }
     World world;
     world.file = mesh;
+    world.files = {mesh};
     world.printer = "generic";
     if (mesh.extension() != ".obj" && mesh.extension() != ".OBJ") {
         return user_error(fmt::format("{} is not an .obj file; other meshes are not supported yet",

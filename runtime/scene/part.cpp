@@ -17,6 +17,25 @@ Affine3d local_to_voxel(const Part& part, const Grid& grid) {
     return out;
 }
 
+Affine3d local_to_local(const Part& from, const Part& to) {
+    const Affine3d &a = from.local_to_build, &b = to.local_to_build;
+    // The inverse of an orthogonal matrix is its transpose.
+    Affine3d back;
+    for (size_t row = 0; row < 3; ++row) {
+        for (size_t column = 0; column < 3; ++column)
+            back.m[row * 3 + column] = b.m[column * 3 + row];
+    }
+    Affine3d out;
+    for (int column = 0; column < 3; ++column) {
+        const auto c = static_cast<size_t>(column);
+        const Vec3d image = back.apply_vector({a.m[c], a.m[3 + c], a.m[6 + c]});
+        for (int row = 0; row < 3; ++row)
+            out.m[static_cast<size_t>(row * 3 + column)] = image[row];
+    }
+    out.t = back.apply_vector(a.t - b.t);
+    return out;
+}
+
 Vec3i part_base_voxel(const Part& part, const Grid& grid) {
     Vec3i base;
     for (int axis = 0; axis < 3; ++axis) {

@@ -53,6 +53,9 @@ struct Part {
     std::vector<std::shared_ptr<const texture::Pyramid>> textures;  ///< by texture index
     std::vector<uint8_t>
         slot_material;  ///< slot -> print material: 0 void, 1.. the code of the material
+    /// By place among the fablet's Object uniforms: where that object stands, as places in the
+    /// build list, rising; at least one.
+    std::vector<std::vector<int32_t>> objects;
     /// Part-local mm -> build mm: R and t. m is orthogonal; where the placement mirrors, det m =
     /// -1, and triangles that are counter-clockwise from outside in part space are clockwise in
     /// build and voxel space.
@@ -72,6 +75,10 @@ struct Grid {
 
 /// Part-local mm -> continuous voxel coordinates of the grid (a centre is at i + 0.5), in double.
 Affine3d local_to_voxel(const Part& part, const Grid& grid);
+
+/// Part-local mm of one part -> part-local mm of another, both where they stand. Rigid, so that
+/// distances are the same; in double, and what it maps is rounded to float once.
+Affine3d local_to_local(const Part& from, const Part& to);
 
 /// The part-relative index origin: frame values and block indices of kernels count voxels from this
 /// one, the voxel that holds the part's centre, so that float coordinates stay small anywhere on a

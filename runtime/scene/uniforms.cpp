@@ -70,7 +70,8 @@ class Binder {
     Result<BoundUniforms> run() {
         out_.values.assign(static_cast<size_t>(fablet_.uniform_value_count), 0);
         out_.textures.assign(static_cast<size_t>(fablet_.texture_count), -1);
-        out_.texture_places.assign(static_cast<size_t>(fablet_.texture_count), {});
+        out_.texture_is_volume.assign(static_cast<size_t>(fablet_.texture_count), false);
+        out_.objects.assign(static_cast<size_t>(fablet_.object_count), -1);
         out_.slot_material.assign(static_cast<size_t>(fablet_.slot_count), 0);
         if (Result<void> known = check_names(); !known) return known.error();
         for (int32_t i = 0; i < fablet_.uniform_count; ++i) {
@@ -112,7 +113,9 @@ class Binder {
 
     static std::string what_is_needed(const openfab_uniform& u) {
         const size_t n = value_count(u);
-        if (u.kind == OPENFAB_UNIFORM_TEXTURE2D)
+        if (u.kind == OPENFAB_UNIFORM_OBJECT)
+            return n == 1 ? "the name of an object" : fmt::format("the names of {} objects", n);
+        if (u.kind == OPENFAB_UNIFORM_TEXTURE2D || u.kind == OPENFAB_UNIFORM_TEXTURE3D)
             return n == 1 ? "the name of a texture" : fmt::format("the names of {} textures", n);
         if (u.kind == OPENFAB_UNIFORM_MATERIAL) {
             return n == 1 ? "the name of a material" : fmt::format("the names of {} materials", n);
@@ -164,22 +167,31 @@ class Binder {
             return mismatch(u, b);
         for (size_t i = 0; i < names->size(); ++i) {
             const size_t index = static_cast<size_t>(u.first_index) + i;
-            const Result<void> one = u.kind == OPENFAB_UNIFORM_TEXTURE2D
-                                         ? texture(u, b, (*names)[i], index)
-                                         : material(u, b, (*names)[i], index);
+            const Result<void> one = bind_name(u, b, (*names)[i], index);
             if (!one) return one;
         }
         return Ok{};
     }
 
+    /// What the world calls so: "texture", "material", "object", or null.
+    const char* kind_of(const std::string& name) const {
+        if (find(world_.textures, name) >= 0) return "texture";
+        if (find(world_.materials, name) >= 0) return "material";
+        return find(world_.objects, name) >= 0 ? "object" : nullptr;
+    }
+
+    static std::string with_article(const std::string& kind) {
+        return (kind == "object" ? "an " : "a ") + kind;
+    }
+
     template <typename Thing>
     Error unknown(const openfab_uniform& u, const UniformBinding& b, const std::string& name,
-                  const char* kind, const std::vector<Thing>& things, const char* other_kind,
-                  bool is_other) const {
-        if (is_other) {
-            return at(b.place,
-                      fmt::format("`{}` is a {}, but `{}` of fablet `{}` takes the name of a {}",
-                                  name, other_kind, declaration(u), fablet_.name, kind));
+                  const char* kind, const std::vector<Thing>& things) const {
+        if (const char* other = kind_of(name); other != nullptr) {
+            return at(
+                b.place,
+                fmt::format("`{}` is {}, but `{}` of fablet `{}` takes the name of {}", name,
+                            with_article(other), declaration(u), fablet_.name, with_article(kind)));
         }
         std::vector<std::string> known;
         for (const Thing& thing : things)
@@ -196,28 +208,29 @@ class Binder {
         return -1;
     }
 
-    Result<void> texture(const openfab_uniform& u, const UniformBinding& b, const std::string& name,
-                         size_t index) {
-        const int32_t place = find(world_.textures, name);
-        if (place < 0) {
-            return unknown(u, b, name, "texture", world_.textures, "material",
-                           find(world_.materials, name) >= 0);
-        }
-        out_.textures[index] = place;
-        out_.texture_places[index] = b.place;
-        return Ok{};
-    }
-
-    Result<void> material(const openfab_uniform& u, const UniformBinding& b,
-                          const std::string& name, size_t slot) {
-        const int32_t place = find(world_.materials, name);
-        if (place >= 0) {
-            out_.slot_material[slot] = static_cast<uint8_t>(place + 1);
-        } else if (name == kVoidName) {
-            out_.slot_material[slot] = 0;
+    Result<void> bind_name(const openfab_uniform& u, const UniformBinding& b,
+                           const std::string& name, size_t index) {
+        if (u.kind == OPENFAB_UNIFORM_MATERIAL) {
+            const int32_t place = find(world_.materials, name);
+            if (place < 0 && name != kVoidName)
+                return unknown(u, b, name, "material", world_.materials);
+            out_.slot_material[index] = static_cast<uint8_t>(place + 1);
+        } else if (u.kind == OPENFAB_UNIFORM_OBJECT) {
+            const int32_t place = find(world_.objects, name);
+            if (place < 0) return unknown(u, b, name, "object", world_.objects);
+            const bool placed = std::any_of(world_.build.begin(), world_.build.end(),
+                                            [&](const Placement& p) { return p.object == place; });
+            if (!placed) {
+                return at(b.place, fmt::format("object `{}` is given to `{}` of fablet `{}`, but "
+                                               "stands nowhere; add it to `build`",
+                                               name, declaration(u), fablet_.name));
+            }
+            out_.objects[index] = place;
         } else {
-            return unknown(u, b, name, "material", world_.materials, "texture",
-                           find(world_.textures, name) >= 0);
+            const int32_t place = find(world_.textures, name);
+            if (place < 0) return unknown(u, b, name, "texture", world_.textures);
+            out_.textures[index] = place;
+            out_.texture_is_volume[index] = u.kind == OPENFAB_UNIFORM_TEXTURE3D;
         }
         return Ok{};
     }

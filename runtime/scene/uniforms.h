@@ -15,10 +15,11 @@
 namespace openfab::scene {
 
 struct BoundUniforms {
-    std::vector<uint32_t> values;        ///< uniform_value_count bit patterns
-    std::vector<int32_t> textures;       ///< texture index -> place in world.textures
-    std::vector<uint8_t> slot_material;  ///< slot -> 1 + place in world.materials; 0 void
-    std::vector<Place> texture_places;   ///< where each texture was named
+    std::vector<uint32_t> values;         ///< uniform_value_count bit patterns
+    std::vector<int32_t> textures;        ///< texture index -> place in world.textures
+    std::vector<bool> texture_is_volume;  ///< bound to an ImageTexture3D
+    std::vector<int32_t> objects;         ///< Object uniform -> place in world.objects
+    std::vector<uint8_t> slot_material;   ///< slot -> 1 + place in world.materials; 0 void
 };
 
 /// `bindings` are the object's, with overrides applied. `object` and `object_place` are for

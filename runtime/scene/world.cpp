@@ -40,6 +40,7 @@ class WorldReader {
   public:
     explicit WorldReader(const fs::path& file) : file_(file), json_(file.string()) {
         world_.file = file;
+        world_.files.push_back(file);
     }
 
     Result<World> read() {
@@ -109,6 +110,7 @@ class WorldReader {
                 fmt::format("{} `{}` {}; paths count from the world's folder", what, path.string(),
                             fs::exists(path, ignored) ? "is not a file" : "does not exist"));
         }
+        world_.files.push_back(path);
         return path;
     }
 

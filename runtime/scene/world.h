@@ -97,6 +97,7 @@ struct World {
     std::vector<Placement> build;
     std::string printer;  ///< name or file, empty where the world names none
     std::vector<std::string> warnings;
+    std::vector<std::filesystem::path> files;  ///< what it is made from, the world itself first
 };
 
 struct JsonValue;

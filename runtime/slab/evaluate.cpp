@@ -37,11 +37,7 @@ nearest::Engine::Scratch* BlockEvaluator::scratch(const PrintPart& part) {
 nearest::QueryCounts BlockEvaluator::query_counts() const {
     nearest::QueryCounts sum;
     for (const auto& s : scratch_) {
-        if (s == nullptr) continue;
-        sum.asked += s->counts.asked;
-        sum.skipped += s->counts.skipped;
-        sum.triangle_tests += s->counts.triangle_tests;
-        sum.node_tests += s->counts.node_tests;
+        if (s != nullptr) sum.add(s->counts);
     }
     return sum;
 }

@@ -189,6 +189,7 @@ Result<void> PrintJob::set_up() {
         }
         setup_.order.push_back(static_cast<int32_t>(i));
     }
+    connect_targets(parts_, options_.isa, budgets.trees);
     std::sort(setup_.order.begin(), setup_.order.end(), [&](int32_t a, int32_t b) {
         const int32_t pa = parts_[static_cast<size_t>(a)]->part->priority;
         const int32_t pb = parts_[static_cast<size_t>(b)]->part->priority;

@@ -30,6 +30,32 @@ QueryNeeds query_needs(const openfab_kernel& kernel) {
     return needs;
 }
 
+QueryNeeds query_needs(const openfab_phases& phases) {
+    QueryNeeds needs;
+    for (int32_t i = 0; i < phases.kernel_count; ++i) {
+        const QueryNeeds one = query_needs(phases.kernels[i]);
+        needs.distance |= one.distance;
+        needs.attributes |= one.attributes;
+        needs.gradients |= one.gradients;
+    }
+    return needs;
+}
+
+PointNeeds point_needs(const openfab_phases& phases) {
+    PointNeeds needs;
+    for (int32_t i = 0; i < phases.query_count; ++i) {
+        const openfab_query& query = phases.queries[i];
+        if (query.object >= 0) continue;
+        needs.any = true;
+        for (int32_t k = 0; k < query.output_count; ++k) {
+            const openfab_query_result kind = query.outputs[k].kind;
+            needs.sign |= kind == OPENFAB_QUERY_DISTANCE;
+            needs.geometry |= kind == OPENFAB_QUERY_POSITION || kind == OPENFAB_QUERY_NORMAL;
+        }
+    }
+    return needs;
+}
+
 NearestIndex::NearestIndex(const openfab_fablet& fablet) {
     for (int32_t i = 0; i < fablet.nearest_count; ++i) {
         const openfab_varying& input = fablet.nearest[i];
@@ -53,11 +79,46 @@ void PrintPart::place(const scene::Grid& grid, openfab_isa isa, size_t tree_byte
     }
     for (uint8_t material : part->slot_material)
         slot_material.push_back(material);
-    volume = query_needs(part->fablet->volume);
+    const openfab_phases& phases = part->fablet->volume_phases;
+    volume = phases.step_count == 0 ? query_needs(part->fablet->volume) : query_needs(phases);
     bounds = query_needs(part->fablet->volume_bounds);
-    if (!volume.any() && !bounds.any()) return;
+    points = point_needs(phases);
+    largest_pitch_mm =
+        static_cast<float>(std::max({grid.pitch_mm.x, grid.pitch_mm.y, grid.pitch_mm.z}));
+    if (!volume.any() && !bounds.any() && !points.any) return;
     engine = nearest::make_block_engine(*surface, frame, {tree_bytes, isa == OPENFAB_ISA_AVX2});
-    attributes = std::make_unique<nearest::AttributeReader>(*surface, frame);
+    attributes = std::make_unique<nearest::AttributeReader>(*surface, frame, points.geometry);
+    if (points.sign) winding = std::make_unique<nearest::Winding>(*surface);
+}
+
+void PrintPart::answer_points(openfab_isa isa, size_t tree_bytes) {
+    if (engine == nullptr)
+        engine = nearest::make_block_engine(*surface, frame, {tree_bytes, isa == OPENFAB_ISA_AVX2});
+    if (winding == nullptr) winding = std::make_unique<nearest::Winding>(*surface);
+}
+
+void connect_targets(const std::vector<std::unique_ptr<PrintPart>>& parts, openfab_isa isa,
+                     size_t tree_bytes) {
+    for (const auto& asking : parts) {
+        const openfab_phases& phases = asking->part->fablet->volume_phases;
+        asking->targets.resize(asking->part->objects.size());
+        for (int32_t q = 0; q < phases.query_count; ++q) {
+            if (phases.queries[q].object < 0) continue;
+            const auto object = static_cast<size_t>(phases.queries[q].object);
+            std::vector<QueryTarget>& targets = asking->targets[object];
+            if (!targets.empty()) continue;  // an earlier query asks it too
+            for (const int32_t place : asking->part->objects[object]) {
+                const PrintPart& placed = *parts[static_cast<size_t>(place)];
+                const auto first = std::find_if(parts.begin(), parts.end(), [&](const auto& p) {
+                    return p->surface == placed.surface;
+                });
+                PrintPart& answering = **first;
+                answering.answer_points(isa, tree_bytes);
+                targets.push_back({answering.index, answering.engine.get(), answering.winding.get(),
+                                   scene::local_to_local(*asking->part, *placed.part)});
+            }
+        }
+    }
 }
 
 namespace {

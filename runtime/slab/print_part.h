@@ -11,6 +11,7 @@
 
 #include "runtime/nearest/attributes.h"
 #include "runtime/nearest/engine.h"
+#include "runtime/nearest/winding.h"
 #include "runtime/scene/part.h"
 #include "runtime/surface/surface.h"
 #include "runtime/voxel/coverage.h"
@@ -26,6 +27,16 @@ struct QueryNeeds {
 };
 
 QueryNeeds query_needs(const openfab_kernel& kernel);
+QueryNeeds query_needs(const openfab_phases& phases);
+
+/// What the queries of a stage at points of its own choosing ask of the part's own surface.
+struct PointNeeds {
+    bool any = false;
+    bool sign = false;
+    bool geometry = false;  ///< positions or normals
+};
+
+PointNeeds point_needs(const openfab_phases& phases);
 
 /// Place of each component of a @nearest input among the flattened float or other components, the
 /// order of surface::MicroMesh.
@@ -45,18 +56,30 @@ class NearestIndex {
     int32_t floats_ = 0, ints_ = 0;
 };
 
+/// A placement of an object that a fablet asks for its distance.
+struct QueryTarget {
+    int32_t part = 0;  ///< the one whose engine answers; parts with one surface share it
+    const nearest::Engine* engine = nullptr;
+    const nearest::Winding* winding = nullptr;
+    Affine3d to_local;  ///< part-local mm of the asking part -> of the placement
+};
+
 struct PrintPart {
     const scene::Part* part = nullptr;
     std::shared_ptr<const surface::Surface> surface;
     std::unique_ptr<voxel::Voxeliser> voxeliser;
     std::unique_ptr<nearest::Engine> engine;  ///< null where no kernel asks a query
     std::unique_ptr<nearest::AttributeReader> attributes;
+    std::unique_ptr<nearest::Winding> winding;      ///< null where no query asks for a sign
+    std::vector<std::vector<QueryTarget>> targets;  ///< by place among the Object uniforms
     std::array<float, OPENFAB_FRAME_COUNT> frame{};
     Vec3i base;  ///< voxel of the grid with part-relative index 0
     Box3i box;   ///< voxels that may be covered, hi exclusive, cut to the grid
     std::vector<int32_t> slot_material;
     NearestIndex nearest;
     QueryNeeds volume, bounds;
+    PointNeeds points;
+    float largest_pitch_mm = 0;
     int32_t index = 0;  ///< place in the build list
 
     explicit PrintPart(const scene::Part& of) : part(&of), nearest(*of.fablet) {}
@@ -64,7 +87,13 @@ struct PrintPart {
     /// `tree_bytes` and `crossing_bytes` are budgets of caches.
     void place(const scene::Grid& grid, openfab_isa isa, size_t tree_bytes, size_t crossing_bytes);
     int32_t slots() const { return part->fablet->slot_count; }
+    /// Makes what a signed distance at any point needs, where it is not there yet.
+    void answer_points(openfab_isa isa, size_t tree_bytes);
 };
+
+/// Finds the objects that the parts' fablets ask for their distance. All parts are placed.
+void connect_targets(const std::vector<std::unique_ptr<PrintPart>>& parts, openfab_isa isa,
+                     size_t tree_bytes);
 
 /// One surface for each different (mesh, fablet, bound, and what the surface kernels read); parts
 /// that agree share it.
