@@ -12,6 +12,7 @@
 
 #include "backends/common/output_file.h"
 #include "backends/preview/columns.h"
+#include "backends/preview/model_view.h"
 #include "backends/preview/picture.h"
 
 namespace openfab::preview {
@@ -315,11 +316,17 @@ class SectionPreview : public Preview {
 
 }  // namespace
 
+int64_t gathered_bytes(const PreviewSpec& spec) {
+    return spec.view == View::kModel ? kModelBytes : kColumnBytes;
+}
+
 std::unique_ptr<backends::SliceObserver> make_preview(const PreviewSpec& spec) {
     if (spec.transmitted) return std::make_unique<TransmittedPreview>(spec);
     switch (spec.view) {
         case View::kSection:
             return std::make_unique<SectionPreview>(spec);
+        case View::kModel:
+            return std::make_unique<ModelPreview>(spec);
         case View::kSlice:
             return std::make_unique<SlicePreview>(spec);
         case View::kFront:

@@ -11,6 +11,7 @@
 //   back       the same from -z, +x to the left, with stronger shading: relief.
 //   section    cut along x at the middle row.
 //   slice:N    one slice.
+//   model:TURN:TILT  from above at an angle, with cut=x|y|xy opened: model_view.h
 //   light=transmitted  light from behind: with t the solid thickness of a column and t_min, t_max
 //   over all covered columns,
 //              T = max(0, 1 - ((t - t_min) / (t_max - t_min))^2). Transmission falls with the
@@ -30,6 +31,7 @@ constexpr double kSightMm = 0.1;
 
 /// Bounds on memory, for the budget: of what one preview gathers, and of drawing one at the end.
 /// Both are for the largest grids; a postcard's take a third of them.
+int64_t gathered_bytes(const PreviewSpec& spec);
 constexpr int64_t kColumnBytes = 28'000'000;
 constexpr int64_t kDrawBytes = 64'000'000;
 

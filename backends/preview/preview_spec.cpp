@@ -5,12 +5,35 @@
 #include <fmt/format.h>
 
 #include <charconv>
+#include <cmath>
 #include <string_view>
 #include <vector>
 
 namespace openfab::preview {
 
 namespace {
+
+/// `model`, `model:TURN` or `model:TURN:TILT`, in degrees.
+Result<void> set_angles(std::string_view value, PreviewSpec* spec) {
+    double* const angles[2]{&spec->turn_deg, &spec->tilt_deg};
+    std::string_view rest = value.substr(std::string_view("model").size());
+    for (double* angle : angles) {
+        if (rest.empty()) break;
+        auto [end, status] = std::from_chars(rest.data() + 1, rest.data() + rest.size(), *angle);
+        if (status != std::errc() || rest.front() != ':') break;
+        rest = rest.substr(static_cast<size_t>(end - rest.data()));
+    }
+    const bool usable =
+        std::abs(spec->turn_deg) <= 360 && spec->tilt_deg >= 5 && spec->tilt_deg <= 90;
+    if (!rest.empty() || !usable) {
+        return usage_error(
+            fmt::format("`--preview`: `{}` is no view; write `view=model:30:25` with a turn of "
+                        "-360 to 360 and a "
+                        "tilt of 5 to 90 degrees",
+                        value));
+    }
+    return {};
+}
 
 Result<void> set_view(std::string_view value, PreviewSpec* spec) {
     constexpr std::string_view kSlice = "slice:";
@@ -29,9 +52,13 @@ Result<void> set_view(std::string_view value, PreviewSpec* spec) {
                 fmt::format("`--preview`: `{}` is no slice number; write `view=slice:12`", number));
         }
         spec->view = View::kSlice;
+    } else if (value == "model" || value.starts_with("model:")) {
+        spec->view = View::kModel;
+        return set_angles(value, spec);
     } else {
         return usage_error(fmt::format(
-            "`--preview`: there is no view `{}`; choose from front, back, section, slice:N",
+            "`--preview`: there is no view `{}`; choose from front, back, section, slice:N, "
+            "model:TURN:TILT",
             value));
     }
     return {};
@@ -62,6 +89,11 @@ Result<PreviewSpec> parse_preview(const std::string& text) {
         const std::string_view value = setting.substr(name.size() + 1);
         if (name == "view") {
             if (Result<void> done = set_view(value, &spec); !done) return done.error();
+        } else if (name == "cut" && (value == "x" || value == "y" || value == "xy")) {
+            spec.cut = value == "x" ? Cut::kX : value == "y" ? Cut::kY : Cut::kXY;
+        } else if (name == "cut") {
+            return usage_error(
+                fmt::format("`--preview`: there is no cut `{}`; choose from x, y, xy", value));
         } else if (name == "light" && (value == "transmitted" || value == "reflected")) {
             spec.transmitted = value == "transmitted";
         } else if (name == "light") {
@@ -69,10 +101,13 @@ Result<PreviewSpec> parse_preview(const std::string& text) {
                 "`--preview`: there is no light `{}`; choose from reflected, transmitted", value));
         } else {
             return usage_error(fmt::format(
-                "`--preview`: there is no setting `{}`; choose from view, light", name));
+                "`--preview`: there is no setting `{}`; choose from view, light, cut", name));
         }
     }
-    if (spec.transmitted && (spec.view == View::kSection || spec.view == View::kSlice)) {
+    if (spec.cut != Cut::kNone && spec.view != View::kModel) {
+        return usage_error("`--preview`: cut goes with view=model");
+    }
+    if (spec.transmitted && spec.view != View::kFront && spec.view != View::kBack) {
         return usage_error("`--preview`: light=transmitted goes with view=front or view=back");
     }
     return spec;

@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// What `--preview FILE.png[,view=front|back|section|slice:N][,light=transmitted]` asks for.
+// What `--preview FILE.png[,view=front|back|section|slice:N|model:TURN:TILT][,light=transmitted]
+// [,cut=x|y|xy]` asks for.
 
 #include <cstdint>
 #include <string>
@@ -16,12 +17,20 @@ enum class View {
     kBack,     ///< from -z, as after turning the print about its vertical axis: +x left, +y up
     kSection,  ///< cut along x at the middle row: +x right, +z up
     kSlice,    ///< one slice as it is printed: +x right, +y up
+    kModel,    ///< from above at an angle; clear materials let one see through
 };
+
+/// What kModel leaves out, so that one sees the inside: of the print's box, the half that faces the
+/// viewer in x or y, or the quarter that does in both.
+enum class Cut { kNone, kX, kY, kXY };
 
 struct PreviewSpec {
     std::string file;
     View view = View::kFront;
     int32_t slice = 0;         ///< kSlice: its z
+    double turn_deg = 30;      ///< kModel: 0 looks along +y, 90 along -x
+    double tilt_deg = 30;      ///< kModel: above the horizon, 5 … 90
+    Cut cut = Cut::kNone;      ///< kModel
     bool transmitted = false;  ///< front or back only: light from behind
 };
 

@@ -125,7 +125,8 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
     app.add_option("--dither", o.dither, "floyd_steinberg")->capture_default_str();
     app.add_option("--seed", raw.seed, "of the dither");
     app.add_option("--preview", raw.previews,
-                   "FILE.png[,view=front|back|section|slice:N][,light=transmitted] (repeat)")
+                   "FILE.png[,view=front|back|section|slice:N|model:TURN:TILT][,light=transmitted]["
+                   ",cut=x|y|xy]")
         ->allow_extra_args(false);
     app.add_option("--png", raw.png, "rgba or indexed")->check(CLI::IsMember({"rgba", "indexed"}));
     app.add_flag("--flip-x", o.flip_x, "mirror PNG slices, for front ends that mirror back");

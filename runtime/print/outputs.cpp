@@ -72,8 +72,10 @@ Result<std::unique_ptr<backends::SliceSink>> open_output(const Options& options,
 
 int64_t preview_bytes(const Options& options) {
     // Pictures are drawn one after the other, so what is needed for drawing counts once.
-    const auto previews = static_cast<int64_t>(options.previews.size());
-    return previews == 0 ? 0 : preview::kDrawBytes + previews * preview::kColumnBytes;
+    int64_t bytes = options.previews.empty() ? 0 : preview::kDrawBytes;
+    for (const preview::PreviewSpec& spec : options.previews)
+        bytes += preview::gathered_bytes(spec);
+    return bytes;
 }
 
 }  // namespace openfab::print

@@ -125,7 +125,8 @@ void add_export(CLI::App& app, Action* action) {
                       "mirror the slices, for front ends that mirror back");
     command
         ->add_option("--preview", options->previews,
-                     "FILE.png[,view=front|back|section|slice:N][,light=transmitted] (repeat)")
+                     "FILE.png[,view=front|back|section|slice:N|model:TURN:TILT][,light="
+                     "transmitted][,cut=x|y|xy]")
         ->allow_extra_args(false);
     command->callback([options, action] { *action = [options] { return run_export(*options); }; });
 }

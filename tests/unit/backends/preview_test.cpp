@@ -121,6 +121,54 @@ TEST_F(Preview, TransmissionFallsWithTheSquareOfTheThickness) {
     }
 }
 
+TEST_F(Preview, ModelFromStraightAboveIsTheFront) {
+    const SamplePrint print = make_letter_f(10, 12);
+    const ReadPng png = draw(print, ",view=model:0:90");
+    for (int32_t row = 0; row < 7; ++row) {
+        for (int32_t column = 0; column < 5; ++column) {
+            const auto& pixel =
+                png.at(png.width * (2 * column + 1) / 10, png.height * (2 * row + 1) / 14);
+            EXPECT_EQ(pixel[3] > 128,
+                      kLetter[static_cast<size_t>(row)][static_cast<size_t>(column)] == '#')
+                << column << ' ' << row;
+        }
+    }
+}
+
+// Turned by 90 degrees the viewer stands at +x: what is at the lowest y is on the left.
+TEST_F(Preview, ModelTurnsWithTheViewer) {
+    SamplePrint print = make_letter_f(10, 12);
+    std::fill(print.codes.begin(), print.codes.end(), uint8_t{0});
+    for (int32_t z = 0; z < 12; ++z) {
+        for (int32_t y = 0; y < 10; ++y) {
+            for (int32_t x = 0; x < 50; ++x)
+                print.at(x, y, z) = 1;
+        }
+    }
+    const ReadPng png = draw(print, ",view=model:90:45");
+    EXPECT_GT(png.at(png.width / 14, png.height / 2)[3], 200);
+    EXPECT_EQ(png.at(png.width * 13 / 14, png.height / 2)[3], 0);
+}
+
+TEST_F(Preview, ModelIsOpenedAndSeenThrough) {
+    SamplePrint print = make_letter_f(10, 40);
+    print.info.materials[0].preview[3] = 20;  // code 1 is clear, code 2 black
+    for (int32_t z = 0; z < 40; ++z) {
+        for (int32_t y = 0; y < 70; ++y) {
+            for (int32_t x = 0; x < 50; ++x) {
+                const bool core = z > 10 && z < 30 && x > 15 && x < 35 && y > 20 && y < 50;
+                print.at(x, y, z) = core ? 2 : 1;
+            }
+        }
+    }
+    const ReadPng whole = draw(print, ",view=model:0:90");
+    EXPECT_GT(whole.at(whole.width / 2, whole.height / 2)[3], 250) << "the core hides the ground";
+    EXPECT_LT(whole.at(whole.width / 10, whole.height / 10)[3], 200) << "the clear rim does not";
+    const ReadPng open = draw(print, ",view=model:0:90,cut=y");
+    EXPECT_GT(open.at(open.width / 2, open.height * 4 / 10)[3], 250);
+    EXPECT_EQ(open.at(open.width / 2, open.height * 6 / 10)[3], 0) << "the half at low y is gone";
+}
+
 TEST_F(Preview, ASliceThatIsNotPrintedIsRefused) {
     Result<preview::PreviewSpec> spec = preview::parse_preview("a.png,view=slice:3");
     ASSERT_TRUE(spec);
@@ -139,9 +187,10 @@ TEST(PreviewSpec, Settings) {
     ASSERT_TRUE(full);
     EXPECT_TRUE(full->transmitted);
     EXPECT_EQ(full->view, preview::View::kBack);
-    for (const char* bad :
-         {"a.jpg", ".png", "a.png,view=top", "a.png,light=red", "a.png,size=3",
-          "a.png,view=slice:x", "a.png,view=slice:-1", "a.png,view=section,light=transmitted"}) {
+    for (const char* bad : {"a.jpg", ".png", "a.png,view=top", "a.png,light=red", "a.png,size=3",
+                            "a.png,view=model:x", "a.png,view=model:0:2", "a.png,view=model:0:30:5",
+                            "a.png,cut=x", "a.png,view=model,cut=z", "a.png,view=slice:x",
+                            "a.png,view=slice:-1", "a.png,view=section,light=transmitted"}) {
         const Result<preview::PreviewSpec> spec = preview::parse_preview(bad);
         ASSERT_FALSE(spec) << bad;
         EXPECT_EQ(spec.error().code, ErrorCode::kUsage);
