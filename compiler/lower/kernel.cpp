@@ -147,7 +147,7 @@ class StageLowering {
     }
 
     void lower_values() {
-        const std::vector<bool> live = live_values(stage_);
+        const std::vector<bool> live = ir::live_values(stage_);
         const std::vector<size_t> last_use = last_uses(live);
         values_.resize(stage_.instrs.size());
         for (size_t id = 0; id < stage_.instrs.size(); ++id) {

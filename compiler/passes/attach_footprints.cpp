@@ -23,16 +23,22 @@ class Differentiator {
   public:
     explicit Differentiator(ir::Stage* stage) : old_(std::move(*stage)), builder_(&new_) {
         new_.kind = old_.kind;
+        new_.prints = old_.prints;
     }
 
     ir::Stage run() {
-        for (const ir::Instr& instr : old_.instrs) {
+        for (ValueId id = 0; id < old_.instrs.size(); ++id) {
+            const ir::Instr& instr = old_.instrs[id];
             ir::Instr copy = instr;
             for (ValueId& arg : copy.args)
                 arg = renamed_[arg];
             builder_.set_span(instr.span);
             if (copy.op == Op::kSample && copy.args.size() == kPlainSampleArgs) complete(&copy);
+            if (copy.op == Op::kLoop) before_loop(id);
+            if (copy.op == Op::kLoopEnd) end_derivatives(&copy);
+            const bool head = copy.op == Op::kLoop || copy.op == Op::kLoopVar;
             renamed_.push_back(builder_.append(std::move(copy)));
+            if (head && old_.instrs[id + 1].op != Op::kLoopVar) begin_derivatives(id + 1);
         }
         for (ir::Output output : old_.outputs) {
             output.value = renamed_[output.value];
@@ -42,6 +48,108 @@ class Differentiator {
     }
 
   private:
+    /// A loop that is open in the new stage: which of its variables have derivatives.
+    struct OpenLoop {
+        ValueId loop;  ///< in the new stage
+        struct Derivative {
+            ValueId var;  ///< both in the new stage
+            ValueId derivative;
+            int32_t axis;
+        };
+        std::vector<Derivative> derivatives;
+    };
+
+    /// The float values whose change some look-up in the stage needs, by their old ids. Where the
+    /// footprint of a look-up depends on a variable of a loop, its derivative is a variable too.
+    std::vector<bool> find_needed() const {
+        const std::vector<ValueId> ends = ir::loop_ends(old_);
+        std::vector<bool> needed(old_.instrs.size(), false);
+        std::vector<ValueId> pending;
+        for (const ir::Instr& instr : old_.instrs) {
+            if (instr.op == Op::kSample && instr.args.size() == kPlainSampleArgs) {
+                pending.insert(pending.end(), {instr.args[1], instr.args[2]});
+            }
+        }
+        while (!pending.empty()) {
+            const ValueId value = pending.back();
+            pending.pop_back();
+            if (needed[value]) continue;
+            needed[value] = true;
+            const ir::Instr& instr = old_.instrs[value];
+            if (instr.type != Type::kFloat) continue;
+            const size_t number = static_cast<size_t>(instr.a) + ir::kLoopEndNext;
+            if (instr.op == Op::kLoopVar) {
+                pending.push_back(instr.args[1]);
+                pending.push_back(old_.instrs[ends[instr.args[0]]].args[number]);
+            } else if (instr.op == Op::kLoopResult) {
+                const ValueId loop = old_.instrs[instr.args[0]].args[0];
+                pending.push_back(loop + 1 + static_cast<ValueId>(instr.a));
+            } else {
+                const std::vector<ValueId> args = relevant_args(instr);
+                pending.insert(pending.end(), args.begin(), args.end());
+            }
+        }
+        return needed;
+    }
+
+    /// The loop's variables stand before `next` in the old stage: adds those for their derivatives.
+    void begin_derivatives(ValueId next) {
+        if (needed_.empty()) needed_ = find_needed();
+        ValueId old_loop = next - 1;
+        while (old_.instrs[old_loop].op != Op::kLoop)
+            --old_loop;
+        OpenLoop open{renamed_[old_loop], {}};
+        auto number = static_cast<int32_t>(next - old_loop - 1);
+        for (const auto& [old_var, axis, first] : std::exchange(firsts_, {})) {
+            const ValueId var = renamed_[old_var];
+            const ValueId derivative = builder_.loop_var(open.loop, number++, first);
+            known_[{var, axis}] = derivative;
+            open.derivatives.push_back({var, derivative, axis});
+        }
+        open_.push_back(std::move(open));
+    }
+
+    /// Before the Loop is emitted: the derivatives of its variables' first values.
+    void before_loop(ValueId old_loop) {
+        if (needed_.empty()) needed_ = find_needed();
+        for (ValueId var = old_loop + 1; old_.instrs[var].op == Op::kLoopVar; ++var) {
+            if (!needed_[var] || old_.instrs[var].type != Type::kFloat) continue;
+            const ValueId first = renamed_[old_.instrs[var].args[1]];
+            for (int32_t axis = 0; axis < kAxes; ++axis) {
+                const ValueId d = derivative(first, axis);
+                firsts_.push_back({var, axis, d == kNoValue ? builder_.constant(0.0f) : d});
+            }
+        }
+    }
+
+    /// Completes a LoopEnd with the derivatives' next values, and notes the results'.
+    void end_derivatives(ir::Instr* end) {
+        OpenLoop open = std::move(open_.back());
+        open_.pop_back();
+        for (const OpenLoop::Derivative& d : open.derivatives) {
+            const size_t number = d.var - open.loop - 1 + ir::kLoopEndNext;
+            const ValueId next = derivative(end->args[number], d.axis);
+            end->args.push_back(next == kNoValue ? builder_.constant(0.0f) : next);
+        }
+        // What was computed inside is of no use after it.
+        std::erase_if(known_, [&](const auto& item) {
+            return item.second != kNoValue && item.second > open.loop;
+        });
+        ended_[open.loop] = std::move(open.derivatives);
+    }
+
+    /// Of a LoopResult: the result of the derivative's variable.
+    ValueId result_derivative(const ir::Instr& result, int32_t axis) {
+        const ValueId end = result.args[0];
+        const ValueId loop = new_.instrs[end].args[0];
+        const ValueId var = loop + 1 + static_cast<ValueId>(result.a);
+        for (const OpenLoop::Derivative& d : ended_[loop]) {
+            if (d.var != var || d.axis != axis) continue;
+            return builder_.loop_result(end, static_cast<int32_t>(d.derivative - loop - 1));
+        }
+        return kNoValue;
+    }
+
     void complete(ir::Instr* sample) {
         const ValueId u = sample->args[1];
         const ValueId v = sample->args[2];
@@ -64,7 +172,7 @@ class Differentiator {
                 continue;
             }
             const size_t before = pending.size();
-            for (const ValueId arg : relevant_args(next)) {
+            for (const ValueId arg : relevant_args(new_.instrs[next])) {
                 if (!known_.contains({arg, axis})) pending.push_back(arg);
             }
             if (pending.size() > before) continue;
@@ -74,9 +182,12 @@ class Differentiator {
         return known_[{value, axis}];
     }
 
-    std::vector<ValueId> relevant_args(ValueId value) const {
-        const ir::Instr& instr = new_.instrs[value];
+    static std::vector<ValueId> relevant_args(const ir::Instr& instr) {
         if (instr.type != Type::kFloat || instr.op == Op::kSample || instr.op == Op::kConvert) {
+            return {};
+        }
+        if (instr.op == Op::kLoopVar || instr.op == Op::kLoopResult ||
+            instr.op == Op::kQueryResult) {
             return {};
         }
         if (instr.op == Op::kSelect) return {instr.args[1], instr.args[2]};
@@ -106,7 +217,8 @@ class Differentiator {
         const ir::Instr instr = new_.instrs[value];
         if (instr.type != Type::kFloat) return kNoValue;
         if (instr.op == Op::kInput) return input(instr, axis);
-        if (relevant_args(value).empty()) return kNoValue;
+        if (instr.op == Op::kLoopResult) return result_derivative(instr, axis);
+        if (relevant_args(instr).empty()) return kNoValue;
         const bool select = instr.op == Op::kSelect;
         const ValueId a = instr.args[select ? 1 : 0];
         const ValueId b = instr.args.size() > 1 ? instr.args[select ? 2 : 1] : a;
@@ -181,6 +293,15 @@ class Differentiator {
     ir::Builder builder_;
     std::vector<ValueId> renamed_;
     std::map<std::pair<ValueId, int32_t>, ValueId> known_;
+    std::vector<bool> needed_;  ///< by old id; found when the first loop is met
+    struct First {
+        ValueId old_var;
+        int32_t axis;
+        ValueId derivative;
+    };
+    std::vector<First> firsts_;  ///< of the loop that is about to begin
+    std::vector<OpenLoop> open_;
+    std::map<ValueId, std::vector<OpenLoop::Derivative>> ended_;  ///< by loop in the new stage
 };
 
 }  // namespace

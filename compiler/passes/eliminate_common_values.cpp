@@ -7,6 +7,16 @@
 
 namespace openfab::passes {
 
+namespace {
+
+/// Two loops that look alike are two loops, and two prints print twice.
+bool stands_alone(ir::Op op) {
+    return op == ir::Op::kLoop || op == ir::Op::kLoopVar || op == ir::Op::kLoopEnd ||
+           op == ir::Op::kPrint;
+}
+
+}  // namespace
+
 void eliminate_common_values(ir::Stage* stage) {
     using Key =
         std::tuple<ir::Op, ir::Type, uint32_t, int32_t, int32_t, int32_t, std::vector<ir::ValueId>>;
@@ -16,6 +26,15 @@ void eliminate_common_values(ir::Stage* stage) {
         ir::Instr& instr = stage->instrs[id];
         for (ir::ValueId& arg : instr.args)
             arg = alias[arg];
+        if (instr.op == ir::Op::kLoopEnd) {
+            // What was computed inside is of no use after it.
+            const ir::ValueId loop = instr.args[0];
+            std::erase_if(first, [&](const auto& item) { return item.second > loop; });
+        }
+        if (stands_alone(instr.op)) {
+            alias.push_back(id);
+            continue;
+        }
         const Key key{instr.op, instr.type, instr.bits, instr.kind, instr.a, instr.b, instr.args};
         alias.push_back(first.emplace(key, id).first->second);
     }

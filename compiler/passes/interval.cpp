@@ -28,11 +28,21 @@ IntervalForm::IntervalForm(const ir::Stage& from, ir::Stage* to, InputKinds kind
 
 const std::vector<Interval>& IntervalForm::run() {
     values_.reserve(from_.instrs.size());
+    int depth = 0;
     for (const Instr& instr : from_.instrs) {
         b_.set_span(instr.span);
-        values_.push_back(of(instr));
+        if (instr.op == Op::kLoop) ++depth;
+        const bool used = depth == 0 && instr.op != Op::kPrint && instr.op != Op::kQuery;
+        values_.push_back(used ? of(instr) : Interval{});
+        if (instr.op == Op::kLoopEnd) --depth;
     }
     return values_;
+}
+
+Interval IntervalForm::unknown(Type type) {
+    if (type == Type::kFloat) return {nan(), nan(), ir::kNoValue};
+    if (type == Type::kBool) return make_bool(b_.constant(true), b_.constant(true));
+    return full_range(type);
 }
 
 Interval IntervalForm::make_point(Id value) {
@@ -75,6 +85,7 @@ Interval IntervalForm::extremes(const std::array<Id, 4>& c) {
 Interval IntervalForm::of(const Instr& instr) {
     if (instr.op == Op::kConst) return make_point(b_.append(instr));
     if (instr.op == Op::kInput) return of_input(instr);
+    if (instr.op == Op::kLoopResult || instr.op == Op::kQueryResult) return unknown(instr.type);
     const bool points = std::all_of(instr.args.begin(), instr.args.end(),
                                     [&](Id arg) { return values_[arg].is_point(); });
     if (points) {
@@ -114,11 +125,7 @@ Interval IntervalForm::of_input(const Instr& instr) {
         end.kind = kind;
         return b_.append(std::move(end));
     };
-    if (unknown_(instr.kind)) {
-        if (instr.type == Type::kFloat) return {nan(), nan(), ir::kNoValue};
-        if (instr.type == Type::kBool) return make_bool(b_.constant(true), b_.constant(true));
-        return full_range(instr.type);
-    }
+    if (unknown_(instr.kind)) return unknown(instr.type);
     const auto kinds = kinds_(instr.kind);
     if (!kinds) return make_point(make(instr.kind));
     const Id lo = make((*kinds)[0]);

@@ -15,7 +15,7 @@
 // computed as in the stage, and may be infinite or NaN. Where lo and hi have equal bits, every
 // point of the box has that value (0 and -0 count as equal). Errs wide: operands are taken as
 // independent; int results that may overflow are the whole range; a division by an interval that
-// holds 0 is unknown.
+// holds 0 is unknown; so is what a loop or a query gives.
 
 #include <array>
 #include <functional>
@@ -44,7 +44,7 @@ class IntervalForm {
 
     IntervalForm(const ir::Stage& from, ir::Stage* to, InputKinds kinds, UnknownInput unknown);
 
-    /// Of every instruction of `from`, by id.
+    /// Of every instruction of `from`, by id; empty inside loops.
     const std::vector<Interval>& run();
     ir::Builder& builder() { return b_; }
 
@@ -80,6 +80,7 @@ class IntervalForm {
     Interval extremes(const std::array<Id, 4>& candidates);
     Interval hull(const Interval& a, const Interval& b, Type type);
     Interval full_range(Type type);
+    Interval unknown(Type type);
     /// `exact` where both operands are single values, else `other`.
     Interval exact_or(Op op, const Interval& a, const Interval& b, const Interval& other);
 

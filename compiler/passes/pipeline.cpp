@@ -10,6 +10,7 @@
 #include "compiler/passes/eliminate_dead_values.h"
 #include "compiler/passes/form_surface_bounds.h"
 #include "compiler/passes/form_volume_bounds.h"
+#include "compiler/passes/hoist_invariants.h"
 #include "compiler/passes/simplify.h"
 
 namespace openfab::passes {
@@ -67,6 +68,7 @@ const std::vector<PassName>& pass_names() {
         {"form_surface_bounds", true},
         {"form_volume_bounds", true},
         {"bound_displacement", false},
+        {"hoist_invariants", true},
     };
     return names;
 }
@@ -87,6 +89,7 @@ PipelineResult run_pipeline(const ir::Fablet& fablet, const PipelineOptions& opt
     runner.run("form_volume_bounds", &stages.volume_bounds,
                [&](ir::Stage* out) { *out = form_volume_bounds(stages.volume); });
     runner.clean(&stages.volume_bounds);
+    runner.run("hoist_invariants", &stages.volume, hoist_invariants);
 
     if (!fablet.has_surface) return result;
     stages.surface = fablet.surface;
@@ -100,6 +103,7 @@ PipelineResult run_pipeline(const ir::Fablet& fablet, const PipelineOptions& opt
     runner.clean(&stages.surface_bounds);
     runner.run("bound_displacement", &stages.surface, bound_displacement);
     runner.clean(&stages.surface);
+    runner.run("hoist_invariants", &stages.surface, hoist_invariants);
     return result;
 }
 

@@ -24,11 +24,16 @@ class Simplifier {
     }
 
     void run() {
+        const std::vector<ValueId> ends = ir::loop_ends(*stage_);
         for (ValueId id = 0; id < stage_->instrs.size(); ++id) {
             Instr& instr = stage_->instrs[id];
             for (ValueId& arg : instr.args)
                 arg = alias_[arg];
-            if (std::optional<uint32_t> bits = fold(instr)) {
+            if (instr.op == Op::kLoopVar) {
+                if (stays_as_it_is(id, ends[instr.args[0]])) alias_[id] = instr.args[1];
+            } else if (instr.op == Op::kLoopResult) {
+                alias_[id] = result_of(id);
+            } else if (std::optional<uint32_t> bits = fold(instr)) {
                 make_constant(&instr, *bits);
             } else if (std::optional<ValueId> same = identity(instr)) {
                 alias_[id] = *same;
@@ -45,6 +50,41 @@ class Simplifier {
         return is_const(stage_->instrs[id]) && stage_->instrs[id].bits == bits;
     }
 
+    /// A variable that no trip changes. `end` is still as it was.
+    bool stays_as_it_is(ValueId var, ValueId end) const {
+        const Instr& instr = stage_->instrs[var];
+        const ValueId next =
+            stage_->instrs[end].args[ir::kLoopEndNext + static_cast<size_t>(instr.a)];
+        const ValueId first = instr.args[1];
+        if (next == var || next == first) return true;
+        const Instr& value = stage_->instrs[next];
+        return is_const(value) && is_const(first, value.bits);
+    }
+
+    /// The result of a variable that stays, or of a loop that never runs, is the first value.
+    ValueId result_of(ValueId id) const {
+        const Instr& instr = stage_->instrs[id];
+        const ValueId loop = stage_->instrs[instr.args[0]].args[0];
+        const ValueId var = loop + 1 + static_cast<ValueId>(instr.a);
+        if (alias_[var] != var) return alias_[var];
+        const bool never = is_const(stage_->instrs[loop].args[0], 0);
+        return never ? stage_->instrs[var].args[1] : id;
+    }
+
+    static bool has_arithmetic(Op op) {
+        switch (op) {
+            case Op::kSampleBound:
+            case Op::kLoop:
+            case Op::kLoopEnd:
+            case Op::kQuery:
+            case Op::kQueryResult:
+            case Op::kPrint:
+                return false;
+            default:
+                return true;
+        }
+    }
+
     static void make_constant(Instr* instr, uint32_t bits) {
         instr->op = Op::kConst;
         instr->bits = bits;
@@ -56,7 +96,8 @@ class Simplifier {
             // A look-up that no path reaches gives 0.
             return is_const(instr.args[0], 0) ? std::optional<uint32_t>(0) : std::nullopt;
         }
-        if (instr.args.empty() || instr.op == Op::kSampleBound) return std::nullopt;
+        if (instr.op == Op::kQueryResult && is_const(arg(instr, 0).args[0], 0)) return 0;
+        if (instr.args.empty() || !has_arithmetic(instr.op)) return std::nullopt;
         for (size_t k = 0; k < instr.args.size(); ++k) {
             if (!is_const(arg(instr, k))) return fold_partly(instr);
         }
@@ -70,7 +111,7 @@ class Simplifier {
 
     /// A constant although one argument is none.
     std::optional<uint32_t> fold_partly(const Instr& instr) const {
-        if (instr.args.size() != 2) return std::nullopt;
+        if (instr.args.size() != 2 || !has_arithmetic(instr.op)) return std::nullopt;
         const bool zero = is_const(instr.args[0], 0) || is_const(instr.args[1], 0);
         const bool one = is_const(instr.args[0], 1) || is_const(instr.args[1], 1);
         if (instr.op == Op::kAnd && zero) return 0;
@@ -81,6 +122,7 @@ class Simplifier {
     }
 
     std::optional<ValueId> identity(const Instr& instr) const {
+        if (!has_arithmetic(instr.op)) return std::nullopt;
         if (instr.op == Op::kConvert && arg(instr, 0).type == instr.type) return instr.args[0];
         if (instr.op == Op::kSelect) return identity_of_select(instr);
         if (instr.op == Op::kNot && arg(instr, 0).op == Op::kNot) return arg(instr, 0).args[0];

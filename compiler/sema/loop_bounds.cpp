@@ -104,7 +104,7 @@ class Analysis {
     /// The loop goes on only while `x op bound`, and variable k drives x past the bound in time.
     bool reaches(size_t k, ValueId x, Op op, ValueId bound, int limit) const {
         const ValueId var = loop_ + 1 + static_cast<ValueId>(k);
-        if (bound > loop_ || at(x).type != at(var).type) return false;
+        if (at(x).type != at(var).type) return false;
         const std::optional<Range> first = range(at(var).args[1], kDepth);
         const std::optional<Range> end = range(bound, kDepth);
         const std::optional<Range> ahead = offset(x, var, kDepth);
