@@ -35,6 +35,7 @@ void add_check(CLI::App& app, const CommonOptions& common, Action* action);
 void add_describe(CLI::App& app, const CommonOptions& common, Action* action);
 void add_emit(CLI::App& app, const CommonOptions& common, Action* action);
 void add_build(CLI::App& app, const CommonOptions& common, Action* action);  // build.cpp
+void add_run(CLI::App& app, const CommonOptions& common, Action* action);    // run.cpp
 
 /// `emit --as ir|halide|stmt|llvm|asm` of one stage, as the passes leave it, of one fablet, to
 /// stdout; exit code. (emit_halide.cpp)

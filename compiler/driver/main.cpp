@@ -42,6 +42,9 @@ int run(int argc, char** argv) {
 #ifdef OPENFAB_WITH_BACK_END
     add_build(app, common, &action);
 #endif
+#ifdef OPENFAB_WITH_PRINT
+    add_run(app, common, &action);
+#endif
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {

@@ -75,6 +75,14 @@ std::filesystem::path SourceManager::folder(uint32_t number) const {
     return f == nullptr ? std::filesystem::path() : f->folder;
 }
 
+std::vector<std::filesystem::path> SourceManager::files() const {
+    std::vector<std::filesystem::path> out;
+    for (const auto& f : files_) {
+        if (!f->folder.empty()) out.emplace_back(f->name);
+    }
+    return out;
+}
+
 uint32_t SourceManager::line_of(const File& f, uint32_t offset) const {
     const auto next = std::upper_bound(f.line_starts.begin(), f.line_starts.end(), offset);
     return static_cast<uint32_t>(next - f.line_starts.begin());

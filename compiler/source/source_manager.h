@@ -39,6 +39,8 @@ class SourceManager {
     std::string_view text(uint32_t file) const;
     std::string_view text(const Span& span) const;
     std::string_view name(uint32_t file) const;
+    /// Every file that was read, in order.
+    std::vector<std::filesystem::path> files() const;
     /// Empty where the text did not come from a file.
     std::filesystem::path folder(uint32_t file) const;
     Location locate(uint32_t file, uint32_t offset) const;

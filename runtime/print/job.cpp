@@ -73,6 +73,7 @@ Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets)
     job.input.printer = job.printer.name;
     job.input.title = title_of(options.input);
     job.input.warnings = world->warnings;
+    job.files = world->files;
     return job;
 }
 

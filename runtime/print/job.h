@@ -5,6 +5,7 @@
 // From the command line to what the pipeline runs on: world or mesh, printer, fablets and uniforms
 // joined.
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -18,7 +19,8 @@ namespace openfab::print {
 struct Job {
     slab::PrintInput input;
     scene::Printer printer;
-    std::vector<std::string> notes;  ///< for the person: what was chosen in their place
+    std::vector<std::string> notes;            ///< for the person: what was chosen in their place
+    std::vector<std::filesystem::path> files;  ///< what the world is made from
 };
 
 Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets);

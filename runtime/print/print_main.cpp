@@ -116,38 +116,49 @@ Result<void> print(int argc, char** argv, const openfab_fablet_list& fablets) {
         fmt::print("{}", options->text);
         return {};
     }
-    const std::atomic<bool>& interrupt = install_interrupt();
-    Result<Job> job = load_job(*options, fablets);
+    return run_print(*options, fablets, install_interrupt());
+}
+
+}  // namespace
+
+Result<void> run_print(const Options& options, const openfab_fablet_list& fablets,
+                       const std::atomic<bool>& interrupt,
+                       std::vector<std::filesystem::path>* files) {
+    Result<Job> job = load_job(options, fablets);
     if (!job) return job.error();
+    if (files != nullptr) *files = job->files;
     // A wrong name of an output is told before the work, not after.
-    if (Result<std::string> format = choose_format(*options, job->printer); !format)
+    if (Result<std::string> format = choose_format(options, job->printer); !format)
         return format.error();
-    if (!quiet(*options)) {
+    if (!quiet(options)) {
         for (const std::string& note : job->notes)
             fmt::print(stderr, "note: {}\n", note);
         for (const std::string& warning : job->input.warnings)
             fmt::print(stderr, "warning: {}\n", warning);
     }
     Result<std::unique_ptr<slab::Print>> print =
-        slab::Print::create(std::move(job->input), pipeline_options(*options));
+        slab::Print::create(std::move(job->input), pipeline_options(options));
     if (!print) return print.error();
     if (Result<void> fits = check_build_volume((*print)->info(), job->printer); !fits)
         return fits.error();
-    if (options->estimate || options->dry_run) {
-        show_estimate(**print, *options);
+    if (options.estimate || options.dry_run) {
+        show_estimate(**print, options);
         return {};
     }
-    return run(print->get(), *options, job->printer, interrupt);
+    return run(print->get(), options, job->printer, interrupt);
 }
 
-}  // namespace
-
-int print_main(int argc, char** argv, const openfab_fablet_list& fablets) {
-    Result<void> done = print(argc, argv, fablets);
-    if (done && std::fflush(stdout) != 0) done = outside_error("cannot write to standard output");
-    if (done) return 0;
+int finish(const Result<void>& done) {
+    if (done) {
+        if (std::fflush(stdout) == 0) return 0;
+        return finish(outside_error("cannot write to standard output"));
+    }
     fmt::print(stderr, "{}", render_error(done.error()));
     return exit_code(done.error().code);
+}
+
+int print_main(int argc, char** argv, const openfab_fablet_list& fablets) {
+    return finish(print(argc, argv, fablets));
 }
 
 }  // namespace openfab::print

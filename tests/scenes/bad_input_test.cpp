@@ -160,7 +160,7 @@ TEST_F(BadInput, ATruncatedPrintIsGoodUpToItsLastWholeSlice) {
 TEST_F(BadInput, CtrlCKeepsWholeSlices) {
     const std::filesystem::path file = scratch() / "interrupted.ofr";
     RunOptions options = environment();
-    options.interrupt_after_ms = 3000;
+    options.interrupt_when = [](int elapsed_ms, const Outcome&) { return elapsed_ms >= 3000; };
     // Late enough for a slow machine to have begun, and fine enough to take far longer than that.
     const Outcome outcome =
         run({binary().string(), (gallery_postcard() / "postcard.fab.json").string(), "--threads",

@@ -75,7 +75,7 @@ RunOptions PostcardScene::environment() {
     return {{{"OPENFAB_CACHE", (scratch() / "cache").string()},
              {"OPENFAB_HELPER", program("openfab").string()}},
             {},
-            -1};
+            {}};
 }
 
 Outcome PostcardScene::print(const std::vector<std::string>& arguments) {

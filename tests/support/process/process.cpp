@@ -51,12 +51,12 @@ void collect(pid_t child, const Pipe& out, const Pipe& err, const RunOptions& op
              Outcome* outcome) {
     using Clock = std::chrono::steady_clock;
     const auto start = Clock::now();
-    bool interrupted = options.interrupt_after_ms < 0;
+    bool interrupted = options.interrupt_when == nullptr;
     std::array<pollfd, 2> polled{{{out.read, POLLIN, 0}, {err.read, POLLIN, 0}}};
     while (polled[0].fd >= 0 || polled[1].fd >= 0) {
         const auto elapsed = static_cast<int>(
             std::chrono::duration_cast<std::chrono::milliseconds>(Clock::now() - start).count());
-        if (!interrupted && elapsed >= options.interrupt_after_ms) {
+        if (!interrupted && options.interrupt_when(elapsed, *outcome)) {
             kill(child, SIGINT);
             interrupted = true;
         }

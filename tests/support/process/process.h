@@ -6,6 +6,7 @@
 // goes away with it.
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -20,7 +21,9 @@ struct Outcome {
 struct RunOptions {
     std::vector<std::pair<std::string, std::string>> environment;  ///< added to the test's own
     std::filesystem::path folder;  ///< working folder, empty: the test's
-    int interrupt_after_ms = -1;   ///< sends SIGINT then; -1: never
+    /// Asked again and again with the milliseconds since the start and what was said so far; SIGINT
+    /// is sent when it is true for the first time.
+    std::function<bool(int elapsed_ms, const Outcome& so_far)> interrupt_when;
 };
 
 /// `argv[0]` is a path. Ends a program that runs longer than ten minutes.

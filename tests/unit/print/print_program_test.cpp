@@ -206,7 +206,7 @@ TEST_F(PrintProgram, AFailingKernelIsOurBug) {
 TEST_F(PrintProgram, InterruptedKeepsWholeSlices) {
     write_world("large.fab.json", "Skin", "[60, 60, 60]");
     RunOptions options;
-    options.interrupt_after_ms = 700;
+    options.interrupt_when = [](int elapsed_ms, const Outcome&) { return elapsed_ms >= 700; };
     const Outcome outcome = print(
         {"-o", path("a.ofr"), "--voxel", "0.05mm", "--threads", "1", "--stats", path("s.json")},
         options, "large.fab.json");

@@ -49,7 +49,7 @@ class OpenfabPrint : public ::testing::Test {
     std::string path(const std::string& name) const { return (scratch_ / name).string(); }
     Outcome print(std::vector<std::string> arguments) const {
         arguments.insert(arguments.begin(), {OPENFAB_PROGRAM, "print"});
-        return run(arguments, {{{"OPENFAB_CACHE", path("cache")}}, {}, -1});
+        return run(arguments, {{{"OPENFAB_CACHE", path("cache")}}, {}, {}});
     }
 
     ScratchFolder scratch_;

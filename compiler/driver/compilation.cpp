@@ -1,0 +1,119 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "compiler/driver/compilation.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <optional>
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include "compiler/driver/frontend.h"
+
+namespace openfab::driver {
+
+namespace fs = std::filesystem;
+
+using Clock = std::chrono::steady_clock;
+
+namespace {
+
+double seconds_since(Clock::time_point begin) {
+    return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+}  // namespace
+
+int fail(const std::string& what, int code) {
+    fmt::print(stderr, "openflc: error: {}\n", what);
+    return code;
+}
+
+int Compilation::prepare() {
+    if (const int code = front(); code != kExitDone) return code;
+    if (const int code = schedule(); code != kExitDone) return code;
+    return middle();
+}
+
+void Compilation::spent(const char* phase, double seconds) const {
+    if (options_.time) fmt::print(stderr, "{:>8.3f} s  {}\n", seconds, phase);
+}
+
+int Compilation::front() {
+    const Clock::time_point begin = Clock::now();
+    diag::Sink sink;
+    bool complete = true;
+    for (const std::string& path : options_.files) {
+        std::string fault;
+        std::optional<ir::Module> module = compile_to_ir(sources_, path, sink, &fault);
+        if (!fault.empty()) return fail(fault, kExitOutside);
+        complete = complete && module.has_value();
+        if (module) units_.push_back({std::move(*module), {}});
+    }
+    print_diagnostics(sink, sources_, common_);
+    if (!complete) return kExitUserInput;
+    spent("front end", seconds_since(begin));
+    return kExitDone;
+}
+
+int Compilation::schedule() {
+    if (options_.back_end.schedule.empty()) return kExitDone;
+    return load_schedule(options_.back_end.schedule, &sources_, common_, &schedule_);
+}
+
+int Compilation::middle() {
+    const Clock::time_point begin = Clock::now();
+    for (size_t k = 0; k < units_.size(); ++k) {
+        SourceUnit& unit = units_[k];
+        const fs::path path = options_.files[k];
+        unit.results.reserve(unit.module.fablets.size());
+        for (const ir::Fablet& fablet : unit.module.fablets) {
+            unit.results.push_back(run_passes(fablet, options_.back_end));
+            const passes::PipelineResult& result = unit.results.back();
+            if (!result.fault.empty()) return fail("internal: " + result.fault, kExitBug);
+            fablets_.push_back({&fablet, &result.stages, path.filename().string(), 0});
+        }
+    }
+    if (fablets_.empty()) return fail("the files hold no fablet", kExitUserInput);
+    for (lower::FabletUnit& fablet : fablets_)
+        fablet.hash = hash_of(fablet);
+    spent("passes", seconds_since(begin));
+    return kExitDone;
+}
+
+/// Of everything that the fablet's kernels are made from.
+uint64_t Compilation::hash_of(const lower::FabletUnit& fablet) const {
+    std::string text = fmt::format("abi {} target {}\n", OPENFAB_ABI_VERSION, options_.target);
+    text += ir::print(*fablet.fablet);
+    for (const ir::Stage* stage : {&fablet.stages->surface, &fablet.stages->surface_bounds,
+                                   &fablet.stages->volume, &fablet.stages->volume_bounds}) {
+        text += ir::print(*stage);
+    }
+    text += schedule_.schedule.text;
+    return XXH3_64bits(text.data(), text.size());
+}
+
+lower::ProgramOptions Compilation::program_options() const {
+    lower::ProgramOptions program;
+    program.threads = options_.threads;
+    if (options_.target == "sse41") program.isas = {OPENFAB_ISA_SSE41};
+    if (options_.target == "avx2") program.isas = {OPENFAB_ISA_AVX2};
+    if (!schedule_.kernel.empty()) {
+        program.schedule = &schedule_.schedule;
+        program.schedule_kernel = schedule_.kernel;
+    }
+    return program;
+}
+
+void add_compilation_options(CLI::App* command, CompilationOptions* options) {
+    command->add_option("--jobs", options->threads, "kernels compiled at once; 0: all cores")
+        ->check(CLI::Range(0, 1024));
+    command->add_flag("--time", options->time, "print the seconds of each phase");
+    add_back_end_options(command, &options->back_end);
+}
+
+}  // namespace openfab::driver

@@ -1,0 +1,192 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// `openflc run`: fablets compiled in memory and printed by this very process; with --watch again
+// whenever a file changes that the print is made from.
+
+#include <fmt/format.h>
+
+#include <atomic>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "compiler/driver/commands.h"
+#include "compiler/driver/compilation.h"
+#include "compiler/lower/jit.h"
+#include "runtime/abi/kernel_call.h"
+#include "runtime/print/interrupt.h"
+#include "runtime/print/options.h"
+#include "runtime/print/print_main.h"
+
+namespace openfab::driver {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+using Clock = std::chrono::steady_clock;
+
+constexpr auto kPollInterval = std::chrono::milliseconds(100);
+
+struct RunOptions {
+    CompilationOptions compilation;
+    bool watch = false;
+};
+
+/// The state of files at one moment: when each was last written.
+class Snapshot {
+  public:
+    explicit Snapshot(const std::vector<fs::path>& files) {
+        for (const fs::path& file : files)
+            times_[file] = time_of(file);
+    }
+    bool changed() const {
+        for (const auto& [file, time] : times_) {
+            if (time_of(file) != time) return true;
+        }
+        return false;
+    }
+
+  private:
+    // A file that is away for a moment, while an editor replaces it, counts as unchanged until it
+    // is back.
+    static fs::file_time_type time_of(const fs::path& file) {
+        std::error_code gone;
+        const fs::file_time_type time = fs::last_write_time(file, gone);
+        return gone ? fs::file_time_type::min() : time;
+    }
+
+    std::map<fs::path, fs::file_time_type> times_;
+};
+
+class Run {
+  public:
+    Run(const RunOptions& options, const CommonOptions& common, const print::Options& print)
+        : options_(options), common_(common), print_(print), stop_(print::install_interrupt()) {
+        if (print_.isa == OPENFAB_ISA_AVX2) print_.isa = abi::best_isa();
+        compile_.emplace(options_.compilation);
+        compile_->target = print_.isa == OPENFAB_ISA_AVX2 ? "avx2" : "sse41";
+    }
+
+    int once() {
+        if (const int code = compile(); code != kExitDone) return code;
+        return print::finish(print::run_print(print_, program_->fablets(), stop_));
+    }
+
+    /// Until Ctrl-C. Neither a mistake in a fablet nor one in the world ends it.
+    int watch() {
+        std::vector<fs::path> sources(options_.compilation.files.begin(),
+                                      options_.compilation.files.end());
+        std::vector<fs::path> world = {print_.input};
+        bool fablet_changed = true;
+        while (!stop_) {
+            // Before they are read: a change from now on counts.
+            const Snapshot of_world(world);
+            std::unique_ptr<Snapshot> of_sources = std::make_unique<Snapshot>(sources);
+            if (fablet_changed && compile() != kExitDone) program_.reset();
+            if (!sources_.empty() && sources_ != sources) {
+                sources = sources_;
+                of_sources = std::make_unique<Snapshot>(sources);
+            }
+            const auto changed = [&] { return of_world.changed() || of_sources->changed(); };
+            if (program_ != nullptr) print_until(changed, &world);
+            if (!stop_) fmt::print(stderr, "watching; Ctrl-C ends\n");
+            while (!stop_ && !changed())
+                std::this_thread::sleep_for(kPollInterval);
+            fablet_changed = program_ == nullptr || of_sources->changed();
+        }
+        return kExitDone;
+    }
+
+  private:
+    int compile() {
+        const Clock::time_point begin = Clock::now();
+        Compilation compilation(*compile_, common_);
+        const int code = compilation.prepare();
+        sources_ = compilation.sources().files();
+        if (code != kExitDone) return code;
+        auto loaded = lower::load_program(compilation.fablets(), compilation.program_options());
+        if (auto* fault = std::get_if<lower::Fault>(&loaded)) return compilation.report(*fault);
+        program_ = std::move(std::get<std::unique_ptr<lower::LoadedProgram>>(loaded));
+        const std::chrono::duration<double> seconds = Clock::now() - begin;
+        compilation.spent("source to kernels", seconds.count());
+        return kExitDone;
+    }
+
+    /// Prints, and stops early where something changes meanwhile.
+    template <typename Changed>
+    void print_until(const Changed& changed, std::vector<fs::path>* world) {
+        std::atomic<bool> interrupt{false};
+        std::atomic<bool> over{false};
+        std::thread guard([&] {
+            while (!over && !interrupt) {
+                if (stop_ || changed()) interrupt = true;
+                std::this_thread::sleep_for(kPollInterval);
+            }
+        });
+        std::vector<fs::path> files;
+        const Result<void> done = print::run_print(print_, program_->fablets(), interrupt, &files);
+        over = true;
+        guard.join();
+        if (!files.empty()) *world = files;
+        if (done || done.error().code != ErrorCode::kInterrupted) print::finish(done);
+    }
+
+    const RunOptions& options_;
+    const CommonOptions& common_;
+    print::Options print_;
+    const std::atomic<bool>& stop_;
+    std::optional<CompilationOptions> compile_;
+    std::vector<fs::path> sources_;
+    std::unique_ptr<lower::LoadedProgram> program_;
+};
+
+/// Splits the words that are not options of ours: OpenFL files, and the command line of the print.
+int run(RunOptions options, const CommonOptions& common, const std::vector<std::string>& words) {
+    std::vector<const char*> rest = {"openflc run"};
+    for (const std::string& word : words) {
+        if (word.ends_with(".fl")) {
+            options.compilation.files.push_back(word);
+        } else {
+            rest.push_back(word.c_str());
+        }
+    }
+    if (options.compilation.files.empty()) {
+        return fail("no fablet was given; write `openflc run FILE.fl WORLD.fab.json -o OUT`",
+                    kExitUsage);
+    }
+    const Result<print::Options> print =
+        print::parse_options(static_cast<int>(rest.size()), rest.data(), "openflc run FILE.fl");
+    if (!print) return print::finish(print.error());
+    Run program(options, common, *print);
+    return options.watch ? program.watch() : program.once();
+}
+
+}  // namespace
+
+void add_run(CLI::App& app, const CommonOptions& common, Action* action) {
+    CLI::App* command = app.add_subcommand(
+        "run", "Compile fablets in memory and print: FILE.fl WORLD.fab.json -o OUT …");
+    auto options = std::make_shared<RunOptions>();
+    command->add_flag("--watch", options->watch,
+                      "print again whenever a fablet, the world, a mesh or an image changes");
+    add_compilation_options(command, &options->compilation);
+    // Words that are not ours stay here, in order.
+    command->allow_extras()->fallthrough(false);
+    const std::vector<const char*> ask = {"run", "--help"};
+    const Result<print::Options> help = print::parse_options(2, ask.data(), "openflc run FILE.fl");
+    if (help) command->footer("Everything else is for the print:\n\n" + help->text);
+    command->callback([options, &common, action, command] {
+        *action = [options, &common, words = command->remaining()] {
+            return run(*options, common, words);
+        };
+    });
+}
+
+}  // namespace openfab::driver

@@ -1,0 +1,103 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// `openflc run`: the print binary's bytes without a print binary, and again after a change.
+
+#include <gmock/gmock.h>
+
+#include "tests/scenes/scene_fixture.h"
+
+namespace openfab::testing {
+namespace {
+
+using ::testing::HasSubstr;
+
+class RunCommand : public PostcardScene {
+  protected:
+    static std::vector<std::string> command(const std::filesystem::path& folder,
+                                            const std::vector<std::string>& arguments) {
+        std::vector<std::string> argv{program("openflc").string(), "run",
+                                      (folder / "magic_postcard.fl").string(),
+                                      (folder / "postcard.fab.json").string()};
+        argv.insert(argv.end(), arguments.begin(), arguments.end());
+        return argv;
+    }
+};
+
+TEST_F(RunCommand, GivesTheBytesOfThePrintBinary) {
+    const std::filesystem::path built = scratch() / "built.ofr", run_file = scratch() / "run.ofr";
+    const Outcome printed = print({"--draft", "6", "-o", built.string()});
+    ASSERT_EQ(printed.exit_code, 0) << printed.err;
+    const Outcome ran =
+        run(command(gallery_postcard(), {"--draft", "6", "-o", run_file.string()}), environment());
+    ASSERT_EQ(ran.exit_code, 0) << ran.err;
+    EXPECT_GT(read_file(built).size(), 10'000u);
+    EXPECT_TRUE(read_file(built) == read_file(run_file));
+}
+
+TEST_F(RunCommand, NeedsAFabletAndAWorld) {
+    const Outcome no_fablet = run({program("openflc").string(), "run", "some.fab.json"});
+    EXPECT_EQ(no_fablet.exit_code, 2);
+    EXPECT_THAT(no_fablet.err, HasSubstr("no fablet was given"));
+    const Outcome no_world = run({program("openflc").string(), "run", "some.fl"});
+    EXPECT_EQ(no_world.exit_code, 2);
+    const Outcome unknown =
+        run(command(gallery_postcard(), {"--drift", "6", "-o", (scratch() / "no.ofr").string()}));
+    EXPECT_EQ(unknown.exit_code, 2);
+    EXPECT_THAT(unknown.err, HasSubstr("--drift"));
+}
+
+TEST_F(RunCommand, AMistakeInTheFabletIsADiagnostic) {
+    scratch().write("wrong.fl", "fablet Wrong {");
+    const Outcome outcome =
+        run({program("openflc").string(), "run", (scratch() / "wrong.fl").string(),
+             (gallery_postcard() / "postcard.fab.json").string(), "-o",
+             (scratch() / "no.ofr").string()});
+    EXPECT_EQ(outcome.exit_code, 1);
+    EXPECT_THAT(outcome.err, HasSubstr("wrong.fl:1:15: error"));
+}
+
+/// Each time the command waits, the fablet is changed: to black, to a mistake, and back.
+TEST_F(RunCommand, WatchPrintsAgainAfterEachChange) {
+    const std::filesystem::path folder = scratch() / "watched";
+    std::filesystem::create_directories(folder);
+    for (const char* name :
+         {"magic_postcard.fl", "card.obj", "foreground.jpg", "hidden.jpg", "postcard.fab.json"}) {
+        std::filesystem::copy_file(gallery_postcard() / name, folder / name);
+    }
+    const std::filesystem::path preview = folder / "preview.png";
+    const std::string text = read_file(folder / "magic_postcard.fl");
+    const auto with = [&](const std::string& line) {
+        std::string changed = text;
+        const std::string border = "mc.Set(white, 1);";
+        changed.replace(changed.find(border), border.size(), line);
+        return changed;
+    };
+    const std::vector<std::string> versions{with("mc.Set(black, 1);"), with("mc.Set(grey, 1);"),
+                                            text};
+    std::vector<std::string> pictures;
+    RunOptions options = environment();
+    options.interrupt_when = [&](int elapsed_ms, const Outcome& so_far) {
+        if (elapsed_ms > 300'000) return true;
+        size_t waits = 0;
+        for (size_t at = 0; (at = so_far.err.find("watching", at)) != std::string::npos; ++at)
+            ++waits;
+        if (waits <= pictures.size()) return false;
+        pictures.push_back(read_file(preview));
+        if (pictures.size() > versions.size()) return true;
+        scratch().write("watched/magic_postcard.fl", versions[pictures.size() - 1]);
+        return false;
+    };
+    const Outcome outcome = run(
+        command(folder, {"--draft", "8", "--watch", "--preview", preview.string() + ",view=back"}),
+        options);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_THAT(outcome.err, HasSubstr("grey"));
+    ASSERT_EQ(pictures.size(), 4u) << outcome.err;
+    EXPECT_FALSE(pictures[0] == pictures[1]);
+    EXPECT_TRUE(pictures[1] == pictures[2]) << "the mistake must leave the picture alone";
+    EXPECT_TRUE(pictures[0] == pictures[3]);
+}
+
+}  // namespace
+}  // namespace openfab::testing
