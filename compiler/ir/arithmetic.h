@@ -227,9 +227,10 @@ inline uint32_t eval_bool(Op op, uint32_t a, uint32_t b) {
 
 /// Result bits of one instruction whose arguments have type `type` (of a select: its two sides) and
 /// bits a, b, c; unused ones are 0. Select takes its condition in `a`. Not for Const, Input,
-/// Sample, SampleBound; Convert is eval_convert.
+/// Sample, SampleBound, functions (compiler/functions); Convert is eval_convert.
 inline uint32_t eval(Op op, Type type, uint32_t a, uint32_t b, uint32_t c) {
     if (op == Op::kSelect) return a != 0 ? b : c;
+    if (op == Op::kBitCast) return a;
     switch (type) {
         case Type::kFloat:
             return eval_float(op, as_float(a), as_float(b));

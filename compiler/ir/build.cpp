@@ -180,6 +180,15 @@ ValueId Builder::query_result(ValueId query, Type type, openfab_query_result kin
     return append(std::move(instr));
 }
 
+ValueId Builder::bit_cast(ValueId value, Type to) {
+    if (type(value) == to) return value;
+    Instr instr;
+    instr.op = Op::kBitCast;
+    instr.type = to;
+    instr.args = {value};
+    return append(std::move(instr));
+}
+
 ValueId Builder::select(ValueId condition, ValueId if_true, ValueId if_false) {
     return emit(Op::kSelect, {condition, if_true, if_false});
 }

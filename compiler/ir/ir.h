@@ -40,11 +40,19 @@ constexpr size_t kLoopEndNext = 2;
 ///   Sample  `a` texture index, `b` channel; args: guard, u, v, width, then, once
 ///   `attach_footprints` has run, du and dv
 ///           along the three axes: guard, u, v, width, du0, du1, du2, dv0, dv1, dv2
+///           In a volume: guard, x, y, z, width, then the changes of x, of y and of z along the
+///           three axes: 5 or 14 arguments tell the two apart
 ///   SampleBound  interval form of Sample, `a`, `b` as there, bits 0 for the lower and 1 for the
 ///   upper end; args: guard (may
 ///           be taken), u lo, u hi, v lo, v hi, width hi, then |du| and |dv| upper ends along the
-///           three axes (6)
+///           three axes (6); in a volume: guard, x lo, x hi, y lo, y hi, z lo, z hi, width hi, then
+///           |dx|, |dy| and |dz| upper ends along the three axes (9)
 ///   BitCast args {value}: its 32 bits as another type; never to or from bool
+///   Sin to Cellular are functions (compiler/functions): passes and the interpreter know them as
+///   one operation, expand_functions writes them out before lowering.
+///   Noise, Simplex, Cellular  a = which result (compiler/functions/functions.h), of a periodic
+///   Noise 8 more; args {1 to 4 float coordinates, of a periodic Noise as many int periods, uint
+///   seed}
 ///
 /// Loops and queries cut a stage in phases (runtime/abi/fablet_table.h). A loop is the stretch of
 /// instructions from a Loop to its LoopEnd; loops nest. What is inside may use what came before;
@@ -82,6 +90,9 @@ struct Instr {
 constexpr int32_t kVoxelCoord = 100;
 constexpr int32_t kVoxelCoordLo = 101;
 constexpr int32_t kVoxelCoordHi = 102;
+
+/// Of a Noise's `a`: it has periods.
+constexpr int32_t kPeriodic = 8;
 
 /// A named result of a stage; `kind`, `a`, `b` as of the kernel's output argument.
 struct Output {
@@ -163,6 +174,11 @@ constexpr size_t kOpCount = 0
 #undef OPENFAB_IR_OP
     ;
 
+/// Sin to Cellular.
+constexpr bool is_function(Op op) {
+    return op >= Op::kSin && op <= Op::kCellular;
+}
+
 /// Spelling of an operation in dumps.
 const char* spelling(Op op);
 /// Fixed number of arguments, or -1.
@@ -201,6 +217,7 @@ class Builder {
     /// The result type is the operands', bool for comparisons.
     ValueId emit(Op op, std::vector<ValueId> args);
     ValueId convert(ValueId value, Type to);
+    ValueId bit_cast(ValueId value, Type to);
     ValueId select(ValueId condition, ValueId if_true, ValueId if_false);
     ValueId loop(ValueId guard);
     ValueId loop_var(ValueId loop, int32_t number, ValueId first);

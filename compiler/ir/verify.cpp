@@ -47,7 +47,7 @@ Rule operand_rule(Op op) {
         case Op::kNot:
             return Rule::kBools;
         default:
-            return Rule::kAny;
+            return is_function(op) ? Rule::kFloats : Rule::kAny;
     }
 }
 
@@ -155,10 +155,11 @@ class Verifier {
             case Op::kSelect:
                 return check_select(instr);
             case Op::kSample:
-                if (count != 4 && count != 10) return "4 or 10 arguments are right";
+                if (count != 4 && count != 10 && count != 5 && count != 14)
+                    return "4 or 10 arguments are right, in a volume 5 or 14";
                 return check_sample(instr);
             case Op::kSampleBound:
-                if (count != 12) return "12 arguments are right";
+                if (count != 12 && count != 17) return "12 arguments are right, in a volume 17";
                 return check_sample(instr);
             case Op::kLoop:
                 return check_guarded(instr);
@@ -183,9 +184,38 @@ class Verifier {
                     return "no such print";
                 }
                 return check_guarded(instr);
+            case Op::kBitCast:
+                if (instr.type == Type::kBool || type_of(instr, 0) == Type::kBool) {
+                    return "a bool has no bits";
+                }
+                return "";
+            case Op::kNoise:
+            case Op::kSimplex:
+            case Op::kCellular:
+                return check_noise(instr);
             default:
                 return check_operands(instr);
         }
+    }
+
+    /// Coordinates, as many periods or none, the seed.
+    std::string check_noise(const Instr& instr) const {
+        if (instr.type != Type::kFloat) return "the result is a float";
+        size_t axes = 0;
+        while (axes < instr.args.size() && type_of(instr, axes) == Type::kFloat)
+            ++axes;
+        if (axes < 1 || axes > 4) return "1 to 4 coordinates are right";
+        size_t periods = 0;
+        while (axes + periods < instr.args.size() && type_of(instr, axes + periods) == Type::kInt)
+            ++periods;
+        const bool periodic = instr.op == Op::kNoise && (instr.a & kPeriodic) != 0;
+        if (periods != (periodic ? axes : 0)) return "periods that do not fit";
+        if (instr.args.size() != axes + periods + 1 ||
+            type_of(instr, axes + periods) != Type::kUint) {
+            return "the seed, a uint, comes last";
+        }
+        const int32_t result = periodic ? instr.a - kPeriodic : instr.a;
+        return result < 0 || result > 4 ? "no such result" : "";
     }
 
     std::string check_guarded(const Instr& instr) const {

@@ -212,6 +212,8 @@ class StageLowering {
                 return input(instr);
             case Op::kConvert:
                 return convert(values_[instr.args[0]], instr.type);
+            case Op::kBitCast:
+                return bit_cast(values_[instr.args[0]], instr.type);
             case Op::kSample:
                 lower_sample_group(id, live);
                 return values_[id];

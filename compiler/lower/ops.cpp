@@ -432,6 +432,11 @@ Value convert(const Value& value, Type to) {
     return {to, to == Type::kInt ? as_int(x) : as_uint(x)};
 }
 
+Value bit_cast(const Value& value, Type to) {
+    if (value.type == to) return value;
+    return {to, Halide::reinterpret(halide_type(to), value.expr)};
+}
+
 Value float_bits(const Value& value) {
     return {Type::kUint, as_uint(value.expr)};
 }

@@ -42,9 +42,10 @@ Value constant(int32_t value);
 Value from_storage(ir::Type type, const Halide::Expr& expr);
 Halide::Expr to_storage(const Value& value);
 
-/// Any operation but Const, Input, Convert, Sample and SampleBound.
+/// Any primitive operation but Const, Input, Convert, BitCast, Sample and SampleBound.
 Value operate(ir::Op op, const std::vector<Value>& args);
 Value convert(const Value& value, ir::Type to);
+Value bit_cast(const Value& value, ir::Type to);
 Value select(const Value& condition, const Value& if_true, const Value& if_false);
 /// The float's pattern as uint, and back.
 Value float_bits(const Value& value);

@@ -101,6 +101,8 @@ Interval IntervalForm::of(const Instr& instr) {
             return of_convert(instr);
         case Op::kSelect:
             return of_select(instr);
+        case Op::kBitCast:
+            return unknown(instr.type);
         case Op::kAnd:
         case Op::kOr:
         case Op::kNot:
@@ -115,6 +117,7 @@ Interval IntervalForm::of(const Instr& instr) {
         default:
             break;
     }
+    if (ir::is_function(instr.op)) return unknown(instr.type);
     if (from_.instrs[instr.args[0]].type == Type::kFloat) return of_float(instr);
     return of_integer(instr);
 }

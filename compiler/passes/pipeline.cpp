@@ -2,12 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compiler/passes/pipeline.h"
 
+#include <algorithm>
 #include <chrono>
 
 #include "compiler/passes/attach_footprints.h"
 #include "compiler/passes/bound_displacement.h"
 #include "compiler/passes/eliminate_common_values.h"
 #include "compiler/passes/eliminate_dead_values.h"
+#include "compiler/passes/expand_functions.h"
 #include "compiler/passes/form_surface_bounds.h"
 #include "compiler/passes/form_volume_bounds.h"
 #include "compiler/passes/hoist_invariants.h"
@@ -42,6 +44,15 @@ class Runner {
         run("eliminate_dead_values", stage, eliminate_dead_values);
     }
 
+    /// After all that asks what a function is; before hoisting, which may move parts of one.
+    void write_out(ir::Stage* stage) {
+        const bool any =
+            std::any_of(stage->instrs.begin(), stage->instrs.end(),
+                        [](const ir::Instr& instr) { return ir::is_function(instr.op); });
+        run("expand_functions", stage, expand_functions);
+        if (any) clean(stage);
+    }
+
   private:
     void add_time(const char* name, double seconds) {
         for (PassTime& time : result_->times) {
@@ -68,6 +79,7 @@ const std::vector<PassName>& pass_names() {
         {"form_surface_bounds", true},
         {"form_volume_bounds", true},
         {"bound_displacement", false},
+        {"expand_functions", false},
         {"hoist_invariants", true},
     };
     return names;
@@ -89,6 +101,8 @@ PipelineResult run_pipeline(const ir::Fablet& fablet, const PipelineOptions& opt
     runner.run("form_volume_bounds", &stages.volume_bounds,
                [&](ir::Stage* out) { *out = form_volume_bounds(stages.volume); });
     runner.clean(&stages.volume_bounds);
+    runner.write_out(&stages.volume_bounds);
+    runner.write_out(&stages.volume);
     runner.run("hoist_invariants", &stages.volume, hoist_invariants);
 
     if (!fablet.has_surface) return result;
@@ -101,8 +115,10 @@ PipelineResult run_pipeline(const ir::Fablet& fablet, const PipelineOptions& opt
     runner.run("form_surface_bounds", &stages.surface_bounds,
                [&](ir::Stage* out) { *out = form_surface_bounds(stages.surface); });
     runner.clean(&stages.surface_bounds);
+    runner.write_out(&stages.surface_bounds);
     runner.run("bound_displacement", &stages.surface, bound_displacement);
     runner.clean(&stages.surface);
+    runner.write_out(&stages.surface);
     runner.run("hoist_invariants", &stages.surface, hoist_invariants);
     return result;
 }

@@ -4,8 +4,8 @@
 
 // The middle of the compiler: from the IR that the front end makes to one stage per kernel.
 // pipeline.cpp is the ordered list of passes. Every pass but attach_footprints and
-// bound_displacement, which complete the meaning of a stage, can be switched off and no output
-// changes by a bit.
+// bound_displacement, which complete the meaning of a stage, and expand_functions, without which
+// there is no code, can be switched off and no output changes by a bit.
 
 #include <functional>
 #include <set>

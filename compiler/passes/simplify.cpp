@@ -6,6 +6,7 @@
 #include <numeric>
 #include <optional>
 
+#include "compiler/functions/functions.h"
 #include "compiler/ir/arithmetic.h"
 
 namespace openfab::passes {
@@ -100,6 +101,12 @@ class Simplifier {
         if (instr.args.empty() || !has_arithmetic(instr.op)) return std::nullopt;
         for (size_t k = 0; k < instr.args.size(); ++k) {
             if (!is_const(arg(instr, k))) return fold_partly(instr);
+        }
+        if (ir::is_function(instr.op)) {
+            std::vector<uint32_t> bits;
+            for (size_t k = 0; k < instr.args.size(); ++k)
+                bits.push_back(arg(instr, k).bits);
+            return functions::evaluate(instr, bits);
         }
         const uint32_t a = arg(instr, 0).bits;
         const uint32_t b = instr.args.size() > 1 ? arg(instr, 1).bits : 0;
