@@ -40,11 +40,13 @@ Result<void> ModelPreview::begin(const backends::PrintInfo& info) {
         const auto& preview = info.materials[m].preview;
         const double alpha = preview[3] / 255.0;
         Material& cell = by_code_[m + 1];
-        cell.extinction = static_cast<float>(
-            alpha < 0.8 ? std::min(alpha / (1 - alpha), kOpaquePerMm) : kOpaquePerMm);
+        const double strength =
+            alpha < 0.8 ? std::min(alpha / (1 - alpha), kOpaquePerMm) : kOpaquePerMm;
         for (size_t c = 0; c < 3; ++c) {
-            cell.color[c] =
-                static_cast<float>(srgb_to_linear(preview[c] / 255.0)) * cell.extinction;
+            const double color = srgb_to_linear(preview[c] / 255.0);
+            cell.color[c] = static_cast<float>(color * strength);
+            cell.extinction[c] =
+                static_cast<float>(strength * (1 + 20 * (1 - alpha) * (1 - color)));
         }
         cell.density = static_cast<float>(0.3 + 0.7 * alpha);
     }
@@ -124,9 +126,10 @@ void ModelPreview::observe(const backends::SliceView& slice) {
             any = true;
             Cell& cell = row[x / step_.x];
             const Material& add = by_code_[code];
-            for (size_t c = 0; c < 3; ++c)
+            for (size_t c = 0; c < 3; ++c) {
                 cell.color[c] += add.color[c] * share;
-            cell.extinction += add.extinction * share;
+                cell.extinction[c] += add.extinction[c] * share;
+            }
             density[x / step_.x] += add.density * share;
         }
         if (!any) continue;
@@ -180,7 +183,7 @@ void ModelPreview::light(int32_t k) {
     for (int32_t y = self.first_row; y <= self.last_row; ++y) {
         for (int32_t x = 0; x < count_.x; ++x) {
             Cell& cell = self.cells[index(x, y)];
-            if (cell.extinction <= 0) continue;
+            if (cell.strength() <= 0) continue;
             const size_t i = index(x, y);
             double dx = 0;
             double dy = 0;
@@ -225,10 +228,11 @@ ModelPreview::Cell ModelPreview::sample(const Layer& layer, double x, double y) 
     const Cell* corners[4]{corner, corner + 1, corner + stride_, corner + stride_ + 1};
     const float weights[4]{(1 - tx) * (1 - ty), tx * (1 - ty), (1 - tx) * ty, tx * ty};
     for (int c = 0; c < 4; ++c) {
-        if (corners[c]->extinction <= 0) continue;
-        for (int i = 0; i < 3; ++i)
+        if (corners[c]->strength() <= 0) continue;
+        for (int i = 0; i < 3; ++i) {
             sum.color[i] += weights[c] * corners[c]->color[i];
-        sum.extinction += weights[c] * corners[c]->extinction;
+            sum.extinction[i] += weights[c] * corners[c]->extinction[i];
+        }
     }
     return sum;
 }
@@ -275,13 +279,15 @@ void ModelPreview::paint_row(const Layer& self, int32_t row, double z) {
             const double x = (at.x + viewer_.x * step * s) / cell_mm_.x;
             const double y = (at.y + viewer_.y * step * s) / cell_mm_.y;
             const Cell cell = sample(self, x, y);
-            if (cell.extinction <= 0) continue;
-            const float alpha = absorbed(cell.extinction * static_cast<float>(step));
+            if (cell.strength() <= 0) continue;
+            float covered = 0;
             for (int c = 0; c < 3; ++c) {
+                const float alpha = absorbed(cell.extinction[c] * static_cast<float>(step));
                 pixel.color[c] =
-                    pixel.color[c] * (1 - alpha) + alpha * (cell.color[c] / cell.extinction);
+                    pixel.color[c] * (1 - alpha) + alpha * (cell.color[c] / cell.extinction[c]);
+                covered += alpha * (1.0F / 3);
             }
-            pixel.alpha += alpha * (1 - pixel.alpha);
+            pixel.alpha += covered * (1 - pixel.alpha);
         }
     }
 }

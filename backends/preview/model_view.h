@@ -5,9 +5,10 @@
 // A print as it lies on a table, seen at an angle from above: `view=model:TURN:TILT`. Voxels are
 // gathered into cells that are about as wide as high, and a slice of cells is painted over the ones
 // below it, from the back to the front, so that no more than a few slices are ever held. Each
-// material absorbs light by its preview's alpha a: a / (1 - a) per mm, and half of it over kSightMm
-// where it is opaque; so dithered inks mix, and one sees through clear ones. Boundaries are lit
-// from the upper left by the gradient of how dense the cells are.
+// material has a strength by its preview's alpha a: s = a / (1 - a) per mm, and half of the light
+// over kSightMm where it is opaque. Clear materials are filters besides: a channel of colour c is
+// absorbed at s (1 + 20 (1 - a) (1 - c)) per mm, so that magenta over yellow over white is red.
+// Boundaries are lit from the upper left by the gradient of how dense the cells are.
 
 #include <array>
 #include <cstdint>
@@ -32,10 +33,11 @@ class ModelPreview : public backends::SliceObserver {
     Result<void> finish(const backends::PrintTotals& totals) override;
 
   private:
-    /// What light meets in a cell: colour times extinction, and extinction per mm.
+    /// What light meets in a cell, by channel and per mm: what comes back, what goes no further.
     struct Cell {
         float color[3]{};
-        float extinction = 0;
+        float extinction[3]{};
+        float strength() const { return extinction[0] + extinction[1] + extinction[2]; }
     };
     /// With the density that boundaries are found by: 0 void, 1 opaque.
     struct Material : Cell {
