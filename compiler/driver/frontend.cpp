@@ -25,7 +25,7 @@ std::optional<ir::Module> compile_to_ir(source::SourceManager& sources, uint32_t
     if (sink.errors() != errors) return std::nullopt;
     const sema::Program program = sema::check(units, {options.need_fablet}, &sink);
     if (sink.errors() != errors) return std::nullopt;
-    ir::Module module = sema::translate(program, &sink);
+    ir::Module module = sema::translate(program, {options.prints}, &sink);
     if (sink.errors() != errors) return std::nullopt;
     return module;
 }

@@ -16,6 +16,7 @@ namespace openfab::driver {
 
 struct FrontEndOptions {
     bool need_fablet = true;  ///< else a module of functions will do
+    bool prints = false;      ///< `printf` and `assert` do something
 };
 
 /// Lexes, parses, checks and translates a file and what it imports. Empty where anything is an

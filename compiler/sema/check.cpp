@@ -39,35 +39,6 @@ int32_t find_varying(const std::vector<ir::Varying>& list, std::string_view name
 
 }  // namespace
 
-void Checker::report_unsupported(const ast::Scope& scope) {
-    for (const ast::Unsupported& item : scope.unsupported) {
-        sink_->report(item.span, diag::kUnsupported, item.what);
-        declare_poisoned(item.name, item.span);
-    }
-}
-
-/// A name about whose uses nothing is said.
-void Checker::declare_poisoned(std::string_view name, const source::Span& span) {
-    auto symbol = std::make_unique<Symbol>();
-    symbol->name = name;
-    symbol->span = span;
-    scopes_.back().emplace(symbol->name, symbol.get());
-    poisoned_.push_back(std::move(symbol));
-}
-
-Type Checker::declared_type(const ast::TypeRef& ref) {
-    const TypeLookup found = find_type(ref.text);
-    if (!found.type.is_error()) return found.type;
-    if (!found.unsupported.empty()) {
-        sink_->report(ref.span, diag::kUnsupported, found.unsupported);
-    } else if (const Symbol* symbol = find(ref.text);
-               symbol == nullptr || !symbol->type.is_error()) {
-        diag::Diagnostic& d = sink_->report(ref.span, diag::kUnknownType, ref.text);
-        if (!found.help.empty()) d.help(found.help);
-    }
-    return {};
-}
-
 const Symbol* Checker::find(std::string_view name) const {
     for (auto scope = scopes_.rbegin(); scope != scopes_.rend(); ++scope) {
         const auto found = scope->find(name);
@@ -85,148 +56,6 @@ bool Checker::declare(const Symbol* symbol) {
     return fresh;
 }
 
-// --- constants and functions
-
-void Checker::check_constants(const std::vector<ast::Variable>& from,
-                              std::vector<std::unique_ptr<Symbol>>* to) {
-    place_ = Place::kGlobal;
-    for (const ast::Variable& v : from) {
-        auto symbol = std::make_unique<Symbol>();
-        symbol->kind = SymbolKind::kConstant;
-        symbol->name = v.name;
-        symbol->span = v.span;
-        symbol->is_const = true;
-        symbol->type = declared_type(v.type);
-        if (!symbol->type.is_error() && v.is_array) {
-            sink_->report(v.array_span, diag::kUnsupported, "arrays are");
-            symbol->type = {};
-        } else if (!symbol->type.is_error() && !symbol->type.is_numeric()) {
-            sink_->report(v.type.span, diag::kBadDeclaration,
-                          fmt::format("a constant cannot have type `{}`", v.type.text));
-            symbol->type = {};
-        } else if (!symbol->type.is_error() && !v.is_const) {
-            sink_
-                ->report(v.span, diag::kBadDeclaration,
-                         fmt::format("`{}` is outside a function and not `const`", v.name))
-                .help(
-                    "nothing is kept from voxel to voxel: write `const`, or make it a `@uniform`");
-        } else if (!symbol->type.is_error() && v.init == nullptr) {
-            sink_->report(v.span, diag::kBadDeclaration,
-                          fmt::format("constant `{}` has no value", v.name));
-            symbol->type = {};
-        }
-        if (v.init != nullptr && !symbol->type.is_error()) {
-            symbol->init = convert(expression(*v.init), symbol->type);
-            if (symbol->init->type.is_error()) symbol->type = {};
-        }
-        declare(symbol.get());
-        to->push_back(std::move(symbol));
-    }
-}
-
-std::unique_ptr<Symbol> Checker::parameter(const ast::Variable& v) {
-    auto symbol = std::make_unique<Symbol>();
-    symbol->kind = SymbolKind::kParameter;
-    symbol->name = v.name;
-    symbol->span = v.span;
-    symbol->is_const = v.is_const;
-    symbol->is_in = v.is_in || !v.is_out;
-    symbol->is_out = v.is_out;
-    symbol->type = declared_type(v.type);
-    const Base base = symbol->type.base;
-    if (base == Base::kVoid) {
-        sink_->report(v.type.span, diag::kBadDeclaration, "a parameter cannot have type `void`");
-        symbol->type = {};
-    } else if (base == Base::kSurfaceAttributes || base == Base::kVolumeAttributes) {
-        sink_
-            ->report(v.type.span, diag::kUnsupported,
-                     fmt::format("parameters of type `{}` are", v.type.text))
-            .help("pass what the function needs, such as `attr.voxelCenter`");
-        symbol->type = {};
-    } else if (v.is_array && !symbol->type.is_error()) {
-        sink_->report(v.array_span, diag::kUnsupported, "arrays are");
-        symbol->type = {};
-    } else if (v.init != nullptr && !symbol->type.is_error()) {
-        sink_->report(v.init->span, diag::kUnsupported, "default values of parameters are");
-    }
-    return symbol;
-}
-
-void Checker::declare_functions(const std::vector<ast::Function>& from,
-                                std::vector<std::unique_ptr<Function>>* to) {
-    for (const ast::Function& f : from) {
-        auto function = std::make_unique<Function>();
-        function->name = f.name;
-        function->span = f.span;
-        function->return_type = declared_type(f.return_type);
-        for (const ast::Variable& v : f.parameters)
-            function->parameters.push_back(parameter(v));
-        for (const Function* known : visible_functions_) {
-            if (known->name != f.name || !same_parameters(*known, *function)) continue;
-            sink_->report(f.span, diag::kRedeclared, f.name)
-                .note(known->span, "the first one is here, with the same parameters");
-        }
-        visible_functions_.push_back(function.get());
-        to->push_back(std::move(function));
-    }
-}
-
-void Checker::check_functions(const std::vector<ast::Function>& from,
-                              const std::vector<std::unique_ptr<Function>>& to) {
-    const size_t first = to.size() - from.size();  // before them: those of modules
-    for (size_t i = 0; i < from.size(); ++i) {
-        place_ = Place::kFunction;
-        function_ = to[first + i].get();
-        return_type_ = function_->return_type;
-        loops_ = 0;
-        scopes_.emplace_back();
-        for (const auto& p : function_->parameters)
-            declare(p.get());
-        // The parameters and the body's own names share a scope, as in HLSL.
-        function_->body = std::make_unique<Stmt>();
-        function_->body->span = from[i].body->span;
-        for (const ast::StmtPtr& child : from[i].body->body) {
-            if (child->kind == ast::StmtKind::kDeclaration) {
-                declaration(*child, &function_->body->body);
-            } else {
-                function_->body->body.push_back(statement(*child));
-            }
-        }
-        scopes_.pop_back();
-        function_ = nullptr;
-    }
-}
-
-namespace {
-
-enum class Visit : uint8_t { kOpen, kDone };
-
-/// Reports the first call that closes a ring, for every ring that a search from `f` meets.
-void visit_calls(const Function* f, std::map<const Function*, Visit>* visits, diag::Sink* sink) {
-    (*visits)[f] = Visit::kOpen;
-    for (const Function::CallSite& call : f->calls) {
-        const auto known = visits->find(call.function);
-        if (known == visits->end()) {
-            visit_calls(call.function, visits, sink);
-        } else if (known->second == Visit::kOpen) {
-            sink->report(call.span, diag::kRecursion, call.function->name)
-                .note(call.function->span,
-                      fmt::format("`{}` is declared here", call.function->name))
-                .help("OpenFL has no recursion: write a loop");
-        }
-    }
-    (*visits)[f] = Visit::kDone;
-}
-
-}  // namespace
-
-void Checker::check_recursion(const std::vector<std::unique_ptr<Function>>& functions) {
-    std::map<const Function*, Visit> visits;
-    for (const auto& f : functions) {
-        if (visits.count(f.get()) == 0) visit_calls(f.get(), &visits, sink_);
-    }
-}
-
 // --- fablets
 
 void Checker::check_fablet(const ast::Fablet& from, Fablet* to) {
@@ -242,18 +71,72 @@ void Checker::check_fablet(const ast::Fablet& from, Fablet* to) {
     to->void_material->is_const = true;
     declare(to->void_material.get());
     scopes_.emplace_back();
-    report_unsupported(from.scope);
-    for (const ast::Variable& v : from.uniforms)
-        check_uniform(v, to);
-    declare_functions(from.scope.functions, &to->functions);
-    check_constants(from.scope.constants, &to->constants);
-    check_functions(from.scope.functions, to->functions);
+    find_point_members(from, to);
+    check_scope(from.scope, &from, to, &to->constants, &to->functions);
     check_recursion(to->functions);
     check_stages(from, to);
     scopes_.pop_back();
     scopes_.pop_back();
     visible_functions_.resize(file_functions);
     fablet_ = nullptr;
+}
+
+/// What `nearest` gives beyond the three that are always there: the nearest inputs of the volume
+/// stage. Functions see them before the stage itself is checked.
+void Checker::find_point_members(const ast::Fablet& from, Fablet* to) {
+    to->point_members = common_point_members();
+    for (const ast::Stage& stage : from.stages) {
+        if (stage.surface) continue;
+        for (const ast::Variable& v : stage.varyings) {
+            const Type type = find_type(v.type.text).type;
+            if (v.nearest && v.extents.empty() && type.is_numeric()) {
+                to->point_members.push_back({std::string(v.name), type, v.span});
+            }
+        }
+        return;
+    }
+}
+
+/// Gives a uniform its place among those of its kind; false where it cannot be one.
+bool Checker::place_uniform(const ast::Variable& v, const Type& type, ir::Uniform* uniform,
+                            Fablet* to) {
+    Type element = type;
+    if (type.is_array()) {
+        uniform->array_length = type.length();
+        element = type.element();
+    }
+    const auto place = [&](openfab_uniform_kind kind, int32_t* count) {
+        uniform->kind = kind;
+        uniform->first_index = *count;
+        *count += uniform->array_length;
+    };
+    if (element.is(Base::kTexture2D)) {
+        place(OPENFAB_UNIFORM_TEXTURE2D, &to->ir.texture_count);
+    } else if (element.is(Base::kTexture3D)) {
+        place(OPENFAB_UNIFORM_TEXTURE3D, &to->ir.texture_count);
+    } else if (element.is(Base::kObject)) {
+        place(OPENFAB_UNIFORM_OBJECT, &to->ir.object_count);
+    } else if (element.is(Base::kMaterial)) {
+        const bool fitted = to->ir.slot_count <= kMaxSlots;
+        place(OPENFAB_UNIFORM_MATERIAL, &to->ir.slot_count);
+        if (fitted && to->ir.slot_count > kMaxSlots) {
+            sink_->report(v.span, diag::kTooComplex,
+                          fmt::format("more than {} uniforms of type `Material`", kMaxSlots));
+        }
+    } else if (element.is_arithmetic()) {
+        uniform->type = component_type(element);
+        uniform->components = static_cast<int32_t>(least_components(element));
+        uniform->first_index = to->ir.uniform_value_count;
+        to->ir.uniform_value_count += uniform->components * uniform->array_length;
+    } else {
+        diag::Diagnostic& d =
+            sink_->report(v.type.span, diag::kBadDeclaration,
+                          fmt::format("a uniform cannot have type `{}`", type_name(type)));
+        if (element.is_array()) d.help("a uniform array has one dimension");
+        if (element.is(Base::kStruct)) d.help("declare the members as uniforms of their own");
+        return false;
+    }
+    return true;
 }
 
 void Checker::check_uniform(const ast::Variable& v, Fablet* to) {
@@ -265,35 +148,16 @@ void Checker::check_uniform(const ast::Variable& v, Fablet* to) {
     symbol->kind = SymbolKind::kUniform;
     symbol->name = v.name;
     symbol->span = v.span;
-    symbol->index = static_cast<int32_t>(to->ir.uniforms.size());
-    symbol->type = declared_type(v.type);
-    if (v.is_array && !symbol->type.is_error()) {
-        sink_->report(v.array_span, diag::kUnsupported, "arrays are");
+    symbol->type = declared_type(v);
+    symbol->index = static_cast<int32_t>(to->uniforms.size());
+    if (!symbol->type.is_error() && !place_uniform(v, symbol->type, &uniform, to)) {
         symbol->type = {};
     }
-    if (symbol->type.base == Base::kTexture2D) {
-        uniform.kind = OPENFAB_UNIFORM_TEXTURE2D;
-        uniform.first_index = to->ir.texture_count++;
-    } else if (symbol->type.base == Base::kMaterial) {
-        uniform.kind = OPENFAB_UNIFORM_MATERIAL;
-        uniform.first_index = to->ir.slot_count++;
-        if (to->ir.slot_count == kMaxSlots + 1) {
-            sink_->report(v.span, diag::kTooComplex,
-                          fmt::format("more than {} uniforms of type `Material`", kMaxSlots));
-        }
-    } else if (symbol->type.is_numeric()) {
-        uniform.type = component_type(symbol->type);
-        uniform.components = symbol->type.size;
-        uniform.first_index = to->ir.uniform_value_count;
-        to->ir.uniform_value_count += uniform.components;
-    } else if (!symbol->type.is_error()) {
-        sink_->report(v.type.span, diag::kBadDeclaration,
-                      fmt::format("a uniform cannot have type `{}`", v.type.text));
-        symbol->type = {};
-    }
-    if (v.init != nullptr && symbol->type.is_numeric()) {
+    Type element = symbol->type;
+    if (element.is_array()) element = element.element();
+    if (v.init != nullptr && element.is_arithmetic()) {
         place_ = Place::kGlobal;
-        symbol->init = convert(expression(*v.init), symbol->type);
+        symbol->init = initializer(*v.init, symbol->type);
     } else if (v.init != nullptr && !symbol->type.is_error()) {
         sink_->report(
             v.init->span, diag::kBadDeclaration,
@@ -350,11 +214,10 @@ void Checker::check_stage_body(const ast::Stage& from, Stage* to, Place place, c
 }
 
 void Checker::check_varying(const ast::Variable& v, const ast::Stage& stage, Fablet* to) {
-    const Type type = declared_type(v.type);
-    const Base base = type.base;
+    const Type type = declared_type(v);
     Stage* owner = stage.surface ? &to->surface : &to->volume;
-    if (base == Base::kSurfaceAttributes || base == Base::kVolumeAttributes) {
-        if ((base == Base::kSurfaceAttributes) != stage.surface) {
+    if (type.is_attributes()) {
+        if (type.is(Base::kSurfaceAttributes) != stage.surface) {
             sink_
                 ->report(v.type.span, diag::kStageMismatch, v.type.text,
                          stage.surface ? "in a surface stage" : "in a volume stage")
@@ -365,14 +228,12 @@ void Checker::check_varying(const ast::Variable& v, const ast::Stage& stage, Fab
         }
         return add_stage_symbol(owner, SymbolKind::kAttributes, v, type, 0);
     }
-    if (v.is_array && !type.is_error()) {
-        sink_->report(v.array_span, diag::kUnsupported, "arrays are");
-        return add_stage_symbol(owner, SymbolKind::kLocal, v, {}, 0);
-    }
     if (!type.is_numeric()) {
         if (!type.is_error()) {
-            sink_->report(v.type.span, diag::kBadDeclaration,
-                          fmt::format("a varying cannot have type `{}`", v.type.text));
+            sink_
+                ->report(v.type.span, diag::kBadDeclaration,
+                         fmt::format("a varying cannot have type `{}`", type_name(type)))
+                .help("a surface carries scalars and vectors");
         }
         return add_stage_symbol(owner, SymbolKind::kLocal, v, {}, 0);
     }
@@ -409,7 +270,10 @@ void Checker::check_surface_varying(const ast::Variable& v, const Type& type, Fa
             .note(to->surface.span, "stage declared `@Surface` here")
             .help("the surface stage runs on the surface: leave `@nearest` out");
     }
-    if (v.is_in && v.is_out) sink_->report(v.span, diag::kUnsupported, "`inout` varyings are");
+    if (v.is_in && v.is_out) {
+        sink_->report(v.span, diag::kBadDeclaration, "a varying cannot be `inout`")
+            .help("declare an input and an `out` of another name");
+    }
     if (v.is_out) {
         if (v.init != nullptr) {
             sink_->report(v.init->span, diag::kBadDeclaration,
@@ -425,7 +289,7 @@ void Checker::check_surface_varying(const ast::Variable& v, const Type& type, Fa
     fallback->type = type;
     if (v.init != nullptr) {
         place_ = Place::kGlobal;
-        fallback->init = convert(expression(*v.init), type);
+        fallback->init = initializer(*v.init, type);
     }
     add_stage_symbol(&to->surface, SymbolKind::kSurfaceInput, v, type,
                      to->ir.surface_inputs.size());
@@ -444,8 +308,10 @@ void Checker::check_nearest(const ast::Variable& v, const Type& type, Fablet* to
                               "`@nearest {} {}`",
                               v.type.text, v.name));
     }
-    if (v.init != nullptr)
-        sink_->report(v.init->span, diag::kUnsupported, "default values of `@nearest` are");
+    if (v.init != nullptr) {
+        sink_->report(v.init->span, diag::kBadDeclaration, "a `@nearest` varying has no default")
+            .help("give the input of the surface stage that it comes from a default");
+    }
     ir::Varying nearest = varying(v, type);
     const std::vector<ir::Varying>& outputs = to->ir.surface_outputs;
     nearest.source = find_varying(outputs, v.name);

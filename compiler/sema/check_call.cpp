@@ -17,6 +17,10 @@ constexpr int kNoMatch = 1 << 20;
 /// How far an argument is from a parameter: 0 the same, 1 widened, 4 broadcast, 16 narrowed.
 int conversion_cost(const Type& from, const Type& to) {
     if (from == to) return 0;
+    if (from.is_matrix() && to.is_matrix()) {
+        return from.rows >= to.rows && from.size >= to.size ? 16 : kNoMatch;
+    }
+    if (from.is_scalar() && to.is_matrix()) return from.base == to.base ? 4 : 5;
     if (!from.is_numeric() || !to.is_numeric()) return kNoMatch;
     int cost = 0;
     if (from.size < to.size) {
@@ -30,8 +34,12 @@ int conversion_cost(const Type& from, const Type& to) {
 }
 
 int call_cost(const Function& f, const std::vector<ExprPtr>& args) {
-    if (f.parameters.size() != args.size()) return kNoMatch;
+    if (f.parameters.size() < args.size()) return kNoMatch;
     int cost = 0;
+    for (size_t i = args.size(); i < f.parameters.size(); ++i) {
+        if (f.parameters[i]->fallback == nullptr) return kNoMatch;
+        cost = 1;  // a function that takes just these arguments is the better one
+    }
     for (size_t i = 0; i < args.size(); ++i) {
         const Type& type = f.parameters[i]->type;
         if (type.is_error()) continue;
@@ -67,6 +75,18 @@ std::string signature(const Function& f) {
 bool any_error(const std::vector<ExprPtr>& args) {
     return std::any_of(args.begin(), args.end(),
                        [](const ExprPtr& arg) { return arg->type.is_error(); });
+}
+
+std::optional<MatrixOp> matrix_function(std::string_view name) {
+    if (name == "mul") return MatrixOp::kMul;
+    if (name == "transpose") return MatrixOp::kTranspose;
+    if (name == "determinant") return MatrixOp::kDeterminant;
+    if (name == "inverse") return MatrixOp::kInverse;
+    return std::nullopt;
+}
+
+bool is_print(std::string_view name) {
+    return name == "printf" || name == "assert";
 }
 
 std::string plural(int count, const char* word) {
@@ -115,6 +135,9 @@ ExprPtr Checker::call(const ast::Expr& expr) {
         return poison(expr.span);
     }
     if (const Symbol* symbol = find(callee.text); symbol != nullptr) {
+        if (symbol->kind == SymbolKind::kType && symbol->type.is(Base::kStruct)) {
+            return construct_struct(expr, symbol->type);
+        }
         if (!symbol->type.is_error()) {
             sink_->report(callee.span, diag::kNotAFunction, callee.text)
                 .note(symbol->span, fmt::format("`{}` is declared here", callee.text));
@@ -124,16 +147,20 @@ ExprPtr Checker::call(const ast::Expr& expr) {
     const TypeLookup type = find_type(callee.text);
     const IntrinsicInfo* info = find_intrinsic(callee.text);
     const std::vector<const Function*> candidates = overloads(callee.text);
-    if (candidates.empty() && type.type.is_error() && info == nullptr) {
-        return unknown_function(expr);
-    }
+    const std::optional<MatrixOp> matrix = matrix_function(callee.text);
+    const bool is_over = callee.text == "over";
+    const bool known = info != nullptr || matrix || is_over;
+    if (candidates.empty() && is_print(callee.text)) return print(expr);
+    if (candidates.empty() && type.type.is_error() && !known) return unknown_function(expr);
     std::vector<ExprPtr> args = arguments(expr);
     if (any_error(args)) return poison(expr.span);
     // What no function of the program takes may still be one that is built in.
-    if (!candidates.empty() && (info == nullptr || any_match(candidates, args))) {
+    if (!candidates.empty() && (!known || any_match(candidates, args))) {
         return user_call(expr, candidates, std::move(args));
     }
     if (!type.type.is_error()) return construct(expr, type.type, std::move(args));
+    if (matrix) return matrix_call(expr, *matrix, std::move(args));
+    if (is_over) return over(expr, std::move(args));
     if (info->id == Intrinsic::kDistance && args.size() == 1) {
         return distance_query(expr, std::move(args));
     }
@@ -144,12 +171,13 @@ ExprPtr Checker::call(const ast::Expr& expr) {
 ExprPtr Checker::unknown_function(const ast::Expr& expr) {
     const ast::Expr& callee = *expr.args[0];
     const TypeLookup type = find_type(callee.text);
-    if (!type.unsupported.empty()) {
-        sink_->report(callee.span, diag::kUnsupported, type.unsupported);
-    } else if (is_unsupported_function(callee.text)) {
+    if (is_unsupported_function(callee.text)) {
         sink_->report(callee.span, diag::kUnsupported, fmt::format("`{}` is", callee.text));
     } else {
         std::vector<std::string> names = intrinsic_names();
+        for (const char* name :
+             {"mul", "transpose", "determinant", "inverse", "over", "printf", "assert"})
+            names.emplace_back(name);
         for (const auto* list : {&visible_functions_, &imported_functions_}) {
             for (const Function* f : *list)
                 names.push_back(f->name);
@@ -170,16 +198,18 @@ ExprPtr Checker::unknown_function(const ast::Expr& expr) {
 
 ExprPtr Checker::construct(const ast::Expr& expr, const Type& type, std::vector<ExprPtr> args) {
     const ast::Expr& callee = *expr.args[0];
-    if (!type.is_numeric()) {
+    if (!type.is_arithmetic()) {
         sink_->report(callee.span, diag::kNotAFunction, callee.text);
         return poison(expr.span);
     }
-    if (args.size() == 1) {
+    const bool four = type.is_matrix() && args.size() == 1 && args[0]->type.is_vector();
+    if (args.size() == 1 && !four) {
         ExprPtr out = convert_explicitly(std::move(args[0]), type);
         out->span = expr.span;
         return out;
     }
     int components = 0;
+    const int wanted = static_cast<int>(least_components(type));
     for (ExprPtr& arg : args) {
         if (!arg->type.is_numeric()) {
             sink_->report(arg->span, diag::kNoConversion, type_name(arg->type), type_name(type));
@@ -188,8 +218,8 @@ ExprPtr Checker::construct(const ast::Expr& expr, const Type& type, std::vector<
         components += arg->type.size;
         arg = convert_explicitly(std::move(arg), {type.base, arg->type.size});
     }
-    if (components != type.size) {
-        wrong_count(expr, callee.text, plural(type.size, "component"),
+    if (components != wanted) {
+        wrong_count(expr, callee.text, plural(wanted, "component"),
                     static_cast<size_t>(components));
         return poison(expr.span);
     }
@@ -198,13 +228,28 @@ ExprPtr Checker::construct(const ast::Expr& expr, const Type& type, std::vector<
     return out;
 }
 
+/// `Pair(1, 2)`: as a list of the members.
+ExprPtr Checker::construct_struct(const ast::Expr& expr, const Type& type) {
+    const std::vector<StructMember>& members = type.record->members;
+    if (expr.args.size() - 1 != members.size()) {
+        wrong_count(expr, expr.args[0]->text, plural(static_cast<int>(members.size()), "argument"),
+                    expr.args.size() - 1);
+        return poison(expr.span);
+    }
+    ExprPtr out = make(ExprKind::kConstruct, type, expr.span);
+    for (size_t i = 0; i < members.size(); ++i) {
+        out->args.push_back(initializer(*expr.args[i + 1], members[i].type));
+    }
+    return any_error(out->args) ? poison(expr.span) : std::move(out);
+}
+
 ExprPtr Checker::intrinsic(const ast::Expr& expr, const IntrinsicInfo& info,
                            std::vector<ExprPtr> args) {
     if (static_cast<int>(args.size()) != info.arity) {
         wrong_count(expr, info.name, plural(info.arity, "argument"), args.size());
         return poison(expr.span);
     }
-    const bool mixture = info.id == Intrinsic::kLerp && args[0]->type.base == Base::kComposition &&
+    const bool mixture = info.id == Intrinsic::kLerp && args[0]->type.is(Base::kComposition) &&
                          args[1]->type == args[0]->type && args[2]->type.is_scalar();
     const bool numbers = std::all_of(args.begin(), args.end(),
                                      [](const ExprPtr& arg) { return arg->type.is_numeric(); });
@@ -294,6 +339,11 @@ ExprPtr Checker::user_call(const ast::Expr& expr, const std::vector<const Functi
     ExprPtr out = make(ExprKind::kCall, best->return_type, expr.span);
     out->function = best;
     if (function_ != nullptr) function_->calls.push_back({best, callee.span});
+    for (size_t i = args.size(); i < best->parameters.size(); ++i) {
+        const Symbol& fallback = *best->parameters[i]->fallback;
+        args.push_back(make(ExprKind::kVariable, fallback.type, expr.span));
+        args.back()->symbol = &fallback;
+    }
     for (size_t i = 0; i < args.size(); ++i) {
         const Symbol& p = *best->parameters[i];
         if (p.is_out) {
@@ -310,15 +360,15 @@ ExprPtr Checker::method(const ast::Expr& expr) {
     const ast::Expr& callee = *expr.args[0];
     ExprPtr object = expression(*callee.args[0]);
     if (object->type.is_error()) return poison(expr.span);
-    const Base base = object->type.base;
-    if (base != Base::kTexture2D && base != Base::kComposition) {
+    const Type& type = object->type;
+    if (!type.is(Base::kTexture2D) && !type.is(Base::kComposition)) {
         sink_->report(callee.text_span, diag::kUnknownMember, type_name(object->type), callee.text);
         return poison(expr.span);
     }
     std::vector<ExprPtr> args = arguments(expr);
     if (any_error(args)) return poison(expr.span);
-    return base == Base::kTexture2D ? texture_method(expr, std::move(object), std::move(args))
-                                    : composition_method(expr, std::move(object), std::move(args));
+    return type.is(Base::kTexture2D) ? texture_method(expr, std::move(object), std::move(args))
+                                     : composition_method(expr, std::move(object), std::move(args));
 }
 
 /// Sample1 to Sample4 of (u, v, channel), (uv, channel), each with a last width or without.
@@ -404,7 +454,7 @@ ExprPtr Checker::composition_method(const ast::Expr& expr, ExprPtr object,
                       static_cast<int>(args.size()));
         return poison(expr.span);
     }
-    if (!args.empty() && args[0]->type.base != Base::kMaterial) {
+    if (!args.empty() && !args[0]->type.is(Base::kMaterial)) {
         sink_->report(args[0]->span, diag::kNoConversion, type_name(args[0]->type), "Material");
         return poison(expr.span);
     }

@@ -101,11 +101,12 @@ ExprPtr Checker::expression(const ast::Expr& expr) {
             return out;
         }
         case ast::ExprKind::kStringLiteral:
-            sink_->report(expr.span, diag::kUnsupported, "strings as values are");
+            sink_->report(expr.span, diag::kNotAValue, expr.text, "string")
+                .help("strings stand in `printf`, `assert` and annotations only");
             return poison(expr.span);
         case ast::ExprKind::kInitList:
-            sink_->report(expr.span, diag::kUnsupported, "lists of values in `{ }` are")
-                .help("build a vector with its type: `float3(1, 2, 3)`");
+            sink_->report(expr.span, diag::kNotAValue, "{ }", "list")
+                .help("a list is a first value; elsewhere name its type: `float3(1, 2, 3)`");
             return poison(expr.span);
         case ast::ExprKind::kName:
             return name(expr);
@@ -144,6 +145,10 @@ ExprPtr Checker::name(const ast::Expr& expr) {
     const Symbol* symbol = find(expr.text);
     if (symbol != nullptr) {
         if (symbol->type.is_error()) return poison(expr.span);
+        if (symbol->kind == SymbolKind::kType) {
+            sink_->report(expr.span, diag::kNotAValue, expr.text, "type");
+            return poison(expr.span);
+        }
         if (symbol->kind == SymbolKind::kVoid && fablet_->ir.void_slot < 0) {
             fablet_->ir.void_slot = fablet_->ir.slot_count++;
         }
@@ -189,7 +194,8 @@ ExprPtr Checker::unary(const ast::Expr& expr) {
         type.base = Base::kInt;
     }
     if (expr.text == "~") op = ir::Op::kBitNot;
-    if (!given.is_numeric() || (expr.text == "~" && !type.is_integer())) {
+    const bool matrix = given.is_matrix() && (expr.text == "-" || expr.text == "+");
+    if (!(given.is_numeric() || matrix) || (expr.text == "~" && !type.is_integer())) {
         return bad_operand(expr, fmt::format("`{}`", type_name(given)));
     }
     operand = convert(std::move(operand), type);
@@ -203,6 +209,11 @@ ExprPtr Checker::unary(const ast::Expr& expr) {
 Type Checker::common_type(const Type& a, const Type& b) const {
     Type out;
     out.base = std::max(a.base, b.base);  // bool < int < uint < float
+    if (a.is_matrix() || b.is_matrix()) {
+        out.rows = a.is_matrix() ? a.rows : b.rows;
+        out.size = a.is_matrix() ? a.size : b.size;
+        return out;
+    }
     out.size = a.size == 1 || b.size == 1 ? std::max(a.size, b.size) : std::min(a.size, b.size);
     return out;
 }
@@ -214,12 +225,14 @@ ExprPtr Checker::binary(const ast::Expr& expr) {
     if (left->type.is_error() || right->type.is_error()) return poison(expr.span);
     const Type a = left->type;
     const Type b = right->type;
-    if (a.base == Base::kComposition || b.base == Base::kComposition) {
+    if (a.is(Base::kComposition) || b.is(Base::kComposition)) {
         return composition_binary(expr, std::move(left), std::move(right));
     }
     ir::Op op = binary_op(expr.text);
     const bool equality = op == ir::Op::kEq || op == ir::Op::kNe;
-    const bool materials = a.base == Base::kMaterial && b.base == Base::kMaterial && equality;
+    const bool materials = a.is(Base::kMaterial) && b.is(Base::kMaterial) && equality;
+    if (a.is_matrix() || b.is_matrix())
+        return matrix_binary(expr, std::move(left), std::move(right));
     if (!materials && !(a.is_numeric() && b.is_numeric())) return bad_operand(expr, both(a, b));
     Type type = materials ? a : common_type(a, b);
     if (type.base == Base::kBool && !equality) type.base = Base::kInt;
@@ -232,12 +245,33 @@ ExprPtr Checker::binary(const ast::Expr& expr) {
     return out;
 }
 
+/// Component by component, as in HLSL; a scalar goes with each.
+ExprPtr Checker::matrix_binary(const ast::Expr& expr, ExprPtr left, ExprPtr right) {
+    const Type a = left->type;
+    const Type b = right->type;
+    const bool fits = (a.is_matrix() && b.is_scalar()) || (b.is_matrix() && a.is_scalar()) ||
+                      (a.is_matrix() && b.is_matrix() && a.rows == b.rows && a.size == b.size);
+    const ir::Op op = binary_op(expr.text);
+    if (!fits || is_bitwise(op) || is_comparison(op)) {
+        diag::Diagnostic& d =
+            sink_->report(expr.text_span, diag::kBadOperand, expr.text, both(a, b));
+        if (expr.text == "*") d.help("the product of linear algebra is `mul(a, b)`");
+        return poison(expr.span);
+    }
+    const Type type = common_type(a, b);
+    ExprPtr out = make(ExprKind::kBinary, type, expr.span);
+    out->op = op;
+    out->args.push_back(convert(std::move(left), type));
+    out->args.push_back(convert(std::move(right), type));
+    return out;
+}
+
 /// a + b, a * s, s * a; the amounts of every material.
 ExprPtr Checker::composition_binary(const ast::Expr& expr, ExprPtr left, ExprPtr right) {
     const std::string types = both(left->type, right->type);
-    if (expr.text == "*" && right->type.base == Base::kComposition) std::swap(left, right);
-    const bool sum = expr.text == "+" && right->type.base == Base::kComposition &&
-                     left->type.base == Base::kComposition;
+    if (expr.text == "*" && right->type.is(Base::kComposition)) std::swap(left, right);
+    const bool sum =
+        expr.text == "+" && right->type.is(Base::kComposition) && left->type.is(Base::kComposition);
     const bool product = expr.text == "*" && right->type.is_scalar();
     if (!sum && !product) return bad_operand(expr, types);
     if (product) right = convert(std::move(right), kFloatType);
@@ -265,12 +299,13 @@ ExprPtr Checker::conditional(const ast::Expr& expr) {
     }
     Type type = yes->type;
     if (type != no->type || type == kVoidType) {
-        if (!type.is_numeric() || !no->type.is_numeric()) {
-            return bad_operand(expr, both(type, no->type));
-        }
+        const bool numbers = type.is_numeric() && no->type.is_numeric();
+        const bool scaled = (type.is_matrix() && no->type.is_scalar()) ||
+                            (type.is_scalar() && no->type.is_matrix());
+        if (!numbers && !scaled) return bad_operand(expr, both(type, no->type));
         type = common_type(type, no->type);
     }
-    if (type.base == Base::kSurfaceAttributes || type.base == Base::kVolumeAttributes) {
+    if (type.is_attributes()) {
         return bad_operand(expr, both(type, no->type));
     }
     ExprPtr out = make(ExprKind::kConditional, type, expr.span);
@@ -296,6 +331,7 @@ bool Checker::assignable(const Expr& target) {
             return assignable(*target.args[0]);
         }
         case ExprKind::kIndex:
+        case ExprKind::kMember:
             return assignable(*target.args[0]);
         case ExprKind::kVariable:
             break;
@@ -319,18 +355,28 @@ bool Checker::assignable(const Expr& target) {
 
 ExprPtr Checker::assign(const ast::Expr& expr) {
     ExprPtr target = expression(*expr.args[0]);
-    ExprPtr value = expression(*expr.args[1]);
-    if (target->type.is_error() || value->type.is_error()) return poison(expr.span);
-    if (!assignable(*target)) return poison(expr.span);
     const Type type = target->type;
+    const bool plain = expr.text == "=";
+    const bool list = plain && expr.args[1]->kind == ast::ExprKind::kInitList;
+    ExprPtr value = list ? initializer(*expr.args[1], type) : expression(*expr.args[1]);
+    if (type.is_error() || value->type.is_error()) return poison(expr.span);
+    if (!assignable(*target)) return poison(expr.span);
     ExprPtr out = make(ExprKind::kAssign, type, expr.span);
-    if (expr.text == "=") {
+    if (plain) {
         value = convert(std::move(value), type);
         out->operand_type = type;
     } else {
         out->compound = true;
         out->op = binary_op(expr.text.substr(0, expr.text.size() - 1));
-        const bool mixture = type.base == Base::kComposition;
+        const bool mixture = type.is(Base::kComposition);
+        if (type.is_matrix() && !is_bitwise(out->op) && value->type.is_arithmetic() &&
+            (value->type.is_scalar() ||
+             (value->type.rows == type.rows && value->type.size == type.size))) {
+            out->operand_type = type;
+            out->args.push_back(std::move(target));
+            out->args.push_back(convert(std::move(value), type));
+            return out;
+        }
         const bool sum = mixture && out->op == ir::Op::kAdd && value->type == type;
         const bool product = mixture && out->op == ir::Op::kMul && value->type.is_scalar();
         if (!sum && !product && !(type.is_numeric() && value->type.is_numeric())) {
@@ -375,14 +421,23 @@ ExprPtr Checker::index(const ast::Expr& expr) {
     ExprPtr object = expression(*expr.args[0]);
     ExprPtr at = expression(*expr.args[1]);
     if (object->type.is_error() || at->type.is_error()) return poison(expr.span);
-    if (!object->type.is_vector()) {
+    const Type type = object->type;
+    if (!type.is_array() && !type.is_matrix() && !type.is_vector()) {
         sink_->report(expr.text_span, diag::kBadOperand, "[ ]",
-                      fmt::format("`{}`", type_name(object->type)));
+                      fmt::format("`{}`", type_name(type)));
         return poison(expr.span);
     }
-    at = convert(std::move(at), kIntType);
+    if (at->type != kUintType) at = convert(std::move(at), kIntType);
     if (at->type.is_error()) return poison(expr.span);
-    ExprPtr out = make(ExprKind::kIndex, {object->type.base, 1}, expr.span);
+    if (const std::optional<uint32_t> bits = known_bits(*at)) {
+        const auto index = static_cast<int32_t>(*bits);
+        if (index < 0 || index >= type.length()) {
+            sink_->report(expr.args[1]->span, diag::kOutOfRange, "index", index, 0,
+                          type.length() - 1);
+            return poison(expr.span);
+        }
+    }
+    ExprPtr out = make(ExprKind::kIndex, type.element(), expr.span);
     out->args.push_back(std::move(object));
     out->args.push_back(std::move(at));
     return out;
@@ -392,16 +447,48 @@ ExprPtr Checker::member(const ast::Expr& expr) {
     ExprPtr object = expression(*expr.args[0]);
     if (object->type.is_error()) return poison(expr.span);
     if (object->type.is_numeric()) return swizzle(expr, std::move(object));
-    if (object->type.base == Base::kSurfaceAttributes ||
-        object->type.base == Base::kVolumeAttributes) {
-        return attribute_member(expr, std::move(object));
+    if (object->type.is_matrix()) return matrix_swizzle(expr, std::move(object));
+    if (object->type.is_attributes()) return attribute_member(expr, std::move(object));
+    if (object->type.is(Base::kStruct)) {
+        const StructType& record = *object->type.record;
+        return struct_member(expr, std::move(object), record.members);
+    }
+    if (object->type.is(Base::kSurfacePoint)) {
+        return struct_member(expr, std::move(object),
+                             fablet_ != nullptr ? fablet_->point_members : common_point_members());
     }
     sink_->report(expr.text_span, diag::kUnknownMember, type_name(object->type), expr.text);
     return poison(expr.span);
 }
 
+ExprPtr Checker::struct_member(const ast::Expr& expr, ExprPtr object,
+                               const std::vector<StructMember>& members) {
+    std::vector<std::string> names;
+    std::string all;
+    for (size_t i = 0; i < members.size(); ++i) {
+        if (members[i].name == expr.text) {
+            if (members[i].type.is_error()) return poison(expr.span);
+            ExprPtr out = make(ExprKind::kMember, members[i].type, expr.span);
+            out->bits = static_cast<uint32_t>(i);
+            out->args.push_back(std::move(object));
+            return out;
+        }
+        names.push_back(members[i].name);
+        all += fmt::format("{}`{}`", all.empty() ? "" : ", ", members[i].name);
+    }
+    const std::string near = diag::suggest(expr.text, names);
+    diag::Diagnostic& d =
+        sink_->report(expr.text_span, diag::kUnknownMember, type_name(object->type), expr.text);
+    d.help(near.empty() ? "it has " + all : fmt::format("did you mean `{}`?", near));
+    if (near.empty() && object->type.is(Base::kSurfacePoint)) {
+        d.help(
+            "the volume stage's `@nearest` varyings are members too, in functions of the fablet");
+    }
+    return poison(expr.span);
+}
+
 ExprPtr Checker::attribute_member(const ast::Expr& expr, ExprPtr object) {
-    const bool surface = object->type.base == Base::kSurfaceAttributes;
+    const bool surface = object->type.is(Base::kSurfaceAttributes);
     std::vector<std::string> names;
     std::string list;
     for (const AttributeInfo& info : kAttributes) {
@@ -441,18 +528,63 @@ ExprPtr Checker::swizzle(const ast::Expr& expr, ExprPtr object) {
     return out;
 }
 
+/// `_m01` counts rows and columns from 0, `_12` from 1; up to four in a row make a vector.
+ExprPtr Checker::matrix_swizzle(const ast::Expr& expr, ExprPtr object) {
+    const Type matrix = object->type;
+    ExprPtr out = make(ExprKind::kSwizzle, {matrix.base, 0}, expr.span);
+    const bool zero_based = expr.text.substr(0, 2) == "_m";
+    const std::string_view mark = zero_based ? "_m" : "_";
+    const size_t step = mark.size() + 2;
+    bool ok = expr.text.size() % step == 0 && expr.text.size() <= 4 * step;
+    for (size_t i = 0; ok && i < expr.text.size(); i += step) {
+        const int row = expr.text[i + mark.size()] - (zero_based ? '0' : '1');
+        const int column = expr.text[i + mark.size() + 1] - (zero_based ? '0' : '1');
+        ok = expr.text.substr(i, mark.size()) == mark && row >= 0 && row < matrix.rows &&
+             column >= 0 && column < matrix.size;
+        if (!ok) break;
+        out->lanes[static_cast<size_t>(out->type.size++)] =
+            static_cast<uint8_t>(row * matrix.size + column);
+    }
+    if (!ok) {
+        sink_->report(expr.text_span, diag::kBadSwizzle, expr.text, type_name(matrix))
+            .help("write `[row][column]`, `._m01` counted from 0, or `._12` counted from 1");
+        return poison(expr.span);
+    }
+    out->args.push_back(std::move(object));
+    return out;
+}
+
 ExprPtr Checker::cast(const ast::Expr& expr) {
-    const Type type = declared_type({expr.text, expr.text_span});
+    const Type type = declared_type(ast::TypeRef{expr.text, expr.text_span});
     ExprPtr value = expression(*expr.args[0]);
     if (type.is_error() || value->type.is_error()) return poison(expr.span);
+    const Type from = value->type;
+    const bool numbers = !contains(type, Base::kMaterial) && !contains(type, Base::kComposition);
+    if (type.is(Base::kStruct) && from.is_scalar() && numbers) {
+        // `(Pair)0`: every component.
+        ExprPtr out = make(ExprKind::kConvert, type, expr.span);
+        out->args.push_back(std::move(value));
+        return out;
+    }
     return convert_explicitly(std::move(value), type);
 }
+
+namespace {
+
+/// True where a value can become one of another type, if only by losing something.
+bool converts(const Type& from, const Type& to) {
+    if (!from.is_arithmetic() || !to.is_arithmetic()) return false;
+    if (from.is_scalar()) return true;
+    if (from.is_matrix() != to.is_matrix()) return false;
+    return from.size >= to.size && from.rows >= to.rows;
+}
+
+}  // namespace
 
 ExprPtr Checker::convert_explicitly(ExprPtr value, const Type& to) {
     const Type from = value->type;
     if (from.is_error() || from == to) return value;
-    const bool sizes = from.size == 1 || from.size >= to.size;
-    if (!from.is_numeric() || !to.is_numeric() || !sizes) {
+    if (!converts(from, to)) {
         sink_->report(value->span, diag::kNoConversion, type_name(from), type_name(to));
         return poison(value->span);
     }
@@ -467,7 +599,11 @@ ExprPtr Checker::convert(ExprPtr value, const Type& to) {
     const source::Span span = value->span;
     ExprPtr out = convert_explicitly(std::move(value), to);
     if (out->type.is_error()) return out;
-    if (from.size > to.size) {
+    if (from.is_matrix()) {
+        if (from.size == to.size && from.rows == to.rows) return out;
+        sink_->report(span, diag::kNarrowing, type_name(from), type_name(to))
+            .help(fmt::format("write the conversion: `({})`", type_name(to)));
+    } else if (from.size > to.size) {
         const std::string_view lanes =
             std::string_view("xyzw").substr(0, static_cast<size_t>(to.size));
         sink_->report(span, diag::kNarrowing, type_name(from), type_name(to))

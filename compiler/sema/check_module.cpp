@@ -35,6 +35,7 @@ Program check(const std::vector<Unit>& units, const CheckOptions& options, diag:
 
 Program Checker::run(const std::vector<Unit>& units, const CheckOptions& options) {
     Program program;
+    program_ = &program;
     std::vector<Exports> done;
     for (const Unit& unit : units)
         check_unit(unit, &done, &program);
@@ -53,10 +54,7 @@ void Checker::check_unit(const Unit& unit, std::vector<Exports>* done, Program* 
     imported_functions_.clear();
     bring_in(unit, *done);
     scopes_.emplace_back();
-    report_unsupported(file.scope);
-    declare_functions(file.scope.functions, &program->functions);
-    check_constants(file.scope.constants, &program->constants);
-    check_functions(file.scope.functions, program->functions);
+    check_scope(file.scope, nullptr, nullptr, &program->constants, &program->functions);
     done->push_back({scopes_.back(), visible_functions_});
     check_file_fablets(file, program);
     check_recursion(program->functions);

@@ -7,6 +7,7 @@
 // is wrong becomes an Error node of error type, about which nothing more is said.
 
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -17,6 +18,9 @@
 namespace openfab::sema {
 
 enum class Place : uint8_t { kGlobal, kFunction, kSurface, kVolume };
+
+/// The bits of a scalar that can be computed by now: without functions and uniforms.
+std::optional<uint32_t> known_bits(const Expr& expr);
 
 class Checker {
   public:
@@ -38,19 +42,11 @@ class Checker {
     void check_file_fablets(const ast::File& file, Program* program);
 
     // check.cpp
-    void report_unsupported(const ast::Scope& scope);
-    void declare_poisoned(std::string_view name, const source::Span& span);
-    Type declared_type(const ast::TypeRef& ref);
-    void declare_functions(const std::vector<ast::Function>& from,
-                           std::vector<std::unique_ptr<Function>>* to);
-    void check_functions(const std::vector<ast::Function>& from,
-                         const std::vector<std::unique_ptr<Function>>& to);
-    std::unique_ptr<Symbol> parameter(const ast::Variable& v);
-    void check_constants(const std::vector<ast::Variable>& from,
-                         std::vector<std::unique_ptr<Symbol>>* to);
     void check_recursion(const std::vector<std::unique_ptr<Function>>& functions);
     void check_fablet(const ast::Fablet& from, Fablet* to);
+    void find_point_members(const ast::Fablet& from, Fablet* to);
     void check_uniform(const ast::Variable& from, Fablet* to);
+    bool place_uniform(const ast::Variable& v, const Type& type, ir::Uniform* uniform, Fablet* to);
     void check_stages(const ast::Fablet& from, Fablet* to);
     void check_stage_body(const ast::Stage& from, Stage* to, Place place, const Type& result);
     void check_varying(const ast::Variable& v, const ast::Stage& stage, Fablet* to);
@@ -59,6 +55,23 @@ class Checker {
     ir::Varying varying(const ast::Variable& v, const Type& type) const;
     void add_stage_symbol(Stage* stage, SymbolKind kind, const ast::Variable& v, const Type& type,
                           size_t index);
+
+    // check_declare.cpp
+    void check_scope(const ast::Scope& from, const ast::Fablet* fablet, Fablet* to,
+                     std::vector<std::unique_ptr<Symbol>>* constants,
+                     std::vector<std::unique_ptr<Function>>* functions);
+    Type declared_type(const ast::TypeRef& ref);
+    /// The type of a variable with its array extents; an error type after a message.
+    Type declared_type(const ast::Variable& v);
+    std::optional<int> extent(const ast::Variable& v, size_t dimension);
+    std::optional<int32_t> constant_int(const ast::Expr& expr, const char* what);
+    void declare_struct(const ast::Struct& from);
+    void check_constant(const ast::Variable& v, std::vector<std::unique_ptr<Symbol>>* to);
+    void declare_functions(const std::vector<ast::Function>& from,
+                           std::vector<std::unique_ptr<Function>>* to);
+    void check_functions(const std::vector<ast::Function>& from,
+                         const std::vector<std::unique_ptr<Function>>& to);
+    std::unique_ptr<Symbol> parameter(const ast::Variable& v);
     bool declare(const Symbol* symbol);
     const Symbol* find(std::string_view name) const;
 
@@ -70,6 +83,9 @@ class Checker {
     StmtPtr if_statement(const ast::Stmt& stmt);
     StmtPtr loop(const ast::Stmt& stmt);
     StmtPtr return_statement(const ast::Stmt& stmt);
+    StmtPtr switch_statement(const ast::Stmt& stmt);
+    bool labels(const ast::Stmt& stmt, size_t* at, const Type& type, Stmt* out);
+    int32_t loop_bound(const ast::Stmt& stmt);
     ExprPtr condition(const ast::Expr& expr);
 
     // check_expr.cpp
@@ -77,6 +93,7 @@ class Checker {
     ExprPtr name(const ast::Expr& expr);
     ExprPtr unary(const ast::Expr& expr);
     ExprPtr binary(const ast::Expr& expr);
+    ExprPtr matrix_binary(const ast::Expr& expr, ExprPtr left, ExprPtr right);
     ExprPtr logical(const ast::Expr& expr);
     ExprPtr composition_binary(const ast::Expr& expr, ExprPtr left, ExprPtr right);
     ExprPtr conditional(const ast::Expr& expr);
@@ -84,6 +101,9 @@ class Checker {
     ExprPtr increment(const ast::Expr& expr);
     ExprPtr index(const ast::Expr& expr);
     ExprPtr member(const ast::Expr& expr);
+    ExprPtr struct_member(const ast::Expr& expr, ExprPtr object,
+                          const std::vector<StructMember>& members);
+    ExprPtr matrix_swizzle(const ast::Expr& expr, ExprPtr object);
     ExprPtr attribute_member(const ast::Expr& expr, ExprPtr object);
     ExprPtr swizzle(const ast::Expr& expr, ExprPtr object);
     ExprPtr cast(const ast::Expr& expr);
@@ -93,6 +113,13 @@ class Checker {
     /// warning.
     Type common_type(const Type& a, const Type& b) const;
     ExprPtr convert(ExprPtr value, const Type& to);
+
+    // check_list.cpp
+    /// A value, or a list of values in `{ }`, for something of type `to`.
+    ExprPtr initializer(const ast::Expr& expr, const Type& to);
+    ExprPtr list(const ast::Expr& expr, const Type& to);
+    ExprPtr list_of(const ast::Expr& expr, const Type& to, const std::vector<Type>& parts);
+    bool flatten(const ast::Expr& expr, const Type& to, std::vector<ExprPtr>* out);
     ExprPtr convert_explicitly(ExprPtr value, const Type& to);
 
     // check_call.cpp
@@ -107,6 +134,19 @@ class Checker {
     ExprPtr texture_method(const ast::Expr& expr, ExprPtr texture, std::vector<ExprPtr> args);
     ExprPtr composition_method(const ast::Expr& expr, ExprPtr object, std::vector<ExprPtr> args);
     ExprPtr unknown_function(const ast::Expr& expr);
+
+    ExprPtr construct_struct(const ast::Expr& expr, const Type& type);
+
+    // check_matrix.cpp
+    ExprPtr matrix_call(const ast::Expr& expr, MatrixOp op, std::vector<ExprPtr> args);
+    ExprPtr mul(const ast::Expr& expr, std::vector<ExprPtr> args);
+    ExprPtr over(const ast::Expr& expr, std::vector<ExprPtr> args);
+
+    // check_print.cpp
+    ExprPtr print(const ast::Expr& expr);
+    bool print_format(const ast::Expr& literal, std::vector<ExprPtr>* values, size_t first,
+                      std::string* out);
+
     std::vector<const Function*> overloads(std::string_view name) const;
     bool wrong_count(const ast::Expr& call, std::string_view name, const std::string& right,
                      size_t count);
@@ -116,7 +156,7 @@ class Checker {
 
     diag::Sink* sink_;
     std::vector<Scope> scopes_;
-    std::vector<std::unique_ptr<Symbol>> poisoned_;
+    std::vector<std::unique_ptr<Symbol>> types_;  ///< the names of structs
     std::vector<const Function*> visible_functions_;
     std::vector<const Function*> imported_functions_;
     Place place_ = Place::kGlobal;
@@ -124,7 +164,9 @@ class Checker {
     Type return_type_;
     Function* function_ = nullptr;
     Fablet* fablet_ = nullptr;
+    Program* program_ = nullptr;
     int loops_ = 0;
+    int switches_ = 0;
 };
 
 }  // namespace openfab::sema

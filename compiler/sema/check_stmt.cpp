@@ -2,7 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <utility>
+
 #include "compiler/sema/check_state.h"
+#include "compiler/sema/translate.h"
 
 namespace openfab::sema {
 
@@ -58,23 +61,25 @@ StmtPtr Checker::statement(const ast::Stmt& stmt) {
         case ast::StmtKind::kDo:
             return loop(stmt);
         case ast::StmtKind::kBreak:
+            if (loops_ + switches_ == 0) sink_->report(stmt.span, diag::kNotInLoop, stmt.text);
+            return make_stmt(StmtKind::kBreak, stmt.span);
         case ast::StmtKind::kContinue:
             if (loops_ == 0) sink_->report(stmt.span, diag::kNotInLoop, stmt.text);
-            return make_stmt(
-                stmt.kind == ast::StmtKind::kBreak ? StmtKind::kBreak : StmtKind::kContinue,
-                stmt.span);
+            return make_stmt(StmtKind::kContinue, stmt.span);
         case ast::StmtKind::kReturn:
             return return_statement(stmt);
-        case ast::StmtKind::kUnsupported:
-            if (!stmt.text.empty()) sink_->report(stmt.span, diag::kUnsupported, stmt.text);
-            for (const ast::Variable& v : stmt.variables)
-                declare_poisoned(v.name, stmt.span);
+        case ast::StmtKind::kSwitch:
+            return switch_statement(stmt);
+        case ast::StmtKind::kCase:
+            sink_->report(stmt.span, diag::kExpected, "a statement", fmt::format("`{}`", stmt.text))
+                .help("a label stands in the `{ }` of a `switch`, not deeper");
             break;
     }
     return make_stmt(StmtKind::kBlock, stmt.span);
 }
 
 void Checker::declaration(const ast::Stmt& stmt, std::vector<StmtPtr>* out) {
+    if (stmt.record != nullptr) declare_struct(*stmt.record);
     for (const ast::Variable& v : stmt.variables)
         out->push_back(local(v));
 }
@@ -87,29 +92,38 @@ StmtPtr Checker::local(const ast::Variable& v) {
     symbol.name = v.name;
     symbol.span = v.span;
     symbol.is_const = v.is_const;
-    symbol.type = declared_type(v.type);
-    if (symbol.type == kVoidType || symbol.type.base == Base::kSurfaceAttributes ||
-        symbol.type.base == Base::kVolumeAttributes) {
+    symbol.type = declared_type(v);
+    const Type& type = symbol.type;
+    if (type == kVoidType) {
         sink_->report(v.type.span, diag::kBadDeclaration,
                       fmt::format("a variable cannot have type `{}`", v.type.text));
         symbol.type = {};
     }
-    if (v.is_array && !symbol.type.is_error()) {
-        sink_->report(v.array_span, diag::kUnsupported, "arrays are");
-        symbol.type = {};
-    }
-    if (v.init != nullptr &&
-        !(symbol.type.is_error() && v.init->kind == ast::ExprKind::kInitList)) {
+    if (v.init != nullptr && !(type.is_error() && v.init->kind == ast::ExprKind::kInitList)) {
         // The name is not in scope in its own first value.
-        out->expr = convert(expression(*v.init), symbol.type);
+        out->expr = initializer(*v.init, type);
+        if (v.is_const && !out->expr->type.is_error()) symbol.known = known_bits(*out->expr);
     }
-    const bool needs_value = v.is_const || symbol.type.base == Base::kTexture2D;
-    if (needs_value && v.init == nullptr && !symbol.type.is_error()) {
+    const bool handle = type.is_attributes() || contains(type, Base::kTexture2D) ||
+                        contains(type, Base::kTexture3D) || contains(type, Base::kObject);
+    if ((v.is_const || handle) && v.init == nullptr && !type.is_error()) {
         sink_->report(v.span, diag::kBadDeclaration,
                       fmt::format("`{}` needs a value: it cannot be assigned later", v.name));
     }
     declare(&symbol);
     return out;
+}
+
+/// n of `@bound(n)`, or 0.
+int32_t Checker::loop_bound(const ast::Stmt& stmt) {
+    if (stmt.bound == nullptr) return 0;
+    const std::optional<int32_t> bound = constant_int(*stmt.bound, "the bound of a loop");
+    if (!bound) return 0;
+    if (*bound < 1 || *bound > kMaxTrips) {
+        sink_->report(stmt.bound->span, diag::kOutOfRange, "bound", *bound, 1, kMaxTrips);
+        return 0;
+    }
+    return *bound;
 }
 
 ExprPtr Checker::condition(const ast::Expr& expr) {
@@ -134,6 +148,7 @@ StmtPtr Checker::if_statement(const ast::Stmt& stmt) {
 StmtPtr Checker::loop(const ast::Stmt& stmt) {
     StmtPtr out = make_stmt(StmtKind::kLoop, stmt.span);
     out->test_last = stmt.kind == ast::StmtKind::kDo;
+    out->bound = loop_bound(stmt);
     scopes_.emplace_back();
     if (stmt.init != nullptr) {
         out->init = make_stmt(StmtKind::kBlock, stmt.span);
@@ -145,9 +160,11 @@ StmtPtr Checker::loop(const ast::Stmt& stmt) {
     }
     if (stmt.expr != nullptr) out->expr = condition(*stmt.expr);
     if (stmt.step != nullptr) out->step = expression(*stmt.step);
+    const int switches = std::exchange(switches_, 0);
     ++loops_;
     out->body.push_back(statement(*stmt.body[0]));
     --loops_;
+    switches_ = switches;
     scopes_.pop_back();
     return out;
 }
@@ -160,9 +177,13 @@ StmtPtr Checker::return_statement(const ast::Stmt& stmt) {
         }
         return out;
     }
+    if (stmt.expr->kind == ast::ExprKind::kInitList && return_type_ != kVoidType) {
+        out->expr = initializer(*stmt.expr, return_type_);
+        return out;
+    }
     ExprPtr value = expression(*stmt.expr);
     if (value->type.is_error() || return_type_.is_error()) return out;
-    if (value->type.base == Base::kMaterial && return_type_.base == Base::kComposition) {
+    if (value->type.is(Base::kMaterial) && return_type_.is(Base::kComposition)) {
         sink_->report(stmt.expr->span, diag::kNoConversion, "Material", "MaterialComposition")
             .help("declare a `MaterialComposition`, `Set` the material to 1 and return that");
         return out;

@@ -53,6 +53,16 @@ ValueId Emitter::sample(int32_t texture, int32_t channel, const std::array<Value
     return add(std::move(instr));
 }
 
+/// Each one is its own: two prints of the same values are two.
+void Emitter::print(int32_t number, std::vector<ValueId> args) {
+    ir::Instr instr;
+    instr.op = Op::kPrint;
+    instr.type = ir::Type::kBool;
+    instr.a = number;
+    instr.args = std::move(args);
+    builder_.append(std::move(instr));
+}
+
 ValueId Emitter::unary(Op op, ValueId a) {
     const ir::Type type = this->type(a);
     const ir::Type result = op == Op::kIsNan ? ir::Type::kBool : type;

@@ -27,6 +27,8 @@ class Emitter {
     ir::ValueId input(ir::Type type, int32_t kind, int32_t a, int32_t b);
     ir::ValueId sample(int32_t texture, int32_t channel, const std::array<ir::ValueId, 4>& args);
 
+    void print(int32_t number, std::vector<ir::ValueId> args);
+
     ir::ValueId unary(ir::Op op, ir::ValueId a);
     ir::ValueId binary(ir::Op op, ir::ValueId a, ir::ValueId b);
     ir::ValueId convert(ir::ValueId value, ir::Type to);

@@ -45,7 +45,8 @@ std::vector<uint32_t> default_bits(const Fablet& fablet, const Symbol& symbol, d
     return bits;
 }
 
-ir::Fablet translate_fablet(const Fablet& fablet, diag::Sink* sink) {
+ir::Fablet translate_fablet(const Fablet& fablet, const TranslateOptions& options,
+                            diag::Sink* sink) {
     ir::Fablet out = fablet.ir;
     for (size_t i = 0; i < fablet.uniforms.size(); ++i) {
         out.uniforms[i].default_bits = default_bits(fablet, *fablet.uniforms[i], sink);
@@ -54,21 +55,22 @@ ir::Fablet translate_fablet(const Fablet& fablet, diag::Sink* sink) {
         out.surface_inputs[i].default_bits = default_bits(fablet, *fablet.surface_inputs[i], sink);
     }
     if (out.has_surface) {
-        StageTranslator(fablet, ir::StageKind::kSurface, &out.surface, sink).run(fablet.surface);
+        StageTranslator(fablet, ir::StageKind::kSurface, &out.surface, sink)
+            .run(fablet.surface, options);
         for (size_t i = 0; i < out.surface_outputs.size(); ++i) {
             out.surface_outputs[i].source = copied_input(out, static_cast<int32_t>(i));
         }
     }
-    StageTranslator(fablet, ir::StageKind::kVolume, &out.volume, sink).run(fablet.volume);
+    StageTranslator(fablet, ir::StageKind::kVolume, &out.volume, sink).run(fablet.volume, options);
     return out;
 }
 
 }  // namespace
 
-ir::Module translate(const Program& program, diag::Sink* sink) {
+ir::Module translate(const Program& program, const TranslateOptions& options, diag::Sink* sink) {
     ir::Module module;
     for (const Fablet& fablet : program.fablets) {
-        module.fablets.push_back(translate_fablet(fablet, sink));
+        module.fablets.push_back(translate_fablet(fablet, options, sink));
     }
     return module;
 }
@@ -83,8 +85,9 @@ std::vector<uint32_t> StageTranslator::constant_bits(const Expr& expr) {
     return bits;
 }
 
-void StageTranslator::run(const Stage& stage) {
+void StageTranslator::run(const Stage& stage, const TranslateOptions& options) {
     stage_->kind = kind_;
+    prints_ = options.prints;
     live_ = emit_.boolean(true);
     for (const auto& symbol : stage.symbols)
         add_stage_symbol(*symbol);
@@ -145,8 +148,11 @@ void StageTranslator::finish_volume() {
     const Value& amounts = variables_[frame_.result].value;
     for (const ir::Uniform& u : fablet_.ir.uniforms) {
         if (u.kind != OPENFAB_UNIFORM_MATERIAL) continue;
-        add_output(u.name, OPENFAB_ARG_WEIGHT, u.first_index, 0,
-                   amounts[static_cast<size_t>(u.first_index)]);
+        for (int32_t i = 0; i < u.array_length; ++i) {
+            const int32_t slot = u.first_index + i;
+            add_output(u.array_length == 1 ? u.name : fmt::format("{}[{}]", u.name, i),
+                       OPENFAB_ARG_WEIGHT, slot, 0, amounts[static_cast<size_t>(slot)]);
+        }
     }
     const int32_t slot = fablet_.ir.void_slot;
     if (slot >= 0)

@@ -19,8 +19,12 @@ constexpr int kMaxUnrolledTrips = 256;
 constexpr size_t kMaxInstructions = 100000;
 constexpr size_t kMaxSteps = 500000;
 
+struct TranslateOptions {
+    bool prints = false;  ///< `printf` and `assert` do something
+};
+
 /// Only for a program that `check` found no error in. Where this reports errors the module is not
 /// usable.
-ir::Module translate(const Program& program, diag::Sink* sink);
+ir::Module translate(const Program& program, const TranslateOptions& options, diag::Sink* sink);
 
 }  // namespace openfab::sema

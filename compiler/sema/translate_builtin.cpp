@@ -197,11 +197,6 @@ Value StageTranslator::sample(const Expr& expr) {
     }
     if (gave_up_) return zero(expr.type);
     emit_.set_span(expr.span);
-    if (!emit_.is_constant(texture)) {
-        sink_->report(expr.args[0]->span, diag::kUnsupported,
-                      "a texture that is chosen when printing is");
-        return zero(expr.type);
-    }
     if (!emit_.is_constant(channel)) {
         sink_->report(expr.args[1]->span, diag::kNotConstant, "the channel of a look-up");
         return zero(expr.type);
@@ -211,10 +206,20 @@ Value StageTranslator::sample(const Expr& expr) {
         sink_->report(expr.args[1]->span, diag::kOutOfRange, "channel", first, 0, kMaxChannel);
         return zero(expr.type);
     }
-    Value out;
-    const int32_t index = ir::as_int(emit_.instr(texture).bits);
-    for (int32_t i = 0; i < expr.type.size; ++i) {
-        out.push_back(emit_.sample(index, first + i, {live_, at[0], at[1], width}));
+    // Where the texture varies each that it may be is looked up by those who mean it.
+    const std::vector<int32_t> textures = possible_indices(texture, fablet_.ir.texture_count);
+    Value out = zero(expr.type);
+    for (int32_t index : textures) {
+        const ValueId here =
+            textures.size() == 1
+                ? emit_.boolean(true)
+                : emit_.binary(Op::kEq, texture,
+                               emit_.constant(ir::Type::kInt, static_cast<uint32_t>(index)));
+        const ValueId guard = emit_.logical_and(live_, here);
+        for (int32_t i = 0; i < expr.type.size; ++i) {
+            const ValueId value = emit_.sample(index, first + i, {guard, at[0], at[1], width});
+            out[static_cast<size_t>(i)] = emit_.select(here, value, out[static_cast<size_t>(i)]);
+        }
     }
     return out;
 }
@@ -237,20 +242,24 @@ Value StageTranslator::distance(const Expr& expr) {
     return {emit_.input(ir::Type::kFloat, OPENFAB_ARG_DISTANCE, 0, 0)};
 }
 
+ValueId StageTranslator::sum(const Value& amounts) {
+    if (amounts.empty()) return emit_.constant(0.0f);
+    ValueId out = amounts[0];
+    for (size_t i = 1; i < amounts.size(); ++i)
+        out = emit_.binary(Op::kAdd, out, amounts[i]);
+    return out;
+}
+
 Value StageTranslator::composition(const Expr& expr) {
     const Expr& object = *expr.args[0];
-    Value amounts = expression(object);
+    const Target to = target(object);
     if (expr.kind == ExprKind::kClear) {
-        amounts = zero(object.type);
-        store(target(object), amounts);
+        store(to, zero(object.type));
         return {};
     }
+    Value amounts = read(to, object);
     if (expr.kind == ExprKind::kTotal) {
-        if (amounts.empty()) return zero(expr.type);
-        ValueId sum = amounts[0];
-        for (size_t i = 1; i < amounts.size(); ++i)
-            sum = emit_.binary(Op::kAdd, sum, amounts[i]);
-        return {sum};
+        return {sum(amounts)};
     }
     const ValueId material = scalar(*expr.args[1]);
     const auto is_slot = [&](size_t slot) {
@@ -271,14 +280,15 @@ Value StageTranslator::composition(const Expr& expr) {
     const ValueId amount = scalar(*expr.args[2]);
     // The arguments may have changed it: `mc.Set(m, mc.Total())` does not, but a function with an
     // out parameter can.
-    amounts = expression(object);
+    amounts = read(to, object);
+    if (gave_up_) return {};
     emit_.set_span(expr.span);
     for (size_t i = first; i < last; ++i) {
         const ValueId value =
             expr.kind == ExprKind::kAdd ? emit_.binary(Op::kAdd, amounts[i], amount) : amount;
         amounts[i] = emit_.select(is_slot(i), value, amounts[i]);
     }
-    store(target(object), amounts);
+    store(to, amounts);
     return {};
 }
 

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <numeric>
 #include <utility>
 
 #include "compiler/ir/arithmetic.h"
@@ -13,14 +12,73 @@ namespace openfab::sema {
 using ir::Op;
 using ir::ValueId;
 
+/// Appends the IR type of each component of a value.
+void StageTranslator::add_components(const Type& type, std::vector<ir::Type>* out) const {
+    if (type.is_array()) {
+        const Type element = type.element();
+        for (int i = 0; i < type.length(); ++i)
+            add_components(element, out);
+        return;
+    }
+    switch (type.base) {
+        case Base::kError:
+        case Base::kVoid:
+        case Base::kSurfaceAttributes:  // there is one of each stage, and nothing to keep
+        case Base::kVolumeAttributes:
+            return;
+        case Base::kStruct:
+            for (const StructMember& member : type.record->members)
+                add_components(member.type, out);
+            return;
+        case Base::kSurfacePoint:
+            for (const StructMember& member : fablet_.point_members)
+                add_components(member.type, out);
+            return;
+        case Base::kComposition:
+            out->insert(out->end(), static_cast<size_t>(fablet_.ir.slot_count), ir::Type::kFloat);
+            return;
+        default:
+            out->insert(out->end(), static_cast<size_t>(least_components(type)),
+                        component_type(type));
+    }
+}
+
+std::vector<ir::Type> StageTranslator::components(const Type& type) const {
+    std::vector<ir::Type> out;
+    add_components(type, &out);
+    return out;
+}
+
 size_t StageTranslator::component_count(const Type& type) const {
-    if (type.base == Base::kComposition) return static_cast<size_t>(fablet_.ir.slot_count);
-    if (type.base == Base::kVoid || type.is_error()) return 0;
-    return static_cast<size_t>(type.size);
+    if (type.is_arithmetic()) return static_cast<size_t>(least_components(type));
+    return components(type).size();
 }
 
 Value StageTranslator::zero(const Type& type) {
-    return Value(component_count(type), emit_.constant(component_type(type), 0));
+    Value out;
+    for (ir::Type component : components(type))
+        out.push_back(emit_.constant(component, 0));
+    return out;
+}
+
+/// For a variable without a first value; of a composition all have one, since it starts empty.
+Value StageTranslator::unassigned(const Type& type) {
+    if (type.is_array()) {
+        const Value one = unassigned(type.element());
+        Value out;
+        for (int i = 0; i < type.length(); ++i)
+            out.insert(out.end(), one.begin(), one.end());
+        return out;
+    }
+    if (type.is(Base::kStruct)) {
+        Value out;
+        for (const StructMember& member : type.record->members) {
+            const Value part = unassigned(member.type);
+            out.insert(out.end(), part.begin(), part.end());
+        }
+        return out;
+    }
+    return Value(component_count(type), emit_.boolean(type.base == Base::kComposition));
 }
 
 StageTranslator::VariableId StageTranslator::variable_of(const Symbol& symbol) const {
@@ -60,27 +118,13 @@ Value StageTranslator::expression(const Expr& expr) {
         case ExprKind::kConditional:
             return conditional(expr);
         case ExprKind::kSwizzle:
+        case ExprKind::kMember:
         case ExprKind::kIndex: {
-            std::vector<size_t> lanes;
-            const Symbol* symbol = lanes_of(expr, &lanes);
-            if (symbol != nullptr) return read(*symbol, lanes, expr.span);
-            if (lanes.empty()) return zero(expr.type);
-            const Value vector = expression(*expr.args[0]);
-            lanes.clear();
-            if (expr.kind == ExprKind::kSwizzle) {
-                lanes.assign(expr.lanes.begin(), expr.lanes.begin() + expr.type.size);
-            } else {
-                size_t index = 0;
-                if (!constant_index(*expr.args[1], expr.args[0]->type.size, &index))
-                    return zero(expr.type);
-                lanes.push_back(index);
-            }
-            Value out;
-            for (size_t lane : lanes)
-                out.push_back(vector[lane]);
-            return out;
+            const Target at = target(expr);
+            return read(at, expr);
         }
         case ExprKind::kConstruct: {
+            if (expr.args.empty()) return zero(expr.type);
             Value out;
             for (const ExprPtr& arg : expr.args) {
                 const Value part = expression(*arg);
@@ -97,6 +141,8 @@ Value StageTranslator::expression(const Expr& expr) {
             return expression(*expr.args[1]);
         case ExprKind::kIntrinsic:
             return intrinsic(expr);
+        case ExprKind::kMatrix:
+            return matrix(expr);
         case ExprKind::kCall:
             return inline_call(expr);
         case ExprKind::kSample:
@@ -109,34 +155,12 @@ Value StageTranslator::expression(const Expr& expr) {
         case ExprKind::kClear:
         case ExprKind::kTotal:
             return composition(expr);
+        case ExprKind::kOver:
+            return over(expr);
+        case ExprKind::kPrint:
+            return print(expr);
     }
     return zero(expr.type);
-}
-
-Value StageTranslator::read(const Symbol& symbol, const std::vector<size_t>& lanes,
-                            const source::Span& span) {
-    const Variable& v = variables_[variable_of(symbol)];
-    Value out;
-    bool never = false;
-    bool maybe = false;
-    for (size_t lane : lanes) {
-        out.push_back(v.value[lane]);
-        if (v.assigned.empty() || emit_.is_true(v.assigned[lane])) continue;
-        if (emit_.is_false(v.assigned[lane])) {
-            never = true;
-        } else if (!holds(v.assigned[lane])) {
-            maybe = true;
-        }
-    }
-    if (never) {
-        sink_->report(span, diag::kUninitialized, symbol.name)
-            .note(symbol.span, fmt::format("`{}` is declared here", symbol.name));
-    } else if (maybe) {
-        sink_->report(span, diag::kMaybeUninitialized, symbol.name)
-            .note(symbol.span, fmt::format("`{}` is declared here", symbol.name))
-            .help("give it a value where it is declared");
-    }
-    return out;
 }
 
 Value StageTranslator::variable(const Expr& expr) {
@@ -144,17 +168,21 @@ Value StageTranslator::variable(const Expr& expr) {
     switch (symbol.kind) {
         case SymbolKind::kUniform: {
             const ir::Uniform& u = fablet_.ir.uniforms[static_cast<size_t>(symbol.index)];
-            if (u.kind != OPENFAB_UNIFORM_VALUE) {
-                return {emit_.constant(ir::Type::kInt, static_cast<uint32_t>(u.first_index))};
-            }
             Value out;
-            for (int32_t i = 0; i < u.components; ++i) {
+            if (u.kind != OPENFAB_UNIFORM_VALUE) {
+                for (int32_t i = 0; i < u.array_length; ++i) {
+                    out.push_back(
+                        emit_.constant(ir::Type::kInt, static_cast<uint32_t>(u.first_index + i)));
+                }
+                return out;
+            }
+            for (int32_t i = 0; i < u.components * u.array_length; ++i) {
                 out.push_back(emit_.input(u.type, OPENFAB_ARG_UNIFORM, u.first_index + i, 0));
             }
             return out;
         }
         case SymbolKind::kConstant:
-            return expression(*symbol.init);
+            return constant(symbol);
         case SymbolKind::kVoid:
             return {emit_.constant(ir::Type::kInt, static_cast<uint32_t>(fablet_.ir.void_slot))};
         case SymbolKind::kAttributes:
@@ -162,9 +190,27 @@ Value StageTranslator::variable(const Expr& expr) {
         default:
             break;
     }
-    std::vector<size_t> lanes(component_count(symbol.type));
-    std::iota(lanes.begin(), lanes.end(), size_t{0});
-    return read(symbol, lanes, expr.span);
+    return read(target(expr), expr);
+}
+
+/// A table is computed once: what comes out constant is kept.
+Value StageTranslator::constant(const Symbol& symbol) {
+    const std::vector<ir::Type> types = components(symbol.type);
+    const auto known = constants_.find(&symbol);
+    if (known != constants_.end()) {
+        Value out;
+        for (size_t i = 0; i < types.size(); ++i)
+            out.push_back(emit_.constant(types[i], known->second[i]));
+        return out;
+    }
+    Value out = expression(*symbol.init);
+    std::vector<uint32_t> bits;
+    for (ValueId value : out) {
+        if (!emit_.is_constant(value)) return out;
+        bits.push_back(emit_.instr(value).bits);
+    }
+    constants_.emplace(&symbol, std::move(bits));
+    return out;
 }
 
 // --- attributes
@@ -244,8 +290,14 @@ Value StageTranslator::attribute(const Expr& expr) {
 
 Value StageTranslator::convert(const Value& from, const Type& from_type, const Type& to) {
     Value out;
-    for (size_t i = 0; i < static_cast<size_t>(to.size); ++i) {
-        out.push_back(emit_.convert(from[from_type.size == 1 ? 0 : i], component_type(to)));
+    const std::vector<ir::Type> types = components(to);
+    for (size_t i = 0; i < types.size(); ++i) {
+        size_t source = from_type.is_scalar() ? 0 : i;
+        if (from_type.is_matrix() && to.is_matrix()) {
+            const auto columns = static_cast<size_t>(to.size);
+            source = i / columns * static_cast<size_t>(from_type.size) + i % columns;
+        }
+        out.push_back(emit_.convert(from[source], types[i]));
     }
     return out;
 }
@@ -288,74 +340,6 @@ Value StageTranslator::conditional(const Expr& expr) {
 
 // --- assignment
 
-bool StageTranslator::constant_index(const Expr& expr, int size, size_t* index) {
-    const ValueId value = scalar(expr);
-    if (!emit_.is_constant(value)) {
-        sink_->report(expr.span, diag::kUnsupported, "an index that is no constant is");
-        return false;
-    }
-    const int32_t at = ir::as_int(emit_.instr(value).bits);
-    if (at < 0 || at >= size) {
-        sink_->report(expr.span, diag::kOutOfRange, "index", at, 0, size - 1);
-        return false;
-    }
-    *index = static_cast<size_t>(at);
-    return true;
-}
-
-/// The variable that a chain of swizzles and indices is about, with its components. Null where it
-/// is about another value (lanes not empty) or an index is wrong (lanes empty).
-const Symbol* StageTranslator::lanes_of(const Expr& target, std::vector<size_t>* lanes) {
-    if (target.kind == ExprKind::kVariable) {
-        lanes->resize(component_count(target.type));
-        std::iota(lanes->begin(), lanes->end(), size_t{0});
-        return frame_.variables.count(target.symbol) != 0 ? target.symbol : nullptr;
-    }
-    if (target.kind != ExprKind::kSwizzle && target.kind != ExprKind::kIndex) {
-        lanes->assign(1, 0);
-        return nullptr;
-    }
-    std::vector<size_t> inner;
-    const Symbol* symbol = lanes_of(*target.args[0], &inner);
-    lanes->clear();
-    if (symbol == nullptr) {
-        *lanes = inner;
-        return nullptr;
-    }
-    if (target.kind == ExprKind::kSwizzle) {
-        for (int i = 0; i < target.type.size; ++i)
-            lanes->push_back(inner[target.lanes[i]]);
-        return symbol;
-    }
-    size_t index = 0;
-    if (!constant_index(*target.args[1], target.args[0]->type.size, &index)) return nullptr;
-    lanes->push_back(inner[index]);
-    return symbol;
-}
-
-void StageTranslator::store(const Target& target, const Value& value) {
-    if (target.symbol == nullptr) return;
-    const VariableId id = variable_of(*target.symbol);
-    Variable v = variables_[id];
-    for (size_t i = 0; i < target.lanes.size(); ++i) {
-        v.value[target.lanes[i]] = value[i];
-        if (!v.assigned.empty()) v.assigned[target.lanes[i]] = emit_.boolean(true);
-    }
-    set(id, std::move(v));
-}
-
-/// Once for each time that the program names it: an index may have side effects.
-StageTranslator::Target StageTranslator::target(const Expr& expr) {
-    Target out;
-    out.symbol = lanes_of(expr, &out.lanes);
-    return out;
-}
-
-Value StageTranslator::read(const Target& target, const Expr& expr) {
-    return target.symbol == nullptr ? zero(expr.type)
-                                    : read(*target.symbol, target.lanes, expr.span);
-}
-
 Value StageTranslator::assign(const Expr& expr) {
     const Type& type = expr.args[0]->type;
     Value value = expression(*expr.args[1]);
@@ -363,9 +347,10 @@ Value StageTranslator::assign(const Expr& expr) {
     if (expr.compound) {
         Value old = read(to, *expr.args[0]);
         emit_.set_span(expr.span);
-        if (type.is_numeric()) old = convert(old, type, expr.operand_type);
+        const bool number = type.is_arithmetic();
+        if (number) old = convert(old, type, expr.operand_type);
         value = binary_values(expr.op, old, value);
-        if (type.is_numeric()) value = convert(value, expr.operand_type, type);
+        if (number) value = convert(value, expr.operand_type, type);
     }
     store(to, value);
     return value;

@@ -80,12 +80,14 @@ class AssignedSymbols {
 }  // namespace
 
 StageTranslator::Attempt StageTranslator::attempt() const {
-    return {emit_.size(), sink_->mark(), variables_, open_, frame_, live_, inline_depth_};
+    return {emit_.size(), stage_->prints.size(), sink_->mark(), variables_, open_, frame_,
+            live_,        inline_depth_};
 }
 
 /// Back to where an attempt began, all but what was reported.
 void StageTranslator::take_back(const Attempt& start) {
     emit_.forget_after(start.instructions);
+    stage_->prints.resize(start.prints);
     variables_ = start.variables;
     open_ = start.open;
     frame_ = start.frame;

@@ -34,7 +34,7 @@ class StageTranslator {
         : fablet_(fablet), kind_(kind), emit_(out), stage_(out), sink_(sink) {}
 
     /// The stage's own body with its outputs.
-    void run(const Stage& stage);
+    void run(const Stage& stage, const TranslateOptions& options);
     /// A value outside a stage, such as a uniform's default: empty unless all its components are
     /// constants.
     std::vector<uint32_t> constant_bits(const Expr& expr);
@@ -48,10 +48,17 @@ class StageTranslator {
     };
     /// What a branch changed: each variable's state before it or, once left, after it.
     using Changes = std::map<VariableId, Variable>;
-    /// What an assignment writes: components of a variable; no symbol after an error.
-    struct Target {
-        const Symbol* symbol = nullptr;
+    /// Components of a variable or value, where `condition` holds.
+    struct Place {
+        ir::ValueId condition = 0;
         std::vector<size_t> lanes;
+    };
+    /// What an assignment writes or an expression picks: one of several places, of which just one
+    /// condition holds. Without places after an error.
+    struct Target {
+        const Symbol* symbol = nullptr;  ///< the variable, or null: `value`
+        Value value;
+        std::vector<Place> places;
     };
     /// A branch that is open: what it has changed so far, and what held outside.
     struct Branch {
@@ -72,6 +79,7 @@ class StageTranslator {
     /// What one way to translate a loop may have to be taken back to.
     struct Attempt {
         size_t instructions = 0;
+        size_t prints = 0;
         diag::Sink::Mark reported;
         std::vector<Variable> variables;
         std::vector<Branch> open;
@@ -137,25 +145,44 @@ class StageTranslator {
     Value frame_vector(int32_t first);
     Value convert(const Value& from, const Type& from_type, const Type& to);
     Value binary_values(ir::Op op, const Value& a, const Value& b);
-    Value read(const Symbol& symbol, const std::vector<size_t>& lanes, const source::Span& span);
     Value logical(const Expr& expr);
     Value conditional(const Expr& expr);
     Value assign(const Expr& expr);
     Value increment(const Expr& expr);
+    Value constant(const Symbol& symbol);
+    void add_components(const Type& type, std::vector<ir::Type>* out) const;
+    std::vector<ir::Type> components(const Type& type) const;
+    size_t component_count(const Type& type) const;
+    Value zero(const Type& type);
+    Value unassigned(const Type& type);
+    VariableId variable_of(const Symbol& symbol) const;
+
+    // translate_place.cpp
+    std::pair<size_t, size_t> member_range(const Type& type, size_t index) const;
+    ir::ValueId index_is(ir::ValueId index, int k, int count);
+    void pick_element(const Expr& expr, Target* target);
     Target target(const Expr& expr);
+    void check_read(const Target& target, const source::Span& span);
     Value read(const Target& target, const Expr& expr);
     void store(const Target& target, const Value& value);
-    const Symbol* lanes_of(const Expr& target, std::vector<size_t>* lanes);
-    bool constant_index(const Expr& expr, int size, size_t* index);
-    Value zero(const Type& type);
-    size_t component_count(const Type& type) const;
-    VariableId variable_of(const Symbol& symbol) const;
+    std::vector<int32_t> possible_indices(ir::ValueId value, int32_t all) const;
+
+    // translate_matrix.cpp
+    Value product(const Value& a, const Value& b, size_t inner);
+    ir::ValueId determinant(const Value& m, size_t n);
+    Value inverse(const Value& m, size_t n);
+    Value matrix(const Expr& expr);
+    Value over(const Expr& expr);
+    Value print(const Expr& expr);
+    void switch_statement(const Stmt& stmt);
+    void switch_sections(const Stmt& stmt, const std::vector<ir::ValueId>& conditions, size_t at);
 
     // translate_builtin.cpp
     Value intrinsic(const Expr& expr);
     ir::ValueId component_intrinsic(const Expr& expr, const std::vector<ir::ValueId>& args);
     ir::ValueId clamp(ir::ValueId x, ir::ValueId lo, ir::ValueId hi);
     ir::ValueId dot(const Value& a, const Value& b);
+    ir::ValueId sum(const Value& amounts);
     Value geometric(const Expr& expr, const std::vector<Value>& args);
     Value sample(const Expr& expr);
     Value distance(const Expr& expr);
@@ -173,6 +200,8 @@ class StageTranslator {
     Frame frame_;
     ir::ValueId live_ = 0;
     std::vector<ir::ValueId> outer_live_;  ///< what holds around each real loop that is open
+    std::map<const Symbol*, std::vector<uint32_t>> constants_;  ///< tables, by component
+    bool prints_ = false;
     int inline_depth_ = 0;
     size_t steps_ = 0;
     bool gave_up_ = false;

@@ -167,6 +167,8 @@ void StageTranslator::statement(const Stmt& stmt) {
             return set_flag(frame_.continued, emit_.boolean(true));
         case StmtKind::kReturn:
             return return_statement(stmt);
+        case StmtKind::kSwitch:
+            return switch_statement(stmt);
     }
 }
 
@@ -176,10 +178,7 @@ void StageTranslator::declare(const Stmt& stmt) {
         v.value = expression(*stmt.expr);
     } else {
         v.value = zero(stmt.symbol->type);
-        // A composition starts empty.
-        if (stmt.symbol->type.base != Base::kComposition) {
-            v.assigned.assign(v.value.size(), emit_.boolean(false));
-        }
+        v.assigned = unassigned(stmt.symbol->type);
     }
     frame_.variables[stmt.symbol.get()] = add_variable(std::move(v));
 }
@@ -226,9 +225,7 @@ Value StageTranslator::inline_call(const Expr& expr) {
         } else {
             v.value = expression(*expr.args[i]);
         }
-        if (!p.is_in && p.type.base != Base::kComposition) {
-            v.assigned.assign(v.value.size(), emit_.boolean(false));
-        }
+        if (!p.is_in) v.assigned = unassigned(p.type);
         arguments.push_back(std::move(v));
     }
     const size_t outside = variables_.size();

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -33,6 +34,7 @@ enum class SymbolKind : uint8_t {
     kNearest,        ///< index: place among the nearest inputs
     kAttributes,     ///< `attr`
     kVoid,           ///< the built-in material VOID
+    kType,           ///< a struct's name; type
 };
 
 struct Symbol {
@@ -45,6 +47,8 @@ struct Symbol {
     bool is_out = false;  ///< parameter: the value goes back
     int32_t index = 0;
     ExprPtr init;
+    std::unique_ptr<Symbol> fallback;  ///< of a parameter: its default, as a constant
+    std::optional<uint32_t> known;     ///< a scalar constant's bits, where they are known by now
 };
 
 enum class ExprKind : uint8_t {
@@ -66,23 +70,29 @@ enum class Attribute : uint8_t {
     kBuildPosition,
 };
 
+/// Functions of matrices.
+enum class MatrixOp : uint8_t { kMul, kTranspose, kDeterminant, kInverse };
+
 /// By kind:
 ///   Constant     bits, one component
 ///   Variable     symbol
 ///   Attribute    attribute
-///   Convert      args {value} to `type`: components, a scalar broadcast, or the first components
+///   Convert      args {value} to `type`: components, a scalar broadcast (to all of a struct or an
+///                array too), or the first components; of a matrix the upper left ones
 ///   Unary        op kNeg, kNot, kBitNot; args {operand}
 ///   Binary       op; args {left, right}, of one type
 ///   AndThen      args {left, right}, scalar bools; OrElse the same
 ///   Conditional  args {condition, if true, if false}
-///   Swizzle      lanes[0 .. type.size); args {vector}
-///   Index        args {vector, index}
-///   Construct    args, whose components in a row are the value's
+///   Swizzle      lanes[0 .. type.size), components in a row; args {vector or matrix}
+///   Member       bits: place of the member; args {struct or SurfacePoint}
+///   Index        args {array, matrix or vector; index}. A varying index is clamped to the range
+///   Construct    args, whose components in a row are the value's; without args all are 0
 ///   Assign       args {target, value}; with `compound` op is applied in `operand_type`, the type
 ///                that the value already has
 ///   Increment    args {target}, op kAdd or kSub; `postfix`: the value is the old one
 ///   Comma        args {first, second}
 ///   Intrinsic    intrinsic, args
+///   Matrix       matrix_op, args
 ///   Call         function; args, one per parameter and of its type, targets for `out`
 ///   Sample       args {texture, channel, width, coordinates: a float2 or two floats}; type.size
 ///                channels
@@ -90,6 +100,9 @@ enum class Attribute : uint8_t {
 ///   Set, Add     args {composition, material, weight}
 ///   Get          args {composition, material}
 ///   Clear        args {composition}; Total the same
+///   Over         args {above, below}
+///   Print        text: the format, one conversion per component; args {values}; with `is_assert`
+///                args {condition, values}
 struct Expr {
     ExprKind kind = ExprKind::kError;
     Type type;
@@ -103,6 +116,9 @@ struct Expr {
     Type operand_type;
     Attribute attribute = Attribute::kP;
     Intrinsic intrinsic = Intrinsic::kAbs;
+    MatrixOp matrix_op = MatrixOp::kMul;
+    bool is_assert = false;
+    std::string text;
     const Symbol* symbol = nullptr;
     const Function* function = nullptr;
 };
@@ -119,6 +135,7 @@ enum class StmtKind : uint8_t {
 ///   If          expr, body {then, else?}
 ///   Loop        init?, expr? (condition), step?, body {one}; `test_last` for do … while; `bound`
 ///   Return      expr?
+///   Switch      expr, body {one per section}, labels
 struct Stmt {
     StmtKind kind = StmtKind::kBlock;
     source::Span span;
@@ -129,6 +146,11 @@ struct Stmt {
     std::unique_ptr<Symbol> symbol;
     bool test_last = false;
     int32_t bound = 0;  ///< most trips, as `@bound` states; 0 without
+    struct Labels {
+        std::vector<uint32_t> values;
+        bool is_default = false;
+    };
+    std::vector<Labels> labels;  ///< of each section of a Switch; no value is there twice
 };
 
 struct Function {
@@ -162,6 +184,7 @@ struct Fablet {
     std::vector<std::unique_ptr<Symbol>> constants;
     std::vector<std::unique_ptr<Function>> functions;
     std::unique_ptr<Symbol> void_material;
+    std::vector<StructMember> point_members;  ///< of a SurfacePoint
     Stage surface;
     Stage volume;
 };
@@ -169,7 +192,14 @@ struct Fablet {
 struct Program {  ///< what stands outside fablets is of the program and of its modules
     std::vector<std::unique_ptr<Symbol>> constants;
     std::vector<std::unique_ptr<Function>> functions;
+    std::vector<std::unique_ptr<StructType>> structs;  ///< all, those of fablets and blocks too
     std::vector<Fablet> fablets;
 };
+
+/// Places of the members that every SurfacePoint has; behind them come the fablet's nearest inputs.
+enum PointMember : uint32_t { kPointPosition = 0, kPointNormal = 1, kPointDistance = 2 };
+
+/// Those three.
+std::vector<StructMember> common_point_members();
 
 }  // namespace openfab::sema

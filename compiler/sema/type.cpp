@@ -21,20 +21,18 @@ constexpr Named kNumeric[] = {
 constexpr Named kOther[] = {
     {"void", Base::kVoid},
     {"ImageTexture2D", Base::kTexture2D},
+    {"ImageTexture3D", Base::kTexture3D},
     {"Material", Base::kMaterial},
+    {"Object", Base::kObject},
     {"MaterialComposition", Base::kComposition},
     {"SurfaceAttributes", Base::kSurfaceAttributes},
     {"VolumeAttributes", Base::kVolumeAttributes},
+    {"SurfacePoint", Base::kSurfacePoint},
 };
 
 struct Text {
     std::string_view name;
     std::string_view text;
-};
-constexpr Text kUnsupported[] = {
-    {"ImageTexture3D", "`ImageTexture3D` is"},
-    {"Object", "`Object` is"},
-    {"SurfacePoint", "`SurfacePoint` is"},
 };
 // Words for types in other languages.
 constexpr Text kHabits[] = {
@@ -69,31 +67,59 @@ constexpr Text kHabits[] = {
     {"var", ""},
 };
 
-std::string nearest_name(std::string_view name) {
-    std::vector<std::string> candidates;
-    for (const Named& n : kNumeric) {
-        candidates.emplace_back(n.name);
-        for (char side : {'2', '3', '4'})
-            candidates.push_back(std::string(n.name) + side);
-    }
-    for (const Named& n : kOther)
-        candidates.emplace_back(n.name);
-    for (const Text& t : kUnsupported)
-        candidates.emplace_back(t.name);
-    return diag::suggest(name, candidates);
+bool is_side(char c) {
+    return c >= '2' && c <= '4';
 }
 
 }  // namespace
 
+int Type::length() const {
+    if (is_array()) return extents[0];
+    return is_matrix() ? rows : size;
+}
+
+Type Type::element() const {
+    Type out = *this;
+    if (is_array()) {
+        --out.dimensions;
+        for (size_t i = 0; i + 1 < out.extents.size(); ++i)
+            out.extents[i] = extents[i + 1];
+        out.extents.back() = 0;
+    } else if (is_matrix()) {
+        out.rows = 0;
+    } else {
+        out.size = 1;
+    }
+    return out;
+}
+
+Type array_of(const Type& element, int extent) {
+    Type out = element;
+    for (size_t i = out.extents.size() - 1; i > 0; --i)
+        out.extents[i] = element.extents[i - 1];
+    out.extents[0] = extent;
+    ++out.dimensions;
+    return out;
+}
+
 std::string type_name(const Type& type) {
+    std::string out = "?";
     for (const Named& n : kNumeric) {
         if (n.base != type.base) continue;
-        return type.size == 1 ? std::string(n.name) : fmt::format("{}{}", n.name, type.size);
+        out = n.name;
+        if (type.rows > 0) {
+            out += fmt::format("{}x{}", type.rows, type.size);
+        } else if (type.size > 1) {
+            out += fmt::format("{}", type.size);
+        }
     }
     for (const Named& n : kOther) {
-        if (n.base == type.base) return std::string(n.name);
+        if (n.base == type.base) out = n.name;
     }
-    return "?";
+    if (type.base == Base::kStruct && type.record != nullptr) out = type.record->name;
+    for (int i = 0; i < type.dimensions; ++i)
+        out += fmt::format("[{}]", type.extents[static_cast<size_t>(i)]);
+    return out;
 }
 
 ir::Type component_type(const Type& type) {
@@ -106,34 +132,68 @@ ir::Type component_type(const Type& type) {
         case Base::kComposition:
             return ir::Type::kFloat;
         default:
-            return ir::Type::kInt;  // a Material or texture is its index
+            return ir::Type::kInt;  // a Material, texture or object is its index
     }
+}
+
+bool contains(const Type& type, Base base) {
+    if (type.base == base) return true;
+    if (type.base != Base::kStruct || type.record == nullptr) return false;
+    for (const StructMember& member : type.record->members) {
+        if (contains(member.type, base)) return true;
+    }
+    return false;
+}
+
+int64_t least_components(const Type& type) {
+    int64_t count = type.is_error() || type.base == Base::kVoid ? 0 : 1;
+    if (type.base >= Base::kBool && type.base <= Base::kFloat) {
+        count = type.rows > 0 ? type.matrix_components() : type.size;
+    } else if (type.base == Base::kStruct) {
+        count = 0;
+        for (const StructMember& member : type.record->members)
+            count += least_components(member.type);
+    }
+    for (int i = 0; i < type.dimensions; ++i)
+        count *= type.extents[static_cast<size_t>(i)];
+    return count;
+}
+
+std::vector<std::string> type_names() {
+    std::vector<std::string> out;
+    for (const Named& n : kNumeric) {
+        out.emplace_back(n.name);
+        for (char side : {'2', '3', '4'})
+            out.push_back(std::string(n.name) + side);
+    }
+    for (const char* matrix : {"float2x2", "float3x3", "float4x4"})
+        out.emplace_back(matrix);
+    for (const Named& n : kOther)
+        out.emplace_back(n.name);
+    return out;
 }
 
 TypeLookup find_type(std::string_view name) {
     for (const Named& n : kNumeric) {
         if (name.substr(0, n.name.size()) != n.name) continue;
         const std::string_view rest = name.substr(n.name.size());
-        if (rest.empty()) return {{n.base, 1}, "", ""};
-        if (rest.size() == 1 && rest[0] >= '2' && rest[0] <= '4')
-            return {{n.base, rest[0] - '0'}, "", ""};
-        const auto side = [](char c) { return c >= '1' && c <= '4'; };
-        if (rest.size() == 3 && side(rest[0]) && rest[1] == 'x' && side(rest[2])) {
-            return {{}, "matrices are", ""};
+        if (rest.empty()) return {{n.base, 1}, ""};
+        if (rest.size() == 1 && is_side(rest[0])) return {{n.base, rest[0] - '0'}, ""};
+        if (rest.size() != 3 || rest[1] != 'x') continue;
+        if (n.base == Base::kFloat && is_side(rest[0]) && is_side(rest[2])) {
+            return {{n.base, rest[2] - '0', rest[0] - '0'}, ""};
         }
+        return {{}, "a matrix is of floats, with 2 to 4 rows and columns"};
     }
     for (const Named& n : kOther) {
-        if (n.name == name) return {{n.base, 1}, "", ""};
-    }
-    for (const Text& t : kUnsupported) {
-        if (t.name == name) return {{}, t.text, ""};
+        if (n.name == name) return {{n.base, 1}, ""};
     }
     for (const Text& t : kHabits) {
         if (t.name != name) continue;
-        return {{}, "", t.text.empty() ? "" : fmt::format("write `{}`", t.text)};
+        return {{}, t.text.empty() ? "" : fmt::format("write `{}`", t.text)};
     }
-    const std::string near = nearest_name(name);
-    return {{}, "", near.empty() ? "" : fmt::format("did you mean `{}`?", near)};
+    const std::string near = diag::suggest(name, type_names());
+    return {{}, near.empty() ? "" : fmt::format("did you mean `{}`?", near)};
 }
 
 }  // namespace openfab::sema

@@ -4,9 +4,11 @@
 
 // The types that a value can have, and what each type name of OpenFL stands for.
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "compiler/ir/ir.h"
 
@@ -20,23 +22,69 @@ enum class Base : uint8_t {
     kUint,
     kFloat,
     kTexture2D,
+    kTexture3D,
     kMaterial,
+    kObject,
     kComposition,
     kSurfaceAttributes,
     kVolumeAttributes,
+    kSurfacePoint,
+    kStruct,
 };
 
-/// `size` is 1 for a scalar and 2 to 4 for a vector; 1 for what is no number.
+struct StructType;
+
+/// Most dimensions of an array, and most components of any value.
+constexpr int kMaxDimensions = 4;
+constexpr int kMaxComponents = 16384;
+
+/// A scalar, a vector (`size` 2 to 4), a matrix (`rows` of `size`), what is no number, a struct, or
+/// an array of one of them.
 struct Type {
     Base base = Base::kError;
-    int size = 1;
+    int size = 1;                               ///< components of a vector, columns of a matrix
+    int rows = 0;                               ///< of a matrix, else 0
+    int dimensions = 0;                         ///< of an array, else 0
+    std::array<int, kMaxDimensions> extents{};  ///< of an array, outermost first
+    const StructType* record = nullptr;
     bool operator==(const Type&) const = default;
 
     bool is_error() const { return base == Base::kError; }
-    bool is_numeric() const { return base >= Base::kBool && base <= Base::kFloat; }
-    bool is_integer() const { return base == Base::kInt || base == Base::kUint; }
+    bool is_array() const { return dimensions > 0; }
+    /// A `base`, not an array of it.
+    bool is(Base which) const { return base == which && dimensions == 0; }
+    /// A scalar or a vector.
+    bool is_numeric() const { return is_arithmetic() && rows == 0; }
+    bool is_matrix() const { return is_arithmetic() && rows > 0; }
+    bool is_arithmetic() const {
+        return base >= Base::kBool && base <= Base::kFloat && dimensions == 0;
+    }
+    bool is_integer() const { return is_numeric() && (base == Base::kInt || base == Base::kUint); }
     bool is_scalar() const { return is_numeric() && size == 1; }
     bool is_vector() const { return is_numeric() && size > 1; }
+    bool is_attributes() const {
+        return is(Base::kSurfaceAttributes) || is(Base::kVolumeAttributes);
+    }
+    /// What stands for something of the world and cannot be computed.
+    bool is_handle() const {
+        return is(Base::kTexture2D) || is(Base::kTexture3D) || is(Base::kObject);
+    }
+    int matrix_components() const { return rows * size; }
+    /// Of an array, a matrix or a vector: how many `[i]` it has, and the type of each.
+    int length() const;
+    Type element() const;
+};
+
+struct StructMember {
+    std::string name;
+    Type type;
+    source::Span span;
+};
+
+struct StructType {
+    std::string name;
+    source::Span span;
+    std::vector<StructMember> members;
 };
 
 constexpr Type kErrorType{};
@@ -47,18 +95,29 @@ constexpr Type kUintType{Base::kUint, 1};
 constexpr Type kFloatType{Base::kFloat, 1};
 constexpr Type kFloat3Type{Base::kFloat, 3};
 
-/// `float3`, `Material`: as written in OpenFL.
+/// An array of `extent` elements of a type.
+Type array_of(const Type& element, int extent);
+
+/// `float3`, `Material`, `float2x2[4]`: as written in OpenFL.
 std::string type_name(const Type& type);
 
-/// IR type of one component; for numbers only.
+/// IR type of each component; not for structs and arrays of them.
 ir::Type component_type(const Type& type);
+
+/// True where a value holds a `base`, itself, in an element or in a member.
+bool contains(const Type& type, Base base);
+
+/// Components of a value: of a composition and a surface point 1, since only the fablet knows.
+int64_t least_components(const Type& type);
 
 /// What a name in the place of a type is.
 struct TypeLookup {
-    Type type;                     ///< kErrorType unless it is a type of this compiler
-    std::string_view unsupported;  ///< `matrices are`: OpenFL has it, this compiler not yet
-    std::string help;              ///< what was probably meant, where it is neither
+    Type type;         ///< kErrorType unless it is a type that is built in
+    std::string help;  ///< what was probably meant, where it is not
 };
 TypeLookup find_type(std::string_view name);
+
+/// Names of all types that are built in.
+std::vector<std::string> type_names();
 
 }  // namespace openfab::sema

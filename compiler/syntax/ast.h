@@ -71,9 +71,9 @@ struct Annotation {
 struct Variable {
     TypeRef type;
     std::string_view name;
-    source::Span span;  ///< of the name
-    bool is_array = false;
-    source::Span array_span;
+    source::Span span;             ///< of the name
+    std::vector<ExprPtr> extents;  ///< of an array, outermost first; null where `[]` was written
+    source::Span array_span;       ///< all brackets
     ExprPtr init;
     std::vector<Annotation> annotations;
     bool is_const = false;
@@ -82,15 +82,23 @@ struct Variable {
     bool nearest = false;
 };
 
+/// `struct Name { … };`
+struct Struct {
+    std::string_view name;
+    source::Span span;  ///< of the name
+    std::vector<Variable> members;
+};
+
 /// By kind:
 ///   Block        body
-///   Declaration  variables
+///   Declaration  record? (declared first), variables
 ///   Expression   expr
 ///   If           expr, body {then, else?}
-///   For          init?, expr?, step?, body {one}
-///   While, Do    expr, body {one}
+///   For          init?, expr?, step?, body {one}, bound?
+///   While, Do    expr, body {one}, bound?
 ///   Return       expr?
-///   Unsupported  text says what; variables: the names that it would declare
+///   Switch       expr, body: Case labels and statements
+///   Case         expr? (none: `default`)
 struct Stmt {
     StmtKind kind = StmtKind::kBad;
     source::Span span;  ///< of its keyword or first token; of a Block, its closing brace
@@ -100,6 +108,9 @@ struct Stmt {
     StmtPtr init;
     std::vector<StmtPtr> body;
     std::vector<Variable> variables;
+    std::unique_ptr<Struct> record;
+    ExprPtr bound;            ///< n of `@bound(n)`
+    source::Span bound_span;  ///< of `@bound`
 };
 
 struct Function {
@@ -123,18 +134,11 @@ struct Import {
     source::Span span;  ///< of the name
 };
 
-/// A declaration that is part of the language but not of this compiler: a struct.
-struct Unsupported {
-    std::string_view what;
-    std::string_view name;
-    source::Span span;
-};
-
 /// What may stand at file level and in a fablet.
 struct Scope {
+    std::vector<Struct> structs;
     std::vector<Variable> constants;
     std::vector<Function> functions;
-    std::vector<Unsupported> unsupported;
 };
 
 struct Fablet {

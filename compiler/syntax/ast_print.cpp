@@ -52,8 +52,11 @@ class Printer {
         if (v.is_in) text += " in";
         if (v.is_out) text += " out";
         text += ' ' + std::string(v.type.text) + ' ' + std::string(v.name);
-        if (v.is_array) text += "[]";
         line(depth, text);
+        for (const ExprPtr& extent : v.extents) {
+            line(depth + 1, "Extent");
+            print_expr(extent.get(), depth + 2);
+        }
         print_expr(v.init.get(), depth + 1);
         for (const Annotation& a : v.annotations) {
             line(depth + 1, "Annotation " + std::string(a.type.text) + ' ' + std::string(a.name));
@@ -61,9 +64,18 @@ class Printer {
         }
     }
 
+    void print_struct(const Struct& record, int depth) {
+        line(depth, "Struct " + std::string(record.name));
+        for (const Variable& v : record.members)
+            print_variable("Member", v, depth + 1);
+    }
+
     void print_stmt(const Stmt* stmt, int depth) {
         if (stmt == nullptr) return;
         line(depth, words(kStmtNames[static_cast<size_t>(stmt->kind)], stmt->text));
+        if (stmt->bound != nullptr) line(depth + 1, "Bound");
+        print_expr(stmt->bound.get(), depth + 2);
+        if (stmt->record != nullptr) print_struct(*stmt->record, depth + 1);
         for (const Variable& v : stmt->variables)
             print_variable("Variable", v, depth + 1);
         print_stmt(stmt->init.get(), depth + 1);
@@ -74,9 +86,8 @@ class Printer {
     }
 
     void print_scope(const Scope& scope, int depth) {
-        for (const Unsupported& item : scope.unsupported) {
-            line(depth, "Unsupported " + std::string(item.what) + ' ' + std::string(item.name));
-        }
+        for (const Struct& record : scope.structs)
+            print_struct(record, depth);
         for (const Variable& v : scope.constants)
             print_variable("Constant", v, depth);
         for (const Function& f : scope.functions) {

@@ -143,8 +143,12 @@ ast::ExprPtr Parser::parse_unary() {
 
 bool Parser::at_cast() const {
     if (!at("(") || !at_identifier(1) || !peek(2).is(")")) return false;
-    if (!is_builtin_type_name(peek(1).text)) return false;
     const Token& next = peek(3);
+    // Of a name that is not built in it can only be a cast where no operator follows.
+    if (!is_builtin_type_name(peek(1).text)) {
+        return next.kind != TokenKind::kPunct && next.kind != TokenKind::kKeyword &&
+               next.kind != TokenKind::kEnd;
+    }
     return next.kind == TokenKind::kPunct
                ? next.is("(") || next.is("-") || next.is("!") || next.is("~")
                : next.kind != TokenKind::kEnd;

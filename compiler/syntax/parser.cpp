@@ -274,41 +274,63 @@ void Parser::parse_direction(ast::Variable* v) {
     }
 }
 
-/// Over `struct Name { … } variables;`: only the name is kept, so that its uses are not reported
-/// too.
-ast::Unsupported Parser::parse_struct() {
-    const source::Span begin = take().span;
-    ast::Unsupported out{"structs are", at_identifier() ? take().text : std::string_view{}, {}};
-    out.span = span_to_previous(begin);
-    if (at("{")) skip_balanced();
-    if (!accept(";") && at_identifier()) skip_to_statement_end();
-    return out;
+/// `struct Name { … } variables;` with its semicolon.
+bool Parser::parse_struct(ast::Struct* out, std::vector<ast::Variable>* variables, bool is_const) {
+    take();
+    out->span = peek().span;
+    if (!at_identifier()) {
+        expected("the struct's name");
+        return false;
+    }
+    out->name = take().text;
+    if (!expect("{", "the struct's name")) return false;
+    while (!at("}") && !at_end()) {
+        const size_t before = at_;
+        if (!at_identifier()) {
+            expected("a member's type");
+            skip_to_statement_end();
+        } else if (!parse_variables(false, &out->members)) {
+            skip_to_statement_end();
+        }
+        if (at_ == before) take();
+    }
+    if (!expect("}", "the struct's members")) return false;
+    if (accept(";")) return true;
+    if (!at_identifier()) return expect(";", "the struct");
+    return parse_declarators({out->name, out->span}, is_const, variables);
 }
 
-bool Parser::parse_unsupported_member(ast::Scope* scope) {
-    if (at("struct")) {
-        scope->unsupported.push_back(parse_struct());
-        return true;
-    }
-    return false;
+/// Over `static`, which says of a constant what `const` says.
+bool Parser::parse_static() {
+    const bool found =
+        at_identifier() && peek().text == "static" && (at_identifier(1) || peek(1).is("const"));
+    if (found) take();
+    return found;
 }
 
 /// A constant or a function, of a fablet or of the file (fablet null).
 void Parser::parse_member(ast::Fablet* fablet, ast::Scope* scope) {
-    if (accept(";") || parse_unsupported_member(scope)) return;
+    if (accept(";")) return;
     if (at("import")) {
         expected("a fablet's member: an `import` stands outside the fablet");
         return skip_to_member();
     }
-    if (at_identifier() && peek().text == "static") take();  // as in HLSL, where it says the same
+    parse_static();
     if (at_identifier() && at_identifier(1) && peek(2).is("(")) return parse_function(scope);
     const bool is_const = accept("const");
+    if (at("struct")) {
+        ast::Struct record;
+        const bool ok = parse_struct(&record, &scope->constants, is_const);
+        if (!record.name.empty()) scope->structs.push_back(std::move(record));
+        if (!ok) skip_to_member();
+        return;
+    }
     if (at_identifier() && at_identifier(1)) {
         if (!parse_variables(is_const, &scope->constants)) skip_to_member();
         return;
     }
-    expected(fablet != nullptr ? "a stage, `@uniform`, a constant or a function"
-                               : "`fablet`, a constant or a function");
+    expected(fablet != nullptr ? "a stage, `@uniform`, a constant, a struct or a function"
+                               : "`fablet`, a constant, a struct or a function");
     skip_to_member();
 }
 
@@ -353,6 +375,11 @@ bool Parser::parse_parameter(ast::Function* function) {
 bool Parser::parse_variables(bool is_const, std::vector<ast::Variable>* out) {
     const ast::TypeRef type{peek().text, peek().span};
     take();
+    return parse_declarators(type, is_const, out);
+}
+
+bool Parser::parse_declarators(const ast::TypeRef& type, bool is_const,
+                               std::vector<ast::Variable>* out) {
     do {
         ast::Variable v;
         v.is_const = is_const;
@@ -370,11 +397,12 @@ bool Parser::parse_declarator(const ast::TypeRef& type, ast::Variable* out) {
         return false;
     }
     out->name = take().text;
+    const source::Span brackets = peek().span;
     while (at("[") && !peek(1).is("[")) {
-        const source::Span begin = peek().span;
-        out->is_array = true;
-        skip_balanced();
-        out->array_span = span_to_previous(begin);
+        take();
+        out->extents.push_back(at("]") ? nullptr : parse_conditional());
+        if (!expect("]", "the array's size")) return false;
+        out->array_span = span_to_previous(brackets);
     }
     if (accept("=")) out->init = parse_initializer();
     if (at("[") && peek(1).is("[")) parse_annotations(out);
@@ -419,7 +447,7 @@ ast::StmtPtr Parser::parse_block() {
     take();
     while (!at("}") && !at_end()) {
         const size_t before = at_;
-        if (at("@") && !(peek(1).text == "bound")) break;  // a stage begins: a brace was forgotten
+        if (at_member_marker()) break;  // a stage begins: a brace was forgotten
         block->body.push_back(parse_statement());
         if (at_ == before) take();
     }
@@ -437,15 +465,8 @@ ast::StmtPtr Parser::parse_statement() {
     if (at("while")) return parse_while();
     if (at("do")) return parse_do();
     if (at("switch")) return parse_switch();
-    if (at("@")) {
-        ast::StmtPtr out = stmt(ast::StmtKind::kUnsupported);
-        const std::string_view word = marker_word({"bound"});
-        out->span = span_to_previous(out->span);
-        if (at("(")) skip_balanced();
-        out->text = word == "bound" ? "`@bound` is" : "";
-        parse_statement();
-        return out;
-    }
+    if (at("case") || at("default")) return parse_case();
+    if (at("@")) return parse_bounded();
     if (at(";")) {
         ast::StmtPtr out = stmt(ast::StmtKind::kEmpty);
         take();
@@ -515,17 +536,60 @@ ast::StmtPtr Parser::parse_do() {
     return out;
 }
 
-ast::StmtPtr Parser::parse_switch() {
-    ast::StmtPtr out = stmt(ast::StmtKind::kUnsupported);
-    out->text = "`switch` is";
-    take();
-    if (at("(")) skip_balanced();
-    if (at("{")) skip_balanced();
+/// `@bound(n)` and the loop that it is about.
+ast::StmtPtr Parser::parse_bounded() {
+    const source::Span begin = peek().span;
+    const bool known = marker_word({"bound"}) == "bound";
+    const source::Span span = span_to_previous(begin);
+    ast::ExprPtr bound;
+    if (known && expect("(", "`@bound`")) {
+        bound = parse_conditional();
+        expect(")", "the bound");
+    } else if (at("(")) {
+        skip_balanced();
+    }
+    const bool loop = at("for") || at("while") || at("do");
+    if (known && !loop) expected("a loop after `@bound(…)`");
+    ast::StmtPtr out = parse_statement();
+    if (loop) {
+        out->bound = std::move(bound);
+        out->bound_span = span;
+    }
     return out;
 }
 
+ast::StmtPtr Parser::parse_switch() {
+    ast::StmtPtr out = stmt(ast::StmtKind::kSwitch);
+    take();
+    expect("(", "`switch`");
+    out->expr = parse_expression();
+    expect(")", "the value of `switch`");
+    if (!expect("{", "the value of `switch`")) return out;
+    while (!at("}") && !at_end()) {
+        const size_t before = at_;
+        out->body.push_back(parse_statement());
+        if (at_ == before) take();
+    }
+    expect("}", "the cases");
+    return out;
+}
+
+/// The label alone; what follows it are statements of the `switch`.
+ast::StmtPtr Parser::parse_case() {
+    ast::StmtPtr out = stmt(ast::StmtKind::kCase);
+    out->text = take().text;
+    if (out->text == "case") out->expr = parse_conditional();
+    expect(":", out->text == "case" ? "the value of `case`" : "`default`");
+    return out;
+}
+
+bool Parser::at_member_marker() const {
+    const std::string_view word = peek(1).text;
+    return at("@") && (word == "Surface" || word == "Volume" || word == "uniform");
+}
+
 bool Parser::at_declaration() const {
-    return at("const") || (at_identifier() && at_identifier(1));
+    return at("const") || (at_identifier() && (at_identifier(1) || peek(1).is("const")));
 }
 
 /// After a forgotten semicolon at the end of a line nothing is skipped: what follows is a
@@ -550,16 +614,12 @@ ast::StmtPtr Parser::parse_simple() {
         out->text = take().text;
         ok = expect(";", out->kind == ast::StmtKind::kBreak ? "`break`" : "`continue`");
     } else if (at("struct")) {
-        out->kind = ast::StmtKind::kUnsupported;
-        const ast::Unsupported item = parse_struct();
-        out->text = item.what;
-        out->span = item.span;
-        ast::Variable name;
-        name.name = item.name;
-        out->variables.push_back(std::move(name));
+        out->kind = ast::StmtKind::kDeclaration;
+        out->record = std::make_unique<ast::Struct>();
+        ok = parse_struct(out->record.get(), &out->variables, false);
     } else if (at_declaration()) {
         out->kind = ast::StmtKind::kDeclaration;
-        if (at_identifier() && peek().text == "static") take();
+        parse_static();
         const bool is_const = accept("const");
         if (!at_identifier()) {
             expected("a type");

@@ -85,10 +85,12 @@ class Parser {
     bool parse_varying(ast::Stage* stage);
     void parse_function(ast::Scope* scope);
     bool parse_parameter(ast::Function* function);
-    ast::Unsupported parse_struct();
-    bool parse_unsupported_member(ast::Scope* scope);
+    bool parse_struct(ast::Struct* out, std::vector<ast::Variable>* variables, bool is_const);
+    bool parse_static();
     void parse_direction(ast::Variable* variable);
     bool parse_variables(bool is_const, std::vector<ast::Variable>* out);
+    bool parse_declarators(const ast::TypeRef& type, bool is_const,
+                           std::vector<ast::Variable>* out);
     bool parse_declarator(const ast::TypeRef& type, ast::Variable* out);
     void parse_annotations(ast::Variable* variable);
     std::string_view marker_word(std::initializer_list<const char*> known);
@@ -100,8 +102,11 @@ class Parser {
     ast::StmtPtr parse_while();
     ast::StmtPtr parse_do();
     ast::StmtPtr parse_switch();
+    ast::StmtPtr parse_case();
+    ast::StmtPtr parse_bounded();
     ast::StmtPtr parse_simple();
     bool at_declaration() const;
+    bool at_member_marker() const;
     bool on_fresh_line() const;
     ast::StmtPtr stmt(ast::StmtKind kind) const;
     ast::StmtPtr parse_body();

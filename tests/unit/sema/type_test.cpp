@@ -12,20 +12,28 @@ namespace {
 TEST(Types, NamesGoBothWays) {
     for (const char* name :
          {"bool", "int2", "uint3", "float4", "float", "Material", "MaterialComposition",
-          "ImageTexture2D", "SurfaceAttributes", "VolumeAttributes", "void"}) {
+          "ImageTexture2D", "ImageTexture3D", "Object", "SurfacePoint", "float3x3", "float2x4",
+          "SurfaceAttributes", "VolumeAttributes", "void"}) {
         EXPECT_EQ(type_name(find_type(name).type), name);
     }
 }
 
-TEST(Types, WhatIsNotThereYetSaysSo) {
-    for (const char* name : {"float3x3", "int1x4", "Object", "SurfacePoint", "ImageTexture3D"}) {
+TEST(Types, WhatIsNoTypeIsNone) {
+    for (const char* name : {"float5", "float33", "float5x2", "floatx", "int0", "", "int2x2"}) {
         EXPECT_TRUE(find_type(name).type.is_error()) << name;
-        EXPECT_FALSE(find_type(name).unsupported.empty()) << name;
     }
-    for (const char* name : {"float5", "float33", "float5x2", "floatx", "int0", ""}) {
-        EXPECT_TRUE(find_type(name).type.is_error()) << name;
-        EXPECT_TRUE(find_type(name).unsupported.empty()) << name;
-    }
+    EXPECT_EQ(find_type("int1x4").help, "a matrix is of floats, with 2 to 4 rows and columns");
+}
+
+TEST(Types, ArraysPeelFromTheOutside) {
+    const Type table = array_of(array_of(find_type("float2x3").type, 4), 5);
+    EXPECT_EQ(type_name(table), "float2x3[5][4]");
+    EXPECT_EQ(least_components(table), 5 * 4 * 6);
+    EXPECT_EQ(type_name(table.element()), "float2x3[4]");
+    EXPECT_EQ(type_name(table.element().element()), "float2x3");
+    EXPECT_EQ(type_name(table.element().element().element()), "float3");
+    EXPECT_EQ(table.element().element().length(), 2);
+    EXPECT_EQ(table.element(), array_of(find_type("float2x3").type, 4));
 }
 
 TEST(Types, HabitsAreAnswered) {
