@@ -19,7 +19,7 @@ const ir::Stage& stage_of(const passes::KernelStages& stages, ir::StageKind kind
             return stages.surface_bounds;
         case ir::StageKind::kVolume:
             return stages.volume;
-        case ir::StageKind::kVolumeBounds:
+        default:
             break;
     }
     return stages.volume_bounds;

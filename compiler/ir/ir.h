@@ -109,10 +109,21 @@ struct Output {
 struct Print {
     std::string format;
     bool is_assert = false;  ///< args[0] holds where the assertion fails
-    source::Span span;
+    int32_t line = 0;        ///< place in the source, from 1
+    int32_t column = 0;
 };
 
-enum class StageKind : uint8_t { kSurface, kSurfaceBounds, kVolume, kVolumeBounds };
+/// The last three are made by passes: kernels of a stage that is cut in phases, and the one that
+/// computes what follows from uniforms.
+enum class StageKind : uint8_t {
+    kSurface,
+    kSurfaceBounds,
+    kVolume,
+    kVolumeBounds,
+    kSurfacePhase,
+    kVolumePhase,
+    kDerived,
+};
 
 struct Stage {
     StageKind kind = StageKind::kVolume;

@@ -57,7 +57,10 @@ constexpr const char* kKindNames[] = {
 };
 static_assert(std::size(kKindNames) == OPENFAB_ARG_DERIVED + 1);
 
-constexpr const char* kStageNames[] = {"surface", "surface_bounds", "volume", "volume_bounds"};
+constexpr const char* kStageNames[] = {
+    "surface",       "surface_bounds", "volume",  "volume_bounds",
+    "surface_phase", "volume_phase",   "derived",
+};
 constexpr const char* kUniformKindNames[] = {"value", "texture2d", "material", "texture3d",
                                              "object"};
 static_assert(std::size(kUniformKindNames) == OPENFAB_UNIFORM_OBJECT + 1);
@@ -176,8 +179,8 @@ std::string print(const Stage& stage) {
     for (size_t id = 0; id < stage.instrs.size(); ++id)
         print_instr(stage.instrs[id], id, &out);
     for (const Print& p : stage.prints) {
-        fmt::format_to(std::back_inserter(out), "    {} {}\n", p.is_assert ? "assert" : "print",
-                       quoted(p.format));
+        fmt::format_to(std::back_inserter(out), "    {} {} {} {}\n",
+                       p.is_assert ? "assert" : "print", quoted(p.format), p.line, p.column);
     }
     for (const Output& output : stage.outputs) {
         fmt::format_to(std::back_inserter(out), "    output {} {} {} {} %{}\n", output.name,

@@ -151,7 +151,9 @@ class Reader {
         } else if (word == "stage") {
             read_stage();
         } else if ((word == "print" || word == "assert") && stage_ != nullptr) {
-            stage_->prints.push_back({next(), word == "assert", {}});
+            Print p{next(), word == "assert", next_int(), 0};
+            p.column = next_int();
+            stage_->prints.push_back(std::move(p));
         } else if (word == "output" && stage_ != nullptr) {
             read_output();
         } else {

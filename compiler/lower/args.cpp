@@ -86,6 +86,9 @@ KernelArgs collect_args(const ir::Stage& stage) {
     for (size_t id = 0; id < stage.instrs.size(); ++id) {
         if (live[id]) add_instr(stage.instrs[id], &args.inputs);
     }
+    if (stage.kind == ir::StageKind::kSurfacePhase || stage.kind == ir::StageKind::kVolumePhase) {
+        args.inputs.push_back(make_arg(OPENFAB_ARG_GROUPS, OPENFAB_INT, 0, 0));
+    }
     std::sort(args.inputs.begin(), args.inputs.end(),
               [](const auto& x, const auto& y) { return sort_key(x) < sort_key(y); });
     const auto same = [](const auto& x, const auto& y) { return sort_key(x) == sort_key(y); };

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compiler/lower/fablet_data.h"
 
+#include <fmt/format.h>
+
 #include "compiler/lower/args.h"
 #include "compiler/lower/compile.h"
 
@@ -10,11 +12,22 @@ namespace openfab::lower {
 std::vector<KernelPlace> kernel_places(const passes::KernelStages& stages) {
     std::vector<KernelPlace> out;
     const auto add = [&](const ir::Stage& stage, openfab_kernel openfab_fablet::*kernel) {
-        if (!stage.outputs.empty()) out.push_back({&stage, kernel, schedule_name(stage.kind)});
+        if (stage.outputs.empty()) return;
+        out.push_back({&stage, kernel, nullptr, 0, schedule_name(stage.kind)});
     };
-    add(stages.surface, &openfab_fablet::surface);
+    const auto add_phases = [&](const passes::PhasedStage& phased,
+                                openfab_phases openfab_fablet::*phases) {
+        for (size_t k = 0; k < phased.kernels.size(); ++k) {
+            const ir::Stage& stage = phased.kernels[k];
+            out.push_back(
+                {&stage, nullptr, phases, k, fmt::format("{}{}", schedule_name(stage.kind), k)});
+        }
+    };
+    if (stages.surface_phases.steps.empty()) add(stages.surface, &openfab_fablet::surface);
+    add_phases(stages.surface_phases, &openfab_fablet::surface_phases);
     add(stages.surface_bounds, &openfab_fablet::surface_bounds);
-    add(stages.volume, &openfab_fablet::volume);
+    if (stages.volume_phases.steps.empty()) add(stages.volume, &openfab_fablet::volume);
+    add_phases(stages.volume_phases, &openfab_fablet::volume_phases);
     add(stages.volume_bounds, &openfab_fablet::volume_bounds);
     return out;
 }
@@ -35,6 +48,35 @@ const openfab_varying* FabletData::keep_varyings(const std::vector<ir::Varying>&
 openfab_kernel FabletData::make_kernel_entry(const ir::Stage& stage) {
     const std::vector<openfab_arg>& args = args_.emplace_back(collect_args(stage).all());
     return {{nullptr, nullptr}, static_cast<int32_t>(args.size()), args.data()};
+}
+
+openfab_phases FabletData::make_phases(const passes::PhasedStage& phased) {
+    std::vector<openfab_kernel>& kernels = kernels_.emplace_back();
+    for (const ir::Stage& stage : phased.kernels)
+        kernels.push_back(make_kernel_entry(stage));
+    std::vector<openfab_query>& queries = queries_.emplace_back();
+    for (const passes::PhaseQuery& q : phased.queries) {
+        const auto& outputs = query_outputs_.emplace_back(q.outputs);
+        queries.push_back({q.object,
+                           q.guard,
+                           {q.point[0], q.point[1], q.point[2]},
+                           static_cast<int32_t>(outputs.size()),
+                           outputs.data()});
+    }
+    std::vector<openfab_print>& prints = prints_.emplace_back();
+    for (const passes::PhasePrint& p : phased.prints) {
+        const auto& values = values_.emplace_back(p.values);
+        prints.push_back({keep(p.print.format), p.print.is_assert ? 1 : 0, p.print.line,
+                          p.print.column, p.guard, static_cast<int32_t>(values.size()),
+                          values.data()});
+    }
+    std::vector<openfab_scalar_type>& states = states_.emplace_back();
+    for (const ir::Type type : phased.states)
+        states.push_back(scalar_type(type));
+    const auto& steps = steps_.emplace_back(phased.steps);
+    const auto count = [](const auto& list) { return static_cast<int32_t>(list.size()); };
+    return {count(steps),   steps.data(),  count(kernels), kernels.data(), count(queries),
+            queries.data(), count(prints), prints.data(),  count(states),  states.data()};
 }
 
 FabletData::FabletData(const FabletUnit& unit) {
@@ -62,8 +104,19 @@ FabletData::FabletData(const FabletUnit& unit) {
     table_.surface_outputs = keep_varyings(fablet.surface_outputs);
     table_.nearest_count = static_cast<int32_t>(fablet.nearest.size());
     table_.nearest = keep_varyings(fablet.nearest);
-    for (const KernelPlace& place : kernel_places(*unit.stages))
-        table_.*place.kernel = make_kernel_entry(*place.stage);
+    const passes::KernelStages& stages = *unit.stages;
+    for (const KernelPlace& place : kernel_places(stages)) {
+        if (place.kernel != nullptr) table_.*place.kernel = make_kernel_entry(*place.stage);
+    }
+    // Of a stage in phases the table has the argument list all the same.
+    if (!stages.surface_phases.steps.empty()) {
+        table_.surface = make_kernel_entry(stages.surface);
+        table_.surface_phases = make_phases(stages.surface_phases);
+    }
+    if (!stages.volume_phases.steps.empty()) {
+        table_.volume = make_kernel_entry(stages.volume);
+        table_.volume_phases = make_phases(stages.volume_phases);
+    }
 }
 
 }  // namespace openfab::lower

@@ -26,8 +26,10 @@ struct FabletUnit {
 /// A kernel of a fablet before it is compiled.
 struct KernelPlace {
     const ir::Stage* stage = nullptr;
-    openfab_kernel openfab_fablet::*kernel = nullptr;
-    std::string name;  ///< in C names: "volume"
+    openfab_kernel openfab_fablet::*kernel = nullptr;  ///< null for a kernel of phases
+    openfab_phases openfab_fablet::*phases = nullptr;
+    size_t phase = 0;  ///< place among the kernels of `phases`
+    std::string name;  ///< in C names: "volume", "volume_phase3"
 };
 
 /// The kernels that a fablet has, in the order of the table.
@@ -42,8 +44,12 @@ class FabletData {
 
     /// Valid while this object lives.
     const openfab_fablet& table() const { return table_; }
+    const openfab_kernel& kernel(const KernelPlace& place) const {
+        return place.kernel != nullptr ? table_.*place.kernel
+                                       : (table_.*place.phases).kernels[place.phase];
+    }
     void set_function(const KernelPlace& place, openfab_isa isa, openfab_kernel_fn function) {
-        (table_.*place.kernel).fn[isa] = function;
+        const_cast<openfab_kernel&>(kernel(place)).fn[isa] = function;
     }
 
   private:
@@ -51,6 +57,7 @@ class FabletData {
     const uint32_t* keep_bits(const std::vector<uint32_t>& bits);
     const openfab_varying* keep_varyings(const std::vector<ir::Varying>& varyings);
     openfab_kernel make_kernel_entry(const ir::Stage& stage);
+    openfab_phases make_phases(const passes::PhasedStage& phased);
 
     openfab_fablet table_{};
     std::deque<std::string> strings_;
@@ -58,6 +65,13 @@ class FabletData {
     std::vector<openfab_uniform> uniforms_;
     std::deque<std::vector<openfab_varying>> varyings_;
     std::deque<std::vector<openfab_arg>> args_;
+    std::deque<std::vector<openfab_kernel>> kernels_;
+    std::deque<std::vector<openfab_step>> steps_;
+    std::deque<std::vector<openfab_query>> queries_;
+    std::deque<std::vector<openfab_query_output>> query_outputs_;
+    std::deque<std::vector<openfab_print>> prints_;
+    std::deque<std::vector<int32_t>> values_;
+    std::deque<std::vector<openfab_scalar_type>> states_;
 };
 
 }  // namespace openfab::lower

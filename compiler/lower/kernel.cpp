@@ -38,9 +38,15 @@ StageNames names_of(ir::StageKind kind) {
         case ir::StageKind::kVolume:
             return {"volume", "weights"};
         case ir::StageKind::kVolumeBounds:
+            return {"volume_bounds", "bounds"};
+        case ir::StageKind::kSurfacePhase:
+            return {"surface_phase", "phase"};
+        case ir::StageKind::kVolumePhase:
+            return {"volume_phase", "phase"};
+        case ir::StageKind::kDerived:
             break;
     }
-    return {"volume_bounds", "bounds"};
+    return {"derived", "derived"};
 }
 
 class StageLowering {
@@ -68,6 +74,10 @@ class StageLowering {
     using Key = std::array<int32_t, 3>;
 
     bool volume() const { return stage_.kind == ir::StageKind::kVolume; }
+    bool phase() const {
+        return stage_.kind == ir::StageKind::kSurfacePhase ||
+               stage_.kind == ir::StageKind::kVolumePhase;
+    }
 
     void add_input(const openfab_arg& arg) {
         const std::string name = arg_name(arg);
@@ -115,7 +125,14 @@ class StageLowering {
     /// outside is read.
     Expr place_along(const Halide::ImageParam& image, int dimension) const {
         if (volume()) return n_;
+        if (phase()) return listed_group() / (kSide * kSide);
         return Halide::min(group_ * kLanes + lane_, image.dim(dimension).extent() - 1);
+    }
+
+    /// The group that stands at this place in the list of a kernel of phases.
+    Expr listed_group() const {
+        const Halide::ImageParam& groups = buffers_.at({OPENFAB_ARG_GROUPS, 0, 0});
+        return groups(group_);
     }
 
     Value load(const Key& key, Type type) const {
@@ -124,6 +141,7 @@ class StageLowering {
         }
         const Halide::ImageParam& image = buffers_.at(key);
         if (volume()) return from_storage(type, image(z_, x_, y_, n_));
+        if (phase()) return from_storage(type, image(listed_group() * kLanes + lane_));
         return from_storage(type, image(place_along(image, 0)));
     }
 
@@ -132,7 +150,10 @@ class StageLowering {
         const Halide::ImageParam& blocks = buffers_.at({OPENFAB_ARG_BLOCKS, 0, 0});
         Value index{Type::kInt, blocks(instr.a, place_along(blocks, 1))};
         if (instr.kind == ir::kVoxelCoord) {
-            const std::array<Var, 3> axes = {x_, y_, z_};
+            std::array<Expr, 3> axes = {x_, y_, z_};
+            if (phase()) {
+                axes = {listed_group() % kSide, listed_group() / kSide % kSide, lane_};
+            }
             index = index + Value{Type::kInt, axes[static_cast<size_t>(instr.a)]};
         } else if (instr.kind == ir::kVoxelCoordHi) {
             const Value size{Type::kInt, scalars_.at({OPENFAB_ARG_BLOCK_SIZE, 0, 0})};
@@ -279,6 +300,17 @@ class StageLowering {
             bool first = true;
             for (auto& buffer : result.output_buffers()) {
                 shape_blocks(&buffer, first);
+                first = false;
+            }
+        } else if (phase()) {
+            kernel->output = result;
+            result.bound(lane_, 0, kLanes);
+            bool first = true;
+            for (auto& buffer : result.output_buffers()) {
+                buffer.dim(0).set_stride(1);
+                buffer.dim(1).set_stride(kLanes);
+                if (first) buffer.dim(0).set_bounds(0, kLanes);
+                if (first) buffer.dim(1).set_min(0);
                 first = false;
             }
         } else {

@@ -6,7 +6,8 @@
 // second "x" to "x$1"):
 //
 //   volume      weights(z, x, y, n)                          the output
-//   others      vertices | patches | bounds (lane, group)    8 places of n at a time
+//   phases      phase(lane, group)                           the output; group counts the listed
+//   ones others      vertices | patches | bounds (lane, group)    8 places of n at a time
 //               store(n)                                     the output, from the Func above;
 //               writes only what n holds
 //   values_k(lane, …)         what later Funcs need of a stretch of the stage's operations

@@ -108,7 +108,14 @@ class TableWriter {
             line("int {}(void** args);", name);
             functions[static_cast<size_t>(isa)] = name;
         }
-        const std::string name = fmt::format("openfab_f{}_{}_args", fablet, place.name);
+        const std::string args = fmt::format("openfab_f{}_{}_args", fablet, place.name);
+        return write_args(args, functions, kernel);
+    }
+
+    std::string write_args(const std::string& name,
+                           const std::array<std::string, OPENFAB_ISA_COUNT>& functions,
+                           const openfab_kernel& kernel) {
+        if (kernel.arg_count == 0) return "{{0, 0}, 0, 0}";
         line("static const struct openfab_arg {}[] = {{", name);
         for (int32_t k = 0; k < kernel.arg_count; ++k) {
             const openfab_arg& arg = kernel.args[k];
@@ -120,6 +127,62 @@ class TableWriter {
                            name);
     }
 
+    /// The lists that a stage's phases consist of; the initialiser of openfab_phases is returned.
+    std::string write_phases(const std::string& prefix, const std::vector<std::string>& kernels,
+                             const openfab_phases& phases) {
+        if (phases.step_count == 0) return "{0}";
+        line("static const struct openfab_step {}_steps[] = {{", prefix);
+        for (const openfab_step& s : listed(phases.steps, phases.step_count))
+            line("    {{{}, {}, {}}},", static_cast<int>(s.kind), s.a, s.b);
+        line("}};");
+        line("static const struct openfab_kernel {}_kernels[] = {{{}}};", prefix,
+             fmt::join(kernels, ", "));
+        const auto queries = listed(phases.queries, phases.query_count);
+        for (size_t k = 0; k < queries.size(); ++k) {
+            line("static const struct openfab_query_output {}_q{}[] = {{", prefix, k);
+            for (const openfab_query_output& o :
+                 listed(queries[k].outputs, queries[k].output_count)) {
+                line("    {{{}, {}, {}, {}}},", static_cast<int>(o.kind), o.a, o.b, o.state);
+            }
+            line("    {{0}}}};");
+        }
+        line("static const struct openfab_query {}_queries[] = {{", prefix);
+        for (size_t k = 0; k < queries.size(); ++k) {
+            const openfab_query& q = queries[k];
+            line("    {{{}, {}, {{{}, {}, {}}}, {}, {}_q{}}},", q.object, q.guard, q.point[0],
+                 q.point[1], q.point[2], q.output_count, prefix, k);
+        }
+        line("    {{0}}}};");
+        const auto prints = listed(phases.prints, phases.print_count);
+        for (size_t k = 0; k < prints.size(); ++k) {
+            line("static const int32_t {}_p{}[] = {{{}{}0}};", prefix, k,
+                 fmt::join(listed(prints[k].values, prints[k].value_count), ", "),
+                 prints[k].value_count > 0 ? ", " : "");
+        }
+        line("static const struct openfab_print {}_prints[] = {{", prefix);
+        for (size_t k = 0; k < prints.size(); ++k) {
+            const openfab_print& p = prints[k];
+            line("    {{{}, {}, {}, {}, {}, {}, {}_p{}}},", quoted(p.format), p.is_assert, p.line,
+                 p.column, p.guard, p.value_count, prefix, k);
+        }
+        line("    {{0}}}};");
+        std::vector<int> states;
+        for (const openfab_scalar_type type : listed(phases.states, phases.state_count))
+            states.push_back(static_cast<int>(type));
+        line("static const enum openfab_scalar_type {}_states[] = {{{}}};", prefix,
+             fmt::join(states, ", "));
+        return fmt::format(
+            "{{{1}, {0}_steps, {2}, {0}_kernels, {3}, {0}_queries, {4}, {0}_prints, {5}, "
+            "{0}_states}}",
+            prefix, phases.step_count, phases.kernel_count, phases.query_count, phases.print_count,
+            phases.state_count);
+    }
+
+    template <typename T>
+    static std::span<const T> listed(const T* first, int32_t count) {
+        return {first, static_cast<size_t>(count)};
+    }
+
     void write_fablet(size_t k) {
         const FabletData data(fablets_[k]);
         const openfab_fablet& table = data.table();
@@ -128,12 +191,35 @@ class TableWriter {
         write_varyings(prefix + "_inputs", table.surface_inputs, table.surface_input_count);
         write_varyings(prefix + "_outputs", table.surface_outputs, table.surface_output_count);
         write_varyings(prefix + "_nearest", table.nearest, table.nearest_count);
-        std::array<std::string, 4> kernels;
+        std::array<std::string, 5> kernels;
         kernels.fill("{{0, 0}, 0, 0}");
+        std::array<std::vector<std::string>, 2> phase_kernels;
         for (const KernelPlace& place : kernel_places(*fablets_[k].stages)) {
-            const auto slot = static_cast<size_t>(place.stage->kind);
-            kernels[slot] = write_kernel(k, place, table.*place.kernel);
+            const std::string text = write_kernel(k, place, data.kernel(place));
+            switch (place.stage->kind) {
+                case ir::StageKind::kSurfacePhase:
+                    phase_kernels[0].push_back(text);
+                    break;
+                case ir::StageKind::kVolumePhase:
+                    phase_kernels[1].push_back(text);
+                    break;
+                case ir::StageKind::kDerived:
+                    kernels[4] = text;
+                    break;
+                default:
+                    kernels[static_cast<size_t>(place.stage->kind)] = text;
+            }
         }
+        if (table.surface_phases.step_count > 0) {
+            kernels[0] = write_args(prefix + "_surface_args", {"0", "0"}, table.surface);
+        }
+        if (table.volume_phases.step_count > 0) {
+            kernels[2] = write_args(prefix + "_volume_args", {"0", "0"}, table.volume);
+        }
+        const std::string surface_phases =
+            write_phases(prefix + "_surface", phase_kernels[0], table.surface_phases);
+        const std::string volume_phases =
+            write_phases(prefix + "_volume", phase_kernels[1], table.volume_phases);
         line("static const struct openfab_fablet {} = {{", prefix);
         line("    OPENFAB_ABI_VERSION, {}, {}, {}ull,", quoted(table.name),
              quoted(table.source_name), table.hash);
@@ -143,7 +229,9 @@ class TableWriter {
         line("    {}, {}, {}_inputs, {}, {}_outputs, {}, {}_nearest,", table.has_surface,
              table.surface_input_count, prefix, table.surface_output_count, prefix,
              table.nearest_count, prefix);
-        line("    {}}};", fmt::join(kernels, ",\n    "));
+        line("    {},", fmt::join(kernels.begin(), kernels.begin() + 4, ",\n    "));
+        line("    {}, {},", surface_phases, volume_phases);
+        line("    {}, {}}};", table.derived_count, kernels[4]);
     }
 
     const std::vector<FabletUnit>& fablets_;

@@ -7,6 +7,7 @@
 
 #include "compiler/passes/attach_footprints.h"
 #include "compiler/passes/bound_displacement.h"
+#include "compiler/passes/cut_phases.h"
 #include "compiler/passes/eliminate_common_values.h"
 #include "compiler/passes/eliminate_dead_values.h"
 #include "compiler/passes/expand_functions.h"
@@ -36,6 +37,20 @@ class Runner {
         const std::string fault = ir::verify(*stage);
         if (!fault.empty()) result_->fault = std::string("after ") + name + ": " + fault;
         if (options_.after) options_.after(name, *stage);
+    }
+
+    void cut(const ir::Stage& stage, PhasedStage* out) {
+        if (!needs_phases(stage)) return;
+        ir::Stage copy = stage;
+        ir::drop_dead_values(&copy);
+        const auto begin = std::chrono::steady_clock::now();
+        *out = cut_phases(copy);
+        const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - begin;
+        add_time("cut_phases", spent.count());
+        for (ir::Stage& kernel : out->kernels) {
+            run("cut_phases", &kernel, [](ir::Stage* /*stage*/) {});
+            clean(&kernel);
+        }
     }
 
     void clean(ir::Stage* stage) {
@@ -81,6 +96,7 @@ const std::vector<PassName>& pass_names() {
         {"bound_displacement", false},
         {"expand_functions", false},
         {"hoist_invariants", true},
+        {"cut_phases", false},
     };
     return names;
 }
@@ -104,6 +120,7 @@ PipelineResult run_pipeline(const ir::Fablet& fablet, const PipelineOptions& opt
     runner.write_out(&stages.volume_bounds);
     runner.write_out(&stages.volume);
     runner.run("hoist_invariants", &stages.volume, hoist_invariants);
+    runner.cut(stages.volume, &stages.volume_phases);
 
     if (!fablet.has_surface) return result;
     stages.surface = fablet.surface;
@@ -120,6 +137,7 @@ PipelineResult run_pipeline(const ir::Fablet& fablet, const PipelineOptions& opt
     runner.clean(&stages.surface);
     runner.write_out(&stages.surface);
     runner.run("hoist_invariants", &stages.surface, hoist_invariants);
+    runner.cut(stages.surface, &stages.surface_phases);
     return result;
 }
 

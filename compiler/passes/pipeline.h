@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "compiler/ir/ir.h"
+#include "compiler/passes/cut_phases.h"
 
 namespace openfab::passes {
 
@@ -30,6 +31,9 @@ struct KernelStages {
     ir::Stage surface_bounds;  ///< outputs DISPLACEMENT_LO/HI, SURFACE_OUT_LO/HI
     ir::Stage volume;          ///< outputs WEIGHT
     ir::Stage volume_bounds;   ///< outputs WEIGHT_LO/HI
+    /// Where a stage must be cut: what is compiled in its place. No steps otherwise.
+    PhasedStage surface_phases;
+    PhasedStage volume_phases;
 };
 
 struct PassTime {

@@ -74,7 +74,7 @@ ir::Stage* member(passes::KernelStages* stages, ir::StageKind kind) {
             return &stages->surface_bounds;
         case ir::StageKind::kVolume:
             return &stages->volume;
-        case ir::StageKind::kVolumeBounds:
+        default:
             break;
     }
     return &stages->volume_bounds;
@@ -88,7 +88,7 @@ const openfab_kernel& member(const openfab_fablet& fablet, ir::StageKind kind) {
             return fablet.surface_bounds;
         case ir::StageKind::kVolume:
             return fablet.volume;
-        case ir::StageKind::kVolumeBounds:
+        default:
             break;
     }
     return fablet.volume_bounds;

@@ -1,0 +1,442 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "compiler/passes/cut_phases.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+namespace openfab::passes {
+
+namespace {
+
+using ir::Instr;
+using ir::kNoValue;
+using ir::Op;
+using ir::Type;
+using ir::ValueId;
+
+// Operations that are done again rather than kept as state, which costs a store, a copy and a load.
+constexpr int kCheap = 4;
+constexpr int kNotCheap = 1 << 20;
+constexpr int32_t kLive = 0;
+
+bool is_cut(Op op) {
+    return op == Op::kLoop || op == Op::kQuery || op == Op::kPrint;
+}
+
+/// What other kernels find in a state without more ado.
+bool is_kept(Op op) {
+    return op == Op::kLoopVar || op == Op::kLoopResult || op == Op::kQueryResult;
+}
+
+/// The body of a loop, or the stage. Its segments 0, 1, … are straight-line code; the cuts of level
+/// k come between segment k and k + 1.
+struct Region {
+    ValueId loop = kNoValue;
+    size_t last = 0;            ///< segment
+    std::vector<ValueId> cuts;  ///< in the order of the program
+    int32_t active = kLive;     ///< state: the places at work
+};
+
+class Cutter {
+  public:
+    explicit Cutter(const ir::Stage& stage) : stage_(stage), ends_(ir::loop_ends(stage)) {
+        phases_kind_ = stage.kind == ir::StageKind::kVolume ? ir::StageKind::kVolumePhase
+                                                            : ir::StageKind::kSurfacePhase;
+    }
+
+    PhasedStage run() {
+        new_state(Type::kBool);
+        find_regions();
+        find_levels();
+        find_segments();
+        find_costs();
+        number_states();
+        run_region(kNoValue);
+        return std::move(out_);
+    }
+
+  private:
+    const Instr& at(ValueId id) const { return stage_.instrs[id]; }
+    Region& region_of(ValueId id) { return regions_.at(inside_[id]); }
+
+    int32_t new_state(Type type) {
+        out_.states.push_back(type);
+        return static_cast<int32_t>(out_.states.size() - 1);
+    }
+
+    void find_regions() {
+        regions_[kNoValue] = {};
+        std::vector<ValueId> open;
+        for (ValueId id = 0; id < stage_.instrs.size(); ++id) {
+            const Op op = at(id).op;
+            if (op == Op::kLoopEnd) open.pop_back();
+            inside_.push_back(open.empty() ? kNoValue : open.back());
+            if (is_cut(op)) region_of(id).cuts.push_back(id);
+            if (op == Op::kLoop) {
+                regions_[id].loop = id;
+                open.push_back(id);
+            }
+        }
+    }
+
+    /// What stands for `id` in the region: itself, or the loop directly in the region around it.
+    ValueId in_region(ValueId id, ValueId region) const {
+        while (inside_[id] != region)
+            id = inside_[id];
+        return id;
+    }
+    bool encloses(ValueId region, ValueId id) const {
+        for (ValueId loop = inside_[id]; loop != region; loop = inside_[loop]) {
+            if (loop == kNoValue) return false;
+        }
+        return true;
+    }
+
+    /// Cuts come as early as what they need allows, so that queries that do not depend on each
+    /// other share a level; prints, and loops that print, keep their order.
+    void find_levels() {
+        const size_t count = stage_.instrs.size();
+        std::vector<size_t> ready(count, 0);  // first segment of its region that may use the value
+        level_.assign(count, 0);
+        std::map<ValueId, size_t> after_print;  // by region
+        for (ValueId id = 0; id < count; ++id) {
+            const Instr& instr = at(id);
+            // A loop needs what its body uses; an instruction is charged to all loops around it.
+            const bool ends = instr.op == Op::kLoopEnd;
+            for (const ValueId arg : instr.args) {
+                if (at(arg).op == Op::kLoop || (ends && inside_[arg] == instr.args[0])) continue;
+                ValueId user = ends ? instr.args[0] : id;
+                while (true) {
+                    if (inside_[user] == inside_[arg]) {
+                        ready[user] = std::max(ready[user], ready[arg]);
+                    }
+                    if (inside_[user] == kNoValue || inside_[user] == inside_[arg]) break;
+                    user = inside_[user];
+                }
+            }
+            if (instr.op == Op::kPrint) {
+                for (ValueId user = id;; user = inside_[user]) {
+                    size_t& next = after_print[inside_[user]];
+                    ready[user] = std::max(ready[user], next);
+                    next = ready[user];
+                    if (inside_[user] == kNoValue) break;
+                }
+            }
+            if (ends && after_print.count(instr.args[0]) != 0) {
+                size_t& next = after_print[inside_[id]];
+                next = std::max(next, ready[instr.args[0]]);
+            }
+            if (instr.op == Op::kQuery || instr.op == Op::kPrint) level_[id] = ready[id];
+            if (instr.op == Op::kLoopEnd) {
+                const ValueId loop = instr.args[0];
+                level_[loop] = ready[loop];
+                ready[id] = ready[loop] + 1;
+            }
+            if (instr.op == Op::kQuery) ++ready[id];
+        }
+        for (auto& item : regions_) {
+            Region& region = item.second;
+            for (const ValueId cut : region.cuts)
+                region.last = std::max(region.last, level_[cut] + 1);
+        }
+    }
+
+    /// Values come as late as their first use allows: what is used in one segment only is no state.
+    void find_segments() {
+        const size_t count = stage_.instrs.size();
+        segment_.resize(count);
+        for (ValueId id = 0; id < count; ++id)
+            segment_[id] = region_of(id).last;
+        for (ValueId id = static_cast<ValueId>(count); id-- > 0;) {
+            const Instr& instr = at(id);
+            for (const ValueId arg : instr.args) {
+                const size_t when = use_segment(id, inside_[arg]);
+                segment_[arg] = std::min(segment_[arg], when);
+            }
+        }
+    }
+
+    /// The segment of `region` in which `user` needs its arguments.
+    size_t use_segment(ValueId user, ValueId region) {
+        const Instr& instr = at(user);
+        if (instr.op == Op::kLoopEnd && instr.args[0] == region) return regions_[region].last;
+        if (instr.op == Op::kLoopEnd) user = instr.args[0];
+        const ValueId item = in_region(user, region);
+        return is_cut(at(item).op) ? level_[item] : segment_[item];
+    }
+
+    /// Of computing a value anew from inputs.
+    void find_costs() {
+        for (ValueId id = 0; id < stage_.instrs.size(); ++id)
+            cost_.push_back(cost_of(at(id)));
+    }
+    int cost_of(const Instr& instr) const {
+        switch (instr.op) {
+            case Op::kConst:
+                return 0;
+            case Op::kInput:
+                return instr.kind == OPENFAB_ARG_UNIFORM || instr.kind == OPENFAB_ARG_FRAME ? 0 : 1;
+            case Op::kDiv:
+            case Op::kMod:
+            case Op::kSqrt:
+            case Op::kSample:
+            case Op::kLoop:
+            case Op::kLoopVar:
+            case Op::kLoopEnd:
+            case Op::kLoopResult:
+            case Op::kQuery:
+            case Op::kQueryResult:
+            case Op::kPrint:
+                return kNotCheap;
+            default:
+                break;
+        }
+        int cost = 1;
+        for (const ValueId arg : instr.args)
+            cost = std::min(cost + cost_[arg], kNotCheap);
+        return cost;
+    }
+    bool is_again(ValueId id) const { return at(id).op == Op::kInput || cost_[id] <= kCheap; }
+
+    void number_states() {
+        for (ValueId id = 0; id < stage_.instrs.size(); ++id) {
+            const Instr& instr = at(id);
+            if (instr.op == Op::kLoop) regions_[id].active = new_state(Type::kBool);
+            if (instr.op == Op::kLoopVar) state_[id] = new_state(instr.type);
+            if (instr.op == Op::kQueryResult) state_[id] = new_state(instr.type);
+            if (instr.op == Op::kLoopResult) {
+                const ValueId loop = at(instr.args[0]).args[0];
+                state_[id] = state_.at(loop + 1 + static_cast<ValueId>(instr.a));
+            }
+            if (instr.op == Op::kLoopResult || instr.op == Op::kQueryResult) continue;
+            for (const ValueId arg : instr.args)
+                keep_if_crossing(arg, kernel_that_uses(id));
+        }
+        for (const ir::Output& output : stage_.outputs)
+            keep_if_crossing(output.value, {kNoValue, regions_[kNoValue].last});
+    }
+
+    using Place = std::pair<ValueId, size_t>;  ///< a kernel: region and segment
+
+    Place kernel_that_uses(ValueId user) {
+        const Instr& instr = at(user);
+        if (instr.op == Op::kLoopEnd) return {instr.args[0], regions_[instr.args[0]].last};
+        if (instr.op == Op::kLoopVar) user = instr.args[0];
+        return {inside_[user], is_cut(at(user).op) ? level_[user] : segment_[user]};
+    }
+
+    void keep_if_crossing(ValueId value, const Place& user) {
+        const Op op = at(value).op;
+        if (is_cut(op) || is_kept(op) || is_again(value) || state_.count(value) != 0) return;
+        if (user != Place{inside_[value], segment_[value]}) {
+            state_[value] = new_state(at(value).type);
+        }
+    }
+
+    // --- kernels
+
+    /// One segment of one region, as a kernel in the making.
+    class Kernel {
+      public:
+        Kernel(Cutter* cutter, ValueId region, size_t segment)
+            : cutter_(*cutter), region_(region), segment_(segment), builder_(&stage_) {
+            stage_.kind = cutter->phases_kind_;
+        }
+
+        ir::Builder& builder() { return builder_; }
+        ir::Stage& stage() { return stage_; }
+        bool empty() const { return stage_.outputs.empty(); }
+
+        ValueId get(ValueId id) {
+            const auto found = made_.find(id);
+            if (found != made_.end()) return found->second;
+            const Instr& instr = cutter_.at(id);
+            ValueId value = kNoValue;
+            const bool here = cutter_.inside_[id] == region_ && cutter_.segment_[id] == segment_;
+            const auto state = cutter_.state_.find(id);
+            if (state != cutter_.state_.end() && (is_kept(instr.op) || !here)) {
+                value = read(state->second, instr.type);
+            } else {
+                value = copy(instr);
+            }
+            made_[id] = value;
+            return value;
+        }
+
+        ValueId read(int32_t state, Type type) {
+            return builder_.input(type, OPENFAB_ARG_STATE, state, 0);
+        }
+
+        void write(int32_t state, ValueId value) {
+            stage_.outputs.push_back(
+                {fmt::format("state_{}", state), OPENFAB_ARG_STATE_OUT, state, 0, value});
+        }
+
+        ValueId active() { return read(cutter_.regions_.at(region_).active, Type::kBool); }
+
+      private:
+        ValueId copy(const Instr& instr) {
+            Instr out = instr;
+            for (ValueId& arg : out.args)
+                arg = get(arg);
+            builder_.set_span(instr.span);
+            if (instr.op == Op::kSample && region_ != kNoValue) {
+                out.args[0] = builder_.emit(Op::kAnd, {out.args[0], active()});
+            }
+            return builder_.append(std::move(out));
+        }
+
+        Cutter& cutter_;
+        const ValueId region_;
+        const size_t segment_;
+        ir::Stage stage_;
+        ir::Builder builder_;
+        std::map<ValueId, ValueId> made_;
+    };
+
+    void run_region(ValueId loop) {
+        const Region& region = regions_.at(loop);
+        for (size_t k = 0; k <= region.last; ++k) {
+            make_kernel(region, k);
+            for (const ValueId cut : region.cuts) {
+                if (level_[cut] == k && k < region.last) run_cut(cut);
+            }
+        }
+    }
+
+    void add_step(openfab_step_kind kind, size_t a, size_t b = 0) {
+        out_.steps.push_back({kind, static_cast<int32_t>(a), static_cast<int32_t>(b)});
+    }
+
+    void run_cut(ValueId cut) {
+        switch (at(cut).op) {
+            case Op::kQuery:
+                add_step(OPENFAB_STEP_QUERY, query_of_.at(cut));
+                return;
+            case Op::kPrint:
+                add_step(OPENFAB_STEP_PRINT, print_of_.at(cut));
+                return;
+            default:
+                break;
+        }
+        const auto active = static_cast<size_t>(regions_.at(cut).active);
+        const size_t head = out_.steps.size();
+        add_step(OPENFAB_STEP_LOOP, active);
+        run_region(cut);
+        add_step(OPENFAB_STEP_LOOP_END, active, head + 1);
+        out_.steps[head].b = static_cast<int32_t>(out_.steps.size());
+    }
+
+    void make_kernel(const Region& region, size_t segment) {
+        Kernel kernel(this, region.loop, segment);
+        for (ValueId id = 0; id < stage_.instrs.size(); ++id) {
+            if (inside_[id] != region.loop || segment_[id] != segment) continue;
+            const Op op = at(id).op;
+            if (is_cut(op) || is_kept(op) || op == Op::kLoopEnd || is_again(id)) continue;
+            const ValueId value = kernel.get(id);
+            if (const auto state = state_.find(id); state != state_.end()) {
+                kernel.write(state->second, value);
+            }
+        }
+        for (const ValueId cut : region.cuts) {
+            if (level_[cut] == segment && segment < region.last) prepare_cut(cut, &kernel);
+        }
+        if (segment == region.last) finish_region(region, &kernel);
+        if (kernel.empty()) return;
+        add_step(OPENFAB_STEP_KERNEL, out_.kernels.size());
+        out_.kernels.push_back(std::move(kernel.stage()));
+    }
+
+    /// What a cut reads is state, written by the kernel before it.
+    void prepare_cut(ValueId cut, Kernel* kernel) {
+        const Instr& instr = at(cut);
+        const ValueId guard =
+            kernel->builder().emit(Op::kAnd, {kernel->get(instr.args[0]), kernel->active()});
+        const auto keep = [&](ValueId value) {
+            const int32_t state = new_state(at(value).type);
+            kernel->write(state, kernel->get(value));
+            return state;
+        };
+        if (instr.op == Op::kLoop) {
+            kernel->write(regions_.at(cut).active, guard);
+            for (ValueId var = cut + 1; at(var).op == Op::kLoopVar; ++var) {
+                kernel->write(state_.at(var), kernel->get(at(var).args[1]));
+            }
+            return;
+        }
+        const int32_t guard_state = new_state(Type::kBool);
+        kernel->write(guard_state, guard);
+        if (instr.op == Op::kPrint) {
+            PhasePrint print{stage_.prints[static_cast<size_t>(instr.a)], guard_state, {}, {}};
+            for (size_t k = 1; k < instr.args.size(); ++k) {
+                print.values.push_back(keep(instr.args[k]));
+                print.types.push_back(at(instr.args[k]).type);
+            }
+            print_of_[cut] = out_.prints.size();
+            out_.prints.push_back(std::move(print));
+            return;
+        }
+        PhaseQuery query{instr.a, guard_state, {}, {}};
+        for (size_t k = 0; k < query.point.size(); ++k)
+            query.point[k] = keep(instr.args[k + 1]);
+        for (ValueId id = cut + 1; id < stage_.instrs.size(); ++id) {
+            const Instr& result = at(id);
+            if (result.op != Op::kQueryResult || result.args[0] != cut) continue;
+            query.outputs.push_back({static_cast<openfab_query_result>(result.kind), result.a,
+                                     result.b, state_.at(id)});
+        }
+        query_of_[cut] = out_.queries.size();
+        out_.queries.push_back(std::move(query));
+    }
+
+    /// The loop's next trip, or the stage's outputs.
+    void finish_region(const Region& region, Kernel* kernel) {
+        if (region.loop == kNoValue) {
+            for (ir::Output output : stage_.outputs) {
+                output.value = kernel->get(output.value);
+                kernel->stage().outputs.push_back(std::move(output));
+            }
+            return;
+        }
+        const Instr& end = at(ends_[region.loop]);
+        const ValueId active = kernel->active();
+        for (size_t k = ir::kLoopEndNext; k < end.args.size(); ++k) {
+            const ValueId var = region.loop + 1 + static_cast<ValueId>(k - ir::kLoopEndNext);
+            if (end.args[k] == var) continue;
+            const ValueId next = kernel->get(end.args[k]);
+            kernel->write(state_.at(var), kernel->builder().select(active, next, kernel->get(var)));
+        }
+        const ValueId again = kernel->builder().emit(Op::kAnd, {active, kernel->get(end.args[1])});
+        kernel->write(region.active, again);
+    }
+
+    const ir::Stage& stage_;
+    const std::vector<ValueId> ends_;
+    ir::StageKind phases_kind_;
+    PhasedStage out_;
+    std::map<ValueId, Region> regions_;  ///< by loop
+    std::vector<ValueId> inside_;        ///< the innermost loop around each instruction
+    std::vector<size_t> level_;          ///< of cuts
+    std::vector<size_t> segment_;
+    std::vector<int> cost_;
+    std::map<ValueId, int32_t> state_;
+    std::map<ValueId, size_t> query_of_;
+    std::map<ValueId, size_t> print_of_;
+};
+
+}  // namespace
+
+bool needs_phases(const ir::Stage& stage) {
+    return std::any_of(stage.instrs.begin(), stage.instrs.end(),
+                       [](const Instr& instr) { return is_cut(instr.op); });
+}
+
+PhasedStage cut_phases(const ir::Stage& stage) {
+    return Cutter(stage).run();
+}
+
+}  // namespace openfab::passes
