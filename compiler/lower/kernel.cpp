@@ -125,7 +125,10 @@ class StageLowering {
     /// outside is read.
     Expr place_along(const Halide::ImageParam& image, int dimension) const {
         if (volume()) return n_;
-        if (phase()) return listed_group() / (kSide * kSide);
+        if (phase()) {
+            return Halide::unsafe_promise_clamped(listed_group() / (kSide * kSide), 0,
+                                                  image.dim(dimension).extent() - 1);
+        }
         return Halide::min(group_ * kLanes + lane_, image.dim(dimension).extent() - 1);
     }
 
@@ -141,7 +144,12 @@ class StageLowering {
         }
         const Halide::ImageParam& image = buffers_.at(key);
         if (volume()) return from_storage(type, image(z_, x_, y_, n_));
-        if (phase()) return from_storage(type, image(listed_group() * kLanes + lane_));
+        if (phase()) {
+            // The list names groups that the buffers hold.
+            const Expr group = Halide::unsafe_promise_clamped(listed_group(), 0,
+                                                              image.dim(0).extent() / kLanes - 1);
+            return from_storage(type, image(group * kLanes + lane_));
+        }
         return from_storage(type, image(place_along(image, 0)));
     }
 

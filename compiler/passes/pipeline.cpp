@@ -118,8 +118,9 @@ PipelineResult run_pipeline(const ir::Fablet& fablet, const PipelineOptions& opt
                [&](ir::Stage* out) { *out = form_volume_bounds(stages.volume); });
     runner.clean(&stages.volume_bounds);
     runner.write_out(&stages.volume_bounds);
-    runner.write_out(&stages.volume);
+    // Before functions are written out: a function moves as a whole or stays.
     runner.run("hoist_invariants", &stages.volume, hoist_invariants);
+    runner.write_out(&stages.volume);
     runner.cut(stages.volume, &stages.volume_phases);
 
     if (!fablet.has_surface) return result;
@@ -135,8 +136,9 @@ PipelineResult run_pipeline(const ir::Fablet& fablet, const PipelineOptions& opt
     runner.write_out(&stages.surface_bounds);
     runner.run("bound_displacement", &stages.surface, bound_displacement);
     runner.clean(&stages.surface);
-    runner.write_out(&stages.surface);
+    // Before functions are written out: a function moves as a whole or stays.
     runner.run("hoist_invariants", &stages.surface, hoist_invariants);
+    runner.write_out(&stages.surface);
     runner.cut(stages.surface, &stages.surface_phases);
     return result;
 }

@@ -12,6 +12,7 @@
 
 #include "compiler/interp/evaluate.h"
 #include "runtime/abi/kernel_call.h"
+#include "runtime/phases/driver.h"
 
 namespace openfab::testing {
 
@@ -39,6 +40,12 @@ class Lookup : public interp::Environment {
     interp::TextureView texture(int32_t index) const override {
         const TestTexture& t = inputs_.textures.at(static_cast<size_t>(index));
         return {t.texels, t.info};
+    }
+
+    uint32_t query(const ir::Instr& /*query*/, const ir::Instr& result,
+                   std::span<const uint32_t> args) const override {
+        const auto at = [&](size_t k) { return std::bit_cast<float>(args[k]); };
+        return answer(result.kind, result.b, at(1), at(2), at(3));
     }
 
   private:
@@ -94,6 +101,112 @@ const openfab_kernel& member(const openfab_fablet& fablet, ir::StageKind kind) {
     return fablet.volume_bounds;
 }
 
+/// One place's walk through a phased stage.
+class PhaseWalk : public interp::Environment {
+  public:
+    PhaseWalk(const passes::PhasedStage& phased, const interp::Environment& place)
+        : phased_(phased), place_(place), states_(phased.states.size(), 0) {
+        states_[0] = 1;
+    }
+
+    uint32_t input(int32_t kind, int32_t a, int32_t b) const override {
+        return kind == OPENFAB_ARG_STATE ? states_[static_cast<size_t>(a)]
+                                         : place_.input(kind, a, b);
+    }
+    interp::TextureView texture(int32_t index) const override { return place_.texture(index); }
+
+    std::map<int32_t, uint32_t> run() {
+        for (size_t at = 0; at < phased_.steps.size();) {
+            const openfab_step& step = phased_.steps[at++];
+            const auto a = static_cast<size_t>(step.a);
+            if (step.kind == OPENFAB_STEP_KERNEL) run_kernel(phased_.kernels[a]);
+            if (step.kind == OPENFAB_STEP_QUERY) run_query(phased_.queries[a]);
+            const bool loop = step.kind == OPENFAB_STEP_LOOP;
+            const bool end = step.kind == OPENFAB_STEP_LOOP_END;
+            if ((loop && states_[a] == 0) || (end && states_[a] != 0)) {
+                at = static_cast<size_t>(step.b);
+            }
+        }
+        return std::move(outputs_);
+    }
+
+  private:
+    void run_kernel(const ir::Stage& kernel) {
+        const std::vector<uint32_t> values = interp::evaluate(kernel, *this);
+        for (size_t k = 0; k < values.size(); ++k) {
+            const ir::Output& output = kernel.outputs[k];
+            if (output.kind == OPENFAB_ARG_STATE_OUT) {
+                states_[static_cast<size_t>(output.a)] = values[k];
+            } else {
+                outputs_[output.a] = values[k];
+            }
+        }
+    }
+    void run_query(const passes::PhaseQuery& query) {
+        const auto state = [&](int32_t k) { return states_[static_cast<size_t>(k)]; };
+        const auto at = [&](size_t k) { return std::bit_cast<float>(state(query.point[k])); };
+        for (const openfab_query_output& out : query.outputs) {
+            states_[static_cast<size_t>(out.state)] =
+                state(query.guard) == 0 ? 0 : answer(out.kind, out.b, at(0), at(1), at(2));
+        }
+    }
+
+    const passes::PhasedStage& phased_;
+    const interp::Environment& place_;
+    std::vector<uint32_t> states_;
+    std::map<int32_t, uint32_t> outputs_;  ///< by slot
+};
+
+/// Flat buffers of the batch, in whole groups, and the answers to queries.
+class PhaseHost : public phases::Arguments, public phases::Handler {
+  public:
+    PhaseHost(const StageInputs& inputs, size_t places, StageResults* results)
+        : inputs_(inputs), places_((places + 7) / 8 * 8), results_(*results) {}
+
+    const void* input(const openfab_arg& arg) override {
+        if (is_scalar(arg.kind)) return inputs_.values.at({arg.kind, arg.a, arg.b}).data();
+        abi::KernelBuffer& buffer = buffers_.emplace_back();
+        const halide_type_t type = abi::halide_type(arg.scalar);
+        if (arg.kind == OPENFAB_ARG_BLOCKS) {
+            buffer.set_dense(type, inputs_.values.at({arg.kind, 0, 0}).data(), {3, inputs_.places});
+        } else {
+            std::vector<uint32_t>& padded =
+                padded_.emplace_back(inputs_.values.at({arg.kind, arg.a, arg.b}));
+            padded.resize(places_, 0x7fc00000u);
+            buffer.set_dense(type, padded.data(), {static_cast<int32_t>(places_)});
+        }
+        return buffer.raw();
+    }
+    phases::OutputPlace output(const openfab_arg& arg) override {
+        return {results_[static_cast<size_t>(arg.a)].data()};
+    }
+    int query(const openfab_query& query, std::span<const int32_t> groups,
+              const phases::States& states) override {
+        for (const int32_t group : groups) {
+            for (int32_t i = 8 * group; i < 8 * group + 8; ++i) {
+                const auto at = [&](int32_t k) { return std::bit_cast<float>(states[k][i]); };
+                for (int32_t k = 0; k < query.output_count; ++k) {
+                    const openfab_query_output& out = query.outputs[k];
+                    states[out.state][i] = states[query.guard][i] == 0
+                                               ? 0
+                                               : answer(out.kind, out.b, at(query.point[0]),
+                                                        at(query.point[1]), at(query.point[2]));
+                }
+            }
+        }
+        return 0;
+    }
+    void print(const openfab_print& /*print*/, std::span<const int32_t> /*groups*/,
+               const phases::States& /*states*/) override {}
+
+  private:
+    const StageInputs& inputs_;
+    const size_t places_;
+    StageResults& results_;
+    std::deque<abi::KernelBuffer> buffers_;
+    std::deque<std::vector<uint32_t>> padded_;
+};
+
 bool same(ir::Type type, uint32_t a, uint32_t b) {
     if (a == b) return true;
     return type == ir::Type::kFloat && std::isnan(std::bit_cast<float>(a)) &&
@@ -108,6 +221,7 @@ std::unique_ptr<CompiledStage> CompiledStage::make(const ir::Stage& stage,
     out->stage_ = stage;
     passes::KernelStages stages;
     *member(&stages, stage.kind) = stage;
+    if (passes::needs_phases(stage)) stages.volume_phases = passes::cut_phases(stage);
     ir::Fablet fablet;
     fablet.name = "Test";
     auto loaded = lower::load_program({{&fablet, &stages, "test.fl", 1}}, options);
@@ -121,6 +235,8 @@ std::unique_ptr<CompiledStage> CompiledStage::make(const ir::Stage& stage,
 }
 
 StageResults CompiledStage::run(openfab_isa isa, const StageInputs& inputs) const {
+    const openfab_phases& phases = program_->fablets().fablets[0]->volume_phases;
+    if (phases.step_count > 0) return run_phases(phases, isa, inputs);
     const openfab_kernel& kernel = member(*program_->fablets().fablets[0], stage_.kind);
     const bool volume = stage_.kind == ir::StageKind::kVolume;
     const size_t count = place_count(stage_, inputs);
@@ -166,8 +282,48 @@ StageResults CompiledStage::run(openfab_isa isa, const StageInputs& inputs) cons
     return results;
 }
 
+StageResults CompiledStage::run_phases(const openfab_phases& phases, openfab_isa isa,
+                                       const StageInputs& inputs) const {
+    const size_t count = place_count(stage_, inputs);
+    StageResults results(stage_.outputs.size(), std::vector<uint32_t>(count + 8, kUnwritten));
+    PhaseHost host(inputs, count, &results);
+    phases::Driver driver;
+    const std::vector<uint8_t> wanted((count + 7) / 8, 255);
+    EXPECT_EQ(driver.run(phases, isa, wanted, &host, &host), 0);
+    for (auto& result : results) {
+        EXPECT_EQ(result.back(), kUnwritten) << "written past the end";
+        result.resize(count);
+    }
+    return results;
+}
+
+uint32_t answer(int32_t kind, int32_t b, float x, float y, float z) {
+    switch (kind) {
+        case OPENFAB_QUERY_DISTANCE:
+            return std::bit_cast<uint32_t>((x - y) * 0.5f + z);
+        case OPENFAB_QUERY_ATTRIBUTE:
+            return x > y ? 3u : 0xfffffff0u;
+        default:
+            return std::bit_cast<uint32_t>(b == 1 ? y + 0.25f : x - 0.5f);
+    }
+}
+
+StageResults interpret_phases(const ir::Stage& stage, const passes::PhasedStage& phased,
+                              const StageInputs& inputs) {
+    size_t count = place_count(stage, inputs);
+    if (inputs.only > 0) count = std::min(count, inputs.only);
+    StageResults results(stage.outputs.size(), std::vector<uint32_t>(count));
+    for (size_t place = 0; place < count; ++place) {
+        const Lookup lookup(inputs, true, place);
+        for (const auto& [slot, bits] : PhaseWalk(phased, lookup).run())
+            results[static_cast<size_t>(slot)][place] = bits;
+    }
+    return results;
+}
+
 StageResults interpret(const ir::Stage& stage, const StageInputs& inputs) {
-    const size_t count = place_count(stage, inputs);
+    size_t count = place_count(stage, inputs);
+    if (inputs.only > 0) count = std::min(count, inputs.only);
     StageResults results(stage.outputs.size(), std::vector<uint32_t>(count));
     for (size_t place = 0; place < count; ++place) {
         const Lookup lookup(inputs, stage.kind == ir::StageKind::kVolume, place);

@@ -38,13 +38,80 @@ class Generator {
         }
         note(b_.constant(uint32_t{3}));
         note(b_.constant(true));
-        for (int32_t made = 0; made < operations;)
-            made += add_operation() ? 1 : 0;
+        add_operations(operations);
         add_outputs();
         return std::move(stage_);
     }
 
+    void allow_loops() {
+        loops_ = true;
+        stage_.prints = {{"%f %d", false, 1, 2}};
+    }
+
   private:
+    void add_operations(int32_t operations) {
+        for (int32_t made = 0; made < operations;) {
+            const uint32_t draw = loops_ ? random_() % 64 : 0;
+            if (draw == 1 && depth_ < 3) {
+                made += add_loop(operations - made);
+            } else if (draw == 2) {
+                add_query();
+                ++made;
+            } else if (draw == 3 && random_() % 2 == 0) {
+                const ValueId guard = pick(Type::kBool);
+                ir::Instr print;
+                print.op = Op::kPrint;
+                print.type = Type::kBool;
+                print.args = {guard, pick(Type::kFloat), pick(Type::kInt)};
+                b_.append(std::move(print));
+            } else {
+                made += add_operation() ? 1 : 0;
+            }
+        }
+    }
+
+    /// Up to 7 trips, fewer where a value says so; what is inside stays inside.
+    int32_t add_loop(int32_t most) {
+        const ValueId limit = b_.constant(static_cast<int32_t>(1 + random_() % 7));
+        const ValueId zero = b_.constant(int32_t{0});
+        const size_t count = random_() % 4;
+        std::vector<Type> types;
+        std::vector<ValueId> firsts;
+        for (size_t k = 0; k < count; ++k) {
+            types.push_back(static_cast<Type>(random_() % 4));
+            firsts.push_back(pick(types.back()));
+        }
+        const ValueId loop = b_.loop(pick(Type::kBool));
+        const std::map<Type, std::vector<ValueId>> outside = values_;
+        const ValueId counter = b_.loop_var(loop, 0, zero);
+        note(counter);
+        for (size_t k = 0; k < count; ++k)
+            note(b_.loop_var(loop, static_cast<int32_t>(k + 1), firsts[k]));
+        ++depth_;
+        const int32_t inside = std::min(most, static_cast<int32_t>(3 + random_() % 20));
+        add_operations(inside);
+        --depth_;
+        const ValueId next = b_.emit(Op::kAdd, {counter, b_.constant(int32_t{1})});
+        ValueId again = b_.emit(Op::kLt, {next, limit});
+        if (random_() % 3 != 0) again = b_.emit(Op::kAnd, {again, pick(Type::kBool)});
+        std::vector<ValueId> nexts = {next};
+        for (const Type type : types)
+            nexts.push_back(pick(type));
+        const ValueId end = b_.loop_end(loop, again, nexts);
+        values_ = outside;
+        for (size_t k = 0; k < nexts.size(); ++k)
+            note(b_.loop_result(end, static_cast<int32_t>(k)));
+        return inside;
+    }
+
+    void add_query() {
+        const ValueId query = b_.query(
+            -1, pick(Type::kBool), {pick(Type::kFloat), pick(Type::kFloat), pick(Type::kFloat)});
+        note(b_.query_result(query, Type::kFloat, OPENFAB_QUERY_DISTANCE, 0, 0));
+        note(b_.query_result(query, Type::kFloat, OPENFAB_QUERY_POSITION, 0, 1));
+        note(b_.query_result(query, Type::kInt, OPENFAB_QUERY_ATTRIBUTE, 1, 0));
+    }
+
     void note(ValueId value) { values_[b_.type(value)].push_back(value); }
     void add_inputs() {
         for (int32_t k = 0; k < kRandomFloats; ++k) {
@@ -106,6 +173,8 @@ class Generator {
     ir::Stage stage_;
     ir::Builder b_{&stage_};
     std::map<Type, std::vector<ValueId>> values_;
+    bool loops_ = false;
+    int depth_ = 0;
 };
 
 }  // namespace
@@ -143,6 +212,12 @@ int32_t random_int(std::mt19937* random) {
 
 ir::Stage random_stage(uint32_t seed, int32_t operations) {
     return Generator(seed).run(operations);
+}
+
+ir::Stage random_looping_stage(uint32_t seed, int32_t operations) {
+    Generator generator(seed);
+    generator.allow_loops();
+    return generator.run(operations);
 }
 
 }  // namespace openfab::testing

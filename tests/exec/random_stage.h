@@ -22,6 +22,9 @@ constexpr int32_t kIntUniform = 1;
 /// outputs.
 ir::Stage random_stage(uint32_t seed, int32_t operations);
 
+/// The same with loops, nested ones too, queries and prints among the operations.
+ir::Stage random_looping_stage(uint32_t seed, int32_t operations);
+
 /// A float as a fablet may meet it: mostly of ordinary size, sometimes 0, an integer, huge or tiny;
 /// finite.
 float random_float(std::mt19937* random);

@@ -10,8 +10,10 @@
 
 #include <bit>
 
+#include "compiler/passes/cut_phases.h"
 #include "compiler/passes/eliminate_common_values.h"
 #include "compiler/passes/eliminate_dead_values.h"
+#include "compiler/passes/hoist_invariants.h"
 #include "compiler/passes/simplify.h"
 #include "tests/exec/compiled_stage.h"
 
@@ -21,6 +23,8 @@ namespace {
 
 constexpr int32_t kOperations = 120;
 constexpr uint32_t kStages = 3;
+constexpr uint32_t kLoopStages = 3;
+constexpr uint32_t kCutStages = 400;
 
 StageInputs random_inputs(uint32_t seed) {
     std::mt19937 random(seed);
@@ -60,6 +64,53 @@ TEST(RandomStage, CompiledEqualsInterpreted) {
         passes::eliminate_common_values(&stage);
         passes::eliminate_dead_values(&stage);
         expect_equal(stage, expected, interpret(stage, inputs), "after the passes");
+        const std::unique_ptr<CompiledStage> compiled = CompiledStage::make(stage);
+        ASSERT_NE(compiled, nullptr);
+        expect_equal(stage, expected, compiled->run(OPENFAB_ISA_SSE41, inputs), "sse41");
+        expect_equal(stage, expected, compiled->run(OPENFAB_ISA_AVX2, inputs), "avx2");
+    }
+}
+
+void clean(ir::Stage* stage) {
+    passes::simplify(stage);
+    passes::eliminate_common_values(stage);
+    passes::eliminate_dead_values(stage);
+}
+
+/// Quick: passes and cutting alone, in the interpreter.
+TEST(RandomStage, PassesAndCuttingChangeNoBitOfLoops) {
+    for (uint32_t seed = 1; seed <= kCutStages; ++seed) {
+        SCOPED_TRACE(::testing::Message() << "seed " << seed);
+        ir::Stage stage = random_looping_stage(seed, 60);
+        ASSERT_EQ(ir::verify(stage), "");
+        StageInputs inputs = random_inputs(seed);
+        inputs.only = 24;
+        const StageResults expected = interpret(stage, inputs);
+        clean(&stage);
+        ASSERT_EQ(ir::verify(stage), "") << ir::print(stage);
+        expect_equal(stage, expected, interpret(stage, inputs), "after the passes");
+        passes::hoist_invariants(&stage);
+        ASSERT_EQ(ir::verify(stage), "") << ir::print(stage);
+        expect_equal(stage, expected, interpret(stage, inputs), "after hoist_invariants");
+        if (!passes::needs_phases(stage)) continue;
+        const passes::PhasedStage phased = passes::cut_phases(stage);
+        for (const ir::Stage& kernel : phased.kernels)
+            ASSERT_EQ(ir::verify(kernel), "") << ir::print(kernel);
+        expect_equal(stage, expected, interpret_phases(stage, phased, inputs), "cut");
+        if (HasFailure()) {
+            ADD_FAILURE() << ir::print(stage);
+            return;
+        }
+    }
+}
+
+TEST(RandomStage, CompiledLoopsEqualInterpreted) {
+    for (uint32_t seed = 1; seed <= kLoopStages; ++seed) {
+        SCOPED_TRACE(::testing::Message() << "seed " << seed);
+        ir::Stage stage = random_looping_stage(seed, 60);
+        const StageInputs inputs = random_inputs(seed);
+        const StageResults expected = interpret(stage, inputs);
+        clean(&stage);
         const std::unique_ptr<CompiledStage> compiled = CompiledStage::make(stage);
         ASSERT_NE(compiled, nullptr);
         expect_equal(stage, expected, compiled->run(OPENFAB_ISA_SSE41, inputs), "sse41");
