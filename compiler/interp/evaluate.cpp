@@ -4,6 +4,8 @@
 
 #include <array>
 
+#include "compiler/functions/functions.h"
+#include "compiler/interp/sample_volume.h"
 #include "compiler/ir/arithmetic.h"
 
 namespace openfab::interp {
@@ -12,10 +14,25 @@ namespace {
 
 constexpr uint32_t kQuietNan = 0x7fc00000u;
 constexpr size_t kSampleArgsWithFootprint = 10;
+constexpr size_t kVolumeSampleArgs = 5;
+constexpr size_t kVolumeSampleArgsWithFootprint = 14;
+
+uint32_t evaluate_volume_sample(const ir::Instr& instr, std::span<const uint32_t> args,
+                                const Environment& environment) {
+    VolumeSampleArgs at;
+    for (size_t k = 0; k < 3; ++k)
+        at.p[k] = ir::as_float(args[1 + k]);
+    at.width = ir::as_float(args[4]);
+    for (size_t k = 0; k < 9 && args.size() == kVolumeSampleArgsWithFootprint; ++k)
+        at.dp[k / 3][k % 3] = ir::as_float(args[5 + k]);
+    return ir::as_bits(sample_volume(environment.texture(instr.a), instr.b, at));
+}
 
 uint32_t evaluate_sample(const ir::Instr& instr, std::span<const uint32_t> args,
                          const Environment& environment) {
     if (args[0] == 0) return 0;
+    if (args.size() == kVolumeSampleArgs || args.size() == kVolumeSampleArgsWithFootprint)
+        return evaluate_volume_sample(instr, args, environment);
     SampleArgs at;
     at.u = ir::as_float(args[1]);
     at.v = ir::as_float(args[2]);
@@ -115,6 +132,7 @@ class Evaluator {
             default:
                 break;
         }
+        if (ir::is_function(instr.op)) return functions::evaluate(instr, args_);
         return ir::eval(instr.op, stage_.instrs[instr.args[0]].type, args_[0],
                         args_.size() > 1 ? args_[1] : 0, 0);
     }

@@ -5,27 +5,18 @@
 #include <bit>
 #include <cmath>
 
+#include "compiler/interp/wrap.h"
+
 namespace openfab::interp {
 
 namespace {
 
-// Of runtime/texture/pyramid.h and of scene::Wrap and scene::Filter; the interpreter includes no
-// runtime code.
+// Of runtime/texture/pyramid.h; the interpreter includes no runtime code.
 constexpr size_t kInfoHeader = 8;
 constexpr size_t kInfoPerLevel = 4;
-constexpr int32_t kWrapRepeat = 1;
-constexpr int32_t kWrapMirror = 2;
-constexpr int32_t kWrapBlack = 3;
-constexpr int32_t kFilterTrilinear = 0;
-constexpr int32_t kFilterNearest = 2;
 
-constexpr float kMaxWidth = 1073741824.0f;            // 2^30
 constexpr float kMaxSquare = 1152921504606846976.0f;  // 2^60
 constexpr float kMaxTaps = 8.0f;
-
-float bound(float x, float lo, float hi) {
-    return x > lo ? (x < hi ? x : hi) : lo;
-}
 
 struct Footprint {
     float major = 0;
@@ -107,27 +98,14 @@ class Sampler {
         return t0 + (t1 - t0) * fy;
     }
 
-    float place(float u) const {
-        float p = u;
-        if (wrap_ == kWrapRepeat) p = u - std::floor(u);
-        if (wrap_ == kWrapMirror) {
-            const float h = u * 0.5f;
-            p = (h - std::floor(h)) * 2.0f;
-        }
-        return bound(p, -2.0f, 3.0f);
-    }
-
-    int32_t wrapped(int32_t x, int32_t n) const {
-        if (wrap_ == kWrapRepeat) x = x < 0 ? x + n : (x >= n ? x - n : x);
-        if (wrap_ == kWrapMirror) x = x < 0 ? -1 - x : (x >= n ? 2 * n - 1 - x : x);
-        return x < 0 ? 0 : (x >= n ? n - 1 : x);
-    }
+    float place(float u) const { return wrap_place(wrap_, u); }
 
     float texel(int32_t level, int32_t x, int32_t y) const {
         const int32_t w = width(level);
         const int32_t h = height(level);
         if (wrap_ == kWrapBlack && (x < 0 || x >= w || y < 0 || y >= h)) return 0.0f;
-        const int64_t row = static_cast<int64_t>(wrapped(y, h)) * w + wrapped(x, w);
+        const int64_t row =
+            static_cast<int64_t>(wrap_texel(wrap_, y, h)) * w + wrap_texel(wrap_, x, w);
         return texture_.texels[static_cast<size_t>(info(level, 0) + row * channels_ + channel_)];
     }
 

@@ -18,6 +18,7 @@ using ir::ValueId;
 constexpr int32_t kAxes = 3;
 constexpr int32_t kLatticeAxes = 2;
 constexpr size_t kPlainSampleArgs = 4;
+constexpr size_t kPlainVolumeSampleArgs = 5;
 
 class Differentiator {
   public:
@@ -33,7 +34,9 @@ class Differentiator {
             for (ValueId& arg : copy.args)
                 arg = renamed_[arg];
             builder_.set_span(instr.span);
-            if (copy.op == Op::kSample && copy.args.size() == kPlainSampleArgs) complete(&copy);
+            const bool plain =
+                copy.args.size() == kPlainSampleArgs || copy.args.size() == kPlainVolumeSampleArgs;
+            if (copy.op == Op::kSample && plain) complete(&copy);
             if (copy.op == Op::kLoop) before_loop(id);
             if (copy.op == Op::kLoopEnd) end_derivatives(&copy);
             const bool head = copy.op == Op::kLoop || copy.op == Op::kLoopVar;
@@ -151,9 +154,9 @@ class Differentiator {
     }
 
     void complete(ir::Instr* sample) {
-        const ValueId u = sample->args[1];
-        const ValueId v = sample->args[2];
-        for (const ValueId coordinate : {u, v}) {
+        // Between the guard and the width.
+        const std::vector<ValueId> coordinates(sample->args.begin() + 1, sample->args.end() - 1);
+        for (const ValueId coordinate : coordinates) {
             for (int32_t axis = 0; axis < kAxes; ++axis) {
                 const ValueId d = derivative(coordinate, axis);
                 sample->args.push_back(d == kNoValue ? builder_.constant(0.0f) : d);

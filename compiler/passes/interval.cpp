@@ -14,7 +14,6 @@ namespace {
 using ir::Instr;
 
 constexpr uint32_t kQuietNan = 0x7fc00000u;
-constexpr size_t kFootprintArgs = 6;
 // Float products of int ends below these cannot overflow: the conversions and the product err by
 // less than 3 * 2^-24.
 constexpr float kIntProductLimit = 2147480000.0f;
@@ -85,7 +84,8 @@ Interval IntervalForm::extremes(const std::array<Id, 4>& c) {
 Interval IntervalForm::of(const Instr& instr) {
     if (instr.op == Op::kConst) return make_point(b_.append(instr));
     if (instr.op == Op::kInput) return of_input(instr);
-    if (instr.op == Op::kLoopResult || instr.op == Op::kQueryResult) return unknown(instr.type);
+    if (instr.op == Op::kLoopResult) return unknown(instr.type);
+    if (instr.op == Op::kQueryResult) return of_query_result(instr);
     const bool points = std::all_of(instr.args.begin(), instr.args.end(),
                                     [&](Id arg) { return values_[arg].is_point(); });
     if (points) {
@@ -137,36 +137,6 @@ Interval IntervalForm::of_input(const Instr& instr) {
     if (instr.type == Type::kBool) return make_bool(negate(lo), hi);
     if (instr.type == Type::kFloat) return finish(lo, hi);
     return {lo, hi, ir::kNoValue};
-}
-
-Interval IntervalForm::of_sample(const Instr& instr) {
-    const Interval guard = values_[instr.args[0]];
-    const auto magnitude = [&](Id arg) { return of_magnitude(values_[arg]).hi; };
-    Instr bound;
-    bound.op = Op::kSampleBound;
-    bound.type = Type::kFloat;
-    bound.a = instr.a;
-    bound.b = instr.b;
-    bound.args = {guard.hi,
-                  values_[instr.args[1]].lo,
-                  values_[instr.args[1]].hi,
-                  values_[instr.args[2]].lo,
-                  values_[instr.args[2]].hi,
-                  values_[instr.args[3]].hi};
-    for (size_t k = 0; k < kFootprintArgs; ++k) {
-        const bool given = instr.args.size() > 4;
-        bound.args.push_back(given ? magnitude(instr.args[4 + k]) : b_.constant(0.0f));
-    }
-    const Id lo = b_.append(bound);
-    bound.bits = 1;
-    const Id hi = b_.append(bound);
-    // Where the path may be passed by, the value may be the 0 of a look-up that did not run.
-    const Id zero = b_.constant(0.0f);
-    const Interval known = finish(lo, hi);
-    const Id skipped_lo = b_.select(emit(Op::kGt, known.lo, zero), zero, known.lo);
-    const Id skipped_hi = b_.select(emit(Op::kLt, known.hi, zero), zero, known.hi);
-    return {b_.select(guard.lo, skipped_lo, known.lo), b_.select(guard.lo, skipped_hi, known.hi),
-            ir::kNoValue};
 }
 
 Interval IntervalForm::of_bool(Op op, const Interval& a, const Interval& b) {

@@ -55,7 +55,17 @@ class IntervalForm {
 
     Interval of(const ir::Instr& instr);
     Interval of_input(const ir::Instr& instr);
+    // interval_lookups.cpp
     Interval of_sample(const ir::Instr& instr);
+    Interval of_query_result(const ir::Instr& instr);
+    Interval or_zero(const Interval& guard, const Interval& value);
+    Id distance_from_centre(const ir::Instr& query);
+    Id offset_from_centre(Id coordinate, int32_t axis);
+    Interval voxel_centre(int32_t axis);
+    bool is_frame(Id value, int32_t index) const;
+    bool is_centre(Id value, int32_t axis) const;
+    Id frame(int32_t index);
+    Id magnitude(Id value) { return of_magnitude(values_[value]).hi; }
     Interval of_convert(const ir::Instr& instr);
     Interval of_select(const ir::Instr& instr);
     Interval of_bool(Op op, const Interval& a, const Interval& b);

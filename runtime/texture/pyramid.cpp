@@ -13,7 +13,6 @@
 #include <system_error>
 
 #include "runtime/texture/pyramid_file.h"
-#include "runtime/texture/pyramid_layout.h"
 
 namespace openfab::texture {
 
@@ -53,19 +52,32 @@ std::shared_ptr<const Pyramid> Pyramid::from_texels(int32_t width, int32_t heigh
                                                     std::span<const float> level0, int32_t wrap,
                                                     int32_t filter) {
     const Result<PyramidLayout> layout = pyramid_layout(width, height, channels);
-    if (!layout || level0.size() != static_cast<size_t>(width) * static_cast<size_t>(height) *
-                                        static_cast<size_t>(channels)) {
-        return nullptr;
-    }
+    return layout ? fill(*layout, level0, wrap, filter) : nullptr;
+}
+
+std::shared_ptr<const Pyramid> Pyramid::from_volume(const Vec3i& size, int32_t channels,
+                                                    const VolumePlace& place,
+                                                    std::span<const float> level0, int32_t wrap,
+                                                    int32_t filter) {
+    const Result<PyramidLayout> layout = volume_layout(size, channels, place);
+    return layout ? fill(*layout, level0, wrap, filter) : nullptr;
+}
+
+std::shared_ptr<const Pyramid> Pyramid::fill(const PyramidLayout& layout,
+                                             std::span<const float> level0, int32_t wrap,
+                                             int32_t filter) {
+    const auto texel_floats = static_cast<size_t>(layout.texel_floats);
+    const size_t finest =
+        layout.levels.size() > 1 ? static_cast<size_t>(layout.levels[1].texels) : texel_floats;
+    if (level0.size() != finest) return nullptr;
     std::shared_ptr<Pyramid> pyramid(new Pyramid);
-    pyramid->info_ = pyramid_info(*layout, wrap, filter);
-    const auto texel_floats = static_cast<size_t>(layout->texel_floats);
-    pyramid->owned_.resize(texel_floats + static_cast<size_t>(layout->minmax_floats));
+    pyramid->info_ = pyramid_info(layout, wrap, filter);
+    pyramid->owned_.resize(texel_floats + static_cast<size_t>(layout.minmax_floats));
     float* texels = pyramid->owned_.data();
     std::copy(level0.begin(), level0.end(), texels);
-    fill_pyramid(*layout, texels, texels + texel_floats);
+    fill_pyramid(layout, texels, texels + texel_floats);
     pyramid->texels_ = {texels, texel_floats};
-    pyramid->minmax_ = {texels + texel_floats, static_cast<size_t>(layout->minmax_floats)};
+    pyramid->minmax_ = {texels + texel_floats, static_cast<size_t>(layout.minmax_floats)};
     return pyramid;
 }
 

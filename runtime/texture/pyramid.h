@@ -12,6 +12,10 @@
 //   info     int32: [0] channels, [1] levels, [2] wrap (scene::Wrap), [3] filter (scene::Filter),
 //   [4..7] reserved 0,
 //            then for each level 4 values: texel offset, width, height, min-max offset
+//            A volume has the value of a texel at texels[offset + ((z * height + y) * width + x) *
+//            channels + c]; [4] is 1, the header is followed by 6 floats as bits, the lowest corner
+//            and the size in mm (kVolumeInfoHeader in all), and a level has 5 values: texel offset,
+//            width, height, depth, min-max offset. Filter kFilterFinest reads level 0 alone.
 //   minmax   float: for each level l, per texel and channel the least and greatest level-0 value
 //   under it:
 //            minmax[offset + ((y * width + x) * channels + c) * 2 + {0, 1}]; level 0 holds its
@@ -28,11 +32,15 @@
 #include <vector>
 
 #include "runtime/base/result.h"
+#include "runtime/texture/pyramid_layout.h"
 
 namespace openfab::texture {
 
 constexpr int32_t kInfoHeader = 8;
 constexpr int32_t kInfoPerLevel = 4;
+constexpr int32_t kVolumeInfoHeader = 14;
+constexpr int32_t kVolumeInfoPerLevel = 5;
+constexpr int32_t kFilterFinest = 3;  ///< trilinear, of look-up tables
 
 class Pyramid {
   public:
@@ -46,6 +54,11 @@ class Pyramid {
                                                       int32_t channels,
                                                       std::span<const float> level0, int32_t wrap,
                                                       int32_t filter);
+    /// The same of a volume.
+    static std::shared_ptr<const Pyramid> from_volume(const Vec3i& size, int32_t channels,
+                                                      const VolumePlace& place,
+                                                      std::span<const float> level0, int32_t wrap,
+                                                      int32_t filter);
     ~Pyramid();
     Pyramid(const Pyramid&) = delete;
     Pyramid& operator=(const Pyramid&) = delete;
@@ -55,9 +68,13 @@ class Pyramid {
     std::span<const float> minmax() const { return minmax_; }
     int32_t channels() const { return info_[0]; }
     int32_t levels() const { return info_[1]; }
+    bool is_volume() const { return info_[4] != 0; }
 
   private:
     Pyramid() = default;
+    static std::shared_ptr<const Pyramid> fill(const PyramidLayout& layout,
+                                               std::span<const float> level0, int32_t wrap,
+                                               int32_t filter);
 
     std::vector<int32_t> info_;
     std::vector<float> owned_;

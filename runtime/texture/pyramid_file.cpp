@@ -32,7 +32,7 @@ struct Header {
     int32_t width;
     int32_t height;
     int32_t levels;
-    int32_t reserved;
+    int32_t depth;
     uint64_t content_key;
     int64_t texels;
     int64_t minmax;
@@ -44,6 +44,17 @@ int64_t aligned(int64_t bytes) {
     return (bytes + kAlignment - 1) / kAlignment * kAlignment;
 }
 
+/// What follows the header: of a volume its place, then the level table as in the info block.
+std::vector<int32_t> table_for(const PyramidLayout& layout) {
+    const std::vector<int32_t> info = pyramid_info(layout, 0, 0);
+    std::vector<int32_t> table(info.begin() + kInfoHeader, info.end());
+    if (layout.volume) {
+        table.insert(table.begin() + (kVolumeInfoHeader - kInfoHeader),
+                     layout.volume->table ? 1 : 0);
+    }
+    return table;
+}
+
 /// The header that a file of this layout has.
 Header header_for(const PyramidLayout& layout, uint64_t content_key) {
     Header h{};
@@ -53,17 +64,12 @@ Header header_for(const PyramidLayout& layout, uint64_t content_key) {
     h.width = layout.levels[0].width;
     h.height = layout.levels[0].height;
     h.levels = static_cast<int32_t>(layout.levels.size());
+    h.depth = layout.volume ? layout.levels[0].depth : 0;
     h.content_key = content_key;
-    h.texels = aligned(static_cast<int64_t>(sizeof(Header)) + 16 * h.levels);
+    h.texels = aligned(static_cast<int64_t>(sizeof(Header) + 4 * table_for(layout).size()));
     h.minmax = h.texels + aligned(layout.texel_floats * 4);
     h.file_bytes = h.minmax + layout.minmax_floats * 4;
     return h;
-}
-
-/// The level table: the tail of the info block.
-std::vector<int32_t> table_for(const PyramidLayout& layout) {
-    const std::vector<int32_t> info = pyramid_info(layout, 0, 0);
-    return {info.begin() + kInfoHeader, info.end()};
 }
 
 Error system_trouble(const char* what, const std::filesystem::path& file) {
@@ -125,6 +131,25 @@ Result<void> PyramidWriter::finish() {
     return Ok{};
 }
 
+namespace {
+
+/// The layout that the header speaks of; `table` is what follows it.
+Result<PyramidLayout> layout_of(const Header& h, const std::byte* table, size_t bytes) {
+    if (h.depth == 0) return pyramid_layout(h.width, h.height, h.channels);
+    int32_t words[7];
+    if (bytes < sizeof words) return user_error("it is too short");
+    std::memcpy(words, table, sizeof words);
+    VolumePlace place;
+    for (size_t a = 0; a < 3; ++a) {
+        place.origin[a] = std::bit_cast<float>(words[a]);
+        place.extent[a] = std::bit_cast<float>(words[3 + a]);
+    }
+    place.table = words[6] != 0;
+    return volume_layout({h.width, h.height, h.depth}, h.channels, place);
+}
+
+}  // namespace
+
 Result<PyramidView> parse_pyramid_file(const void* data, size_t bytes) {
     Header h;
     if (bytes < sizeof h) return user_error("is no .oftx file: it is too short");
@@ -135,7 +160,8 @@ Result<PyramidView> parse_pyramid_file(const void* data, size_t bytes) {
             fmt::format("is an .oftx file of version {}; this program reads version {}", h.version,
                         kFileVersion));
     }
-    Result<PyramidLayout> layout = pyramid_layout(h.width, h.height, h.channels);
+    const auto* start = static_cast<const std::byte*>(data);
+    Result<PyramidLayout> layout = layout_of(h, start + sizeof h, bytes - sizeof h);
     if (!layout) return user_error("is damaged: " + layout.error().message);
     const Header expected = header_for(*layout, h.content_key);
     if (std::memcmp(&h, &expected, sizeof h) != 0)
@@ -144,7 +170,6 @@ Result<PyramidView> parse_pyramid_file(const void* data, size_t bytes) {
         return user_error(fmt::format(
             "is cut short or damaged: it has {} bytes, its header says {}", bytes, h.file_bytes));
     }
-    const auto* start = static_cast<const std::byte*>(data);
     const std::vector<int32_t> table = table_for(*layout);
     if (std::memcmp(start + sizeof h, table.data(), table.size() * sizeof(int32_t)) != 0) {
         return user_error("is damaged: its level table contradicts its size");

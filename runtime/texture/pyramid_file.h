@@ -11,7 +11,7 @@
 //   16      4      width of level 0
 //   20      4      height of level 0
 //   24      4      levels
-//   28      4      reserved 0
+//   28      4      depth of level 0 of a volume, 0 of a picture
 //   32      8      content key: hash of the image file and of the options it was made with
 //   40      8      byte offset of the texels, a multiple of 64
 //   48      8      byte offset of the min-max values, a multiple of 64
@@ -19,8 +19,9 @@
 //   64      16 n   level table: texel offset, width, height, min-max offset (as in the info block
 //   of pyramid.h)
 //
-// The table follows from width, height and channels; a reader computes it and refuses a file that
-// says otherwise.
+// The table of a volume is 28 + 20 n bytes long: its origin and extent, six floats, and 1 where it
+// is a look-up table (0 else), then the level table with its 5 values. All but these seven follows
+// from sizes and channels; a reader computes it and refuses a file that says otherwise.
 
 #include <cstdint>
 #include <filesystem>

@@ -1,0 +1,167 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "compiler/lower/sample_parts.h"
+
+#include "compiler/interp/sample.h"
+
+namespace openfab::lower {
+
+using Halide::Expr;
+using ir::Type;
+
+Value bound(const Value& x, float lo, const Value& hi) {
+    return select(x > constant(lo), select(x < hi, x, hi), constant(lo));
+}
+Value bound(const Value& x, float lo, float hi) {
+    return bound(x, lo, constant(hi));
+}
+Value to_float(const Value& x) {
+    return convert(x, Type::kFloat);
+}
+Value whole_to_int(const Value& x) {
+    return {Type::kInt, Halide::cast(Halide::Int(32), x.expr)};
+}
+Value invert(const Value& x) {
+    return operate(ir::Op::kNot, {x});
+}
+Value both(const Value& a, const Value& b) {
+    return operate(ir::Op::kAnd, {a, b});
+}
+Value plus(const Value& a, const Value& b) {
+    return {Type::kInt, a.expr + b.expr};
+}
+Value minus(const Value& a, const Value& b) {
+    return {Type::kInt, a.expr - b.expr};
+}
+Value times(const Value& a, const Value& b) {
+    return {Type::kInt, a.expr * b.expr};
+}
+Value least(const Value& a, const Value& b) {
+    return operate(ir::Op::kMin, {a, b});
+}
+Value most(const Value& a, const Value& b) {
+    return operate(ir::Op::kMax, {a, b});
+}
+Value absolute(const Value& x) {
+    return operate(ir::Op::kAbs, {x});
+}
+
+Value log2_of(const Value& x) {
+    const Value bits = float_bits(x);
+    const Value exponent = operate(ir::Op::kShr, {bits, constant_bits(Type::kUint, 23)});
+    const Value e = to_float(convert(exponent, Type::kInt) - constant(127));
+    const Value fraction =
+        (bits & constant_bits(Type::kUint, 0x7fffffu)) | constant_bits(Type::kUint, 0x3f800000u);
+    const Value f = bits_float(fraction) - constant(1.0f);
+    const Value q = ((constant(interp::kLog2Q3) * f + constant(interp::kLog2Q2)) * f +
+                     constant(interp::kLog2Q1)) *
+                        f +
+                    constant(interp::kLog2Q0);
+    const Value log = e + (f + (f * (constant(1.0f) - f)) * q);
+    return select(x >= constant(1.0f), log, constant(0.0f));
+}
+
+Value Texture::channel(int32_t channel) const {
+    return select(constant(channel) < channels(), constant(channel), constant(0));
+}
+
+Value Texture::channel_missing(int32_t channel) const {
+    const Value has = constant(channel) < channels();
+    if (channel >= 3) return invert(has);
+    return both(invert(has), invert(channels() == constant(1)));
+}
+
+Value Texture::header_float(int32_t place) const {
+    return bits_float(convert(header(place), Type::kUint));
+}
+
+Value Texture::level_info(const Value& level, int32_t field) const {
+    const bool volume = axes_ == 3;
+    const int32_t first = volume ? texture::kVolumeInfoHeader : texture::kInfoHeader;
+    const int32_t each = volume ? texture::kVolumeInfoPerLevel : texture::kInfoPerLevel;
+    const Value place = level * constant(each) + constant(first + field);
+    return {Type::kInt, info_(clamped(place, info_))};
+}
+
+Expr Texture::clamped(const Value& place, const Halide::ImageParam& buffer) {
+    // Halide's bounds inference need not look inside: the clamp says all.
+    const Expr opaque =
+        Halide::reinterpret(Halide::Int(32), Halide::reinterpret(Halide::UInt(32), place.expr));
+    return Halide::clamp(opaque, 0, buffer.dim(0).extent() - 1);
+}
+
+Value place(const Texture& texture, const Value& u) {
+    const Value repeat = u - floor(u);
+    const Value h = u * constant(0.5f);
+    const Value mirror = (h - floor(h)) * constant(2.0f);
+    const Value p = select(texture.wrap_is(kWrapRepeat), repeat,
+                           select(texture.wrap_is(kWrapMirror), mirror, u));
+    return bound(p, -2.0f, 3.0f);
+}
+
+Texel wrapped(const Texture& texture, const Value& x, const Value& n) {
+    const Value repeat = texture.wrap_is(kWrapRepeat);
+    const Value mirror = texture.wrap_is(kWrapMirror);
+    const Value zero = constant(0);
+    const Value one = constant(1);
+    const Value last = minus(n, one);
+    const Value below = x < zero;
+    const Value above = x >= n;
+    const Value from_below =
+        select(repeat, plus(x, n), select(mirror, minus(constant(-1), x), zero));
+    const Value from_above =
+        select(repeat, minus(x, n), select(mirror, minus(plus(n, last), x), last));
+    const Value moved = select(below, from_below, select(above, from_above, x));
+    return {most(least(moved, last), zero), below | above};
+}
+
+Axis make_axis(const Texture& texture, const Value& placed, const Value& n) {
+    const Value scaled = placed * to_float(n);
+    const Value x = select(texture.filter_is(kFilterNearest), scaled, scaled - constant(0.5f));
+    const Value x0 = whole_to_int(floor(x));
+    return {{wrapped(texture, x0, n), wrapped(texture, plus(x0, constant(1)), n)}, x - floor(x)};
+}
+
+NamedFunc& new_func(Site* site, const std::string& name, const std::vector<Halide::Var>& vars) {
+    NamedFunc named{name, Halide::Func(name), {}};
+    for (const Halide::Var& var : vars)
+        named.vars.emplace_back(var.name(), var);
+    site->funcs->push_back(named);
+    return site->funcs->back();
+}
+
+Expr element(const Halide::Func& func, const std::vector<Expr>& at, size_t k) {
+    if (func.outputs() == 1) return func(at);
+    return func(at)[static_cast<int>(k)];
+}
+
+std::vector<Expr> exprs(const std::vector<Halide::Var>& vars) {
+    return {vars.begin(), vars.end()};
+}
+
+Halide::Func store_values(Site* site, const std::string& name, const std::vector<Value*>& fields) {
+    Halide::Func func = new_func(site, name, site->vars).func;
+    std::vector<Expr> stored;
+    for (const Value* field : fields)
+        stored.push_back(field->expr);
+    func(site->vars) = Halide::Tuple(stored);
+    int k = 0;
+    for (Value* field : fields)
+        field->expr = func(exprs(site->vars))[k++];
+    return func;
+}
+
+Expr most_taps(Site* site, const std::string& name, const Halide::Func& stored) {
+    const std::vector<Halide::Var> group(site->vars.begin() + 1, site->vars.end());
+    Halide::Func limit = new_func(site, name, group).func;
+    Expr most = 0;
+    for (int32_t lane = 0; lane < kLanes; ++lane) {
+        std::vector<Expr> at = exprs(site->vars);
+        at[0] = lane;
+        most = Halide::max(most, element(stored, at, 0));
+    }
+    limit(group) = most;
+    return limit(exprs(group));
+}
+
+}  // namespace openfab::lower
