@@ -8,6 +8,19 @@
 
 namespace openfab::driver {
 
+namespace {
+
+void locate_prints(const source::SourceManager& sources, ir::Stage* stage) {
+    for (ir::Print& print : stage->prints) {
+        const source::Location at = sources.locate(print.span.file, print.span.begin);
+        print.source = std::filesystem::path(sources.name(print.span.file)).filename().string();
+        print.line = static_cast<int32_t>(at.line);
+        print.column = static_cast<int32_t>(at.column);
+    }
+}
+
+}  // namespace
+
 std::optional<ir::Module> compile_to_ir(source::SourceManager& sources,
                                         const std::filesystem::path& path, diag::Sink& sink,
                                         std::string* fault, const FrontEndOptions& options) {
@@ -27,6 +40,10 @@ std::optional<ir::Module> compile_to_ir(source::SourceManager& sources, uint32_t
     if (sink.errors() != errors) return std::nullopt;
     ir::Module module = sema::translate(program, {options.prints}, &sink);
     if (sink.errors() != errors) return std::nullopt;
+    for (ir::Fablet& fablet : module.fablets) {
+        locate_prints(sources, &fablet.surface);
+        locate_prints(sources, &fablet.volume);
+    }
     return module;
 }
 

@@ -109,7 +109,9 @@ struct Output {
 struct Print {
     std::string format;
     bool is_assert = false;  ///< args[0] holds where the assertion fails
-    int32_t line = 0;        ///< place in the source, from 1
+    source::Span span;
+    std::string source;  ///< file name, line and column of the span's begin: set by the driver
+    int32_t line = 0;
     int32_t column = 0;
 };
 

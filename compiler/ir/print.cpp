@@ -179,8 +179,9 @@ std::string print(const Stage& stage) {
     for (size_t id = 0; id < stage.instrs.size(); ++id)
         print_instr(stage.instrs[id], id, &out);
     for (const Print& p : stage.prints) {
-        fmt::format_to(std::back_inserter(out), "    {} {} {} {}\n",
-                       p.is_assert ? "assert" : "print", quoted(p.format), p.line, p.column);
+        fmt::format_to(std::back_inserter(out), "    {} {} {} {} {}\n",
+                       p.is_assert ? "assert" : "print", quoted(p.format), quoted(p.source), p.line,
+                       p.column);
     }
     for (const Output& output : stage.outputs) {
         fmt::format_to(std::back_inserter(out), "    output {} {} {} {} %{}\n", output.name,

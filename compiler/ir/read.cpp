@@ -151,7 +151,11 @@ class Reader {
         } else if (word == "stage") {
             read_stage();
         } else if ((word == "print" || word == "assert") && stage_ != nullptr) {
-            Print p{next(), word == "assert", next_int(), 0};
+            Print p;
+            p.is_assert = word == "assert";
+            p.format = next();
+            p.source = next();
+            p.line = next_int();
             p.column = next_int();
             stage_->prints.push_back(std::move(p));
         } else if (word == "output" && stage_ != nullptr) {

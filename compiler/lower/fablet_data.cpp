@@ -66,9 +66,9 @@ openfab_phases FabletData::make_phases(const passes::PhasedStage& phased) {
     std::vector<openfab_print>& prints = prints_.emplace_back();
     for (const passes::PhasePrint& p : phased.prints) {
         const auto& values = values_.emplace_back(p.values);
-        prints.push_back({keep(p.print.format), p.print.is_assert ? 1 : 0, p.print.line,
-                          p.print.column, p.guard, static_cast<int32_t>(values.size()),
-                          values.data()});
+        prints.push_back({keep(p.print.format), p.print.is_assert ? 1 : 0, keep(p.print.source),
+                          p.print.line, p.print.column, p.guard,
+                          static_cast<int32_t>(values.size()), values.data()});
     }
     std::vector<openfab_scalar_type>& states = states_.emplace_back();
     for (const ir::Type type : phased.states)

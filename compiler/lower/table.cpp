@@ -162,8 +162,8 @@ class TableWriter {
         line("static const struct openfab_print {}_prints[] = {{", prefix);
         for (size_t k = 0; k < prints.size(); ++k) {
             const openfab_print& p = prints[k];
-            line("    {{{}, {}, {}, {}, {}, {}, {}_p{}}},", quoted(p.format), p.is_assert, p.line,
-                 p.column, p.guard, p.value_count, prefix, k);
+            line("    {{{}, {}, {}, {}, {}, {}, {}, {}_p{}}},", quoted(p.format), p.is_assert,
+                 quoted(p.source), p.line, p.column, p.guard, p.value_count, prefix, k);
         }
         line("    {{0}}}};");
         std::vector<int> states;

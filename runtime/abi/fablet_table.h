@@ -217,6 +217,7 @@ struct openfab_query {
 struct openfab_print {
     const char* format; /* one conversion for each value */
     int32_t is_assert;
+    const char* source; /* file name */
     int32_t line, column;
     int32_t guard; /* state */
     int32_t value_count;
