@@ -2,7 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compiler/functions/functions.h"
 
+#include <utility>
+
+#include "compiler/functions/cellular.h"
 #include "compiler/functions/exponential.h"
+#include "compiler/functions/simplex.h"
 #include "compiler/functions/trigonometry.h"
 
 namespace openfab::functions {
@@ -53,14 +57,94 @@ typename M::F elementary(Op op, typename M::F x, typename M::F y) {
     }
 }
 
+template <typename M, size_t kAxes>
+std::array<typename M::F, kAxes> coordinates(const ir::Instr& instr, const auto& arg) {
+    std::array<typename M::F, kAxes> out;
+    for (size_t k = 0; k < kAxes; ++k)
+        out[k] = arg.template number<typename M::F>(instr, k);
+    return out;
+}
+
+/// `arg.number<T>(instr, k)` is argument k as a value of type T of the machine.
+template <typename M, size_t kAxes>
+typename M::F noise_of(const ir::Instr& instr, size_t count, const auto& arg) {
+    using F = typename M::F;
+    const auto seed = arg.template number<typename M::U>(instr, count - 1);
+    const std::array<F, kAxes> p = coordinates<M, kAxes>(instr, arg);
+    if constexpr (kAxes == 2 || kAxes == 3) {
+        if (instr.op == Op::kCellular) {
+            return cellular<M, kAxes>(p, seed, static_cast<CellularResult>(instr.a));
+        }
+    }
+    if constexpr (kAxes >= 2) {
+        if (instr.op == Op::kSimplex) return SimplexNoise<M, kAxes>::result(p, seed, instr.a);
+    }
+    const bool periodic = (instr.a & ir::kPeriodic) != 0;
+    std::array<Cell<M>, kAxes> cells;
+    for (size_t k = 0; k < kAxes; ++k) {
+        cells[k] = periodic ? cell_of<M>(p[k], arg.template number<typename M::I>(instr, kAxes + k))
+                            : cell_of<M>(p[k]);
+    }
+    return PerlinNoise<M, kAxes>::result(cells, seed, instr.a & ~ir::kPeriodic);
+}
+
+template <typename M>
+typename M::F noise(const ir::Instr& instr, size_t count, const auto& arg) {
+    const bool periodic = instr.op == Op::kNoise && (instr.a & ir::kPeriodic) != 0;
+    switch (periodic ? count / 2 : count - 1) {
+        case 1:
+            return noise_of<M, 1>(instr, count, arg);
+        case 2:
+            return noise_of<M, 2>(instr, count, arg);
+        case 3:
+            return noise_of<M, 3>(instr, count, arg);
+        default:
+            return noise_of<M, 4>(instr, count, arg);
+    }
+}
+
+struct PlainArgs {
+    std::span<const uint32_t> bits;
+    template <typename T>
+    T number(const ir::Instr&, size_t k) const {
+        return std::bit_cast<T>(bits[k]);
+    }
+};
+
+struct EmitArgs {
+    ir::Builder* builder;
+    template <typename T>
+    T number(const ir::Instr& instr, size_t k) const {
+        return {builder, instr.args[k]};
+    }
+};
+
+bool is_noise(Op op) {
+    return op == Op::kNoise || op == Op::kSimplex || op == Op::kCellular;
+}
+
 }  // namespace
 
 uint32_t evaluate(const ir::Instr& instr, std::span<const uint32_t> args) {
+    if (is_noise(instr.op)) {
+        return ir::as_bits(noise<Plain>(instr, args.size(), PlainArgs{args}));
+    }
+    if (instr.op == Op::kHash) {
+        return hash<Plain>({args.begin(), args.end()}, static_cast<uint32_t>(instr.a));
+    }
     const float x = ir::as_float(args[0]);
     return ir::as_bits(elementary<Plain>(instr.op, x, args.size() > 1 ? ir::as_float(args[1]) : x));
 }
 
 ir::ValueId expand(const ir::Instr& instr, ir::Builder* builder) {
+    const EmitArgs args{builder};
+    if (is_noise(instr.op)) return noise<Emit>(instr, instr.args.size(), args).id;
+    if (instr.op == Op::kHash) {
+        std::vector<Emit::U> words;
+        for (const ir::ValueId arg : instr.args)
+            words.push_back({builder, arg});
+        return hash<Emit>(words, static_cast<uint32_t>(instr.a)).id;
+    }
     const Emit::F x{builder, instr.args[0]};
     return elementary<Emit>(instr.op, x, {builder, instr.args.back()}).id;
 }

@@ -50,9 +50,13 @@ constexpr size_t kLoopEndNext = 2;
 ///   BitCast args {value}: its 32 bits as another type; never to or from bool
 ///   Sin to Cellular are functions (compiler/functions): passes and the interpreter know them as
 ///   one operation, expand_functions writes them out before lowering.
+///   Hash    a = which result; args {1 or more uints}. A uint
 ///   Noise, Simplex, Cellular  a = which result (compiler/functions/functions.h), of a periodic
 ///   Noise 8 more; args {1 to 4 float coordinates, of a periodic Noise as many int periods, uint
 ///   seed}
+///
+///   Derivative  a = axis; args {float}: its change per step along the lattice of a base triangle,
+///   until attach_footprints writes it out
 ///
 /// Loops and queries cut a stage in phases (runtime/abi/fablet_table.h). A loop is the stretch of
 /// instructions from a Loop to its LoopEnd; loops nest. What is inside may use what came before;

@@ -155,7 +155,7 @@ const char* query_result_name(int32_t kind) {
 bool has_a(Op op) {
     return op == Op::kSample || op == Op::kSampleBound || op == Op::kLoopVar ||
            op == Op::kLoopResult || op == Op::kQuery || op == Op::kPrint || op == Op::kNoise ||
-           op == Op::kSimplex || op == Op::kCellular;
+           op == Op::kHash || op == Op::kDerivative || op == Op::kSimplex || op == Op::kCellular;
 }
 
 std::string constant_text(Type type, uint32_t bits) {

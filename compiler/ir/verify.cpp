@@ -46,6 +46,10 @@ Rule operand_rule(Op op) {
         case Op::kOr:
         case Op::kNot:
             return Rule::kBools;
+        case Op::kHash:
+            return Rule::kIntegers;
+        case Op::kDerivative:
+            return Rule::kFloats;
         default:
             return is_function(op) ? Rule::kFloats : Rule::kAny;
     }
@@ -189,6 +193,12 @@ class Verifier {
                     return "a bool has no bits";
                 }
                 return "";
+            case Op::kHash:
+                if (instr.args.empty() || instr.type != Type::kUint) return "a uint of uints";
+                return check_operands(instr);
+            case Op::kDerivative:
+                if (instr.a < 0 || instr.a > 1) return "no such axis";
+                return check_operands(instr);
             case Op::kNoise:
             case Op::kSimplex:
             case Op::kCellular:
