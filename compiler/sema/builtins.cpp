@@ -16,14 +16,7 @@ constexpr IntrinsicInfo kIntrinsics[] = {
 };
 
 constexpr std::string_view kUnsupported[] = {
-    "sin",         "cos",     "tan",         "asin",      "acos",         "atan",
-    "atan2",       "sinh",    "cosh",        "tanh",      "sincos",       "exp",
-    "exp2",        "log",     "log2",        "log10",     "pow",          "ldexp",
-    "frexp",       "modf",    "mul",         "transpose", "determinant",  "refract",
-    "noise",       "simplex", "cellular",    "fbm",       "turbulence",   "curl",
-    "hash",        "nearest", "distance_to", "ddx",       "ddy",          "fwidth",
-    "printf",      "assert",  "over",        "countbits", "firstbithigh", "firstbitlow",
-    "reversebits", "asfloat", "asint",       "asuint",
+    "mul", "transpose", "determinant", "printf", "assert", "over",
 };
 
 struct Habit {

@@ -27,6 +27,8 @@ enum class Shape : uint8_t {
     kDot,         ///< as kNumeric, result a scalar
     kReduce,      ///< as kFloat, result a scalar
     kFloat3,      ///< all float3
+    kBits,        ///< one argument, numeric; the result as the name says, or uint
+    kOwn,         ///< as compiler/sema/check_functions.cpp says; arity is the most
 };
 
 struct IntrinsicInfo {

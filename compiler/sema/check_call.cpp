@@ -55,13 +55,6 @@ bool any_match(const std::vector<const Function*>& candidates, const std::vector
                        [&](const Function* f) { return call_cost(*f, args) < kNoMatch; });
 }
 
-std::string type_list(const std::vector<ExprPtr>& args) {
-    std::string out;
-    for (const ExprPtr& arg : args)
-        out += (out.empty() ? "" : ", ") + type_name(arg->type);
-    return out;
-}
-
 std::string signature(const Function& f) {
     std::string out = f.name + "(";
     for (size_t i = 0; i < f.parameters.size(); ++i) {
@@ -70,11 +63,6 @@ std::string signature(const Function& f) {
         out += fmt::format("{}{}{} {}", i == 0 ? "" : ", ", way, type_name(p.type), p.name);
     }
     return out + ")";
-}
-
-bool any_error(const std::vector<ExprPtr>& args) {
-    return std::any_of(args.begin(), args.end(),
-                       [](const ExprPtr& arg) { return arg->type.is_error(); });
 }
 
 std::optional<MatrixOp> matrix_function(std::string_view name) {
@@ -94,6 +82,18 @@ std::string plural(int count, const char* word) {
 }
 
 }  // namespace
+
+std::string type_list(const std::vector<ExprPtr>& args) {
+    std::string out;
+    for (const ExprPtr& arg : args)
+        out += (out.empty() ? "" : ", ") + type_name(arg->type);
+    return out;
+}
+
+bool any_error(const std::vector<ExprPtr>& args) {
+    return std::any_of(args.begin(), args.end(),
+                       [](const ExprPtr& arg) { return arg->type.is_error(); });
+}
 
 std::vector<ExprPtr> Checker::arguments(const ast::Expr& expr) {
     std::vector<ExprPtr> args;
@@ -149,7 +149,8 @@ ExprPtr Checker::call(const ast::Expr& expr) {
     const std::vector<const Function*> candidates = overloads(callee.text);
     const std::optional<MatrixOp> matrix = matrix_function(callee.text);
     const bool is_over = callee.text == "over";
-    const bool known = info != nullptr || matrix || is_over;
+    const bool asks = is_query(callee.text);
+    const bool known = info != nullptr || matrix || is_over || asks;
     if (candidates.empty() && is_print(callee.text)) return print(expr);
     if (candidates.empty() && type.type.is_error() && !known) return unknown_function(expr);
     std::vector<ExprPtr> args = arguments(expr);
@@ -161,6 +162,7 @@ ExprPtr Checker::call(const ast::Expr& expr) {
     if (!type.type.is_error()) return construct(expr, type.type, std::move(args));
     if (matrix) return matrix_call(expr, *matrix, std::move(args));
     if (is_over) return over(expr, std::move(args));
+    if (asks) return surface_query(expr, std::move(args));
     if (info->id == Intrinsic::kDistance && args.size() == 1) {
         return distance_query(expr, std::move(args));
     }
@@ -245,6 +247,8 @@ ExprPtr Checker::construct_struct(const ast::Expr& expr, const Type& type) {
 
 ExprPtr Checker::intrinsic(const ast::Expr& expr, const IntrinsicInfo& info,
                            std::vector<ExprPtr> args) {
+    if (info.shape == Shape::kOwn) return own_function_call(expr, info, std::move(args));
+    if (info.shape == Shape::kBits) return bits_call(expr, info, std::move(args));
     if (static_cast<int>(args.size()) != info.arity) {
         wrong_count(expr, info.name, plural(info.arity, "argument"), args.size());
         return poison(expr.span);
@@ -280,32 +284,6 @@ ExprPtr Checker::intrinsic(const ast::Expr& expr, const IntrinsicInfo& info,
     if (info.shape == Shape::kToBool) out->type.base = Base::kBool;
     if (info.shape == Shape::kReduceBool) out->type = kBoolType;
     if (info.shape == Shape::kDot || info.shape == Shape::kReduce) out->type.size = 1;
-    out->args = std::move(args);
-    return out;
-}
-
-ExprPtr Checker::distance_query(const ast::Expr& expr, std::vector<ExprPtr> args) {
-    const source::Span& at = expr.args[0]->span;
-    if (place_ == Place::kSurface) {
-        sink_->report(at, diag::kStageMismatch, "distance", "called in a surface stage")
-            .note(stage_span_, "stage declared `@Surface` here")
-            .help(
-                "with one argument it asks for the distance to the surface; with two it is the "
-                "distance between points");
-        return poison(expr.span);
-    }
-    if (place_ == Place::kGlobal) {
-        sink_->report(at, diag::kStageMismatch, "distance", "called outside a stage");
-        return poison(expr.span);
-    }
-    if (args[0]->type != kFloat3Type) {
-        sink_->report(at, diag::kNoOverload, "distance", type_list(args))
-            .help(
-                "with one argument it takes a point, a `float3`; the distance between two points "
-                "takes both");
-        return poison(expr.span);
-    }
-    ExprPtr out = make(ExprKind::kDistance, kFloatType, expr.span);
     out->args = std::move(args);
     return out;
 }
@@ -361,12 +339,13 @@ ExprPtr Checker::method(const ast::Expr& expr) {
     ExprPtr object = expression(*callee.args[0]);
     if (object->type.is_error()) return poison(expr.span);
     const Type& type = object->type;
-    if (!type.is(Base::kTexture2D) && !type.is(Base::kComposition)) {
+    if (!type.is(Base::kTexture2D) && !type.is(Base::kTexture3D) && !type.is(Base::kComposition)) {
         sink_->report(callee.text_span, diag::kUnknownMember, type_name(object->type), callee.text);
         return poison(expr.span);
     }
     std::vector<ExprPtr> args = arguments(expr);
     if (any_error(args)) return poison(expr.span);
+    if (type.is(Base::kTexture3D)) return volume_method(expr, std::move(object), std::move(args));
     return type.is(Base::kTexture2D) ? texture_method(expr, std::move(object), std::move(args))
                                      : composition_method(expr, std::move(object), std::move(args));
 }

@@ -22,6 +22,11 @@ enum class Place : uint8_t { kGlobal, kFunction, kSurface, kVolume };
 /// The bits of a scalar that can be computed by now: without functions and uniforms.
 std::optional<uint32_t> known_bits(const Expr& expr);
 
+/// `(float2, int)`, for messages.
+std::string type_list(const std::vector<ExprPtr>& args);
+/// True where one of them was reported already.
+bool any_error(const std::vector<ExprPtr>& args);
+
 class Checker {
   public:
     explicit Checker(diag::Sink* sink) : sink_(sink) {}
@@ -127,7 +132,6 @@ class Checker {
     std::vector<ExprPtr> arguments(const ast::Expr& expr);
     ExprPtr construct(const ast::Expr& expr, const Type& type, std::vector<ExprPtr> args);
     ExprPtr intrinsic(const ast::Expr& expr, const IntrinsicInfo& info, std::vector<ExprPtr> args);
-    ExprPtr distance_query(const ast::Expr& expr, std::vector<ExprPtr> args);
     ExprPtr user_call(const ast::Expr& expr, const std::vector<const Function*>& candidates,
                       std::vector<ExprPtr> args);
     ExprPtr method(const ast::Expr& expr);
@@ -136,6 +140,21 @@ class Checker {
     ExprPtr unknown_function(const ast::Expr& expr);
 
     ExprPtr construct_struct(const ast::Expr& expr, const Type& type);
+
+    // check_functions.cpp
+    ExprPtr own_function_call(const ast::Expr& expr, const IntrinsicInfo& info,
+                              std::vector<ExprPtr> args);
+    ExprPtr convert_own_arguments(const ast::Expr& expr, const IntrinsicInfo& info,
+                                  const char* parameters, char result, int size,
+                                  std::vector<ExprPtr> args);
+    ExprPtr bits_call(const ast::Expr& expr, const IntrinsicInfo& info, std::vector<ExprPtr> args);
+
+    // check_query.cpp
+    static bool is_query(std::string_view name);
+    bool query_is_in_volume(const ast::Expr& callee, const char* help);
+    ExprPtr distance_query(const ast::Expr& expr, std::vector<ExprPtr> args);
+    ExprPtr surface_query(const ast::Expr& expr, std::vector<ExprPtr> args);
+    ExprPtr volume_method(const ast::Expr& expr, ExprPtr texture, std::vector<ExprPtr> args);
 
     // check_matrix.cpp
     ExprPtr matrix_call(const ast::Expr& expr, MatrixOp op, std::vector<ExprPtr> args);

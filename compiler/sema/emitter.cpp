@@ -5,6 +5,7 @@
 #include <bit>
 #include <utility>
 
+#include "compiler/functions/functions.h"
 #include "compiler/ir/arithmetic.h"
 
 namespace openfab::sema {
@@ -50,6 +51,38 @@ ValueId Emitter::sample(int32_t texture, int32_t channel, const std::array<Value
     instr.a = texture;
     instr.b = channel;
     instr.args.assign(args.begin(), args.end());
+    return add(std::move(instr));
+}
+
+ValueId Emitter::sample_volume(int32_t texture, int32_t channel,
+                               const std::array<ValueId, 5>& args) {
+    ir::Instr instr;
+    instr.op = Op::kSample;
+    instr.type = ir::Type::kFloat;
+    instr.a = texture;
+    instr.b = channel;
+    instr.args.assign(args.begin(), args.end());
+    return add(std::move(instr));
+}
+
+ValueId Emitter::query(int32_t object, const std::array<ValueId, 4>& args) {
+    ir::Instr instr;
+    instr.op = Op::kQuery;
+    instr.type = ir::Type::kBool;
+    instr.a = object;
+    instr.args.assign(args.begin(), args.end());
+    return add(std::move(instr));
+}
+
+ValueId Emitter::query_result(ValueId query, ir::Type type, openfab_query_result kind, int32_t a,
+                              int32_t b) {
+    ir::Instr instr;
+    instr.op = Op::kQueryResult;
+    instr.type = type;
+    instr.kind = kind;
+    instr.a = a;
+    instr.b = b;
+    instr.args = {query};
     return add(std::move(instr));
 }
 
@@ -111,6 +144,33 @@ ValueId Emitter::end_loop(ValueId loop, ValueId again, const std::vector<ValueId
 void Emitter::forget_after(size_t size) {
     forget_from(static_cast<ValueId>(size));
     stage_->instrs.resize(size);
+}
+
+ValueId Emitter::bit_cast(ValueId value, ir::Type to) {
+    if (type(value) == to) return value;
+    if (is_constant(value)) return constant(to, instr(value).bits);
+    ir::Instr out;
+    out.op = Op::kBitCast;
+    out.type = to;
+    out.args = {value};
+    return add(std::move(out));
+}
+
+ValueId Emitter::function(Op op, int32_t which, std::vector<ValueId> args) {
+    ir::Instr out;
+    out.op = op;
+    out.type = op == Op::kHash ? ir::Type::kUint : ir::Type::kFloat;
+    out.a = which;
+    std::vector<uint32_t> bits;
+    for (const ValueId arg : args) {
+        if (is_constant(arg)) bits.push_back(instr(arg).bits);
+    }
+    if (bits.size() == args.size()) {
+        // What is constant does not change.
+        return constant(out.type, op == Op::kDerivative ? 0 : functions::evaluate(out, bits));
+    }
+    out.args = std::move(args);
+    return add(std::move(out));
 }
 
 ValueId Emitter::logical_not(ValueId a) {

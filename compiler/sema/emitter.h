@@ -27,11 +27,21 @@ class Emitter {
     ir::ValueId input(ir::Type type, int32_t kind, int32_t a, int32_t b);
     ir::ValueId sample(int32_t texture, int32_t channel, const std::array<ir::ValueId, 4>& args);
 
+    /// Of an ImageTexture3D: args {guard, x, y, z, width}.
+    ir::ValueId sample_volume(int32_t texture, int32_t channel,
+                              const std::array<ir::ValueId, 5>& args);
+    ir::ValueId query(int32_t object, const std::array<ir::ValueId, 4>& args);
+    ir::ValueId query_result(ir::ValueId query, ir::Type type, openfab_query_result kind, int32_t a,
+                             int32_t b);
+
     void print(int32_t number, std::vector<ir::ValueId> args);
 
     ir::ValueId unary(ir::Op op, ir::ValueId a);
     ir::ValueId binary(ir::Op op, ir::ValueId a, ir::ValueId b);
     ir::ValueId convert(ir::ValueId value, ir::Type to);
+    ir::ValueId bit_cast(ir::ValueId value, ir::Type to);
+    /// A function of the IR or a Derivative; `which` is Instr::a.
+    ir::ValueId function(ir::Op op, int32_t which, std::vector<ir::ValueId> args);
     /// Loops, as of ir::Instr; what is emitted between `loop` and `end_loop` is of no use after it.
     ir::ValueId loop(ir::ValueId guard) { return builder_.loop(guard); }
     ir::ValueId loop_var(ir::ValueId loop, int32_t number, ir::ValueId first) {

@@ -87,7 +87,7 @@ std::vector<uint32_t> StageTranslator::constant_bits(const Expr& expr) {
 
 void StageTranslator::run(const Stage& stage, const TranslateOptions& options) {
     stage_->kind = kind_;
-    prints_ = options.prints;
+    options_ = options;
     live_ = emit_.boolean(true);
     for (const auto& symbol : stage.symbols)
         add_stage_symbol(*symbol);

@@ -51,6 +51,7 @@ ValueId StageTranslator::dot(const Value& a, const Value& b) {
 }
 
 Value StageTranslator::intrinsic(const Expr& expr) {
+    if (is_function_intrinsic(expr.intrinsic)) return function_call(expr);
     std::vector<Value> args;
     for (const ExprPtr& arg : expr.args)
         args.push_back(expression(*arg));
@@ -217,29 +218,14 @@ Value StageTranslator::sample(const Expr& expr) {
                                emit_.constant(ir::Type::kInt, static_cast<uint32_t>(index)));
         const ValueId guard = emit_.logical_and(live_, here);
         for (int32_t i = 0; i < expr.type.size; ++i) {
-            const ValueId value = emit_.sample(index, first + i, {guard, at[0], at[1], width});
+            const ValueId value =
+                at.size() == 3
+                    ? emit_.sample_volume(index, first + i, {guard, at[0], at[1], at[2], width})
+                    : emit_.sample(index, first + i, {guard, at[0], at[1], width});
             out[static_cast<size_t>(i)] = emit_.select(here, value, out[static_cast<size_t>(i)]);
         }
     }
     return out;
-}
-
-Value StageTranslator::distance(const Expr& expr) {
-    const Value point = expression(*expr.args[0]);
-    if (kind_ == ir::StageKind::kSurface) {
-        sink_->report(expr.span, diag::kStageMismatch, "distance", "called in a surface stage")
-            .note(fablet_.surface.span,
-                  "stage declared `@Surface` here, which calls this function");
-        return zero(expr.type);
-    }
-    if (gave_up_) return zero(expr.type);
-    if (point != voxel_center()) {
-        sink_->report(expr.args[0]->span, diag::kUnsupported,
-                      "`distance` from a point other than `attr.voxelCenter` is");
-        return zero(expr.type);
-    }
-    emit_.set_span(expr.span);
-    return {emit_.input(ir::Type::kFloat, OPENFAB_ARG_DISTANCE, 0, 0)};
 }
 
 ValueId StageTranslator::sum(const Value& amounts) {
@@ -290,6 +276,18 @@ Value StageTranslator::composition(const Expr& expr) {
     }
     store(to, amounts);
     return {};
+}
+
+/// The amounts of the upper one, and of the lower one what it leaves free:
+/// above + below * (1 - saturate(above.Total())).
+Value StageTranslator::over(const Expr& expr) {
+    const Value above = expression(*expr.args[0]);
+    const Value below = expression(*expr.args[1]);
+    if (above.empty() || gave_up_) return zero(expr.type);
+    emit_.set_span(expr.span);
+    const ValueId total = clamp(sum(above), emit_.constant(0.0f), emit_.constant(1.0f));
+    const ValueId rest = emit_.binary(Op::kSub, emit_.constant(1.0f), total);
+    return binary_values(Op::kAdd, above, binary_values(Op::kMul, below, {rest}));
 }
 
 }  // namespace openfab::sema

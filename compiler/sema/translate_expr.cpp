@@ -149,6 +149,10 @@ Value StageTranslator::expression(const Expr& expr) {
             return sample(expr);
         case ExprKind::kDistance:
             return distance(expr);
+        case ExprKind::kNearestPoint:
+            return nearest_point(expr);
+        case ExprKind::kDistanceTo:
+            return distance_to(expr);
         case ExprKind::kSet:
         case ExprKind::kAdd:
         case ExprKind::kGet:

@@ -1,10 +1,8 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Functions of matrices and the switch statement. Components of a matrix stand row by row. Sums go
-// from the first term to the last, each product rounded.
-#include <numeric>
-
+// Functions of matrices. Components of a matrix stand row by row. Sums go from the first term to
+// the last, each product rounded.
 #include "compiler/sema/translate_state.h"
 
 namespace openfab::sema {
@@ -96,76 +94,6 @@ Value StageTranslator::matrix(const Expr& expr) {
             return inverse(args[0], columns);
     }
     return zero(expr.type);
-}
-
-/// The amounts of the upper one, and of the lower one what it leaves free:
-/// above + below * (1 - saturate(above.Total())).
-Value StageTranslator::over(const Expr& expr) {
-    const Value above = expression(*expr.args[0]);
-    const Value below = expression(*expr.args[1]);
-    if (above.empty() || gave_up_) return zero(expr.type);
-    emit_.set_span(expr.span);
-    const ValueId total = clamp(sum(above), emit_.constant(0.0f), emit_.constant(1.0f));
-    const ValueId rest = emit_.binary(Op::kSub, emit_.constant(1.0f), total);
-    return binary_values(Op::kAdd, above, binary_values(Op::kMul, below, {rest}));
-}
-
-/// Nothing at all unless printing was asked for; the values then belong to the path that gets here.
-Value StageTranslator::print(const Expr& expr) {
-    if (!prints_ || gave_up_) return {};
-    ValueId guard = live_;
-    std::vector<ValueId> args = {guard};
-    for (size_t i = 0; i < expr.args.size(); ++i) {
-        const Value part = expression(*expr.args[i]);
-        if (expr.is_assert && i == 0) {
-            args[0] = emit_.logical_and(guard, emit_.logical_not(part[0]));
-        } else {
-            args.insert(args.end(), part.begin(), part.end());
-        }
-    }
-    if (gave_up_ || emit_.is_false(args[0])) return {};
-    emit_.set_span(expr.span);
-    emit_.print(static_cast<int32_t>(stage_->prints.size()), std::move(args));
-    stage_->prints.push_back({expr.text, expr.is_assert, expr.span});
-    return {};
-}
-
-/// Sections exclude each other, since none runs into the next: a chain of branches. `break` leaves
-/// the chain as it leaves a loop; `continue` goes on to the loop around it.
-void StageTranslator::switch_statement(const Stmt& stmt) {
-    const ValueId selector = scalar(*stmt.expr);
-    if (gave_up_) return;
-    ValueId any = emit_.boolean(false);
-    std::vector<ValueId> conditions;
-    for (const Stmt::Labels& labels : stmt.labels) {
-        ValueId here = emit_.boolean(false);
-        for (uint32_t value : labels.values) {
-            const ValueId label = emit_.constant(emit_.type(selector), value);
-            here = emit_.logical_or(here, emit_.binary(Op::kEq, selector, label));
-        }
-        conditions.push_back(here);
-        any = emit_.logical_or(any, here);
-    }
-    for (size_t i = 0; i < stmt.labels.size(); ++i) {
-        if (!stmt.labels[i].is_default) continue;
-        conditions[i] = emit_.logical_or(conditions[i], emit_.logical_not(any));
-    }
-    const Frame outer = frame_;
-    frame_.in_loop = true;
-    frame_.broken = add_flag();
-    if (!outer.in_loop) frame_.continued = add_flag();
-    switch_sections(stmt, conditions, 0);
-    frame_.in_loop = outer.in_loop;
-    frame_.broken = outer.broken;
-    frame_.continued = outer.continued;
-}
-
-void StageTranslator::switch_sections(const Stmt& stmt, const std::vector<ValueId>& conditions,
-                                      size_t at) {
-    if (at == stmt.body.size() || gave_up_) return;
-    branch(
-        conditions[at], [&] { statements(stmt.body[at]->body); },
-        [&] { switch_sections(stmt, conditions, at + 1); });
 }
 
 }  // namespace openfab::sema

@@ -172,8 +172,11 @@ class StageTranslator {
     ir::ValueId determinant(const Value& m, size_t n);
     Value inverse(const Value& m, size_t n);
     Value matrix(const Expr& expr);
-    Value over(const Expr& expr);
+
+    // translate_print.cpp
     Value print(const Expr& expr);
+
+    // translate_switch.cpp
     void switch_statement(const Stmt& stmt);
     void switch_sections(const Stmt& stmt, const std::vector<ir::ValueId>& conditions, size_t at);
 
@@ -185,8 +188,36 @@ class StageTranslator {
     ir::ValueId sum(const Value& amounts);
     Value geometric(const Expr& expr, const std::vector<Value>& args);
     Value sample(const Expr& expr);
+
+    // translate_functions.cpp
+    static bool is_function_intrinsic(Intrinsic id);
+    Value function_call(const Expr& expr);
+    ir::ValueId function_of_component(Intrinsic id, ir::ValueId x, ir::ValueId y);
+    ir::ValueId uint_constant(uint32_t value);
+    ir::ValueId float_bits(ir::ValueId x);
+    ir::ValueId exchange_bits(ir::ValueId x, uint32_t mask, uint32_t width);
+    ir::ValueId reverse_bits(ir::ValueId x);
+    ir::ValueId count_bits(ir::ValueId x);
+    Value several_results(const Expr& expr);
+    std::array<ir::ValueId, 2> mantissa_and_exponent(ir::ValueId x);
+    Value refract(const std::vector<Value>& args);
+    Value derivatives(const Expr& expr, const Value& x);
+    ir::ValueId noise_value(ir::Op op, int32_t which, const Value& p, ir::ValueId seed);
+    Value noise(const Expr& expr, const std::vector<Value>& args);
+    ir::ValueId octaves(const Expr& expr, const std::vector<Value>& args);
+    Value curl(const std::vector<Value>& args);
+    Value hash(const Expr& expr, const std::vector<Value>& args);
+
+    // translate_query.cpp
+    bool asks_in_volume(const Expr& expr, const char* name);
+    Value local_point(const Value& point);
+    ir::ValueId query(int32_t object, ir::ValueId guard, const Value& point);
     Value distance(const Expr& expr);
+    Value nearest_point(const Expr& expr);
+    Value distance_to(const Expr& expr);
+
     Value composition(const Expr& expr);
+    Value over(const Expr& expr);
 
     bool too_complex(const source::Span& span);
 
@@ -201,7 +232,7 @@ class StageTranslator {
     ir::ValueId live_ = 0;
     std::vector<ir::ValueId> outer_live_;  ///< what holds around each real loop that is open
     std::map<const Symbol*, std::vector<uint32_t>> constants_;  ///< tables, by component
-    bool prints_ = false;
+    TranslateOptions options_;
     int inline_depth_ = 0;
     size_t steps_ = 0;
     bool gave_up_ = false;

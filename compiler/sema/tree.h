@@ -96,7 +96,8 @@ enum class MatrixOp : uint8_t { kMul, kTranspose, kDeterminant, kInverse };
 ///   Call         function; args, one per parameter and of its type, targets for `out`
 ///   Sample       args {texture, channel, width, coordinates: a float2 or two floats}; type.size
 ///                channels
-///   Distance     args {point}
+///                Of an ImageTexture3D the coordinates are a float3
+///   Distance     args {point}; NearestPoint the same; DistanceTo args {object, point}
 ///   Set, Add     args {composition, material, weight}
 ///   Get          args {composition, material}
 ///   Clear        args {composition}; Total the same

@@ -94,7 +94,7 @@ ast::ExprPtr Parser::parse_assignment() {
     ast::ExprPtr left = parse_conditional();
     if (!is_assignment(peek())) return left;
     const Token& op = take();
-    return node(ast::ExprKind::kAssign, op, std::move(left), parse_assignment());
+    return node(ast::ExprKind::kAssign, op, std::move(left), parse_initializer());
 }
 
 ast::ExprPtr Parser::parse_conditional() {
@@ -185,7 +185,7 @@ ast::ExprPtr Parser::parse_call(ast::ExprPtr callee) {
     ast::ExprPtr call = node(ast::ExprKind::kCall, take(), std::move(callee));
     if (!at(")")) {
         do {
-            add_arg(call.get(), parse_assignment());
+            add_arg(call.get(), parse_initializer());
         } while (accept(","));
     }
     expect(")", "the arguments");

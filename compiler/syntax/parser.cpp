@@ -607,7 +607,7 @@ ast::StmtPtr Parser::parse_simple() {
     if (at("return")) {
         out->kind = ast::StmtKind::kReturn;
         take();
-        if (!at(";")) out->expr = parse_expression();
+        if (!at(";")) out->expr = at("{") ? parse_init_list() : parse_expression();
         ok = expect(";", "`return`");
     } else if (at("break") || at("continue")) {
         out->kind = at("break") ? ast::StmtKind::kBreak : ast::StmtKind::kContinue;
