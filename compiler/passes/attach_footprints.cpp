@@ -6,6 +6,8 @@
 #include <map>
 #include <utility>
 
+#include "compiler/passes/differentiate_function.h"
+
 namespace openfab::passes {
 
 namespace {
@@ -39,6 +41,11 @@ class Differentiator {
             if (copy.op == Op::kSample && plain) complete(&copy);
             if (copy.op == Op::kLoop) before_loop(id);
             if (copy.op == Op::kLoopEnd) end_derivatives(&copy);
+            if (copy.op == Op::kDerivative) {
+                const ValueId d = derivative(copy.args[0], copy.a);
+                renamed_.push_back(d == kNoValue ? builder_.constant(0.0f) : d);
+                continue;
+            }
             const bool head = copy.op == Op::kLoop || copy.op == Op::kLoopVar;
             renamed_.push_back(builder_.append(std::move(copy)));
             if (head && old_.instrs[id + 1].op != Op::kLoopVar) begin_derivatives(id + 1);
@@ -69,9 +76,12 @@ class Differentiator {
         std::vector<bool> needed(old_.instrs.size(), false);
         std::vector<ValueId> pending;
         for (const ir::Instr& instr : old_.instrs) {
-            if (instr.op == Op::kSample && instr.args.size() == kPlainSampleArgs) {
-                pending.insert(pending.end(), {instr.args[1], instr.args[2]});
+            const bool plain = instr.args.size() == kPlainSampleArgs ||
+                               instr.args.size() == kPlainVolumeSampleArgs;
+            if (instr.op == Op::kSample && plain) {
+                pending.insert(pending.end(), instr.args.begin() + 1, instr.args.end() - 1);
             }
+            if (instr.op == Op::kDerivative) pending.push_back(instr.args[0]);
         }
         while (!pending.empty()) {
             const ValueId value = pending.back();
@@ -222,6 +232,12 @@ class Differentiator {
         if (instr.op == Op::kInput) return input(instr, axis);
         if (instr.op == Op::kLoopResult) return result_derivative(instr, axis);
         if (relevant_args(instr).empty()) return kNoValue;
+        if (ir::is_function(instr.op)) {
+            std::vector<ValueId> changes;
+            for (const ValueId arg : instr.args)
+                changes.push_back(of(arg, axis));
+            return differentiate_function(value, instr, changes, &builder_);
+        }
         const bool select = instr.op == Op::kSelect;
         const ValueId a = instr.args[select ? 1 : 0];
         const ValueId b = instr.args.size() > 1 ? instr.args[select ? 2 : 1] : a;

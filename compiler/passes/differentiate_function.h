@@ -1,0 +1,19 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Derivatives of the IR's functions, for attach_footprints.
+
+#include <vector>
+
+#include "compiler/ir/ir.h"
+
+namespace openfab::passes {
+
+/// The change of `value`, a function (ir::is_function) in the stage that `builder` writes, where
+/// its arguments change by `changes`; kNoValue stands for no change, there and in the result.
+/// Gradients of a noise and cellular distances have differences over 1/32 of a step instead.
+ir::ValueId differentiate_function(ir::ValueId value, const ir::Instr& function,
+                                   const std::vector<ir::ValueId>& changes, ir::Builder* builder);
+
+}  // namespace openfab::passes
