@@ -11,7 +11,7 @@
 
 #include "runtime/base/near_miss.h"
 #include "runtime/scene/json.h"
-#include "runtime/scene/obj.h"
+#include "runtime/scene/load_mesh.h"
 #include "runtime/scene/part_mesh.h"
 #include "runtime/scene/uniforms.h"
 #include "runtime/texture/cache.h"
@@ -252,14 +252,11 @@ Result<World> make_quick_world(const std::filesystem::path& mesh,
     world.file = mesh;
     world.files = {mesh};
     world.printer = "generic";
-    if (mesh.extension() != ".obj" && mesh.extension() != ".OBJ") {
-        return user_error(fmt::format("{} is not an .obj file; other meshes are not supported yet",
-                                      mesh.string()));
-    }
-    ObjOptions options;
+    MeshOptions options;
     options.name = mesh.stem().string();
-    Result<LoadedMesh> loaded = load_obj(mesh, options);
+    Result<LoadedMesh> loaded = load_mesh(mesh, options);
     if (!loaded) return loaded.error();
+    world.files.insert(world.files.end(), loaded->files.begin(), loaded->files.end());
     for (std::string& warning : loaded->warnings)
         world.warnings.push_back(std::move(warning));
     world.meshes.push_back(std::move(loaded->mesh));

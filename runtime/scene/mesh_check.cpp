@@ -72,13 +72,14 @@ void renumber(Mesh* mesh, const std::vector<int32_t>& same_as) {
     }
 }
 
-/// The lowest vertex with the same position, for each vertex.
-std::vector<int32_t> lowest_equal(const std::vector<Vec3d>& positions) {
+/// The lowest vertex with the same position in the same part, for each vertex.
+std::vector<int32_t> lowest_equal(const std::vector<Vec3d>& positions,
+                                  const std::vector<int32_t>& parts) {
     std::vector<int32_t> order(positions.size());
     std::iota(order.begin(), order.end(), 0);
     const auto key = [&](int32_t v) {
         const Vec3d& p = positions[static_cast<size_t>(v)];
-        return std::tie(p.x, p.y, p.z);
+        return std::tuple(parts.empty() ? 0 : parts[static_cast<size_t>(v)], p.x, p.y, p.z);
     };
     std::sort(order.begin(), order.end(),
               [&](int32_t x, int32_t y) { return key(x) != key(y) ? key(x) < key(y) : x < y; });
@@ -283,12 +284,13 @@ EdgeCounts count_edges(const Mesh& mesh) {
     return counts;
 }
 
-Result<void> prepare_mesh(Mesh* mesh, MeshOrigin* origin, std::vector<std::string>* warnings) {
+Result<void> prepare_mesh(Mesh* mesh, MeshOrigin* origin, std::vector<std::string>* warnings,
+                          const std::vector<int32_t>& parts) {
     if (mesh->triangles.empty()) {
         return user_error(fmt::format("{}: mesh `{}` has no faces", origin->file, mesh->name));
     }
     const EdgeCounts as_read = count_edges(*mesh);
-    renumber(mesh, as_read.fine() ? std::vector<int32_t>() : lowest_equal(mesh->positions));
+    renumber(mesh, as_read.fine() ? std::vector<int32_t>() : lowest_equal(mesh->positions, parts));
     const size_t dropped = drop_degenerate(mesh, origin);
     if (dropped > 0) {
         warnings->push_back(

@@ -33,11 +33,13 @@ struct MeshOrigin {
 };
 
 /// Makes a mesh fit to print, or says why it is not, with counts and one place:
-/// vertices of equal positions are welded if the mesh is open as it stands; triangles with two
+/// vertices of equal positions (and of the same part, where `parts` gives one for each) are welded
+/// if the mesh is open as it stands; triangles with two
 /// equal corners are dropped with a warning; open, non-manifold and inconsistently oriented meshes
 /// and those without volume are refused; closed shells of negative volume that no other shell
 /// encloses are flipped with a warning; a size under 1 mm or over 1 m is a warning, over 100 m or
 /// not finite an error. Vertices that no triangle uses are dropped.
-Result<void> prepare_mesh(Mesh* mesh, MeshOrigin* origin, std::vector<std::string>* warnings);
+Result<void> prepare_mesh(Mesh* mesh, MeshOrigin* origin, std::vector<std::string>* warnings,
+                          const std::vector<int32_t>& parts = {});
 
 }  // namespace openfab::scene

@@ -6,19 +6,15 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cmath>
-#include <set>
+#include <optional>
 #include <unordered_set>
 
-#include "runtime/base/near_miss.h"
-#include "runtime/scene/json.h"
-#include "runtime/scene/mesh_check.h"
 #include "runtime/scene/polygon.h"
+#include "runtime/scene/scan_number.h"
 
 namespace openfab::scene {
 namespace {
 
-constexpr size_t kLargestFile = 2'000'000'000;
 constexpr size_t kMostCorners = 4096;
 constexpr size_t kMostElements = 200'000'000;
 
@@ -33,22 +29,16 @@ struct Corner {
 
 class ObjReader {
   public:
-    ObjReader(std::string_view text, const std::string& file, const ObjOptions& options)
-        : text_(text), file_(file), options_(options) {
-        mesh_.name = options.name;
-    }
+    ObjReader(std::string_view text, const std::string& file) : text_(text), file_(file) {}
 
-    Result<LoadedMesh> read() {
+    Result<MeshSource> read() {
         while (at_ < text_.size() && error_.empty())
             read_line();
         if (!error_.empty()) return user_error(error_);
-        LoadedMesh out;
-        add_attributes(&out.warnings);
-        MeshOrigin origin{file_, std::move(lines_)};
-        if (Result<void> fine = prepare_mesh(&mesh_, &origin, &out.warnings); !fine)
-            return fine.error();
-        out.mesh = std::move(mesh_);
-        return out;
+        add_attributes();
+        out_.mesh = std::move(mesh_);
+        out_.origin = {file_, std::move(lines_)};
+        return std::move(out_);
     }
 
   private:
@@ -101,11 +91,11 @@ class ObjReader {
             face();
         } else if (word == "g") {
             groups_.assign(tokens_.begin() + 1, tokens_.end());
-            group_value_.reset();
+            group_.reset();
         } else if (word == "usemtl") {
             material_.clear();
             if (tokens_.size() > 1) material_ = rest_of_line(tokens_[1]);
-            group_value_.reset();
+            group_.reset();
         } else if (!is_ignored(word)) {
             fail(word,
                  fmt::format(
@@ -146,25 +136,9 @@ class ObjReader {
     }
 
     bool number(std::string_view token, double* out) {
-        std::string_view digits = token;
-        if (digits.starts_with('+')) digits.remove_prefix(1);
-        const auto [end, code] =
-            std::from_chars(digits.data(), digits.data() + digits.size(), *out);
-        if (code == std::errc::result_out_of_range && end == digits.data() + digits.size()) {
-            // Too small for a double reads as 0, too large is an error below.
-            *out = digits.find("e-") != std::string_view::npos ||
-                           digits.find("E-") != std::string_view::npos
-                       ? 0
-                       : HUGE_VAL;
-        } else if (code != std::errc() || end != digits.data() + digits.size()) {
-            fail(token, fmt::format("`{}` is no number", token.substr(0, 40)));
-            return false;
-        }
-        if (!std::isfinite(*out) || !std::isfinite(static_cast<float>(*out))) {
-            fail(token, fmt::format("`{}` is not finite or too large", token.substr(0, 40)));
-            return false;
-        }
-        return true;
+        const std::string wrong = scan_number(token, out);
+        if (!wrong.empty()) fail(token, wrong);
+        return wrong.empty();
     }
 
     /// Reads between `least` and `most` numbers and keeps `kept` of them, 0 where the line has
@@ -194,7 +168,7 @@ class ObjReader {
             if (!number(tokens_[i + 1], &v[i])) return;
         }
         if (mesh_.positions.size() >= kMostElements) return fail(tokens_[0], "too many vertices");
-        mesh_.positions.push_back(Vec3d{v[0], v[1], v[2]} * options_.unit_mm);
+        mesh_.positions.push_back({v[0], v[1], v[2]});
         if (count >= 6) {
             for (size_t i = count - 3; i < count; ++i)
                 colors_.push_back(static_cast<float>(v[i]));
@@ -250,7 +224,6 @@ class ObjReader {
             corners_[i] = {};
             if (!corner(tokens_[i + 1], &corners_[i])) return;
         }
-        if (options_.groups && !find_group()) return;
         if (count == 3) return add_triangle({0, 1, 2});
         // Two quads may share both ends of a diagonal; the second takes its other one, or four
         // triangles would meet there.
@@ -277,95 +250,12 @@ class ObjReader {
         uv_corners_.push_back({at(0).vt, at(1).vt, at(2).vt});
         normal_corners_.push_back({at(0).vn, at(1).vn, at(2).vn});
         lines_.push_back(token_line_);
-        if (options_.groups) faces_.push_back(*group_value_);
-    }
-
-    /// The one value that the current `g` names and `usemtl` name map to.
-    bool find_group() {
-        if (group_value_) return true;
-        std::vector<std::string> names(groups_.begin(), groups_.end());
-        if (!material_.empty()) names.push_back(material_);
-        if (names.empty()) names.emplace_back("default");
-        std::string found;
-        for (const std::string& name : names) {
-            const auto it = options_.groups->find(name);
-            if (it == options_.groups->end()) continue;
-            if (group_value_ && *group_value_ != it->second) {
-                fail(
-                    tokens_[0],
-                    fmt::format(
-                        "the face is in group `{}` ({}) and in `{}` ({}) of \"groups\"; a face has "
-                        "one value",
-                        found, *group_value_, name, it->second));
-                return false;
-            }
-            group_value_ = it->second;
-            found = name;
-        }
-        if (group_value_) return true;
-        std::string list;
-        for (const std::string& name : names)
-            list += fmt::format("{}`{}`", list.empty() ? "" : ", ", name);
-        fail(tokens_[0],
-             fmt::format("the face is in group {}, which \"groups\" of mesh `{}` does not map; {}",
-                         list, options_.name, list_groups()));
-        return false;
-    }
-
-    /// All group and material names of the file, for the message above.
-    std::string list_groups() const {
-        std::set<std::string> names;
-        size_t at = 0;
-        while (at < text_.size()) {
-            const size_t end = std::min(text_.find('\n', at), text_.size());
-            std::string_view line = text_.substr(at, end - at);
-            at = end + 1;
-            const bool material = line.starts_with("usemtl ");
-            if (!material && !line.starts_with("g ")) continue;
-            line.remove_prefix(line.find(' '));
-            std::string name;
-            for (char c : line) {
-                if (!is_blank(c)) {
-                    name += c;
-                } else if (!name.empty()) {
-                    names.insert(std::exchange(name, {}));
-                }
-            }
-            if (!name.empty()) names.insert(name);
-        }
-        constexpr size_t kMost = 12;
-        std::string text = "the file has ";
-        size_t shown = 0;
-        for (const std::string& name : names) {
-            if (shown == kMost) {
-                text += fmt::format(" and {} more", names.size() - kMost);
-                break;
-            }
-            text += fmt::format("{}`{}`", shown++ == 0 ? "" : ", ", name);
-        }
-        return names.empty() ? "the file names no groups" : text;
+        if (!group_) group_ = out_.group_index({groups_, material_});
+        out_.face_groups.push_back(*group_);
     }
 
     void add_float(const char* name, int32_t components, std::vector<float> values,
-                   std::vector<std::array<int32_t, 3>> corners,
-                   std::vector<std::string>* warnings) {
-        size_t with = 0;
-        size_t lacking = corners.size();
-        for (size_t t = corners.size(); t-- > 0;) {
-            if (corners[t][0] >= 0 && corners[t][1] >= 0 && corners[t][2] >= 0) {
-                ++with;
-            } else {
-                lacking = t;
-            }
-        }
-        if (with == 0) return;
-        if (lacking < corners.size()) {
-            warnings->push_back(fmt::format(
-                "{}:{}:1: some faces of mesh `{}` have no `{}`, this one first; the mesh "
-                "goes without it",
-                file_, lines_[lacking], options_.name, name));
-            return;
-        }
+                   std::vector<std::array<int32_t, 3>> corners) {
         MeshAttribute a;
         a.name = name;
         a.components = components;
@@ -374,24 +264,16 @@ class ObjReader {
         mesh_.attributes.push_back(std::move(a));
     }
 
-    void add_attributes(std::vector<std::string>* warnings) {
-        add_float("uv", 2, std::move(uv_), std::move(uv_corners_), warnings);
-        add_float("n", 3, std::move(normals_), std::move(normal_corners_), warnings);
+    void add_attributes() {
+        add_float("uv", 2, std::move(uv_), std::move(uv_corners_));
+        add_float("n", 3, std::move(normals_), std::move(normal_corners_));
         if (!colors_.empty() && colors_.size() == mesh_.positions.size() * 3) {
-            add_float("color", 3, std::move(colors_), mesh_.triangles, warnings);
-        }
-        if (options_.groups) {
-            MeshAttribute a;
-            a.name = options_.groups_attribute;
-            a.is_int = true;
-            a.faces = std::move(faces_);
-            mesh_.attributes.push_back(std::move(a));
+            add_float("color", 3, std::move(colors_), mesh_.triangles);
         }
     }
 
     std::string_view text_;
     const std::string& file_;
-    const ObjOptions& options_;
     size_t at_ = 0;
     size_t line_start_ = 0;
     int32_t line_ = 1;
@@ -399,29 +281,22 @@ class ObjReader {
     std::vector<std::string_view> tokens_;
     std::string error_;
 
+    MeshSource out_;
     Mesh mesh_;
     std::vector<float> uv_, normals_, colors_;
     std::vector<std::array<int32_t, 3>> uv_corners_, normal_corners_;
-    std::vector<int32_t> faces_;
     std::vector<int32_t> lines_;  ///< by triangle
     std::vector<Corner> corners_;
     std::unordered_set<uint64_t> diagonals_;  ///< of quads, by their ends
     std::vector<std::string> groups_;
     std::string material_;
-    std::optional<int32_t> group_value_;
+    std::optional<int32_t> group_;  ///< index of the current names among the groups
 };
 
 }  // namespace
 
-Result<LoadedMesh> parse_obj(std::string_view text, const std::string& name,
-                             const ObjOptions& options) {
-    return ObjReader(text, name, options).read();
-}
-
-Result<LoadedMesh> load_obj(const std::filesystem::path& file, const ObjOptions& options) {
-    const Result<std::string> text = read_text_file(file, kLargestFile);
-    if (!text) return text.error();
-    return parse_obj(*text, file.string(), options);
+Result<MeshSource> parse_obj(std::string_view text, const std::string& file) {
+    return ObjReader(text, file).read();
 }
 
 }  // namespace openfab::scene

@@ -10,7 +10,7 @@
 #include "runtime/base/near_miss.h"
 #include "runtime/scene/json.h"
 #include "runtime/scene/json_reader.h"
-#include "runtime/scene/obj.h"
+#include "runtime/scene/load_mesh.h"
 #include "runtime/scene/part_mesh.h"
 #include "runtime/scene/primitives.h"
 #include "runtime/scene/rotation.h"
@@ -272,18 +272,12 @@ class WorldReader {
 
     void mesh_file(const JsonMember& m, const JsonValue& value, const std::string& what) {
         const fs::path file = existing(value, "the file of " + what);
-        std::string extension = file.extension().string();
-        for (char& c : extension)
-            c = c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c;
-        if (json_.ok() && extension != ".obj") {
-            const bool planned = extension == ".ply" || extension == ".stl" ||
-                                 extension == ".3mf" || extension == ".gltf" || extension == ".glb";
-            json_.fail(value, fmt::format("{} is {} file `{}`{}; give it as .obj", what,
-                                          extension.empty() ? "a" : "a " + extension,
-                                          file.filename().string(),
-                                          planned ? ", which is not supported yet" : ""));
+        if (json_.ok() && !is_mesh_file(file)) {
+            json_.fail(value,
+                       fmt::format("{} is `{}`, which is no mesh by its extension; meshes are {}",
+                                   what, file.filename().string(), mesh_formats()));
         }
-        ObjOptions options;
+        MeshOptions options;
         options.name = m.key;
         if (const JsonMember* p = m.value.find("unit")) options.unit_mm = unit_mm(p->value, what);
         if (const JsonMember* p = m.value.find("groups_attribute")) {
@@ -307,8 +301,9 @@ class WorldReader {
             }
         }
         if (!json_.ok()) return;
-        Result<LoadedMesh> loaded = load_obj(file, options);
+        Result<LoadedMesh> loaded = load_mesh(file, options);
         if (!loaded) return json_.fail_with(loaded.error());
+        world_.files.insert(world_.files.end(), loaded->files.begin(), loaded->files.end());
         for (std::string& warning : loaded->warnings)
             world_.warnings.push_back(std::move(warning));
         world_.meshes.push_back(std::move(loaded->mesh));

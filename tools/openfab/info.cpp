@@ -13,7 +13,7 @@
 
 #include "backends/ofr/ofr_reader.h"
 #include "runtime/base/units.h"
-#include "runtime/scene/obj.h"
+#include "runtime/scene/load_mesh.h"
 #include "runtime/scene/world.h"
 #include "tools/openfab/commands.h"
 
@@ -157,8 +157,9 @@ Result<void> info_of_world(const std::string& file) {
 }
 
 Result<void> info_of_mesh(const std::string& file) {
-    Result<scene::LoadedMesh> loaded =
-        scene::load_obj(file, {fs::path(file).stem().string(), 1, {}, "face"});
+    scene::MeshOptions options;
+    options.name = fs::path(file).stem().string();
+    Result<scene::LoadedMesh> loaded = scene::read_mesh(file, options);
     if (!loaded) return loaded.error();
     fmt::print("mesh       {}, closed, in mm\n", loaded->mesh.name);
     print_mesh(loaded->mesh, "");
@@ -171,7 +172,7 @@ Result<void> info(const std::string& file) {
     std::error_code status;
     if (fs::is_directory(file, status)) return info_of_folder(file);
     if (file.ends_with(".json")) return info_of_world(file);
-    if (file.ends_with(".obj")) return info_of_mesh(file);
+    if (scene::is_mesh_file(file)) return info_of_mesh(file);
     return info_of_ofr(file);
 }
 

@@ -262,9 +262,9 @@ TEST_F(BindTest, MakesAQuickWorldOfAMesh) {
     EXPECT_EQ((*parts)[0].slot_material, (std::vector<uint8_t>{1, 2, 3, 0}));
     EXPECT_EQ(as_float((*parts)[0].uniform_values[2]), 2.0f);
     EXPECT_FALSE(make_quick_world(folder_.path() / "none.obj", list_));
-    const Result<World> stl = make_quick_world(folder_.write("x.stl", "solid"), list_);
-    ASSERT_FALSE(stl);
-    EXPECT_NE(stl.error().message.find("is not an .obj file"), std::string::npos);
+    const Result<World> step = make_quick_world(folder_.write("x.step", "solid"), list_);
+    ASSERT_FALSE(step);
+    EXPECT_NE(step.error().message.find("is no mesh by its extension"), std::string::npos);
     EXPECT_FALSE(make_quick_world(file, list_, "Other"));
 }
 

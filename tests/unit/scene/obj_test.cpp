@@ -46,17 +46,17 @@ f -6/1/-2 -5/2/-2 -1/3/-2 \
 f 4/1/6 1/2/6 5/3/6 8/4/6
 )";
 
-ObjOptions options() {
-    ObjOptions o;
+MeshOptions options() {
+    MeshOptions o;
     o.name = "part";
     return o;
 }
 
-Result<LoadedMesh> parse(const std::string& text, const ObjOptions& o = options()) {
-    return parse_obj(text, "m.obj", o);
+Result<LoadedMesh> parse(const std::string& text, const MeshOptions& o = options()) {
+    return parse_mesh(text, "m.obj", o);
 }
 
-std::string error_of(const std::string& text, const ObjOptions& o = options()) {
+std::string error_of(const std::string& text, const MeshOptions& o = options()) {
     const Result<LoadedMesh> loaded = parse(text, o);
     return loaded ? "no error" : loaded.error().message;
 }
@@ -68,7 +68,7 @@ std::string replaced(std::string text, const std::string& from, const std::strin
 }
 
 TEST(Obj, ReadsPositionsAttributesAndGroups) {
-    ObjOptions o = options();
+    MeshOptions o = options();
     o.groups = {{"front", 0}, {"back", 1}, {"sides", 2}};
     o.unit_mm = 25.4;
     const Result<LoadedMesh> loaded = parse(kCube, o);
@@ -113,7 +113,7 @@ TEST(Obj, NamesTheLineOfWhatIsWrong) {
 }
 
 TEST(Obj, MapsGroupsOrListsThem) {
-    ObjOptions o = options();
+    MeshOptions o = options();
     o.groups = {{"front", 0}, {"back", 1}};
     EXPECT_EQ(error_of(kCube, o),
               "m.obj:26:1: the face is in group `sides`, `white`, which \"groups\" of mesh `part` "
@@ -214,7 +214,7 @@ TEST(Obj, TurnsInsideOutShellsButKeepsCavities) {
 }
 
 TEST(Obj, WarnsAboutOddSizesAndLeftOutAttributes) {
-    ObjOptions o = options();
+    MeshOptions o = options();
     o.unit_mm = 1000;
     const Result<LoadedMesh> large = parse(kCube, o);
     ASSERT_TRUE(large);
@@ -275,14 +275,14 @@ TEST(Obj, SurvivesDamage) {
 TEST(Obj, ReadsTheSharedMeshes) {
     const std::filesystem::path data = std::filesystem::path(OPENFAB_SOURCE_DIR) / "../shared/data";
     if (!std::filesystem::exists(data)) GTEST_SKIP() << "the shared meshes are not here";
-    ObjOptions o = options();
+    MeshOptions o = options();
     o.unit_mm = 100;  // some are of unit size
     const std::pair<const char*, size_t> closed[] = {
         {"bunny", 6598},    {"spot", 5856},     {"scorpion", 12626},  {"koala", 7116},
         {"fandisk", 12946}, {"goathead", 5522}, {"stuffedtoy", 13334}};
     for (const auto& [name, triangles] : closed) {
         const Result<LoadedMesh> loaded =
-            load_obj(data / "meshes" / (std::string(name) + ".obj"), o);
+            load_mesh(data / "meshes" / (std::string(name) + ".obj"), o);
         ASSERT_TRUE(loaded) << loaded.error().message;
         EXPECT_EQ(loaded->mesh.triangles.size(), triangles) << name;
         EXPECT_GT(testing::signed_volume(loaded->mesh), 0) << name;
@@ -295,7 +295,7 @@ TEST(Obj, ReadsTheSharedMeshes) {
         {"alligator_flat", " open edges, one"}};
     for (const auto& [name, counts] : broken) {
         const Result<LoadedMesh> loaded =
-            load_obj(data / "broken_meshes" / (std::string(name) + ".obj"), o);
+            load_mesh(data / "broken_meshes" / (std::string(name) + ".obj"), o);
         ASSERT_FALSE(loaded) << name;
         EXPECT_NE(loaded.error().message.find(counts), std::string::npos) << loaded.error().message;
     }

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "runtime/scene/json.h"
+#include "runtime/scene/load_mesh.h"
 #include "runtime/scene/printer.h"
 #include "runtime/scene/world_keys.h"
 #include "tests/support/meshes/temp_folder.h"
@@ -152,7 +153,8 @@ TEST_F(WorldTest, NamesThePlaceOfWhatIsWrong) {
          "12:27: `unit` of mesh `ball` goes with a `file`; a sphere is in mm and has its own "
          "`face` numbers"},
         {"\"sphere\": 8", "\"file\": \"photo.png\"",
-         "12:22: mesh `ball` is a .png file `photo.png`; give it as .obj"},
+         "12:22: mesh `ball` is `photo.png`, which is no mesh by its extension; meshes are " +
+             mesh_formats()},
         {"\"mesh\": \"ball\"", "\"mesh\": \"bal\"",
          "19:19: no mesh is called `bal`; did you mean `ball`?"},
         {"\"fablet\": \"f\", \"priority\"", "\"fablet\": \"ggg\", \"priority\"",
@@ -206,10 +208,12 @@ TEST_F(WorldTest, PassesTheErrorsOfMeshFilesOn) {
                                     ":4:1: mesh `ball` is not a closed surface: "
                                     "3 open edges"))
         << message;
-    folder_.write("thing.stl", "solid");
-    EXPECT_EQ(error_with("\"sphere\": 8", "\"file\": \"thing.stl\""),
-              "12:22: mesh `ball` is a .stl file `thing.stl`, which is not supported yet; give it "
-              "as .obj");
+    folder_.write("thing.step", "solid");
+    const std::string unknown = error_with("\"sphere\": 8", "\"file\": \"thing.step\"");
+    EXPECT_TRUE(
+        unknown.starts_with("12:22: mesh `ball` is `thing.step`, which is no mesh by its "
+                            "extension; meshes are .obj, .stl"))
+        << unknown;
 }
 
 TEST_F(WorldTest, SurvivesEveryTruncation) {

@@ -1,0 +1,301 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/scene/load_mesh.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+#include <set>
+
+#include "runtime/scene/json.h"
+#include "runtime/scene/obj.h"
+#include "runtime/scene/ply.h"
+#include "runtime/scene/stl.h"
+
+namespace openfab::scene {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr size_t kLargestFile = 2'000'000'000;
+
+using Reader = Result<MeshSource> (*)(std::string_view bytes, const std::string& file);
+
+struct Format {
+    const char* extension;
+    Reader read;
+};
+
+constexpr Format kFormats[] = {{".obj", parse_obj}, {".stl", parse_stl}, {".ply", parse_ply}};
+
+const Format* find_format(const fs::path& file) {
+    std::string extension = file.extension().string();
+    for (char& c : extension)
+        c = c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c;
+    for (const Format& format : kFormats) {
+        if (extension == format.extension) return &format;
+    }
+    return nullptr;
+}
+
+/// Leaves out float attributes that some faces lack, and those that none has.
+void drop_partial_attributes(MeshSource* source, std::vector<std::string>* warnings) {
+    std::erase_if(source->mesh.attributes, [&](const MeshAttribute& a) {
+        if (a.is_int) return false;
+        size_t with = 0;
+        size_t lacking = a.corners.size();
+        for (size_t t = a.corners.size(); t-- > 0;) {
+            const auto& c = a.corners[t];
+            const bool has = c[0] >= 0 && c[1] >= 0 && c[2] >= 0;
+            with += has;
+            lacking = has ? lacking : t;
+        }
+        if (with > 0 && lacking < a.corners.size()) {
+            warnings->push_back(fmt::format(
+                "{}: some faces of mesh `{}` have no `{}`, this one first; the mesh "
+                "goes without it",
+                source->origin.str(static_cast<int32_t>(lacking)), source->mesh.name, a.name));
+        }
+        return with == 0 || lacking < a.corners.size();
+    });
+}
+
+/// The numbers of a mesh's groups.
+class Groups {
+  public:
+    Groups(MeshSource* source, const MeshOptions& options, LoadedMesh* out)
+        : source_(*source), options_(options), out_(*out) {}
+
+    Result<void> number() {
+        if (options_.groups) return by_map();
+        by_order();
+        return Ok{};
+    }
+
+  private:
+    static std::vector<std::string> names_of(const FaceGroup& group) {
+        std::vector<std::string> names = group.names;
+        if (!group.material.empty()) names.push_back(group.material);
+        if (names.empty()) names.emplace_back("default");
+        return names;
+    }
+
+    /// A triangle of each group.
+    std::vector<int32_t> first_triangles() const {
+        std::vector<int32_t> first(source_.groups.size(), -1);
+        for (size_t t = source_.face_groups.size(); t-- > 0;)
+            first[static_cast<size_t>(source_.face_groups[t])] = static_cast<int32_t>(t);
+        return first;
+    }
+
+    Result<void> by_map() {
+        // A file without groups is one group by the name "default".
+        if (source_.groups.empty()) {
+            source_.groups.push_back({});
+            source_.face_groups.assign(source_.mesh.triangles.size(), 0);
+        }
+        const std::vector<int32_t> first = first_triangles();
+        std::vector<int32_t> values(source_.groups.size());
+        for (size_t g = 0; g < values.size(); ++g) {
+            if (first[g] < 0) continue;
+            const Result<int32_t> value = mapped(source_.groups[g], first[g]);
+            if (!value) return value.error();
+            values[g] = *value;
+        }
+        for (const auto& [name, value] : *options_.groups)
+            out_.groups.emplace_back(name, value);
+        add_attribute(values);
+        return Ok{};
+    }
+
+    Result<int32_t> mapped(const FaceGroup& group, int32_t triangle) const {
+        const std::vector<std::string> names = names_of(group);
+        const std::string* found = nullptr;
+        int32_t value = 0;
+        for (const std::string& name : names) {
+            const auto it = options_.groups->find(name);
+            if (it == options_.groups->end()) continue;
+            if (found != nullptr && value != it->second) {
+                return user_error(fmt::format(
+                    "{}: the face is in group `{}` ({}) and in `{}` ({}) of \"groups\"; a face has "
+                    "one value",
+                    source_.origin.str(triangle), *found, value, name, it->second));
+            }
+            value = it->second;
+            found = &name;
+        }
+        if (found != nullptr) return value;
+        std::string list;
+        for (const std::string& name : names)
+            list += fmt::format("{}`{}`", list.empty() ? "" : ", ", name);
+        return user_error(fmt::format(
+            "{}: the face is in group {}, which \"groups\" of mesh `{}` does not map; {}",
+            source_.origin.str(triangle), list, options_.name, all_names()));
+    }
+
+    std::string all_names() const {
+        std::set<std::string> names;
+        for (const FaceGroup& group : source_.groups) {
+            names.insert(group.names.begin(), group.names.end());
+            if (!group.material.empty()) names.insert(group.material);
+        }
+        if (names.empty()) return "the file names no groups";
+        constexpr size_t kMost = 12;
+        std::string text = "the file has ";
+        size_t shown = 0;
+        for (const std::string& name : names) {
+            if (shown == kMost) return text + fmt::format(" and {} more", names.size() - kMost);
+            text += fmt::format("{}`{}`", shown++ == 0 ? "" : ", ", name);
+        }
+        return text;
+    }
+
+    void by_order() {
+        const bool materials = std::any_of(source_.groups.begin(), source_.groups.end(),
+                                           [](const FaceGroup& g) { return !g.material.empty(); });
+        const auto name_of = [&](const FaceGroup& group) {
+            if (materials) return group.material;
+            std::string name;
+            for (const std::string& part : group.names)
+                name += (name.empty() ? "" : " ") + part;
+            return name;
+        };
+        std::map<std::string, int32_t> numbers;
+        std::vector<int32_t> values(source_.groups.size(), -1);
+        bool named = false;
+        for (int32_t g : source_.face_groups) {
+            int32_t& value = values[static_cast<size_t>(g)];
+            if (value >= 0) continue;
+            const std::string name = name_of(source_.groups[static_cast<size_t>(g)]);
+            const auto [it, fresh] = numbers.emplace(name, static_cast<int32_t>(numbers.size()));
+            value = it->second;
+            named = named || !name.empty();
+            if (fresh) out_.groups.emplace_back(name.empty() ? "default" : name, value);
+        }
+        if (named && source_.mesh.find(options_.groups_attribute) == nullptr) {
+            add_attribute(values);
+        } else {
+            out_.groups.clear();
+        }
+    }
+
+    void add_attribute(const std::vector<int32_t>& values) {
+        std::erase_if(source_.mesh.attributes,
+                      [&](const MeshAttribute& a) { return a.name == options_.groups_attribute; });
+        MeshAttribute a;
+        a.name = options_.groups_attribute;
+        a.is_int = true;
+        for (int32_t g : source_.face_groups)
+            a.faces.push_back(values[static_cast<size_t>(g)]);
+        source_.mesh.attributes.push_back(std::move(a));
+    }
+
+    MeshSource& source_;
+    const MeshOptions& options_;
+    LoadedMesh& out_;
+};
+
+void to_millimetres(MeshSource* source, const MeshOptions& options, LoadedMesh* out) {
+    Mesh& mesh = source->mesh;
+    if (options.unit_mm) {
+        out->unit_mm = *options.unit_mm;
+        out->unit_note = "as asked";
+    } else if (source->unit_mm > 0) {
+        out->unit_mm = source->unit_mm;
+        out->unit_note = "as the file says";
+    } else {
+        Box3d box;
+        for (const auto& t : mesh.triangles) {
+            for (int32_t v : t)
+                box.add(mesh.positions[static_cast<size_t>(v)]);
+        }
+        const Vec3d size = box.empty() ? Vec3d{} : box.size();
+        const double largest = std::max({size.x, size.y, size.z});
+        // Nobody prints a part below a millimetre, and many programs write metres.
+        const bool metres = largest > 0 && largest < 1;
+        out->unit_mm = metres ? 1000 : 1;
+        out->unit_note = metres ? "guessed from the size" : "assumed, as the file says none";
+        if (metres) {
+            out->warnings.push_back(fmt::format(
+                "{}: mesh `{}` is {:.4g} x {:.4g} x {:.4g} of a unit that the file does not say; "
+                "taken as metres. Set `unit` if it is another",
+                source->origin.file, mesh.name, size.x, size.y, size.z));
+        }
+    }
+    for (Vec3d& p : mesh.positions)
+        p = p * out->unit_mm;
+}
+
+/// What is the same for all formats. A refusal is an error of prepare_mesh.
+Result<LoadedMesh> finish(MeshSource source, const MeshOptions& options, bool tolerant) {
+    LoadedMesh out;
+    source.mesh.name = options.name;
+    out.warnings = std::move(source.warnings);
+    out.files = std::move(source.files);
+    drop_partial_attributes(&source, &out.warnings);
+    if (Result<void> numbered = Groups(&source, options, &out).number(); !numbered)
+        return numbered.error();
+    to_millimetres(&source, options, &out);
+    Result<void> fine =
+        prepare_mesh(&source.mesh, &source.origin, &out.warnings, source.part_of_vertex);
+    if (!fine) {
+        if (!tolerant) return fine.error();
+        out.refusal = fine.error().message;
+    }
+    out.mesh = std::move(source.mesh);
+    return out;
+}
+
+Result<LoadedMesh> parse(std::string_view bytes, const fs::path& file, const MeshOptions& options,
+                         bool tolerant) {
+    const Format* format = find_format(file);
+    if (format == nullptr) {
+        return user_error(fmt::format("{} is no mesh by its extension; meshes are {}",
+                                      file.string(), mesh_formats()));
+    }
+    Result<MeshSource> source = format->read(bytes, file.string());
+    if (!source) return source.error();
+    return finish(std::move(*source), options, tolerant);
+}
+
+Result<LoadedMesh> load(const fs::path& file, const MeshOptions& options, bool tolerant) {
+    if (find_format(file) == nullptr) return parse({}, file, options, tolerant);
+    const Result<std::string> bytes = read_text_file(file, kLargestFile);
+    if (!bytes) return bytes.error();
+    return parse(*bytes, file, options, tolerant);
+}
+
+}  // namespace
+
+int32_t MeshSource::group_index(const FaceGroup& group) {
+    const auto [it, fresh] = group_indices_.emplace(group, static_cast<int32_t>(groups.size()));
+    if (fresh) groups.push_back(group);
+    return it->second;
+}
+
+bool is_mesh_file(const fs::path& file) {
+    return find_format(file) != nullptr;
+}
+
+std::string mesh_formats() {
+    std::string text;
+    for (const Format& format : kFormats)
+        text += fmt::format("{}{}", text.empty() ? "" : ", ", format.extension);
+    return text;
+}
+
+Result<LoadedMesh> load_mesh(const fs::path& file, const MeshOptions& options) {
+    return load(file, options, false);
+}
+
+Result<LoadedMesh> parse_mesh(std::string_view bytes, const fs::path& file,
+                              const MeshOptions& options) {
+    return parse(bytes, file, options, false);
+}
+
+Result<LoadedMesh> read_mesh(const fs::path& file, const MeshOptions& options) {
+    return load(file, options, true);
+}
+
+}  // namespace openfab::scene

@@ -1,0 +1,72 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include "tests/unit/scene/mesh_files.h"
+
+namespace openfab::scene {
+namespace {
+
+/// A tetrahedron of this size, in two groups and two materials.
+std::string tetrahedron(double size) {
+    return fmt::format(
+        "v 0 0 0\nv {0} 0 0\nv 0 {0} 0\nv 0 0 {0}\n"
+        "g low\nusemtl red\nf 1 3 2\ng high\nf 1 2 4\nusemtl blue\nf 2 3 4\nf 1 4 3\n",
+        size);
+}
+
+TEST(LoadMesh, GuessesMetresWithAWarning) {
+    const Result<LoadedMesh> small = parse_bytes(tetrahedron(0.05), "a.obj");
+    ASSERT_TRUE(small);
+    EXPECT_EQ(small->unit_mm, 1000);
+    EXPECT_EQ(small->unit_note, "guessed from the size");
+    EXPECT_EQ(small->mesh.positions[1], (Vec3d{50, 0, 0}));
+    EXPECT_EQ(small->warnings,
+              (std::vector<std::string>{
+                  "a.obj: mesh `part` is 0.05 x 0.05 x 0.05 of a unit that the file does not say; "
+                  "taken as metres. Set `unit` if it is another"}));
+    MeshOptions options;
+    options.unit_mm = 1;
+    const Result<LoadedMesh> as_asked = parse_bytes(tetrahedron(0.05), "a.obj", options);
+    ASSERT_TRUE(as_asked);
+    EXPECT_EQ(as_asked->mesh.positions[1], (Vec3d{0.05, 0, 0}));
+    ASSERT_EQ(as_asked->warnings.size(), 1u);
+    EXPECT_NE(as_asked->warnings[0].find("check its `unit`"), std::string::npos);
+    const Result<LoadedMesh> usual = parse_bytes(tetrahedron(50), "a.obj");
+    ASSERT_TRUE(usual);
+    EXPECT_EQ(usual->unit_mm, 1);
+    EXPECT_TRUE(usual->warnings.empty());
+}
+
+TEST(LoadMesh, NumbersMaterialsElseGroups) {
+    using Numbers = std::vector<std::pair<std::string, int32_t>>;
+    const Result<LoadedMesh> materials = parse_bytes(tetrahedron(5), "a.obj");
+    ASSERT_TRUE(materials);
+    EXPECT_EQ(materials->groups, (Numbers{{"red", 0}, {"blue", 1}}));
+    EXPECT_EQ(materials->mesh.find("face")->faces, (std::vector<int32_t>{0, 0, 1, 1}));
+    std::string text = tetrahedron(5);
+    for (const char* line : {"usemtl red\n", "usemtl blue\n"})
+        text.erase(text.find(line), std::string(line).size());
+    const Result<LoadedMesh> groups = parse_bytes(text, "a.obj");
+    ASSERT_TRUE(groups);
+    EXPECT_EQ(groups->groups, (Numbers{{"low", 0}, {"high", 1}}));
+    for (const char* line : {"g low\n", "g high\n"})
+        text.erase(text.find(line), std::string(line).size());
+    const Result<LoadedMesh> none = parse_bytes(text, "a.obj");
+    ASSERT_TRUE(none);
+    EXPECT_TRUE(none->groups.empty());
+    EXPECT_EQ(none->mesh.find("face"), nullptr);
+}
+
+TEST(LoadMesh, RefusesOtherExtensions) {
+    EXPECT_TRUE(is_mesh_file("X.PLY"));
+    EXPECT_FALSE(is_mesh_file("x.step"));
+    EXPECT_FALSE(is_mesh_file("obj"));
+    EXPECT_TRUE(parse_error("", "a.step").starts_with("a.step is no mesh by its extension"));
+    const Result<LoadedMesh> missing = load_mesh("nowhere/a.stl", {});
+    ASSERT_FALSE(missing);
+    EXPECT_EQ(missing.error().code, ErrorCode::kUserInput);
+}
+
+}  // namespace
+}  // namespace openfab::scene

@@ -1,0 +1,91 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// What the tests of mesh formats share: files made in memory, and damage done to them.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstring>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "runtime/scene/load_mesh.h"
+#include "tests/support/meshes/meshes.h"
+
+namespace openfab::scene {
+
+inline Result<LoadedMesh> parse_bytes(const std::string& bytes, const std::string& file,
+                                      MeshOptions options = {}) {
+    if (options.name.empty()) options.name = "part";
+    return parse_mesh(bytes, file, options);
+}
+
+inline std::string parse_error(const std::string& bytes, const std::string& file) {
+    const Result<LoadedMesh> loaded = parse_bytes(bytes, file);
+    return loaded ? "no error" : loaded.error().message;
+}
+
+template <typename T>
+void append(std::string* bytes, T value, bool big_endian = false) {
+    char raw[sizeof value];
+    std::memcpy(raw, &value, sizeof value);
+    if (big_endian) std::reverse(raw, raw + sizeof value);
+    bytes->append(raw, sizeof value);
+}
+
+/// Loads `count` damaged forms of a file: bytes changed, set to extremes, cut out, doubled, or the
+/// end cut off. Any answer will do but a crash; one that is a mesh must be sound.
+inline void survive_damage(const std::string& bytes, const std::string& file, int count) {
+    std::mt19937 random(7);
+    size_t meshes = 0;
+    for (int i = 0; i < count; ++i) {
+        std::string damaged = bytes;
+        const auto place = [&] { return random() % damaged.size(); };
+        for (unsigned k = 0; k < 1 + random() % 4; ++k) {
+            switch (random() % 5) {
+                case 0:
+                    damaged[place()] = static_cast<char>(random());
+                    break;
+                case 1:
+                    damaged[place()] = "\x00\xff\x7f\x80-9"[random() % 6];
+                    break;
+                case 2:
+                    damaged.erase(place(), 1 + random() % 8);
+                    break;
+                case 3:
+                    damaged.insert(place(), damaged.substr(place(), random() % 40));
+                    break;
+                default:
+                    if (random() % 4 == 0) damaged.resize(place());
+            }
+            if (damaged.empty()) damaged = "x";
+        }
+        const Result<LoadedMesh> loaded = parse_bytes(damaged, file);
+        if (!loaded) {
+            EXPECT_FALSE(loaded.error().message.empty());
+            continue;
+        }
+        ++meshes;
+        EXPECT_TRUE(count_edges(loaded->mesh).fine());
+        for (const MeshAttribute& a : loaded->mesh.attributes) {
+            const size_t triangles = loaded->mesh.triangles.size();
+            if (a.is_int) {
+                EXPECT_EQ(a.faces.size(), triangles * static_cast<size_t>(a.components));
+                continue;
+            }
+            ASSERT_EQ(a.corners.size(), triangles);
+            for (const auto& corners : a.corners) {
+                for (int32_t c : corners)
+                    ASSERT_LT(static_cast<size_t>(c) * static_cast<size_t>(a.components),
+                              a.values.size());
+            }
+        }
+    }
+    // Damage that nothing survives would test the first check alone.
+    EXPECT_GT(meshes, 0u) << file;
+}
+
+}  // namespace openfab::scene

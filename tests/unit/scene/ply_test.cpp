@@ -1,0 +1,195 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include "tests/unit/scene/mesh_files.h"
+
+namespace openfab::scene {
+namespace {
+
+enum class Kind { kAscii, kLittle, kBig };
+
+/// Writes values in one of the three forms.
+class Writer {
+  public:
+    explicit Writer(Kind kind) : kind_(kind) {}
+    template <typename T>
+    void add(T value) {
+        if (kind_ == Kind::kAscii) {
+            text += fmt::format("{} ", value);
+        } else {
+            append(&text, value, kind_ == Kind::kBig);
+        }
+    }
+    void end_line() {
+        if (kind_ == Kind::kAscii) text += "\n";
+    }
+    std::string text;
+
+  private:
+    Kind kind_;
+};
+
+constexpr const char* kHead = R"(comment made by a test
+element camera 2
+property list uchar double path
+property short id
+element vertex 8
+property double x
+property float y
+property float z
+property float nx
+property float ny
+property float nz
+property uchar red
+property uchar green
+property uchar blue
+property float temperature
+property int grain_x
+property int grain_y
+element face 6
+property list uchar int vertex_indices
+property list uchar float texcoord
+property int part
+property float weight
+property uchar tag_0
+property uchar tag_1
+end_header
+)";
+
+/// A cube of 10 mm out of quads, with a bit of everything that PLY has.
+std::string cube_ply(Kind kind) {
+    Writer w(kind);
+    w.text = std::string("ply\nformat ") +
+             (kind == Kind::kAscii    ? "ascii"
+              : kind == Kind::kLittle ? "binary_little_endian"
+                                      : "binary_big_endian") +
+             " 1.0\n" + kHead;
+    for (int camera = 0; camera < 2; ++camera) {
+        w.add(static_cast<uint8_t>(camera + 1));
+        for (int i = 0; i <= camera; ++i)
+            w.add(0.25);
+        w.add(static_cast<int16_t>(-5));
+        w.end_line();
+    }
+    for (int v = 0; v < 8; ++v) {
+        w.add(v == 1 || v == 2 || v == 5 || v == 6 ? 10.0 : 0.0);
+        w.add(v == 2 || v == 3 || v == 6 || v == 7 ? 10.0f : 0.0f);
+        w.add(v >= 4 ? 10.0f : 0.0f);
+        w.add(0.0f);
+        w.add(0.0f);
+        w.add(v >= 4 ? 1.0f : -1.0f);
+        w.add(static_cast<uint8_t>(v == 0 ? 255 : 0));
+        w.add(static_cast<uint8_t>(128));
+        w.add(static_cast<uint8_t>(0));
+        w.add(20.5f + static_cast<float>(v));
+        w.add(static_cast<int32_t>(v));
+        w.add(static_cast<int32_t>(-v));
+        w.end_line();
+    }
+    const int faces[6][4] = {{0, 3, 2, 1}, {4, 5, 6, 7}, {0, 1, 5, 4},
+                             {1, 2, 6, 5}, {2, 3, 7, 6}, {3, 0, 4, 7}};
+    for (int f = 0; f < 6; ++f) {
+        w.add(static_cast<uint8_t>(4));
+        for (int v : faces[f])
+            w.add(static_cast<int32_t>(v));
+        w.add(static_cast<uint8_t>(8));
+        for (int i = 0; i < 8; ++i)
+            w.add(static_cast<float>(f * 8 + i) / 64);
+        w.add(static_cast<int32_t>(f * 100 - 200));
+        w.add(static_cast<float>(f) / 2);
+        w.add(static_cast<uint8_t>(f));
+        w.add(static_cast<uint8_t>(200 + f));
+        w.end_line();
+    }
+    return w.text;
+}
+
+TEST(Ply, ReadsAllThreeForms) {
+    for (Kind kind : {Kind::kAscii, Kind::kLittle, Kind::kBig}) {
+        const Result<LoadedMesh> loaded = parse_bytes(cube_ply(kind), "a.ply");
+        ASSERT_TRUE(loaded) << loaded.error().message;
+        const Mesh& mesh = loaded->mesh;
+        EXPECT_TRUE(loaded->warnings.empty());
+        EXPECT_EQ(mesh.triangles.size(), 12u);
+        EXPECT_NEAR(testing::signed_volume(mesh), 1000, 1e-9);
+        std::vector<std::string> names;
+        for (const MeshAttribute& a : mesh.attributes)
+            names.push_back(fmt::format("{}{}{}", a.name, a.is_int ? " int" : " ", a.components));
+        EXPECT_EQ(names,
+                  (std::vector<std::string>{"uv 2", "n 3", "color 3", "temperature 1", "grain 2",
+                                            "part int1", "weight 1", "tag int2"}));
+        // Triangle 5 is the second half of face 2: corners 0, 5, 4.
+        EXPECT_EQ(mesh.triangles[5], (std::array<int32_t, 3>{0, 5, 4}));
+        const auto value = [&](const char* name, size_t corner, size_t component) {
+            const MeshAttribute& a = *mesh.find(name);
+            return a.values[static_cast<size_t>(a.corners[5][corner] * a.components) + component];
+        };
+        EXPECT_EQ(value("uv", 2, 1), (2 * 8 + 7) / 64.0f);
+        EXPECT_EQ(value("n", 1, 2), 1);
+        EXPECT_EQ(value("temperature", 1, 0), 25.5f);
+        EXPECT_EQ(value("grain", 2, 1), -4);
+        EXPECT_EQ(value("color", 0, 0), 1);
+        EXPECT_NEAR(value("color", 0, 1), 0.2158605f, 1e-6f);
+        EXPECT_EQ(value("weight", 0, 0), 1);
+        EXPECT_EQ(mesh.find("part")->faces[5], 0);
+        EXPECT_EQ(mesh.find("tag")->faces[10], 2);
+        EXPECT_EQ(mesh.find("tag")->faces[11], 202);
+    }
+}
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+    const size_t at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    return at == std::string::npos ? text : text.replace(at, from.size(), to);
+}
+
+TEST(Ply, NamesWhatIsWrong) {
+    const std::string text = cube_ply(Kind::kAscii);
+    EXPECT_EQ(parse_error("plx\n", "a.ply"),
+              "a.ply:1:1: no PLY file: it does not start with `ply`");
+    EXPECT_EQ(parse_error(replaced(text, "ascii 1.0", "binary 1.0"), "a.ply"),
+              "a.ply:2:1: unknown format `binary`");
+    EXPECT_EQ(parse_error(replaced(text, "property double x", "property real x"), "a.ply"),
+              "a.ply:8:1: unknown type `real`");
+    EXPECT_EQ(parse_error(replaced(text, "element vertex 8", "element vertex many"), "a.ply"),
+              "a.ply:7:1: `many` is no whole number from 0 to 200000000");
+    EXPECT_EQ(parse_error(replaced(text, "vertex_indices", "corners"), "a.ply"),
+              "a.ply: faces have no list `vertex_indices`");
+    EXPECT_EQ(parse_error(replaced(text, "0 3 2 1 8", "0 3 2 8 8"), "a.ply"),
+              "a.ply:38:1: the face asks for vertex 8, but there are 8");
+    EXPECT_EQ(parse_error(replaced(text, "4 0 3 2 1 8", "4 0 3 2 1.5 8"), "a.ply"),
+              "a.ply:38:1: `1.5` is no whole number from -2147483648 to 2147483647");
+    EXPECT_EQ(parse_error(replaced(text, "element face", "element strip"), "a.ply"),
+              "a.ply: the file has no element `face`; a mesh needs `vertex` and `face` (triangle "
+              "strips and points are not supported)");
+    const std::string binary = cube_ply(Kind::kLittle);
+    EXPECT_EQ(parse_error(binary.substr(0, binary.size() - 3), "a.ply"),
+              "a.ply: face 5: the file ends here; it was cut short");
+    EXPECT_EQ(parse_error(replaced(binary, "element vertex 8", "element vertex 99999999"), "a.ply")
+                  .substr(0, 15),
+              "a.ply: vertex 1");
+}
+
+TEST(Ply, LeavesOutWhatIsNoAttribute) {
+    const std::string text = cube_ply(Kind::kAscii);
+    const Result<LoadedMesh> nan = parse_bytes(replaced(text, " 24.5 ", " nan "), "a.ply");
+    ASSERT_TRUE(nan) << nan.error().message;
+    EXPECT_EQ(nan->mesh.find("temperature"), nullptr);
+    EXPECT_EQ(nan->warnings, (std::vector<std::string>{
+                                 "a.ply: property `temperature` of element `vertex` is not finite "
+                                 "or too large at vertex 4; left out"}));
+    const Result<LoadedMesh> twice =
+        parse_bytes(replaced(text, "float weight", "float temperature"), "a.ply");
+    ASSERT_TRUE(twice);
+    ASSERT_EQ(twice->warnings.size(), 1u);
+    EXPECT_NE(twice->warnings[0].find("has the name of an attribute"), std::string::npos);
+}
+
+TEST(Ply, SurvivesDamage) {
+    for (Kind kind : {Kind::kAscii, Kind::kLittle, Kind::kBig})
+        survive_damage(cube_ply(kind), "a.ply", 400);
+}
+
+}  // namespace
+}  // namespace openfab::scene

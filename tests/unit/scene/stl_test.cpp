@@ -1,0 +1,104 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include "tests/unit/scene/mesh_files.h"
+
+namespace openfab::scene {
+namespace {
+
+std::string binary_stl(const Mesh& mesh, const std::string& head = "made by a test") {
+    std::string bytes = head;
+    bytes.resize(80);
+    append(&bytes, static_cast<uint32_t>(mesh.triangles.size()));
+    for (size_t t = 0; t < mesh.triangles.size(); ++t) {
+        for (int i = 0; i < 3; ++i)
+            append(&bytes, 0.0f);
+        for (int32_t v : mesh.triangles[t]) {
+            const Vec3d& p = mesh.positions[static_cast<size_t>(v)];
+            for (int a = 0; a < 3; ++a)
+                append(&bytes, static_cast<float>(p[a]));
+        }
+        append(&bytes, static_cast<uint16_t>(t));
+    }
+    return bytes;
+}
+
+std::string ascii_stl(const Mesh& mesh, const std::string& name) {
+    std::string text = "solid " + name + "\n";
+    for (const auto& t : mesh.triangles) {
+        text += "  facet normal 0 0 nan\n    outer loop\n";
+        for (int32_t v : t) {
+            const Vec3d& p = mesh.positions[static_cast<size_t>(v)];
+            text += fmt::format("      vertex {} {} {:e}\n", p.x, p.y, p.z);
+        }
+        text += "    endloop\n  endfacet\n";
+    }
+    return text + "endsolid " + name + "\n";
+}
+
+TEST(Stl, ReadsBinaryFilesAndTheirExtraBytes) {
+    // Files of some programs start with "solid" and are binary all the same.
+    for (const char* head : {"made by a test", "solid of some program"}) {
+        const Result<LoadedMesh> loaded = parse_bytes(binary_stl(testing::cube(10), head), "a.STL");
+        ASSERT_TRUE(loaded) << loaded.error().message;
+        EXPECT_EQ(loaded->mesh.positions.size(), 8u);
+        EXPECT_NEAR(testing::signed_volume(loaded->mesh), 1000, 1e-9);
+        ASSERT_NE(loaded->mesh.find("attribute"), nullptr);
+        EXPECT_EQ(loaded->mesh.find("attribute")->faces[11], 11);
+        EXPECT_TRUE(loaded->warnings.empty());
+        EXPECT_EQ(loaded->unit_mm, 1);
+    }
+}
+
+TEST(Stl, ReadsAsciiFilesWithSolidsAsGroups) {
+    Mesh second = testing::cube(5);
+    for (Vec3d& p : second.positions)
+        p.x += 20;
+    const std::string text = ascii_stl(testing::cube(10), "a big one") + ascii_stl(second, "b");
+    const Result<LoadedMesh> loaded = parse_bytes(text, "a.stl");
+    ASSERT_TRUE(loaded) << loaded.error().message;
+    EXPECT_NEAR(testing::signed_volume(loaded->mesh), 1125, 1e-9);
+    ASSERT_NE(loaded->mesh.find("face"), nullptr);
+    EXPECT_EQ(loaded->mesh.find("face")->faces[0], 0);
+    EXPECT_EQ(loaded->mesh.find("face")->faces[23], 1);
+    EXPECT_EQ(loaded->groups,
+              (std::vector<std::pair<std::string, int32_t>>{{"a big one", 0}, {"b", 1}}));
+    MeshOptions options;
+    options.groups = {{"a big one", 7}, {"b", -3}};
+    options.groups_attribute = "kind";
+    const Result<LoadedMesh> mapped = parse_bytes(text, "a.stl", options);
+    ASSERT_TRUE(mapped) << mapped.error().message;
+    EXPECT_EQ(mapped->mesh.find("kind")->faces[0], 7);
+    EXPECT_EQ(mapped->mesh.find("kind")->faces[23], -3);
+}
+
+TEST(Stl, NamesWhatIsWrong) {
+    const std::string text = ascii_stl(testing::cube(10), "c");
+    std::string bad = text;
+    bad.replace(bad.find("vertex 10"), 9, "vertex 1O");
+    EXPECT_TRUE(parse_error(bad, "a.stl").ends_with("`1O` is no number"));
+    EXPECT_TRUE(parse_error(bad, "a.stl").starts_with("a.stl:"));
+    EXPECT_EQ(parse_error(text.substr(0, text.find("endloop")), "a.stl"),
+              "a.stl:7:5: the file ends where `endloop` should be; it was cut short");
+    EXPECT_EQ(parse_error("solid x\n  frog\n", "a.stl"),
+              "a.stl:2:3: `frog` where `facet` or `endsolid` should be");
+    EXPECT_EQ(parse_error("solid x\nendsolid x\n", "a.stl"), "a.stl: mesh `part` has no faces");
+    const std::string binary = binary_stl(testing::cube(10));
+    EXPECT_EQ(parse_error(binary.substr(0, 300), "a.stl"),
+              "a.stl: binary STL that says 12 triangles but ends after 4; it was cut short, or is "
+              "no STL");
+    EXPECT_NE(parse_error("nothing", "a.stl").find("no STL file"), std::string::npos);
+    std::string infinite = binary;
+    const float inf = HUGE_VALF;
+    std::memcpy(infinite.data() + 84 + 50 + 12, &inf, 4);
+    EXPECT_EQ(parse_error(infinite, "a.stl"), "a.stl: triangle 2 has a corner that is not finite");
+}
+
+TEST(Stl, SurvivesDamage) {
+    survive_damage(binary_stl(testing::cube(10)), "a.stl", 400);
+    survive_damage(ascii_stl(testing::cube(10), "c"), "a.stl", 400);
+}
+
+}  // namespace
+}  // namespace openfab::scene
