@@ -2,8 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The built-in functions: which exist, how their arguments are typed, and which OpenFL has but this
-// compiler has not yet.
+// The built-in functions: which exist, and how their arguments are typed.
 
 #include <cstdint>
 #include <string>
@@ -40,10 +39,7 @@ struct IntrinsicInfo {
 
 /// Null where there is none of that name.
 const IntrinsicInfo* find_intrinsic(std::string_view name);
-/// True of a function that OpenFL or HLSL has and this compiler has not yet.
-bool is_unsupported_function(std::string_view name);
-/// What another language's function is called here, else empty: `mix` is `lerp`.
-std::string_view habit_function(std::string_view name);
-std::vector<std::string> intrinsic_names();
+/// All names of functions that are built in, those that are checked elsewhere too.
+std::vector<std::string> function_names();
 
 }  // namespace openfab::sema

@@ -7,6 +7,7 @@
 
 #include "compiler/diag/suggest.h"
 #include "compiler/sema/check_state.h"
+#include "compiler/sema/habits.h"
 
 namespace openfab::sema {
 
@@ -172,29 +173,20 @@ ExprPtr Checker::call(const ast::Expr& expr) {
 /// Its arguments are not looked at: one cause, one message.
 ExprPtr Checker::unknown_function(const ast::Expr& expr) {
     const ast::Expr& callee = *expr.args[0];
-    const TypeLookup type = find_type(callee.text);
-    if (is_unsupported_function(callee.text)) {
-        sink_->report(callee.span, diag::kUnsupported, fmt::format("`{}` is", callee.text));
-    } else {
-        std::vector<std::string> names = intrinsic_names();
-        for (const char* name :
-             {"mul", "transpose", "determinant", "inverse", "over", "printf", "assert"})
-            names.emplace_back(name);
-        for (const auto* list : {&visible_functions_, &imported_functions_}) {
-            for (const Function* f : *list)
-                names.push_back(f->name);
-        }
-        const std::string near = diag::suggest(callee.text, names);
-        const std::string_view habit = habit_function(callee.text);
-        diag::Diagnostic& d = sink_->report(callee.span, diag::kUnknownFunction, callee.text);
-        if (!habit.empty()) {
-            d.help(fmt::format("OpenFL calls it `{}`", habit));
-        } else if (type.help.substr(0, 5) == "write") {
-            d.help(type.help);  // vec3(…)
-        } else if (!near.empty()) {
-            d.help(fmt::format("did you mean `{}`?", near));
-        }
+    diag::Diagnostic& d = sink_->report(callee.span, diag::kUnknownFunction, callee.text);
+    if (const std::string habit = habit_of_function(callee.text); !habit.empty()) {
+        d.help(habit);
+        return poison(expr.span);
     }
+    std::vector<std::string> names = function_names();
+    for (const auto* list : {&visible_functions_, &imported_functions_}) {
+        for (const Function* f : *list)
+            names.push_back(f->name);
+    }
+    for (const std::string& type : type_names())
+        names.push_back(type);
+    const std::string near = diag::suggest(callee.text, names);
+    if (!near.empty()) d.help(fmt::format("did you mean `{}`?", near));
     return poison(expr.span);
 }
 

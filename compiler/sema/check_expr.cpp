@@ -7,6 +7,7 @@
 
 #include "compiler/diag/suggest.h"
 #include "compiler/sema/check_state.h"
+#include "compiler/sema/habits.h"
 
 namespace openfab::sema {
 
@@ -166,6 +167,10 @@ ExprPtr Checker::name(const ast::Expr& expr) {
         return poison(expr.span);
     }
     diag::Diagnostic& d = sink_->report(expr.span, diag::kUnknownName, expr.text);
+    if (const std::string help = help_for_name(expr.text); !help.empty()) {
+        d.help(help);
+        return poison(expr.span);
+    }
     std::vector<std::string> names;
     for (const Scope& scope : scopes_) {
         for (const auto& [text, symbol_] : scope)
@@ -174,6 +179,21 @@ ExprPtr Checker::name(const ast::Expr& expr) {
     const std::string near = diag::suggest(expr.text, names);
     if (!near.empty()) d.help(fmt::format("did you mean `{}`?", near));
     return poison(expr.span);
+}
+
+/// Of a word from elsewhere, or of what the surface stage has and the volume stage asks for.
+std::string Checker::help_for_name(std::string_view name) const {
+    const std::string habit = habit_of_name(name);
+    if (!habit.empty() || place_ != Place::kVolume) return habit;
+    for (const auto* list : {&fablet_->ir.surface_outputs, &fablet_->ir.surface_inputs}) {
+        for (const ir::Varying& v : *list) {
+            if (v.name != name) continue;
+            return fmt::format(
+                "the surface stage has it: add `@nearest {} {}` to the varyings of this one",
+                v.type_name, v.name);
+        }
+    }
+    return "";
 }
 
 ExprPtr Checker::bad_operand(const ast::Expr& expr, const std::string& types) {

@@ -112,6 +112,7 @@ class Checker {
     ExprPtr attribute_member(const ast::Expr& expr, ExprPtr object);
     ExprPtr swizzle(const ast::Expr& expr, ExprPtr object);
     ExprPtr cast(const ast::Expr& expr);
+    std::string help_for_name(std::string_view name) const;
     ExprPtr bad_operand(const ast::Expr& expr, const std::string& types);
     bool assignable(const Expr& target);
     /// The type that both operands of an operator are brought to; a shorter vector wins, with a

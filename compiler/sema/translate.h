@@ -20,7 +20,7 @@ constexpr size_t kMaxInstructions = 100000;
 constexpr size_t kMaxSteps = 500000;
 
 struct TranslateOptions {
-    bool prints = false;                             ///< `printf` and `assert` do something
+    bool prints = false;  ///< `printf` and `assert` do something
 };
 
 /// Only for a program that `check` found no error in. Where this reports errors the module is not

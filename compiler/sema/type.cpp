@@ -4,9 +4,10 @@
 
 #include <fmt/format.h>
 
-#include <vector>
+#include <utility>
 
 #include "compiler/diag/suggest.h"
+#include "compiler/sema/habits.h"
 
 namespace openfab::sema {
 
@@ -28,43 +29,6 @@ constexpr Named kOther[] = {
     {"SurfaceAttributes", Base::kSurfaceAttributes},
     {"VolumeAttributes", Base::kVolumeAttributes},
     {"SurfacePoint", Base::kSurfacePoint},
-};
-
-struct Text {
-    std::string_view name;
-    std::string_view text;
-};
-// Words for types in other languages.
-constexpr Text kHabits[] = {
-    {"vec2", "float2"},
-    {"vec3", "float3"},
-    {"vec4", "float4"},
-    {"ivec2", "int2"},
-    {"ivec3", "int3"},
-    {"ivec4", "int4"},
-    {"uvec2", "uint2"},
-    {"uvec3", "uint3"},
-    {"uvec4", "uint4"},
-    {"bvec2", "bool2"},
-    {"bvec3", "bool3"},
-    {"bvec4", "bool4"},
-    {"mat2", "float2x2"},
-    {"mat3", "float3x3"},
-    {"mat4", "float4x4"},
-    {"Texture2D", "ImageTexture2D"},
-    {"Texture3D", "ImageTexture3D"},
-    {"sampler2D", "ImageTexture2D"},
-    {"sampler3D", "ImageTexture3D"},
-    {"double", "float"},
-    {"half", "float"},
-    {"color", "float3"},
-    {"point", "float3"},
-    {"vector", "float3"},
-    {"normal", "float3"},
-    {"unsigned", "uint"},
-    {"string", ""},
-    {"auto", ""},
-    {"var", ""},
 };
 
 bool is_side(char c) {
@@ -188,10 +152,7 @@ TypeLookup find_type(std::string_view name) {
     for (const Named& n : kOther) {
         if (n.name == name) return {{n.base, 1}, ""};
     }
-    for (const Text& t : kHabits) {
-        if (t.name != name) continue;
-        return {{}, t.text.empty() ? "" : fmt::format("write `{}`", t.text)};
-    }
+    if (std::string help = habit_of_type(name); !help.empty()) return {{}, std::move(help)};
     const std::string near = diag::suggest(name, type_names());
     return {{}, near.empty() ? "" : fmt::format("did you mean `{}`?", near)};
 }
