@@ -17,6 +17,7 @@ namespace {
 /// Cells in a layer, and pixels, at most.
 constexpr int64_t kMaxCells = 300'000;
 constexpr double kMaxPixels = 1.5e6;
+constexpr double kMinPixels = 2.5e5;
 /// Half of the light over kSightMm.
 constexpr double kOpaquePerMm = 0.6931 / kSightMm;
 
@@ -80,7 +81,10 @@ Result<void> ModelPreview::begin(const backends::PrintInfo& info) {
         high_b = std::max(high_b, dot(p, up_));
     }
     const double area = (high_a - low_a_) * (high_b - low_b_);
-    pixel_mm_ = std::max(0.8 * std::min(cell_mm_.x, cell_mm_.y), std::sqrt(area / kMaxPixels));
+    // Cells are blended between, so pixels finer than cells are smooth: coarse drafts fill a screen
+    // too.
+    pixel_mm_ = std::min(0.8 * std::min(cell_mm_.x, cell_mm_.y), std::sqrt(area / kMinPixels));
+    pixel_mm_ = std::max(pixel_mm_, std::sqrt(area / kMaxPixels));
     width_ = std::max(1, static_cast<int32_t>(std::ceil((high_a - low_a_) / pixel_mm_)));
     height_ = std::max(1, static_cast<int32_t>(std::ceil((high_b - low_b_) / pixel_mm_)));
     painted_.assign(static_cast<size_t>(width_) * static_cast<size_t>(height_), {});
