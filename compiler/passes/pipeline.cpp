@@ -114,8 +114,11 @@ PipelineResult run_pipeline(const ir::Fablet& fablet, const PipelineOptions& opt
     runner.run("attach_footprints", &stages.volume, attach_footprints);
     runner.clean(&stages.volume);
     // After the footprints: the interval of a look-up depends on how widely it filters.
-    runner.run("form_volume_bounds", &stages.volume_bounds,
-               [&](ir::Stage* out) { *out = form_volume_bounds(stages.volume); });
+    // A block that is filled at once would not print.
+    if (stages.volume.prints.empty()) {
+        runner.run("form_volume_bounds", &stages.volume_bounds,
+                   [&](ir::Stage* out) { *out = form_volume_bounds(stages.volume); });
+    }
     runner.clean(&stages.volume_bounds);
     runner.write_out(&stages.volume_bounds);
     // Before functions are written out: a function moves as a whole or stays.

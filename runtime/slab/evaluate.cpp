@@ -21,7 +21,7 @@ void grow(auto* values, size_t count) {
 }  // namespace
 
 BlockEvaluator::BlockEvaluator(const openfab_stage_set& set, openfab_isa isa, size_t parts)
-    : calls_(set, isa, 0), isa_(isa), scratch_(parts), attribute_scratch_(parts) {
+    : calls_(set, isa, 0), isa_(isa), scratch_(parts), attribute_scratch_(parts), phases_(parts) {
     owned_.resize(64 * kBatch);
     tiles_.resize(static_cast<size_t>(calls_.tile_values()) * kBatch);
     codes_.resize(kBatchValues);
@@ -39,6 +39,7 @@ nearest::QueryCounts BlockEvaluator::query_counts() const {
     for (const auto& s : scratch_) {
         if (s != nullptr) sum.add(s->counts);
     }
+    sum.add(phases_.query_counts());
     return sum;
 }
 
@@ -110,28 +111,34 @@ const void* BlockEvaluator::input(const PrintPart& part, const openfab_arg& arg)
     }
 }
 
-int BlockEvaluator::run_volume(const PrintPart& part, int32_t n) {
+int BlockEvaluator::run_volume(const PrintPart& part, int32_t n, PointPrints* prints) {
     const openfab_kernel& kernel = part.part->fablet->volume;
-    arguments_.begin(kernel, part, corners_.data(), n, 8);
     const int32_t slots = part.slots();
-    int32_t written = 0;
+    const auto written = static_cast<int32_t>(
+        std::count_if(kernel.args, kernel.args + kernel.arg_count,
+                      [](const openfab_arg& arg) { return arg.kind == OPENFAB_ARG_WEIGHT; }));
+    // A slot that the fablet never sets may have no output.
+    if (written < slots)
+        std::fill_n(weights_.begin(), static_cast<size_t>(n * slots) * kBlockValues, 0.0f);
+    if (part.part->fablet->volume_phases.step_count > 0) {
+        return phases_.run(
+            part, isa_, corners_.data(), owned_.data(), n,
+            [&](const openfab_arg& arg) { return input(part, arg); }, weights_.data(), prints);
+    }
+    arguments_.begin(kernel, part, corners_.data(), n, 8);
     for (int32_t i = 0; i < kernel.arg_count; ++i) {
         if (kernel.args[i].kind == OPENFAB_ARG_WEIGHT) {
             arguments_.set_blocks(
                 i, &weights_[static_cast<size_t>(kernel.args[i].a) * kBlockValues], slots * 512);
-            ++written;
         } else if (!arguments_.is_set(i)) {
             arguments_.set_blocks(i, input(part, kernel.args[i]));
         }
     }
-    // A slot that the fablet never sets may have no output.
-    if (written < slots)
-        std::fill_n(weights_.begin(), static_cast<size_t>(n * slots) * kBlockValues, 0.0f);
     return arguments_.run(isa_);
 }
 
 int BlockEvaluator::evaluate(const PrintPart& part, int32_t group, const OwnedBlock* blocks,
-                             int32_t n, RowBand* band) {
+                             int32_t n, RowBand* band, PointPrints* prints) {
     const double start = seconds_now();
     prepare(part);
     for (int32_t i = 0; i < n; ++i) {
@@ -153,7 +160,7 @@ int BlockEvaluator::evaluate(const PrintPart& part, int32_t group, const OwnedBl
         advance(flat_targets_);
     }
     const double queried = seconds_now();
-    int status = run_volume(part, n);
+    int status = run_volume(part, n, prints);
     const double evaluated = seconds_now();
     if (status != 0) return status;
     status = calls_.normalise(weights_.data(), part.slots(), part.slot_material.data(),

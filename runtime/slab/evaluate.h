@@ -14,6 +14,7 @@
 #include "runtime/slab/kernel_arguments.h"
 #include "runtime/slab/print_part.h"
 #include "runtime/slab/stages.h"
+#include "runtime/slab/volume_phases.h"
 
 namespace openfab::slab {
 
@@ -39,9 +40,9 @@ class BlockEvaluator {
     BlockEvaluator(const openfab_stage_set& set, openfab_isa isa, size_t parts);
 
     /// Evaluates up to kBatch blocks of block row `row` in group `group` and merges them into the
-    /// band. Returns 0 or a Halide error code.
+    /// band; what the fablet prints goes to `prints`. Returns 0 or a Halide error code.
     int evaluate(const PrintPart& part, int32_t group, const OwnedBlock* blocks, int32_t n,
-                 RowBand* band);
+                 RowBand* band, PointPrints* prints);
 
     /// One composition for a whole block: codes and fractions as the volume kernel's weights would
     /// give them. `weights`: one for each slot; `codes`: 512, `tile`: StageCalls::tile_values().
@@ -60,7 +61,7 @@ class BlockEvaluator {
   private:
     void prepare(const PrintPart& part);
     void query(const PrintPart& part, const OwnedBlock& block, int32_t place);
-    int run_volume(const PrintPart& part, int32_t n);
+    int run_volume(const PrintPart& part, int32_t n, PointPrints* prints);
     const void* input(const PrintPart& part, const openfab_arg& arg) const;
 
     StageCalls calls_;
@@ -68,6 +69,7 @@ class BlockEvaluator {
     std::vector<std::unique_ptr<nearest::Engine::Scratch>> scratch_;    ///< by part
     std::vector<nearest::AttributeReader::Scratch> attribute_scratch_;  ///< by part
     KernelArguments arguments_;
+    VolumePhases phases_;
     nearest::BlockAnswer answer_;
     std::array<int32_t, 3 * kBatch> corners_{};
     std::vector<float> values_, gradients_, distance_,

@@ -91,6 +91,7 @@ int GroupRun::run_rows(int32_t group, int32_t first, int32_t end, Pool<BlockEval
     };
     const auto dither = [&](Row* scratch) {
         in_order.push_back(scratch);
+        if (!scratch->prints.empty()) prints_.append(&scratch->prints);
         if (status.load() != 0) return;
         RowBand* released = nullptr;
         const int result = dither_.add(&scratch->band, &released);
@@ -144,6 +145,7 @@ int GroupRun::evaluate_part(int32_t group, const ActivePart& active, Row* scratc
                             BlockEvaluator* evaluator) const {
     RowBand& band = scratch->band;
     std::vector<OwnedBlock>& pending = scratch->pending;
+    PointPrints* prints = &scratch->prints;
     pending.clear();
     const voxel::GroupMask& mask = active.mask;
     const uint8_t* rows = &mask.mask[static_cast<size_t>(8 * band.row - mask.y0) * mask.width];
@@ -181,14 +183,14 @@ int GroupRun::evaluate_part(int32_t group, const ActivePart& active, Row* scratc
         }
         pending.push_back(block);
         if (static_cast<int32_t>(pending.size()) < BlockEvaluator::kBatch) continue;
-        const int status =
-            evaluator->evaluate(*active.part, group, pending.data(), BlockEvaluator::kBatch, &band);
+        const int status = evaluator->evaluate(*active.part, group, pending.data(),
+                                               BlockEvaluator::kBatch, &band, prints);
         if (status != 0) return status;
         pending.clear();
     }
     if (pending.empty()) return 0;
     return evaluator->evaluate(*active.part, group, pending.data(),
-                               static_cast<int32_t>(pending.size()), &band);
+                               static_cast<int32_t>(pending.size()), &band, prints);
 }
 
 }  // namespace openfab::slab

@@ -87,6 +87,8 @@ class GroupRun {
     static constexpr int kStopped = -1'000'000;
 
     const GroupPlanes& planes() const { return planes_; }
+    /// What the group's voxels printed, to be taken.
+    PointPrints& prints() { return prints_; }
     GroupTimes times;
 
   private:
@@ -100,6 +102,7 @@ class GroupRun {
         RowBand band;
         std::vector<uint8_t> claimed;  ///< 64 bytes a block column: voxels that parts before have
         std::vector<OwnedBlock> pending;  ///< blocks to evaluate, of one part
+        PointPrints prints;
     };
 
     int prepare(int32_t group, Pool<BlockEvaluator>* evaluators);
@@ -113,6 +116,7 @@ class GroupRun {
     std::vector<std::unique_ptr<ActivePart>> spare_, active_;
     Pool<Row> rows_;
     GroupPlanes planes_;
+    PointPrints prints_;
     GroupDither dither_;
 };
 

@@ -4,12 +4,39 @@
 
 namespace openfab::slab {
 
+const void* part_argument(const PrintPart& part, const openfab_arg& arg,
+                          abi::KernelBuffer* buffer) {
+    const auto a = static_cast<size_t>(arg.a);
+    switch (arg.kind) {
+        case OPENFAB_ARG_UNIFORM:
+            return &part.part->uniform_values[a];
+        case OPENFAB_ARG_FRAME:
+            return &part.frame[a];
+        case OPENFAB_ARG_INSTANCE:
+            return &part.part->instance;
+        case OPENFAB_ARG_TEXTURE: {
+            const texture::Pyramid& pyramid = *part.part->textures[a];
+            if (arg.b == OPENFAB_TEXTURE_INFO) {
+                buffer->set_dense(abi::halide_type(OPENFAB_INT), pyramid.info().data(),
+                                  {static_cast<int32_t>(pyramid.info().size())});
+            } else {
+                const std::span<const float> values =
+                    arg.b == OPENFAB_TEXTURE_TEXELS ? pyramid.texels() : pyramid.minmax();
+                buffer->set_dense(abi::halide_type(OPENFAB_FLOAT), values.data(),
+                                  {static_cast<int32_t>(values.size())});
+            }
+            return buffer->raw();
+        }
+        default:
+            return nullptr;
+    }
+}
+
 void KernelArguments::begin(const openfab_kernel& kernel, const PrintPart& part,
                             const int32_t* corners, int32_t n, int32_t block_size) {
     kernel_ = &kernel;
     n_ = n;
     block_size_ = block_size;
-    instance_ = part.part->instance;
     const auto count = static_cast<size_t>(kernel.arg_count);
     args_.assign(count, nullptr);
     if (buffer_count_ < count) {
@@ -18,40 +45,13 @@ void KernelArguments::begin(const openfab_kernel& kernel, const PrintPart& part,
     }
     for (size_t i = 0; i < count; ++i) {
         const openfab_arg& arg = kernel.args[i];
-        const auto a = static_cast<size_t>(arg.a);
-        switch (arg.kind) {
-            case OPENFAB_ARG_UNIFORM:
-                args_[i] = const_cast<uint32_t*>(&part.part->uniform_values[a]);
-                break;
-            case OPENFAB_ARG_FRAME:
-                args_[i] = const_cast<float*>(&part.frame[a]);
-                break;
-            case OPENFAB_ARG_INSTANCE:
-                args_[i] = &instance_;
-                break;
-            case OPENFAB_ARG_BLOCK_SIZE:
-                args_[i] = &block_size_;
-                break;
-            case OPENFAB_ARG_BLOCKS:
-                buffers_[i].set_dense(abi::halide_type(OPENFAB_INT), corners, {3, n});
-                args_[i] = buffers_[i].raw();
-                break;
-            case OPENFAB_ARG_TEXTURE: {
-                const texture::Pyramid& pyramid = *part.part->textures[a];
-                if (arg.b == OPENFAB_TEXTURE_INFO) {
-                    buffers_[i].set_dense(abi::halide_type(OPENFAB_INT), pyramid.info().data(),
-                                          {static_cast<int32_t>(pyramid.info().size())});
-                } else {
-                    const std::span<const float> values =
-                        arg.b == OPENFAB_TEXTURE_TEXELS ? pyramid.texels() : pyramid.minmax();
-                    buffers_[i].set_dense(abi::halide_type(OPENFAB_FLOAT), values.data(),
-                                          {static_cast<int32_t>(values.size())});
-                }
-                args_[i] = buffers_[i].raw();
-                break;
-            }
-            default:
-                break;
+        if (arg.kind == OPENFAB_ARG_BLOCK_SIZE) {
+            args_[i] = &block_size_;
+        } else if (arg.kind == OPENFAB_ARG_BLOCKS) {
+            buffers_[i].set_dense(abi::halide_type(OPENFAB_INT), corners, {3, n});
+            args_[i] = buffers_[i].raw();
+        } else {
+            args_[i] = const_cast<void*>(part_argument(part, arg, &buffers_[i]));
         }
     }
 }

@@ -14,6 +14,10 @@
 
 namespace openfab::slab {
 
+/// The address of a scalar, or `buffer`, filled, for a texture: what does not change from block to
+/// block. Null for all else.
+const void* part_argument(const PrintPart& part, const openfab_arg& arg, abi::KernelBuffer* buffer);
+
 class KernelArguments {
   public:
     /// Starts the list of `kernel` for n blocks or cubes of `block_size` voxels a side; `corners`:
@@ -35,7 +39,6 @@ class KernelArguments {
     const openfab_kernel* kernel_ = nullptr;
     int32_t n_ = 0;
     int32_t block_size_ = 0;
-    int32_t instance_ = 0;
     std::vector<void*> args_;
     std::unique_ptr<abi::KernelBuffer[]> buffers_;
     size_t buffer_count_ = 0;

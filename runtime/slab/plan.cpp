@@ -64,7 +64,11 @@ MemoryNeeds memory_needs(const std::vector<std::unique_ptr<PrintPart>>& parts, c
         masks += (int64_t{extent.x} + 16) * (extent.y + 16) * 17 / 16;
         const int64_t inputs = p->nearest.floats() * int64_t{p->volume.gradients ? 4 : 1} +
                                p->nearest.ints() + p->slots() + 2;
-        batch = std::max(batch, inputs * BlockEvaluator::kBatch * 512 * 4);
+        // State, and as much again for what a kernel writes before it is put in place.
+        const openfab_phases& phases = p->part->fablet->volume_phases;
+        const int64_t state =
+            int64_t{2} * phases.state_count * phases::group_limit(phases) * phases::kLanes * 4;
+        batch = std::max(batch, inputs * BlockEvaluator::kBatch * 512 * 4 + state);
     }
     // Packed planes, and as much again for what the sink makes of them.
     needs.per_group = 16 * plane + masks + blocks_x * 8 * 2 * 8 * channels * 4;

@@ -29,20 +29,27 @@ struct FinishedGroup {
     int32_t group = 0;
     int status = 0;
     std::string kernel_error;
+    Result<void> surfaces;  ///< an error where a surface kernel has failed
     struct Slice {
         int32_t z = 0;
         SliceTotals totals;
         std::vector<uint8_t> bytes;
     };
     std::vector<Slice> slices;
+    PointPrints prints;
 };
 
 /// Takes finished groups in order, one thread at a time, and hands their slices to the sink.
 class Delivery {
   public:
     Delivery(backends::SliceSink& sink, const std::function<void(const ProgressEvent&)>& progress,
-             const std::atomic<bool>& interrupt, const backends::PrintInfo& info)
-        : sink_(sink), progress_(progress), info_(info), stop_{interrupt} {}
+             const std::atomic<bool>& interrupt, const backends::PrintInfo& info,
+             const std::function<void(const std::string&)>& print_line)
+        : sink_(sink),
+          progress_(progress),
+          info_(info),
+          print_line_(print_line),
+          stop_{interrupt} {}
 
     /// True once nothing more is to be printed: interrupted, or something failed.
     bool stopped() const { return stop_.requested(); }
@@ -59,6 +66,8 @@ class Delivery {
                                             group.kernel_error)));
             return;
         }
+        if (!show(group.prints)) return;
+        if (!group.surfaces) return fail(group.surfaces.error());
         for (const FinishedGroup::Slice& slice : group.slices) {
             const double start = seconds_now();
             const Result<void> written = sink_.commit(slice.z, slice.bytes);
@@ -87,7 +96,32 @@ class Delivery {
     double first_slice() const { return first_slice_; }
     double seconds_commit() const { return seconds_commit_; }
 
+    /// Says how many lines of each print were left out.
+    void end_prints() {
+        if (!print_line_) return;
+        for (const auto& [print, count] : prints_.left_out()) {
+            print_line_(fmt::format("{}:{}: {} more line{} not shown", print->source, print->line,
+                                    count, count == 1 ? "" : "s"));
+        }
+    }
+
   private:
+    /// Prints what the group's voxels had to say; false at an assertion that did not hold.
+    bool show(PointPrints& prints) {
+        if (prints.empty()) return true;
+        const size_t shown = prints_.lines().size();
+        prints_.append(&prints);
+        for (size_t i = shown; i < prints_.lines().size(); ++i) {
+            const PointPrints::Line& line = prints_.lines()[i];
+            if (line.print->is_assert != 0) {
+                fail(user_error(line.text));
+                return false;
+            }
+            if (print_line_) print_line_(line.text);
+        }
+        return true;
+    }
+
     void report() {
         if (!progress_) return;
         const int64_t slice_voxels = int64_t{info_.size.x} * info_.size.y;
@@ -103,6 +137,8 @@ class Delivery {
     backends::SliceSink& sink_;
     const std::function<void(const ProgressEvent&)>& progress_;
     const backends::PrintInfo& info_;
+    const std::function<void(const std::string&)>& print_line_;
+    PointPrints prints_;
     StopFlags stop_;
     bool failed_ = false, ended_ = false;
     Error error_;
@@ -124,6 +160,7 @@ class PrintJob final : public Print {
                      const std::atomic<bool>& interrupt, PrintStatistics* statistics) override;
 
   private:
+    Result<void> surface_status() const;
     void print_groups(backends::SliceSink& sink, Delivery* delivery);
     FinishedGroup print_group(int32_t group, const backends::SliceSink& sink, Delivery* delivery);
     void encode(const backends::SliceSink& sink, const GroupRun& run, FinishedGroup* finished);
@@ -170,6 +207,7 @@ Result<void> PrintJob::set_up() {
 
     Result<scene::Grid> grid = make_grid(input_.parts, surfaces_, input_.pitch_mm);
     if (!grid) return grid.error();
+    if (const Result<void> diced = surface_status(); !diced) return diced.error();
     grid_ = *grid;
     Result<Vec2<int32_t>> range = slice_range(grid_, options_);
     if (!range) return range.error();
@@ -239,7 +277,7 @@ PrintEstimate PrintJob::estimate() const {
 Result<void> PrintJob::run(backends::SliceSink& sink,
                            const std::function<void(const ProgressEvent&)>& progress,
                            const std::atomic<bool>& interrupt, PrintStatistics* statistics) {
-    Delivery delivery(sink, progress, interrupt, info_);
+    Delivery delivery(sink, progress, interrupt, info_, options_.print_line);
     const Result<void> begun = sink.begin(info_);
     if (!begun) {
         delivery.fail(begun.error());
@@ -249,6 +287,7 @@ Result<void> PrintJob::run(backends::SliceSink& sink,
         tbb::task_arena arena(threads_);
         arena.execute([&] { print_groups(sink, &delivery); });
     }
+    delivery.end_prints();
     const bool complete = !delivery.failed() && delivery.slices() == range_.y - range_.x;
 
     backends::PrintTotals totals;
@@ -273,6 +312,17 @@ Result<void> PrintJob::run(backends::SliceSink& sink,
         return Error{ErrorCode::kInterrupted,
                      fmt::format("interrupted after {} of {} slices; what was written is kept",
                                  delivery.slices(), range_.y - range_.x)};
+    }
+    return {};
+}
+
+/// A patch whose kernel failed has come back empty, in whichever group it was first needed.
+Result<void> PrintJob::surface_status() const {
+    for (size_t i = 0; i < surfaces_.size(); ++i) {
+        const Result<void> status = surfaces_[i]->status();
+        if (status) continue;
+        return Error{status.error().code,
+                     fmt::format("part `{}`: {}", input_.parts[i].name, status.error().message)};
     }
     return {};
 }
@@ -311,8 +361,11 @@ FinishedGroup PrintJob::print_group(int32_t group, const backends::SliceSink& si
     finished.group = group;
     GroupRun* run = runs_.take([&] { return std::make_unique<GroupRun>(setup_); });
     finished.status = run->run(group, &evaluators_, delivery->stop_flags());
+    if (!run->prints().empty()) finished.prints.append(&run->prints());
     if (finished.status != 0) {
         finished.kernel_error = abi::take_kernel_error();
+    } else if (finished.surfaces = surface_status(); !finished.surfaces) {
+        // What was printed with an empty patch must not be kept.
     } else if (delivery->stopped()) {
         finished.status = GroupRun::kStopped;
     } else {

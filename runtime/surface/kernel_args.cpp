@@ -60,7 +60,9 @@ Result<void> check_surface_kernels(const scene::Part& part) {
     const openfab_fablet& fablet = *part.fablet;
     if (fablet.has_surface == 0) return {};
     for (const openfab_kernel* kernel : {&fablet.surface, &fablet.surface_bounds}) {
-        if (kernel->fn[OPENFAB_ISA_SSE41] == nullptr && kernel->fn[OPENFAB_ISA_AVX2] == nullptr) {
+        const bool phased = kernel == &fablet.surface && fablet.surface_phases.step_count > 0;
+        if (!phased && kernel->fn[OPENFAB_ISA_SSE41] == nullptr &&
+            kernel->fn[OPENFAB_ISA_AVX2] == nullptr) {
             return internal_error(fmt::format(
                 "fablet `{}` has a surface stage but lacks a kernel of it", fablet.name));
         }

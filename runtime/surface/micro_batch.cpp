@@ -24,6 +24,8 @@ MicroBatch::MicroBatch(const scene::Part& part, const BaseMesh& base, const Stat
       base_(base),
       nearest_(nearest),
       kernel_(part.fablet->surface),
+      static_args_(args),
+      isa_(isa),
       call_(part.fablet->surface, isa) {
     const size_t count = static_cast<size_t>(kernel_.arg_count);
     buffers_ = std::make_unique<abi::KernelBuffer[]>(count);
@@ -367,10 +369,54 @@ int MicroBatch::evaluate() {
             scalar == OPENFAB_FLOAT ? static_cast<const void*>(floats_[i].data()) : ints_[i].data();
         buffers_[i].set_dense(abi::halide_type(scalar), data, {evaluated_});
     }
-    const int error = call_.run();
+    const bool phased = part_.fablet->surface_phases.step_count > 0;
+    const int error = phased ? run_phases() : call_.run();
     if (error == 0) read_results();
     return error;
 }
+
+/// The buffers of the batch have room for whole groups (see `grow`); places past the end are not
+/// asked for.
+int MicroBatch::run_phases() {
+    const int32_t groups = (evaluated_ + phases::kLanes - 1) / phases::kLanes;
+    wanted_.assign(static_cast<size_t>(groups), 255);
+    const int32_t rest = evaluated_ % phases::kLanes;
+    if (rest != 0) wanted_.back() = static_cast<uint8_t>((1u << rest) - 1u);
+    for (size_t i = 0; i < batched_.size(); ++i) {
+        if (batched_[i] != 0) buffers_[i].set_dim(0, groups * phases::kLanes, 1);
+    }
+    return driver_.run(part_.fablet->surface_phases, isa_, wanted_, this, this);
+}
+
+size_t MicroBatch::argument_index(const openfab_arg& arg) const {
+    size_t i = 0;
+    while (kernel_.args[i].kind != arg.kind || kernel_.args[i].a != arg.a ||
+           kernel_.args[i].b != arg.b) {
+        ++i;
+    }
+    return i;
+}
+
+const void* MicroBatch::input(const openfab_arg& arg) {
+    if (const void* fixed = static_args_.find(arg)) return fixed;
+    return buffers_[argument_index(arg)].raw();
+}
+
+phases::OutputPlace MicroBatch::output(const openfab_arg& arg) {
+    const size_t i = argument_index(arg);
+    if (arg.scalar != OPENFAB_FLOAT) return {reinterpret_cast<uint32_t*>(ints_[i].data())};
+    return {reinterpret_cast<uint32_t*>(floats_[i].data())};
+}
+
+/// The language has queries in the volume stage only.
+int MicroBatch::query(const openfab_query& /*query*/, std::span<const int32_t> /*groups*/,
+                      const phases::States& /*states*/) {
+    return -1;
+}
+
+/// Surface stages do not print: a patch is evaluated as often as the cache needs it.
+void MicroBatch::print(const openfab_print& /*print*/, std::span<const int32_t> /*groups*/,
+                       const phases::States& /*states*/) {}
 
 void MicroBatch::read_results() {
     for (size_t axis = 0; axis < 3; ++axis) {

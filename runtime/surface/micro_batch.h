@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "runtime/abi/kernel_call.h"
+#include "runtime/phases/driver.h"
 #include "runtime/scene/part.h"
 #include "runtime/surface/base_mesh.h"
 #include "runtime/surface/kernel_args.h"
@@ -22,7 +23,7 @@
 
 namespace openfab::surface {
 
-class MicroBatch {
+class MicroBatch : private phases::Arguments, private phases::Handler {
   public:
     MicroBatch(const scene::Part& part, const BaseMesh& base, const StaticArgs& args,
                const NearestLayout& nearest, openfab_isa isa);
@@ -89,11 +90,23 @@ class MicroBatch {
     Corners normal_corners(int32_t triangle, int32_t axis) const;
     Corners uv_corners(int32_t triangle, int32_t axis) const;
     void read_results();
+    int run_phases();
+    const void* input(const openfab_arg& arg) override;
+    phases::OutputPlace output(const openfab_arg& arg) override;
+    int query(const openfab_query& query, std::span<const int32_t> groups,
+              const phases::States& states) override;
+    void print(const openfab_print& print, std::span<const int32_t> groups,
+               const phases::States& states) override;
+    size_t argument_index(const openfab_arg& arg) const;
 
     const scene::Part& part_;
     const BaseMesh& base_;
     const NearestLayout& nearest_;
     const openfab_kernel& kernel_;
+    const StaticArgs& static_args_;
+    const openfab_isa isa_;
+    phases::Driver driver_;  ///< where the stage has phases
+    std::vector<uint8_t> wanted_;
     abi::KernelCall call_;
     std::unique_ptr<abi::KernelBuffer[]> buffers_;  ///< [argument]; unused for scalars and textures
     std::vector<uint8_t> batched_;            ///< [argument] the argument is a buffer of the batch
