@@ -169,6 +169,7 @@ std::string_view Parser::marker_word(std::initializer_list<const char*> known) {
             const Token& word = take();
             sink_->report(word.span, diag::kMissingAt, word.text)
                 .help("write `@" + std::string(word.text) + "`");
+            last_error_ = at_;  // what is not right behind it is no second mistake
             return word.text;
         }
     }
@@ -316,6 +317,12 @@ void Parser::parse_member(ast::Fablet* fablet, ast::Scope* scope) {
         return skip_to_member();
     }
     parse_static();
+    if (fablet == nullptr && at_identifier() && peek().text == "uniform" && at_identifier(1) &&
+        at_identifier(2)) {
+        sink_->report(peek().span, diag::kMissingAt, "uniform")
+            .help("uniforms stand in a fablet: `@uniform { float x; }`");
+        return skip_to_member();
+    }
     if (at_identifier() && at_identifier(1) && peek(2).is("(")) return parse_function(scope);
     const bool is_const = accept("const");
     if (at("struct")) {
@@ -393,7 +400,8 @@ bool Parser::parse_declarator(const ast::TypeRef& type, ast::Variable* out) {
     out->type = type;
     out->span = peek().span;
     if (!at_identifier()) {
-        expected("a name");
+        expected(at("[") ? "a name: the size of an array stands behind it, `float a[3]`"
+                         : "a name");
         return false;
     }
     out->name = take().text;
@@ -588,7 +596,17 @@ bool Parser::at_member_marker() const {
     return at("@") && (word == "Surface" || word == "Volume" || word == "uniform");
 }
 
+/// `float[3] a`, which declares an array elsewhere.
+bool Parser::at_array_type() const {
+    if (!at_identifier() || !peek(1).is("[")) return false;
+    size_t ahead = 2;
+    while (at_ + ahead < tokens_.size() && !peek(ahead).is("]") && !peek(ahead).is(";"))
+        ++ahead;
+    return peek(ahead).is("]") && at_identifier(ahead + 1);
+}
+
 bool Parser::at_declaration() const {
+    if (at_array_type()) return true;
     return at("const") || (at_identifier() && (at_identifier(1) || peek(1).is("const")));
 }
 

@@ -106,6 +106,7 @@ class Parser {
     ast::StmtPtr parse_bounded();
     ast::StmtPtr parse_simple();
     bool at_declaration() const;
+    bool at_array_type() const;
     bool at_member_marker() const;
     bool on_fresh_line() const;
     ast::StmtPtr stmt(ast::StmtKind kind) const;

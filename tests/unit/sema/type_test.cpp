@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "compiler/sema/builtins.h"
+#include "compiler/sema/habits.h"
 
 namespace openfab::sema {
 namespace {
@@ -41,15 +42,16 @@ TEST(Types, HabitsAreAnswered) {
     EXPECT_EQ(find_type("Texture2D").help, "write `ImageTexture2D`");
     EXPECT_EQ(find_type("flaot").help, "did you mean `float`?");
     EXPECT_EQ(find_type("material").help, "did you mean `Material`?");
-    EXPECT_EQ(habit_function("mix"), "lerp");
-    EXPECT_EQ(habit_function("lerp"), "");
+    EXPECT_EQ(habit_of_function("mix"), "OpenFL calls it `lerp`");
+    EXPECT_EQ(habit_of_function("vec3"), "write `float3`");
+    EXPECT_EQ(habit_of_function("lerp"), "");
 }
 
-TEST(Builtins, NothingIsBothThereAndNot) {
-    for (const std::string& name : intrinsic_names()) {
-        EXPECT_NE(find_intrinsic(name) != nullptr, is_unsupported_function(name)) << name;
-        EXPECT_EQ(habit_function(name), "") << name;
-    }
+TEST(Habits, AreNoWordsOfOurs) {
+    for (const std::string& name : function_names())
+        EXPECT_EQ(habit_of_function(name), "") << name;
+    for (const std::string& name : type_names())
+        EXPECT_EQ(habit_of_type(name), "") << name;
 }
 
 }  // namespace

@@ -1,0 +1,17 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Words of other shading languages, and what to write for them here. Each answer is the text of a
+// help line, empty where the word is none.
+
+#include <string>
+#include <string_view>
+
+namespace openfab::sema {
+
+std::string habit_of_type(std::string_view name);
+std::string habit_of_function(std::string_view name);
+std::string habit_of_name(std::string_view name);
+
+}  // namespace openfab::sema
