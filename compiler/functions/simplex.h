@@ -15,7 +15,7 @@ inline constexpr std::array<float, 5> kSkews = {0.0f, 0.0f, 0.366025404f, 0.3333
                                                 0.309016994f};
 inline constexpr std::array<float, 5> kUnskews = {0.0f, 0.0f, 0.211324865f, 0.166666667f,
                                                   0.138196601f};
-inline constexpr std::array<float, 5> kSimplexScales = {0.0f, 0.0f, 91.0f, 54.0f, 45.0f};
+inline constexpr std::array<float, 5> kSimplexScales = {0.0f, 0.0f, 92.4f, 76.8f, 62.7f};
 
 template <typename M, size_t kAxes>
 class SimplexNoise {

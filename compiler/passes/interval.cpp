@@ -117,7 +117,7 @@ Interval IntervalForm::of(const Instr& instr) {
         default:
             break;
     }
-    if (ir::is_function(instr.op)) return unknown(instr.type);
+    if (ir::is_function(instr.op)) return of_function(instr);
     if (from_.instrs[instr.args[0]].type == Type::kFloat) return of_float(instr);
     return of_integer(instr);
 }
@@ -384,8 +384,8 @@ Interval IntervalForm::integer_product(Type type, const Interval& a, const Inter
     return {b_.select(fits, ends.lo, full.lo), b_.select(fits, ends.hi, full.hi), ir::kNoValue};
 }
 
-/// Division and remainder by one positive number, masks by one that is not negative; else the whole
-/// range.
+/// Division and remainder by one positive number, shifts down by one, masks by one that is not
+/// negative; else the whole range.
 Interval IntervalForm::integer_rest(Op op, Type type, const Interval& a, const Interval& b) {
     const Interval full = full_range(type);
     const Id zero = constant_like(type, 0);
@@ -393,6 +393,11 @@ Interval IntervalForm::integer_rest(Op op, Type type, const Interval& a, const I
     if (op == Op::kBitAnd) {
         const Id mask = emit(Op::kGe, b.lo, zero);
         return {b_.select(mask, zero, full.lo), b_.select(mask, b.hi, full.hi), ir::kNoValue};
+    }
+    if (op == Op::kShr) {
+        const Id count = both(single, emit(Op::kGe, b.lo, zero));
+        return {b_.select(count, emit(Op::kShr, a.lo, b.lo), full.lo),
+                b_.select(count, emit(Op::kShr, a.hi, b.lo), full.hi), ir::kNoValue};
     }
     if (op != Op::kDiv && op != Op::kMod) return full;
     const Id simple = both(single, emit(Op::kGt, b.lo, zero));

@@ -55,6 +55,16 @@ class IntervalForm {
 
     Interval of(const ir::Instr& instr);
     Interval of_input(const ir::Instr& instr);
+    // interval_functions.cpp
+    Interval of_function(const ir::Instr& instr);
+    Interval of_monotone(Op op, const Interval& a, bool falls);
+    Interval of_wave(Op op, const Interval& a);
+    Interval of_tangent(const Interval& a);
+    Interval of_angle(const Interval& y, const Interval& x);
+    Interval of_power(const Interval& x, const Interval& y);
+    Interval of_noise(const ir::Instr& instr);
+    Interval around_centre(const ir::Instr& instr, size_t axes, float one, float all, Id farthest);
+    Interval widened(Id first, Id last);
     // interval_lookups.cpp
     Interval of_sample(const ir::Instr& instr);
     Interval of_query_result(const ir::Instr& instr);

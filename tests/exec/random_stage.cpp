@@ -48,9 +48,16 @@ class Generator {
         stage_.prints = {{"%f %d", false, 1, 2}};
     }
 
+    void allow_functions() { functions_ = true; }
+
   private:
     void add_operations(int32_t operations) {
         for (int32_t made = 0; made < operations;) {
+            if (functions_ && random_() % 6 == 0) {
+                add_function();
+                ++made;
+                continue;
+            }
             const uint32_t draw = loops_ ? random_() % 64 : 0;
             if (draw == 1 && depth_ < 3) {
                 made += add_loop(operations - made);
@@ -102,6 +109,39 @@ class Generator {
         for (size_t k = 0; k < nexts.size(); ++k)
             note(b_.loop_result(end, static_cast<int32_t>(k)));
         return inside;
+    }
+
+    void add_function() {
+        ir::Instr instr;
+        instr.op = static_cast<Op>(static_cast<uint32_t>(Op::kSin) +
+                                   random_() % (static_cast<uint32_t>(Op::kCellular) -
+                                                static_cast<uint32_t>(Op::kSin) + 1));
+        instr.type = instr.op == Op::kHash ? Type::kUint : Type::kFloat;
+        if (ir::arity(instr.op) > 0) {
+            for (int k = 0; k < ir::arity(instr.op); ++k)
+                instr.args.push_back(pick(Type::kFloat));
+        } else if (instr.op == Op::kHash) {
+            instr.a = static_cast<int32_t>(random_() % 4);
+            instr.args = {pick(Type::kUint), pick(Type::kUint)};
+        } else {
+            const bool cellular = instr.op == Op::kCellular;
+            const bool perlin = instr.op == Op::kNoise;
+            const bool periodic = perlin && random_() % 3 == 0;
+            const uint32_t axes = perlin     ? 1 + random_() % 4
+                                  : cellular ? 2 + random_() % 2
+                                             : 2 + random_() % 3;
+            for (uint32_t k = 0; k < axes; ++k)
+                instr.args.push_back(pick(Type::kFloat));
+            for (uint32_t k = 0; periodic && k < axes; ++k)
+                instr.args.push_back(pick(Type::kInt));
+            // Mostly a seed that does not vary.
+            instr.args.push_back(random_() % 4 == 0
+                                     ? pick(Type::kUint)
+                                     : b_.constant(static_cast<uint32_t>(random_())));
+            instr.a = static_cast<int32_t>(random_() % (cellular ? 3 : axes + 1));
+            if (periodic) instr.a += ir::kPeriodic;
+        }
+        note(b_.append(std::move(instr)));
     }
 
     void add_query() {
@@ -174,6 +214,7 @@ class Generator {
     ir::Builder b_{&stage_};
     std::map<Type, std::vector<ValueId>> values_;
     bool loops_ = false;
+    bool functions_ = false;
     int depth_ = 0;
 };
 
@@ -208,6 +249,12 @@ int32_t random_int(std::mt19937* random) {
         default:
             return static_cast<int32_t>((*random)() % 21) - 10;
     }
+}
+
+ir::Stage random_stage_with_functions(uint32_t seed, int32_t operations) {
+    Generator generator(seed);
+    generator.allow_functions();
+    return generator.run(operations);
 }
 
 ir::Stage random_stage(uint32_t seed, int32_t operations) {

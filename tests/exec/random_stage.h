@@ -21,6 +21,8 @@ constexpr int32_t kIntUniform = 1;
 /// `operations` instructions after the inputs and some constants; the last values of each type are
 /// outputs.
 ir::Stage random_stage(uint32_t seed, int32_t operations);
+/// The same with functions (compiler/functions) among them.
+ir::Stage random_stage_with_functions(uint32_t seed, int32_t operations);
 
 /// The same with loops, nested ones too, queries and prints among the operations.
 ir::Stage random_looping_stage(uint32_t seed, int32_t operations);

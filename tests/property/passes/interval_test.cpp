@@ -137,9 +137,8 @@ struct Tally {
     int64_t all = 0;
 };
 
-void check_stage(uint32_t seed, Tally* tally) {
+void check_stage(const ir::Stage& stage, uint32_t seed, Tally* tally) {
     SCOPED_TRACE(::testing::Message() << "seed " << seed);
-    const ir::Stage stage = random_stage(seed, kOperations);
     const ir::Stage bounds = passes::form_volume_bounds(stage);
     ASSERT_EQ(ir::verify(bounds), "");
     std::mt19937 random(seed * 7919);
@@ -176,10 +175,19 @@ void check_stage(uint32_t seed, Tally* tally) {
 TEST(Interval, HoldsWhatPointsGive) {
     Tally tally;
     for (uint32_t seed = 1; seed <= kStages; ++seed) {
-        check_stage(seed, &tally);
+        check_stage(random_stage(seed, kOperations), seed, &tally);
         if (::testing::Test::HasFatalFailure()) return;
     }
     // Bounds that are always unknown would pass too.
+    EXPECT_GT(tally.known * 10, tally.all);
+}
+
+TEST(Interval, HoldsWhatFunctionsGive) {
+    Tally tally;
+    for (uint32_t seed = 1; seed <= kStages; ++seed) {
+        check_stage(random_stage_with_functions(seed, kOperations / 2), seed, &tally);
+        if (::testing::Test::HasFatalFailure()) return;
+    }
     EXPECT_GT(tally.known * 10, tally.all);
 }
 
