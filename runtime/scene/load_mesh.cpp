@@ -8,6 +8,7 @@
 #include <iterator>
 #include <set>
 
+#include "runtime/scene/gltf.h"
 #include "runtime/scene/json.h"
 #include "runtime/scene/obj.h"
 #include "runtime/scene/ply.h"
@@ -27,7 +28,11 @@ struct Format {
     Reader read;
 };
 
-constexpr Format kFormats[] = {{".obj", parse_obj}, {".stl", parse_stl}, {".ply", parse_ply}};
+constexpr Format kFormats[] = {{".obj", parse_obj},
+                               {".stl", parse_stl},
+                               {".ply", parse_ply},
+                               {".gltf", parse_gltf},
+                               {".glb", parse_gltf}};
 
 const Format* find_format(const fs::path& file) {
     std::string extension = file.extension().string();
