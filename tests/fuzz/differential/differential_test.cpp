@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <limits>
@@ -133,6 +134,110 @@ TEST(Differential, InterpreterAndCompiledCodeAgree) {
         check(random_fablet(seed), seed);
         if (HasFailure()) break;
     }
+}
+
+/// A range of finite values and 512 values in it, for a box of voxels.
+template <typename T>
+struct Range {
+    T lo{}, hi{};
+    std::vector<uint32_t> samples;
+};
+
+Range<float> float_range(std::mt19937_64* random) {
+    static constexpr std::array<float, 6> widths = {0.0f, 1e-3f, 0.1f, 1.0f, 20.0f, 1e6f};
+    const auto unit = [&] { return static_cast<float>((*random)() >> 40) * 0x1p-24f; };
+    Range<float> r;
+    r.lo = (unit() - 0.5f) * ((*random)() % 2 == 0 ? 2.0f : 60.0f);
+    r.hi = r.lo + widths[(*random)() % widths.size()];
+    for (int k = 0; k < 512; ++k) {
+        const float x = k == 0 ? r.lo : k == 1 ? r.hi : r.lo + (r.hi - r.lo) * unit();
+        r.samples.push_back(std::bit_cast<uint32_t>(std::clamp(x, r.lo, r.hi)));
+    }
+    return r;
+}
+
+Range<int32_t> int_range(std::mt19937_64* random) {
+    Range<int32_t> r;
+    r.lo = static_cast<int32_t>((*random)() % 21) - 10;
+    const auto width = static_cast<int32_t>((*random)() % 4);
+    r.hi = r.lo + width;
+    for (int k = 0; k < 512; ++k) {
+        const auto step = static_cast<int32_t>((*random)() % static_cast<uint64_t>(width + 1));
+        r.samples.push_back(static_cast<uint32_t>(r.lo + step));
+    }
+    return r;
+}
+
+/// Inputs of one block, and of the interval form of the stage on that block.
+struct BoxInputs {
+    StageInputs voxels, box;
+};
+
+BoxInputs box_inputs(const ir::Fablet& fablet, uint64_t seed) {
+    std::mt19937_64 random(seed);
+    BoxInputs out;
+    out.voxels = inputs_for(fablet, seed);
+    out.box = out.voxels;
+    const auto set = [&](int32_t kind, int32_t lo, int32_t hi, int32_t a, int32_t b,
+                         bool is_float) {
+        if (is_float) {
+            const Range<float> r = float_range(&random);
+            out.voxels.set(kind, a, b, r.samples);
+            out.box.set(lo, a, b, {std::bit_cast<uint32_t>(r.lo)});
+            out.box.set(hi, a, b, {std::bit_cast<uint32_t>(r.hi)});
+        } else {
+            const Range<int32_t> r = int_range(&random);
+            out.voxels.set(kind, a, b, r.samples);
+            out.box.set(lo, a, b, {static_cast<uint32_t>(r.lo)});
+            out.box.set(hi, a, b, {static_cast<uint32_t>(r.hi)});
+        }
+    };
+    for (size_t n = 0; n < fablet.nearest.size(); ++n) {
+        for (int32_t c = 0; c < fablet.nearest[n].components; ++c) {
+            set(OPENFAB_ARG_NEAREST, OPENFAB_ARG_NEAREST_LO, OPENFAB_ARG_NEAREST_HI,
+                static_cast<int32_t>(n), c, fablet.nearest[n].type == ir::Type::kFloat);
+        }
+    }
+    set(OPENFAB_ARG_DISTANCE, OPENFAB_ARG_DISTANCE_LO, OPENFAB_ARG_DISTANCE_HI, 0, 0, true);
+    out.box.set(OPENFAB_ARG_BLOCK_SIZE, 0, 0, {8});
+    return out;
+}
+
+TEST(Differential, IntervalsHoldEverySample) {
+    const uint64_t fablets = from_environment("OPENFAB_PROGRAMS", 300) / kProgramsPerFablet;
+    const uint64_t first = from_environment("OPENFAB_SEED", 1);
+    size_t known = 0, all = 0;
+    for (uint64_t seed = first; seed < first + fablets; ++seed) {
+        SCOPED_TRACE(::testing::Message() << "seed " << seed);
+        source::SourceManager sources;
+        diag::Sink sink;
+        const std::string text = random_fablet(seed);
+        const std::optional<ir::Module> module =
+            driver::compile_to_ir(sources, sources.add("random.fl", text), sink);
+        ASSERT_TRUE(module.has_value()) << text;
+        const ir::Fablet& fablet = module->fablets[0];
+        const passes::PipelineResult made = passes::run_pipeline(fablet, {});
+        ASSERT_EQ(made.fault, "") << text;
+        const BoxInputs inputs = box_inputs(fablet, seed);
+        const StageResults samples = interpret(fablet.volume, inputs.voxels);
+        const StageResults ends = interpret(made.stages.volume_bounds, inputs.box);
+        ASSERT_EQ(ends.size(), 2 * samples.size());
+        for (size_t k = 0; k < samples.size(); ++k) {
+            const float lo = std::bit_cast<float>(ends[2 * k][0]);
+            const float hi = std::bit_cast<float>(ends[2 * k + 1][0]);
+            ++all;
+            if (std::isnan(lo) || std::isnan(hi)) continue;
+            ++known;
+            for (const uint32_t bits : samples[k]) {
+                const float x = std::bit_cast<float>(bits);
+                ASSERT_TRUE(lo <= x && x <= hi)
+                    << "program " << k << ": " << x << " is outside " << lo << " to " << hi << "\n"
+                    << text;
+            }
+        }
+    }
+    // A bound that knows nothing is sound and useless.
+    EXPECT_GT(known * 5, all) << known << " of " << all << " bounds say something";
 }
 
 TEST(Differential, FindsStayMended) {
