@@ -55,6 +55,12 @@ struct Note {
     std::string message;
 };
 
+/// Text to put in the place of a span, which may be empty: an insertion.
+struct Edit {
+    source::Span span;
+    std::string text;
+};
+
 struct Diagnostic {
     Id id{};
     Severity severity = Severity::kError;
@@ -62,6 +68,7 @@ struct Diagnostic {
     std::string message;
     std::vector<Note> notes;
     std::vector<std::string> helps;
+    std::vector<Edit> fix;  ///< all of them together mend it; empty where nothing is sure
 
     Diagnostic& note(const source::Span& at, std::string text) {
         notes.push_back({at, std::move(text)});
@@ -70,6 +77,20 @@ struct Diagnostic {
     Diagnostic& help(std::string text) {
         helps.push_back(std::move(text));
         return *this;
+    }
+    Diagnostic& replace(const source::Span& at, std::string text) {
+        fix.push_back({at, std::move(text)});
+        return *this;
+    }
+    Diagnostic& insert_before(const source::Span& at, std::string text) {
+        return replace({at.file, at.begin, at.begin}, std::move(text));
+    }
+    Diagnostic& insert_after(const source::Span& at, std::string text) {
+        return replace({at.file, at.end, at.end}, std::move(text));
+    }
+    /// The unique near miss of the word at `at`.
+    Diagnostic& did_you_mean(const source::Span& at, const std::string& word) {
+        return help("did you mean `" + word + "`?").replace(at, word);
     }
 };
 

@@ -102,10 +102,17 @@ std::string json_one(const Diagnostic& d, const source::SourceManager& sources) 
     std::string helps;
     for (const std::string& help : d.helps)
         helps += (helps.empty() ? "" : ",") + json_string(help);
+    std::string fix;
+    for (const Edit& edit : d.fix) {
+        const source::Location after = sources.locate(edit.span.file, edit.span.end);
+        fix += fmt::format(R"({}{{{},"end_line":{},"end_column":{},"text":{}}})",
+                           fix.empty() ? "" : ",", json_place(edit.span, sources), after.line,
+                           after.column, json_string(edit.text));
+    }
     return fmt::format(
-        R"({{"id":"{}","severity":"{}","message":{},{},"end_line":{},"end_column":{},"notes":[{}],"help":[{}]}})",
+        R"({{"id":"{}","severity":"{}","message":{},{},"end_line":{},"end_column":{},"notes":[{}],"help":[{}],"fix":[{}]}})",
         id_text(d.id), severity_text(d.severity), json_string(d.message),
-        json_place(d.span, sources), end.line, end.column, notes, helps);
+        json_place(d.span, sources), end.line, end.column, notes, helps, fix);
 }
 
 }  // namespace

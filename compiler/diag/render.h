@@ -23,8 +23,10 @@ constexpr size_t kMaxShown = 20;
 std::string render_text(const Sink& sink, const source::SourceManager& sources);
 
 /// `{"diagnostics":[{"id","severity","message","file","line","column","end_line","end_column","notes":[{"message","file",
-/// "line","column"}],"help":[…]}…],"errors":N,"warnings":N}` and a newline. Lines and columns as in
-/// the text form.
+/// "line","column"}],"help":[…],"fix":[{"file","line","column","end_line","end_column","text"}…]}…],
+/// "errors":N,"warnings":N}` and a newline. Lines and columns as in the text form; an end is the
+/// place behind the last character. The edits of a fix, each text in the place of what stands
+/// there, together mend the fault; there are none where it is not sure what was meant.
 std::string render_json(const Sink& sink, const source::SourceManager& sources);
 
 }  // namespace openfab::diag

@@ -35,7 +35,7 @@ Diagnostic& Sink::add(Id id, Severity severity, const source::Span& span, std::s
         dropped_ = {};
         return dropped_;
     }
-    kept_.push_back({id, severity, span, std::move(message), {}, {}});
+    kept_.push_back({id, severity, span, std::move(message), {}, {}, {}});
     return kept_.back();
 }
 

@@ -138,7 +138,7 @@ void Modules::report_unknown(const ast::Import& import, uint32_t from) {
     const std::string near = diag::suggest(import.name, names);
     diag::Diagnostic& d = sink_->report(import.span, diag::kUnknownModule, import.name);
     if (!near.empty()) {
-        d.help(fmt::format("did you mean `{}`?", near));
+        d.did_you_mean(import.span, near);
         return;
     }
     d.help(

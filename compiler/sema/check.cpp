@@ -88,7 +88,7 @@ void Checker::find_point_members(const ast::Fablet& from, Fablet* to) {
     for (const ast::Stage& stage : from.stages) {
         if (stage.surface) continue;
         for (const ast::Variable& v : stage.varyings) {
-            const Type type = find_type(v.type.text).type;
+            const Type type = find_type(v.type.text);
             if (v.nearest && v.extents.empty() && type.is_numeric()) {
                 to->point_members.push_back({std::string(v.name), type, v.span});
             }

@@ -145,7 +145,7 @@ ExprPtr Checker::call(const ast::Expr& expr) {
         }
         return poison(expr.span);
     }
-    const TypeLookup type = find_type(callee.text);
+    const Type type = find_type(callee.text);
     const IntrinsicInfo* info = find_intrinsic(callee.text);
     const std::vector<const Function*> candidates = overloads(callee.text);
     const std::optional<MatrixOp> matrix = matrix_function(callee.text);
@@ -153,14 +153,14 @@ ExprPtr Checker::call(const ast::Expr& expr) {
     const bool asks = is_query(callee.text);
     const bool known = info != nullptr || matrix || is_over || asks;
     if (candidates.empty() && is_print(callee.text)) return print(expr);
-    if (candidates.empty() && type.type.is_error() && !known) return unknown_function(expr);
+    if (candidates.empty() && type.is_error() && !known) return unknown_function(expr);
     std::vector<ExprPtr> args = arguments(expr);
     if (any_error(args)) return poison(expr.span);
     // What no function of the program takes may still be one that is built in.
     if (!candidates.empty() && (!known || any_match(candidates, args))) {
         return user_call(expr, candidates, std::move(args));
     }
-    if (!type.type.is_error()) return construct(expr, type.type, std::move(args));
+    if (!type.is_error()) return construct(expr, type, std::move(args));
     if (matrix) return matrix_call(expr, *matrix, std::move(args));
     if (is_over) return over(expr, std::move(args));
     if (asks) return surface_query(expr, std::move(args));
@@ -176,6 +176,8 @@ ExprPtr Checker::unknown_function(const ast::Expr& expr) {
     diag::Diagnostic& d = sink_->report(callee.span, diag::kUnknownFunction, callee.text);
     if (const std::string habit = habit_of_function(callee.text); !habit.empty()) {
         d.help(habit);
+        const std::string ours = renamed_function(callee.text);
+        if (!ours.empty()) d.replace(callee.span, ours);
         return poison(expr.span);
     }
     std::vector<std::string> names = function_names();
@@ -186,7 +188,7 @@ ExprPtr Checker::unknown_function(const ast::Expr& expr) {
     for (const std::string& type : type_names())
         names.push_back(type);
     const std::string near = diag::suggest(callee.text, names);
-    if (!near.empty()) d.help(fmt::format("did you mean `{}`?", near));
+    if (!near.empty()) d.did_you_mean(callee.span, near);
     return poison(expr.span);
 }
 
@@ -414,9 +416,13 @@ ExprPtr Checker::composition_method(const ast::Expr& expr, ExprPtr object,
     }
     if (method == nullptr) {
         const std::string near = diag::suggest(callee.text, names);
-        sink_->report(callee.text_span, diag::kUnknownMember, "MaterialComposition", callee.text)
-            .help(near.empty() ? "it has `Set`, `Add`, `Get`, `Clear` and `Total`"
-                               : fmt::format("did you mean `{}`?", near));
+        diag::Diagnostic& d = sink_->report(callee.text_span, diag::kUnknownMember,
+                                            "MaterialComposition", callee.text);
+        if (near.empty()) {
+            d.help("it has `Set`, `Add`, `Get`, `Clear` and `Total`");
+        } else {
+            d.did_you_mean(callee.text_span, near);
+        }
         return poison(expr.span);
     }
     if (args.size() != method->count) {

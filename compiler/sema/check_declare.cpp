@@ -8,6 +8,7 @@
 
 #include "compiler/diag/suggest.h"
 #include "compiler/sema/check_state.h"
+#include "compiler/sema/habits.h"
 
 namespace openfab::sema {
 
@@ -92,18 +93,20 @@ void Checker::check_scope(const ast::Scope& from, const ast::Fablet* fablet, Fab
 Type Checker::declared_type(const ast::TypeRef& ref) {
     const Symbol* symbol = find(ref.text);
     if (symbol != nullptr && symbol->kind == SymbolKind::kType) return symbol->type;
-    const TypeLookup found = find_type(ref.text);
-    if (!found.type.is_error()) return found.type;
-    std::string help = found.help;
-    if (help.empty()) {
-        std::vector<std::string> names;
-        for (const auto& name : types_)
-            names.push_back(name->name);
-        const std::string near = diag::suggest(ref.text, names);
-        if (!near.empty()) help = fmt::format("did you mean `{}`?", near);
-    }
+    const Type found = find_type(ref.text);
+    if (!found.is_error()) return found;
     diag::Diagnostic& d = sink_->report(ref.span, diag::kUnknownType, ref.text);
-    if (!help.empty()) d.help(help);
+    if (const std::string help = habit_of_type(ref.text); !help.empty()) {
+        d.help(help);
+        const std::string ours = renamed_type(ref.text);
+        if (!ours.empty()) d.replace(ref.span, ours);
+        return {};
+    }
+    std::vector<std::string> names = type_names();
+    for (const auto& name : types_)
+        names.push_back(name->name);
+    const std::string near = diag::suggest(ref.text, names);
+    if (!near.empty()) d.did_you_mean(ref.span, near);
     return {};
 }
 

@@ -157,8 +157,7 @@ ExprPtr Checker::name(const ast::Expr& expr) {
         out->symbol = symbol;
         return out;
     }
-    const TypeLookup type = find_type(expr.text);
-    if (!type.type.is_error()) {
+    if (!find_type(expr.text).is_error()) {
         sink_->report(expr.span, diag::kNotAValue, expr.text, "type");
         return poison(expr.span);
     }
@@ -177,7 +176,7 @@ ExprPtr Checker::name(const ast::Expr& expr) {
             names.push_back(text);
     }
     const std::string near = diag::suggest(expr.text, names);
-    if (!near.empty()) d.help(fmt::format("did you mean `{}`?", near));
+    if (!near.empty()) d.did_you_mean(expr.span, near);
     return poison(expr.span);
 }
 
@@ -499,7 +498,11 @@ ExprPtr Checker::struct_member(const ast::Expr& expr, ExprPtr object,
     const std::string near = diag::suggest(expr.text, names);
     diag::Diagnostic& d =
         sink_->report(expr.text_span, diag::kUnknownMember, type_name(object->type), expr.text);
-    d.help(near.empty() ? "it has " + all : fmt::format("did you mean `{}`?", near));
+    if (near.empty()) {
+        d.help("it has " + all);
+    } else {
+        d.did_you_mean(expr.text_span, near);
+    }
     if (near.empty() && object->type.is(Base::kSurfacePoint)) {
         d.help(
             "the volume stage's `@nearest` varyings are members too, in functions of the fablet");
@@ -522,8 +525,13 @@ ExprPtr Checker::attribute_member(const ast::Expr& expr, ExprPtr object) {
         list += fmt::format("{}`{}`", list.empty() ? "" : ", ", info.name);
     }
     const std::string near = diag::suggest(expr.text, names);
-    sink_->report(expr.text_span, diag::kUnknownMember, type_name(object->type), expr.text)
-        .help(near.empty() ? "it has " + list : fmt::format("did you mean `{}`?", near));
+    diag::Diagnostic& d =
+        sink_->report(expr.text_span, diag::kUnknownMember, type_name(object->type), expr.text);
+    if (near.empty()) {
+        d.help("it has " + list);
+    } else {
+        d.did_you_mean(expr.text_span, near);
+    }
     return poison(expr.span);
 }
 
@@ -622,15 +630,21 @@ ExprPtr Checker::convert(ExprPtr value, const Type& to) {
     if (from.is_matrix()) {
         if (from.size == to.size && from.rows == to.rows) return out;
         sink_->report(span, diag::kNarrowing, type_name(from), type_name(to))
-            .help(fmt::format("write the conversion: `({})`", type_name(to)));
+            .help(fmt::format("write the conversion: `({})`", type_name(to)))
+            .insert_before(span, type_name(to) + "(")
+            .insert_after(span, ")");
     } else if (from.size > to.size) {
         const std::string_view lanes =
             std::string_view("xyzw").substr(0, static_cast<size_t>(to.size));
         sink_->report(span, diag::kNarrowing, type_name(from), type_name(to))
-            .help(fmt::format("write which components are meant: `.{}`", lanes));
+            .help(fmt::format("write which components are meant: `.{}`", lanes))
+            .insert_before(span, "(")
+            .insert_after(span, fmt::format(").{}", lanes));
     } else if (from.base == Base::kFloat && to.is_integer()) {
         sink_->report(span, diag::kNarrowing, type_name(from), type_name(to))
-            .help(fmt::format("write the conversion: `{}(…)`", type_name(to)));
+            .help(fmt::format("write the conversion: `{}(…)`", type_name(to)))
+            .insert_before(span, type_name(to) + "(")
+            .insert_after(span, ")");
     }
     return out;
 }

@@ -20,6 +20,12 @@ const Expr* side_effect(const Expr& expr) {
         case ExprKind::kClear:
         case ExprKind::kPrint:
             return &expr;
+        case ExprKind::kIntrinsic:
+            if (expr.intrinsic == Intrinsic::kSincos || expr.intrinsic == Intrinsic::kModf ||
+                expr.intrinsic == Intrinsic::kFrexp) {
+                return &expr;
+            }
+            break;
         case ExprKind::kCall:
             for (const auto& p : expr.function->parameters) {
                 if (p->is_out) return &expr;

@@ -48,18 +48,11 @@ constexpr Habit kTypes[] = {
 
 /// Functions that have another name here.
 constexpr Habit kFunctions[] = {
-    {"mix", "lerp"},          {"fract", "frac"},
-    {"inversesqrt", "rsqrt"}, {"fabs", "abs"},
-    {"fmin", "min"},          {"fmax", "max"},
-    {"sqrtf", "sqrt"},        {"powf", "pow"},
-    {"sinf", "sin"},          {"cosf", "cos"},
-    {"clamp01", "saturate"},  {"roundEven", "round"},
-    {"len", "length"},        {"dFdx", "ddx"},
-    {"dFdy", "ddy"},          {"fma", "mad"},
-    {"snoise", "simplex"},    {"cellnoise", "hash"},
-    {"voronoi", "cellular"},  {"rand", "hash"},
-    {"random", "hash"},       {"linearstep", "saturate"},
-    {"print", "printf"},
+    {"mix", "lerp"},       {"fract", "frac"},   {"inversesqrt", "rsqrt"}, {"fabs", "abs"},
+    {"fmin", "min"},       {"fmax", "max"},     {"sqrtf", "sqrt"},        {"powf", "pow"},
+    {"sinf", "sin"},       {"cosf", "cos"},     {"clamp01", "saturate"},  {"roundEven", "round"},
+    {"len", "length"},     {"dFdx", "ddx"},     {"dFdy", "ddy"},          {"fma", "mad"},
+    {"snoise", "simplex"}, {"print", "printf"},
 };
 
 constexpr std::string_view kSample =
@@ -67,6 +60,10 @@ constexpr std::string_view kSample =
 
 /// Where a name alone would not do.
 constexpr Habit kFunctionHelp[] = {
+    {"rand", "`hash(x)` is a random number for each x"},
+    {"random", "`hash(x)` is a random number for each x"},
+    {"cellnoise", "`hash(floor(p))` is a random number for each cell"},
+    {"voronoi", "`cellular(p)` gives the nearest two points and the cell"},
     {"mod", "`fmod(x, y)` truncates; what `mod` gives is `x - y * floor(x / y)`"},
     {"texture", kSample},
     {"texture2D", kSample},
@@ -87,6 +84,14 @@ constexpr Habit kNameHelp[] = {
     {"void_material", "the built-in material of nothing is `VOID`"},
 };
 
+bool is_digit(char c) {
+    return c >= '0' && c <= '9';
+}
+
+bool is_side(char c) {
+    return c >= '2' && c <= '4';
+}
+
 template <size_t N>
 std::string_view look_up(const Habit (&table)[N], std::string_view name) {
     for (const Habit& habit : table) {
@@ -97,9 +102,29 @@ std::string_view look_up(const Habit (&table)[N], std::string_view name) {
 
 }  // namespace
 
+std::string renamed_type(std::string_view name) {
+    return std::string(look_up(kTypes, name));
+}
+
+std::string renamed_function(std::string_view name) {
+    const std::string_view ours = look_up(kFunctions, name);
+    return ours.empty() ? renamed_type(name) : std::string(ours);
+}
+
 std::string habit_of_type(std::string_view name) {
-    const std::string_view ours = look_up(kTypes, name);
-    return ours.empty() ? "" : fmt::format("write `{}`", ours);
+    if (const std::string ours = renamed_type(name); !ours.empty()) {
+        return fmt::format("write `{}`", ours);
+    }
+    // `int3x3`, `float1x4`, `float5x5`
+    const size_t cross = name.find('x');
+    if (cross == std::string_view::npos || cross < 4 || cross + 2 != name.size()) return "";
+    const char rows = name[cross - 1];
+    const char columns = name[cross + 1];
+    const std::string_view base = name.substr(0, cross - 1);
+    const bool numbers = base == "bool" || base == "int" || base == "uint" || base == "float";
+    const bool ours = base == "float" && is_side(rows) && is_side(columns);
+    if (!numbers || ours || !is_digit(rows) || !is_digit(columns)) return "";
+    return "a matrix is of floats, with 2 to 4 rows and columns";
 }
 
 std::string habit_of_function(std::string_view name) {

@@ -4,11 +4,6 @@
 
 #include <fmt/format.h>
 
-#include <utility>
-
-#include "compiler/diag/suggest.h"
-#include "compiler/sema/habits.h"
-
 namespace openfab::sema {
 
 namespace {
@@ -137,24 +132,22 @@ std::vector<std::string> type_names() {
     return out;
 }
 
-TypeLookup find_type(std::string_view name) {
+Type find_type(std::string_view name) {
     for (const Named& n : kNumeric) {
         if (name.substr(0, n.name.size()) != n.name) continue;
         const std::string_view rest = name.substr(n.name.size());
-        if (rest.empty()) return {{n.base, 1}, ""};
-        if (rest.size() == 1 && is_side(rest[0])) return {{n.base, rest[0] - '0'}, ""};
+        if (rest.empty()) return {n.base, 1};
+        if (rest.size() == 1 && is_side(rest[0])) return {n.base, rest[0] - '0'};
         if (rest.size() != 3 || rest[1] != 'x') continue;
         if (n.base == Base::kFloat && is_side(rest[0]) && is_side(rest[2])) {
-            return {{n.base, rest[2] - '0', rest[0] - '0'}, ""};
+            return {n.base, rest[2] - '0', rest[0] - '0'};
         }
-        return {{}, "a matrix is of floats, with 2 to 4 rows and columns"};
+        return {};
     }
     for (const Named& n : kOther) {
-        if (n.name == name) return {{n.base, 1}, ""};
+        if (n.name == name) return {n.base, 1};
     }
-    if (std::string help = habit_of_type(name); !help.empty()) return {{}, std::move(help)};
-    const std::string near = diag::suggest(name, type_names());
-    return {{}, near.empty() ? "" : fmt::format("did you mean `{}`?", near)};
+    return {};
 }
 
 }  // namespace openfab::sema

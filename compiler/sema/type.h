@@ -110,12 +110,8 @@ bool contains(const Type& type, Base base);
 /// Components of a value: of a composition and a surface point 1, since only the fablet knows.
 int64_t least_components(const Type& type);
 
-/// What a name in the place of a type is.
-struct TypeLookup {
-    Type type;         ///< kErrorType unless it is a type that is built in
-    std::string help;  ///< what was probably meant, where it is not
-};
-TypeLookup find_type(std::string_view name);
+/// The built-in type of a name; kErrorType where there is none.
+Type find_type(std::string_view name);
 
 /// Names of all types that are built in.
 std::vector<std::string> type_names();

@@ -37,7 +37,8 @@ bool Parser::expect(std::string_view text, const char* after) {
     source::Span span = peek().span;
     if (at_ > 0) span.begin = span.end = tokens_[at_ - 1].span.end;
     const std::string what = "`" + std::string(text) + "` after " + after;
-    sink_->report(span, diag::kExpected, what, describe(peek()));
+    diag::Diagnostic& d = sink_->report(span, diag::kExpected, what, describe(peek()));
+    if (text == ";") d.insert_before(span, ";");
     return false;
 }
 
@@ -156,7 +157,7 @@ std::string_view Parser::marker_word(std::initializer_list<const char*> known) {
         diag::Diagnostic& d =
             sink_->report(span_to_previous(begin), diag::kUnknownMarker, word.text);
         if (near.empty()) return "?";
-        d.help("did you mean `@" + near + "`?");
+        d.help("did you mean `@" + near + "`?").replace(word.span, near);
         for (const char* candidate : known) {
             if (near == candidate) return candidate;  // go on as if it were right
         }
@@ -168,7 +169,8 @@ std::string_view Parser::marker_word(std::initializer_list<const char*> known) {
         if (at_identifier() && peek().text == candidate && starts) {
             const Token& word = take();
             sink_->report(word.span, diag::kMissingAt, word.text)
-                .help("write `@" + std::string(word.text) + "`");
+                .help("write `@" + std::string(word.text) + "`")
+                .insert_before(word.span, "@");
             last_error_ = at_;  // what is not right behind it is no second mistake
             return word.text;
         }
@@ -600,8 +602,10 @@ bool Parser::at_member_marker() const {
 bool Parser::at_array_type() const {
     if (!at_identifier() || !peek(1).is("[")) return false;
     size_t ahead = 2;
-    while (at_ + ahead < tokens_.size() && !peek(ahead).is("]") && !peek(ahead).is(";"))
+    while (at_ + ahead < tokens_.size() && !peek(ahead).is(";") &&
+           (!peek(ahead).is("]") || peek(ahead + 1).is("["))) {
         ++ahead;
+    }
     return peek(ahead).is("]") && at_identifier(ahead + 1);
 }
 

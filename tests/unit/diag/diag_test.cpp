@@ -105,12 +105,13 @@ TEST(Render, Json) {
     p.sink.report(p.span(2, 5), kExpected, "`;`", "a string")
         .note(p.span(0, 1), "n")
         .help("h1")
-        .help("h2");
+        .help("h2")
+        .insert_after(p.span(2, 5), ";");
     EXPECT_EQ(
         render_json(p.sink, p.sources),
         R"({"diagnostics":[{"id":"expected","severity":"error","message":"expected `;`, found a string",)"
         R"("file":"card.fl","line":2,"column":1,"end_line":2,"end_column":4,)"
-        R"("notes":[{"message":"n","file":"card.fl","line":1,"column":1}],"help":["h1","h2"]}],"errors":1,"warnings":0})"
+        R"("notes":[{"message":"n","file":"card.fl","line":1,"column":1}],"help":["h1","h2"],"fix":[{"file":"card.fl","line":2,"column":4,"end_line":2,"end_column":4,"text":";"}]}],"errors":1,"warnings":0})"
         "\n");
 }
 

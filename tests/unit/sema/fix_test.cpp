@@ -1,0 +1,64 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The fix of a diagnostic, put in its place, mends the program.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "compiler/diag/render.h"
+#include "compiler/driver/frontend.h"
+
+namespace openfab::test {
+namespace {
+
+std::string apply(std::string text, std::vector<diag::Edit> edits) {
+    std::stable_sort(edits.begin(), edits.end(), [](const diag::Edit& a, const diag::Edit& b) {
+        return a.span.begin > b.span.begin;
+    });
+    for (const diag::Edit& edit : edits)
+        text.replace(edit.span.begin, edit.span.end - edit.span.begin, edit.text);
+    return text;
+}
+
+/// The text with the fix of the first diagnostic, and whether there was just that one.
+std::string mended(const std::string& text) {
+    source::SourceManager sources;
+    diag::Sink sink;
+    (void)driver::compile_to_ir(sources, sources.add("t.fl", text), sink);
+    const std::vector<diag::Diagnostic> found = sink.sorted();
+    EXPECT_EQ(found.size(), 1u) << diag::render_text(sink, sources);
+    if (found.empty()) return text;
+    EXPECT_FALSE(found[0].fix.empty()) << diag::render_text(sink, sources);
+    return apply(text, found[0].fix);
+}
+
+std::string program(const std::string& body) {
+    return "fablet A { @uniform { Material white; float3 p; }\n"
+           "@Volume(@varying { VolumeAttributes attr }) { MaterialComposition mc; " +
+           body + " return mc; } }";
+}
+
+TEST(Fixes, MendTheProgram) {
+    for (const char* body :
+         {"int n = p.x * 2;", "float2 q = p + 1;", "float f = -p;", "mc.Sett(white, 1);",
+          "mc.Set(whte, 1);", "flaot f = 1;", "vec3 v = 1;", "float f = mix(1, 2, 0.5);",
+          "float3 v = vec3(1, 2, 3);", "float f = abss(1.0);", "float3 v = attr.voxelCentre;",
+          "mc.Set(white, 1)", "float4x4 m = 1; float2x2 n = m;",
+          "int i = 3; @bond(4) while (i < p.x) i++;"}) {
+        const std::string text = mended(program(body));
+        source::SourceManager sources;
+        diag::Sink sink;
+        (void)driver::compile_to_ir(sources, sources.add("t.fl", text), sink);
+        EXPECT_EQ(diag::render_text(sink, sources), "") << body;
+    }
+}
+
+TEST(Fixes, AMissingMark) {
+    EXPECT_EQ(mended("fablet A { Volume() { MaterialComposition mc; return mc; } }"),
+              "fablet A { @Volume() { MaterialComposition mc; return mc; } }");
+}
+
+}  // namespace
+}  // namespace openfab::test
