@@ -22,6 +22,10 @@ bool volume_argument(openfab_arg_kind kind) {
     return common_argument(kind) || (kind >= OPENFAB_ARG_NEAREST && kind <= OPENFAB_ARG_WEIGHT);
 }
 
+bool phase_argument(openfab_arg_kind kind) {
+    return volume_argument(kind) || (kind >= OPENFAB_ARG_GROUPS && kind <= OPENFAB_ARG_STATE_OUT);
+}
+
 bool bounds_argument(openfab_arg_kind kind) {
     return common_argument(kind) ||
            (kind >= OPENFAB_ARG_NEAREST_LO && kind <= OPENFAB_ARG_WEIGHT_HI);
@@ -65,8 +69,15 @@ Result<void> check_part(const scene::Part& part, size_t materials) {
             return internal_error(
                 fmt::format("object `{}` uses material code {}", part.name, code));
     }
-    if (const auto r = check_kernel(part, "volume", fablet.volume, volume_argument); !r)
-        return r.error();
+    const openfab_phases& phases = fablet.volume_phases;
+    for (int32_t k = 0; k < (phases.step_count > 0 ? phases.kernel_count : 0); ++k) {
+        if (const auto r = check_kernel(part, "volume", phases.kernels[k], phase_argument); !r)
+            return r.error();
+    }
+    if (phases.step_count == 0) {
+        if (const auto r = check_kernel(part, "volume", fablet.volume, volume_argument); !r)
+            return r.error();
+    }
     return check_kernel(part, "volume_bounds", fablet.volume_bounds, bounds_argument);
 }
 

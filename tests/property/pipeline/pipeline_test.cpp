@@ -72,6 +72,12 @@ const Compiled& fablets() {
     return compiled;
 }
 
+const Compiled& queries() {
+    static const Compiled compiled =
+        compile(std::filesystem::path(OPENFAB_SOURCE_DIR) / "tests/property/pipeline/queries.fl");
+    return compiled;
+}
+
 /// A picture with soft and hard edges and noise, linear values in [0, 1].
 std::shared_ptr<const texture::Pyramid> picture(int32_t width, int32_t height, uint32_t seed,
                                                 int32_t wrap, int32_t filter) {
@@ -88,6 +94,16 @@ std::shared_ptr<const texture::Pyramid> picture(int32_t width, int32_t height, u
         }
     }
     return texture::Pyramid::from_texels(width, height, 1, texels, wrap, filter);
+}
+
+/// Noise in a box of the part, in mm; a table instead reads 0 to 1 along each axis.
+std::shared_ptr<const texture::Pyramid> volume(const Vec3i& size, const texture::VolumePlace& place,
+                                               uint32_t seed, int32_t wrap, int32_t filter) {
+    std::mt19937 random(seed);
+    std::vector<float> texels;
+    for (int32_t k = 0; k < size.x * size.y * size.z; ++k)
+        texels.push_back(static_cast<float>(random() % 1000) / 1000.0f);
+    return texture::Pyramid::from_volume(size, 1, place, texels, wrap, filter);
 }
 
 uint32_t bits(float value) {
@@ -236,6 +252,47 @@ TEST(Pipeline, OverlappingPartsOfDifferentPriorityAreTheReference) {
 TEST(Pipeline, AMirroredPartIsTheReference) {
     expect_reference({postcard_part(2.2, 1.6, turned(0, {0, 0, 1}, {-1, 1, 1}, {3, 3, 3}))},
                      {0.11, 0.12, 0.1}, 8);
+}
+
+TEST(Pipeline, QueriesAtAnyPointAreTheReference) {
+    testing::PartOptions options;
+    options.textures = {picture(32, 32, 4, 1, 0)};
+    options.max_displacement_mm = 0.4;
+    options.transform = turned(40, {1, 0.3, 0.2}, {1, 1.2, 0.9}, {2, 1, 7});
+    expect_reference({{&queries(), "Wander", testing::sphere(1.2, 12, 8), options}},
+                     {0.14, 0.12, 0.12}, 9);
+}
+
+TEST(Pipeline, DistanceToOtherObjectsIsTheReference) {
+    testing::PartOptions body, first, second;
+    body.priority = 3;
+    body.objects = {{1}, {1, 2}, {0}};
+    first.instance = 1;
+    first.transform = turned(65, {1, 2, 3}, {0.8, 1.5, 1}, {0.8, 0.6, 0.4});
+    first.objects = {{0}, {0}, {2}};
+    second.instance = 2;
+    second.transform = turned(0, {0, 0, 1}, {-1, 1, 1}, {2.4, 1.1, 0.9});
+    second.objects = {{0, 1}, {2}, {1}};
+    expect_reference({{&queries(), "Neighbours", testing::cube(2.2), body},
+                      {&queries(), "Neighbours", testing::torus(0.9, 0.4, 16, 8), first},
+                      {&queries(), "Neighbours", testing::sphere(0.8, 12, 8), second}},
+                     {0.12, 0.14, 0.12}, 10);
+}
+
+TEST(Pipeline, QueriesInALoopAreTheReference) {
+    expect_reference({{&queries(), "Walk", testing::torus(1.6, 0.7, 20, 10), {}}},
+                     {0.13, 0.12, 0.11}, 11);
+}
+
+TEST(Pipeline, VolumesAreTheReference) {
+    testing::PartOptions options;
+    options.textures = {
+        volume({9, 7, 8}, {{-1, -1.5f, -0.5f}, {2, 3, 2.5f}, false}, 1, 2, 0),
+        volume({5, 4, 3}, {{-0.125f, -0.166f, -0.25f}, {1.25f, 1.333f, 1.5f}, true}, 2, 1, 1)};
+    options.max_displacement_mm = 0.3;
+    options.transform = turned(25, {0.2, 1, 0.1}, {1.1, 1, 0.9}, {-3, 2, 5});
+    expect_reference({{&queries(), "Cloud", testing::sphere(1.3, 12, 8), options}},
+                     {0.12, 0.11, 0.13}, 12);
 }
 
 }  // namespace

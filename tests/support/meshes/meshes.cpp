@@ -187,6 +187,7 @@ scene::Part make_part(const openfab_fablet& fablet, const scene::Mesh& mesh,
     part.max_displacement_mm = static_cast<float>(options.max_displacement_mm);
     part.priority = options.priority;
     part.instance = options.instance;
+    part.objects = options.objects;
     return part;
 }
 

@@ -40,6 +40,7 @@ struct PartOptions {
     double max_displacement_mm = std::numeric_limits<double>::infinity();
     int32_t priority = 0;
     int32_t instance = 0;
+    std::vector<std::vector<int32_t>> objects;  ///< as scene::Part::objects
 };
 
 /// A part as scene::bind makes it. Prints the reason and aborts where the mesh lacks an attribute

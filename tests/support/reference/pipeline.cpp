@@ -4,6 +4,7 @@
 
 #include <bit>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <optional>
 
@@ -11,6 +12,8 @@
 #include "compiler/passes/attach_footprints.h"
 #include "compiler/passes/bound_displacement.h"
 #include "compiler/passes/pipeline.h"
+#include "runtime/nearest/engine.h"
+#include "runtime/nearest/exact.h"
 #include "runtime/nearest/triangle.h"
 #include "tests/support/reference/dice.h"
 #include "tests/support/reference/dither.h"
@@ -137,11 +140,32 @@ struct NearestPoint {
     const DicedTriangle* triangle = nullptr;
 };
 
+/// Answers the queries of a volume stage: object (-1: the part's own surface), point in part-local
+/// mm, and which result; the bits of a component.
+using Ask =
+    std::function<uint32_t(const ir::Instr& query, const ir::Instr& result, const Vec3f& p)>;
+
 class VolumeEnvironment final : public PartEnvironment {
   public:
     VolumeEnvironment(const scene::Part& part, const std::array<float, OPENFAB_FRAME_COUNT>& frame,
-                      const Vec3i& voxel, const NearestPoint& nearest)
-        : PartEnvironment(part, frame), voxel_(voxel), nearest_(nearest) {}
+                      const Vec3i& voxel, const NearestPoint& nearest, const Ask& ask)
+        : PartEnvironment(part, frame), voxel_(voxel), nearest_(nearest), ask_(ask) {}
+    uint32_t query(const ir::Instr& query, const ir::Instr& result,
+                   std::span<const uint32_t> args) const override {
+        Vec3f p;
+        for (int a = 0; a < 3; ++a)
+            p[a] = std::bit_cast<float>(args[static_cast<size_t>(1 + a)]);
+        return ask_(query, result, p);
+    }
+
+    static uint32_t attribute_at(const scene::Part& part, const NearestPoint& at, size_t input,
+                                 size_t component) {
+        const size_t c = place(part, input, component);
+        const DicedTriangle& t = *at.triangle;
+        if (part.fablet->nearest[input].scalar != OPENFAB_FLOAT) return t.ints[c];
+        const float a0 = t.floats[0][c], d1 = t.floats[1][c] - a0, d2 = t.floats[2][c] - a0;
+        return bits((a0 + at.bary1 * d1) + at.bary2 * d2);
+    }
 
   private:
     uint32_t varying(int32_t kind, size_t a, size_t b) const override {
@@ -152,7 +176,7 @@ class VolumeEnvironment final : public PartEnvironment {
             case OPENFAB_ARG_DISTANCE:
                 return bits(-std::sqrt(nearest_.distance2));
             case OPENFAB_ARG_NEAREST:
-                return attribute(a, b);
+                return attribute_at(part_, nearest_, a, b);
             case OPENFAB_ARG_NEAREST_GRAD:
                 return gradient(a, b / 3, b % 3);
             default:
@@ -161,25 +185,18 @@ class VolumeEnvironment final : public PartEnvironment {
     }
     /// Place of a component among all float (or all other) components of the fablet's @nearest
     /// inputs.
-    size_t place(size_t input, size_t component) const {
-        const bool is_float = part_.fablet->nearest[input].scalar == OPENFAB_FLOAT;
+    static size_t place(const scene::Part& part, size_t input, size_t component) {
+        const bool is_float = part.fablet->nearest[input].scalar == OPENFAB_FLOAT;
         for (size_t k = 0; k < input; ++k) {
-            if ((part_.fablet->nearest[k].scalar == OPENFAB_FLOAT) == is_float) {
-                component += static_cast<size_t>(part_.fablet->nearest[k].components);
+            if ((part.fablet->nearest[k].scalar == OPENFAB_FLOAT) == is_float) {
+                component += static_cast<size_t>(part.fablet->nearest[k].components);
             }
         }
         return component;
     }
-    uint32_t attribute(size_t input, size_t component) const {
-        const size_t c = place(input, component);
-        const DicedTriangle& t = *nearest_.triangle;
-        if (part_.fablet->nearest[input].scalar != OPENFAB_FLOAT) return t.ints[c];
-        const float a0 = t.floats[0][c], d1 = t.floats[1][c] - a0, d2 = t.floats[2][c] - a0;
-        return bits((a0 + nearest_.bary1 * d1) + nearest_.bary2 * d2);
-    }
     /// Change per voxel step of the linear interpolant in the triangle's plane.
     uint32_t gradient(size_t input, size_t component, size_t axis) const {
-        const size_t c = place(input, component);
+        const size_t c = place(part_, input, component);
         const DicedTriangle& t = *nearest_.triangle;
         const Vec3d v0 = vec_cast<double>(t.positions[0]);
         const Vec3d e1 = vec_cast<double>(t.positions[1]) - v0,
@@ -197,6 +214,7 @@ class VolumeEnvironment final : public PartEnvironment {
 
     const Vec3i voxel_;
     const NearestPoint& nearest_;
+    const Ask& ask_;
 };
 
 /// One part, set up to answer voxel by voxel.
@@ -226,11 +244,17 @@ class PlainPart {
 
     bool inside(size_t voxel) const { return inside_[voxel] != 0; }
     int32_t priority() const { return part_.priority; }
+    /// All parts of the world, by place in the build list: what distance_to asks.
+    void set_world(const std::vector<std::unique_ptr<PlainPart>>* world) { world_ = world; }
 
     std::vector<uint16_t> fractions(const Vec3i& voxel, int32_t materials) const {
         const Vec3i relative = voxel - base_;
-        const NearestPoint nearest = find_nearest(relative);
-        const VolumeEnvironment environment(part_, frame_, relative, nearest);
+        const Vec3f centre = voxel_centre(relative);
+        const NearestPoint nearest = find_nearest(centre);
+        const Ask ask = [&](const ir::Instr& query, const ir::Instr& result, const Vec3f& p) {
+            return answer(query, result, p, centre);
+        };
+        const VolumeEnvironment environment(part_, frame_, relative, nearest, ask);
         std::vector<float> weights;
         for (uint32_t w : interp::evaluate(volume_, environment))
             weights.push_back(std::bit_cast<float>(w));
@@ -293,7 +317,68 @@ class PlainPart {
         }
     }
 
-    NearestPoint find_nearest(const Vec3i& voxel) const {
+    /// +1 where the ray from p along +x, p moved by (e, e², e³), leaves through the triangle.
+    static int32_t crossing(const std::array<Vec3f, 3>& t, const Vec3f& p) {
+        int side = 0;
+        for (size_t e = 0; e < 3; ++e) {
+            const Vec3f &a = t[e], &b = t[(e + 1) % 3];
+            int left = nearest::area_sign(a, b, p);
+            if (left == 0)
+                left = a.z != b.z ? (b.z < a.z ? 1 : -1) : (b.y > a.y ? 1 : b.y < a.y ? -1 : 0);
+            if (left == 0 || (e > 0 && left != side)) return 0;
+            side = left;
+        }
+        return nearest::volume_sign(t[0], t[1], t[2], p) == -side ? side : 0;
+    }
+
+    /// Signed distance of any point; infinite where it is no point.
+    float signed_distance(const Vec3f& p, const NearestPoint& nearest) const {
+        if (nearest.triangle == nullptr) return std::numeric_limits<float>::infinity();
+        int32_t winding = 0;
+        for (const DicedTriangle& t : diced_) {
+            if (t.coverage) winding += crossing(t.positions, p);
+        }
+        const float d = std::sqrt(nearest.distance2);
+        return winding > 0 ? 0.0f - d : d;
+    }
+
+    uint32_t answer(const ir::Instr& query, const ir::Instr& result, const Vec3f& p,
+                    const Vec3f& centre) const {
+        if (query.a >= 0) {
+            float least = std::numeric_limits<float>::infinity();
+            for (const int32_t place : part_.objects[static_cast<size_t>(query.a)]) {
+                const PlainPart& other = *(*world_)[static_cast<size_t>(place)];
+                const Vec3f q = vec_cast<float>(
+                    scene::local_to_local(part_, other.part_).apply(vec_cast<double>(p)));
+                least = std::min(least, other.signed_distance(q, other.find_nearest(q)));
+            }
+            return bits(least);
+        }
+        const NearestPoint nearest = find_nearest(p);
+        if (result.kind == OPENFAB_QUERY_DISTANCE) {
+            // At the voxel's own centre the part covers it.
+            return bits(p == centre ? 0.0f - std::sqrt(nearest.distance2)
+                                    : signed_distance(p, nearest));
+        }
+        if (nearest.triangle == nullptr) return 0;
+        if (result.kind == OPENFAB_QUERY_ATTRIBUTE) {
+            return VolumeEnvironment::attribute_at(part_, nearest, static_cast<size_t>(result.a),
+                                                   static_cast<size_t>(result.b));
+        }
+        const std::array<Vec3f, 3>& t = nearest.triangle->positions;
+        if (result.kind == OPENFAB_QUERY_POSITION) {
+            const float v0 = t[0][result.b];
+            return bits(v0 + (nearest.bary1 * (t[1][result.b] - v0) +
+                              nearest.bary2 * (t[2][result.b] - v0)));
+        }
+        const Vec3d v0 = vec_cast<double>(t[0]);
+        const Vec3d n = cross(vec_cast<double>(t[1]) - v0, vec_cast<double>(t[2]) - v0);
+        const double length2 = dot(n, n);
+        return length2 > 0 ? bits(static_cast<float>((n * (1.0 / std::sqrt(length2)))[result.b]))
+                           : 0;
+    }
+
+    Vec3f voxel_centre(const Vec3i& voxel) const {
         Vec3f p;
         const float x = static_cast<float>(voxel.x) + 0.5f, y = static_cast<float>(voxel.y) + 0.5f,
                     z = static_cast<float>(voxel.z) + 0.5f;
@@ -303,7 +388,14 @@ class PlainPart {
                     z * frame_[OPENFAB_FRAME_STEP_K + k]) +
                    frame_[OPENFAB_FRAME_ORIGIN + k];
         }
+        return p;
+    }
+
+    NearestPoint find_nearest(const Vec3f& p) const {
         NearestPoint best;
+        for (int a = 0; a < 3; ++a) {
+            if (!(std::fabs(p[a]) < nearest::kFarthestPoint)) return best;
+        }
         for (size_t t = 0; t < query_.size(); ++t) {
             const nearest::Hit hit = nearest::closest_point(frames_[t], details_[t], p);
             const bool before = best.triangle != nullptr && hit.distance2 == best.distance2 &&
@@ -324,6 +416,7 @@ class PlainPart {
     std::vector<const DicedTriangle*> query_;
     std::vector<nearest::TriangleFrame> frames_;
     std::vector<nearest::TriangleDetail> details_;
+    const std::vector<std::unique_ptr<PlainPart>>* world_ = nullptr;
 };
 
 }  // namespace
@@ -333,6 +426,8 @@ std::vector<uint8_t> print(const std::vector<ReferencePart>& parts, const scene:
     std::vector<std::unique_ptr<PlainPart>> plain;
     for (const ReferencePart& part : parts)
         plain.push_back(std::make_unique<PlainPart>(part, grid));
+    for (const auto& part : plain)
+        part->set_world(&plain);
     FractionField field = make_field(grid.size, materials);
     size_t place = 0;
     for (int32_t z = 0; z < grid.size.z; ++z) {
