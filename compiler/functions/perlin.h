@@ -185,27 +185,31 @@ class PerlinNoise {
 
     /// `which`: 0 the value, k its derivative along axis k - 1.
     static F result(const std::array<Cell<M>, kAxes>& cells, U seed, int32_t which) {
-        const PerlinNoise noise(cells, seed, which != 0);
+        return keyed(cells, seed_key<M>(seed), which);
+    }
+
+    /// The same of a seed's key.
+    static F keyed(const std::array<Cell<M>, kAxes>& cells, U key, int32_t which) {
+        const PerlinNoise noise(cells, key, which != 0);
         const Value value = noise.along(kAxes - 1, 0);
         const F out = which == 0 ? value.value : value.d[static_cast<size_t>(which - 1)];
         return out * kPerlinScales[kAxes - 1];
     }
 
   private:
-    PerlinNoise(const std::array<Cell<M>, kAxes>& cells, U seed, bool derivatives)
+    PerlinNoise(const std::array<Cell<M>, kAxes>& cells, U key, bool derivatives)
         : cells_(cells), derivatives_(derivatives) {
-        const U key = seed_key<M>(seed);
         for (size_t side = 0; side < 2; ++side)
-            first_.push_back(mix<M>(cells[0].corner[side] ^ key));
+            first_[side] = mix<M>(cells[0].corner[side] ^ key);
         for (size_t axis = 0; axis < kAxes; ++axis) {
             const F t = cells[axis].t;
-            fades_.push_back(t * t * t * (t * (t * 6.0f - 15.0f) + 10.0f));
-            if (derivatives) slopes_.push_back(t * t * (t * (t - 2.0f) + 1.0f) * 30.0f);
-            from_.push_back({t, t - 1.0f});
+            fades_[axis] = t * t * t * (t * (t * 6.0f - 15.0f) + 10.0f);
+            if (derivatives) slopes_[axis] = t * t * (t * (t - 2.0f) + 1.0f) * 30.0f;
+            from_[axis] = {t, t - 1.0f};
             if (axis == 0) continue;
             const uint32_t factor = kAxisFactors[axis - 1];
             const std::array<U, 2>& corner = cells[axis].corner;
-            products_.push_back({corner[0] * factor, corner[1] * factor});
+            products_[axis] = {corner[0] * factor, corner[1] * factor};
         }
     }
 
@@ -231,7 +235,7 @@ class PerlinNoise {
         for (size_t axis = 0; axis < kAxes; ++axis) {
             const size_t side = (corner >> axis) & 1u;
             d[axis] = from_[axis][side];
-            if (axis > 0) sum = sum + products_[axis - 1][side];
+            if (axis > 0) sum = sum + products_[axis][side];
         }
         const U h = kAxes == 1 ? sum : mix_high<M>(sum);
         Value out{gradient_dot<M>(h, d), d};
@@ -241,11 +245,11 @@ class PerlinNoise {
 
     const std::array<Cell<M>, kAxes>& cells_;
     bool derivatives_;
-    std::vector<U> first_;                    ///< hash of the first axis, by side
-    std::vector<std::array<U, 2>> products_;  ///< of the other axes, by side
-    std::vector<F> fades_;
-    std::vector<F> slopes_;
-    std::vector<std::array<F, 2>> from_;  ///< offset from each side
+    std::array<U, 2> first_;                        ///< hash of the first axis, by side
+    std::array<std::array<U, 2>, kAxes> products_;  ///< of the other axes, by side
+    std::array<F, kAxes> fades_;
+    std::array<F, kAxes> slopes_;
+    std::array<std::array<F, 2>, kAxes> from_;  ///< offset from each side
 };
 
 }  // namespace openfab::functions
