@@ -234,6 +234,14 @@ TEST(Pipeline, BumpsOnASphereAreTheReference) {
                      {0.12, 0.12, 0.12}, 6);
 }
 
+TEST(Pipeline, LoopsInBothStagesAreTheReference) {
+    testing::PartOptions options;
+    options.textures = {picture(24, 24, 5, 1, 0)};
+    options.max_displacement_mm = 0.3;
+    expect_reference({{&fablets(), "Fractal", testing::sphere(1.1, 12, 8), options}},
+                     {0.1, 0.1, 0.1}, 9);
+}
+
 TEST(Pipeline, OverlappingPartsOfDifferentPriorityAreTheReference) {
     testing::PartOptions above;
     above.priority = 2;
