@@ -52,8 +52,9 @@ std::string json_uniform(const ir::Uniform& u) {
                                    json_string(text));
     }
     return fmt::format(
-        R"({{"name":{},"type":{},"kind":"{}","components":{},"default":{},"annotations":{{{}}}}})",
+        R"({{"name":{},"type":{},"kind":"{}","components":{},"array_length":{},"default":{},"annotations":{{{}}}}})",
         json_string(u.name), json_string(u.type_name), ir::uniform_kind_name(u.kind), u.components,
+        u.array_length,
         json_default(u.type, u.default_bits), annotations);
 }
 

@@ -9,8 +9,8 @@
 namespace openfab::driver {
 
 /// JSON of a module's interface:
-/// `{"fablets":[{"name","has_surface","uniforms":[{"name","type","kind":"value|texture2d|
-/// material","components","default":[…] or
+/// `{"fablets":[{"name","has_surface","uniforms":[{"name","type","kind":"value|texture2d|material|
+/// texture3d|object","components","array_length","default":[…] (all elements in a row) or
 /// null,"annotations":{…}}],"surface_inputs":[{"name","type","default"}],
 /// "surface_outputs":[{"name","type","copies":input or
 /// null}],"nearest":[{"name","type","from":surface output or null}], "uses_void"}]}` and a newline.
