@@ -166,7 +166,7 @@ std::array<typename M::F, 4> gradient(typename M::U h, const std::array<typename
             M::select(high, b, M::select(low, zero, c)), M::select(high | low, c, zero)};
 }
 
-inline constexpr std::array<float, 4> kPerlinScales = {1.999998f, 1.398f, 0.9649f, 0.6508f};
+inline constexpr std::array<float, 4> kPerlinScales = {1.999998f, 1.39f, 0.96f, 0.647f};
 
 /// A value with its derivatives, none where only the value is asked for.
 template <typename M, size_t kAxes>
