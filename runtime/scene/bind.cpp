@@ -15,6 +15,7 @@
 #include "runtime/scene/part_mesh.h"
 #include "runtime/scene/uniforms.h"
 #include "runtime/texture/cache.h"
+#include "runtime/texture/volume.h"
 
 namespace openfab::scene {
 namespace {
@@ -149,7 +150,7 @@ class WorldBinder {
         part.instance = instance;
         for (size_t i = 0; i < uniforms->textures.size(); ++i) {
             Result<std::shared_ptr<const texture::Pyramid>> pyramid =
-                open_texture(uniforms->textures[i]);
+                open_texture(uniforms->textures[i], uniforms->texture_is_volume[i]);
             if (!pyramid) return pyramid.error();
             part.textures.push_back(std::move(*pyramid));
         }
@@ -174,16 +175,20 @@ class WorldBinder {
         return out;
     }
 
-    Result<std::shared_ptr<const texture::Pyramid>> open_texture(int32_t index) {
-        auto& known = textures_[index];
+    Result<std::shared_ptr<const texture::Pyramid>> open_texture(int32_t index, bool volume) {
+        auto& known = textures_[{index, volume}];
         if (known != nullptr) return known;
         const Texture& texture = world_.textures[static_cast<size_t>(index)];
         static constexpr const char* kSpaces[] = {"auto", "srgb", "linear", "data"};
         const texture::ImageOptions options{kSpaces[static_cast<size_t>(texture.space)],
                                             texture.luminance};
+        const auto wrap = static_cast<int32_t>(texture.wrap);
+        const auto filter = static_cast<int32_t>(texture.filter);
         Result<std::shared_ptr<const texture::Pyramid>> pyramid =
-            texture::get_pyramid(texture.file, options, static_cast<int32_t>(texture.wrap),
-                                 static_cast<int32_t>(texture.filter));
+            volume
+                ? texture::get_volume(
+                      texture.file, {options, texture.origin_mm, texture.spacing_mm}, wrap, filter)
+                : texture::get_pyramid(texture.file, options, wrap, filter);
         if (!pyramid) {
             return Error{pyramid.error().code,
                          fmt::format("{}: texture `{}`: {}", texture.place.str(), texture.name,
@@ -209,7 +214,7 @@ class WorldBinder {
     const World& world_;
     const openfab_fablet_list& fablets_;
     std::map<std::string, UniformBindings> sets_;
-    std::map<int32_t, std::shared_ptr<const texture::Pyramid>> textures_;
+    std::map<std::pair<int32_t, bool>, std::shared_ptr<const texture::Pyramid>> textures_;
     // Looked up alone, never walked: the order of pointers must not show.
     std::map<std::tuple<int32_t, const openfab_fablet*, std::array<double, 9>>,
              std::shared_ptr<const PartMesh>>

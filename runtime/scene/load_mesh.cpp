@@ -10,6 +10,8 @@
 
 #include "runtime/scene/gltf.h"
 #include "runtime/scene/json.h"
+#include "runtime/scene/mesh_check.h"
+#include "runtime/scene/mesh_intersections.h"
 #include "runtime/scene/obj.h"
 #include "runtime/scene/ply.h"
 #include "runtime/scene/stl.h"
@@ -20,6 +22,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr size_t kLargestFile = 2'000'000'000;
+/// Triangles up to which each load looks for crossing ones.
+constexpr size_t kMostChecked = 200'000;
 
 using Reader = Result<MeshSource> (*)(std::string_view bytes, const std::string& file);
 
@@ -45,7 +49,7 @@ const Format* find_format(const fs::path& file) {
 }
 
 /// Leaves out float attributes that some faces lack, and those that none has.
-void drop_partial_attributes(MeshSource* source, std::vector<std::string>* warnings) {
+void drop_partial_attributes(MeshSource* source) {
     std::erase_if(source->mesh.attributes, [&](const MeshAttribute& a) {
         if (a.is_int) return false;
         size_t with = 0;
@@ -57,7 +61,7 @@ void drop_partial_attributes(MeshSource* source, std::vector<std::string>* warni
             lacking = has ? lacking : t;
         }
         if (with > 0 && lacking < a.corners.size()) {
-            warnings->push_back(fmt::format(
+            source->warnings.push_back(fmt::format(
                 "{}: some faces of mesh `{}` have no `{}`, this one first; the mesh "
                 "goes without it",
                 source->origin.str(static_cast<int32_t>(lacking)), source->mesh.name, a.name));
@@ -222,7 +226,7 @@ void to_millimetres(MeshSource* source, const MeshOptions& options, LoadedMesh* 
         out->unit_mm = metres ? 1000 : 1;
         out->unit_note = metres ? "guessed from the size" : "assumed, as the file says none";
         if (metres) {
-            out->warnings.push_back(fmt::format(
+            source->warnings.push_back(fmt::format(
                 "{}: mesh `{}` is {:.4g} x {:.4g} x {:.4g} of a unit that the file does not say; "
                 "taken as metres. Set `unit` if it is another",
                 source->origin.file, mesh.name, size.x, size.y, size.z));
@@ -232,22 +236,37 @@ void to_millimetres(MeshSource* source, const MeshOptions& options, LoadedMesh* 
         p = p * out->unit_mm;
 }
 
+void look_for_intersections(MeshSource* source) {
+    const Intersections found = find_intersections(source->mesh);
+    source->checks.intersections = found.pairs;
+    source->checks.all_intersections = found.all;
+    if (found.pairs == 0) return;
+    source->warnings.push_back(fmt::format(
+        "{}: mesh `{}` goes through itself: {}{} pair{} of triangles cross, one at ({:.6g}, "
+        "{:.6g}, "
+        "{:.6g}) mm; what it encloses is printed once, but distances count the inner surfaces too. "
+        "Unite its pieces where that matters",
+        source->origin.str(found.first), source->mesh.name, found.all ? "" : "at least ",
+        found.pairs, found.pairs == 1 ? "" : "s", found.place.x, found.place.y, found.place.z));
+}
+
 /// What is the same for all formats. A refusal is an error of prepare_mesh.
 Result<LoadedMesh> finish(MeshSource source, const MeshOptions& options, bool tolerant) {
     LoadedMesh out;
     source.mesh.name = options.name;
-    out.warnings = std::move(source.warnings);
     out.files = std::move(source.files);
-    drop_partial_attributes(&source, &out.warnings);
+    drop_partial_attributes(&source);
     if (Result<void> numbered = Groups(&source, options, &out).number(); !numbered)
         return numbered.error();
     to_millimetres(&source, options, &out);
-    Result<void> fine =
-        prepare_mesh(&source.mesh, &source.origin, &out.warnings, source.part_of_vertex);
+    Result<void> fine = prepare_mesh(&source);
     if (!fine) {
         if (!tolerant) return fine.error();
         out.refusal = fine.error().message;
     }
+    if (tolerant || source.mesh.triangles.size() <= kMostChecked) look_for_intersections(&source);
+    std::move(source.warnings.begin(), source.warnings.end(), std::back_inserter(out.warnings));
+    out.checks = source.checks;
     out.mesh = std::move(source.mesh);
     return out;
 }

@@ -16,7 +16,7 @@
 
 #include "runtime/base/result.h"
 #include "runtime/scene/mesh.h"
-#include "runtime/scene/mesh_check.h"
+#include "runtime/scene/mesh_source.h"
 
 namespace openfab::scene {
 
@@ -31,33 +31,6 @@ struct MeshOptions {
     std::string groups_attribute = "face";
 };
 
-/// The names that a face goes by.
-struct FaceGroup {
-    std::vector<std::string> names;  ///< OBJ `g`, STL solid, glTF node, 3MF object
-    std::string material;            ///< OBJ `usemtl`, glTF material, 3MF base material
-    auto operator<=>(const FaceGroup&) const = default;
-};
-
-/// A mesh as its file has it.
-struct MeshSource {
-    /// In the file's unit. Corners of float attributes may be -1 where a face has no value.
-    Mesh mesh;
-    MeshOrigin origin;
-    double unit_mm = 0;                   ///< as the file or its format says; 0 if it says nothing
-    std::vector<FaceGroup> groups;        ///< no two equal
-    std::vector<int32_t> face_groups;     ///< by triangle, index in groups; empty without groups
-    std::vector<int32_t> part_of_vertex;  ///< vertices of different parts are never welded; may be
-                                          ///< empty: one part
-    std::vector<std::filesystem::path> files;  ///< read besides the mesh file
-    std::vector<std::string> warnings;
-
-    /// The index of `group`, added if it is new.
-    int32_t group_index(const FaceGroup& group);
-
-  private:
-    std::map<FaceGroup, int32_t> group_indices_;
-};
-
 struct LoadedMesh {
     Mesh mesh;
     std::vector<std::string> warnings;
@@ -65,6 +38,7 @@ struct LoadedMesh {
     std::string unit_note;  ///< where the unit comes from: "given", "as the file says", "guessed …"
     std::vector<std::pair<std::string, int32_t>> groups;  ///< name and number, as in the attribute
     std::vector<std::filesystem::path> files;             ///< read besides the mesh file
+    MeshChecks checks;
     /// Why the mesh cannot be printed; only read_mesh gives one that has any.
     std::string refusal;
 };
@@ -76,8 +50,9 @@ bool is_mesh_file(const std::filesystem::path& file);
 std::string mesh_formats();
 
 /// Reads a mesh by its extension; prepare_mesh has made it fit to print. A size under 1 unit where
-/// neither options nor file say the unit is taken as metres, with a warning. Errors name the file,
-/// and the line where it has lines.
+/// neither options nor file say the unit is taken as metres, with a warning. Triangles that cross
+/// are a warning, looked for in meshes of up to 200,000. Errors name the file, and the line where
+/// it has lines.
 Result<LoadedMesh> load_mesh(const std::filesystem::path& file, const MeshOptions& options);
 
 /// The same from bytes; `file` gives the format and the folder of files beside it.
@@ -85,7 +60,7 @@ Result<LoadedMesh> parse_mesh(std::string_view bytes, const std::filesystem::pat
                               const MeshOptions& options);
 
 /// As load_mesh, for telling about a mesh: one that reads well but cannot be printed has a
-/// `refusal`.
+/// `refusal`, and triangles that cross are looked for in meshes of any size.
 Result<LoadedMesh> read_mesh(const std::filesystem::path& file, const MeshOptions& options);
 
 }  // namespace openfab::scene

@@ -8,46 +8,18 @@
 #include <numeric>
 #include <tuple>
 
+#include "runtime/scene/mesh_edges.h"
+#include "runtime/scene/mesh_shells.h"
+
 namespace openfab::scene {
 namespace {
 
-struct Edge {
-    int32_t a = 0, b = 0;  ///< a < b
-    int32_t triangle = 0;
-    bool forward = false;  ///< the triangle runs from a to b
-    auto key() const { return std::tie(a, b, triangle); }
-};
-
-std::vector<Edge> sorted_edges(const Mesh& mesh) {
-    std::vector<Edge> edges;
-    edges.reserve(mesh.triangles.size() * 3);
-    for (size_t t = 0; t < mesh.triangles.size(); ++t) {
-        for (size_t i = 0; i < 3; ++i) {
-            const int32_t from = mesh.triangles[t][i];
-            const int32_t to = mesh.triangles[t][(i + 1) % 3];
-            edges.push_back(
-                {std::min(from, to), std::max(from, to), static_cast<int32_t>(t), from < to});
-        }
-    }
-    std::sort(edges.begin(), edges.end(),
-              [](const Edge& x, const Edge& y) { return x.key() < y.key(); });
-    return edges;
-}
-
-/// Calls visit(first, last) for each run of uses of one undirected edge.
-template <typename Visit>
-void for_each_edge(const std::vector<Edge>& edges, Visit visit) {
-    for (size_t i = 0; i < edges.size();) {
-        size_t end = i + 1;
-        while (end < edges.size() && edges[end].a == edges[i].a && edges[end].b == edges[i].b)
-            ++end;
-        visit(&edges[i], &edges[0] + end);
-        i = end;
-    }
-}
-
 const Vec3d& at(const Mesh& mesh, int32_t vertex) {
     return mesh.positions[static_cast<size_t>(vertex)];
+}
+
+double six_volumes(const Mesh& mesh, const std::array<int32_t, 3>& t) {
+    return dot(at(mesh, t[0]), cross(at(mesh, t[1]), at(mesh, t[2])));
 }
 
 /// Keeps the vertices that triangles use, in order, under new numbers.
@@ -92,14 +64,15 @@ std::vector<int32_t> lowest_equal(const std::vector<Vec3d>& positions,
     return lowest;
 }
 
-/// Drops triangles that have two equal corners; neighbours close up over them by themselves.
-size_t drop_degenerate(Mesh* mesh, MeshOrigin* origin) {
+/// Keeps the triangles for which keep[t], with all that goes with them; how many went.
+int64_t drop_others(MeshSource* source, const std::vector<bool>& keep) {
+    Mesh& mesh = source->mesh;
+    std::vector<int32_t>& lines = source->origin.lines;
     size_t kept = 0;
-    for (size_t t = 0; t < mesh->triangles.size(); ++t) {
-        const auto& v = mesh->triangles[t];
-        if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0]) continue;
-        mesh->triangles[kept] = v;
-        for (MeshAttribute& a : mesh->attributes) {
+    for (size_t t = 0; t < keep.size(); ++t) {
+        if (!keep[t]) continue;
+        mesh.triangles[kept] = mesh.triangles[t];
+        for (MeshAttribute& a : mesh.attributes) {
             if (a.is_int) {
                 const auto n = static_cast<size_t>(a.components);
                 for (size_t c = 0; c < n; ++c)
@@ -108,117 +81,104 @@ size_t drop_degenerate(Mesh* mesh, MeshOrigin* origin) {
                 a.corners[kept] = a.corners[t];
             }
         }
-        if (!origin->lines.empty()) origin->lines[kept] = origin->lines[t];
+        if (!lines.empty()) lines[kept] = lines[t];
         ++kept;
     }
-    const size_t dropped = mesh->triangles.size() - kept;
-    mesh->triangles.resize(kept);
-    for (MeshAttribute& a : mesh->attributes) {
+    mesh.triangles.resize(kept);
+    for (MeshAttribute& a : mesh.attributes) {
         if (a.is_int) {
             a.faces.resize(kept * static_cast<size_t>(a.components));
         } else {
             a.corners.resize(kept);
         }
     }
-    if (!origin->lines.empty()) origin->lines.resize(kept);
-    return dropped;
+    if (!lines.empty()) lines.resize(kept);
+    return static_cast<int64_t>(keep.size() - kept);
 }
 
-/// Shell of each triangle: triangles that share an edge are of one shell, numbered by their lowest
-/// triangle.
-std::vector<int32_t> find_shells(const Mesh& mesh) {
-    std::vector<int32_t> parent(mesh.triangles.size());
-    std::iota(parent.begin(), parent.end(), 0);
-    const auto root = [&](int32_t t) {
-        while (parent[static_cast<size_t>(t)] != t) {
-            parent[static_cast<size_t>(t)] =
-                parent[static_cast<size_t>(parent[static_cast<size_t>(t)])];
-            t = parent[static_cast<size_t>(t)];
-        }
-        return t;
+/// Drops triangles that have two equal corners; neighbours close up over them by themselves.
+void drop_equal_corners(MeshSource* source) {
+    const std::vector<std::array<int32_t, 3>>& triangles = source->mesh.triangles;
+    std::vector<bool> keep(triangles.size());
+    for (size_t t = 0; t < keep.size(); ++t) {
+        const auto& v = triangles[t];
+        keep[t] = v[0] != v[1] && v[1] != v[2] && v[2] != v[0];
+    }
+    const auto first = std::find(keep.begin(), keep.end(), false);
+    if (first == keep.end()) return;
+    const std::string place = source->origin.str(static_cast<int32_t>(first - keep.begin()));
+    const int64_t dropped = drop_others(source, keep);
+    source->checks.equal_corners = dropped;
+    source->warnings.push_back(
+        fmt::format("{}: mesh `{}` has {} triangle{} with two equal corners; left out", place,
+                    source->mesh.name, dropped, dropped == 1 ? "" : "s"));
+}
+
+/// Of triangles over the same three corners, one stays of those that run one way; of two that run
+/// opposite ways, which enclose nothing, none does.
+void drop_duplicates(MeshSource* source) {
+    struct Key {
+        std::array<int32_t, 3> corners;
+        int32_t triangle;
+        bool even;  ///< runs as its sorted corners do
     };
-    const std::vector<Edge> edges = sorted_edges(mesh);
-    for_each_edge(edges, [&](const Edge* first, const Edge* last) {
-        for (const Edge* e = first + 1; e < last; ++e) {
-            const int32_t a = root(first->triangle);
-            const int32_t b = root(e->triangle);
-            parent[static_cast<size_t>(std::max(a, b))] = std::min(a, b);
-        }
+    const std::vector<std::array<int32_t, 3>>& triangles = source->mesh.triangles;
+    std::vector<Key> keys;
+    for (size_t t = 0; t < triangles.size(); ++t) {
+        Key key{triangles[t], static_cast<int32_t>(t), true};
+        const size_t lowest = static_cast<size_t>(
+            std::min_element(key.corners.begin(), key.corners.end()) - key.corners.begin());
+        std::rotate(key.corners.begin(), key.corners.begin() + static_cast<std::ptrdiff_t>(lowest),
+                    key.corners.end());
+        key.even = key.corners[1] < key.corners[2];
+        if (!key.even) std::swap(key.corners[1], key.corners[2]);
+        keys.push_back(key);
+    }
+    std::sort(keys.begin(), keys.end(), [](const Key& x, const Key& y) {
+        return std::tie(x.corners, x.triangle) < std::tie(y.corners, y.triangle);
     });
-    for (size_t t = 0; t < parent.size(); ++t)
-        parent[t] = root(static_cast<int32_t>(t));
-    return parent;
+    std::vector<bool> keep(triangles.size(), true);
+    int32_t first = -1;
+    for (size_t i = 0; i < keys.size();) {
+        size_t end = i;
+        int64_t sum = 0;
+        for (; end < keys.size() && keys[end].corners == keys[i].corners; ++end)
+            sum += keys[end].even ? 1 : -1;
+        bool kept = end - i == 1;
+        for (size_t k = i; k < end && end - i > 1; ++k) {
+            const bool stays = !kept && (keys[k].even ? sum > 0 : sum < 0);
+            keep[static_cast<size_t>(keys[k].triangle)] = stays;
+            kept = kept || stays;
+            if (!stays && (first < 0 || keys[k].triangle < first)) first = keys[k].triangle;
+        }
+        i = end;
+    }
+    if (first < 0) return;
+    const std::string place = source->origin.str(first);
+    source->checks.duplicates = drop_others(source, keep);
+    source->warnings.push_back(fmt::format(
+        "{}: mesh `{}` has {} triangle{} over the corners of another; left out", place,
+        source->mesh.name, source->checks.duplicates, source->checks.duplicates == 1 ? "" : "s"));
 }
 
-double six_volumes(const Mesh& mesh, const std::array<int32_t, 3>& t) {
-    return dot(at(mesh, t[0]), cross(at(mesh, t[1]), at(mesh, t[2])));
-}
-
-/// Side of p from the line a b in the y z plane, p being moved by (e, e^2): never 0 unless a and b
-/// coincide there. Equal for both triangles at an edge, since it is worked out from the lower end.
-int side_yz(const Vec3d& a, const Vec3d& b, const Vec3d& p) {
-    const bool swapped = std::tie(b.y, b.z) < std::tie(a.y, a.z);
-    const Vec3d& lo = swapped ? b : a;
-    const Vec3d& hi = swapped ? a : b;
-    const double dy = hi.y - lo.y;
-    const double dz = hi.z - lo.z;
-    double side = dy * (p.z - lo.z) - dz * (p.y - lo.y);
-    if (side == 0) side = 0 - dz;
-    if (side == 0) side = dy;
-    return side == 0 ? 0 : (side > 0) != swapped ? 1 : -1;
-}
-
-/// Winding number at p of all triangles outside `shell`, by a ray along +x.
-int winding_of_others(const Mesh& mesh, const std::vector<int32_t>& shells, int32_t shell,
-                      const Vec3d& p) {
-    int winding = 0;
-    for (size_t t = 0; t < mesh.triangles.size(); ++t) {
-        if (shells[t] == shell) continue;
+void count_without_area(MeshSource* source) {
+    const Mesh& mesh = source->mesh;
+    int32_t first = -1;
+    for (size_t t = mesh.triangles.size(); t-- > 0;) {
         const Vec3d& a = at(mesh, mesh.triangles[t][0]);
-        const Vec3d& b = at(mesh, mesh.triangles[t][1]);
-        const Vec3d& c = at(mesh, mesh.triangles[t][2]);
-        const int side = side_yz(a, b, p);
-        if (side == 0 || side_yz(b, c, p) != side || side_yz(c, a, p) != side) continue;
-        const Vec3d n = cross(b - a, c - a);
-        // The plane's x over p is a.x - (n.y dy + n.z dz) / n.x.
-        if (n.x != 0 && a.x - (n.y * (p.y - a.y) + n.z * (p.z - a.z)) / n.x > p.x) winding += side;
-    }
-    return winding;
-}
-
-void flip_shell(Mesh* mesh, const std::vector<int32_t>& shells, int32_t shell) {
-    for (size_t t = 0; t < mesh->triangles.size(); ++t) {
-        if (shells[t] != shell) continue;
-        std::swap(mesh->triangles[t][1], mesh->triangles[t][2]);
-        for (MeshAttribute& a : mesh->attributes) {
-            if (!a.is_int) std::swap(a.corners[t][1], a.corners[t][2]);
+        const Vec3d n =
+            cross(at(mesh, mesh.triangles[t][1]) - a, at(mesh, mesh.triangles[t][2]) - a);
+        if (n == Vec3d{}) {
+            ++source->checks.without_area;
+            first = static_cast<int32_t>(t);
         }
     }
-}
-
-void flip_inside_out_shells(Mesh* mesh, const MeshOrigin& origin,
-                            std::vector<std::string>* warnings) {
-    const std::vector<int32_t> shells = find_shells(*mesh);
-    std::vector<double> volume(shells.size());
-    for (size_t t = 0; t < shells.size(); ++t) {
-        volume[static_cast<size_t>(shells[t])] += six_volumes(*mesh, mesh->triangles[t]);
-    }
-    std::vector<int32_t> inside_out;
-    for (size_t t = 0; t < shells.size(); ++t) {
-        const auto shell = static_cast<int32_t>(t);
-        if (shells[t] != shell || volume[t] >= 0) continue;
-        if (winding_of_others(*mesh, shells, shell, at(*mesh, mesh->triangles[t][0])) == 0) {
-            inside_out.push_back(shell);
-        }
-    }
-    for (int32_t shell : inside_out)
-        flip_shell(mesh, shells, shell);
-    if (!inside_out.empty()) {
-        warnings->push_back(fmt::format(
-            "{}: mesh `{}` has {} inside out (clockwise seen from outside); turned",
-            origin.str(inside_out[0]), mesh->name,
-            inside_out.size() == 1 ? "a shell" : fmt::format("{} shells", inside_out.size())));
-    }
+    if (first < 0) return;
+    source->warnings.push_back(fmt::format(
+        "{}: mesh `{}` has {} triangle{} without area, their corners being in a line; kept, since "
+        "they close the surface",
+        source->origin.str(first), mesh.name, source->checks.without_area,
+        source->checks.without_area == 1 ? "" : "s"));
 }
 
 Result<void> check_size(const Mesh& mesh, const MeshOrigin& origin,
@@ -284,32 +244,37 @@ EdgeCounts count_edges(const Mesh& mesh) {
     return counts;
 }
 
-Result<void> prepare_mesh(Mesh* mesh, MeshOrigin* origin, std::vector<std::string>* warnings,
-                          const std::vector<int32_t>& parts) {
+Result<void> prepare_mesh(MeshSource* source) {
+    Mesh* mesh = &source->mesh;
+    const MeshOrigin& origin = source->origin;
     if (mesh->triangles.empty()) {
-        return user_error(fmt::format("{}: mesh `{}` has no faces", origin->file, mesh->name));
+        return user_error(fmt::format("{}: mesh `{}` has no faces", origin.file, mesh->name));
     }
     const EdgeCounts as_read = count_edges(*mesh);
-    renumber(mesh, as_read.fine() ? std::vector<int32_t>() : lowest_equal(mesh->positions, parts));
-    const size_t dropped = drop_degenerate(mesh, origin);
-    if (dropped > 0) {
-        warnings->push_back(
-            fmt::format("{}: mesh `{}` has {} triangle{} with two equal corners; left out",
-                        origin->file, mesh->name, dropped, dropped == 1 ? "" : "s"));
-        if (mesh->triangles.empty()) {
-            return user_error(
-                fmt::format("{}: mesh `{}` has no face with an area", origin->file, mesh->name));
-        }
-        renumber(mesh, {});
+    renumber(mesh, as_read.fine() ? std::vector<int32_t>()
+                                  : lowest_equal(mesh->positions, source->part_of_vertex));
+    drop_equal_corners(source);
+    EdgeCounts welded = count_edges(*mesh);
+    if (!welded.fine()) {
+        drop_duplicates(source);
+        if (source->checks.duplicates > 0) welded = count_edges(*mesh);
     }
-    if (const EdgeCounts welded = count_edges(*mesh); !welded.fine()) {
+    const bool dropped = source->checks.equal_corners + source->checks.duplicates > 0;
+    if (mesh->triangles.empty()) {
+        return user_error(
+            fmt::format("{}: mesh `{}` has no face with an area", origin.file, mesh->name));
+    }
+    if (!welded.fine()) {
         // Told of the form that is nearer to closed. A place in the form as read still has its
         // line, unless triangles went.
-        const bool keep = dropped > 0 || welded.bad() < as_read.bad();
-        return not_closed(*mesh, keep ? welded : as_read, *origin);
+        const bool keep = dropped || welded.bad() < as_read.bad();
+        source->checks.edges = keep ? welded : as_read;
+        return not_closed(*mesh, source->checks.edges, origin);
     }
-    if (Result<void> size = check_size(*mesh, *origin, warnings); !size) return size;
-    flip_inside_out_shells(mesh, *origin, warnings);
+    if (dropped) renumber(mesh, {});
+    if (Result<void> size = check_size(*mesh, origin, &source->warnings); !size) return size;
+    count_without_area(source);
+    orient_shells(source);
     double volume = 0;
     Box3d box;
     for (const auto& t : mesh->triangles)
@@ -320,7 +285,7 @@ Result<void> prepare_mesh(Mesh* mesh, MeshOrigin* origin, std::vector<std::strin
     // Rounding alone gives a flat, closed sheet up to this volume.
     if (!(volume > 1e-12 * diagonal * diagonal * diagonal)) {
         return user_error(fmt::format("{}: mesh `{}` encloses no volume ({:.3g} mm3); it is flat",
-                                      origin->file, mesh->name, volume));
+                                      origin.file, mesh->name, volume));
     }
     return Ok{};
 }

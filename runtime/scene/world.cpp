@@ -14,6 +14,7 @@
 #include "runtime/scene/part_mesh.h"
 #include "runtime/scene/primitives.h"
 #include "runtime/scene/rotation.h"
+#include "runtime/texture/volume.h"
 
 namespace openfab::scene {
 namespace {
@@ -114,6 +115,44 @@ class WorldReader {
         return path;
     }
 
+    /// One file, or the slices of a volume: a folder, or a pattern that names some.
+    fs::path image_files(const JsonValue& value, const std::string& what) {
+        const fs::path path = path_of(value, what);
+        std::error_code ignored;
+        const bool many = fs::is_directory(path, ignored) ||
+                          path.filename().string().find_first_of("*#%") != std::string::npos;
+        if (!json_.ok() || !many || fs::is_regular_file(path, ignored))
+            return existing(value, what);
+        const Result<std::vector<fs::path>> slices = texture::volume_files(path);
+        if (!slices) {
+            json_.fail(value,
+                       fmt::format("{} `{}` names no file; paths count from the world's folder",
+                                   what, path.string()));
+            return path;
+        }
+        world_.files.insert(world_.files.end(), slices->begin(), slices->end());
+        return path;
+    }
+
+    static std::optional<std::array<double, 3>> three(const std::vector<double>& v) {
+        if (v.size() != 3) return std::nullopt;
+        return std::array<double, 3>{v[0], v[1], v[2]};
+    }
+
+    /// A number for all axes, or one each.
+    std::optional<std::array<double, 3>> spacing(const JsonValue& value, const std::string& what) {
+        std::vector<double> sizes;
+        if (value.is(JsonValue::Kind::kArray)) {
+            sizes = json_.numbers(value, what, 3, 1e6);
+        } else {
+            sizes.assign(3, json_.number(value, what, 1e-6, 1e6));
+        }
+        for (const double size : sizes) {
+            if (json_.ok() && !(size >= 1e-6)) json_.fail(value, what + " must be above 0");
+        }
+        return three(sizes);
+    }
+
     void fablet(const JsonMember& m) {
         const std::string what = fmt::format("fablet `{}`", m.key);
         if (!json_.object(m.value, world_keys("fablet"), what)) return;
@@ -182,7 +221,7 @@ class WorldReader {
         if (!json_.object(m.value, world_keys("texture"), what)) return;
         Texture texture;
         texture.name = m.key;
-        texture.file = existing(m.value.find("file")->value, "the file of " + what);
+        texture.file = image_files(m.value.find("file")->value, "the file of " + what);
         const auto choice = [&](const char* key, const std::vector<std::string>& choices,
                                 size_t otherwise) {
             const JsonMember* p = m.value.find(key);
@@ -195,6 +234,10 @@ class WorldReader {
             static_cast<Filter>(choice("filter", {"trilinear", "anisotropic", "nearest"}, 1));
         texture.space = static_cast<Space>(choice("space", {"auto", "srgb", "linear", "data"}, 0));
         texture.luminance = choice("channels", {"all", "luminance"}, 0) == 1;
+        if (const JsonMember* p = m.value.find("origin_mm"))
+            texture.origin_mm = three(json_.numbers(p->value, "`origin_mm` of " + what, 3, 1e6));
+        if (const JsonMember* p = m.value.find("spacing_mm"))
+            texture.spacing_mm = spacing(p->value, "`spacing_mm` of " + what);
         texture.place = json_.place(m.value);
         world_.textures.push_back(std::move(texture));
     }

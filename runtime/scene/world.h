@@ -53,6 +53,8 @@ struct Texture {
     Filter filter = Filter::kAnisotropic;
     Space space = Space::kAuto;
     bool luminance = false;  ///< one channel of three, Rec. 709 weights after linearising
+    /// Of a volume, where the file does not say, or to overrule it: lowest corner, size of a texel.
+    std::optional<std::array<double, 3>> origin_mm, spacing_mm;
     Place place;
 };
 

@@ -156,13 +156,38 @@ Result<void> info_of_world(const std::string& file) {
     return {};
 }
 
+void print_checks(const scene::MeshChecks& checks) {
+    const std::pair<const char*, int64_t> counts[] = {
+        {"open edges", checks.edges.open},
+        {"non-manifold edges", checks.edges.non_manifold},
+        {"edges of inconsistent triangles", checks.edges.inconsistent},
+        {"triangles with equal corners, left out", checks.equal_corners},
+        {"duplicate triangles, left out", checks.duplicates},
+        {"triangles without area", checks.without_area},
+        {"shells", checks.shells},
+        {"shells inside out, turned", checks.turned},
+        {"cavities", checks.cavities},
+        {"shells inside others that cut nothing out", checks.nested},
+        {checks.all_intersections ? "pairs of triangles that cross"
+                                  : "or more pairs of triangles that cross",
+         checks.intersections}};
+    for (const auto& [what, count] : counts) {
+        if (count > 0) fmt::print("check      {} {}\n", count, what);
+    }
+}
+
 Result<void> info_of_mesh(const std::string& file) {
     scene::MeshOptions options;
     options.name = fs::path(file).stem().string();
     Result<scene::LoadedMesh> loaded = scene::read_mesh(file, options);
     if (!loaded) return loaded.error();
-    fmt::print("mesh       {}, closed, in mm\n", loaded->mesh.name);
+    fmt::print("mesh       {}\n", loaded->mesh.name);
+    fmt::print("unit       {:.6g} mm, {}\n", loaded->unit_mm, loaded->unit_note);
     print_mesh(loaded->mesh, "");
+    for (const auto& [name, number] : loaded->groups)
+        fmt::print("group      {}: {} {}\n", name, options.groups_attribute, number);
+    print_checks(loaded->checks);
+    fmt::print("printable  {}\n", loaded->refusal.empty() ? "yes" : "no: " + loaded->refusal);
     for (const std::string& warning : loaded->warnings)
         fmt::print(stderr, "warning: {}\n", warning);
     return {};
@@ -182,7 +207,7 @@ void add_info(CLI::App& app, Action* action) {
     CLI::App* command = app.add_subcommand(
         "info", "tell what an .ofr file, a folder of slices, a world or a mesh is");
     auto file = std::make_shared<std::string>();
-    command->add_option("FILE", *file, "an .ofr file, a folder of slices, a .fab.json or an .obj")
+    command->add_option("FILE", *file, "an .ofr file, a folder of slices, a .fab.json or a mesh")
         ->required();
     command->callback([file, action] { *action = [file] { return info(*file); }; });
 }

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "runtime/scene/load_mesh.h"
+#include "runtime/scene/mesh_check.h"
 #include "tests/support/meshes/meshes.h"
 
 namespace openfab::scene {

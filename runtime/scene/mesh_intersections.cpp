@@ -1,0 +1,173 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/scene/mesh_intersections.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "runtime/scene/mesh_edges.h"
+#include "runtime/scene/triangle_tree.h"
+
+namespace openfab::scene {
+namespace {
+
+constexpr int64_t kMostFound = 100'000;
+constexpr int64_t kMostTests = 20'000'000;
+constexpr int64_t kMostBoxes = 400'000'000;
+
+/// Sign of the volume of a b c d where rounding cannot have changed it, else 0 (Shewchuk 1997: the
+/// error is below 7.8e-16 of the sum of absolute products).
+int side_of(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& d) {
+    const Vec3d u = a - d;
+    const Vec3d v = b - d;
+    const Vec3d w = c - d;
+    const double vxwy = v.x * w.y, wxvy = w.x * v.y;
+    const double wxuy = w.x * u.y, uxwy = u.x * w.y;
+    const double uxvy = u.x * v.y, vxuy = v.x * u.y;
+    const double volume = u.z * (vxwy - wxvy) + v.z * (wxuy - uxwy) + w.z * (uxvy - vxuy);
+    const double size = std::fabs(u.z) * (std::fabs(vxwy) + std::fabs(wxvy)) +
+                        std::fabs(v.z) * (std::fabs(wxuy) + std::fabs(uxwy)) +
+                        std::fabs(w.z) * (std::fabs(uxvy) + std::fabs(vxuy));
+    constexpr double kError = 1e-15;
+    return volume > kError * size ? 1 : volume < -kError * size ? -1 : 0;
+}
+
+using Corners = std::array<Vec3d, 3>;
+
+class Search {
+  public:
+    explicit Search(const Mesh& mesh) : mesh_(mesh), tree_(mesh) {}
+
+    Intersections run() {
+        const auto count = static_cast<int32_t>(mesh_.triangles.size());
+        for (int32_t t = 0; t < count && out_.all; ++t) {
+            tree_.for_each_in(tree_.box(t), [&](int32_t other) {
+                if (++boxes_ > kMostBoxes) out_.all = false;
+                if (other > t && cross(t, other)) found(t, other);
+                return out_.all;
+            });
+        }
+        return out_;
+    }
+
+  private:
+    void found(int32_t t, int32_t other) {
+        if (++out_.pairs == kMostFound) out_.all = false;
+        if (out_.first >= 0 && (out_.first != t || out_.second < other)) return;
+        out_.first = t;
+        out_.second = other;
+        out_.place = place_;
+    }
+
+    Corners corners(int32_t t) const {
+        const auto& v = mesh_.triangles[static_cast<size_t>(t)];
+        return {mesh_.positions[static_cast<size_t>(v[0])],
+                mesh_.positions[static_cast<size_t>(v[1])],
+                mesh_.positions[static_cast<size_t>(v[2])]};
+    }
+
+    /// Neighbours over an edge are passed over: they touch all along it.
+    bool cross(int32_t a, int32_t b) {
+        const auto& va = mesh_.triangles[static_cast<size_t>(a)];
+        const auto& vb = mesh_.triangles[static_cast<size_t>(b)];
+        int shared = 0;
+        size_t at_a = 0;
+        size_t at_b = 0;
+        for (size_t i = 0; i < 3; ++i) {
+            for (size_t j = 0; j < 3; ++j) {
+                if (va[i] != vb[j]) continue;
+                ++shared;
+                at_a = i;
+                at_b = j;
+            }
+        }
+        if (shared > 1) return false;
+        if (++tests_ > kMostTests) {
+            out_.all = false;
+            return false;
+        }
+        if (shared == 1)
+            return edge_through(a, (at_a + 1) % 3, b) || edge_through(b, (at_b + 1) % 3, a);
+        for (size_t i = 0; i < 3; ++i) {
+            if (edge_through(a, i, b) || edge_through(b, i, a)) return true;
+        }
+        return false;
+    }
+
+    /// Whether edge `edge` of triangle `of` goes through triangle `t`.
+    bool edge_through(int32_t of, size_t edge, int32_t t) {
+        const Corners from = corners(of);
+        const Corners triangle = corners(t);
+        const Vec3d& p = from[edge];
+        const Vec3d& q = from[(edge + 1) % 3];
+        const int before = goes_through_plane(p, q, triangle);
+        if (before == 0) return false;
+        int passed = 0;
+        int unsure = 0;
+        size_t border = 0;
+        for (size_t i = 0; i < 3; ++i) {
+            const int side = side_of(p, q, triangle[i], triangle[(i + 1) % 3]);
+            passed |= side > 0 ? 1 : side < 0 ? 2 : 0;
+            if (side != 0) continue;
+            ++unsure;
+            border = i;
+        }
+        if (passed == 3 || unsure > 1) return false;
+        // Through the triangle's border within rounding: a crossing if it goes through the
+        // neighbour's plane in the same direction, else it only touches there.
+        if (unsure == 1) {
+            const int32_t neighbour = neighbour_at(t, border);
+            if (neighbour < 0 || goes_through_plane(p, q, corners(neighbour)) != before)
+                return false;
+        }
+        const Vec3d n = openfab::cross(triangle[1] - triangle[0], triangle[2] - triangle[0]);
+        place_ = p + (q - p) * (dot(n, triangle[0] - p) / dot(n, q - p));
+        return true;
+    }
+
+    /// The side on which p is, if q is surely on the other one; else 0.
+    static int goes_through_plane(const Vec3d& p, const Vec3d& q, const Corners& t) {
+        const int side = side_of(t[0], t[1], t[2], p);
+        return side != 0 && side_of(t[0], t[1], t[2], q) == -side ? side : 0;
+    }
+
+    /// The one other triangle at an edge, if it runs along it the other way; else -1.
+    int32_t neighbour_at(int32_t t, size_t edge) {
+        if (neighbours_.empty()) find_neighbours();
+        return neighbours_[static_cast<size_t>(t)][edge];
+    }
+
+    void find_neighbours() {
+        neighbours_.assign(mesh_.triangles.size(), {-1, -1, -1});
+        const std::vector<Edge> edges = sorted_edges(mesh_);
+        const auto place = [&](const Edge& e) -> int32_t& {
+            const auto t = static_cast<size_t>(e.triangle);
+            size_t i = 0;
+            while (mesh_.triangles[t][i] != (e.forward ? e.a : e.b) ||
+                   mesh_.triangles[t][(i + 1) % 3] != (e.forward ? e.b : e.a))
+                ++i;
+            return neighbours_[t][i];
+        };
+        for_each_edge(edges, [&](const Edge* first, const Edge* last) {
+            if (last - first != 2 || first[0].forward == first[1].forward) return;
+            place(first[0]) = first[1].triangle;
+            place(first[1]) = first[0].triangle;
+        });
+    }
+
+    const Mesh& mesh_;
+    TriangleTree tree_;
+    Intersections out_;
+    std::vector<std::array<int32_t, 3>> neighbours_;  ///< made when they are first needed
+    Vec3d place_;
+    int64_t tests_ = 0;
+    int64_t boxes_ = 0;
+};
+
+}  // namespace
+
+Intersections find_intersections(const Mesh& mesh) {
+    return Search(mesh).run();
+}
+
+}  // namespace openfab::scene

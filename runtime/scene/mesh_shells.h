@@ -1,0 +1,15 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "runtime/scene/mesh_source.h"
+
+namespace openfab::scene {
+
+/// Looks at the shells of a closed mesh and which lie inside others. Outermost shells of negative
+/// volume are flipped with a warning; if all of them are, the whole mesh is, so that its cavities
+/// stay cavities. A shell inside another that bounds no hollow is a warning: nothing is cut out by
+/// it.
+void orient_shells(MeshSource* source);
+
+}  // namespace openfab::scene

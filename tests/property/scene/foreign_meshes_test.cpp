@@ -1,0 +1,159 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Meshes that were not made for us: each loads, or is refused with a reason. Those of the shared
+// data, and of two Debian packages where they are installed (assimp-testmodels, many of them
+// malformed on purpose, and libcgal-demo).
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+
+#include "runtime/scene/load_mesh.h"
+#include "runtime/scene/mesh_check.h"
+#include "tests/support/meshes/meshes.h"
+#include "tests/support/meshes/temp_folder.h"
+
+namespace openfab::scene {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Tally {
+    int printable = 0;
+    int refused = 0;  ///< read, but not fit to print
+    int unread = 0;
+};
+
+/// Loads one file and checks that the answer is one of the three, and makes sense.
+void look_at(const fs::path& file, Tally* tally) {
+    SCOPED_TRACE(file.string());
+    MeshOptions options;
+    options.name = "part";
+    const Result<LoadedMesh> told = read_mesh(file, options);
+    // The largest would take most of the time, and go the same way.
+    if (told && told->mesh.triangles.size() > 50'000) return;
+    const Result<LoadedMesh> loaded = load_mesh(file, options);
+    EXPECT_EQ(loaded.has_value(), told.has_value() && told->refusal.empty());
+    if (!told) {
+        ++tally->unread;
+        EXPECT_EQ(told.error().code, ErrorCode::kUserInput);
+        EXPECT_NE(told.error().message.find(file.filename().string()), std::string::npos)
+            << told.error().message;
+        return;
+    }
+    if (!loaded) {
+        ++tally->refused;
+        EXPECT_NE(loaded.error().message.find("mesh `part`"), std::string::npos);
+        EXPECT_EQ(told->refusal, loaded.error().message);
+        return;
+    }
+    ++tally->printable;
+    EXPECT_TRUE(count_edges(loaded->mesh).fine());
+    EXPECT_GT(testing::signed_volume(loaded->mesh), 0);
+}
+
+std::vector<fs::path> meshes_below(const fs::path& folder) {
+    std::vector<fs::path> files;
+    std::error_code ignored;
+    for (fs::recursive_directory_iterator entry(folder, ignored), end; !ignored && entry != end;
+         entry.increment(ignored)) {
+        if (entry->is_regular_file(ignored) && is_mesh_file(entry->path()))
+            files.push_back(entry->path());
+    }
+    std::sort(files.begin(), files.end());
+    return files;
+}
+
+TEST(ForeignMeshes, OfTheSharedData) {
+    const fs::path data = fs::path(OPENFAB_SOURCE_DIR) / "../shared/data";
+    if (!fs::exists(data)) GTEST_SKIP() << "the shared meshes are not here";
+    Tally whole;
+    for (const fs::path& file : meshes_below(data / "meshes"))
+        look_at(file, &whole);
+    EXPECT_EQ(whole.printable, 7);
+    EXPECT_EQ(whole.refused + whole.unread, 0);
+    Tally broken;
+    for (const fs::path& file : meshes_below(data / "broken_meshes"))
+        look_at(file, &broken);
+    EXPECT_EQ(broken.refused, 5);
+    EXPECT_EQ(broken.printable + broken.unread, 0);
+}
+
+TEST(ForeignMeshes, OfAssimp) {
+    const fs::path folder = "/usr/share/assimp/models";
+    if (!fs::exists(folder)) GTEST_SKIP() << "the package assimp-testmodels is not installed";
+    Tally tally;
+    for (const fs::path& file : meshes_below(folder))
+        look_at(file, &tally);
+    EXPECT_GT(tally.printable, 20);
+    EXPECT_GT(tally.refused, 10);
+    EXPECT_GT(tally.unread, 10);
+}
+
+/// OFF as OBJ text: corners count from 0 there, from 1 here.
+std::string obj_of_off(const fs::path& off) {
+    std::ifstream in(off);
+    std::string line;
+    std::string words;
+    while (std::getline(in, line))
+        words += line.substr(0, line.find('#')) + "\n";
+    std::istringstream text(words);
+    std::string magic;
+    size_t vertices = 0;
+    size_t faces = 0;
+    size_t edges = 0;
+    if (!(text >> magic >> vertices >> faces >> edges) || magic != "OFF") return {};
+    std::string obj;
+    std::getline(text, line);
+    for (size_t v = 0; v < vertices && std::getline(text, line);) {
+        std::istringstream row(line);
+        std::string x, y, z;
+        if (!(row >> x >> y >> z)) continue;
+        obj += "v " + x + " " + y + " " + z + "\n";
+        ++v;
+    }
+    for (size_t f = 0; f < faces && std::getline(text, line);) {
+        std::istringstream row(line);
+        size_t corners = 0;
+        if (!(row >> corners)) continue;
+        obj += "f";
+        long corner = 0;
+        for (size_t c = 0; c < corners && row >> corner; ++c)
+            obj += " " + std::to_string(corner + 1);
+        obj += "\n";
+        ++f;
+    }
+    return obj;
+}
+
+TEST(ForeignMeshes, OfCgal) {
+    const fs::path archive = "/usr/share/doc/libcgal-dev/data.tar.gz";
+    if (!fs::exists(archive)) GTEST_SKIP() << "the package libcgal-demo is not installed";
+    testing::TempFolder folder;
+    const std::string command =
+        "tar -xzf " + archive.string() + " -C " + folder.path().string() + " data/meshes";
+    ASSERT_EQ(std::system(command.c_str()), 0);
+    std::vector<fs::path> offs;
+    for (const auto& entry : fs::recursive_directory_iterator(folder.path())) {
+        if (entry.path().extension() == ".off") offs.push_back(entry.path());
+    }
+    std::sort(offs.begin(), offs.end());
+    EXPECT_GT(offs.size(), 100u);
+    Tally tally;
+    for (const fs::path& off : offs) {
+#ifdef OPENFAB_SANITIZED
+        if (fs::file_size(off) > 300'000) continue;
+#endif
+        look_at(folder.write(off.stem().string() + ".obj", obj_of_off(off)), &tally);
+    }
+    for (const fs::path& file : meshes_below(folder.path() / "data"))
+        look_at(file, &tally);
+    EXPECT_GT(tally.printable, 50);
+    EXPECT_GT(tally.refused, 10);
+}
+
+}  // namespace
+}  // namespace openfab::scene

@@ -1,0 +1,214 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/scene/mesh_check.h"
+
+#include <fmt/format.h>
+
+#include "runtime/scene/mesh_intersections.h"
+#include "runtime/scene/triangle_tree.h"
+#include "tests/support/meshes/temp_folder.h"
+#include "tests/unit/scene/mesh_files.h"
+
+namespace openfab::scene {
+namespace {
+
+Mesh box(const Vec3d& lo, double side, bool outward = true) {
+    Mesh mesh = testing::cube(side);
+    mesh.attributes.clear();
+    for (Vec3d& p : mesh.positions)
+        p = p + lo;
+    for (auto& t : mesh.triangles) {
+        if (!outward) std::swap(t[1], t[2]);
+    }
+    return mesh;
+}
+
+Mesh joined(const std::vector<Mesh>& meshes) {
+    Mesh out;
+    for (const Mesh& mesh : meshes) {
+        const auto first = static_cast<int32_t>(out.positions.size());
+        out.positions.insert(out.positions.end(), mesh.positions.begin(), mesh.positions.end());
+        for (const auto& t : mesh.triangles)
+            out.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+    }
+    return out;
+}
+
+MeshSource source_of(Mesh mesh) {
+    MeshSource out;
+    out.mesh = std::move(mesh);
+    out.mesh.name = "part";
+    out.origin.file = "m";
+    return out;
+}
+
+TEST(MeshCheck, TurnsAMeshThatIsInsideOutAsAWhole) {
+    MeshSource hollow = source_of(joined({box({0, 0, 0}, 10, false), box({2, 2, 2}, 5, true)}));
+    ASSERT_TRUE(prepare_mesh(&hollow));
+    EXPECT_NEAR(testing::signed_volume(hollow.mesh), 1000 - 125, 1e-9);
+    EXPECT_EQ(hollow.checks.shells, 2);
+    EXPECT_EQ(hollow.checks.turned, 2);
+    EXPECT_EQ(hollow.checks.cavities, 1);
+    EXPECT_EQ(hollow.checks.nested, 0);
+    EXPECT_EQ(hollow.warnings, (std::vector<std::string>{"m: mesh `part` has 2 shells inside out "
+                                                         "(clockwise seen from outside); turned"}));
+}
+
+TEST(MeshCheck, NamesShellsThatCutNothingOut) {
+    MeshSource nested = source_of(joined({box({0, 0, 0}, 10), box({2, 3, 4}, 5)}));
+    ASSERT_TRUE(prepare_mesh(&nested));
+    EXPECT_EQ(nested.checks.nested, 1);
+    EXPECT_EQ(nested.warnings,
+              (std::vector<std::string>{
+                  "m: mesh `part` has a shell inside another that cuts nothing out, at (" +
+                  fmt::format(
+                      "{}, {}, {}",
+                      nested.mesh.positions[static_cast<size_t>(nested.mesh.triangles[12][0])].x,
+                      nested.mesh.positions[static_cast<size_t>(nested.mesh.triangles[12][0])].y,
+                      nested.mesh.positions[static_cast<size_t>(nested.mesh.triangles[12][0])].z) +
+                  ") mm; for a hollow, turn its triangles round"}));
+    // A solid in the hollow of another is fine.
+    MeshSource rattle =
+        source_of(joined({box({0, 0, 0}, 10), box({2, 2, 2}, 6, false), box({4, 4, 4}, 2)}));
+    ASSERT_TRUE(prepare_mesh(&rattle));
+    EXPECT_EQ(rattle.checks.nested, 0);
+    EXPECT_EQ(rattle.checks.cavities, 1);
+    EXPECT_TRUE(rattle.warnings.empty());
+}
+
+TEST(MeshCheck, ManyShellsTakeNoTime) {
+    std::vector<Mesh> boxes;
+    for (int i = 0; i < 4000; ++i)
+        boxes.push_back(box({i % 20 * 3.0, i / 20 % 20 * 3.0, i / 400 * 3.0}, 2, i % 3 != 0));
+    MeshSource many = source_of(joined(boxes));
+    ASSERT_TRUE(prepare_mesh(&many));
+    EXPECT_EQ(many.checks.shells, 4000);
+    EXPECT_EQ(many.checks.turned, 1334);
+    EXPECT_NEAR(testing::signed_volume(many.mesh), 4000 * 8, 1e-6);
+}
+
+TEST(MeshCheck, LeavesOutDuplicatesAndPairsThatCancel) {
+    Mesh cube = box({0, 0, 0}, 10);
+    const auto t = cube.triangles[4];
+    cube.triangles.push_back({t[1], t[2], t[0]});
+    MeshSource twice = source_of(cube);
+    ASSERT_TRUE(prepare_mesh(&twice));
+    EXPECT_EQ(twice.mesh.triangles.size(), 12u);
+    EXPECT_EQ(twice.checks.duplicates, 1);
+    ASSERT_EQ(twice.warnings.size(), 1u);
+    EXPECT_NE(twice.warnings[0].find("1 triangle over the corners of another; left out"),
+              std::string::npos);
+    // A wall of no thickness inside: both sides go.
+    Mesh wall = box({0, 0, 0}, 10);
+    wall.triangles.push_back({0, 2, 5});
+    wall.triangles.push_back({0, 5, 2});
+    MeshSource walled = source_of(wall);
+    ASSERT_TRUE(prepare_mesh(&walled));
+    EXPECT_EQ(walled.checks.duplicates, 2);
+    EXPECT_NEAR(testing::signed_volume(walled.mesh), 1000, 1e-9);
+}
+
+TEST(MeshCheck, WeldsOnlyWithinAPart) {
+    // Boxes that share an edge, each triangle with corners of its own: welded over all, four
+    // triangles would meet in that edge.
+    Mesh soup;
+    std::vector<int32_t> parts;
+    for (int part = 0; part < 2; ++part) {
+        const Mesh one = box({part * 10.0, part * 10.0, 0}, 10);
+        for (const auto& t : one.triangles) {
+            const auto v = static_cast<int32_t>(soup.positions.size());
+            soup.triangles.push_back({v, v + 1, v + 2});
+            for (int32_t corner : t) {
+                soup.positions.push_back(one.positions[static_cast<size_t>(corner)]);
+                parts.push_back(part);
+            }
+        }
+    }
+    MeshSource apart = source_of(soup);
+    apart.part_of_vertex = parts;
+    ASSERT_TRUE(prepare_mesh(&apart));
+    EXPECT_EQ(apart.mesh.positions.size(), 16u);
+    EXPECT_FALSE(prepare_mesh(&*std::make_unique<MeshSource>(source_of(soup))));
+}
+
+TEST(MeshCheck, CountsTrianglesThatCross) {
+    EXPECT_EQ(find_intersections(box({0, 0, 0}, 10)).pairs, 0);
+    // Side by side, edge to edge, and one upon the other: nothing but touching.
+    for (const Vec3d& at : {Vec3d{10, 0, 0}, Vec3d{10, 10, 0}, Vec3d{5, 5, 10}, Vec3d{10, 3, 3}})
+        EXPECT_EQ(find_intersections(joined({box({0, 0, 0}, 10), box(at, 10)})).pairs, 0) << at.x;
+    // Into each other, at a plain place and where edges meet diagonals.
+    const Intersections plain =
+        find_intersections(joined({box({0, 0, 0}, 10), box({7, 6.5, 8.25}, 10)}));
+    EXPECT_GT(plain.pairs, 0);
+    EXPECT_LT(plain.first, 12);
+    EXPECT_GE(plain.second, 12);
+    EXPECT_TRUE(plain.all);
+    Box3d both;
+    both.add(Vec3d{7, 6.5, 8.25});
+    both.add(Vec3d{10, 10, 10});
+    Box3d place;
+    place.add(plain.place);
+    EXPECT_TRUE(both.overlaps(place)) << plain.place.x << " " << plain.place.y;
+    EXPECT_GT(find_intersections(joined({box({0, 0, 0}, 10), box({5, 5, 5}, 10)})).pairs, 0);
+}
+
+TEST(MeshCheck, CrossingsAreFoundAsByBruteForce) {
+    // Triangles over few random points, far from any tie: each pair of crossing triangles has an
+    // edge of one that goes through the other, by signs of volumes in long double.
+    std::mt19937 random(11);
+    const auto number = [&] { return static_cast<double>(random() % 20011) / 100; };
+    Mesh soup;
+    for (int v = 0; v < 90; ++v)
+        soup.positions.push_back({number(), number(), number()});
+    for (int t = 0; t < 60; ++t) {
+        std::array<int32_t, 3> c{};
+        do {
+            for (int32_t& v : c)
+                v = static_cast<int32_t>(random() % 90);
+        } while (c[0] == c[1] || c[1] == c[2] || c[2] == c[0]);
+        soup.triangles.push_back(c);
+    }
+    const auto sign = [&](int32_t a, int32_t b, int32_t c, int32_t d) {
+        using V = Vec3<long double>;
+        const auto p = [&](int32_t v) {
+            return vec_cast<long double>(soup.positions[static_cast<size_t>(v)]);
+        };
+        const V n = cross(p(b) - p(a), p(c) - p(a));
+        const long double volume = dot(n, p(d) - p(a));
+        return volume > 0 ? 1 : volume < 0 ? -1 : 0;
+    };
+    const auto through = [&](int32_t p, int32_t q, const std::array<int32_t, 3>& t) {
+        const int side = sign(p, q, t[0], t[1]);
+        return sign(t[0], t[1], t[2], p) * sign(t[0], t[1], t[2], q) < 0 && side != 0 &&
+               sign(p, q, t[1], t[2]) == side && sign(p, q, t[2], t[0]) == side;
+    };
+    int64_t expected = 0;
+    for (size_t i = 0; i < soup.triangles.size(); ++i) {
+        for (size_t j = i + 1; j < soup.triangles.size(); ++j) {
+            const auto& a = soup.triangles[i];
+            const auto& b = soup.triangles[j];
+            bool crosses = false;
+            for (size_t k = 0; k < 3; ++k) {
+                crosses =
+                    crosses || through(a[k], a[(k + 1) % 3], b) || through(b[k], b[(k + 1) % 3], a);
+            }
+            expected += crosses;
+        }
+    }
+    EXPECT_GT(expected, 50);
+    EXPECT_EQ(find_intersections(soup).pairs, expected);
+}
+
+TEST(MeshCheck, TellsOfMeshesThatCannotBePrinted) {
+    testing::TempFolder folder;
+    const auto file = folder.write("a.obj", "v 0 0 0\nv 9 0 0\nv 0 9 0\nf 1 2 3\n");
+    EXPECT_FALSE(load_mesh(file, {}));
+    const Result<LoadedMesh> told = read_mesh(file, {});
+    ASSERT_TRUE(told);
+    EXPECT_NE(told->refusal.find("3 open edges"), std::string::npos);
+    EXPECT_EQ(told->checks.edges.open, 3);
+    EXPECT_EQ(told->mesh.triangles.size(), 1u);
+}
+
+}  // namespace
+}  // namespace openfab::scene
