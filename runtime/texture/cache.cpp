@@ -19,6 +19,7 @@
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
+#include "runtime/texture/helper.h"
 #include "runtime/texture/pyramid_file.h"
 
 extern char** environ;
@@ -93,8 +94,10 @@ std::string trimmed(std::string text) {
     return text;
 }
 
+}  // namespace
+
 Result<void> make_with_helper(const fs::path& image, const ImageOptions& options,
-                              const fs::path& out) {
+                              const fs::path& out, const std::vector<std::string>& more) {
     const fs::path helper = find_helper();
     if (helper.empty()) {
         return outside_error(
@@ -115,6 +118,7 @@ Result<void> make_with_helper(const fs::path& image, const ImageOptions& options
     std::vector<std::string> arguments = {helper.string(), "texture", image_argument, "-o",
                                           out.string(),    "--space", options.space};
     if (options.luminance) arguments.emplace_back("--luminance");
+    arguments.insert(arguments.end(), more.begin(), more.end());
     Result<HelperResult> result = run_helper(arguments);
     if (!result) return result.error();
     const std::string messages = trimmed(result->messages);
@@ -131,8 +135,6 @@ Result<void> make_with_helper(const fs::path& image, const ImageOptions& options
         signal != 0 ? fmt::format("was ended by signal {}", signal)
                     : fmt::format("failed with exit code {}", WEXITSTATUS(result->status))));
 }
-
-}  // namespace
 
 fs::path cache_folder() {
     if (const std::string own = environment("OPENFAB_CACHE"); !own.empty()) return own;

@@ -8,16 +8,22 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <array>
 #include <cstdio>
+#include <vector>
 
 #include "runtime/base/caret.h"
 #include "tools/texture/convert.h"
+#include "tools/texture/convert_volume.h"
 
 int main(int argc, char** argv) {
     using openfab::ErrorCode;
     std::string image;
     std::string output;
-    openfab::texture::ImageOptions options;
+    openfab::texture::VolumeOptions volume;
+    openfab::texture::ImageOptions& options = volume.image;
+    std::vector<double> origin, spacing;
+    bool is_volume = false;
     CLI::App app(
         "Makes the filtered pyramid of an image; print binaries call it for images that are not in "
         "their cache.",
@@ -27,6 +33,14 @@ int main(int argc, char** argv) {
     app.add_option("--space", options.space, "auto, srgb, linear or data")
         ->check(CLI::IsMember({"auto", "srgb", "linear", "data"}));
     app.add_flag("--luminance", options.luminance, "one channel of three");
+    app.add_flag("--volume", is_volume,
+                 "of a volume: slices in one file, a folder or a pattern; NRRD, NPY or .cube");
+    app.add_option("--origin", origin, "a volume's lowest corner in mm, X,Y,Z")
+        ->delimiter(',')
+        ->expected(3);
+    app.add_option("--spacing", spacing, "the size of its texels in mm, X,Y,Z")
+        ->delimiter(',')
+        ->expected(3);
     try {
         app.parse(argc, argv);
     } catch (const CLI::CallForHelp&) {
@@ -36,7 +50,14 @@ int main(int argc, char** argv) {
         fmt::print(stderr, "error: {}; `openfab texture --help` lists the options\n", error.what());
         return openfab::exit_code(ErrorCode::kUsage);
     }
-    openfab::Result<void> done = openfab::tools::make_pyramid_file(image, output, options);
+    const auto three = [](const std::vector<double>& v) {
+        return std::array<double, 3>{v[0], v[1], v[2]};
+    };
+    if (!origin.empty()) volume.origin_mm = three(origin);
+    if (!spacing.empty()) volume.spacing_mm = three(spacing);
+    openfab::Result<void> done = is_volume
+                                     ? openfab::tools::make_volume_file(image, output, volume)
+                                     : openfab::tools::make_pyramid_file(image, output, options);
     if (done) return 0;
     fmt::print(stderr, "{}", openfab::render_error(done.error()));
     return openfab::exit_code(done.error().code);

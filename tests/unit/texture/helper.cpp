@@ -2,20 +2,37 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <array>
 #include <cstdio>
 #include <string>
 #include <vector>
 
 #include "tools/texture/convert.h"
+#include "tools/texture/convert_volume.h"
 
-// helper texture IMAGE -o FILE --space SPACE [--luminance]
+// helper texture IMAGE -o FILE --space SPACE [--luminance] [--volume [--origin=X,Y,Z]
+// [--spacing=X,Y,Z]]
 int main(int argc, char** argv) {
     const std::vector<std::string> args(argv + 1, argv + argc);
     if (args.size() < 6 || args[0] != "texture" || args[2] != "-o" || args[4] != "--space")
         return 2;
-    const bool luminance = args.size() == 7 && args[6] == "--luminance";
+    openfab::texture::VolumeOptions volume;
+    volume.image.space = args[5];
+    bool is_volume = false;
+    const auto three = [](const std::string& text) {
+        std::array<double, 3> v{};
+        std::sscanf(text.c_str(), "%lf,%lf,%lf", &v[0], &v[1], &v[2]);
+        return v;
+    };
+    for (size_t i = 6; i < args.size(); ++i) {
+        if (args[i] == "--luminance") volume.image.luminance = true;
+        if (args[i] == "--volume") is_volume = true;
+        if (args[i].starts_with("--origin=")) volume.origin_mm = three(args[i].substr(9));
+        if (args[i].starts_with("--spacing=")) volume.spacing_mm = three(args[i].substr(10));
+    }
     const openfab::Result<void> done =
-        openfab::tools::make_pyramid_file(args[1], args[3], {args[5], luminance});
+        is_volume ? openfab::tools::make_volume_file(args[1], args[3], volume)
+                  : openfab::tools::make_pyramid_file(args[1], args[3], volume.image);
     if (done) return 0;
     fmt::print(stderr, "error: {}\n", done.error().message);
     return openfab::exit_code(done.error().code);

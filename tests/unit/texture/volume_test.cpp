@@ -1,0 +1,271 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/texture/volume.h"
+
+#include <OpenImageIO/imageio.h>
+#include <gtest/gtest.h>
+#include <libdeflate.h>
+#include <stdlib.h>
+
+#include <bit>
+#include <cmath>
+
+#include "runtime/texture/color.h"
+#include "tests/support/meshes/temp_folder.h"
+#include "tools/texture/convert_volume.h"
+
+namespace openfab::tools {
+namespace {
+
+using texture::Pyramid;
+using texture::VolumeOptions;
+
+template <typename T>
+std::string bytes_of(const std::vector<T>& values) {
+    return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)};
+}
+
+std::string npy(const std::string& descr, const std::string& order, const std::string& shape,
+                const std::string& data) {
+    std::string header =
+        "{'descr': '" + descr + "', 'fortran_order': " + order + ", 'shape': " + shape + ", }\n";
+    const auto n = static_cast<uint16_t>(header.size());
+    std::string out = "\x93NUMPY";
+    out += '\x01';
+    out += '\x00';
+    out += static_cast<char>(n & 0xff);
+    out += static_cast<char>(n >> 8);
+    return out + header + data;
+}
+
+class VolumeTest : public ::testing::Test {
+  protected:
+    VolumeTest() {
+        ::setenv("OPENFAB_CACHE", (folder_.path() / "cache").c_str(), 1);
+        ::setenv("OPENFAB_HELPER", OPENFAB_TEST_HELPER, 1);
+        ::setenv("PATH", "/nonexistent", 1);
+    }
+
+    std::shared_ptr<const Pyramid> converted(const std::filesystem::path& file,
+                                             const VolumeOptions& options = {}) {
+        const std::filesystem::path out = folder_.path() / "out.oftx";
+        const Result<void> made = make_volume_file(file, out, options);
+        EXPECT_TRUE(made) << made.error().message;
+        const auto opened = Pyramid::open(out, 1, 0);
+        EXPECT_TRUE(opened) << opened.error().message;
+        return opened ? *opened : nullptr;
+    }
+    std::string trouble(const std::filesystem::path& file, const VolumeOptions& options = {}) {
+        const Result<void> made = make_volume_file(file, folder_.path() / "out.oftx", options);
+        if (made) return "no error";
+        const std::string start = "cannot read " + file.string() + ": ";
+        return made.error().message.starts_with(start) ? made.error().message.substr(start.size())
+                                                       : made.error().message;
+    }
+    static Vec3i size(const Pyramid& p) { return {p.info()[15], p.info()[16], p.info()[17]}; }
+    static std::vector<float> level0(const Pyramid& p) {
+        const Vec3i s = size(p);
+        return {p.texels().begin(), p.texels().begin() + s.x * s.y * s.z * p.channels()};
+    }
+    /// Origin, then extent.
+    static std::vector<float> place(const Pyramid& p) {
+        std::vector<float> out;
+        for (size_t k = 8; k < 14; ++k)
+            out.push_back(std::bit_cast<float>(p.info()[k]));
+        return out;
+    }
+    /// Rows from the top.
+    void picture(const std::string& name, int width, int height, int channels,
+                 const std::vector<uint8_t>& data) {
+        const std::string file = (folder_.path() / name).string();
+        const auto out = OIIO::ImageOutput::create(file);
+        ASSERT_TRUE(
+            out->open(file, OIIO::ImageSpec(width, height, channels, OIIO::TypeDesc::UINT8)));
+        ASSERT_TRUE(out->write_image(OIIO::TypeDesc::UINT8, data.data()));
+        out->close();
+    }
+
+    testing::TempFolder folder_;
+};
+
+TEST_F(VolumeTest, NpyInBothOrders) {
+    // Texel (x, y, z) is 100 z + 10 y + x.
+    std::vector<float> c, fortran;
+    for (int z = 0; z < 2; ++z) {
+        for (int y = 0; y < 3; ++y) {
+            for (int x = 0; x < 4; ++x)
+                c.push_back(static_cast<float>(100 * z + 10 * y + x));
+        }
+    }
+    for (int x = 0; x < 4; ++x) {
+        for (int y = 0; y < 3; ++y) {
+            for (int z = 0; z < 2; ++z)
+                fortran.push_back(static_cast<float>(100 * z + 10 * y + x));
+        }
+    }
+    const auto first = folder_.write("c.npy", npy("<f4", "False", "(2, 3, 4)", bytes_of(c)));
+    const auto p = converted(first);
+    ASSERT_NE(p, nullptr);
+    EXPECT_TRUE(p->is_volume());
+    EXPECT_EQ(size(*p), (Vec3i{4, 3, 2}));
+    EXPECT_EQ(level0(*p), c);
+    EXPECT_EQ(place(*p), (std::vector<float>{0, 0, 0, 4, 3, 2}));
+    EXPECT_EQ(p->texels().back(), 61.5f) << "the coarsest level is the mean";
+    EXPECT_EQ(p->minmax()[p->minmax().size() - 1], 123.0f);
+    const auto second = folder_.write("f.npy", npy("<f4", "True", "(2, 3, 4)", bytes_of(fortran)));
+    VolumeOptions options;
+    options.origin_mm = {{-1, 2, 0.5}};
+    options.spacing_mm = {{0.5, 0.25, 2}};
+    const auto q = converted(second, options);
+    EXPECT_EQ(level0(*q), c);
+    EXPECT_EQ(place(*q), (std::vector<float>{-1, 2, 0.5f, 2, 0.75f, 4}));
+}
+
+TEST_F(VolumeTest, NpyOfIntegersAndChannels) {
+    const auto u16 = folder_.write(
+        "u.npy", npy("<u2", "False", "(1, 1, 2, 2)", bytes_of<uint16_t>({0, 65535, 13107, 26214})));
+    const auto p = converted(u16);
+    EXPECT_EQ(p->channels(), 2);
+    EXPECT_EQ(level0(*p), (std::vector<float>{0, 1, 0.2f, 0.4f}));
+    const auto big = folder_.write(
+        "b.npy", npy(">i2", "False", "(1, 1, 2)", std::string("\xff\xfe\x01\x00", 4)));
+    EXPECT_EQ(level0(*converted(big)), (std::vector<float>{-2, 256}));
+    EXPECT_EQ(trouble(folder_.write("d.npy", npy("<f4", "False", "(2, 2)", std::string(16, 0)))),
+              "it has 2 dimensions; (z, y, x) or (z, y, x, channel) are right");
+    EXPECT_EQ(trouble(folder_.write("e.npy", npy("<f4", "False", "(2, 2, 2)", std::string(16, 0)))),
+              "it is cut short");
+    EXPECT_EQ(trouble(folder_.write("g.npy", npy("<c8", "False", "(1, 1, 1)", std::string(16, 0)))),
+              "its numbers are of kind '<c8', which is not known");
+    EXPECT_EQ(trouble(folder_.write(
+                  "n.npy", npy("<f4", "False", "(1, 1, 1)", bytes_of<float>({std::nanf("")})))),
+              "it holds a value that is not a finite number");
+}
+
+TEST_F(VolumeTest, NrrdWithItsPlace) {
+    const std::vector<float> values = {1, 2, 3, 4, 5, 6, 7, 8};
+    const std::string header =
+        "NRRD0004\n# made by hand\ntype: float\ndimension: 3\nsizes: 2 2 2\nendian: little\n"
+        "space directions: (0.5,0,0) (0,1,0) (0,0,2)\nspace origin: (10,20,30)\n";
+    const auto raw = folder_.write("r.nrrd", header + "encoding: raw\n\n" + bytes_of(values));
+    const auto p = converted(raw);
+    EXPECT_EQ(level0(*p), values);
+    EXPECT_EQ(place(*p), (std::vector<float>{9.75f, 19.5f, 29, 1, 2, 4}));
+    EXPECT_EQ(level0(*converted(
+                  folder_.write("t.nrrd", header + "encoding: ascii\n\n1 2 3 4\n5 6 7 8\n"))),
+              values);
+
+    const std::string plain = bytes_of(values);
+    std::string packed(1000, 0);
+    libdeflate_compressor* c = libdeflate_alloc_compressor(6);
+    packed.resize(
+        libdeflate_gzip_compress(c, plain.data(), plain.size(), packed.data(), packed.size()));
+    libdeflate_free_compressor(c);
+    EXPECT_EQ(level0(*converted(folder_.write("z.nrrd", header + "encoding: gzip\n\n" + packed))),
+              values);
+    folder_.write("beside.raw", plain);
+    EXPECT_EQ(level0(*converted(
+                  folder_.write("h.nhdr", header + "encoding: raw\ndata file: beside.raw\n"))),
+              values);
+    EXPECT_EQ(
+        level0(*converted(folder_.write(
+            "c.nrrd",
+            "NRRD0001\ntype: uchar\ndimension: 4\nsizes: 2 1 1 1\nencoding: raw\n\n\x33\xff"))),
+        (std::vector<float>{0.2f, 1}));
+
+    EXPECT_EQ(trouble(folder_.write("s.nrrd", header + "encoding: raw\n\nxx")), "it is cut short");
+    EXPECT_EQ(trouble(folder_.write("y.nrrd", header + "encoding: gzip\n\nxx")),
+              "its compressed data is damaged or of another size than it says");
+    EXPECT_EQ(trouble(folder_.write("x.nrrd",
+                                    "NRRD0004\ntype: float\nsizes: 1 1 1\nspace directions: "
+                                    "(1,1,0) (0,1,0) (0,0,1)\nencoding: raw\n\n1234")),
+              "its axes are turned; write it along x, y and z");
+    EXPECT_EQ(trouble(folder_.write("w.nrrd", header + "encoding: bzip2\n\nxx")),
+              "its encoding `bzip2` is not known; raw, text and gzip are");
+}
+
+TEST_F(VolumeTest, CubeTables) {
+    std::string text = "# a table\nTITLE \"x\"\nLUT_3D_SIZE 2\nDOMAIN_MAX 1 2 1\n";
+    std::vector<float> values;
+    for (int i = 0; i < 8; ++i) {
+        for (const int bit : {i & 1, i >> 1 & 1, i >> 2})
+            values.push_back(static_cast<float>(bit));
+        text += std::to_string(i & 1) + ".0 " + std::to_string(i >> 1 & 1) + " " +
+                std::to_string(i >> 2) + "\n";
+    }
+    const auto p = converted(folder_.write("t.cube", text));
+    EXPECT_EQ(p->channels(), 3);
+    EXPECT_EQ(level0(*p), values);
+    EXPECT_EQ(place(*p), (std::vector<float>{-0.5f, -1, -0.5f, 2, 4, 2}));
+    EXPECT_EQ(p->info()[2], 0) << "a table is clamped, whatever the world says";
+    EXPECT_EQ(p->info()[3], texture::kFilterFinest);
+    EXPECT_EQ(trouble(folder_.write("short.cube", "LUT_3D_SIZE 2\n0 0 0\n")),
+              "it has 1 rows of colours; LUT_3D_SIZE 2 asks for 8");
+    EXPECT_EQ(trouble(folder_.write("one.cube", "LUT_1D_SIZE 2\n0 0 0\n1 1 1\n")),
+              "it holds a 1-D table; a 3-D one is needed");
+    EXPECT_EQ(trouble(folder_.write("bad.cube", "LUT_3D_SIZE 2\n0 0\n")),
+              "line 2 is not three numbers");
+}
+
+TEST_F(VolumeTest, SlicesInOrderOfTheirNumbers) {
+    for (const int k : {9, 10, 1}) {
+        const auto v = static_cast<uint8_t>(k);
+        picture("slice_" + std::to_string(k) + ".png", 2, 2, 1,
+                {static_cast<uint8_t>(20 + v), static_cast<uint8_t>(30 + v), v,
+                 static_cast<uint8_t>(10 + v)});
+    }
+    picture("other.png", 2, 2, 1, {0, 0, 0, 0});
+    std::vector<float> want;
+    for (const int k : {1, 9, 10}) {
+        // The bottom row of the picture comes first.
+        for (const int v : {k, 10 + k, 20 + k, 30 + k})
+            want.push_back(static_cast<float>(v / 255.0));
+    }
+    EXPECT_EQ(texture::volume_files(folder_.path())->size(), 4u);
+    for (const char* pattern : {"slice_*.png", "slice_%d.png"}) {
+        const auto p = converted(folder_.path() / pattern);
+        ASSERT_NE(p, nullptr);
+        EXPECT_EQ(size(*p), (Vec3i{2, 2, 3}));
+        for (size_t i = 0; i < want.size(); ++i)
+            EXPECT_FLOAT_EQ(level0(*p)[i], want[i]);
+    }
+    EXPECT_EQ(texture::volume_files(folder_.path() / "slice_##.png")->size(), 1u);
+    EXPECT_FALSE(texture::volume_files(folder_.path() / "slab_*.png"));
+    picture("slice_11.png", 3, 2, 1, {0, 0, 0, 0, 0, 0});
+    EXPECT_NE(trouble(folder_.path() / "slice_*.png").find("slice_11.png: slice 3 is 3 x 2"),
+              std::string::npos);
+}
+
+TEST_F(VolumeTest, PagesOfATiff) {
+    const std::string file = (folder_.path() / "pages.tif").string();
+    const auto out = OIIO::ImageOutput::create(file);
+    const OIIO::ImageSpec spec(2, 1, 3, OIIO::TypeDesc::UINT8);
+    for (uint8_t page = 0; page < 3; ++page) {
+        const std::vector<uint8_t> data(6, static_cast<uint8_t>(page * 100));
+        ASSERT_TRUE(out->open(
+            file, spec, page == 0 ? OIIO::ImageOutput::Create : OIIO::ImageOutput::AppendSubimage));
+        ASSERT_TRUE(out->write_image(OIIO::TypeDesc::UINT8, data.data()));
+    }
+    out->close();
+    const auto p = converted(file);
+    EXPECT_EQ(size(*p), (Vec3i{2, 1, 3}));
+    EXPECT_EQ(level0(*p)[12], static_cast<float>(texture::srgb_to_linear(200 / 255.0)))
+        << "8-bit colour is sRGB";
+}
+
+TEST_F(VolumeTest, ComesFromTheCacheAndTheHelper) {
+    const std::vector<float> values = {0.25f, 0.5f};
+    const auto file = folder_.write("v.npy", npy("<f4", "False", "(1, 1, 2)", bytes_of(values)));
+    VolumeOptions options;
+    options.origin_mm = {{-1.5, 0, 0}};
+    const auto made = texture::get_volume(file, options, 2, 1);
+    ASSERT_TRUE(made) << made.error().message;
+    EXPECT_EQ(level0(**made), values);
+    EXPECT_EQ(place(**made)[0], -1.5f);
+    ::unsetenv("OPENFAB_HELPER");
+    EXPECT_TRUE(texture::get_volume(file, options, 0, 0)) << "the second time it is in the cache";
+    options.spacing_mm = {{2, 2, 2}};
+    EXPECT_FALSE(texture::get_volume(file, options, 0, 0)) << "another place is another pyramid";
+}
+
+}  // namespace
+}  // namespace openfab::tools

@@ -1,0 +1,21 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// From a stack of slices, an NRRD, NPY or .cube file to a pyramid: what `openfab texture --volume`
+// does.
+
+#include <filesystem>
+
+#include "runtime/base/result.h"
+#include "runtime/texture/volume.h"
+
+namespace openfab::tools {
+
+/// Reads `source` (texture::volume_files, volume_reader.h) and writes `out` (pyramid_file.h).
+/// Memory: the system's page cache, a slice, and of NRRD and NPY the file. Errors: as
+/// make_pyramid_file.
+Result<void> make_volume_file(const std::filesystem::path& source, const std::filesystem::path& out,
+                              const texture::VolumeOptions& options);
+
+}  // namespace openfab::tools

@@ -1,0 +1,252 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// NPY and .cube, and what NRRD shares with them.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <sstream>
+
+#include "tools/texture/volume_reader.h"
+
+namespace openfab::tools {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int64_t kMostTexels = int64_t{1} << 30;
+
+template <typename T>
+T load(const char* at, bool swapped) {
+    char bytes[sizeof(T)];
+    std::memcpy(bytes, at, sizeof(T));
+    if (swapped) std::reverse(bytes, bytes + sizeof(T));
+    T value;
+    std::memcpy(&value, bytes, sizeof(T));
+    return value;
+}
+
+double integer(const NumberFormat& f, const char* at) {
+    const bool sign = f.kind == NumberFormat::Kind::kSigned;
+    switch (f.bytes) {
+        case 1:
+            return sign ? static_cast<double>(load<int8_t>(at, false))
+                        : static_cast<double>(load<uint8_t>(at, false)) / 255.0;
+        case 2:
+            return sign ? static_cast<double>(load<int16_t>(at, f.swapped))
+                        : static_cast<double>(load<uint16_t>(at, f.swapped)) / 65535.0;
+        case 4:
+            return sign ? static_cast<double>(load<int32_t>(at, f.swapped))
+                        : static_cast<double>(load<uint32_t>(at, f.swapped));
+        default:
+            return sign ? static_cast<double>(load<int64_t>(at, f.swapped))
+                        : static_cast<double>(load<uint64_t>(at, f.swapped));
+    }
+}
+
+/// An array of numbers in any order of axes.
+class ArrayReader final : public VolumeReader {
+  public:
+    std::string bytes;
+    size_t begin = 0;
+    NumberFormat format;
+    std::array<int64_t, 4> strides{};  ///< of x, y, z and channel, in numbers
+
+    Result<void> read(float* out) override {
+        for (int64_t z = 0; z < size.z; ++z) {
+            for (int64_t y = 0; y < size.y; ++y) {
+                for (int64_t x = 0; x < size.x; ++x) {
+                    for (int64_t c = 0; c < channels; ++c) {
+                        const int64_t place =
+                            x * strides[0] + y * strides[1] + z * strides[2] + c * strides[3];
+                        const char* at =
+                            bytes.data() + begin + static_cast<size_t>(place * format.bytes);
+                        *out++ = read_number(format, at);
+                    }
+                }
+            }
+        }
+        return Ok{};
+    }
+};
+
+/// What stands behind `key` in the header's dictionary.
+std::string entry(const std::string& header, const std::string& key) {
+    const size_t at = header.find("'" + key + "'");
+    if (at == std::string::npos) return {};
+    const size_t colon = header.find(':', at);
+    if (colon == std::string::npos) return {};
+    const size_t first = header.find_first_not_of(' ', colon + 1);
+    if (first == std::string::npos) return {};
+    const size_t end =
+        header[first] == '(' ? header.find(')', first) : header.find_first_of(",}", first);
+    return end == std::string::npos ? std::string{} : header.substr(first, end - first);
+}
+
+std::vector<int64_t> whole_numbers(const std::string& text) {
+    std::vector<int64_t> out;
+    const char* at = text.data();
+    const char* end = at + text.size();
+    while (at != end) {
+        int64_t value = 0;
+        const auto [next, error] = std::from_chars(at, end, value);
+        if (error == std::errc{}) {
+            out.push_back(value);
+            at = next;
+        } else {
+            ++at;
+        }
+    }
+    return out;
+}
+
+bool npy_format(const std::string& descr, NumberFormat* out) {
+    if (descr.size() < 5) return false;
+    const char order = descr[1], kind = descr[2];
+    out->swapped = order == '>';
+    out->bytes = descr[3] - '0';
+    if (kind == 'f') {
+        out->kind = NumberFormat::Kind::kFloat;
+        return out->bytes == 4 || out->bytes == 8;
+    }
+    if (kind != 'u' && kind != 'i' && kind != 'b') return false;
+    out->kind = kind == 'u' ? NumberFormat::Kind::kUnsigned : NumberFormat::Kind::kSigned;
+    return out->bytes == 1 || out->bytes == 2 || out->bytes == 4 || out->bytes == 8;
+}
+
+}  // namespace
+
+float read_number(const NumberFormat& format, const char* at) {
+    if (format.kind != NumberFormat::Kind::kFloat) return static_cast<float>(integer(format, at));
+    return format.bytes == 4 ? load<float>(at, format.swapped)
+                             : static_cast<float>(load<double>(at, format.swapped));
+}
+
+Result<std::string> read_whole(const fs::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    std::ostringstream text;
+    text << in.rdbuf();
+    if (!in) return user_error("it cannot be read");
+    return text.str();
+}
+
+MadeReader open_npy(const fs::path& file) {
+    Result<std::string> bytes = read_whole(file);
+    if (!bytes) return bytes.error();
+    if (bytes->size() < 12 || bytes->compare(0, 6, "\x93NUMPY") != 0)
+        return user_error("it is no NPY file");
+    const bool long_header = (*bytes)[6] >= 2;
+    const size_t start = long_header ? 12 : 10;
+    const size_t length = long_header ? load<uint32_t>(bytes->data() + 8, false)
+                                      : load<uint16_t>(bytes->data() + 8, false);
+    if (length > bytes->size() - start) return user_error("it is cut short");
+    const std::string header = bytes->substr(start, length);
+    auto reader = std::make_unique<ArrayReader>();
+    const std::string descr = entry(header, "descr");
+    if (!npy_format(descr, &reader->format))
+        return user_error(fmt::format("its numbers are of kind {}, which is not known", descr));
+    const std::vector<int64_t> shape = whole_numbers(entry(header, "shape"));
+    if (shape.size() != 3 && shape.size() != 4)
+        return user_error(fmt::format(
+            "it has {} dimensions; (z, y, x) or (z, y, x, channel) are right", shape.size()));
+    int64_t numbers = 1;
+    for (const int64_t n : shape) {
+        if (n < 1 || n > 16384) return user_error(fmt::format("a side of {} is not possible", n));
+        numbers *= n;
+        if (numbers > 4 * kMostTexels) return user_error("it is too large");
+    }
+    reader->size = {static_cast<int32_t>(shape[2]), static_cast<int32_t>(shape[1]),
+                    static_cast<int32_t>(shape[0])};
+    reader->channels = shape.size() == 4 ? static_cast<int32_t>(shape[3]) : 1;
+    // Places of an index in the file: the last varies fastest, or in Fortran's order the first.
+    std::vector<int64_t> step(shape.size(), 1);
+    if (entry(header, "fortran_order") == "True") {
+        for (size_t k = 1; k < shape.size(); ++k)
+            step[k] = step[k - 1] * shape[k - 1];
+    } else {
+        for (size_t k = shape.size() - 1; k-- > 0;)
+            step[k] = step[k + 1] * shape[k + 1];
+    }
+    reader->strides = {step[2], step[1], step[0], shape.size() == 4 ? step[3] : 0};
+    reader->begin = start + length;
+    if (static_cast<uint64_t>(numbers) * static_cast<uint64_t>(reader->format.bytes) >
+        bytes->size() - reader->begin) {
+        return user_error("it is cut short");
+    }
+    reader->bytes = std::move(*bytes);
+    return std::unique_ptr<VolumeReader>(std::move(reader));
+}
+
+namespace {
+
+class CubeReader final : public VolumeReader {
+  public:
+    std::vector<float> values;
+    Result<void> read(float* out) override {
+        std::copy(values.begin(), values.end(), out);
+        return Ok{};
+    }
+};
+
+}  // namespace
+
+MadeReader open_cube(const fs::path& file) {
+    const Result<std::string> bytes = read_whole(file);
+    if (!bytes) return bytes.error();
+    std::istringstream lines(*bytes);
+    std::array<double, 3> low{0, 0, 0}, high{1, 1, 1};
+    auto reader = std::make_unique<CubeReader>();
+    int64_t n = 0;
+    std::string line;
+    for (int number = 1; std::getline(lines, line); ++number) {
+        std::istringstream words(line);
+        std::string word;
+        if (!(words >> word) || word[0] == '#' || word == "TITLE") continue;
+        if (word == "LUT_3D_SIZE") {
+            words >> n;
+        } else if (word == "DOMAIN_MIN") {
+            words >> low[0] >> low[1] >> low[2];
+        } else if (word == "DOMAIN_MAX") {
+            words >> high[0] >> high[1] >> high[2];
+        } else if (word == "LUT_1D_SIZE") {
+            return user_error("it holds a 1-D table; a 3-D one is needed");
+        } else if (!std::isalpha(static_cast<unsigned char>(word[0]))) {
+            std::istringstream row(line);
+            std::array<float, 3> rgb{};
+            row >> rgb[0] >> rgb[1] >> rgb[2];
+            words.str("");
+            if (!row) return user_error(fmt::format("line {} is not three numbers", number));
+            reader->values.insert(reader->values.end(), rgb.begin(), rgb.end());
+            continue;
+        }
+        if (!words) return user_error(fmt::format("line {} is not understood", number));
+    }
+    if (n < 2 || n > 256)
+        return user_error(fmt::format("LUT_3D_SIZE is {}; 2 to 256 are possible", n));
+    if (static_cast<int64_t>(reader->values.size()) != 3 * n * n * n) {
+        return user_error(fmt::format("it has {} rows of colours; LUT_3D_SIZE {} asks for {}",
+                                      reader->values.size() / 3, n, n * n * n));
+    }
+    const auto side = static_cast<int32_t>(n);
+    reader->size = {side, side, side};
+    reader->channels = 3;
+    reader->table = true;
+    reader->origin.emplace();
+    reader->spacing.emplace();
+    for (size_t a = 0; a < 3; ++a) {
+        // The ends of the domain are middles of texels.
+        const double step = (high[a] - low[a]) / static_cast<double>(n - 1);
+        (*reader->spacing)[a] = step;
+        (*reader->origin)[a] = low[a] - step / 2;
+    }
+    return std::unique_ptr<VolumeReader>(std::move(reader));
+}
+
+}  // namespace openfab::tools

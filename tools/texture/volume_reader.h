@@ -1,0 +1,64 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Files that hold volumes: stacks of pictures, NRRD, NPY and .cube tables.
+
+#include <array>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "runtime/base/result.h"
+#include "runtime/base/vec.h"
+#include "runtime/texture/cache.h"
+
+namespace openfab::tools {
+
+/// A volume whose size is known and whose texels can be read. Errors do not name the file.
+class VolumeReader {
+  public:
+    virtual ~VolumeReader() = default;
+    Vec3i size;
+    int32_t channels = 1;
+    /// Lowest corner and size of a texel, where the file says them.
+    std::optional<std::array<double, 3>> origin, spacing;
+    bool table = false;
+
+    /// Fills size.x * size.y * size.z * channels floats: x innermost but for the channels, y and z
+    /// going up.
+    virtual Result<void> read(float* out) = 0;
+};
+
+using MadeReader = Result<std::unique_ptr<VolumeReader>>;
+
+/// Pictures of one size as slices, the first at the bottom; one file gives its pages. y goes up
+/// from the last row, as in a picture. 8-bit colour is decoded from sRGB unless the space says
+/// otherwise, all else is taken as linear; integers are scaled to 0..1.
+MadeReader open_stack(const std::vector<std::filesystem::path>& files,
+                      const texture::ImageOptions& options);
+/// NRRD of 3 dimensions, or of 4 with 1 to 4 channels first; raw, text or gzip, attached or in a
+/// file beside. Unsigned integers of 8 and 16 bits are scaled to 0..1, others are taken as they
+/// are. "space origin" is the middle of the first texel; axes must not be turned.
+MadeReader open_nrrd(const std::filesystem::path& file);
+/// NPY of shape (z, y, x) or (z, y, x, channel), integers as of NRRD.
+MadeReader open_npy(const std::filesystem::path& file);
+/// A 3-D look-up table (LUT_3D_SIZE): red is x, the domain is the place; three channels.
+MadeReader open_cube(const std::filesystem::path& file);
+
+/// Number formats of NRRD and NPY.
+struct NumberFormat {
+    enum class Kind { kUnsigned, kSigned, kFloat } kind = Kind::kFloat;
+    int bytes = 4;
+    bool swapped = false;  ///< big-endian
+};
+
+/// One number; unsigned ones of 1 and 2 bytes become 0..1.
+float read_number(const NumberFormat& format, const char* at);
+
+/// The whole file; empty and an error where it cannot be read.
+Result<std::string> read_whole(const std::filesystem::path& file);
+
+}  // namespace openfab::tools
