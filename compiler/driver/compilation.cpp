@@ -49,7 +49,8 @@ int Compilation::front() {
     bool complete = true;
     for (const std::string& path : options_.files) {
         std::string fault;
-        std::optional<ir::Module> module = compile_to_ir(sources_, path, sink, &fault);
+        std::optional<ir::Module> module =
+            compile_to_ir(sources_, path, sink, &fault, {.prints = options_.prints});
         if (!fault.empty()) return fail(fault, kExitOutside);
         complete = complete && module.has_value();
         if (module) units_.push_back({std::move(*module), {}});
@@ -112,6 +113,7 @@ lower::ProgramOptions Compilation::program_options() const {
 void add_compilation_options(CLI::App* command, CompilationOptions* options) {
     command->add_option("--jobs", options->threads, "kernels compiled at once; 0: all cores")
         ->check(CLI::Range(0, 1024));
+    command->add_flag("--prints", options->prints, "compile `printf` and `assert` in");
     command->add_flag("--time", options->time, "print the seconds of each phase");
     add_back_end_options(command, &options->back_end);
 }

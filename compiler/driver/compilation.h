@@ -20,6 +20,7 @@ struct CompilationOptions {
     std::string target = "both";  ///< sse41, avx2 or both
     int threads = 0;              ///< kernels compiled at once; 0: all cores
     bool time = false;            ///< seconds of each phase to stderr
+    bool prints = false;          ///< `printf` and `assert` do something
     BackEndOptions back_end;
 };
 

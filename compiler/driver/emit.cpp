@@ -19,6 +19,7 @@ struct EmitOptions {
     std::string stage;
     std::string form = "ir";
     std::string fablet;
+    bool prints = false;
 };
 
 int fail(const std::string& what, int code) {
@@ -72,7 +73,8 @@ int emit(const EmitOptions& options, const CommonOptions& common) {
     source::SourceManager sources;
     diag::Sink sink;
     std::string fault;
-    const std::optional<ir::Module> module = compile_to_ir(sources, options.file, sink, &fault);
+    const std::optional<ir::Module> module =
+        compile_to_ir(sources, options.file, sink, &fault, {.prints = options.prints});
     print_diagnostics(sink, sources, common);
     if (!fault.empty()) return fail(fault, kExitOutside);
     if (!module) return kExitUserInput;
@@ -115,6 +117,7 @@ void add_emit(CLI::App& app, const CommonOptions& common, Action* action) {
         ->check(CLI::IsMember({"tokens", "ast", "ir", "halide", "stmt", "llvm", "asm"}))
         ->capture_default_str();
     command->add_option("--fablet", options->fablet, "which fablet, where the file holds several");
+    command->add_flag("--prints", options->prints, "compile `printf` and `assert` in");
     command->callback([options, &common, action] {
         *action = [options, &common] { return emit(*options, common); };
     });
