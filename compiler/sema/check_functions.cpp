@@ -166,6 +166,7 @@ ExprPtr Checker::own_function_call(const ast::Expr& expr, const IntrinsicInfo& i
         diag::Diagnostic& d = sink_->report(
             callee.span, diag::kStageMismatch, info.name,
             place_ == Place::kGlobal ? "called outside a stage" : "called in a volume stage");
+        if (place_ == Place::kVolume) d.note(stage_span_, "stage declared `@Volume` here");
         d.help("it is the change along the surface's micropolygons; a volume has none");
         return poison(expr.span);
     }
@@ -183,8 +184,13 @@ ExprPtr Checker::own_function_call(const ast::Expr& expr, const IntrinsicInfo& i
         std::string given;
         for (const ExprPtr& arg : args)
             given += (given.empty() ? "" : ", ") + type_name(arg->type);
-        sink_->report(callee.span, diag::kNoOverload, info.name, given)
-            .help(fmt::format("it is {}", signature(f, info.name)));
+        diag::Diagnostic& d = sink_->report(callee.span, diag::kNoOverload, info.name, given);
+        d.help(fmt::format("it is {}", signature(f, info.name)));
+        const bool coordinates = f.parameters[0] == 'p' && args.size() > 1 && args.size() <= 4 &&
+                                 std::all_of(args.begin(), args.end(), [](const ExprPtr& arg) {
+                                     return arg->type == kFloatType;
+                                 });
+        if (coordinates) d.help("coordinates go in one vector, as in `float2(x, y)`");
         return poison(expr.span);
     }
     return convert_own_arguments(expr, info, f.parameters, f.result, size, std::move(args));
