@@ -9,6 +9,7 @@
 
 #include <chrono>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <random>
@@ -136,6 +137,26 @@ TEST(Robustness, RandomWords) {
         "~",
         "<<",
         "VOID",
+        "case",
+        "default",
+        "@bound(4)",
+        "import color;",
+        "printf(\"%d\",",
+        "assert(",
+        "float3x3",
+        "mul",
+        "[i]",
+        "[3]",
+        "{1, 2}",
+        "static",
+        "S",
+        "struct S { float a; int b[2]; };",
+        "S s;",
+        "s.b",
+        "nearest(p)",
+        "SurfacePoint",
+        "noise",
+        "over",
     };
     std::mt19937 random(seed());
     for (int i = 0; i < 3000; ++i) {
@@ -148,36 +169,67 @@ TEST(Robustness, RandomWords) {
     }
 }
 
+std::string read(const std::filesystem::path& path) {
+    std::ifstream in(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// The text with a few pieces cut out, doubled or changed.
+std::string changed(std::string text, std::mt19937* random) {
+    for (unsigned n = 1 + (*random)() % 3; n > 0; --n) {
+        const size_t at = (*random)() % text.size();
+        const size_t size = (*random)() % 20;
+        switch ((*random)() % 4) {
+            case 0:
+                text.erase(at, size);
+                break;
+            case 1:
+                text.insert(at, text.substr((*random)() % text.size(), size));
+                break;
+            case 2:
+                text[at] = static_cast<char>((*random)());
+                break;
+            default:
+                text[at] = "(){}[];,.@+-*/=<>&|!?:0a\"#"[(*random)() % 26];
+                break;
+        }
+        if (text.empty()) return text;
+    }
+    return text;
+}
+
 TEST(Robustness, ChangedPostcards) {
-    std::ifstream in(std::string(OPENFAB_SOURCE_DIR) + "/gallery/magic_postcard/magic_postcard.fl",
-                     std::ios::binary);
-    const std::string postcard{std::istreambuf_iterator<char>(in), {}};
+    const std::string postcard =
+        read(std::string(OPENFAB_SOURCE_DIR) + "/gallery/magic_postcard/magic_postcard.fl");
     ASSERT_FALSE(postcard.empty());
     for (size_t i = 0; i < postcard.size(); ++i)
         survive(postcard.substr(0, i));
     std::mt19937 random(seed());
-    for (int i = 0; i < 3000; ++i) {
-        std::string text = postcard;
-        for (unsigned n = 1 + random() % 3; n > 0; --n) {
-            const size_t at = random() % text.size();
-            const size_t size = random() % 20;
-            switch (random() % 4) {
-                case 0:
-                    text.erase(at, size);
-                    break;
-                case 1:
-                    text.insert(at, text.substr(random() % text.size(), size));
-                    break;
-                case 2:
-                    text[at] = static_cast<char>(random());
-                    break;
-                default:
-                    text[at] = "(){}[];,.@+-*/=<>&|!?:0a\"#"[random() % 26];
-                    break;
-            }
+    for (int i = 0; i < 3000; ++i)
+        survive(changed(postcard, &random));
+}
+
+TEST(Robustness, ChangedPrograms) {
+#ifdef OPENFAB_SANITIZED
+    constexpr int kRounds = 20;
+#else
+    constexpr int kRounds = 200;
+#endif
+    std::mt19937 random(seed());
+    const std::filesystem::path folder = std::string(OPENFAB_SOURCE_DIR) + "/tests/lang";
+    int programs = 0;
+    for (const char* kind : {"pass", "fail", "warn"}) {
+        for (const auto& entry : std::filesystem::directory_iterator(folder / kind)) {
+            // Its own limit of size is what it is about.
+            if (entry.path().stem() == "too_complex") continue;
+            const std::string program = read(entry.path());
+            ASSERT_FALSE(program.empty());
+            ++programs;
+            for (int i = 0; i < kRounds; ++i)
+                survive(changed(program, &random));
         }
-        survive(text);
     }
+    EXPECT_GT(programs, 60);
 }
 
 std::string repeated(const std::string& piece, int count) {
@@ -230,6 +282,23 @@ TEST(Robustness, LongAndHeavyProgramsEnd) {
                  before + "(x + 1); }\n";
     }
     survive(chain + volume("a = f39(a);"));
+    survive(
+        volume("float t[16][16][16][4]; for (int i = 0; i < 16; i++) t[i][i][i][i] = i; int k = "
+               "attr.instance; a = t[k][k][k][k];"));
+    survive(volume("float t[100][100]; int k = attr.instance; t[k][k] = a; a = t[k][k];"));
+    survive(volume("float t[16384]; int k = attr.instance; " + repeated("t[k] += 1; ", 100)));
+    survive(volume("MaterialComposition t[16384]; a = t[attr.instance].Total();"));
+    survive(volume("switch (attr.instance) {" + repeated("case 1: ", 20000) + "}"));
+    std::string labels;
+    for (int i = 0; i < 3000; ++i)
+        labels += "case " + std::to_string(i) + ": a += " + std::to_string(i) + "; break; ";
+    survive(volume("switch (attr.instance) {" + labels + "}"));
+    survive(volume("float big[] = {" + repeated("1, ", 200000) + "};"));
+    survive(volume("float3x3 m = a; " + repeated("m = inverse(mul(m, m)); ", 300)));
+    std::string records = "struct R0 { float a[4]; };\n";
+    for (int i = 1; i < 40; ++i)
+        records += "struct R" + std::to_string(i) + " { R" + std::to_string(i - 1) + " a, b; };\n";
+    survive(records + volume("R39 r; R5 s = {}; a = s.a.b.a.b.a.a[1];"));
     std::string line = "float g0(float x) { return x; }\n";
     for (int i = 1; i < 2000; ++i)
         line += "float g" + std::to_string(i) + "(float x) { return g" + std::to_string(i - 1) +
