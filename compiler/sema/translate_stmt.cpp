@@ -173,6 +173,15 @@ void StageTranslator::statement(const Stmt& stmt) {
 }
 
 void StageTranslator::declare(const Stmt& stmt) {
+    // Before it is built: a composition has a component for each material.
+    if (least_components(stmt.symbol->type, fablet_.ir.slot_count) > kMaxComponents) {
+        sink_->report(
+            stmt.span, diag::kTooComplex,
+            fmt::format("`{}` has more than {} components, those of each material counted",
+                        stmt.symbol->name, kMaxComponents));
+        gave_up_ = true;
+        return;
+    }
     Variable v;
     if (stmt.expr != nullptr) {
         v.value = expression(*stmt.expr);

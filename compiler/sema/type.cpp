@@ -104,14 +104,16 @@ bool contains(const Type& type, Base base) {
     return false;
 }
 
-int64_t least_components(const Type& type) {
+int64_t least_components(const Type& type, int64_t composition) {
     int64_t count = type.is_error() || type.base == Base::kVoid ? 0 : 1;
     if (type.base >= Base::kBool && type.base <= Base::kFloat) {
         count = type.rows > 0 ? type.matrix_components() : type.size;
     } else if (type.base == Base::kStruct) {
         count = 0;
         for (const StructMember& member : type.record->members)
-            count += least_components(member.type);
+            count += least_components(member.type, composition);
+    } else if (type.base == Base::kComposition) {
+        count = composition;
     }
     for (int i = 0; i < type.dimensions; ++i)
         count *= type.extents[static_cast<size_t>(i)];

@@ -107,8 +107,9 @@ ir::Type component_type(const Type& type);
 /// True where a value holds a `base`, itself, in an element or in a member.
 bool contains(const Type& type, Base base);
 
-/// Components of a value: of a composition and a surface point 1, since only the fablet knows.
-int64_t least_components(const Type& type);
+/// Components of a value: of each composition so many; of a surface point 1, since only the fablet
+/// knows.
+int64_t least_components(const Type& type, int64_t composition = 1);
 
 /// The built-in type of a name; kErrorType where there is none.
 Type find_type(std::string_view name);
