@@ -211,8 +211,9 @@ ExprPtr Checker::construct(const ast::Expr& expr, const Type& type, std::vector<
             sink_->report(arg->span, diag::kNoConversion, type_name(arg->type), type_name(type));
             return poison(expr.span);
         }
-        components += arg->type.size;
-        arg = convert_explicitly(std::move(arg), {type.base, arg->type.size});
+        const int size = arg->type.size;
+        components += size;
+        arg = convert_explicitly(std::move(arg), {type.base, size});
     }
     if (components != wanted) {
         wrong_count(expr, callee.text, plural(wanted, "component"),
