@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "runtime/scene/affine.h"
 #include "runtime/scene/gltf_file.h"
 #include "runtime/scene/mesh_assembly.h"
 #include "runtime/scene/scan_number.h"
@@ -21,33 +22,6 @@ constexpr size_t kMostTriangles = 50'000'000;
 constexpr size_t kMostVertices = 100'000'000;
 /// y up, z to the viewer -> z up, y away.
 constexpr Affine3d kZUp{{1, 0, 0, 0, 0, -1, 0, 1, 0}, {}};
-
-Affine3d product(const Affine3d& a, const Affine3d& b) {
-    Affine3d out;
-    for (size_t i = 0; i < 3; ++i) {
-        for (size_t j = 0; j < 3; ++j) {
-            out.m[i * 3 + j] =
-                a.m[i * 3] * b.m[j] + a.m[i * 3 + 1] * b.m[3 + j] + a.m[i * 3 + 2] * b.m[6 + j];
-        }
-    }
-    out.t = a.apply(b.t);
-    return out;
-}
-
-/// Cofactors: the transposed inverse times the determinant, whose length does not matter here.
-Affine3d normal_transform(const Affine3d& a) {
-    const auto& m = a.m;
-    Affine3d out;
-    out.m = {m[4] * m[8] - m[5] * m[7], m[5] * m[6] - m[3] * m[8], m[3] * m[7] - m[4] * m[6],
-             m[2] * m[7] - m[1] * m[8], m[0] * m[8] - m[2] * m[6], m[1] * m[6] - m[0] * m[7],
-             m[1] * m[5] - m[2] * m[4], m[2] * m[3] - m[0] * m[5], m[0] * m[4] - m[1] * m[3]};
-    return out;
-}
-
-double determinant(const Affine3d& a) {
-    const Affine3d cofactors = normal_transform(a);
-    return a.m[0] * cofactors.m[0] + a.m[1] * cofactors.m[1] + a.m[2] * cofactors.m[2];
-}
 
 /// The attribute that a glTF attribute becomes, empty for those that are not read.
 std::string attribute_name(const std::string& gltf) {
@@ -291,7 +265,7 @@ class GltfReader {
                             name_, member.line, member.column, member.key.substr(0, 40)));
             return;
         }
-        const Affine3d turn = normal_transform(transform);
+        const Affine3d turn = cofactors(transform);
         const double side = determinant(transform) < 0 ? -1 : 1;
         Source source{*attribute, {}};
         for (size_t v = 0; v < vertices; ++v) {

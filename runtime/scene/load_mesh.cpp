@@ -15,6 +15,7 @@
 #include "runtime/scene/obj.h"
 #include "runtime/scene/ply.h"
 #include "runtime/scene/stl.h"
+#include "runtime/scene/threemf.h"
 
 namespace openfab::scene {
 namespace {
@@ -32,11 +33,9 @@ struct Format {
     Reader read;
 };
 
-constexpr Format kFormats[] = {{".obj", parse_obj},
-                               {".stl", parse_stl},
-                               {".ply", parse_ply},
-                               {".gltf", parse_gltf},
-                               {".glb", parse_gltf}};
+constexpr Format kFormats[] = {{".obj", parse_obj},  {".stl", parse_stl},
+                               {".ply", parse_ply},  {".gltf", parse_gltf},
+                               {".glb", parse_gltf}, {".3mf", parse_threemf}};
 
 const Format* find_format(const fs::path& file) {
     std::string extension = file.extension().string();

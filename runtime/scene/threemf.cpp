@@ -1,0 +1,259 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/scene/threemf.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <optional>
+
+#include "runtime/scene/affine.h"
+#include "runtime/scene/mesh_assembly.h"
+#include "runtime/scene/scan_number.h"
+#include "runtime/scene/threemf_model.h"
+#include "runtime/scene/xml.h"
+#include "runtime/scene/zip_file.h"
+
+namespace openfab::scene {
+namespace {
+
+using Kind = ThreemfGroup::Kind;
+
+/// Components may repeat objects, so that the file's size does not bound these.
+constexpr size_t kMostTriangles = 50'000'000;
+constexpr int64_t kMostPlacements = 100'000;
+constexpr size_t kMostBytes = 2'000'000'000;
+constexpr size_t kDeepest = 32;
+
+/// Finds the model in the package's relationships.
+class Relationships : public XmlHandler {
+  public:
+    std::string model;
+
+    std::string start(std::string_view name, const XmlAttributes& a) override {
+        const char* type = a.find("Type");
+        const char* target = a.find("Target");
+        if (name == "Relationship" && type != nullptr && target != nullptr && model.empty() &&
+            std::string_view(type).ends_with("/3dmodel"))
+            model = target;
+        return {};
+    }
+    void end(std::string_view) override {}
+};
+
+class ThreemfReader {
+  public:
+    ThreemfReader(ZipFile zip, std::string file) : zip_(std::move(zip)), file_(std::move(file)) {}
+
+    Result<MeshSource> read() {
+        const Result<std::string> relationships = load("_rels/.rels");
+        if (!relationships) return relationships.error();
+        Relationships found;
+        if (Result<void> parsed =
+                parse_xml(*relationships, fmt::format("{}: _rels/.rels", file_), &found);
+            !parsed)
+            return parsed.error();
+        if (found.model.empty()) return user_error(fmt::format("{}: the file has no model", file_));
+        Part* root = part(found.model);
+        if (root == nullptr) return *error_;
+        for (const ThreemfPlacement& item : root->model.build)
+            place(*root, item, {}, {}, 0);
+        if (error_) return *error_;
+        warn_of_what_is_left_out(root->model.build.empty());
+        return mesh_.finish(file_, root->model.unit_mm);
+    }
+
+  private:
+    /// A model with what it has in the mesh: values of its properties.
+    struct Part {
+        ThreemfModel model;
+        std::map<int64_t, std::vector<int32_t>> values;  ///< by group; -2: not yet there
+    };
+
+    /// What a triangle's properties come to.
+    struct Properties {
+        std::string material;
+        std::optional<std::array<int32_t, 3>> color, uv;  ///< values by corner
+    };
+
+    void fail(const std::string& what) {
+        if (!error_) error_ = user_error(fmt::format("{}: {}", file_, what));
+    }
+
+    Result<std::string> load(const std::string& name) {
+        Result<std::string> text = zip_.read(name);
+        if (!text) return text;
+        bytes_ += text->size();
+        if (bytes_ > kMostBytes)
+            return user_error(fmt::format("{}: the file unpacks to more than 2 GB", file_));
+        return text;
+    }
+
+    Part* part(const std::string& path) {
+        const auto it = parts_.find(path);
+        if (it != parts_.end()) return &it->second;
+        const Result<std::string> text = load(path);
+        if (!text) {
+            if (!error_) error_ = text.error();
+            return nullptr;
+        }
+        Result<ThreemfModel> model = parse_threemf_model(*text, fmt::format("{}: {}", file_, path));
+        if (!model) {
+            if (!error_) error_ = model.error();
+            return nullptr;
+        }
+        beams_ = beams_ || model->has_beams;
+        return &parts_.emplace(path, Part{std::move(*model), {}}).first->second;
+    }
+
+    void place(Part& from, const ThreemfPlacement& placement, const Affine3d& outer,
+               std::vector<std::string> names, size_t depth) {
+        if (error_) return;
+        if (depth > kDeepest)
+            return fail(
+                fmt::format("objects are nested more than {} deep, or in themselves", kDeepest));
+        if (++placements_ > kMostPlacements)
+            return fail(fmt::format("more than {} objects are placed", kMostPlacements));
+        Part* in = placement.path.empty() ? &from : part(placement.path);
+        if (in == nullptr) return;
+        const auto it = in->model.objects.find(placement.object);
+        if (it == in->model.objects.end())
+            return fail(fmt::format("an item or component asks for object {}, which is not there",
+                                    placement.object));
+        const ThreemfObject& object = it->second;
+        if (object.type != "model") {
+            other_types_ = true;
+            return;
+        }
+        if (!object.name.empty() &&
+            std::find(names.begin(), names.end(), object.name) == names.end())
+            names.push_back(object.name);
+        const Affine3d transform = product(outer, placement.transform);
+        add_mesh(in, object, transform, names);
+        for (const ThreemfPlacement& component : object.components)
+            place(*in, component, transform, names, depth + 1);
+    }
+
+    void add_mesh(Part* in, const ThreemfObject& object, const Affine3d& transform,
+                  const std::vector<std::string>& names) {
+        if (object.triangles.empty()) return;
+        if (mesh_.triangles() + object.triangles.size() > kMostTriangles ||
+            mesh_.vertices() + object.vertices.size() > kMostTriangles)
+            return fail("the build has too many triangles");
+        mesh_.begin_part();
+        const auto first = static_cast<int32_t>(mesh_.vertices());
+        for (const Vec3d& v : object.vertices) {
+            const Vec3d p = transform.apply(v);
+            if (!is_position(p.x, p.y, p.z))
+                return fail(fmt::format("a vertex of object `{}` is not finite or too far away",
+                                        object.name));
+            mesh_.add_vertex(p);
+        }
+        const bool mirrored = determinant(transform) < 0;
+        for (const ThreemfTriangle& t : object.triangles) {
+            Properties properties;
+            const bool own = t.properties[0] >= 0;
+            const int64_t group = own && t.group >= 0 ? t.group : object.group;
+            std::array<int64_t, 3> picks = t.properties;
+            if (!own) picks.fill(object.property);
+            if (group >= 0) resolve(in, group, picks, true, &properties);
+            std::array<int32_t, 3> corners = t.vertices;
+            for (int32_t& v : corners)
+                v += first;
+            if (mirrored) std::swap(corners[1], corners[2]);
+            mesh_.add_triangle(corners, mesh_.group_index({names, properties.material}));
+            set(color_, properties.color, mirrored);
+            set(uv_, properties.uv, mirrored);
+        }
+    }
+
+    void set(const std::optional<size_t>& attribute,
+             const std::optional<std::array<int32_t, 3>>& values, bool mirrored) {
+        if (!attribute || !values) return;
+        std::array<int32_t, 3> corners = *values;
+        if (mirrored) std::swap(corners[1], corners[2]);
+        mesh_.set_corners(*attribute, corners);
+    }
+
+    void resolve(Part* in, int64_t id, const std::array<int64_t, 3>& picks, bool layers,
+                 Properties* out) {
+        const auto it = in->model.groups.find(id);
+        if (it == in->model.groups.end()) {
+            unknown_groups_ = true;
+            return;
+        }
+        const ThreemfGroup& group = it->second;
+        if (group.kind == Kind::kMaterials) {
+            if (static_cast<size_t>(picks[0]) < group.names.size())
+                out->material = group.names[static_cast<size_t>(picks[0])];
+        } else if (group.kind == Kind::kColors) {
+            out->color = values_of(in, id, group, picks, "color", 3, &color_);
+        } else if (group.kind == Kind::kCoordinates) {
+            out->uv = values_of(in, id, group, picks, "uv", 2, &uv_);
+        } else if (group.kind == Kind::kMulti && layers) {
+            for (size_t layer = 0; layer < group.layers.size(); ++layer) {
+                std::array<int64_t, 3> inner{};
+                for (size_t c = 0; c < 3; ++c) {
+                    if (static_cast<size_t>(picks[c]) >= group.picks.size()) return;
+                    const auto& pick = group.picks[static_cast<size_t>(picks[c])];
+                    inner[c] = layer < pick.size() ? pick[layer] : 0;
+                }
+                resolve(in, group.layers[layer], inner, false, out);
+            }
+        } else {
+            unknown_groups_ = true;
+        }
+    }
+
+    /// Values of the mesh for entries of a group, each put there when it is first used.
+    std::array<int32_t, 3> values_of(Part* in, int64_t id, const ThreemfGroup& group,
+                                     const std::array<int64_t, 3>& picks, const char* name,
+                                     int32_t components, std::optional<size_t>* attribute) {
+        if (!*attribute) *attribute = mesh_.attribute(name, components);
+        std::vector<int32_t>& values = in->values[id];
+        values.resize(group.values.size(), -2);
+        std::array<int32_t, 3> out{-1, -1, -1};
+        for (size_t c = 0; c < 3; ++c) {
+            const auto pick = static_cast<size_t>(picks[c]);
+            if (pick >= values.size()) continue;
+            if (values[pick] == -2)
+                values[pick] = mesh_.add_value(**attribute, group.values[pick].data());
+            out[c] = values[pick];
+        }
+        return out;
+    }
+
+    void warn_of_what_is_left_out(bool no_items) {
+        const auto warn = [&](bool left_out, const char* what) {
+            if (left_out) mesh_.warnings().push_back(fmt::format("{}: {}", file_, what));
+        };
+        warn(no_items, "the build has no items");
+        warn(other_types_, "objects that are supports, surfaces or others are left out");
+        warn(unknown_groups_,
+             "some triangles have properties of a kind that is not read, or that are not there");
+        warn(beams_, "lattices of beams are left out");
+    }
+
+    ZipFile zip_;
+    std::string file_;
+    std::map<std::string, Part> parts_;
+    MeshAssembly mesh_;
+    std::optional<size_t> color_, uv_;  ///< attributes of the mesh
+    std::optional<Error> error_;
+    int64_t placements_ = 0;
+    size_t bytes_ = 0;
+    bool other_types_ = false;
+    bool unknown_groups_ = false;
+    bool beams_ = false;
+};
+
+}  // namespace
+
+Result<MeshSource> parse_threemf(std::string_view bytes, const std::string& file) {
+    Result<ZipFile> zip = ZipFile::open(bytes, file);
+    if (!zip) return zip.error();
+    return ThreemfReader(std::move(*zip), file).read();
+}
+
+}  // namespace openfab::scene

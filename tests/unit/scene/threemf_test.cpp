@@ -1,0 +1,247 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <libdeflate.h>
+
+#include "tests/unit/scene/mesh_files.h"
+
+namespace openfab::scene {
+namespace {
+
+using Files = std::vector<std::pair<std::string, std::string>>;
+
+/// A ZIP archive; entries are deflated, but for the first.
+std::string zip(const Files& files) {
+    std::string out;
+    std::string directory;
+    for (const auto& [name, content] : files) {
+        std::string packed = content;
+        const bool deflated = !directory.empty();
+        if (deflated) {
+            libdeflate_compressor* compressor = libdeflate_alloc_compressor(6);
+            packed.resize(libdeflate_deflate_compress_bound(compressor, content.size()));
+            packed.resize(libdeflate_deflate_compress(compressor, content.data(), content.size(),
+                                                      packed.data(), packed.size()));
+            libdeflate_free_compressor(compressor);
+        }
+        std::string common;
+        append(&common, uint16_t{20});
+        append(&common, uint16_t{0});
+        append(&common, static_cast<uint16_t>(deflated ? 8 : 0));
+        append(&common, uint32_t{0});
+        append(&common, libdeflate_crc32(0, content.data(), content.size()));
+        append(&common, static_cast<uint32_t>(packed.size()));
+        append(&common, static_cast<uint32_t>(content.size()));
+        append(&common, static_cast<uint16_t>(name.size()));
+        append(&common, uint16_t{0});
+        directory += std::string("PK\1\2\24\0", 6) + common;
+        append(&directory, uint16_t{0});
+        append(&directory, uint16_t{0});
+        append(&directory, uint16_t{0});
+        append(&directory, uint32_t{0});
+        append(&directory, static_cast<uint32_t>(out.size()));
+        directory += name;
+        out += "PK\3\4" + common + name + packed;
+    }
+    const auto start = static_cast<uint32_t>(out.size());
+    out += directory + "PK\5\6";
+    append(&out, uint32_t{0});
+    append(&out, static_cast<uint16_t>(files.size()));
+    append(&out, static_cast<uint16_t>(files.size()));
+    append(&out, static_cast<uint32_t>(directory.size()));
+    append(&out, start);
+    append(&out, uint16_t{0});
+    return out;
+}
+
+constexpr const char* kRelationships =
+    R"(<?xml version="1.0"?><Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships">
+<Relationship Target="/Metadata/thumbnail.png" Id="r1" Type="http://schemas.openxmlformats.org/package/2006/relationships/metadata/thumbnail"/>
+<Relationship Target="/3D/3dmodel.model" Id="r0" Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>)";
+
+std::string package(const std::string& model, const Files& more = {}) {
+    Files files = {{"[Content_Types].xml", "<Types/>"},
+                   {"_rels/.rels", kRelationships},
+                   {"3D/3dmodel.model", model}};
+    files.insert(files.end(), more.begin(), more.end());
+    return zip(files);
+}
+
+/// A box of 1 x 2 x 3 with materials on the first triangles.
+std::string box_mesh() {
+    std::string text = "<mesh><vertices>";
+    for (int v = 0; v < 8; ++v) {
+        text += fmt::format(R"(<vertex x="{}" y=" {} " z="{}"/>)",
+                            v == 1 || v == 2 || v == 5 || v == 6 ? 1 : 0,
+                            v == 2 || v == 3 || v == 6 || v == 7 ? 2 : 0, v >= 4 ? "3e0" : "0");
+    }
+    text += "</vertices><triangles>";
+    const int faces[6][4] = {{0, 3, 2, 1}, {4, 5, 6, 7}, {0, 1, 5, 4},
+                             {1, 2, 6, 5}, {2, 3, 7, 6}, {3, 0, 4, 7}};
+    for (int f = 0; f < 6; ++f) {
+        const auto& c = faces[f];
+        const std::string properties = f == 0   ? R"( pid="5" p1="1")"
+                                       : f == 1 ? R"( pid="8" p1="0" p2="1" p3="0")"
+                                                : R"( pid="8" p1="1")";
+        text +=
+            fmt::format(R"(<triangle v1="{}" v2="{}" v3="{}"{}/>)", c[0], c[1], c[2], properties);
+        text += fmt::format(R"(<triangle v1="{}" v2="{}" v3="{}"/>)", c[0], c[2], c[3]);
+    }
+    return text + "</triangles></mesh>";
+}
+
+constexpr const char* kHead =
+    R"(<?xml version="1.0" encoding="UTF-8"?>
+<model unit="centimeter" xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
+ xmlns:m="http://schemas.microsoft.com/3dmanufacturing/material/2015/02"
+ xmlns:p="http://schemas.microsoft.com/3dmanufacturing/production/2015/06" requiredextensions="m p">
+<resources>
+<basematerials id="5"><base name="PLA red" displaycolor="#ff0000"/><base name="PLA blue" displaycolor="#0000FFFF"/></basematerials>
+<m:colorgroup id="6"><m:color color="#FF8000"/><m:color color="#000000FF"/></m:colorgroup>
+<m:texture2dgroup id="7" texid="99"><m:tex2coord u="0.25" v="0.75"/><m:tex2coord u="1" v="0"/></m:texture2dgroup>
+<m:multiproperties id="8" pids="5 6 7"><m:multi pindices="0 0 0"/><m:multi pindices="0 1 1"/></m:multiproperties>
+)";
+
+std::string two_boxes() {
+    return std::string(kHead) + R"(<object id="1" name="box" pid="8" pindex="1">)" + box_mesh() +
+           R"(</object>
+<object id="2" type="support">)" +
+           box_mesh() + R"(</object>
+<object id="3" name="pair"><components>
+<component objectid="1"/>
+<component objectid="1" transform="-1 0 0 0 1 0 0 0 1 5 0 0"/></components></object>
+</resources><build><item objectid="3" transform="0 1 0 -1 0 0 0 0 1 0 0 10"/><item objectid="2"/></build></model>)";
+}
+
+TEST(Threemf, PlacesComponentsInTheFilesUnit) {
+    const Result<LoadedMesh> loaded = parse_bytes(package(two_boxes()), "a.3mf");
+    ASSERT_TRUE(loaded) << loaded.error().message;
+    const Mesh& mesh = loaded->mesh;
+    EXPECT_EQ(loaded->unit_mm, 10);
+    EXPECT_EQ(mesh.triangles.size(), 24u);
+    EXPECT_NEAR(testing::signed_volume(mesh), 2 * 6000, 1e-6);
+    Box3d box;
+    for (const Vec3d& p : mesh.positions)
+        box.add(p);
+    // x of the pair runs to 5 and becomes y; y becomes -x.
+    EXPECT_EQ(box.lo, (Vec3d{-20, 0, 100}));
+    EXPECT_EQ(box.hi, (Vec3d{0, 50, 130}));
+    EXPECT_EQ(loaded->warnings,
+              (std::vector<std::string>{
+                  "a.3mf: objects that are supports, surfaces or others are left out",
+                  "a.3mf: some faces of mesh `part` have no `color`, this one first; the mesh goes "
+                  "without it",
+                  "a.3mf: some faces of mesh `part` have no `uv`, this one first; the mesh goes "
+                  "without it"}));
+    EXPECT_EQ(loaded->groups,
+              (std::vector<std::pair<std::string, int32_t>>{{"PLA blue", 0}, {"PLA red", 1}}));
+    EXPECT_EQ(mesh.find("face")->faces[0], 0);
+    EXPECT_EQ(mesh.find("face")->faces[1], 1);
+    EXPECT_EQ(mesh.find("face")->faces[12], 0);
+}
+
+TEST(Threemf, ReadsColorsAndTextureCoordinates) {
+    std::string model = two_boxes();
+    for (size_t at = 0; (at = model.find(R"( pid="5" p1="1")", at)) != std::string::npos;)
+        model.erase(at, 15);
+    const Result<LoadedMesh> loaded = parse_bytes(package(model), "a.3mf");
+    ASSERT_TRUE(loaded) << loaded.error().message;
+    const auto value = [&](const char* name, size_t triangle, size_t corner, size_t component) {
+        const MeshAttribute& a = *loaded->mesh.find(name);
+        return a
+            .values[static_cast<size_t>(a.corners[triangle][corner] * a.components) + component];
+    };
+    ASSERT_NE(loaded->mesh.find("color"), nullptr);
+    ASSERT_NE(loaded->mesh.find("uv"), nullptr);
+    EXPECT_EQ(value("color", 0, 0, 0), 0);  // the object's own
+    EXPECT_EQ(value("color", 2, 0, 0), 1);
+    EXPECT_NEAR(value("color", 2, 0, 1), 0.2158605f, 1e-6f);
+    EXPECT_EQ(value("color", 2, 1, 0), 0);
+    EXPECT_EQ(value("uv", 2, 2, 0), 0.25f);
+    EXPECT_EQ(value("uv", 2, 2, 1), 0.75f);
+    // In the mirrored one corners 2 and 3 have changed places, and their values with them.
+    EXPECT_EQ(value("uv", 14, 1, 1), 0.75f);
+    EXPECT_EQ(value("uv", 14, 2, 1), 0);
+}
+
+TEST(Threemf, FindsObjectsInOtherParts) {
+    const std::string other = std::string(kHead) + R"(<object id="7" name="far">)" + box_mesh() +
+                              "</object></resources></model>";
+    const std::string root =
+        std::string(kHead) +
+        R"(<object id="1"><components><component p:path="/3D/Objects/a.model" objectid="7"/>
+</components></object></resources><build><item objectid="1"/></build></model>)";
+    const Result<LoadedMesh> loaded =
+        parse_bytes(package(root, {{"3D/Objects/a.model", other}}), "a.3mf");
+    ASSERT_TRUE(loaded) << loaded.error().message;
+    EXPECT_NEAR(testing::signed_volume(loaded->mesh), 6000, 1e-6);
+    EXPECT_NE(
+        parse_error(package(root), "a.3mf").find("`/3D/Objects/a.model` in the archive is missing"),
+        std::string::npos);
+}
+
+std::string with(const std::string& from, const std::string& to) {
+    std::string model = two_boxes();
+    const size_t at = model.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    return package(model.replace(at, from.size(), to));
+}
+
+TEST(Threemf, NamesWhatIsWrong) {
+    EXPECT_NE(parse_error("PK but no more", "a.3mf").find("no ZIP archive"), std::string::npos);
+    const std::string good = package(two_boxes());
+    EXPECT_NE(parse_error(good.substr(0, good.size() - 30), "a.3mf").find("no ZIP archive"),
+              std::string::npos);
+    EXPECT_EQ(
+        parse_error(with("v1=\"0\"", "v1=\"8\""), "a.3mf"),
+        "a.3mf: /3D/3dmodel.model: a triangle of object 1 asks for vertex 8, but there are 8");
+    EXPECT_EQ(parse_error(with("unit=\"centimeter\"", "unit=\"cubit\""), "a.3mf"),
+              "a.3mf: /3D/3dmodel.model:2:1: unknown unit `cubit`");
+    EXPECT_NE(parse_error(with("\"m p\"", "\"m q\""), "a.3mf").find("requires the extension `q`"),
+              std::string::npos);
+    EXPECT_NE(parse_error(with("</vertices>", "</vertexes>"), "a.3mf").find("mismatched tag"),
+              std::string::npos);
+    EXPECT_NE(parse_error(with("<item objectid=\"3\"", "<item objectid=\"4\""), "a.3mf")
+                  .find("asks for object 4, which is not there"),
+              std::string::npos);
+    EXPECT_NE(
+        parse_error(with("<component objectid=\"1\"/>", "<component objectid=\"3\"/>"), "a.3mf")
+            .find("nested more than 32 deep"),
+        std::string::npos);
+    EXPECT_NE(parse_error(with("<model ", "<!DOCTYPE model [<!ENTITY a \"b\">]><model "), "a.3mf")
+                  .find("a document type"),
+              std::string::npos);
+    std::string damaged = good;
+    damaged[damaged.find("3D/3dmodel.model") + 200] ^= 0x55;
+    EXPECT_NE(parse_error(damaged, "a.3mf").find("is damaged"), std::string::npos);
+}
+
+TEST(Threemf, ComponentsThatMultiplyAreRefused) {
+    // Each object is twice the one before: 2^30 boxes.
+    std::string model = std::string(kHead) + "<object id=\"100\">" + box_mesh() + "</object>";
+    for (int i = 101; i < 131; ++i)
+        model += fmt::format(
+            R"(<object id="{0}"><components><component objectid="{1}"/><component objectid="{1}"/></components></object>)",
+            i, i - 1);
+    model += R"(</resources><build><item objectid="130"/></build></model>)";
+    EXPECT_NE(parse_error(package(model), "a.3mf").find("more than 100000 objects are placed"),
+              std::string::npos);
+}
+
+TEST(Threemf, SurvivesDamage) {
+    survive_damage(package(two_boxes()), "a.3mf", 300);
+    // Damage to the model within a sound archive.
+    const std::string model = two_boxes();
+    std::mt19937 random(5);
+    int meshes = 0;
+    for (int i = 0; i < 400; ++i) {
+        std::string damaged = model;
+        for (int k = 0; k < 2; ++k)
+            damaged[random() % damaged.size()] = "0123456789-<>/\"= ape"[random() % 20];
+        meshes += parse_bytes(package(damaged), "a.3mf").has_value();
+    }
+    EXPECT_GT(meshes, 0);
+}
+
+}  // namespace
+}  // namespace openfab::scene
