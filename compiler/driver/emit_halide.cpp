@@ -33,8 +33,21 @@ int emit_lowered(const ir::Fablet& fablet, ir::StageKind stage, const std::strin
         fmt::print("{}", ir::print(stage_of(result.stages, stage)));
         return kExitDone;
     }
+    const ir::Stage& chosen = stage_of(result.stages, stage);
+    if (result.fault.empty() && chosen.outputs.empty()) {
+        fmt::print(stderr,
+                   "openflc: error: there is no such kernel: nothing is known of whole blocks, and "
+                   "each voxel is evaluated\n");
+        return kExitUserInput;
+    }
+    if (result.fault.empty() && passes::needs_phases(chosen)) {
+        fmt::print(stderr,
+                   "openflc: error: the stage is several kernels, with loops and queries between "
+                   "them; `--as ir` shows it whole\n");
+        return kExitUserInput;
+    }
     lower::KernelRequest request;
-    request.stage = &stage_of(result.stages, stage);
+    request.stage = &chosen;
     request.function = fmt::format("openfab_{}", lower::schedule_name(stage));
     request.isa = OPENFAB_ISA_AVX2;
     const lower::TextForm text = form == "halide" ? lower::TextForm::kHalide
