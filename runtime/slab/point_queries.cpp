@@ -80,61 +80,72 @@ PointGroup PointQueries::centres(int32_t group) const {
     return out;
 }
 
-PointAnswer PointQueries::ask(const nearest::Engine& engine, int32_t part,
-                              const PointGroup& group) {
+void PointQueries::ask(const nearest::Engine& engine, int32_t part,
+                       const std::vector<PointGroup>& points) {
     Own& own = own_[static_cast<size_t>(part)];
     if (own.scratch == nullptr) own.scratch = engine.make_scratch();
-    PointAnswer answer;
-    engine.query_points({&group, 1}, kAnywhere, own.scratch.get(), &answer);
-    return answer;
+    answers_.resize(points.size());
+    engine.query_points(points, kAnywhere, own.scratch.get(), answers_.data());
 }
 
 int PointQueries::answer(const openfab_query& query, std::span<const int32_t> groups,
                          const phases::States& states) {
+    groups_.clear();
+    points_.clear();
     for (const int32_t group : groups) {
-        if (wanted(query, group, states) == 0) {
-            for (int32_t i = 0; i < query.output_count; ++i)
-                std::fill_n(states[query.outputs[i].state] + kLanes * group, kLanes, 0u);
-        } else if (query.object < 0) {
-            answer_own(query, group, states);
-        } else {
-            answer_object(query, group, states);
+        if (const uint32_t mask = wanted(query, group, states); mask != 0) {
+            groups_.push_back(group);
+            points_.push_back(points_of(query, group, states, mask));
+            continue;
         }
+        for (int32_t i = 0; i < query.output_count; ++i)
+            std::fill_n(states[query.outputs[i].state] + kLanes * group, kLanes, 0u);
+    }
+    if (groups_.empty()) return 0;
+    if (query.object < 0) {
+        answer_own(query, states);
+    } else {
+        answer_object(query, states);
     }
     return 0;
 }
 
-void PointQueries::answer_own(const openfab_query& query, int32_t group,
-                              const phases::States& states) {
-    const PointGroup points = points_of(query, group, states, wanted(query, group, states));
-    const PointAnswer answer = ask(*part_->engine, part_->index, points);
-    float distance[kLanes] = {};
-    if (part_->points.sign) {
-        const PointGroup centre = centres(group);
-        uint32_t at_centre = 0;
-        for (size_t l = 0; l < kLanes; ++l) {
-            const bool same = points.p[0][l] == centre.p[0][l] &&
-                              points.p[1][l] == centre.p[1][l] && points.p[2][l] == centre.p[2][l];
-            at_centre |= (same ? 1u : 0u) << l;
-        }
-        // Coverage snaps vertices to 1/256 of a voxel.
-        const float slack = part_->largest_pitch_mm * 0x1p-7f;
-        PointGroup elsewhere = points;
-        elsewhere.mask &= ~at_centre;
-        const uint32_t inside =
-            at_centre | part_->winding->inside(elsewhere, answer, {&centre, owned_[group], slack},
-                                               &own_[static_cast<size_t>(part_->index)].memory);
-        for (size_t l = 0; l < kLanes; ++l)
-            distance[l] = with_sign(std::sqrt(answer.distance2[l]), (inside >> l & 1u) != 0);
+void PointQueries::answer_own(const openfab_query& query, const phases::States& states) {
+    ask(*part_->engine, part_->index, points_);
+    for (size_t k = 0; k < groups_.size(); ++k) {
+        if (part_->points.sign) write_distance(query, k, states);
+        write_surface(query, groups_[k], states, answers_[k]);
     }
+}
+
+void PointQueries::write_distance(const openfab_query& query, size_t place,
+                                  const phases::States& states) {
+    const int32_t group = groups_[place];
+    const PointGroup& points = points_[place];
+    const PointAnswer& answer = answers_[place];
+    const PointGroup centre = centres(group);
+    uint32_t at_centre = 0;
+    for (size_t l = 0; l < kLanes; ++l) {
+        const bool same = points.p[0][l] == centre.p[0][l] && points.p[1][l] == centre.p[1][l] &&
+                          points.p[2][l] == centre.p[2][l];
+        at_centre |= (same ? 1u : 0u) << l;
+    }
+    // Coverage snaps vertices to 1/256 of a voxel.
+    const float slack = part_->largest_pitch_mm * 0x1p-7f;
+    PointGroup elsewhere = points;
+    elsewhere.mask &= ~at_centre;
+    const uint32_t inside =
+        at_centre | part_->winding->inside(elsewhere, answer, {&centre, owned_[group], slack},
+                                           &own_[static_cast<size_t>(part_->index)].memory);
     for (int32_t i = 0; i < query.output_count; ++i) {
         const openfab_query_output& out = query.outputs[i];
         if (out.kind != OPENFAB_QUERY_DISTANCE) continue;
         float* to = floats(states, out.state, group);
-        for (size_t l = 0; l < kLanes; ++l)
-            to[l] = (points.mask >> l & 1u) != 0 ? distance[l] : 0.0f;
+        for (size_t l = 0; l < kLanes; ++l) {
+            const float d = with_sign(std::sqrt(answer.distance2[l]), (inside >> l & 1u) != 0);
+            to[l] = (points.mask >> l & 1u) != 0 ? d : 0.0f;
+        }
     }
-    write_surface(query, group, states, answer);
 }
 
 /// Positions, normals and attributes.
@@ -165,31 +176,36 @@ void PointQueries::write_surface(const openfab_query& query, int32_t group,
                                    &own_[static_cast<size_t>(part_->index)].attributes);
 }
 
-void PointQueries::answer_object(const openfab_query& query, int32_t group,
-                                 const phases::States& states) {
-    const PointGroup points = points_of(query, group, states, wanted(query, group, states));
-    float least[kLanes];
-    std::fill_n(least, kLanes, kAnywhere);
+void PointQueries::answer_object(const openfab_query& query, const phases::States& states) {
+    least_.resize(groups_.size());
+    for (auto& least : least_)
+        least.fill(kAnywhere);
     for (const QueryTarget& target : part_->targets[static_cast<size_t>(query.object)]) {
-        PointGroup there = points;
-        for (size_t l = 0; l < kLanes; ++l) {
-            const Vec3f p{points.p[0][l], points.p[1][l], points.p[2][l]};
-            const Vec3f q = vec_cast<float>(target.to_local.apply(vec_cast<double>(p)));
-            for (size_t a = 0; a < 3; ++a)
-                there.p[a][l] = q[static_cast<int>(a)];
+        moved_ = points_;
+        for (PointGroup& group : moved_) {
+            for (size_t l = 0; l < kLanes; ++l) {
+                const Vec3d p{group.p[0][l], group.p[1][l], group.p[2][l]};
+                const Vec3f q = vec_cast<float>(target.to_local.apply(p));
+                for (size_t a = 0; a < 3; ++a)
+                    group.p[a][l] = q[static_cast<int>(a)];
+            }
         }
-        const PointAnswer answer = ask(*target.engine, target.part, there);
-        const uint32_t inside = target.winding->inside(
-            there, answer, {}, &own_[static_cast<size_t>(target.part)].memory);
-        for (size_t l = 0; l < kLanes; ++l) {
-            least[l] = std::min(least[l],
-                                with_sign(std::sqrt(answer.distance2[l]), (inside >> l & 1u) != 0));
+        ask(*target.engine, target.part, moved_);
+        nearest::Winding::Memory* memory = &own_[static_cast<size_t>(target.part)].memory;
+        for (size_t k = 0; k < moved_.size(); ++k) {
+            const uint32_t inside = target.winding->inside(moved_[k], answers_[k], {}, memory);
+            for (size_t l = 0; l < kLanes; ++l) {
+                const float d = std::sqrt(answers_[k].distance2[l]);
+                least_[k][l] = std::min(least_[k][l], with_sign(d, (inside >> l & 1u) != 0));
+            }
         }
     }
-    for (int32_t i = 0; i < query.output_count; ++i) {
-        float* to = floats(states, query.outputs[i].state, group);
-        for (size_t l = 0; l < kLanes; ++l)
-            to[l] = (points.mask >> l & 1u) != 0 ? least[l] : 0.0f;
+    for (size_t k = 0; k < groups_.size(); ++k) {
+        for (int32_t i = 0; i < query.output_count; ++i) {
+            float* to = floats(states, query.outputs[i].state, groups_[k]);
+            for (size_t l = 0; l < kLanes; ++l)
+                to[l] = (points_[k].mask >> l & 1u) != 0 ? least_[k][l] : 0.0f;
+        }
     }
 }
 

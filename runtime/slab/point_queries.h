@@ -6,6 +6,7 @@
 // `nearest(p)` of the part's own surface, `distance_to(object, p)` of another object of the world.
 // One a thread.
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -45,10 +46,12 @@ class PointQueries {
     };
     uint32_t wanted(const openfab_query& query, int32_t group, const phases::States& states) const;
     nearest::PointGroup centres(int32_t group) const;
-    nearest::PointAnswer ask(const nearest::Engine& engine, int32_t part,
-                             const nearest::PointGroup& group);
-    void answer_own(const openfab_query& query, int32_t group, const phases::States& states);
-    void answer_object(const openfab_query& query, int32_t group, const phases::States& states);
+    /// Answers all points in one call, which holds the patches that it dices.
+    void ask(const nearest::Engine& engine, int32_t part,
+             const std::vector<nearest::PointGroup>& points);
+    void answer_own(const openfab_query& query, const phases::States& states);
+    void write_distance(const openfab_query& query, size_t place, const phases::States& states);
+    void answer_object(const openfab_query& query, const phases::States& states);
     void write_surface(const openfab_query& query, int32_t group, const phases::States& states,
                        const nearest::PointAnswer& answer);
 
@@ -56,6 +59,11 @@ class PointQueries {
     const PrintPart* part_ = nullptr;
     const int32_t* corners_ = nullptr;
     const uint8_t* owned_ = nullptr;
+    // Of the groups with a place that asks.
+    std::vector<int32_t> groups_;
+    std::vector<nearest::PointGroup> points_, moved_;
+    std::vector<nearest::PointAnswer> answers_;
+    std::vector<std::array<float, phases::kLanes>> least_;
     std::vector<float*> values_;
     std::vector<uint32_t*> flat_;
 };
