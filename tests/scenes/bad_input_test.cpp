@@ -18,20 +18,25 @@ constexpr int kUserInput = 1, kUsage = 2, kOutside = 3, kInterrupted = 130;
 
 class BadInput : public PostcardScene {
   protected:
-    /// The gallery's world with one text replaced, beside copies of the files it names; printed
-    /// coarsely.
-    static Outcome print_changed(const std::string& from, const std::string& to) {
+    /// A copy of the gallery's postcard, world `postcard.fab.json`, with texts replaced in one of
+    /// its files; printed coarsely.
+    static Outcome print_changed(
+        const std::vector<std::pair<std::string, std::string>>& replacements,
+        const std::string& file = "postcard.fab.json") {
         const std::filesystem::path folder = scratch() / "changed";
         std::filesystem::create_directories(folder);
-        for (const char* name : {"magic_postcard.fl", "card.obj", "foreground.jpg", "hidden.jpg"}) {
+        for (const char* name : {"magic_postcard.fl", "card.obj", "foreground.jpg", "hidden.jpg",
+                                 "postcard.fab.json"}) {
             std::filesystem::copy_file(gallery_postcard() / name, folder / name,
                                        std::filesystem::copy_options::overwrite_existing);
         }
-        std::string world = read_file(gallery_postcard() / "postcard.fab.json");
-        const size_t at = world.find(from);
-        EXPECT_NE(at, std::string::npos) << from;
-        if (at != std::string::npos) world.replace(at, from.size(), to);
-        scratch().write("changed/postcard.fab.json", world);
+        std::string text = read_file(folder / file);
+        for (const auto& [from, to] : replacements) {
+            const size_t at = text.find(from);
+            EXPECT_NE(at, std::string::npos) << from;
+            if (at != std::string::npos) text.replace(at, from.size(), to);
+        }
+        scratch().write("changed/" + file, text);
         return print_world(folder / "postcard.fab.json",
                            {"-o", (scratch() / "changed.ofr").string()});
     }
@@ -47,31 +52,42 @@ class BadInput : public PostcardScene {
 };
 
 TEST_F(BadInput, MissingTexture) {
-    const Outcome outcome = print_changed("\"file\": \"hidden.jpg\"", "\"file\": \"gone.jpg\"");
+    const Outcome outcome = print_changed({{"\"file\": \"hidden.jpg\"", "\"file\": \"gone.jpg\""}});
     EXPECT_EQ(outcome.exit_code, kUserInput);
     EXPECT_THAT(outcome.err, HasSubstr("gone.jpg"));
     EXPECT_THAT(outcome.err, HasSubstr("postcard.fab.json:13:"));
 }
 
 TEST_F(BadInput, ATextureThatIsNoImage) {
-    const Outcome outcome = print_changed("\"file\": \"hidden.jpg\"", "\"file\": \"card.obj\"");
+    const Outcome outcome = print_changed({{"\"file\": \"hidden.jpg\"", "\"file\": \"card.obj\""}});
     EXPECT_EQ(outcome.exit_code, kUserInput);
     EXPECT_THAT(outcome.err, HasSubstr("card.obj"));
 }
 
 TEST_F(BadInput, AMeshWithoutTheAttribute) {
+    std::filesystem::create_directories(scratch() / "changed");
+    scratch().write("changed/plain.obj",
+                    "v 0 0 0\nv 9 0 0\nv 0 9 0\nv 0 0 9\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n");
     const Outcome outcome = print_changed(
-        "{\"file\": \"card.obj\", \"unit\": \"mm\", \"groups\": {\"front\": 0, \"back\": 1, "
-        "\"sides\": 2}}",
-        "{\"file\": \"card.obj\", \"unit\": \"mm\"}");
+        {{"{\"file\": \"card.obj\", \"unit\": \"mm\", \"groups\": {\"front\": 0, \"back\": 1, "
+          "\"sides\": 2}}",
+          "{\"file\": \"plain.obj\", \"unit\": \"mm\"}"}});
     EXPECT_EQ(outcome.exit_code, kUserInput);
     EXPECT_THAT(outcome.err, HasSubstr("face"));
     EXPECT_THAT(outcome.err, HasSubstr("card"));
 }
 
+TEST_F(BadInput, AMeshWithoutGroups) {
+    const Outcome outcome =
+        print_changed({{"g front\n", ""}, {"g back\n", ""}, {"g sides\n", ""}}, "card.obj");
+    EXPECT_EQ(outcome.exit_code, kUserInput);
+    EXPECT_THAT(outcome.err, HasSubstr("group"));
+    EXPECT_THAT(outcome.err, HasSubstr("card.obj:"));
+}
+
 TEST_F(BadInput, AUniformOfTheWrongType) {
     const Outcome outcome =
-        print_changed("\"textureDepth\": 0.4", "\"textureDepth\": \"VeroWhite\"");
+        print_changed({{"\"textureDepth\": 0.4", "\"textureDepth\": \"VeroWhite\""}});
     EXPECT_EQ(outcome.exit_code, kUserInput);
     EXPECT_THAT(outcome.err, HasSubstr("textureDepth"));
     EXPECT_THAT(outcome.err, HasSubstr("float"));
@@ -79,36 +95,26 @@ TEST_F(BadInput, AUniformOfTheWrongType) {
 }
 
 TEST_F(BadInput, AMissingUniform) {
-    const Outcome outcome = print_changed("\"textureDepth\": 0.4,", "");
+    const Outcome outcome = print_changed({{"\"textureDepth\": 0.4,", ""}});
     EXPECT_EQ(outcome.exit_code, kUserInput);
     EXPECT_THAT(outcome.err, HasSubstr("textureDepth"));
 }
 
 TEST_F(BadInput, AnUnknownKeyWithANearMiss) {
-    const Outcome outcome = print_changed("\"max_displacement_mm\"", "\"max_displacment_mm\"");
+    const Outcome outcome = print_changed({{"\"max_displacement_mm\"", "\"max_displacment_mm\""}});
     EXPECT_EQ(outcome.exit_code, kUserInput);
     EXPECT_THAT(outcome.err, HasSubstr("postcard.fab.json:22:"));
     EXPECT_THAT(outcome.err, HasSubstr("max_displacement_mm"));
 }
 
 TEST_F(BadInput, AWorldThatIsNoJson) {
-    const Outcome outcome = print_changed("\"build\": [", "\"build\": [[[");
+    const Outcome outcome = print_changed({{"\"build\": [", "\"build\": [[["}});
     EXPECT_EQ(outcome.exit_code, kUserInput);
     EXPECT_THAT(outcome.err, HasSubstr("postcard.fab.json:"));
 }
 
 TEST_F(BadInput, AnOpenMesh) {
-    const std::filesystem::path folder = scratch() / "open";
-    std::filesystem::create_directories(folder);
-    std::string mesh = read_file(gallery_postcard() / "card.obj");
-    mesh.erase(mesh.find("f 4/4 1/1 5/1"), std::string("f 4/4 1/1 5/1").size());
-    scratch().write("open/card.obj", mesh);
-    for (const char* name :
-         {"magic_postcard.fl", "foreground.jpg", "hidden.jpg", "postcard.fab.json"}) {
-        std::filesystem::copy_file(gallery_postcard() / name, folder / name);
-    }
-    const Outcome outcome =
-        print_world(folder / "postcard.fab.json", {"-o", (scratch() / "open.ofr").string()});
+    const Outcome outcome = print_changed({{"f 4/4 1/1 5/1", ""}}, "card.obj");
     EXPECT_EQ(outcome.exit_code, kUserInput);
     EXPECT_THAT(outcome.err, HasSubstr("open"));
     EXPECT_THAT(outcome.err, HasSubstr("3"));  // three open edges

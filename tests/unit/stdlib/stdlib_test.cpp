@@ -1,0 +1,188 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The standard library through the interpreter: each function stays in the range that its comment
+// states and reaches its ends, and known values come out.
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <bit>
+#include <cmath>
+#include <random>
+
+#include "compiler/diag/render.h"
+#include "compiler/driver/frontend.h"
+#include "compiler/driver/modules.h"
+#include "compiler/interp/evaluate.h"
+#include "runtime/abi/fablet_table.h"
+
+namespace openfab::testing {
+namespace {
+
+/// Uniforms p (3 floats), t.
+class Point : public interp::Environment {
+  public:
+    std::array<float, 4> values{};
+    uint32_t input(int32_t kind, int32_t a, int32_t) const override {
+        return kind == OPENFAB_ARG_UNIFORM ? std::bit_cast<uint32_t>(values.at(size_t(a))) : 0;
+    }
+    interp::TextureView texture(int32_t) const override { return {}; }
+};
+
+/// `body` is the end of a function that returns a float, with float3 p and float t at hand.
+std::optional<ir::Module> compile(const std::string& modules, const std::string& body) {
+    std::string text;
+    for (const char* name : {"color", "foam", "grade", "halftone", "lattice", "lens", "marble",
+                             "pattern", "shell", "wood"}) {
+        if (modules.find(name) != std::string::npos) text += std::string("import ") + name + ";\n";
+    }
+    text += "fablet T { @uniform { float3 p; float t; Material m; }\nfloat f() { " + body +
+            " }\n@Volume() { MaterialComposition mc; mc.Set(m, f()); return mc; } }\n";
+    source::SourceManager sources;
+    diag::Sink sink;
+    const uint32_t file = sources.add("test.fl", text);
+    auto module = driver::compile_to_ir(sources, file, sink);
+    EXPECT_TRUE(module.has_value()) << body << '\n' << diag::render_text(sink, sources);
+    return module;
+}
+
+float value(const std::string& modules, const std::string& body) {
+    const auto module = compile(modules, body);
+    if (!module) return std::nanf("");
+    return std::bit_cast<float>(interp::evaluate(module->fablets[0].volume, Point())[0]);
+}
+
+struct Range {
+    const char* modules;
+    const char* expression;
+    float low, high;
+    float reach;  ///< how near to both ends sampled values come, as a share of the range
+};
+
+constexpr Range kRanges[] = {
+    {"lattice", "gyroid(p, 7)", -1.5F, 1.5F, 0.02F},
+    {"lattice", "schwarz_p(p, 7)", -3, 3, 0.05F},
+    {"lattice", "schwarz_d(p, 7)", -1.4143F, 1.4143F, 0.02F},
+    {"lattice", "neovius(p, 7)", -13, 13, 0.05F},
+    {"lattice", "gyroid_distance(p, 7)", -3, 3, 0.5F},
+    {"lattice", "schwarz_p_distance(p, 7)", -6, 6, 0.5F},
+    {"lattice", "schwarz_d_distance(p, 7)", -3, 3, 0.5F},
+    {"lattice", "neovius_distance(p, 7)", -25, 25, 0.5F},
+    {"lattice", "strut_cubic(p, 7, 0.5)", -0.5F, 0.87F * 7, 0.3F},
+    {"lattice", "strut_bcc(p, 7, 0.5)", -0.5F, 0.87F * 7, 0.6F},
+    {"lattice", "strut_fcc(p, 7, 0.5)", -0.5F, 0.87F * 7, 0.7F},
+    {"lattice", "strut_octet(p, 7, 0.5)", -0.5F, 0.87F * 7, 0.85F},
+    {"lattice", "rods_straight(p, 5, 1)", -1, 0.71F * 5, 0.3F},
+    {"lattice", "rods_hexagonal(p, 5, 1)", -1, 0.58F * 5, 0.5F},
+    {"lattice", "rods_helical(p, 5, 1.5, 8, 0.6)", -0.6F, 6, 0.5F},
+    {"grade", "grade_linear(p.x, -20, 20)", 0, 1, 0},
+    {"grade", "grade_smooth(p.x, -20, 20)", 0, 1, 0},
+    {"grade", "grade_smoother(p.x, 20, -20)", 0, 1, 0},
+    {"grade", "grade_steps(p.x, -20, 20, 5)", 0, 1, 0},
+    {"grade", "grade_power(t, 2.2)", 0, 1, 0.01F},
+    {"grade", "grade_sigmoid(p.x, 0, 4)", 0, 1, 0.01F},
+    {"grade", "grade_radial(p, 0, 5, 25)", 0, 1, 0},
+    {"grade", "grade_axial(p, 0, float3(0, 0, 1), 2, 20)", 0, 1, 0},
+    {"grade", "grade_between_points(p, -9, float3(9, 5, 2))", 0, 1, 0},
+    {"grade", "dot(grade_weights3(t), 1)", 0.9999F, 1.0001F, 1},
+    {"grade", "dot(grade_weights4(t), 1)", 0.9999F, 1.0001F, 1},
+    {"grade", "grade_stops(p.x, float4(-20, -5, 5, 20), float4(0, 3, 1, 2))", 0, 3, 0.05F},
+    {"foam", "foam_voids_cubic(p, 6, 2)", -2, 3.2F, 0.2F},
+    {"foam", "foam_voids_bcc(p, 6, 2)", -2, 1.36F, 0.2F},
+    {"foam", "foam_voids_fcc(p, 6, 2)", -2, 1.01F, 0.2F},
+    {"foam", "foam_voids_random(p, 6, 2, 1u)", -2, 4, 0.3F},
+    {"lens", "asphere_sag(length(p.xy), 60, 0, 0)", 0, 60, 0.9F},
+    {"lens", "lens_array_square(p.xy, 4, 1.8, 3, -2)", 0, 0.6F, 0.3F},
+    {"lens", "lens_array_hex(p.xy, 4, 1.8, 3, -2)", 0, 0.6F, 0.3F},
+    {"lens", "lens_baffle_square(p.xy, 4, 1)", -0.5F, 1.5F, 0.05F},
+    {"lens", "lens_baffle_hex(p.xy, 4, 1)", -0.51F, 1.5F, 0.05F},
+    {"pattern", "stripes_soft(p.x, 5, 0.4, 0.5)", 0, 1, 0},
+    {"pattern", "triangle_wave(p.x, 5)", 0, 1, 0.01F},
+    {"pattern", "checks(p, 3)", 0, 1, 0},
+    {"pattern", "bricks(p.xy, float2(6, 3), 1)", 0, 1, 0},
+    {"pattern", "voronoi_edge(p, 5, 1u)", 0, 5, 0.4F},
+    {"pattern", "voronoi_cell(p, 5, 1u)", 0, 1, 0.02F},
+    {"pattern", "cells(p, 5, 1u)", 0, 1, 0.02F},
+    {"halftone", "bayer8((int)floor(p.x), (int)floor(p.y))", 0.5F / 64, 63.5F / 64, 0},
+    {"halftone", "halftone_scatter(p, 0.1, 1u)", 0, 1, 0.01F},
+    {"marble", "marble(p, 9, 2, 8, 4)", 0, 1, 0.01F},
+    {"marble", "marble_veins(p, 9, 2, 8, 4, 0.2)", 0, 1, 0.05F},
+    {"wood", "wood_rings(p, 3, 1)", 0, 1, 0.02F},
+    {"wood", "wood_grain(p, 0.5)", 0, 1, 0.4F},
+    {"wood", "wood(p, 3, 1)", 0, 1, 0.2F},
+    {"color", "srgb_to_linear(t) - t", -0.35F, 0.001F, 0.3F},
+    {"color", "linear_to_srgb(srgb_to_linear(t)) - t", -1e-5F, 1e-5F, 1},
+    {"color", "length(hsv_to_rgb(rgb_to_hsv(saturate(p))) - saturate(p))", 0, 1e-6F, 1},
+    {"color", "length(lab_to_rgb(rgb_to_lab(saturate(p))) - saturate(p))", 0, 1e-4F, 1},
+    {"color", "dot(ink_limit(rgb_to_cmyk(saturate(p), 1.5, 0.5), 0.9), 1)", 0, 0.9001F, 0.01F},
+};
+
+TEST(Stdlib, FunctionsStayInTheirRangesAndFillThem) {
+    std::mt19937 random(7);
+    std::uniform_real_distribution<float> place(-30, 30);
+    std::uniform_real_distribution<float> unit(0, 1);
+    for (const Range& range : kRanges) {
+        const auto module = compile(range.modules, std::string("return ") + range.expression + ";");
+        if (!module) continue;
+        float least = 1e30F;
+        float most = -1e30F;
+        for (int i = 0; i < 1500; ++i) {
+            Point point;
+            point.values = {place(random), place(random), place(random), unit(random)};
+            const float v =
+                std::bit_cast<float>(interp::evaluate(module->fablets[0].volume, point)[0]);
+            ASSERT_FALSE(std::isnan(v)) << range.expression;
+            least = std::min(least, v);
+            most = std::max(most, v);
+        }
+        const float slack = 1e-5F * (range.high - range.low);
+        EXPECT_GE(least, range.low - slack) << range.expression;
+        EXPECT_LE(most, range.high + slack) << range.expression;
+        const float reach = range.reach * (range.high - range.low) + slack;
+        EXPECT_LE(least, range.low + reach) << range.expression;
+        EXPECT_GE(most, range.high - reach) << range.expression;
+    }
+}
+
+TEST(Stdlib, KnownValues) {
+    EXPECT_NEAR(value("color", "return rgb_to_lab(1).x;"), 100, 1e-3);
+    EXPECT_NEAR(value("color", "return rgb_to_lab(float3(1, 0, 0)).x;"), 53.24, 0.02);
+    EXPECT_NEAR(value("color", "return rgb_to_lab(float3(1, 0, 0)).y;"), 80.09, 0.05);
+    EXPECT_NEAR(value("color", "return srgb_to_linear(0.5);"), 0.21404, 1e-5);
+    EXPECT_NEAR(value("color", "return hsv_to_rgb(float3(0.5, 1, 1)).y;"), 1, 1e-6);
+    EXPECT_NEAR(value("color", "return rgb_to_cmyk(float3(1, 1, 0.0316), 1.5, 1).z;"), 1, 1e-3);
+    EXPECT_NEAR(value("lens", "return asphere_sag(3, 5, 0, 0);"), 1, 1e-6);     // a ball
+    EXPECT_NEAR(value("lens", "return asphere_sag(2, 4, -1, 0);"), 0.5, 1e-6);  // r^2 / 2R
+    EXPECT_NEAR(value("foam", "return foam_radius_bcc(2, 0.68017);"), 0.866, 1e-3);
+    EXPECT_EQ(value("shell", "return shell_index(-2.5, 1);"), 2);
+    EXPECT_EQ(value("shell", "return shell_onion(-0.5, 1) + 2 * shell_onion(-1.5, 1);"), 1);
+    EXPECT_EQ(value("halftone", "return bayer8(0, 0);"), 0.5F / 64);
+    // An F would do; Z is not its own mirror image either.
+    EXPECT_EQ(value("pattern", "return glyph(float2(1.9, 2), 7, GLYPH_Z);"), 1);
+    EXPECT_EQ(value("pattern", "return glyph(float2(-1.9, 2), 7, GLYPH_Z);"), 0);
+    EXPECT_EQ(value("pattern", "return arrow(float2(4, 0), 5, 1) + arrow(float2(-1, 0), 5, 1);"),
+              1);
+}
+
+/// The share of space where the gyroid lies below gyroid_level(fraction) is that fraction.
+TEST(Stdlib, GyroidLevels) {
+    std::mt19937 random(11);
+    std::uniform_real_distribution<float> place(0, 10);
+    for (float fraction : {0.15F, 0.3F, 0.5F, 0.8F}) {
+        const auto module = compile("lattice", "return gyroid(p, 10) < gyroid_level(t) ? 1 : 0;");
+        ASSERT_TRUE(module);
+        int below = 0;
+        constexpr int kSamples = 20'000;
+        for (int i = 0; i < kSamples; ++i) {
+            Point point;
+            point.values = {place(random), place(random), place(random), fraction};
+            below +=
+                std::bit_cast<float>(interp::evaluate(module->fablets[0].volume, point)[0]) > 0;
+        }
+        EXPECT_NEAR(static_cast<float>(below) / kSamples, fraction, 0.02) << fraction;
+    }
+}
+
+}  // namespace
+}  // namespace openfab::testing
