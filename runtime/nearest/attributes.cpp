@@ -48,10 +48,11 @@ AttributeReader::AttributeReader(const surface::Surface& surface,
     : surface_(surface),
       float_components_(surface.ranges().float_components),
       int_components_(surface.ranges().int_components) {
-    for (size_t i = 0; i < 9; ++i)
-        steps_[i] = frame[OPENFAB_FRAME_STEP_I + i];
+    set_steps(frame);
+    auto copies = std::make_shared<Copies>();
+    copies_ = copies;
     const std::vector<surface::Patch>& patches = surface.patches();
-    first_.assign(patches.size(), -1);
+    copies->first.assign(patches.size(), -1);
     if (float_components_ + int_components_ == 0 && !geometry) return;
     const auto floats = static_cast<size_t>(float_components_);
     int32_t triangles = 0;
@@ -59,20 +60,34 @@ AttributeReader::AttributeReader(const surface::Surface& surface,
         const bool query = (patches[p].use & surface::kForQuery) != 0;
         if (!query || patches[p].kind != surface::PatchKind::kIdentity) continue;
         const auto mesh = surface.micro(static_cast<int32_t>(p));
-        first_[p] = triangles;
+        copies->first[p] = triangles;
         triangles += static_cast<int32_t>(mesh->triangles.size());
         for (const std::array<int32_t, 3>& corners : mesh->triangles) {
             for (const int32_t corner : corners) {
                 const auto c = static_cast<size_t>(corner);
                 for (int a = 0; a < 3; ++a)
-                    positions_.push_back(mesh->positions[c][a]);
+                    copies->positions.push_back(mesh->positions[c][a]);
                 const float* from = mesh->vertex_attributes.data() + c * floats;
-                attributes_.insert(attributes_.end(), from, from + floats);
+                copies->attributes.insert(copies->attributes.end(), from, from + floats);
             }
         }
-        flat_.insert(flat_.end(), mesh->triangle_attributes.begin(),
-                     mesh->triangle_attributes.end());
+        copies->flat.insert(copies->flat.end(), mesh->triangle_attributes.begin(),
+                            mesh->triangle_attributes.end());
     }
+}
+
+AttributeReader::AttributeReader(const AttributeReader& other,
+                                 const std::array<float, OPENFAB_FRAME_COUNT>& frame)
+    : surface_(other.surface_),
+      float_components_(other.float_components_),
+      int_components_(other.int_components_),
+      copies_(other.copies_) {
+    set_steps(frame);
+}
+
+void AttributeReader::set_steps(const std::array<float, OPENFAB_FRAME_COUNT>& frame) {
+    for (size_t i = 0; i < 9; ++i)
+        steps_[i] = frame[OPENFAB_FRAME_STEP_I + i];
 }
 
 AttributeReader::Source AttributeReader::find(int32_t patch, int32_t triangle,
@@ -80,14 +95,14 @@ AttributeReader::Source AttributeReader::find(int32_t patch, int32_t triangle,
     const auto floats = static_cast<size_t>(float_components_);
     const auto ints = static_cast<size_t>(int_components_);
     Source s{};
-    const int32_t first = first_[static_cast<size_t>(patch)];
+    const int32_t first = copies_->first[static_cast<size_t>(patch)];
     if (first >= 0) {
         const auto t = static_cast<size_t>(first + triangle);
         for (size_t k = 0; k < 3; ++k) {
-            s.position[k] = positions_.data() + (t * 3 + k) * 3;
-            s.attribute[k] = attributes_.data() + (t * 3 + k) * floats;
+            s.position[k] = copies_->positions.data() + (t * 3 + k) * 3;
+            s.attribute[k] = copies_->attributes.data() + (t * 3 + k) * floats;
         }
-        s.flat = flat_.data() + t * ints;
+        s.flat = copies_->flat.data() + t * ints;
         return s;
     }
     if (scratch->patch_ != patch) {

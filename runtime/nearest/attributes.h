@@ -43,6 +43,9 @@ class AttributeReader {
     /// positions or normals will be read, even where there is no attribute.
     AttributeReader(const surface::Surface& surface,
                     const std::array<float, OPENFAB_FRAME_COUNT>& frame, bool geometry = false);
+    /// The same surface standing elsewhere: shares the copies. Scratch of one serves both.
+    AttributeReader(const AttributeReader& other,
+                    const std::array<float, OPENFAB_FRAME_COUNT>& frame);
 
     /// One a thread: holds the patch that was read last.
     class Scratch {
@@ -66,17 +69,22 @@ class AttributeReader {
         const float* attribute[3];
         const uint32_t* flat;
     };
+    void set_steps(const std::array<float, OPENFAB_FRAME_COUNT>& frame);
     Source find(int32_t patch, int32_t triangle, Scratch* scratch) const;
 
     const surface::Surface& surface_;
     std::array<float, 9> steps_;  ///< part-local mm: STEP_I, STEP_J, STEP_K
     int32_t float_components_;
     int32_t int_components_;
-    std::vector<int32_t>
-        first_;  ///< of each patch: its first triangle below, or -1 where it is diced on demand
-    std::vector<float> positions_;   ///< [triangle][corner][3]
-    std::vector<float> attributes_;  ///< [triangle][corner][float component]
-    std::vector<uint32_t> flat_;     ///< [triangle][int component]
+    /// Of identity patches.
+    struct Copies {
+        std::vector<int32_t>
+            first;  ///< of each patch: its first triangle below, or -1 where it is diced on demand
+        std::vector<float> positions;   ///< [triangle][corner][3]
+        std::vector<float> attributes;  ///< [triangle][corner][float component]
+        std::vector<uint32_t> flat;     ///< [triangle][int component]
+    };
+    std::shared_ptr<const Copies> copies_;
 };
 
 }  // namespace openfab::nearest

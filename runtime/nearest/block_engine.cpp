@@ -89,86 +89,35 @@ const KernelTable& best_kernels(bool allow_avx2) {
     return allow_avx2 && __builtin_cpu_supports("avx2") != 0 ? avx2::kKernels : sse41::kKernels;
 }
 
-class BlockScratch final : public Engine::Scratch {
-  public:
-    BlockScratch() { kernel.counts = &counts; }
-    KernelScratch kernel;
-    PatchPins pins;
-};
+}  // namespace
 
-class BlockEngine final : public Engine {
+class BlockIndex {
   public:
-    BlockEngine(const surface::Surface& surface,
-                const std::array<float, OPENFAB_FRAME_COUNT>& frame,
-                const BlockEngineOptions& options)
-        : surface_(surface),
-          frame_(frame),
-          kernels_(best_kernels(options.allow_avx2)),
+    BlockIndex(const surface::Surface& surface, const BlockEngineOptions& options)
+        : kernels_(best_kernels(options.allow_avx2)),
+          surface_(surface),
           cache_(surface, options.cache_bytes) {
         std::vector<InputTriangle> triangles;
         std::vector<InputPatch> patches;
         gather(&triangles, &patches);
         root_ = build_tree(triangles, patches);
-        Vec3f pitch;
-        for (int a = 0; a < 3; ++a)
-            pitch[a] = length(Vec3f{frame_[a * 3], frame_[a * 3 + 1], frame_[a * 3 + 2]});
-        shape_ = make_block_shape(pitch);
-        if (!root_.nodes.empty()) input_.root = root_.view();
-        input_.frame = frame_.data();
-        input_.shape = &shape_;
-        input_.largest_coordinate = root_.largest_coordinate;
         gather_ranges();
     }
 
-    std::unique_ptr<Scratch> make_scratch() const override {
-        return std::make_unique<BlockScratch>();
-    }
+    const KernelTable& kernels() const { return kernels_; }
+    const Tree& root() const { return root_; }
+    PatchCache* cache() const { return &cache_; }
 
-    void query(const BlockQuery& query, Scratch* scratch, BlockAnswer* answer) const override {
-        auto& s = static_cast<BlockScratch&>(*scratch);
-        begin(&s);
-        int asked = kBlockVoxels;
-        if (query.demand != nullptr) {
-            asked = 0;
-            for (int i = 0; i < kBlockVoxels / 8; ++i)
-                asked += std::popcount(query.demand[i]);
-        }
-        s.counts.asked += asked;
-        s.counts.skipped += kBlockVoxels - asked;
-        kernels_.query(input_, query, &s.kernel, answer);
-    }
-
-    void query_points(std::span<const PointGroup> groups, float radius_mm, Scratch* scratch,
-                      PointAnswer* answers) const override {
-        auto& s = static_cast<BlockScratch&>(*scratch);
-        begin(&s);
-        for (const PointGroup& g : groups)
-            s.counts.asked += std::popcount(g.mask & 0xffu);
-        kernels_.points(input_, groups.data(), groups.size(), radius_mm, &s.kernel, answers);
-    }
-
-    void bounds(const Vec3i& lowest, int32_t size, Scratch* scratch,
-                BoxBounds* out) const override {
-        auto& s = static_cast<BlockScratch&>(*scratch);
-        begin(&s);
-        out->clear();
-        out->distance_hi = kernels_.cube(input_, lowest, size, &s.kernel);
+    /// Adds to `out` what a node of the root may give.
+    void add_case(size_t node, float distance_lo, BoxBounds* out) const {
         const auto floats = static_cast<size_t>(float_components_);
         const auto ints = static_cast<size_t>(int_components_);
-        for (size_t i = 0; i < s.kernel.list.size; ++i) {
-            const size_t node = s.kernel.list.data[i].node;
-            out->add(s.kernel.list_least.data[i], {float_lo_.data() + node * floats, floats},
-                     {float_hi_.data() + node * floats, floats},
-                     {int_lo_.data() + node * ints, ints}, {int_hi_.data() + node * ints, ints});
-        }
+        out->add(distance_lo, {float_lo_.data() + node * floats, floats},
+                 {float_hi_.data() + node * floats, floats}, {int_lo_.data() + node * ints, ints},
+                 {int_hi_.data() + node * ints, ints});
     }
 
   private:
-    void begin(BlockScratch* s) const {
-        s->pins.reset(&cache_);
-        s->kernel.patches = {&PatchPins::fetch, &s->pins};
-    }
-
     /// Identity patches come as triangles, all others as boxes.
     void gather(std::vector<InputTriangle>* triangles, std::vector<InputPatch>* patches) const {
         const std::vector<surface::Patch>& all = surface_.patches();
@@ -228,24 +177,106 @@ class BlockEngine final : public Engine {
         }
     }
 
-    const surface::Surface& surface_;
-    std::array<float, OPENFAB_FRAME_COUNT> frame_;
     const KernelTable& kernels_;
+    const surface::Surface& surface_;
     mutable PatchCache cache_;
     Tree root_;
-    BlockShape shape_;
-    KernelInput input_;
     int32_t float_components_ = 0, int_components_ = 0;
     std::vector<float> float_lo_, float_hi_;  // [node][component]
     std::vector<int32_t> int_lo_, int_hi_;
 };
 
+namespace {
+
+class BlockScratch final : public Engine::Scratch {
+  public:
+    BlockScratch() { kernel.counts = &counts; }
+    KernelScratch kernel;
+    PatchPins pins;
+};
+
+class BlockEngine final : public Engine {
+  public:
+    BlockEngine(std::shared_ptr<const BlockIndex> index,
+                const std::array<float, OPENFAB_FRAME_COUNT>& frame)
+        : index_(std::move(index)), kernels_(index_->kernels()), frame_(frame) {
+        Vec3f pitch;
+        for (int a = 0; a < 3; ++a)
+            pitch[a] = length(Vec3f{frame_[a * 3], frame_[a * 3 + 1], frame_[a * 3 + 2]});
+        shape_ = make_block_shape(pitch);
+        const Tree& root = index_->root();
+        if (!root.nodes.empty()) input_.root = root.view();
+        input_.frame = frame_.data();
+        input_.shape = &shape_;
+        input_.largest_coordinate = root.largest_coordinate;
+    }
+
+    std::unique_ptr<Scratch> make_scratch() const override {
+        return std::make_unique<BlockScratch>();
+    }
+
+    void query(const BlockQuery& query, Scratch* scratch, BlockAnswer* answer) const override {
+        auto& s = static_cast<BlockScratch&>(*scratch);
+        begin(&s);
+        int asked = kBlockVoxels;
+        if (query.demand != nullptr) {
+            asked = 0;
+            for (int i = 0; i < kBlockVoxels / 8; ++i)
+                asked += std::popcount(query.demand[i]);
+        }
+        s.counts.asked += asked;
+        s.counts.skipped += kBlockVoxels - asked;
+        kernels_.query(input_, query, &s.kernel, answer);
+    }
+
+    void query_points(std::span<const PointGroup> groups, float radius_mm, Scratch* scratch,
+                      PointAnswer* answers) const override {
+        auto& s = static_cast<BlockScratch&>(*scratch);
+        begin(&s);
+        for (const PointGroup& g : groups)
+            s.counts.asked += std::popcount(g.mask & 0xffu);
+        kernels_.points(input_, groups.data(), groups.size(), radius_mm, &s.kernel, answers);
+    }
+
+    void bounds(const Vec3i& lowest, int32_t size, Scratch* scratch,
+                BoxBounds* out) const override {
+        auto& s = static_cast<BlockScratch&>(*scratch);
+        begin(&s);
+        out->clear();
+        out->distance_hi = kernels_.cube(input_, lowest, size, &s.kernel);
+        for (size_t i = 0; i < s.kernel.list.size; ++i)
+            index_->add_case(s.kernel.list.data[i].node, s.kernel.list_least.data[i], out);
+    }
+
+  private:
+    void begin(BlockScratch* s) const {
+        s->pins.reset(index_->cache());
+        s->kernel.patches = {&PatchPins::fetch, &s->pins};
+    }
+
+    const std::shared_ptr<const BlockIndex> index_;
+    const KernelTable& kernels_;
+    std::array<float, OPENFAB_FRAME_COUNT> frame_;
+    BlockShape shape_;
+    KernelInput input_;
+};
+
 }  // namespace
+
+std::shared_ptr<const BlockIndex> make_block_index(const surface::Surface& surface,
+                                                   const BlockEngineOptions& options) {
+    return std::make_shared<const BlockIndex>(surface, options);
+}
+
+std::unique_ptr<Engine> make_block_engine(std::shared_ptr<const BlockIndex> index,
+                                          const std::array<float, OPENFAB_FRAME_COUNT>& frame) {
+    return std::make_unique<BlockEngine>(std::move(index), frame);
+}
 
 std::unique_ptr<Engine> make_block_engine(const surface::Surface& surface,
                                           const std::array<float, OPENFAB_FRAME_COUNT>& frame,
                                           const BlockEngineOptions& options) {
-    return std::make_unique<BlockEngine>(surface, frame, options);
+    return make_block_engine(make_block_index(surface, options), frame);
 }
 
 }  // namespace openfab::nearest

@@ -129,8 +129,17 @@ struct BlockEngineOptions {
     bool allow_avx2 = true;  ///< off: the SSE4.1 form even where AVX2 exists; same bits
 };
 
-/// `frame` as of scene::make_frame. The surface must outlive the engine. Set-up reads every
-/// identity patch once.
+/// What the block engines of one surface share wherever it stands: its trees, and the cache of
+/// those of displaced patches. Scratch made by one of them serves all.
+class BlockIndex;
+/// The surface must outlive it. Set-up reads every identity patch once.
+std::shared_ptr<const BlockIndex> make_block_index(const surface::Surface& surface,
+                                                   const BlockEngineOptions& options = {});
+
+/// `frame` as of scene::make_frame. Takes about 3 kB.
+std::unique_ptr<Engine> make_block_engine(std::shared_ptr<const BlockIndex> index,
+                                          const std::array<float, OPENFAB_FRAME_COUNT>& frame);
+/// With an index of its own; the surface must outlive the engine.
 std::unique_ptr<Engine> make_block_engine(const surface::Surface& surface,
                                           const std::array<float, OPENFAB_FRAME_COUNT>& frame,
                                           const BlockEngineOptions& options = {});

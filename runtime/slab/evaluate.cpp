@@ -29,7 +29,7 @@ BlockEvaluator::BlockEvaluator(const openfab_stage_set& set, openfab_isa isa, si
 }
 
 nearest::Engine::Scratch* BlockEvaluator::scratch(const PrintPart& part) {
-    std::unique_ptr<nearest::Engine::Scratch>& mine = scratch_[static_cast<size_t>(part.index)];
+    std::unique_ptr<nearest::Engine::Scratch>& mine = scratch_[static_cast<size_t>(part.owner)];
     if (mine == nullptr) mine = part.engine->make_scratch();
     return mine.get();
 }
@@ -83,7 +83,7 @@ void BlockEvaluator::query(const PrintPart& part, const OwnedBlock& block, int32
             value_targets_.data(), part.volume.gradients ? gradient_targets_.data() : nullptr,
             flat_targets_.data()};
         part.attributes->read(answer_, block.owned.data(), targets,
-                              &attribute_scratch_[static_cast<size_t>(part.index)]);
+                              &attribute_scratch_[static_cast<size_t>(part.owner)]);
     }
     if (part.volume.distance) {
         // Owned voxels are inside, so the distance is negative; taken from 0 so that none gives +0.

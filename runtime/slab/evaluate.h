@@ -66,8 +66,8 @@ class BlockEvaluator {
 
     StageCalls calls_;
     openfab_isa isa_;
-    std::vector<std::unique_ptr<nearest::Engine::Scratch>> scratch_;    ///< by part
-    std::vector<nearest::AttributeReader::Scratch> attribute_scratch_;  ///< by part
+    std::vector<std::unique_ptr<nearest::Engine::Scratch>> scratch_;    ///< by PrintPart::owner
+    std::vector<nearest::AttributeReader::Scratch> attribute_scratch_;  ///< by PrintPart::owner
     KernelArguments arguments_;
     VolumePhases phases_;
     nearest::BlockAnswer answer_;

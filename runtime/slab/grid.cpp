@@ -6,6 +6,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+
+#include "runtime/surface/map_box.h"
 
 namespace openfab::slab {
 
@@ -19,14 +22,33 @@ double snapped(double position_vox) {
     return std::floor(256.0 * position_vox + 0.5) / 256.0;
 }
 
+bool contains(const Box3d& outer, const Box3d& inner) {
+    for (int a = 0; a < 3; ++a) {
+        if (inner.lo[a] < outer.lo[a] || inner.hi[a] > outer.hi[a]) return false;
+    }
+    return true;
+}
+
 }  // namespace
 
 Result<scene::Grid> make_grid(const std::vector<scene::Part>& parts,
                               const std::vector<std::shared_ptr<const surface::Surface>>& surfaces,
                               const Vec3d& pitch_mm) {
     Box3d box;
-    for (size_t i = 0; i < parts.size(); ++i)
+    std::map<const surface::Surface*, Box3f> bounds;
+    for (size_t i = 0; i < parts.size(); ++i) {
+        const auto [known, fresh] = bounds.try_emplace(surfaces[i].get());
+        if (fresh) {
+            for (const surface::Patch& patch : surfaces[i]->patches()) {
+                if ((patch.use & surface::kForCoverage) != 0) known->second.add(patch.bounds);
+            }
+        }
+        // Of many parts few are at the border; the others need not be looked at closely.
+        if (known->second.empty() ||
+            contains(box, surface::map_box(parts[i].local_to_build, known->second)))
+            continue;
         box.add(surfaces[i]->exact_box(parts[i].local_to_build));
+    }
     if (parts.empty() || box.empty())
         return user_error("there is nothing to print: no part has a surface");
     scene::Grid grid;

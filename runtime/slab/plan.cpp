@@ -39,14 +39,16 @@ int64_t texture_bytes(const std::vector<scene::Part>& parts) {
 }
 
 CacheBudgets cache_budgets(const PrintOptions& options, int64_t resident, int64_t textures,
-                           size_t displaced_parts) {
+                           size_t displaced_surfaces, size_t displaced_parts) {
     const int64_t left = std::max<int64_t>(options.memory_bytes - resident - textures, 0);
-    const size_t share = static_cast<size_t>(left / 3) / std::max<size_t>(displaced_parts, 1);
-    const size_t all = std::clamp(share, kLeastCacheBytes, kMostCacheBytes);
+    const size_t surfaces = std::max<size_t>(displaced_surfaces, 1);
+    const size_t all =
+        std::clamp(static_cast<size_t>(left / 3) / surfaces, kLeastCacheBytes, kMostCacheBytes);
     CacheBudgets budgets;
-    budgets.crossings = std::min(all / 6, kMostCrossingBytes);
+    const size_t crossings = std::min(all / 6, kMostCrossingBytes);
+    budgets.crossings = crossings * surfaces / std::max(displaced_parts, surfaces);
     budgets.micropolygons = all / 2;
-    budgets.trees = all - budgets.crossings - budgets.micropolygons;
+    budgets.trees = all - crossings - budgets.micropolygons;
     return budgets;
 }
 

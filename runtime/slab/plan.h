@@ -21,17 +21,17 @@ namespace openfab::slab {
 /// become resident.
 int64_t texture_bytes(const std::vector<scene::Part>& parts);
 
-/// Of one displaced part, in bytes.
+/// Of one displaced surface and, the crossings, of one part that has it, in bytes.
 struct CacheBudgets {
     size_t micropolygons = 0;  ///< surface::SurfaceOptions
     size_t trees = 0;          ///< nearest::BlockEngineOptions
     size_t crossings = 0;      ///< voxel::Voxeliser
-    size_t sum() const { return micropolygons + trees + crossings; }
+    size_t shared() const { return micropolygons + trees; }
 };
 
 /// Decided before anything else is known but what is resident now.
 CacheBudgets cache_budgets(const PrintOptions& options, int64_t resident, int64_t textures,
-                           size_t displaced_parts);
+                           size_t displaced_surfaces, size_t displaced_parts);
 
 struct MemoryPlan {
     int32_t groups_in_flight = 1;

@@ -111,7 +111,7 @@ int PointQueries::answer(const openfab_query& query, std::span<const int32_t> gr
 }
 
 void PointQueries::answer_own(const openfab_query& query, const phases::States& states) {
-    ask(*part_->engine, part_->index, points_);
+    ask(*part_->engine, part_->owner, points_);
     for (size_t k = 0; k < groups_.size(); ++k) {
         if (part_->points.sign) write_distance(query, k, states);
         write_surface(query, groups_[k], states, answers_[k]);
@@ -136,7 +136,7 @@ void PointQueries::write_distance(const openfab_query& query, size_t place,
     elsewhere.mask &= ~at_centre;
     const uint32_t inside =
         at_centre | part_->winding->inside(elsewhere, answer, {&centre, owned_[group], slack},
-                                           &own_[static_cast<size_t>(part_->index)].memory);
+                                           &own_[static_cast<size_t>(part_->owner)].memory);
     for (int32_t i = 0; i < query.output_count; ++i) {
         const openfab_query_output& out = query.outputs[i];
         if (out.kind != OPENFAB_QUERY_DISTANCE) continue;
@@ -173,7 +173,7 @@ void PointQueries::write_surface(const openfab_query& query, int32_t group,
     targets.values = values_.data();
     targets.flat = flat_.data();
     part_->attributes->read_points(answer, targets,
-                                   &own_[static_cast<size_t>(part_->index)].attributes);
+                                   &own_[static_cast<size_t>(part_->owner)].attributes);
 }
 
 void PointQueries::answer_object(const openfab_query& query, const phases::States& states) {

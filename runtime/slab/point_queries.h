@@ -55,7 +55,7 @@ class PointQueries {
     void write_surface(const openfab_query& query, int32_t group, const phases::States& states,
                        const nearest::PointAnswer& answer);
 
-    std::vector<Own> own_;  ///< by part
+    std::vector<Own> own_;  ///< by PrintPart::owner
     const PrintPart* part_ = nullptr;
     const int32_t* corners_ = nullptr;
     const uint8_t* owned_ = nullptr;

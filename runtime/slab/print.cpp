@@ -160,6 +160,7 @@ class PrintJob final : public Print {
                      const std::atomic<bool>& interrupt, PrintStatistics* statistics) override;
 
   private:
+    bool owns_surface(size_t part) const { return owners_[part] == static_cast<int32_t>(part); }
     Result<void> surface_status() const;
     void print_groups(backends::SliceSink& sink, Delivery* delivery);
     FinishedGroup print_group(int32_t group, const backends::SliceSink& sink, Delivery* delivery);
@@ -171,6 +172,7 @@ class PrintJob final : public Print {
     scene::Grid grid_;
     Vec2<int32_t> range_;
     backends::PrintInfo info_;
+    std::vector<int32_t> owners_;  ///< by part: the first one with its surface
     std::vector<std::shared_ptr<const surface::Surface>> surfaces_;  ///< by part
     std::vector<std::unique_ptr<PrintPart>> parts_;
     GroupSetup setup_;
@@ -196,12 +198,17 @@ Result<void> PrintJob::set_up() {
         std::cbrt(input_.pitch_mm.x * input_.pitch_mm.y * input_.pitch_mm.z);
     surface_options.isa = options_.isa;
     surface_options.infer_identity = options_.infer_identity;
-    const auto displaced = static_cast<size_t>(
-        std::count_if(input_.parts.begin(), input_.parts.end(),
-                      [](const scene::Part& p) { return p.fablet->has_surface != 0; }));
-    const CacheBudgets budgets = cache_budgets(options_, resident_bytes(), textures, displaced);
+    owners_ = surface_owners(input_.parts);
+    size_t displaced = 0, displaced_parts = 0;
+    for (size_t i = 0; i < owners_.size(); ++i) {
+        if (input_.parts[i].fablet->has_surface == 0) continue;
+        ++displaced_parts;
+        displaced += owns_surface(i) ? 1 : 0;
+    }
+    const CacheBudgets budgets =
+        cache_budgets(options_, resident_bytes(), textures, displaced, displaced_parts);
     surface_options.cache_bytes = budgets.micropolygons;
-    auto surfaces = make_surfaces(input_.parts, surface_options);
+    auto surfaces = make_surfaces(input_.parts, owners_, surface_options);
     if (!surfaces) return surfaces.error();
     surfaces_ = std::move(*surfaces);
 
@@ -218,12 +225,11 @@ Result<void> PrintJob::set_up() {
         parts_.push_back(std::make_unique<PrintPart>(input_.parts[i]));
         parts_.back()->index = static_cast<int32_t>(i);
         parts_.back()->surface = surfaces_[i];
-        parts_.back()->place(grid_, options_.isa, budgets.trees, budgets.crossings);
-        const bool first_use = std::find(surfaces_.begin(), surfaces_.end(), surfaces_[i]) ==
-                               surfaces_.begin() + static_cast<std::ptrdiff_t>(i);
+        parts_.back()->place(grid_, options_.isa, budgets.trees, budgets.crossings,
+                             *parts_[static_cast<size_t>(owners_[i])]);
         if (!surfaces_[i]->identity()) {
-            caches += static_cast<int64_t>(first_use ? budgets.sum()
-                                                     : budgets.sum() - budgets.micropolygons);
+            caches +=
+                static_cast<int64_t>(budgets.crossings + (owns_surface(i) ? budgets.shared() : 0));
         }
         setup_.order.push_back(static_cast<int32_t>(i));
     }
@@ -319,6 +325,7 @@ Result<void> PrintJob::run(backends::SliceSink& sink,
 /// A patch whose kernel failed has come back empty, in whichever group it was first needed.
 Result<void> PrintJob::surface_status() const {
     for (size_t i = 0; i < surfaces_.size(); ++i) {
+        if (!owns_surface(i)) continue;
         const Result<void> status = surfaces_[i]->status();
         if (status) continue;
         return Error{status.error().code,
@@ -445,10 +452,7 @@ void PrintJob::fill_statistics(const Delivery& delivery, PrintStatistics* s) {
                            {"encode", seconds_encode_},
                            {"commit", delivery.seconds_commit()}};
     for (size_t i = 0; i < surfaces_.size(); ++i) {
-        if (std::find(surfaces_.begin(), surfaces_.end(), surfaces_[i]) - surfaces_.begin() <
-            static_cast<std::ptrdiff_t>(i)) {
-            continue;  // shared with an earlier part
-        }
+        if (!owns_surface(i)) continue;
         const surface::SurfaceCounts counts = surfaces_[i]->counts();
         s->cache_hits += counts.cache_hits;
         s->cache_misses += counts.cache_misses;

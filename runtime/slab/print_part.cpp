@@ -3,6 +3,7 @@
 #include "runtime/slab/print_part.h"
 
 #include <algorithm>
+#include <map>
 
 namespace openfab::slab {
 
@@ -68,10 +69,13 @@ NearestIndex::NearestIndex(const openfab_fablet& fablet) {
 }
 
 void PrintPart::place(const scene::Grid& grid, openfab_isa isa, size_t tree_bytes,
-                      size_t crossing_bytes) {
+                      size_t crossing_bytes, const PrintPart& first) {
+    const bool owns = &first == this;
+    owner = first.index;
     frame = scene::make_frame(*part, grid);
     base = scene::part_base_voxel(*part, grid);
-    voxeliser = std::make_unique<voxel::Voxeliser>(*part, *surface, grid, crossing_bytes);
+    patches = owns ? std::make_shared<const voxel::PatchIndex>(*surface) : first.patches;
+    voxeliser = std::make_unique<voxel::Voxeliser>(*part, *surface, grid, crossing_bytes, patches);
     box = voxeliser->voxel_box();
     for (int a = 0; a < 3; ++a) {
         box.lo[a] = std::max(box.lo[a], 0);
@@ -86,15 +90,21 @@ void PrintPart::place(const scene::Grid& grid, openfab_isa isa, size_t tree_byte
     largest_pitch_mm =
         static_cast<float>(std::max({grid.pitch_mm.x, grid.pitch_mm.y, grid.pitch_mm.z}));
     if (!volume.any() && !bounds.any() && !points.any) return;
-    engine = nearest::make_block_engine(*surface, frame, {tree_bytes, isa == OPENFAB_ISA_AVX2});
-    attributes = std::make_unique<nearest::AttributeReader>(*surface, frame, points.geometry);
-    if (points.sign) winding = std::make_unique<nearest::Winding>(*surface);
+    trees = owns ? nearest::make_block_index(*surface, {tree_bytes, isa == OPENFAB_ISA_AVX2})
+                 : first.trees;
+    engine = nearest::make_block_engine(trees, frame);
+    attributes = owns ? std::make_unique<nearest::AttributeReader>(*surface, frame, points.geometry)
+                      : std::make_unique<nearest::AttributeReader>(*first.attributes, frame);
+    if (points.sign)
+        winding = owns ? std::make_shared<const nearest::Winding>(*surface) : first.winding;
 }
 
 void PrintPart::answer_points(openfab_isa isa, size_t tree_bytes) {
-    if (engine == nullptr)
-        engine = nearest::make_block_engine(*surface, frame, {tree_bytes, isa == OPENFAB_ISA_AVX2});
-    if (winding == nullptr) winding = std::make_unique<nearest::Winding>(*surface);
+    if (engine == nullptr) {
+        trees = nearest::make_block_index(*surface, {tree_bytes, isa == OPENFAB_ISA_AVX2});
+        engine = nearest::make_block_engine(trees, frame);
+    }
+    if (winding == nullptr) winding = std::make_shared<const nearest::Winding>(*surface);
 }
 
 void connect_targets(const std::vector<std::unique_ptr<PrintPart>>& parts, openfab_isa isa,
@@ -109,10 +119,7 @@ void connect_targets(const std::vector<std::unique_ptr<PrintPart>>& parts, openf
             if (!targets.empty()) continue;  // an earlier query asks it too
             for (const int32_t place : asking->part->objects[object]) {
                 const PrintPart& placed = *parts[static_cast<size_t>(place)];
-                const auto first = std::find_if(parts.begin(), parts.end(), [&](const auto& p) {
-                    return p->surface == placed.surface;
-                });
-                PrintPart& answering = **first;
+                PrintPart& answering = *parts[static_cast<size_t>(placed.owner)];
                 answering.answer_points(isa, tree_bytes);
                 targets.push_back({answering.index, answering.engine.get(), answering.winding.get(),
                                    scene::local_to_local(*asking->part, *placed.part)});
@@ -153,16 +160,33 @@ bool share_surface(const scene::Part& a, const scene::Part& b) {
 
 }  // namespace
 
+std::vector<int32_t> surface_owners(const std::vector<scene::Part>& parts) {
+    std::vector<int32_t> owners;
+    // By mesh, so that many different ones are not all compared with each other.
+    std::map<const scene::PartMesh*, std::vector<int32_t>> known;
+    for (size_t i = 0; i < parts.size(); ++i) {
+        std::vector<int32_t>& candidates = known[parts[i].mesh.get()];
+        const auto same = std::find_if(candidates.begin(), candidates.end(), [&](int32_t p) {
+            return share_surface(parts[static_cast<size_t>(p)], parts[i]);
+        });
+        if (same == candidates.end()) {
+            owners.push_back(static_cast<int32_t>(i));
+            candidates.push_back(owners.back());
+        } else {
+            owners.push_back(*same);
+        }
+    }
+    return owners;
+}
+
 Result<std::vector<std::shared_ptr<const surface::Surface>>> make_surfaces(
-    const std::vector<scene::Part>& parts, const surface::SurfaceOptions& options) {
+    const std::vector<scene::Part>& parts, const std::vector<int32_t>& owners,
+    const surface::SurfaceOptions& options) {
     std::vector<std::shared_ptr<const surface::Surface>> surfaces;
     for (size_t i = 0; i < parts.size(); ++i) {
-        const auto same =
-            std::find_if(parts.begin(), parts.begin() + static_cast<std::ptrdiff_t>(i),
-                         [&](const scene::Part& p) { return share_surface(p, parts[i]); });
-        const auto place = static_cast<size_t>(same - parts.begin());
-        if (place < i) {
-            surfaces.push_back(surfaces[place]);
+        const auto owner = static_cast<size_t>(owners[i]);
+        if (owner < i) {
+            surfaces.push_back(surfaces[owner]);
             continue;
         }
         Result<std::unique_ptr<surface::Surface>> made =

@@ -67,11 +67,16 @@ struct QueryTarget {
 struct PrintPart {
     const scene::Part* part = nullptr;
     std::shared_ptr<const surface::Surface> surface;
+    /// The place of the first part with this surface, which makes what all of them share. Threads
+    /// keep their scratch by it.
+    int32_t owner = 0;
+    std::shared_ptr<const voxel::PatchIndex> patches;
     std::unique_ptr<voxel::Voxeliser> voxeliser;
-    std::unique_ptr<nearest::Engine> engine;  ///< null where no kernel asks a query
+    std::shared_ptr<const nearest::BlockIndex> trees;  ///< null where no kernel asks a query
+    std::unique_ptr<nearest::Engine> engine;           ///< likewise
     std::unique_ptr<nearest::AttributeReader> attributes;
-    std::unique_ptr<nearest::Winding> winding;      ///< null where no query asks for a sign
-    std::vector<std::vector<QueryTarget>> targets;  ///< by place among the Object uniforms
+    std::shared_ptr<const nearest::Winding> winding;  ///< null where no query asks for a sign
+    std::vector<std::vector<QueryTarget>> targets;    ///< by place among the Object uniforms
     std::array<float, OPENFAB_FRAME_COUNT> frame{};
     Vec3i base;  ///< voxel of the grid with part-relative index 0
     Box3i box;   ///< voxels that may be covered, hi exclusive, cut to the grid
@@ -83,9 +88,11 @@ struct PrintPart {
     int32_t index = 0;  ///< place in the build list
 
     explicit PrintPart(const scene::Part& of) : part(&of), nearest(*of.fablet) {}
-    /// After the grid is known: everything but the surface, which was set before.
-    /// `tree_bytes` and `crossing_bytes` are budgets of caches.
-    void place(const scene::Grid& grid, openfab_isa isa, size_t tree_bytes, size_t crossing_bytes);
+    /// After the grid is known: everything but the surface, which was set before. `first` is the
+    /// part that owns the surface, placed before, or this one. `tree_bytes` and `crossing_bytes`
+    /// are budgets of caches, the trees' of all parts that share them.
+    void place(const scene::Grid& grid, openfab_isa isa, size_t tree_bytes, size_t crossing_bytes,
+               const PrintPart& first);
     int32_t slots() const { return part->fablet->slot_count; }
     /// Makes what a signed distance at any point needs, where it is not there yet.
     void answer_points(openfab_isa isa, size_t tree_bytes);
@@ -95,9 +102,13 @@ struct PrintPart {
 void connect_targets(const std::vector<std::unique_ptr<PrintPart>>& parts, openfab_isa isa,
                      size_t tree_bytes);
 
-/// One surface for each different (mesh, fablet, bound, and what the surface kernels read); parts
-/// that agree share it.
+/// For each part the first one with the same surface: same mesh, fablet, bound, and what the
+/// surface kernels read.
+std::vector<int32_t> surface_owners(const std::vector<scene::Part>& parts);
+
+/// One surface for each owner; the parts that it owns share it.
 Result<std::vector<std::shared_ptr<const surface::Surface>>> make_surfaces(
-    const std::vector<scene::Part>& parts, const surface::SurfaceOptions& options);
+    const std::vector<scene::Part>& parts, const std::vector<int32_t>& owners,
+    const surface::SurfaceOptions& options);
 
 }  // namespace openfab::slab

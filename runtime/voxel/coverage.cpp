@@ -63,16 +63,19 @@ struct Voxeliser::Impl {
     int32_t turn = 1;  ///< -1 where the map mirrors
     Window grid;       ///< x, y, z of the print
     Box3i box;
-    std::vector<int32_t> group_first, group_patches;  ///< patches that touch each group
-    mutable std::vector<Waiting> waiting;             ///< [patch], for those in several groups
+    std::shared_ptr<const PatchIndex> index;
+    mutable std::vector<Waiting> waiting;  ///< [patch]; none where no patch is displaced
     mutable std::array<std::mutex, kLocks> locks;
     mutable std::atomic<int64_t> kept_bytes{0};
     mutable std::mutex scratch_mutex;
     mutable std::vector<std::unique_ptr<Scratch>> idle;
 
     Impl(const scene::Part& p, const surface::Surface& s, const scene::Grid& g,
-         size_t waiting_bytes)
-        : part(p), surface(s), most_kept(static_cast<int64_t>(waiting_bytes)) {
+         size_t waiting_bytes, std::shared_ptr<const PatchIndex> shared)
+        : part(p),
+          surface(s),
+          most_kept(static_cast<int64_t>(waiting_bytes)),
+          index(std::move(shared)) {
         to_snapped = scene::local_to_voxel(p, g);
         const auto& m = to_snapped.m;
         const double det = m[0] * (m[4] * m[8] - m[5] * m[7]) - m[1] * (m[3] * m[8] - m[5] * m[6]) +
@@ -82,7 +85,8 @@ struct Voxeliser::Impl {
             v *= kSnap;
         to_snapped.t = to_snapped.t * static_cast<double>(kSnap);
         grid = {{0, 0, 0}, g.size};
-        index_patches();
+        find_box();
+        if (!surface.identity()) waiting.resize(surface.patches().size());
     }
 
     Vec3i snap_point(const Vec3f& p) const {
@@ -90,58 +94,49 @@ struct Voxeliser::Impl {
         return {snap(v.x), snap(v.y), snap(v.z)};
     }
 
-    void index_patches();
+    void find_box();
     void find_patch(int32_t patch, const Window& window, Scratch* scratch,
                     std::vector<Crossing>* out) const;
     void take_patch(int32_t patch, int32_t group, const Window& window, Scratch* scratch) const;
     std::shared_ptr<const PatchCrossings> cross_all_groups(int32_t patch, Scratch* scratch) const;
     void fill(int32_t group, Scratch* scratch, GroupMask* out) const;
-    std::array<int32_t, 2> groups_of(int32_t patch) const;
+    std::array<int32_t, 2> groups_of(const Box3f& bounds) const;
+    std::array<int32_t, 2> groups_of(int32_t patch) const {
+        return groups_of(surface.patches()[static_cast<size_t>(patch)].bounds);
+    }
 };
 
-/// Groups [first, end) of the grid that a patch may cross.
-std::array<int32_t, 2> Voxeliser::Impl::groups_of(int32_t patch) const {
-    const Box3d b =
-        surface::map_box(to_snapped, surface.patches()[static_cast<size_t>(patch)].bounds);
+/// Groups [first, end) of the grid that what lies in a part-local box may cross.
+std::array<int32_t, 2> Voxeliser::Impl::groups_of(const Box3f& bounds) const {
+    const Box3d b = surface::map_box(to_snapped, bounds);
     const int32_t first = std::max(first_row(snap(b.lo.z)), grid.lo.z);
     const int32_t end = std::min(first_row(snap(b.hi.z)), grid.hi.z);
     if (first >= end) return {0, 0};
     return {group_of(first), group_of(end - 1) + 1};
 }
 
-void Voxeliser::Impl::index_patches() {
-    const std::vector<Patch>& patches = surface.patches();
-    const int32_t groups = (grid.hi.z + kGroupSlices - 1) / kGroupSlices;
-    group_first.assign(static_cast<size_t>(std::max(groups, 0)) + 1, 0);
+void Voxeliser::Impl::find_box() {
     for (int axis = 0; axis < 3; ++axis)
         box.lo[axis] = grid.hi[axis], box.hi[axis] = grid.lo[axis];
-    const auto each = [&](const auto& visit) {
-        for (int32_t p = 0; p < static_cast<int32_t>(patches.size()); ++p) {
-            if ((patches[static_cast<size_t>(p)].use & surface::kForCoverage) == 0) continue;
-            const auto [first, end] = groups_of(p);
-            for (int32_t g = first; g < end; ++g)
-                visit(p, g);
-        }
-    };
-    each([&](int32_t, int32_t g) { ++group_first[static_cast<size_t>(g) + 1]; });
-    for (size_t g = 1; g < group_first.size(); ++g)
-        group_first[g] += group_first[g - 1];
-    group_patches.resize(static_cast<size_t>(group_first.back()));
-    std::vector<int32_t> at(group_first.begin(), group_first.end() - 1);
-    each([&](int32_t p, int32_t g) {
-        group_patches[static_cast<size_t>(at[static_cast<size_t>(g)]++)] = p;
-    });
-    waiting.resize(patches.size());
-    for (const Patch& patch : patches) {
-        if ((patch.use & surface::kForCoverage) == 0) continue;
-        const Box3d b = surface::map_box(to_snapped, patch.bounds);
+    const auto rows = [&](const Box3f& bounds) {
+        const Box3d b = surface::map_box(to_snapped, bounds);
+        Box3i out;
         for (int axis = 0; axis < 3; ++axis) {
-            box.lo[axis] =
-                std::min(box.lo[axis], std::max(first_row(snap(b.lo[axis])), grid.lo[axis]));
-            box.hi[axis] =
-                std::max(box.hi[axis], std::min(first_row(snap(b.hi[axis])), grid.hi[axis]));
+            out.lo[axis] = std::max(first_row(snap(b.lo[axis])), grid.lo[axis]);
+            out.hi[axis] = std::min(first_row(snap(b.hi[axis])), grid.hi[axis]);
         }
-    }
+        return out;
+    };
+    const auto sticks_out = [&](const Box3f& bounds) {
+        const Box3i b = rows(bounds);
+        for (int axis = 0; axis < 3; ++axis) {
+            if (b.lo[axis] < box.lo[axis] || b.hi[axis] > box.hi[axis]) return true;
+        }
+        return false;
+    };
+    index->find(sticks_out, [&](int32_t p) {
+        box.add(rows(surface.patches()[static_cast<size_t>(p)].bounds));
+    });
     if (box.lo.x >= box.hi.x || box.lo.y >= box.hi.y || box.lo.z >= box.hi.z)
         box = {{0, 0, 0}, {0, 0, 0}};
 }
@@ -310,8 +305,11 @@ void Voxeliser::Impl::fill(int32_t group, Scratch* scratch, GroupMask* out) cons
 }
 
 Voxeliser::Voxeliser(const scene::Part& part, const surface::Surface& surface,
-                     const scene::Grid& grid, size_t waiting_bytes)
-    : impl_(new Impl(part, surface, grid, waiting_bytes)) {}
+                     const scene::Grid& grid, size_t waiting_bytes,
+                     std::shared_ptr<const PatchIndex> index)
+    : impl_(new Impl(
+          part, surface, grid, waiting_bytes,
+          index != nullptr ? std::move(index) : std::make_shared<const PatchIndex>(surface))) {}
 
 Voxeliser::~Voxeliser() {
     delete impl_;
@@ -332,13 +330,15 @@ void Voxeliser::coverage(int32_t group, GroupMask* out) const {
     Window window = impl.grid;
     window.lo.z = std::max(window.lo.z, group * kGroupSlices);
     window.hi.z = std::min(window.hi.z, (group + 1) * kGroupSlices);
-    if (group >= 0 && static_cast<size_t>(group) + 1 < impl.group_first.size()) {
-        const int32_t end = impl.group_first[static_cast<size_t>(group) + 1];
-        for (int32_t i = impl.group_first[static_cast<size_t>(group)]; i < end; ++i) {
-            impl.take_patch(impl.group_patches[static_cast<size_t>(i)], group, window,
-                            scratch.get());
-        }
-    }
+    // Any order of patches gives the same rows of crossings.
+    const auto meets = [&](const Box3f& bounds) {
+        const auto [first, end] = impl.groups_of(bounds);
+        return first <= group && group < end;
+    };
+    impl.index->find(meets, [&](int32_t patch) {
+        if (meets(impl.surface.patches()[static_cast<size_t>(patch)].bounds))
+            impl.take_patch(patch, group, window, scratch.get());
+    });
     impl.fill(group, scratch.get(), out);
     const std::lock_guard lock(impl.scratch_mutex);
     impl.idle.push_back(std::move(scratch));
@@ -349,9 +349,7 @@ Box3i Voxeliser::voxel_box() const {
 }
 
 size_t Voxeliser::bytes() const {
-    return sizeof(Impl) + impl_->group_first.capacity() * sizeof(int32_t) +
-           impl_->group_patches.capacity() * sizeof(int32_t) +
-           impl_->waiting.capacity() * sizeof(Waiting) +
+    return sizeof(Impl) + impl_->waiting.capacity() * sizeof(Waiting) +
            static_cast<size_t>(impl_->kept_bytes.load());
 }
 

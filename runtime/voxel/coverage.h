@@ -8,12 +8,14 @@
 // is above zero; vertices are snapped to floor(256 v + 0.5) in voxel units.
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "runtime/base/result.h"
 #include "runtime/base/vec.h"
 #include "runtime/scene/part.h"
 #include "runtime/surface/surface.h"
+#include "runtime/voxel/patch_index.h"
 
 namespace openfab::voxel {
 
@@ -32,8 +34,9 @@ struct GroupMask {
 /// later groups, up to `waiting_bytes`; beyond that they are found again. The postcard needs 5 MB.
 class Voxeliser {
   public:
+    /// `index` is of the surface; without it one is made.
     Voxeliser(const scene::Part& part, const surface::Surface& surface, const scene::Grid& grid,
-              size_t waiting_bytes = 16u << 20);
+              size_t waiting_bytes = 16u << 20, std::shared_ptr<const PatchIndex> index = nullptr);
     ~Voxeliser();
     Voxeliser(const Voxeliser&) = delete;
     Voxeliser& operator=(const Voxeliser&) = delete;
@@ -42,7 +45,7 @@ class Voxeliser {
     void coverage(int32_t group, GroupMask* out) const;
     /// The part's box in voxels of the grid, hi exclusive, conservative.
     Box3i voxel_box() const;
-    /// Memory held now, without the surface: what set-up made and what waits for later groups.
+    /// Memory held now, without surface and index: what set-up made, what waits for later groups.
     size_t bytes() const;
 
   private:

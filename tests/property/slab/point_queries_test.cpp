@@ -69,13 +69,15 @@ struct Scene {
         grid = testing::grid_around(parts[0], {0.25, 0.2, 0.125}, 1);
         surface::SurfaceOptions options;
         options.micro_edge_mm = 0.4;
-        auto surfaces = make_surfaces(parts, options);
+        const std::vector<int32_t> owners = surface_owners(parts);
+        auto surfaces = make_surfaces(parts, owners, options);
         ASSERT_TRUE(surfaces) << surfaces.error().message;
         for (size_t i = 0; i < parts.size(); ++i) {
             print.push_back(std::make_unique<PrintPart>(parts[i]));
             print[i]->index = static_cast<int32_t>(i);
             print[i]->surface = (*surfaces)[i];
-            print[i]->place(grid, OPENFAB_ISA_AVX2, 1 << 20, 1 << 20);
+            print[i]->place(grid, OPENFAB_ISA_AVX2, 1 << 20, 1 << 20,
+                            *print[static_cast<size_t>(owners[i])]);
         }
         connect_targets(print, OPENFAB_ISA_AVX2, 1 << 20);
     }
