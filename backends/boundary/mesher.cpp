@@ -1,0 +1,344 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "backends/boundary/mesher.h"
+
+#include <algorithm>
+#include <bit>
+#include <utility>
+
+#include "backends/boundary/fans.h"
+
+namespace openfab::boundary {
+
+namespace {
+
+constexpr size_t kPiece = 4096;  // vertices or triangles handed on at once
+
+/// Calls visit(bit) for each bit that is set, lowest first.
+template <typename Visit>
+void for_each_bit(uint64_t word, Visit visit) {
+    for (; word != 0; word &= word - 1)
+        visit(std::countr_zero(word));
+}
+
+/// Calls visit(code) for each code but 0, once.
+template <size_t Size, typename Visit>
+void for_each_code(const std::array<uint8_t, Size>& codes, Visit visit) {
+    for (size_t i = 0; i < Size; ++i) {
+        bool seen = codes[i] == 0;
+        for (size_t j = 0; j < i && !seen; ++j)
+            seen = codes[j] == codes[i];
+        if (!seen) visit(codes[i]);
+    }
+}
+
+/// Points and middles of a row from x0 to x1, in half voxels.
+void collect_row(const BitPlane& points, const BitPlane& middles, int32_t y, int32_t x0, int32_t x1,
+                 std::vector<int32_t>* out) {
+    for (int32_t base = x0 & ~63; base <= x1; base += 64) {
+        const auto w = static_cast<size_t>(base >> 6);
+        for_each_bit(points.word(w, y) | middles.word(w, y), [&](int32_t bit) {
+            const int32_t x = base + bit;
+            if (x < x0 || x > x1) return;
+            if (points.get(x, y)) out->push_back(2 * x);
+            if (x < x1 && middles.get(x, y)) out->push_back(2 * x + 1);
+        });
+    }
+}
+
+/// Points and middles of a column from y0 to y1, in half voxels; `ends` with those at y0 and y1.
+void collect_column(const BitPlane& points, const BitPlane& middles, int32_t x, int32_t y0,
+                    int32_t y1, bool ends, std::vector<int32_t>* out) {
+    for (int32_t y = y0; y <= y1; ++y) {
+        if ((ends || (y != y0 && y != y1)) && points.get(x, y)) out->push_back(2 * y);
+        if (y < y1 && middles.get(x, y)) out->push_back(2 * y + 1);
+    }
+}
+
+}  // namespace
+
+Mesher::Mesher(int32_t width, int32_t height, int32_t first_slice, MeshReceiver* receiver)
+    : width_(width),
+      height_(height),
+      first_slice_(first_slice),
+      receiver_(receiver),
+      layers_(3, Layer(width, height)),
+      planes_(3, Plane(width, height)),
+      middles_z_(width, height),
+      finder_(width, height),
+      pending_(256) {}
+
+Result<void> Mesher::add(const backends::SliceView& slice, int32_t bits) {
+    layer(z_).fill(slice, bits);
+    return step();
+}
+
+Result<void> Mesher::finish() {
+    layer(z_).clear();
+    Result<void> done = step();
+    for (size_t code = 0; code < pending_.size(); ++code)
+        flush(code);
+    return done ? error_ : done;
+}
+
+/// With the slice z_ come its lower plane and the slice below, for which all is known now.
+Result<void> Mesher::step() {
+    plane(z_ + 1).points.clear();
+    plane(z_).middles_x.clear();
+    plane(z_).middles_y.clear();
+    const auto marks = [this](const Rectangle& r) { mark(r); };
+    finder_.across_z(layer(z_ - 1), layer(z_), z_, marks);
+    finder_.across_xy(layer(z_), z_, marks);
+    mark_crossings();
+    find_middles_z();
+    number_middles(middles_z_, 2, z_ - 1, &z_table_);
+    number_points();
+    number_middles(plane(z_).middles_x, 0, z_, &plane(z_).x_table);
+    number_middles(plane(z_).middles_y, 1, z_, &plane(z_).y_table);
+    const auto emits = [this](const Rectangle& r) { emit(r); };
+    finder_.across_xy(layer(z_ - 1), z_ - 1, emits);
+    finder_.across_z(layer(z_ - 1), layer(z_), z_, emits);
+    ++z_;
+    return error_;
+}
+
+void Mesher::mark(const Rectangle& r) {
+    for (int32_t u : {r.u0, r.u1}) {
+        for (int32_t v : {r.v0, r.v1}) {
+            if (r.axis == 2) {
+                plane(r.plane).points.set(u, v);
+            } else if (r.axis == 1) {
+                plane(v).points.set(u, r.plane);
+            } else {
+                plane(v).points.set(r.plane, u);
+            }
+        }
+    }
+}
+
+/// Points and middles along the edges in the plane z_ and points of those across slice z_.
+void Mesher::mark_crossings() {
+    const Layer &below = layer(z_ - 1), &above = layer(z_);
+    Plane &low = plane(z_), &high = plane(z_ + 1);
+    const auto around = [&](int32_t x, int32_t y) { return octants(below, above, x, y); };
+    for (int32_t y = 0; y <= height_; ++y) {
+        for_each_crossing(below.row(y - 1), below.row(y), above.row(y), above.row(y - 1), width_,
+                          [&](int32_t x) {
+                              low.points.set(x, y);
+                              low.points.set(x + 1, y);
+                              if (needs_middle(0, around(x, y), around(x + 1, y)))
+                                  low.middles_x.set(x, y);
+                          });
+        for_each_crossing(above.row(y - 1) - 1, above.row(y - 1), above.row(y), above.row(y) - 1,
+                          width_ + 1, [&](int32_t x) {
+                              low.points.set(x, y);
+                              high.points.set(x, y);
+                          });
+        if (y == height_) break;
+        for_each_crossing(below.row(y) - 1, below.row(y), above.row(y), above.row(y) - 1,
+                          width_ + 1, [&](int32_t x) {
+                              low.points.set(x, y);
+                              low.points.set(x, y + 1);
+                              if (needs_middle(1, around(x, y), around(x, y + 1)))
+                                  low.middles_y.set(x, y);
+                          });
+    }
+}
+
+/// Whether two sheets along an edge have the same vertices at both ends, given the voxels around
+/// these.
+bool Mesher::needs_middle(int32_t axis, const std::array<uint8_t, 8>& low_end,
+                          const std::array<uint8_t, 8>& high_end) const {
+    const int32_t p = axis == 0 ? 1 : 0, q = axis == 2 ? 1 : 2;
+    const auto together = [&](const std::array<uint8_t, 8>& codes, int32_t a, int32_t b) {
+        const Fans& fans = kFans[mask_of(codes, codes[static_cast<size_t>(a)])];
+        return fans.of[static_cast<size_t>(a)][static_cast<size_t>(p)] ==
+               fans.of[static_cast<size_t>(b)][static_cast<size_t>(p)];
+    };
+    const auto meet = [&](int32_t a, int32_t b, int32_t beside_a, int32_t beside_b) {
+        const auto code = [&](int32_t octant) { return high_end[static_cast<size_t>(octant)]; };
+        if (code(a) == 0 || code(a) != code(b) || code(a) == code(beside_a) ||
+            code(a) == code(beside_b))
+            return false;
+        const int32_t at_low = 1 << axis;  // the edge is on the far side of its lower end
+        return together(low_end, a | at_low, b | at_low) && together(high_end, a, b);
+    };
+    const int32_t bp = 1 << p, bq = 1 << q;
+    return meet(0, bp | bq, bp, bq) || meet(bp, bq, 0, bp | bq);
+}
+
+/// Middles of the edges across slice z_ - 1, whose upper ends are known only now.
+void Mesher::find_middles_z() {
+    middles_z_.clear();
+    const Layer &below = layer(z_ - 2), &middle = layer(z_ - 1), &above = layer(z_);
+    for (int32_t y = 0; y <= height_; ++y) {
+        for_each_crossing(
+            middle.row(y - 1) - 1, middle.row(y - 1), middle.row(y), middle.row(y) - 1, width_ + 1,
+            [&](int32_t x) {
+                if (needs_middle(2, octants(below, middle, x, y), octants(middle, above, x, y)))
+                    middles_z_.set(x, y);
+            });
+    }
+}
+
+void Mesher::add_vertices(VertexTable* table, uint8_t code, int32_t bit, int32_t count,
+                          Vec3i point) {
+    Pending& pending = pending_[code];
+    table->add(code, bit, count, pending.vertices);
+    pending.vertices += static_cast<uint32_t>(count);
+    point.z += 2 * first_slice_;
+    pending.points.insert(pending.points.end(), static_cast<size_t>(count), point);
+    if (pending.points.size() >= kPiece) flush(code);
+}
+
+void Mesher::number_points() {
+    const Layer &below = layer(z_ - 1), &above = layer(z_);
+    const BitPlane& points = plane(z_).points;
+    VertexTable* table = &plane(z_).point_table;
+    table->begin();
+    for (int32_t y = 0; y <= height_; ++y) {
+        for (size_t w = 0; w < points.words(); ++w) {
+            table->begin_word();
+            for_each_bit(points.word(w, y), [&](int32_t bit) {
+                const int32_t x = static_cast<int32_t>(w) * 64 + bit;
+                const std::array<uint8_t, 8> codes = octants(below, above, x, y);
+                for_each_code(codes, [&](uint8_t code) {
+                    add_vertices(table, code, bit, kFans[mask_of(codes, code)].count,
+                                 {2 * x, 2 * y, 2 * z_});
+                });
+            });
+        }
+    }
+}
+
+/// One vertex for each sheet, which is for each voxel of a material around the edge.
+void Mesher::number_middles(const BitPlane& middles, int32_t axis, int32_t z, VertexTable* table) {
+    const int32_t p = axis == 0 ? 1 : 0, q = axis == 2 ? 1 : 2;
+    table->begin();
+    for (int32_t y = 0; y <= height_; ++y) {
+        for (size_t w = 0; w < middles.words(); ++w) {
+            table->begin_word();
+            for_each_bit(middles.word(w, y), [&](int32_t bit) {
+                const int32_t x = static_cast<int32_t>(w) * 64 + bit;
+                std::array<uint8_t, 4> codes{};
+                for (int32_t i = 0; i < 4; ++i) {
+                    Vec3i voxel{x, y, z};
+                    voxel[p] -= i & 1;
+                    voxel[q] -= i >> 1;
+                    codes[static_cast<size_t>(i)] = code_at(voxel);
+                }
+                Vec3i point{2 * x, 2 * y, 2 * z};
+                ++point[axis];
+                for_each_code(codes, [&](uint8_t code) {
+                    const auto sheets = std::count(codes.begin(), codes.end(), code);
+                    add_vertices(table, code, bit, static_cast<int32_t>(sheets), point);
+                });
+            });
+        }
+    }
+}
+
+void Mesher::outline(const Rectangle& r) {
+    outline_.clear();
+    if (r.axis == 2) {
+        const Plane& p = plane(r.plane);
+        collect_row(p.points, p.middles_x, r.v0, r.u0, r.u1, &outline_.bottom);
+        collect_row(p.points, p.middles_x, r.v1, r.u0, r.u1, &outline_.top);
+        collect_column(p.points, p.middles_y, r.u0, r.v0, r.v1, false, &outline_.left);
+        collect_column(p.points, p.middles_y, r.u1, r.v0, r.v1, false, &outline_.right);
+        return;
+    }
+    const Plane &low = plane(r.v0), &high = plane(r.v1);
+    const auto side = [&](int32_t u, std::vector<int32_t>* out) {
+        const bool middle = r.axis == 1 ? middles_z_.get(u, r.plane) : middles_z_.get(r.plane, u);
+        if (middle) out->push_back(2 * r.v0 + 1);
+    };
+    if (r.axis == 1) {
+        collect_row(low.points, low.middles_x, r.plane, r.u0, r.u1, &outline_.bottom);
+        collect_row(high.points, high.middles_x, r.plane, r.u0, r.u1, &outline_.top);
+    } else {
+        collect_column(low.points, low.middles_y, r.plane, r.u0, r.u1, true, &outline_.bottom);
+        collect_column(high.points, high.middles_y, r.plane, r.u0, r.u1, true, &outline_.top);
+    }
+    side(r.u0, &outline_.left);
+    side(r.u1, &outline_.right);
+}
+
+void Mesher::emit(const Rectangle& rectangle) {
+    outline(rectangle);
+    list_points(rectangle, outline_, &points_);
+    triangulate(outline_, &triangles_);
+    if (rectangle.low != 0) emit_side(rectangle, false);
+    if (rectangle.high != 0) emit_side(rectangle, true);
+}
+
+void Mesher::emit_side(const Rectangle& rectangle, bool high) {
+    vertices_.clear();
+    for (const Vec3i& point : points_)
+        vertices_.push_back(vertex(rectangle, high, point));
+    const uint8_t code = high ? rectangle.high : rectangle.low;
+    Pending& pending = pending_[code];
+    // The material below the faces has them facing up.
+    const bool turned = high == rectangle.right_handed();
+    for (std::array<int32_t, 3> t : triangles_) {
+        if (turned) std::swap(t[1], t[2]);
+        MeshTriangle& out = pending.triangles.emplace_back();
+        for (size_t i = 0; i < 3; ++i) {
+            const auto corner = static_cast<size_t>(t[i]);
+            out[i] = {points_[corner], vertices_[corner]};
+            out[i].point.z += 2 * first_slice_;
+        }
+    }
+    if (pending.triangles.size() >= kPiece) flush(code);
+}
+
+/// The number of a point of the outline in the mesh on one side of the rectangle.
+uint32_t Mesher::vertex(const Rectangle& r, bool high, const Vec3i& point) {
+    for (int32_t axis = 0; axis < 3; ++axis) {
+        if ((point[axis] & 1) != 0) return middle_vertex(r, high, point, axis);
+    }
+    const int32_t x = point.x / 2, y = point.y / 2, z = point.z / 2;
+    // A face of the rectangle that has the point for a corner; where there are two they are of one
+    // fan.
+    const int32_t octant = (high ? 1 << r.axis : 0) |
+                           (point[r.u_axis()] < 2 * r.u1 ? 1 << r.u_axis() : 0) |
+                           (point[r.v_axis()] < 2 * r.v1 ? 1 << r.v_axis() : 0);
+    const uint8_t code = high ? r.high : r.low;
+    const uint32_t mask = mask_of(octants(layer(z - 1), layer(z), x, y), code);
+    const int8_t fan = kFans[mask].of[static_cast<size_t>(octant)][static_cast<size_t>(r.axis)];
+    const Plane& p = plane(z);
+    const size_t word = static_cast<size_t>(y) * p.points.words() + static_cast<size_t>(x >> 6);
+    return p.point_table.first(word, x & 63, code) + static_cast<uint32_t>(fan);
+}
+
+uint32_t Mesher::middle_vertex(const Rectangle& r, bool high, const Vec3i& point, int32_t axis) {
+    const int32_t side = axis == r.u_axis() ? r.v_axis() : r.u_axis();
+    const int32_t side_end = 2 * (side == r.u_axis() ? r.u1 : r.v1);
+    // The voxels on this side of the rectangle and across the edge.
+    Vec3i voxel{point.x >> 1, point.y >> 1, point.z >> 1}, opposite = voxel;
+    const bool above = high, beyond = point[side] < side_end;
+    voxel[r.axis] -= above ? 0 : 1;
+    opposite[r.axis] -= above ? 1 : 0;
+    voxel[side] -= beyond ? 0 : 1;
+    opposite[side] -= beyond ? 1 : 0;
+    const uint8_t code = high ? r.high : r.low;
+    const bool first_of_two = r.axis < side ? !above : !beyond;
+    const uint32_t sheet = code_at(opposite) == code && !first_of_two ? 1 : 0;
+    const int32_t x = point.x >> 1, y = point.y >> 1, z = point.z >> 1;
+    const Plane& p = plane(z);
+    const VertexTable& table = axis == 0 ? p.x_table : axis == 1 ? p.y_table : z_table_;
+    const size_t word = static_cast<size_t>(y) * p.points.words() + static_cast<size_t>(x >> 6);
+    return table.first(word, x & 63, code) + sheet;
+}
+
+void Mesher::flush(size_t code) {
+    Pending& pending = pending_[code];
+    if (error_ && !pending.points.empty())
+        error_ = receiver_->take_vertices(static_cast<uint8_t>(code), pending.points);
+    if (error_ && !pending.triangles.empty())
+        error_ = receiver_->take_triangles(static_cast<uint8_t>(code), pending.triangles);
+    pending.points.clear();
+    pending.triangles.clear();
+}
+
+}  // namespace openfab::boundary

@@ -1,0 +1,112 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Boundary meshes of the materials of a print, made slice by slice.
+//
+// The mesh of a material is the boundary of the union of its voxels: closed, its triangles
+// counter-clockwise seen from outside, its volume to the bit that of the voxels. Where two
+// materials meet, both meshes have the same triangles, turned. By its vertices' numbers each mesh
+// is a 2-manifold (fans.h); where voxels of a material touch only along an edge, two sheets of it
+// lie on each other there.
+//
+// Faces are merged into rectangles: in a plane across z whole, across x and y in one slice. No
+// corner of a triangle lies inside a side of another: each rectangle has on its sides the corners
+// of all others. Along edges where sheets touch all lattice points are vertices, and where both
+// ends of such an edge join the sheets, the middle of the edge too, or its triangles would be four
+// to an edge.
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "backends/boundary/faces.h"
+#include "backends/boundary/lattice.h"
+#include "backends/boundary/rectangle.h"
+#include "backends/boundary/vertex_table.h"
+#include "runtime/base/result.h"
+
+namespace openfab::boundary {
+
+struct MeshCorner {
+    Vec3i point;          ///< in half voxels from the grid's lowest corner
+    uint32_t vertex = 0;  ///< counted from 0 for each material
+};
+using MeshTriangle = std::array<MeshCorner, 3>;
+
+/// Takes the meshes in pieces, vertices in the order of their numbers.
+class MeshReceiver {
+  public:
+    virtual ~MeshReceiver() = default;
+    virtual Result<void> take_vertices(uint8_t code, std::span<const Vec3i> points) = 0;
+    virtual Result<void> take_triangles(uint8_t code, std::span<const MeshTriangle> triangles) = 0;
+};
+
+/// What a mesher keeps for each voxel of a slice, in bytes: three slices of codes, bits at the
+/// points, and numbers of vertices. Slices in which every voxel differs from its neighbours take
+/// half a byte more for each material.
+constexpr int64_t kMesherBytesPerColumn = 6;
+
+class Mesher {
+  public:
+    /// `width` and `height` in voxels; `first_slice` is the z of the first slice that will come.
+    Mesher(int32_t width, int32_t height, int32_t first_slice, MeshReceiver* receiver);
+
+    /// The next slice above. Codes are at most 255, 0 is void.
+    Result<void> add(const backends::SliceView& slice, int32_t bits);
+    /// Closes the meshes above the last slice.
+    Result<void> finish();
+
+  private:
+    /// What is known of a lattice plane: which points and middles of edges are vertices.
+    struct Plane {
+        Plane(int32_t width, int32_t height)
+            : points(width, height), middles_x(width, height), middles_y(width, height) {}
+        BitPlane points, middles_x, middles_y;
+        VertexTable point_table, x_table, y_table;
+    };
+    struct Pending {
+        std::vector<Vec3i> points;
+        std::vector<MeshTriangle> triangles;
+        uint32_t vertices = 0;  ///< all until now
+    };
+
+    Layer& layer(int32_t z) { return layers_[static_cast<size_t>(z + 3) % 3]; }
+    Plane& plane(int32_t z) { return planes_[static_cast<size_t>(z + 3) % 3]; }
+
+    Result<void> step();
+    void mark(const Rectangle& rectangle);
+    void mark_crossings();
+    bool needs_middle(int32_t axis, const std::array<uint8_t, 8>& low_end,
+                      const std::array<uint8_t, 8>& high_end) const;
+    void find_middles_z();
+    void number_points();
+    void number_middles(const BitPlane& middles, int32_t axis, int32_t z, VertexTable* table);
+    void add_vertices(VertexTable* table, uint8_t code, int32_t bit, int32_t count, Vec3i point);
+    void outline(const Rectangle& rectangle);
+    void emit(const Rectangle& rectangle);
+    void emit_side(const Rectangle& rectangle, bool high);
+    uint32_t vertex(const Rectangle& rectangle, bool high, const Vec3i& point);
+    uint32_t middle_vertex(const Rectangle& rectangle, bool high, const Vec3i& point, int32_t axis);
+    uint8_t code_at(const Vec3i& voxel) { return layer(voxel.z).row(voxel.y)[voxel.x]; }
+    void flush(size_t code);
+
+    int32_t width_, height_, first_slice_;
+    int32_t z_ = 0;  ///< of the slice that came last, from 0
+    MeshReceiver* receiver_;
+    std::vector<Layer> layers_;  ///< the last three, by z modulo 3
+    std::vector<Plane> planes_;  ///< below, of and above the last slice's lower plane
+    BitPlane middles_z_;         ///< of the slice before the last
+    VertexTable z_table_;
+    FaceFinder finder_;
+    std::vector<Pending> pending_;  ///< by code
+    Result<void> error_;
+    // Scratch of emit.
+    Outline outline_;
+    std::vector<Vec3i> points_;
+    std::vector<uint32_t> vertices_;
+    std::vector<std::array<int32_t, 3>> triangles_;
+};
+
+}  // namespace openfab::boundary

@@ -1,0 +1,74 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Blocks of voxels, their meshes in memory, and what must be true of these: a list of all faces,
+// made one by one, is the twin that the mesher is held against.
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "backends/boundary/mesher.h"
+
+namespace openfab::testing {
+
+struct VoxelBlock {
+    Vec3i size;
+    std::vector<uint8_t> codes;  ///< x fastest, then y, z
+
+    explicit VoxelBlock(Vec3i s)
+        : size(s),
+          codes(static_cast<size_t>(s.x) * static_cast<size_t>(s.y) * static_cast<size_t>(s.z)) {}
+    uint8_t& at(Vec3i v) {
+        return codes[(static_cast<size_t>(v.z) * static_cast<size_t>(size.y) +
+                      static_cast<size_t>(v.y)) *
+                         static_cast<size_t>(size.x) +
+                     static_cast<size_t>(v.x)];
+    }
+    /// Void outside.
+    uint8_t code(Vec3i v) const;
+    int64_t count(uint8_t code) const;
+};
+
+struct CollectedMesh {
+    std::vector<Vec3i> points;
+    std::vector<std::array<uint32_t, 3>> triangles;
+};
+
+/// By code.
+using CollectedMeshes = std::map<uint8_t, CollectedMesh>;
+
+class Collector : public boundary::MeshReceiver {
+  public:
+    CollectedMeshes meshes;
+    bool corners_fit = true;  ///< each corner of a triangle has its vertex's point
+
+    Result<void> take_vertices(uint8_t code, std::span<const Vec3i> points) override;
+    Result<void> take_triangles(uint8_t code,
+                                std::span<const boundary::MeshTriangle> triangles) override;
+    void check_corners();
+
+  private:
+    std::map<uint8_t, std::vector<boundary::MeshTriangle>> taken_;
+};
+
+/// The meshes of a block as the mesher gives them; an empty map where it failed.
+CollectedMeshes mesh_block(const VoxelBlock& block);
+
+/// What is wrong with one mesh alone: triangles without area, edges that are not between two
+/// triangles that pass them in opposite directions, vertices that none or several fans of triangles
+/// share. Empty if nothing is.
+std::string check_manifold(const CollectedMesh& mesh);
+
+/// Six times the volume in half voxels: 48 for each voxel.
+int64_t six_volumes(const CollectedMesh& mesh);
+
+/// What is wrong with the meshes as those of the block: check_manifold of each; the volume is not
+/// that of the voxels; a face is not covered exactly once, from the right side; a triangle between
+/// two materials is not in both meshes.
+std::string check_meshes(const VoxelBlock& block, const CollectedMeshes& meshes);
+
+}  // namespace openfab::testing
