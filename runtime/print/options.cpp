@@ -122,6 +122,8 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
     app.add_option("--set", o.settings,
                    "OBJECT.UNIFORM=VALUE instead of the world's value (repeat)")
         ->allow_extra_args(false);
+    app.add_option("--allow", o.allow, "FOLDER that the world may read besides its own (repeat)")
+        ->allow_extra_args(false);
     app.add_option("--dither", o.dither, "floyd_steinberg")->capture_default_str();
     app.add_option("--seed", raw.seed, "of the dither");
     app.add_option("--preview", raw.previews,

@@ -33,6 +33,7 @@ struct Options {
     std::string dither = "floyd_steinberg";
     uint64_t seed = 0;
     std::vector<std::string> settings;  ///< `OBJECT.UNIFORM=VALUE`, read by scene::bind
+    std::vector<std::string> allow;     ///< folders that the world may read besides its own
     std::vector<preview::PreviewSpec> previews;
     report::ProgressMode progress = report::ProgressMode::kAuto;
     std::string stats_file;

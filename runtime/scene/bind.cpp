@@ -13,6 +13,7 @@
 #include "runtime/scene/json.h"
 #include "runtime/scene/load_mesh.h"
 #include "runtime/scene/part_mesh.h"
+#include "runtime/scene/uniform_values.h"
 #include "runtime/scene/uniforms.h"
 #include "runtime/texture/cache.h"
 #include "runtime/texture/volume.h"

@@ -8,13 +8,13 @@
 #include <cmath>
 
 #include "runtime/base/near_miss.h"
+#include "runtime/scene/build_reader.h"
 #include "runtime/scene/json.h"
 #include "runtime/scene/json_reader.h"
 #include "runtime/scene/load_mesh.h"
-#include "runtime/scene/part_mesh.h"
 #include "runtime/scene/primitives.h"
-#include "runtime/scene/rotation.h"
-#include "runtime/texture/volume.h"
+#include "runtime/scene/uniform_values.h"
+#include "runtime/scene/world_files.h"
 
 namespace openfab::scene {
 namespace {
@@ -24,10 +24,7 @@ namespace fs = std::filesystem;
 
 constexpr size_t kLargestWorld = 256'000'000;
 constexpr size_t kMostMaterials = 64;
-constexpr size_t kMostPlacements = 100'000;
-constexpr double kFarthest_mm = 1e6;
 constexpr double kLargestPrimitive_mm = 1e5;
-constexpr double kLargestScale = 1e6;
 
 template <typename T>
 std::vector<std::string> names_of(const std::vector<T>& things) {
@@ -39,9 +36,9 @@ std::vector<std::string> names_of(const std::vector<T>& things) {
 
 class WorldReader {
   public:
-    explicit WorldReader(const fs::path& file) : file_(file), json_(file.string()) {
+    WorldReader(const fs::path& file, const FileRules& rules)
+        : file_(file), json_(file.string()), files_(file, rules, &json_) {
         world_.file = file;
-        world_.files.push_back(file);
     }
 
     Result<World> read() {
@@ -59,9 +56,12 @@ class WorldReader {
             section(*root, "textures", &WorldReader::texture);
             section(*root, "meshes", &WorldReader::mesh);
             section(*root, "objects", &WorldReader::object);
-            build(root->find("build")->value);
+            const JsonMember* groups = root->find("groups");
+            BuildReader(&json_, &files_, &world_)
+                .read(groups != nullptr ? &groups->value : nullptr, root->find("build")->value);
         }
         if (!json_.ok()) return json_.error();
+        world_.files = files_.take();
         return std::move(world_);
     }
 
@@ -79,7 +79,7 @@ class WorldReader {
     void printer(const JsonValue& value) {
         world_.printer = json_.string(value, "`printer`");
         if (world_.printer.ends_with(".json")) {
-            world_.printer = existing(value, "the printer").string();
+            world_.printer = files_.existing(value, "the printer").string();
         }
     }
 
@@ -91,47 +91,6 @@ class WorldReader {
             if (!json_.ok()) return;
             (this->*read_one)(member);
         }
-    }
-
-    fs::path path_of(const JsonValue& value, const std::string& what) {
-        const std::string text = json_.string(value, what);
-        if (json_.ok() && (text.empty() || text.find('\0') != std::string::npos)) {
-            json_.fail(value, fmt::format("{} is no file name", what));
-        }
-        return file_.parent_path() / text;
-    }
-
-    /// A path that must name a file.
-    fs::path existing(const JsonValue& value, const std::string& what) {
-        fs::path path = path_of(value, what);
-        std::error_code ignored;
-        if (json_.ok() && !fs::is_regular_file(path, ignored)) {
-            json_.fail(
-                value,
-                fmt::format("{} `{}` {}; paths count from the world's folder", what, path.string(),
-                            fs::exists(path, ignored) ? "is not a file" : "does not exist"));
-        }
-        world_.files.push_back(path);
-        return path;
-    }
-
-    /// One file, or the slices of a volume: a folder, or a pattern that names some.
-    fs::path image_files(const JsonValue& value, const std::string& what) {
-        const fs::path path = path_of(value, what);
-        std::error_code ignored;
-        const bool many = fs::is_directory(path, ignored) ||
-                          path.filename().string().find_first_of("*#%") != std::string::npos;
-        if (!json_.ok() || !many || fs::is_regular_file(path, ignored))
-            return existing(value, what);
-        const Result<std::vector<fs::path>> slices = texture::volume_files(path);
-        if (!slices) {
-            json_.fail(value,
-                       fmt::format("{} `{}` names no file; paths count from the world's folder",
-                                   what, path.string()));
-            return path;
-        }
-        world_.files.insert(world_.files.end(), slices->begin(), slices->end());
-        return path;
     }
 
     static std::optional<std::array<double, 3>> three(const std::vector<double>& v) {
@@ -157,7 +116,7 @@ class WorldReader {
         const std::string what = fmt::format("fablet `{}`", m.key);
         if (!json_.object(m.value, world_keys("fablet"), what)) return;
         FabletRef ref;
-        ref.source = path_of(m.value.find("source")->value, "the source of " + what);
+        ref.source = files_.path(m.value.find("source")->value, "the source of " + what);
         ref.fablet = json_.string(m.value.find("fablet")->value, "`fablet` of " + what);
         ref.place = json_.place(m.value);
         world_.fablets.emplace(m.key, std::move(ref));
@@ -221,7 +180,7 @@ class WorldReader {
         if (!json_.object(m.value, world_keys("texture"), what)) return;
         Texture texture;
         texture.name = m.key;
-        texture.file = image_files(m.value.find("file")->value, "the file of " + what);
+        texture.file = files_.images(m.value.find("file")->value, "the file of " + what);
         const auto choice = [&](const char* key, const std::vector<std::string>& choices,
                                 size_t otherwise) {
             const JsonMember* p = m.value.find(key);
@@ -314,7 +273,7 @@ class WorldReader {
     }
 
     void mesh_file(const JsonMember& m, const JsonValue& value, const std::string& what) {
-        const fs::path file = existing(value, "the file of " + what);
+        const fs::path file = files_.existing(value, "the file of " + what);
         if (json_.ok() && !is_mesh_file(file)) {
             json_.fail(value,
                        fmt::format("{} is `{}`, which is no mesh by its extension; meshes are {}",
@@ -346,7 +305,8 @@ class WorldReader {
         if (!json_.ok()) return;
         Result<LoadedMesh> loaded = load_mesh(file, options);
         if (!loaded) return json_.fail_with(loaded.error());
-        world_.files.insert(world_.files.end(), loaded->files.begin(), loaded->files.end());
+        for (const fs::path& other : loaded->files)
+            files_.also(value, other);
         for (std::string& warning : loaded->warnings)
             world_.warnings.push_back(std::move(warning));
         world_.meshes.push_back(std::move(loaded->mesh));
@@ -386,7 +346,7 @@ class WorldReader {
                 json_.number(p->value, "`max_displacement_mm` of " + what, 0, 1e4);
         }
         if (const JsonMember* p = m.value.find("uniforms"))
-            object.uniforms = uniforms(p->value, what);
+            object.uniforms = read_uniforms(p->value, what, &json_);
         if (const JsonMember* p = m.value.find("support")) {
             if (json_.boolean(p->value, "`support` of " + what)) {
                 json_.fail(
@@ -408,148 +368,11 @@ class WorldReader {
         world_.objects.push_back(std::move(object));
     }
 
-    UniformBindings uniforms(const JsonValue& value, const std::string& what) {
-        UniformBindings out;
-        if (!json_.named_things(value, "uniforms")) return out;
-        for (const JsonMember& m : value.members) {
-            Result<UniformBinding> binding = uniform_binding(
-                m.value, json_.place(m.value), fmt::format("uniform `{}` of {}", m.key, what));
-            if (!binding) {
-                json_.fail_with(binding.error());
-                return out;
-            }
-            out.emplace(m.key, std::move(*binding));
-        }
-        return out;
-    }
-
-    void build(const JsonValue& value) {
-        if (!json_.ok()) return;
-        if (!value.is(Kind::kArray) || value.items.empty()) {
-            return json_.fail(
-                value, fmt::format("`build` is {}; it must be an array of one or more placements",
-                                   value.is(Kind::kArray) ? "empty" : value.kind_name()));
-        }
-        if (value.items.size() > kMostPlacements) {
-            return json_.fail(value,
-                              fmt::format("`build` has {} placements; at most {} are possible",
-                                          value.items.size(), kMostPlacements));
-        }
-        for (size_t i = 0; i < world_.objects.size(); ++i) {
-            object_index_[world_.objects[i].name] = static_cast<int32_t>(i);
-        }
-        for (size_t i = 0; i < value.items.size() && json_.ok(); ++i) {
-            placement(value.items[i], fmt::format("build[{}]", i));
-        }
-    }
-
-    void placement(const JsonValue& value, const std::string& what) {
-        if (!json_.object(value, world_keys("placement"), what)) return;
-        Placement placement;
-        const JsonValue& object = value.find("object")->value;
-        const auto found = object_index_.find(object.text);
-        placement.object =
-            found != object_index_.end()
-                ? found->second
-                : reference(object, "`object` of " + what, "object", names_of(world_.objects));
-        placement.place = json_.place(value);
-        transform(value, what, &placement);
-        if (const JsonMember* p = value.find("uniforms"))
-            placement.overrides = uniforms(p->value, what);
-        world_.build.push_back(std::move(placement));
-    }
-
-    void transform(const JsonValue& value, const std::string& what, Placement* placement) {
-        const JsonMember* matrix = value.find("matrix");
-        const JsonValue* culprit = &value;
-        Vec3d scale{1, 1, 1};
-        Vec3d rotate;
-        Vec3d translate;
-        for (const char* key : {"scale", "rotate_deg", "translate_mm"}) {
-            const JsonMember* p = value.find(key);
-            if (p == nullptr) continue;
-            if (matrix != nullptr) {
-                return json_.fail_at(
-                    p->line, p->column,
-                    fmt::format("{} has `matrix` and `{}`; it is one or the other", what, key));
-            }
-            const std::string name = fmt::format("`{}` of {}", key, what);
-            if (p->key == "scale" && p->value.is(Kind::kNumber)) {
-                const double s = json_.number(p->value, name, 0 - kLargestScale, kLargestScale);
-                scale = {s, s, s};
-            } else {
-                const std::vector<double> n = json_.numbers(p->value, name, 3, kFarthest_mm);
-                (p->key == "scale"        ? scale
-                 : p->key == "rotate_deg" ? rotate
-                                          : translate) = {n[0], n[1], n[2]};
-            }
-            if (p->key == "scale") culprit = &p->value;
-        }
-        if (matrix != nullptr) {
-            culprit = &matrix->value;
-            placement->transform = read_matrix(matrix->value, "`matrix` of " + what);
-        } else {
-            placement->transform = placement_transform(scale, rotate, translate);
-        }
-        if (!json_.ok()) return;
-        if (const Result<PolarFactors> polar = polar_factors(placement->transform.m); !polar) {
-            json_.fail(*culprit, polar.error().message);
-        }
-    }
-
-    /// 12 numbers, or 3 rows of 4.
-    Affine3d read_matrix(const JsonValue& value, const std::string& what) {
-        std::vector<double> n;
-        if (value.is(Kind::kArray) && value.items.size() == 3) {
-            for (size_t row = 0; row < 3; ++row) {
-                for (double v : json_.numbers(value.items[row], fmt::format("{}[{}]", what, row), 4,
-                                              kFarthest_mm)) {
-                    n.push_back(v);
-                }
-            }
-        } else {
-            n = json_.numbers(value, what + " (3 rows of 4, or 12 numbers row by row)", 12,
-                              kFarthest_mm);
-        }
-        return {{n[0], n[1], n[2], n[4], n[5], n[6], n[8], n[9], n[10]}, {n[3], n[7], n[11]}};
-    }
-
     fs::path file_;
     JsonReader json_;
+    WorldFiles files_;
     World world_;
-    std::map<std::string, int32_t>
-        object_index_;  ///< worlds may have a hundred thousand placements
 };
-
-/// Flattens numbers, booleans or strings; arrays may hold arrays (of the same) one level down.
-bool flatten(const JsonValue& value, int depth, UniformBinding* out, bool* first, Kind* kind,
-             const JsonValue** culprit) {
-    if (value.is(Kind::kArray) && depth < 2) {
-        for (const JsonValue& item : value.items) {
-            if (!flatten(item, depth + 1, out, first, kind, culprit)) return false;
-        }
-        return true;
-    }
-    const bool allowed =
-        value.is(Kind::kNumber) || value.is(Kind::kBool) || value.is(Kind::kString);
-    if (!allowed || (!*first && value.kind != *kind)) {
-        *culprit = &value;
-        return false;
-    }
-    if (*first) {
-        *first = false;
-        *kind = value.kind;
-        out->boolean = value.is(Kind::kBool);
-        if (value.is(Kind::kString)) out->value = std::vector<std::string>();
-    }
-    if (value.is(Kind::kString)) {
-        std::get<std::vector<std::string>>(out->value).push_back(value.text);
-    } else {
-        std::get<std::vector<double>>(out->value)
-            .push_back(value.is(Kind::kBool) ? (value.boolean ? 1 : 0) : value.number);
-    }
-    return true;
-}
 
 }  // namespace
 
@@ -558,30 +381,8 @@ std::string Place::str() const {
     return fmt::format("{}:{}:{}", file, line, column);
 }
 
-Result<UniformBinding> uniform_binding(const JsonValue& value, const Place& place,
-                                       const std::string& what) {
-    UniformBinding out;
-    out.place = place;
-    bool first = true;
-    Kind kind = Kind::kNull;
-    const JsonValue* culprit = nullptr;
-    if (!flatten(value, 0, &out, &first, &kind, &culprit)) {
-        const bool mixed = !first && culprit->kind != kind && !culprit->is(Kind::kArray) &&
-                           !culprit->is(Kind::kObject);
-        return user_error(fmt::format(
-            "{}: {} {}; it must be a number, a boolean, the name of a texture or material, or an "
-            "array of these",
-            Place{place.file, culprit->line, culprit->column}.str(), what,
-            mixed ? "mixes kinds of values" : fmt::format("holds {}", culprit->kind_name())));
-    }
-    if (first)
-        return user_error(
-            fmt::format("{}: {} is an empty array; give its values", place.str(), what));
-    return out;
-}
-
-Result<World> load_world(const fs::path& file) {
-    return WorldReader(file).read();
+Result<World> load_world(const fs::path& file, const FileRules& rules) {
+    return WorldReader(file, rules).read();
 }
 
 }  // namespace openfab::scene

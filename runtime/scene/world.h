@@ -102,13 +102,13 @@ struct World {
     std::vector<std::filesystem::path> files;  ///< what it is made from, the world itself first
 };
 
-struct JsonValue;
-
-/// A uniform's value; `what` names it in the error, which starts with a place in place.file.
-Result<UniformBinding> uniform_binding(const JsonValue& value, const Place& place,
-                                       const std::string& what);
+/// Which files a world may name.
+struct FileRules {
+    /// Folders besides the world's own, or the project's that it is in (world_files.h).
+    std::vector<std::filesystem::path> allowed;
+};
 
 /// Reads a world and the meshes it names. Every error names file:line:column.
-Result<World> load_world(const std::filesystem::path& file);
+Result<World> load_world(const std::filesystem::path& file, const FileRules& rules = {});
 
 }  // namespace openfab::scene

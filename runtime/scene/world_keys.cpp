@@ -10,7 +10,7 @@ const std::vector<KeySet>& world_key_sets() {
     static const std::vector<KeySet> sets = {
         {"world",
          {"$schema", "openfab", "printer", "fablets", "materials", "textures", "meshes", "objects",
-          "build"},
+          "groups", "build"},
          {"openfab", "fablets", "meshes", "objects", "build"}},
         {"fablet", {"source", "fablet"}, {"source", "fablet"}},
         {"material", {"key", "preview", "density_g_cm3", "channel"}, {"key"}},
@@ -24,8 +24,10 @@ const std::vector<KeySet>& world_key_sets() {
          {"mesh", "fablet", "priority", "max_displacement_mm", "uniforms", "support", "repair"},
          {"mesh", "fablet"}},
         {"placement",
-         {"object", "scale", "rotate_deg", "translate_mm", "matrix", "uniforms"},
-         {"object"}},
+         {"object", "group", "scale", "rotate_deg", "translate_mm", "matrix", "on_bed", "grid",
+          "transforms", "uniforms"},
+         {}},
+        {"grid", {"count", "spacing_mm", "step_mm"}, {"count"}},
     };
     return sets;
 }

@@ -48,14 +48,16 @@ Result<std::string> take_fablet(std::vector<std::string>* arguments) {
     return fablet;
 }
 
-Result<std::vector<std::filesystem::path>> sources_of(const std::string& input,
+Result<std::vector<std::filesystem::path>> sources_of(const print::Options& options,
                                                       const std::string& fablet) {
+    const std::string& input = options.input;
     if (!fablet.empty()) return std::vector<std::filesystem::path>{fablet};
     if (!input.ends_with(".json")) {
         return usage_error(fmt::format(
             "`{}` is no world (.fab.json); a mesh alone needs `--fablet FILE.fl`", input));
     }
-    Result<scene::World> world = scene::load_world(input);
+    Result<scene::World> world =
+        scene::load_world(input, {{options.allow.begin(), options.allow.end()}});
     if (!world) return world.error();
     std::vector<std::filesystem::path> sources;
     for (const auto& [name, ref] : world->fablets) {
@@ -94,7 +96,7 @@ Result<void> print_world(std::vector<std::string> arguments) {
         fmt::print("{}\n--fablet FILE.fl names the fablet for a mesh.\n", options->text);
         return {};
     }
-    Result<std::vector<std::filesystem::path>> sources = sources_of(options->input, *fablet);
+    Result<std::vector<std::filesystem::path>> sources = sources_of(*options, *fablet);
     if (!sources) return sources.error();
     Result<std::filesystem::path> binary =
         print_binary(*sources, options->progress == report::ProgressMode::kNone);

@@ -188,7 +188,8 @@ TEST_F(WorldTest, NamesThePlaceOfWhatIsWrong) {
          "22:47: `rotate_deg` of build[0] is an array of 2; it must be an array of 3 numbers"},
         {"\"build\": [", "\"build\": [], \"x\": [",
          "21:16: unknown key `x` in the world; known: `$schema`, `openfab`, "
-         "`printer`, `fablets`, `materials`, `textures`, `meshes`, `objects`, `build`"},
+         "`printer`, `fablets`, `materials`, `textures`, `meshes`, `objects`, `groups`, "
+         "`build`"},
     };
     for (const auto& c : cases)
         EXPECT_EQ(error_with(c.from, c.to), c.message) << c.to;

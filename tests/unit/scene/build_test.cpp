@@ -1,0 +1,255 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// What stands where: groups, grids, files of transforms, the bed, and which files a world may read.
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "runtime/scene/transforms_file.h"
+#include "runtime/scene/world.h"
+#include "tests/support/meshes/temp_folder.h"
+
+namespace openfab::scene {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Boxes of 2 x 4 x 6 mm that stand on z = 0, and balls of 2 mm.
+std::string world_text(const std::string& groups, const std::string& build) {
+    return R"({"openfab": 1, "fablets": {"f": {"source": "f.fl", "fablet": "F"}},
+"meshes": {"box": {"box": [2, 4, 6]}, "ball": {"sphere": 2}},
+"objects": {"box": {"mesh": "box", "fablet": "f"}, "ball": {"mesh": "ball", "fablet": "f"}},
+)" + (groups.empty() ? "" : "\"groups\": " + groups + ",\n") +
+           "\"build\": " + build + "}";
+}
+
+class BuildTest : public ::testing::Test {
+  protected:
+    Result<World> load(const std::string& groups, const std::string& build,
+                       const FileRules& rules = {}) {
+        return load_world(folder_.write("w.fab.json", world_text(groups, build)), rules);
+    }
+    std::vector<Placement> placements(const std::string& groups, const std::string& build) {
+        Result<World> world = load(groups, build);
+        if (!world) {
+            ADD_FAILURE() << world.error().message;
+            return {};
+        }
+        return world->build;
+    }
+    std::string error_of(const std::string& groups, const std::string& build) {
+        const Result<World> world = load(groups, build);
+        if (world) return "no error";
+        const std::string file = (folder_.path() / "w.fab.json").string();
+        return world.error().message.starts_with(file)
+                   ? world.error().message.substr(file.size() + 1)
+                   : world.error().message;
+    }
+
+    testing::TempFolder folder_;
+};
+
+TEST_F(BuildTest, NestedGroupsMultiplyTheirTransforms) {
+    // In any order; the outer transform is applied last.
+    const std::vector<Placement> all = placements(
+        R"({"pair": [{"group": "leaf", "translate_mm": [10, 0, 0]}, {"group": "leaf", "scale": [-1, 1, 1]}],
+            "leaf": [{"object": "box", "rotate_deg": [0, 0, 90], "translate_mm": [1, 2, 3]}, {"object": "ball"}]})",
+        R"([{"group": "pair", "scale": 2, "translate_mm": [0, 0, 5]}, {"object": "ball"}])");
+    ASSERT_EQ(all.size(), 5u);
+    EXPECT_EQ(all[0].object, 0);
+    EXPECT_EQ(all[1].object, 1);
+    // (1, 0, 0) turned to (0, 1, 0), moved to (1, 3, 3), to (11, 3, 3), doubled and lifted.
+    EXPECT_EQ(all[0].transform.apply({1, 0, 0}), (Vec3d{22, 6, 11}));
+    EXPECT_EQ(all[1].transform.apply({1, 0, 0}), (Vec3d{22, 0, 5}));
+    EXPECT_EQ(all[2].transform.apply({1, 0, 0}), (Vec3d{-2, 6, 11}));
+    EXPECT_EQ(all[4].transform.apply({1, 0, 0}), (Vec3d{1, 0, 0}));
+}
+
+TEST_F(BuildTest, AShearIsAMatrixInAGroup) {
+    const std::vector<Placement> all = placements(
+        R"({"g": [{"object": "box", "matrix": [1, 0.5, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0]}]})",
+        R"([{"group": "g", "scale": [1, 1, -3]}])");
+    ASSERT_EQ(all.size(), 1u);
+    EXPECT_EQ(all[0].transform.apply({1, 2, 3}), (Vec3d{2, 2, -9}));
+}
+
+TEST_F(BuildTest, TwoNumbersStandOnTheBed) {
+    const std::vector<Placement> all = placements(
+        R"({"tower": [{"object": "box", "translate_mm": [0, 0, 4]}, {"object": "ball", "translate_mm": [0, 0, 20]}]})",
+        R"([{"object": "box", "rotate_deg": [90, 0, 0], "translate_mm": [7, 8]},
+            {"group": "tower", "translate_mm": [1, 1]},
+            {"object": "box", "matrix": [1, 0, 0, 5, 0, 1, 0, 5, 0, 0, 1, -50], "on_bed": true},
+            {"object": "box", "on_bed": true, "scale": 3},
+            {"object": "box", "translate_mm": [7, 8], "on_bed": false}])");
+    ASSERT_EQ(all.size(), 6u);
+    // Lying on its side, 4 deep: y from -2 to 2 has become z.
+    EXPECT_EQ(all[0].transform.t, (Vec3d{7, 8, 2}));
+    // The group as a whole.
+    EXPECT_EQ(all[1].transform.t, (Vec3d{1, 1, 0}));
+    EXPECT_EQ(all[2].transform.t, (Vec3d{1, 1, 16}));
+    EXPECT_EQ(all[3].transform.t, (Vec3d{5, 5, 0}));
+    EXPECT_EQ(all[4].transform.t, (Vec3d{0, 0, 0}));
+    EXPECT_EQ(all[5].transform.t, (Vec3d{7, 8, 0}));
+}
+
+TEST_F(BuildTest, AGridLeavesRoomBetweenBoxes) {
+    const std::vector<Placement> all =
+        placements("", R"([{"object": "box", "rotate_deg": [0, 0, 90], "translate_mm": [1, 1],
+                 "grid": {"count": [3, 2], "spacing_mm": [5, 1, 0]}},
+                {"object": "ball", "grid": {"count": [1, 1, 2], "step_mm": -7}}])");
+    ASSERT_EQ(all.size(), 8u);
+    // 4 along x and 2 along y once turned; x first.
+    EXPECT_EQ(all[1].transform.t, (Vec3d{10, 1, 0}));
+    EXPECT_EQ(all[2].transform.t, (Vec3d{19, 1, 0}));
+    EXPECT_EQ(all[3].transform.t, (Vec3d{1, 4, 0}));
+    EXPECT_EQ(all[7].transform.t, (Vec3d{0, 0, -7}));
+}
+
+TEST_F(BuildTest, AFileOfTransformsPlacesCopies) {
+    folder_.write("pins.txt", "# two pins\n1 2 3\n\n0,1,0,9, 1,0,0,8, 0,0,1,7 # mirrored\n");
+    const std::vector<Placement> all =
+        placements("", R"([{"object": "box", "scale": 2, "transforms": "pins.txt"}])");
+    ASSERT_EQ(all.size(), 2u);
+    EXPECT_EQ(all[0].transform.apply({1, 0, 0}), (Vec3d{3, 2, 3}));
+    EXPECT_EQ(all[1].transform.apply({1, 0, 0}), (Vec3d{9, 10, 7}));
+}
+
+TEST_F(BuildTest, OverridesOfAGroupNameTheObjectAndWin) {
+    const std::vector<Placement> all = placements(
+        R"({"g": [{"object": "box", "uniforms": {"n": 1, "m": 2}}, {"object": "ball"}]})",
+        R"([{"group": "g", "uniforms": {"box.n": 7}}, {"group": "g"}])");
+    ASSERT_EQ(all.size(), 4u);
+    const auto value = [&](size_t i, const char* name) {
+        return std::get<0>(all[i].overrides.at(name).value).at(0);
+    };
+    EXPECT_EQ(value(0, "n"), 7);
+    EXPECT_EQ(value(0, "m"), 2);
+    EXPECT_TRUE(all[1].overrides.empty());
+    EXPECT_EQ(value(2, "n"), 1);
+}
+
+TEST_F(BuildTest, NamesThePlaceOfWhatIsWrong) {
+    folder_.write("bad.txt", "1 2 3\n1 2\n");
+    folder_.write("flat.txt", "1 0 0 0 0 0 0 0 0 0 1 0\n");
+    folder_.write("none.txt", "# nothing\n");
+    const std::string here = folder_.path().string();
+    const struct {
+        std::string groups, build, message;
+    } cases[] = {
+        {"", R"([{}])", "4:11: build[0] has no `object` and no `group`; it places one of the two"},
+        {"", R"([{"object": "box", "group": "g"}])",
+         "4:11: build[0] has an `object` and a `group`; it places one of the two"},
+        {"", R"([{"group": "g"}])", "4:21: no group is called `g`; the world has no `groups`"},
+        {R"({"gear": [{"object": "box"}]})", R"([{"group": "gera"}])",
+         "5:21: no group is called `gera`; did you mean `gear`?"},
+        {R"({"a": [{"group": "b"}], "b": [{"group": "a"}]})", R"([{"object": "box"}])",
+         "4:51: group `a` holds itself"},
+        {R"({"a": []})", R"([{"object": "box"}])",
+         "4:17: `groups.a` is empty; it must be an array of one or more placements"},
+        {R"({"a": [{"object": "bax"}]})", R"([{"object": "box"}])",
+         "4:29: no object is called `bax`; did you mean `box`?"},
+        {R"({"g": [{"object": "box"}]})", R"([{"group": "g", "uniforms": {"n": 1}}])",
+         "5:44: uniform `n` of build[0] names no object of the group; write `OBJECT.UNIFORM`, "
+         "known: `box`"},
+        {"", R"([{"object": "box", "translate_mm": [1, 2, 3], "on_bed": true}])",
+         "4:66: build[0] has a height in `translate_mm` and is `on_bed`; give `translate_mm` two "
+         "numbers"},
+        {"", R"([{"object": "box", "grid": {"count": [2, 2]}}])",
+         "4:37: `grid` of build[0] needs `spacing_mm`, the room between copies, or `step_mm`, from "
+         "one to the next; one of the two"},
+        {"", R"([{"object": "box", "grid": {"count": [2, 0], "step_mm": 1}}])",
+         "4:51: `count` of `grid` of build[0] is 0; it must be between 1 and 100000"},
+        {"", R"([{"object": "box", "grid": {"count": [1000, 1000], "step_mm": 1}}])",
+         "4:37: this makes 1000000 placements; at most 100000 are possible"},
+        {"", R"([{"object": "box", "transforms": "gone.txt"}])",
+         "4:43: the file of `transforms` of build[0] `" + here +
+             "/gone.txt` does not exist; paths count from the world's folder"},
+        {"", R"([{"object": "box", "transforms": "bad.txt"}])",
+         here + "/bad.txt:2:1: a transform of 2 numbers; it has 3, a translation, or 12, a 3 x 4 "
+                "matrix row by row"},
+        {"", R"([{"object": "box", "transforms": "flat.txt"}])",
+         here + "/flat.txt:1:1: the transform flattens the object: its determinant is 0; no scale "
+                "may be 0 or nearly so"},
+        {"", R"([{"object": "box", "transforms": "none.txt"}])",
+         here + "/none.txt: the file holds no transform"},
+    };
+    for (const auto& c : cases)
+        EXPECT_EQ(error_of(c.groups, c.build), c.message) << c.groups << c.build;
+}
+
+TEST_F(BuildTest, GroupsCannotGrowWithoutBound) {
+    // Each holds the one before it ten times: refused before it is made.
+    std::string ten = "{\"g0\": [{\"object\": \"box\"}]";
+    for (int i = 1; i < 12; ++i)
+        ten += fmt::format(
+            R"(, "g{}": [{{"group": "g{}", "grid": {{"count": [10, 1], "step_mm": 9}}}}])", i,
+            i - 1);
+    EXPECT_NE(error_of(ten + "}", R"([{"object": "box"}])").find("1000000 placements"),
+              std::string::npos);
+    std::string chain = "{\"g0\": [{\"group\": \"g1\"}]";
+    for (int i = 1; i < 100; ++i)
+        chain += fmt::format(R"(, "g{}": [{{"group": "g{}"}}])", i, i + 1);
+    EXPECT_NE(error_of(chain + R"(, "g100": [{"object": "box"}]})", R"([{"object": "box"}])")
+                  .find("nested more than 64 deep"),
+              std::string::npos);
+    std::string wide =
+        R"({"big": [{"object": "box", "grid": {"count": [300, 300], "step_mm": 9}}])";
+    for (int i = 0; i < 9; ++i)
+        wide += fmt::format(R"(, "copy{}": [{{"group": "big"}}])", i);
+    EXPECT_NE(error_of(wide + "}", R"([{"object": "box"}])").find("more than 500000 placements"),
+              std::string::npos);
+}
+
+TEST_F(BuildTest, FilesAreReadBelowTheWorldsFolderOnly) {
+    const testing::TempFolder other;
+    const fs::path outside = other.write("pins.txt", "1 2 3\n");
+    const auto build = [](const fs::path& file) {
+        return R"([{"object": "box", "transforms": ")" + file.string() + R"("}])";
+    };
+    const std::string refused = error_of("", build(outside));
+    EXPECT_EQ(refused, fmt::format("4:43: the file of `transforms` of build[0] is `{}`, which is "
+                                   "not below the world's folder; put it there, or allow it with "
+                                   "`--allow {}`",
+                                   outside.string(), other.path().string()));
+    const fs::path up = fs::path("..") / other.path().filename() / "pins.txt";
+    EXPECT_NE(error_of("", build(up)).find("not below the world's folder"), std::string::npos);
+    // Nor through a link.
+    fs::create_directory_symlink(other.path(), folder_.path() / "link");
+    EXPECT_NE(error_of("", build("link/pins.txt")).find("not below the world's folder"),
+              std::string::npos);
+    // The name is no prefix trick.
+    const fs::path twin = folder_.path().string() + "2";
+    fs::create_directory(twin);
+    std::error_code ignored;
+    fs::copy_file(outside, twin / "pins.txt", ignored);
+    EXPECT_NE(error_of("", build(twin / "pins.txt")).find("not below"), std::string::npos);
+    fs::remove_all(twin);
+
+    EXPECT_TRUE(load("", build(outside), {{other.path()}}));
+    folder_.write("inside.txt", "1 2 3\n");
+    EXPECT_TRUE(load("", build(folder_.path() / "inside.txt")));
+    EXPECT_TRUE(load("", build("../" + folder_.path().filename().string() + "/inside.txt")));
+}
+
+TEST_F(BuildTest, AProjectsWorldsReadAllOfIt) {
+    fs::create_directory(folder_.path() / "worlds");
+    folder_.write("pins.txt", "1 2 3\n");
+    const fs::path world = folder_.write(
+        "worlds/w.fab.json", world_text("", R"([{"object": "box", "transforms": "../pins.txt"}])"));
+    EXPECT_FALSE(load_world(world));
+    folder_.write("openfab.project", "");
+    EXPECT_TRUE(load_world(world));
+}
+
+TEST(TransformsFile, TakesNoNumberForGranted) {
+    for (const char* text : {"1 2 x", "1 2 1e7", "nan 0 0", "1 2 3 4", "1,2",
+                             "1 0 0 0 0 1 0 0 0 0 1 0 5", "1 2 3\n4 5 6"})
+        EXPECT_FALSE(parse_transforms(text, "t.txt", 1)) << text;
+    EXPECT_TRUE(parse_transforms("1;2\t3\r\n", "t.txt", 1));
+}
+
+}  // namespace
+}  // namespace openfab::scene
