@@ -17,6 +17,10 @@ bool is_world(const std::string& input) {
     return input.ends_with(".json");
 }
 
+scene::FileRules file_rules(const Options& options) {
+    return {{options.allow.begin(), options.allow.end()}};
+}
+
 std::string title_of(const std::string& input) {
     std::string name = std::filesystem::path(input).filename().string();
     for (const std::string suffix : {".fab.json", ".json", ".obj"}) {
@@ -54,7 +58,7 @@ Result<void> check_materials(const scene::World& world, const scene::Printer& pr
 
 Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets) {
     Result<scene::World> world = is_world(options.input)
-                                     ? scene::load_world(options.input)
+                                     ? scene::load_world(options.input, file_rules(options))
                                      : scene::make_quick_world(options.input, fablets);
     if (!world) return world.error();
     Job job;
