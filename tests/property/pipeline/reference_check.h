@@ -1,0 +1,39 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Fablets compiled for a test, and prints of them compared with the plain reference to the bit.
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "compiler/ir/ir.h"
+#include "compiler/lower/jit.h"
+#include "runtime/scene/part.h"
+
+namespace openfab::testing {
+
+/// Fablets of one source text, as IR and compiled.
+struct Compiled {
+    ir::Module module;
+    std::unique_ptr<lower::LoadedProgram> program;
+
+    size_t find(const std::string& name) const;
+    const openfab_fablet& table(const std::string& name) const {
+        return *program->fablets().fablets[find(name)];
+    }
+    const ir::Fablet& source(const std::string& name) const { return module.fablets[find(name)]; }
+};
+
+/// Fails the test where it does not compile.
+Compiled compile(const std::filesystem::path& file);
+
+/// Prints the parts with four materials, and compares every voxel with tests/support/reference.
+/// Fails also where less than a twentieth of the voxels is solid: nothing would be compared.
+void expect_reference(const std::vector<scene::Part>& parts,
+                      const std::vector<const ir::Fablet*>& sources, const Vec3d& pitch_mm,
+                      uint64_t seed);
+
+}  // namespace openfab::testing

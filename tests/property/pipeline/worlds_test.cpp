@@ -1,0 +1,75 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Worlds of groups in groups, with scale, shear and mirror, from the file to the voxels: the same
+// as the plain reference, to the bit.
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "runtime/scene/bind.h"
+#include "runtime/scene/world.h"
+#include "tests/property/pipeline/reference_check.h"
+#include "tests/support/meshes/temp_folder.h"
+
+namespace openfab {
+namespace {
+
+constexpr const char* kHead = R"({
+  "openfab": 1,
+  "fablets": {"ripples": {"source": "w.fl", "fablet": "Ripples"}, "checks": {"source": "w.fl", "fablet": "Checks"}},
+  "materials": {"w": {"key": "#ffffff"}, "k": {"key": "#000000"}, "r": {"key": "#ff0000"}, "g": {"key": "#00ff00"}},
+  "meshes": {"box": {"box": [1.2, 0.9, 0.8]}, "pin": {"cylinder": [0.5, 1]}, "ball": {"sphere": 1.1}},
+  "objects": {
+    "box": {"mesh": "box", "fablet": "checks", "uniforms": {"a": "w", "b": "k"}},
+    "pin": {"mesh": "pin", "fablet": "checks", "priority": 2, "uniforms": {"a": "r", "b": "g", "size": 0.2}},
+    "ball": {"mesh": "ball", "fablet": "ripples", "priority": 1, "uniforms": {"core": "w", "shell": "r"}}
+  },
+)";
+
+void expect_world(const std::string& rest, const Vec3d& pitch_mm, uint64_t seed, size_t count) {
+    static const testing::Compiled compiled = testing::compile(
+        std::filesystem::path(OPENFAB_SOURCE_DIR) / "tests/property/pipeline/worlds.fl");
+    ASSERT_NE(compiled.program, nullptr);
+    const testing::TempFolder folder;
+    const Result<scene::World> world = scene::load_world(folder.write("w.fab.json", kHead + rest));
+    ASSERT_TRUE(world) << world.error().message;
+    const Result<std::vector<scene::Part>> parts = scene::bind(*world, compiled.program->fablets());
+    ASSERT_TRUE(parts) << parts.error().message;
+    EXPECT_EQ(parts->size(), count);
+    std::vector<const ir::Fablet*> sources;
+    for (const scene::Part& part : *parts)
+        sources.push_back(&compiled.source(part.fablet->name));
+    testing::expect_reference(*parts, sources, pitch_mm, seed);
+}
+
+TEST(Worlds, NestedGroupsWithScaleAndMirrorAreTheReference) {
+    expect_world(R"("groups": {
+        "pair": [{"object": "box"}, {"object": "pin", "rotate_deg": [30, 0, 10], "translate_mm": [0.4, 0, 0.2]}],
+        "four": [{"group": "pair", "rotate_deg": [0, 0, 35]},
+                 {"group": "pair", "scale": [-1, 1.2, 0.9], "translate_mm": [1.1, 0.3, 0.1], "uniforms": {"pin.size": 0.33}}]},
+      "build": [{"group": "four"}, {"group": "four", "scale": [1, -0.8, 1], "rotate_deg": [20, 0, 0], "translate_mm": [0.2, 1.4, 0.7]}]})",
+                 {0.1, 0.11, 0.09}, 3, 8);
+}
+
+TEST(Worlds, ShearedInstancesOfADisplacedShapeAreTheReference) {
+    // Four with one shear, one with its mirror image, two of them turned: they share what they can.
+    expect_world(R"("groups": {
+        "leaning": [{"object": "ball", "matrix": [1, 0.35, 0, 0, 0, 1, 0.2, 0, 0, 0, 0.9, 0]}]},
+      "build": [{"group": "leaning", "grid": {"count": [2, 1], "spacing_mm": 0.1}},
+                {"group": "leaning", "rotate_deg": [0, 0, 90], "translate_mm": [0.3, 1.5, 0.4]},
+                {"group": "leaning", "scale": [1, 1, -1], "translate_mm": [1.2, 1.1]},
+                {"object": "box", "uniforms": {"size": 0.27}, "translate_mm": [0.9, 0.6, 0.2]}]})",
+                 {0.12, 0.1, 0.11}, 4, 5);
+}
+
+TEST(Worlds, TouchingInstancesOfAGridAreTheReference) {
+    expect_world(
+        R"("build": [{"object": "box", "rotate_deg": [0, 0, 15], "translate_mm": [0.03, 0.07],
+        "grid": {"count": [2, 2, 2], "step_mm": [1.1591, 0.31058, 0.8]}}]})",
+        {0.1, 0.1, 0.1}, 5, 8);
+}
+
+}  // namespace
+}  // namespace openfab
