@@ -59,6 +59,19 @@ Result<void> OutputFile::write(std::span<const uint8_t> bytes) {
     return {};
 }
 
+Result<void> OutputFile::overwrite(int64_t offset, std::span<const uint8_t> bytes) {
+    while (!bytes.empty()) {
+        const ssize_t n = ::pwrite(fd_, bytes.data(), bytes.size(), offset);
+        if (n < 0) {
+            if (errno == EINTR) continue;
+            return system_error("cannot write to", name_, errno);
+        }
+        offset += n;
+        bytes = bytes.subspan(static_cast<size_t>(n));
+    }
+    return {};
+}
+
 void OutputFile::cut_back_to(int64_t size) {
     struct stat status {};
     if (::fstat(fd_, &status) != 0 || !S_ISREG(status.st_mode)) return;

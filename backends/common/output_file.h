@@ -25,6 +25,8 @@ class OutputFile {
 
     /// All of `bytes` or an error; after an error the file may hold a part of them.
     Result<void> write(std::span<const uint8_t> bytes);
+    /// Puts `bytes` in the place of some that were written before; a pipe does not allow it.
+    Result<void> overwrite(int64_t offset, std::span<const uint8_t> bytes);
     /// Drops what was written after the first `size` bytes, where the file allows it (a pipe does
     /// not).
     void cut_back_to(int64_t size);

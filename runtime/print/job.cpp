@@ -6,6 +6,7 @@
 
 #include <utility>
 
+#include "runtime/print/outputs.h"
 #include "runtime/scene/bind.h"
 #include "runtime/scene/world.h"
 
@@ -36,8 +37,19 @@ Result<scene::Printer> printer_of(const Options& options, const scene::World& wo
     const bool chosen = !name.empty() && (is_world(options.input) || !options.printer.empty());
     if (name.empty()) name = "generic";
     Result<scene::Printer> printer = scene::load_printer(name);
+    if (!printer) return printer;
+    Result<std::string> format = choose_format(options, *printer);
+    if (!format) return format.error();
+    if (is_mesh_format(*format)) {
+        if (!options.mesh_pitch_mm && !pitch_is_given(options)) {
+            notes->push_back(
+                fmt::format("the meshes are made from voxels of {} mm; `--mesh-pitch` chooses",
+                            kMeshPitchMm * options.draft));
+        }
+        return printer;
+    }
     const bool pitch_given = options.voxel_mm || (options.dpi && options.layer_mm);
-    if (printer && !chosen && !pitch_given) {
+    if (!chosen && !pitch_given) {
         notes->push_back(fmt::format(
             "no printer was named: `{}` prints voxels of {} x {} x {} mm; `--printer` and "
             "`--voxel` choose",
@@ -73,7 +85,9 @@ Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets)
         job.input.materials.push_back({material.name, material.key, material.preview,
                                        material.density_g_cm3, material.channel});
     }
-    job.input.pitch_mm = print_pitch(options, job.printer.pitch_mm);
+    Result<std::string> format = choose_format(options, job.printer);
+    if (!format) return format.error();
+    job.input.pitch_mm = print_pitch(options, job.printer.pitch_mm, is_mesh_format(*format));
     job.input.printer = job.printer.name;
     job.input.title = title_of(options.input);
     job.input.warnings = world->warnings;

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <charconv>
 #include <functional>
 #include <string_view>
@@ -20,6 +21,7 @@ constexpr const char* kExamples = R"(Examples:
   {0} card.fab.json -o slices                    a folder of PNGs for the world's printer
   {0} card.fab.json -o card.ofr --draft 4        a quick look, at four times the pitch
   {0} card.fab.json -o card.ofr --preview card.png,light=transmitted
+  {0} card.fab.json -o card.3mf --mesh-pitch 0.2mm   a mesh per material
   {0} part.obj -o part.ofr --voxel 0.1mm --set part.scale=2.5
   {0} card.fab.json -o - | openfab verify -      a stream of slices
 
@@ -96,8 +98,8 @@ Result<Vec2<int32_t>> parse_slices(const std::string& text) {
 
 /// Texts as typed, before they are understood.
 struct Raw {
-    std::string seed, voxel, dpi, layer, z, slices, memory, progress = "auto", png = "rgba",
-                                                            isa = "avx2";
+    std::string seed, voxel, mesh_pitch, dpi, layer, z, slices, memory, progress = "auto",
+                                                                        png = "rgba", isa = "avx2";
     std::vector<std::string> previews;
     bool no_cull = false, resume = false;
 };
@@ -107,14 +109,16 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
                    "a world (.fab.json), or a mesh (.obj) to print with its one fablet")
         ->required();
     app.add_option("-o,--output", o.output,
-                   "a folder (png), a file (.ofr), or - for standard output (ofr)");
+                   "a folder (png), a file (.ofr, .3mf, .stl), or - for standard output (ofr)");
     app.add_option("--format", o.format,
-                   "ofr or png; else from OUT's extension, else the printer's own");
+                   "ofr, png, 3mf or stl; else from OUT's extension, else the printer's own");
     app.add_option("--printer", o.printer,
                    "connex500, j750, j750_hq, generic, or a .printer.json file");
     app.add_option("--voxel", raw.voxel, "cubic voxels of this size");
     app.add_option("--dpi", raw.dpi, "resolution along x and y, as 600x300");
     app.add_option("--layer", raw.layer, "thickness of a slice");
+    app.add_option("--mesh-pitch", raw.mesh_pitch,
+                   "voxels that 3mf and stl are made from, 0.1mm unless told");
     app.add_option("--draft", o.draft, "pitch times N, for a quick look")
         ->check(CLI::Range(1, 1000));
     app.add_option("--z", raw.z, "heights A:B only, above the print's lowest slice");
@@ -166,6 +170,16 @@ Result<void> understand_grid(const Raw& raw, Options* o) {
         if (!mm) return mm.error();
         o->layer_mm = *mm;
     }
+    if (!raw.mesh_pitch.empty()) {
+        if (pitch_is_given(*o)) {
+            return usage_error(
+                "`--mesh-pitch` and `--voxel`, `--dpi` or `--layer` both set the pitch; give one "
+                "of them");
+        }
+        Result<double> mm = parse_pitch("--mesh-pitch", raw.mesh_pitch);
+        if (!mm) return mm.error();
+        o->mesh_pitch_mm = *mm;
+    }
     if (!raw.z.empty() && !raw.slices.empty())
         return usage_error("give one of `--z` and `--slices`");
     if (!raw.z.empty()) {
@@ -212,13 +226,15 @@ Result<void> understand_rest(const Raw& raw, Options* o) {
     o->png_indexed = raw.png == "indexed";
     o->culling = !raw.no_cull;
     o->isa = raw.isa == "sse41" ? OPENFAB_ISA_SSE41 : OPENFAB_ISA_AVX2;
-    if (!o->format.empty() && o->format != "ofr" && o->format != "png") {
-        return usage_error(
-            fmt::format("there is no output format `{}` yet; choose from ofr, png", o->format));
+    const auto known = {"ofr", "png", "3mf", "stl"};
+    if (!o->format.empty() && std::find(known.begin(), known.end(), o->format) == known.end()) {
+        return usage_error(fmt::format(
+            "there is no output format `{}` yet; choose from ofr, png, 3mf, stl", o->format));
     }
-    if (o->output == "-" && o->format == "png") {
-        return usage_error(
-            "png slices are a folder and cannot go to standard output; use `--format ofr`");
+    if (o->output == "-" && !o->format.empty() && o->format != "ofr") {
+        return usage_error(fmt::format("{} cannot go to standard output; use `--format ofr`",
+                                       o->format == "png" ? "png slices are a folder and"
+                                                          : o->format + " is finished last and"));
     }
     const bool writes_nothing = o->estimate || o->dry_run;
     if (o->output.empty() && o->previews.empty() && o->stats_file.empty() && !writes_nothing) {
@@ -251,8 +267,16 @@ Result<Options> parse_options(int argc, const char* const* argv, const std::stri
     return options;
 }
 
-Vec3d print_pitch(const Options& options, const Vec3d& printer_pitch_mm) {
+bool pitch_is_given(const Options& options) {
+    return options.voxel_mm || options.dpi || options.layer_mm;
+}
+
+Vec3d print_pitch(const Options& options, const Vec3d& printer_pitch_mm, bool to_meshes) {
     Vec3d pitch = printer_pitch_mm;
+    if (to_meshes && !pitch_is_given(options)) {
+        const double mm = options.mesh_pitch_mm.value_or(kMeshPitchMm);
+        pitch = {mm, mm, mm};
+    }
     if (options.voxel_mm) pitch = {*options.voxel_mm, *options.voxel_mm, *options.voxel_mm};
     if (options.dpi) {
         pitch.x = 25.4 / options.dpi->x;

@@ -25,6 +25,7 @@ struct Options {
     std::optional<double> voxel_mm;
     std::optional<Vec2<double>> dpi;
     std::optional<double> layer_mm;
+    std::optional<double> mesh_pitch_mm;  ///< of stl and 3mf
     int32_t draft = 1;
     std::optional<Vec2<double>> z_range_mm;
     std::optional<Vec2<int32_t>> slices;
@@ -51,7 +52,14 @@ struct Options {
 /// `argv[0]` is the program. Errors have the code kUsage.
 Result<Options> parse_options(int argc, const char* const* argv, const std::string& program);
 
-/// The pitch of a print: what was asked for, else the printer's, times --draft.
-Vec3d print_pitch(const Options& options, const Vec3d& printer_pitch_mm);
+/// Of the voxels that meshes are made from, unless told.
+constexpr double kMeshPitchMm = 0.1;
+
+/// Whether any option says a pitch.
+bool pitch_is_given(const Options& options);
+
+/// The pitch of a print: what was asked for, else the printer's, times --draft. Printers that take
+/// meshes do not print the voxels that these are made from, so meshes have a pitch of their own.
+Vec3d print_pitch(const Options& options, const Vec3d& printer_pitch_mm, bool to_meshes = false);
 
 }  // namespace openfab::print

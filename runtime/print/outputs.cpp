@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "backends/boundary/mesh_sink.h"
 #include "backends/common/tee_sink.h"
 #include "backends/ofr/ofr_sink.h"
 #include "backends/preview/preview.h"
@@ -23,6 +24,11 @@ Result<std::unique_ptr<backends::SliceSink>> open_format(const Options& options,
     if (format.empty())
         return std::unique_ptr<backends::SliceSink>(std::make_unique<backends::NullSink>());
     if (format == "ofr") return ofr::OfrSink::create(options.output);
+    if (is_mesh_format(format)) {
+        return std::unique_ptr<backends::SliceSink>(std::make_unique<boundary::MeshSink>(
+            format == "stl" ? boundary::make_stl_writer(options.output)
+                            : boundary::make_threemf_writer(options.output)));
+    }
     raster::PngOptions png;
     png.indexed = options.png_indexed;
     png.flip_x = options.flip_x;
@@ -31,15 +37,15 @@ Result<std::unique_ptr<backends::SliceSink>> open_format(const Options& options,
     return raster::PngSink::create(options.output, std::move(png));
 }
 
-}  // namespace
-
-Result<std::string> choose_format(const Options& options, const scene::Printer& printer) {
+Result<std::string> name_format(const Options& options, const scene::Printer& printer) {
     if (options.output.empty()) return std::string();
     if (!options.format.empty()) return options.format;
     if (options.output == "-") return std::string("ofr");
     const std::filesystem::path path(options.output);
     const std::string extension = path.filename().has_filename() ? path.extension().string() : "";
-    if (extension == ".ofr") return std::string("ofr");
+    for (const char* known : {".ofr", ".stl", ".3mf"}) {
+        if (extension == known) return std::string(known + 1);
+    }
     if (extension == ".png") {
         return usage_error(
             fmt::format("`-o {}`: png slices fill a folder; write `-o {}` with `--format png`, or "
@@ -47,14 +53,34 @@ Result<std::string> choose_format(const Options& options, const scene::Printer& 
                         "picture",
                         options.output, path.stem().string(), options.output));
     }
-    for (const char* later : {".stl", ".3mf", ".bmp", ".vdb"}) {
+    for (const char* later : {".bmp", ".vdb"}) {
         if (extension == later) {
-            return usage_error(fmt::format(
-                "`-o {}`: there is no output format `{}` yet; choose from .ofr and a folder of png",
-                options.output, later + 1));
+            return usage_error(
+                fmt::format("`-o {}`: there is no output format `{}` yet; choose from .ofr, .3mf, "
+                            ".stl and a folder of png",
+                            options.output, later + 1));
         }
     }
     return printer.native_format;
+}
+
+}  // namespace
+
+bool is_mesh_format(const std::string& format) {
+    return format == "stl" || format == "3mf";
+}
+
+Result<std::string> choose_format(const Options& options, const scene::Printer& printer) {
+    Result<std::string> format = name_format(options, printer);
+    if (format && options.mesh_pitch_mm && !is_mesh_format(*format)) {
+        return usage_error(
+            "`--mesh-pitch` is for the formats stl and 3mf; `--voxel` sets the pitch of slices");
+    }
+    return format;
+}
+
+int64_t output_bytes_per_column(const std::string& format) {
+    return is_mesh_format(format) ? boundary::kMesherBytesPerColumn : 0;
 }
 
 Result<std::unique_ptr<backends::SliceSink>> open_output(const Options& options,

@@ -13,14 +13,20 @@
 
 namespace openfab::print {
 
-/// "ofr" or "png": what was asked for, else by OUT's extension, else the printer's own. An
-/// extension that contradicts, or a format that there is not, is a usage error. Empty where nothing
-/// is written but previews.
+/// Whether it is boundary meshes ("stl", "3mf") that are written.
+bool is_mesh_format(const std::string& format);
+
+/// "ofr", "png", "stl" or "3mf": what was asked for, else by OUT's extension, else the printer's
+/// own. An extension that contradicts, or a format that there is not, is a usage error. Empty where
+/// nothing is written but previews.
 Result<std::string> choose_format(const Options& options, const scene::Printer& printer);
 
 /// Opens the output; an existing one is replaced.
 Result<std::unique_ptr<backends::SliceSink>> open_output(const Options& options,
                                                          const scene::Printer& printer);
+
+/// What of --memory the output takes for each voxel of a slice.
+int64_t output_bytes_per_column(const std::string& format);
 
 /// What of --memory the previews take; the rest is the pipeline's.
 int64_t preview_bytes(const Options& options);

@@ -28,7 +28,7 @@ bool quiet(const Options& options) {
     return options.progress == report::ProgressMode::kNone;
 }
 
-slab::PrintOptions pipeline_options(const Options& options) {
+slab::PrintOptions pipeline_options(const Options& options, const std::string& format) {
     slab::PrintOptions result;
     result.memory_bytes = options.memory_bytes - preview_bytes(options);
     result.threads = options.threads;
@@ -39,6 +39,7 @@ slab::PrintOptions pipeline_options(const Options& options) {
     result.culling = options.culling;
     result.groups_in_flight = options.groups_in_flight;
     result.isa = abi::best_isa(options.isa);
+    result.sink_bytes_per_column = output_bytes_per_column(format);
     return result;
 }
 
@@ -128,8 +129,8 @@ Result<void> run_print(const Options& options, const openfab_fablet_list& fablet
     if (!job) return job.error();
     if (files != nullptr) *files = job->files;
     // A wrong name of an output is told before the work, not after.
-    if (Result<std::string> format = choose_format(options, job->printer); !format)
-        return format.error();
+    Result<std::string> format = choose_format(options, job->printer);
+    if (!format) return format.error();
     if (!quiet(options)) {
         for (const std::string& note : job->notes)
             fmt::print(stderr, "note: {}\n", note);
@@ -137,7 +138,7 @@ Result<void> run_print(const Options& options, const openfab_fablet_list& fablet
             fmt::print(stderr, "warning: {}\n", warning);
     }
     Result<std::unique_ptr<slab::Print>> print =
-        slab::Print::create(std::move(job->input), pipeline_options(options));
+        slab::Print::create(std::move(job->input), pipeline_options(options, *format));
     if (!print) return print.error();
     if (Result<void> fits = check_build_volume((*print)->info(), job->printer); !fits)
         return fits.error();

@@ -246,8 +246,9 @@ Result<void> PrintJob::set_up() {
     setup_.size = grid_.size;
     setup_.culling = options_.culling;
 
+    const int64_t sink = options_.sink_bytes_per_column * grid_.size.x * grid_.size.y;
     const MemoryNeeds needs =
-        memory_needs(parts_, grid_.size, setup_.stages->materials + 1, caches + textures);
+        memory_needs(parts_, grid_.size, setup_.stages->materials + 1, caches + textures + sink);
     const int32_t groups = (range_.y + 7) / 8 - range_.x / 8;
     Result<MemoryPlan> plan = make_plan(needs, options_, threads_, groups);
     if (!plan) return plan.error();

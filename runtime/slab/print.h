@@ -32,6 +32,7 @@ struct PrintOptions {
     int32_t groups_in_flight =
         0;  ///< 0: from threads and memory; tests vary it, the output never depends on it
     openfab_isa isa = OPENFAB_ISA_AVX2;
+    int64_t sink_bytes_per_column = 0;  ///< what the sink keeps for each voxel of a slice
     /// Takes the lines of printf, in an order that no thread changes; called from one thread.
     std::function<void(const std::string& line)> print_line;
 };

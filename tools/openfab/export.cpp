@@ -1,8 +1,8 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// `openfab export FILE.ofr -o OUT`: another format of the same slices, pictures of them, or one
-// slice as a picture.
+// `openfab export FILE.ofr -o OUT`: another format of the same slices, meshes or pictures of them,
+// or one slice as a picture.
 
 #include <fmt/format.h>
 
@@ -99,7 +99,10 @@ Result<void> run_export(ExportOptions options) {
     if (options.print.output.empty() && options.previews.empty()) {
         return usage_error("no output was given; write `-o FOLDER`, or `--preview FILE.png`");
     }
-    if (options.print.format.empty() && !options.print.output.ends_with(".ofr"))
+    const auto file = [&](const char* extension) {
+        return options.print.output.ends_with(extension);
+    };
+    if (options.print.format.empty() && !file(".ofr") && !file(".3mf") && !file(".stl"))
         options.print.format = "png";
     Result<std::unique_ptr<ofr::OfrReader>> reader = ofr::OfrReader::open(options.file);
     if (!reader) return reader.error();
@@ -110,13 +113,14 @@ Result<void> run_export(ExportOptions options) {
 }  // namespace
 
 void add_export(CLI::App& app, Action* action) {
-    CLI::App* command =
-        app.add_subcommand("export", "write an .ofr file as a folder of PNGs, or as pictures");
+    CLI::App* command = app.add_subcommand(
+        "export", "write an .ofr file as a folder of PNGs, as meshes, or as pictures");
     auto options = std::make_shared<ExportOptions>();
     command->add_option("FILE", options->file, "an .ofr file, or - for standard input")->required();
-    command->add_option("-o,--output", options->print.output, "a folder; with --slice a .png file");
-    command->add_option("--format", options->print.format, "png (the default) or ofr")
-        ->check(CLI::IsMember({"png", "ofr"}));
+    command->add_option("-o,--output", options->print.output,
+                        "a folder, a .3mf or .stl file; with --slice a .png file");
+    command->add_option("--format", options->print.format, "png (the default), ofr, 3mf or stl")
+        ->check(CLI::IsMember({"png", "ofr", "3mf", "stl"}));
     command->add_option("--slice", options->slice, "only slice N, as one picture")
         ->check(CLI::NonNegativeNumber);
     command->add_option("--png", options->png, "rgba or indexed")

@@ -77,6 +77,12 @@ TEST(PrintOptions, ThePrintersPitchUnlessTold) {
     EXPECT_EQ(print_pitch(*parse({"w", "-o", "o", "--voxel", "0.1mm"}), j750),
               (Vec3d{0.1, 0.1, 0.1}));
     EXPECT_EQ(print_pitch(*parse({"w", "-o", "o", "--layer", "14um"}), j750).z, 0.014);
+    // What takes meshes does not print their voxels.
+    EXPECT_EQ(print_pitch(*parse({"w", "-o", "o.3mf"}), j750, true), (Vec3d{0.1, 0.1, 0.1}));
+    EXPECT_EQ(print_pitch(*parse({"w", "-o", "o.3mf", "--mesh-pitch", "0.25mm"}), j750, true),
+              (Vec3d{0.25, 0.25, 0.25}));
+    EXPECT_EQ(print_pitch(*parse({"w", "-o", "o.3mf", "--layer", "14um"}), j750, true),
+              (Vec3d{j750.x, j750.y, 0.014}));
 }
 
 TEST(PrintOptions, MistakesAreUsageErrorsThatNameTheOption) {
@@ -107,8 +113,11 @@ TEST(PrintOptions, MistakesAreUsageErrorsThatNameTheOption) {
         {{"w", "-o", "x", "--set", "a.b="}, "--set"},
         {{"w", "-o", "x", "--preview", "a.bmp"}, "--preview"},
         {{"w", "-o", "x", "--png", "grey"}, "--png"},
-        {{"w", "-o", "x", "--format", "stl"}, "stl"},
+        {{"w", "-o", "x", "--format", "bmp"}, "bmp"},
         {{"w", "-o", "-", "--format", "png"}, "standard output"},
+        {{"w", "-o", "-", "--format", "3mf"}, "standard output"},
+        {{"w", "-o", "x.3mf", "--mesh-pitch", "0.1"}, "--mesh-pitch"},
+        {{"w", "-o", "x.3mf", "--mesh-pitch", "0.1mm", "--voxel", "0.1mm"}, "--voxel"},
         {{"w", "-o", "x", "--resume"}, "--resume"},
     };
     for (const auto& [arguments, expected] : cases) {
@@ -143,7 +152,12 @@ TEST(PrintOutputs, Format) {
     EXPECT_EQ(*format({"-o", "a.ofr", "--format", "png"}, "ofr"), "png");
     EXPECT_EQ(*format({"--preview", "a.png"}, "png"), "");
     EXPECT_FALSE(format({"-o", "a.png"}, "png"));
-    EXPECT_FALSE(format({"-o", "a.stl"}, "png"));
+    EXPECT_FALSE(format({"-o", "a.bmp"}, "png"));
+    EXPECT_EQ(*format({"-o", "a.stl"}, "png"), "stl");
+    EXPECT_EQ(*format({"-o", "a.3mf", "--mesh-pitch", "0.2mm"}, "png"), "3mf");
+    EXPECT_EQ(*format({"-o", "a", "--format", "3mf"}, "png"), "3mf");
+    EXPECT_THAT(format({"-o", "a.ofr", "--mesh-pitch", "0.2mm"}, "png").error().message,
+                HasSubstr("--voxel"));
 }
 
 }  // namespace

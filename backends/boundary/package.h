@@ -1,0 +1,52 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// A ZIP package in a file, by minizip.
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "backends/boundary/deflate_spool.h"
+#include "backends/common/output_file.h"
+
+namespace openfab::boundary {
+
+/// Entries are written one after another. The same entries give the same bytes: they carry no time.
+class Package {
+  public:
+    /// `file` is empty, may be written at any place, and outlives this.
+    static Result<std::unique_ptr<Package>> create(backends::OutputFile* file);
+    ~Package();
+    Package(const Package&) = delete;
+
+    Result<void> add(const std::string& name, std::string_view text);
+    /// An entry that is deflated already, of at most `most_bytes` before or after.
+    Result<void> begin_packed(const std::string& name, int64_t most_bytes);
+    Result<void> write_packed(std::span<const uint8_t> bytes);
+    Result<void> end_packed(const TextSum& sum);
+    /// Writes the directory; without it this is no package.
+    Result<void> close();
+
+  private:
+    /// What minizip writes through.
+    struct Stream {
+        backends::OutputFile* file = nullptr;
+        int64_t at = 0;
+        std::optional<Error> error;
+    };
+    struct Callbacks;
+
+    Package() = default;
+    Result<void> checked(int status, const char* what);
+    Result<void> open(const std::string& name, bool packed, bool large);
+
+    std::unique_ptr<Stream> stream_ = std::make_unique<Stream>();
+    void* zip_ = nullptr;
+};
+
+}  // namespace openfab::boundary

@@ -1,0 +1,70 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "backends/boundary/part_file.h"
+
+#include <fmt/format.h>
+
+#include <system_error>
+#include <utility>
+
+namespace openfab::boundary {
+
+namespace {
+
+constexpr size_t kBuffer = 1 << 18;
+
+std::filesystem::path part_name(const std::filesystem::path& path) {
+    return path.string() + ".part";
+}
+
+}  // namespace
+
+PartFile::PartFile(backends::OutputFile file, std::filesystem::path path)
+    : file_(std::move(file)), path_(std::move(path)) {
+    waiting_.reserve(kBuffer);
+}
+
+PartFile::~PartFile() {
+    std::error_code ignored;
+    if (!kept_) std::filesystem::remove(part_name(path_), ignored);
+}
+
+Result<std::unique_ptr<PartFile>> PartFile::create(const std::filesystem::path& path) {
+    std::error_code ignored;
+    if (std::filesystem::is_directory(path, ignored)) {
+        return user_error(
+            fmt::format("`{}` is a folder; a file is to be written there", path.string()));
+    }
+    Result<backends::OutputFile> file = backends::OutputFile::create(part_name(path));
+    if (!file) return file.error();
+    return std::unique_ptr<PartFile>(new PartFile(std::move(*file), path));
+}
+
+Result<void> PartFile::write(std::span<const uint8_t> bytes) {
+    if (waiting_.size() + bytes.size() > kBuffer) {
+        if (Result<backends::OutputFile*> file = flushed(); !file) return file.error();
+        if (bytes.size() > kBuffer) return file_.write(bytes);
+    }
+    waiting_.insert(waiting_.end(), bytes.begin(), bytes.end());
+    return {};
+}
+
+Result<backends::OutputFile*> PartFile::flushed() {
+    Result<void> written = file_.write(waiting_);
+    waiting_.clear();
+    if (!written) return written.error();
+    return &file_;
+}
+
+Result<void> PartFile::keep() {
+    if (Result<backends::OutputFile*> file = flushed(); !file) return file.error();
+    if (Result<void> closed = file_.close(); !closed) return closed;
+    std::error_code code;
+    std::filesystem::rename(part_name(path_), path_, code);
+    if (code)
+        return outside_error(fmt::format("cannot create `{}`: {}", path_.string(), code.message()));
+    kept_ = true;
+    return {};
+}
+
+}  // namespace openfab::boundary

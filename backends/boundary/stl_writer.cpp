@@ -1,0 +1,167 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cctype>
+#include <cstring>
+#include <system_error>
+#include <utility>
+
+#include "backends/boundary/mesh_sink.h"
+#include "backends/boundary/part_file.h"
+
+namespace openfab::boundary {
+
+namespace {
+
+constexpr size_t kTitle = 80;           // of anything that does not begin with "solid"
+constexpr size_t kHeader = kTitle + 4;  // and the number of triangles
+constexpr size_t kFacet = 50;           // normal, three corners, two bytes
+constexpr int64_t kMostTriangles = UINT32_MAX;
+
+static_assert(std::endian::native == std::endian::little, "STL is written as it lies in memory");
+
+/// Letters, digits, `-` and `.` are fine in every file system and on every command line.
+std::string file_name_of(const std::string& name) {
+    std::string out;
+    for (char c : name) {
+        const bool fine = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
+                          (c >= '0' && c <= '9') || c == '-' || c == '.';
+        out += fine ? c : '_';
+    }
+    return out;
+}
+
+std::string lower_case(std::string text) {
+    for (char& c : text)
+        c = c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c;
+    return text;
+}
+
+class StlWriter final : public MeshWriter {
+  public:
+    explicit StlWriter(std::filesystem::path path) : path_(std::move(path)) {}
+
+    Result<void> begin(const backends::PrintInfo& info) override {
+        info_ = info;
+        coordinates_ = Coordinates(info);
+        std::error_code ignored;
+        if (std::filesystem::is_directory(path_, ignored)) {
+            return user_error(fmt::format("`{}` is a folder; name the files, as in `-o {}`",
+                                          path_.string(), (path_ / "part.stl").string()));
+        }
+        files_.resize(info.materials.size());
+        return {};
+    }
+
+    Result<void> take_vertices(uint8_t, std::span<const Vec3i>) override { return {}; }
+
+    Result<void> take_triangles(uint8_t code, std::span<const MeshTriangle> triangles) override {
+        File& file = files_[code - 1u];
+        if (file.part == nullptr) {
+            if (Result<void> opened = open(code - 1u); !opened) return opened;
+        }
+        file.triangles += static_cast<int64_t>(triangles.size());
+        if (file.triangles > kMostTriangles) {
+            return user_error(
+                fmt::format("`{}` would have more than {} triangles, which STL cannot hold; use a "
+                            "coarser `--mesh-pitch`",
+                            file.part->path().string(), kMostTriangles));
+        }
+        facets_.resize(triangles.size() * kFacet);
+        uint8_t* at = facets_.data();
+        for (const MeshTriangle& t : triangles) {
+            write_facet(t, at);
+            at += kFacet;
+        }
+        return file.part->write(facets_);
+    }
+
+    Result<void> end() override {
+        for (File& file : files_) {
+            if (file.part == nullptr) continue;
+            Result<backends::OutputFile*> out = file.part->flushed();
+            if (!out) return out.error();
+            const auto count = static_cast<uint32_t>(file.triangles);
+            uint8_t bytes[4];
+            std::memcpy(bytes, &count, sizeof bytes);
+            if (Result<void> put = (*out)->overwrite(kTitle, bytes); !put) return put;
+        }
+        bool any = false;
+        for (size_t m = 0; m < files_.size(); ++m) {
+            if (files_[m].part != nullptr) {
+                any = true;
+                if (Result<void> kept = files_[m].part->keep(); !kept) return kept;
+            }
+        }
+        if (!any) return user_error("the print has no material in it, so there is no mesh");
+        // What an earlier print had of a material that this one has not.
+        for (size_t m = 0; m < files_.size(); ++m) {
+            std::error_code ignored;
+            if (files_[m].part == nullptr)
+                std::filesystem::remove(stl_path(path_, info_, m), ignored);
+        }
+        return {};
+    }
+
+  private:
+    struct File {
+        std::unique_ptr<PartFile> part;
+        int64_t triangles = 0;
+    };
+
+    Result<void> open(size_t material) {
+        Result<std::unique_ptr<PartFile>> part = PartFile::create(stl_path(path_, info_, material));
+        if (!part) return part.error();
+        std::string title =
+            fmt::format("binary STL in millimetres, material {}", info_.materials[material].name);
+        title.resize(kHeader, '\0');
+        std::fill(title.begin() + kTitle, title.end(), '\0');
+        files_[material].part = std::move(*part);
+        return files_[material].part->write(
+            {reinterpret_cast<const uint8_t*>(title.data()), title.size()});
+    }
+
+    void write_facet(const MeshTriangle& t, uint8_t* at) const {
+        const Vec3i a = t[1].point - t[0].point, b = t[2].point - t[0].point;
+        const Vec3<int64_t> area = cross(vec_cast<int64_t>(a), vec_cast<int64_t>(b));
+        Vec3f values[4];
+        for (int axis = 0; axis < 3; ++axis)
+            values[0][axis] = area[axis] > 0 ? 1.0f : area[axis] < 0 ? -1.0f : 0.0f;
+        for (size_t i = 0; i < 3; ++i)
+            values[i + 1] = coordinates_.at(t[i].point);
+        static_assert(sizeof values == 48);
+        std::memcpy(at, values, sizeof values);
+        std::memset(at + sizeof values, 0, kFacet - sizeof values);
+    }
+
+    std::filesystem::path path_;
+    backends::PrintInfo info_;
+    Coordinates coordinates_;
+    std::vector<File> files_;  ///< by material
+    std::vector<uint8_t> facets_;
+};
+
+}  // namespace
+
+std::unique_ptr<MeshWriter> make_stl_writer(const std::filesystem::path& path) {
+    return std::make_unique<StlWriter>(path);
+}
+
+std::filesystem::path stl_path(const std::filesystem::path& path, const backends::PrintInfo& info,
+                               size_t material) {
+    const std::string name = file_name_of(info.materials[material].name);
+    // Names that are the same now, in file systems that know no case, are told apart by number.
+    bool taken = false;
+    for (size_t m = 0; m < info.materials.size() && !taken; ++m)
+        taken =
+            m != material && lower_case(file_name_of(info.materials[m].name)) == lower_case(name);
+    const std::string suffix = taken ? fmt::format("{}_{}", name, material + 1) : name;
+    return path.parent_path() /
+           fmt::format("{}_{}{}", path.stem().string(), suffix,
+                       path.has_extension() ? path.extension().string() : ".stl");
+}
+
+}  // namespace openfab::boundary

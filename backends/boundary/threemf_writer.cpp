@@ -1,0 +1,234 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/compile.h>
+#include <fmt/format.h>
+
+#include <iterator>
+#include <utility>
+
+#include "backends/boundary/deflate_spool.h"
+#include "backends/boundary/mesh_sink.h"
+#include "backends/boundary/package.h"
+#include "backends/boundary/part_file.h"
+
+namespace openfab::boundary {
+
+namespace {
+
+constexpr int64_t kMostIndices = INT32_MAX;  // of vertices and triangles, by the 3MF specification
+constexpr int kMaterialsId = 1;
+constexpr const char* kModel = "3D/3dmodel.model";
+constexpr int64_t kGlueBytes = 1 << 20;  // more than the text around the meshes
+
+constexpr std::string_view kContentTypes =
+    R"(<?xml version="1.0" encoding="UTF-8"?>
+<Types xmlns="http://schemas.openxmlformats.org/package/2006/content-types">
+  <Default Extension="rels" ContentType="application/vnd.openxmlformats-package.relationships+xml"/>
+  <Default Extension="model" ContentType="application/vnd.ms-package.3dmanufacturing-3dmodel+xml"/>
+</Types>
+)";
+
+constexpr std::string_view kRelationships =
+    R"(<?xml version="1.0" encoding="UTF-8"?>
+<Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships">
+  <Relationship Target="/3D/3dmodel.model" Id="model" Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/>
+</Relationships>
+)";
+
+/// Text of an attribute or element. What XML has no place for is replaced.
+std::string escaped(const std::string& text) {
+    std::string out;
+    for (char c : text) {
+        switch (c) {
+            case '&':
+                out += "&amp;";
+                break;
+            case '<':
+                out += "&lt;";
+                break;
+            case '>':
+                out += "&gt;";
+                break;
+            case '"':
+                out += "&quot;";
+                break;
+            default:
+                out += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+        }
+    }
+    return out;
+}
+
+class ThreemfWriter final : public MeshWriter {
+  public:
+    explicit ThreemfWriter(std::filesystem::path path) : path_(std::move(path)) {}
+
+    Result<void> begin(const backends::PrintInfo& info) override {
+        info_ = info;
+        coordinates_ = Coordinates(info);
+        meshes_.resize(info.materials.size());
+        // A place where nothing can be written is told now, not after the last slice.
+        Result<std::unique_ptr<PartFile>> file = PartFile::create(path_);
+        if (!file) return file.error();
+        file_ = std::move(*file);
+        return {};
+    }
+
+    Result<void> take_vertices(uint8_t code, std::span<const Vec3i> points) override {
+        Mesh& mesh = meshes_[code - 1u];
+        if (Result<void> counted = count(code, &mesh.vertex_count, points.size()); !counted)
+            return counted;
+        if (mesh.vertices == nullptr) {
+            if (Result<void> made = make_spool(&mesh.vertices); !made) return made;
+        }
+        text_.clear();
+        for (const Vec3i& point : points) {
+            // The shortest digits that give this number again.
+            const Vec3f p = coordinates_.at(point);
+            fmt::format_to(std::back_inserter(text_),
+                           FMT_COMPILE("<vertex x=\"{}\" y=\"{}\" z=\"{}\"/>\n"), p.x, p.y, p.z);
+        }
+        return mesh.vertices->append({text_.data(), text_.size()});
+    }
+
+    Result<void> take_triangles(uint8_t code, std::span<const MeshTriangle> triangles) override {
+        Mesh& mesh = meshes_[code - 1u];
+        if (Result<void> counted = count(code, &mesh.triangle_count, triangles.size()); !counted)
+            return counted;
+        if (mesh.triangles == nullptr) {
+            if (Result<void> made = make_spool(&mesh.triangles); !made) return made;
+        }
+        text_.clear();
+        for (const MeshTriangle& t : triangles) {
+            fmt::format_to(std::back_inserter(text_),
+                           FMT_COMPILE("<triangle v1=\"{}\" v2=\"{}\" v3=\"{}\"/>\n"), t[0].vertex,
+                           t[1].vertex, t[2].vertex);
+        }
+        return mesh.triangles->append({text_.data(), text_.size()});
+    }
+
+    Result<void> end() override {
+        int64_t bytes = kGlueBytes;
+        bool any = false;
+        for (const Mesh& mesh : meshes_) {
+            for (DeflateSpool* spool : {mesh.vertices.get(), mesh.triangles.get()}) {
+                if (spool == nullptr) continue;
+                any = true;
+                if (Result<void> ended = spool->end(); !ended) return ended;
+                bytes += std::max(spool->packed_bytes(), spool->sum().bytes);
+            }
+        }
+        if (!any) return user_error("the print has no material in it, so there is no mesh");
+        Result<backends::OutputFile*> file = file_->flushed();
+        if (!file) return file.error();
+        Result<std::unique_ptr<Package>> package = Package::create(*file);
+        if (!package) return package.error();
+        package_ = std::move(*package);
+        Result<void> done = package_->add("[Content_Types].xml", kContentTypes);
+        if (done) done = package_->add("_rels/.rels", kRelationships);
+        if (done) done = package_->begin_packed(kModel, bytes);
+        if (done) done = write_model();
+        if (done) done = package_->end_packed(sum_);
+        if (done) done = package_->close();
+        return done ? file_->keep() : done;
+    }
+
+  private:
+    struct Mesh {
+        std::unique_ptr<DeflateSpool> vertices, triangles;
+        int64_t vertex_count = 0, triangle_count = 0;
+    };
+
+    Result<void> count(uint8_t code, int64_t* sum, size_t more) {
+        *sum += static_cast<int64_t>(more);
+        if (*sum <= kMostIndices) return {};
+        return user_error(
+            fmt::format("the mesh of `{}` is larger than 3MF can hold; use a coarser "
+                        "`--mesh-pitch`",
+                        info_.materials[code - 1u].name));
+    }
+
+    Result<void> make_spool(std::unique_ptr<DeflateSpool>* spool) {
+        const std::filesystem::path folder = path_.parent_path();
+        Result<std::unique_ptr<DeflateSpool>> made =
+            DeflateSpool::create(folder.empty() ? "." : folder);
+        if (!made) return made.error();
+        *spool = std::move(*made);
+        return {};
+    }
+
+    Result<void> put(const std::string& text, bool last = false) {
+        const std::vector<uint8_t> packed = deflate_text(text, last, &sum_);
+        if (packed.empty()) return outside_error("out of memory");
+        return package_->write_packed(packed);
+    }
+
+    Result<void> put(const DeflateSpool& spool) {
+        sum_.add(spool.sum());
+        return spool.read(
+            [this](std::span<const uint8_t> bytes) { return package_->write_packed(bytes); });
+    }
+
+    std::string head() const {
+        std::string text = fmt::format(
+            "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
+            "<model unit=\"millimeter\" xml:lang=\"en-US\" "
+            "xmlns=\"http://schemas.microsoft.com/3dmanufacturing/core/2015/02\">\n"
+            "<metadata name=\"Title\">{}</metadata>\n"
+            "<metadata name=\"Application\">OpenFab</metadata>\n"
+            "<resources>\n<basematerials id=\"{}\">\n",
+            escaped(info_.title), kMaterialsId);
+        for (const backends::SliceMaterial& m : info_.materials) {
+            text += fmt::format("<base name=\"{}\" displaycolor=\"#{:02X}{:02X}{:02X}{:02X}\"/>\n",
+                                escaped(m.name), m.preview[0], m.preview[1], m.preview[2],
+                                m.preview[3]);
+        }
+        return text + "</basematerials>\n";
+    }
+
+    Result<void> write_model() {
+        Result<void> done = put(head());
+        std::string components;
+        int id = kMaterialsId;
+        for (size_t m = 0; m < meshes_.size(); ++m) {
+            const Mesh& mesh = meshes_[m];
+            if (mesh.vertices == nullptr || mesh.triangles == nullptr) continue;
+            ++id;
+            components += fmt::format("<component objectid=\"{}\"/>\n", id);
+            if (done) {
+                done =
+                    put(fmt::format("<object id=\"{}\" type=\"model\" name=\"{}\" pid=\"{}\" "
+                                    "pindex=\"{}\">\n<mesh>\n<vertices>\n",
+                                    id, escaped(info_.materials[m].name), kMaterialsId, m));
+            }
+            if (done) done = put(*mesh.vertices);
+            if (done) done = put("</vertices>\n<triangles>\n");
+            if (done) done = put(*mesh.triangles);
+            if (done) done = put("</triangles>\n</mesh>\n</object>\n");
+        }
+        ++id;
+        if (!done) return done;
+        return put(fmt::format("<object id=\"{}\" type=\"model\" name=\"{}\">\n<components>\n{}"
+                               "</components>\n</object>\n</resources>\n"
+                               "<build>\n<item objectid=\"{}\"/>\n</build>\n</model>\n",
+                               id, escaped(info_.title), components, id),
+                   true);
+    }
+
+    std::filesystem::path path_;
+    backends::PrintInfo info_;
+    Coordinates coordinates_;
+    std::vector<Mesh> meshes_;  ///< by material
+    std::unique_ptr<PartFile> file_;
+    std::unique_ptr<Package> package_;  ///< after file_: it goes first
+    TextSum sum_;
+    fmt::memory_buffer text_;
+};
+
+}  // namespace
+
+std::unique_ptr<MeshWriter> make_threemf_writer(const std::filesystem::path& path) {
+    return std::make_unique<ThreemfWriter>(path);
+}
+
+}  // namespace openfab::boundary
