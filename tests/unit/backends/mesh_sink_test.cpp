@@ -1,0 +1,412 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Meshes as files: read back by the library that others use, and by our own readers.
+
+#include "backends/boundary/mesh_sink.h"
+
+#include <gmock/gmock.h>
+#include <malloc.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+
+#include <assimp/scene.h>
+#include <algorithm>
+#include <assimp/Importer.hpp>
+#include <cmath>
+#include <csignal>
+#include <cstring>
+#include <filesystem>
+#include <map>
+#include <set>
+
+#include "backends/boundary/package.h"
+#include "runtime/scene/load_mesh.h"
+#include "runtime/scene/stl.h"
+#include "runtime/scene/threemf.h"
+#include "runtime/scene/zip_file.h"
+#include "tests/support/boundary/voxel_meshes.h"
+#include "tests/support/process/process.h"
+#include "tests/unit/backends/sample_print.h"
+
+namespace openfab::testing {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::UnorderedElementsAre;
+namespace fs = std::filesystem;
+
+/// Coordinates of such a print are exact in any number of bits.
+SamplePrint exact_sample(Vec3i size, int32_t bits = 4) {
+    SamplePrint print = make_sample(size, bits);
+    print.info.pitch_mm = {0.125, 0.25, 0.5};
+    print.info.origin_mm = {-3.5, 2.25, 0};
+    return print;
+}
+
+VoxelBlock block_of(const SamplePrint& print) {
+    VoxelBlock block(print.info.size);
+    block.codes = print.codes;
+    return block;
+}
+
+Vec3i half_voxels(const Vec3d& mm, const backends::PrintInfo& info) {
+    Vec3i p;
+    for (int a = 0; a < 3; ++a)
+        p[a] =
+            static_cast<int32_t>(std::lround((mm[a] - info.origin_mm[a]) * 2 / info.pitch_mm[a]));
+    return p;
+}
+
+class MeshFiles : public ::testing::Test {
+  protected:
+    Result<void> write(const SamplePrint& print, const std::string& name, bool complete = true) {
+        const fs::path path = scratch_ / name;
+        boundary::MeshSink sink(path.extension() == ".stl" ? boundary::make_stl_writer(path)
+                                                           : boundary::make_threemf_writer(path));
+        return print.send(&sink, complete);
+    }
+
+    std::vector<std::string> files() const {
+        std::vector<std::string> names;
+        for (const fs::directory_entry& entry : fs::directory_iterator(scratch_.path()))
+            names.push_back(entry.path().filename().string());
+        return names;
+    }
+
+    /// The meshes of a 3MF by their materials, by our reader, in half voxels.
+    CollectedMeshes read_threemf(const SamplePrint& print, const std::string& name) {
+        const std::string bytes = read_file(scratch_ / name);
+        Result<scene::MeshSource> source = scene::parse_threemf(bytes, name);
+        EXPECT_TRUE(source) << source.error().message;
+        CollectedMeshes meshes;
+        std::map<uint8_t, std::map<int32_t, uint32_t>> numbers;
+        for (size_t t = 0; source && t < source->mesh.triangles.size(); ++t) {
+            const std::string& material =
+                source->groups[static_cast<size_t>(source->face_groups[t])].material;
+            uint8_t code = 1;
+            while (code < print.info.materials.size() &&
+                   print.info.materials[code - 1u].name != material)
+                ++code;
+            std::array<uint32_t, 3> corners{};
+            for (size_t c = 0; c < 3; ++c) {
+                const int32_t v = source->mesh.triangles[t][c];
+                auto& points = meshes[code].points;
+                const auto [it, fresh] =
+                    numbers[code].try_emplace(v, static_cast<uint32_t>(points.size()));
+                if (fresh) {
+                    points.push_back(
+                        half_voxels(source->mesh.positions[static_cast<size_t>(v)], print.info));
+                }
+                corners[c] = it->second;
+            }
+            meshes[code].triangles.push_back(corners);
+        }
+        return meshes;
+    }
+
+    ScratchFolder scratch_;
+};
+
+TEST_F(MeshFiles, A3mfHoldsTheMeshes) {
+    for (int32_t bits : {4, 8}) {
+        const SamplePrint print = exact_sample({13, 7, 9}, bits);
+        ASSERT_TRUE(write(print, "part.3mf"));
+        EXPECT_THAT(files(), UnorderedElementsAre("part.3mf"));
+        EXPECT_EQ(check_meshes(block_of(print), read_threemf(print, "part.3mf")), "");
+    }
+}
+
+/// Our own loader finds nothing to object to, though voxels touch in all ways.
+TEST_F(MeshFiles, A3mfCanBePrinted) {
+    SamplePrint print = exact_sample({40, 30, 20});
+    ASSERT_TRUE(write(print, "part.3mf"));
+    Result<scene::LoadedMesh> mesh = scene::load_mesh(scratch_ / "part.3mf", {});
+    ASSERT_TRUE(mesh) << mesh.error().message;
+    EXPECT_TRUE(mesh->checks.edges.fine());
+    EXPECT_EQ(mesh->checks.turned, 0);
+    EXPECT_EQ(mesh->unit_note, "as the file says");
+    ASSERT_EQ(mesh->groups.size(), 3u);
+    EXPECT_EQ(mesh->groups[0].first, "white");
+}
+
+TEST_F(MeshFiles, AnStlHasTheTrianglesOfItsMaterial) {
+    const SamplePrint print = exact_sample({13, 7, 9});
+    ASSERT_TRUE(write(print, "part.stl"));
+    EXPECT_THAT(files(),
+                UnorderedElementsAre("part_white.stl", "part_black.stl", "part_clear__x_.stl"));
+    const CollectedMeshes expected = mesh_block(block_of(print));
+    for (uint8_t code = 1; code < 4; ++code) {
+        const fs::path file = boundary::stl_path(scratch_ / "part.stl", print.info, code - 1u);
+        const std::string bytes = read_file(file);
+        Result<scene::MeshSource> source = scene::parse_stl(bytes, "part.stl");
+        ASSERT_TRUE(source);
+        const CollectedMesh& mesh = expected.at(code);
+        ASSERT_EQ(bytes.size(), 84 + 50 * mesh.triangles.size());
+        for (size_t t = 0; t < mesh.triangles.size(); ++t) {
+            for (size_t c = 0; c < 3; ++c) {
+                ASSERT_EQ(half_voxels(source->mesh.positions[3 * t + c], print.info),
+                          mesh.points[mesh.triangles[t][c]]);
+            }
+            float normal[3];
+            std::memcpy(normal, bytes.data() + 84 + 50 * t, sizeof normal);
+            const Vec3d a = source->mesh.positions[3 * t], b = source->mesh.positions[3 * t + 1],
+                        c = source->mesh.positions[3 * t + 2];
+            const Vec3d area = cross(b - a, c - a);
+            ASSERT_GT(area.x * normal[0] + area.y * normal[1] + area.z * normal[2], 0);
+        }
+    }
+}
+
+/// By position, twice as many triangles pass an edge where sheets touch, as many in each direction.
+bool closed(const aiMesh& mesh) {
+    using Point = std::array<float, 3>;
+    std::map<std::pair<Point, Point>, int> edges;
+    for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
+        for (unsigned c = 0; c < 3; ++c) {
+            const auto at = [&](unsigned corner) {
+                const aiVector3D& v = mesh.mVertices[mesh.mFaces[f].mIndices[corner % 3]];
+                return Point{v.x, v.y, v.z};
+            };
+            ++edges[{at(c), at(c + 1)}];
+            --edges[{at(c + 1), at(c)}];
+        }
+    }
+    return std::all_of(edges.begin(), edges.end(), [](const auto& e) { return e.second == 0; });
+}
+
+double six_volumes(const aiMesh& mesh) {
+    double sum = 0;
+    for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
+        Vec3d p[3];
+        for (unsigned c = 0; c < 3; ++c) {
+            const aiVector3D& v = mesh.mVertices[mesh.mFaces[f].mIndices[c]];
+            p[c] = {v.x, v.y, v.z};
+        }
+        sum += dot(p[0], cross(p[1], p[2]));
+    }
+    return sum;
+}
+
+TEST_F(MeshFiles, AssimpReadsA3mf) {
+    const SamplePrint print = exact_sample({20, 11, 9});
+    ASSERT_TRUE(write(print, "part.3mf"));
+    Assimp::Importer importer;
+    const aiScene* read = importer.ReadFile((scratch_ / "part.3mf").string(), 0);
+    ASSERT_NE(read, nullptr) << importer.GetErrorString();
+    ASSERT_EQ(read->mNumMeshes, 3u);
+    const double six_voxels = 6 * 0.125 * 0.25 * 0.5;
+    for (unsigned m = 0; m < 3; ++m) {
+        const aiMesh& mesh = *read->mMeshes[m];
+        EXPECT_TRUE(closed(mesh));
+        EXPECT_EQ(
+            six_volumes(mesh),
+            six_voxels * static_cast<double>(block_of(print).count(static_cast<uint8_t>(m + 1))));
+        const aiMaterial& material = *read->mMaterials[mesh.mMaterialIndex];
+        aiColor4D color;
+        ASSERT_EQ(material.Get(AI_MATKEY_COLOR_DIFFUSE, color), aiReturn_SUCCESS);
+        EXPECT_NEAR(color.r * 255, print.info.materials[m].preview[0], 0.01);
+        EXPECT_NEAR(color.b * 255, print.info.materials[m].preview[2], 0.01);
+    }
+}
+
+TEST_F(MeshFiles, AssimpReadsAnStl) {
+    const SamplePrint print = exact_sample({20, 11, 9});
+    ASSERT_TRUE(write(print, "part.stl"));
+    const double six_voxels = 6 * 0.125 * 0.25 * 0.5;
+    for (size_t m = 0; m < 3; ++m) {
+        Assimp::Importer importer;
+        const aiScene* read =
+            importer.ReadFile(boundary::stl_path(scratch_ / "part.stl", print.info, m).string(), 0);
+        ASSERT_NE(read, nullptr) << importer.GetErrorString();
+        ASSERT_EQ(read->mNumMeshes, 1u);
+        EXPECT_TRUE(closed(*read->mMeshes[0]));
+        EXPECT_EQ(
+            six_volumes(*read->mMeshes[0]),
+            six_voxels * static_cast<double>(block_of(print).count(static_cast<uint8_t>(m + 1))));
+    }
+}
+
+/// The bars of the F point to +x, at the highest y.
+TEST_F(MeshFiles, TheLetterFIsNotMirrored) {
+    SamplePrint print = make_letter_f(2, 3);
+    print.info.origin_mm = {1, 2, 3};
+    ASSERT_TRUE(write(print, "f.3mf"));
+    EXPECT_EQ(check_meshes(block_of(print), read_threemf(print, "f.3mf")), "");
+    Result<scene::LoadedMesh> mesh = scene::load_mesh(scratch_ / "f.3mf", {});
+    ASSERT_TRUE(mesh) << mesh.error().message;
+    double top = 0, right_at_top = 0, right_at_bottom = 0;
+    for (const Vec3d& p : mesh->mesh.positions)
+        top = std::max(top, p.y);
+    for (const Vec3d& p : mesh->mesh.positions) {
+        if (p.y == top) right_at_top = std::max(right_at_top, p.x);
+        if (p.y < 2.1) right_at_bottom = std::max(right_at_bottom, p.x);
+    }
+    EXPECT_NEAR(top, 2 + 1.4, 1e-6);
+    EXPECT_NEAR(right_at_top, 1 + 1.0, 1e-6);
+    EXPECT_NEAR(right_at_bottom, 1 + 0.2, 1e-6);
+}
+
+TEST_F(MeshFiles, SomeSlicesStayAtTheirHeight) {
+    SamplePrint print = exact_sample({6, 5, 12});
+    print.info.slice_begin = 3;
+    print.info.slice_end = 8;
+    ASSERT_TRUE(write(print, "part.3mf"));
+    VoxelBlock block = block_of(print);
+    for (int32_t z = 0; z < 12; ++z) {
+        for (int32_t i = 0; (z < 3 || z >= 8) && i < 30; ++i)
+            block.at({i % 6, i / 6, z}) = 0;
+    }
+    EXPECT_EQ(check_meshes(block, read_threemf(print, "part.3mf")), "");
+}
+
+TEST_F(MeshFiles, TheSameBytesEachTime) {
+    const SamplePrint print = exact_sample({23, 14, 11});
+    ASSERT_TRUE(write(print, "a.3mf"));
+    ASSERT_TRUE(write(print, "b.3mf"));
+    EXPECT_TRUE(read_file(scratch_ / "a.3mf") == read_file(scratch_ / "b.3mf"));
+}
+
+TEST_F(MeshFiles, APrintThatEndsEarlyLeavesWhatWasThere) {
+    scratch_.write("part.3mf", "earlier");
+    scratch_.write("part_white.stl", "earlier");
+    for (const char* name : {"part.3mf", "part.stl"}) {
+        Result<void> done = write(exact_sample({20, 20, 20}), name, false);
+        ASSERT_FALSE(done);
+        EXPECT_EQ(done.error().code, ErrorCode::kInterrupted);
+        EXPECT_THAT(done.error().message, HasSubstr("none was written"));
+    }
+    EXPECT_THAT(files(), UnorderedElementsAre("part.3mf", "part_white.stl"));
+    EXPECT_EQ(read_file(scratch_ / "part.3mf"), "earlier");
+}
+
+TEST_F(MeshFiles, MaterialsWithoutVoxelsHaveNoMesh) {
+    SamplePrint print = exact_sample({6, 6, 6});
+    ASSERT_TRUE(write(print, "part.stl"));
+    for (uint8_t& code : print.codes)
+        code = code == 2 ? 1 : code;
+    ASSERT_TRUE(write(print, "part.stl"));
+    ASSERT_TRUE(write(print, "part.3mf"));
+    EXPECT_THAT(files(), UnorderedElementsAre("part.3mf", "part_white.stl", "part_clear__x_.stl"));
+    EXPECT_EQ(read_threemf(print, "part.3mf").size(), 2u);
+    print.codes.assign(print.codes.size(), 0);
+    for (const char* name : {"none.stl", "none.3mf"}) {
+        Result<void> done = write(print, name);
+        ASSERT_FALSE(done);
+        EXPECT_EQ(done.error().code, ErrorCode::kUserInput);
+        EXPECT_THAT(done.error().message, HasSubstr("no material"));
+    }
+    EXPECT_THAT(files(), UnorderedElementsAre("part.3mf", "part_white.stl", "part_clear__x_.stl"));
+}
+
+TEST_F(MeshFiles, NamesOfMaterialsAreMadeFitForFiles) {
+    backends::PrintInfo info = exact_sample({1, 1, 1}).info;
+    info.materials[0].name = "Red";
+    info.materials[1].name = "red";
+    info.materials[2].name = "../up";
+    const auto name = [&](size_t m) { return boundary::stl_path("out/p.stl", info, m).string(); };
+    EXPECT_EQ(name(0), "out/p_Red_1.stl");
+    EXPECT_EQ(name(1), "out/p_red_2.stl");
+    EXPECT_EQ(name(2), "out/p_.._up.stl");
+}
+
+TEST_F(MeshFiles, WhatCannotBeWrittenIsTold) {
+    fs::create_directory(scratch_ / "folder.stl");
+    fs::create_directory(scratch_ / "folder.3mf");
+    for (const char* name : {"folder.stl", "folder.3mf"}) {
+        Result<void> done = write(exact_sample({4, 4, 4}), name);
+        ASSERT_FALSE(done);
+        EXPECT_EQ(done.error().code, ErrorCode::kUserInput);
+        EXPECT_THAT(done.error().message, HasSubstr("folder"));
+    }
+    for (const char* name : {"none/part.stl", "none/part.3mf"}) {
+        Result<void> done = write(exact_sample({4, 4, 4}), name);
+        ASSERT_FALSE(done);
+        EXPECT_EQ(done.error().code, ErrorCode::kOutside);
+    }
+}
+
+TEST_F(MeshFiles, TooFineForItsPlace) {
+    SamplePrint print = exact_sample({4, 4, 4});
+    print.info.pitch_mm = {1e-4, 1e-4, 1e-4};
+    print.info.origin_mm = {500, 0, 0};
+    Result<void> done = write(print, "part.3mf");
+    ASSERT_FALSE(done);
+    EXPECT_THAT(done.error().message, HasSubstr("--mesh-pitch"));
+    EXPECT_THAT(files(), UnorderedElementsAre());
+}
+
+/// A disk that is full after a while, as the system's limit on the size of files makes one.
+TEST_F(MeshFiles, AFullDiskLeavesNothing) {
+    const SamplePrint print = exact_sample({60, 60, 30});
+    rlimit before{};
+    ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
+    const auto ignored = std::signal(SIGXFSZ, SIG_IGN);
+    for (rlim_t limit : {1u << 10, 100u << 10, 1500u << 10}) {
+        for (const char* name : {"part.stl", "part.3mf"}) {
+            const rlimit small{limit, before.rlim_max};
+            ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &small), 0);
+            Result<void> done = write(print, name);
+            ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
+            ASSERT_FALSE(done) << limit << name;
+            EXPECT_EQ(done.error().code, ErrorCode::kOutside);
+            EXPECT_THAT(done.error().message, HasSubstr("File too large"));
+            EXPECT_THAT(files(), UnorderedElementsAre()) << limit << name;
+        }
+    }
+    std::signal(SIGXFSZ, ignored);
+    EXPECT_TRUE(write(print, "part.3mf"));
+}
+
+/// Sizes that need ZIP64 are announced before they are known.
+TEST_F(MeshFiles, LargePackages) {
+    const std::string text(1000, 'x');
+    {
+        Result<backends::OutputFile> file =
+            backends::OutputFile::create((scratch_ / "large.zip").string());
+        ASSERT_TRUE(file);
+        auto package = boundary::Package::create(&*file);
+        ASSERT_TRUE(package);
+        ASSERT_TRUE((*package)->begin_packed("model", int64_t{5} << 30));
+        boundary::TextSum sum;
+        for (bool last : {false, true}) {
+            const auto packed = boundary::deflate_text(text, last, &sum);
+            ASSERT_TRUE((*package)->write_packed(packed));
+        }
+        ASSERT_TRUE((*package)->end_packed(sum));
+        ASSERT_TRUE((*package)->close());
+    }
+    const std::string bytes = read_file(scratch_ / "large.zip");
+    EXPECT_THAT(bytes, HasSubstr(std::string("\x01\x00\x10\x00", 4)));  // sizes of 8 bytes each
+    Result<scene::ZipFile> zip = scene::ZipFile::open(bytes, "large.zip");
+    ASSERT_TRUE(zip) << zip.error().message;
+    Result<std::string> read = zip->read("model");
+    ASSERT_TRUE(read) << read.error().message;
+    EXPECT_EQ(*read, text + text);
+}
+
+#ifndef OPENFAB_SANITIZED
+/// A mesher that has seen three hundred slices holds what it held after fifty.
+TEST(MeshMemory, DoesNotGrowWithSlices) {
+    class Nothing : public boundary::MeshReceiver {
+      public:
+        Result<void> take_vertices(uint8_t, std::span<const Vec3i>) override { return {}; }
+        Result<void> take_triangles(uint8_t, std::span<const boundary::MeshTriangle>) override {
+            return {};
+        }
+    };
+    const SamplePrint print = make_sample({64, 64, 8});
+    Nothing nothing;
+    boundary::Mesher mesher(64, 64, 0, &nothing);
+    size_t early = 0;
+    for (int32_t z = 0; z < 300; ++z) {
+        const std::vector<uint8_t> rows = print.rows(z % 8);
+        ASSERT_TRUE(mesher.add(print.view(z, rows), 4));
+        if (z == 50) early = ::mallinfo2().uordblks;
+    }
+    EXPECT_LT(::mallinfo2().uordblks, early + 200'000);
+}
+#endif
+
+}  // namespace
+}  // namespace openfab::testing
