@@ -17,8 +17,8 @@ namespace {
 
 constexpr int kRawDeflate = -15;  // the largest window, no header
 constexpr int kMemoryLevel = 8;   // zlib's own default
-// Measured on the mesh of a ball of 300 voxels, 1 M triangles, one core: level 1 takes 0.5 s for
-// 17 MB; level 6 takes three times as long for a quarter less.
+// Measured on 3.4 M triangles of a dithered ball of 300 voxels, CPU time of a whole export: level 1
+// takes 1.8 s for 37 MB, level 6 4.7 s for 28 MB, STL, which is not deflated, 0.5 s.
 constexpr int kLevel = 1;
 constexpr size_t kBuffer = 1 << 16;
 
