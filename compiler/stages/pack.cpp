@@ -6,12 +6,16 @@ using namespace Halide;
 
 namespace openfab::stages {
 
-Stage pack() {
+Stage pack(int bits) {
     Var z("z"), x("x"), y("y");
     ImageParam codes(UInt(8), 3, "codes");
-    Func pairs("pairs"), planes("planes");
-    pairs(z, x, y) = codes(z, 2 * x, y) | (codes(z, 2 * x + 1, y) << cast<uint8_t>(4));
-    planes(x, y, z) = pairs(z, x, y);
+    Func bytes("bytes"), planes("planes");
+    if (bits == 4) {
+        bytes(z, x, y) = codes(z, 2 * x, y) | (codes(z, 2 * x + 1, y) << cast<uint8_t>(4));
+    } else {
+        bytes(z, x, y) = codes(z, x, y);
+    }
+    planes(x, y, z) = bytes(z, x, y);
 
     codes.dim(0).set_bounds(0, 8);
     codes.dim(1).set_min(0).set_stride(8);
@@ -24,7 +28,7 @@ Stage pack() {
     stage.kernel = {planes,
                     {codes},
                     {{"planes", planes, {{"z", z}, {"x", x}, {"y", y}}},
-                     {"pairs", pairs, {{"z", z}, {"x", x}, {"y", y}}}}};
+                     {"bytes", bytes, {{"z", z}, {"x", x}, {"y", y}}}}};
     return stage;
 }
 

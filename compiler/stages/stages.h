@@ -23,8 +23,10 @@ struct Stage {
 
 /// `materials` is M, without void.
 Stage normalise(int materials);
-Stage dither(int materials);
-/// 4 bits a voxel.
-Stage pack();
+/// Of the rules that diffuse errors.
+enum class DitherRule { kFloydSteinberg, kDecorrelated };
+Stage dither(int materials, DitherRule rule);
+/// 4 or 8 bits a voxel.
+Stage pack(int bits);
 
 }  // namespace openfab::stages

@@ -3,7 +3,8 @@
 #pragma once
 
 /* The fixed-function kernels, compiled when the project is built (compiler/stages) for 1, 2, 3, 4,
- * 6, 8, 12 and 15 materials, in libopenfab_kernels.a. They follow Halide's argv convention as the
+ * 6, 8, 12 and 15 materials, and for 24, 32, 48 and 64 without dithers (plain code does those), in
+ * libopenfab_kernels.a. They follow Halide's argv convention as the
  * fablets' kernels do (fablet_table.h). M is the set's number of materials; fractions and errors
  * have M + 1 of them, void first.
  *
@@ -19,7 +20,7 @@
  * (z 8, x 8, y 8, n)         the material of a pure voxel, OPENFAB_CODE_MIXED elsewhere 5 out
  * unusable   int32   (z 8, n)                   negative or NaN amounts in owned voxels, by slice
  *
- * dither: one voxel row of a run of adjacent blocks, 8 slices at a time, error diffusion with the
+ * floyd_steinberg, decorrelated: one voxel row of a run of adjacent blocks, 8 slices at a time, error diffusion with the
  * zero rule. x here is the voxel index in the grid. p is 0 or 1: the row's own errors and codes
  * stand at p = parity, the errors of the row below y at 1 - parity. 0 fractions      uint16  (z 8,
  * m M+1, x 8, y 8, tile) 1 tiles          int32   (block of the run)         tile of each block 2
@@ -32,10 +33,10 @@
  * `above` 11 + M, in/out   uint8   (z 8, x, p 2)              codes; mixed voxels are written,
  * others stay
  *
- * pack: codes of whole rows to 8 slice planes at 4 bits.
- *   0 codes          uint8   (z 8, x 2 * width, y)
- *   1 out planes     uint8   (x width, y, z 8)          bytes; voxel 2x in the low half, 2x + 1 in
- * the high half
+ * pack4, pack8: codes of whole rows to 8 slice planes, at 4 bits a voxel (voxel 2x in the low half
+ * of byte x, 2x + 1 in the high half) or 8; v = 2 or 1 voxels a byte.
+ *   0 codes          uint8   (z 8, x v * width, y)
+ *   1 out planes     uint8   (x width, y, z 8)          bytes
  */
 
 #include "runtime/abi/fablet_table.h"
@@ -47,19 +48,22 @@ extern "C" {
 /* Stands in `codes` where the dither has yet to choose. */
 #define OPENFAB_CODE_MIXED 255
 
-/* Most materials that 4-bit codes can name. */
+/* Most materials that 4-bit codes can name, and most of all. */
 #define OPENFAB_MAX_MATERIALS_4BIT 15
+#define OPENFAB_MAX_MATERIALS 64
 
 struct openfab_stage_set {
     int32_t materials;
     openfab_kernel_fn normalise[OPENFAB_ISA_COUNT];
-    openfab_kernel_fn dither[OPENFAB_ISA_COUNT];
+    openfab_kernel_fn floyd_steinberg[OPENFAB_ISA_COUNT]; /* null beyond 4 bits, as the next */
+    openfab_kernel_fn decorrelated[OPENFAB_ISA_COUNT];
 };
 
 struct openfab_stages {
     int32_t set_count;
     const struct openfab_stage_set* sets; /* by rising number of materials */
     openfab_kernel_fn pack4[OPENFAB_ISA_COUNT];
+    openfab_kernel_fn pack8[OPENFAB_ISA_COUNT];
 };
 
 extern const struct openfab_stages openfab_stage_table;

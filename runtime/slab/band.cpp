@@ -110,17 +110,18 @@ size_t RowBand::bytes() const {
     return codes.capacity() + mixed.capacity() + tile.capacity() * 4 + fractions.capacity() * 2;
 }
 
-void GroupPlanes::reset(int32_t grid_width, int32_t grid_height) {
+void GroupPlanes::reset(int32_t grid_width, int32_t grid_height, int32_t voxel_bits) {
+    bits = voxel_bits;
     width = grid_width;
     height = grid_height;
-    row_bytes = (grid_width + 1) / 2;
+    row_bytes = (int64_t{grid_width} * bits + 7) / 8;
     plane_bytes = row_bytes * grid_height;
     data.assign(static_cast<size_t>(plane_bytes) * 8, 0);
 }
 
-GroupDither::GroupDither(const openfab_stage_set& set, openfab_isa isa, uint64_t seed,
-                         const Vec3i& size)
-    : calls_(set, isa, seed), blocks_((size.x + 7) / 8) {
+GroupDither::GroupDither(const openfab_stage_set& set, openfab_isa isa, DitherRule rule,
+                         uint64_t seed, const Vec3i& size)
+    : calls_(set, isa, rule, seed), blocks_((size.x + 7) / 8) {
     const size_t row = static_cast<size_t>(8 * blocks_ + 2 * kRowMargin);
     // Never cleared again: errors of voxels that are not mixed are not taken, they must only be
     // finite.
@@ -161,16 +162,19 @@ int GroupDither::finish_held(const uint8_t* below) {
         if (status != 0) return status;
     }
     const double start = seconds_now();
-    const int32_t first = 4 * held_->first_block;
+    // Bytes of a row; a block takes as many as a voxel has bits.
+    const int32_t bits = planes_->bits;
+    const int32_t first = bits * held_->first_block;
     const int32_t end =
-        static_cast<int32_t>(std::min<int64_t>(4 * held_->end_block, planes_->row_bytes));
+        static_cast<int32_t>(std::min<int64_t>(bits * held_->end_block, planes_->row_bytes));
     const int32_t y = 8 * held_->row;
     const int32_t rows = std::min(8, planes_->height - y);
     int status = 0;
     if (end > first && rows > 0) {
-        status = calls_.pack(held_->codes_at(2 * first, 0), 8 * held_->width(), end - first, rows,
-                             planes_->data.data() + y * planes_->row_bytes + first,
-                             planes_->row_bytes, planes_->plane_bytes);
+        status =
+            calls_.pack(bits, held_->codes_at(8 * held_->first_block, 0), 8 * held_->width(),
+                        end - first, rows, planes_->data.data() + y * planes_->row_bytes + first,
+                        planes_->row_bytes, planes_->plane_bytes);
     }
     seconds_pack += seconds_now() - start;
     return status;

@@ -54,17 +54,19 @@ struct RowBand {
 
 /// 8 packed slices of the grid. Plane z starts at z * plane_bytes.
 struct GroupPlanes {
+    int32_t bits = 4;               ///< a voxel
     int32_t width = 0, height = 0;  ///< voxels
     int64_t row_bytes = 0, plane_bytes = 0;
     std::vector<uint8_t> data;
 
-    void reset(int32_t grid_width, int32_t grid_height);
+    void reset(int32_t grid_width, int32_t grid_height, int32_t voxel_bits);
 };
 
 class GroupDither {
   public:
     /// `size` of the grid in voxels; memory is kept from group to group.
-    GroupDither(const openfab_stage_set& set, openfab_isa isa, uint64_t seed, const Vec3i& size);
+    GroupDither(const openfab_stage_set& set, openfab_isa isa, DitherRule rule, uint64_t seed,
+                const Vec3i& size);
 
     /// Slices 8 group .. 8 group + 7 into `planes`, which was reset.
     void begin(int32_t group, GroupPlanes* planes);

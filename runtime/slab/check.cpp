@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "runtime/abi/stage_table.h"
+#include "runtime/slab/dither_rule.h"
 
 namespace openfab::slab {
 
@@ -84,21 +85,21 @@ Result<void> check_part(const scene::Part& part, size_t materials) {
 }  // namespace
 
 Result<void> check_input(const PrintInput& input, const PrintOptions& options) {
-    if (options.dither != "floyd_steinberg") {
+    if (!find_dither(options.dither)) {
         return usage_error(
-            fmt::format("there is no dither `{}`; one of: floyd_steinberg", options.dither));
+            fmt::format("there is no dither `{}`; one of: {}", options.dither, dither_names()));
     }
     if (options.threads < 0 || options.threads > 1024) {
         return usage_error(fmt::format(
             "--threads {} is not possible: 1 to 1024, or 0 for all cores", options.threads));
     }
-    if (input.materials.size() > OPENFAB_MAX_MATERIALS_4BIT) {
+    if (input.materials.size() > OPENFAB_MAX_MATERIALS) {
         std::string names;
         for (const auto& m : input.materials)
             names += (names.empty() ? "" : ", ") + m.name;
         return user_error(
             fmt::format("this print uses {} materials, and at most {} are possible: {}",
-                        input.materials.size(), OPENFAB_MAX_MATERIALS_4BIT, names));
+                        input.materials.size(), OPENFAB_MAX_MATERIALS, names));
     }
     for (int a = 0; a < 3; ++a) {
         if (!(input.pitch_mm[a] > 0) || !std::isfinite(input.pitch_mm[a])) {

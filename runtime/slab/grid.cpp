@@ -33,7 +33,7 @@ bool contains(const Box3d& outer, const Box3d& inner) {
 
 Result<scene::Grid> make_grid(const std::vector<scene::Part>& parts,
                               const std::vector<std::shared_ptr<const surface::Surface>>& surfaces,
-                              const Vec3d& pitch_mm) {
+                              const Vec3d& pitch_mm, int32_t bits) {
     Box3d box;
     std::map<const surface::Surface*, Box3f> bounds;
     for (size_t i = 0; i < parts.size(); ++i) {
@@ -66,11 +66,11 @@ Result<scene::Grid> make_grid(const std::vector<scene::Part>& parts,
         grid.origin_mm[a] = lo * pitch_mm[a];
         grid.size[a] = static_cast<int32_t>(size);
     }
-    const int64_t slice_bytes = (int64_t{grid.size.x} + 1) / 2 * grid.size.y;
+    const int64_t slice_bytes = (int64_t{grid.size.x} * bits + 7) / 8 * grid.size.y;
     if (slice_bytes > kLargestSliceBytes) {
         return user_error(
             fmt::format("a slice of {} x {} voxels is too large: at most {} voxels are possible",
-                        grid.size.x, grid.size.y, 2 * kLargestSliceBytes));
+                        grid.size.x, grid.size.y, 8 / bits * kLargestSliceBytes));
     }
     return grid;
 }

@@ -20,7 +20,7 @@ namespace openfab::slab {
 /// double. Refuses what no print can hold.
 Result<scene::Grid> make_grid(const std::vector<scene::Part>& parts,
                               const std::vector<std::shared_ptr<const surface::Surface>>& surfaces,
-                              const Vec3d& pitch_mm);
+                              const Vec3d& pitch_mm, int32_t bits);
 
 /// First slice and one past the last that `options` ask for.
 Result<Vec2<int32_t>> slice_range(const scene::Grid& grid, const PrintOptions& options);

@@ -13,10 +13,10 @@
 namespace openfab::slab {
 
 GroupRun::GroupRun(const GroupSetup& setup)
-    : setup_(setup), dither_(*setup.stages, setup.isa, setup.seed, setup.size) {}
+    : setup_(setup), dither_(*setup.stages, setup.isa, setup.dither, setup.seed, setup.size) {}
 
 int GroupRun::run(int32_t group, Pool<BlockEvaluator>* evaluators, const StopFlags& stop) {
-    planes_.reset(setup_.size.x, setup_.size.y);
+    planes_.reset(setup_.size.x, setup_.size.y, voxel_bits(setup_.stages->materials));
     int status = prepare(group, evaluators);
     int32_t first = setup_.size.y, end = 0;
     for (const auto& active : active_) {

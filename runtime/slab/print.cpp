@@ -212,7 +212,8 @@ Result<void> PrintJob::set_up() {
     if (!surfaces) return surfaces.error();
     surfaces_ = std::move(*surfaces);
 
-    Result<scene::Grid> grid = make_grid(input_.parts, surfaces_, input_.pitch_mm);
+    Result<scene::Grid> grid = make_grid(input_.parts, surfaces_, input_.pitch_mm,
+                                         voxel_bits(static_cast<int32_t>(input_.materials.size())));
     if (!grid) return grid.error();
     if (const Result<void> diced = surface_status(); !diced) return diced.error();
     grid_ = *grid;
@@ -242,13 +243,14 @@ Result<void> PrintJob::set_up() {
     setup_.parts = &parts_;
     setup_.stages = find_stage_set(static_cast<int32_t>(input_.materials.size()));
     setup_.isa = options_.isa;
+    setup_.dither = *find_dither(options_.dither);
     setup_.seed = options_.seed;
     setup_.size = grid_.size;
     setup_.culling = options_.culling;
 
     const int64_t sink = options_.sink_bytes_per_column * grid_.size.x * grid_.size.y;
     const MemoryNeeds needs =
-        memory_needs(parts_, grid_.size, setup_.stages->materials + 1, caches + textures + sink);
+        memory_needs(parts_, grid_.size, setup_.stages->materials, caches + textures + sink);
     const int32_t groups = (range_.y + 7) / 8 - range_.x / 8;
     Result<MemoryPlan> plan = make_plan(needs, options_, threads_, groups);
     if (!plan) return plan.error();
@@ -260,7 +262,7 @@ Result<void> PrintJob::set_up() {
     info_.origin_mm = grid_.origin_mm;
     info_.slice_begin = range_.x;
     info_.slice_end = range_.y;
-    info_.bits = 4;
+    info_.bits = voxel_bits(setup_.stages->materials);
     info_.materials = input_.materials;
     info_.printer = input_.printer;
     info_.title = input_.title;
@@ -400,7 +402,7 @@ void PrintJob::encode(const backends::SliceSink& sink, const GroupRun& run,
             view.height = planes.height;
             const double start = seconds_now();
             slice.z = z;
-            slice.totals = count_slice(view);
+            slice.totals = count_slice(view, info_.bits);
             const double counted = seconds_now();
             slice.bytes = sink.encode(view);
             const std::lock_guard lock(encode_mutex_);

@@ -40,10 +40,14 @@ class ByteHistogram {
         for (; i < bytes; ++i)
             ++count_[0][data[i]];
     }
-    /// Adds the two codes of each byte.
-    void sum(std::array<int64_t, 16>* by_code) const {
+    /// Adds the one or two codes of each byte.
+    void sum(int32_t bits, std::array<int64_t, 256>* by_code) const {
         for (size_t byte = 0; byte < 256; ++byte) {
             const int64_t n = count_[0][byte] + count_[1][byte] + count_[2][byte] + count_[3][byte];
+            if (bits == 8) {
+                (*by_code)[byte] += n;
+                continue;
+            }
             (*by_code)[byte & 15] += n;
             (*by_code)[byte >> 4] += n;
         }
@@ -67,7 +71,7 @@ bool any_set(const uint8_t* data, size_t bytes) {
 
 }  // namespace
 
-SliceTotals count_slice(const backends::SliceView& slice) {
+SliceTotals count_slice(const backends::SliceView& slice, int32_t bits) {
     SliceTotals totals;
     totals.hash = slice_hash(slice.z, slice.data, slice.row_bytes, slice.height);
     ByteHistogram histogram;
@@ -86,13 +90,14 @@ SliceTotals count_slice(const backends::SliceView& slice) {
         first_y = std::min(first_y, y);
         end_y = y + 1;
     }
-    histogram.sum(&totals.by_code);
+    histogram.sum(bits, &totals.by_code);
     totals.by_code[0] += empty_rows * slice.width;
     // The unused half byte of odd widths is 0 and was counted as a void voxel in rows that are not
     // empty.
-    totals.by_code[0] -= (slice.width & 1) * (slice.height - empty_rows);
+    if (bits == 4) totals.by_code[0] -= (slice.width & 1) * (slice.height - empty_rows);
     if (end_y == 0) return totals;
     const auto set = [&](int32_t x) {
+        if (bits == 8) return columns[static_cast<size_t>(x)] != 0;
         return (columns[static_cast<size_t>(x / 2)] >> (x % 2 * 4) & 15) != 0;
     };
     int32_t first_x = 0, end_x = slice.width;

@@ -13,14 +13,14 @@
 namespace openfab::slab {
 
 struct SliceTotals {
-    std::array<int64_t, 16> by_code{};
+    std::array<int64_t, 256> by_code{};
     uint64_t hash = 0;
     Box3i tight{};  ///< voxels with a material, hi exclusive; empty (lo > hi) without any
 
     void add(const SliceTotals& other);
 };
 
-/// Counts a slice of 4-bit codes, rows without gaps.
-SliceTotals count_slice(const backends::SliceView& slice);
+/// Counts a slice of codes of 4 or 8 bits, rows without gaps.
+SliceTotals count_slice(const backends::SliceView& slice, int32_t bits);
 
 }  // namespace openfab::slab

@@ -5,6 +5,7 @@
 #include <array>
 
 #include "runtime/abi/voxel_hash.h"
+#include "runtime/slab/plain_dither.h"
 
 namespace openfab::slab {
 
@@ -28,9 +29,11 @@ const openfab_stage_set* find_stage_set(int32_t materials) {
     return nullptr;
 }
 
-StageCalls::StageCalls(const openfab_stage_set& set, openfab_isa isa, uint64_t seed)
+StageCalls::StageCalls(const openfab_stage_set& set, openfab_isa isa, DitherRule rule,
+                       uint64_t seed)
     : set_(set),
       isa_(isa),
+      rule_(rule),
       seed_(abi::fold_seed(seed)),
       error_buffers_(static_cast<size_t>(set.materials) + 2) {}
 
@@ -51,6 +54,19 @@ int StageCalls::normalise(const float* weights, int32_t slots, const int32_t* sl
 }
 
 int StageCalls::dither(const DitherRow& row, float* errors, int32_t width) {
+    if (rule_ == DitherRule::kBlueNoise || rule_ == DitherRule::kMajority) {
+        pick_row(rule_, row, channels(), seed_);
+        return 0;
+    }
+    const openfab_kernel_fn kernel =
+        pick(rule_ == DitherRule::kFloydSteinberg ? set_.floyd_steinberg : set_.decorrelated, isa_);
+    if (kernel != nullptr) return diffuse(kernel, row, errors, width);
+    diffuse_row(rule_, row, channels(), seed_, errors, width);
+    return 0;
+}
+
+int StageCalls::diffuse(openfab_kernel_fn kernel, const DitherRow& row, float* errors,
+                        int32_t width) {
     const int32_t voxels = 8 * row.blocks;
     abi::KernelBuffer fractions, tiles, above, here, below;
     fractions.set_dense(kUint16, row.fractions, {8, channels(), 8, 8, row.tile_count});
@@ -93,14 +109,14 @@ int StageCalls::dither(const DitherRow& row, float* errors, int32_t width) {
     args[7] = &z;
     args[8] = &seed;
     args[9] = &parity;
-    return pick(set_.dither, isa_)(args.data());
+    return kernel(args.data());
 }
 
-int StageCalls::pack(const uint8_t* codes, int64_t code_stride, int32_t bytes, int32_t rows,
-                     uint8_t* planes, int64_t row_stride, int64_t plane_stride) {
+int StageCalls::pack(int32_t bits, const uint8_t* codes, int64_t code_stride, int32_t bytes,
+                     int32_t rows, uint8_t* planes, int64_t row_stride, int64_t plane_stride) {
     abi::KernelBuffer in, out;
     in.set_dim(0, 8, 1);
-    in.set_dim(1, 2 * bytes, 8);
+    in.set_dim(1, 8 / bits * bytes, 8);
     in.set_dim(2, rows, static_cast<int32_t>(code_stride));
     in.set(kUint8, codes, 3);
     out.set_dim(0, bytes, 1);
@@ -108,7 +124,7 @@ int StageCalls::pack(const uint8_t* codes, int64_t code_stride, int32_t bytes, i
     out.set_dim(2, 8, static_cast<int32_t>(plane_stride));
     out.set(kUint8, planes, 3);
     void* args[2] = {in.raw(), out.raw()};
-    return pick(openfab_stage_table.pack4, isa_)(args);
+    return pick(bits == 4 ? openfab_stage_table.pack4 : openfab_stage_table.pack8, isa_)(args);
 }
 
 }  // namespace openfab::slab

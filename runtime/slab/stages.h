@@ -10,6 +10,7 @@
 
 #include "runtime/abi/kernel_call.h"
 #include "runtime/abi/stage_table.h"
+#include "runtime/slab/dither_rule.h"
 
 namespace openfab::slab {
 
@@ -17,7 +18,12 @@ namespace openfab::slab {
 /// need no test.
 constexpr int32_t kRowMargin = 8;
 
-/// The smallest set for at least `materials` materials, or null beyond what 4 bits can name.
+/// Bits of a packed voxel that can be one of `materials` materials or void: 4 or 8.
+constexpr int32_t voxel_bits(int32_t materials) {
+    return materials > OPENFAB_MAX_MATERIALS_4BIT ? 8 : 4;
+}
+
+/// The smallest set for at least `materials` materials, or null beyond OPENFAB_MAX_MATERIALS.
 const openfab_stage_set* find_stage_set(int32_t materials);
 
 /// One voxel row of a run of adjacent blocks.
@@ -38,7 +44,8 @@ struct DitherRow {
 
 class StageCalls {
   public:
-    StageCalls(const openfab_stage_set& set, openfab_isa isa, uint64_t seed);
+    /// The dither is of no matter where only normalise() is called.
+    StageCalls(const openfab_stage_set& set, openfab_isa isa, DitherRule rule, uint64_t seed);
 
     /// Materials of the set; fractions and errors have one more channel.
     int32_t materials() const { return set_.materials; }
@@ -52,17 +59,22 @@ class StageCalls {
                   const uint8_t* owned, int32_t n, uint16_t* fractions, uint8_t* codes,
                   int32_t* unusable);
 
-    /// `errors`: two rows of `width` + 2 kRowMargin voxels, (z 8, m, x, p 2); width is that of the
-    /// grid in whole blocks.
+    /// Chooses in the mixed voxels of a row, which follows the one above it where that has any.
+    /// `errors`, for rules that diffuse them: two rows of `width` + 2 kRowMargin voxels, (z 8, m,
+    /// x, p 2); width is that of the grid in whole blocks.
     int dither(const DitherRow& row, float* errors, int32_t width);
 
-    /// `codes` (z 8, x 2 * bytes, y rows) with rows `code_stride` bytes apart; `planes` likewise.
-    int pack(const uint8_t* codes, int64_t code_stride, int32_t bytes, int32_t rows,
+    /// `codes` (z 8, x 8 / bits * bytes, y rows) with rows `code_stride` bytes apart; `planes`
+    /// likewise.
+    int pack(int32_t bits, const uint8_t* codes, int64_t code_stride, int32_t bytes, int32_t rows,
              uint8_t* planes, int64_t row_stride, int64_t plane_stride);
 
   private:
+    int diffuse(openfab_kernel_fn kernel, const DitherRow& row, float* errors, int32_t width);
+
     const openfab_stage_set& set_;
     openfab_isa isa_;
+    DitherRule rule_;
     uint32_t seed_;
     std::vector<abi::KernelBuffer> error_buffers_;
 };

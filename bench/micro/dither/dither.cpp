@@ -46,9 +46,10 @@ void dither_and_pack(benchmark::State& state) {
     slab::RowBand bands[2];
     for (int32_t i = 0; i < 2; ++i)
         make_band(&bands[i], i, set.materials + 1, random);
-    slab::GroupDither dither(set, isa_of(state.range(1)), 1, {8 * kBlocks, 16, 8});
+    const auto rule = static_cast<slab::DitherRule>(state.range(2));
+    slab::GroupDither dither(set, isa_of(state.range(1)), rule, 1, {8 * kBlocks, 16, 8});
     slab::GroupPlanes planes;
-    planes.reset(8 * kBlocks, 16);
+    planes.reset(8 * kBlocks, 16, slab::voxel_bits(set.materials));
     for (auto _ : state) {
         dither.begin(0, &planes);
         slab::RowBand* released = nullptr;
@@ -61,15 +62,16 @@ void dither_and_pack(benchmark::State& state) {
     state.SetItemsProcessed(state.iterations() * 2 * kBlocks * 512);
 }
 BENCHMARK(dither_and_pack)
-    ->ArgNames({"materials", "isa"})
-    ->ArgsProduct({{1, 2, 4, 8, 15}, {OPENFAB_ISA_SSE41, OPENFAB_ISA_AVX2}});
+    ->ArgNames({"materials", "isa", "rule"})
+    ->ArgsProduct({{1, 2, 4, 8, 15, 32, 64}, {OPENFAB_ISA_SSE41, OPENFAB_ISA_AVX2}, {0, 1, 2, 3}});
 
 void pack(benchmark::State& state) {
-    slab::StageCalls calls(*slab::find_stage_set(1), isa_of(state.range(0)), 0);
+    slab::StageCalls calls(*slab::find_stage_set(1), isa_of(state.range(0)), slab::kDefaultDither,
+                           0);
     std::vector<uint8_t> codes(static_cast<size_t>(kBlocks) * 512, 1),
         planes(static_cast<size_t>(kBlocks) * 256);
     for (auto _ : state) {
-        if (calls.pack(codes.data(), kBlocks * 64, 4 * kBlocks, 8, planes.data(), 4 * kBlocks,
+        if (calls.pack(4, codes.data(), kBlocks * 64, 4 * kBlocks, 8, planes.data(), 4 * kBlocks,
                        32 * kBlocks) != 0) {
             state.SkipWithError("a kernel failed");
         }
@@ -80,7 +82,8 @@ BENCHMARK(pack)->ArgName("isa")->Arg(OPENFAB_ISA_SSE41)->Arg(OPENFAB_ISA_AVX2);
 
 void normalise(benchmark::State& state) {
     const auto materials = static_cast<int32_t>(state.range(0));
-    slab::StageCalls calls(*slab::find_stage_set(materials), isa_of(state.range(1)), 0);
+    slab::StageCalls calls(*slab::find_stage_set(materials), isa_of(state.range(1)),
+                           slab::kDefaultDither, 0);
     const int32_t n = 16;
     std::mt19937 random(1);
     std::uniform_real_distribution<float> unit(0, 1);

@@ -2,10 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/support/reference/dither.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "runtime/abi/dither_rules.h"
 #include "runtime/abi/voxel_hash.h"
+#include "runtime/slab/blue_noise.h"
 
 namespace openfab::reference {
 
@@ -79,9 +82,8 @@ int32_t pure_code(const uint16_t* fractions, int32_t channels) {
     return 0;
 }
 
-/// The first material at which the running sum of the fractions exceeds the hash of the place.
-int32_t start_code(const uint16_t* fractions, int32_t channels, uint32_t hash) {
-    const uint32_t threshold = abi::fraction_threshold(hash);
+/// The first material at which the running sum of the fractions exceeds the threshold.
+int32_t drawn_code(const uint16_t* fractions, int32_t channels, uint32_t threshold) {
     uint32_t sum = 0;
     for (int32_t m = 0; m < channels; ++m) {
         sum += fractions[m];
@@ -98,14 +100,39 @@ int32_t largest_code(const uint16_t* fractions, const float* value, int32_t chan
     return best;
 }
 
+/// Of the fractions; the first of equals.
+int32_t most_frequent(const uint16_t* fractions, int32_t channels) {
+    return static_cast<int32_t>(std::max_element(fractions, fractions + channels) - fractions);
+}
+
+/// Draws a material in proportion to what its value has above the floor.
+int32_t decorrelated_code(const uint16_t* fractions, const float* value, int32_t channels,
+                          float floor, uint32_t hash) {
+    std::vector<float> sums;
+    float sum = 0;
+    for (int32_t m = 0; m < channels; ++m) {
+        if (fractions[m] > 0) {
+            sum += std::max(value[m] - floor,
+                            static_cast<float>(fractions[m]) * abi::kDecorrelatedLeast);
+        }
+        sums.push_back(sum);
+    }
+    const float threshold = static_cast<float>(hash >> 16) / 65536.0f * sum;
+    int32_t code = 0;
+    while (!(sums[static_cast<size_t>(code)] > threshold))
+        ++code;
+    return code;
+}
+
 /// One slice: `value` starts as the fractions and gathers errors.
 class Slice {
   public:
-    Slice(const FractionField& field, int32_t z, uint32_t seed)
+    Slice(const FractionField& field, int32_t z, slab::DitherRule rule, uint32_t seed)
         : field_(field),
+          rule_(rule),
           z_(z),
           seed_(seed),
-          received_(static_cast<size_t>(field.size.x) * field.size.y, false) {
+          received_(static_cast<size_t>(field.size.x) * field.size.y, 0) {
         for (int32_t y = 0; y < field.size.y; ++y) {
             for (int32_t x = 0; x < field.size.x; ++x) {
                 const uint16_t* f = field.at(x, y, z);
@@ -118,19 +145,62 @@ class Slice {
         const uint16_t* fractions = field_.at(x, y, z_);
         if (!is_mixed(fractions, field_.channels))
             return static_cast<uint8_t>(pure_code(fractions, field_.channels));
-        float* value = value_at(x, y);
-        const uint32_t hash = abi::voxel_hash<uint32_t>(
-            static_cast<uint32_t>(field_.origin.x + x), static_cast<uint32_t>(field_.origin.y + y),
-            static_cast<uint32_t>(field_.origin.z + z_), seed_);
-        const int32_t code = received_[index(x, y)]
-                                 ? largest_code(fractions, value, field_.channels)
-                                 : start_code(fractions, field_.channels, hash);
-        value[code] -= 65535.0f;
+        const Vec3i place{field_.origin.x + x, field_.origin.y + y, field_.origin.z + z_};
+        if (rule_ == slab::DitherRule::kMajority)
+            return static_cast<uint8_t>(most_frequent(fractions, field_.channels));
+        if (rule_ == slab::DitherRule::kBlueNoise) {
+            const uint32_t threshold = static_cast<uint32_t>(slab::blue_noise_threshold(
+                slab::blue_noise_rank(place.x, place.y, seed_), place.z));
+            return static_cast<uint8_t>(drawn_code(fractions, field_.channels, threshold));
+        }
+        const int32_t code = rule_ == slab::DitherRule::kDecorrelated
+                                 ? choose_decorrelated(x, y, fractions, hash_at(place))
+                                 : choose_floyd_steinberg(x, y, fractions, hash_at(place));
         scatter(x, y);
         return static_cast<uint8_t>(code);
     }
 
   private:
+    uint32_t hash_at(const Vec3i& place) const {
+        return abi::voxel_hash<uint32_t>(static_cast<uint32_t>(place.x),
+                                         static_cast<uint32_t>(place.y),
+                                         static_cast<uint32_t>(place.z), seed_);
+    }
+
+    int32_t choose_floyd_steinberg(int32_t x, int32_t y, const uint16_t* fractions, uint32_t hash) {
+        float* value = value_at(x, y);
+        const int32_t code =
+            received_[index(x, y)] > 0
+                ? largest_code(fractions, value, field_.channels)
+                : drawn_code(fractions, field_.channels, abi::fraction_threshold(hash));
+        value[code] -= 65535.0f;
+        return code;
+    }
+
+    int32_t choose_decorrelated(int32_t x, int32_t y, const uint16_t* fractions, uint32_t hash) {
+        float* value = value_at(x, y);
+        const int32_t behind = received_[index(x, y)];
+        const float floor = behind == 0   ? 0
+                            : behind == 4 ? abi::kDecorrelatedInteriorFloor
+                                          : abi::kDecorrelatedBorderFloor;
+        const int32_t code = decorrelated_code(fractions, value, field_.channels, floor, hash);
+        value[code] -= 65535.0f;
+        if (behind > 0) return code;
+        // A start has a random phase in each material; the most frequent one makes up for the
+        // others.
+        const int32_t most = most_frequent(fractions, field_.channels);
+        int32_t sum = 0;
+        for (int32_t m = 0; m < field_.channels; ++m) {
+            if (fractions[m] == 0 || m == most) continue;
+            const uint32_t random = abi::phase_hash(hash, static_cast<uint64_t>(m)) >> 16;
+            const int32_t phase = static_cast<int32_t>(random) - 32768;
+            value[m] += static_cast<float>(phase);
+            sum += phase;
+        }
+        value[most] -= static_cast<float>(sum);
+        return code;
+    }
+
     size_t index(int32_t x, int32_t y) const { return static_cast<size_t>(y) * field_.size.x + x; }
     float* value_at(int32_t x, int32_t y) { return &value_[index(x, y) * field_.channels]; }
     bool takes(int32_t x, int32_t y) const {
@@ -145,7 +215,7 @@ class Slice {
         const float part = 1.0f / (weights > 1 ? weights : 1.0f);
         for (const Neighbour& n : kForward) {
             if (!takes(x + n.dx, y + n.dy)) continue;
-            received_[index(x + n.dx, y + n.dy)] = true;
+            ++received_[index(x + n.dx, y + n.dy)];
             for (int32_t m = 0; m < field_.channels; ++m) {
                 value_at(x + n.dx, y + n.dy)[m] += n.weight * (value_at(x, y)[m] * part);
             }
@@ -153,18 +223,19 @@ class Slice {
     }
 
     const FractionField& field_;
+    slab::DitherRule rule_;
     int32_t z_;
     uint32_t seed_;
-    std::vector<bool> received_;
+    std::vector<int32_t> received_;  ///< neighbours behind that have handed on errors
     std::vector<float> value_;
 };
 
 }  // namespace
 
-std::vector<uint8_t> dither(const FractionField& field, uint64_t seed) {
+std::vector<uint8_t> dither(const FractionField& field, uint64_t seed, slab::DitherRule rule) {
     std::vector<uint8_t> codes;
     for (int32_t z = 0; z < field.size.z; ++z) {
-        Slice slice(field, z, abi::fold_seed(seed));
+        Slice slice(field, z, rule, abi::fold_seed(seed));
         for (int32_t y = 0; y < field.size.y; ++y) {
             for (int32_t x = 0; x < field.size.x; ++x)
                 codes.push_back(slice.choose(x, y));

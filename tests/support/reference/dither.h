@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "runtime/base/vec.h"
+#include "runtime/slab/dither_rule.h"
 
 namespace openfab::reference {
 
@@ -40,8 +41,9 @@ FractionField make_field(const Vec3i& size, int32_t materials);
 /// Two or more fractions above 0.
 bool is_mixed(const uint16_t* fractions, int32_t channels);
 
-/// Floyd-Steinberg with the zero rule, scattering errors forward as in the paper of 1976.
-/// Returns a material code for each voxel, x fastest, then y, then z.
-std::vector<uint8_t> dither(const FractionField& field, uint64_t seed);
+/// Error diffusion scatters errors forward, as in the paper of 1976, with the zero rule. Returns a
+/// material code for each voxel, x fastest, then y, then z.
+std::vector<uint8_t> dither(const FractionField& field, uint64_t seed,
+                            slab::DitherRule rule = slab::kDefaultDither);
 
 }  // namespace openfab::reference

@@ -39,7 +39,7 @@ std::vector<uint8_t> MemorySink::codes() const {
     for (const std::vector<uint8_t>& slice : slices) {
         backends::SliceView view;
         view.data = slice.data();
-        view.row_bytes = static_cast<size_t>((info.size.x + 1) / 2);
+        view.row_bytes = static_cast<size_t>((info.size.x * info.bits + 7) / 8);
         for (int32_t y = 0; y < info.size.y; ++y) {
             for (int32_t x = 0; x < info.size.x; ++x)
                 out.push_back(view.code(x, y, info.bits));

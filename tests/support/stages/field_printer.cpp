@@ -51,16 +51,18 @@ Block make_block(const FractionField& field, int32_t bx, int32_t by, int32_t bz)
 
 }  // namespace
 
-std::vector<uint8_t> print_field(const FractionField& field, uint64_t seed, openfab_isa isa) {
+std::vector<uint8_t> print_field(const FractionField& field, uint64_t seed, openfab_isa isa,
+                                 slab::DitherRule rule) {
     const openfab_stage_set* set = slab::find_stage_set(field.channels - 1);
     EXPECT_EQ(set->materials, field.channels - 1);
+    const int32_t bits = slab::voxel_bits(set->materials);
     const Vec3i blocks{(field.size.x + 7) / 8, (field.size.y + 7) / 8, (field.size.z + 7) / 8};
     std::vector<uint8_t> codes(static_cast<size_t>(field.size.x) * field.size.y * field.size.z);
-    slab::GroupDither dither(*set, isa, seed, field.size);
+    slab::GroupDither dither(*set, isa, rule, seed, field.size);
     slab::GroupPlanes planes;
     slab::RowBand bands[2];
     for (int32_t bz = 0; bz < blocks.z; ++bz) {
-        planes.reset(field.size.x, field.size.y);
+        planes.reset(field.size.x, field.size.y, bits);
         dither.begin(field.origin.z / 8 + bz, &planes);
         slab::RowBand* released = nullptr;
         for (int32_t by = 0; by < blocks.y; ++by) {
@@ -80,7 +82,7 @@ std::vector<uint8_t> print_field(const FractionField& field, uint64_t seed, open
                          .data[static_cast<size_t>(z * planes.plane_bytes + y * planes.row_bytes)];
                 for (int32_t x = 0; x < field.size.x; ++x) {
                     codes[(static_cast<size_t>(8 * bz + z) * field.size.y + y) * field.size.x + x] =
-                        static_cast<uint8_t>(row[x / 2] >> (x % 2 * 4) & 15);
+                        bits == 8 ? row[x] : static_cast<uint8_t>(row[x / 2] >> (x % 2 * 4) & 15);
                 }
             }
         }

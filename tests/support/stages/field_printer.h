@@ -16,7 +16,7 @@ namespace openfab::tests {
 /// Codes as the twin gives them: x fastest, then y, then z. `field.origin` must be a multiple of 8
 /// in z and 0 in x and y; its number of materials must be that of a compiled set.
 std::vector<uint8_t> print_field(const reference::FractionField& field, uint64_t seed,
-                                 openfab_isa isa);
+                                 openfab_isa isa, slab::DitherRule rule = slab::kDefaultDither);
 
 /// The instruction sets that this machine can run.
 std::vector<openfab_isa> runnable_isas();

@@ -32,18 +32,19 @@ void expect_refused(const slab::PrintInput& input, const slab::PrintOptions& opt
 TEST(PrintRefuses, AnUnknownDitherAndListsWhatThereIs) {
     slab::PrintOptions options;
     options.dither = "ordered";
-    expect_refused(tests::make_input(box()), options, ErrorCode::kUsage,
-                   "no dither `ordered`; one of: floyd_steinberg");
+    expect_refused(
+        tests::make_input(box()), options, ErrorCode::kUsage,
+        "no dither `ordered`; one of: floyd_steinberg, decorrelated, blue_noise, majority");
 }
 
 TEST(PrintRefuses, MoreMaterialsThanCodes) {
     slab::PrintInput input = tests::make_input(box());
-    input.materials.resize(16);
-    input.materials[15].name = "gold";
+    input.materials.resize(65);
+    input.materials[64].name = "gold";
     expect_refused(input, {}, ErrorCode::kUserInput,
-                   "uses 16 materials, and at most 15 are possible");
+                   "uses 65 materials, and at most 64 are possible");
     expect_refused(input, {}, ErrorCode::kUserInput, "gold");
-    input.materials.resize(15);
+    input.materials.resize(64);
     EXPECT_TRUE(slab::Print::create(input, {}).has_value());
 }
 

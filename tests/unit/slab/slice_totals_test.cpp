@@ -34,7 +34,7 @@ TEST(SliceTotals, EqualsACountVoxelByVoxel) {
             data.insert(data.end(), row.begin(), row.end());
         }
         const SliceTotals counted =
-            count_slice({11, data.data(), static_cast<size_t>((width + 1) / 2), width, height});
+            count_slice({11, data.data(), static_cast<size_t>((width + 1) / 2), width, height}, 4);
         EXPECT_EQ(counted.by_code, expected.by_code) << width;
         if (!expected.tight.empty()) expected.tight.hi = expected.tight.hi + Vec3i{1, 1, 1};
         EXPECT_EQ(counted.tight, expected.tight) << width;
@@ -43,11 +43,11 @@ TEST(SliceTotals, EqualsACountVoxelByVoxel) {
 
 TEST(SliceTotals, HashSeesContentAndHeight) {
     std::vector<uint8_t> data(64, 0x11);
-    const uint64_t hash = count_slice({3, data.data(), 8, 16, 8}).hash;
-    EXPECT_EQ(hash, count_slice({3, data.data(), 8, 16, 8}).hash);
-    EXPECT_NE(hash, count_slice({4, data.data(), 8, 16, 8}).hash);
+    const uint64_t hash = count_slice({3, data.data(), 8, 16, 8}, 4).hash;
+    EXPECT_EQ(hash, count_slice({3, data.data(), 8, 16, 8}, 4).hash);
+    EXPECT_NE(hash, count_slice({4, data.data(), 8, 16, 8}, 4).hash);
     data[63] = 0x12;
-    EXPECT_NE(hash, count_slice({3, data.data(), 8, 16, 8}).hash);
+    EXPECT_NE(hash, count_slice({3, data.data(), 8, 16, 8}, 4).hash);
 }
 
 }  // namespace

@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The dither kernel and the rows of blocks around it against the textbook twin, bit for bit.
+// The dithers and the rows of blocks around them against the textbook twins, bit for bit.
 
 #include <gtest/gtest.h>
 
@@ -14,6 +14,10 @@ namespace openfab {
 namespace {
 
 using reference::FractionField;
+using slab::DitherRule;
+
+constexpr DitherRule kRules[] = {DitherRule::kFloydSteinberg, DitherRule::kDecorrelated,
+                                 DitherRule::kBlueNoise, DitherRule::kMajority};
 
 enum class Kind { kAllMixed, kPatches, kSpeckle, kThinWalls };
 
@@ -63,17 +67,17 @@ FractionField random_field(const Vec3i& size, int32_t materials, Kind kind, uint
     return field;
 }
 
-void expect_same(const FractionField& field, uint64_t seed) {
-    const std::vector<uint8_t> expected = reference::dither(field, seed);
+void expect_same(const FractionField& field, uint64_t seed, DitherRule rule) {
+    const std::vector<uint8_t> expected = reference::dither(field, seed, rule);
     for (openfab_isa isa : tests::runnable_isas()) {
-        const std::vector<uint8_t> printed = tests::print_field(field, seed, isa);
+        const std::vector<uint8_t> printed = tests::print_field(field, seed, isa, rule);
         ASSERT_EQ(printed.size(), expected.size());
         for (size_t i = 0; i < expected.size(); ++i) {
             const auto x = static_cast<int64_t>(i) % field.size.x,
                        y = static_cast<int64_t>(i) / field.size.x % field.size.y;
             ASSERT_EQ(printed[i], expected[i])
-                << "isa " << isa << " voxel " << x << " " << y << " "
-                << static_cast<int64_t>(i) / field.size.x / field.size.y;
+                << "rule " << static_cast<int>(rule) << " isa " << isa << " voxel " << x << " " << y
+                << " " << static_cast<int64_t>(i) / field.size.x / field.size.y;
         }
     }
 }
@@ -82,8 +86,20 @@ TEST(Dither, SameBitsAsTheTwin) {
     uint32_t seed = 1;
     for (int32_t materials : {1, 2, 3, 4, 6, 8, 12, 15}) {
         for (Kind kind : {Kind::kAllMixed, Kind::kPatches, Kind::kSpeckle, Kind::kThinWalls}) {
-            ++seed;
-            expect_same(random_field({53, 41, 11}, materials, kind, seed), seed);
+            const FractionField field = random_field({53, 41, 11}, materials, kind, ++seed);
+            for (DitherRule rule : kRules)
+                expect_same(field, seed, rule);
+        }
+    }
+}
+
+TEST(Dither, SameBitsAsTheTwinForManyMaterials) {
+    uint32_t seed = 100;
+    for (int32_t materials : {24, 32, 48, 64}) {
+        for (Kind kind : {Kind::kAllMixed, Kind::kPatches, Kind::kSpeckle, Kind::kThinWalls}) {
+            const FractionField field = random_field({37, 19, 9}, materials, kind, ++seed);
+            for (DitherRule rule : kRules)
+                expect_same(field, seed, rule);
         }
     }
 }
@@ -91,27 +107,36 @@ TEST(Dither, SameBitsAsTheTwin) {
 TEST(Dither, SameBitsAsTheTwinForEverySmallSize) {
     for (const Vec3i& size : {Vec3i{1, 1, 1}, Vec3i{1, 9, 1}, Vec3i{9, 1, 3}, Vec3i{8, 8, 8},
                               Vec3i{16, 17, 9}, Vec3i{7, 24, 8}}) {
-        expect_same(random_field(size, 2, Kind::kAllMixed, 5), 99);
-        expect_same(random_field(size, 3, Kind::kPatches, 6), 99);
+        for (DitherRule rule : kRules) {
+            expect_same(random_field(size, 2, Kind::kAllMixed, 5), 99, rule);
+            expect_same(random_field(size, 3, Kind::kPatches, 6), 99, rule);
+        }
     }
 }
 
 TEST(Dither, HashSeesThePlaceInTheGrid) {
     FractionField field = random_field({40, 24, 8}, 2, Kind::kSpeckle, 3);
     field.origin.z = 64;
-    expect_same(field, 1);
     FractionField low = field;
     low.origin.z = 0;
-    EXPECT_NE(reference::dither(field, 1), reference::dither(low, 1));
-    EXPECT_NE(reference::dither(field, 1), reference::dither(field, uint64_t{1} << 40));
+    for (DitherRule rule : kRules) {
+        expect_same(field, 1, rule);
+        const std::vector<uint8_t> codes = reference::dither(field, 1, rule);
+        const bool random = rule != DitherRule::kMajority;
+        EXPECT_EQ(codes != reference::dither(low, 1, rule), random);
+        EXPECT_EQ(codes != reference::dither(field, uint64_t{1} << 40, rule), random);
+    }
 }
 
 TEST(Dither, AbsentMaterialIsNeverChosenAndPureStays) {
     for (Kind kind : {Kind::kAllMixed, Kind::kPatches, Kind::kSpeckle, Kind::kThinWalls}) {
         const FractionField field = random_field({64, 64, 16}, 4, kind, 11);
-        const std::vector<uint8_t> printed = tests::print_field(field, 5, abi::best_isa());
-        for (size_t i = 0; i < printed.size(); ++i) {
-            ASSERT_GT(field.fractions[i * static_cast<size_t>(field.channels) + printed[i]], 0);
+        for (DitherRule rule : kRules) {
+            const std::vector<uint8_t> printed =
+                tests::print_field(field, 5, abi::best_isa(), rule);
+            for (size_t i = 0; i < printed.size(); ++i) {
+                ASSERT_GT(field.fractions[i * static_cast<size_t>(field.channels) + printed[i]], 0);
+            }
         }
     }
 }
@@ -123,12 +148,14 @@ TEST(Dither, SlicesShareNoState) {
         for (int32_t x = 0; x < field.size.x; ++x)
             set_pure(changed.at(x, y, 3), changed.channels, 1);
     }
-    std::vector<uint8_t> a = tests::print_field(field, 5, abi::best_isa());
-    std::vector<uint8_t> b = tests::print_field(changed, 5, abi::best_isa());
-    const size_t slice = 48 * 40;
-    for (size_t z = 0; z < 8; ++z) {
-        const bool same = std::equal(&a[z * slice], &a[z * slice] + slice, &b[z * slice]);
-        EXPECT_EQ(same, z != 3) << "slice " << z;
+    for (DitherRule rule : kRules) {
+        std::vector<uint8_t> a = tests::print_field(field, 5, abi::best_isa(), rule);
+        std::vector<uint8_t> b = tests::print_field(changed, 5, abi::best_isa(), rule);
+        const size_t slice = 48 * 40;
+        for (size_t z = 0; z < 8; ++z) {
+            const bool same = std::equal(&a[z * slice], &a[z * slice] + slice, &b[z * slice]);
+            EXPECT_EQ(same, z != 3) << "slice " << z;
+        }
     }
 }
 
