@@ -215,7 +215,7 @@ std::string GltfFile::load_uri(const JsonValue& at, const std::string& uri) {
         std::string bytes = mark == std::string::npos
                                 ? std::string()
                                 : decode_base64(std::string_view(uri).substr(mark + kMark.size()));
-        if (bytes.empty()) fail(at, "the buffer's data are no base64");
+        if (bytes.empty()) fail(at, "the data are no base64");
         return bytes;
     }
     const fs::path relative = decode_percent(uri);
@@ -223,7 +223,7 @@ std::string GltfFile::load_uri(const JsonValue& at, const std::string& uri) {
     if (relative.empty() || relative.is_absolute() || up ||
         relative.string().find('\0') != std::string::npos ||
         relative.string().find("://") != std::string::npos) {
-        fail(at, fmt::format("the buffer's file `{}` must be in the folder of the mesh, or below",
+        fail(at, fmt::format("the file `{}` must be in the folder of the mesh, or below",
                              uri.substr(0, 200)));
         return {};
     }
@@ -235,6 +235,20 @@ std::string GltfFile::load_uri(const JsonValue& at, const std::string& uri) {
     }
     files_.push_back(path);
     return std::move(*bytes);
+}
+
+Result<std::string> GltfFile::image(const JsonValue& image) {
+    std::string bytes;
+    if (const std::string uri = text(image, "uri"); !uri.empty()) {
+        bytes = load_uri(image, uri);
+    } else {
+        const JsonValue* found = item("bufferViews", integer(image, "bufferView", 0), "an image");
+        const int64_t length = found != nullptr ? integer(*found, "byteLength", 0) : 0;
+        const View of = found != nullptr ? view(integer(image, "bufferView", 0), 0, image) : View{};
+        if (ok()) bytes = std::string(of.bytes.substr(0, static_cast<size_t>(length)));
+    }
+    if (!ok()) return error();
+    return bytes;
 }
 
 const std::string* GltfFile::buffer(int64_t index) {

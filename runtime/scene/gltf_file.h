@@ -35,6 +35,9 @@ class GltfFile {
     /// One of `accessors`, whose numbers are of an unsigned integer type if `indices`.
     Result<GltfArray> array(int64_t accessor, bool indices);
 
+    /// The bytes of one of `images`: of its file, its data, or its buffer view.
+    Result<std::string> image(const JsonValue& image);
+
     /// root()[key][index]; null after an error, which is kept for error().
     const JsonValue* item(const char* key, int64_t index, const char* asked_by);
     /// object[key] as a whole number, `otherwise` where it is absent; 0 after an error.

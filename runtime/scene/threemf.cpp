@@ -191,6 +191,7 @@ class ThreemfReader {
             out->color = values_of(in, id, group, picks, "color", 3, &color_);
         } else if (group.kind == Kind::kCoordinates) {
             out->uv = values_of(in, id, group, picks, "uv", 2, &uv_);
+            if (out->material.empty()) out->material = threemf_texture_name(std::to_string(id));
         } else if (group.kind == Kind::kMulti && layers) {
             for (size_t layer = 0; layer < group.layers.size(); ++layer) {
                 std::array<int64_t, 3> inner{};

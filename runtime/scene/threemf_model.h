@@ -59,6 +59,11 @@ struct ThreemfModel {
 
 /// Errors are `file:line:column: …`. Vertices that triangles name are there; ids that anything else
 /// names need not be.
+/// What faces with coordinates of texture group `id`, and no base material, have as their material.
+inline std::string threemf_texture_name(const std::string& id) {
+    return "texture " + id;
+}
+
 Result<ThreemfModel> parse_threemf_model(std::string_view text, const std::string& file);
 
 }  // namespace openfab::scene

@@ -15,6 +15,8 @@ namespace openfab::tool {
 
 using Action = std::function<Result<void>()>;
 
+void add_new(CLI::App& app, Action* action);
+void add_import(CLI::App& app, Action* action);
 void add_info(CLI::App& app, Action* action);
 void add_verify(CLI::App& app, Action* action);
 void add_export(CLI::App& app, Action* action);

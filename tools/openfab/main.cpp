@@ -19,6 +19,8 @@ namespace {
 constexpr const char* kFooter = R"(Examples:
   openfab print card.fab.json -o slices        compile the world's fablets and print
   openfab print --help                         all options of a print
+  openfab import robot.obj -o robot            a world of a mesh with its pictures
+  openfab new soft_toy                         a folder with a fablet and a world
   openfab info card.ofr                        size, materials, amounts
   openfab verify card.ofr                      check every slice
   openfab export card.ofr -o slices            an .ofr as a folder of PNGs
@@ -35,6 +37,8 @@ int tool_main(int argc, char** argv) {
     // Listed for --help; handled above.
     app.add_subcommand("print",
                        "print a world: slices for a printer, an .ofr file or stream, pictures");
+    add_new(app, &action);
+    add_import(app, &action);
     add_info(app, &action);
     add_verify(app, &action);
     add_export(app, &action);

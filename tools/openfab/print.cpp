@@ -20,6 +20,7 @@
 #include "runtime/scene/world.h"
 #include "tools/openfab/commands.h"
 #include "tools/openfab/programs.h"
+#include "tools/openfab/stock.h"
 
 namespace openfab::tool {
 
@@ -51,10 +52,18 @@ Result<std::string> take_fablet(std::vector<std::string>* arguments) {
 Result<std::vector<std::filesystem::path>> sources_of(const print::Options& options,
                                                       const std::string& fablet) {
     const std::string& input = options.input;
+    if (is_stock_fablet(fablet)) {
+        Result<std::filesystem::path> source = stock_source(fablet);
+        if (!source) return source.error();
+        return std::vector<std::filesystem::path>{*source};
+    }
     if (!fablet.empty()) return std::vector<std::filesystem::path>{fablet};
     if (!input.ends_with(".json")) {
-        return usage_error(fmt::format(
-            "`{}` is no world (.fab.json); a mesh alone needs `--fablet FILE.fl`", input));
+        return usage_error(
+            fmt::format("`{}` is no world (.fab.json); a mesh alone needs `--fablet FILE.fl`, or a "
+                        "stock fablet: "
+                        "{}",
+                        input, stock_fablet_names()));
     }
     Result<scene::World> world =
         scene::load_world(input, {{options.allow.begin(), options.allow.end()}});
@@ -93,7 +102,8 @@ Result<void> print_world(std::vector<std::string> arguments) {
         print::parse_options(static_cast<int>(argv.size()), argv.data(), "openfab print");
     if (!options) return options.error();
     if (options->help) {
-        fmt::print("{}\n--fablet FILE.fl names the fablet for a mesh.\n", options->text);
+        fmt::print("{}\n--fablet FILE.fl names the fablet for a mesh; or one of {}.\n",
+                   options->text, stock_fablet_names());
         return {};
     }
     Result<std::vector<std::filesystem::path>> sources = sources_of(*options, *fablet);

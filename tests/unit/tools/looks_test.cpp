@@ -1,0 +1,164 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Colours and pictures of mesh files, and the worlds that an import makes of them.
+
+#include "tools/openfab/looks.h"
+
+#include <gmock/gmock.h>
+
+#include "runtime/scene/world.h"
+#include "tests/support/meshes/meshes.h"
+#include "tests/support/meshes/temp_folder.h"
+#include "tools/openfab/import.h"
+#include "tools/openfab/stock.h"
+
+namespace openfab::tool {
+namespace {
+
+using ::testing::HasSubstr;
+namespace fs = std::filesystem;
+
+TEST(Looks, OfAMaterialLibrary) {
+    const testing::TempFolder folder;
+    const testing::TempFolder other;
+    other.write("secret.png", "not for the world");
+    fs::create_directory(folder.path() / "maps");
+    folder.write("maps/skin.png", "skin");
+    folder.write("eye.png", "eye");
+    folder.write("robot.mtl",
+                 "# robot\nnewmtl body one\r\nKd 1 0 0.5\nNs 10\nmap_Kd maps\\skin.png\r\n"
+                 "newmtl eye\n  Kd 0 0 0\n\tmap_Kd -clamp on -o 0.5 0 -bm 2 eye.png\n"
+                 "newmtl plain\nKd 0 1 0\nnewmtl lost\nmap_Kd gone.png\n"
+                 "newmtl far\nmap_Kd " +
+                     (other.path() / "secret.png").string() + "\nnewmtl eye\nKd 1 1 1\nKd x y z\n");
+    const fs::path mesh =
+        folder.write("robot.obj", "mtllib robot.mtl\nmtllib ../up.mtl\nv 0 0 0\n");
+    const Result<Looks> looks = read_looks(mesh);
+    ASSERT_TRUE(looks) << looks.error().message;
+    ASSERT_EQ(looks->looks.size(), 5u);
+    const Look& body = looks->looks[0];
+    EXPECT_EQ(body.name, "body one");
+    EXPECT_EQ((*body.color)[0], 1);
+    EXPECT_NEAR((*body.color)[2], 0.21404, 1e-5);  // sRGB 0.5 as light
+    EXPECT_EQ(body.picture->name, "skin.png");
+    EXPECT_EQ(body.picture->bytes, "skin");
+    EXPECT_FALSE(body.picture->clamp);
+    EXPECT_FALSE(body.tinted);
+    EXPECT_EQ(looks->find("eye")->picture->bytes, "eye");
+    EXPECT_TRUE(looks->find("eye")->picture->clamp);
+    EXPECT_EQ((*looks->find("eye")->color)[0], 0);
+    EXPECT_FALSE(looks->find("plain")->picture);
+    EXPECT_FALSE(looks->find("lost")->picture);
+    EXPECT_FALSE(looks->find("far")->picture) << "a file outside the mesh's folder was read";
+    EXPECT_EQ(looks->notes.size(), 4u);  // the shift, gone.png, secret.png, up.mtl
+}
+
+TEST(Looks, OfGltf) {
+    // "aGVsbG8=" is hello.
+    const std::string text = R"({"asset": {"version": "2.0"}, "materials": [
+        {"name": "skin", "pbrMetallicRoughness": {"baseColorFactor": [0.5, 1, 0.25, 1], "baseColorTexture": {"index": 0}}},
+        {"pbrMetallicRoughness": {"baseColorFactor": [1, 0, 0, 1]}}, {"name": "none"}],
+        "textures": [{"source": 0, "sampler": 0}], "samplers": [{"wrapS": 33071}],
+        "images": [{"uri": "data:image/png;base64,aGVsbG8=", "name": "face"}]})";
+    const Result<Looks> looks = gltf_looks(text, "a.gltf");
+    ASSERT_TRUE(looks) << looks.error().message;
+    ASSERT_EQ(looks->looks.size(), 3u);
+    EXPECT_EQ(looks->looks[0].picture->bytes, "hello");
+    EXPECT_TRUE(looks->looks[0].picture->clamp);
+    EXPECT_TRUE(looks->looks[0].tinted);
+    EXPECT_EQ((*looks->looks[0].color)[2], 0.25);
+    EXPECT_EQ(looks->looks[1].name, "material 1");
+    EXPECT_FALSE(gltf_looks(
+        R"({"asset": {"version": "2.0"}, "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 3}}}]})",
+        "a.gltf"));
+}
+
+/// A cube of two groups, its front and all else.
+scene::LoadedMesh two_groups() {
+    scene::LoadedMesh out;
+    out.mesh = testing::cube(10);
+    for (scene::MeshAttribute& a : out.mesh.attributes) {
+        if (a.name != "face") continue;
+        for (int32_t& f : a.faces)
+            f = f == 0 ? 0 : 1;
+    }
+    out.groups = {{"front \"x\"", 0}, {"rest", 1}};
+    return out;
+}
+
+Looks two_looks() {
+    Looks looks;
+    looks.looks.push_back({"front \"x\"", std::array<double, 3>{0.5, 0.5, 0.5},
+                           Picture{"a b/ü.png", "picture", true}, false});
+    looks.looks.push_back({"rest", std::array<double, 3>{1, 0, 0}, {}, false});
+    return looks;
+}
+
+TEST(Import, BindsPicturesByGroup) {
+    const Result<Import> import = make_import(two_groups(), two_looks(), "cube.obj", {});
+    ASSERT_TRUE(import) << import.error().message;
+    EXPECT_EQ(import->fablet, "textured");
+    ASSERT_EQ(import->files.size(), 2u);
+    EXPECT_EQ(import->files[0].name, "a_b___.png");
+    EXPECT_THAT(import->files[1].bytes, HasSubstr("const int GROUPS = 2;"));
+    EXPECT_THAT(import->world, HasSubstr("\"map_of\": [0, -1]"));
+    EXPECT_THAT(import->world, HasSubstr("\"tints\": [[1, 1, 1], [1, 0, 0]]"));
+    EXPECT_THAT(import->world, HasSubstr("\"wrap\": \"clamp\""));
+}
+
+TEST(Import, GivesEveryGroupAMaterialOfItsOwn) {
+    ImportOptions options;
+    options.fablet = "solid";
+    options.largest_mm = 25;
+    Looks looks = two_looks();
+    looks.looks[0].color = looks.looks[1].color;  // the same colour, and yet two keys
+    const Result<Import> import = make_import(two_groups(), looks, "cube.obj", options);
+    ASSERT_TRUE(import) << import.error().message;
+    EXPECT_THAT(import->world, HasSubstr("\"front \\\"x\\\"\": {\"key\": \"#ff0000\""));
+    EXPECT_THAT(import->world,
+                HasSubstr("\"rest\": {\"key\": \"#ff0001\", \"preview\": \"#ff0000ff\""));
+    EXPECT_THAT(import->world, HasSubstr("\"scale\": 2.5"));
+}
+
+TEST(Import, RefusesWhatTheMeshLacks) {
+    scene::LoadedMesh mesh = two_groups();
+    ImportOptions options;
+    for (const char* fablet : {"relief", "painted", "textured"}) {
+        options.fablet = fablet;
+        EXPECT_FALSE(make_import(mesh, {}, "cube.obj", options)) << fablet;
+    }
+    mesh.mesh = testing::without(mesh.mesh, "uv");
+    options.fablet = "textured";
+    EXPECT_THAT(make_import(mesh, two_looks(), "cube.obj", options).error().message,
+                HasSubstr("no texture coordinates"));
+    options.fablet.clear();
+    EXPECT_EQ(make_import(mesh, two_looks(), "cube.obj", options)->fablet, "solid");
+}
+
+TEST(Import, WritesWorldsOfEveryStockFabletThatLoad) {
+    for (const std::string fablet : kStockFablets) {
+        const testing::TempFolder folder;
+        scene::LoadedMesh mesh = two_groups();
+        scene::MeshAttribute color;
+        color.name = "color";
+        color.components = 3;
+        color.values = {1, 0, 0};
+        color.corners.resize(mesh.mesh.triangles.size());
+        mesh.mesh.attributes.push_back(color);
+        ImportOptions options;
+        options.fablet = fablet;
+        const Result<Import> import = make_import(mesh, two_looks(), "cube.obj", options);
+        ASSERT_TRUE(import) << import.error().message;
+        for (const ImportedFile& file : import->files)
+            folder.write(file.name, file.bytes);
+        folder.write("cube.obj",
+                     "v 0 0 0\nv 9 0 0\nv 0 9 0\nv 0 0 9\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n");
+        const Result<scene::World> world =
+            scene::load_world(folder.write("cube.fab.json", import->world));
+        EXPECT_TRUE(world) << fablet << ": " << world.error().message;
+    }
+}
+
+}  // namespace
+}  // namespace openfab::tool

@@ -1,0 +1,393 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/openfab/import.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <map>
+
+#include "runtime/scene/json.h"
+#include "tools/openfab/stock.h"
+
+namespace openfab::tool {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr size_t kMostMaterials = 64;
+constexpr size_t kLargestPicture = 1'000'000'000;
+
+/// As JSON has it. Names come from files and may hold anything.
+std::string json_text(std::string_view text) {
+    std::string out = "\"";
+    for (const char c : text) {
+        if (c == '"' || c == '\\') {
+            out += '\\';
+            out += c;
+        } else if (static_cast<unsigned char>(c) < 0x20) {
+            out += fmt::format("\\u{:04x}", static_cast<unsigned char>(c));
+        } else {
+            out += c;
+        }
+    }
+    return out + "\"";
+}
+
+template <typename Things, typename Text>
+std::string list_of(const Things& things, const Text& text) {
+    std::string out = "[";
+    for (const auto& thing : things)
+        out += (out.size() > 1 ? ", " : "") + text(thing);
+    return out + "]";
+}
+
+/// A number with what digits it needs, at most 5 behind the point.
+std::string number(double value) {
+    std::string text = fmt::format("{:.5f}", value);
+    text.erase(text.find_last_not_of('0') + 1);
+    if (text.ends_with('.')) text.pop_back();
+    return text == "-0" ? "0" : text;
+}
+
+/// A name that no other has: as it is, else with a number behind it.
+std::string unique(std::string name, std::vector<std::string>* taken) {
+    if (name.empty()) name = "unnamed";
+    const std::string base = name;
+    for (int i = 2; std::find(taken->begin(), taken->end(), name) != taken->end(); ++i)
+        name = fmt::format("{}_{}", base, i);
+    taken->push_back(name);
+    return name;
+}
+
+/// A file's name of letters that no shell or program stumbles over.
+std::string plain_name(const std::string& name) {
+    std::string out;
+    for (const char c : name) {
+        const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
+                           (c >= '0' && c <= '9') || c == '.' || c == '_' || c == '-';
+        out += plain ? c : '_';
+    }
+    return out.empty() || out[0] == '.' ? "picture" + out : out;
+}
+
+using Key = std::array<int, 3>;
+
+/// Of sRGB; linear light in.
+Key key_of(const std::array<double, 3>& linear) {
+    Key key{};
+    for (size_t c = 0; c < 3; ++c) {
+        const double x = std::clamp(linear[c], 0.0, 1.0);
+        const double s = x <= 0.0031308 ? x * 12.92 : 1.055 * std::pow(x, 1 / 2.4) - 0.055;
+        key[c] = static_cast<int>(s * 255 + 0.5);
+    }
+    return key;
+}
+
+std::string hex(const Key& key) {
+    return fmt::format("#{:02x}{:02x}{:02x}", key[0], key[1], key[2]);
+}
+
+/// A key next to the one asked for that no other material has.
+Key free_key(Key key, std::vector<Key>* taken) {
+    while (std::find(taken->begin(), taken->end(), key) != taken->end()) {
+        for (size_t c = 3; c-- > 0;) {
+            key[c] = (key[c] + 1) % 256;
+            if (key[c] != 0) break;
+        }
+    }
+    taken->push_back(key);
+    return key;
+}
+
+class Importer {
+  public:
+    Importer(const scene::LoadedMesh& mesh, const Looks& looks, const std::string& file,
+             const ImportOptions& options)
+        : mesh_(mesh), looks_(looks), file_(file), options_(options) {
+        for (const auto& [name, number] : mesh.groups)
+            groups_.push_back(name);
+        // A mesh of one material has no groups where the material has no name.
+        if (groups_.empty()) groups_.push_back(looks.looks.size() == 1 ? looks.looks[0].name : "");
+        for (const Vec3d& p : mesh.mesh.positions)
+            box_.add(p);
+        if (options.largest_mm) {
+            const Vec3d size = box_.size();
+            scale_ = *options.largest_mm / std::max({size.x, size.y, size.z});
+        }
+    }
+
+    Result<Import> run() {
+        out_.fablet = options_.fablet.empty() ? fitting_fablet() : options_.fablet;
+        if (Result<void> fine = check(); !fine) return fine.error();
+        if (Result<void> bound = bind(); !bound) return bound.error();
+        std::string source(stock_text(fmt::format("stock_{}.fl", out_.fablet)));
+        set_constant("GROUPS", groups_.size(), &source);
+        set_constant("MAPS", std::max<size_t>(textures_.size(), 1), &source);
+        out_.files.push_back({source_name(), std::move(source)});
+        out_.world = world();
+        return std::move(out_);
+    }
+
+  private:
+    bool has(const char* attribute, int32_t components) const {
+        const scene::MeshAttribute* a = mesh_.mesh.find(attribute);
+        return a != nullptr && !a->is_int && a->components == components;
+    }
+    bool any_picture() const {
+        return !options_.picture.empty() ||
+               std::any_of(groups_.begin(), groups_.end(),
+                           [&](const std::string& g) { return look(g).picture.has_value(); });
+    }
+    Look look(const std::string& group) const {
+        const Look* found = looks_.find(group);
+        return found != nullptr ? *found : Look{};
+    }
+
+    std::string fitting_fablet() const {
+        if (has("uv", 2) && any_picture()) return "textured";
+        return has("color", 3) && groups_.size() == 1 ? "painted" : "solid";
+    }
+
+    Result<void> check() const {
+        const std::string& f = out_.fablet;
+        if ((f == "textured" || f == "relief") && !has("uv", 2)) {
+            return user_error(
+                fmt::format("{}: the mesh has no texture coordinates, which `{}` needs; "
+                            "choose another `--fablet`",
+                            file_, f));
+        }
+        if (f == "relief" && !any_picture())
+            return user_error(fmt::format(
+                "{}: the mesh has no picture, which `relief` needs; give one with `--picture FILE`",
+                file_));
+        if (f == "painted" && !has("color", 3))
+            return user_error(
+                fmt::format("{}: the mesh's vertices have no colours, which `painted` "
+                            "needs; choose another `--fablet`",
+                            file_));
+        return {};
+    }
+
+    std::string source_name() const { return fmt::format("stock_{}.fl", out_.fablet); }
+    std::string object_name() const { return fs::path(file_).stem().string(); }
+
+    static void set_constant(const std::string& name, size_t value, std::string* source) {
+        const std::string from = fmt::format("const int {} = 1;", name);
+        const size_t at = source->find(from);
+        if (at != std::string::npos)
+            source->replace(at, from.size(), fmt::format("const int {} = {};", name, value));
+    }
+
+    std::string add_material(const std::string& name, const std::array<double, 3>& linear) {
+        const Key key = key_of(linear);
+        const std::string unique_name = unique(name, &material_names_);
+        materials_.push_back(fmt::format("        {}: {{\"key\": \"{}\", \"preview\": \"{}ff\"}}",
+                                         json_text(unique_name), hex(free_key(key, &keys_)),
+                                         hex(key)));
+        return unique_name;
+    }
+
+    void uniform(const std::string& name, const std::string& value) {
+        uniforms_.push_back(fmt::format("                {}: {}", json_text(name), value));
+    }
+    void material(const std::string& uniform_name, const std::string& name,
+                  const std::array<double, 3>& linear) {
+        uniform(uniform_name, json_text(add_material(name, linear)));
+    }
+
+    Result<void> bind() {
+        const double low = box_.lo.z * scale_, high = box_.hi.z * scale_;
+        if (out_.fablet == "solid") return bind_solid();
+        if (out_.fablet == "textured") {
+            if (Result<void> bound = bind_pictures(); !bound) return bound;
+        } else if (out_.fablet == "painted") {
+            // The other formats' colours are made linear when they are read.
+            if (fs::path(file_).extension() == ".obj") uniform("encoded", "true");
+        } else if (out_.fablet == "graded") {
+            uniform("low", number(low));
+            uniform("high", number(high));
+            material("bottom", "white", kWhite);
+            material("top", "black", kBlack);
+        } else if (out_.fablet == "shell") {
+            material("skin", "white", kWhite);
+            material("core", "black", kBlack);
+        } else if (out_.fablet == "lattice") {
+            material("material", "white", kWhite);
+            uniform("filler", "\"VOID\"");
+        } else {
+            return bind_relief();
+        }
+        if (out_.fablet == "textured" || out_.fablet == "painted") {
+            material("cyan", "cyan", {0, 0.3, 0.8});
+            material("magenta", "magenta", {0.75, 0, 0.2});
+            material("yellow", "yellow", {1, 0.8, 0});
+            material("black", "black", kBlack);
+            material("white", "white", kWhite);
+        }
+        return {};
+    }
+
+    Result<void> bind_solid() {
+        if (groups_.size() > kMostMaterials) {
+            return user_error(
+                fmt::format("{}: the mesh has {} groups, and a world at most {} "
+                            "materials; choose another `--fablet`",
+                            file_, groups_.size(), kMostMaterials));
+        }
+        std::vector<std::string> names;
+        for (size_t g = 0; g < groups_.size(); ++g) {
+            // Without a colour: greys that can be told apart.
+            const double grey =
+                1 - 0.8 * static_cast<double>(g) / static_cast<double>(groups_.size());
+            const std::string name = groups_[g].empty() ? "material" : groups_[g];
+            names.push_back(add_material(
+                name == "VOID" ? "void" : name,
+                look(groups_[g]).color.value_or(std::array<double, 3>{grey, grey, grey})));
+        }
+        uniform("materials", names.size() == 1 ? json_text(names[0]) : list_of(names, json_text));
+        return {};
+    }
+
+    Result<void> bind_pictures() {
+        std::vector<int> map_of;
+        std::vector<std::array<double, 3>> tints;
+        for (const std::string& group : groups_) {
+            const Look of = look(group);
+            Result<int> place = add_picture(of);
+            if (!place) return place.error();
+            map_of.push_back(*place);
+            const bool white = *place >= 0 && !of.tinted;
+            tints.push_back(white ? kWhite : of.color.value_or(kWhite));
+        }
+        if (textures_.empty())
+            return user_error(
+                fmt::format("{}: the mesh has no picture, which `textured` needs; give "
+                            "one with `--picture FILE`",
+                            file_));
+        uniform("maps", texture_names_.size() == 1 ? json_text(texture_names_[0])
+                                                   : list_of(texture_names_, json_text));
+        uniform("map_of", list_of(map_of, [](int i) { return std::to_string(i); }));
+        uniform("tints", list_of(tints, [](const auto& t) { return list_of(t, number); }));
+        return {};
+    }
+
+    Result<void> bind_relief() {
+        for (const std::string& group : groups_) {
+            Result<int> place = add_picture(look(group));
+            if (!place) return place.error();
+            if (*place >= 0) break;
+        }
+        uniform("map", json_text(texture_names_[0]));
+        material("material", "white", kWhite);
+        return {};
+    }
+
+    /// The place of a look's picture among the textures, -1 where it has none. One that several
+    /// have is there once.
+    Result<int> add_picture(const Look& of) {
+        Picture picture;
+        if (!options_.picture.empty()) {
+            Result<std::string> bytes = scene::read_text_file(options_.picture, kLargestPicture);
+            if (!bytes) return bytes.error();
+            picture = {fs::path(options_.picture).filename().string(), std::move(*bytes), false};
+        } else if (of.picture) {
+            picture = *of.picture;
+        } else {
+            return -1;
+        }
+        for (size_t t = 0; t < pictures_.size(); ++t) {
+            if (pictures_[t].bytes == picture.bytes && pictures_[t].clamp == picture.clamp)
+                return static_cast<int>(t);
+        }
+        const fs::path plain = plain_name(picture.name);
+        const std::string name = unique(plain.stem().string(), &texture_names_);
+        const std::string file = name + plain.extension().string();
+        textures_.push_back(fmt::format("        {}: {{\"file\": {}, \"wrap\": \"{}\"}}",
+                                        json_text(name), json_text(file),
+                                        picture.clamp ? "clamp" : "repeat"));
+        out_.files.push_back({file, picture.bytes});
+        pictures_.push_back(std::move(picture));
+        return static_cast<int>(textures_.size()) - 1;
+    }
+
+    /// The unit of the file, unless it says it itself.
+    std::string unit() const {
+        if (mesh_.unit_note == "as the file says") return "";
+        static const std::map<double, const char*> kNames = {
+            {1, "mm"}, {10, "cm"}, {1000, "m"}, {0.001, "um"}, {25.4, "in"}};
+        const auto found = kNames.find(mesh_.unit_mm);
+        return found == kNames.end() ? "" : fmt::format(", \"unit\": \"{}\"", found->second);
+    }
+
+    static std::string lines(const std::vector<std::string>& all) {
+        std::string out;
+        for (const std::string& line : all)
+            out += (out.empty() ? "" : ",\n") + line;
+        return out;
+    }
+
+    std::string world() const {
+        std::string fablet = out_.fablet;
+        fablet[0] = static_cast<char>(fablet[0] - 32);
+        const std::string name = json_text(object_name());
+        const std::string scale = scale_ == 1 ? "" : fmt::format(", \"scale\": {:.9g}", scale_);
+        const std::string textures =
+            textures_.empty()
+                ? ""
+                : fmt::format("    \"textures\": {{\n{}\n    }},\n", lines(textures_));
+        return fmt::format(R"({{
+    "$schema": "fab_world.schema.json",
+    "openfab": 1,
+    "printer": {},
+    "fablets": {{"{}": {{"source": "{}", "fablet": "{}"}}}},
+    "materials": {{
+{}
+    }},
+{}    "meshes": {{{}: {{"file": {}{}}}}},
+    "objects": {{
+        {}: {{
+            "mesh": {},
+            "fablet": "{}",
+            "uniforms": {{
+{}
+            }}
+        }}
+    }},
+    "build": [{{"object": {}{}, "translate_mm": [0, 0]}}]
+}}
+)",
+                           json_text(options_.printer), out_.fablet, source_name(), fablet,
+                           lines(materials_), textures, name, json_text(file_), unit(), name, name,
+                           out_.fablet, lines(uniforms_), name, scale);
+    }
+
+    static constexpr std::array<double, 3> kWhite{1, 1, 1};
+    static constexpr std::array<double, 3> kBlack{0, 0, 0};
+
+    const scene::LoadedMesh& mesh_;
+    const Looks& looks_;
+    const std::string& file_;
+    const ImportOptions& options_;
+    std::vector<std::string> groups_;  ///< by the mesh's `face` numbers
+    Box3d box_;
+    double scale_ = 1;
+    std::vector<std::string> materials_, textures_, uniforms_;  ///< lines of the world
+    std::vector<std::string> material_names_, texture_names_;
+    std::vector<Key> keys_;
+    std::vector<Picture> pictures_;
+    Import out_;
+};
+
+}  // namespace
+
+Result<Import> make_import(const scene::LoadedMesh& mesh, const Looks& looks,
+                           const std::string& file, const ImportOptions& options) {
+    return Importer(mesh, looks, file, options).run();
+}
+
+}  // namespace openfab::tool

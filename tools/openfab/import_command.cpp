@@ -1,0 +1,134 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// `openfab import FILE -o FOLDER`: a world of a mesh and what belongs to it, ready to print.
+
+#include <fmt/format.h>
+
+#include <memory>
+#include <optional>
+
+#include "runtime/base/units.h"
+#include "runtime/scene/printer.h"
+#include "tools/openfab/commands.h"
+#include "tools/openfab/import.h"
+#include "tools/openfab/stock.h"
+
+namespace openfab::tool {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Arguments {
+    std::string file, folder, unit, size;
+    ImportOptions import;
+};
+
+std::optional<double> unit_mm(const std::string& name) {
+    static const std::pair<const char*, double> kUnits[] = {
+        {"mm", 1}, {"cm", 10}, {"m", 1000}, {"um", 0.001}, {"in", 25.4}};
+    for (const auto& [unit, mm] : kUnits) {
+        if (name == unit) return mm;
+    }
+    return {};
+}
+
+Result<void> copy_into(const fs::path& from, const fs::path& to) {
+    std::error_code status;
+    fs::create_directories(to.parent_path(), status);
+    if (!status) fs::copy_file(from, to, fs::copy_options::overwrite_existing, status);
+    if (!status) return {};
+    return outside_error(
+        fmt::format("cannot copy `{}` to `{}`: {}", from.string(), to.string(), status.message()));
+}
+
+/// The mesh, files that it is made of, pictures and fablet, and the world last.
+Result<void> write_all(const fs::path& mesh, const scene::LoadedMesh& loaded, const Import& import,
+                       const fs::path& folder, const fs::path& world) {
+    if (Result<void> done = copy_into(mesh, folder / mesh.filename()); !done) return done;
+    for (const fs::path& other : loaded.files) {
+        const fs::path relative = other.lexically_relative(mesh.parent_path());
+        if (Result<void> done = copy_into(other, folder / relative); !done) return done;
+    }
+    for (const ImportedFile& file : import.files) {
+        if (Result<void> done = write_file(folder / file.name, file.bytes); !done) return done;
+    }
+    if (Result<void> done =
+            write_file(folder / "fab_world.schema.json", stock_text("fab_world.schema.json"));
+        !done)
+        return done;
+    return write_file(world, import.world);
+}
+
+Result<void> run_import(Arguments arguments) {
+    const fs::path mesh = arguments.file;
+    if (!scene::is_mesh_file(mesh)) {
+        return usage_error(fmt::format("`{}` is no mesh by its extension; meshes are {}",
+                                       arguments.file, scene::mesh_formats()));
+    }
+    if (!arguments.import.fablet.empty() && !is_stock_fablet(arguments.import.fablet)) {
+        return usage_error(fmt::format("there is no stock fablet `{}`; choose from {}",
+                                       arguments.import.fablet, stock_fablet_names()));
+    }
+    if (!arguments.size.empty()) {
+        const Result<double> size = parse_length_mm(arguments.size);
+        if (!size) return usage_error("`--size`: " + size.error().message);
+        if (!(*size > 0)) return usage_error("`--size` must be above 0");
+        arguments.import.largest_mm = *size;
+    }
+    if (Result<scene::Printer> printer = scene::load_printer(arguments.import.printer); !printer)
+        return printer.error();
+    const fs::path folder = arguments.folder;
+    const fs::path world = folder / (mesh.stem().string() + ".fab.json");
+    std::error_code status;
+    if (fs::exists(world, status))
+        return user_error(
+            fmt::format("`{}` exists already; choose another folder", world.string()));
+
+    scene::MeshOptions options;
+    options.name = mesh.stem().string();
+    options.unit_mm = unit_mm(arguments.unit);
+    Result<scene::LoadedMesh> loaded = scene::load_mesh(mesh, options);
+    if (!loaded) return loaded.error();
+    Result<Looks> looks = read_looks(mesh);
+    if (!looks) return looks.error();
+    Result<Import> import =
+        make_import(*loaded, *looks, mesh.filename().string(), arguments.import);
+    if (!import) return import.error();
+    for (const std::string& warning : loaded->warnings)
+        fmt::print(stderr, "warning: {}\n", warning);
+    for (const auto* notes : {&looks->notes, &import->notes}) {
+        for (const std::string& note : *notes)
+            fmt::print(stderr, "note: {}\n", note);
+    }
+    if (Result<void> done = write_all(mesh, *loaded, *import, folder, world); !done) return done;
+    for (const auto& [name, number] : loaded->groups)
+        fmt::print(stderr, "group {} is {}\n", number, name);
+    fmt::print(stderr, "made {} with the fablet `{}`\nprint it: openfab print {} -o {}.ofr\n",
+               world.string(), import->fablet, world.string(), mesh.stem().string());
+    return {};
+}
+
+}  // namespace
+
+void add_import(CLI::App& app, Action* action) {
+    CLI::App* command =
+        app.add_subcommand("import", "make a world of a mesh, its colours and its pictures");
+    auto a = std::make_shared<Arguments>();
+    command->add_option("FILE", a->file, "a mesh: " + scene::mesh_formats())->required();
+    command->add_option("-o,--output", a->folder, "the folder to make")->required();
+    command->add_option(
+        "--fablet", a->import.fablet,
+        "solid, textured, painted, graded, shell, lattice or relief; else what fits "
+        "the mesh");
+    command->add_option("--picture", a->import.picture,
+                        "an image for textured or relief, instead of the mesh's own");
+    command->add_option("--size", a->size, "of its longest side, as 60mm; else as it is");
+    command->add_option("--unit", a->unit, "of the file's numbers: mm, cm, m, um or in")
+        ->check(CLI::IsMember({"mm", "cm", "m", "um", "in"}));
+    command->add_option("--printer", a->import.printer, "generic unless told");
+    command->callback([a, action] { *action = [a] { return run_import(*a); }; });
+}
+
+}  // namespace openfab::tool

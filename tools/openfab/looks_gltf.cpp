@@ -1,0 +1,99 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Looks of glTF: base colours and their pictures.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "runtime/scene/gltf_file.h"
+#include "tools/openfab/looks.h"
+
+namespace openfab::tool {
+
+namespace {
+
+using scene::GltfFile;
+using scene::JsonMember;
+using scene::JsonValue;
+
+const JsonValue* child(const JsonValue* object, const char* key) {
+    const JsonMember* found =
+        object != nullptr && object->is(JsonValue::Kind::kObject) ? object->find(key) : nullptr;
+    return found != nullptr ? &found->value : nullptr;
+}
+
+std::string extension_of(std::string_view bytes) {
+    return bytes.starts_with("\x89PNG") ? ".png" : bytes.starts_with("\xff\xd8") ? ".jpg" : ".img";
+}
+
+/// The picture of a texture of the file.
+std::optional<Picture> picture_of(GltfFile* gltf, const JsonValue& info, const std::string& name,
+                                  std::vector<std::string>* notes) {
+    const JsonValue* texture =
+        gltf->item("textures", gltf->integer(info, "index", 0), "a material");
+    if (texture == nullptr) return {};
+    if (gltf->integer(info, "texCoord", 0) != 0) {
+        notes->push_back(
+            fmt::format("the picture of material `{}` uses other coordinates than the "
+                        "first; it is read at the first",
+                        name));
+    }
+    const int64_t source = gltf->integer(*texture, "source", 0);
+    const JsonValue* image = gltf->item("images", source, "a texture");
+    if (image == nullptr) return {};
+    Result<std::string> bytes = gltf->image(*image);
+    if (!bytes) {
+        notes->push_back(bytes.error().message);
+        return {};
+    }
+    Picture out;
+    out.bytes = std::move(*bytes);
+    const std::filesystem::path uri = GltfFile::text(*image, "uri");
+    const bool is_file = !uri.empty() && !uri.string().starts_with("data:");
+    std::string stem = GltfFile::text(*image, "name");
+    if (stem.empty()) stem = fmt::format("picture_{}", source);
+    out.name = is_file ? uri.filename().string() : stem + extension_of(out.bytes);
+    if (texture->find("sampler") != nullptr) {
+        const JsonValue* sampler =
+            gltf->item("samplers", gltf->integer(*texture, "sampler", 0), "a texture");
+        constexpr int64_t kClampToEdge = 33071, kRepeat = 10497;
+        out.clamp = sampler != nullptr && gltf->integer(*sampler, "wrapS", kRepeat) == kClampToEdge;
+    }
+    return out;
+}
+
+}  // namespace
+
+Result<Looks> gltf_looks(std::string_view bytes, const std::string& file) {
+    Result<GltfFile> opened = GltfFile::open(bytes, file);
+    if (!opened) return opened.error();
+    GltfFile& gltf = *opened;
+    Looks out;
+    const JsonValue* materials = child(&gltf.root(), "materials");
+    const size_t count = materials != nullptr ? materials->items.size() : 0;
+    for (size_t i = 0; i < count && gltf.ok(); ++i) {
+        const JsonValue& material = materials->items[i];
+        Look look;
+        look.name = GltfFile::text(material, "name");
+        if (look.name.empty()) look.name = fmt::format("material {}", i);
+        look.tinted = true;
+        const JsonValue* pbr = child(&material, "pbrMetallicRoughness");
+        if (pbr != nullptr) {
+            if (const auto factor = gltf.numbers(*pbr, "baseColorFactor", 4)) {
+                std::array<double, 3> color{};
+                for (size_t c = 0; c < 3; ++c)
+                    color[c] = std::clamp((*factor)[c], 0.0, 1.0);
+                look.color = color;
+            }
+            if (const JsonValue* info = child(pbr, "baseColorTexture"))
+                look.picture = picture_of(&gltf, *info, look.name, &out.notes);
+        }
+        if (out.find(look.name) == nullptr) out.looks.push_back(std::move(look));
+    }
+    if (!gltf.ok()) return gltf.error();
+    return out;
+}
+
+}  // namespace openfab::tool

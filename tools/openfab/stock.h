@@ -1,0 +1,42 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Fablets that come with openfab, and what else it writes into folders that it makes.
+
+#include <array>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "runtime/base/result.h"
+
+namespace openfab::tool {
+
+struct StockText {
+    std::string_view name;  ///< of the file
+    std::string_view text;
+};
+
+const std::vector<StockText>& stock_texts();
+
+/// By its file's name; there must be one.
+std::string_view stock_text(std::string_view name);
+
+/// A stock fablet's file is stock_NAME.fl; the fablet in it has the name with a capital.
+constexpr std::array<const char*, 7> kStockFablets = {"solid", "textured", "painted", "graded",
+                                                      "shell", "lattice",  "relief"};
+
+bool is_stock_fablet(std::string_view name);
+
+/// "`solid`, `textured`, …", for messages.
+std::string stock_fablet_names();
+
+/// The file of a stock fablet as it is, kept in the cache, to be compiled.
+Result<std::filesystem::path> stock_source(const std::string& fablet);
+
+/// Writes a file, and the folders that it is in. Errors: the disk's.
+Result<void> write_file(const std::filesystem::path& file, std::string_view text);
+
+}  // namespace openfab::tool
