@@ -3,7 +3,7 @@
 
 // Compiles one fixed-function stage to an object file; CMake runs it once per stage, number of
 // materials and instruction set, side by side.
-//   stage_gen normalise|floyd_steinberg|decorrelated MATERIALS sse41|avx2 OUT.o
+//   stage_gen normalise MATERIALS sse41|avx2 OUT.o
 //   stage_gen pack BITS sse41|avx2 OUT.o
 //   stage_gen runtime 0 sse41 OUT.o         the one Halide runtime of a print binary
 
@@ -18,8 +18,6 @@
 
 namespace {
 
-using openfab::stages::dither;
-using openfab::stages::DitherRule;
 using openfab::stages::Stage;
 
 // No FMA, whatever the machine has: contraction would change bits. strict_float is a target
@@ -36,8 +34,6 @@ Halide::Target kernel_target(const std::string& isa) {
 
 std::optional<Stage> make_stage(const std::string& name, int materials) {
     if (name == "normalise") return openfab::stages::normalise(materials);
-    if (name == "floyd_steinberg") return dither(materials, DitherRule::kFloydSteinberg);
-    if (name == "decorrelated") return dither(materials, DitherRule::kDecorrelated);
     if (name == "pack") return openfab::stages::pack(materials);
     return std::nullopt;
 }
@@ -55,7 +51,7 @@ int generate(const std::string& name, int materials, const std::string& isa,
         std::fprintf(stderr, "stage_gen: no stage `%s`\n", name.c_str());
         return 2;
     }
-    const openfab::lower::Schedule& schedule = openfab::lower::default_schedule(stage->name, isa);
+    const openfab::lower::Schedule& schedule = openfab::lower::default_schedule(name, isa);
     const auto fault =
         openfab::lower::apply_schedule(schedule, schedule.lines.size(), &stage->kernel);
     if (fault) {

@@ -7,21 +7,17 @@
 #include "runtime/abi/halide_hooks.h"
 
 // The symbols that stage_gen compiled; the list of sizes is also in CMakeLists.txt.
-#define OPENFAB_MATERIAL_COUNTS(DO) DO(1) DO(2) DO(3) DO(4) DO(6) DO(8) DO(12) DO(15)
-#define OPENFAB_MATERIAL_COUNTS_8BIT(DO) DO(24) DO(32) DO(48) DO(64)
+#define OPENFAB_MATERIAL_COUNTS(DO) \
+    DO(1) DO(2) DO(3) DO(4) DO(6) DO(8) DO(12) DO(15) DO(24) DO(32) DO(48) DO(64)
 
 extern "C" {
 #define DECLARE(name, m)                           \
     int openfab_##name##_##m##_sse41_argv(void**); \
     int openfab_##name##_##m##_avx2_argv(void**);
 #define DECLARE_NORMALISE(m) DECLARE(normalise, m)
-#define DECLARE_DITHERS(m) DECLARE(floyd_steinberg, m) DECLARE(decorrelated, m)
 OPENFAB_MATERIAL_COUNTS(DECLARE_NORMALISE)
-OPENFAB_MATERIAL_COUNTS(DECLARE_DITHERS)
-OPENFAB_MATERIAL_COUNTS_8BIT(DECLARE_NORMALISE)
 DECLARE(pack, 4)
 DECLARE(pack, 8)
-#undef DECLARE_DITHERS
 #undef DECLARE_NORMALISE
 #undef DECLARE
 }
@@ -31,11 +27,8 @@ namespace {
 #define KERNELS(name, m) \
     { openfab_##name##_##m##_sse41_argv, openfab_##name##_##m##_avx2_argv }
 const openfab_stage_set kSets[] = {
-#define SET(m) {m, KERNELS(normalise, m), KERNELS(floyd_steinberg, m), KERNELS(decorrelated, m)},
+#define SET(m) {m, KERNELS(normalise, m)},
     OPENFAB_MATERIAL_COUNTS(SET)
-#undef SET
-#define SET(m) {m, KERNELS(normalise, m), {nullptr, nullptr}, {nullptr, nullptr}},
-        OPENFAB_MATERIAL_COUNTS_8BIT(SET)
 #undef SET
 };
 

@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The fixed-function stages between the fablet's amounts and the printer's slices, as Halide
-// algorithms: normalise, dither, pack. Their arguments and buffer shapes are in
-// runtime/abi/stage_table.h. What they compute is stated by their twins in tests/support/reference,
-// which give the same bits; how they run is in schedules/.
+// Fixed-function stages between the fablet's amounts and the printer's slices, as Halide
+// algorithms: normalise and pack. (The dither between them is runtime/slab/dither_row.h.) Their
+// arguments and buffer shapes are in runtime/abi/stage_table.h. What they compute is stated by
+// their twins in tests/support/reference, which give the same bits; how they run is in schedules/.
 
 #include <Halide.h>
 
@@ -23,9 +23,6 @@ struct Stage {
 
 /// `materials` is M, without void.
 Stage normalise(int materials);
-/// Of the rules that diffuse errors.
-enum class DitherRule { kFloydSteinberg, kDecorrelated };
-Stage dither(int materials, DitherRule rule);
 /// 4 or 8 bits a voxel.
 Stage pack(int bits);
 

@@ -2,11 +2,10 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #pragma once
 
-/* The fixed-function kernels, compiled when the project is built (compiler/stages) for 1, 2, 3, 4,
- * 6, 8, 12 and 15 materials, and for 24, 32, 48 and 64 without dithers (plain code does those), in
- * libopenfab_kernels.a. They follow Halide's argv convention as the
- * fablets' kernels do (fablet_table.h). M is the set's number of materials; fractions and errors
- * have M + 1 of them, void first.
+/* The fixed-function kernels, compiled when the project is built (compiler/stages), normalise for 1,
+ * 2, 3, 4, 6, 8, 12, 15, 24, 32, 48 and 64 materials, in libopenfab_kernels.a. They follow Halide's
+ * argv convention as the fablets' kernels do (fablet_table.h). M is the set's number of materials;
+ * fractions have M + 1 of them, void first.
  *
  * Shapes are innermost dimension first; z is the slice within the group of 8 and always the
  * innermost, stride 1. x and y are the place inside a block of 8 x 8 x 8 unless said otherwise; n
@@ -19,19 +18,6 @@
  * and pure 3 out fractions  uint16  (z 8, m M+1, x 8, y 8, n)  their sum is 65535 4 out codes uint8
  * (z 8, x 8, y 8, n)         the material of a pure voxel, OPENFAB_CODE_MIXED elsewhere 5 out
  * unusable   int32   (z 8, n)                   negative or NaN amounts in owned voxels, by slice
- *
- * floyd_steinberg, decorrelated: one voxel row of a run of adjacent blocks, 8 slices at a time, error diffusion with the
- * zero rule. x here is the voxel index in the grid. p is 0 or 1: the row's own errors and codes
- * stand at p = parity, the errors of the row below y at 1 - parity. 0 fractions      uint16  (z 8,
- * m M+1, x 8, y 8, tile) 1 tiles          int32   (block of the run)         tile of each block 2
- * above          uint8   (x)                        mixed bits of row y - 1, x from first_x - 1 to
- * the run's end + 1 3 here           uint8   (x)                        of row y 4 below uint8 (x)
- * of row y + 1 5 first_x        int32                              first voxel of the run 6 y int32
- * row in the grid; y & 7 is the row in the tile 7 z              int32 lowest slice of the group 8
- * seed           uint32                             fold_seed of voxel_hash.h 9 parity int32 10 +
- * m, in/out   float   (z 8, x, p 2)              m = 0..M: errors handed on, finite; x as for
- * `above` 11 + M, in/out   uint8   (z 8, x, p 2)              codes; mixed voxels are written,
- * others stay
  *
  * pack4, pack8: codes of whole rows to 8 slice planes, at 4 bits a voxel (voxel 2x in the low half
  * of byte x, 2x + 1 in the high half) or 8; v = 2 or 1 voxels a byte.
@@ -55,8 +41,6 @@ extern "C" {
 struct openfab_stage_set {
     int32_t materials;
     openfab_kernel_fn normalise[OPENFAB_ISA_COUNT];
-    openfab_kernel_fn floyd_steinberg[OPENFAB_ISA_COUNT]; /* null beyond 4 bits, as the next */
-    openfab_kernel_fn decorrelated[OPENFAB_ISA_COUNT];
 };
 
 struct openfab_stages {

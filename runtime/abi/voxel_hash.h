@@ -26,11 +26,17 @@ inline uint32_t fold_seed(uint64_t seed) {
     return mix32(mix32(static_cast<uint32_t>(seed)) ^ static_cast<uint32_t>(seed >> 32));
 }
 
+/// The part of `voxel_hash` that is the same for a whole column along z.
+template <typename U>
+U column_hash(U x, U y, U folded_seed) {
+    return mix32(mix32(folded_seed + x * U(0x9e3779b1u)) ^ y);
+}
+
 /// z comes last: x and y are the same in all lanes of a vector of slices, so their part is scalar
 /// work.
 template <typename U>
 U voxel_hash(U x, U y, U z, U folded_seed) {
-    return mix32(mix32(mix32(folded_seed + x * U(0x9e3779b1u)) ^ y) ^ z);
+    return mix32(column_hash(x, y, folded_seed) ^ z);
 }
 
 /// The hash as a number in [0, 65535), to be compared with sums of 16-bit fractions: the first

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "runtime/abi/voxel_hash.h"
 #include "runtime/slab/clock.h"
 
 namespace openfab::slab {
@@ -121,12 +122,12 @@ void GroupPlanes::reset(int32_t grid_width, int32_t grid_height, int32_t voxel_b
 
 GroupDither::GroupDither(const openfab_stage_set& set, openfab_isa isa, DitherRule rule,
                          uint64_t seed, const Vec3i& size)
-    : calls_(set, isa, rule, seed), blocks_((size.x + 7) / 8) {
-    const size_t row = static_cast<size_t>(8 * blocks_ + 2 * kRowMargin);
+    : calls_(set, isa) {
+    setup_ = {rule, isa, abi::fold_seed(seed), calls_.channels(), (size.x + 7) / 8 * 8};
     // Never cleared again: errors of voxels that are not mixed are not taken, they must only be
     // finite.
-    errors_.assign(2 * row * 8 * static_cast<size_t>(calls_.channels()), 0.0f);
-    nothing_mixed_.assign(row, 0);
+    errors_.assign(error_count(setup_), 0.0f);
+    nothing_mixed_.assign(static_cast<size_t>(setup_.width + 2 * kRowMargin), 0);
 }
 
 void GroupDither::begin(int32_t group, GroupPlanes* planes) {
@@ -140,10 +141,8 @@ int GroupDither::add(RowBand* band, RowBand** released) {
     const bool adjacent = held_ != nullptr && held_->row + 1 == band->row;
     int status = 0;
     if (held_ != nullptr) status = finish_held(adjacent ? band->mixed_row(0) : nothing);
-    if (status == 0 && band->any_mixed) {
-        status =
-            dither_rows(band, 0, 7, adjacent ? held_->mixed_row(7) : nothing, band->mixed_row(7));
-    }
+    if (status == 0 && band->any_mixed)
+        dither_rows(band, 0, 7, adjacent ? held_->mixed_row(7) : nothing, band->mixed_row(7));
     *released = held_;
     held_ = band;
     return status;
@@ -157,10 +156,7 @@ int GroupDither::end(RowBand** released) {
 }
 
 int GroupDither::finish_held(const uint8_t* below) {
-    if (held_->any_mixed) {
-        const int status = dither_rows(held_, 7, 1, held_->mixed_row(6), below);
-        if (status != 0) return status;
-    }
+    if (held_->any_mixed) dither_rows(held_, 7, 1, held_->mixed_row(6), below);
     const double start = seconds_now();
     // Bytes of a row; a block takes as many as a voxel has bits.
     const int32_t bits = planes_->bits;
@@ -181,21 +177,19 @@ int GroupDither::finish_held(const uint8_t* below) {
 }
 
 // `above` is the row over the first, `below` the one under the last.
-int GroupDither::dither_rows(RowBand* band, int32_t first, int32_t count, const uint8_t* above,
-                             const uint8_t* below) {
+void GroupDither::dither_rows(RowBand* band, int32_t first, int32_t count, const uint8_t* above,
+                              const uint8_t* below) {
     const double start = seconds_now();
-    int status = 0;
-    for (int32_t y = first; y < first + count && status == 0; ++y) {
+    for (int32_t y = first; y < first + count; ++y) {
         const uint8_t* up = y == first ? above : band->mixed_row(y - 1);
         const uint8_t* down = y + 1 == first + count ? below : band->mixed_row(y + 1);
-        for (int32_t b = band->first_block; b < band->end_block && status == 0; ++b) {
+        for (int32_t b = band->first_block; b < band->end_block; ++b) {
             if (band->tile[static_cast<size_t>(b)] < 0) continue;
             int32_t end = b + 1;
             while (end < band->end_block && band->tile[static_cast<size_t>(end)] >= 0)
                 ++end;
             DitherRow row;
             row.fractions = band->fractions.data();
-            row.tile_count = band->tile_count;
             row.tiles = &band->tile[static_cast<size_t>(b)];
             row.blocks = end - b;
             row.first_x = 8 * b;
@@ -205,12 +199,11 @@ int GroupDither::dither_rows(RowBand* band, int32_t first, int32_t count, const 
             row.y = 8 * band->row + y;
             row.z = z_;
             row.codes = band->codes_at(row.first_x, y);
-            status = calls_.dither(row, errors_.data(), 8 * blocks_);
+            dither_row(setup_, row, errors_.data());
             b = end;
         }
     }
     seconds_dither += seconds_now() - start;
-    return status;
 }
 
 }  // namespace openfab::slab

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "runtime/base/vec.h"
+#include "runtime/slab/dither_row.h"
 #include "runtime/slab/stages.h"
 
 namespace openfab::slab {
@@ -79,12 +80,12 @@ class GroupDither {
     double seconds_dither = 0, seconds_pack = 0;
 
   private:
-    int dither_rows(RowBand* band, int32_t first, int32_t count, const uint8_t* above,
-                    const uint8_t* below);
+    void dither_rows(RowBand* band, int32_t first, int32_t count, const uint8_t* above,
+                     const uint8_t* below);
     int finish_held(const uint8_t* below);
 
     StageCalls calls_;
-    int32_t blocks_;
+    DitherSetup setup_;
     int32_t z_ = 0;
     GroupPlanes* planes_ = nullptr;
     RowBand* held_ = nullptr;

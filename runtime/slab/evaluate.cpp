@@ -21,11 +21,7 @@ void grow(auto* values, size_t count) {
 }  // namespace
 
 BlockEvaluator::BlockEvaluator(const openfab_stage_set& set, openfab_isa isa, size_t parts)
-    : calls_(set, isa, DitherRule::kMajority, 0),
-      isa_(isa),
-      scratch_(parts),
-      attribute_scratch_(parts),
-      phases_(parts) {
+    : calls_(set, isa), isa_(isa), scratch_(parts), attribute_scratch_(parts), phases_(parts) {
     owned_.resize(64 * kBatch);
     tiles_.resize(static_cast<size_t>(calls_.tile_values()) * kBatch);
     codes_.resize(kBatchValues);

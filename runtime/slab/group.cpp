@@ -92,6 +92,10 @@ int GroupRun::run_rows(int32_t group, int32_t first, int32_t end, Pool<BlockEval
     const auto dither = [&](Row* scratch) {
         in_order.push_back(scratch);
         if (!scratch->prints.empty()) prints_.append(&scratch->prints);
+        if (!scratch->overlaps.empty()) {
+            overlaps_.add(scratch->overlaps);
+            scratch->overlaps.clear();
+        }
         if (status.load() != 0) return;
         RowBand* released = nullptr;
         const int result = dither_.add(&scratch->band, &released);
@@ -126,13 +130,8 @@ int GroupRun::evaluate_row(int32_t group, int32_t row, Row* scratch,
         ++parts;
     }
     scratch->band.reset(row, columns, std::min(first, end), end);
-    if (parts > 1) {
-        scratch->claimed.resize(static_cast<size_t>(columns) * 64);
-        std::fill(scratch->claimed.begin() + std::ptrdiff_t{64} * first,
-                  scratch->claimed.begin() + std::ptrdiff_t{64} * end, uint8_t{0});
-    } else {
-        scratch->claimed.clear();
-    }
+    scratch->many = parts > 1;
+    if (scratch->many) scratch->claims.reset(columns, first, end);
     for (const auto& active : active_) {
         if (row < active->cull.first_y() || row >= active->cull.end_y()) continue;
         const int status = evaluate_part(group, *active, scratch, evaluator);
@@ -147,6 +146,7 @@ int GroupRun::evaluate_part(int32_t group, const ActivePart& active, Row* scratc
     std::vector<OwnedBlock>& pending = scratch->pending;
     PointPrints* prints = &scratch->prints;
     pending.clear();
+    if (scratch->many) scratch->claims.begin_part(*active.part->part, active.part->index);
     const voxel::GroupMask& mask = active.mask;
     const uint8_t* rows = &mask.mask[static_cast<size_t>(8 * band.row - mask.y0) * mask.width];
     for (int32_t b = active.cull.first_x(); b < active.cull.end_x(); ++b) {
@@ -159,17 +159,12 @@ int GroupRun::evaluate_part(int32_t group, const ActivePart& active, Row* scratc
             uint64_t columns;
             std::memcpy(&columns, rows + static_cast<size_t>(y) * mask.width + (8 * b - mask.x0),
                         8);
-            if (!scratch->claimed.empty()) {
-                uint8_t* claimed = &scratch->claimed[static_cast<size_t>(b * 64 + y * 8)];
-                uint64_t taken;
-                std::memcpy(&taken, claimed, 8);
-                const uint64_t both = taken | columns;
-                std::memcpy(claimed, &both, 8);
-                columns &= ~taken;
-            }
+            if (scratch->many) columns = scratch->claims.take(b, y, columns);
             std::memcpy(&block.owned[static_cast<size_t>(y * 8)], &columns, 8);
             any |= columns;
         }
+        if (scratch->many)
+            scratch->claims.end_block(b, {8 * b, 8 * band.row, 8 * group}, &scratch->overlaps);
         if (any == 0) continue;
         if (composition >= 0) {
             const PartCull::Constant& constant = active.cull.constant(composition);

@@ -15,6 +15,7 @@
 #include "runtime/slab/band.h"
 #include "runtime/slab/cull.h"
 #include "runtime/slab/evaluate.h"
+#include "runtime/slab/overlaps.h"
 #include "runtime/slab/print_part.h"
 
 namespace openfab::slab {
@@ -90,6 +91,8 @@ class GroupRun {
     const GroupPlanes& planes() const { return planes_; }
     /// What the group's voxels printed, to be taken.
     PointPrints& prints() { return prints_; }
+    /// Of all groups so far.
+    const Overlaps& overlaps() const { return overlaps_; }
     GroupTimes times;
 
   private:
@@ -101,7 +104,9 @@ class GroupRun {
     /// Scratch of one row in flight.
     struct Row {
         RowBand band;
-        std::vector<uint8_t> claimed;  ///< 64 bytes a block column: voxels that parts before have
+        bool many = false;  ///< parts in the row: claims are kept
+        RowClaims claims;
+        Overlaps overlaps;
         std::vector<OwnedBlock> pending;  ///< blocks to evaluate, of one part
         PointPrints prints;
     };
@@ -118,6 +123,7 @@ class GroupRun {
     Pool<Row> rows_;
     GroupPlanes planes_;
     PointPrints prints_;
+    Overlaps overlaps_;
     GroupDither dither_;
 };
 

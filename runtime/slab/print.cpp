@@ -438,11 +438,16 @@ void PrintJob::fill_statistics(const Delivery& delivery, PrintStatistics* s) {
         sum.seconds_normalise += e->counts.seconds_normalise;
     }
     GroupTimes times;
+    Overlaps overlaps;
     for (const auto& r : runs_.all()) {
         times.coverage += r->times.coverage;
         times.dither += r->times.dither;
         times.pack += r->times.pack;
+        overlaps.add(r->overlaps());
     }
+    for (std::string& line : overlaps.report(input_.parts, grid_))
+        s->overlaps.push_back(std::move(line));
+    s->warnings.insert(s->warnings.end(), s->overlaps.begin(), s->overlaps.end());
     s->seconds_by_phase = {{"set_up", seconds_set_up_},
                            {"coverage", times.coverage},
                            {"volume_bounds", sum.seconds_bounds},

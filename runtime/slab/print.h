@@ -73,7 +73,9 @@ struct PrintStatistics {
     int64_t displacements_not_finite = 0, displacements_cut = 0;
     uint64_t hash = 0;  ///< of all slices' packed rows
     bool complete = false;
-    std::vector<std::string> warnings;
+    double layer_time_s = 0;            ///< of the printer; 0: unknown
+    std::vector<std::string> warnings;  ///< those of the input, and the next
+    std::vector<std::string> overlaps;  ///< of parts of equal priority, for people
 };
 
 /// Told after each committed slice; called from one thread.

@@ -66,8 +66,7 @@ BENCHMARK(dither_and_pack)
     ->ArgsProduct({{1, 2, 4, 8, 15, 32, 64}, {OPENFAB_ISA_SSE41, OPENFAB_ISA_AVX2}, {0, 1, 2, 3}});
 
 void pack(benchmark::State& state) {
-    slab::StageCalls calls(*slab::find_stage_set(1), isa_of(state.range(0)), slab::kDefaultDither,
-                           0);
+    slab::StageCalls calls(*slab::find_stage_set(1), isa_of(state.range(0)));
     std::vector<uint8_t> codes(static_cast<size_t>(kBlocks) * 512, 1),
         planes(static_cast<size_t>(kBlocks) * 256);
     for (auto _ : state) {
@@ -82,8 +81,7 @@ BENCHMARK(pack)->ArgName("isa")->Arg(OPENFAB_ISA_SSE41)->Arg(OPENFAB_ISA_AVX2);
 
 void normalise(benchmark::State& state) {
     const auto materials = static_cast<int32_t>(state.range(0));
-    slab::StageCalls calls(*slab::find_stage_set(materials), isa_of(state.range(1)),
-                           slab::kDefaultDither, 0);
+    slab::StageCalls calls(*slab::find_stage_set(materials), isa_of(state.range(1)));
     const int32_t n = 16;
     std::mt19937 random(1);
     std::uniform_real_distribution<float> unit(0, 1);

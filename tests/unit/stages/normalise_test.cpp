@@ -28,7 +28,7 @@ struct OneVoxel {
 
 OneVoxel normalise_one(const std::vector<float>& amounts, const std::vector<int32_t>& slot_material,
                        int32_t materials, openfab_isa isa) {
-    slab::StageCalls calls(*slab::find_stage_set(materials), isa, slab::kDefaultDither, 0);
+    slab::StageCalls calls(*slab::find_stage_set(materials), isa);
     std::vector<float> weights(512 * amounts.size());
     for (size_t s = 0; s < amounts.size(); ++s)
         std::fill_n(&weights[512 * s], 512, amounts[s]);
@@ -128,7 +128,7 @@ TEST(Normalise, SameBitsAsTheTwin) {
     const float odd[] = {0, -0.0f, -1, kNan, kInf, -kInf, 1e-45f, 3e38f, 1.7e38f, 1};
     for (int32_t materials : {1, 2, 3, 4, 6, 8, 12, 15}) {
         for (openfab_isa isa : tests::runnable_isas()) {
-            slab::StageCalls calls(*slab::find_stage_set(materials), isa, slab::kDefaultDither, 0);
+            slab::StageCalls calls(*slab::find_stage_set(materials), isa);
             const int32_t slots = materials + 2, n = 3;
             std::vector<int32_t> slot_material;
             for (int32_t s = 0; s < slots; ++s)

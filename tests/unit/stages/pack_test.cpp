@@ -21,7 +21,7 @@ TEST(Pack, SameBytesAsTheTwinForEveryWidth) {
                 c = static_cast<uint8_t>(random() % 16);
             // A byte more a row than is written, to see that nothing is written beyond.
             std::vector<uint8_t> planes(static_cast<size_t>(bytes + 1) * rows * 8, 0xee);
-            slab::StageCalls calls(*slab::find_stage_set(1), isa, slab::kDefaultDither, 0);
+            slab::StageCalls calls(*slab::find_stage_set(1), isa);
             ASSERT_EQ(calls.pack(4, codes.data(), width * 8, bytes, rows, planes.data(), bytes + 1,
                                  (bytes + 1) * rows),
                       0);
