@@ -18,10 +18,11 @@ using ir::Type;
 
 constexpr int32_t kSide = 8;
 constexpr int32_t kLanes = 8;
-// Halide's passes walk expressions as trees, one result at a time: what results share is walked
-// again for each. Values are therefore cut into Funcs of about so many operations. LLVM keeps them
-// in registers all the same.
-constexpr size_t kChunk = 24;
+// Values are cut into Funcs of so many operations, and LLVM keeps them in registers all the same.
+// Several of Halide's passes walk the whole kernel once for each value that a Func stores, and all
+// of them walk expressions as trees, where what results share is walked again for each: on the
+// gallery, 24 operations a Func take up to twice, 256 a little more than 128 of the time.
+constexpr size_t kChunk = 128;
 constexpr size_t kChunkBeforeLookup = 6;
 
 struct StageNames {
