@@ -128,9 +128,10 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
         ->allow_extra_args(false);
     app.add_option("--allow", o.allow, "FOLDER that the world may read besides its own (repeat)")
         ->allow_extra_args(false);
-    app.add_option("--dither", o.dither,
-                   "floyd_steinberg, decorrelated, blue_noise or majority (the largest amount)")
-        ->capture_default_str();
+    app.add_option(
+        "--dither", o.dither,
+        "floyd_steinberg unless told, decorrelated, blue_noise, or majority (the largest "
+        "amount; what meshes have unless told)");
     app.add_option("--seed", raw.seed, "of the dither");
     app.add_option("--preview", raw.previews,
                    "FILE.png[,view=front|back|section|slice:N|model:TURN:TILT][,light=transmitted]["

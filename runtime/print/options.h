@@ -31,7 +31,7 @@ struct Options {
     std::optional<Vec2<int32_t>> slices;
     int64_t memory_bytes = 1'500'000'000;
     int32_t threads = 0;
-    std::string dither = "floyd_steinberg";
+    std::string dither;  ///< empty: majority for meshes, else the pipeline's own
     uint64_t seed = 0;
     std::vector<std::string> settings;  ///< `OBJECT.UNIFORM=VALUE`, read by scene::bind
     std::vector<std::string> allow;     ///< folders that the world may read besides its own

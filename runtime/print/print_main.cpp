@@ -32,7 +32,9 @@ slab::PrintOptions pipeline_options(const Options& options, const std::string& f
     slab::PrintOptions result;
     result.memory_bytes = options.memory_bytes - preview_bytes(options);
     result.threads = options.threads;
-    result.dither = options.dither;
+    // A mesh of dithered voxels would be one of specks, which no printer of meshes prints.
+    if (is_mesh_format(format)) result.dither = "majority";
+    if (!options.dither.empty()) result.dither = options.dither;
     result.seed = options.seed;
     result.z_range_mm = options.z_range_mm;
     result.slices = options.slices;

@@ -91,6 +91,17 @@ TEST_F(MeshOutput, HasTheVolumeOfTheVoxels) {
     }
 }
 
+/// Dithered, the front of the card would be specks.
+TEST_F(MeshOutput, IsNotDitheredUnlessTold) {
+    for (const char* dither : {"majority", "floyd_steinberg"})
+        expect_print({"--mesh-pitch", "0.5mm", "--dither", dither},
+                     scratch() / fmt::format("{}.3mf", dither));
+    expect_print({"--mesh-pitch", "0.5mm"}, scratch() / "plain.3mf");
+    const std::string plain = read_file(scratch() / "plain.3mf");
+    EXPECT_TRUE(plain == read_file(scratch() / "majority.3mf"));
+    EXPECT_LT(plain.size() * 2, read_file(scratch() / "floyd_steinberg.3mf").size());
+}
+
 TEST_F(MeshOutput, OneStlAMaterial) {
     expect_print({"--mesh-pitch", "0.5mm"}, scratch() / "parts.stl");
     EXPECT_THAT(names_like("parts"),
