@@ -77,6 +77,7 @@ Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets)
     Result<scene::Printer> printer = printer_of(options, *world, &job.notes);
     if (!printer) return printer.error();
     job.printer = std::move(*printer);
+    job.tray = world->tray;
     if (Result<void> fine = check_materials(*world, job.printer); !fine) return fine.error();
     Result<std::vector<scene::Part>> parts = scene::bind(*world, fablets, {options.settings});
     if (!parts) return parts.error();

@@ -12,6 +12,7 @@
 #include "runtime/abi/fablet_table.h"
 #include "runtime/print/options.h"
 #include "runtime/scene/printer.h"
+#include "runtime/scene/world.h"
 #include "runtime/slab/print.h"
 
 namespace openfab::print {
@@ -19,6 +20,7 @@ namespace openfab::print {
 struct Job {
     slab::PrintInput input;
     scene::Printer printer;
+    scene::Tray tray = scene::Tray::kAnywhere;
     std::vector<std::string> notes;            ///< for the person: what was chosen in their place
     std::vector<std::filesystem::path> files;  ///< what the world is made from
 };

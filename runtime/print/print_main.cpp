@@ -12,6 +12,8 @@
 #include "runtime/abi/kernel_call.h"
 #include "runtime/base/caret.h"
 #include "runtime/base/units.h"
+#include "runtime/print/build_volume.h"
+#include "runtime/print/estimate.h"
 #include "runtime/print/interrupt.h"
 #include "runtime/print/job.h"
 #include "runtime/print/options.h"
@@ -45,18 +47,6 @@ slab::PrintOptions pipeline_options(const Options& options, const std::string& f
     return result;
 }
 
-void show_estimate(const slab::Print& print, const Options& options) {
-    const slab::PrintEstimate estimate = print.estimate();
-    const backends::PrintInfo& info = print.info();
-    fmt::print(stderr, "{} x {} x {} voxels, {:.1f} million; {:.3f} x {:.3f} x {:.3f} mm\n",
-               estimate.size.x, estimate.size.y, estimate.size.z,
-               static_cast<double>(estimate.voxels_total) * 1e-6, estimate.size.x * info.pitch_mm.x,
-               estimate.size.y * info.pitch_mm.y, estimate.size.z * info.pitch_mm.z);
-    fmt::print(stderr, "memory {}, time about {}\n",
-               format_bytes(estimate.memory_bytes + preview_bytes(options)),
-               format_seconds(estimate.seconds));
-}
-
 void show_summary(const slab::PrintStatistics& statistics, const backends::PrintInfo& info,
                   const Options& options) {
     const double ml = info.pitch_mm.x * info.pitch_mm.y * info.pitch_mm.z * 1e-3;
@@ -69,25 +59,13 @@ void show_summary(const slab::PrintStatistics& statistics, const backends::Print
         statistics.seconds_total > 0
             ? static_cast<double>(statistics.voxels_total) * 1e-6 / statistics.seconds_total
             : 0;
+    for (const std::string& overlap : statistics.overlaps)
+        fmt::print(stderr, "warning: {}\n", overlap);
     fmt::print(stderr, "{}: {} slices in {}, {:.1f} M voxels/s{}\n",
                options.output == "-"    ? "standard output"
                : options.output.empty() ? info.title
                                         : options.output,
                statistics.slices, format_seconds(statistics.seconds_total), rate, materials);
-}
-
-Result<void> check_build_volume(const backends::PrintInfo& info, const scene::Printer& printer) {
-    const Vec3d& room = printer.build_volume_mm;
-    for (int a = 0; a < 3; ++a) {
-        const double size = info.size[a] * info.pitch_mm[a];
-        // The grid is rounded out to whole voxels.
-        if (size <= room[a] + 2 * info.pitch_mm[a]) continue;
-        return user_error(
-            fmt::format("the print is {:.4g} mm along {}, and `{}` builds {:.4g} x {:.4g} x {:.4g} "
-                        "mm; choose another `--printer`",
-                        size, "xyz"[a], printer.name, room.x, room.y, room.z));
-    }
-    return {};
 }
 
 /// Runs the print into its outputs. Statistics are written, and pictures drawn, also where it ended
@@ -102,6 +80,7 @@ Result<void> run(slab::Print* print, const Options& options, const scene::Printe
         **sink, [&](const slab::ProgressEvent& event) { progress.update(event); }, interrupt,
         &statistics);
     progress.end();
+    statistics.layer_time_s = printer.layer_time_s;
     Result<void> written;
     if (!options.stats_file.empty()) {
         written = report::write_statistics(options.stats_file, statistics, print->info());
@@ -139,15 +118,22 @@ Result<void> run_print(const Options& options, const openfab_fablet_list& fablet
         for (const std::string& warning : job->input.warnings)
             fmt::print(stderr, "warning: {}\n", warning);
     }
-    Result<std::unique_ptr<slab::Print>> print =
-        slab::Print::create(std::move(job->input), pipeline_options(options, *format));
+    const slab::PrintOptions pipeline = pipeline_options(options, *format);
+    Result<std::unique_ptr<slab::Print>> print = slab::Print::create(job->input, pipeline);
     if (!print) return print.error();
-    if (Result<void> fits = check_build_volume((*print)->info(), job->printer); !fits)
+    const backends::PrintInfo& info = (*print)->info();
+    if (Result<void> fits = check_build_volume(info, job->printer, job->input.parts, job->tray);
+        !fits)
         return fits.error();
     if (options.estimate || options.dry_run) {
-        show_estimate(**print, options);
-        return {};
+        Result<Estimate> estimate = make_estimate(**print, std::move(job->input), pipeline, options,
+                                                  job->printer, interrupt);
+        if (!estimate) return estimate.error();
+        show_estimate(*estimate, info);
+        if (options.stats_file.empty()) return {};
+        return write_estimate(options.stats_file, *estimate, info);
     }
+    job->input = {};
     return run(print->get(), options, job->printer, interrupt);
 }
 

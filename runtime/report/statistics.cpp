@@ -48,10 +48,19 @@ void write_materials(Writer& w, const slab::PrintStatistics& s, const backends::
               static_cast<double>(s.voxels_by_code[code]) * voxel_ml);
     }
     w.EndObject();
+    w.Key("g_by_material");
+    w.StartObject();
+    for (size_t code = 1; code < s.voxels_by_code.size(); ++code) {
+        write(w, info.materials[code - 1].name.c_str(),
+              static_cast<double>(s.voxels_by_code[code]) * voxel_ml *
+                  info.materials[code - 1].density_g_cm3);
+    }
+    w.EndObject();
 }
 
 void write_times(Writer& w, const slab::PrintStatistics& s) {
     write(w, "slices", int64_t{s.slices});
+    if (s.layer_time_s > 0) write(w, "print_seconds", s.layer_time_s * s.slices);
     write(w, "seconds_total", s.seconds_total);
     write(w, "seconds_first_slice", s.seconds_first_slice);
     w.Key("seconds_by_phase");

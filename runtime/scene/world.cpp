@@ -51,6 +51,9 @@ class WorldReader {
             version(root->find("openfab")->value);
             if (const JsonMember* m = root->find("$schema")) json_.string(m->value, "`$schema`");
             if (const JsonMember* m = root->find("printer")) printer(m->value);
+            if (const JsonMember* m = root->find("tray"))
+                world_.tray = static_cast<Tray>(
+                    json_.choice(m->value, "`tray`", {"anywhere", "corner", "center"}));
             section(*root, "fablets", &WorldReader::fablet);
             section(*root, "materials", &WorldReader::material);
             section(*root, "textures", &WorldReader::texture);

@@ -89,6 +89,9 @@ struct Placement {
     Place place;
 };
 
+/// Where the world's x = y = 0 is on the printer's tray.
+enum class Tray { kAnywhere, kCorner, kCenter };
+
 struct World {
     std::filesystem::path file;
     std::map<std::string, FabletRef> fablets;
@@ -97,6 +100,7 @@ struct World {
     std::vector<Mesh> meshes;
     std::vector<Object> objects;
     std::vector<Placement> build;
+    Tray tray = Tray::kAnywhere;
     std::string printer;  ///< name or file, empty where the world names none
     std::vector<std::string> warnings;
     std::vector<std::filesystem::path> files;  ///< what it is made from, the world itself first

@@ -193,7 +193,92 @@ TEST_F(PrintProgram, APrintLargerThanThePrinterIsRefused) {
     const Outcome large =
         print({"-o", path("a.ofr"), "--printer", "j750", "--draft", "20"}, {}, "large.fab.json");
     EXPECT_EQ(large.exit_code, 1);
-    EXPECT_THAT(large.err, HasSubstr("j750"));
+    EXPECT_THAT(large.err, HasSubstr("601.13 mm along x, 111.1 mm"));
+    EXPECT_THAT(large.err, HasSubstr("111.1 mm too much: `j750` builds 490 x 390 x 200 mm"));
+}
+
+/// The world with other keys before its fablets, and another build.
+std::string changed(std::string world, const std::string& keys, const std::string& build) {
+    world.insert(world.find("\"fablets\""), keys);
+    const std::string old = "[{\"object\": \"thing\"}]";
+    return world.replace(world.find(old), old.size(), build);
+}
+
+TEST_F(PrintProgram, APartBesideTheTrayIsRefused) {
+    const std::string world = read_file(scratch_ / "world.fab.json");
+    // 6 x 4 x 3 mm about x = y = 0: half of it is beside the corner of the tray.
+    scratch_.write(
+        "corner.fab.json",
+        changed(world, "\"tray\": \"corner\", ",
+                R"([{"object": "thing", "translate_mm": [9, 9]}, {"object": "thing"}])"));
+    const Outcome beside = print({"-o", path("a.ofr")}, {}, "corner.fab.json");
+    EXPECT_EQ(beside.exit_code, 1);
+    EXPECT_THAT(beside.err, HasSubstr("`thing` (number 1 of the build) is 3 mm outside the tray "
+                                      "along -x"));
+    scratch_.write("center.fab.json",
+                   changed(world, "\"tray\": \"center\", ", R"([{"object": "thing"}])"));
+    EXPECT_EQ(print({"-o", path("a.ofr")}, {}, "center.fab.json").exit_code, 0);
+    scratch_.write("below.fab.json",
+                   changed(world, "\"tray\": \"center\", ",
+                           R"([{"object": "thing", "translate_mm": [0, 0, -1]}])"));
+    EXPECT_THAT(print({"-o", path("a.ofr")}, {}, "below.fab.json").err,
+                HasSubstr("1 mm outside the tray along -z"));
+}
+
+TEST_F(PrintProgram, EstimateTellsMaterialsTimeAndOverlaps) {
+    scratch_.write(
+        "two.fab.json",
+        changed(read_file(scratch_ / "world.fab.json"), "",
+                R"([{"object": "thing"}, {"object": "thing", "translate_mm": [5, 0]}])"));
+    const auto json = [&](const std::string& name) {
+        rapidjson::Document d;
+        d.Parse(read_file(scratch_ / name).c_str());
+        EXPECT_FALSE(d.HasParseError()) << name;
+        return d;
+    };
+    const Outcome estimated =
+        print({"--estimate", "--printer", "j750", "--stats", path("e.json")}, {}, "two.fab.json");
+    ASSERT_EQ(estimated.exit_code, 0) << estimated.err;
+    EXPECT_THAT(estimated.err, HasSubstr("112 slices, 18 min 40 s on `j750`"));
+    EXPECT_THAT(estimated.err, HasSubstr("`thing` (number 0 of the build) and `thing` (number 1)"));
+    const rapidjson::Document e = json("e.json");
+    const Outcome printed = print(
+        {"-o", path("a.ofr"), "--format", "ofr", "--printer", "j750", "--stats", path("p.json")},
+        {}, "two.fab.json");
+    ASSERT_EQ(printed.exit_code, 0) << printed.err;
+    EXPECT_THAT(printed.err, HasSubstr("overlap in"));
+    const rapidjson::Document p = json("p.json");
+    EXPECT_EQ(p["warnings"].Size(), 1u);
+    for (const char* material : {"white", "black"}) {
+        const double exact = p["ml_by_material"][material].GetDouble();
+        EXPECT_NEAR(e["ml_by_material"][material].GetDouble(), exact, 0.04 * exact) << material;
+        EXPECT_NEAR(p["g_by_material"][material].GetDouble(), 1.18 * exact, 1e-5);
+    }
+    EXPECT_EQ(p["print_seconds"].GetDouble(), 1120);
+    EXPECT_EQ(e["print_seconds"].GetDouble(), 1120);
+}
+
+TEST_F(PrintProgram, TenThousandInstancesShareTheirShape) {
+#ifdef OPENFAB_SANITIZED
+    GTEST_SKIP() << "sanitizers keep their own memory";
+#endif
+    scratch_.write(
+        "many.fab.json",
+        changed(
+            read_file(scratch_ / "world.fab.json"), "",
+            R"([{"object": "thing", "scale": 0.3, "grid": {"count": [100, 100], "spacing_mm": 0.2}}])"));
+    std::string world = read_file(scratch_ / "many.fab.json");
+    const std::string box = "{\"box\": [6, 4, 3]}";
+    world.replace(world.find(box), box.size(), "{\"sphere\": 3}");
+    scratch_.write("many.fab.json", world);
+    const Outcome outcome =
+        print({"--voxel", "0.5mm", "--stats", path("m.json")}, {}, "many.fab.json");
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    rapidjson::Document d;
+    d.Parse(read_file(scratch_ / "m.json").c_str());
+    // A sphere's trees take 1 MB; ten thousand of them would be 10 GB.
+    EXPECT_LT(d["peak_rss_bytes"].GetInt64(), 400'000'000);
+    EXPECT_GT(d["voxels_solid"].GetInt64(), 10'000);
 }
 
 TEST_F(PrintProgram, AFailingKernelIsOurBug) {

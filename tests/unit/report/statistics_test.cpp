@@ -15,6 +15,7 @@ backends::PrintInfo info() {
     info.title = "card \"one\"";
     info.materials.resize(2);
     info.materials[0].name = "white";
+    info.materials[0].density_g_cm3 = 1.5;
     info.materials[1].name = "black";
     return info;
 }
@@ -25,6 +26,7 @@ TEST(StatisticsJson, HasTheNamesOfTheDesign) {
     s.voxels_solid = 3'000'000;
     s.voxels_by_code = {3'000'000, 2'000'000, 1'000'000};
     s.slices = 30;
+    s.layer_time_s = 10;
     s.seconds_total = 2;
     s.seconds_first_slice = 0.5;
     s.seconds_by_phase = {{"volume", 1.25}};
@@ -45,6 +47,8 @@ TEST(StatisticsJson, HasTheNamesOfTheDesign) {
     EXPECT_STREQ(d["hash"].GetString(), "fedcba9876543210");
     EXPECT_EQ(d["voxels_by_material"]["black"].GetInt64(), 1'000'000);
     EXPECT_NEAR(d["ml_by_material"]["white"].GetDouble(), 2e6 * 0.001 * 1e-3, 1e-9);
+    EXPECT_NEAR(d["g_by_material"]["white"].GetDouble(), 2e6 * 0.001 * 1e-3 * 1.5, 1e-9);
+    EXPECT_DOUBLE_EQ(d["print_seconds"].GetDouble(), 300);
     EXPECT_DOUBLE_EQ(d["mvoxels_per_second"].GetDouble(), 3.0);
     EXPECT_DOUBLE_EQ(d["msolid_per_second"].GetDouble(), 1.5);
     EXPECT_DOUBLE_EQ(d["seconds_by_phase"]["volume"].GetDouble(), 1.25);

@@ -121,6 +121,8 @@ TEST_F(WorldTest, NamesThePlaceOfWhatIsWrong) {
         {"\"openfab\": 1,", "", "1:1: the world has no `openfab`; it is required"},
         {"\"printer\": \"j750\"", "\"printre\": \"j750\"",
          "3:3: unknown key `printre` in the world; did you mean `printer`?"},
+        {"\"printer\": \"j750\"", "\"tray\": \"centre\"",
+         "3:11: `tray` is `centre`; did you mean `center`?"},
         {"\"printer\": \"j750\"", "\"printer\": 7",
          "3:14: `printer` is a number; it must be a string"},
         {"\"key\": \"#000000\"", "\"key\": \"#FFFFFF\"",
@@ -188,7 +190,7 @@ TEST_F(WorldTest, NamesThePlaceOfWhatIsWrong) {
          "22:47: `rotate_deg` of build[0] is an array of 2; it must be an array of 3 numbers"},
         {"\"build\": [", "\"build\": [], \"x\": [",
          "21:16: unknown key `x` in the world; known: `$schema`, `openfab`, "
-         "`printer`, `fablets`, `materials`, `textures`, `meshes`, `objects`, `groups`, "
+         "`printer`, `tray`, `fablets`, `materials`, `textures`, `meshes`, `objects`, `groups`, "
          "`build`"},
     };
     for (const auto& c : cases)

@@ -1,0 +1,23 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Whether a print fits the printer.
+
+#include <vector>
+
+#include "backends/common/slice_sink.h"
+#include "runtime/base/result.h"
+#include "runtime/scene/part.h"
+#include "runtime/scene/printer.h"
+#include "runtime/scene/world.h"
+
+namespace openfab::print {
+
+/// Refuses what is larger than the printer builds, with the excess. Where the world's places are
+/// those of the tray, also what stands beside it or below, and names the part. Elsewhere the
+/// printer's front end puts the print where it fits, its lowest slice on the bed.
+Result<void> check_build_volume(const backends::PrintInfo& info, const scene::Printer& printer,
+                                const std::vector<scene::Part>& parts, scene::Tray tray);
+
+}  // namespace openfab::print
