@@ -258,7 +258,7 @@ Result<LoadedMesh> finish(MeshSource source, const MeshOptions& options, bool to
     if (Result<void> numbered = Groups(&source, options, &out).number(); !numbered)
         return numbered.error();
     to_millimetres(&source, options, &out);
-    Result<void> fine = prepare_mesh(&source);
+    Result<void> fine = prepare_mesh(&source, options.repair);
     if (!fine) {
         if (!tolerant) return fine.error();
         out.refusal = fine.error().message;

@@ -29,6 +29,7 @@ struct MeshOptions {
     /// groups.
     std::optional<std::map<std::string, int32_t>> groups;
     std::string groups_attribute = "face";
+    bool repair = false;  ///< close what is open, as prepare_mesh says
 };
 
 struct LoadedMesh {

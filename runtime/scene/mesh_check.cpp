@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "runtime/scene/mesh_edges.h"
+#include "runtime/scene/mesh_repair.h"
 #include "runtime/scene/mesh_shells.h"
 
 namespace openfab::scene {
@@ -203,7 +204,8 @@ Result<void> check_size(const Mesh& mesh, const MeshOrigin& origin,
     return Ok{};
 }
 
-Error not_closed(const Mesh& mesh, const EdgeCounts& counts, const MeshOrigin& origin) {
+/// "8 open, 2 non-manifold edges".
+std::string list_edges(const EdgeCounts& counts) {
     std::string what;
     const auto add = [&](int64_t n, const char* kind) {
         if (n > 0)
@@ -213,12 +215,46 @@ Error not_closed(const Mesh& mesh, const EdgeCounts& counts, const MeshOrigin& o
     add(counts.open, "open");
     add(counts.non_manifold, "non-manifold");
     add(counts.inconsistent, "inconsistently oriented");
+    return what;
+}
+
+Error not_closed(const Mesh& mesh, const EdgeCounts& counts, const MeshOrigin& origin) {
     return user_error(fmt::format(
         "{}: mesh `{}` is not a closed surface: {}, one from ({:.6g}, {:.6g}, {:.6g}) to ({:.6g}, "
         "{:.6g}, {:.6g}) mm; "
-        "close it so that each edge has two triangles that run along it in opposite directions",
-        origin.str(counts.triangle), mesh.name, what, counts.from.x, counts.from.y, counts.from.z,
-        counts.to.x, counts.to.y, counts.to.z));
+        "close it so that each edge has two triangles that run along it in opposite directions, or "
+        "let `\"repair\": \"winding\"` of its object do that",
+        origin.str(counts.triangle), mesh.name, list_edges(counts), counts.from.x, counts.from.y,
+        counts.from.z, counts.to.x, counts.to.y, counts.to.z));
+}
+
+/// Closes a mesh and tells what that took.
+Result<void> repair_mesh(MeshSource* source) {
+    Mesh* mesh = &source->mesh;
+    const std::string place = source->origin.str(source->checks.edges.triangle);
+    renumber(mesh, weld_open_edges(*mesh));
+    drop_equal_corners(source);
+    drop_duplicates(source);
+    if (mesh->triangles.empty()) {
+        return user_error(
+            fmt::format("{}: mesh `{}` has no face with an area", source->origin.file, mesh->name));
+    }
+    const MeshRepair done = close_mesh(source);
+    if (const EdgeCounts left = count_edges(*mesh); !left.fine()) {
+        return internal_error(fmt::format("{}: mesh `{}` has {} after its repair",
+                                          source->origin.file, mesh->name, list_edges(left)));
+    }
+    std::string what = fmt::format("{}: mesh `{}` is not a closed surface: {}; repaired", place,
+                                   mesh->name, list_edges(source->checks.edges));
+    if (done.turned > 0) what += fmt::format(", {} triangles turned", done.turned);
+    if (done.holes > 0) {
+        what += fmt::format(
+            ", {} hole{} closed, the widest {:.4g} mm across at ({:.6g}, {:.6g}, {:.6g}) mm",
+            done.holes, done.holes == 1 ? "" : "s", done.widest_mm, done.place.x, done.place.y,
+            done.place.z);
+    }
+    source->warnings.push_back(std::move(what));
+    return Ok{};
 }
 
 }  // namespace
@@ -244,7 +280,7 @@ EdgeCounts count_edges(const Mesh& mesh) {
     return counts;
 }
 
-Result<void> prepare_mesh(MeshSource* source) {
+Result<void> prepare_mesh(MeshSource* source, bool repair) {
     Mesh* mesh = &source->mesh;
     const MeshOrigin& origin = source->origin;
     if (mesh->triangles.empty()) {
@@ -269,9 +305,10 @@ Result<void> prepare_mesh(MeshSource* source) {
         // line, unless triangles went.
         const bool keep = dropped || welded.bad() < as_read.bad();
         source->checks.edges = keep ? welded : as_read;
-        return not_closed(*mesh, source->checks.edges, origin);
+        if (!repair) return not_closed(*mesh, source->checks.edges, origin);
+        if (Result<void> repaired = repair_mesh(source); !repaired) return repaired;
     }
-    if (dropped) renumber(mesh, {});
+    if (dropped || repair) renumber(mesh, {});
     if (Result<void> size = check_size(*mesh, origin, &source->warnings); !size) return size;
     count_without_area(source);
     orient_shells(source);

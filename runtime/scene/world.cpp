@@ -46,6 +46,7 @@ class WorldReader {
         if (!text) return text.error();
         const Result<JsonValue> root = parse_json(*text, file_.string());
         if (!root) return root.error();
+        root_ = &*root;
         // In the order in which one refers to another; in the file they may stand in any.
         if (json_.object(*root, world_keys("world"), "the world")) {
             version(root->find("openfab")->value);
@@ -275,6 +276,19 @@ class WorldReader {
         world_.meshes.push_back(std::move(mesh));
     }
 
+    /// Objects are read after the meshes; a mesh that one of them repairs is the same for all.
+    bool any_object_repairs(const std::string& mesh) const {
+        const JsonMember* objects = root_->find("objects");
+        if (objects == nullptr) return false;
+        const std::vector<JsonMember>& all = objects->value.members;
+        return std::any_of(all.begin(), all.end(), [&](const JsonMember& object) {
+            const JsonMember* of = object.value.find("mesh");
+            const JsonMember* repair = object.value.find("repair");
+            return of != nullptr && of->value.text == mesh && repair != nullptr &&
+                   repair->value.text == "winding";
+        });
+    }
+
     void mesh_file(const JsonMember& m, const JsonValue& value, const std::string& what) {
         const fs::path file = files_.existing(value, "the file of " + what);
         if (json_.ok() && !is_mesh_file(file)) {
@@ -284,6 +298,7 @@ class WorldReader {
         }
         MeshOptions options;
         options.name = m.key;
+        options.repair = any_object_repairs(m.key);
         if (const JsonMember* p = m.value.find("unit")) options.unit_mm = unit_mm(p->value, what);
         if (const JsonMember* p = m.value.find("groups_attribute")) {
             options.groups_attribute = json_.string(p->value, "`groups_attribute` of " + what);
@@ -361,17 +376,15 @@ class WorldReader {
             }
         }
         if (const JsonMember* p = m.value.find("repair")) {
+            // Done when the mesh was read.
             json_.choice(p->value, "`repair` of " + what, {"winding"});
-            json_.fail(
-                p->value,
-                fmt::format("`repair` of {} is not supported yet; close the mesh, and leave it out",
-                            what));
         }
         object.place = json_.place(m.value);
         world_.objects.push_back(std::move(object));
     }
 
     fs::path file_;
+    const JsonValue* root_ = nullptr;  ///< while read runs
     JsonReader json_;
     WorldFiles files_;
     World world_;

@@ -166,8 +166,8 @@ TEST_F(WorldTest, NamesThePlaceOfWhatIsWrong) {
         {"\"support\": false", "\"support\": true",
          "19:53: support for object `a` is not supported yet; leave it out, the printer's front "
          "end can make it"},
-        {"\"support\": false", "\"repair\": \"winding\"",
-         "19:52: `repair` of object `a` is not supported yet; close the mesh, and leave it out"},
+        {"\"support\": false", "\"repair\": \"glue\"",
+         "19:52: `repair` of object `a` is `glue`; known: `winding`"},
         {"\"n\": 2", "\"n\": null",
          "18:29: uniform `n` of object `b` holds null; it must be a number, a boolean, the name of "
          "a texture or "
