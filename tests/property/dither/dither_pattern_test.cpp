@@ -1,0 +1,118 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// What the dithers' dots look like: no columns from slice to slice, no worms, no empty first rows.
+// Each measure is shown to tell Floyd-Steinberg's, which has all three.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "tests/support/reference/dither.h"
+#include "tests/support/stages/field_printer.h"
+
+namespace openfab {
+namespace {
+
+using slab::DitherRule;
+
+/// Slices of `side` x `side` voxels with `fraction` of material 2 in material 1.
+std::vector<uint8_t> mixture(int32_t side, int32_t slices, double fraction, DitherRule rule) {
+    reference::FractionField field = reference::make_field({side, side, slices}, 2);
+    for (size_t v = 0; v < field.fractions.size(); v += 3) {
+        field.fractions[v + 2] = static_cast<uint16_t>(std::lround(fraction * 65535));
+        field.fractions[v + 1] = static_cast<uint16_t>(65535 - field.fractions[v + 2]);
+    }
+    return tests::print_field(field, 3, abi::best_isa(), rule);
+}
+
+double differing_from_above(double fraction, DitherRule rule) {
+    const size_t slice = 64 * 64;
+    const std::vector<uint8_t> codes = mixture(64, 64, fraction, rule);
+    size_t differ = 0;
+    for (size_t i = slice; i < codes.size(); ++i)
+        differ += codes[i] != codes[i - slice] ? 1 : 0;
+    return static_cast<double>(differ) / static_cast<double>(codes.size() - slice);
+}
+
+TEST(DitherPattern, SlicesDoNotRepeat) {
+    for (DitherRule rule : {DitherRule::kDecorrelated, DitherRule::kBlueNoise}) {
+        const double half = differing_from_above(0.5, rule);
+        EXPECT_GE(half, 0.45);
+        EXPECT_LE(half, 0.75);
+        // Dots of a small fraction stand on each other no more often than by chance.
+        EXPECT_GE(differing_from_above(0.02, rule), 0.9 * 2 * 0.02 * 0.98);
+        EXPECT_GE(differing_from_above(0.1, rule), 0.9 * 2 * 0.1 * 0.9);
+    }
+    EXPECT_LT(differing_from_above(0.02, DitherRule::kFloydSteinberg), 0.5 * 2 * 0.02 * 0.98);
+}
+
+/// Directions to the dots that stand about one mean distance from each other, in 12 sectors of 15
+/// degrees: the spread between the most and the least frequent one, relative to their mean.
+double direction_spread(double fraction, DitherRule rule) {
+    const int32_t side = 256, slices = fraction < 0.05 ? 16 : 2;
+    const double distance = 1 / std::sqrt(fraction);
+    const std::vector<uint8_t> codes = mixture(side, slices, fraction, rule);
+    std::vector<double> sectors(12, 0.0);
+    for (int32_t z = 0; z < slices; ++z) {
+        std::vector<Vec2<int32_t>> dots;
+        for (int32_t y = 0; y < side; ++y) {
+            for (int32_t x = 0; x < side; ++x) {
+                if (codes[(static_cast<size_t>(z) * side + y) * side + x] == 2)
+                    dots.push_back({x, y});
+            }
+        }
+        for (const auto& a : dots) {
+            for (const auto& b : dots) {
+                if (b.y < a.y) continue;  // one of the two directions is enough
+                if (b.y > a.y + 1.4 * distance) break;
+                const double r = std::hypot(b.x - a.x, b.y - a.y);
+                if (r < 0.3 * distance || r > 1.4 * distance) continue;
+                const double half_turns = std::atan2(b.y - a.y, b.x - a.x) / std::numbers::pi;
+                ++sectors[static_cast<size_t>(std::floor(half_turns * 12 + 24.5)) % 12];
+            }
+        }
+    }
+    double sum = 0, least = 1e30, most = 0;
+    for (double s : sectors) {
+        sum += s;
+        least = std::min(least, s);
+        most = std::max(most, s);
+    }
+    return (most - least) * 12 / sum;
+}
+
+TEST(DitherPattern, NoWorms) {
+    for (DitherRule rule : {DitherRule::kDecorrelated, DitherRule::kBlueNoise}) {
+        // Even white noise has 0.9 on this grid.
+        EXPECT_LT(direction_spread(0.005, rule), 1.8) << static_cast<int>(rule);
+        EXPECT_LT(direction_spread(0.02, rule), 1.4) << static_cast<int>(rule);
+        EXPECT_LT(direction_spread(0.1, rule), 1.5) << static_cast<int>(rule);
+    }
+    EXPECT_GT(direction_spread(0.005, DitherRule::kFloydSteinberg), 3);
+    EXPECT_GT(direction_spread(0.02, DitherRule::kFloydSteinberg), 2);
+}
+
+/// Dots in the first quarter of the rows, relative to what is asked.
+double first_rows(double fraction, DitherRule rule) {
+    const int32_t side = 64;
+    const std::vector<uint8_t> codes = mixture(side, side, fraction, rule);
+    double dots = 0;
+    for (int32_t z = 0; z < side; ++z) {
+        for (int32_t i = 0; i < side * side / 4; ++i)
+            dots += codes[static_cast<size_t>(z) * side * side + i] == 2 ? 1 : 0;
+    }
+    return dots / (fraction * side * side / 4 * side);
+}
+
+TEST(DitherPattern, BeginsAtOnce) {
+    for (DitherRule rule : {DitherRule::kDecorrelated, DitherRule::kBlueNoise}) {
+        EXPECT_GT(first_rows(0.005, rule), 0.5);
+        EXPECT_GT(first_rows(0.02, rule), 0.8);
+    }
+    EXPECT_LT(first_rows(0.005, DitherRule::kFloydSteinberg), 0.3);
+}
+
+}  // namespace
+}  // namespace openfab
