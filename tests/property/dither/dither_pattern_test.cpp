@@ -65,7 +65,8 @@ double direction_spread(double fraction, DitherRule rule) {
         }
         for (const auto& a : dots) {
             for (const auto& b : dots) {
-                if (b.y < a.y) continue;  // one of the two directions is enough
+                // One of the two directions is enough.
+                if (b.y < a.y || (b.y == a.y && b.x < a.x)) continue;
                 if (b.y > a.y + 1.4 * distance) break;
                 const double r = std::hypot(b.x - a.x, b.y - a.y);
                 if (r < 0.3 * distance || r > 1.4 * distance) continue;
