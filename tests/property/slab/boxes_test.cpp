@@ -75,6 +75,104 @@ TEST(BoxPrint, AssemblyIsTheReference) {
     expect_reference(assembly(), 3);
 }
 
+constexpr const char* kDithers[] = {"floyd_steinberg", "decorrelated", "blue_noise", "majority"};
+
+TEST(BoxPrint, EveryDitherIsTheReference) {
+    for (const char* dither : kDithers) {
+        slab::PrintOptions options;
+        options.seed = 4;
+        options.dither = dither;
+        const Printed printed = tests::print_boxes(assembly(), options);
+        ASSERT_TRUE(printed.ok) << printed.error.message;
+        EXPECT_EQ(printed.sink.codes(), tests::reference_codes(assembly(), printed.sink.info, 4,
+                                                               *slab::find_dither(dither)))
+            << dither;
+    }
+}
+
+// Codes 1 and 2 become any two of many: 8 bits a voxel from 16 materials on.
+TEST(BoxPrint, ManyMaterialsAreTheReference) {
+    for (size_t materials : {size_t{16}, size_t{64}}) {
+        std::vector<BoxPart> boxes = assembly();
+        for (BoxPart& box : boxes) {
+            for (uint8_t& code : box.slot_material) {
+                if (code > 0) code = static_cast<uint8_t>(materials + code - 2);
+            }
+        }
+        for (const char* dither : kDithers) {
+            slab::PrintOptions options;
+            options.dither = dither;
+            const Printed printed = tests::print_boxes(boxes, options, tests::kPitch, materials);
+            ASSERT_TRUE(printed.ok) << printed.error.message;
+            EXPECT_EQ(printed.sink.info.bits, 8);
+            const std::vector<uint8_t> codes = printed.sink.codes();
+            ASSERT_EQ(codes, tests::reference_codes(boxes, printed.sink.info, 0,
+                                                    *slab::find_dither(dither)))
+                << materials << " materials, " << dither;
+            std::vector<int64_t> counts(materials + 1, 0);
+            for (uint8_t code : codes)
+                ++counts[code];
+            EXPECT_GT(counts[materials], 100);
+            EXPECT_EQ(printed.statistics.voxels_by_code, counts);
+            EXPECT_EQ(printed.statistics.voxels_solid,
+                      static_cast<int64_t>(codes.size()) - counts[0]);
+            const Vec3i tight = printed.statistics.tight.size();
+            EXPECT_EQ(printed.statistics.voxels_total, int64_t{tight.x} * tight.y * tight.z);
+        }
+    }
+}
+
+// A print of few materials is the same where the world has many.
+TEST(BoxPrint, SpareMaterialsChangeNoVoxel) {
+    for (const char* dither : kDithers) {
+        slab::PrintOptions options;
+        options.dither = dither;
+        const Printed few = tests::print_boxes(assembly(), options);
+        for (size_t materials : {size_t{5}, size_t{15}, size_t{20}}) {
+            const Printed many = tests::print_boxes(assembly(), options, tests::kPitch, materials);
+            EXPECT_EQ(many.sink.codes(), few.sink.codes()) << dither << ", " << materials;
+        }
+    }
+}
+
+/// The same bits for any threads, groups, culling, instruction set and split of slices.
+void expect_one_output(slab::PrintOptions options, size_t materials) {
+    options.threads = 1;
+    const Printed reference = tests::print_boxes(assembly(), options, tests::kPitch, materials);
+    ASSERT_TRUE(reference.ok) << reference.error.message;
+    for (int32_t threads : {2, 4}) {
+        for (openfab_isa isa : {OPENFAB_ISA_SSE41, OPENFAB_ISA_AVX2}) {
+            options.threads = threads;
+            options.groups_in_flight = threads - 1;
+            options.isa = isa;
+            options.culling = isa == OPENFAB_ISA_AVX2;
+            const Printed printed =
+                tests::print_boxes(assembly(), options, tests::kPitch, materials);
+            ASSERT_TRUE(printed.ok) << printed.error.message;
+            EXPECT_EQ(printed.statistics.hash, reference.statistics.hash)
+                << options.dither << ", " << materials << " materials, " << threads
+                << " threads, isa " << isa;
+        }
+    }
+    const int32_t n = reference.sink.info.size.z;
+    std::vector<std::vector<uint8_t>> slices;
+    for (const Vec2<int32_t>& range : {Vec2<int32_t>{0, 5}, Vec2<int32_t>{5, n}}) {
+        options.slices = range;
+        const Printed part = tests::print_boxes(assembly(), options, tests::kPitch, materials);
+        slices.insert(slices.end(), part.sink.slices.begin(), part.sink.slices.end());
+    }
+    EXPECT_EQ(slices, reference.sink.slices) << options.dither;
+}
+
+TEST(BoxPrint, OneOutputOfEveryDither) {
+    for (const char* dither : kDithers) {
+        slab::PrintOptions options;
+        options.dither = dither;
+        expect_one_output(options, 2);
+        expect_one_output(options, 20);
+    }
+}
+
 TEST(BoxPrint, OneOutputWhateverTheSettings) {
     slab::PrintOptions plain;
     plain.threads = 1;

@@ -48,12 +48,14 @@ std::vector<uint8_t> MemorySink::codes() const {
     return out;
 }
 
-slab::PrintInput make_input(const std::vector<BoxPart>& boxes, const Vec3d& pitch_mm) {
+slab::PrintInput make_input(const std::vector<BoxPart>& boxes, const Vec3d& pitch_mm,
+                            size_t materials) {
     slab::PrintInput input;
     input.pitch_mm = pitch_mm;
-    input.materials.resize(2);
-    input.materials[0].name = "white";
-    input.materials[1].name = "black";
+    for (size_t m = 0; m < materials; ++m) {
+        input.materials.emplace_back();
+        input.materials.back().name = m == 0 ? "white" : m == 1 ? "black" : std::to_string(m);
+    }
     for (const BoxPart& box : boxes) {
         testing::PartOptions options;
         // The primitive stands centred on z = 0.
@@ -101,8 +103,10 @@ Weights weights_at(const BoxPart& box, const Vec3d& p, double distance, int32_t 
 }  // namespace
 
 std::vector<uint8_t> reference_codes(const std::vector<BoxPart>& boxes,
-                                     const backends::PrintInfo& info, uint64_t seed) {
-    reference::FractionField field = reference::make_field(info.size, 2);
+                                     const backends::PrintInfo& info, uint64_t seed,
+                                     slab::DitherRule rule) {
+    const auto materials = static_cast<int32_t>(info.materials.size());
+    reference::FractionField field = reference::make_field(info.size, materials);
     for (int32_t z = 0; z < info.size.z; ++z) {
         for (int32_t y = 0; y < info.size.y; ++y) {
             for (int32_t x = 0; x < info.size.x; ++x) {
@@ -127,18 +131,18 @@ std::vector<uint8_t> reference_codes(const std::vector<BoxPart>& boxes,
                 const int32_t slots[3] = {owner->slot_material[0], owner->slot_material[1],
                                           owner->slot_material[2]};
                 const std::vector<uint16_t> fractions =
-                    reference::normalise(amounts, slots, 2, nullptr);
+                    reference::normalise(amounts, slots, materials, nullptr);
                 std::copy(fractions.begin(), fractions.end(), field.at(x, y, z));
             }
         }
     }
-    return reference::dither(field, seed);
+    return reference::dither(field, seed, rule);
 }
 
 Printed print_boxes(const std::vector<BoxPart>& boxes, const slab::PrintOptions& options,
-                    const Vec3d& pitch_mm) {
+                    const Vec3d& pitch_mm, size_t materials) {
     Printed printed;
-    auto print = slab::Print::create(make_input(boxes, pitch_mm), options);
+    auto print = slab::Print::create(make_input(boxes, pitch_mm, materials), options);
     if (!print) {
         printed.error = print.error();
         return printed;

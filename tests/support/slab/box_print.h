@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "runtime/slab/dither_rule.h"
 #include "runtime/slab/print.h"
 
 namespace openfab::tests {
@@ -44,11 +45,13 @@ struct BoxPart {
 
 constexpr Vec3d kPitch{0.1, 0.08, 0.05};
 
-slab::PrintInput make_input(const std::vector<BoxPart>& boxes, const Vec3d& pitch_mm = kPitch);
+slab::PrintInput make_input(const std::vector<BoxPart>& boxes, const Vec3d& pitch_mm = kPitch,
+                            size_t materials = 2);
 
 /// Codes of the whole grid that `info` describes.
 std::vector<uint8_t> reference_codes(const std::vector<BoxPart>& boxes,
-                                     const backends::PrintInfo& info, uint64_t seed);
+                                     const backends::PrintInfo& info, uint64_t seed,
+                                     slab::DitherRule rule = slab::kDefaultDither);
 
 struct Printed {
     MemorySink sink;
@@ -58,6 +61,6 @@ struct Printed {
 };
 /// Creates and runs; a failed creation shows in `error` too.
 Printed print_boxes(const std::vector<BoxPart>& boxes, const slab::PrintOptions& options = {},
-                    const Vec3d& pitch_mm = kPitch);
+                    const Vec3d& pitch_mm = kPitch, size_t materials = 2);
 
 }  // namespace openfab::tests

@@ -41,6 +41,16 @@ TEST(SliceTotals, EqualsACountVoxelByVoxel) {
     }
 }
 
+TEST(SliceTotals, CountsEightBits) {
+    const std::vector<uint8_t> data{0, 0, 0, 0, 0, 64, 17, 0, 0, 1, 17, 0};
+    const SliceTotals counted = count_slice({5, data.data(), 4, 4, 3}, 8);
+    EXPECT_EQ(counted.by_code[0], 8);
+    EXPECT_EQ(counted.by_code[1], 1);
+    EXPECT_EQ(counted.by_code[17], 2);
+    EXPECT_EQ(counted.by_code[64], 1);
+    EXPECT_EQ(counted.tight, (Box3i{{1, 1, 5}, {3, 3, 6}}));
+}
+
 TEST(SliceTotals, HashSeesContentAndHeight) {
     std::vector<uint8_t> data(64, 0x11);
     const uint64_t hash = count_slice({3, data.data(), 8, 16, 8}, 4).hash;

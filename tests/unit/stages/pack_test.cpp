@@ -40,5 +40,30 @@ TEST(Pack, SameBytesAsTheTwinForEveryWidth) {
     }
 }
 
+TEST(Pack, EightBitsAreTheCodes) {
+    std::mt19937 random(3);
+    for (openfab_isa isa : tests::runnable_isas()) {
+        for (int32_t width : {1, 7, 8, 17, 64}) {
+            const int32_t rows = 3;
+            std::vector<uint8_t> codes(static_cast<size_t>(width) * rows * 8);
+            for (uint8_t& c : codes)
+                c = static_cast<uint8_t>(random() % 65);
+            std::vector<uint8_t> planes(static_cast<size_t>(width + 1) * rows * 8, 0xee);
+            slab::StageCalls calls(*slab::find_stage_set(64), isa);
+            ASSERT_EQ(calls.pack(8, codes.data(), width * 8, width, rows, planes.data(), width + 1,
+                                 (width + 1) * rows),
+                      0);
+            size_t i = 0;
+            for (int32_t z = 0; z < 8; ++z) {
+                for (int32_t y = 0; y < rows; ++y) {
+                    for (int32_t x = 0; x < width; ++x)
+                        ASSERT_EQ(planes[i++], codes[static_cast<size_t>((y * width + x) * 8 + z)]);
+                    ASSERT_EQ(planes[i++], 0xee);
+                }
+            }
+        }
+    }
+}
+
 }  // namespace
 }  // namespace openfab
