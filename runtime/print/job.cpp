@@ -8,6 +8,7 @@
 
 #include "runtime/print/outputs.h"
 #include "runtime/scene/bind.h"
+#include "runtime/scene/load_mesh.h"
 #include "runtime/scene/world.h"
 
 namespace openfab::print {
@@ -24,11 +25,11 @@ scene::FileRules file_rules(const Options& options) {
 
 std::string title_of(const std::string& input) {
     std::string name = std::filesystem::path(input).filename().string();
-    for (const std::string suffix : {".fab.json", ".json", ".obj"}) {
+    for (const std::string suffix : {".fab.json", ".json"}) {
         if (name.size() > suffix.size() && name.ends_with(suffix))
             return name.substr(0, name.size() - suffix.size());
     }
-    return name;
+    return scene::is_mesh_file(name) ? std::filesystem::path(name).stem().string() : name;
 }
 
 Result<scene::Printer> printer_of(const Options& options, const scene::World& world,
@@ -69,9 +70,10 @@ Result<void> check_materials(const scene::World& world, const scene::Printer& pr
 }  // namespace
 
 Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets) {
-    Result<scene::World> world = is_world(options.input)
-                                     ? scene::load_world(options.input, file_rules(options))
-                                     : scene::make_quick_world(options.input, fablets);
+    Result<scene::World> world =
+        is_world(options.input)
+            ? scene::load_world(options.input, file_rules(options))
+            : scene::make_quick_world(options.input, fablets, {}, options.settings);
     if (!world) return world.error();
     Job job;
     Result<scene::Printer> printer = printer_of(options, *world, &job.notes);

@@ -106,7 +106,7 @@ struct Raw {
 
 void declare(CLI::App& app, Options& o, Raw& raw) {
     app.add_option("INPUT", o.input,
-                   "a world (.fab.json), or a mesh (.obj) to print with its one fablet")
+                   "a world (.fab.json), or a mesh (.obj, .stl, …) to print with its one fablet")
         ->required();
     app.add_option("-o,--output", o.output,
                    "a folder (png), a file (.ofr, .3mf, .stl), or - for standard output (ofr)");

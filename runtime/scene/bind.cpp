@@ -235,6 +235,38 @@ Rgba8 generated_color(size_t index) {
     return {channel(5), channel(3), channel(1), 255};
 }
 
+/// The files that are set for textures become textures of these names.
+Result<void> add_textures(const openfab_fablet& fablet, const std::vector<std::string>& sets,
+                          const Place& place, World* world) {
+    for (const std::string& text : sets) {
+        const Result<SetValue> set = parse_set(text);
+        if (!set) return set.error();
+        const auto* names = std::get_if<std::vector<std::string>>(&set->binding.value);
+        const bool texture = std::any_of(
+            fablet.uniforms, fablet.uniforms + fablet.uniform_count, [&](const openfab_uniform& u) {
+                return set->uniform == u.name &&
+                       (u.kind == OPENFAB_UNIFORM_TEXTURE2D || u.kind == OPENFAB_UNIFORM_TEXTURE3D);
+            });
+        for (size_t i = 0; names != nullptr && texture && i < names->size(); ++i) {
+            const std::string& name = (*names)[i];
+            const bool known = std::any_of(world->textures.begin(), world->textures.end(),
+                                           [&](const Texture& t) { return t.name == name; });
+            std::error_code ignored;
+            if (!known && !std::filesystem::exists(name, ignored)) {
+                return user_error(fmt::format("--set {}: there is no file `{}`", text, name));
+            }
+            if (known) continue;
+            Texture added;
+            added.name = name;
+            added.file = name;
+            added.place = place;
+            world->textures.push_back(std::move(added));
+            world->files.push_back(name);
+        }
+    }
+    return Ok{};
+}
+
 }  // namespace
 
 Result<std::vector<Part>> bind(const World& world, const openfab_fablet_list& fablets,
@@ -243,7 +275,8 @@ Result<std::vector<Part>> bind(const World& world, const openfab_fablet_list& fa
 }
 
 Result<World> make_quick_world(const std::filesystem::path& mesh,
-                               const openfab_fablet_list& fablets, const std::string& fablet) {
+                               const openfab_fablet_list& fablets, const std::string& fablet,
+                               const std::vector<std::string>& sets) {
     const openfab_fablet* found =
         fablet.empty() && fablets.count == 1 ? fablets.fablets[0] : find_fablet(fablets, fablet);
     if (found == nullptr) {
@@ -287,6 +320,8 @@ Result<World> make_quick_world(const std::filesystem::path& mesh,
         }
         object.uniforms[u.name] = {names, false, place};
     }
+    if (Result<void> added = add_textures(*found, sets, place, &world); !added)
+        return added.error();
     world.objects.push_back(std::move(object));
     world.build.push_back({0, {}, {}, place});
     return world;

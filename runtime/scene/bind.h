@@ -32,7 +32,9 @@ Result<std::vector<Part>> bind(const World& world, const openfab_fablet_list& fa
 /// Quick mode: a world of one mesh file (mm) with the one fablet, printer `generic`. Each Material
 /// uniform (array elements apart) is bound to a material of its own name with a generated colour.
 /// The object is called after the mesh file's stem. `fablet` picks one where the print has several.
+/// A texture uniform takes the name of a file from `sets`, as of BindOptions.
 Result<World> make_quick_world(const std::filesystem::path& mesh,
-                               const openfab_fablet_list& fablets, const std::string& fablet = {});
+                               const openfab_fablet_list& fablets, const std::string& fablet = {},
+                               const std::vector<std::string>& sets = {});
 
 }  // namespace openfab::scene

@@ -307,9 +307,11 @@ class Importer {
         const fs::path plain = plain_name(picture.name);
         const std::string name = unique(plain.stem().string(), &texture_names_);
         const std::string file = name + plain.extension().string();
-        textures_.push_back(fmt::format("        {}: {{\"file\": {}, \"wrap\": \"{}\"}}",
-                                        json_text(name), json_text(file),
-                                        picture.clamp ? "clamp" : "repeat"));
+        // A relief is as high as the picture is bright.
+        textures_.push_back(
+            fmt::format("        {}: {{\"file\": {}, \"wrap\": \"{}\"{}}}", json_text(name),
+                        json_text(file), picture.clamp ? "clamp" : "repeat",
+                        out_.fablet == "relief" ? ", \"channels\": \"luminance\"" : ""));
         out_.files.push_back({file, picture.bytes});
         pictures_.push_back(std::move(picture));
         return static_cast<int>(textures_.size()) - 1;

@@ -23,6 +23,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Vertices, placed, that are gone through for a world's size.
+constexpr double kMostVertices = 3e8;
+
 double voxel_ml(const backends::PrintInfo& info) {
     return info.pitch_mm.x * info.pitch_mm.y * info.pitch_mm.z * 1e-3;
 }
@@ -131,8 +134,8 @@ void print_mesh(const scene::Mesh& mesh, const std::string& indent) {
     }
 }
 
-Result<void> info_of_world(const std::string& file) {
-    Result<scene::World> world = scene::load_world(file);
+Result<void> info_of_world(const std::string& file, const std::vector<std::string>& allow) {
+    Result<scene::World> world = scene::load_world(file, {{allow.begin(), allow.end()}});
     if (!world) return world.error();
     fmt::print("printer    {}\n", world->printer.empty() ? "none named" : world->printer);
     for (const auto& [name, fablet] : world->fablets) {
@@ -148,11 +151,32 @@ Result<void> info_of_world(const std::string& file) {
         fmt::print("mesh       {}\n", mesh.name);
         print_mesh(mesh, "  ");
     }
-    for (const scene::Object& object : world->objects) {
-        fmt::print("object     {}: mesh {}, fablet {}\n", object.name,
-                   world->meshes[static_cast<size_t>(object.mesh)].name, object.fablet);
+    std::vector<int64_t> placed(world->objects.size());
+    Box3d box;
+    double work = 0;
+    for (const scene::Placement& placement : world->build) {
+        ++placed[static_cast<size_t>(placement.object)];
+        const scene::Object& object = world->objects[static_cast<size_t>(placement.object)];
+        const scene::Mesh& mesh = world->meshes[static_cast<size_t>(object.mesh)];
+        work += static_cast<double>(mesh.positions.size());
+        if (work > kMostVertices) continue;
+        for (const Vec3d& p : mesh.positions)
+            box.add(placement.transform.apply(p));
     }
-    fmt::print("build      {} placed\n", world->build.size());
+    for (size_t i = 0; i < placed.size(); ++i) {
+        const scene::Object& object = world->objects[i];
+        fmt::print("object     {}: mesh {}, fablet {}, placed {} times\n", object.name,
+                   world->meshes[static_cast<size_t>(object.mesh)].name, object.fablet, placed[i]);
+    }
+    const Vec3d size = box.size();
+    fmt::print("build      {} placed", world->build.size());
+    if (work <= kMostVertices) {
+        fmt::print(", {:.5g} x {:.5g} x {:.5g} mm, from {:.5g} {:.5g} {:.5g}", size.x, size.y,
+                   size.z, box.lo.x, box.lo.y, box.lo.z);
+    }
+    fmt::print("\n");
+    for (const std::string& warning : world->warnings)
+        fmt::print(stderr, "warning: {}\n", warning);
     return {};
 }
 
@@ -193,10 +217,10 @@ Result<void> info_of_mesh(const std::string& file) {
     return {};
 }
 
-Result<void> info(const std::string& file) {
+Result<void> info(const std::string& file, const std::vector<std::string>& allow) {
     std::error_code status;
     if (fs::is_directory(file, status)) return info_of_folder(file);
-    if (file.ends_with(".json")) return info_of_world(file);
+    if (file.ends_with(".json")) return info_of_world(file, allow);
     if (scene::is_mesh_file(file)) return info_of_mesh(file);
     return info_of_ofr(file);
 }
@@ -209,7 +233,11 @@ void add_info(CLI::App& app, Action* action) {
     auto file = std::make_shared<std::string>();
     command->add_option("FILE", *file, "an .ofr file, a folder of slices, a .fab.json or a mesh")
         ->required();
-    command->callback([file, action] { *action = [file] { return info(*file); }; });
+    auto allow = std::make_shared<std::vector<std::string>>();
+    command->add_option("--allow", *allow, "FOLDER that a world may read besides its own (repeat)")
+        ->allow_extra_args(false);
+    command->callback(
+        [file, allow, action] { *action = [file, allow] { return info(*file, *allow); }; });
 }
 
 }  // namespace openfab::tool

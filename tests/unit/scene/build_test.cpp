@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <random>
 
 #include "runtime/scene/transforms_file.h"
 #include "runtime/scene/world.h"
@@ -242,6 +243,37 @@ TEST_F(BuildTest, AProjectsWorldsReadAllOfIt) {
     EXPECT_FALSE(load_world(world));
     folder_.write("openfab.project", "");
     EXPECT_TRUE(load_world(world));
+}
+
+TEST_F(BuildTest, SurvivesDamage) {
+    folder_.write("pins.txt", "1 2 3\n4 5 6\n");
+    const std::string text = world_text(
+        R"({"a": [{"object": "box", "on_bed": true}, {"group": "b", "uniforms": {"ball.n": 1}}],
+            "b": [{"object": "ball", "translate_mm": [1, 2], "grid": {"count": [2, 2], "spacing_mm": 1}}]})",
+        R"([{"group": "a", "scale": 2, "transforms": "pins.txt"}, {"object": "box", "matrix": [1, 0, 0, 5, 0, 1, 0, 5, 0, 0, 1, 0]}])");
+    ASSERT_TRUE(load_world(folder_.write("w.fab.json", text)));
+    std::mt19937 random(3);
+    int whole = 0;
+    for (int i = 0; i < 400; ++i) {
+        std::string damaged = text;
+        const auto place = [&] { return random() % damaged.size(); };
+        for (unsigned k = 0; k < 1 + random() % 3; ++k) {
+            const size_t at = place();
+            if (random() % 3 == 0) {
+                damaged[at] = "9-[]{}\"\xff,0e"[random() % 11];
+            } else if (random() % 2 == 0) {
+                damaged.erase(at, 1 + random() % 6);
+            } else {
+                damaged.insert(at, damaged.substr(place(), random() % 30));
+            }
+        }
+        const Result<World> world = load_world(folder_.write("w.fab.json", damaged));
+        whole += world ? 1 : 0;
+        if (!world) {
+            EXPECT_FALSE(world.error().message.empty());
+        }
+    }
+    EXPECT_GT(whole, 0);
 }
 
 TEST(TransformsFile, TakesNoNumberForGranted) {

@@ -114,6 +114,33 @@ TEST_F(OpenfabImport, QuickModeTakesAStockFablet) {
     EXPECT_THAT(without.err, HasSubstr("`textured`"));
 }
 
+TEST_F(OpenfabImport, QuickModeTakesAPicture) {
+    scratch_.write("photo.ppm", "P3 2 1 255 255 255 255 0 0 0\n");
+    const Outcome outcome =
+        openfab({"print", path("block.obj"), "--fablet", "relief", "-o", path("a.ofr"), "--set",
+                 "block.map=" + path("photo.ppm"), "--set", "block.height=-0.5"});
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_LT(ml("a.ofr", "material"), 0.031);  // engraved
+    const Outcome gone = openfab({"print", path("block.obj"), "--fablet", "relief", "-o",
+                                  path("a.ofr"), "--set", "block.map=gone.png"});
+    EXPECT_EQ(gone.exit_code, 1);
+    EXPECT_THAT(gone.err, HasSubstr("there is no file `gone.png`"));
+}
+
+TEST_F(OpenfabImport, InfoTellsOfAMeshAndItsWorld) {
+    const Outcome mesh = openfab({"info", path("block.obj")});
+    EXPECT_EQ(mesh.exit_code, 0) << mesh.err;
+    for (const char* line :
+         {"unit       1 mm, assumed", "size       4 x 4 x 2 mm", "attribute  uv: 2 float",
+          "group      red: face 0", "group      photo: face 1", "printable  yes"})
+        EXPECT_THAT(mesh.out, HasSubstr(line));
+    ASSERT_EQ(openfab({"import", path("block.obj"), "-o", path("made")}).exit_code, 0);
+    const Outcome world = openfab({"info", path("made/block.fab.json")});
+    EXPECT_THAT(world.out,
+                HasSubstr("object     block: mesh block, fablet textured, placed 1 times"));
+    EXPECT_THAT(world.out, HasSubstr("build      1 placed, 4 x 4 x 2 mm, from 0 0 0"));
+}
+
 TEST_F(OpenfabImport, ANewFolderPrints) {
     ASSERT_EQ(openfab({"new", path("soft-toy")}).exit_code, 0);
     const Outcome outcome =
