@@ -16,6 +16,8 @@
 #include "runtime/scene/load_mesh.h"
 #include "runtime/scene/mesh_check.h"
 #include "runtime/scene/primitives.h"
+#include "runtime/scene/world.h"
+#include "tests/support/meshes/temp_folder.h"
 
 namespace openfab::scene {
 namespace {
@@ -133,7 +135,10 @@ TEST(MeshRepair, CubesThatShareAnEdgeOrAVertex) {
         add(&two, cube(), offset);
         // With an edge that both have the welded form has four triangles to it.
         std::swap(two.triangles[3][0], two.triangles[3][1]);
-        EXPECT_NEAR(volume(repaired(two)), 2000, 1e-9);
+        MeshSource source = source_of(two);
+        ASSERT_TRUE(prepare_mesh(&source, true));
+        EXPECT_NEAR(volume(source.mesh), 2000, 1e-9);
+        EXPECT_EQ(source.checks.shells, 2) << "each sheet along the edge stays with its own cube";
     }
 }
 
@@ -263,6 +268,41 @@ TEST(MeshRepair, FlatSheetsAreStillRefused) {
     Result<void> done = prepare_mesh(&source, true);
     ASSERT_FALSE(done);
     EXPECT_THAT(done.error().message, HasSubstr("encloses no volume"));
+}
+
+/// One object that asks for it is enough.
+TEST(MeshRepair, IsAskedForByAnObject) {
+    const testing::TempFolder folder;
+    std::string obj;
+    const Mesh whole = cube();
+    for (const Vec3d& p : whole.positions)
+        obj += "v " + std::to_string(p.x) + " " + std::to_string(p.y) + " " + std::to_string(p.z) +
+               "\n";
+    for (size_t t = 0; t < 10; ++t) {
+        const auto& v = whole.triangles[t];
+        obj += "f " + std::to_string(v[0] + 1) + " " + std::to_string(v[1] + 1) + " " +
+               std::to_string(v[2] + 1) + "\n";
+    }
+    folder.write("open.obj", obj);
+    const auto load = [&](const std::string& repair) {
+        return load_world(folder.write("w.fab.json", R"({"openfab": 1,
+            "fablets": {"f": {"source": "f.fl", "fablet": "F"}},
+            "meshes": {"m": {"file": "open.obj"}},
+            "objects": {"a": {"mesh": "m", "fablet": "f"},
+                        "b": {"mesh": "m", "fablet": "f")" +
+                                                         repair + R"(}},
+            "build": [{"object": "b"}]})"));
+    };
+    folder.write("f.fl", "");
+    const Result<World> refused = load("");
+    ASSERT_FALSE(refused);
+    EXPECT_THAT(refused.error().message, HasSubstr(R"(`"repair": "winding"`)"));
+    const Result<World> world = load(R"(, "repair": "winding")");
+    ASSERT_TRUE(world) << world.error().message;
+    ASSERT_EQ(world->meshes.size(), 1u);
+    EXPECT_TRUE(count_edges(world->meshes[0]).fine());
+    ASSERT_EQ(world->warnings.size(), 1u);
+    EXPECT_THAT(world->warnings[0], HasSubstr("repaired"));
 }
 
 TEST(MeshRepair, SharedBrokenMeshes) {
