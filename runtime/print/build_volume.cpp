@@ -33,6 +33,16 @@ const scene::Part* farthest(const std::vector<scene::Part>& parts, int axis, boo
 
 }  // namespace
 
+Box3d tray_box(const scene::Printer& printer, scene::Tray tray) {
+    const Vec3d& room = printer.build_volume_mm;
+    Box3d box{{0, 0, 0}, room};
+    for (int a = 0; a < 2 && tray == scene::Tray::kCenter; ++a) {
+        box.lo[a] = -room[a] / 2;
+        box.hi[a] = room[a] / 2;
+    }
+    return box;
+}
+
 Result<void> check_build_volume(const backends::PrintInfo& info, const scene::Printer& printer,
                                 const std::vector<scene::Part>& parts, scene::Tray tray) {
     const Vec3d& room = printer.build_volume_mm;
@@ -46,10 +56,11 @@ Result<void> check_build_volume(const backends::PrintInfo& info, const scene::Pr
             size, "xyz"[a], size - room[a], room_of(printer)));
     }
     if (tray == scene::Tray::kAnywhere) return {};
+    const Box3d box = tray_box(printer, tray);
     for (int a = 0; a < 3; ++a) {
-        const double from = tray == scene::Tray::kCenter && a < 2 ? -room[a] / 2 : 0;
+        const double from = box.lo[a];
         const double lo = info.origin_mm[a], hi = lo + info.size[a] * info.pitch_mm[a];
-        const double below = from - lo, above = hi - (from + room[a]);
+        const double below = from - lo, above = hi - box.hi[a];
         if (std::max(below, above) <= info.pitch_mm[a]) continue;
         const bool up = above > below;
         const scene::Part* part = farthest(parts, a, up);
@@ -58,7 +69,7 @@ Result<void> check_build_volume(const backends::PrintInfo& info, const scene::Pr
                         "{}, from {:.5g} to "
                         "{:.5g} mm there; move it, or leave `tray` out of the world",
                         part->name, part->instance, std::max(below, above), up ? '+' : '-',
-                        "xyz"[a], room_of(printer), from, from + room[a]));
+                        "xyz"[a], room_of(printer), from, box.hi[a]));
     }
     return {};
 }

@@ -20,4 +20,7 @@ namespace openfab::print {
 Result<void> check_build_volume(const backends::PrintInfo& info, const scene::Printer& printer,
                                 const std::vector<scene::Part>& parts, scene::Tray tray);
 
+/// What the printer builds, in build space; anywhere is as the corner.
+Box3d tray_box(const scene::Printer& printer, scene::Tray tray);
+
 }  // namespace openfab::print

@@ -6,6 +6,7 @@
 
 #include <utility>
 
+#include "runtime/print/build_volume.h"
 #include "runtime/print/outputs.h"
 #include "runtime/scene/bind.h"
 #include "runtime/scene/load_mesh.h"
@@ -80,6 +81,12 @@ Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets)
     if (!printer) return printer.error();
     job.printer = std::move(*printer);
     job.tray = world->tray;
+    if (options.crop_tray) {
+        // A world that does not say where the tray is counts from its corner.
+        if (job.tray == scene::Tray::kAnywhere) job.tray = scene::Tray::kCorner;
+        const Box3d tray = tray_box(job.printer, job.tray);
+        job.input.crop_mm = Box3d{tray.lo, {tray.hi.x, tray.hi.y, tray.lo.z}};
+    }
     if (Result<void> fine = check_materials(*world, job.printer); !fine) return fine.error();
     Result<std::vector<scene::Part>> parts = scene::bind(*world, fablets, {options.settings});
     if (!parts) return parts.error();

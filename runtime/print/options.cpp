@@ -101,6 +101,7 @@ struct Raw {
     std::string seed, voxel, mesh_pitch, dpi, layer, z, slices, memory, progress = "auto",
                                                                         png = "rgba", isa = "avx2";
     std::vector<std::string> previews;
+    std::string crop = "parts";
     bool no_cull = false, resume = false;
 };
 
@@ -121,6 +122,8 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
                    "voxels that 3mf and stl are made from, 0.1mm unless told");
     app.add_option("--draft", o.draft, "pitch times N, for a quick look")
         ->check(CLI::Range(1, 1000));
+    app.add_option("--crop", raw.crop, "parts (their box) or tray (slices as wide as the tray)")
+        ->check(CLI::IsMember({"parts", "tray"}));
     app.add_option("--z", raw.z, "heights A:B only, above the print's lowest slice");
     app.add_option("--slices", raw.slices, "slices A:B only, B not among them");
     app.add_option("--set", o.settings,
@@ -226,6 +229,7 @@ Result<void> understand_rest(const Raw& raw, Options* o) {
                   : raw.progress == "json" ? report::ProgressMode::kJson
                   : raw.progress == "none" ? report::ProgressMode::kNone
                                            : report::ProgressMode::kAuto;
+    o->crop_tray = raw.crop == "tray";
     o->png_indexed = raw.png == "indexed";
     o->culling = !raw.no_cull;
     o->isa = raw.isa == "sse41" ? OPENFAB_ISA_SSE41 : OPENFAB_ISA_AVX2;

@@ -34,6 +34,7 @@ struct Options {
     std::string dither;  ///< empty: majority for meshes, else the pipeline's own
     uint64_t seed = 0;
     std::vector<std::string> settings;  ///< `OBJECT.UNIFORM=VALUE`, read by scene::bind
+    bool crop_tray = false;             ///< the grid is the tray, not the box of the parts
     std::vector<std::string> allow;     ///< folders that the world may read besides its own
     std::vector<preview::PreviewSpec> previews;
     report::ProgressMode progress = report::ProgressMode::kAuto;

@@ -33,7 +33,8 @@ bool contains(const Box3d& outer, const Box3d& inner) {
 
 Result<scene::Grid> make_grid(const std::vector<scene::Part>& parts,
                               const std::vector<std::shared_ptr<const surface::Surface>>& surfaces,
-                              const Vec3d& pitch_mm, int32_t bits) {
+                              const Vec3d& pitch_mm, int32_t bits,
+                              const std::optional<Box3d>& crop_mm) {
     Box3d box;
     std::map<const surface::Surface*, Box3f> bounds;
     for (size_t i = 0; i < parts.size(); ++i) {
@@ -51,6 +52,7 @@ Result<scene::Grid> make_grid(const std::vector<scene::Part>& parts,
     }
     if (parts.empty() || box.empty())
         return user_error("there is nothing to print: no part has a surface");
+    if (crop_mm) box.add(*crop_mm);
     scene::Grid grid;
     grid.pitch_mm = pitch_mm;
     for (int a = 0; a < 3; ++a) {

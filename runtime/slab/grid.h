@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "runtime/base/result.h"
@@ -17,10 +18,11 @@ namespace openfab::slab {
 /// origin is a whole number of pitches from build (0, 0, 0), so voxel centres do not move when
 /// another part joins the print. Positions are rounded to 1/256 voxel first, as the voxeliser does,
 /// so that a box whose side is a whole number of pitches gets no empty layer from the last bit of a
-/// double. Refuses what no print can hold.
+/// double. `crop_mm` is covered too. Refuses what no print can hold.
 Result<scene::Grid> make_grid(const std::vector<scene::Part>& parts,
                               const std::vector<std::shared_ptr<const surface::Surface>>& surfaces,
-                              const Vec3d& pitch_mm, int32_t bits);
+                              const Vec3d& pitch_mm, int32_t bits,
+                              const std::optional<Box3d>& crop_mm = {});
 
 /// First slice and one past the last that `options` ask for.
 Result<Vec2<int32_t>> slice_range(const scene::Grid& grid, const PrintOptions& options);

@@ -212,8 +212,9 @@ Result<void> PrintJob::set_up() {
     if (!surfaces) return surfaces.error();
     surfaces_ = std::move(*surfaces);
 
-    Result<scene::Grid> grid = make_grid(input_.parts, surfaces_, input_.pitch_mm,
-                                         voxel_bits(static_cast<int32_t>(input_.materials.size())));
+    Result<scene::Grid> grid =
+        make_grid(input_.parts, surfaces_, input_.pitch_mm,
+                  voxel_bits(static_cast<int32_t>(input_.materials.size())), input_.crop_mm);
     if (!grid) return grid.error();
     if (const Result<void> diced = surface_status(); !diced) return diced.error();
     grid_ = *grid;

@@ -41,6 +41,7 @@ struct PrintInput {
     std::vector<scene::Part> parts;                  ///< in build order
     std::vector<backends::SliceMaterial> materials;  ///< code 1 is materials[0]
     Vec3d pitch_mm;
+    std::optional<Box3d> crop_mm;  ///< what the grid covers besides the parts
     std::string printer;
     std::string title;
     std::vector<std::string> warnings;  ///< carried to the statistics

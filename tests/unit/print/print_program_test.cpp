@@ -225,6 +225,27 @@ TEST_F(PrintProgram, APartBesideTheTrayIsRefused) {
                 HasSubstr("1 mm outside the tray along -z"));
 }
 
+TEST_F(PrintProgram, SlicesCanBeAsWideAsTheTray) {
+    scratch_.write(
+        "small.printer.json",
+        R"({"name": "small", "pitch_mm": [0.25, 0.5, 0.5], "build_volume_mm": [20, 12, 9]})");
+    scratch_.write("tray.fab.json",
+                   changed(read_file(scratch_ / "world.fab.json"), "\"tray\": \"center\", ",
+                           R"([{"object": "thing", "translate_mm": [2, 1]}])"));
+    const std::vector<std::string> options = {"--printer", path("small.printer.json"), "-o",
+                                              path("a.ofr")};
+    std::vector<std::string> cropped = options;
+    cropped.insert(cropped.end(), {"--crop", "tray"});
+    ASSERT_EQ(print(cropped, {}, "tray.fab.json").exit_code, 0);
+    const std::string info = openfab({"info", path("a.ofr")}).out;
+    EXPECT_THAT(info, HasSubstr("voxels     80 x 24 x 6"));
+    EXPECT_THAT(info, HasSubstr("origin     -10.000 -6.000 0.000 mm"));
+    // From the corner, where nothing else is said; the block is half outside.
+    EXPECT_EQ(print(cropped, {}, "world.fab.json").exit_code, 1);
+    ASSERT_EQ(print(options, {}, "tray.fab.json").exit_code, 0);
+    EXPECT_THAT(openfab({"info", path("a.ofr")}).out, HasSubstr("voxels     24 x 8 x 6"));
+}
+
 TEST_F(PrintProgram, EstimateTellsMaterialsTimeAndOverlaps) {
     scratch_.write(
         "two.fab.json",
