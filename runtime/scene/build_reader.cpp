@@ -61,7 +61,8 @@ BuildReader::BuildReader(JsonReader* json, WorldFiles* files, World* world)
         objects_[world_.objects[i].name] = static_cast<int32_t>(i);
 }
 
-void BuildReader::read(const JsonValue* groups, const JsonValue& build) {
+void BuildReader::read(const JsonValue* groups, const JsonValue& build,
+                       const JsonValue* arrange_as) {
     if (!json_.ok()) return;
     if (groups != nullptr) {
         if (!json_.named_things(*groups, "groups")) return;
@@ -75,22 +76,65 @@ void BuildReader::read(const JsonValue* groups, const JsonValue& build) {
             group(name, "`groups`");
         }
     }
-    world_.build = items(build, "build");
+    std::vector<std::vector<Placement>> all = each_item(build, "build");
+    if (arrange_as != nullptr && json_.ok()) arrange(*arrange_as, &all);
+    for (std::vector<Placement>& item : all)
+        std::move(item.begin(), item.end(), std::back_inserter(world_.build));
 }
 
 std::vector<Placement> BuildReader::items(const JsonValue& list, const std::string& what) {
     std::vector<Placement> out;
+    for (std::vector<Placement>& item : each_item(list, what))
+        std::move(item.begin(), item.end(), std::back_inserter(out));
+    return out;
+}
+
+std::vector<std::vector<Placement>> BuildReader::each_item(const JsonValue& list,
+                                                           const std::string& what) {
+    std::vector<std::vector<Placement>> out;
     if (!json_.ok()) return out;
     if (!list.is(Kind::kArray) || list.items.empty()) {
         json_.fail(list, fmt::format("`{}` is {}; it must be an array of one or more placements",
                                      what, list.is(Kind::kArray) ? "empty" : list.kind_name()));
         return out;
     }
+    size_t count = 0;
     for (size_t i = 0; i < list.items.size() && json_.ok(); ++i) {
-        if (room_for(list.items[i], out.size() + 1))
-            placement(list.items[i], fmt::format("{}[{}]", what, i), &out);
+        out.emplace_back();
+        placement(list.items[i], fmt::format("{}[{}]", what, i), &out.back());
+        count += out.back().size();
+        if (!room_for(list.items[i], count)) break;
     }
     return out;
+}
+
+/// Rows along x, from the front to the back, on the bed: what each item of the build would be
+/// elsewhere does not count. They begin at x = y = 0, or lie about it where that is the tray's
+/// middle.
+void BuildReader::arrange(const JsonValue& value, std::vector<std::vector<Placement>>* items) {
+    const std::string name = "`arrange`";
+    if (!json_.object(value, world_keys("arrange"), name)) return;
+    const int32_t columns = json_.integer(value.find("columns")->value, "`columns` of " + name, 1,
+                                          static_cast<int32_t>(kMostPlacements));
+    const double spacing =
+        json_.number(value.find("spacing_mm")->value, "`spacing_mm` of " + name, 0, kFarthest_mm);
+    if (!json_.ok()) return;
+    double x = 0, y = 0, depth = 0, width = 0;
+    for (size_t i = 0; i < items->size(); ++i) {
+        if (i > 0 && i % static_cast<size_t>(columns) == 0) {
+            x = 0;
+            y += depth + spacing;
+            depth = 0;
+        }
+        const Box3d of = box((*items)[i]);
+        move({x - of.lo.x, y - of.lo.y, 0 - of.lo.z}, &(*items)[i]);
+        width = std::max(width, x + of.size().x);
+        x += of.size().x + spacing;
+        depth = std::max(depth, of.size().y);
+    }
+    if (world_.tray != Tray::kCenter) return;
+    for (std::vector<Placement>& item : *items)
+        move({width / -2, (y + depth) / -2, 0}, &item);
 }
 
 bool BuildReader::room_for(const JsonValue& value, size_t count) {

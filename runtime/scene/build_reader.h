@@ -24,8 +24,8 @@ class BuildReader {
     /// The world's meshes and objects have been read; world->build is to be filled.
     BuildReader(JsonReader* json, WorldFiles* files, World* world);
 
-    /// `groups` may be null.
-    void read(const JsonValue* groups, const JsonValue& build);
+    /// `groups` and `arrange` may be null.
+    void read(const JsonValue* groups, const JsonValue& build, const JsonValue* arrange);
 
   private:
     struct Group {
@@ -40,6 +40,7 @@ class BuildReader {
     };
 
     std::vector<Placement> items(const JsonValue& list, const std::string& what);
+    std::vector<std::vector<Placement>> each_item(const JsonValue& list, const std::string& what);
     void placement(const JsonValue& value, const std::string& what, std::vector<Placement>* out);
     std::vector<Placement> subject(const JsonValue& value, const std::string& what);
     const std::vector<Placement>* group(const JsonValue& name, const std::string& what);
@@ -50,6 +51,7 @@ class BuildReader {
     void grid(const JsonValue& value, const std::string& what, std::vector<Placement>* placements);
     void copies(const JsonValue& value, const std::string& what,
                 std::vector<Placement>* placements);
+    void arrange(const JsonValue& value, std::vector<std::vector<Placement>>* items);
     bool room_for(const JsonValue& value, size_t count);
 
     Box3d box(const std::vector<Placement>& placements);

@@ -61,8 +61,10 @@ class WorldReader {
             section(*root, "meshes", &WorldReader::mesh);
             section(*root, "objects", &WorldReader::object);
             const JsonMember* groups = root->find("groups");
+            const JsonMember* arrange = root->find("arrange");
             BuildReader(&json_, &files_, &world_)
-                .read(groups != nullptr ? &groups->value : nullptr, root->find("build")->value);
+                .read(groups != nullptr ? &groups->value : nullptr, root->find("build")->value,
+                      arrange != nullptr ? &arrange->value : nullptr);
         }
         if (!json_.ok()) return json_.error();
         world_.files = files_.take();

@@ -10,7 +10,7 @@ const std::vector<KeySet>& world_key_sets() {
     static const std::vector<KeySet> sets = {
         {"world",
          {"$schema", "openfab", "printer", "tray", "fablets", "materials", "textures", "meshes",
-          "objects", "groups", "build"},
+          "objects", "groups", "arrange", "build"},
          {"openfab", "fablets", "meshes", "objects", "build"}},
         {"fablet", {"source", "fablet"}, {"source", "fablet"}},
         {"material", {"key", "preview", "density_g_cm3", "channel"}, {"key"}},
@@ -27,6 +27,7 @@ const std::vector<KeySet>& world_key_sets() {
          {"object", "group", "scale", "rotate_deg", "translate_mm", "matrix", "on_bed", "grid",
           "transforms", "uniforms"},
          {}},
+        {"arrange", {"columns", "spacing_mm"}, {"columns", "spacing_mm"}},
         {"grid", {"count", "spacing_mm", "step_mm"}, {"count"}},
     };
     return sets;

@@ -109,6 +109,30 @@ TEST_F(BuildTest, AGridLeavesRoomBetweenBoxes) {
     EXPECT_EQ(all[7].transform.t, (Vec3d{0, 0, -7}));
 }
 
+TEST_F(BuildTest, ArrangedItemsStandInRows) {
+    const std::string build =
+        R"([{"object": "box", "translate_mm": [70, 80, 90]}, {"object": "ball"},
+        {"object": "box", "rotate_deg": [0, 0, 90]}, {"object": "ball", "translate_mm": [5, 5, -5]}])";
+    std::string text = world_text("", build);
+    text.insert(text.find("\"build\""), R"("arrange": {"columns": 2, "spacing_mm": 3}, )");
+    const Result<World> world = load_world(folder_.write("w.fab.json", text));
+    ASSERT_TRUE(world) << world.error().message;
+    ASSERT_EQ(world->build.size(), 4u);
+    // Boxes of 2 x 4 and balls of 2: the second row begins behind the deeper one.
+    EXPECT_EQ(world->build[0].transform.t, (Vec3d{1, 2, 0}));
+    EXPECT_NEAR(world->build[1].transform.t.x, 6, 1e-12);
+    EXPECT_NEAR(world->build[1].transform.t.y, 1, 1e-12);
+    EXPECT_EQ(world->build[2].transform.t, (Vec3d{2, 8, 0}));
+    EXPECT_NEAR(world->build[3].transform.t.x, 8, 1e-12);
+    EXPECT_NEAR(world->build[3].transform.t.z, 0, 1e-12);
+    text.insert(text.find("\"build\""), R"("tray": "center", )");
+    const Result<World> centred = load_world(folder_.write("w.fab.json", text));
+    ASSERT_TRUE(centred) << centred.error().message;
+    // 9 wide, 9 deep.
+    EXPECT_NEAR(centred->build[0].transform.t.x, 1 - 4.5, 1e-12);
+    EXPECT_NEAR(centred->build[0].transform.t.y, 2 - 4.5, 1e-12);
+}
+
 TEST_F(BuildTest, AFileOfTransformsPlacesCopies) {
     folder_.write("pins.txt", "# two pins\n1 2 3\n\n0,1,0,9, 1,0,0,8, 0,0,1,7 # mirrored\n");
     const std::vector<Placement> all =

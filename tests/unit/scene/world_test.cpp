@@ -191,7 +191,7 @@ TEST_F(WorldTest, NamesThePlaceOfWhatIsWrong) {
         {"\"build\": [", "\"build\": [], \"x\": [",
          "21:16: unknown key `x` in the world; known: `$schema`, `openfab`, "
          "`printer`, `tray`, `fablets`, `materials`, `textures`, `meshes`, `objects`, `groups`, "
-         "`build`"},
+         "`arrange`, `build`"},
     };
     for (const auto& c : cases)
         EXPECT_EQ(error_with(c.from, c.to), c.message) << c.to;
