@@ -29,6 +29,7 @@ std::vector<KernelPlace> kernel_places(const passes::KernelStages& stages) {
     if (stages.volume_phases.steps.empty()) add(stages.volume, &openfab_fablet::volume);
     add_phases(stages.volume_phases, &openfab_fablet::volume_phases);
     add(stages.volume_bounds, &openfab_fablet::volume_bounds);
+    add(stages.derived, &openfab_fablet::derived);
     return out;
 }
 
@@ -108,6 +109,7 @@ FabletData::FabletData(const FabletUnit& unit) {
     for (const KernelPlace& place : kernel_places(stages)) {
         if (place.kernel != nullptr) table_.*place.kernel = make_kernel_entry(*place.stage);
     }
+    table_.derived_count = static_cast<int32_t>(stages.derived.outputs.size());
     // Of a stage in phases the table has the argument list all the same.
     if (!stages.surface_phases.steps.empty()) {
         table_.surface = make_kernel_entry(stages.surface);

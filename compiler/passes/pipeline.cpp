@@ -14,6 +14,7 @@
 #include "compiler/passes/form_surface_bounds.h"
 #include "compiler/passes/form_volume_bounds.h"
 #include "compiler/passes/hoist_invariants.h"
+#include "compiler/passes/hoist_uniforms.h"
 #include "compiler/passes/simplify.h"
 
 namespace openfab::passes {
@@ -25,6 +26,7 @@ class Runner {
     Runner(const PipelineOptions& options, PipelineResult* result)
         : options_(options), result_(result) {}
 
+    const PipelineOptions& options() const { return options_; }
     bool enabled(const char* pass) const { return !options_.disabled.contains(pass); }
 
     template <typename Pass>
@@ -83,11 +85,6 @@ class Runner {
     PipelineResult* result_;
 };
 
-/// An interval form is several times as long as its stage, and compiling takes about a hundredth of
-/// a second for each of its operations (measured: 2,764 took 24 s, 5,091 took 54 s and 5 GB).
-/// Beyond this size nothing is culled; the output is the same.
-constexpr size_t kMostBounds = 900;
-
 }  // namespace
 
 const std::vector<PassName>& pass_names() {
@@ -101,57 +98,79 @@ const std::vector<PassName>& pass_names() {
         {"bound_displacement", false},
         {"expand_functions", false},
         {"hoist_invariants", true},
+        {"hoist_uniforms", true},
         {"cut_phases", false},
     };
     return names;
 }
 
+namespace {
+
+void run_volume(const ir::Fablet& fablet, Runner& runner, KernelStages* stages) {
+    stages->volume = fablet.volume;
+    runner.clean(&stages->volume);
+    runner.run("attach_footprints", &stages->volume, attach_footprints);
+    runner.clean(&stages->volume);
+    // After the footprints: the interval of a look-up depends on how widely it filters.
+    // A block that is filled at once would not print.
+    if (stages->volume.prints.empty()) {
+        runner.run("form_volume_bounds", &stages->volume_bounds,
+                   [&](ir::Stage* out) { *out = form_volume_bounds(stages->volume); });
+    }
+    runner.clean(&stages->volume_bounds);
+    runner.write_out(&stages->volume_bounds);
+    if (stages->volume_bounds.instrs.size() > runner.options().longest_bounds) {
+        stages->volume_bounds.instrs.clear();
+        stages->volume_bounds.outputs.clear();
+    }
+    // Before functions are written out: a function moves as a whole or stays.
+    runner.run("hoist_invariants", &stages->volume, hoist_invariants);
+    runner.write_out(&stages->volume);
+}
+
+void run_surface(const ir::Fablet& fablet, Runner& runner, KernelStages* stages) {
+    stages->surface = fablet.surface;
+    runner.clean(&stages->surface);
+    runner.run("attach_footprints", &stages->surface, attach_footprints);
+    runner.clean(&stages->surface);
+    // Before bound_displacement, whose quotients have no useful interval: the pass knows their
+    // effect.
+    runner.run("form_surface_bounds", &stages->surface_bounds,
+               [&](ir::Stage* out) { *out = form_surface_bounds(stages->surface); });
+    runner.clean(&stages->surface_bounds);
+    runner.write_out(&stages->surface_bounds);
+    runner.run("bound_displacement", &stages->surface, bound_displacement);
+    runner.clean(&stages->surface);
+    // Before functions are written out: a function moves as a whole or stays.
+    runner.run("hoist_invariants", &stages->surface, hoist_invariants);
+    runner.write_out(&stages->surface);
+}
+
+/// Last: parts of functions move too.
+void run_derived(const ir::Fablet& fablet, Runner& runner, KernelStages* stages) {
+    UniformHoister hoister(fablet.uniform_value_count);
+    for (ir::Stage* stage :
+         {&stages->volume, &stages->volume_bounds, &stages->surface, &stages->surface_bounds}) {
+        runner.run("hoist_uniforms", stage, [&](ir::Stage* of) { hoister.hoist(of); });
+        runner.run("eliminate_dead_values", stage, eliminate_dead_values);
+    }
+    stages->derived = hoister.derived();
+}
+
+}  // namespace
+
 PipelineResult run_pipeline(const ir::Fablet& fablet, const PipelineOptions& options) {
     PipelineResult result;
     KernelStages& stages = result.stages;
     Runner runner(options, &result);
-    stages.volume = fablet.volume;
     stages.surface_bounds.kind = ir::StageKind::kSurfaceBounds;
     stages.volume_bounds.kind = ir::StageKind::kVolumeBounds;
     stages.surface.kind = ir::StageKind::kSurface;
-
-    runner.clean(&stages.volume);
-    runner.run("attach_footprints", &stages.volume, attach_footprints);
-    runner.clean(&stages.volume);
-    // After the footprints: the interval of a look-up depends on how widely it filters.
-    // A block that is filled at once would not print.
-    if (stages.volume.prints.empty()) {
-        runner.run("form_volume_bounds", &stages.volume_bounds,
-                   [&](ir::Stage* out) { *out = form_volume_bounds(stages.volume); });
-    }
-    runner.clean(&stages.volume_bounds);
-    runner.write_out(&stages.volume_bounds);
-    if (stages.volume_bounds.instrs.size() > kMostBounds) {
-        stages.volume_bounds.instrs.clear();
-        stages.volume_bounds.outputs.clear();
-    }
-    // Before functions are written out: a function moves as a whole or stays.
-    runner.run("hoist_invariants", &stages.volume, hoist_invariants);
-    runner.write_out(&stages.volume);
+    run_volume(fablet, runner, &stages);
+    if (fablet.has_surface) run_surface(fablet, runner, &stages);
+    run_derived(fablet, runner, &stages);
     runner.cut(stages.volume, &stages.volume_phases);
-
-    if (!fablet.has_surface) return result;
-    stages.surface = fablet.surface;
-    runner.clean(&stages.surface);
-    runner.run("attach_footprints", &stages.surface, attach_footprints);
-    runner.clean(&stages.surface);
-    // Before bound_displacement, whose quotients have no useful interval: the pass knows their
-    // effect.
-    runner.run("form_surface_bounds", &stages.surface_bounds,
-               [&](ir::Stage* out) { *out = form_surface_bounds(stages.surface); });
-    runner.clean(&stages.surface_bounds);
-    runner.write_out(&stages.surface_bounds);
-    runner.run("bound_displacement", &stages.surface, bound_displacement);
-    runner.clean(&stages.surface);
-    // Before functions are written out: a function moves as a whole or stays.
-    runner.run("hoist_invariants", &stages.surface, hoist_invariants);
-    runner.write_out(&stages.surface);
-    runner.cut(stages.surface, &stages.surface_phases);
+    if (fablet.has_surface) runner.cut(stages.surface, &stages.surface_phases);
     return result;
 }
 

@@ -19,6 +19,9 @@ namespace openfab::passes {
 
 struct PipelineOptions {
     std::set<std::string> disabled;  ///< names of passes
+    /// Instructions of an interval form. It is several times as long as its stage, and compiling
+    /// takes some milliseconds for each; beyond this nothing is culled and the output is the same.
+    size_t longest_bounds = 2000;
     /// Told after each pass and stage, with the stage as it then is.
     std::function<void(const std::string& pass, const ir::Stage& stage)> after;
 };
@@ -31,6 +34,7 @@ struct KernelStages {
     ir::Stage surface_bounds;  ///< outputs DISPLACEMENT_LO/HI, SURFACE_OUT_LO/HI
     ir::Stage volume;          ///< outputs WEIGHT
     ir::Stage volume_bounds;   ///< outputs WEIGHT_LO/HI
+    ir::Stage derived;  ///< outputs DERIVED: uniforms that the others read beside the fablet's
     /// Where a stage must be cut: what is compiled in its place. No steps otherwise.
     PhasedStage surface_phases;
     PhasedStage volume_phases;

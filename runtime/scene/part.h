@@ -49,7 +49,7 @@ struct Part {
     std::string name;
     const openfab_fablet* fablet = nullptr;
     std::shared_ptr<const PartMesh> mesh;
-    std::vector<uint32_t> uniform_values;  ///< bit patterns, fablet->uniform_value_count
+    std::vector<uint32_t> uniform_values;  ///< bit patterns, as BoundUniforms::values
     std::vector<std::shared_ptr<const texture::Pyramid>> textures;  ///< by texture index
     std::vector<uint8_t>
         slot_material;  ///< slot -> print material: 0 void, 1.. the code of the material

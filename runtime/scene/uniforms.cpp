@@ -8,7 +8,9 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <memory>
 
+#include "runtime/abi/kernel_call.h"
 #include "runtime/base/near_miss.h"
 
 namespace openfab::scene {
@@ -81,10 +83,34 @@ class Binder {
                 it == bindings_.end() ? take_default(u) : bind_one(u, it->second);
             if (!bound) return bound.error();
         }
+        derive();
         return std::move(out_);
     }
 
   private:
+    /// Appends what kernels read that follows from uniforms.
+    void derive() {
+        const openfab_kernel& kernel = fablet_.derived;
+        if (fablet_.derived_count == 0) return;
+        const auto count = static_cast<size_t>(fablet_.uniform_value_count);
+        out_.values.resize(count + static_cast<size_t>(fablet_.derived_count));
+        abi::KernelCall call(kernel, abi::best_isa());
+        const auto buffers =
+            std::make_unique<abi::KernelBuffer[]>(static_cast<size_t>(kernel.arg_count));
+        for (int32_t i = 0; i < kernel.arg_count; ++i) {
+            const openfab_arg& arg = kernel.args[i];
+            const auto a = static_cast<size_t>(arg.a);
+            if (arg.kind == OPENFAB_ARG_UNIFORM) {
+                call.set(i, &out_.values[a]);
+            } else {
+                buffers[i].set_dense(abi::halide_type(arg.scalar), &out_.values[count + a], {1});
+                call.set(i, buffers[i].raw());
+            }
+        }
+        // It reads scalars and writes single values: there is nothing that can fail.
+        call.run();
+    }
+
     Error at(const Place& place, const std::string& what) const {
         return user_error(fmt::format("{}: {}", place.str(), what));
     }

@@ -15,7 +15,7 @@
 namespace openfab::scene {
 
 struct BoundUniforms {
-    std::vector<uint32_t> values;         ///< uniform_value_count bit patterns
+    std::vector<uint32_t> values;         ///< uniform_value_count bit patterns, then derived_count
     std::vector<int32_t> textures;        ///< texture index -> place in world.textures
     std::vector<bool> texture_is_volume;  ///< bound to an ImageTexture3D
     std::vector<int32_t> objects;         ///< Object uniform -> place in world.objects

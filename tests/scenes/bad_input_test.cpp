@@ -73,7 +73,7 @@ TEST_F(BadInput, AMeshWithoutTheAttribute) {
           "\"sides\": 2}}",
           "{\"file\": \"plain.obj\", \"unit\": \"mm\"}"}});
     EXPECT_EQ(outcome.exit_code, kUserInput);
-    EXPECT_THAT(outcome.err, HasSubstr("face"));
+    EXPECT_THAT(outcome.err, HasSubstr("`uv`"));
     EXPECT_THAT(outcome.err, HasSubstr("card"));
 }
 

@@ -35,6 +35,21 @@ TEST_F(RunCommand, GivesTheBytesOfThePrintBinary) {
     EXPECT_TRUE(read_file(built) == read_file(run_file));
 }
 
+/// All but form_surface_bounds, without which surfaces are diced that could stay as they are.
+TEST_F(RunCommand, NoPassChangesTheBytes) {
+    const std::filesystem::path with = scratch() / "with.ofr", without = scratch() / "without.ofr";
+    const Outcome printed = print({"--draft", "8", "-o", with.string()});
+    ASSERT_EQ(printed.exit_code, 0) << printed.err;
+    for (const char* pass : {"simplify", "eliminate_common_values", "eliminate_dead_values",
+                             "form_volume_bounds", "hoist_invariants", "hoist_uniforms"}) {
+        const Outcome ran = run(command(gallery_postcard(), {"--no-pass", pass, "--draft", "8",
+                                                             "-o", without.string()}),
+                                environment());
+        ASSERT_EQ(ran.exit_code, 0) << ran.err;
+        EXPECT_TRUE(read_file(with) == read_file(without)) << pass;
+    }
+}
+
 TEST_F(RunCommand, NeedsAFabletAndAWorld) {
     const Outcome no_fablet = run({program("openflc").string(), "run", "some.fab.json"});
     EXPECT_EQ(no_fablet.exit_code, 2);

@@ -96,6 +96,15 @@ StageInputs inputs_for(const ir::Fablet& fablet, uint64_t seed) {
     return inputs;
 }
 
+/// Puts what follows from uniforms behind them.
+void add_derived(const ir::Fablet& fablet, const ir::Stage& derived, StageInputs* inputs) {
+    const StageResults values = interpret(derived, *inputs);
+    for (size_t k = 0; k < values.size(); ++k) {
+        inputs->set(OPENFAB_ARG_UNIFORM, fablet.uniform_value_count + derived.outputs[k].a, 0,
+                    {values[k][0]});
+    }
+}
+
 void check(const std::string& text, uint64_t seed) {
     source::SourceManager sources;
     diag::Sink sink;
@@ -104,10 +113,11 @@ void check(const std::string& text, uint64_t seed) {
     ASSERT_TRUE(module.has_value()) << diag::render_text(sink, sources) << text;
     const ir::Fablet& fablet = module->fablets[0];
     ASSERT_EQ(ir::verify(fablet.volume), "") << text;
-    const StageInputs inputs = inputs_for(fablet, seed);
+    StageInputs inputs = inputs_for(fablet, seed);
     const StageResults expected = interpret(fablet.volume, inputs);
     const passes::PipelineResult made = passes::run_pipeline(fablet, {});
     ASSERT_EQ(made.fault, "") << text;
+    add_derived(fablet, made.stages.derived, &inputs);
     // One instruction set for each: that both agree is what other tests are about.
     const openfab_isa isa = seed % 2 == 0 ? OPENFAB_ISA_SSE41 : OPENFAB_ISA_AVX2;
     lower::ProgramOptions options;
@@ -216,9 +226,12 @@ TEST(Differential, IntervalsHoldEverySample) {
             driver::compile_to_ir(sources, sources.add("random.fl", text), sink);
         ASSERT_TRUE(module.has_value()) << text;
         const ir::Fablet& fablet = module->fablets[0];
-        const passes::PipelineResult made = passes::run_pipeline(fablet, {});
+        passes::PipelineOptions options;
+        options.longest_bounds = std::numeric_limits<size_t>::max();
+        const passes::PipelineResult made = passes::run_pipeline(fablet, options);
         ASSERT_EQ(made.fault, "") << text;
-        const BoxInputs inputs = box_inputs(fablet, seed);
+        BoxInputs inputs = box_inputs(fablet, seed);
+        add_derived(fablet, made.stages.derived, &inputs.box);
         const StageResults samples = interpret(fablet.volume, inputs.voxels);
         const StageResults ends = interpret(made.stages.volume_bounds, inputs.box);
         ASSERT_EQ(ends.size(), 2 * samples.size());
@@ -238,6 +251,35 @@ TEST(Differential, IntervalsHoldEverySample) {
     }
     // A bound that knows nothing is sound and useless.
     EXPECT_GT(known * 5, all) << known << " of " << all << " bounds say something";
+}
+
+TEST(Differential, NoPassChangesAResult) {
+    const uint64_t fablets = from_environment("OPENFAB_PROGRAMS", 200) / kProgramsPerFablet;
+    const uint64_t first = from_environment("OPENFAB_SEED", 1);
+    for (uint64_t seed = first; seed < first + fablets; ++seed) {
+        const std::string text = random_fablet(seed);
+        source::SourceManager sources;
+        diag::Sink sink;
+        const std::optional<ir::Module> module =
+            driver::compile_to_ir(sources, sources.add("random.fl", text), sink);
+        ASSERT_TRUE(module.has_value()) << text;
+        const ir::Fablet& fablet = module->fablets[0];
+        StageInputs plain = inputs_for(fablet, seed);
+        plain.only = 64;
+        const StageResults expected = interpret(fablet.volume, plain);
+        for (const passes::PassName& pass : passes::pass_names()) {
+            if (!pass.optional) continue;
+            SCOPED_TRACE(::testing::Message() << "seed " << seed << " without " << pass.name);
+            passes::PipelineOptions options;
+            options.disabled = {pass.name};
+            const passes::PipelineResult made = passes::run_pipeline(fablet, options);
+            ASSERT_EQ(made.fault, "") << text;
+            StageInputs inputs = plain;
+            add_derived(fablet, made.stages.derived, &inputs);
+            expect_equal(fablet.volume, expected, interpret(made.stages.volume, inputs), pass.name);
+            if (HasFailure()) FAIL() << text;
+        }
+    }
 }
 
 TEST(Differential, FindsStayMended) {

@@ -229,7 +229,10 @@ class PlainPart {
         passes::attach_footprints(&volume_);
         std::vector<uint8_t> identity(part_.mesh->triangles.size(), 1);
         if (reference.fablet->has_surface) {
-            const ir::Stage bounds = passes::run_pipeline(*reference.fablet).stages.surface_bounds;
+            passes::PipelineOptions options;
+            options.disabled = {"hoist_uniforms"};
+            const ir::Stage bounds =
+                passes::run_pipeline(*reference.fablet, options).stages.surface_bounds;
             for (size_t t = 0; t < identity.size(); ++t)
                 identity[t] = is_identity(bounds, t) ? 1 : 0;
             passes::attach_footprints(&surface_);

@@ -15,6 +15,7 @@
 #include "compiler/passes/eliminate_common_values.h"
 #include "compiler/passes/eliminate_dead_values.h"
 #include "compiler/passes/form_surface_bounds.h"
+#include "compiler/passes/hoist_uniforms.h"
 #include "compiler/passes/pipeline.h"
 #include "compiler/passes/simplify.h"
 
@@ -215,6 +216,47 @@ TEST(FormSurfaceBounds, HoldsWhatCuttingDoes) {
     EXPECT_EQ(ends(0.0f, 0.0f, kInfinity), (std::array<float, 2>{0.0f, 0.0f}));
     EXPECT_EQ(ends(kNan, kNan, 3.0f), (std::array<float, 2>{-3.0f, 3.0f}));
     EXPECT_TRUE(std::isnan(ends(kNan, kNan, kInfinity)[0]));
+}
+
+TEST(HoistUniforms, ComputesOnceWhatSeveralStagesTakeFromUniforms) {
+    ir::Stage volume = stage_of(ir::StageKind::kVolume);
+    {
+        ir::Builder b(&volume);
+        const ValueId u = b.input(Type::kFloat, OPENFAB_ARG_UNIFORM, 0, 0);
+        const ValueId d = b.input(Type::kFloat, OPENFAB_ARG_DISTANCE, 0, 0);
+        const ValueId root = b.emit(Op::kSqrt, {b.emit(Op::kMul, {u, b.constant(3.0f)})});
+        const ValueId w = b.emit(Op::kMul, {b.emit(Op::kAdd, {root, d}), u});
+        volume.outputs = {{"w", OPENFAB_ARG_WEIGHT, 0, 0, w},
+                          {"v", OPENFAB_ARG_WEIGHT, 1, 0, root}};
+    }
+    ir::Stage surface = stage_of(ir::StageKind::kSurface);
+    {
+        ir::Builder b(&surface);
+        const ValueId u = b.input(Type::kFloat, OPENFAB_ARG_UNIFORM, 0, 0);
+        const ValueId product = b.emit(Op::kMul, {u, b.constant(3.0f)});
+        const ValueId x = b.emit(Op::kAdd, {b.input(Type::kFloat, OPENFAB_ARG_SURFACE_IN, 0, 0),
+                                            b.emit(Op::kSqrt, {product})});
+        surface.outputs = {{"x", OPENFAB_ARG_POSITION, 0, 0, x},
+                           {"y", OPENFAB_ARG_POSITION, 0, 1, product}};
+    }
+    UniformHoister hoister(4);
+    for (ir::Stage* stage : {&volume, &surface}) {
+        hoister.hoist(stage);
+        eliminate_dead_values(stage);
+        EXPECT_EQ(ir::verify(*stage), "");
+    }
+    EXPECT_EQ(ir::print(hoister.derived()),
+              "  stage derived\n"
+              "    %0 = input float uniform 0 0\n"
+              "    %1 = const float 3\n"
+              "    %2 = mul float %0 %1\n"
+              "    %3 = sqrt float %2\n"
+              "    output derived_0 derived 0 0 %3\n"
+              "    output derived_1 derived 1 0 %2\n");
+    // u itself, d, the derived value; sum and product.
+    EXPECT_EQ(volume.instrs.size(), 5u) << ir::print(volume);
+    EXPECT_EQ(surface.instrs.size(), 4u) << ir::print(surface);
+    EXPECT_EQ(surface.instrs[surface.outputs[1].value].a, 5);
 }
 
 TEST(Pipeline, LeavesOutWhatIsSwitchedOff) {

@@ -1,0 +1,124 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "compiler/passes/hoist_uniforms.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace openfab::passes {
+
+namespace {
+
+using ir::Instr;
+using ir::kNoValue;
+using ir::Op;
+using ir::ValueId;
+
+/// Look-ups stay: the kernel of derived values has no textures.
+bool can_move(Op op) {
+    switch (op) {
+        case Op::kSample:
+        case Op::kSampleBound:
+        case Op::kLoop:
+        case Op::kLoopVar:
+        case Op::kLoopEnd:
+        case Op::kLoopResult:
+        case Op::kQuery:
+        case Op::kQueryResult:
+        case Op::kPrint:
+            return false;
+        default:
+            return true;
+    }
+}
+
+/// Values that follow from uniforms and constants.
+std::vector<bool> uniform_values(const ir::Stage& stage) {
+    std::vector<bool> out(stage.instrs.size());
+    for (ValueId id = 0; id < stage.instrs.size(); ++id) {
+        const Instr& instr = stage.instrs[id];
+        out[id] = instr.op == Op::kInput
+                      ? instr.kind == OPENFAB_ARG_UNIFORM
+                      : can_move(instr.op) && std::all_of(instr.args.begin(), instr.args.end(),
+                                                          [&](ValueId arg) { return out[arg]; });
+    }
+    return out;
+}
+
+bool is_leaf(const Instr& instr) {
+    return instr.op == Op::kConst || instr.op == Op::kInput;
+}
+
+bool same(const Instr& a, const Instr& b) {
+    return a.op == b.op && a.type == b.type && a.bits == b.bits && a.kind == b.kind && a.a == b.a &&
+           a.b == b.b && a.args == b.args;
+}
+
+}  // namespace
+
+UniformHoister::UniformHoister(int32_t uniform_value_count)
+    : uniform_value_count_(uniform_value_count) {
+    derived_.kind = ir::StageKind::kDerived;
+}
+
+ValueId UniformHoister::add(Instr instr) {
+    const auto known = std::find_if(derived_.instrs.begin(), derived_.instrs.end(),
+                                    [&](const Instr& other) { return same(other, instr); });
+    const auto id = static_cast<ValueId>(known - derived_.instrs.begin());
+    if (known == derived_.instrs.end()) derived_.instrs.push_back(std::move(instr));
+    return id;
+}
+
+int32_t UniformHoister::place_of(ValueId value) {
+    const auto known =
+        std::find_if(derived_.outputs.begin(), derived_.outputs.end(),
+                     [&](const ir::Output& output) { return output.value == value; });
+    const auto place = static_cast<int32_t>(known - derived_.outputs.begin());
+    if (known == derived_.outputs.end()) {
+        derived_.outputs.push_back(
+            {fmt::format("derived_{}", place), OPENFAB_ARG_DERIVED, place, 0, value});
+    }
+    return place;
+}
+
+void UniformHoister::hoist(ir::Stage* stage) {
+    std::vector<Instr>& instrs = stage->instrs;
+    const std::vector<bool> uniform = uniform_values(*stage);
+    const std::vector<bool> live = ir::live_values(*stage);
+    // What others than uniform values use turns into inputs; what those follow from goes along.
+    std::vector<bool> becomes_input(instrs.size());
+    for (const ir::Output& output : stage->outputs)
+        becomes_input[output.value] = true;
+    for (ValueId id = 0; id < instrs.size(); ++id) {
+        if (!live[id] || uniform[id]) continue;
+        for (const ValueId arg : instrs[id].args)
+            becomes_input[arg] = true;
+    }
+    std::vector<bool> moves(instrs.size());
+    for (auto id = static_cast<ValueId>(instrs.size()); id-- > 0;) {
+        becomes_input[id] = becomes_input[id] && uniform[id] && !is_leaf(instrs[id]);
+        if (becomes_input[id]) moves[id] = true;
+        if (!moves[id]) continue;
+        for (const ValueId arg : instrs[id].args)
+            moves[arg] = true;
+    }
+    std::vector<ValueId> moved(instrs.size(), kNoValue);
+    for (ValueId id = 0; id < instrs.size(); ++id) {
+        if (!moves[id]) continue;
+        Instr copy = instrs[id];
+        for (ValueId& arg : copy.args)
+            arg = moved[arg];
+        moved[id] = add(std::move(copy));
+        if (!becomes_input[id]) continue;
+        Instr input;
+        input.op = Op::kInput;
+        input.type = instrs[id].type;
+        input.kind = OPENFAB_ARG_UNIFORM;
+        input.a = uniform_value_count_ + place_of(moved[id]);
+        input.span = instrs[id].span;
+        instrs[id] = std::move(input);
+    }
+}
+
+}  // namespace openfab::passes
