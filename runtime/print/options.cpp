@@ -133,7 +133,7 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
         ->allow_extra_args(false);
     app.add_option(
         "--dither", o.dither,
-        "floyd_steinberg unless told, decorrelated, blue_noise, or majority (the largest "
+        "decorrelated unless told, floyd_steinberg, blue_noise, or majority (the largest "
         "amount; what meshes have unless told)");
     app.add_option("--seed", raw.seed, "of the dither");
     app.add_option("--preview", raw.previews,

@@ -20,8 +20,8 @@ enum class DitherRule {
 };
 
 /// Where nothing is asked for.
-constexpr DitherRule kDefaultDither = DitherRule::kFloydSteinberg;
-constexpr const char* kDefaultDitherName = "floyd_steinberg";
+constexpr DitherRule kDefaultDither = DitherRule::kDecorrelated;
+constexpr const char* kDefaultDitherName = "decorrelated";
 
 /// By the name that `--dither` takes.
 std::optional<DitherRule> find_dither(std::string_view name);

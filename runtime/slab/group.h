@@ -66,7 +66,7 @@ struct GroupSetup {
         order;  ///< of parts: higher priority first, of equals the later in the build list
     const openfab_stage_set* stages = nullptr;
     openfab_isa isa = OPENFAB_ISA_AVX2;
-    DitherRule dither = DitherRule::kFloydSteinberg;
+    DitherRule dither = kDefaultDither;
     uint64_t seed = 0;
     Vec3i size;  ///< of the grid, voxels
     bool culling = true;

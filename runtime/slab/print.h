@@ -17,13 +17,14 @@
 #include "runtime/abi/fablet_table.h"
 #include "runtime/base/result.h"
 #include "runtime/scene/part.h"
+#include "runtime/slab/dither_rule.h"
 
 namespace openfab::slab {
 
 struct PrintOptions {
     int64_t memory_bytes = 1'500'000'000;
     int32_t threads = 0;  ///< 0: all cores
-    std::string dither = "floyd_steinberg";
+    std::string dither = kDefaultDitherName;
     uint64_t seed = 0;
     std::optional<Vec2<double>> z_range_mm;  ///< --z, above the grid's lowest corner
     std::optional<Vec2<int32_t>> slices;     ///< --slices A:B, B exclusive
