@@ -69,12 +69,13 @@ int load_schedule(const std::string& path, source::SourceManager* sources,
     const std::string name = std::filesystem::path(path).filename().string();
     const std::string kernel = name.substr(0, name.find('.'));
     const bool known = kernel == "surface" || kernel == "surface_bounds" || kernel == "volume" ||
-                       kernel == "volume_bounds";
+                       kernel == "volume_bounds" || kernel == "volume_demand";
     if (!known) {
         fmt::print(
             stderr,
             "openflc: error: {}: no kernel is called `{}`; name the file after the kernel it "
-            "is for: surface, surface_bounds, volume or volume_bounds, as in volume.sched\n",
+            "is for: surface, surface_bounds, volume, volume_bounds or volume_demand, as in "
+            "volume.sched\n",
             path, kernel);
         return kExitUserInput;
     }

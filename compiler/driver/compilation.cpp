@@ -90,8 +90,9 @@ int Compilation::middle() {
 uint64_t Compilation::hash_of(const lower::FabletUnit& fablet) const {
     std::string text = fmt::format("abi {} target {}\n", OPENFAB_ABI_VERSION, options_.target);
     text += ir::print(*fablet.fablet);
-    for (const ir::Stage* stage : {&fablet.stages->surface, &fablet.stages->surface_bounds,
-                                   &fablet.stages->volume, &fablet.stages->volume_bounds}) {
+    for (const ir::Stage* stage :
+         {&fablet.stages->surface, &fablet.stages->surface_bounds, &fablet.stages->volume,
+          &fablet.stages->volume_bounds, &fablet.stages->volume_demand}) {
         text += ir::print(*stage);
     }
     text += schedule_.schedule.text;

@@ -91,14 +91,16 @@ int emit(const EmitOptions& options, const CommonOptions& common) {
     if (surface && !fablet->has_surface) {
         return fail("fablet `" + fablet->name + "` has no @Surface stage", kExitUserInput);
     }
-    if (options.form == "ir" && !bounds) {
+    const bool demand = options.stage == "volume_demand";
+    if (options.form == "ir" && !bounds && !demand) {
         fmt::print("{}", ir::print(surface ? fablet->surface : fablet->volume));
         return kExitDone;
     }
 #ifdef OPENFAB_WITH_BACK_END
     const ir::StageKind kind =
-        surface ? (bounds ? ir::StageKind::kSurfaceBounds : ir::StageKind::kSurface)
-                : (bounds ? ir::StageKind::kVolumeBounds : ir::StageKind::kVolume);
+        demand    ? ir::StageKind::kVolumeDemand
+        : surface ? (bounds ? ir::StageKind::kSurfaceBounds : ir::StageKind::kSurface)
+                  : (bounds ? ir::StageKind::kVolumeBounds : ir::StageKind::kVolume);
     return emit_lowered(*fablet, kind, options.form);
 #else
     return fail("this openflc was built without its back end", kExitUsage);
@@ -112,7 +114,8 @@ void add_emit(CLI::App& app, const CommonOptions& common, Action* action) {
     auto options = std::make_shared<EmitOptions>();
     command->add_option("FILE.fl", options->file, "an OpenFL file")->required();
     command->add_option("--stage", options->stage, "which stage")
-        ->check(CLI::IsMember({"surface", "surface_bounds", "volume", "volume_bounds"}));
+        ->check(CLI::IsMember(
+            {"surface", "surface_bounds", "volume", "volume_bounds", "volume_demand"}));
     command->add_option("--as", options->form, "which form")
         ->check(CLI::IsMember({"tokens", "ast", "ir", "halide", "stmt", "llvm", "asm"}))
         ->capture_default_str();

@@ -19,6 +19,8 @@ const ir::Stage& stage_of(const passes::KernelStages& stages, ir::StageKind kind
             return stages.surface_bounds;
         case ir::StageKind::kVolume:
             return stages.volume;
+        case ir::StageKind::kVolumeDemand:
+            return stages.volume_demand;
         default:
             break;
     }
@@ -35,9 +37,10 @@ int emit_lowered(const ir::Fablet& fablet, ir::StageKind stage, const std::strin
     }
     const ir::Stage& chosen = stage_of(result.stages, stage);
     if (result.fault.empty() && chosen.outputs.empty()) {
-        fmt::print(stderr,
-                   "openflc: error: there is no such kernel: nothing is known of whole blocks, and "
-                   "each voxel is evaluated\n");
+        fmt::print(stderr, "openflc: error: there is no such kernel: {}\n",
+                   stage == ir::StageKind::kVolumeDemand
+                       ? "no voxel asks for its nearest surface point, or all may have to"
+                       : "nothing is known of whole blocks, and each voxel is evaluated");
         return kExitUserInput;
     }
     if (result.fault.empty() && passes::needs_phases(chosen)) {

@@ -119,8 +119,9 @@ struct Print {
     int32_t column = 0;
 };
 
-/// The last three are made by passes: kernels of a stage that is cut in phases, and the one that
-/// computes what follows from uniforms.
+/// Those from kSurfacePhase on are made by passes: kernels of a stage that is cut in phases, the
+/// one that computes what follows from uniforms, and the one that tells which voxels ask for the
+/// nearest surface point.
 enum class StageKind : uint8_t {
     kSurface,
     kSurfaceBounds,
@@ -129,6 +130,7 @@ enum class StageKind : uint8_t {
     kSurfacePhase,
     kVolumePhase,
     kDerived,
+    kVolumeDemand,
 };
 
 struct Stage {

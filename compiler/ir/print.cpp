@@ -54,12 +54,13 @@ constexpr const char* kKindNames[] = {
     "state",
     "state_out",
     "derived",
+    "demand",
 };
-static_assert(std::size(kKindNames) == OPENFAB_ARG_DERIVED + 1);
+static_assert(std::size(kKindNames) == OPENFAB_ARG_DEMAND + 1);
 
 constexpr const char* kStageNames[] = {
     "surface",       "surface_bounds", "volume",  "volume_bounds",
-    "surface_phase", "volume_phase",   "derived",
+    "surface_phase", "volume_phase",   "derived", "volume_demand",
 };
 constexpr const char* kUniformKindNames[] = {"value", "texture2d", "material", "texture3d",
                                              "object"};
@@ -127,7 +128,7 @@ void print_uniform(const Uniform& uniform, std::string* out) {
 }  // namespace
 
 const char* kind_name(int32_t kind) {
-    if (kind >= 0 && kind <= OPENFAB_ARG_DERIVED) return kKindNames[kind];
+    if (kind >= 0 && kind <= OPENFAB_ARG_DEMAND) return kKindNames[kind];
     if (kind >= kVoxelCoord && kind <= kVoxelCoordHi) return kVoxelCoordNames[kind - kVoxelCoord];
     return nullptr;
 }

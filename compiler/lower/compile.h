@@ -16,7 +16,7 @@ namespace openfab::lower {
 
 const char* isa_name(openfab_isa isa);
 
-/// Schedule file of a kernel: "surface", "surface_bounds", "volume", "volume_bounds".
+/// Schedule file of a kernel: "surface", "surface_bounds", "volume", "volume_bounds", …
 const char* schedule_name(ir::StageKind kind);
 
 /// Why a compilation ended: a fault of the user's schedule, or a bug of ours.

@@ -30,6 +30,7 @@ std::vector<KernelPlace> kernel_places(const passes::KernelStages& stages) {
     add_phases(stages.volume_phases, &openfab_fablet::volume_phases);
     add(stages.volume_bounds, &openfab_fablet::volume_bounds);
     add(stages.derived, &openfab_fablet::derived);
+    add(stages.volume_demand, &openfab_fablet::volume_demand);
     return out;
 }
 

@@ -44,6 +44,8 @@ StageNames names_of(ir::StageKind kind) {
             return {"surface_phase", "phase"};
         case ir::StageKind::kVolumePhase:
             return {"volume_phase", "phase"};
+        case ir::StageKind::kVolumeDemand:
+            return {"volume_demand", "demand"};
         case ir::StageKind::kDerived:
             break;
     }
@@ -74,7 +76,9 @@ class StageLowering {
   private:
     using Key = std::array<int32_t, 3>;
 
-    bool volume() const { return stage_.kind == ir::StageKind::kVolume; }
+    bool volume() const {
+        return stage_.kind == ir::StageKind::kVolume || stage_.kind == ir::StageKind::kVolumeDemand;
+    }
     bool phase() const {
         return stage_.kind == ir::StageKind::kSurfacePhase ||
                stage_.kind == ir::StageKind::kVolumePhase;

@@ -5,7 +5,7 @@
 // One stage as a Halide pipeline, not yet scheduled. Its Funcs, in our own names (Halide renames a
 // second "x" to "x$1"):
 //
-//   volume      weights(z, x, y, n)                          the output
+//   volume      weights(z, x, y, n)                          the output; of volume_demand: demand
 //   phases      phase(lane, group)                           the output; group counts the listed
 //   ones others      vertices | patches | bounds (lane, group)    8 places of n at a time
 //               store(n)                                     the output, from the Func above;

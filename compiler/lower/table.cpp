@@ -191,7 +191,7 @@ class TableWriter {
         write_varyings(prefix + "_inputs", table.surface_inputs, table.surface_input_count);
         write_varyings(prefix + "_outputs", table.surface_outputs, table.surface_output_count);
         write_varyings(prefix + "_nearest", table.nearest, table.nearest_count);
-        std::array<std::string, 5> kernels;
+        std::array<std::string, 6> kernels;
         kernels.fill("{{0, 0}, 0, 0}");
         std::array<std::vector<std::string>, 2> phase_kernels;
         for (const KernelPlace& place : kernel_places(*fablets_[k].stages)) {
@@ -205,6 +205,9 @@ class TableWriter {
                     break;
                 case ir::StageKind::kDerived:
                     kernels[4] = text;
+                    break;
+                case ir::StageKind::kVolumeDemand:
+                    kernels[5] = text;
                     break;
                 default:
                     kernels[static_cast<size_t>(place.stage->kind)] = text;
@@ -231,7 +234,8 @@ class TableWriter {
              table.nearest_count, prefix);
         line("    {},", fmt::join(kernels.begin(), kernels.begin() + 4, ",\n    "));
         line("    {}, {},", surface_phases, volume_phases);
-        line("    {}, {}}};", table.derived_count, kernels[4]);
+        line("    {}, {},", table.derived_count, kernels[4]);
+        line("    {}}};", kernels[5]);
     }
 
     const std::vector<FabletUnit>& fablets_;

@@ -11,6 +11,7 @@
 #include "compiler/passes/eliminate_common_values.h"
 #include "compiler/passes/eliminate_dead_values.h"
 #include "compiler/passes/expand_functions.h"
+#include "compiler/passes/form_demand.h"
 #include "compiler/passes/form_surface_bounds.h"
 #include "compiler/passes/form_volume_bounds.h"
 #include "compiler/passes/hoist_invariants.h"
@@ -85,6 +86,16 @@ class Runner {
     PipelineResult* result_;
 };
 
+/// A query takes about 0.1 us (bench/README.md). So many operations, on eight voxels at once, stay
+/// below that; more of them would be felt, in compiling first.
+constexpr size_t kMostDemand = 400;
+
+void drop_above(size_t most, ir::Stage* stage) {
+    if (stage->instrs.size() <= most) return;
+    stage->instrs.clear();
+    stage->outputs.clear();
+}
+
 }  // namespace
 
 const std::vector<PassName>& pass_names() {
@@ -95,6 +106,7 @@ const std::vector<PassName>& pass_names() {
         {"attach_footprints", false},
         {"form_surface_bounds", true},
         {"form_volume_bounds", true},
+        {"form_demand", true},
         {"bound_displacement", false},
         {"expand_functions", false},
         {"hoist_invariants", true},
@@ -119,9 +131,14 @@ void run_volume(const ir::Fablet& fablet, Runner& runner, KernelStages* stages) 
     }
     runner.clean(&stages->volume_bounds);
     runner.write_out(&stages->volume_bounds);
-    if (stages->volume_bounds.instrs.size() > runner.options().longest_bounds) {
-        stages->volume_bounds.instrs.clear();
-        stages->volume_bounds.outputs.clear();
+    drop_above(runner.options().longest_bounds, &stages->volume_bounds);
+    // After the footprints, which use the nearest inputs too.
+    runner.run("form_demand", &stages->volume_demand,
+               [&](ir::Stage* out) { *out = form_demand(stages->volume); });
+    if (!stages->volume_demand.outputs.empty()) {
+        runner.clean(&stages->volume_demand);
+        runner.write_out(&stages->volume_demand);
+        drop_above(kMostDemand, &stages->volume_demand);
     }
     // Before functions are written out: a function moves as a whole or stays.
     runner.run("hoist_invariants", &stages->volume, hoist_invariants);
@@ -149,8 +166,8 @@ void run_surface(const ir::Fablet& fablet, Runner& runner, KernelStages* stages)
 /// Last: parts of functions move too.
 void run_derived(const ir::Fablet& fablet, Runner& runner, KernelStages* stages) {
     UniformHoister hoister(fablet.uniform_value_count);
-    for (ir::Stage* stage :
-         {&stages->volume, &stages->volume_bounds, &stages->surface, &stages->surface_bounds}) {
+    for (ir::Stage* stage : {&stages->volume, &stages->volume_bounds, &stages->volume_demand,
+                             &stages->surface, &stages->surface_bounds}) {
         runner.run("hoist_uniforms", stage, [&](ir::Stage* of) { hoister.hoist(of); });
         runner.run("eliminate_dead_values", stage, eliminate_dead_values);
     }
@@ -165,6 +182,7 @@ PipelineResult run_pipeline(const ir::Fablet& fablet, const PipelineOptions& opt
     Runner runner(options, &result);
     stages.surface_bounds.kind = ir::StageKind::kSurfaceBounds;
     stages.volume_bounds.kind = ir::StageKind::kVolumeBounds;
+    stages.volume_demand.kind = ir::StageKind::kVolumeDemand;
     stages.surface.kind = ir::StageKind::kSurface;
     run_volume(fablet, runner, &stages);
     if (fablet.has_surface) run_surface(fablet, runner, &stages);

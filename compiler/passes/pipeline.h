@@ -26,14 +26,15 @@ struct PipelineOptions {
     std::function<void(const std::string& pass, const ir::Stage& stage)> after;
 };
 
-/// One stage per kernel. A stage with no outputs stands for no kernel: no @Surface, or a bounds
-/// pass that is switched off.
+/// One stage per kernel. A stage with no outputs stands for no kernel: no @Surface, or an
+/// optional kernel whose pass is switched off.
 struct KernelStages {
     ir::Stage
         surface;  ///< outputs POSITION x, y, z (displaced, clamped), SURFACE_OUT, SURFACE_STATUS
     ir::Stage surface_bounds;  ///< outputs DISPLACEMENT_LO/HI, SURFACE_OUT_LO/HI
     ir::Stage volume;          ///< outputs WEIGHT
     ir::Stage volume_bounds;   ///< outputs WEIGHT_LO/HI
+    ir::Stage volume_demand;   ///< output DEMAND; none where every voxel asks
     ir::Stage derived;  ///< outputs DERIVED: uniforms that the others read beside the fablet's
     /// Where a stage must be cut: what is compiled in its place. No steps otherwise.
     PhasedStage surface_phases;

@@ -4,10 +4,10 @@
 
 /* The contract between generated code and the runtime, in plain C.
  *
- * `openflc` compiles each fablet to four kernels (surface, surface_bounds, volume, volume_bounds)
- * and a constant `openfab_fablet` that describes them; a print binary exports the list of its
- * fablets as `openfab_fablet_list`. The runtime knows no fablet: it reads a kernel's argument list
- * and passes what is asked for.
+ * `openflc` compiles each fablet to a few kernels (surface, surface_bounds, volume, volume_bounds,
+ * volume_demand, derived) and a constant `openfab_fablet` that describes them; a print binary
+ * exports the list of its fablets as `openfab_fablet_list`. The runtime knows no fablet: it reads a
+ * kernel's argument list and passes what is asked for.
  *
  * Kernels follow Halide's argv convention: `args[i]` points to a `halide_buffer_t` for a buffer and
  * to the 32-bit value for a scalar; the result is 0 or a Halide error code. A bool is passed as
@@ -31,7 +31,7 @@
 extern "C" {
 #endif
 
-#define OPENFAB_ABI_VERSION 2
+#define OPENFAB_ABI_VERSION 3
 
 typedef int (*openfab_kernel_fn)(void** args);
 
@@ -170,6 +170,9 @@ enum openfab_arg_kind {
         37, /* out, a = state; written at 8 * i + lane for the i-th listed group */
     /* kernel `derived` */
     OPENFAB_ARG_DERIVED = 38, /* out (1); a = its place after the uniform values */
+    /* volume_demand */
+    OPENFAB_ARG_DEMAND = 39, /* out (z, x, y, n): whether the voxel looks at a NEAREST,
+                                NEAREST_GRAD or DISTANCE input */
 };
 
 struct openfab_arg {
@@ -299,6 +302,10 @@ struct openfab_fablet {
      * uniform_value_count on) and the kernel that computes them from those, once per object. */
     int32_t derived_count;
     struct openfab_kernel derived;
+
+    /* Which voxels must have their nearest surface point; the inputs of others may be anything. No
+     * arguments where all must. */
+    struct openfab_kernel volume_demand;
 };
 
 struct openfab_fablet_list {

@@ -32,6 +32,10 @@ bool bounds_argument(openfab_arg_kind kind) {
            (kind >= OPENFAB_ARG_NEAREST_LO && kind <= OPENFAB_ARG_WEIGHT_HI);
 }
 
+bool demand_argument(openfab_arg_kind kind) {
+    return common_argument(kind) || kind == OPENFAB_ARG_DEMAND;
+}
+
 Result<void> check_kernel(const scene::Part& part, const char* name, const openfab_kernel& kernel,
                           bool (*fits)(openfab_arg_kind)) {
     for (int32_t i = 0; i < kernel.arg_count; ++i) {
@@ -79,6 +83,9 @@ Result<void> check_part(const scene::Part& part, size_t materials) {
         if (const auto r = check_kernel(part, "volume", fablet.volume, volume_argument); !r)
             return r.error();
     }
+    if (const auto r = check_kernel(part, "volume_demand", fablet.volume_demand, demand_argument);
+        !r)
+        return r.error();
     return check_kernel(part, "volume_bounds", fablet.volume_bounds, bounds_argument);
 }
 

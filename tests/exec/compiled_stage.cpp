@@ -68,9 +68,13 @@ class Lookup : public interp::Environment {
     size_t place_;
 };
 
+/// One place is a voxel.
+bool of_voxels(ir::StageKind kind) {
+    return kind == ir::StageKind::kVolume || kind == ir::StageKind::kVolumeDemand;
+}
+
 size_t place_count(const ir::Stage& stage, const StageInputs& inputs) {
-    const bool volume = stage.kind == ir::StageKind::kVolume;
-    return static_cast<size_t>(inputs.places) * (volume ? kVoxels : 1);
+    return static_cast<size_t>(inputs.places) * (of_voxels(stage.kind) ? kVoxels : 1);
 }
 
 ir::Stage* member(passes::KernelStages* stages, ir::StageKind kind) {
@@ -81,6 +85,8 @@ ir::Stage* member(passes::KernelStages* stages, ir::StageKind kind) {
             return &stages->surface_bounds;
         case ir::StageKind::kVolume:
             return &stages->volume;
+        case ir::StageKind::kVolumeDemand:
+            return &stages->volume_demand;
         default:
             break;
     }
@@ -95,6 +101,8 @@ const openfab_kernel& member(const openfab_fablet& fablet, ir::StageKind kind) {
             return fablet.surface_bounds;
         case ir::StageKind::kVolume:
             return fablet.volume;
+        case ir::StageKind::kVolumeDemand:
+            return fablet.volume_demand;
         default:
             break;
     }
@@ -238,7 +246,7 @@ StageResults CompiledStage::run(openfab_isa isa, const StageInputs& inputs) cons
     const openfab_phases& phases = program_->fablets().fablets[0]->volume_phases;
     if (phases.step_count > 0) return run_phases(phases, isa, inputs);
     const openfab_kernel& kernel = member(*program_->fablets().fablets[0], stage_.kind);
-    const bool volume = stage_.kind == ir::StageKind::kVolume;
+    const bool volume = of_voxels(stage_.kind);
     const size_t count = place_count(stage_, inputs);
     const size_t first_output = static_cast<size_t>(kernel.arg_count) - stage_.outputs.size();
     // One element more than the kernel may write.
@@ -326,7 +334,7 @@ StageResults interpret(const ir::Stage& stage, const StageInputs& inputs) {
     if (inputs.only > 0) count = std::min(count, inputs.only);
     StageResults results(stage.outputs.size(), std::vector<uint32_t>(count));
     for (size_t place = 0; place < count; ++place) {
-        const Lookup lookup(inputs, stage.kind == ir::StageKind::kVolume, place);
+        const Lookup lookup(inputs, of_voxels(stage.kind), place);
         const std::vector<uint32_t> values = interp::evaluate(stage, lookup);
         for (size_t k = 0; k < values.size(); ++k)
             results[k][place] = values[k];

@@ -18,7 +18,11 @@
 
 #include "compiler/diag/render.h"
 #include "compiler/driver/frontend.h"
+#include "compiler/passes/eliminate_common_values.h"
+#include "compiler/passes/expand_functions.h"
+#include "compiler/passes/form_demand.h"
 #include "compiler/passes/pipeline.h"
+#include "compiler/passes/simplify.h"
 #include "tests/exec/compiled_stage.h"
 #include "tests/fuzz/differential/random_fablet.h"
 #include "tests/support/process/process.h"
@@ -280,6 +284,67 @@ TEST(Differential, NoPassChangesAResult) {
             if (HasFailure()) FAIL() << text;
         }
     }
+}
+
+/// The stage of one program of a fablet.
+ir::Stage program_of(const ir::Fablet& fablet, size_t k) {
+    ir::Stage stage = fablet.volume;
+    stage.outputs = {stage.outputs[k]};
+    passes::simplify(&stage);
+    passes::eliminate_common_values(&stage);
+    ir::drop_dead_values(&stage);
+    return stage;
+}
+
+/// Where a voxel does not ask for its nearest surface point, other inputs in place of what comes
+/// from there change no bit; and the code that says so agrees with the interpreter.
+TEST(Differential, WhatIsNotAskedForChangesNothing) {
+    const uint64_t fablets = from_environment("OPENFAB_PROGRAMS", 300) / kProgramsPerFablet;
+    const uint64_t first = from_environment("OPENFAB_SEED", 1);
+    constexpr int kMostCompiled = 6;
+    size_t stages = 0, spared = 0;
+    for (uint64_t seed = first; seed < first + fablets; ++seed) {
+        SCOPED_TRACE(::testing::Message() << "seed " << seed);
+        source::SourceManager sources;
+        diag::Sink sink;
+        const std::string text = random_fablet(seed);
+        const std::optional<ir::Module> module =
+            driver::compile_to_ir(sources, sources.add("random.fl", text), sink);
+        ASSERT_TRUE(module.has_value()) << text;
+        const ir::Fablet& fablet = module->fablets[0];
+        const StageInputs inputs = inputs_for(fablet, seed), others = inputs_for(fablet, ~seed);
+        for (size_t k = 0; k < fablet.volume.outputs.size(); ++k) {
+            SCOPED_TRACE(::testing::Message() << "program " << k);
+            const ir::Stage stage = program_of(fablet, k);
+            ir::Stage demand = passes::form_demand(stage);
+            ASSERT_EQ(ir::verify(demand), "") << ir::print(demand);
+            if (demand.outputs.empty()) continue;
+            const StageResults asked = interpret(demand, inputs);
+            StageInputs replaced = inputs;
+            for (auto& [key, bits] : replaced.values) {
+                if (key[0] != OPENFAB_ARG_NEAREST && key[0] != OPENFAB_ARG_DISTANCE) continue;
+                for (size_t v = 0; v < bits.size(); ++v) {
+                    if (asked[0][v] == 0) bits[v] = others.values.at(key)[v];
+                }
+            }
+            ASSERT_EQ(interpret(stage, inputs), interpret(stage, replaced))
+                << text << ir::print(stage) << ir::print(demand);
+            spared += static_cast<size_t>(std::count(asked[0].begin(), asked[0].end(), 0u));
+            if (++stages > kMostCompiled) continue;
+            passes::expand_functions(&demand);
+            for (const openfab_isa isa : {OPENFAB_ISA_SSE41, OPENFAB_ISA_AVX2}) {
+                lower::ProgramOptions options;
+                options.isas = {isa};
+                const std::unique_ptr<CompiledStage> compiled =
+                    CompiledStage::make(demand, options);
+                ASSERT_NE(compiled, nullptr);
+                expect_equal(demand, asked, compiled->run(isa, inputs), "compiled");
+            }
+        }
+    }
+    // A demand that always holds is sound and useless.
+    EXPECT_GT(stages * 5, fablets);
+    EXPECT_GT(spared, 512u * fablets / 10);
 }
 
 TEST(Differential, FindsStayMended) {

@@ -1,0 +1,238 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "compiler/passes/form_demand.h"
+
+#include <algorithm>
+#include <map>
+
+#include "compiler/passes/path_condition.h"
+
+namespace openfab::passes {
+
+namespace {
+
+using ir::kNoValue;
+using ir::Op;
+using ir::Type;
+using ir::ValueId;
+
+bool is_nearest(const ir::Instr& instr) {
+    return instr.op == Op::kInput &&
+           (instr.kind == OPENFAB_ARG_NEAREST || instr.kind == OPENFAB_ARG_NEAREST_GRAD ||
+            instr.kind == OPENFAB_ARG_DISTANCE);
+}
+
+/// What can be computed before anything is asked, and cheaply: a look-up can not.
+bool is_plain(Op op) {
+    switch (op) {
+        case Op::kSample:
+        case Op::kSampleBound:
+        case Op::kLoop:
+        case Op::kLoopVar:
+        case Op::kLoopEnd:
+        case Op::kLoopResult:
+        case Op::kQuery:
+        case Op::kQueryResult:
+        case Op::kPrint:
+        case Op::kDerivative:
+            return false;
+        default:
+            return true;
+    }
+}
+
+/// When a bool may come out as true and as false, whatever the nearest inputs are. Never less than
+/// what happens.
+struct Outcomes {
+    Condition may_be_true = kAlways;
+    Condition may_be_false = kAlways;
+};
+
+class Demand {
+  public:
+    explicit Demand(const ir::Stage& stage) : stage_(stage) {}
+
+    ir::Stage run() {
+        ir::Stage out;
+        out.kind = ir::StageKind::kVolumeDemand;
+        find_loops();
+        find_outcomes();
+        find_needs();
+        Condition demand = kNever;
+        for (ValueId id = 0; id < stage_.instrs.size(); ++id) {
+            if (is_nearest(stage_.instrs[id])) demand = conditions_.either(demand, needs_[id]);
+        }
+        if (demand == kNever || demand == kAlways) return out;
+        write(demand, &out);
+        return out;
+    }
+
+  private:
+    size_t count() const { return stage_.instrs.size(); }
+
+    /// The outermost loop around each instruction; a LoopEnd counts as inside.
+    void find_loops() {
+        outermost_.assign(count(), kNoValue);
+        int depth = 0;
+        ValueId outermost = kNoValue;
+        for (ValueId id = 0; id < count(); ++id) {
+            if (depth > 0) outermost_[id] = outermost;
+            if (stage_.instrs[id].op == Op::kLoop && depth++ == 0) outermost = id;
+            if (stage_.instrs[id].op == Op::kLoopEnd) --depth;
+        }
+    }
+
+    void find_outcomes() {
+        free_.assign(count(), false);
+        outcomes_.assign(count(), {});
+        for (ValueId id = 0; id < count(); ++id) {
+            const ir::Instr& instr = stage_.instrs[id];
+            free_[id] = outermost_[id] == kNoValue && is_plain(instr.op) && !is_nearest(instr) &&
+                        std::all_of(instr.args.begin(), instr.args.end(),
+                                    [&](ValueId arg) { return free_[arg]; });
+            // Inside a loop a value has no outcome that holds of all its trips.
+            if (instr.type == Type::kBool && outermost_[id] == kNoValue)
+                outcomes_[id] = outcomes_of(id);
+        }
+    }
+
+    Outcomes outcomes_of(ValueId id) {
+        const ir::Instr& instr = stage_.instrs[id];
+        const auto arg = [&](size_t k) { return outcomes_[instr.args[k]]; };
+        const auto both = [&](Condition a, Condition b) { return conditions_.both(a, b); };
+        const auto either = [&](Condition a, Condition b) { return conditions_.either(a, b); };
+        switch (instr.op) {
+            case Op::kConst:
+                return instr.bits != 0 ? Outcomes{kAlways, kNever} : Outcomes{kNever, kAlways};
+            case Op::kNot:
+                return {arg(0).may_be_false, arg(0).may_be_true};
+            case Op::kAnd:
+                return {both(arg(0).may_be_true, arg(1).may_be_true),
+                        either(arg(0).may_be_false, arg(1).may_be_false)};
+            case Op::kOr:
+                return {either(arg(0).may_be_true, arg(1).may_be_true),
+                        both(arg(0).may_be_false, arg(1).may_be_false)};
+            case Op::kSelect:
+                return {either(both(arg(0).may_be_true, arg(1).may_be_true),
+                               both(arg(0).may_be_false, arg(2).may_be_true)),
+                        either(both(arg(0).may_be_true, arg(1).may_be_false),
+                               both(arg(0).may_be_false, arg(2).may_be_false))};
+            default:
+                break;
+        }
+        if (!free_[id]) return {};
+        return {conditions_.holds(id), conditions_.fails(id)};
+    }
+
+    void need(ValueId id, Condition when) { needs_[id] = conditions_.either(needs_[id], when); }
+    void need(ValueId id, Condition when, Condition also) {
+        need(id, conditions_.both(when, also));
+    }
+
+    void find_needs() {
+        needs_.assign(count(), kNever);
+        for (const ir::Output& output : stage_.outputs)
+            needs_[output.value] = kAlways;
+        for (ValueId id = static_cast<ValueId>(count()); id-- > 0;)
+            pass_on(id);
+    }
+
+    /// Passes the need of an instruction to its arguments.
+    void pass_on(ValueId id) {
+        const ir::Instr& instr = stage_.instrs[id];
+        if (outermost_[id] != kNoValue) {
+            // All of a loop that runs is needed: what steers it, and what comes of it.
+            const ValueId guard = stage_.instrs[outermost_[id]].args[0];
+            for (const ValueId arg : instr.args)
+                need(arg, outcomes_[guard].may_be_true);
+            return;
+        }
+        const Condition when = needs_[id];
+        const auto outcomes = [&](size_t k) { return outcomes_[instr.args[k]]; };
+        switch (instr.op) {
+            case Op::kLoop:
+            case Op::kQuery:
+            case Op::kPrint:
+                // They act, whether or not an output uses what they give.
+                pass_guarded(instr, kAlways);
+                return;
+            case Op::kLoopResult: {
+                // Where no trip ran it is the variable's first value.
+                const ValueId loop = stage_.instrs[instr.args[0]].args[0];
+                const ValueId variable = loop + 1 + static_cast<ValueId>(instr.a);
+                need(stage_.instrs[variable].args[1], when);
+                return;
+            }
+            case Op::kSample:
+                pass_guarded(instr, when);
+                return;
+            case Op::kSelect:
+                need(instr.args[0], when);
+                need(instr.args[1], when, outcomes(0).may_be_true);
+                need(instr.args[2], when, outcomes(0).may_be_false);
+                return;
+            // An operand does not matter where the other one decides, which it does whatever the
+            // nearest inputs are: so both may be left out at once.
+            case Op::kAnd:
+                need(instr.args[0], when, outcomes(1).may_be_true);
+                need(instr.args[1], when, outcomes(0).may_be_true);
+                return;
+            case Op::kOr:
+                need(instr.args[0], when, outcomes(1).may_be_false);
+                need(instr.args[1], when, outcomes(0).may_be_false);
+                return;
+            default:
+                for (const ValueId arg : instr.args)
+                    need(arg, when);
+        }
+    }
+
+    /// The first argument is the guard of the others.
+    void pass_guarded(const ir::Instr& instr, Condition when) {
+        need(instr.args[0], when);
+        for (size_t k = 1; k < instr.args.size(); ++k)
+            need(instr.args[k], when, outcomes_[instr.args[0]].may_be_true);
+    }
+
+    /// The values that the condition tests, with all that they are computed from, then the
+    /// condition itself.
+    void write(Condition demand, ir::Stage* out) {
+        std::vector<bool> wanted(count(), false);
+        for (const ValueId value : conditions_.tested(demand))
+            wanted[value] = true;
+        for (ValueId id = static_cast<ValueId>(count()); id-- > 0;) {
+            if (!wanted[id]) continue;
+            for (const ValueId arg : stage_.instrs[id].args)
+                wanted[arg] = true;
+        }
+        ir::Builder builder(out);
+        std::vector<ValueId> renamed(count(), kNoValue);
+        for (ValueId id = 0; id < count(); ++id) {
+            if (!wanted[id]) continue;
+            ir::Instr copy = stage_.instrs[id];
+            for (ValueId& arg : copy.args)
+                arg = renamed[arg];
+            renamed[id] = builder.append(std::move(copy));
+        }
+        const ValueId value = conditions_.write(
+            demand, [&](ValueId id) { return renamed[id]; }, &builder);
+        out->outputs = {{"demand", OPENFAB_ARG_DEMAND, 0, 0, value}};
+    }
+
+    const ir::Stage& stage_;
+    PathConditions conditions_;
+    std::vector<ValueId> outermost_;
+    std::vector<bool> free_;  ///< computed from uniforms, the frame and the voxel's place
+    std::vector<Outcomes> outcomes_;
+    std::vector<Condition> needs_;
+};
+
+}  // namespace
+
+ir::Stage form_demand(const ir::Stage& volume) {
+    ir::Stage live = volume;
+    ir::drop_dead_values(&live);
+    return Demand(live).run();
+}
+
+}  // namespace openfab::passes

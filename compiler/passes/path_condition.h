@@ -1,0 +1,55 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Conditions made of bool values of a stage by `and` and `or`, each value taken as it is or
+// negated.
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <vector>
+
+#include "compiler/ir/ir.h"
+
+namespace openfab::passes {
+
+/// Place in PathConditions; equal conditions have equal places.
+using Condition = uint32_t;
+constexpr Condition kNever = 0;
+constexpr Condition kAlways = 1;
+
+/// Kept as binary decision diagrams (Bryant 1986), values in the order of their ids: a condition
+/// that always holds is found to be kAlways however it was put together. One that grows too big
+/// becomes kAlways: all errors are on that side.
+class PathConditions {
+  public:
+    Condition holds(ir::ValueId value) { return node(value, kAlways, kNever); }
+    Condition fails(ir::ValueId value) { return node(value, kNever, kAlways); }
+    Condition both(Condition a, Condition b) { return combine(a, b, kNever); }
+    Condition either(Condition a, Condition b) { return combine(a, b, kAlways); }
+
+    /// The values that it depends on, ascending.
+    std::vector<ir::ValueId> tested(Condition condition) const;
+    /// Writes it as a bool; `value` gives the id in the stage written to. Not kNever nor kAlways.
+    ir::ValueId write(Condition condition, const std::function<ir::ValueId(ir::ValueId)>& value,
+                      ir::Builder* builder) const;
+
+  private:
+    struct Node {
+        ir::ValueId value = ir::kNoValue;
+        Condition if_true = kAlways;
+        Condition if_false = kAlways;
+    };
+
+    Condition node(ir::ValueId value, Condition if_true, Condition if_false);
+    Condition combine(Condition a, Condition b, Condition decides);
+    std::vector<bool> reached(Condition condition) const;
+
+    std::vector<Node> nodes_ = {{}, {}};  ///< kNever and kAlways stand for themselves
+    std::map<std::array<uint32_t, 3>, Condition> places_;
+    std::map<std::array<uint32_t, 3>, Condition> combined_;
+};
+
+}  // namespace openfab::passes
