@@ -23,6 +23,8 @@ void grow(auto* values, size_t count) {
 BlockEvaluator::BlockEvaluator(const openfab_stage_set& set, openfab_isa isa, size_t parts)
     : calls_(set, isa), isa_(isa), scratch_(parts), attribute_scratch_(parts), phases_(parts) {
     owned_.resize(64 * kBatch);
+    demand_.resize(64 * kBatch);
+    demanded_.resize(kBatchValues);
     tiles_.resize(static_cast<size_t>(calls_.tile_values()) * kBatch);
     codes_.resize(kBatchValues);
     distance_.resize(kBatchValues);
@@ -71,26 +73,68 @@ void BlockEvaluator::prepare(const PrintPart& part) {
     }
 }
 
-// Fills the inputs of one block of the batch; the targets stand at its place.
-void BlockEvaluator::query(const PrintPart& part, const OwnedBlock& block, int32_t place) {
+// Finds which of the owned voxels look at their nearest surface point: all, where the fablet has no
+// kernel that tells. 0 or a Halide error code.
+int BlockEvaluator::find_demand(const PrintPart& part, int32_t n) {
+    const auto bytes = static_cast<size_t>(64 * n);
+    std::copy_n(owned_.begin(), bytes, demand_.begin());
+    const openfab_kernel& kernel = part.part->fablet->volume_demand;
+    if (kernel.arg_count == 0) return 0;
+    arguments_.begin(kernel, part, corners_.data(), n, 8);
+    for (int32_t i = 0; i < kernel.arg_count; ++i) {
+        if (kernel.args[i].kind == OPENFAB_ARG_DEMAND) arguments_.set_blocks(i, demanded_.data());
+    }
+    if (const int status = arguments_.run(isa_); status != 0) return status;
+    for (size_t byte = 0; byte < bytes; ++byte) {
+        uint32_t bits = 0;
+        for (size_t z = 0; z < 8; ++z)
+            bits |= static_cast<uint32_t>(demanded_[8 * byte + z] & 1) << z;
+        demand_[byte] &= static_cast<uint8_t>(bits);
+    }
+    return 0;
+}
+
+// Zeros the inputs of one block of the batch; the targets stand at its place.
+void BlockEvaluator::clear_inputs(const PrintPart& part, int32_t place) {
+    const auto clear = [](const auto& targets) {
+        for (auto* target : targets) {
+            if (target != nullptr) std::fill_n(target, kBlockValues, 0);
+        }
+    };
+    clear(value_targets_);
+    clear(gradient_targets_);
+    clear(flat_targets_);
+    if (part.volume.distance)
+        std::fill_n(&distance_[static_cast<size_t>(place) * kBlockValues], kBlockValues, 0.0f);
+}
+
+// Fills the inputs of one block of the batch, 0 where a voxel does not ask; the targets stand at
+// its place.
+void BlockEvaluator::query(const PrintPart& part, int32_t place) {
+    const uint8_t* demand = &demand_[static_cast<size_t>(64 * place)];
+    if (std::all_of(demand, demand + 64, [](uint8_t bits) { return bits == 0; })) {
+        scratch(part)->counts.skipped += nearest::kBlockVoxels;
+        clear_inputs(part, place);
+        return;
+    }
     nearest::BlockQuery query;
     const int32_t* corner = &corners_[static_cast<size_t>(3 * place)];
     query.block = {corner[0], corner[1], corner[2]};
-    query.demand = block.owned.data();
+    query.demand = demand;
     part.engine->query(query, scratch(part), &answer_);
     if (part.volume.attributes || part.volume.gradients) {
         const nearest::AttributeTargets targets{
             value_targets_.data(), part.volume.gradients ? gradient_targets_.data() : nullptr,
             flat_targets_.data()};
-        part.attributes->read(answer_, block.owned.data(), targets,
+        part.attributes->read(answer_, demand, targets,
                               &attribute_scratch_[static_cast<size_t>(part.owner)]);
     }
     if (part.volume.distance) {
         // Owned voxels are inside, so the distance is negative; taken from 0 so that none gives +0.
-        // Others are not read.
         float* out = &distance_[static_cast<size_t>(place) * kBlockValues];
         for (size_t v = 0; v < kBlockValues; ++v)
-            out[v] = 0.0f - std::sqrt(answer_.distance2[v]);
+            out[v] = (demand[v >> 3] >> (v & 7) & 1) != 0 ? 0.0f - std::sqrt(answer_.distance2[v])
+                                                          : 0.0f;
     }
 }
 
@@ -148,8 +192,12 @@ int BlockEvaluator::evaluate(const PrintPart& part, int32_t group, const OwnedBl
         corner[2] = 8 * group - part.base.z;
         std::copy(blocks[i].owned.begin(), blocks[i].owned.end(),
                   &owned_[static_cast<size_t>(64 * i)]);
-        if (!part.volume.any()) continue;
-        query(part, blocks[i], i);
+    }
+    if (part.volume.any()) {
+        if (const int status = find_demand(part, n); status != 0) return status;
+    }
+    for (int32_t i = 0; i < n && part.volume.any(); ++i) {
+        query(part, i);
         const auto advance = [](auto& targets) {
             for (auto*& t : targets) {
                 if (t != nullptr) t += kBlockValues;

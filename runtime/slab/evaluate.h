@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The volume stage on lists of blocks: nearest queries where the fablet asks for them, the volume
-// kernel, normalise. One evaluator per thread.
+// The volume stage on lists of blocks: nearest queries for the voxels whose path asks for them, the
+// volume kernel, normalise. One evaluator per thread.
 
 #include <array>
 #include <cstdint>
@@ -60,7 +60,9 @@ class BlockEvaluator {
 
   private:
     void prepare(const PrintPart& part);
-    void query(const PrintPart& part, const OwnedBlock& block, int32_t place);
+    int find_demand(const PrintPart& part, int32_t n);
+    void query(const PrintPart& part, int32_t place);
+    void clear_inputs(const PrintPart& part, int32_t place);
     int run_volume(const PrintPart& part, int32_t n, PointPrints* prints);
     const void* input(const PrintPart& part, const openfab_arg& arg) const;
 
@@ -79,6 +81,8 @@ class BlockEvaluator {
         gradient_targets_;  ///< of the block in hand; null where no kernel asks
     std::vector<uint32_t*> flat_targets_;
     std::vector<uint8_t> owned_;
+    std::vector<uint8_t> demand_;    ///< of the owned voxels those that ask, in the same order
+    std::vector<int32_t> demanded_;  ///< what the demand kernel says, [block][512]
     std::vector<uint16_t> tiles_;
     std::vector<uint8_t> codes_;
     std::array<int32_t, 8 * kBatch> unusable_{};
