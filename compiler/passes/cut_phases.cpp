@@ -8,6 +8,8 @@
 #include <map>
 #include <utility>
 
+#include "compiler/passes/steps.h"
+
 namespace openfab::passes {
 
 namespace {
@@ -175,6 +177,7 @@ class Cutter {
             cost_.push_back(cost_of(at(id)));
     }
     int cost_of(const Instr& instr) const {
+        if (is_step(instr.op)) return kNotCheap;
         switch (instr.op) {
             case Op::kConst:
                 return 0;
@@ -184,13 +187,6 @@ class Cutter {
             case Op::kMod:
             case Op::kSqrt:
             case Op::kSample:
-            case Op::kLoop:
-            case Op::kLoopVar:
-            case Op::kLoopEnd:
-            case Op::kLoopResult:
-            case Op::kQuery:
-            case Op::kQueryResult:
-            case Op::kPrint:
                 return kNotCheap;
             default:
                 break;

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "compiler/passes/path_condition.h"
+#include "compiler/passes/steps.h"
 
 namespace openfab::passes {
 
@@ -24,21 +25,7 @@ bool is_nearest(const ir::Instr& instr) {
 
 /// What can be computed before anything is asked, and cheaply: a look-up can not.
 bool is_plain(Op op) {
-    switch (op) {
-        case Op::kSample:
-        case Op::kSampleBound:
-        case Op::kLoop:
-        case Op::kLoopVar:
-        case Op::kLoopEnd:
-        case Op::kLoopResult:
-        case Op::kQuery:
-        case Op::kQueryResult:
-        case Op::kPrint:
-        case Op::kDerivative:
-            return false;
-        default:
-            return true;
-    }
+    return !is_step(op) && op != Op::kSample && op != Op::kSampleBound && op != Op::kDerivative;
 }
 
 /// When a bool may come out as true and as false, whatever the nearest inputs are. Never less than

@@ -6,6 +6,8 @@
 #include <map>
 #include <utility>
 
+#include "compiler/passes/steps.h"
+
 namespace openfab::passes {
 
 namespace {
@@ -13,21 +15,6 @@ namespace {
 using ir::kNoValue;
 using ir::Op;
 using ir::ValueId;
-
-bool can_move(Op op) {
-    switch (op) {
-        case Op::kLoop:
-        case Op::kLoopVar:
-        case Op::kLoopEnd:
-        case Op::kLoopResult:
-        case Op::kQuery:
-        case Op::kQueryResult:
-        case Op::kPrint:
-            return false;
-        default:
-            return true;
-    }
-}
 
 class Hoister {
   public:
@@ -69,7 +56,7 @@ class Hoister {
                 depth_[id] = open.size();
             }
             home_.push_back(inside_[id]);
-            if (inside_[id] == kNoValue || !can_move(instr.op)) continue;
+            if (inside_[id] == kNoValue || is_step(instr.op)) continue;
             ValueId home = deepest(instr);
             // The guard of a look-up takes in those of the loops that it leaves.
             if (instr.op == Op::kSample) {

@@ -6,6 +6,8 @@
 
 #include <algorithm>
 
+#include "compiler/passes/steps.h"
+
 namespace openfab::passes {
 
 namespace {
@@ -17,20 +19,7 @@ using ir::ValueId;
 
 /// Look-ups stay: the kernel of derived values has no textures.
 bool can_move(Op op) {
-    switch (op) {
-        case Op::kSample:
-        case Op::kSampleBound:
-        case Op::kLoop:
-        case Op::kLoopVar:
-        case Op::kLoopEnd:
-        case Op::kLoopResult:
-        case Op::kQuery:
-        case Op::kQueryResult:
-        case Op::kPrint:
-            return false;
-        default:
-            return true;
-    }
+    return !is_step(op) && op != Op::kSample && op != Op::kSampleBound;
 }
 
 /// Values that follow from uniforms and constants.
