@@ -83,34 +83,11 @@ class Binder {
                 it == bindings_.end() ? take_default(u) : bind_one(u, it->second);
             if (!bound) return bound.error();
         }
-        derive();
+        derive_uniforms(fablet_, &out_.values);
         return std::move(out_);
     }
 
   private:
-    /// Appends what kernels read that follows from uniforms.
-    void derive() {
-        const openfab_kernel& kernel = fablet_.derived;
-        if (fablet_.derived_count == 0) return;
-        const auto count = static_cast<size_t>(fablet_.uniform_value_count);
-        out_.values.resize(count + static_cast<size_t>(fablet_.derived_count));
-        abi::KernelCall call(kernel, abi::best_isa());
-        const auto buffers =
-            std::make_unique<abi::KernelBuffer[]>(static_cast<size_t>(kernel.arg_count));
-        for (int32_t i = 0; i < kernel.arg_count; ++i) {
-            const openfab_arg& arg = kernel.args[i];
-            const auto a = static_cast<size_t>(arg.a);
-            if (arg.kind == OPENFAB_ARG_UNIFORM) {
-                call.set(i, &out_.values[a]);
-            } else {
-                buffers[i].set_dense(abi::halide_type(arg.scalar), &out_.values[count + a], {1});
-                call.set(i, buffers[i].raw());
-            }
-        }
-        // It reads scalars and writes single values: there is nothing that can fail.
-        call.run();
-    }
-
     Error at(const Place& place, const std::string& what) const {
         return user_error(fmt::format("{}: {}", place.str(), what));
     }
@@ -274,6 +251,29 @@ class Binder {
 std::string declaration(const openfab_uniform& u) {
     return u.array_length == 1 ? fmt::format("{} {}", u.type_name, u.name)
                                : fmt::format("{} {}[{}]", u.type_name, u.name, u.array_length);
+}
+
+void derive_uniforms(const openfab_fablet& fablet, std::vector<uint32_t>* values) {
+    const openfab_kernel& kernel = fablet.derived;
+    if (fablet.derived_count == 0) return;
+    const auto count = static_cast<size_t>(fablet.uniform_value_count);
+    values->resize(count + static_cast<size_t>(fablet.derived_count));
+    abi::KernelCall call(kernel, abi::best_isa());
+    const auto buffers =
+        std::make_unique<abi::KernelBuffer[]>(static_cast<size_t>(kernel.arg_count));
+    for (int32_t i = 0; i < kernel.arg_count; ++i) {
+        const openfab_arg& arg = kernel.args[i];
+        const auto a = static_cast<size_t>(arg.a);
+        if (arg.kind == OPENFAB_ARG_UNIFORM) {
+            call.set(i, &(*values)[a]);
+        } else {
+            abi::KernelBuffer& buffer = buffers[static_cast<size_t>(i)];
+            buffer.set_dense(abi::halide_type(arg.scalar), &(*values)[count + a], {1});
+            call.set(i, buffer.raw());
+        }
+    }
+    // It reads scalars and writes single values: there is nothing that can fail.
+    call.run();
 }
 
 Result<BoundUniforms> bind_uniforms(const World& world, const openfab_fablet& fablet,

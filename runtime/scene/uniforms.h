@@ -28,6 +28,10 @@ Result<BoundUniforms> bind_uniforms(const World& world, const openfab_fablet& fa
                                     const UniformBindings& bindings, const std::string& object,
                                     const Place& object_place);
 
+/// Appends to the uniform values what kernels read that follows from them
+/// (openfab_fablet::derived).
+void derive_uniforms(const openfab_fablet& fablet, std::vector<uint32_t>* values);
+
 /// As it is declared: `float2 border`, `Material palette[4]`.
 std::string declaration(const openfab_uniform& uniform);
 

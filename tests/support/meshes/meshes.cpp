@@ -7,6 +7,7 @@
 
 #include "runtime/scene/part_mesh.h"
 #include "runtime/scene/rotation.h"
+#include "runtime/scene/uniforms.h"
 
 namespace openfab::testing {
 namespace {
@@ -176,6 +177,7 @@ scene::Part make_part(const openfab_fablet& fablet, const scene::Mesh& mesh,
             }
         }
     }
+    scene::derive_uniforms(fablet, &part.uniform_values);
     part.textures = options.textures;
     part.slot_material = options.slot_material;
     if (part.slot_material.empty()) {
