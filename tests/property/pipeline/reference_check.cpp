@@ -55,6 +55,7 @@ void expect_reference(const std::vector<scene::Part>& parts,
     slab::PrintOptions options;
     options.seed = seed;
     options.threads = 2;
+    options.memory_bytes += tests::kSanitizerBytes;
     auto print = slab::Print::create(std::move(input), options);
     ASSERT_TRUE(print) << print.error().message;
     tests::MemorySink sink;

@@ -195,7 +195,7 @@ TEST(BoxPrint, OneOutputWhateverTheSettings) {
         options.groups_in_flight = c.groups;
         options.culling = c.culling;
         options.isa = c.isa;
-        options.memory_bytes = c.memory;
+        options.memory_bytes = c.memory + tests::kSanitizerBytes;
         const Printed printed = tests::print_boxes(assembly(), options);
         ASSERT_TRUE(printed.ok) << printed.error.message;
         EXPECT_EQ(printed.statistics.hash, reference.statistics.hash)

@@ -15,6 +15,13 @@
 
 namespace openfab::tests {
 
+/// A memory budget is for the whole process, of which a sanitizer takes its share.
+#ifdef OPENFAB_SANITIZED
+inline constexpr int64_t kSanitizerBytes = 4'000'000'000;
+#else
+inline constexpr int64_t kSanitizerBytes = 0;
+#endif
+
 /// Keeps what it is given.
 class MemorySink : public backends::SliceSink {
   public:
