@@ -36,7 +36,8 @@ int check(const std::vector<std::string>& files, const CommonOptions& common) {
 }  // namespace
 
 void add_check(CLI::App& app, const CommonOptions& common, Action* action) {
-    CLI::App* command = app.add_subcommand("check", "Check fablets and modules; print what is wrong with them");
+    CLI::App* command =
+        app.add_subcommand("check", "Check fablets and modules; print what is wrong with them");
     auto files = std::make_shared<std::vector<std::string>>();
     command->add_option("FILE.fl", *files, "OpenFL files")->required();
     command->callback(

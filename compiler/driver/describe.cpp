@@ -54,8 +54,7 @@ std::string json_uniform(const ir::Uniform& u) {
     return fmt::format(
         R"({{"name":{},"type":{},"kind":"{}","components":{},"array_length":{},"default":{},"annotations":{{{}}}}})",
         json_string(u.name), json_string(u.type_name), ir::uniform_kind_name(u.kind), u.components,
-        u.array_length,
-        json_default(u.type, u.default_bits), annotations);
+        u.array_length, json_default(u.type, u.default_bits), annotations);
 }
 
 std::string json_source(const std::vector<ir::Varying>& list, int32_t source) {

@@ -2,10 +2,10 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #pragma once
 
-/* The fixed-function kernels, compiled when the project is built (compiler/stages), normalise for 1,
- * 2, 3, 4, 6, 8, 12, 15, 24, 32, 48 and 64 materials, in libopenfab_kernels.a. They follow Halide's
- * argv convention as the fablets' kernels do (fablet_table.h). M is the set's number of materials;
- * fractions have M + 1 of them, void first.
+/* The fixed-function kernels, compiled when the project is built (compiler/stages), normalise for
+ * 1, 2, 3, 4, 6, 8, 12, 15, 24, 32, 48 and 64 materials, in libopenfab_kernels.a. They follow
+ * Halide's argv convention as the fablets' kernels do (fablet_table.h). M is the set's number of
+ * materials; fractions have M + 1 of them, void first.
  *
  * Shapes are innermost dimension first; z is the slice within the group of 8 and always the
  * innermost, stride 1. x and y are the place inside a block of 8 x 8 x 8 unless said otherwise; n

@@ -18,8 +18,8 @@ EdgeCounts count_edges(const Mesh& mesh);
 /// those without volume are refused; shells are turned and named as orient_shells says; a size
 /// under 1 mm or over 1 m is a warning, over 100 m or not finite an error. Vertices that no
 /// triangle uses are dropped. Afterwards the source's groups and parts no longer fit its mesh; its
-/// lines do. With `repair` meshes that are not closed become so (mesh_repair.h), with a warning that
-/// says what was done.
+/// lines do. With `repair` meshes that are not closed become so (mesh_repair.h), with a warning
+/// that says what was done.
 Result<void> prepare_mesh(MeshSource* source, bool repair = false);
 
 }  // namespace openfab::scene

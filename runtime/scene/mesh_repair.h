@@ -33,8 +33,8 @@ struct MeshRepair {
 
 /// Turns triangles to agree with their neighbours, caps what is open with a cone of triangles from
 /// the middle of each loop of open edges, and gives sheets that touch along an edge vertices of
-/// their own. Afterwards each edge of the mesh has two triangles that run along it opposite ways. Caps
-/// take attributes from the rim, normals (`n`) are their own; they have the lines of the rim's
+/// their own. Afterwards each edge of the mesh has two triangles that run along it opposite ways.
+/// Caps take attributes from the rim, normals (`n`) are their own; they have the lines of the rim's
 /// triangles.
 MeshRepair close_mesh(MeshSource* source);
 
