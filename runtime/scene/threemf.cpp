@@ -49,13 +49,9 @@ class ThreemfReader {
     Result<MeshSource> read() {
         const Result<std::string> relationships = load("_rels/.rels");
         if (!relationships) return relationships.error();
-        Relationships found;
-        if (Result<void> parsed =
-                parse_xml(*relationships, fmt::format("{}: _rels/.rels", file_), &found);
-            !parsed)
-            return parsed.error();
-        if (found.model.empty()) return user_error(fmt::format("{}: the file has no model", file_));
-        Part* root = part(found.model);
+        const Result<std::string> model = threemf_model_part(*relationships, file_);
+        if (!model) return model.error();
+        Part* root = part(*model);
         if (root == nullptr) return *error_;
         for (const ThreemfPlacement& item : root->model.build)
             place(*root, item, {}, {}, 0);
@@ -250,6 +246,15 @@ class ThreemfReader {
 };
 
 }  // namespace
+
+Result<std::string> threemf_model_part(std::string_view relationships, const std::string& file) {
+    Relationships found;
+    const Result<void> parsed =
+        parse_xml(relationships, fmt::format("{}: _rels/.rels", file), &found);
+    if (!parsed) return parsed.error();
+    if (found.model.empty()) return user_error(fmt::format("{}: the file has no model", file));
+    return found.model;
+}
 
 Result<MeshSource> parse_threemf(std::string_view bytes, const std::string& file) {
     Result<ZipFile> zip = ZipFile::open(bytes, file);

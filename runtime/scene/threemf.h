@@ -17,4 +17,7 @@ namespace openfab::scene {
 /// out with a warning. Errors name the part and its line.
 Result<MeshSource> parse_threemf(std::string_view bytes, const std::string& file);
 
+/// The name of the part that holds the model, by the text of the package's `_rels/.rels`.
+Result<std::string> threemf_model_part(std::string_view relationships, const std::string& file);
+
 }  // namespace openfab::scene

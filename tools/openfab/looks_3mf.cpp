@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <map>
 
+#include "runtime/scene/threemf.h"
 #include "runtime/scene/threemf_model.h"
 #include "runtime/scene/xml.h"
 #include "runtime/scene/zip_file.h"
@@ -60,34 +61,21 @@ class Materials : public scene::XmlHandler {
     void end(std::string_view) override {}
 };
 
-class Relationships : public scene::XmlHandler {
-  public:
-    std::string model;
-    std::string start(std::string_view name, const scene::XmlAttributes& a) override {
-        const char* type = a.find("Type");
-        const char* target = a.find("Target");
-        if (name == "Relationship" && type != nullptr && target != nullptr && model.empty() &&
-            std::string_view(type).ends_with("/3dmodel"))
-            model = target;
-        return {};
-    }
-    void end(std::string_view) override {}
-};
-
 }  // namespace
 
 Result<Looks> threemf_looks(std::string_view bytes, const std::string& file) {
     const Result<scene::ZipFile> zip = scene::ZipFile::open(bytes, file);
     if (!zip) return zip.error();
-    Relationships relationships;
+    const Result<std::string> relationships = zip->read("_rels/.rels");
+    if (!relationships) return relationships.error();
+    const Result<std::string> model = scene::threemf_model_part(*relationships, file);
+    if (!model) return model.error();
+    const Result<std::string> text = zip->read(*model);
+    if (!text) return text.error();
     Materials found;
-    const auto parse = [&](const std::string& entry, scene::XmlHandler* handler) -> Result<void> {
-        const Result<std::string> text = zip->read(entry);
-        if (!text) return text.error();
-        return scene::parse_xml(*text, fmt::format("{}: {}", file, entry), handler);
-    };
-    if (Result<void> done = parse("_rels/.rels", &relationships); !done) return done.error();
-    if (Result<void> done = parse(relationships.model, &found); !done) return done.error();
+    const Result<void> parsed =
+        scene::parse_xml(*text, fmt::format("{}: {}", file, *model), &found);
+    if (!parsed) return parsed.error();
     Looks out;
     for (Look& look : found.looks) {
         if (out.find(look.name) == nullptr) out.looks.push_back(std::move(look));

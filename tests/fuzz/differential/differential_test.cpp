@@ -109,12 +109,19 @@ void add_derived(const ir::Fablet& fablet, const ir::Stage& derived, StageInputs
     }
 }
 
-void check(const std::string& text, uint64_t seed) {
+/// Fails the test where there is a mistake in it.
+std::optional<ir::Module> compile_text(const std::string& text) {
     source::SourceManager sources;
     diag::Sink sink;
-    const uint32_t file = sources.add("random.fl", text);
-    const std::optional<ir::Module> module = driver::compile_to_ir(sources, file, sink);
-    ASSERT_TRUE(module.has_value()) << diag::render_text(sink, sources) << text;
+    std::optional<ir::Module> module =
+        driver::compile_to_ir(sources, sources.add("random.fl", text), sink);
+    if (!module) ADD_FAILURE() << diag::render_text(sink, sources) << text;
+    return module;
+}
+
+void check(const std::string& text, uint64_t seed) {
+    const std::optional<ir::Module> module = compile_text(text);
+    ASSERT_TRUE(module.has_value());
     const ir::Fablet& fablet = module->fablets[0];
     ASSERT_EQ(ir::verify(fablet.volume), "") << text;
     StageInputs inputs = inputs_for(fablet, seed);
@@ -223,12 +230,9 @@ TEST(Differential, IntervalsHoldEverySample) {
     size_t known = 0, all = 0;
     for (uint64_t seed = first; seed < first + fablets; ++seed) {
         SCOPED_TRACE(::testing::Message() << "seed " << seed);
-        source::SourceManager sources;
-        diag::Sink sink;
         const std::string text = random_fablet(seed);
-        const std::optional<ir::Module> module =
-            driver::compile_to_ir(sources, sources.add("random.fl", text), sink);
-        ASSERT_TRUE(module.has_value()) << text;
+        const std::optional<ir::Module> module = compile_text(text);
+        ASSERT_TRUE(module.has_value());
         const ir::Fablet& fablet = module->fablets[0];
         passes::PipelineOptions options;
         options.longest_bounds = std::numeric_limits<size_t>::max();
@@ -262,11 +266,8 @@ TEST(Differential, NoPassChangesAResult) {
     const uint64_t first = from_environment("OPENFAB_SEED", 1);
     for (uint64_t seed = first; seed < first + fablets; ++seed) {
         const std::string text = random_fablet(seed);
-        source::SourceManager sources;
-        diag::Sink sink;
-        const std::optional<ir::Module> module =
-            driver::compile_to_ir(sources, sources.add("random.fl", text), sink);
-        ASSERT_TRUE(module.has_value()) << text;
+        const std::optional<ir::Module> module = compile_text(text);
+        ASSERT_TRUE(module.has_value());
         const ir::Fablet& fablet = module->fablets[0];
         StageInputs plain = inputs_for(fablet, seed);
         plain.only = 64;
@@ -305,12 +306,9 @@ TEST(Differential, WhatIsNotAskedForChangesNothing) {
     size_t stages = 0, spared = 0;
     for (uint64_t seed = first; seed < first + fablets; ++seed) {
         SCOPED_TRACE(::testing::Message() << "seed " << seed);
-        source::SourceManager sources;
-        diag::Sink sink;
         const std::string text = random_fablet(seed);
-        const std::optional<ir::Module> module =
-            driver::compile_to_ir(sources, sources.add("random.fl", text), sink);
-        ASSERT_TRUE(module.has_value()) << text;
+        const std::optional<ir::Module> module = compile_text(text);
+        ASSERT_TRUE(module.has_value());
         const ir::Fablet& fablet = module->fablets[0];
         const StageInputs inputs = inputs_for(fablet, seed), others = inputs_for(fablet, ~seed);
         for (size_t k = 0; k < fablet.volume.outputs.size(); ++k) {
