@@ -174,7 +174,7 @@ typename M::F atan2(typename M::F y, typename M::F x) {
     using F = typename M::F;
     const typename M::B left = M::bits(x) > kMagnitudeBits;
     const F out = with_sign_of<M>(angle_of<M>(M::abs(y), M::abs(x), left), y);
-    return M::select(M::is_nan(y) | M::is_nan(x), kNan, out);
+    return M::select(M::is_nan(y), kNan, M::select(M::is_nan(x), kNan, out));
 }
 
 }  // namespace openfab::functions
