@@ -46,6 +46,12 @@ constexpr Exhibit kExhibits[] = {
     {"gyroid_block", "lattices", "lattices", "0.4mm"},
     {"orientation_coupon", "coupon", "orientation_coupon", "0.4mm"},
     {"calibration_chart", "chart", "calibration_chart", "0.4mm"},
+    {"library", "fields", "fields", "0.25mm"},
+    {"library", "patterns", "patterns", "0.25mm"},
+    {"library", "textures", "textures", "0.25mm"},
+    {"library", "grades", "grades", "0.25mm"},
+    {"library", "color_spaces", "color_spaces", "0.25mm"},
+    {"library", "inks", "inks", "0.25mm"},
 };
 
 struct Contents {
