@@ -58,13 +58,14 @@ Result<backends::OutputFile*> PartFile::flushed() {
 
 Result<void> PartFile::keep() {
     if (Result<backends::OutputFile*> file = flushed(); !file) return file.error();
-    if (Result<void> closed = file_.close(); !closed) return closed;
+    if (Result<void> synced = file_.sync(); !synced) return synced;
+    // Under its new name before the lock goes: nobody empties it in between.
     std::error_code code;
     std::filesystem::rename(part_name(path_), path_, code);
     if (code)
         return outside_error(fmt::format("cannot create `{}`: {}", path_.string(), code.message()));
     kept_ = true;
-    return {};
+    return file_.close(false);
 }
 
 }  // namespace openfab::boundary

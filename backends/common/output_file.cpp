@@ -13,6 +13,8 @@
 #include <system_error>
 #include <utility>
 
+#include "backends/common/output_lock.h"
+
 namespace openfab::backends {
 
 namespace {
@@ -29,13 +31,43 @@ Result<OutputFile> OutputFile::create(const std::string& path) {
         if (fd < 0) return system_error("cannot write to", "standard output", errno);
         return OutputFile(fd, "standard output");
     }
+    Result<OutputFile> file = open_locked(path);
+    if (!file) return file;
+    if (::ftruncate(file->fd_, 0) != 0 && errno != EINVAL)
+        return system_error("cannot write to", path, errno);  // EINVAL: a pipe or a device
+    return file;
+}
+
+Result<OutputFile> OutputFile::reopen(const std::string& path) {
     struct stat status {};
-    if (::stat(path.c_str(), &status) == 0 && S_ISDIR(status.st_mode)) {
-        return user_error(fmt::format("`{}` is a folder; a file is to be written there", path));
+    if (path == "-" || (::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode) &&
+                        !S_ISDIR(status.st_mode))) {
+        return usage_error(fmt::format(
+            "`--resume` needs a file to go on with; {} keeps nothing of an earlier print",
+            path == "-" ? "standard output" : "`" + path + "`"));
     }
-    const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-    if (fd < 0) return system_error("cannot create", path, errno);
-    return OutputFile(fd, path);
+    return open_locked(path);
+}
+
+Result<OutputFile> OutputFile::open_locked(const std::string& path) {
+    // More often than once only where others come and go at the same moment.
+    constexpr int kTries = 100;
+    for (int tries = 1;; ++tries) {
+        struct stat named {};
+        if (::stat(path.c_str(), &named) == 0 && S_ISDIR(named.st_mode)) {
+            return user_error(fmt::format("`{}` is a folder; a file is to be written there", path));
+        }
+        const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
+        if (fd < 0) return system_error("cannot create", path, errno);
+        OutputFile file(fd, path);
+        if (Result<void> locked = lock_output(fd, path); !locked) return locked.error();
+        // Whoever had the lock may have given the file another name before it let go.
+        struct stat opened {};
+        if (::fstat(fd, &opened) != 0) return system_error("cannot write to", path, errno);
+        const bool same = ::stat(path.c_str(), &named) == 0 && named.st_dev == opened.st_dev &&
+                          named.st_ino == opened.st_ino;
+        if (same || tries == kTries) return file;
+    }
 }
 
 OutputFile::OutputFile(OutputFile&& other) noexcept
@@ -76,6 +108,20 @@ void OutputFile::cut_back_to(int64_t size) {
     struct stat status {};
     if (::fstat(fd_, &status) != 0 || !S_ISREG(status.st_mode)) return;
     if (::ftruncate(fd_, size) == 0 && ::lseek(fd_, size, SEEK_SET) == size) written_ = size;
+}
+
+Result<void> OutputFile::continue_at(int64_t size) {
+    if (::ftruncate(fd_, size) != 0 || ::lseek(fd_, size, SEEK_SET) != size)
+        return system_error("cannot write to", name_, errno);
+    written_ = size;
+    return {};
+}
+
+Result<void> OutputFile::sync() {
+    struct stat status {};
+    if (::fstat(fd_, &status) != 0 || !S_ISREG(status.st_mode)) return {};
+    if (::fsync(fd_) != 0) return system_error("cannot write to", name_, errno);
+    return {};
 }
 
 Result<void> OutputFile::close(bool sync) {

@@ -17,8 +17,11 @@ namespace openfab::backends {
 class OutputFile {
   public:
     /// Creates or empties `path`; `-` is standard output. A folder in the way is a user error, the
-    /// rest is the outside's.
+    /// rest is the outside's. A file is locked (output_lock.h) before it is emptied.
     static Result<OutputFile> create(const std::string& path);
+    /// The same, but keeps what is in a file that is there; writing goes on where continue_at says.
+    /// What is no file that can be read back is a usage error.
+    static Result<OutputFile> reopen(const std::string& path);
     OutputFile(OutputFile&& other) noexcept;
     OutputFile& operator=(OutputFile&&) = delete;
     ~OutputFile();
@@ -30,6 +33,10 @@ class OutputFile {
     /// Drops what was written after the first `size` bytes, where the file allows it (a pipe does
     /// not).
     void cut_back_to(int64_t size);
+    /// Drops what stands after the first `size` bytes, and goes on writing there.
+    Result<void> continue_at(int64_t size);
+    /// Waits until a regular file is on the disk.
+    Result<void> sync();
     /// Closes; with `sync` a regular file is on the disk then, without it only on its way there.
     Result<void> close(bool sync = true);
     int64_t bytes_written() const { return written_; }
@@ -37,6 +44,7 @@ class OutputFile {
 
   private:
     OutputFile(int fd, std::string name) : fd_(fd), name_(std::move(name)) {}
+    static Result<OutputFile> open_locked(const std::string& path);
 
     int fd_ = -1;
     int64_t written_ = 0;

@@ -6,7 +6,9 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "runtime/base/result.h"
@@ -34,6 +36,9 @@ struct PrintInfo {
     std::string printer;
     std::string title;  ///< the world's or mesh's name
     uint64_t seed = 0;
+    /// What else decides the voxels, as names and short texts (settings, hashes): equal where, with
+    /// all of the above, the print is the same. Empty where that is not known.
+    std::vector<std::pair<std::string, std::string>> made_from;
 };
 
 /// One slice of packed material codes. Row 0 is the lowest y; in a row, x rises; at 4 bits a byte
@@ -68,6 +73,14 @@ class SliceSink {
   public:
     virtual ~SliceSink() = default;
     virtual Result<void> begin(const PrintInfo& info) = 0;
+    /// Called once after begin: shows the whole slices that an earlier print, cut short, has left
+    /// in this output, in order from the first, and returns how many; the print goes on after them.
+    /// Where `show` returns false that is an error (kInterrupted). After an error the output is as
+    /// it was, also when finish has been called. Most outputs begin anew and have none.
+    virtual Result<int32_t> take_up(const std::function<bool(const SliceView&)>& show) {
+        (void)show;
+        return 0;
+    }
     /// Compresses or draws one slice. Must not fail for valid input.
     virtual std::vector<uint8_t> encode(const SliceView& slice) const = 0;
     virtual Result<void> commit(int32_t z, const std::vector<uint8_t>& bytes) = 0;

@@ -16,6 +16,14 @@ Result<void> TeeSink::begin(const PrintInfo& info) {
     return sink_->begin(info);
 }
 
+Result<int32_t> TeeSink::take_up(const std::function<bool(const SliceView&)>& show) {
+    return sink_->take_up([&](const SliceView& slice) {
+        for (const std::unique_ptr<SliceObserver>& observer : observers_)
+            observer->observe(slice);
+        return show(slice);
+    });
+}
+
 std::vector<uint8_t> TeeSink::encode(const SliceView& slice) const {
     const std::vector<uint8_t> encoded = sink_->encode(slice);
     const size_t raw = slice.row_bytes * static_cast<size_t>(slice.height);

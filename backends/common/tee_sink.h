@@ -31,6 +31,7 @@ class TeeSink : public SliceSink {
         : sink_(std::move(sink)), observers_(std::move(observers)) {}
 
     Result<void> begin(const PrintInfo& info) override;
+    Result<int32_t> take_up(const std::function<bool(const SliceView&)>& show) override;
     std::vector<uint8_t> encode(const SliceView& slice) const override;
     Result<void> commit(int32_t z, const std::vector<uint8_t>& bytes) override;
     Result<void> finish(const PrintTotals& totals) override;

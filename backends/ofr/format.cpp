@@ -151,12 +151,17 @@ std::vector<uint8_t> write_header(const backends::PrintInfo& info) {
         out.put(material.density_g_cm3);
         out.put(material.channel);
     }
+    out.put(static_cast<uint32_t>(info.made_from.size()));
+    for (const auto& [name, value] : info.made_from) {
+        out.put(name);
+        out.put(value);
+    }
     out.patch(kPreambleBytes - 4, static_cast<uint32_t>(out.size() - kPreambleBytes));
     out.put(checksum(out.bytes()));
     return std::move(out.bytes());
 }
 
-Result<backends::PrintInfo> read_header_fields(std::span<const uint8_t> fields) {
+Result<backends::PrintInfo> read_header_fields(std::span<const uint8_t> fields, uint32_t version) {
     Reader in(fields);
     backends::PrintInfo info;
     info.size = in.get_vec3i();
@@ -181,6 +186,11 @@ Result<backends::PrintInfo> read_header_fields(std::span<const uint8_t> fields) 
         material.density_g_cm3 = in.get<double>();
         material.channel = in.get_string();
         info.materials.push_back(std::move(material));
+    }
+    const uint32_t settings = version >= 2 ? in.get<uint32_t>() : 0;
+    for (uint32_t i = 0; i < settings && in.ok(); ++i) {
+        std::string name = in.get_string();
+        info.made_from.emplace_back(std::move(name), in.get_string());
     }
     if (!in.done()) return user_error("the header's fields and its length do not agree");
     if (Result<void> checked = check_info(info); !checked) return checked.error();

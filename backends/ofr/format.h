@@ -10,7 +10,7 @@
 // XXH3-64, seed 0.
 //
 //   header           u8[8]  magic "\x89OFR\r\n\x1a\n" (a text-mode copy breaks it visibly)
-//                    u32    version, 1
+//                    u32    version, 2
 //                    u32    n, bytes of the fields that follow
 //     fields (n)     i32[3] size: voxels along x, y, z of the whole grid
 //                    i32[2] first slice in the file, one past the last
@@ -26,6 +26,9 @@
 //                    u8[4]  preview colour RGBA
 //                    f64    density in g/cm3
 //                    string printer channel
+//                    u32    settings that decide the voxels besides the above; version 1 has none
+//       a setting    string name, such as "dither" or "meshes"
+//                    string value, such as "decorrelated" or a hash
 //                    u64    xxh3 of all the above, magic included
 //   slice, one for   u32    magic "SLCE"
 //   each in order    i32    z
@@ -48,7 +51,7 @@
 //                    u64    offset of the index from the start of the file
 //                    u8[8]  "OFR-END\n"
 //
-// A print that was interrupted has no index.
+// A print that was interrupted has no index. It can be taken up by one with an equal header.
 
 #include <array>
 #include <cstdint>
@@ -63,7 +66,8 @@ namespace openfab::ofr {
 
 constexpr std::array<uint8_t, 8> kMagic{0x89, 'O', 'F', 'R', '\r', '\n', 0x1a, '\n'};
 constexpr std::array<uint8_t, 8> kEndMagic{'O', 'F', 'R', '-', 'E', 'N', 'D', '\n'};
-constexpr uint32_t kVersion = 1;
+constexpr uint32_t kVersion = 2;
+constexpr uint32_t kOldestVersion = 1;        ///< that is read
 constexpr uint32_t kSliceMagic = 0x45434c53;  // "SLCE"
 constexpr uint32_t kIndexMagic = 0x58444e49;  // "INDX"
 constexpr size_t kPreambleBytes = 16;         ///< magic, version, length
@@ -97,7 +101,8 @@ struct Index {
 std::vector<uint8_t> write_header(const backends::PrintInfo& info);
 /// The fields between preamble and checksum; an error says what is not possible, without the file's
 /// name.
-Result<backends::PrintInfo> read_header_fields(std::span<const uint8_t> fields);
+Result<backends::PrintInfo> read_header_fields(std::span<const uint8_t> fields,
+                                               uint32_t version = kVersion);
 
 std::array<uint8_t, kSliceHeadBytes> write_slice_head(const SliceHead& head);
 /// `bytes` has kSliceHeadBytes.

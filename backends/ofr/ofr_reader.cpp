@@ -86,7 +86,10 @@ bool OfrReader::read_bytes(size_t n) {
         buffer_.resize(had + step);
         const size_t got = std::fread(buffer_.data() + had, 1, step, file_);
         offset_ += got;
-        if (got < step) return false;
+        if (got < step) {
+            disk_failed_ = std::ferror(file_) != 0;
+            return false;
+        }
     }
     return true;
 }
@@ -99,9 +102,9 @@ Result<void> OfrReader::read_header() {
     uint32_t field_bytes = 0;
     std::memcpy(&version, header.data() + kMagic.size(), 4);
     std::memcpy(&field_bytes, header.data() + kMagic.size() + 4, 4);
-    if (version != kVersion) {
-        return error(fmt::format("has version {} of the format; this program reads version {}",
-                                 version, kVersion));
+    if (version < kOldestVersion || version > kVersion) {
+        return error(fmt::format("has version {} of the format; this program reads {} to {}",
+                                 version, kOldestVersion, kVersion));
     }
     if (field_bytes > kMaxHeaderBytes)
         return error("the header is damaged: it gives an impossible length");
@@ -111,11 +114,12 @@ Result<void> OfrReader::read_header() {
     header.insert(header.end(), buffer_.begin(), buffer_.begin() + field_bytes);
     if (sum != checksum(header)) return error("the header is damaged: its checksum is wrong");
     Result<backends::PrintInfo> info =
-        read_header_fields(std::span<const uint8_t>(header).subspan(kPreambleBytes));
+        read_header_fields(std::span<const uint8_t>(header).subspan(kPreambleBytes), version);
     if (!info) return error(info.error().message);
     info_ = std::move(*info);
     row_bytes_ = backends::packed_row_bytes(info_.size.x, info_.bits);
     counts_.assign(info_.materials.size() + 1, 0);
+    slices_end_ = offset_;
     return {};
 }
 
@@ -133,6 +137,7 @@ Result<bool> OfrReader::next() {
     const std::vector<uint8_t> head = buffer_;
     if (Result<void> slice = read_slice(head); !slice) return slice.error();
     entries_.push_back({view_.z, offset});
+    slices_end_ = offset_;
     for (size_t code = 0; code < counts_.size(); ++code)
         counts_[code] += slice_counts_[code];
     hash_ += slab::slice_hash(view_.z, view_.data, view_.row_bytes, view_.height);

@@ -40,6 +40,11 @@ class OfrReader {
     /// Of all slices so far: voxels by code, and the print's hash (runtime/slab/print_hash.h).
     const std::vector<int64_t>& counts() const { return counts_; }
     uint64_t hash() const { return hash_; }
+    /// Where the slices were, and where the last one given ends.
+    const std::vector<IndexEntry>& entries() const { return entries_; }
+    uint64_t slices_end() const { return slices_end_; }
+    /// What is missing could not be read, which does not mean that it is not there.
+    bool disk_failed() const { return disk_failed_; }
     int32_t whole_slices() const { return static_cast<int32_t>(entries_.size()); }
     /// Valid once next() has returned false.
     const backends::PrintTotals& totals() const { return totals_; }
@@ -69,6 +74,8 @@ class OfrReader {
     uint64_t hash_ = 0;
     std::vector<IndexEntry> entries_;
     uint64_t offset_ = 0;  ///< bytes read so far
+    uint64_t slices_end_ = 0;
+    bool disk_failed_ = false;
     backends::SliceView view_;
     backends::PrintTotals totals_;
 };

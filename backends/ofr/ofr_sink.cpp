@@ -6,23 +6,86 @@
 #include <zstd.h>
 
 #include <algorithm>
+#include <fstream>
 #include <utility>
+
+#include "backends/common/same_print.h"
+#include "runtime/base/units.h"
 
 namespace openfab::ofr {
 
 Result<std::unique_ptr<backends::SliceSink>> OfrSink::create(const std::string& path) {
     Result<backends::OutputFile> file = backends::OutputFile::create(path);
     if (!file) return file.error();
-    return std::unique_ptr<backends::SliceSink>(new OfrSink(std::move(*file)));
+    return std::unique_ptr<backends::SliceSink>(new OfrSink(std::move(*file), State::kWriting));
+}
+
+Result<std::unique_ptr<backends::SliceSink>> OfrSink::resume(const std::string& path) {
+    Result<backends::OutputFile> file = backends::OutputFile::reopen(path);
+    if (!file) return file.error();
+    return std::unique_ptr<backends::SliceSink>(new OfrSink(std::move(*file), State::kReading));
 }
 
 Error OfrSink::with_slices_kept(const Error& error) const {
-    return {error.code,
-            fmt::format("{}; {} whole slices were written before", error.message, entries_.size())};
+    std::string message =
+        fmt::format("{}; {} whole slices were written before", error.message, entries_.size());
+    const auto left = static_cast<double>(info_.slice_end - info_.slice_begin) -
+                      static_cast<double>(entries_.size());
+    if (!entries_.empty() && left > 0) {
+        const double bytes = static_cast<double>(file_.bytes_written()) /
+                             static_cast<double>(entries_.size()) * left;
+        message +=
+            fmt::format(", the rest takes about {}", format_bytes(static_cast<int64_t>(bytes)));
+    }
+    return {error.code, std::move(message)};
 }
 
 Result<void> OfrSink::begin(const backends::PrintInfo& info) {
-    return file_.write(write_header(info));
+    info_ = info;
+    const std::vector<uint8_t> header = write_header(info);
+    if (state_ == State::kReading) {
+        std::vector<uint8_t> there(header.size());
+        std::ifstream in(file_.name(), std::ios::binary);
+        in.read(reinterpret_cast<char*>(there.data()), static_cast<std::streamsize>(there.size()));
+        there.resize(static_cast<size_t>(in.gcount()));
+        // A print that was killed at its very start: nothing is lost by beginning anew.
+        const bool begun =
+            there.size() < header.size() && std::equal(there.begin(), there.end(), header.begin());
+        if (!begun) {
+            Result<std::unique_ptr<OfrReader>> reader = OfrReader::open(file_.name());
+            if (!reader) return reader.error();
+            const std::string why = backends::first_difference((*reader)->info(), info);
+            if (!why.empty()) return backends::cannot_take_up(file_.name(), why);
+            earlier_ = std::move(*reader);
+            return {};
+        }
+        if (Result<void> emptied = file_.continue_at(0); !emptied) return emptied;
+        state_ = State::kWriting;
+    }
+    return file_.write(header);
+}
+
+Result<int32_t> OfrSink::take_up(const std::function<bool(const backends::SliceView&)>& show) {
+    if (earlier_ == nullptr) return 0;
+    const std::unique_ptr<OfrReader> reader = std::move(earlier_);
+    Result<bool> more = true;
+    while ((more = reader->next()) && *more) {
+        if (!show(reader->slice()))
+            return Error{
+                ErrorCode::kInterrupted,
+                fmt::format("interrupted while `{}` was read; nothing was changed", file_.name())};
+    }
+    if (!more && reader->disk_failed())
+        return outside_error(fmt::format("cannot read `{}`; nothing was changed", file_.name()));
+    entries_ = reader->entries();
+    if (more) {
+        state_ = State::kComplete;
+        return reader->whole_slices();
+    }
+    const Result<void> cut = file_.continue_at(static_cast<int64_t>(reader->slices_end()));
+    if (!cut) return cut.error();
+    state_ = State::kWriting;
+    return reader->whole_slices();
 }
 
 std::vector<uint8_t> OfrSink::encode(const backends::SliceView& slice) const {
@@ -55,13 +118,13 @@ Result<void> OfrSink::commit(int32_t z, const std::vector<uint8_t>& bytes) {
 
 Result<void> OfrSink::finish(const backends::PrintTotals& totals) {
     // Without an index the file says itself that it is not complete.
-    if (totals.complete && !broken_) {
+    if (totals.complete && !broken_ && state_ == State::kWriting) {
         const int64_t offset = file_.bytes_written();
         const std::vector<uint8_t> index =
-            write_index({std::move(entries_), totals}, static_cast<uint64_t>(offset));
+            write_index({entries_, totals}, static_cast<uint64_t>(offset));
         if (Result<void> written = file_.write(index); !written) {
             file_.cut_back_to(offset);
-            return written;
+            return with_slices_kept(written.error());
         }
     }
     Result<void> closed = file_.close();

@@ -5,9 +5,11 @@
 // printer's front end.
 
 #include <fmt/format.h>
+#include <rapidjson/document.h>
 #include <rapidjson/prettywriter.h>
 #include <rapidjson/stringbuffer.h>
 
+#include "backends/common/same_print.h"
 #include "backends/raster/png_sink.h"
 
 namespace openfab::raster {
@@ -133,9 +135,74 @@ std::string manifest_json(const backends::PrintInfo& info, const backends::Print
     put_materials(json, info, totals);
     put(json, "voxels_solid", totals.voxels_solid);
     put(json, "seed", std::to_string(info.seed));
+    if (!info.made_from.empty()) {
+        key(json, "made_from");
+        json.StartObject();
+        for (const auto& [name, value] : info.made_from)
+            put(json, name.c_str(), value);
+        json.EndObject();
+    }
     put(json, "hash", fmt::format("{:016x}", totals.hash));
     json.EndObject();
     return std::string(buffer.GetString(), buffer.GetSize()) + "\n";
+}
+
+namespace {
+
+/// What is only known at the end.
+bool is_of_the_end(const std::string& name) {
+    for (const char* known :
+         {"complete", "slices", "last_file", "voxels_solid", "hash", "voxels", "ml", "g"}) {
+        if (name == known) return true;
+    }
+    return false;
+}
+
+std::string text_of(const rapidjson::Value& value) {
+    if (value.IsString()) return {value.GetString(), value.GetStringLength()};
+    rapidjson::StringBuffer buffer;
+    rapidjson::Writer<rapidjson::StringBuffer> writer(buffer);
+    value.Accept(writer);
+    return {buffer.GetString(), buffer.GetSize()};
+}
+
+std::string difference(const rapidjson::Value& there, const rapidjson::Value& here,
+                       const std::string& name) {
+    if (here.IsObject() && there.IsObject()) {
+        for (const auto& member : here.GetObject()) {
+            const std::string key = member.name.GetString();
+            if (is_of_the_end(key)) continue;
+            const auto other = there.FindMember(member.name);
+            if (other == there.MemberEnd())
+                return fmt::format("its manifest does not tell `{}`", key);
+            const std::string found = difference(other->value, member.value, key);
+            if (!found.empty()) return found;
+        }
+        return {};
+    }
+    const bool objects = here.IsArray() && !here.Empty() && here[0].IsObject();
+    if (objects && there.IsArray() && there.Size() == here.Size()) {
+        for (rapidjson::SizeType i = 0; i < here.Size(); ++i) {
+            const std::string found =
+                difference(there[i], here[i], fmt::format("{} {}", name, i + 1));
+            if (!found.empty()) return found;
+        }
+        return {};
+    }
+    const std::string a = text_of(there), b = text_of(here);
+    return a == b ? std::string() : backends::differs(name, a, b);
+}
+
+}  // namespace
+
+std::string manifest_difference(const std::string& text, const backends::PrintInfo& info,
+                                const PngOptions& options) {
+    rapidjson::Document there, here;
+    there.Parse<rapidjson::kParseIterativeFlag>(text.data(), text.size());
+    if (there.HasParseError() || !there.IsObject()) return "its manifest.json is damaged";
+    const std::string expected = manifest_json(info, {}, 0, options);
+    here.Parse(expected.data(), expected.size());
+    return difference(there, here, "manifest");
 }
 
 std::string handoff_text(const backends::PrintInfo& info, const backends::PrintTotals& totals,

@@ -4,6 +4,7 @@
 
 #include <libdeflate.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <memory>
@@ -14,6 +15,10 @@ namespace {
 
 struct CompressorDelete {
     void operator()(libdeflate_compressor* c) const { libdeflate_free_compressor(c); }
+};
+
+struct DecompressorDelete {
+    void operator()(libdeflate_decompressor* d) const { libdeflate_free_decompressor(d); }
 };
 
 void put_u32(std::vector<uint8_t>& out, uint32_t value) {
@@ -65,15 +70,11 @@ void put_text(std::vector<uint8_t>& out, const std::string& text) {
     end_chunk(out, chunk);
 }
 
-}  // namespace
-
-std::vector<uint8_t> encode_png(const PngImage& image, int level) {
-    const std::unique_ptr<libdeflate_compressor, CompressorDelete> compressor(
-        libdeflate_alloc_compressor(level));
-    if (compressor == nullptr) return {};
+/// All that stands before the pixels.
+std::vector<uint8_t> begin_file(const PngImage& image) {
     constexpr std::array<uint8_t, 8> kSignature{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
     std::vector<uint8_t> out(kSignature.begin(), kSignature.end());
-    size_t chunk = begin_chunk(out, "IHDR");
+    const size_t chunk = begin_chunk(out, "IHDR");
     put_u32(out, static_cast<uint32_t>(image.width));
     put_u32(out, static_cast<uint32_t>(image.height));
     out.push_back(static_cast<uint8_t>(image.bits));
@@ -83,8 +84,29 @@ std::vector<uint8_t> encode_png(const PngImage& image, int level) {
     if (image.color == PngColor::kIndexed) put_palette(out, image);
     put_pitch(out, image);
     put_text(out, image.text);
+    return out;
+}
 
-    chunk = begin_chunk(out, "IDAT");
+void end_file(std::vector<uint8_t>& out) {
+    end_chunk(out, begin_chunk(out, "IEND"));
+}
+
+size_t row_bytes(const PngImage& image) {
+    const size_t channels = image.color == PngColor::kRgba  ? 4
+                            : image.color == PngColor::kRgb ? 3
+                                                            : 1;
+    const size_t bits = static_cast<size_t>(image.bits) * channels;
+    return 1 + (static_cast<size_t>(image.width) * bits + 7) / 8;
+}
+
+}  // namespace
+
+std::vector<uint8_t> encode_png(const PngImage& image, int level) {
+    const std::unique_ptr<libdeflate_compressor, CompressorDelete> compressor(
+        libdeflate_alloc_compressor(level));
+    if (compressor == nullptr) return {};
+    std::vector<uint8_t> out = begin_file(image);
+    const size_t chunk = begin_chunk(out, "IDAT");
     const size_t at = out.size();
     const size_t bound = libdeflate_zlib_compress_bound(compressor.get(), image.rows.size());
     out.resize(at + bound);
@@ -93,9 +115,40 @@ std::vector<uint8_t> encode_png(const PngImage& image, int level) {
     if (packed == 0) return {};
     out.resize(at + packed);
     end_chunk(out, chunk);
-    end_chunk(out, begin_chunk(out, "IEND"));
+    end_file(out);
     out.shrink_to_fit();
     return out;
+}
+
+std::vector<uint8_t> decode_png(std::span<const uint8_t> file, const PngImage& image) {
+    const std::vector<uint8_t> head = begin_file(image);
+    std::vector<uint8_t> tail;
+    end_file(tail);
+    constexpr size_t kChunk = 12;  // length, type, checksum
+    if (file.size() < head.size() + kChunk + tail.size() ||
+        !std::equal(head.begin(), head.end(), file.begin()) ||
+        !std::equal(tail.begin(), tail.end(), file.end() - static_cast<long>(tail.size())))
+        return {};
+    // One chunk of pixels, whose length and checksum must be what they would be written as.
+    const std::span<const uint8_t> chunk =
+        file.subspan(head.size(), file.size() - head.size() - tail.size());
+    const std::span<const uint8_t> packed = chunk.subspan(8, chunk.size() - kChunk);
+    std::vector<uint8_t> frame;
+    put_u32(frame, static_cast<uint32_t>(packed.size()));
+    frame.insert(frame.end(), {'I', 'D', 'A', 'T'});
+    put_u32(frame, libdeflate_crc32(0, chunk.data() + 4, packed.size() + 4));
+    if (!std::equal(frame.begin(), frame.begin() + 8, chunk.begin()) ||
+        !std::equal(frame.begin() + 8, frame.end(), chunk.end() - 4))
+        return {};
+    const std::unique_ptr<libdeflate_decompressor, DecompressorDelete> decompressor(
+        libdeflate_alloc_decompressor());
+    if (decompressor == nullptr) return {};
+    std::vector<uint8_t> rows(row_bytes(image) * static_cast<size_t>(image.height));
+    // Without a place for the size, other sizes are errors.
+    if (libdeflate_zlib_decompress(decompressor.get(), packed.data(), packed.size(), rows.data(),
+                                   rows.size(), nullptr) != LIBDEFLATE_SUCCESS)
+        return {};
+    return rows;
 }
 
 }  // namespace openfab::raster

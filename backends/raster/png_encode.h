@@ -35,4 +35,8 @@ struct PngImage {
 /// Empty where memory ran out.
 std::vector<uint8_t> encode_png(const PngImage& image, int level);
 
+/// The rows of a file that encode_png made of an image like `image`, whose own rows are not looked
+/// at; at any level. Empty where the file is anything else, or not whole.
+std::vector<uint8_t> decode_png(std::span<const uint8_t> file, const PngImage& image);
+
 }  // namespace openfab::raster

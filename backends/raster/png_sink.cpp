@@ -6,12 +6,17 @@
 
 #include <algorithm>
 #include <cstring>
+#include <fstream>
+#include <iterator>
+#include <map>
 #include <string>
 #include <system_error>
 
 #include "backends/common/output_file.h"
+#include "backends/common/same_print.h"
 #include "backends/common/tee_sink.h"
 #include "backends/raster/png_encode.h"
+#include "runtime/base/units.h"
 
 namespace openfab::raster {
 
@@ -73,6 +78,68 @@ std::vector<uint8_t> index_rows(const backends::SliceView& slice, const backends
     return rows;
 }
 
+/// An image of a slice but for its rows.
+PngImage image_of(const backends::PrintInfo& info, const PngOptions& options) {
+    PngImage image;
+    image.width = info.size.x;
+    image.height = info.size.y;
+    image.color = options.indexed ? PngColor::kIndexed : PngColor::kRgba;
+    image.bits = options.indexed ? info.bits : 8;
+    if (options.indexed) {
+        image.palette.push_back({0, 0, 0, 0});
+        for (const backends::SliceMaterial& material : info.materials)
+            image.palette.push_back(material.key);
+    }
+    image.pixels_per_metre_x = 1000 / info.pitch_mm.x;
+    image.pixels_per_metre_y = 1000 / info.pitch_mm.y;
+    return image;
+}
+
+/// Codes by colour, as the bytes lie in memory; fewer than there are codes where two look alike.
+std::map<uint32_t, uint8_t> codes_by_color(const backends::PrintInfo& info) {
+    std::map<uint32_t, uint8_t> codes{{0, 0}};
+    for (size_t i = 0; i < info.materials.size(); ++i) {
+        uint32_t color = 0;
+        std::memcpy(&color, info.materials[i].key.data(), 4);
+        codes.emplace(color, static_cast<uint8_t>(i + 1));
+    }
+    return codes;
+}
+
+/// The codes of a row of pixels without its filter byte; false where there is a colour that is no
+/// material's.
+bool read_rgba(const uint8_t* row, const std::map<uint32_t, uint8_t>& codes,
+               std::vector<uint8_t>* out) {
+    auto last = codes.begin();
+    for (size_t x = 0; x < out->size(); ++x) {
+        uint32_t color = 0;
+        std::memcpy(&color, row + 4 * x, 4);
+        if (color != last->first) last = codes.find(color);
+        if (last == codes.end()) return false;
+        (*out)[x] = last->second;
+    }
+    return true;
+}
+
+bool read_indices(const uint8_t* row, const backends::PrintInfo& info, std::vector<uint8_t>* out) {
+    for (size_t x = 0; x < out->size(); ++x) {
+        (*out)[x] =
+            info.bits == 8 ? row[x] : static_cast<uint8_t>(row[x / 2] >> (x % 2 == 0 ? 4 : 0) & 15);
+        if ((*out)[x] > info.materials.size()) return false;
+    }
+    return true;
+}
+
+/// Empty where there is no such file; an error where there is one that cannot be read.
+Result<std::vector<uint8_t>> read_bytes(const std::filesystem::path& file) {
+    std::error_code status;
+    if (!std::filesystem::exists(file, status)) return std::vector<uint8_t>();
+    std::ifstream in(file, std::ios::binary);
+    std::vector<uint8_t> bytes{std::istreambuf_iterator<char>(in), {}};
+    if (!in || in.bad()) return outside_error(fmt::format("cannot read `{}`", file.string()));
+    return bytes;
+}
+
 }  // namespace
 
 std::string slice_file_name(int32_t z, int32_t slices) {
@@ -84,24 +151,42 @@ std::vector<uint8_t> encode_slice(const backends::SliceView& slice, const backen
                                   const PngOptions& options) {
     const std::vector<uint8_t> rows = options.indexed ? index_rows(slice, info, options.flip_x)
                                                       : rgba_rows(slice, info, options.flip_x);
-    PngImage image;
-    image.width = slice.width;
-    image.height = slice.height;
-    image.color = options.indexed ? PngColor::kIndexed : PngColor::kRgba;
-    image.bits = options.indexed ? info.bits : 8;
+    PngImage image = image_of(info, options);
     image.rows = rows;
-    if (options.indexed) {
-        image.palette.push_back({0, 0, 0, 0});
-        for (const backends::SliceMaterial& material : info.materials)
-            image.palette.push_back(material.key);
-    }
-    image.pixels_per_metre_x = 1000 / info.pitch_mm.x;
-    image.pixels_per_metre_y = 1000 / info.pitch_mm.y;
     return encode_png(image, kDeflateLevel);
 }
 
-Result<std::unique_ptr<backends::SliceSink>> PngSink::create(const std::filesystem::path& folder,
-                                                             PngOptions options) {
+std::vector<uint8_t> decode_slice(std::span<const uint8_t> file, const backends::PrintInfo& info,
+                                  const PngOptions& options) {
+    const std::vector<uint8_t> pixels = decode_png(file, image_of(info, options));
+    if (pixels.empty()) return {};
+    const std::map<uint32_t, uint8_t> codes = codes_by_color(info);
+    const auto height = static_cast<size_t>(info.size.y);
+    const size_t stride = pixels.size() / height;
+    const size_t row_bytes = backends::packed_row_bytes(info.size.x, info.bits);
+    std::vector<uint8_t> rows(row_bytes * height);
+    std::vector<uint8_t> row(static_cast<size_t>(info.size.x));
+    for (size_t y = 0; y < height; ++y) {
+        const uint8_t* from = pixels.data() + stride * (height - 1 - y);
+        if (*from != 0) return {};
+        if (!(options.indexed ? read_indices(from + 1, info, &row)
+                              : read_rgba(from + 1, codes, &row)))
+            return {};
+        if (options.flip_x) std::reverse(row.begin(), row.end());
+        uint8_t* to = rows.data() + row_bytes * y;
+        for (size_t x = 0; x < row.size(); ++x) {
+            if (info.bits == 8) {
+                to[x] = row[x];
+            } else {
+                to[x / 2] = static_cast<uint8_t>(to[x / 2] | row[x] << (x % 2 == 0 ? 0 : 4));
+            }
+        }
+    }
+    return rows;
+}
+
+Result<std::unique_ptr<PngSink>> PngSink::open(const std::filesystem::path& folder,
+                                               PngOptions options) {
     std::error_code status;
     if (std::filesystem::exists(folder, status) && !std::filesystem::is_directory(folder, status)) {
         return user_error(fmt::format("`{}` is a file; a folder of slices is to be written there",
@@ -112,12 +197,32 @@ Result<std::unique_ptr<backends::SliceSink>> PngSink::create(const std::filesyst
         return outside_error(
             fmt::format("cannot create the folder `{}`: {}", folder.string(), status.message()));
     }
-    std::unique_ptr<PngSink> sink(new PngSink(folder, std::move(options)));
-    if (Result<void> removed = sink->remove_earlier_print(); !removed) return removed.error();
-    return std::unique_ptr<backends::SliceSink>(std::move(sink));
+    Result<backends::FolderLock> lock = backends::FolderLock::take(folder.string());
+    if (!lock) return lock.error();
+    return std::unique_ptr<PngSink>(new PngSink(folder, std::move(options), std::move(*lock)));
 }
 
-Result<void> PngSink::remove_earlier_print() {
+Result<std::unique_ptr<backends::SliceSink>> PngSink::create(const std::filesystem::path& folder,
+                                                             PngOptions options) {
+    Result<std::unique_ptr<PngSink>> sink = open(folder, std::move(options));
+    if (!sink) return sink.error();
+    const Result<std::vector<std::filesystem::path>> files = (*sink)->files();
+    if (!files) return files.error();
+    if (Result<void> removed = (*sink)->remove(*files); !removed) return removed.error();
+    return std::unique_ptr<backends::SliceSink>(std::move(*sink));
+}
+
+Result<std::unique_ptr<backends::SliceSink>> PngSink::resume(const std::filesystem::path& folder,
+                                                             PngOptions options) {
+    Result<std::unique_ptr<PngSink>> sink = open(folder, std::move(options));
+    if (!sink) return sink.error();
+    const Result<std::vector<std::filesystem::path>> files = (*sink)->files();
+    if (!files) return files.error();
+    (*sink)->earlier_ = !files->empty();
+    return std::unique_ptr<backends::SliceSink>(std::move(*sink));
+}
+
+Result<std::vector<std::filesystem::path>> PngSink::files() const {
     std::vector<std::filesystem::path> ours;
     std::error_code status;
     for (std::filesystem::directory_iterator entry(folder_, status), end; !status && entry != end;
@@ -131,12 +236,21 @@ Result<void> PngSink::remove_earlier_print() {
         }
         ours.push_back(entry->path());
     }
-    for (const std::filesystem::path& file : ours) {
-        if (!status) std::filesystem::remove(file, status);
-    }
     if (status) {
         return outside_error(
-            fmt::format("cannot empty the folder `{}`: {}", folder_.string(), status.message()));
+            fmt::format("cannot read the folder `{}`: {}", folder_.string(), status.message()));
+    }
+    return ours;
+}
+
+Result<void> PngSink::remove(const std::vector<std::filesystem::path>& files) const {
+    for (const std::filesystem::path& file : files) {
+        std::error_code status;
+        std::filesystem::remove(file, status);
+        if (status) {
+            return outside_error(
+                fmt::format("cannot remove `{}`: {}", file.string(), status.message()));
+        }
     }
     return {};
 }
@@ -152,12 +266,77 @@ Result<void> PngSink::write_notes(const backends::PrintTotals& totals) {
 
 Result<void> PngSink::begin(const backends::PrintInfo& info) {
     info_ = info;
-    // From the start, so that a folder that a crash left says that it is not complete.
-    return write_notes({});
+    if (!earlier_) return write_notes({});  // so that what a crash leaves says that it is not whole
+    const Result<std::vector<uint8_t>> manifest = read_bytes(folder_ / kManifest);
+    if (!manifest) return manifest.error();
+    if (manifest->empty()) {
+        const Result<std::vector<std::filesystem::path>> found = files();
+        if (!found) return found.error();
+        const bool slices = std::any_of(found->begin(), found->end(), [](const auto& file) {
+            return is_slice_name(file.filename().string());
+        });
+        // A print that was killed at its very start: nothing is lost by beginning anew.
+        if (!slices) return {};
+        return backends::cannot_take_up(folder_.string(),
+                                        fmt::format("it has slices and no {}", kManifest));
+    }
+    const std::string why =
+        manifest_difference({manifest->begin(), manifest->end()}, info_, options_);
+    if (!why.empty()) return backends::cannot_take_up(folder_.string(), why);
+    if (!options_.indexed && codes_by_color(info_).size() != info_.materials.size() + 1) {
+        return backends::cannot_take_up(folder_.string(),
+                                        "two of its materials look the same in the slices");
+    }
+    return {};
+}
+
+Result<int32_t> PngSink::take_up(const std::function<bool(const backends::SliceView&)>& show) {
+    if (!earlier_) return 0;
+    const size_t row_bytes = backends::packed_row_bytes(info_.size.x, info_.bits);
+    std::vector<std::filesystem::path> kept;
+    for (int32_t z = info_.slice_begin; z < info_.slice_end; ++z) {
+        const std::filesystem::path file = folder_ / slice_file_name(z, info_.size.z);
+        const Result<std::vector<uint8_t>> bytes = read_bytes(file);
+        if (!bytes) return bytes.error();
+        const std::vector<uint8_t> rows = decode_slice(*bytes, info_, options_);
+        if (rows.empty()) break;
+        kept.push_back(file);
+        if (!show({z, rows.data(), row_bytes, info_.size.x, info_.size.y})) {
+            return Error{ErrorCode::kInterrupted,
+                         fmt::format("interrupted while `{}` was read; nothing was changed",
+                                     folder_.string())};
+        }
+    }
+    const bool complete = static_cast<int32_t>(kept.size()) == info_.slice_end - info_.slice_begin;
+    Result<std::vector<std::filesystem::path>> rest = files();
+    if (!rest) return rest.error();
+    std::erase_if(*rest, [&](const std::filesystem::path& file) {
+        const std::string name = file.filename().string();
+        return name == kManifest || name == kHandoff ||
+               std::find(kept.begin(), kept.end(), file) != kept.end();
+    });
+    if (Result<void> removed = remove(*rest); !removed) return removed.error();
+    earlier_ = false;
+    written_ = std::move(kept);
+    // A manifest of a whole print, where slices of it are gone, must not stay.
+    if (!complete) {
+        if (Result<void> noted = write_notes({}); !noted) return noted.error();
+    }
+    return static_cast<int32_t>(written_.size());
 }
 
 std::vector<uint8_t> PngSink::encode(const backends::SliceView& slice) const {
     return encode_slice(slice, info_, options_);
+}
+
+Error PngSink::with_slices_kept(const Error& error, size_t slice_bytes) const {
+    const auto left = static_cast<double>(info_.slice_end - info_.slice_begin) -
+                      static_cast<double>(written_.size());
+    return {
+        error.code,
+        fmt::format("{}; {} whole slices were written before, the rest takes about {}",
+                    error.message, written_.size(),
+                    format_bytes(static_cast<int64_t>(left * static_cast<double>(slice_bytes))))};
 }
 
 Result<void> PngSink::commit(int32_t z, const std::vector<uint8_t>& bytes) {
@@ -165,14 +344,14 @@ Result<void> PngSink::commit(int32_t z, const std::vector<uint8_t>& bytes) {
     const std::filesystem::path file = folder_ / slice_file_name(z, info_.size.z);
     if (Result<void> written = backends::write_whole_file(file, bytes); !written) {
         broken_ = true;
-        return Error{written.error().code, fmt::format("{}; {} whole slices were written before",
-                                                       written.error().message, written_.size())};
+        return with_slices_kept(written.error(), bytes.size());
     }
     written_.push_back(file);
     return {};
 }
 
 Result<void> PngSink::finish(const backends::PrintTotals& totals) {
+    if (earlier_) return {};  // refused or interrupted before anything was changed
     backends::PrintTotals honest = totals;
     honest.complete = totals.complete && !broken_;
     for (const std::filesystem::path& file : written_) {

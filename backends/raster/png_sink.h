@@ -11,9 +11,11 @@
 
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "backends/common/output_lock.h"
 #include "backends/common/slice_sink.h"
 
 namespace openfab::raster {
@@ -45,6 +47,15 @@ std::string handoff_text(const backends::PrintInfo& info, const backends::PrintT
 std::vector<uint8_t> encode_slice(const backends::SliceView& slice, const backends::PrintInfo& info,
                                   const PngOptions& options);
 
+/// The packed rows of a slice from its file; empty where that is not one that encode_slice writes
+/// of this print, or not whole.
+std::vector<uint8_t> decode_slice(std::span<const uint8_t> file, const backends::PrintInfo& info,
+                                  const PngOptions& options);
+
+/// Why the print whose manifest `text` is cannot be gone on with; empty where it can.
+std::string manifest_difference(const std::string& text, const backends::PrintInfo& info,
+                                const PngOptions& options);
+
 class PngSink : public backends::SliceSink {
   public:
     /// Makes the folder, and the folders above it. Slices of an earlier print in it are replaced; a
@@ -52,22 +63,37 @@ class PngSink : public backends::SliceSink {
     /// slices.
     static Result<std::unique_ptr<backends::SliceSink>> create(const std::filesystem::path& folder,
                                                                PngOptions options);
+    /// Goes on with the slices that an earlier print has left in the folder; one without any is
+    /// begun.
+    static Result<std::unique_ptr<backends::SliceSink>> resume(const std::filesystem::path& folder,
+                                                               PngOptions options);
 
+    /// Of a folder that is gone on with, the manifest is compared, and refused where it is not that
+    /// of the same print.
     Result<void> begin(const backends::PrintInfo& info) override;
+    Result<int32_t> take_up(const std::function<bool(const backends::SliceView&)>& show) override;
     std::vector<uint8_t> encode(const backends::SliceView& slice) const override;
     Result<void> commit(int32_t z, const std::vector<uint8_t>& bytes) override;
     Result<void> finish(const backends::PrintTotals& totals) override;
 
   private:
-    PngSink(std::filesystem::path folder, PngOptions options)
-        : folder_(std::move(folder)), options_(std::move(options)) {}
-    Result<void> remove_earlier_print();
+    PngSink(std::filesystem::path folder, PngOptions options, backends::FolderLock lock)
+        : folder_(std::move(folder)), options_(std::move(options)), lock_(std::move(lock)) {}
+    static Result<std::unique_ptr<PngSink>> open(const std::filesystem::path& folder,
+                                                 PngOptions options);
+    /// What the folder holds; an error where that is more than a print.
+    Result<std::vector<std::filesystem::path>> files() const;
+    Result<void> remove(const std::vector<std::filesystem::path>& files) const;
+    /// The error, with how much of the folder is of use, and how much room the rest takes.
+    Error with_slices_kept(const Error& error, size_t slice_bytes) const;
     Result<void> write_notes(const backends::PrintTotals& totals);
 
     std::filesystem::path folder_;
     PngOptions options_;
     backends::PrintInfo info_;
+    backends::FolderLock lock_;
     std::vector<std::filesystem::path> written_;
+    bool earlier_ = false;  ///< an earlier print's slices are still to be looked at
     bool broken_ = false;
 };
 

@@ -66,6 +66,17 @@ int Compilation::schedule() {
     return load_schedule(options_.back_end.schedule, &sources_, common_, &schedule_);
 }
 
+namespace {
+
+/// Of what the fablet means, which neither targets and schedules nor passes change: prints of equal
+/// hashes are the same to the bit, so that one may go on where another was cut short.
+uint64_t hash_of(const ir::Fablet& fablet) {
+    const std::string text = fmt::format("abi {}\n", OPENFAB_ABI_VERSION) + ir::print(fablet);
+    return XXH3_64bits(text.data(), text.size());
+}
+
+}  // namespace
+
 int Compilation::middle() {
     const Clock::time_point begin = Clock::now();
     for (size_t k = 0; k < units_.size(); ++k) {
@@ -81,22 +92,9 @@ int Compilation::middle() {
     }
     if (fablets_.empty()) return fail("the files hold no fablet", kExitUserInput);
     for (lower::FabletUnit& fablet : fablets_)
-        fablet.hash = hash_of(fablet);
+        fablet.hash = hash_of(*fablet.fablet);
     spent("passes", seconds_since(begin));
     return kExitDone;
-}
-
-/// Of everything that the fablet's kernels are made from.
-uint64_t Compilation::hash_of(const lower::FabletUnit& fablet) const {
-    std::string text = fmt::format("abi {} target {}\n", OPENFAB_ABI_VERSION, options_.target);
-    text += ir::print(*fablet.fablet);
-    for (const ir::Stage* stage :
-         {&fablet.stages->surface, &fablet.stages->surface_bounds, &fablet.stages->volume,
-          &fablet.stages->volume_bounds, &fablet.stages->volume_demand}) {
-        text += ir::print(*stage);
-    }
-    text += schedule_.schedule.text;
-    return XXH3_64bits(text.data(), text.size());
 }
 
 lower::ProgramOptions Compilation::program_options() const {

@@ -54,7 +54,6 @@ class Compilation {
     int front();
     int schedule();
     int middle();
-    uint64_t hash_of(const lower::FabletUnit& fablet) const;
 
     const CompilationOptions& options_;
     const CommonOptions& common_;

@@ -9,8 +9,9 @@
 
 namespace openfab::print {
 
-/// Sets the handlers of SIGINT and SIGTERM, ignores SIGPIPE (a closed pipe is then a write error
-/// with a message), and returns the flag that the first signal sets.
+/// Sets the handlers of SIGINT and SIGTERM, ignores SIGPIPE and SIGXFSZ (a closed pipe and a file
+/// above the limit are then write errors with a message), and returns the flag that the first
+/// signal sets.
 const std::atomic<bool>& install_interrupt();
 
 }  // namespace openfab::print

@@ -23,6 +23,7 @@ constexpr const char* kExamples = R"(Examples:
   {0} card.fab.json -o card.ofr --preview card.png,light=transmitted
   {0} card.fab.json -o card.3mf --mesh-pitch 0.2mm   a mesh per material
   {0} part.obj -o part.ofr --voxel 0.1mm --set part.scale=2.5
+  {0} card.fab.json -o card.ofr --resume         what is left of a print that was cut short
   {0} card.fab.json -o - | openfab verify -      a stream of slices
 
 Lengths have units (27um, 0.1mm, 1in), sizes too (300MB). Exit codes: 0 done, 1 the input is wrong,
@@ -102,7 +103,7 @@ struct Raw {
                                                                         png = "rgba", isa = "avx2";
     std::vector<std::string> previews;
     std::string crop = "parts";
-    bool no_cull = false, resume = false;
+    bool no_cull = false;
 };
 
 void declare(CLI::App& app, Options& o, Raw& raw) {
@@ -149,7 +150,8 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
         ->check(CLI::IsMember({"auto", "plain", "json", "none"}));
     app.add_flag("--estimate", o.estimate, "only tell voxels, memory and time");
     app.add_flag("--dry-run", o.dry_run, "check and set up everything, write nothing");
-    app.add_flag("--resume", raw.resume, "")->group("");
+    app.add_flag("--resume", o.resume,
+                 "go on after the last whole slice of a print that was cut short");
     app.add_option("--groups-in-flight", o.groups_in_flight, "")
         ->group("")
         ->check(CLI::Range(1, 1024));
@@ -202,10 +204,6 @@ Result<void> understand_grid(const Raw& raw, Options* o) {
 }
 
 Result<void> understand_rest(const Raw& raw, Options* o) {
-    if (raw.resume) {
-        return usage_error(
-            "`--resume` is not supported yet; print the missing slices with `--slices A:B`");
-    }
     if (!raw.memory.empty()) {
         Result<int64_t> bytes = parse_bytes(raw.memory);
         if (!bytes) return usage_error("`--memory`: " + bytes.error().message);
@@ -242,6 +240,11 @@ Result<void> understand_rest(const Raw& raw, Options* o) {
         return usage_error(fmt::format("{} cannot go to standard output; use `--format ofr`",
                                        o->format == "png" ? "png slices are a folder and"
                                                           : o->format + " is finished last and"));
+    }
+    if (o->resume && (o->output.empty() || o->output == "-")) {
+        return usage_error(
+            "`--resume` goes on with a file or folder of slices; write `-o OUT` with the name of "
+            "the one that was cut short");
     }
     const bool writes_nothing = o->estimate || o->dry_run;
     if (o->output.empty() && o->previews.empty() && o->stats_file.empty() && !writes_nothing) {

@@ -41,6 +41,7 @@ struct Options {
     std::string stats_file;
     bool png_indexed = false;
     bool flip_x = false;
+    bool resume = false;  ///< goes on with what an earlier print has left in the output
     bool estimate = false;
     bool dry_run = false;
     bool culling = true;  ///< this and the next two are for tests; the output never depends on them

@@ -23,7 +23,18 @@ Result<std::unique_ptr<backends::SliceSink>> open_format(const Options& options,
                                                          const std::string& format) {
     if (format.empty())
         return std::unique_ptr<backends::SliceSink>(std::make_unique<backends::NullSink>());
-    if (format == "ofr") return ofr::OfrSink::create(options.output);
+    if (options.resume && !can_be_resumed(options, format)) {
+        return usage_error(fmt::format(
+            "`--resume` cannot go on with `{}`: {}", options.output,
+            is_mesh_format(format)
+                ? "a mesh is closed by its last slice, so nothing is left of one that was cut "
+                  "short; print an .ofr file, and make meshes of it with `openfab export`"
+                : "it is no file that keeps what was written"));
+    }
+    if (format == "ofr") {
+        return options.resume ? ofr::OfrSink::resume(options.output)
+                              : ofr::OfrSink::create(options.output);
+    }
     if (is_mesh_format(format)) {
         return std::unique_ptr<backends::SliceSink>(std::make_unique<boundary::MeshSink>(
             format == "stl" ? boundary::make_stl_writer(options.output)
@@ -34,7 +45,8 @@ Result<std::unique_ptr<backends::SliceSink>> open_format(const Options& options,
     png.flip_x = options.flip_x;
     png.front_end_makes_support = printer.makes_support;
     png.handoff = printer.handoff;
-    return raster::PngSink::create(options.output, std::move(png));
+    return options.resume ? raster::PngSink::resume(options.output, std::move(png))
+                          : raster::PngSink::create(options.output, std::move(png));
 }
 
 Result<std::string> name_format(const Options& options, const scene::Printer& printer) {
@@ -77,6 +89,14 @@ Result<std::string> choose_format(const Options& options, const scene::Printer& 
             "`--mesh-pitch` is for the formats stl and 3mf; `--voxel` sets the pitch of slices");
     }
     return format;
+}
+
+bool can_be_resumed(const Options& options, const std::string& format) {
+    if (format == "png") return true;
+    std::error_code ignored;
+    const std::filesystem::file_status there = std::filesystem::status(options.output, ignored);
+    return format == "ofr" && options.output != "-" &&
+           (!std::filesystem::exists(there) || !std::filesystem::is_other(there));
 }
 
 int64_t output_bytes_per_column(const std::string& format) {

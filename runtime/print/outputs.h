@@ -21,9 +21,13 @@ bool is_mesh_format(const std::string& format);
 /// nothing is written but previews.
 Result<std::string> choose_format(const Options& options, const scene::Printer& printer);
 
-/// Opens the output; an existing one is replaced.
+/// Opens the output; an existing one is replaced, or gone on with.
 Result<std::unique_ptr<backends::SliceSink>> open_output(const Options& options,
                                                          const scene::Printer& printer);
+
+/// Whether `--resume` can go on with what a print into this output leaves: it is a file or a folder
+/// of slices.
+bool can_be_resumed(const Options& options, const std::string& format);
 
 /// What of --memory the output takes for each voxel of a slice.
 int64_t output_bytes_per_column(const std::string& format);

@@ -55,23 +55,33 @@ void show_summary(const slab::PrintStatistics& statistics, const backends::Print
         materials += fmt::format(", {} {:.2f} ml", info.materials[m].name,
                                  static_cast<double>(statistics.voxels_by_code[m + 1]) * ml);
     }
-    const double rate =
-        statistics.seconds_total > 0
-            ? static_cast<double>(statistics.voxels_total) * 1e-6 / statistics.seconds_total
-            : 0;
+    const double rate = statistics.seconds_total > 0
+                            ? static_cast<double>(slab::voxels_printed(statistics)) * 1e-6 /
+                                  statistics.seconds_total
+                            : 0;
     for (const std::string& overlap : statistics.overlaps)
         fmt::print(stderr, "warning: {}\n", overlap);
-    fmt::print(stderr, "{}: {} slices in {}, {:.1f} M voxels/s{}\n",
+    const std::string kept =
+        statistics.slices_kept > 0 ? fmt::format(" ({} were there)", statistics.slices_kept) : "";
+    fmt::print(stderr, "{}: {} slices{} in {}, {:.1f} M voxels/s{}\n",
                options.output == "-"    ? "standard output"
                : options.output.empty() ? info.title
                                         : options.output,
-               statistics.slices, format_seconds(statistics.seconds_total), rate, materials);
+               statistics.slices, kept, format_seconds(statistics.seconds_total), rate, materials);
+}
+
+/// Where a print ended early for reasons that pass, how it is gone on with.
+Error with_way_on(Error error, const Options& options, const std::string& format) {
+    const bool passes = error.code == ErrorCode::kOutside || error.code == ErrorCode::kInterrupted;
+    if (passes && can_be_resumed(options, format))
+        error.message += "; the same command with `--resume` goes on from there";
+    return error;
 }
 
 /// Runs the print into its outputs. Statistics are written, and pictures drawn, also where it ended
 /// early.
-Result<void> run(slab::Print* print, const Options& options, const scene::Printer& printer,
-                 const std::atomic<bool>& interrupt) {
+Result<void> run(slab::Print* print, const Options& options, const std::string& format,
+                 const scene::Printer& printer, const std::atomic<bool>& interrupt) {
     Result<std::unique_ptr<backends::SliceSink>> sink = open_output(options, printer);
     if (!sink) return sink.error();
     report::Progress progress(options.progress, stderr);
@@ -85,7 +95,7 @@ Result<void> run(slab::Print* print, const Options& options, const scene::Printe
     if (!options.stats_file.empty()) {
         written = report::write_statistics(options.stats_file, statistics, print->info());
     }
-    if (!done) return done;
+    if (!done) return with_way_on(done.error(), options, format);
     if (!quiet(options)) show_summary(statistics, print->info(), options);
     return written;
 }
@@ -134,7 +144,7 @@ Result<void> run_print(const Options& options, const openfab_fablet_list& fablet
         return write_estimate(options.stats_file, *estimate, info);
     }
     job->input = {};
-    return run(print->get(), options, job->printer, interrupt);
+    return run(print->get(), options, *format, job->printer, interrupt);
 }
 
 int finish(const Result<void>& done) {

@@ -60,6 +60,7 @@ void write_materials(Writer& w, const slab::PrintStatistics& s, const backends::
 
 void write_times(Writer& w, const slab::PrintStatistics& s) {
     write(w, "slices", int64_t{s.slices});
+    if (s.slices_kept > 0) write(w, "slices_kept", int64_t{s.slices_kept});
     if (s.layer_time_s > 0) write(w, "print_seconds", s.layer_time_s * s.slices);
     write(w, "seconds_total", s.seconds_total);
     write(w, "seconds_first_slice", s.seconds_first_slice);
@@ -68,8 +69,8 @@ void write_times(Writer& w, const slab::PrintStatistics& s) {
     for (const auto& [phase, seconds] : s.seconds_by_phase)
         write(w, phase.c_str(), seconds);
     w.EndObject();
-    write(w, "mvoxels_per_second", rate(s.voxels_total, s.seconds_total));
-    write(w, "msolid_per_second", rate(s.voxels_solid, s.seconds_total));
+    write(w, "mvoxels_per_second", rate(slab::voxels_printed(s), s.seconds_total));
+    write(w, "msolid_per_second", rate(s.voxels_solid - s.voxels_solid_kept, s.seconds_total));
     write(w, "peak_rss_bytes", s.peak_rss_bytes);
     write(w, "threads", int64_t{s.threads});
 }

@@ -10,13 +10,16 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numeric>
 
 #include "runtime/abi/halide_hooks.h"
 #include "runtime/slab/check.h"
 #include "runtime/slab/clock.h"
 #include "runtime/slab/grid.h"
 #include "runtime/slab/group.h"
+#include "runtime/slab/made_from.h"
 #include "runtime/slab/plan.h"
 #include "runtime/slab/slice_totals.h"
 
@@ -38,6 +41,10 @@ struct FinishedGroup {
     std::vector<Slice> slices;
     PointPrints prints;
 };
+
+int64_t solid_of(const SliceTotals& totals) {
+    return std::accumulate(totals.by_code.begin() + 1, totals.by_code.end(), int64_t{0});
+}
 
 /// Takes finished groups in order, one thread at a time, and hands their slices to the sink.
 class Delivery {
@@ -69,6 +76,10 @@ class Delivery {
         if (!show(group.prints)) return;
         if (!group.surfaces) return fail(group.surfaces.error());
         for (const FinishedGroup::Slice& slice : group.slices) {
+            if (slice.z < info_.slice_begin + kept_) {
+                if (!is_as_kept(slice)) return;
+                continue;
+            }
             const double start = seconds_now();
             const Result<void> written = sink_.commit(slice.z, slice.bytes);
             seconds_commit_ += seconds_now() - start;
@@ -76,12 +87,25 @@ class Delivery {
                 fail(written.error());
                 return;
             }
-            if (slices_ == 0) first_slice_ = process_age_seconds();
+            if (slices_ == kept_) first_slice_ = process_age_seconds();
             ++slices_;
             totals_.add(slice.totals);
             report();
         }
     }
+
+    /// Counts a slice that an earlier print has written; false once nothing more is to be done.
+    bool keep(const backends::SliceView& slice) {
+        const SliceTotals totals = count_slice(slice, info_.bits);
+        last_kept_[static_cast<size_t>(slice.z & 7)] = totals.hash;
+        totals_.add(totals);
+        ++slices_;
+        kept_ = slices_;
+        return !stop_.requested();
+    }
+    int32_t kept() const { return kept_; }
+    void begin_after_kept() { solid_kept_ = solid_of(totals_); }
+    int64_t solid_kept() const { return solid_kept_; }
 
     void fail(Error error) {
         failed_ = true;
@@ -122,6 +146,17 @@ class Delivery {
         return true;
     }
 
+    /// What is gone on with must be what this print makes: the kept slices of the first group are
+    /// made again to see it.
+    bool is_as_kept(const FinishedGroup::Slice& slice) {
+        if (slice.totals.hash == last_kept_[static_cast<size_t>(slice.z & 7)]) return true;
+        fail(user_error(fmt::format(
+            "slice {} comes out otherwise than it was written before, by another program or from "
+            "something that has changed since; print anew without `--resume`",
+            slice.z)));
+        return false;
+    }
+
     void report() {
         if (!progress_) return;
         const int64_t slice_voxels = int64_t{info_.size.x} * info_.size.y;
@@ -142,7 +177,10 @@ class Delivery {
     StopFlags stop_;
     bool failed_ = false, ended_ = false;
     Error error_;
-    int32_t slices_ = 0;
+    int32_t slices_ = 0;  ///< kept ones included
+    int32_t kept_ = 0;
+    std::array<uint64_t, 8> last_kept_{};  ///< hashes, by z modulo 8
+    int64_t solid_kept_ = 0;
     SliceTotals totals_;
     double first_slice_ = 0, seconds_commit_ = 0;
 };
@@ -162,6 +200,7 @@ class PrintJob final : public Print {
   private:
     bool owns_surface(size_t part) const { return owners_[part] == static_cast<int32_t>(part); }
     Result<void> surface_status() const;
+    Result<void> take_up(backends::SliceSink& sink, Delivery* delivery);
     void print_groups(backends::SliceSink& sink, Delivery* delivery);
     FinishedGroup print_group(int32_t group, const backends::SliceSink& sink, Delivery* delivery);
     void encode(const backends::SliceSink& sink, const GroupRun& run, FinishedGroup* finished);
@@ -268,6 +307,7 @@ Result<void> PrintJob::set_up() {
     info_.printer = input_.printer;
     info_.title = input_.title;
     info_.seed = options_.seed;
+    info_.made_from = made_from(input_, options_);
     seconds_set_up_ = seconds_now() - start;
     return {};
 }
@@ -288,8 +328,7 @@ Result<void> PrintJob::run(backends::SliceSink& sink,
                            const std::function<void(const ProgressEvent&)>& progress,
                            const std::atomic<bool>& interrupt, PrintStatistics* statistics) {
     Delivery delivery(sink, progress, interrupt, info_, options_.print_line);
-    const Result<void> begun = sink.begin(info_);
-    if (!begun) {
+    if (const Result<void> begun = take_up(sink, &delivery); !begun) {
         delivery.fail(begun.error());
     } else {
         const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
@@ -306,8 +345,7 @@ Result<void> PrintJob::run(backends::SliceSink& sink,
     totals.voxels_by_code.assign(
         counted.by_code.begin(),
         counted.by_code.begin() + static_cast<std::ptrdiff_t>(input_.materials.size() + 1));
-    for (size_t c = 1; c < counted.by_code.size(); ++c)
-        totals.voxels_solid += counted.by_code[c];
+    totals.voxels_solid = solid_of(counted);
     totals.hash = counted.hash;
     totals.tight = counted.tight;
     const Result<void> finished = sink.finish(totals);
@@ -326,6 +364,16 @@ Result<void> PrintJob::run(backends::SliceSink& sink,
     return {};
 }
 
+/// Begins, and counts what an earlier print has left.
+Result<void> PrintJob::take_up(backends::SliceSink& sink, Delivery* delivery) {
+    if (const Result<void> begun = sink.begin(info_); !begun) return begun;
+    const Result<int32_t> kept =
+        sink.take_up([&](const backends::SliceView& slice) { return delivery->keep(slice); });
+    if (!kept) return kept.error();
+    delivery->begin_after_kept();
+    return {};
+}
+
 /// A patch whose kernel failed has come back empty, in whichever group it was first needed.
 Result<void> PrintJob::surface_status() const {
     for (size_t i = 0; i < surfaces_.size(); ++i) {
@@ -339,7 +387,9 @@ Result<void> PrintJob::surface_status() const {
 }
 
 void PrintJob::print_groups(backends::SliceSink& sink, Delivery* delivery) {
-    int32_t next = range_.x / 8;
+    if (delivery->slices() == range_.y - range_.x) return;
+    // With the group of the last slice that is kept.
+    int32_t next = (range_.x + std::max(delivery->kept() - 1, 0)) / 8;
     const int32_t end = (range_.y + 7) / 8;
     // The first group alone: all threads work on its rows, and the first slices come soon.
     if (next < end) delivery->deliver(print_group(next++, sink, delivery));
@@ -421,6 +471,8 @@ void PrintJob::fill_statistics(const Delivery& delivery, PrintStatistics* s) {
         s->voxels_total = int64_t{size.x} * size.y * size.z;
     }
     s->slices = delivery.slices();
+    s->slices_kept = delivery.kept();
+    s->voxels_solid_kept = delivery.solid_kept();
     s->hash = delivery.totals().hash;
     s->threads = threads_;
     s->warnings = input_.warnings;

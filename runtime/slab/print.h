@@ -75,10 +75,20 @@ struct PrintStatistics {
     int64_t displacements_not_finite = 0, displacements_cut = 0;
     uint64_t hash = 0;  ///< of all slices' packed rows
     bool complete = false;
-    double layer_time_s = 0;            ///< of the printer; 0: unknown
+    double layer_time_s = 0;  ///< of the printer; 0: unknown
+    /// Of the above those that an earlier print had written; the rest of the figures, and the
+    /// times, are this one's.
+    int32_t slices_kept = 0;
+    int64_t voxels_solid_kept = 0;
     std::vector<std::string> warnings;  ///< those of the input, and the next
     std::vector<std::string> overlaps;  ///< of parts of equal priority, for people
 };
+
+/// Of voxels_total those that this print has made itself: its share of the slices.
+inline int64_t voxels_printed(const PrintStatistics& s) {
+    return s.slices_kept == 0 ? s.voxels_total
+                              : s.voxels_total / s.slices * (s.slices - s.slices_kept);
+}
 
 /// Told after each committed slice; called from one thread.
 struct ProgressEvent {

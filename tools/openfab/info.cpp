@@ -45,14 +45,31 @@ void print_grid(const backends::PrintInfo& info) {
                info.seed);
 }
 
+/// How much of a file is of use that a print has not finished.
+Result<std::string> describe_unfinished(ofr::OfrReader* reader) {
+    Result<bool> more = true;
+    while ((more = reader->next()) && *more) {
+    }
+    const int32_t whole = reader->whole_slices();
+    const int32_t planned = reader->info().slice_end - reader->info().slice_begin;
+    if (reader->disk_failed()) return more.error();
+    return fmt::format("no: {} of {} slices are whole; printing with `--resume` goes on", whole,
+                       planned);
+}
+
 Result<void> info_of_ofr(const std::string& file) {
     Result<std::unique_ptr<ofr::OfrReader>> reader = ofr::OfrReader::open(file);
     if (!reader) return reader.error();
     const backends::PrintInfo& info = (*reader)->info();
     print_grid(info);
     Result<backends::PrintTotals> totals = ofr::OfrReader::read_totals(file);
-    fmt::print("complete   {}\n",
-               totals ? "yes" : "no: `openfab verify` tells how many slices are whole");
+    if (totals) {
+        fmt::print("complete   yes\n");
+    } else {
+        Result<std::string> unfinished = describe_unfinished(reader->get());
+        if (!unfinished) return unfinished.error();
+        fmt::print("complete   {}\n", *unfinished);
+    }
     for (size_t m = 0; m < info.materials.size(); ++m) {
         const backends::SliceMaterial& material = info.materials[m];
         fmt::print("material   {:2} #{:02x}{:02x}{:02x} {}", m + 1, material.key[0],

@@ -5,6 +5,7 @@
 #include <fcntl.h>
 #include <poll.h>
 #include <signal.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -37,6 +38,11 @@ struct Pipe {
     dup2(err, STDERR_FILENO);
     for (const auto& [name, value] : options.environment)
         setenv(name.c_str(), value.c_str(), 1);
+    if (options.largest_file_bytes >= 0) {
+        const auto bytes = static_cast<rlim_t>(options.largest_file_bytes);
+        const rlimit limit{bytes, bytes};
+        if (setrlimit(RLIMIT_FSIZE, &limit) != 0) _exit(126);
+    }
     if (!options.folder.empty() && chdir(options.folder.c_str()) != 0) _exit(126);
     std::vector<char*> args;
     for (const std::string& arg : argv)
@@ -57,7 +63,7 @@ void collect(pid_t child, const Pipe& out, const Pipe& err, const RunOptions& op
         const auto elapsed = static_cast<int>(
             std::chrono::duration_cast<std::chrono::milliseconds>(Clock::now() - start).count());
         if (!interrupted && options.interrupt_when(elapsed, *outcome)) {
-            kill(child, SIGINT);
+            kill(child, options.signal);
             interrupted = true;
         }
         if (elapsed > kLongestRunMs) kill(child, SIGKILL);

@@ -5,6 +5,8 @@
 // Runs the project's own programs from tests, without a shell, and gives each test a folder that
 // goes away with it.
 
+#include <csignal>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -21,9 +23,11 @@ struct Outcome {
 struct RunOptions {
     std::vector<std::pair<std::string, std::string>> environment;  ///< added to the test's own
     std::filesystem::path folder;  ///< working folder, empty: the test's
-    /// Asked again and again with the milliseconds since the start and what was said so far; SIGINT
-    /// is sent when it is true for the first time.
+    /// Asked again and again with the milliseconds since the start and what was said so far;
+    /// `signal` is sent when it is true for the first time.
     std::function<bool(int elapsed_ms, const Outcome& so_far)> interrupt_when;
+    int signal = SIGINT;
+    int64_t largest_file_bytes = -1;  ///< a limit of the system's, as a full disk; -1: none
 };
 
 /// `argv[0]` is a path. Ends a program that runs longer than ten minutes.

@@ -118,7 +118,8 @@ TEST(PrintOptions, MistakesAreUsageErrorsThatNameTheOption) {
         {{"w", "-o", "-", "--format", "3mf"}, "standard output"},
         {{"w", "-o", "x.3mf", "--mesh-pitch", "0.1"}, "--mesh-pitch"},
         {{"w", "-o", "x.3mf", "--mesh-pitch", "0.1mm", "--voxel", "0.1mm"}, "--voxel"},
-        {{"w", "-o", "x", "--resume"}, "--resume"},
+        {{"w", "-o", "-", "--resume"}, "--resume"},
+        {{"w", "--preview", "x.png", "--resume"}, "--resume"},
     };
     for (const auto& [arguments, expected] : cases) {
         const Result<Options> options = parse(arguments);

@@ -1,0 +1,84 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "backends/common/output_lock.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <sys/sysmacros.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <string>
+#include <utility>
+
+namespace openfab::backends {
+
+namespace {
+
+/// The process that has the lock, from the kernel's list of them; 0 where it does not say. On some
+/// layered file systems the list has numbers of its own.
+int holder_of(const struct stat& file) {
+    std::ifstream list("/proc/locks");
+    const std::string where =
+        fmt::format("{:02x}:{:02x}:{}", major(file.st_dev), minor(file.st_dev), file.st_ino);
+    for (std::string line; std::getline(list, line);) {
+        char kind[16], lockable[16], id[64];
+        int pid = 0;
+        // "1: FLOCK  ADVISORY  WRITE 4711 fe:01:1234567 0 EOF"
+        const int read =
+            std::sscanf(line.c_str(), "%*s %15s %*s %15s %d %63s", kind, lockable, &pid, id);
+        if (read == 4 && std::strcmp(kind, "FLOCK") == 0 && where == id) return pid;
+    }
+    return 0;
+}
+
+/// "process 4711 (`card-print`)".
+std::string describe(int pid) {
+    if (pid <= 0) return "another process";
+    // The name that it was started by; the kernel's own is cut to 15 letters.
+    std::string name;
+    std::ifstream command(fmt::format("/proc/{}/cmdline", pid));
+    std::getline(command, name, '\0');
+    name.erase(0, name.find_last_of('/') + 1);
+    return name.empty() ? fmt::format("process {}", pid)
+                        : fmt::format("process {} (`{}`)", pid, name);
+}
+
+}  // namespace
+
+Result<void> lock_output(int fd, const std::string& name) {
+    struct stat status {};
+    if (::fstat(fd, &status) != 0 || !(S_ISREG(status.st_mode) || S_ISDIR(status.st_mode)))
+        return {};
+    while (::flock(fd, LOCK_EX | LOCK_NB) != 0) {
+        if (errno == EINTR) continue;
+        if (errno != EWOULDBLOCK) return {};
+        return outside_error(
+            fmt::format("`{}` is being written by {}; wait for its end, or name another output",
+                        name, describe(holder_of(status))));
+    }
+    return {};
+}
+
+Result<FolderLock> FolderLock::take(const std::string& folder) {
+    const int fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (fd < 0)
+        return outside_error(
+            fmt::format("cannot open the folder `{}`: {}", folder, std::strerror(errno)));
+    FolderLock lock(fd);
+    if (Result<void> locked = lock_output(fd, folder); !locked) return locked.error();
+    return lock;
+}
+
+FolderLock::FolderLock(FolderLock&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+
+FolderLock::~FolderLock() {
+    if (fd_ >= 0) ::close(fd_);
+}
+
+}  // namespace openfab::backends

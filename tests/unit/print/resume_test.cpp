@@ -1,0 +1,405 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Prints that are cut short by real signals and limits, and gone on with: the bytes must be those
+// of an undisturbed print.
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <rapidjson/document.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <map>
+#include <random>
+#include <thread>
+
+#include "backends/boundary/part_file.h"
+#include "backends/ofr/ofr_reader.h"
+#include "backends/ofr/ofr_sink.h"
+#include "backends/raster/png_sink.h"
+#include "tests/support/process/process.h"
+
+namespace openfab::testing {
+namespace {
+
+using ::testing::HasSubstr;
+namespace fs = std::filesystem;
+
+#ifdef OPENFAB_SANITIZED
+constexpr int kRounds = 1;
+constexpr const char* kPitch = "0.2mm";
+#else
+constexpr int kRounds = 5;
+constexpr const char* kPitch = "0.06mm";
+#endif
+constexpr int kKillsARound = 4;
+
+using Files = std::map<std::string, std::string>;
+
+/// Name to content.
+Files files_of(const fs::path& folder) {
+    Files files;
+    for (const auto& entry : fs::directory_iterator(folder))
+        files[entry.path().filename().string()] = read_file(entry.path());
+    return files;
+}
+
+class Resume : public ::testing::Test {
+  protected:
+    Resume() {
+        scratch_.write("f.fl", "fablet Skin {}\n");
+        write_world("world.fab.json", R"({"sphere": 26})");
+    }
+    void write_world(const std::string& name, const std::string& mesh,
+                     const std::string& black = "#000000", const std::string& place = "") {
+        scratch_.write(name, fmt::format(R"({{
+  "openfab": 1,
+  "printer": "generic",
+  "fablets": {{"f": {{"source": "f.fl", "fablet": "Skin"}}}},
+  "materials": {{
+    "white": {{"key": "#ffffff", "preview": "#f0f0f0ff", "density_g_cm3": 1.18}},
+    "black": {{"key": "{}", "preview": "#101010ff", "density_g_cm3": 1.18}}
+  }},
+  "meshes": {{"ball": {}}},
+  "objects": {{"thing": {{"mesh": "ball", "fablet": "f", "uniforms": {{"a": "white", "b": "black"}}}}}},
+  "build": [{{"object": "thing"{}}}]
+}}
+)",
+                                         black, mesh, place));
+    }
+    std::string path(const std::string& name) const { return (scratch_ / name).string(); }
+    Outcome print(std::vector<std::string> arguments, const RunOptions& options = {}) {
+        std::vector<std::string> argv{OPENFAB_TEST_PRINT, path("world.fab.json"), "--voxel",
+                                      kPitch};
+        argv.insert(argv.end(), arguments.begin(), arguments.end());
+        return run(argv, options);
+    }
+    /// Ends by kill -9, or by itself where it is done sooner.
+    Outcome killed_print(std::vector<std::string> arguments, int after_us) {
+        RunOptions options;
+        options.signal = SIGKILL;
+        options.interrupt_when = [after_us](int elapsed_ms, const Outcome&) {
+            const int left = after_us - elapsed_ms * 1000;
+            if (left > 5000) return false;
+            std::this_thread::sleep_for(std::chrono::microseconds(std::max(left, 0)));
+            return true;
+        };
+        return print(std::move(arguments), options);
+    }
+    /// Whole slices of a file; fails where not even the header can be read of one that has one.
+    int whole_slices(const std::string& name) {
+        const Result<std::unique_ptr<ofr::OfrReader>> reader = ofr::OfrReader::open(path(name));
+        if (!reader) {
+            EXPECT_THAT(reader.error().message, ::testing::AnyOf(HasSubstr("too short"),
+                                                                 HasSubstr("cut short in the "
+                                                                           "header"),
+                                                                 HasSubstr("cannot open")));
+            return 0;
+        }
+        Result<bool> more = true;
+        while ((more = (*reader)->next()) && *more) {
+        }
+        const int whole = (*reader)->whole_slices();
+        if (!more) {
+            const Outcome info = run({OPENFAB_PROGRAM, "info", path(name)});
+            EXPECT_EQ(info.exit_code, 0) << info.err;
+            EXPECT_THAT(info.out, HasSubstr(fmt::format("no: {} of ", whole)));
+        }
+        return whole;
+    }
+    /// A print of the same world without anything happening to it; how long it took.
+    int undisturbed(const std::vector<std::string>& arguments) {
+        const auto start = std::chrono::steady_clock::now();
+        const Outcome outcome = print(arguments);
+        EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+        return static_cast<int>(std::chrono::duration_cast<std::chrono::microseconds>(
+                                    std::chrono::steady_clock::now() - start)
+                                    .count());
+    }
+
+    ScratchFolder scratch_;
+    std::mt19937 random_{20260101};
+};
+
+TEST_F(Resume, KilledAtAnyMomentAFileEndsWithTheSameBytes) {
+    const int whole_us = undisturbed({"-o", path("whole.ofr")});
+    const std::string expected = read_file(path("whole.ofr"));
+    std::uniform_int_distribution<int> moment(0, whole_us * 9 / 10 / kKillsARound * 2);
+    const std::vector<std::vector<std::string>> ways{
+        {"--threads", "1"}, {"--threads", "3", "--memory", "200MB"}, {"--no-cull"}, {}};
+    int killed = 0, with_slices = 0;
+    for (int round = 0; round < kRounds; ++round) {
+        fs::remove(path("a.ofr"));
+        int before = 0;
+        for (int kill = 0; kill < kKillsARound; ++kill) {
+            std::vector<std::string> arguments{"-o", path("a.ofr"), "--resume"};
+#ifndef OPENFAB_SANITIZED
+            const auto& way = ways[static_cast<size_t>(kill) % ways.size()];
+            arguments.insert(arguments.end(), way.begin(), way.end());
+#endif
+            const Outcome outcome = killed_print(arguments, moment(random_));
+            EXPECT_THAT(outcome.exit_code, ::testing::AnyOf(0, 128 + SIGKILL)) << outcome.err;
+            killed += outcome.exit_code == 0 ? 0 : 1;
+            const int now = whole_slices("a.ofr");
+            EXPECT_GE(now, before);  // nothing whole is lost
+            with_slices += now > before ? 1 : 0;
+            before = now;
+        }
+        const Outcome last = print({"-o", path("a.ofr"), "--resume"});
+        ASSERT_EQ(last.exit_code, 0) << last.err;
+        ASSERT_TRUE(read_file(path("a.ofr")) == expected) << "round " << round;
+    }
+    // Else the print was too short for the moments to mean anything.
+    EXPECT_GE(killed, kRounds * kKillsARound / 2);
+    EXPECT_GE(with_slices, kRounds);
+}
+
+TEST_F(Resume, KilledAtAnyMomentAFolderEndsWithTheSameFiles) {
+    const int whole_us = undisturbed({"-o", path("whole"), "--format", "png", "--draft", "2"});
+    const Files expected = files_of(path("whole"));
+    std::uniform_int_distribution<int> moment(whole_us / 20, whole_us / 2);
+    const std::vector<std::string> arguments{"-o",      path("a"), "--format", "png",
+                                             "--draft", "2",       "--resume"};
+    for (int kill = 0; kill < std::min(kRounds, 3); ++kill) {
+        killed_print(arguments, moment(random_));
+        // What has the name of a slice is all of that slice.
+        for (const auto& [name, bytes] : files_of(path("a"))) {
+            if (!name.starts_with("slice_") || !name.ends_with(".png")) continue;
+            EXPECT_TRUE(bytes == expected.at(name)) << name;
+        }
+    }
+    const Outcome last = print(arguments);
+    ASSERT_EQ(last.exit_code, 0) << last.err;
+    EXPECT_TRUE(files_of(path("a")) == expected);
+}
+
+TEST_F(Resume, SlicesThatAreNotWholeAreMadeAgain) {
+    const std::vector<std::string> arguments{"-o",      path("a"), "--format", "png",
+                                             "--draft", "4",       "--png",    "indexed"};
+    undisturbed(arguments);
+    const Files expected = files_of(path("a"));
+    std::vector<std::string> again = arguments;
+    again.push_back("--resume");
+    // As a power failure leaves them: named, and empty or full of zeros; and a part never named.
+    for (const std::string& damage : {std::string(), std::string(900, '\0'), std::string("x")}) {
+        scratch_.write("a/slice_0011.png", damage);
+        scratch_.write("a/slice_0013.png.part", "x");
+        const Outcome outcome = print(again);
+        ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+        EXPECT_THAT(outcome.err, HasSubstr("(10 were there)"));
+        EXPECT_TRUE(files_of(path("a")) == expected);
+    }
+}
+
+TEST_F(Resume, TotalsAndPicturesAreThoseOfTheWholePrint) {
+    const std::vector<std::string> range{"--draft", "3", "--slices", "13:61"};
+    const auto arguments = [&](std::vector<std::string> more) {
+        more.insert(more.end(), range.begin(), range.end());
+        return more;
+    };
+    const auto with_all = [&](const std::string& name) {
+        return arguments({"-o", path(name + ".ofr"), "--stats", path(name + ".json"), "--preview",
+                          path(name + ".png"), "--resume"});
+    };
+    ASSERT_EQ(print(with_all("a")).exit_code, 0);  // nothing is there yet: a print like any other
+    // Cut in the middle of a slice.
+    const std::string bytes = read_file(path("a.ofr"));
+    scratch_.write("b.ofr", bytes.substr(0, bytes.size() / 2));
+    const Outcome outcome = print(with_all("b"));
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_TRUE(read_file(path("b.ofr")) == bytes);
+    EXPECT_TRUE(read_file(path("b.png")) == read_file(path("a.png")));
+    rapidjson::Document a, b;
+    a.Parse(read_file(path("a.json")).c_str());
+    b.Parse(read_file(path("b.json")).c_str());
+    EXPECT_FALSE(a.HasMember("slices_kept"));
+    const int kept = b["slices_kept"].GetInt();
+    EXPECT_GT(kept, 4);
+    EXPECT_LT(kept, 44);
+    for (const char* same : {"hash", "complete", "slices", "voxels_total", "voxels_solid",
+                             "voxels_by_material", "ml_by_material", "g_by_material"})
+        EXPECT_TRUE(a[same] == b[same]) << same;
+    // Once more: all is there.
+    const Outcome done = print(with_all("b"));
+    EXPECT_EQ(done.exit_code, 0);
+    EXPECT_THAT(done.err, HasSubstr("48 slices (48 were there)"));
+    EXPECT_TRUE(read_file(path("b.ofr")) == bytes);
+}
+
+TEST_F(Resume, AnotherPrintIsRefusedAndLosesNothing) {
+    const std::vector<std::string> ofr{"-o", path("a.ofr"), "--draft", "6", "--resume"};
+    const std::vector<std::string> png{"-o",      path("a"), "--format", "png",
+                                       "--draft", "6",       "--resume"};
+    scratch_.write(
+        "own.printer.json",
+        R"({"name": "own", "pitch_mm": [0.1, 0.1, 0.1], "build_volume_mm": [99, 99, 99]})");
+    ASSERT_EQ(print(ofr).exit_code, 0);
+    ASSERT_EQ(print(png).exit_code, 0);
+    const std::string file = read_file(path("a.ofr"));
+    scratch_.write("a.ofr", file.substr(0, file.size() * 2 / 3));
+    fs::remove(path("a/slice_0031.png"));
+    const std::string cut = read_file(path("a.ofr"));
+    const Files slices = files_of(path("a"));
+    const auto refused = [&](std::vector<std::string> arguments, const std::string& why) {
+        const Outcome outcome = print(std::move(arguments));
+        EXPECT_EQ(outcome.exit_code, 1) << why;
+        EXPECT_THAT(outcome.err, HasSubstr("cannot be gone on with"));
+        EXPECT_THAT(outcome.err, HasSubstr(why));
+        EXPECT_TRUE(read_file(path("a.ofr")) == cut) << why;
+        EXPECT_TRUE(files_of(path("a")) == slices) << why;
+    };
+    const auto both_refuse = [&](const std::vector<std::string>& option, const std::string& why) {
+        for (std::vector<std::string> arguments : {ofr, png}) {
+            arguments.insert(arguments.end(), option.begin(), option.end());
+            refused(arguments, why);
+        }
+    };
+    both_refuse({"--dither", "blue_noise"},
+                "the dither is `decorrelated` there and `blue_noise` here");
+    both_refuse({"--seed", "7"}, "the seed is `0` there and `7` here");
+    both_refuse({"--set", "thing.a=black"}, "the uniforms are not the same");
+    both_refuse({"--printer", path("own.printer.json")},
+                "the printer is `generic` there and `own` here");
+    refused({"-o", path("a.ofr"), "--resume", "--draft", "7"}, "the pitch in mm is");
+    std::vector<std::string> part = ofr;
+    part.insert(part.end(), {"--slices", "0:9"});
+    refused(part, "the range of slices is");
+    for (const auto& [option, why] : std::map<std::string, std::string>{
+             {"--flip-x", "image_right"}, {"--png=indexed", "the color_mode is"}}) {
+        std::vector<std::string> arguments = png;
+        arguments.push_back(option);
+        refused(arguments, why);
+    }
+    write_world("world.fab.json", R"({"box": [26, 26, 26]})");
+    both_refuse({}, "the meshes are not the same");
+    write_world("world.fab.json", R"({"sphere": 26})", "#000001");
+    both_refuse({}, "#000001");
+    write_world("world.fab.json", R"({"sphere": 26})", "#000000", R"(, "rotate_deg": [0, 0, 9])");
+    both_refuse({}, "the placements are not the same");
+    write_world("world.fab.json", R"({"sphere": 26})");
+    EXPECT_EQ(print(ofr).exit_code, 0);
+    EXPECT_TRUE(read_file(path("a.ofr")) == file);
+}
+
+TEST_F(Resume, SlicesThatComeOutOtherwiseAreRefused) {
+    // What no header tells: another program, a bug, bits that rotted on the way to the disk.
+    undisturbed({"-o", path("a.ofr"), "--draft", "6"});
+    undisturbed({"-o", path("b.ofr"), "--draft", "6", "--seed", "1"});
+    Result<std::unique_ptr<ofr::OfrReader>> header = ofr::OfrReader::open(path("a.ofr"));
+    Result<std::unique_ptr<ofr::OfrReader>> slices = ofr::OfrReader::open(path("b.ofr"));
+    ASSERT_TRUE(header && slices);
+    Result<std::unique_ptr<backends::SliceSink>> forged = ofr::OfrSink::create(path("c.ofr"));
+    ASSERT_TRUE(forged);
+    ASSERT_TRUE((*forged)->begin((*header)->info()));
+    for (int32_t z = 0; z < 30; ++z) {
+        ASSERT_TRUE((*slices)->next());
+        ASSERT_TRUE((*forged)->commit(z, (*forged)->encode((*slices)->slice())));
+    }
+    ASSERT_TRUE((*forged)->finish({}));
+    forged->reset();
+    const std::string bytes = read_file(path("c.ofr"));
+    const Outcome outcome = print({"-o", path("c.ofr"), "--draft", "6", "--resume"});
+    EXPECT_EQ(outcome.exit_code, 1);
+    EXPECT_THAT(outcome.err, HasSubstr("comes out otherwise than it was written before"));
+    EXPECT_TRUE(read_file(path("c.ofr")) == bytes);
+}
+
+TEST_F(Resume, WhatKeepsNothingIsRefused) {
+    for (const char* output : {"a.3mf", "a.stl"}) {
+        const Outcome outcome = print({"-o", path(output), "--resume"});
+        EXPECT_EQ(outcome.exit_code, 2);
+        EXPECT_THAT(outcome.err, HasSubstr("`openfab export`"));
+    }
+    EXPECT_EQ(print({"-o", "/dev/null", "--format", "ofr", "--resume"}).exit_code, 2);
+    EXPECT_EQ(print({"-o", "-", "--resume"}).exit_code, 2);
+    scratch_.write("letter.ofr", "dear ");
+    EXPECT_EQ(print({"-o", path("letter.ofr"), "--resume"}).exit_code, 1);
+    EXPECT_EQ(read_file(path("letter.ofr")), "dear ");
+}
+
+TEST_F(Resume, AFullDiskIsGoneOnWithOnceThereIsRoom) {
+    for (const std::string& name : std::vector<std::string>{"a.ofr", "a"}) {
+        std::vector<std::string> arguments{
+            "-o",       path("whole" + name),       "--draft", "2", "--png", "indexed",
+            "--format", name == "a" ? "png" : "ofr"};
+        undisturbed(arguments);
+        arguments[1] = path(name);
+        RunOptions full;
+        // Of a ball the middle slices are the largest.
+        const std::string middle = path("whole" + name) + "/slice_0065.png";
+        full.largest_file_bytes = static_cast<int64_t>(
+            name == "a" ? fs::file_size(middle) : fs::file_size(path("wholea.ofr")) / 2);
+        const Outcome outcome = print(arguments, full);
+        EXPECT_EQ(outcome.exit_code, 3);
+        EXPECT_THAT(outcome.err, HasSubstr("error: cannot write to `" + path(name)));
+        EXPECT_THAT(outcome.err, HasSubstr("File too large"));
+        EXPECT_THAT(outcome.err, HasSubstr("whole slices were written before, the rest takes "));
+        EXPECT_THAT(outcome.err, HasSubstr("the same command with `--resume` goes on"));
+        if (name != "a") {
+            EXPECT_GT(whole_slices(name), 10);
+            EXPECT_LE(static_cast<int64_t>(fs::file_size(path(name))), full.largest_file_bytes);
+        }
+        arguments.push_back("--resume");
+        ASSERT_EQ(print(arguments).exit_code, 0);
+        if (name == "a") {
+            EXPECT_TRUE(files_of(path(name)) == files_of(path("whole" + name)));
+        } else {
+            EXPECT_TRUE(read_file(path(name)) == read_file(path("whole" + name)));
+        }
+    }
+}
+
+TEST_F(Resume, InterruptedGoesOn) {
+    undisturbed({"-o", path("whole.ofr")});
+    RunOptions options;
+    options.interrupt_when = [](int, const Outcome& so_far) {
+        return so_far.err.find("slice ") != std::string::npos;
+    };
+    const Outcome outcome = print({"-o", path("a.ofr"), "--progress", "plain"}, options);
+    EXPECT_EQ(outcome.exit_code, 130) << outcome.err;
+    EXPECT_THAT(outcome.err, HasSubstr("`--resume` goes on"));
+    EXPECT_EQ(print({"-o", path("a.ofr"), "--resume"}).exit_code, 0);
+    EXPECT_TRUE(read_file(path("a.ofr")) == read_file(path("whole.ofr")));
+}
+
+TEST_F(Resume, TwoWritersAreRefused) {
+    const auto refused = [&](const std::string& output, const std::string& format) {
+        for (const bool resume : {false, true}) {
+            std::vector<std::string> arguments{"-o", path(output), "--draft",
+                                               "9",  "--format",   format};
+            if (resume && format == "3mf") continue;
+            if (resume) arguments.push_back("--resume");
+            const Outcome outcome = print(arguments);
+            EXPECT_EQ(outcome.exit_code, 3) << output;
+            EXPECT_THAT(outcome.err, HasSubstr("is being written by "));
+            // In some containers the kernel's list of locks has other numbers.
+            if (outcome.err.find("by another process") != std::string::npos) continue;
+            EXPECT_THAT(outcome.err,
+                        HasSubstr(fmt::format("by process {} (`print_resume_test`)", ::getpid())));
+        }
+    };
+    {
+        const Result<std::unique_ptr<backends::SliceSink>> file =
+            ofr::OfrSink::create(path("a.ofr"));
+        ASSERT_TRUE(file);
+        scratch_.write("a.ofr", "what the first one has written");
+        refused("a.ofr", "ofr");
+        EXPECT_EQ(read_file(path("a.ofr")), "what the first one has written");
+        const Result<std::unique_ptr<backends::SliceSink>> folder =
+            raster::PngSink::create(path("a"), {});
+        ASSERT_TRUE(folder);
+        refused("a", "png");
+        const Result<std::unique_ptr<boundary::PartFile>> mesh =
+            boundary::PartFile::create(path("a.3mf"));
+        ASSERT_TRUE(mesh);
+        refused("a.3mf", "3mf");
+    }
+    for (const auto& [output, format] :
+         std::map<std::string, std::string>{{"a.ofr", "ofr"}, {"a", "png"}, {"a.3mf", "3mf"}}) {
+        EXPECT_EQ(print({"-o", path(output), "--draft", "9", "--format", format}).exit_code, 0);
+    }
+}
+
+}  // namespace
+}  // namespace openfab::testing
