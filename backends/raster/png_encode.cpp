@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <memory>
 
@@ -15,6 +16,10 @@ namespace {
 
 struct CompressorDelete {
     void operator()(libdeflate_compressor* c) const { libdeflate_free_compressor(c); }
+};
+
+struct Free {
+    void operator()(void* memory) const { std::free(memory); }
 };
 
 struct DecompressorDelete {
@@ -107,13 +112,14 @@ std::vector<uint8_t> encode_png(const PngImage& image, int level) {
     if (compressor == nullptr) return {};
     std::vector<uint8_t> out = begin_file(image);
     const size_t chunk = begin_chunk(out, "IDAT");
-    const size_t at = out.size();
     const size_t bound = libdeflate_zlib_compress_bound(compressor.get(), image.rows.size());
-    out.resize(at + bound);
-    const size_t packed = libdeflate_zlib_compress(compressor.get(), image.rows.data(),
-                                                   image.rows.size(), out.data() + at, bound);
-    if (packed == 0) return {};
-    out.resize(at + packed);
+    // The worst case is as large as the picture: memory that is not touched is none.
+    const std::unique_ptr<uint8_t, Free> packed(static_cast<uint8_t*>(std::malloc(bound)));
+    if (packed == nullptr) return {};
+    const size_t bytes = libdeflate_zlib_compress(compressor.get(), image.rows.data(),
+                                                  image.rows.size(), packed.get(), bound);
+    if (bytes == 0) return {};
+    out.insert(out.end(), packed.get(), packed.get() + bytes);
     end_chunk(out, chunk);
     end_file(out);
     out.shrink_to_fit();

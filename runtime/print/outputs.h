@@ -32,6 +32,9 @@ bool can_be_resumed(const Options& options, const std::string& format);
 /// What of --memory the output takes for each voxel of a slice.
 int64_t output_bytes_per_column(const std::string& format);
 
+/// The same, while a slice is encoded.
+int64_t encode_bytes_per_column(const Options& options, const std::string& format);
+
 /// What of --memory the previews take; the rest is the pipeline's.
 int64_t preview_bytes(const Options& options);
 

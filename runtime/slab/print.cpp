@@ -13,6 +13,7 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <semaphore>
 
 #include "runtime/abi/halide_hooks.h"
 #include "runtime/slab/check.h"
@@ -220,6 +221,7 @@ class PrintJob final : public Print {
     double seconds_set_up_ = 0;
     Pool<GroupRun> runs_;
     Pool<BlockEvaluator> evaluators_;
+    std::optional<std::counting_semaphore<>> encoders_;  ///< that may still begin
     std::mutex encode_mutex_;
     double seconds_encode_ = 0, seconds_count_ = 0;
 };
@@ -288,7 +290,13 @@ Result<void> PrintJob::set_up() {
     setup_.size = grid_.size;
     setup_.culling = options_.culling;
 
-    const int64_t sink = options_.sink_bytes_per_column * grid_.size.x * grid_.size.y;
+    const int64_t columns = int64_t{grid_.size.x} * grid_.size.y;
+    const int64_t encode = options_.encode_bytes_per_column * columns;
+    const int32_t encoders = encode == 0 ? threads_
+                                         : static_cast<int32_t>(std::clamp<int64_t>(
+                                               options_.memory_bytes / 3 / encode, 1, threads_));
+    encoders_.emplace(encoders);
+    const int64_t sink = options_.sink_bytes_per_column * columns + encode * encoders;
     const MemoryNeeds needs =
         memory_needs(parts_, grid_.size, setup_.stages->materials, caches + textures + sink);
     const int32_t groups = (range_.y + 7) / 8 - range_.x / 8;
@@ -455,7 +463,9 @@ void PrintJob::encode(const backends::SliceSink& sink, const GroupRun& run,
             slice.z = z;
             slice.totals = count_slice(view, info_.bits);
             const double counted = seconds_now();
+            encoders_->acquire();
             slice.bytes = sink.encode(view);
+            encoders_->release();
             const std::lock_guard lock(encode_mutex_);
             seconds_count_ += counted - start;
             seconds_encode_ += seconds_now() - counted;

@@ -34,6 +34,9 @@ struct PrintOptions {
         0;  ///< 0: from threads and memory; tests vary it, the output never depends on it
     openfab_isa isa = OPENFAB_ISA_AVX2;
     int64_t sink_bytes_per_column = 0;  ///< what the sink keeps for each voxel of a slice
+    /// What the sink takes for each voxel of a slice while it encodes it. Only as many slices are
+    /// encoded at once as a third of the budget has room for.
+    int64_t encode_bytes_per_column = 0;
     /// Takes the lines of printf, in an order that no thread changes; called from one thread.
     std::function<void(const std::string& line)> print_line;
 };

@@ -1,0 +1,128 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// A slow printer holds the pipeline back, and only that: what waits for it is bounded, and work
+// goes on behind it until the bound is reached.
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <thread>
+
+#include "tests/support/slab/box_print.h"
+#include "tests/support/slab/test_fablets.h"
+
+namespace openfab::slab {
+namespace {
+
+using namespace std::chrono_literals;
+using tests::BoxPart;
+
+/// Counts slices that have been encoded and not yet committed.
+class CountingSink : public backends::SliceSink {
+  public:
+    Result<void> begin(const backends::PrintInfo&) override { return {}; }
+    std::vector<uint8_t> encode(const backends::SliceView&) const override {
+        std::unique_lock lock(mutex_);
+        most_encoding_ = std::max(most_encoding_, ++encoding_);
+        lock.unlock();
+        std::this_thread::sleep_for(slow_encode_);
+        lock.lock();
+        --encoding_;
+        ++encoded_;
+        most_waiting_ = std::max(most_waiting_, encoded_ - committed_);
+        changed_.notify_all();
+        return {1};
+    }
+    Result<void> commit(int32_t z, const std::vector<uint8_t>&) override {
+        std::unique_lock lock(mutex_);
+        if (z == slow_z_) {
+            // The printer takes its time: until the pipeline has gone as far as it may, and then
+            // some.
+            reached_ = changed_.wait_for(lock, 60s, [&] { return encoded_ >= expected_; });
+            lock.unlock();
+            std::this_thread::sleep_for(200ms);
+            lock.lock();
+            encoded_then_ = encoded_;
+        }
+        ++committed_;
+        return {};
+    }
+    Result<void> finish(const backends::PrintTotals&) override { return {}; }
+
+    int32_t slow_z_ = -1;
+    int32_t expected_ = 0;
+    bool reached_ = false;
+    int32_t encoded_then_ = 0;
+    mutable int32_t encoded_ = 0, most_waiting_ = 0;
+    mutable int32_t encoding_ = 0, most_encoding_ = 0;
+    int32_t committed_ = 0;
+    std::chrono::milliseconds slow_encode_{0};
+
+  private:
+    mutable std::mutex mutex_;
+    mutable std::condition_variable changed_;
+};
+
+PrintOptions with_groups(int32_t groups) {
+    PrintOptions options;
+    options.threads = 3;
+    options.groups_in_flight = groups;
+    options.memory_bytes += tests::kSanitizerBytes;
+    return options;
+}
+
+Result<PrintStatistics> print_into(CountingSink* sink, const PrintOptions& options) {
+    const std::vector<BoxPart> boxes{{{0, 0, 0}, {2, 2, 6}, &tests::skin_fablet()}};
+    Result<std::unique_ptr<Print>> print = Print::create(tests::make_input(boxes), options);
+    if (!print) return print.error();
+    PrintStatistics statistics;
+    const std::atomic<bool> interrupt{false};
+    const Result<void> done = (*print)->run(*sink, {}, interrupt, &statistics);
+    if (!done) return done.error();
+    return statistics;
+}
+
+TEST(BackPressure, ASlowSinkIsWaitedForWithABoundAndNoSooner) {
+    for (const int32_t groups : {2, 3, 5}) {
+        CountingSink sink;
+        // A slice of the second group: the first goes alone. While it is written, its group is in
+        // flight, and so are as many as are allowed besides.
+        sink.slow_z_ = 8;
+        sink.expected_ = 8 + 8 * groups;
+        const Result<PrintStatistics> printed = print_into(&sink, with_groups(groups));
+        ASSERT_TRUE(printed) << printed.error().message;
+        EXPECT_TRUE(sink.reached_) << groups << ": the pipeline stood still behind a slow sink";
+        EXPECT_EQ(sink.encoded_then_, sink.expected_) << groups << ": more waits than may";
+        EXPECT_LE(sink.most_waiting_, 8 * groups);
+        EXPECT_EQ(sink.committed_, printed->slices);
+        EXPECT_GT(printed->slices, 16 + 8 * groups);
+    }
+}
+
+TEST(BackPressure, AsManySlicesAreEncodedAtOnceAsTheBudgetHasRoomFor) {
+    CountingSink sink;
+    PrintOptions options = with_groups(0);
+    // A slice of 20 x 25 voxels would take a quarter of the budget.
+    options.encode_bytes_per_column = options.memory_bytes / 4 / (20 * 25);
+    sink.slow_encode_ = 2ms;
+    const Result<PrintStatistics> printed = print_into(&sink, options);
+    ASSERT_TRUE(printed) << printed.error().message;
+    EXPECT_EQ(sink.most_encoding_, 1);
+    CountingSink free;
+    free.slow_encode_ = 2ms;
+    ASSERT_TRUE(print_into(&free, with_groups(0)));
+    EXPECT_GT(free.most_encoding_, 1);
+}
+
+TEST(BackPressure, WhatWaitsDoesNotGrowWithThePrint) {
+    CountingSink sink;
+    const Result<PrintStatistics> printed = print_into(&sink, with_groups(0));
+    ASSERT_TRUE(printed) << printed.error().message;
+    EXPECT_LE(sink.most_waiting_, 8 * 3);  // unless told, as many groups as threads
+}
+
+}  // namespace
+}  // namespace openfab::slab
