@@ -33,6 +33,7 @@ struct PrintInfo {
     int32_t slice_end = 0;                 ///< one past the last
     int32_t bits = 4;                      ///< bits a voxel in packed rows: 4 or 8
     std::vector<SliceMaterial> materials;  ///< code 1 is materials[0]; code 0 is void
+    int32_t support_code = 0;  ///< of the material that supports parts; 0: none or not known
     std::string printer;
     std::string title;  ///< the world's or mesh's name
     uint64_t seed = 0;

@@ -9,6 +9,8 @@
 #include <rapidjson/prettywriter.h>
 #include <rapidjson/stringbuffer.h>
 
+#include <algorithm>
+
 #include "backends/common/same_print.h"
 #include "backends/raster/png_sink.h"
 
@@ -101,6 +103,14 @@ void put_materials(Json& json, const backends::PrintInfo& info,
     json.EndArray();
 }
 
+/// Slices that come from a file know it by what they were made from.
+bool slices_hold_support(const backends::PrintInfo& info) {
+    return info.support_code != 0 ||
+           std::any_of(info.made_from.begin(), info.made_from.end(), [](const auto& setting) {
+               return setting.first == "support" && setting.second != "none";
+           });
+}
+
 }  // namespace
 
 std::string manifest_json(const backends::PrintInfo& info, const backends::PrintTotals& totals,
@@ -131,7 +141,9 @@ std::string manifest_json(const backends::PrintInfo& info, const backends::Print
     put(json, "color_mode", std::string(options.indexed ? "indexed" : "rgba"));
     put(json, "void_color", hex_color({0, 0, 0, 0}));
     put(json, "support_made_by",
-        std::string(options.front_end_makes_support ? "front_end" : "nobody"));
+        std::string(slices_hold_support(info)         ? "slices"
+                    : options.front_end_makes_support ? "front_end"
+                                                      : "nobody"));
     put_materials(json, info, totals);
     put(json, "voxels_solid", totals.voxels_solid);
     put(json, "seed", std::to_string(info.seed));
@@ -226,7 +238,9 @@ std::string handoff_text(const backends::PrintInfo& info, const backends::PrintT
                         info.size.y * pitch.y, slices_written * pitch.z);
     text += fmt::format("orientation         seen from above, x runs to the {}, y runs up\n",
                         options.flip_x ? "left (the pictures are mirrored)" : "right");
-    text += options.front_end_makes_support
+    text += slices_hold_support(info)
+                ? "support             is in the slices; let the front end add none\n"
+            : options.front_end_makes_support
                 ? "support             let the front end add it; transparent pixels are empty\n"
                 : "support             none is in the slices; transparent pixels are empty\n";
     text += "\nAssign a material to each colour:\n";

@@ -4,8 +4,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
+#include "runtime/base/near_miss.h"
 #include "runtime/print/build_volume.h"
 #include "runtime/print/outputs.h"
 #include "runtime/scene/bind.h"
@@ -68,6 +70,45 @@ Result<void> check_materials(const scene::World& world, const scene::Printer& pr
                                   world.materials.size(), printer.name, most));
 }
 
+/// The code of the support material, 0 where the print has none. The printer's own is added to the
+/// materials, unless the world has one of its name.
+Result<int32_t> choose_support(const Options& options, const scene::World& world,
+                               const scene::Printer& printer,
+                               std::vector<backends::SliceMaterial>* materials) {
+    scene::SupportChoice choice = world.support;
+    const bool named =
+        !options.support.empty() && options.support != "on" && options.support != "off";
+    if (!options.support.empty()) {
+        choice.on = options.support != "off";
+        if (named) choice.material = options.support;
+    }
+    if (!choice.on.value_or(!printer.makes_support)) return 0;
+    std::vector<std::string> names;
+    for (const backends::SliceMaterial& material : *materials)
+        names.push_back(material.name);
+    if (!choice.material.empty()) {
+        const auto found = std::find(names.begin(), names.end(), choice.material);
+        if (found != names.end()) return static_cast<int32_t>(found - names.begin()) + 1;
+        return user_error(
+            fmt::format("`--support {}`: write on, off, or a material of the world; {}",
+                        choice.material, suggest(choice.material, names)));
+    }
+    const scene::SupportMaterial& own = printer.support_material;
+    const backends::SliceMaterial added{own.name, own.key, own.preview, own.density_g_cm3,
+                                        own.channel};
+    for (size_t m = 0; m < materials->size(); ++m) {
+        const backends::SliceMaterial& material = (*materials)[m];
+        if (material.name == added.name) return static_cast<int32_t>(m) + 1;
+        if (material.key != added.key) continue;
+        return user_error(fmt::format(
+            "material `{}` has the key colour of what `{}` makes support of; change it, "
+            "or name the material of support with `support` in the world",
+            material.name, printer.name));
+    }
+    materials->push_back(added);
+    return static_cast<int32_t>(materials->size());
+}
+
 }  // namespace
 
 Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets) {
@@ -95,6 +136,9 @@ Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets)
         job.input.materials.push_back({material.name, material.key, material.preview,
                                        material.density_g_cm3, material.channel});
     }
+    Result<int32_t> support = choose_support(options, *world, job.printer, &job.input.materials);
+    if (!support) return support.error();
+    job.input.support_code = *support;
     Result<std::string> format = choose_format(options, job.printer);
     if (!format) return format.error();
     job.input.pitch_mm = print_pitch(options, job.printer.pitch_mm, is_mesh_format(*format));

@@ -136,6 +136,10 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
         "--dither", o.dither,
         "decorrelated unless told, floyd_steinberg, blue_noise, or majority (the largest "
         "amount; what meshes have unless told)");
+    app.add_option(
+        "--support", o.support,
+        "on, off, or the world's material that it is made of; else as the world says, else "
+        "on where the printer's front end makes none");
     app.add_option("--seed", raw.seed, "of the dither");
     app.add_option("--preview", raw.previews,
                    "FILE.png[,view=front|back|section|slice:N|model:TURN:TILT][,light=transmitted]["

@@ -34,8 +34,9 @@ struct Options {
     std::string dither;  ///< empty: majority for meshes, else the pipeline's own
     uint64_t seed = 0;
     std::vector<std::string> settings;  ///< `OBJECT.UNIFORM=VALUE`, read by scene::bind
-    bool crop_tray = false;             ///< the grid is the tray, not the box of the parts
-    std::vector<std::string> allow;     ///< folders that the world may read besides its own
+    std::string support;  ///< on, off or a material of the world; empty: as world and printer say
+    bool crop_tray = false;          ///< the grid is the tray, not the box of the parts
+    std::vector<std::string> allow;  ///< folders that the world may read besides its own
     std::vector<preview::PreviewSpec> previews;
     report::ProgressMode progress = report::ProgressMode::kAuto;
     std::string stats_file;

@@ -127,6 +127,11 @@ std::string statistics_json(const slab::PrintStatistics& s, const backends::Prin
     w.SetFormatOptions(rapidjson::kFormatDefault);
     write(w, "voxels_total", s.voxels_total);
     write(w, "voxels_solid", s.voxels_solid);
+    if (info.support_code != 0) {
+        write(w, "voxels_support", s.voxels_support);
+        write(w, "support_material",
+              info.materials[static_cast<size_t>(info.support_code - 1)].name);
+    }
     write_materials(w, s, info);
     write_times(w, s);
     write_work(w, s);

@@ -148,6 +148,7 @@ class WorldBinder {
         part.slot_material = std::move(uniforms->slot_material);
         part.max_displacement_mm = static_cast<float>(object.max_displacement_mm);
         part.priority = object.priority;
+        part.support = object.support;
         part.instance = instance;
         for (size_t i = 0; i < uniforms->textures.size(); ++i) {
             Result<std::shared_ptr<const texture::Pyramid>> pyramid =

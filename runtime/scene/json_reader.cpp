@@ -106,6 +106,25 @@ std::vector<double> JsonReader::numbers(const JsonValue& value, const std::strin
     return out;
 }
 
+std::array<uint8_t, 4> JsonReader::color(const JsonValue& value, const std::string& what,
+                                         bool alpha) {
+    std::array<uint8_t, 4> out{0, 0, 0, 255};
+    const std::string text = string(value, what);
+    if (!ok()) return out;
+    const bool length_fits = text.size() == 7 || (alpha && text.size() == 9);
+    const bool digits = length_fits && text[0] == '#' &&
+                        text.find_first_not_of("0123456789abcdefABCDEF", 1) == std::string::npos;
+    if (!digits) {
+        fail(value, fmt::format("{} is `{}`; write it as {}", what, text,
+                                alpha ? "#rrggbb or #rrggbbaa" : "#rrggbb (it is opaque)"));
+        return out;
+    }
+    for (size_t i = 0; i * 2 + 1 < text.size(); ++i) {
+        out[i] = static_cast<uint8_t>(std::stoi(text.substr(1 + i * 2, 2), nullptr, 16));
+    }
+    return out;
+}
+
 size_t JsonReader::choice(const JsonValue& value, const std::string& what,
                           const std::vector<std::string>& choices) {
     const std::string text = string(value, what);

@@ -44,6 +44,8 @@ class JsonReader {
     std::string string(const JsonValue& value, const std::string& what);
     bool boolean(const JsonValue& value, const std::string& what);
     double number(const JsonValue& value, const std::string& what, double least, double most);
+    /// `#rrggbb`, or with an alpha `#rrggbbaa`; opaque black after an error.
+    std::array<uint8_t, 4> color(const JsonValue& value, const std::string& what, bool alpha);
     int32_t integer(const JsonValue& value, const std::string& what, int32_t least, int32_t most);
     /// `count` numbers in an array.
     std::vector<double> numbers(const JsonValue& value, const std::string& what, size_t count,

@@ -63,6 +63,7 @@ struct Part {
     float max_displacement_mm = std::numeric_limits<float>::infinity();
     int32_t priority = 0;
     int32_t instance = 0;  ///< place in the world's build list
+    bool support = true;   ///< support goes below it, in prints that have any
 };
 
 /// The voxel grid of a print. Voxel (i, j, k) has its centre at origin + (i + 0.5, j + 0.5, k +

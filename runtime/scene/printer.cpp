@@ -20,7 +20,7 @@ const KeySet& printer_keys() {
     static const KeySet set = {
         "printer",
         {"name", "dpi", "layer_um", "pitch_mm", "build_volume_mm", "max_materials", "native_format",
-         "makes_support", "layer_time_s", "handoff"},
+         "makes_support", "support_material", "layer_time_s", "handoff"},
         {"name"}};
     return set;
 }
@@ -50,6 +50,27 @@ void read_pitch(const JsonValue& root, JsonReader* json, Printer* out) {
     }
 }
 
+/// Its keys are those of a world's materials, and a name.
+void read_support_material(const JsonValue& value, JsonReader* json, SupportMaterial* out) {
+    static const KeySet keys = {
+        "support_material", {"name", "key", "preview", "density_g_cm3", "channel"}, {}};
+    if (!json->object(value, keys, "the support material")) return;
+    if (const JsonMember* p = value.find("name")) {
+        out->name = json->string(p->value, "`name` of the support material");
+        if (out->name.empty()) json->fail(p->value, "the support material has no name");
+    }
+    if (const JsonMember* p = value.find("key"))
+        out->key = out->preview = json->color(p->value, "`key` of the support material", false);
+    if (const JsonMember* p = value.find("preview"))
+        out->preview = json->color(p->value, "`preview` of the support material", true);
+    if (const JsonMember* p = value.find("density_g_cm3")) {
+        out->density_g_cm3 =
+            json->number(p->value, "`density_g_cm3` of the support material", 0.001, 30);
+    }
+    if (const JsonMember* p = value.find("channel"))
+        out->channel = json->string(p->value, "`channel` of the support material");
+}
+
 Result<Printer> parse_printer(std::string_view text, const std::string& name) {
     const Result<JsonValue> root = parse_json(text, name);
     if (!root) return root.error();
@@ -73,11 +94,9 @@ Result<Printer> parse_printer(std::string_view text, const std::string& name) {
     }
     if (const JsonMember* p = root->find("makes_support")) {
         out.makes_support = json.boolean(p->value, "`makes_support`");
-        if (!out.makes_support)
-            json.fail(p->value,
-                      "making support is not supported yet; leave it to the printer's "
-                      "front end with `makes_support` true");
     }
+    if (const JsonMember* p = root->find("support_material"))
+        read_support_material(p->value, &json, &out.support_material);
     if (const JsonMember* p = root->find("layer_time_s")) {
         out.layer_time_s = json.number(p->value, "`layer_time_s`", 0, 1e6);
     }

@@ -57,6 +57,7 @@ class WorldReader {
                     json_.choice(m->value, "`tray`", {"anywhere", "corner", "center"}));
             section(*root, "fablets", &WorldReader::fablet);
             section(*root, "materials", &WorldReader::material);
+            if (const JsonMember* m = root->find("support")) support(m->value);
             section(*root, "textures", &WorldReader::texture);
             section(*root, "meshes", &WorldReader::mesh);
             section(*root, "objects", &WorldReader::object);
@@ -86,6 +87,20 @@ class WorldReader {
         world_.printer = json_.string(value, "`printer`");
         if (world_.printer.ends_with(".json")) {
             world_.printer = files_.existing(value, "the printer").string();
+        }
+    }
+
+    /// On, off, or the material that it is made of, which turns it on.
+    void support(const JsonValue& value) {
+        world_.support.place = json_.place(value);
+        if (value.is(Kind::kString)) {
+            world_.support.on = true;
+            if (reference(value, "`support`", "material", names_of(world_.materials)) >= 0)
+                world_.support.material = value.text;
+        } else if (value.is(Kind::kBool)) {
+            world_.support.on = json_.boolean(value, "`support`");
+        } else {
+            json_.fail(value, "`support` is neither true, false nor the name of a material");
         }
     }
 
@@ -128,33 +143,13 @@ class WorldReader {
         world_.fablets.emplace(m.key, std::move(ref));
     }
 
-    Rgba8 color(const JsonValue& value, const std::string& what, bool alpha) {
-        Rgba8 out{0, 0, 0, 255};
-        const std::string text = json_.string(value, what);
-        if (!json_.ok()) return out;
-        const bool length_fits = text.size() == 7 || (alpha && text.size() == 9);
-        const bool digits =
-            length_fits && text[0] == '#' &&
-            text.find_first_not_of("0123456789abcdefABCDEF", 1) == std::string::npos;
-        if (!digits) {
-            json_.fail(value,
-                       fmt::format("{} is `{}`; write it as {}", what, text,
-                                   alpha ? "#rrggbb or #rrggbbaa" : "#rrggbb (it is opaque)"));
-            return out;
-        }
-        for (size_t i = 0; i * 2 + 1 < text.size(); ++i) {
-            out[i] = static_cast<uint8_t>(std::stoi(text.substr(1 + i * 2, 2), nullptr, 16));
-        }
-        return out;
-    }
-
     void material(const JsonMember& m) {
         const std::string what = fmt::format("material `{}`", m.key);
         if (!json_.object(m.value, world_keys("material"), what)) return;
         Material material;
         material.name = m.key;
         const JsonValue& key = m.value.find("key")->value;
-        material.key = material.preview = color(key, "`key` of " + what, false);
+        material.key = material.preview = json_.color(key, "`key` of " + what, false);
         for (const Material& other : world_.materials) {
             if (other.key == material.key) {
                 json_.fail(key, fmt::format("{} has the key colour of material `{}`; keys tell "
@@ -164,7 +159,7 @@ class WorldReader {
             }
         }
         if (const JsonMember* p = m.value.find("preview")) {
-            material.preview = color(p->value, "`preview` of " + what, true);
+            material.preview = json_.color(p->value, "`preview` of " + what, true);
         }
         if (const JsonMember* p = m.value.find("density_g_cm3")) {
             material.density_g_cm3 =
@@ -368,14 +363,7 @@ class WorldReader {
         if (const JsonMember* p = m.value.find("uniforms"))
             object.uniforms = read_uniforms(p->value, what, &json_);
         if (const JsonMember* p = m.value.find("support")) {
-            if (json_.boolean(p->value, "`support` of " + what)) {
-                json_.fail(
-                    p->value,
-                    fmt::format(
-                        "support for {} is not supported yet; leave it out, the printer's front "
-                        "end can make it",
-                        what));
-            }
+            object.support = json_.boolean(p->value, "`support` of " + what);
         }
         if (const JsonMember* p = m.value.find("repair")) {
             // Done when the mesh was read.

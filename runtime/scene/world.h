@@ -79,6 +79,7 @@ struct Object {
     int32_t priority = 0;  ///< higher wins
     double max_displacement_mm = std::numeric_limits<double>::infinity();
     UniformBindings uniforms;
+    bool support = true;  ///< it asks for support below it
     Place place;
 };
 
@@ -86,6 +87,13 @@ struct Placement {
     int32_t object = 0;  ///< index in World::objects
     Affine3d transform;  ///< mesh space (mm) to build space (mm)
     UniformBindings overrides;
+    Place place;
+};
+
+/// What a world says of support.
+struct SupportChoice {
+    std::optional<bool> on;  ///< absent: as the printer's profile says
+    std::string material;    ///< of the world; empty: the profile's
     Place place;
 };
 
@@ -101,6 +109,7 @@ struct World {
     std::vector<Object> objects;
     std::vector<Placement> build;
     Tray tray = Tray::kAnywhere;
+    SupportChoice support;
     std::string printer;  ///< name or file, empty where the world names none
     std::vector<std::string> warnings;
     std::vector<std::filesystem::path> files;  ///< what it is made from, the world itself first

@@ -9,8 +9,8 @@ namespace openfab::scene {
 const std::vector<KeySet>& world_key_sets() {
     static const std::vector<KeySet> sets = {
         {"world",
-         {"$schema", "openfab", "printer", "tray", "fablets", "materials", "textures", "meshes",
-          "objects", "groups", "arrange", "build"},
+         {"$schema", "openfab", "printer", "tray", "support", "fablets", "materials", "textures",
+          "meshes", "objects", "groups", "arrange", "build"},
          {"openfab", "fablets", "meshes", "objects", "build"}},
         {"fablet", {"source", "fablet"}, {"source", "fablet"}},
         {"material", {"key", "preview", "density_g_cm3", "channel"}, {"key"}},

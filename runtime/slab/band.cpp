@@ -7,6 +7,7 @@
 
 #include "runtime/abi/voxel_hash.h"
 #include "runtime/slab/clock.h"
+#include "runtime/slab/support_fill.h"
 
 namespace openfab::slab {
 
@@ -121,8 +122,8 @@ void GroupPlanes::reset(int32_t grid_width, int32_t grid_height, int32_t voxel_b
 }
 
 GroupDither::GroupDither(const openfab_stage_set& set, openfab_isa isa, DitherRule rule,
-                         uint64_t seed, const Vec3i& size)
-    : calls_(set, isa) {
+                         uint64_t seed, const Vec3i& size, const SupportFill* support)
+    : calls_(set, isa), support_(support) {
     setup_ = {rule, isa, abi::fold_seed(seed), calls_.channels(), (size.x + 7) / 8 * 8};
     // Never cleared again: errors of voxels that are not mixed are not taken, they must only be
     // finite.
@@ -157,7 +158,13 @@ int GroupDither::end(RowBand** released) {
 
 int GroupDither::finish_held(const uint8_t* below) {
     if (held_->any_mixed) dither_rows(held_, 7, 1, held_->mixed_row(6), below);
-    const double start = seconds_now();
+    double start = seconds_now();
+    if (support_ != nullptr && support_->on()) {
+        add_support(*support_, z_, planes_->height, held_);
+        const double filled = seconds_now();
+        seconds_support += filled - start;
+        start = filled;
+    }
     // Bytes of a row; a block takes as many as a voxel has bits.
     const int32_t bits = planes_->bits;
     const int32_t first = bits * held_->first_block;

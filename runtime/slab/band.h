@@ -63,11 +63,14 @@ struct GroupPlanes {
     void reset(int32_t grid_width, int32_t grid_height, int32_t voxel_bits);
 };
 
+struct SupportFill;
+
 class GroupDither {
   public:
-    /// `size` of the grid in voxels; memory is kept from group to group.
+    /// `size` of the grid in voxels; memory is kept from group to group. `support`, if any, takes
+    /// the voxels that are left void.
     GroupDither(const openfab_stage_set& set, openfab_isa isa, DitherRule rule, uint64_t seed,
-                const Vec3i& size);
+                const Vec3i& size, const SupportFill* support = nullptr);
 
     /// Slices 8 group .. 8 group + 7 into `planes`, which was reset.
     void begin(int32_t group, GroupPlanes* planes);
@@ -77,7 +80,7 @@ class GroupDither {
     /// After the last band.
     int end(RowBand** released);
 
-    double seconds_dither = 0, seconds_pack = 0;
+    double seconds_dither = 0, seconds_support = 0, seconds_pack = 0;
 
   private:
     void dither_rows(RowBand* band, int32_t first, int32_t count, const uint8_t* above,
@@ -86,6 +89,7 @@ class GroupDither {
 
     StageCalls calls_;
     DitherSetup setup_;
+    const SupportFill* support_;
     int32_t z_ = 0;
     GroupPlanes* planes_ = nullptr;
     RowBand* held_ = nullptr;

@@ -108,6 +108,11 @@ Result<void> check_input(const PrintInput& input, const PrintOptions& options) {
             fmt::format("this print uses {} materials, and at most {} are possible: {}",
                         input.materials.size(), OPENFAB_MAX_MATERIALS, names));
     }
+    if (input.support_code < 0 ||
+        input.support_code > static_cast<int32_t>(input.materials.size())) {
+        return internal_error(fmt::format("support has the material code {}, which there is not",
+                                          input.support_code));
+    }
     for (int a = 0; a < 3; ++a) {
         if (!(input.pitch_mm[a] > 0) || !std::isfinite(input.pitch_mm[a])) {
             return user_error(fmt::format("a voxel of {} x {} x {} mm is not possible",

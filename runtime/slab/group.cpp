@@ -13,19 +13,28 @@
 namespace openfab::slab {
 
 GroupRun::GroupRun(const GroupSetup& setup)
-    : setup_(setup), dither_(*setup.stages, setup.isa, setup.dither, setup.seed, setup.size) {}
+    : setup_(setup),
+      dither_(*setup.stages, setup.isa, setup.dither, setup.seed, setup.size, &setup.support) {}
 
 int GroupRun::run(int32_t group, Pool<BlockEvaluator>* evaluators, const StopFlags& stop) {
-    planes_.reset(setup_.size.x, setup_.size.y, voxel_bits(setup_.stages->materials));
+    planes_.reset(setup_.size.x, setup_.size.y, setup_.bits);
     int status = prepare(group, evaluators);
     int32_t first = setup_.size.y, end = 0;
     for (const auto& active : active_) {
         first = std::min(first, active->cull.first_y());
         end = std::max(end, active->cull.end_y());
     }
+    const int32_t rows = (setup_.size.y + 7) / 8;
+    for (int32_t row = 0; setup_.support.on() && row < rows; ++row) {
+        const Vec2<int32_t> blocks = support_blocks(setup_.support, row, 8 * group);
+        if (blocks.x >= blocks.y) continue;
+        first = std::min(first, row);
+        end = std::max(end, row + 1);
+    }
     if (status == 0 && first < end) status = run_rows(group, first, end, evaluators, stop);
     if (status == 0 && stop.requested()) status = kStopped;
     times.dither = dither_.seconds_dither;
+    times.support = dither_.seconds_support;
     times.pack = dither_.seconds_pack;
     return status;
 }
@@ -129,7 +138,15 @@ int GroupRun::evaluate_row(int32_t group, int32_t row, Row* scratch,
         end = std::max(end, active->cull.end_x());
         ++parts;
     }
-    scratch->band.reset(row, columns, std::min(first, end), end);
+    int32_t written_first = std::min(first, end), written_end = end;
+    if (setup_.support.on()) {
+        const Vec2<int32_t> blocks = support_blocks(setup_.support, row, 8 * group);
+        if (blocks.x < blocks.y) {
+            written_first = end > first ? std::min(first, blocks.x) : blocks.x;
+            written_end = std::min(std::max(end, blocks.y), columns);
+        }
+    }
+    scratch->band.reset(row, columns, written_first, written_end);
     scratch->many = parts > 1;
     if (scratch->many) scratch->claims.reset(columns, first, end);
     for (const auto& active : active_) {

@@ -17,6 +17,7 @@
 #include "runtime/slab/evaluate.h"
 #include "runtime/slab/overlaps.h"
 #include "runtime/slab/print_part.h"
+#include "runtime/slab/support_fill.h"
 
 namespace openfab::slab {
 
@@ -71,11 +72,13 @@ struct GroupSetup {
     Vec3i size;  ///< of the grid, voxels
     bool culling = true;
     int32_t rows_in_flight = 2;  ///< rows of blocks of one group evaluated ahead
+    int32_t bits = 4;            ///< a packed voxel
+    SupportFill support;
 };
 
 /// Phase times, seconds summed over threads.
 struct GroupTimes {
-    double coverage = 0, dither = 0, pack = 0;
+    double coverage = 0, dither = 0, support = 0, pack = 0;
 };
 
 /// Memory of one group in flight, reused by later groups.

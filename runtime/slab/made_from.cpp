@@ -121,11 +121,15 @@ std::vector<std::pair<std::string, std::string>> made_from(const PrintInput& inp
         placements.add(part.local_to_build.t);
         placements.add(part.priority);
         placements.add(part.instance);
+        placements.add(int32_t{part.support});
         for (const std::vector<int32_t>& objects : part.objects)
             placements.add_all(objects);
     }
     return {{"version of openfab", OPENFAB_VERSION},
             {"dither", options.dither},
+            {"support", input.support_code == 0
+                            ? "none"
+                            : input.materials[static_cast<size_t>(input.support_code - 1)].name},
             {"fablets", fablets.text()},
             {"meshes", meshes.text()},
             {"uniforms", uniforms.text()},

@@ -54,12 +54,12 @@ CacheBudgets cache_budgets(const PrintOptions& options, int64_t resident, int64_
 }
 
 MemoryNeeds memory_needs(const std::vector<std::unique_ptr<PrintPart>>& parts, const Vec3i& size,
-                         int32_t materials, int64_t caches) {
+                         int32_t materials, int32_t bits, int64_t caches) {
     const int64_t channels = materials + 1;
     MemoryNeeds needs;
     needs.fixed = resident_bytes() + caches + kSlackBytes;
     const int64_t blocks_x = (size.x + 7) / 8;
-    const int64_t plane = (int64_t{size.x} * voxel_bits(materials) + 7) / 8 * size.y;
+    const int64_t plane = (int64_t{size.x} * bits + 7) / 8 * size.y;
     int64_t masks = 0, batch = 0;
     for (const auto& p : parts) {
         const Vec3i extent = p->box.size();

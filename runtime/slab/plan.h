@@ -47,9 +47,9 @@ struct MemoryNeeds {
     int64_t per_thread = 0;  ///< kernel buffers and query scratch
 };
 
-/// `materials` of the stage set.
+/// `materials` of the stage set, `bits` of a packed voxel.
 MemoryNeeds memory_needs(const std::vector<std::unique_ptr<PrintPart>>& parts, const Vec3i& size,
-                         int32_t materials, int64_t caches);
+                         int32_t materials, int32_t bits, int64_t caches);
 
 /// Refuses with the least budget that would do.
 Result<MemoryPlan> make_plan(const MemoryNeeds& needs, const PrintOptions& options, int32_t threads,

@@ -202,6 +202,8 @@ class PrintJob final : public Print {
     bool owns_surface(size_t part) const { return owners_[part] == static_cast<int32_t>(part); }
     Result<void> surface_status() const;
     Result<void> take_up(backends::SliceSink& sink, Delivery* delivery);
+    Result<void> set_up_support();
+    int32_t model_materials() const;
     void print_groups(backends::SliceSink& sink, Delivery* delivery);
     FinishedGroup print_group(int32_t group, const backends::SliceSink& sink, Delivery* delivery);
     void encode(const backends::SliceSink& sink, const GroupRun& run, FinishedGroup* finished);
@@ -216,6 +218,7 @@ class PrintJob final : public Print {
     std::vector<std::shared_ptr<const surface::Surface>> surfaces_;  ///< by part
     std::vector<std::unique_ptr<PrintPart>> parts_;
     GroupSetup setup_;
+    std::unique_ptr<const support::DepthMap> support_;
     MemoryPlan plan_;
     int32_t threads_ = 1;
     double seconds_set_up_ = 0;
@@ -283,13 +286,15 @@ Result<void> PrintJob::set_up() {
         return pa != pb ? pa > pb : a > b;
     });
     setup_.parts = &parts_;
-    setup_.stages = find_stage_set(static_cast<int32_t>(input_.materials.size()));
+    setup_.stages = find_stage_set(model_materials());
+    setup_.bits = voxel_bits(static_cast<int32_t>(input_.materials.size()));
     setup_.isa = options_.isa;
     setup_.dither = *find_dither(options_.dither);
     setup_.seed = options_.seed;
     setup_.size = grid_.size;
     setup_.culling = options_.culling;
 
+    if (const Result<void> made = set_up_support(); !made) return made.error();
     const int64_t columns = int64_t{grid_.size.x} * grid_.size.y;
     const int64_t encode = options_.encode_bytes_per_column * columns;
     const int32_t encoders = encode == 0 ? threads_
@@ -297,8 +302,8 @@ Result<void> PrintJob::set_up() {
                                                options_.memory_bytes / 3 / encode, 1, threads_));
     encoders_.emplace(encoders);
     const int64_t sink = options_.sink_bytes_per_column * columns + encode * encoders;
-    const MemoryNeeds needs =
-        memory_needs(parts_, grid_.size, setup_.stages->materials, caches + textures + sink);
+    const MemoryNeeds needs = memory_needs(parts_, grid_.size, setup_.stages->materials,
+                                           setup_.bits, caches + textures + sink);
     const int32_t groups = (range_.y + 7) / 8 - range_.x / 8;
     Result<MemoryPlan> plan = make_plan(needs, options_, threads_, groups);
     if (!plan) return plan.error();
@@ -310,13 +315,42 @@ Result<void> PrintJob::set_up() {
     info_.origin_mm = grid_.origin_mm;
     info_.slice_begin = range_.x;
     info_.slice_end = range_.y;
-    info_.bits = voxel_bits(setup_.stages->materials);
+    info_.bits = setup_.bits;
     info_.materials = input_.materials;
+    info_.support_code = input_.support_code;
     info_.printer = input_.printer;
     info_.title = input_.title;
     info_.seed = options_.seed;
     info_.made_from = made_from(input_, options_);
     seconds_set_up_ = seconds_now() - start;
+    return {};
+}
+
+/// Stages see the materials that fablets can name: support, where it is the last material and none
+/// of theirs, is put in when they are done.
+int32_t PrintJob::model_materials() const {
+    const auto all = static_cast<int32_t>(input_.materials.size());
+    if (input_.support_code != all) return all;
+    for (const scene::Part& part : input_.parts) {
+        for (const uint8_t code : part.slot_material) {
+            if (code == all) return all;
+        }
+    }
+    return all - 1;
+}
+
+Result<void> PrintJob::set_up_support() {
+    if (input_.support_code == 0) return {};
+    std::vector<support::SupportedPart> supported;
+    for (const auto& part : parts_) {
+        if (part->part->support)
+            supported.push_back({part->part, part->surface.get(), part->patches.get(), part->box});
+    }
+    Result<support::DepthMap> map =
+        support::DepthMap::create(supported, grid_, options_.memory_bytes - resident_bytes());
+    if (!map) return map.error();
+    support_ = std::make_unique<const support::DepthMap>(std::move(*map));
+    setup_.support = {support_.get(), static_cast<uint8_t>(input_.support_code)};
     return {};
 }
 
@@ -362,7 +396,11 @@ Result<void> PrintJob::run(backends::SliceSink& sink,
     fill_statistics(delivery, statistics);
     statistics->complete = complete && !delivery.failed();
     statistics->voxels_by_code = totals.voxels_by_code;
-    statistics->voxels_solid = totals.voxels_solid;
+    if (input_.support_code != 0) {
+        statistics->voxels_support =
+            totals.voxels_by_code[static_cast<size_t>(input_.support_code)];
+    }
+    statistics->voxels_solid = totals.voxels_solid - statistics->voxels_support;
     if (delivery.failed()) return delivery.error();
     if (!complete) {
         return Error{ErrorCode::kInterrupted,
@@ -505,6 +543,7 @@ void PrintJob::fill_statistics(const Delivery& delivery, PrintStatistics* s) {
     for (const auto& r : runs_.all()) {
         times.coverage += r->times.coverage;
         times.dither += r->times.dither;
+        times.support += r->times.support;
         times.pack += r->times.pack;
         overlaps.add(r->overlaps());
     }
@@ -518,6 +557,7 @@ void PrintJob::fill_statistics(const Delivery& delivery, PrintStatistics* s) {
                            {"volume", sum.seconds_volume},
                            {"normalise", sum.seconds_normalise},
                            {"dither", times.dither},
+                           {"support", times.support},
                            {"pack", times.pack},
                            {"count", seconds_count_},
                            {"encode", seconds_encode_},

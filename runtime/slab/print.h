@@ -44,6 +44,8 @@ struct PrintOptions {
 struct PrintInput {
     std::vector<scene::Part> parts;                  ///< in build order
     std::vector<backends::SliceMaterial> materials;  ///< code 1 is materials[0]
+    /// The code of the material that void voxels below parts get; 0: none do.
+    int32_t support_code = 0;
     Vec3d pitch_mm;
     std::optional<Box3d> crop_mm;  ///< what the grid covers besides the parts
     std::string printer;
@@ -62,7 +64,8 @@ struct PrintEstimate {
 /// Everything that `--stats` writes; names as in the design's section 5.
 struct PrintStatistics {
     int64_t voxels_total = 0;  ///< tight box of what was printed
-    int64_t voxels_solid = 0;
+    int64_t voxels_solid = 0;  ///< without support
+    int64_t voxels_support = 0;
     std::vector<int64_t> voxels_by_code;
     Box3i tight;
     int32_t slices = 0;

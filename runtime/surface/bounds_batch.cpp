@@ -109,49 +109,10 @@ void BoundsBatch::add_evaluator(Item* item, int32_t triangle) const {
     item->evaluator[static_cast<size_t>(item->evaluators++)] = triangle;
 }
 
-/// The corners of the tile's part of the triangle; where they lie on an edge, the edge points they
-/// snap to as well, since snapping moves them along the edge, out of the tile.
-void BoundsBatch::span_tile(Item* item, const Tile& tile, bool snapped) const {
-    const int32_t n = base_.lattice_factor(item->triangle);
-    const auto add = [&](double wa, double wb) {
-        const size_t i = static_cast<size_t>(item->points++);
-        item->wa[i] = wa, item->wb[i] = wb;
-    };
-    const auto add_corner = [&](int32_t a, int32_t b) {
-        add(static_cast<double>(a) / n, static_cast<double>(b) / n);
-        if (!snapped) return;
-        const std::array<int32_t, 3> place{b == 0 ? a : -1, a + b == n ? b : -1,
-                                           a == 0 ? n - b : -1};
-        for (int32_t side = 0; side < 3; ++side) {
-            const int32_t l = place[static_cast<size_t>(side)];
-            if (l < 0 || l == 0 || l == n) continue;
-            const int32_t s = 3 * item->triangle + side;
-            const int32_t factor = base_.factor[static_cast<size_t>(s)];
-            int32_t i = snap_to_edge(base_.forward(s) ? l : n - l, factor, n);
-            if (!base_.forward(s)) i = factor - i;
-            const double t = static_cast<double>(i) / factor;
-            if (side == 0) add(t, 0);
-            if (side == 1) add(1 - t, t);
-            if (side == 2) add(0, 1 - t);
-        }
-    };
-    const int32_t far_a = std::min(tile.a1, n - tile.b0), far_b = std::min(tile.b1, n - tile.a0);
-    add_corner(tile.a0, tile.b0);
-    add_corner(far_a, tile.b0);
-    add_corner(tile.a0, far_b);
-    if (far_a + far_b > n) {
-        // The far side cuts the tile's corner off.
-        if (far_a != n - tile.b0) add_corner(far_a, n - far_a);
-        if (far_b != n - tile.a0) add_corner(n - far_b, far_b);
-    } else if (far_a > tile.a0 && far_b > tile.b0) {
-        add_corner(far_a, far_b);
-    }
-}
-
 void BoundsBatch::add_tile(int32_t triangle, const Tile& tile) {
     Item item;
     item.triangle = triangle;
-    span_tile(&item, tile, true);
+    item.span = span_tile(base_, triangle, tile);
     const int32_t n = base_.lattice_factor(triangle);
     add_evaluator(&item, triangle);
     const bool touches[3] = {tile.b0 == 0, tile.a1 + tile.b1 >= n, tile.a0 == 0};
@@ -172,9 +133,9 @@ void BoundsBatch::add_tile(int32_t triangle, const Tile& tile) {
 void BoundsBatch::add_triangle(int32_t triangle) {
     Item item;
     item.triangle = triangle;
-    item.points = 3;
-    item.wa = {0, 1, 0};
-    item.wb = {0, 0, 1};
+    item.span.add(0, 0);
+    item.span.add(1, 0);
+    item.span.add(0, 1);
     add_evaluator(&item, triangle);
     items_.push_back(item);
 }
@@ -183,9 +144,9 @@ Range<float> BoundsBatch::linear(const Item& item, const std::array<float, 3>& c
     const auto [v0, v1, v2] = corners;
     if (v0 == v1 && v0 == v2) return {v0, v0};
     double lo = std::numeric_limits<double>::infinity(), hi = -lo;
-    for (int32_t i = 0; i < item.points; ++i) {
+    for (int32_t i = 0; i < item.span.points; ++i) {
         const size_t k = static_cast<size_t>(i);
-        const double v = lattice_coordinate(v0, v1, v2, item.wa[k], item.wb[k]);
+        const double v = lattice_coordinate(v0, v1, v2, item.span.wa[k], item.span.wb[k]);
         lo = std::min(lo, v), hi = std::max(hi, v);
     }
     const float slack = kFloatSlack * std::max({std::fabs(v0), std::fabs(v1), std::fabs(v2)});
@@ -200,9 +161,10 @@ Range<float> BoundsBatch::position_range(const Item& item, int32_t axis) const {
     const float least = round_position(std::min({v0, v1, v2})),
                 greatest = round_position(std::max({v0, v1, v2}));
     float lo = kInf, hi = -kInf;
-    for (int32_t i = 0; i < item.points; ++i) {
+    for (int32_t i = 0; i < item.span.points; ++i) {
         const size_t k = static_cast<size_t>(i);
-        const float v = round_position(lattice_coordinate(v0, v1, v2, item.wa[k], item.wb[k]));
+        const float v =
+            round_position(lattice_coordinate(v0, v1, v2, item.span.wa[k], item.span.wb[k]));
         lo = std::min(lo, v), hi = std::max(hi, v);
     }
     // Points are held in the triangle's box, so that flat sides have exact bounds.

@@ -22,6 +22,7 @@
 #include "runtime/surface/base_mesh.h"
 #include "runtime/surface/kernel_args.h"
 #include "runtime/surface/lattice.h"
+#include "runtime/surface/tile_span.h"
 
 namespace openfab::surface {
 
@@ -56,17 +57,14 @@ class BoundsBatch {
     Range<int32_t> int_range(size_t k, int32_t i) const;
 
   private:
-    /// Barycentric weights of the points that span a tile, and the triangles that evaluate its
-    /// vertices.
+    /// What spans a tile, and the triangles that evaluate its vertices.
     struct Item {
         int32_t triangle = 0;
-        int32_t points = 0;
-        std::array<double, 10> wa{}, wb{};
+        TileSpan span;
         int32_t evaluators = 0;
         std::array<int32_t, 7> evaluator{};
     };
 
-    void span_tile(Item* item, const Tile& tile, bool snapped) const;
     void add_evaluator(Item* item, int32_t triangle) const;
     Range<float> linear(const Item& item, const std::array<float, 3>& corners) const;
     Range<float> input_range(const Item& item, const openfab_arg& arg) const;

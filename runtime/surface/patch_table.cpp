@@ -14,6 +14,7 @@
 
 #include "runtime/surface/bounds_batch.h"
 #include "runtime/surface/lattice.h"
+#include "runtime/surface/tile_span.h"
 
 namespace openfab::surface {
 
@@ -330,26 +331,14 @@ void TableBuilder::add_to_seam(int32_t seam_patch, int32_t patch) {
     }
 }
 
-/// Every tile with a lattice point that snaps into [i0, i1].
 void TableBuilder::add_side_to_seam(int32_t seam_patch, int32_t side, int32_t i0, int32_t i1) {
     const int32_t t = side / 3, first = table_.first_patch[static_cast<size_t>(t)];
     if (!displaced(t)) {
         add_to_seam(seam_patch, first);
         return;
     }
-    const int32_t n = base_.lattice_factor(t);
-    const int64_t factor = base_.factor[static_cast<size_t>(side)];
-    const int32_t l0 =
-        std::max<int32_t>(0, static_cast<int32_t>(i0 * static_cast<int64_t>(n) / factor) - 2);
-    const int32_t l1 =
-        std::min<int32_t>(n, static_cast<int32_t>(i1 * static_cast<int64_t>(n) / factor) + 2);
-    int32_t last = -1;
-    for (int32_t l = l0; l <= l1; ++l) {
-        const auto [a, b] = side_point(n, side % 3, base_.forward(side) ? l : n - l);
-        const int32_t tile = tile_of_point(n, a, b);
-        if (tile != last) add_to_seam(seam_patch, first + tile);
-        last = tile;
-    }
+    visit_side_tiles(base_, side, i0, i1,
+                     [&](int32_t tile) { add_to_seam(seam_patch, first + tile); });
 }
 
 void TableBuilder::add_corner_to_seam(int32_t seam_patch, int32_t corner) {
@@ -358,9 +347,7 @@ void TableBuilder::add_corner_to_seam(int32_t seam_patch, int32_t corner) {
         add_to_seam(seam_patch, first);
         return;
     }
-    const int32_t n = base_.lattice_factor(t);
-    const auto [a, b] = side_point(n, corner % 3, 0);
-    add_to_seam(seam_patch, first + tile_of_point(n, a, b));
+    add_to_seam(seam_patch, first + corner_tile(base_, corner));
 }
 
 void TableBuilder::bound_seams() {

@@ -17,6 +17,7 @@
 #include "runtime/surface/map_box.h"
 #include "runtime/surface/micro_cache.h"
 #include "runtime/surface/patch_table.h"
+#include "runtime/surface/reach.h"
 
 namespace openfab::surface {
 
@@ -50,6 +51,9 @@ class DicedSurface final : public Surface {
     const PatchRanges& ranges() const override { return table_.ranges; }
     bool identity() const override { return table_.identity; }
     std::shared_ptr<const MicroMesh> micro(int32_t patch) const override;
+    void reach(int32_t patch, std::vector<Reach>* out) const override {
+        add_reach(base_, table_, patch, out);
+    }
     Box3d exact_box(const Affine3d& local_to_other) const override;
     SurfaceCounts counts() const override;
     Result<void> status() const override;

@@ -123,6 +123,16 @@ struct SurfaceCounts {
     int64_t cache_peak_bytes = 0;
 };
 
+/// A flat convex polygon, the hull of its corners, grown by a box: all p + d with p in the polygon
+/// and d in `grow`. Part-local mm.
+struct Reach {
+    int32_t count = 0;
+    std::array<Vec3d, 5> corners;
+    Box3d grow;
+
+    void add(const Vec3d& corner) { corners[static_cast<size_t>(count++)] = corner; }
+};
+
 class Surface {
   public:
     /// Sets up patches and bounds (surface_bounds kernel). The part must outlive the surface.
@@ -138,6 +148,11 @@ class Surface {
     /// The patch's micropolygons, made if they are not in the cache. Any thread; the handle pins
     /// them.
     virtual std::shared_ptr<const MicroMesh> micro(int32_t patch) const = 0;
+
+    /// Appends pieces that together hold every micropolygon of the patch, without dicing it: the
+    /// base surface grown by its displacement bounds, in pieces as fine as these are. Closer than
+    /// `bounds` where the base surface leans.
+    virtual void reach(int32_t patch, std::vector<Reach>* out) const = 0;
 
     /// The exact box of all coverage micro-vertices under an affine map, by branch and bound over
     /// patches.

@@ -9,9 +9,9 @@
 #include <limits>
 #include <mutex>
 
-#include "runtime/surface/lattice.h"
 #include "runtime/surface/map_box.h"
 #include "runtime/voxel/crossings.h"
+#include "runtime/voxel/snapping.h"
 
 namespace openfab::voxel {
 
@@ -56,12 +56,10 @@ struct Scratch {
 }  // namespace
 
 struct Voxeliser::Impl {
-    const scene::Part& part;
     const surface::Surface& surface;
-    Affine3d to_snapped;  ///< part-local mm -> 1/256 voxel; scaling by 256 is exact
+    const Snapping snapping;
     const int64_t most_kept;
-    int32_t turn = 1;  ///< -1 where the map mirrors
-    Window grid;       ///< x, y, z of the print
+    Window grid;  ///< x, y, z of the print
     Box3i box;
     std::shared_ptr<const PatchIndex> index;
     mutable std::vector<Waiting> waiting;  ///< [patch]; none where no patch is displaced
@@ -72,26 +70,13 @@ struct Voxeliser::Impl {
 
     Impl(const scene::Part& p, const surface::Surface& s, const scene::Grid& g,
          size_t waiting_bytes, std::shared_ptr<const PatchIndex> shared)
-        : part(p),
-          surface(s),
+        : surface(s),
+          snapping(p, g),
           most_kept(static_cast<int64_t>(waiting_bytes)),
           index(std::move(shared)) {
-        to_snapped = scene::local_to_voxel(p, g);
-        const auto& m = to_snapped.m;
-        const double det = m[0] * (m[4] * m[8] - m[5] * m[7]) - m[1] * (m[3] * m[8] - m[5] * m[6]) +
-                           m[2] * (m[3] * m[7] - m[4] * m[6]);
-        turn = det < 0 ? -1 : 1;
-        for (double& v : to_snapped.m)
-            v *= kSnap;
-        to_snapped.t = to_snapped.t * static_cast<double>(kSnap);
         grid = {{0, 0, 0}, g.size};
         find_box();
         if (!surface.identity()) waiting.resize(surface.patches().size());
-    }
-
-    Vec3i snap_point(const Vec3f& p) const {
-        const Vec3d v = to_snapped.apply(vec_cast<double>(p));
-        return {snap(v.x), snap(v.y), snap(v.z)};
     }
 
     void find_box();
@@ -108,7 +93,7 @@ struct Voxeliser::Impl {
 
 /// Groups [first, end) of the grid that what lies in a part-local box may cross.
 std::array<int32_t, 2> Voxeliser::Impl::groups_of(const Box3f& bounds) const {
-    const Box3d b = surface::map_box(to_snapped, bounds);
+    const Box3d b = surface::map_box(snapping.map(), bounds);
     const int32_t first = std::max(first_row(snap(b.lo.z)), grid.lo.z);
     const int32_t end = std::min(first_row(snap(b.hi.z)), grid.hi.z);
     if (first >= end) return {0, 0};
@@ -119,7 +104,7 @@ void Voxeliser::Impl::find_box() {
     for (int axis = 0; axis < 3; ++axis)
         box.lo[axis] = grid.hi[axis], box.hi[axis] = grid.lo[axis];
     const auto rows = [&](const Box3f& bounds) {
-        const Box3d b = surface::map_box(to_snapped, bounds);
+        const Box3d b = surface::map_box(snapping.map(), bounds);
         Box3i out;
         for (int axis = 0; axis < 3; ++axis) {
             out.lo[axis] = std::max(first_row(snap(b.lo[axis])), grid.lo[axis]);
@@ -146,13 +131,8 @@ void Voxeliser::Impl::find_patch(int32_t index, const Window& window, Scratch* s
                                  std::vector<Crossing>* out) const {
     const Patch& patch = surface.patches()[static_cast<size_t>(index)];
     if (patch.kind == PatchKind::kIdentity) {
-        std::array<Vec3i, 3> v;
-        for (size_t c = 0; c < 3; ++c) {
-            const size_t at =
-                static_cast<size_t>(part.mesh->triangles[static_cast<size_t>(patch.triangle)][c]);
-            v[c] = snap_point(surface::round_position(part.mesh->positions[at]));
-        }
-        add_crossings(v[0], v[1], v[2], turn, window, out);
+        const std::array<Vec3i, 3> v = snapping.triangle(patch.triangle);
+        add_crossings(v[0], v[1], v[2], snapping.turn(), window, out);
         return;
     }
     const std::shared_ptr<const surface::MicroMesh> mesh = surface.micro(index);
@@ -160,7 +140,7 @@ void Voxeliser::Impl::find_patch(int32_t index, const Window& window, Scratch* s
     scratch->snapped.resize(count);
     scratch->rows.resize(count);
     for (size_t i = 0; i < count; ++i) {
-        scratch->snapped[i] = snap_point(mesh->positions[i]);
+        scratch->snapped[i] = snapping.point(mesh->positions[i]);
         scratch->rows[i] = {first_row(scratch->snapped[i].y), first_row(scratch->snapped[i].z)};
     }
     const std::array<int32_t, 2>* rows = scratch->rows.data();
@@ -171,7 +151,8 @@ void Voxeliser::Impl::find_patch(int32_t index, const Window& window, Scratch* s
         // Most micropolygons lie between two rows of centres.
         const int32_t y = (rows[a][0] ^ rows[b][0]) | (rows[a][0] ^ rows[c][0]);
         const int32_t z = (rows[a][1] ^ rows[b][1]) | (rows[a][1] ^ rows[c][1]);
-        if (y != 0 && z != 0) add_crossings(snapped[a], snapped[b], snapped[c], turn, window, out);
+        if (y != 0 && z != 0)
+            add_crossings(snapped[a], snapped[b], snapped[c], snapping.turn(), window, out);
     }
 }
 

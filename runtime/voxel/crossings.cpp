@@ -34,11 +34,15 @@ Int ceil_div(Int a, Int b) {
     return q + (a % b > 0 ? 1 : 0);
 }
 
+/// Who outweighs whom among the infinitesimals of a sample, seen along its ray: for rows the ray's
+/// own, for columns those across.
+enum class Along { kRow, kColumn };
+
 /// The plane of a triangle whose (y, z) area is positive, for finding c.
 template <typename Int>
 class Plane {
   public:
-    Plane(const Vec3i& a, const Vec3i& b, const Vec3i& c) : y0_(a.y), z0_(a.z) {
+    Plane(const Vec3i& a, const Vec3i& b, const Vec3i& c, Along along) : y0_(a.y), z0_(a.z) {
         const Int by = static_cast<Int>(b.y) - a.y, bz = static_cast<Int>(b.z) - a.z,
                   bx = static_cast<Int>(b.x) - a.x;
         const Int cy = static_cast<Int>(c.y) - a.y, cz = static_cast<Int>(c.z) - a.z,
@@ -50,6 +54,10 @@ class Plane {
         whole_ = (a.x - 128) >> 8;
         const Int rest = (a.x - 128) & 255;
         scaled_rest_ = rest * nx_;
+        // A column's sample at the crossing's own height lies below it where the plane rises along
+        // the column's first axis, or is level there and rises along the second: whole quotients
+        // then count one more, ceil((q + 1) / d) = floor(q / d) + 1.
+        if (along == Along::kColumn && (ny_ < 0 || (ny_ == 0 && nz_ < 0))) scaled_rest_ += 1;
     }
     int32_t crossing(int32_t y, int32_t z) const {
         const Int off = ny_ * (static_cast<Int>(y) - y0_) + nz_ * (static_cast<Int>(z) - z0_);
@@ -63,11 +71,11 @@ class Plane {
 };
 
 template <typename Int>
-void walk(const Vec3i& a, const Vec3i& b, const Vec3i& c, int32_t turn, const Window& rows,
-          const Window& window, std::vector<Crossing>* out) {
+void walk(const Vec3i& a, const Vec3i& b, const Vec3i& c, int32_t turn, Along along,
+          const Window& rows, const Window& window, std::vector<Crossing>* out) {
     const int32_t y = rows.lo.y * kSnap + 128, z = rows.lo.z * kSnap + 128;
     EdgeTest e0(a, b, y, z), e1(b, c, y, z), e2(c, a, y, z);
-    const Plane<Int> plane(a, b, c);
+    const Plane<Int> plane(a, b, c, along);
     for (int32_t k = rows.lo.z; k < rows.hi.z; ++k) {
         int64_t s0 = e0.at, s1 = e1.at, s2 = e2.at;
         for (int32_t j = rows.lo.y; j < rows.hi.y; ++j) {
@@ -81,10 +89,8 @@ void walk(const Vec3i& a, const Vec3i& b, const Vec3i& c, int32_t turn, const Wi
     }
 }
 
-}  // namespace
-
-void add_crossings(const Vec3i& a, const Vec3i& b, const Vec3i& c, int32_t turn,
-                   const Window& window, std::vector<Crossing>* out) {
+void add_along(const Vec3i& a, const Vec3i& b, const Vec3i& c, int32_t turn, Along along,
+               const Window& window, std::vector<Crossing>* out) {
     const auto [y_lo, y_hi] = std::minmax({a.y, b.y, c.y});
     const auto [z_lo, z_hi] = std::minmax({a.z, b.z, c.z});
     Window rows;
@@ -101,10 +107,28 @@ void add_crossings(const Vec3i& a, const Vec3i& b, const Vec3i& c, int32_t turn,
     const Vec3i &second = area > 0 ? b : c, &third = area > 0 ? c : b;
     const int32_t signed_turn = area > 0 ? turn : -turn;
     if (small) {
-        walk<int64_t>(a, second, third, signed_turn, rows, window, out);
+        walk<int64_t>(a, second, third, signed_turn, along, rows, window, out);
     } else {
-        walk<Wide>(a, second, third, signed_turn, rows, window, out);
+        walk<Wide>(a, second, third, signed_turn, along, rows, window, out);
     }
+}
+
+/// z becomes the axis of the ray, x and y those across, in this order: a turn, not a mirror image.
+Vec3i column_first(const Vec3i& v) {
+    return {v.z, v.x, v.y};
+}
+
+}  // namespace
+
+void add_crossings(const Vec3i& a, const Vec3i& b, const Vec3i& c, int32_t turn,
+                   const Window& window, std::vector<Crossing>* out) {
+    add_along(a, b, c, turn, Along::kRow, window, out);
+}
+
+void add_column_crossings(const Vec3i& a, const Vec3i& b, const Vec3i& c, int32_t turn,
+                          const Window& window, std::vector<Crossing>* out) {
+    add_along(column_first(a), column_first(b), column_first(c), turn, Along::kColumn,
+              {column_first(window.lo), column_first(window.hi)}, out);
 }
 
 }  // namespace openfab::voxel

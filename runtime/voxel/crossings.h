@@ -60,4 +60,12 @@ inline int32_t first_row(int32_t snapped) {
 void add_crossings(const Vec3i& a, const Vec3i& b, const Vec3i& c, int32_t turn,
                    const Window& window, std::vector<Crossing>* out);
 
+/// The same of columns of voxel centres along +z: a crossing of column (i, j) has i in `j`, j in
+/// `k`, and c counts from below. For the same samples, so that over a closed surface the winding
+/// number of a voxel is the same from its row and from its column. What differs: where a crossing
+/// falls on a sample's height the moved sample lies below it if the triangle rises along +x, or
+/// does not and rises along +y, for e moves the sample along x before e³ lifts it.
+void add_column_crossings(const Vec3i& a, const Vec3i& b, const Vec3i& c, int32_t turn,
+                          const Window& window, std::vector<Crossing>* out);
+
 }  // namespace openfab::voxel

@@ -96,6 +96,13 @@ class MeshSurface final : public surface::Surface {
         }
         return out;
     }
+    void reach(int32_t patch, std::vector<surface::Reach>* out) const override {
+        const Box3f& bounds = patches_[static_cast<size_t>(patch)].bounds;
+        surface::Reach all;
+        all.add({0, 0, 0});
+        all.grow = {vec_cast<double>(bounds.lo), vec_cast<double>(bounds.hi)};
+        out->push_back(all);
+    }
     Box3d exact_box(const Affine3d& map) const override {
         Box3d box;
         for (const Vec3f& p : mesh_.positions)

@@ -69,6 +69,27 @@ class WorldTest : public ::testing::Test {
     testing::TempFolder folder_;
 };
 
+TEST_F(WorldTest, SaysWhetherAndOfWhatSupportIs) {
+    const auto with = [&](const std::string& support) {
+        std::string text = kWorld;
+        const size_t at = text.find("\"printer\"");
+        text.insert(at, support);
+        const Result<World> world = load(text);
+        EXPECT_TRUE(world) << world.error().message;
+        return world->support;
+    };
+    EXPECT_FALSE(with("").on.has_value());
+    EXPECT_EQ(with("\"support\": true, ").on, true);
+    EXPECT_EQ(with("\"support\": true, ").material, "");
+    EXPECT_EQ(with("\"support\": false, ").on, false);
+    EXPECT_EQ(with("\"support\": \"black\", ").on, true);
+    EXPECT_EQ(with("\"support\": \"black\", ").material, "black");
+    const Result<World> world = load(kWorld);
+    ASSERT_TRUE(world);
+    EXPECT_TRUE(world->objects[0].support);
+    EXPECT_FALSE(world->objects[1].support);
+}
+
 TEST_F(WorldTest, IsReadWhole) {
     const Result<World> world = load(kWorld);
     ASSERT_TRUE(world) << world.error().message;
@@ -163,9 +184,12 @@ TEST_F(WorldTest, NamesThePlaceOfWhatIsWrong) {
          "17:36: no fablet is called `ggg`; known: `f`"},
         {"\"priority\": -3", "\"priority\": 1.5",
          "17:53: `priority` of object `b` is 1.5; it must be a whole number"},
-        {"\"support\": false", "\"support\": true",
-         "19:53: support for object `a` is not supported yet; leave it out, the printer's front "
-         "end can make it"},
+        {"\"support\": false", "\"support\": 1",
+         "19:53: `support` of object `a` is a number; it must be true or false"},
+        {"\"printer\": \"j750\"", "\"support\": \"grey\"",
+         "3:14: no material is called `grey`; known: `white`, `black`"},
+        {"\"printer\": \"j750\"", "\"support\": []",
+         "3:14: `support` is neither true, false nor the name of a material"},
         {"\"support\": false", "\"repair\": \"glue\"",
          "19:52: `repair` of object `a` is `glue`; known: `winding`"},
         {"\"n\": 2", "\"n\": null",
@@ -190,8 +214,8 @@ TEST_F(WorldTest, NamesThePlaceOfWhatIsWrong) {
          "22:47: `rotate_deg` of build[0] is an array of 2; it must be an array of 3 numbers"},
         {"\"build\": [", "\"build\": [], \"x\": [",
          "21:16: unknown key `x` in the world; known: `$schema`, `openfab`, "
-         "`printer`, `tray`, `fablets`, `materials`, `textures`, `meshes`, `objects`, `groups`, "
-         "`arrange`, `build`"},
+         "`printer`, `tray`, `support`, `fablets`, `materials`, `textures`, `meshes`, `objects`, "
+         "`groups`, `arrange` and 1 more"},
     };
     for (const auto& c : cases)
         EXPECT_EQ(error_with(c.from, c.to), c.message) << c.to;
@@ -312,8 +336,23 @@ TEST(Printer, IsReadFromAFile) {
     EXPECT_EQ(
         error_of(R"({"name": "x", "pitch_mm": [1, 1, 1], "colour": 1})"),
         "1:38: unknown key `colour` in the printer; known: `name`, `dpi`, `layer_um`, `pitch_mm`, "
-        "`build_volume_mm`, `max_materials`, `native_format`, `makes_support`, `layer_time_s`, "
-        "`handoff`");
+        "`build_volume_mm`, `max_materials`, `native_format`, `makes_support`, "
+        "`support_material`, `layer_time_s`, `handoff`");
+    EXPECT_EQ(
+        error_of(R"({"name": "x", "pitch_mm": [1, 1, 1], "support_material": {"key": "red"}})"),
+        "1:66: `key` of the support material is `red`; write it as #rrggbb (it is opaque)");
+    EXPECT_TRUE(mine->makes_support);
+    const Result<Printer> supporting =
+        load_printer(folder
+                         .write("c.printer.json",
+                                R"({"name": "x", "pitch_mm": [1, 1, 1], "makes_support": false,
+                       "support_material": {"name": "wax", "key": "#112233", "density_g_cm3": 0.9}})")
+                         .string());
+    ASSERT_TRUE(supporting) << supporting.error().message;
+    EXPECT_FALSE(supporting->makes_support);
+    EXPECT_EQ(supporting->support_material.name, "wax");
+    EXPECT_EQ(supporting->support_material.key, (Rgba8{0x11, 0x22, 0x33, 0xff}));
+    EXPECT_EQ(supporting->support_material.channel, "support");
     EXPECT_FALSE(load_printer((folder.path() / "none.printer.json").string()));
 }
 

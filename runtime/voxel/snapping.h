@@ -1,0 +1,56 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// From part-local millimetres to the snapped coordinates of crossings.h.
+
+#include <array>
+
+#include "runtime/base/vec.h"
+#include "runtime/scene/part.h"
+#include "runtime/surface/lattice.h"
+#include "runtime/voxel/crossings.h"
+
+namespace openfab::voxel {
+
+class Snapping {
+  public:
+    Snapping(const scene::Part& part, const scene::Grid& grid)
+        : mesh_(*part.mesh), map_(scene::local_to_voxel(part, grid)) {
+        const auto& m = map_.m;
+        const double det = m[0] * (m[4] * m[8] - m[5] * m[7]) - m[1] * (m[3] * m[8] - m[5] * m[6]) +
+                           m[2] * (m[3] * m[7] - m[4] * m[6]);
+        turn_ = det < 0 ? -1 : 1;
+        for (double& v : map_.m)
+            v *= kSnap;
+        map_.t = map_.t * static_cast<double>(kSnap);
+    }
+
+    /// Part-local mm -> 1/256 voxel; scaling by 256 is exact.
+    const Affine3d& map() const { return map_; }
+    /// What add_crossings takes: -1 where the map mirrors.
+    int32_t turn() const { return turn_; }
+
+    Vec3i point(const Vec3d& p) const {
+        const Vec3d v = map_.apply(p);
+        return {snap(v.x), snap(v.y), snap(v.z)};
+    }
+    Vec3i point(const Vec3f& p) const { return point(vec_cast<double>(p)); }
+    /// The corners of an identity triangle.
+    std::array<Vec3i, 3> triangle(int32_t base_triangle) const {
+        std::array<Vec3i, 3> out;
+        for (size_t c = 0; c < 3; ++c) {
+            const auto at =
+                static_cast<size_t>(mesh_.triangles[static_cast<size_t>(base_triangle)][c]);
+            out[c] = point(surface::round_position(mesh_.positions[at]));
+        }
+        return out;
+    }
+
+  private:
+    const scene::PartMesh& mesh_;
+    Affine3d map_;
+    int32_t turn_ = 1;
+};
+
+}  // namespace openfab::voxel
