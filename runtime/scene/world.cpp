@@ -3,6 +3,7 @@
 #include "runtime/scene/world.h"
 
 #include <fmt/format.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
@@ -60,6 +61,7 @@ class WorldReader {
             if (const JsonMember* m = root->find("support")) support(m->value);
             section(*root, "textures", &WorldReader::texture);
             section(*root, "meshes", &WorldReader::mesh);
+            load_meshes();
             section(*root, "objects", &WorldReader::object);
             const JsonMember* groups = root->find("groups");
             const JsonMember* arrange = root->find("arrange");
@@ -318,13 +320,26 @@ class WorldReader {
             }
         }
         if (!json_.ok()) return;
-        Result<LoadedMesh> loaded = load_mesh(file, options);
-        if (!loaded) return json_.fail_with(loaded.error());
-        for (const fs::path& other : loaded->files)
-            files_.also(value, other);
-        for (std::string& warning : loaded->warnings)
-            world_.warnings.push_back(std::move(warning));
-        world_.meshes.push_back(std::move(loaded->mesh));
+        mesh_files_.push_back({world_.meshes.size(), file, std::move(options), &value});
+        world_.meshes.emplace_back();
+    }
+
+    /// All files that `meshes` names, side by side; what they have to say comes in their order.
+    void load_meshes() {
+        if (!json_.ok()) return;
+        std::vector<std::optional<Result<LoadedMesh>>> loaded(mesh_files_.size());
+        tbb::parallel_for(size_t{0}, loaded.size(), [&](size_t i) {
+            loaded[i].emplace(load_mesh(mesh_files_[i].file, mesh_files_[i].options));
+        });
+        for (size_t i = 0; i < loaded.size(); ++i) {
+            Result<LoadedMesh>& mesh = *loaded[i];
+            if (!mesh) return json_.fail_with(mesh.error());
+            for (const fs::path& other : mesh->files)
+                files_.also(*mesh_files_[i].value, other);
+            for (std::string& warning : mesh->warnings)
+                world_.warnings.push_back(std::move(warning));
+            world_.meshes[mesh_files_[i].place] = std::move(mesh->mesh);
+        }
     }
 
     /// The place of a thing by the name that `value` gives; -1 after an error.
@@ -378,6 +393,13 @@ class WorldReader {
     JsonReader json_;
     WorldFiles files_;
     World world_;
+    struct MeshFile {
+        size_t place = 0;  ///< in world_.meshes
+        fs::path file;
+        MeshOptions options;
+        const JsonValue* value = nullptr;
+    };
+    std::vector<MeshFile> mesh_files_;
 };
 
 }  // namespace

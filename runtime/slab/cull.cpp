@@ -257,6 +257,10 @@ int PartCull::add_constant(const PrintPart& part, const float* weights, BlockEva
     return status;
 }
 
+int64_t PartCull::blocks_to_evaluate() const {
+    return std::count(blocks_.begin(), blocks_.end(), kEvaluate);
+}
+
 size_t PartCull::bytes() const {
     return blocks_.capacity() * sizeof(int32_t) + constants_.capacity() * sizeof(Constant) +
            (corners_.capacity() + distance_lo_.capacity() * 2 + float_lo_.capacity() * 4 +

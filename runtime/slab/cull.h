@@ -44,6 +44,8 @@ class PartCull {
     int32_t at(int32_t x, int32_t y) const {
         return blocks_[static_cast<size_t>((y - first_y_) * blocks_x_ + (x - first_x_))];
     }
+    /// Blocks of kEvaluate.
+    int64_t blocks_to_evaluate() const;
     const Constant& constant(int32_t index) const { return constants_[static_cast<size_t>(index)]; }
     size_t bytes() const;
 

@@ -16,9 +16,10 @@ GroupRun::GroupRun(const GroupSetup& setup)
     : setup_(setup),
       dither_(*setup.stages, setup.isa, setup.dither, setup.seed, setup.size, &setup.support) {}
 
-int GroupRun::run(int32_t group, Pool<BlockEvaluator>* evaluators, const StopFlags& stop) {
+int GroupRun::run(uint8_t slices, Pool<BlockEvaluator>* evaluators, const StopFlags& stop) {
     planes_.reset(setup_.size.x, setup_.size.y, setup_.bits);
-    int status = prepare(group, evaluators);
+    slices_ = slices * 0x0101010101010101u;
+    int status = 0;
     int32_t first = setup_.size.y, end = 0;
     for (const auto& active : active_) {
         first = std::min(first, active->cull.first_y());
@@ -26,12 +27,12 @@ int GroupRun::run(int32_t group, Pool<BlockEvaluator>* evaluators, const StopFla
     }
     const int32_t rows = (setup_.size.y + 7) / 8;
     for (int32_t row = 0; setup_.support.on() && row < rows; ++row) {
-        const Vec2<int32_t> blocks = support_blocks(setup_.support, row, 8 * group);
+        const Vec2<int32_t> blocks = support_blocks(setup_.support, row, 8 * group_);
         if (blocks.x >= blocks.y) continue;
         first = std::min(first, row);
         end = std::max(end, row + 1);
     }
-    if (status == 0 && first < end) status = run_rows(group, first, end, evaluators, stop);
+    if (first < end) status = run_rows(first, end, evaluators, stop);
     if (status == 0 && stop.requested()) status = kStopped;
     times.dither = dither_.seconds_dither;
     times.support = dither_.seconds_support;
@@ -39,8 +40,9 @@ int GroupRun::run(int32_t group, Pool<BlockEvaluator>* evaluators, const StopFla
     return status;
 }
 
-// Coverage and culling of the parts that the group meets.
-int GroupRun::prepare(int32_t group, Pool<BlockEvaluator>* evaluators) {
+int GroupRun::begin(int32_t group, Pool<BlockEvaluator>* evaluators) {
+    group_ = group;
+    blocks_to_evaluate_ = 0;
     while (!active_.empty()) {
         spare_.push_back(std::move(active_.back()));
         active_.pop_back();
@@ -61,6 +63,7 @@ int GroupRun::prepare(int32_t group, Pool<BlockEvaluator>* evaluators) {
         if (active.mask.width == 0 || active.mask.height == 0) continue;
         status = active.cull.run(part, group, active.mask, setup_.culling, evaluator);
         if (status != 0) break;
+        blocks_to_evaluate_ += active.cull.blocks_to_evaluate();
         active_.push_back(std::move(spare_.back()));
         spare_.pop_back();
     }
@@ -68,11 +71,11 @@ int GroupRun::prepare(int32_t group, Pool<BlockEvaluator>* evaluators) {
     return status;
 }
 
-int GroupRun::run_rows(int32_t group, int32_t first, int32_t end, Pool<BlockEvaluator>* evaluators,
+int GroupRun::run_rows(int32_t first, int32_t end, Pool<BlockEvaluator>* evaluators,
                        const StopFlags& stop) {
     std::atomic<int> status{0};
     int32_t next = first;
-    dither_.begin(group, &planes_);
+    dither_.begin(group_, &planes_);
     std::vector<Row*>
         in_order;  // rows handed to the dither, in its order; it gives their bands back one late
     const auto release = [&](const RowBand* band) {
@@ -93,7 +96,7 @@ int GroupRun::run_rows(int32_t group, int32_t first, int32_t end, Pool<BlockEval
             return std::make_unique<BlockEvaluator>(*setup_.stages, setup_.isa,
                                                     setup_.parts->size());
         });
-        const int result = evaluate_row(group, row, scratch, evaluator);
+        const int result = evaluate_row(row, scratch, evaluator);
         evaluators->give(evaluator);
         if (result != 0) status.store(result);
         return scratch;
@@ -127,8 +130,7 @@ int GroupRun::run_rows(int32_t group, int32_t first, int32_t end, Pool<BlockEval
     return status.load() != 0 ? status.load() : result;
 }
 
-int GroupRun::evaluate_row(int32_t group, int32_t row, Row* scratch,
-                           BlockEvaluator* evaluator) const {
+int GroupRun::evaluate_row(int32_t row, Row* scratch, BlockEvaluator* evaluator) const {
     const int32_t columns = (setup_.size.x + 7) / 8;
     int32_t first = columns, end = 0;
     int32_t parts = 0;
@@ -140,7 +142,7 @@ int GroupRun::evaluate_row(int32_t group, int32_t row, Row* scratch,
     }
     int32_t written_first = std::min(first, end), written_end = end;
     if (setup_.support.on()) {
-        const Vec2<int32_t> blocks = support_blocks(setup_.support, row, 8 * group);
+        const Vec2<int32_t> blocks = support_blocks(setup_.support, row, 8 * group_);
         if (blocks.x < blocks.y) {
             written_first = end > first ? std::min(first, blocks.x) : blocks.x;
             written_end = std::min(std::max(end, blocks.y), columns);
@@ -151,13 +153,13 @@ int GroupRun::evaluate_row(int32_t group, int32_t row, Row* scratch,
     if (scratch->many) scratch->claims.reset(columns, first, end);
     for (const auto& active : active_) {
         if (row < active->cull.first_y() || row >= active->cull.end_y()) continue;
-        const int status = evaluate_part(group, *active, scratch, evaluator);
+        const int status = evaluate_part(*active, scratch, evaluator);
         if (status != 0) return status;
     }
     return 0;
 }
 
-int GroupRun::evaluate_part(int32_t group, const ActivePart& active, Row* scratch,
+int GroupRun::evaluate_part(const ActivePart& active, Row* scratch,
                             BlockEvaluator* evaluator) const {
     RowBand& band = scratch->band;
     std::vector<OwnedBlock>& pending = scratch->pending;
@@ -176,12 +178,13 @@ int GroupRun::evaluate_part(int32_t group, const ActivePart& active, Row* scratc
             uint64_t columns;
             std::memcpy(&columns, rows + static_cast<size_t>(y) * mask.width + (8 * b - mask.x0),
                         8);
+            columns &= slices_;
             if (scratch->many) columns = scratch->claims.take(b, y, columns);
             std::memcpy(&block.owned[static_cast<size_t>(y * 8)], &columns, 8);
             any |= columns;
         }
         if (scratch->many)
-            scratch->claims.end_block(b, {8 * b, 8 * band.row, 8 * group}, &scratch->overlaps);
+            scratch->claims.end_block(b, {8 * b, 8 * band.row, 8 * group_}, &scratch->overlaps);
         if (any == 0) continue;
         if (composition >= 0) {
             const PartCull::Constant& constant = active.cull.constant(composition);
@@ -195,13 +198,13 @@ int GroupRun::evaluate_part(int32_t group, const ActivePart& active, Row* scratc
         }
         pending.push_back(block);
         if (static_cast<int32_t>(pending.size()) < BlockEvaluator::kBatch) continue;
-        const int status = evaluator->evaluate(*active.part, group, pending.data(),
+        const int status = evaluator->evaluate(*active.part, group_, pending.data(),
                                                BlockEvaluator::kBatch, &band, prints);
         if (status != 0) return status;
         pending.clear();
     }
     if (pending.empty()) return 0;
-    return evaluator->evaluate(*active.part, group, pending.data(),
+    return evaluator->evaluate(*active.part, group_, pending.data(),
                                static_cast<int32_t>(pending.size()), &band, prints);
 }
 

@@ -86,9 +86,14 @@ class GroupRun {
   public:
     explicit GroupRun(const GroupSetup& setup);
 
-    /// Prints slices [8 group, 8 group + 8) into planes(). Returns 0, a Halide error code, or
-    /// kStopped.
-    int run(int32_t group, Pool<BlockEvaluator>* evaluators, const StopFlags& stop);
+    /// Coverage and culling of slices [8 group, 8 group + 8). Returns 0 or a Halide error code.
+    int begin(int32_t group, Pool<BlockEvaluator>* evaluators);
+    /// Blocks that culling left: what printing slices of the group costs, however few.
+    int64_t blocks_to_evaluate() const { return blocks_to_evaluate_; }
+    /// Prints some slices of the group that was begun into planes(), those of bit z & 7 in
+    /// `slices`; what the planes of the others hold then means nothing. Returns 0, a Halide error
+    /// code, or kStopped.
+    int run(uint8_t slices, Pool<BlockEvaluator>* evaluators, const StopFlags& stop);
     static constexpr int kStopped = -1'000'000;
 
     const GroupPlanes& planes() const { return planes_; }
@@ -114,14 +119,15 @@ class GroupRun {
         PointPrints prints;
     };
 
-    int prepare(int32_t group, Pool<BlockEvaluator>* evaluators);
-    int evaluate_row(int32_t group, int32_t row, Row* scratch, BlockEvaluator* evaluator) const;
-    int evaluate_part(int32_t group, const ActivePart& active, Row* scratch,
-                      BlockEvaluator* evaluator) const;
-    int run_rows(int32_t group, int32_t first, int32_t end, Pool<BlockEvaluator>* evaluators,
+    int evaluate_row(int32_t row, Row* scratch, BlockEvaluator* evaluator) const;
+    int evaluate_part(const ActivePart& active, Row* scratch, BlockEvaluator* evaluator) const;
+    int run_rows(int32_t first, int32_t end, Pool<BlockEvaluator>* evaluators,
                  const StopFlags& stop);
 
     const GroupSetup& setup_;
+    int32_t group_ = 0;
+    uint64_t slices_ = 0;  ///< of a column's voxels those to print, a byte a column
+    int64_t blocks_to_evaluate_ = 0;
     std::vector<std::unique_ptr<ActivePart>> spare_, active_;
     Pool<Row> rows_;
     GroupPlanes planes_;

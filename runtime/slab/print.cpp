@@ -28,9 +28,9 @@ namespace openfab::slab {
 
 namespace {
 
-/// A group's slices, encoded, waiting for their turn.
-struct FinishedGroup {
-    int32_t group = 0;
+/// Slices of one group, encoded, waiting for their turn.
+struct FinishedSlices {
+    int32_t first = 0, end = 0;
     int status = 0;
     std::string kernel_error;
     Result<void> surfaces;  ///< an error where a surface kernel has failed
@@ -63,20 +63,20 @@ class Delivery {
     bool stopped() const { return stop_.requested(); }
     const StopFlags& stop_flags() const { return stop_; }
 
-    void deliver(FinishedGroup group) {
+    void deliver(FinishedSlices group) {
         if (failed_ || ended_) return;
         if (group.status != 0) {
             ended_ = true;
             stop_.failed.store(true);
             if (group.status == GroupRun::kStopped) return;
             fail(internal_error(fmt::format("slices {} to {}: a kernel failed with code {}: {}",
-                                            8 * group.group, 8 * group.group + 7, group.status,
+                                            group.first, group.end - 1, group.status,
                                             group.kernel_error)));
             return;
         }
         if (!show(group.prints)) return;
         if (!group.surfaces) return fail(group.surfaces.error());
-        for (const FinishedGroup::Slice& slice : group.slices) {
+        for (const FinishedSlices::Slice& slice : group.slices) {
             if (slice.z < info_.slice_begin + kept_) {
                 if (!is_as_kept(slice)) return;
                 continue;
@@ -149,7 +149,7 @@ class Delivery {
 
     /// What is gone on with must be what this print makes: the kept slices of the first group are
     /// made again to see it.
-    bool is_as_kept(const FinishedGroup::Slice& slice) {
+    bool is_as_kept(const FinishedSlices::Slice& slice) {
         if (slice.totals.hash == last_kept_[static_cast<size_t>(slice.z & 7)]) return true;
         fail(user_error(fmt::format(
             "slice {} comes out otherwise than it was written before, by another program or from "
@@ -200,13 +200,17 @@ class PrintJob final : public Print {
 
   private:
     bool owns_surface(size_t part) const { return owners_[part] == static_cast<int32_t>(part); }
+    void place_parts(const CacheBudgets& budgets);
     Result<void> surface_status() const;
     Result<void> take_up(backends::SliceSink& sink, Delivery* delivery);
     Result<void> set_up_support();
     int32_t model_materials() const;
     void print_groups(backends::SliceSink& sink, Delivery* delivery);
-    FinishedGroup print_group(int32_t group, const backends::SliceSink& sink, Delivery* delivery);
-    void encode(const backends::SliceSink& sink, const GroupRun& run, FinishedGroup* finished);
+    void print_first_group(int32_t group, const backends::SliceSink& sink, Delivery* delivery);
+    FinishedSlices print_group(int32_t group, const backends::SliceSink& sink, Delivery* delivery);
+    FinishedSlices print_slices(int32_t first, int32_t end, int begun, GroupRun* run,
+                                const backends::SliceSink& sink, Delivery* delivery);
+    void encode(const backends::SliceSink& sink, const GroupRun& run, FinishedSlices* finished);
     void fill_statistics(const Delivery& delivery, PrintStatistics* statistics);
 
     PrintInput input_;
@@ -271,14 +275,13 @@ Result<void> PrintJob::set_up() {
         parts_.push_back(std::make_unique<PrintPart>(input_.parts[i]));
         parts_.back()->index = static_cast<int32_t>(i);
         parts_.back()->surface = surfaces_[i];
-        parts_.back()->place(grid_, options_.isa, budgets.trees, budgets.crossings,
-                             *parts_[static_cast<size_t>(owners_[i])]);
         if (!surfaces_[i]->identity()) {
             caches +=
                 static_cast<int64_t>(budgets.crossings + (owns_surface(i) ? budgets.shared() : 0));
         }
         setup_.order.push_back(static_cast<int32_t>(i));
     }
+    place_parts(budgets);
     connect_targets(parts_, options_.isa, budgets.trees);
     std::sort(setup_.order.begin(), setup_.order.end(), [&](int32_t a, int32_t b) {
         const int32_t pa = parts_[static_cast<size_t>(a)]->part->priority;
@@ -352,6 +355,17 @@ Result<void> PrintJob::set_up_support() {
     support_ = std::make_unique<const support::DepthMap>(std::move(*map));
     setup_.support = {support_.get(), static_cast<uint8_t>(input_.support_code)};
     return {};
+}
+
+// Side by side: those that own their surface first, since the others take from them.
+void PrintJob::place_parts(const CacheBudgets& budgets) {
+    for (const bool owners : {true, false}) {
+        tbb::parallel_for(size_t{0}, parts_.size(), [&](size_t i) {
+            if (owns_surface(i) != owners) return;
+            parts_[i]->place(grid_, options_.isa, budgets.trees, budgets.crossings,
+                             *parts_[static_cast<size_t>(owners_[i])]);
+        });
+    }
 }
 
 PrintEstimate PrintJob::estimate() const {
@@ -438,7 +452,7 @@ void PrintJob::print_groups(backends::SliceSink& sink, Delivery* delivery) {
     int32_t next = (range_.x + std::max(delivery->kept() - 1, 0)) / 8;
     const int32_t end = (range_.y + 7) / 8;
     // The first group alone: all threads work on its rows, and the first slices come soon.
-    if (next < end) delivery->deliver(print_group(next++, sink, delivery));
+    if (next < end) print_first_group(next++, sink, delivery);
     const auto source = [&](tbb::flow_control& control) {
         if (next >= end || delivery->stopped()) {
             control.stop();
@@ -447,14 +461,14 @@ void PrintJob::print_groups(backends::SliceSink& sink, Delivery* delivery) {
         return next++;
     };
     const auto print = [&](int32_t group) {
-        return std::make_shared<FinishedGroup>(print_group(group, sink, delivery));
+        return std::make_shared<FinishedSlices>(print_group(group, sink, delivery));
     };
-    const auto deliver = [&](const std::shared_ptr<FinishedGroup>& finished) {
+    const auto deliver = [&](const std::shared_ptr<FinishedSlices>& finished) {
         delivery->deliver(std::move(*finished));
     };
     // A group's token is free again when its slices are written, which holds back the others if the
     // sink is slow.
-    using Finished = std::shared_ptr<FinishedGroup>;
+    using Finished = std::shared_ptr<FinishedSlices>;
     tbb::parallel_pipeline(
         static_cast<size_t>(plan_.groups_in_flight),
         tbb::make_filter<void, int32_t>(tbb::filter_mode::serial_in_order, source) &
@@ -462,12 +476,43 @@ void PrintJob::print_groups(backends::SliceSink& sink, Delivery* delivery) {
             tbb::make_filter<Finished, void>(tbb::filter_mode::serial_in_order, deliver));
 }
 
-FinishedGroup PrintJob::print_group(int32_t group, const backends::SliceSink& sink,
-                                    Delivery* delivery) {
-    FinishedGroup finished;
-    finished.group = group;
+void PrintJob::print_first_group(int32_t group, const backends::SliceSink& sink,
+                                 Delivery* delivery) {
     GroupRun* run = runs_.take([&] { return std::make_unique<GroupRun>(setup_); });
-    finished.status = run->run(group, &evaluators_, delivery->stop_flags());
+    const int begun = run->begin(group, &evaluators_);
+    int32_t first = std::max(8 * group, range_.x);
+    const int32_t end = std::min(8 * group + 8, range_.y);
+    // What fablets print comes in an order that goes through a group column by column.
+    const bool speaks = std::any_of(parts_.begin(), parts_.end(), [](const auto& p) {
+        return p->part->fablet->volume_phases.print_count > 0;
+    });
+    if (first + 1 < end && run->blocks_to_evaluate() > options_.most_blocks_at_first && !speaks) {
+        delivery->deliver(print_slices(first, first + 1, begun, run, sink, delivery));
+        ++first;
+    }
+    delivery->deliver(print_slices(first, end, begun, run, sink, delivery));
+    runs_.give(run);
+}
+
+FinishedSlices PrintJob::print_group(int32_t group, const backends::SliceSink& sink,
+                                     Delivery* delivery) {
+    GroupRun* run = runs_.take([&] { return std::make_unique<GroupRun>(setup_); });
+    const int begun = run->begin(group, &evaluators_);
+    FinishedSlices finished =
+        print_slices(std::max(8 * group, range_.x), std::min(8 * group + 8, range_.y), begun, run,
+                     sink, delivery);
+    runs_.give(run);
+    return finished;
+}
+
+// Slices [first, end) of the group that `run` has begun, which gave the status `begun`.
+FinishedSlices PrintJob::print_slices(int32_t first, int32_t end, int begun, GroupRun* run,
+                                      const backends::SliceSink& sink, Delivery* delivery) {
+    FinishedSlices finished;
+    finished.first = first;
+    finished.end = end;
+    const auto slices = static_cast<uint8_t>(((1 << (end - first)) - 1) << (first & 7));
+    finished.status = begun != 0 ? begun : run->run(slices, &evaluators_, delivery->stop_flags());
     if (!run->prints().empty()) finished.prints.append(&run->prints());
     if (finished.status != 0) {
         finished.kernel_error = abi::take_kernel_error();
@@ -478,19 +523,17 @@ FinishedGroup PrintJob::print_group(int32_t group, const backends::SliceSink& si
     } else {
         encode(sink, *run, &finished);
     }
-    runs_.give(run);
     return finished;
 }
 
 void PrintJob::encode(const backends::SliceSink& sink, const GroupRun& run,
-                      FinishedGroup* finished) {
+                      FinishedSlices* finished) {
     const GroupPlanes& planes = run.planes();
-    const int32_t first = std::max(8 * finished->group, range_.x);
-    const int32_t end = std::min(8 * finished->group + 8, range_.y);
+    const int32_t first = finished->first, end = finished->end;
     finished->slices.resize(static_cast<size_t>(end - first));
     tbb::this_task_arena::isolate([&] {
         tbb::parallel_for(first, end, [&](int32_t z) {
-            FinishedGroup::Slice& slice = finished->slices[static_cast<size_t>(z - first)];
+            FinishedSlices::Slice& slice = finished->slices[static_cast<size_t>(z - first)];
             backends::SliceView view;
             view.z = z;
             view.data = planes.data.data() + (z & 7) * planes.plane_bytes;

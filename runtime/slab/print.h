@@ -32,6 +32,10 @@ struct PrintOptions {
     bool infer_identity = true;
     int32_t groups_in_flight =
         0;  ///< 0: from threads and memory; tests vary it, the output never depends on it
+    /// Where culling leaves more blocks of the first group, its first slice is printed by itself
+    /// and then the rest of them, which evaluates the blocks twice: a second or so, once, so that
+    /// whoever waits for the slice has it seconds sooner. Tests vary it, too.
+    int64_t most_blocks_at_first = 40'000;
     openfab_isa isa = OPENFAB_ISA_AVX2;
     int64_t sink_bytes_per_column = 0;  ///< what the sink keeps for each voxel of a slice
     /// What the sink takes for each voxel of a slice while it encodes it. Only as many slices are

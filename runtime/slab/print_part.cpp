@@ -2,8 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/slab/print_part.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <map>
+#include <optional>
 
 namespace openfab::slab {
 
@@ -182,17 +185,21 @@ std::vector<int32_t> surface_owners(const std::vector<scene::Part>& parts) {
 Result<std::vector<std::shared_ptr<const surface::Surface>>> make_surfaces(
     const std::vector<scene::Part>& parts, const std::vector<int32_t>& owners,
     const surface::SurfaceOptions& options) {
-    std::vector<std::shared_ptr<const surface::Surface>> surfaces;
-    for (size_t i = 0; i < parts.size(); ++i) {
-        const auto owner = static_cast<size_t>(owners[i]);
-        if (owner < i) {
-            surfaces.push_back(surfaces[owner]);
-            continue;
-        }
+    std::vector<std::shared_ptr<const surface::Surface>> surfaces(parts.size());
+    std::vector<std::optional<Error>> errors(parts.size());
+    tbb::parallel_for(size_t{0}, parts.size(), [&](size_t i) {
+        if (owners[i] != static_cast<int32_t>(i)) return;
         Result<std::unique_ptr<surface::Surface>> made =
             surface::Surface::create(parts[i], options);
-        if (!made) return made.error();
-        surfaces.push_back(std::move(*made));
+        if (made) {
+            surfaces[i] = std::move(*made);
+        } else {
+            errors[i] = made.error();
+        }
+    });
+    for (size_t i = 0; i < parts.size(); ++i) {
+        if (errors[i]) return *errors[i];
+        if (surfaces[i] == nullptr) surfaces[i] = surfaces[static_cast<size_t>(owners[i])];
     }
     return surfaces;
 }

@@ -135,13 +135,17 @@ Box3d DicedSurface::exact_box(const Affine3d& local_to_other) const {
         const auto reach = [&](const Box3d& box) {
             return side % 2 == 0 ? -box.lo[axis] : box.hi[axis];
         };
-        std::sort(open.begin(), open.end(), [&](int32_t a, int32_t b) {
+        // A heap: few of them are looked at.
+        const auto nearer = [&](int32_t a, int32_t b) {
             const double ra = reach(bounds[static_cast<size_t>(a)]),
                          rb = reach(bounds[static_cast<size_t>(b)]);
-            return ra != rb ? ra > rb : a < b;
-        });
-        for (const int32_t p : open) {
+            return ra != rb ? ra < rb : a > b;
+        };
+        std::make_heap(open.begin(), open.end(), nearer);
+        for (auto end = open.end(); end != open.begin(); --end) {
+            const int32_t p = open.front();
             if (!exact.empty() && reach(bounds[static_cast<size_t>(p)]) <= reach(exact)) break;
+            std::pop_heap(open.begin(), end, nearer);
             if (std::exchange(done[static_cast<size_t>(p)], 1) != 0) continue;
             const std::shared_ptr<const MicroMesh> mesh = micro(p);
             for (const auto& triangle : mesh->triangles) {

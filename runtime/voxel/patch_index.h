@@ -55,7 +55,8 @@ class PatchIndex {
         int32_t first = 0, end = 0;  ///< in patches_
         int32_t child = 0;           ///< the first of two neighbours; 0: a leaf
     };
-    void build(size_t node, const surface::Surface& surface);
+    void build(size_t node, const std::vector<surface::Patch>& patches,
+               const std::vector<Vec3f>& centres);
 
     std::vector<Node> nodes_;
     std::vector<int32_t> patches_;

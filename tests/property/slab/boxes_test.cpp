@@ -206,6 +206,37 @@ TEST(BoxPrint, OneOutputWhateverTheSettings) {
     }
 }
 
+// A large first group is printed in two steps, for the first slice's sake.
+TEST(BoxPrint, AFirstSliceByItselfChangesNothing) {
+    const Printed whole = tests::print_boxes(assembly());
+    ASSERT_TRUE(whole.ok) << whole.error.message;
+    const int32_t n = whole.sink.info.size.z;
+    ASSERT_GT(whole.statistics.blocks_evaluated, 0);
+    for (const Vec2<int32_t>& range : {Vec2<int32_t>{11, n}, Vec2<int32_t>{12, n},
+                                       Vec2<int32_t>{15, 20}, Vec2<int32_t>{13, 14}}) {
+        slab::PrintOptions options;
+        options.slices = range;
+        const Printed one_step = tests::print_boxes(assembly(), options);
+        options.most_blocks_at_first = 0;
+        for (int32_t threads : {1, 2}) {
+            options.threads = threads;
+            const Printed two_steps = tests::print_boxes(assembly(), options);
+            ASSERT_TRUE(two_steps.ok) << two_steps.error.message;
+            EXPECT_EQ(two_steps.sink.z, one_step.sink.z);
+            EXPECT_EQ(two_steps.sink.slices, one_step.sink.slices);
+            EXPECT_EQ(two_steps.statistics.hash, one_step.statistics.hash);
+            EXPECT_EQ(two_steps.statistics.voxels_by_code, one_step.statistics.voxels_by_code);
+            EXPECT_EQ(two_steps.statistics.overlaps, one_step.statistics.overlaps);
+            EXPECT_EQ(two_steps.statistics.blocks_total, one_step.statistics.blocks_total);
+            // Blocks of several slices were evaluated for the first one, and then for the others.
+            const bool alone = range.x % 8 == 7 || range.y - range.x == 1;
+            EXPECT_EQ(two_steps.statistics.blocks_evaluated > one_step.statistics.blocks_evaluated,
+                      !alone)
+                << range.x << " to " << range.y;
+        }
+    }
+}
+
 TEST(BoxPrint, PartsOfTheSlicesAddUpToTheWhole) {
     const Printed whole = tests::print_boxes(assembly());
     ASSERT_TRUE(whole.ok) << whole.error.message;
