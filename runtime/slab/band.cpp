@@ -3,6 +3,7 @@
 #include "runtime/slab/band.h"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 
 #include "runtime/abi/voxel_hash.h"
@@ -187,28 +188,28 @@ int GroupDither::finish_held(const uint8_t* below) {
 void GroupDither::dither_rows(RowBand* band, int32_t first, int32_t count, const uint8_t* above,
                               const uint8_t* below) {
     const double start = seconds_now();
-    for (int32_t y = first; y < first + count; ++y) {
-        const uint8_t* up = y == first ? above : band->mixed_row(y - 1);
-        const uint8_t* down = y + 1 == first + count ? below : band->mixed_row(y + 1);
-        for (int32_t b = band->first_block; b < band->end_block; ++b) {
-            if (band->tile[static_cast<size_t>(b)] < 0) continue;
-            int32_t end = b + 1;
-            while (end < band->end_block && band->tile[static_cast<size_t>(end)] >= 0)
-                ++end;
-            DitherRow row;
+    for (int32_t b = band->first_block; b < band->end_block; ++b) {
+        if (band->tile[static_cast<size_t>(b)] < 0) continue;
+        int32_t end = b + 1;
+        while (end < band->end_block && band->tile[static_cast<size_t>(end)] >= 0)
+            ++end;
+        std::array<DitherRow, 8> rows;
+        for (int32_t i = 0; i < count; ++i) {
+            const int32_t y = first + i;
+            DitherRow& row = rows[static_cast<size_t>(i)];
             row.fractions = band->fractions.data();
             row.tiles = &band->tile[static_cast<size_t>(b)];
             row.blocks = end - b;
             row.first_x = 8 * b;
-            row.above = up + row.first_x;
+            row.above = (i == 0 ? above : band->mixed_row(y - 1)) + row.first_x;
             row.here = band->mixed_row(y) + row.first_x;
-            row.below = down + row.first_x;
+            row.below = (i + 1 == count ? below : band->mixed_row(y + 1)) + row.first_x;
             row.y = 8 * band->row + y;
             row.z = z_;
             row.codes = band->codes_at(row.first_x, y);
-            dither_row(setup_, row, errors_.data());
-            b = end;
         }
+        slab::dither_rows(setup_, rows.data(), count, errors_.data());
+        b = end;
     }
     seconds_dither += seconds_now() - start;
 }

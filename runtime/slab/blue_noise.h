@@ -2,39 +2,56 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Thresholds of the ordered dither: a void-and-cluster mask in the plane, which from slice to slice
-// keeps its pixels and turns its ranks.
+// Thresholds of the ordered dither: a void-and-cluster mask in the plane, which moves on from slice
+// to slice. A layer one voxel thick, upright or at 45 degrees, meets every line of the mask once in
+// kBlueNoiseSide slices, so its mean is the mask's, which is exact. (Turning the ranks in place
+// instead printed 4 % more or less, root mean square, of 2 % in such layers of 64 x 64 voxels.)
 
 #include <cstdint>
 
 #include "runtime/abi/voxel_hash.h"
+#include "runtime/base/vec.h"
 
 namespace openfab::slab {
 
-constexpr int32_t kBlueNoiseSide = 64;
+/// A prime, so that the steps from slice to slice, one more, one less, their sum and their
+/// difference all run through all lines.
+constexpr uint32_t kBlueNoiseSide = 61;
+/// How far the mask moves from a slice to the next: of all steps those for which copies of a pixel
+/// in slices near each other stay farthest apart, 21 pixels for up to 5 slices.
+constexpr uint32_t kBlueNoiseStepX = 20, kBlueNoiseStepY = 13;
 
-/// void_and_cluster(kBlueNoiseSide), written when the project is built.
-extern const uint16_t kBlueNoiseRanks[kBlueNoiseSide * kBlueNoiseSide];
+/// void_and_cluster(kBlueNoiseSide, …) in 1/65536, written when the project is built; each line
+/// twice in a row, so that one shifted along x needs no wrap.
+constexpr uint32_t kBlueNoiseStride = 2 * kBlueNoiseSide;
+extern const uint16_t kBlueNoiseMask[kBlueNoiseSide * kBlueNoiseStride];
 
-/// Turn of the ranks from a slice to the next, in 1/65536: (sqrt(13) - 3) / 2, which is far from
-/// all fractions of small numbers, so a column of voxels sees evenly spread thresholds, too. Of an
-/// even mixture of two, 61 % of the voxels differ from the one above. (The golden section would
-/// make it 76 %.)
-constexpr uint32_t kBlueNoiseTurn = 19843;
+/// Where a seed (fold_seed of voxel_hash.h) puts the mask, and what it adds to the ranks.
+struct BlueNoisePlace {
+    uint32_t x, y, turn;
 
-/// Rank of the pixel at (x, y) for a seed (fold_seed of voxel_hash.h), in steps of 1/65536.
-inline uint32_t blue_noise_rank(int32_t x, int32_t y, uint32_t seed) {
-    constexpr uint32_t kMask = kBlueNoiseSide - 1;
-    const uint32_t shift = abi::mix32(seed);
-    const uint32_t column = (static_cast<uint32_t>(x) + shift) & kMask;
-    const uint32_t row = (static_cast<uint32_t>(y) + (shift >> 6)) & kMask;
-    return kBlueNoiseRanks[row * kBlueNoiseSide + column] * 16u + 8u + (shift >> 16);
-}
+    explicit BlueNoisePlace(uint32_t seed) {
+        const uint32_t shift = abi::mix32(seed);
+        x = (shift & 255) % kBlueNoiseSide;
+        y = (shift >> 8 & 255) % kBlueNoiseSide;
+        turn = shift >> 16;
+    }
+    /// The mask at y in slice z, from the value of x = 0 on: x modulo kBlueNoiseSide is its index.
+    const uint16_t* line(int32_t at_y, int32_t z) const {
+        const uint32_t slice = static_cast<uint32_t>(z) % kBlueNoiseSide;
+        const uint32_t row =
+            (static_cast<uint32_t>(at_y) + y + kBlueNoiseStepY * slice) % kBlueNoiseSide;
+        return &kBlueNoiseMask[row * kBlueNoiseStride +
+                               (x + kBlueNoiseStepX * slice) % kBlueNoiseSide];
+    }
+};
 
 /// In [0, 65535), to be compared with sums of 16-bit fractions as voxel_hash.h's thresholds are.
-inline int32_t blue_noise_threshold(uint32_t rank, int32_t z) {
-    const uint32_t turned = rank + static_cast<uint32_t>(z) * kBlueNoiseTurn;
-    return static_cast<int32_t>(abi::fraction_threshold(turned << 16));
+inline int32_t blue_noise_threshold(const Vec3i& voxel, uint32_t seed) {
+    const BlueNoisePlace place(seed);
+    const uint32_t rank =
+        place.line(voxel.y, voxel.z)[static_cast<uint32_t>(voxel.x) % kBlueNoiseSide];
+    return static_cast<int32_t>(abi::fraction_threshold((rank + place.turn) << 16));
 }
 
 }  // namespace openfab::slab

@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The dither of one voxel row, 8 slices at a time as the 8 lanes of a vector. Plain code for any
+// The dither of voxel rows, 8 slices at a time as the 8 lanes of a vector. Plain code for any
 // number of materials, compiled for each instruction set: as generated code, whose every material
-// is a buffer of its own, it did 17 M voxels/s a core for 15 materials where this does 62, and
-// took half a minute to compile for 24. What it computes is stated by the twins in
+// is a buffer of its own, it did 17 M voxels/s a core for 15 materials where this does more than
+// 100, and took half a minute to compile for 24. What it computes is stated by the twins in
 // tests/support/reference, which give the same bits.
 
 #include <cstdint>
@@ -42,12 +42,12 @@ struct DitherSetup {
     int32_t width = 0;                    ///< of the grid in whole blocks, voxels
 };
 
-/// Floats that dither_row keeps between rows: two rows of width + 2 kRowMargin voxels, (z 8, m, x,
+/// Floats that dither_rows keeps between rows: two rows of width + 2 kRowMargin voxels, (z 8, m, x,
 /// p 2), at p = y & 1 those that row y has handed on.
 size_t error_count(const DitherSetup& setup);
 
-/// Chooses in the mixed voxels of a row. Rows come in rising y; `errors` is of error_count()
-/// floats, finite, and only rules that diffuse them use it.
-void dither_row(const DitherSetup& setup, const DitherRow& row, float* errors);
+/// Chooses in the mixed voxels of some rows of one run, y by y. Rows come in rising y; `errors` is
+/// of error_count() floats, finite, and only rules that diffuse them use it.
+void dither_rows(const DitherSetup& setup, const DitherRow* rows, int32_t count, float* errors);
 
 }  // namespace openfab::slab

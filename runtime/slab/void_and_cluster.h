@@ -15,8 +15,11 @@ namespace openfab::slab {
 /// step of Ulichney's void-and-cluster method (SPIE 1913, 1993), from an empty square on: each
 /// pixel in turn goes where the pixels so far leave the largest void. Beside the Gaussian of that
 /// method, pixels repel others of their own row and column, so that every line of the mask has its
-/// share of every range of ranks: layers one voxel thick must keep their mean too. Integer sums, so
-/// the same on every machine. side² squared steps: 64 takes a tenth of a second.
-std::vector<uint16_t> void_and_cluster(int32_t side);
+/// share of every range of ranks: layers a few voxels wide must keep their mean too. And since the
+/// mask moves by (step_x, step_y) from a slice to the next, pixels repel those that come to stand
+/// over them: near ones like neighbours, if less, and all others a little, so that columns of
+/// voxels keep their mean. Integer sums, so the same on every machine. side² squared steps: 61
+/// takes a tenth of a second.
+std::vector<uint16_t> void_and_cluster(int32_t side, int32_t step_x, int32_t step_y);
 
 }  // namespace openfab::slab

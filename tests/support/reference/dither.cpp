@@ -149,8 +149,7 @@ class Slice {
         if (rule_ == slab::DitherRule::kMajority)
             return static_cast<uint8_t>(most_frequent(fractions, field_.channels));
         if (rule_ == slab::DitherRule::kBlueNoise) {
-            const uint32_t threshold = static_cast<uint32_t>(slab::blue_noise_threshold(
-                slab::blue_noise_rank(place.x, place.y, seed_), place.z));
+            const auto threshold = static_cast<uint32_t>(slab::blue_noise_threshold(place, seed_));
             return static_cast<uint8_t>(drawn_code(fractions, field_.channels, threshold));
         }
         const int32_t code = rule_ == slab::DitherRule::kDecorrelated

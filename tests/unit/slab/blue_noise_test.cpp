@@ -12,16 +12,27 @@
 namespace openfab::slab {
 namespace {
 
+constexpr auto kSide = static_cast<int32_t>(kBlueNoiseSide);
+
+/// How much pixel a repels b, where the mask moves by (1, 2) from slice to slice.
 double energy(int32_t a, int32_t b, int32_t side) {
-    const int32_t dx = std::abs(a % side - b % side), dy = std::abs(a / side - b / side);
-    const double x = std::min(dx, side - dx), y = std::min(dy, side - dy);
-    return std::exp(-(x * x + y * y) / (2 * 1.5 * 1.5)) + (x == 0 ? 0.125 : 0) +
-           (y == 0 ? 0.125 : 0);
+    double sum = 0;
+    for (int32_t slice = -side; slice < side; ++slice) {
+        const int32_t dx = std::abs(a % side - b % side + slice) % side,
+                      dy = std::abs(a / side - b / side + 2 * slice) % side;
+        const double x = std::min(dx, side - dx), y = std::min(dy, side - dy);
+        const double gaussian = std::exp(-(x * x + y * y) / (2 * 1.5 * 1.5));
+        if (slice == 0) sum += gaussian + (x == 0 ? 0.125 : 0) + (y == 0 ? 0.125 : 0);
+        if (std::abs(slice) == 1) sum += 0.2 * gaussian;
+        if (std::abs(slice) == 2) sum += 0.05 * gaussian;
+        if (slice >= 0 && x == 0 && y == 0) sum += 0.125;
+    }
+    return sum;
 }
 
 TEST(VoidAndCluster, EachRankIsInTheLargestVoidOfThoseBefore) {
     for (int32_t side : {4, 7, 16}) {
-        const std::vector<uint16_t> ranks = void_and_cluster(side);
+        const std::vector<uint16_t> ranks = void_and_cluster(side, 1, 2);
         const int32_t pixels = side * side;
         ASSERT_EQ(ranks.size(), static_cast<size_t>(pixels));
         std::vector<int32_t> place(ranks.size(), -1);
@@ -45,44 +56,65 @@ TEST(VoidAndCluster, EachRankIsInTheLargestVoidOfThoseBefore) {
 }
 
 TEST(BlueNoise, EveryLineHasItsShareOfEveryRangeOfRanks) {
-    for (int32_t line = 0; line < kBlueNoiseSide; ++line) {
-        for (int32_t step : {1, kBlueNoiseSide}) {
-            std::vector<int32_t> count(64, 0);
-            for (int32_t i = 0; i < kBlueNoiseSide; ++i) {
-                const int32_t other = step == 1 ? kBlueNoiseSide : 1;
-                ++count[kBlueNoiseRanks[line * other + i * step] / 64];
+    // In a slice along x and y, and along z.
+    for (const Vec3i& step : {Vec3i{1, 0, 0}, Vec3i{0, 1, 0}, Vec3i{0, 0, 1}}) {
+        for (int32_t line = 0; line < kSide * kSide; ++line) {
+            std::vector<int32_t> count(16, 0);
+            for (int32_t i = 0; i < kSide; ++i) {
+                const int32_t a = line % kSide, b = line / kSide;
+                const Vec3i start = step.x == 1   ? Vec3i{0, a, b}
+                                    : step.y == 1 ? Vec3i{a, 0, b}
+                                                  : Vec3i{a, b, 0};
+                const int32_t threshold = blue_noise_threshold(start + step * i, 77);
+                ASSERT_GE(threshold, 0);
+                ASSERT_LT(threshold, 65535);
+                ++count[static_cast<size_t>(threshold / 4096)];
             }
-            // One in each 64th would be ideal; by chance some would have 5.
-            EXPECT_LE(*std::max_element(count.begin(), count.end()), 4);
+            // 3.8 in each 16th would be ideal; by chance some would have 12.
+            EXPECT_LE(*std::max_element(count.begin(), count.end()), 8);
         }
+    }
+}
+
+// What upright layers and those at 45 degrees owe their means to.
+TEST(BlueNoise, EveryLayerMeetsEveryPixelOnce) {
+    const Vec3i normals[] = {{1, 0, 0}, {0, 1, 0},  {1, 1, 0}, {1, -1, 0},
+                             {1, 0, 1}, {1, 0, -1}, {0, 1, 1}, {0, 1, -1}};
+    std::vector<int32_t> expected;
+    for (int32_t y = 0; y < kSide; ++y) {
+        for (int32_t x = 0; x < kSide; ++x)
+            expected.push_back(blue_noise_threshold({x, y, 0}, 5));
+    }
+    std::sort(expected.begin(), expected.end());
+    for (const Vec3i& normal : normals) {
+        std::vector<int32_t> found;
+        for (int32_t z = 0; z < kSide; ++z) {
+            for (int32_t i = 0; i < kSide; ++i) {
+                // Solved for x where the normal has one, else for y.
+                const int32_t at =
+                    normal.x != 0 ? 100 - normal.y * i - normal.z * z : 100 - normal.z * z;
+                found.push_back(
+                    blue_noise_threshold(normal.x != 0 ? Vec3i{at, i, z} : Vec3i{i, at, z}, 5));
+            }
+        }
+        std::sort(found.begin(), found.end());
+        EXPECT_EQ(found, expected) << normal.x << " " << normal.y << " " << normal.z;
     }
 }
 
 // The mask is part of what a print is: it must be the same wherever it was made.
 TEST(BlueNoise, MaskIsTheSameEverywhere) {
     uint32_t hash = 0;
-    for (uint16_t rank : kBlueNoiseRanks)
+    for (uint16_t rank : kBlueNoiseMask)
         hash = abi::mix32(hash ^ rank);
-    EXPECT_EQ(hash, 3232907402u);
-}
-
-TEST(BlueNoise, ThresholdsOfAColumnAreSpread) {
-    // Of any 33 slices one is in each tenth at least twice.
-    const uint32_t rank = blue_noise_rank(5, 9, 77);
-    for (int32_t first = 0; first < 200; ++first) {
-        std::vector<int32_t> tenths(10, 0);
-        for (int32_t z = first; z < first + 33; ++z) {
-            const int32_t threshold = blue_noise_threshold(rank, z);
-            ASSERT_GE(threshold, 0);
-            ASSERT_LT(threshold, 65535);
-            ++tenths[static_cast<size_t>(threshold / 6553.6)];
-        }
-        EXPECT_GE(*std::min_element(tenths.begin(), tenths.end()), 2);
-    }
+    EXPECT_EQ(hash, 940113132u);
 }
 
 TEST(BlueNoise, SeedMovesTheMask) {
-    EXPECT_NE(blue_noise_rank(3, 4, 1), blue_noise_rank(3, 4, 2));
+    int32_t same = 0;
+    for (int32_t x = 0; x < 100; ++x)
+        same += blue_noise_threshold({x, 4, 2}, 1) == blue_noise_threshold({x, 4, 2}, 2) ? 1 : 0;
+    EXPECT_LT(same, 5);
 }
 
 }  // namespace

@@ -1,0 +1,384 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// What dither_rows does, for one instruction set: included by dither_row.cpp once for each, after
+// lanes.inl.
+
+namespace openfab::slab::OPENFAB_LANES_ISA {
+namespace {
+
+template <int32_t from, int32_t end, typename F>
+OPENFAB_INLINE void written_out(const F& f) {
+    if constexpr (from < end) {
+        f(from);
+        written_out<from + 1, end>(f);
+    }
+}
+
+/// f(0), f(1), …, f(fixed - 1), written out, since GCC leaves loops of vectors be; or, where
+/// `fixed` is 0, a loop to `count`.
+template <int32_t fixed, typename F>
+OPENFAB_INLINE void for_channels(int32_t count, const F& f) {
+    if constexpr (fixed > 0) {
+        written_out<0, fixed>(f);
+    } else {
+        for (int32_t m = 0; m < count; ++m)
+            f(m);
+    }
+}
+
+/// Some of the 8 voxels of a column, from slice `first` of the group on. `fixed`: the number of
+/// channels where it is known when this is compiled, so that loops are written out and values stay
+/// in registers; else 0.
+template <int32_t fixed>
+struct Column {
+    static constexpr int32_t kMost = fixed > 0 ? fixed : kMostChannels;
+    const uint16_t* fractions = nullptr;  ///< [material][slice], at `first`
+    int32_t variable = 0;
+    Lanes::Ints received,
+        interior;  ///< a neighbour behind is mixed; all four are
+    bool all_received = false;
+    Lanes::Hashes hash = Lanes::Hashes(0);
+    Lanes::Floats value[kMost];  ///< fractions with the errors received
+
+    OPENFAB_INLINE int32_t channels() const { return fixed > 0 ? fixed : variable; }
+    OPENFAB_INLINE Lanes::Ints fraction(int32_t m) const {
+        return Lanes::load(fractions + m * kSlices);
+    }
+};
+
+/// The first material at which the running sum of the fractions exceeds the
+/// threshold; the last sum is 65535 and always does.
+OPENFAB_INLINE Lanes::Ints first_above(const uint16_t* fractions, int32_t channels,
+                                       const Lanes::Ints& threshold) {
+    Lanes::Ints sum{}, code{};
+    for (int32_t m = 0; m + 1 < channels; ++m) {
+        sum += Lanes::load(fractions + m * kSlices);
+        code -= sum <= threshold;
+    }
+    return code;
+}
+
+/// The most frequent material, the first of equals.
+OPENFAB_INLINE Lanes::Ints largest(const uint16_t* fractions, int32_t channels) {
+    Lanes::Ints code{}, most{};
+    for (int32_t m = 0; m < channels; ++m) {
+        const Lanes::Ints fraction = Lanes::load(fractions + m * kSlices);
+        const Lanes::Ints more = fraction > most;
+        code = more ? Lanes::all(m) : code;
+        most = more ? fraction : most;
+    }
+    return code;
+}
+
+/// Floyd and Steinberg 1976: the largest value wins, the first of equals, among
+/// materials that are present; where nothing was received, the hash decides.
+template <int32_t fixed>
+OPENFAB_INLINE Lanes::Ints floyd_steinberg(const Column<fixed>& c) {
+    Lanes::Floats best = Lanes::all(-std::numeric_limits<float>::infinity());
+    Lanes::Ints code{};
+    for_channels<fixed>(c.channels(), [&](int32_t m) OPENFAB_INLINE_LAMBDA {
+        const Lanes::Ints wins = (c.fraction(m) > 0) & (c.value[m] > best);
+        code = wins ? Lanes::all(m) : code;
+        best = wins ? c.value[m] : best;
+    });
+    if (c.all_received) return code;
+    const Lanes::Ints threshold = abi::fraction_threshold(c.hash).ints();
+    return c.received ? code : first_above(c.fractions, c.channels(), threshold);
+}
+
+/// The first material at which the running sum of what each value has above a
+/// floor exceeds a random share of the whole sum. Why the floor is what it is:
+/// abi/dither_rules.h.
+template <bool inside, int32_t fixed>
+OPENFAB_INLINE Lanes::Ints decorrelated(const Column<fixed>& c) {
+    using Floats = Lanes::Floats;
+    const Floats with_some = c.interior ? Lanes::all(abi::kDecorrelatedInteriorFloor)
+                                        : Lanes::all(abi::kDecorrelatedBorderFloor);
+    const Floats floor = inside       ? Lanes::all(abi::kDecorrelatedInteriorFloor)
+                         : c.received ? with_some
+                                      : Floats{};
+    Floats sum[Column<fixed>::kMost], total{};
+    for_channels<fixed>(c.channels(), [&](int32_t m) OPENFAB_INLINE_LAMBDA {
+        const Lanes::Ints fraction = c.fraction(m);
+        const Floats above = c.value[m] - floor;
+        const Floats least = Lanes::to_floats(fraction) * abi::kDecorrelatedLeast;
+        const Floats weight = above > least ? above : least;
+        total += fraction > 0 ? weight : Floats{};
+        sum[m] = total;
+    });
+    const Floats share = Lanes::to_floats((c.hash >> Lanes::Hashes(16)).ints()) * 0x1p-16f;
+    const Floats threshold = share * total;
+    Lanes::Ints code{};
+    for_channels<fixed - (fixed > 0)>(
+        c.channels() - 1, [&](int32_t m) OPENFAB_INLINE_LAMBDA { code -= sum[m] <= threshold; });
+    return code;
+}
+
+/// A start's phase: all present materials but the most frequent get a random
+/// one, which that one takes back.
+template <int32_t fixed>
+OPENFAB_INLINE void add_phase(Column<fixed>* c) {
+    using Ints = Lanes::Ints;
+    const Ints most = largest(c->fractions, c->channels());
+    Ints all{};
+    for (int32_t m = 0; m < c->channels(); ++m) {
+        const Ints gets = (c->fraction(m) > 0) & (most != m) & ~c->received;
+        const auto hash = abi::phase_hash(c->hash, static_cast<uint64_t>(m));
+        const Ints phase = gets & ((hash >> Lanes::Hashes(16)).ints() - 32768);
+        all += phase;
+        c->value[m] += Lanes::to_floats(phase);
+    }
+    for (int32_t m = 0; m < c->channels(); ++m)
+        c->value[m] -= Lanes::to_floats((most == m) & all);
+}
+
+/// The fractions of the run's i-th column.
+OPENFAB_INLINE const uint16_t* column_fractions(const DitherRow& row, int32_t i, int32_t channels) {
+    const int64_t voxel = (int64_t{row.tiles[i / 8]} * 8 + (row.y & 7)) * 8 + i % 8;
+    return row.fractions + voxel * channels * kSlices;
+}
+
+template <bool inside>
+OPENFAB_INLINE void write_codes(const DitherRow& row, int32_t i, int32_t first,
+                                const Lanes::Ints& code) {
+    uint8_t* out = row.codes + int64_t{i} * kSlices + first;
+    if constexpr (inside) {
+        Lanes::store(out, code);
+    } else {
+        Lanes::store(out, Lanes::from_bits(row.here[i], first) ? code : Lanes::load(out));
+    }
+}
+
+template <bool inside>
+OPENFAB_INLINE Lanes::Floats edge_weight(uint8_t mixed, int32_t first, float weight) {
+    if constexpr (inside) return Lanes::all(weight);
+    return Lanes::masked(Lanes::from_bits(mixed, first), weight);
+}
+
+/// Rules for which no voxel knows its neighbours.
+OPENFAB_INLINE void majority_row(const DitherSetup& setup, const DitherRow& row) {
+    for (int32_t i = 0; i < 8 * row.blocks; ++i) {
+        if (row.here[i] == 0) continue;
+        const uint16_t* fractions = column_fractions(row, i, setup.channels);
+        for (int32_t first = 0; first < kSlices; first += Lanes::kCount) {
+            write_codes<false>(row, i, first, largest(fractions + first, setup.channels));
+        }
+    }
+}
+
+OPENFAB_INLINE void blue_noise_row(const DitherSetup& setup, const DitherRow& row) {
+    const BlueNoisePlace place(setup.seed);
+    const uint16_t* lines[kSlices];
+    for (int32_t z = 0; z < kSlices; ++z)
+        lines[z] = place.line(row.y, row.z + z);
+    const Lanes::Ints turn = Lanes::all(static_cast<int32_t>(place.turn));
+    uint32_t x = static_cast<uint32_t>(row.first_x) % kBlueNoiseSide;
+    for (int32_t i = 0; i < 8 * row.blocks; ++i, x = x + 1 < kBlueNoiseSide ? x + 1 : 0) {
+        if (row.here[i] == 0) continue;
+        const uint16_t* fractions = column_fractions(row, i, setup.channels);
+        for (int32_t first = 0; first < kSlices; first += Lanes::kCount) {
+            Lanes::Ints rank;
+            for (int32_t l = 0; l < Lanes::kCount; ++l)
+                rank[l] = lines[first + l][x];
+            rank = (rank + turn) & 0xffff;
+            // fraction_threshold: rank 65535 / 65536, rounded down.
+            const Lanes::Ints threshold = rank + (rank > 0);
+            write_codes<false>(row, i, first,
+                               first_above(fractions + first, setup.channels, threshold));
+        }
+    }
+}
+
+/// More than this and values do not stay in registers.
+constexpr int32_t kFewChannels = 8;
+
+/// diffuse_column of the decorrelated rule where the voxel and all around it are mixed, for many
+/// materials: one pass makes the values, the sums and what is handed on, which is a sixteenth of
+/// the value, so exact; of the chosen material it is put right afterwards.
+template <int32_t fixed>
+OPENFAB_INLINE void diffuse_many(const DitherSetup& setup, const DitherRow& row, int32_t i,
+                                 int32_t first, uint32_t hash, const float* up, float* here) {
+    using Floats = Lanes::Floats;
+    const int32_t channels = fixed > 0 ? fixed : setup.channels;
+    const int64_t next = int64_t{channels} * kSlices;
+    const uint16_t* fractions = column_fractions(row, i, channels) + first;
+    const Lanes::Hashes hashes = abi::mix32(
+        Lanes::Hashes(hash) ^ Lanes::Hashes(Lanes::Unsigned(Lanes::count() + row.z + first)));
+    Floats sum[kMostChannels], total{};
+    for_channels<fixed>(channels, [&](int32_t m) OPENFAB_INLINE_LAMBDA {
+        const int32_t k = m * kSlices;
+        const Lanes::Ints fraction = Lanes::load(fractions + k);
+        const Floats asked = Lanes::to_floats(fraction);
+        Floats v = asked + Lanes::load(up + k - next);
+        v = v + 5.0f * Lanes::load(up + k);
+        v = v + 3.0f * Lanes::load(up + k + next);
+        v = v + 7.0f * Lanes::load(here + k - next);
+        const Floats above = v - abi::kDecorrelatedInteriorFloor;
+        const Floats least = asked * abi::kDecorrelatedLeast;
+        const Floats weight = above > least ? above : least;
+        total += fraction > 0 ? weight : Floats{};
+        sum[m] = total;
+        Lanes::store(here + k, v * 0x1p-4f);
+    });
+    const Floats share = Lanes::to_floats((hashes >> Lanes::Hashes(16)).ints()) * 0x1p-16f;
+    const Floats threshold = share * total;
+    Lanes::Ints code{};
+    for_channels<fixed - (fixed > 0)>(
+        channels - 1, [&](int32_t m) OPENFAB_INLINE_LAMBDA { code -= sum[m] <= threshold; });
+    for (int32_t l = 0; l < Lanes::kCount; ++l) {
+        float& chosen = here[code[l] * kSlices + l];
+        chosen = (16 * chosen - 65535.0f) * 0x1p-4f;
+    }
+    write_codes<true>(row, i, first, code);
+}
+
+// Error diffusion with the zero rule, in gather form. Each mixed voxel leaves
+// what it could not place, divided by the weights of those forward neighbours
+// that are mixed; a later voxel takes 7, 3, 5 or 1 parts of that from its own
+// neighbours behind it, if they are mixed. The masks alone decide who takes
+// from whom, so what stands in `errors` at a voxel that is not mixed never
+// matters as long as it is finite.
+//
+// Fractions and errors are counted in 1/65535. The order of the float
+// operations, which the twin follows, is
+//     v = (((fraction + w_se * e_se) + w_s * e_s) + w_sw * e_sw) + w_e * e_e
+//     e = ((v - (chosen ? 65535 : 0)) [+ phase]) * (1 / max(w_forward, 1))
+// with w_e last because only that term waits for the voxel just before in the
+// row.
+//
+// `up` and `here` are the errors of the rows above and here,
+// [x][material][slice], at column i and slice `first`. `inside`: the voxel and
+// all around it are mixed, in all 8 slices; the weights are the same numbers
+// then, and need no masks.
+template <DitherRule rule, bool inside, int32_t fixed>
+OPENFAB_INLINE void diffuse_column(const DitherSetup& setup, const DitherRow& row, int32_t i,
+                                   int32_t first, uint32_t hash, const float* up, float* here) {
+    using Floats = Lanes::Floats;
+    if constexpr (rule == DitherRule::kDecorrelated && inside &&
+                  (fixed == 0 || fixed > kFewChannels)) {
+        return diffuse_many<fixed>(setup, row, i, first, hash, up, here);
+    }
+    const int32_t channels = fixed > 0 ? fixed : setup.channels;
+    const int64_t next = int64_t{channels} * kSlices;
+    const uint8_t e = row.here[i - 1], se = row.above[i - 1], s = row.above[i],
+                  sw = row.above[i + 1];
+    const int32_t received = e | se | s | sw;
+    Column<fixed> c;
+    c.fractions = column_fractions(row, i, channels) + first;
+    c.variable = channels;
+    c.hash = abi::mix32(Lanes::Hashes(hash) ^
+                        Lanes::Hashes(Lanes::Unsigned(Lanes::count() + row.z + first)));
+    c.received = Lanes::from_bits(received, first);
+    c.interior = Lanes::from_bits(e & se & s & sw, first);
+    c.all_received = inside || (row.here[i] & ~received) == 0;
+    const Floats w_e = edge_weight<inside>(e, first, 7), w_se = edge_weight<inside>(se, first, 1),
+                 w_s = edge_weight<inside>(s, first, 5), w_sw = edge_weight<inside>(sw, first, 3);
+    for_channels<fixed>(channels, [&](int32_t m) OPENFAB_INLINE_LAMBDA {
+        const int32_t k = m * kSlices;
+        Floats v = Lanes::to_floats(c.fraction(m));
+        v = v + w_se * Lanes::load(up + k - next);
+        v = v + w_s * Lanes::load(up + k);
+        v = v + w_sw * Lanes::load(up + k + next);
+        c.value[m] = v + w_e * Lanes::load(here + k - next);
+    });
+    const Lanes::Ints code =
+        rule == DitherRule::kFloydSteinberg ? floyd_steinberg(c) : decorrelated<inside, fixed>(c);
+    const Floats ahead = edge_weight<inside>(row.here[i + 1], first, 7) +
+                         edge_weight<inside>(row.below[i - 1], first, 3) +
+                         edge_weight<inside>(row.below[i], first, 5) +
+                         edge_weight<inside>(row.below[i + 1], first, 1);
+    const Floats hand_on =
+        inside ? Lanes::all(1.0f / 16) : 1.0f / (ahead > 1.0f ? ahead : Lanes::all(1.0f));
+    for_channels<fixed>(channels, [&](int32_t m) OPENFAB_INLINE_LAMBDA {
+        c.value[m] -= Lanes::masked(code == m, 65535.0f);
+    });
+    if (rule == DitherRule::kDecorrelated && !c.all_received) add_phase(&c);
+    for_channels<fixed>(channels, [&](int32_t m) OPENFAB_INLINE_LAMBDA {
+        Lanes::store(here + m * kSlices, c.value[m] * hand_on);
+    });
+    write_codes<inside>(row, i, first, code);
+}
+
+/// Row after row, each two columns behind the one above, which is as close as the error from above
+/// right allows: what one row hands on is taken up by the next before it has left the cache, which
+/// matters for many materials (the errors of a row of 64 are 5 MB), and the arithmetic of rows
+/// overlaps, which matters for few.
+template <DitherRule rule, int32_t fixed>
+OPENFAB_INLINE void diffuse_rows(const DitherSetup& setup, const DitherRow* rows, int32_t count,
+                                 float* errors) {
+    const int64_t voxel_values = int64_t{fixed > 0 ? fixed : setup.channels} * kSlices;
+    const int64_t row_values = (setup.width + 2 * kRowMargin) * voxel_values;
+    float* const begin = errors + (rows->first_x + kRowMargin) * voxel_values;
+    const int32_t columns = 8 * rows->blocks;
+    for (int32_t step = 0; step < columns + 2 * (count - 1); ++step) {
+        const int32_t first_row = step < columns ? 0 : (step - columns) / 2 + 1;
+        for (int32_t r = first_row; r < count && 2 * r <= step; ++r) {
+            const DitherRow& row = rows[r];
+            const int32_t i = step - 2 * r;
+            if (row.here[i] == 0) continue;
+            const uint32_t hash = abi::column_hash(static_cast<uint32_t>(row.first_x + i),
+                                                   static_cast<uint32_t>(row.y), setup.seed);
+            const bool inside = (row.above[i - 1] & row.above[i] & row.above[i + 1] &
+                                 row.here[i - 1] & row.here[i] & row.here[i + 1] &
+                                 row.below[i - 1] & row.below[i] & row.below[i + 1]) == 255;
+            float* own = begin + (row.y & 1) * row_values + i * voxel_values;
+            const float* behind = begin + (1 - (row.y & 1)) * row_values + i * voxel_values;
+            for (int32_t first = 0; first < kSlices; first += Lanes::kCount) {
+                if (inside) {
+                    diffuse_column<rule, true, fixed>(setup, row, i, first, hash, behind + first,
+                                                      own + first);
+                } else {
+                    diffuse_column<rule, false, fixed>(setup, row, i, first, hash, behind + first,
+                                                       own + first);
+                }
+            }
+        }
+    }
+}
+
+template <DitherRule rule>
+OPENFAB_INLINE void diffuse_rows_of(const DitherSetup& setup, const DitherRow* rows, int32_t count,
+                                    float* errors) {
+    switch (setup.channels) {  // those of the stage sets of 4 bits a voxel
+        case 2:
+            return diffuse_rows<rule, 2>(setup, rows, count, errors);
+        case 3:
+            return diffuse_rows<rule, 3>(setup, rows, count, errors);
+        case 4:
+            return diffuse_rows<rule, 4>(setup, rows, count, errors);
+        case 5:
+            return diffuse_rows<rule, 5>(setup, rows, count, errors);
+        case 7:
+            return diffuse_rows<rule, 7>(setup, rows, count, errors);
+        case 9:
+            return diffuse_rows<rule, 9>(setup, rows, count, errors);
+        case 13:
+            return diffuse_rows<rule, 13>(setup, rows, count, errors);
+        case 16:
+            return diffuse_rows<rule, 16>(setup, rows, count, errors);
+        default:
+            return diffuse_rows<rule, 0>(setup, rows, count, errors);
+    }
+}
+
+OPENFAB_INLINE void any_rows(const DitherSetup& setup, const DitherRow* rows, int32_t count,
+                             float* errors) {
+    switch (setup.rule) {
+        case DitherRule::kFloydSteinberg:
+            return diffuse_rows_of<DitherRule::kFloydSteinberg>(setup, rows, count, errors);
+        case DitherRule::kDecorrelated:
+            return diffuse_rows_of<DitherRule::kDecorrelated>(setup, rows, count, errors);
+        case DitherRule::kBlueNoise:
+            for (int32_t r = 0; r < count; ++r)
+                blue_noise_row(setup, rows[r]);
+            return;
+        case DitherRule::kMajority:
+            for (int32_t r = 0; r < count; ++r)
+                majority_row(setup, rows[r]);
+            return;
+    }
+}
+
+}  // namespace
+}  // namespace openfab::slab::OPENFAB_LANES_ISA
