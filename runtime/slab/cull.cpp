@@ -42,7 +42,7 @@ void PartCull::mark_covered(const voxel::GroupMask& mask) {
     }
 }
 
-bool PartCull::any_covered(const Cube& cube, int32_t side) const {
+bool PartCull::any_covered(const CullCube& cube, int32_t side) const {
     for (int32_t y = std::max(cube.y, first_y_); y < std::min(cube.y + side, end_y()); ++y) {
         for (int32_t x = std::max(cube.x, first_x_); x < std::min(cube.x + side, end_x()); ++x) {
             if (at(x, y) == kEvaluate) return true;
@@ -52,13 +52,13 @@ bool PartCull::any_covered(const Cube& cube, int32_t side) const {
 }
 
 int PartCull::run(const PrintPart& part, int32_t group, const voxel::GroupMask& mask, bool cull,
-                  BlockEvaluator* evaluator) {
+                  BlockEvaluator* evaluator, CubeBounds* bounds, int64_t* room) {
     mark_covered(mask);
     constants_.clear();
     evaluator->counts.total += std::count(blocks_.begin(), blocks_.end(), kEvaluate);
     if (!cull || part.part->fablet->volume_bounds.arg_count == 0 || blocks_.empty()) return 0;
     const double start = seconds_now();
-    std::vector<Cube> open, cubes;
+    std::vector<CullCube> open, cubes;
     for (int32_t y = align_down(first_y_, kSides[0]); y < end_y(); y += kSides[0]) {
         for (int32_t x = align_down(first_x_, kSides[0]); x < end_x(); x += kSides[0])
             open.push_back({x, y});
@@ -66,13 +66,18 @@ int PartCull::run(const PrintPart& part, int32_t group, const voxel::GroupMask& 
     int status = 0;
     for (int32_t side : kSides) {
         cubes.clear();
-        for (const Cube& c : open) {
+        for (const CullCube& c : open) {
             if (any_covered(c, side)) cubes.push_back(c);
         }
         open.clear();
         if (cubes.empty()) break;
-        status = bound(part, group, side, cubes, evaluator);
-        if (status == 0) status = settle(part, side, cubes, evaluator, &open);
+        for (size_t first = 0; first < cubes.size() && status == 0;
+             first += CubeBounds::kMostCubes) {
+            const std::span<const CullCube> some(
+                &cubes[first], std::min(CubeBounds::kMostCubes, cubes.size() - first));
+            status = bounds->bound(part, group, side, some, evaluator);
+            if (status == 0) status = settle(part, side, some, *bounds, evaluator, room, &open);
+        }
         if (status != 0) break;
     }
     evaluator->counts.filled +=
@@ -81,8 +86,17 @@ int PartCull::run(const PrintPart& part, int32_t group, const voxel::GroupMask& 
     return status;
 }
 
-void PartCull::add_entry(const PrintPart& part, const Vec3i& corner,
-                         const nearest::NearestCase& of) {
+int64_t CubeBounds::most_bytes(const PrintPart& part) {
+    // Numbers of an entry: its corner and distances; every component low and high, as it comes and
+    // as the kernel reads it; every weight low and high. Lists that grow by doubling hold twice.
+    const int64_t components = part.nearest.floats() + part.nearest.ints();
+    const int64_t numbers = 2 * 5 + components * (2 * 2 + 2) + 2 * int64_t{part.slots()};
+    return static_cast<int64_t>(kMostCubes) *
+           (nearest::BoxBounds::kMostCases * 4 * numbers + int64_t{2 * sizeof(size_t)});
+}
+
+void CubeBounds::add_entry(const PrintPart& part, const Vec3i& corner,
+                           const nearest::NearestCase& of) {
     for (int a = 0; a < 3; ++a)
         corners_.push_back(corner[a]);
     // Only voxels inside the part count, where the distance is negative.
@@ -96,7 +110,7 @@ void PartCull::add_entry(const PrintPart& part, const Vec3i& corner,
 }
 
 // From entry after entry to component after component.
-void PartCull::lay_out(const PrintPart& part) {
+void CubeBounds::lay_out(const PrintPart& part) {
     const size_t n = distance_lo_.size();
     const auto transpose = [n](size_t components, const auto& from, auto* lo, auto* hi) {
         lo->resize(components * n);
@@ -113,8 +127,8 @@ void PartCull::lay_out(const PrintPart& part) {
 }
 
 // Intervals of what the queries can give in each cube, then of the weights.
-int PartCull::bound(const PrintPart& part, int32_t group, int32_t side,
-                    const std::vector<Cube>& cubes, BlockEvaluator* evaluator) {
+int CubeBounds::bound(const PrintPart& part, int32_t group, int32_t side,
+                      std::span<const CullCube> cubes, BlockEvaluator* evaluator) {
     first_entry_.assign(1, 0);
     corners_.clear();
     distance_lo_.clear();
@@ -130,7 +144,7 @@ int PartCull::bound(const PrintPart& part, int32_t group, int32_t side,
                            std::numeric_limits<int32_t>::max());
     // Groups are in grid voxels, so a cube holds the whole group whatever its side.
     const int32_t z = align_down(group, side) * 8 - part.base.z;
-    for (const Cube& cube : cubes) {
+    for (const CullCube& cube : cubes) {
         const Vec3i corner{8 * cube.x - part.base.x, 8 * cube.y - part.base.y, z};
         box_.clear();
         box_.distance_hi = std::numeric_limits<float>::infinity();
@@ -184,8 +198,7 @@ int PartCull::bound(const PrintPart& part, int32_t group, int32_t side,
     return arguments.run(evaluator->isa());
 }
 
-// True where all cases of a cube give every slot the same single weight.
-bool PartCull::one_composition(size_t cube, std::vector<float>* weights) const {
+bool CubeBounds::one_composition(size_t cube, std::vector<float>* weights) const {
     const size_t n = distance_lo_.size();
     const size_t first = first_entry_[cube];
     for (size_t s = 0; s < weights->size(); ++s) {
@@ -200,21 +213,22 @@ bool PartCull::one_composition(size_t cube, std::vector<float>* weights) const {
 }
 
 // Fills the cubes that can hold one composition only; the others, in quarters, go to `open`.
-int PartCull::settle(const PrintPart& part, int32_t side, const std::vector<Cube>& cubes,
-                     BlockEvaluator* evaluator, std::vector<Cube>* open) {
+int PartCull::settle(const PrintPart& part, int32_t side, std::span<const CullCube> cubes,
+                     const CubeBounds& bounds, BlockEvaluator* evaluator, int64_t* room,
+                     std::vector<CullCube>* open) {
     std::vector<float> weights(static_cast<size_t>(part.slots()));
     for (size_t i = 0; i < cubes.size(); ++i) {
         int32_t index = kEvaluate;
-        if (one_composition(i, &weights)) {
-            const int status = add_constant(part, weights.data(), evaluator, &index);
+        if (bounds.one_composition(i, &weights)) {
+            const int status = add_constant(part, weights.data(), evaluator, room, &index);
             if (status != 0) return status;
         }
-        const Cube& c = cubes[i];
+        const CullCube& c = cubes[i];
         if (index == kEvaluate) {
             const int32_t half = side / 2;
             if (half == 0) continue;
-            for (const Cube& quarter :
-                 {c, Cube{c.x + half, c.y}, Cube{c.x, c.y + half}, Cube{c.x + half, c.y + half}}) {
+            for (const CullCube& quarter : {c, CullCube{c.x + half, c.y}, CullCube{c.x, c.y + half},
+                                            CullCube{c.x + half, c.y + half}}) {
                 open->push_back(quarter);
             }
             continue;
@@ -231,7 +245,7 @@ int PartCull::settle(const PrintPart& part, int32_t side, const std::vector<Cube
 }
 
 int PartCull::add_constant(const PrintPart& part, const float* weights, BlockEvaluator* evaluator,
-                           int32_t* index) {
+                           int64_t* room, int32_t* index) {
     const auto slots = static_cast<size_t>(part.slots());
     for (size_t i = constants_.size(); i-- > 0;) {
         if (std::equal(weights, weights + slots, constants_[i].weights.begin())) {
@@ -239,7 +253,9 @@ int PartCull::add_constant(const PrintPart& part, const float* weights, BlockEva
             return 0;
         }
     }
-    if (constants_.size() == kMostConstants) return 0;
+    const auto codes = static_cast<int64_t>(sizeof(Constant) + 512 + slots * sizeof(float));
+    const int64_t bytes = codes + evaluator->tile_values() * int64_t{sizeof(uint16_t)};
+    if (constants_.size() == kMostConstants || bytes > *room) return 0;
     Constant added;
     added.weights.assign(weights, weights + slots);
     added.codes.resize(512);
@@ -249,9 +265,10 @@ int PartCull::add_constant(const PrintPart& part, const float* weights, BlockEva
     added.code = added.codes[0];
     added.mixed = added.code == OPENFAB_CODE_MIXED;
     if (!added.mixed) {
-        added.codes.clear();
-        added.tile.clear();
+        added.codes = {};
+        added.tile = {};
     }
+    *room -= added.mixed ? bytes : codes;
     *index = static_cast<int32_t>(constants_.size());
     constants_.push_back(std::move(added));
     return status;
@@ -259,13 +276,6 @@ int PartCull::add_constant(const PrintPart& part, const float* weights, BlockEva
 
 int64_t PartCull::blocks_to_evaluate() const {
     return std::count(blocks_.begin(), blocks_.end(), kEvaluate);
-}
-
-size_t PartCull::bytes() const {
-    return blocks_.capacity() * sizeof(int32_t) + constants_.capacity() * sizeof(Constant) +
-           (corners_.capacity() + distance_lo_.capacity() * 2 + float_lo_.capacity() * 4 +
-            int_lo_.capacity() * 4 + weight_lo_.capacity() * 2) *
-               sizeof(float);
 }
 
 }  // namespace openfab::slab

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <map>
 
 #include "runtime/slab/clock.h"
 
@@ -43,29 +44,33 @@ int GroupRun::run(uint8_t slices, Pool<BlockEvaluator>* evaluators, const StopFl
 int GroupRun::begin(int32_t group, Pool<BlockEvaluator>* evaluators) {
     group_ = group;
     blocks_to_evaluate_ = 0;
-    while (!active_.empty()) {
-        spare_.push_back(std::move(active_.back()));
-        active_.pop_back();
-    }
+    // By part, since each has its own size: memory that any of them could have next would grow to
+    // that of the largest for all.
+    std::map<int32_t, std::unique_ptr<ActivePart>> kept;
+    for (auto& active : active_)
+        kept[active->part->index] = std::move(active);
+    active_.clear();
     BlockEvaluator* evaluator = evaluators->take([&] {
         return std::make_unique<BlockEvaluator>(*setup_.stages, setup_.isa, setup_.parts->size());
     });
     int status = 0;
+    int64_t room = kCompositionBytes;
     for (int32_t index : setup_.order) {
         const PrintPart& part = *(*setup_.parts)[static_cast<size_t>(index)];
         if (part.box.lo.z >= 8 * group + 8 || part.box.hi.z <= 8 * group) continue;
-        if (spare_.empty()) spare_.push_back(std::make_unique<ActivePart>());
-        ActivePart& active = *spare_.back();
+        std::unique_ptr<ActivePart>& known = kept[index];
+        if (known == nullptr) known = std::make_unique<ActivePart>();
+        ActivePart& active = *known;
         active.part = &part;
         const double start = seconds_now();
         part.voxeliser->coverage(group, &active.mask);
         times.coverage += seconds_now() - start;
         if (active.mask.width == 0 || active.mask.height == 0) continue;
-        status = active.cull.run(part, group, active.mask, setup_.culling, evaluator);
+        status =
+            active.cull.run(part, group, active.mask, setup_.culling, evaluator, &bounds_, &room);
         if (status != 0) break;
         blocks_to_evaluate_ += active.cull.blocks_to_evaluate();
-        active_.push_back(std::move(spare_.back()));
-        spare_.pop_back();
+        active_.push_back(std::move(known));
     }
     evaluators->give(evaluator);
     return status;

@@ -86,6 +86,9 @@ class GroupRun {
   public:
     explicit GroupRun(const GroupSetup& setup);
 
+    /// For the compositions that fill whole blocks of one group, over all its parts.
+    static constexpr int64_t kCompositionBytes = 8 << 20;
+
     /// Coverage and culling of slices [8 group, 8 group + 8). Returns 0 or a Halide error code.
     int begin(int32_t group, Pool<BlockEvaluator>* evaluators);
     /// Blocks that culling left: what printing slices of the group costs, however few.
@@ -128,7 +131,9 @@ class GroupRun {
     int32_t group_ = 0;
     uint64_t slices_ = 0;  ///< of a column's voxels those to print, a byte a column
     int64_t blocks_to_evaluate_ = 0;
-    std::vector<std::unique_ptr<ActivePart>> spare_, active_;
+    /// Of this group; those of parts that the next one meets are kept for it.
+    std::vector<std::unique_ptr<ActivePart>> active_;
+    CubeBounds bounds_;
     Pool<Row> rows_;
     GroupPlanes planes_;
     PointPrints prints_;

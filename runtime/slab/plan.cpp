@@ -5,11 +5,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <set>
 
 #include "runtime/base/units.h"
 #include "runtime/slab/clock.h"
 #include "runtime/slab/evaluate.h"
+#include "runtime/slab/group.h"
 #include "runtime/slab/stages.h"
 
 namespace openfab::slab {
@@ -24,6 +26,13 @@ constexpr int64_t kQueryScratchBytes = 4 << 20;
 constexpr size_t kLeastCacheBytes = 24u << 20;
 constexpr size_t kMostCacheBytes = 400u << 20;
 constexpr size_t kMostCrossingBytes = 16u << 20;
+
+/// To a number that format_bytes shows whole, and a little more: what is resident at the start
+/// differs from run to run.
+int64_t rounded_up(int64_t bytes) {
+    const int64_t unit = bytes < 900'000'000 ? 1'000'000 : 10'000'000;
+    return (bytes + bytes / 64 + unit - 1) / unit * unit;
+}
 
 }  // namespace
 
@@ -54,18 +63,22 @@ CacheBudgets cache_budgets(const PrintOptions& options, int64_t resident, int64_
 }
 
 MemoryNeeds memory_needs(const std::vector<std::unique_ptr<PrintPart>>& parts, const Vec3i& size,
-                         int32_t materials, int32_t bits, int64_t caches) {
+                         int32_t materials, int32_t bits) {
     const int64_t channels = materials + 1;
     MemoryNeeds needs;
-    needs.fixed = resident_bytes() + caches + kSlackBytes;
+    needs.fixed = resident_bytes() + kSlackBytes;
     const int64_t blocks_x = (size.x + 7) / 8;
     const int64_t plane = (int64_t{size.x} * bits + 7) / 8 * size.y;
-    int64_t masks = 0, batch = 0;
+    int64_t batch = 0, bounds = 0;
+    std::map<int32_t, int64_t> starts;  // by group: masks that begin there, less those that end
     for (const auto& p : parts) {
         const Vec3i extent = p->box.size();
         if (extent.x <= 0 || extent.y <= 0) continue;
         // A byte a column, and 4 a block for culling.
-        masks += (int64_t{extent.x} + 16) * (extent.y + 16) * 17 / 16;
+        const int64_t mask = (int64_t{extent.x} + 16) * (extent.y + 16) * 17 / 16;
+        starts[p->box.lo.z / 8] += mask;
+        starts[(p->box.hi.z + 7) / 8] -= mask;
+        bounds = std::max(bounds, CubeBounds::most_bytes(*p));
         const int64_t inputs = p->nearest.floats() * int64_t{p->volume.gradients ? 4 : 1} +
                                p->nearest.ints() + p->slots() + 2;
         // State, and as much again for what a kernel writes before it is put in place.
@@ -75,7 +88,11 @@ MemoryNeeds memory_needs(const std::vector<std::unique_ptr<PrintPart>>& parts, c
         batch = std::max(batch, inputs * BlockEvaluator::kBatch * 512 * 4 + state);
     }
     // Packed planes, and as much again for what the sink makes of them.
-    needs.per_group = 16 * plane + masks + blocks_x * 8 * 2 * 8 * channels * 4;
+    int64_t masks = 0, most_masks = 0;
+    for (const auto& [group, change] : starts)
+        most_masks = std::max(most_masks, masks += change);
+    needs.per_group = 16 * plane + most_masks + bounds + GroupRun::kCompositionBytes +
+                      blocks_x * 8 * 2 * 8 * channels * 4;
     needs.per_row = blocks_x * (512 * (2 * channels + 1) + 64 * 3);
     needs.per_thread =
         batch + int64_t{BlockEvaluator::kBatch} * 512 * (2 * channels + 5) + kQueryScratchBytes;
@@ -94,11 +111,16 @@ Result<MemoryPlan> make_plan(const MemoryNeeds& needs, const PrintOptions& optio
                threads * needs.per_thread;
     };
     if (total(1) > options.memory_bytes) {
-        return user_error(
-            fmt::format("a memory budget of {} is too small: this print needs at least {} with {} "
-                        "threads; raise `--memory`, or "
-                        "lower `--threads`",
-                        format_bytes(options.memory_bytes), format_bytes(total(1)), threads));
+        // A larger budget has larger caches, by a third of what it has more (cache_budgets).
+        const int64_t other = total(1) - needs.caches;
+        const int64_t least = needs.caches == 0 ? other
+                                                : std::max(other + needs.least_caches,
+                                                           other + (other - needs.before) / 2);
+        return user_error(fmt::format(
+            "a memory budget of {} is too small: this print needs at least {} with {} "
+            "thread{}; raise `--memory`{}",
+            format_bytes(options.memory_bytes), format_bytes(rounded_up(least)), threads,
+            threads == 1 ? "" : "s", threads == 1 ? "" : ", or lower `--threads`"));
     }
     plan.groups_in_flight = std::clamp(most, 1, std::max(groups, 1));
     while (plan.groups_in_flight > 1 && total(plan.groups_in_flight) > options.memory_bytes)

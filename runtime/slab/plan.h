@@ -27,6 +27,7 @@ struct CacheBudgets {
     size_t trees = 0;          ///< nearest::BlockEngineOptions
     size_t crossings = 0;      ///< voxel::Voxeliser
     size_t shared() const { return micropolygons + trees; }
+    size_t all() const { return shared() + crossings; }
 };
 
 /// Decided before anything else is known but what is resident now.
@@ -41,15 +42,18 @@ struct MemoryPlan {
 
 /// What the plan adds up.
 struct MemoryNeeds {
-    int64_t fixed = 0;       ///< resident after set-up, textures and caches still to be filled
-    int64_t per_group = 0;   ///< planes, coverage, culling, errors, and encoded slices
-    int64_t per_row = 0;     ///< a band with all its fractions
-    int64_t per_thread = 0;  ///< kernel buffers and query scratch
+    int64_t fixed = 0;         ///< resident after set-up, textures and caches still to be filled
+    int64_t caches = 0;        ///< of that, what grows with the budget
+    int64_t least_caches = 0;  ///< what they take at the least one
+    int64_t before = 0;        ///< of that, what was there when they were planned
+    int64_t per_group = 0;     ///< planes, coverage, culling, errors, and encoded slices
+    int64_t per_row = 0;       ///< a band with all its fractions
+    int64_t per_thread = 0;    ///< kernel buffers and query scratch
 };
 
 /// `materials` of the stage set, `bits` of a packed voxel.
 MemoryNeeds memory_needs(const std::vector<std::unique_ptr<PrintPart>>& parts, const Vec3i& size,
-                         int32_t materials, int32_t bits, int64_t caches);
+                         int32_t materials, int32_t bits);
 
 /// Refuses with the least budget that would do.
 Result<MemoryPlan> make_plan(const MemoryNeeds& needs, const PrintOptions& options, int32_t threads,

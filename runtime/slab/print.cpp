@@ -253,8 +253,9 @@ Result<void> PrintJob::set_up() {
         ++displaced_parts;
         displaced += owns_surface(i) ? 1 : 0;
     }
+    const int64_t before = resident_bytes();
     const CacheBudgets budgets =
-        cache_budgets(options_, resident_bytes(), textures, displaced, displaced_parts);
+        cache_budgets(options_, before, textures, displaced, displaced_parts);
     surface_options.cache_bytes = budgets.micropolygons;
     auto surfaces = make_surfaces(input_.parts, owners_, surface_options);
     if (!surfaces) return surfaces.error();
@@ -270,14 +271,17 @@ Result<void> PrintJob::set_up() {
     if (!range) return range.error();
     range_ = *range;
 
-    int64_t caches = 0;
+    PrintOptions none = options_;
+    none.memory_bytes = 0;
+    const CacheBudgets least = cache_budgets(none, before, textures, displaced, displaced_parts);
+    int64_t caches = 0, least_caches = 0;
     for (size_t i = 0; i < input_.parts.size(); ++i) {
         parts_.push_back(std::make_unique<PrintPart>(input_.parts[i]));
         parts_.back()->index = static_cast<int32_t>(i);
         parts_.back()->surface = surfaces_[i];
         if (!surfaces_[i]->identity()) {
-            caches +=
-                static_cast<int64_t>(budgets.crossings + (owns_surface(i) ? budgets.shared() : 0));
+            caches += static_cast<int64_t>(owns_surface(i) ? budgets.all() : budgets.crossings);
+            least_caches += static_cast<int64_t>(owns_surface(i) ? least.all() : least.crossings);
         }
         setup_.order.push_back(static_cast<int32_t>(i));
     }
@@ -300,15 +304,22 @@ Result<void> PrintJob::set_up() {
     if (const Result<void> made = set_up_support(); !made) return made.error();
     const int64_t columns = int64_t{grid_.size.x} * grid_.size.y;
     const int64_t encode = options_.encode_bytes_per_column * columns;
-    const int32_t encoders = encode == 0 ? threads_
-                                         : static_cast<int32_t>(std::clamp<int64_t>(
-                                               options_.memory_bytes / 3 / encode, 1, threads_));
-    encoders_.emplace(encoders);
-    const int64_t sink = options_.sink_bytes_per_column * columns + encode * encoders;
-    const MemoryNeeds needs = memory_needs(parts_, grid_.size, setup_.stages->materials,
-                                           setup_.bits, caches + textures + sink);
+    int32_t encoders = encode == 0 ? threads_
+                                   : static_cast<int32_t>(std::clamp<int64_t>(
+                                         options_.memory_bytes / 3 / encode, 1, threads_));
+    MemoryNeeds needs = memory_needs(parts_, grid_.size, setup_.stages->materials, setup_.bits);
+    needs.caches = caches;
+    needs.least_caches = least_caches;
+    needs.before = before + textures;
+    needs.fixed += caches + textures + options_.sink_bytes_per_column * columns;
     const int32_t groups = (range_.y + 7) / 8 - range_.x / 8;
+    needs.fixed += encode * encoders;
     Result<MemoryPlan> plan = make_plan(needs, options_, threads_, groups);
+    for (; !plan && encoders > 1; plan = make_plan(needs, options_, threads_, groups)) {
+        needs.fixed -= encode;
+        --encoders;
+    }
+    encoders_.emplace(encoders);
     if (!plan) return plan.error();
     plan_ = *plan;
     setup_.rows_in_flight = plan_.rows_in_flight;

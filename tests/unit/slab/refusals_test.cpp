@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "runtime/base/units.h"
 #include "tests/support/slab/box_print.h"
 #include "tests/support/slab/test_fablets.h"
 
@@ -53,6 +54,59 @@ TEST(PrintRefuses, TooSmallABudgetAndNamesTheLeast) {
     options.memory_bytes = 1'000'000;
     expect_refused(tests::make_input(box()), options, ErrorCode::kUserInput,
                    "this print needs at least");
+}
+
+/// What a refusal says is needed; 0 where the print is possible.
+int64_t least_budget(const slab::PrintInput& input, const slab::PrintOptions& options) {
+    const auto print = slab::Print::create(input, options);
+    if (print) return 0;
+    const std::string& text = print.error().message;
+    const std::string before = "this print needs at least ";
+    const size_t begin = text.find(before) + before.size();
+    const Result<int64_t> bytes =
+        parse_bytes(text.substr(begin, text.find(" with", begin) - begin));
+    EXPECT_TRUE(bytes.has_value()) << text;
+    return bytes ? *bytes : 0;
+}
+
+TEST(PrintRefuses, TheBudgetThatItNamesWillDo) {
+    // A tray of 120 parts in four layers, and slices that take memory while they are encoded.
+    std::vector<tests::BoxPart> tray;
+    for (int32_t i = 0; i < 120; ++i) {
+        tray.push_back(
+            {{i % 6 * 20.0, i / 6 % 5 * 20.0, i / 30 * 5.0}, {19, 19, 4}, &tests::skin_fablet()});
+    }
+    for (const std::vector<tests::BoxPart>& boxes : {box(), tray}) {
+        const slab::PrintInput input = tests::make_input(boxes);
+        for (int64_t encoded : {0, 40}) {
+            for (int32_t threads : {1, 8}) {
+                slab::PrintOptions options;
+                options.threads = threads;
+                options.encode_bytes_per_column = encoded;
+                options.memory_bytes = 1'000'000;
+                const int64_t least = least_budget(input, options);
+                ASSERT_GT(least, options.memory_bytes);
+                options.memory_bytes = least;
+                EXPECT_EQ(least_budget(input, options), 0) << least << " bytes";
+                options.memory_bytes = least - least / 8;
+                EXPECT_GT(least_budget(input, options), 0) << "far less would have done, too";
+            }
+        }
+    }
+}
+
+// Parts that no group meets at once do not add up.
+TEST(PrintRefuses, LayersOfPartsNeedWhatOneNeeds) {
+    const auto least = [](int32_t layers) {
+        std::vector<tests::BoxPart> boxes;
+        for (int32_t i = 0; i < layers; ++i)
+            boxes.push_back({{0, 0, i * 5.0}, {150, 150, 4}, &tests::solid_fablet()});
+        slab::PrintOptions options;
+        options.memory_bytes = 1'000'000;
+        return least_budget(tests::make_input(boxes), options);
+    };
+    const int64_t one = least(1);
+    EXPECT_LT(least(20), one + one / 10);
 }
 
 TEST(PrintRefuses, SlicesOutsideThePrint) {
