@@ -34,6 +34,19 @@ int64_t rounded_up(int64_t bytes) {
     return (bytes + bytes / 64 + unit - 1) / unit * unit;
 }
 
+/// Of a print that takes `total` with a budget that is too small. A larger one has larger caches,
+/// by at most a third of what it has more.
+int64_t least_budget(const MemoryNeeds& needs, int64_t total, int64_t too_small) {
+    if (needs.caches == nullptr) return total;
+    const int64_t other = total - needs.caches(too_small);
+    int64_t low = too_small, high = 2 * total;
+    while (high - low > 1) {
+        const int64_t middle = low + (high - low) / 2;
+        (other + needs.caches(middle) <= middle ? high : low) = middle;
+    }
+    return high;
+}
+
 }  // namespace
 
 int64_t texture_bytes(const std::vector<scene::Part>& parts) {
@@ -111,11 +124,7 @@ Result<MemoryPlan> make_plan(const MemoryNeeds& needs, const PrintOptions& optio
                threads * needs.per_thread;
     };
     if (total(1) > options.memory_bytes) {
-        // A larger budget has larger caches, by a third of what it has more (cache_budgets).
-        const int64_t other = total(1) - needs.caches;
-        const int64_t least = needs.caches == 0 ? other
-                                                : std::max(other + needs.least_caches,
-                                                           other + (other - needs.before) / 2);
+        const int64_t least = least_budget(needs, total(1), options.memory_bytes);
         return user_error(fmt::format(
             "a memory budget of {} is too small: this print needs at least {} with {} "
             "thread{}; raise `--memory`{}",

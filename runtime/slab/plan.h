@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -42,13 +43,12 @@ struct MemoryPlan {
 
 /// What the plan adds up.
 struct MemoryNeeds {
-    int64_t fixed = 0;         ///< resident after set-up, textures and caches still to be filled
-    int64_t caches = 0;        ///< of that, what grows with the budget
-    int64_t least_caches = 0;  ///< what they take at the least one
-    int64_t before = 0;        ///< of that, what was there when they were planned
-    int64_t per_group = 0;     ///< planes, coverage, culling, errors, and encoded slices
-    int64_t per_row = 0;       ///< a band with all its fractions
-    int64_t per_thread = 0;    ///< kernel buffers and query scratch
+    int64_t fixed = 0;  ///< resident after set-up, textures and caches still to be filled
+    /// Of that the caches, as they would be with another budget.
+    std::function<int64_t(int64_t budget)> caches;
+    int64_t per_group = 0;   ///< planes, coverage, culling, errors, and encoded slices
+    int64_t per_row = 0;     ///< a band with all its fractions
+    int64_t per_thread = 0;  ///< kernel buffers and query scratch
 };
 
 /// `materials` of the stage set, `bits` of a packed voxel.

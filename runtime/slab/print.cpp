@@ -271,18 +271,10 @@ Result<void> PrintJob::set_up() {
     if (!range) return range.error();
     range_ = *range;
 
-    PrintOptions none = options_;
-    none.memory_bytes = 0;
-    const CacheBudgets least = cache_budgets(none, before, textures, displaced, displaced_parts);
-    int64_t caches = 0, least_caches = 0;
     for (size_t i = 0; i < input_.parts.size(); ++i) {
         parts_.push_back(std::make_unique<PrintPart>(input_.parts[i]));
         parts_.back()->index = static_cast<int32_t>(i);
         parts_.back()->surface = surfaces_[i];
-        if (!surfaces_[i]->identity()) {
-            caches += static_cast<int64_t>(owns_surface(i) ? budgets.all() : budgets.crossings);
-            least_caches += static_cast<int64_t>(owns_surface(i) ? least.all() : least.crossings);
-        }
         setup_.order.push_back(static_cast<int32_t>(i));
     }
     place_parts(budgets);
@@ -308,10 +300,20 @@ Result<void> PrintJob::set_up() {
                                    : static_cast<int32_t>(std::clamp<int64_t>(
                                          options_.memory_bytes / 3 / encode, 1, threads_));
     MemoryNeeds needs = memory_needs(parts_, grid_.size, setup_.stages->materials, setup_.bits);
-    needs.caches = caches;
-    needs.least_caches = least_caches;
-    needs.before = before + textures;
-    needs.fixed += caches + textures + options_.sink_bytes_per_column * columns;
+    needs.caches = [&](int64_t budget) {
+        PrintOptions with = options_;
+        with.memory_bytes = budget;
+        const CacheBudgets planned =
+            cache_budgets(with, before, textures, displaced, displaced_parts);
+        int64_t sum = 0;
+        for (size_t i = 0; i < surfaces_.size(); ++i) {
+            if (surfaces_[i]->identity()) continue;
+            sum += static_cast<int64_t>(owns_surface(i) ? planned.all() : planned.crossings);
+        }
+        return sum;
+    };
+    needs.fixed +=
+        needs.caches(options_.memory_bytes) + textures + options_.sink_bytes_per_column * columns;
     const int32_t groups = (range_.y + 7) / 8 - range_.x / 8;
     needs.fixed += encode * encoders;
     Result<MemoryPlan> plan = make_plan(needs, options_, threads_, groups);
