@@ -62,7 +62,7 @@ class CoveredTops {
                 ColumnScratch* scratch, TopRows* rows)
         : part_(part),
           columns_(columns),
-          snapping_(*part.part, grid),
+          snapping_(*part.part, grid, true),
           scratch_(*scratch),
           rows_(*rows) {
         window_ = {{columns.x0, columns.y0, 0}, {columns.x1, columns.y1, grid.size.z}};

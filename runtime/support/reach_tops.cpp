@@ -146,7 +146,7 @@ void raise_to_piece(const Piece& piece, const scene::Grid& grid, const Columns& 
 
 void raise_to_reach(const SupportedPart& part, const scene::Grid& grid, const Columns& columns,
                     TopRows* rows) {
-    const voxel::Snapping snapping(*part.part, grid);
+    const voxel::Snapping snapping(*part.part, grid, false);
     const Box3d wanted{{sample(columns.x0) - 2 * kSlack, sample(columns.y0) - 2 * kSlack, 0},
                        {sample(columns.x1) + 2 * kSlack, sample(columns.y1) + 2 * kSlack, 0}};
     std::vector<Reach> pieces;

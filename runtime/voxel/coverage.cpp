@@ -22,6 +22,9 @@ using surface::PatchKind;
 
 constexpr int32_t kGroupSlices = 8;
 constexpr size_t kLocks = 64;
+// Bounds are of positions rounded to float; the triangles of identity surfaces are not rounded. In
+// 1/256 voxel, far more than the difference.
+constexpr double kBoundsSlack = 1;
 
 int32_t group_of(int32_t k) {
     return k >> 3;
@@ -71,7 +74,7 @@ struct Voxeliser::Impl {
     Impl(const scene::Part& p, const surface::Surface& s, const scene::Grid& g,
          size_t waiting_bytes, std::shared_ptr<const PatchIndex> shared)
         : surface(s),
-          snapping(p, g),
+          snapping(p, g, s.identity()),
           most_kept(static_cast<int64_t>(waiting_bytes)),
           index(std::move(shared)) {
         grid = {{0, 0, 0}, g.size};
@@ -94,8 +97,8 @@ struct Voxeliser::Impl {
 /// Groups [first, end) of the grid that what lies in a part-local box may cross.
 std::array<int32_t, 2> Voxeliser::Impl::groups_of(const Box3f& bounds) const {
     const Box3d b = surface::map_box(snapping.map(), bounds);
-    const int32_t first = std::max(first_row(snap(b.lo.z)), grid.lo.z);
-    const int32_t end = std::min(first_row(snap(b.hi.z)), grid.hi.z);
+    const int32_t first = std::max(first_row(snap(b.lo.z - kBoundsSlack)), grid.lo.z);
+    const int32_t end = std::min(first_row(snap(b.hi.z + kBoundsSlack)), grid.hi.z);
     if (first >= end) return {0, 0};
     return {group_of(first), group_of(end - 1) + 1};
 }
@@ -107,8 +110,8 @@ void Voxeliser::Impl::find_box() {
         const Box3d b = surface::map_box(snapping.map(), bounds);
         Box3i out;
         for (int axis = 0; axis < 3; ++axis) {
-            out.lo[axis] = std::max(first_row(snap(b.lo[axis])), grid.lo[axis]);
-            out.hi[axis] = std::min(first_row(snap(b.hi[axis])), grid.hi[axis]);
+            out.lo[axis] = std::max(first_row(snap(b.lo[axis] - kBoundsSlack)), grid.lo[axis]);
+            out.hi[axis] = std::min(first_row(snap(b.hi[axis] + kBoundsSlack)), grid.hi[axis]);
         }
         return out;
     };

@@ -15,8 +15,9 @@ namespace openfab::voxel {
 
 class Snapping {
   public:
-    Snapping(const scene::Part& part, const scene::Grid& grid)
-        : mesh_(*part.mesh), map_(scene::local_to_voxel(part, grid)) {
+    /// `identity`: the part's surface is displaced nowhere.
+    Snapping(const scene::Part& part, const scene::Grid& grid, bool identity)
+        : mesh_(*part.mesh), map_(scene::local_to_voxel(part, grid)), identity_(identity) {
         const auto& m = map_.m;
         const double det = m[0] * (m[4] * m[8] - m[5] * m[7]) - m[1] * (m[3] * m[8] - m[5] * m[6]) +
                            m[2] * (m[3] * m[7] - m[4] * m[6]);
@@ -36,13 +37,16 @@ class Snapping {
         return {snap(v.x), snap(v.y), snap(v.z)};
     }
     Vec3i point(const Vec3f& p) const { return point(vec_cast<double>(p)); }
-    /// The corners of an identity triangle.
+    /// The corners of an identity triangle. Where it is among displaced ones they are floats, as
+    /// the micropolygons beside it are. Else they are snapped as they are: floats count from the
+    /// part's own centre, so the two sides of a cut would round one vertex to two.
     std::array<Vec3i, 3> triangle(int32_t base_triangle) const {
         std::array<Vec3i, 3> out;
         for (size_t c = 0; c < 3; ++c) {
             const auto at =
                 static_cast<size_t>(mesh_.triangles[static_cast<size_t>(base_triangle)][c]);
-            out[c] = point(surface::round_position(mesh_.positions[at]));
+            const Vec3d& p = mesh_.positions[at];
+            out[c] = identity_ ? point(p) : point(surface::round_position(p));
         }
         return out;
     }
@@ -50,6 +54,7 @@ class Snapping {
   private:
     const scene::PartMesh& mesh_;
     Affine3d map_;
+    bool identity_;
     int32_t turn_ = 1;
 };
 

@@ -39,7 +39,7 @@ struct Standing {
     std::vector<uint8_t> inside(const scene::Grid& grid) const {
         return reference::inside(
             reference::snap_triangles(scene::local_to_voxel(part, grid),
-                                      testing::triangles_of(*surface, surface::kForCoverage)),
+                                      testing::covering_triangles(part, *surface)),
             grid.size);
     }
 };
@@ -220,7 +220,7 @@ TEST(DepthMap, KeepsEveryHeight) {
         // The plain winding of some columns' tops and of what lies over them.
         const auto triangles =
             reference::snap_triangles(scene::local_to_voxel(part.part, grid),
-                                      testing::triangles_of(*part.surface, surface::kForCoverage));
+                                      testing::covering_triangles(part.part, *part.surface));
         int32_t highest = 0, checked = 0;
         for (int32_t y = 0; y < grid.size.y; ++y) {
             for (int32_t x = 0; x < grid.size.x; ++x) {

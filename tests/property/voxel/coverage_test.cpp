@@ -104,7 +104,7 @@ TEST_P(Coverage, EqualsTheWindingNumberOfEveryVoxel) {
         const voxel::Voxeliser voxeliser(part, *surface, grid);
         const auto expected = reference::inside(
             reference::snap_triangles(scene::local_to_voxel(part, grid),
-                                      testing::triangles_of(*surface, surface::kForCoverage)),
+                                      testing::covering_triangles(part, *surface)),
             grid.size);
         std::vector<int32_t> groups = all_groups(grid);
         ASSERT_EQ(voxels(voxeliser, grid, groups), expected) << "transform " << number;

@@ -37,8 +37,8 @@ int meets(const SnappedTriangle& t, const Vec3<int64_t>& centre, Vec3<Wide>* n) 
 
 }  // namespace
 
-Vec3<int64_t> snap(const Affine3d& local_to_voxel, const Vec3f& point) {
-    const Vec3d v = local_to_voxel.apply(vec_cast<double>(point));
+Vec3<int64_t> snap(const Affine3d& local_to_voxel, const Vec3d& point) {
+    const Vec3d v = local_to_voxel.apply(point);
     return {static_cast<int64_t>(std::floor(256 * v.x + 0.5)),
             static_cast<int64_t>(std::floor(256 * v.y + 0.5)),
             static_cast<int64_t>(std::floor(256 * v.z + 0.5))};
@@ -46,6 +46,15 @@ Vec3<int64_t> snap(const Affine3d& local_to_voxel, const Vec3f& point) {
 
 std::vector<SnappedTriangle> snap_triangles(const Affine3d& local_to_voxel,
                                             const std::vector<std::array<Vec3f, 3>>& triangles) {
+    std::vector<std::array<Vec3d, 3>> doubles;
+    for (const auto& t : triangles) {
+        doubles.push_back({vec_cast<double>(t[0]), vec_cast<double>(t[1]), vec_cast<double>(t[2])});
+    }
+    return snap_triangles(local_to_voxel, doubles);
+}
+
+std::vector<SnappedTriangle> snap_triangles(const Affine3d& local_to_voxel,
+                                            const std::vector<std::array<Vec3d, 3>>& triangles) {
     const auto& m = local_to_voxel.m;
     const Vec3d x{m[0], m[3], m[6]}, y{m[1], m[4], m[7]}, z{m[2], m[5], m[8]};
     const bool mirrors = dot(cross(x, y), z) < 0;

@@ -17,10 +17,12 @@ namespace openfab::reference {
 using SnappedTriangle = std::array<Vec3<int64_t>, 3>;
 
 /// A point in part-local mm -> 1/256 voxel. `local_to_voxel` as of scene::local_to_voxel.
-Vec3<int64_t> snap(const Affine3d& local_to_voxel, const Vec3f& point);
+Vec3<int64_t> snap(const Affine3d& local_to_voxel, const Vec3d& point);
 
 /// Snaps triangles; where the map mirrors, turns them over so that they stay counter-clockwise from
 /// outside.
+std::vector<SnappedTriangle> snap_triangles(const Affine3d& local_to_voxel,
+                                            const std::vector<std::array<Vec3d, 3>>& triangles);
 std::vector<SnappedTriangle> snap_triangles(const Affine3d& local_to_voxel,
                                             const std::vector<std::array<Vec3f, 3>>& triangles);
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/support/reference/pipeline.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <functional>
@@ -241,7 +242,7 @@ class PlainPart {
         const double s = std::cbrt(grid.pitch_mm.x * grid.pitch_mm.y * grid.pitch_mm.z);
         diced_ = dice(part_, s, identity,
                       [this](const MicroInputs& in) { return evaluate_surface(in); });
-        cover(grid);
+        cover(grid, std::find(identity.begin(), identity.end(), 0) == identity.end());
         prepare_queries();
     }
 
@@ -302,7 +303,18 @@ class PlainPart {
         return out;
     }
 
-    void cover(const scene::Grid& grid) {
+    void cover(const scene::Grid& grid, bool identity) {
+        if (identity) {
+            std::vector<std::array<Vec3d, 3>> exact;
+            for (const auto& t : part_.mesh->triangles) {
+                exact.push_back({part_.mesh->positions[static_cast<size_t>(t[0])],
+                                 part_.mesh->positions[static_cast<size_t>(t[1])],
+                                 part_.mesh->positions[static_cast<size_t>(t[2])]});
+            }
+            inside_ = reference::inside(snap_triangles(scene::local_to_voxel(part_, grid), exact),
+                                        grid.size);
+            return;
+        }
         std::vector<std::array<Vec3f, 3>> triangles;
         for (const DicedTriangle& t : diced_) {
             if (t.coverage) triangles.push_back(t.positions);

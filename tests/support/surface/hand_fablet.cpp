@@ -391,6 +391,23 @@ std::vector<std::array<Vec3f, 3>> triangles_of(const surface::Surface& surface,
     return out;
 }
 
+std::vector<std::array<Vec3d, 3>> covering_triangles(const scene::Part& part,
+                                                     const surface::Surface& surface) {
+    std::vector<std::array<Vec3d, 3>> out;
+    if (surface.identity()) {
+        for (const auto& t : part.mesh->triangles) {
+            out.push_back({part.mesh->positions[static_cast<size_t>(t[0])],
+                           part.mesh->positions[static_cast<size_t>(t[1])],
+                           part.mesh->positions[static_cast<size_t>(t[2])]});
+        }
+        return out;
+    }
+    for (const auto& t : triangles_of(surface, surface::kForCoverage)) {
+        out.push_back({vec_cast<double>(t[0]), vec_cast<double>(t[1]), vec_cast<double>(t[2])});
+    }
+    return out;
+}
+
 std::vector<std::array<Vec3f, 3>> triangles_of(const std::vector<reference::DicedTriangle>& diced,
                                                surface::PatchUse use) {
     std::vector<std::array<Vec3f, 3>> out;

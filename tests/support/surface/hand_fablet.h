@@ -45,6 +45,11 @@ reference::EvaluateMicro hand_evaluate(const scene::Part& part);
 /// Which base triangles are identities by the fablet's definition, not by its kernels.
 std::vector<uint8_t> hand_identities(const scene::Part& part, bool infer_identity = true);
 
+/// All triangles that the voxeliser crosses: of an identity surface those of the mesh, else
+/// micropolygons.
+std::vector<std::array<Vec3d, 3>> covering_triangles(const scene::Part& part,
+                                                     const surface::Surface& surface);
+
 /// All triangles that a surface gives to the voxeliser, or all that it gives to queries.
 std::vector<std::array<Vec3f, 3>> triangles_of(const surface::Surface& surface,
                                                surface::PatchUse use);

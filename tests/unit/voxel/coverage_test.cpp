@@ -142,8 +142,8 @@ TEST(Coverage, HugeTrianglesDoNotOverflow) {
     const voxel::Voxeliser voxeliser(part, *surface, g);
     voxel::GroupMask mask;
     voxeliser.coverage(0, &mask);
-    const auto triangles = reference::snap_triangles(
-        scene::local_to_voxel(part, g), testing::triangles_of(*surface, surface::kForCoverage));
+    const auto triangles = reference::snap_triangles(scene::local_to_voxel(part, g),
+                                                     testing::covering_triangles(part, *surface));
     for (int32_t x = 0; x < 12000; ++x) {
         for (int32_t y = 0; y < 3; ++y) {
             for (int32_t k = 3; k < 6; ++k) {

@@ -1,0 +1,40 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Cuts meshes by planes as a CAD program does that exports the pieces of an assembly: both pieces
+// have the same vertices along the cut, rounded to float, and the same cap from either side.
+
+#include <array>
+#include <vector>
+
+#include "runtime/base/vec.h"
+#include "runtime/scene/mesh.h"
+
+namespace openfab::testing {
+
+using CutTriangle = std::array<Vec3d, 3>;
+
+/// A closed surface: what is left of the mesh that was cut, and the caps that close it.
+struct CutPiece {
+    std::vector<CutTriangle> outer, caps;
+
+    bool empty() const { return outer.empty() && caps.empty(); }
+    scene::Mesh mesh(bool with_caps = true) const;
+};
+
+struct CutPlane {
+    Vec3d normal;
+    double offset = 0;  ///< dot(normal, p) on the plane
+
+    double side(const Vec3d& p) const { return dot(normal, p) - offset; }
+};
+
+/// With positions rounded to float, as most files have them.
+CutPiece whole(const scene::Mesh& mesh);
+
+/// Above the plane and below it. Each cap is a fan around the middle of its outline: with outlines
+/// that are not star-shaped its triangles overlap each other, and cancel where they do.
+std::array<CutPiece, 2> cut(const CutPiece& piece, const CutPlane& plane);
+
+}  // namespace openfab::testing
