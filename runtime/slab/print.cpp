@@ -105,7 +105,11 @@ class Delivery {
         return !stop_.requested();
     }
     int32_t kept() const { return kept_; }
-    void begin_after_kept() { solid_kept_ = solid_of(totals_); }
+    void begin_after_kept() {
+        solid_kept_ = solid_of(totals_);
+        if (info_.support_code != 0)
+            solid_kept_ -= totals_.by_code[static_cast<size_t>(info_.support_code)];
+    }
     int64_t solid_kept() const { return solid_kept_; }
 
     void fail(Error error) {
