@@ -201,9 +201,14 @@ Expr int_div(const Expr& a, const Expr& b) {
     return as_int(choose(negative, u32(0) - q, q));
 }
 
+/// Halide decides a == b by what it makes of a - b, and calls an int that overflows there an error.
+Expr equal_ints(const Expr& a, const Expr& b) {
+    return as_uint(a) == as_uint(b);
+}
+
 Expr int_mod(const Expr& a, const Expr& b) {
     const Expr rest = as_uint(a) - as_uint(int_div(a, b)) * as_uint(b);
-    return choose(b == i32(0), i32(0), as_int(rest));
+    return choose(equal_ints(b, i32(0)), i32(0), as_int(rest));
 }
 
 /// Operations whose results depend on the bits alone, on uint Exprs.
@@ -270,6 +275,10 @@ Expr int_op(Op op, const Expr& a, const Expr& b) {
             return as_int(int_magnitude(a));
         case Op::kShr:
             return a >> as_int(as_uint(b) & u32(31));
+        case Op::kEq:
+            return equal_ints(a, b);
+        case Op::kNe:
+            return invert(equal_ints(a, b));
         default:
             return compare_op(op, a, b);
     }
