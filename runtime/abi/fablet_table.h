@@ -270,7 +270,7 @@ struct openfab_fablet {
     int32_t abi_version;
     const char* name;
     const char* source_name; /* file name of the OpenFL source, for messages */
-    uint64_t hash;           /* of the source and the compiler's options */
+    uint64_t hash;           /* of the stages before any pass: what they mean, not how they run */
 
     int32_t uniform_count;
     const struct openfab_uniform* uniforms;
