@@ -343,6 +343,7 @@ OPENFAB_INLINE void diffuse_rows_of(const DitherSetup& setup, const DitherRow* r
     switch (setup.channels) {  // those of the stage sets of 4 bits a voxel
         case 2:
             return diffuse_rows<rule, 2>(setup, rows, count, errors);
+#ifndef OPENFAB_SANITIZED  // where each access is checked, these take minutes to compile
         case 3:
             return diffuse_rows<rule, 3>(setup, rows, count, errors);
         case 4:
@@ -357,6 +358,7 @@ OPENFAB_INLINE void diffuse_rows_of(const DitherSetup& setup, const DitherRow* r
             return diffuse_rows<rule, 13>(setup, rows, count, errors);
         case 16:
             return diffuse_rows<rule, 16>(setup, rows, count, errors);
+#endif
         default:
             return diffuse_rows<rule, 0>(setup, rows, count, errors);
     }

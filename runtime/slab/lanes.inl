@@ -41,7 +41,7 @@ struct Lanes {
         OPENFAB_INLINE_ANYWHERE Hashes operator>>(const Hashes& o) const {
             return Hashes(v >> o.v);
         }
-        OPENFAB_INLINE_ANYWHERE Ints ints() const { return Ints(v); }
+        OPENFAB_INLINE Ints ints() const { return Ints(v); }
     };
 
     OPENFAB_INLINE static Floats all(float value) {

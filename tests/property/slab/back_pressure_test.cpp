@@ -27,9 +27,8 @@ class CountingSink : public backends::SliceSink {
     std::vector<uint8_t> encode(const backends::SliceView&) const override {
         std::unique_lock lock(mutex_);
         most_encoding_ = std::max(most_encoding_, ++encoding_);
-        lock.unlock();
-        std::this_thread::sleep_for(slow_encode_);
-        lock.lock();
+        changed_.notify_all();
+        changed_.wait_for(lock, alone_for_, [&] { return most_encoding_ > 1; });
         --encoding_;
         ++encoded_;
         most_waiting_ = std::max(most_waiting_, encoded_ - committed_);
@@ -59,7 +58,7 @@ class CountingSink : public backends::SliceSink {
     mutable int32_t encoded_ = 0, most_waiting_ = 0;
     mutable int32_t encoding_ = 0, most_encoding_ = 0;
     int32_t committed_ = 0;
-    std::chrono::milliseconds slow_encode_{0};
+    std::chrono::milliseconds alone_for_{0};  ///< how long an encoder waits for a second one
 
   private:
     mutable std::mutex mutex_;
@@ -107,12 +106,12 @@ TEST(BackPressure, AsManySlicesAreEncodedAtOnceAsTheBudgetHasRoomFor) {
     PrintOptions options = with_groups(0);
     // A slice of 20 x 25 voxels would take a quarter of the budget.
     options.encode_bytes_per_column = options.memory_bytes / 4 / (20 * 25);
-    sink.slow_encode_ = 2ms;
+    sink.alone_for_ = 2ms;
     const Result<PrintStatistics> printed = print_into(&sink, options);
     ASSERT_TRUE(printed) << printed.error().message;
     EXPECT_EQ(sink.most_encoding_, 1);
     CountingSink free;
-    free.slow_encode_ = 2ms;
+    free.alone_for_ = 20s;
     ASSERT_TRUE(print_into(&free, with_groups(0)));
     EXPECT_GT(free.most_encoding_, 1);
 }
