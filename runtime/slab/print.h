@@ -89,7 +89,7 @@ struct PrintStatistics {
     /// Of the above those that an earlier print had written; the rest of the figures, and the
     /// times, are this one's.
     int32_t slices_kept = 0;
-    int64_t voxels_solid_kept = 0;  ///< without support
+    int64_t voxels_solid_kept = 0;      ///< without support
     std::vector<std::string> warnings;  ///< those of the input, and the next
     std::vector<std::string> overlaps;  ///< of parts of equal priority, for people
 };
