@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "runtime/scene/mesh_edges.h"
 #include "runtime/scene/triangle_tree.h"
@@ -39,21 +40,18 @@ class Search {
     explicit Search(const Mesh& mesh) : mesh_(mesh), tree_(mesh) {}
 
     Intersections run() {
-        const auto count = static_cast<int32_t>(mesh_.triangles.size());
-        for (int32_t t = 0; t < count && out_.all; ++t) {
-            tree_.for_each_in(tree_.box(t), [&](int32_t other) {
-                if (++boxes_ > kMostBoxes) out_.all = false;
-                if (other > t && cross(t, other)) found(t, other);
-                return out_.all;
-            });
-        }
+        tree_.for_each_pair([&](int32_t t, int32_t other) {
+            if (++boxes_ > kMostBoxes) out_.all = false;
+            if (cross(t, other)) found(t, other);
+            return out_.all;
+        });
         return out_;
     }
 
   private:
     void found(int32_t t, int32_t other) {
         if (++out_.pairs == kMostFound) out_.all = false;
-        if (out_.first >= 0 && (out_.first != t || out_.second < other)) return;
+        if (out_.first >= 0 && std::pair(out_.first, out_.second) < std::pair(t, other)) return;
         out_.first = t;
         out_.second = other;
         out_.place = place_;
@@ -86,22 +84,36 @@ class Search {
             out_.all = false;
             return false;
         }
-        if (shared == 1)
-            return edge_through(a, (at_a + 1) % 3, b) || edge_through(b, (at_b + 1) % 3, a);
+        const Corners of_a = corners(a);
+        const Corners of_b = corners(b);
+        const Sides sides_a = sides(of_b, of_a);
+        const Sides sides_b = sides(of_a, of_b);
+        if (shared == 1) {
+            return edge_through(of_a, sides_a, (at_a + 1) % 3, b, of_b) ||
+                   edge_through(of_b, sides_b, (at_b + 1) % 3, a, of_a);
+        }
         for (size_t i = 0; i < 3; ++i) {
-            if (edge_through(a, i, b) || edge_through(b, i, a)) return true;
+            if (edge_through(of_a, sides_a, i, b, of_b) || edge_through(of_b, sides_b, i, a, of_a))
+                return true;
         }
         return false;
     }
 
-    /// Whether edge `edge` of triangle `of` goes through triangle `t`.
-    bool edge_through(int32_t of, size_t edge, int32_t t) {
-        const Corners from = corners(of);
-        const Corners triangle = corners(t);
+    /// The sides of a triangle's plane on which three points surely are.
+    using Sides = std::array<int, 3>;
+    static Sides sides(const Corners& t, const Corners& points) {
+        return {side_of(t[0], t[1], t[2], points[0]), side_of(t[0], t[1], t[2], points[1]),
+                side_of(t[0], t[1], t[2], points[2])};
+    }
+
+    /// Whether edge `edge` of the triangle `from`, whose corners are on those sides of triangle
+    /// `t`, goes through it.
+    bool edge_through(const Corners& from, const Sides& at, size_t edge, int32_t t,
+                      const Corners& triangle) {
+        const int before = at[edge];
+        if (before == 0 || at[(edge + 1) % 3] != -before) return false;
         const Vec3d& p = from[edge];
         const Vec3d& q = from[(edge + 1) % 3];
-        const int before = goes_through_plane(p, q, triangle);
-        if (before == 0) return false;
         int passed = 0;
         int unsure = 0;
         size_t border = 0;

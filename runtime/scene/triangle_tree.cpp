@@ -32,6 +32,7 @@ void TriangleTree::split(size_t node, int32_t first, int32_t count) {
         centers.add(b.center());
     }
     nodes_[node].box = whole;
+    nodes_[node].end = first + count;
     if (count <= kLeaf) {
         nodes_[node].first = first;
         nodes_[node].count = count;

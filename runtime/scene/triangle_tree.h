@@ -4,6 +4,7 @@
 
 // A tree of boxes over a mesh's triangles, for checks at load.
 
+#include <algorithm>
 #include <vector>
 
 #include "runtime/base/vec.h"
@@ -22,21 +23,20 @@ class TriangleTree {
     /// order depends on the mesh alone.
     template <typename Visit>
     void for_each_in(const Box3d& box, Visit visit) const {
-        int32_t stack[64];
-        int depth = 0;
-        if (!nodes_.empty()) stack[depth++] = 0;
-        while (depth > 0) {
-            const Node& node = nodes_[static_cast<size_t>(stack[--depth])];
-            if (!node.box.overlaps(box)) continue;
-            if (node.count == 0) {
-                stack[depth++] = node.first + 1;
-                stack[depth++] = node.first;
-                continue;
-            }
-            for (int32_t i = node.first; i < node.first + node.count; ++i) {
-                const int32_t t = order_[static_cast<size_t>(i)];
-                if (this->box(t).overlaps(box) && !visit(t)) return;
-            }
+        walk(box, 0, visit);
+    }
+
+    /// Calls visit(lower, higher) once for each two triangles whose boxes touch, until it returns
+    /// false. The order depends on the mesh alone.
+    template <typename Visit>
+    void for_each_pair(Visit visit) const {
+        bool more = true;
+        for (size_t i = 0; i + 1 < order_.size() && more; ++i) {
+            const int32_t t = order_[i];
+            walk(box(t), static_cast<int32_t>(i + 1), [&](int32_t other) {
+                more = visit(std::min(t, other), std::max(t, other));
+                return more;
+            });
         }
     }
 
@@ -45,7 +45,28 @@ class TriangleTree {
         Box3d box;
         int32_t first = 0;  ///< inner: the first of two children in a row; leaf: place in order_
         int32_t count = 0;  ///< 0: inner
+        int32_t end = 0;    ///< the place in order_ behind all that is in it
     };
+    /// Of the triangles that stand in order_ from `from` on.
+    template <typename Visit>
+    void walk(const Box3d& box, int32_t from, const Visit& visit) const {
+        int32_t stack[64];
+        int depth = 0;
+        if (!nodes_.empty()) stack[depth++] = 0;
+        while (depth > 0) {
+            const Node& node = nodes_[static_cast<size_t>(stack[--depth])];
+            if (node.end <= from || !node.box.overlaps(box)) continue;
+            if (node.count == 0) {
+                stack[depth++] = node.first + 1;
+                stack[depth++] = node.first;
+                continue;
+            }
+            for (int32_t i = std::max(node.first, from); i < node.end; ++i) {
+                const int32_t t = order_[static_cast<size_t>(i)];
+                if (this->box(t).overlaps(box) && !visit(t)) return;
+            }
+        }
+    }
     void split(size_t node, int32_t first, int32_t count);
 
     std::vector<Box3d> boxes_;  ///< by triangle

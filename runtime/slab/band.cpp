@@ -2,6 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/slab/band.h"
 
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -113,13 +116,25 @@ size_t RowBand::bytes() const {
     return codes.capacity() + mixed.capacity() + tile.capacity() * 4 + fractions.capacity() * 2;
 }
 
-void GroupPlanes::reset(int32_t grid_width, int32_t grid_height, int32_t voxel_bits) {
+bool GroupPlanes::reset(int32_t grid_width, int32_t grid_height, int32_t voxel_bits) {
+    const int64_t before = plane_bytes;
     bits = voxel_bits;
     width = grid_width;
     height = grid_height;
     row_bytes = (int64_t{grid_width} * bits + 7) / 8;
     plane_bytes = row_bytes * grid_height;
-    data.assign(static_cast<size_t>(plane_bytes) * 8, 0);
+    const auto bytes = static_cast<size_t>(plane_bytes) * 8;
+    if (data == nullptr || plane_bytes != before) {
+        data.reset(static_cast<uint8_t*>(std::calloc(bytes, 1)));
+        return data != nullptr;
+    }
+    tbb::this_task_arena::isolate([&] {
+        constexpr size_t kPiece = size_t{4} << 20;
+        tbb::parallel_for(tbb::blocked_range<size_t>(0, bytes, kPiece), [&](const auto& piece) {
+            std::memset(data.get() + piece.begin(), 0, piece.size());
+        });
+    });
+    return true;
 }
 
 GroupDither::GroupDither(const openfab_stage_set& set, openfab_isa isa, DitherRule rule,
@@ -177,7 +192,7 @@ int GroupDither::finish_held(const uint8_t* below) {
     if (end > first && rows > 0) {
         status =
             calls_.pack(bits, held_->codes_at(8 * held_->first_block, 0), 8 * held_->width(),
-                        end - first, rows, planes_->data.data() + y * planes_->row_bytes + first,
+                        end - first, rows, planes_->data.get() + y * planes_->row_bytes + first,
                         planes_->row_bytes, planes_->plane_bytes);
     }
     seconds_pack += seconds_now() - start;

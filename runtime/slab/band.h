@@ -9,6 +9,8 @@
 // next row are mixed.
 
 #include <cstdint>
+#include <cstdlib>
+#include <memory>
 #include <vector>
 
 #include "runtime/base/vec.h"
@@ -58,9 +60,11 @@ struct GroupPlanes {
     int32_t bits = 4;               ///< a voxel
     int32_t width = 0, height = 0;  ///< voxels
     int64_t row_bytes = 0, plane_bytes = 0;
-    std::vector<uint8_t> data;
+    /// 8 planes. Of a tray they are 200 MB: pages come when they are written, by whoever does.
+    std::unique_ptr<uint8_t, decltype(&std::free)> data{nullptr, &std::free};
 
-    void reset(int32_t grid_width, int32_t grid_height, int32_t voxel_bits);
+    /// All voxels void. Memory is kept where the size is the same; false where there is none.
+    [[nodiscard]] bool reset(int32_t grid_width, int32_t grid_height, int32_t voxel_bits);
 };
 
 struct SupportFill;

@@ -35,7 +35,8 @@ Result<scene::Grid> make_grid(const std::vector<scene::Part>& parts,
                               const std::vector<std::shared_ptr<const surface::Surface>>& surfaces,
                               const Vec3d& pitch_mm, int32_t bits,
                               const std::optional<Box3d>& crop_mm) {
-    Box3d box;
+    Box3d box = crop_mm.value_or(Box3d{});
+    bool any = false;
     std::map<const surface::Surface*, Box3f> bounds;
     for (size_t i = 0; i < parts.size(); ++i) {
         const auto [known, fresh] = bounds.try_emplace(surfaces[i].get());
@@ -45,14 +46,12 @@ Result<scene::Grid> make_grid(const std::vector<scene::Part>& parts,
             }
         }
         // Of many parts few are at the border; the others need not be looked at closely.
-        if (known->second.empty() ||
-            contains(box, surface::map_box(parts[i].local_to_build, known->second)))
-            continue;
+        if (known->second.empty()) continue;
+        any = true;
+        if (contains(box, surface::map_box(parts[i].local_to_build, known->second))) continue;
         box.add(surfaces[i]->exact_box(parts[i].local_to_build));
     }
-    if (parts.empty() || box.empty())
-        return user_error("there is nothing to print: no part has a surface");
-    if (crop_mm) box.add(*crop_mm);
+    if (!any) return user_error("there is nothing to print: no part has a surface");
     scene::Grid grid;
     grid.pitch_mm = pitch_mm;
     for (int a = 0; a < 3; ++a) {

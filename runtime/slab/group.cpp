@@ -18,7 +18,8 @@ GroupRun::GroupRun(const GroupSetup& setup)
       dither_(*setup.stages, setup.isa, setup.dither, setup.seed, setup.size, &setup.support) {}
 
 int GroupRun::run(uint8_t slices, Pool<BlockEvaluator>* evaluators, const StopFlags& stop) {
-    planes_.reset(setup_.size.x, setup_.size.y, setup_.bits);
+    if (!planes_.reset(setup_.size.x, setup_.size.y, setup_.bits))
+        return halide_error_code_out_of_memory;
     slices_ = slices * 0x0101010101010101u;
     int status = 0;
     int32_t first = setup_.size.y, end = 0;

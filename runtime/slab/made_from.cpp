@@ -28,7 +28,6 @@ class Hash {
         add(&value, sizeof value);
     }
     void add(const Vec3d& v) { add(v.x), add(v.y), add(v.z); }
-    void add(const Vec3f& v) { add(v.x), add(v.y), add(v.z); }
     void add(const std::string& text) {
         add(text.size());
         add(text.data(), text.size());
@@ -38,6 +37,13 @@ class Hash {
         add(list.size());
         for (const auto& value : list)
             add(value);
+    }
+    /// The same in one go.
+    template <typename T>
+    void add_all(const std::vector<Vec3<T>>& list) {
+        static_assert(sizeof(Vec3<T>) == 3 * sizeof(T));
+        add(list.size());
+        add(list.data(), list.size() * sizeof list[0]);
     }
     uint64_t value() const { return XXH3_64bits_digest(&state_); }
     std::string text() const { return fmt::format("{:016x}", value()); }

@@ -553,7 +553,7 @@ void PrintJob::encode(const backends::SliceSink& sink, const GroupRun& run,
             FinishedSlices::Slice& slice = finished->slices[static_cast<size_t>(z - first)];
             backends::SliceView view;
             view.z = z;
-            view.data = planes.data.data() + (z & 7) * planes.plane_bytes;
+            view.data = planes.data.get() + (z & 7) * planes.plane_bytes;
             view.row_bytes = static_cast<size_t>(planes.row_bytes);
             view.width = planes.width;
             view.height = planes.height;

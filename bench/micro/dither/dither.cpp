@@ -49,7 +49,8 @@ void dither_and_pack(benchmark::State& state) {
     const auto rule = static_cast<slab::DitherRule>(state.range(2));
     slab::GroupDither dither(set, isa_of(state.range(1)), rule, 1, {8 * kBlocks, 16, 8});
     slab::GroupPlanes planes;
-    planes.reset(8 * kBlocks, 16, slab::voxel_bits(set.materials));
+    if (!planes.reset(8 * kBlocks, 16, slab::voxel_bits(set.materials)))
+        state.SkipWithError("there is no memory");
     for (auto _ : state) {
         dither.begin(0, &planes);
         slab::RowBand* released = nullptr;

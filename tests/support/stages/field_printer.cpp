@@ -62,7 +62,7 @@ std::vector<uint8_t> print_field(const FractionField& field, uint64_t seed, open
     slab::GroupPlanes planes;
     slab::RowBand bands[2];
     for (int32_t bz = 0; bz < blocks.z; ++bz) {
-        planes.reset(field.size.x, field.size.y, bits);
+        EXPECT_TRUE(planes.reset(field.size.x, field.size.y, bits));
         dither.begin(field.origin.z / 8 + bz, &planes);
         slab::RowBand* released = nullptr;
         for (int32_t by = 0; by < blocks.y; ++by) {
@@ -78,8 +78,7 @@ std::vector<uint8_t> print_field(const FractionField& field, uint64_t seed, open
         for (int32_t z = 0; z < 8 && 8 * bz + z < field.size.z; ++z) {
             for (int32_t y = 0; y < field.size.y; ++y) {
                 const uint8_t* row =
-                    &planes
-                         .data[static_cast<size_t>(z * planes.plane_bytes + y * planes.row_bytes)];
+                    planes.data.get() + z * planes.plane_bytes + y * planes.row_bytes;
                 for (int32_t x = 0; x < field.size.x; ++x) {
                     codes[(static_cast<size_t>(8 * bz + z) * field.size.y + y) * field.size.x + x] =
                         bits == 8 ? row[x] : static_cast<uint8_t>(row[x / 2] >> (x % 2 * 4) & 15);
