@@ -6,6 +6,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 #include "runtime/base/near_miss.h"
@@ -328,7 +329,16 @@ class WorldReader {
     void load_meshes() {
         if (!json_.ok()) return;
         std::vector<std::optional<Result<LoadedMesh>>> loaded(mesh_files_.size());
-        tbb::parallel_for(size_t{0}, loaded.size(), [&](size_t i) {
+        // The largest first, so that no thread waits long for the last.
+        std::vector<std::pair<uintmax_t, size_t>> order;
+        for (size_t i = 0; i < loaded.size(); ++i) {
+            std::error_code unknown;
+            order.emplace_back(fs::file_size(mesh_files_[i].file, unknown), i);
+        }
+        std::sort(order.rbegin(), order.rend());
+        std::atomic<size_t> next{0};
+        tbb::parallel_for(size_t{0}, loaded.size(), [&](size_t) {
+            const size_t i = order[next++].second;
             loaded[i].emplace(load_mesh(mesh_files_[i].file, mesh_files_[i].options));
         });
         for (size_t i = 0; i < loaded.size(); ++i) {
