@@ -126,6 +126,13 @@ Expr divide_by_zero(const Expr& a, uint32_t zero) {
     const Expr infinity = ((as_uint(a) ^ u32(zero)) & u32(kSign)) | u32(kInfinity);
     return as_float(choose(either(nothing, nan_bit(a)), u32(kQuietNan), infinity));
 }
+/// The root of a zero is that zero. LLVM 14 forgets that it may be -0: as if 1 / sqrt(x) were never
+/// less than 0, it dropped the lower bound of what followed. What it is told to choose, it does not
+/// reason about.
+Expr square_root(const Expr& a) {
+    return choose((as_uint(a) & u32(kMagnitude)) == u32(0), a, Halide::sqrt(a));
+}
+
 Expr divide(const Expr& a, const Expr& b) {
     if (const std::optional<uint32_t> zero = zero_constant(b)) return divide_by_zero(a, *zero);
     return a / b;
@@ -156,7 +163,7 @@ Expr float_op(Op op, const Expr& a, const Expr& b) {
         case Op::kMax:
             return choose(greater(a, b), a, b);
         case Op::kSqrt:
-            return Halide::sqrt(a);
+            return square_root(a);
         case Op::kFloor:
             return Halide::floor(a);
         case Op::kCeil:
