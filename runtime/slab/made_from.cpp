@@ -117,7 +117,9 @@ std::vector<std::pair<std::string, std::string>> made_from(const PrintInput& inp
         fablets.add(std::string(part.fablet->name));
         fablets.add(part.fablet->hash);
         meshes.add(mesh_hashes.of(part.mesh.get()));
-        uniforms.add_all(part.uniform_values);
+        // Not what follows from them, which passes decide.
+        uniforms.add_all(std::span(part.uniform_values)
+                             .first(static_cast<size_t>(part.fablet->uniform_value_count)));
         uniforms.add_all(part.slot_material);
         uniforms.add(part.max_displacement_mm);
         textures.add(part.textures.size());
