@@ -4,7 +4,6 @@
 
 #include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
-#include <libdeflate.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -15,6 +14,7 @@
 #include <iterator>
 
 #include "tests/support/meshes/temp_folder.h"
+#include "tests/support/meshes/zip_archive.h"
 
 namespace openfab::tests {
 
@@ -183,36 +183,8 @@ std::string threemf_model() {
 )";
 }
 
-/// A ZIP archive of stored entries.
-std::string zip(const std::vector<std::pair<std::string, std::string>>& files) {
-    std::string out, directory;
-    for (const auto& [name, content] : files) {
-        std::string common;
-        append(&common, uint16_t{20});
-        append(&common, uint32_t{0});  // flags, method
-        append(&common, uint32_t{0});  // time
-        append(&common, libdeflate_crc32(0, content.data(), content.size()));
-        append(&common, static_cast<uint32_t>(content.size()));
-        append(&common, static_cast<uint32_t>(content.size()));
-        append(&common, static_cast<uint16_t>(name.size()));
-        append(&common, uint16_t{0});
-        directory += std::string("PK\1\2\24\0", 6) + common + std::string(10, '\0');
-        append(&directory, static_cast<uint32_t>(out.size()));
-        directory += name;
-        out += "PK\3\4" + common + name + content;
-    }
-    const auto start = static_cast<uint32_t>(out.size());
-    out += directory + "PK\5\6" + std::string(4, '\0');
-    append(&out, static_cast<uint16_t>(files.size()));
-    append(&out, static_cast<uint16_t>(files.size()));
-    append(&out, static_cast<uint32_t>(directory.size()));
-    append(&out, start);
-    append(&out, uint16_t{0});
-    return out;
-}
-
 std::string package(const std::string& model) {
-    return zip(
+    return testing::zip_archive(
         {{"_rels/.rels",
           R"(<?xml version="1.0"?><Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships"><Relationship Target="/3D/3dmodel.model" Id="r0" Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>)"},
          {"3D/3dmodel.model", model}});

@@ -12,6 +12,7 @@
 #include <random>
 
 #include "runtime/voxel/coverage.h"
+#include "tests/support/surface/grid_over.h"
 #include "tests/support/surface/worlds.h"
 
 namespace openfab {
@@ -71,21 +72,8 @@ std::vector<int32_t> all_tops(const DepthMap& map, const Vec3i& size) {
     return tops;
 }
 
-/// About 27 voxels over the part; `on_centres` puts whole and half millimetres on voxel centres.
 scene::Grid grid_over(const Box3d& box, bool on_centres) {
-    scene::Grid grid;
-    const double extent = std::max({box.size().x, box.size().y, box.size().z});
-    const double pitch = on_centres ? 0.125 : extent / 27;
-    grid.pitch_mm = {pitch, on_centres ? pitch : pitch * 1.3, on_centres ? pitch : pitch * 0.8};
-    for (int axis = 0; axis < 3; ++axis) {
-        const double shift = on_centres ? 0.5 : 0.31;
-        grid.origin_mm[axis] =
-            (std::floor(box.lo[axis] / grid.pitch_mm[axis]) - shift) * grid.pitch_mm[axis];
-        grid.size[axis] = static_cast<int32_t>(std::ceil((box.hi[axis] - grid.origin_mm[axis]) /
-                                                         grid.pitch_mm[axis])) +
-                          1;
-    }
-    return grid;
+    return testing::grid_over(box, on_centres, {1, 1.3, 0.8});
 }
 
 scene::Grid grid_over(const Standing& part, bool on_centres) {

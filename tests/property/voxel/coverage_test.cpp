@@ -12,6 +12,7 @@
 #include <cmath>
 #include <random>
 
+#include "tests/support/surface/grid_over.h"
 #include "tests/support/surface/worlds.h"
 
 namespace openfab {
@@ -59,25 +60,6 @@ std::vector<uint8_t> voxels(const scene::Part& part, const scene::Grid& grid, do
     return voxels(voxel::Voxeliser(part, *surface, grid), grid, all_groups(grid));
 }
 
-/// A grid of about 30 voxels over the displaced part. `on_centres` puts whole millimetres on voxel
-/// centres.
-scene::Grid grid_over(const Surface& surface, const scene::Part& part, bool on_centres) {
-    const Box3d box = surface.exact_box(part.local_to_build);
-    scene::Grid grid;
-    const double extent = std::max({box.size().x, box.size().y, box.size().z});
-    const double pitch = on_centres ? 0.125 : extent / 27;
-    grid.pitch_mm = {pitch, on_centres ? pitch : pitch * 1.7, pitch};
-    for (int axis = 0; axis < 3; ++axis) {
-        const double shift = on_centres ? 0.5 : 0.31;
-        grid.origin_mm[axis] =
-            (std::floor(box.lo[axis] / grid.pitch_mm[axis]) - shift) * grid.pitch_mm[axis];
-        grid.size[axis] = static_cast<int32_t>(std::ceil((box.hi[axis] - grid.origin_mm[axis]) /
-                                                         grid.pitch_mm[axis])) +
-                          1;
-    }
-    return grid;
-}
-
 class Coverage : public ::testing::TestWithParam<testing::Scenario> {};
 
 Affine3d turned_transform() {
@@ -100,7 +82,8 @@ TEST_P(Coverage, EqualsTheWindingNumberOfEveryVoxel) {
     for (const Affine3d& transform : {Affine3d{}, turned_transform(), mirrored_transform()}) {
         const scene::Part part = make_part(GetParam(), transform);
         auto surface = std::move(*Surface::create(part, options));
-        const scene::Grid grid = grid_over(*surface, part, number++ % 2 == 0);
+        const scene::Grid grid = testing::grid_over(surface->exact_box(part.local_to_build),
+                                                    number++ % 2 == 0, {1, 1.7, 1});
         const voxel::Voxeliser voxeliser(part, *surface, grid);
         const auto expected = reference::inside(
             reference::snap_triangles(scene::local_to_voxel(part, grid),
