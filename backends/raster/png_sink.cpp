@@ -185,8 +185,8 @@ std::vector<uint8_t> decode_slice(std::span<const uint8_t> file, const backends:
     return rows;
 }
 
-Result<std::unique_ptr<PngSink>> PngSink::open(const std::filesystem::path& folder,
-                                               PngOptions options) {
+Result<std::unique_ptr<backends::SliceSink>> PngSink::open(const std::filesystem::path& folder,
+                                                           PngOptions options, bool go_on) {
     std::error_code status;
     if (std::filesystem::exists(folder, status) && !std::filesystem::is_directory(folder, status)) {
         return user_error(fmt::format("`{}` is a file; a folder of slices is to be written there",
@@ -199,27 +199,25 @@ Result<std::unique_ptr<PngSink>> PngSink::open(const std::filesystem::path& fold
     }
     Result<backends::FolderLock> lock = backends::FolderLock::take(folder.string());
     if (!lock) return lock.error();
-    return std::unique_ptr<PngSink>(new PngSink(folder, std::move(options), std::move(*lock)));
+    std::unique_ptr<PngSink> sink(new PngSink(folder, std::move(options), std::move(*lock)));
+    const Result<std::vector<std::filesystem::path>> files = sink->files();
+    if (!files) return files.error();
+    if (go_on) {
+        sink->earlier_ = !files->empty();
+    } else if (Result<void> removed = sink->remove(*files); !removed) {
+        return removed.error();
+    }
+    return std::unique_ptr<backends::SliceSink>(std::move(sink));
 }
 
 Result<std::unique_ptr<backends::SliceSink>> PngSink::create(const std::filesystem::path& folder,
                                                              PngOptions options) {
-    Result<std::unique_ptr<PngSink>> sink = open(folder, std::move(options));
-    if (!sink) return sink.error();
-    const Result<std::vector<std::filesystem::path>> files = (*sink)->files();
-    if (!files) return files.error();
-    if (Result<void> removed = (*sink)->remove(*files); !removed) return removed.error();
-    return std::unique_ptr<backends::SliceSink>(std::move(*sink));
+    return open(folder, std::move(options), false);
 }
 
 Result<std::unique_ptr<backends::SliceSink>> PngSink::resume(const std::filesystem::path& folder,
                                                              PngOptions options) {
-    Result<std::unique_ptr<PngSink>> sink = open(folder, std::move(options));
-    if (!sink) return sink.error();
-    const Result<std::vector<std::filesystem::path>> files = (*sink)->files();
-    if (!files) return files.error();
-    (*sink)->earlier_ = !files->empty();
-    return std::unique_ptr<backends::SliceSink>(std::move(*sink));
+    return open(folder, std::move(options), true);
 }
 
 Result<std::vector<std::filesystem::path>> PngSink::files() const {

@@ -79,9 +79,8 @@ class PngSink : public backends::SliceSink {
   private:
     PngSink(std::filesystem::path folder, PngOptions options, backends::FolderLock lock)
         : folder_(std::move(folder)), options_(std::move(options)), lock_(std::move(lock)) {}
-    static Result<std::unique_ptr<PngSink>> open(const std::filesystem::path& folder,
-                                                 PngOptions options);
-    /// What the folder holds; an error where that is more than a print.
+    static Result<std::unique_ptr<backends::SliceSink>> open(const std::filesystem::path& folder,
+                                                             PngOptions options, bool go_on);
     Result<std::vector<std::filesystem::path>> files() const;
     Result<void> remove(const std::vector<std::filesystem::path>& files) const;
     /// The error, with how much of the folder is of use, and how much room the rest takes.

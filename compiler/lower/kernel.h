@@ -13,9 +13,10 @@
 //   values_k(lane, …)         what later Funcs need of a stretch of the stage's operations
 //   each texture look-up k (one per distinct place, any number of channels)
 //               footprint_k(lane, …)     level, taps and direction
-//               taps_k(…)                the most taps that a lane of the 8 takes, 0 where no
-//               lane's path reaches it texture_k(lane, …)       the sum over taps; its update loops
-//               over them
+//               taps_k(…)                how many taps the lanes of the 8 take, inside the
+//                                        picture and at its border; 0 where no path reaches it
+//               texture_inner_k(lane, …), texture_k(lane, …)   the sums over these taps; their
+//                                        update loops over them
 // where lane is z in the volume stage and the dots are the other loops. What keeps kernels inside
 // their buffers (bounds of 8, clamped addresses, guarded tails) is set here and no schedule can
 // undo it.

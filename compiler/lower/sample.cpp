@@ -2,7 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Texture look-ups in generated code: the definition of compiler/interp/sample.h, operation for
-// operation.
+// operation. Two loops over taps, of which a vector runs one: where no tap of any lane comes near
+// the picture's border, texels need no wrap, which is most of a tap's work; the results are the
+// same.
 
 #include <fmt/format.h>
 
@@ -20,7 +22,8 @@ constexpr int32_t kMaxTaps = 8;
 /// What all taps and channels of a look-up share. `fields` is the order in the Tuple of
 /// footprint_k.
 struct Footprint {
-    Value taps;  ///< 0 where the guard is false
+    Value taps;    ///< 0 where the guard is false
+    Value inside;  ///< 1 where no tap reaches a texel that has to be wrapped, or none is taken
     Value u, v, major, ax, ay, fraction;
     struct Level {
         Value offset, width, height;
@@ -28,13 +31,36 @@ struct Footprint {
     std::array<Level, 2> levels;
 
     std::vector<Value*> fields() {
-        std::vector<Value*> out = {&taps, &u, &v, &major, &ax, &ay, &fraction};
+        std::vector<Value*> out = {&taps, &inside, &u, &v, &major, &ax, &ay, &fraction};
         for (Level& level : levels) {
             out.insert(out.end(), {&level.offset, &level.width, &level.height});
         }
         return out;
     }
 };
+
+/// u, or v, where it is between 0 and 1, moved there by `repeat`: as `place` for what is inside.
+Value place_inside(const Texture& texture, const Value& u) {
+    return select(texture.wrap_is(kWrapRepeat), u - floor(u), u);
+}
+
+/// All taps along one axis read texels `x0` and `x0 + 1` of both levels with 0 <= x0 and x0 + 1 <
+/// w: a texel and a quarter of the coarser level is kept from the border, the quarter for rounding.
+Value stays_inside(const Texture& texture, const Value& u, const Value& along, const Value& n0,
+                   const Value& coarse) {
+    const Value middle = place_inside(texture, u);
+    const Value reach = absolute(along) / n0 + constant(1.25f) / to_float(coarse);
+    const Value small = absolute(u) < constant(32.0f);
+    return both(small, both(middle > reach, middle + reach < constant(1.0f)));
+}
+
+/// texture.side(level, axis), computed: a level has half as many texels as the one below, rounded
+/// up, and so n of level 0 are ceil(n / 2^level).
+Value side_of(const Texture& texture, const Value& level, int32_t axis) {
+    const Expr finest = texture.side(constant(0), axis).expr;
+    const Expr l = level.expr;
+    return {Type::kInt, (finest + ((Expr(1) << l) - 1)) >> l};
+}
 
 Footprint make_footprint(const Texture& texture, const std::vector<Value>& args) {
     const Value zero = constant(0.0f);
@@ -84,20 +110,42 @@ Footprint make_footprint(const Texture& texture, const std::vector<Value>& args)
     const Value l1 = least(plus(l0, constant(1)), last);
     const std::array<Value, 2> chosen = {l0, l1};
     for (size_t k = 0; k < 2; ++k) {
-        out.levels[k] = {texture.offset(chosen[k]), texture.side(chosen[k], 0),
-                         texture.side(chosen[k], 1)};
+        out.levels[k] = {texture.offset(chosen[k]), side_of(texture, chosen[k], 0),
+                         side_of(texture, chosen[k], 1)};
     }
+    const Value half_major = out.major * half;
+    const Value inside =
+        both(stays_inside(texture, out.u, half_major * out.ax, w0, out.levels[1].width),
+             stays_inside(texture, out.v, half_major * out.ay, h0, out.levels[1].height));
+    const Value plain = both(inside, invert(texture.filter_is(kFilterNearest)));
+    out.inside = select(invert(args[0]) | plain, constant(1), constant(0));
     return out;
+}
+
+/// An axis of a tap that stays inside.
+Axis make_inner_axis(const Value& placed, const Value& n) {
+    const Value never = constant_bits(Type::kBool, 0);
+    const Value x = placed * to_float(n) - constant(0.5f);
+    const Value whole = floor(x);
+    const Value x0 = whole_to_int(whole);
+    return {{Texel{x0, never}, Texel{plus(x0, constant(1)), never}}, x - whole};
 }
 
 class Tap {
   public:
-    Tap(const Texture& texture, const Footprint& footprint, const Value& place_u,
-        const Value& place_v)
-        : texture_(texture), footprint_(footprint) {
+    /// `inside`: Footprint::inside is 1 in every lane.
+    Tap(const Texture& texture, const Footprint& footprint, const Value& u, const Value& v,
+        bool inside)
+        : texture_(texture), footprint_(footprint), inside_(inside) {
         for (size_t k = 0; k < 2; ++k) {
-            axes_[k] = {make_axis(texture, place_u, footprint.levels[k].width),
-                        make_axis(texture, place_v, footprint.levels[k].height)};
+            const Footprint::Level& level = footprint.levels[k];
+            if (inside) {
+                axes_[k] = {make_inner_axis(place_inside(texture, u), level.width),
+                            make_inner_axis(place_inside(texture, v), level.height)};
+            } else {
+                axes_[k] = {make_axis(texture, place(texture, u), level.width),
+                            make_axis(texture, place(texture, v), level.height)};
+            }
         }
     }
 
@@ -105,17 +153,28 @@ class Tap {
         const Value lo = bilinear(0, channel);
         const Value hi = bilinear(1, channel);
         const Value filtered = lo + (hi - lo) * footprint_.fraction;
+        if (inside_) return filtered;
         return select(texture_.filter_is(kFilterNearest), texel(0, 0, 0, channel), filtered);
     }
 
   private:
     Value texel(size_t level, size_t i, size_t j, const Value& channel) const {
+        const Footprint::Level& at = footprint_.levels[level];
+        const auto index_of = [&](const Value& x, const Value& y) {
+            return plus(at.offset,
+                        plus(times(plus(times(y, at.width), x), texture_.channels()), channel));
+        };
+        if (inside_) {
+            // The others from the first one, by a texel and by a row.
+            Value index =
+                index_of(axes_[level][0].texels[0].index, axes_[level][1].texels[0].index);
+            if (i != 0) index = plus(index, texture_.channels());
+            if (j != 0) index = plus(index, times(at.width, texture_.channels()));
+            return texture_.at(index);
+        }
         const Texel& x = axes_[level][0].texels[i];
         const Texel& y = axes_[level][1].texels[j];
-        const Footprint::Level& at = footprint_.levels[level];
-        const Value index = plus(
-            at.offset,
-            plus(times(plus(times(y.index, at.width), x.index), texture_.channels()), channel));
+        const Value index = index_of(x.index, y.index);
         const Value hidden = both(texture_.wrap_is(kWrapBlack), x.outside | y.outside);
         return select(hidden, constant(0.0f), texture_.at(index));
     }
@@ -131,8 +190,67 @@ class Tap {
 
     const Texture& texture_;
     const Footprint& footprint_;
+    bool inside_;
     std::array<std::array<Axis, 2>, 2> axes_;
 };
+
+/// How often the loops over taps run for the lanes of a vector; one of them does not run at all.
+struct Trips {
+    Expr inside, anywhere;
+};
+
+Trips count_trips(Site* site, const std::string& name, const Halide::Func& stored) {
+    const std::vector<Halide::Var> group(site->vars.begin() + 1, site->vars.end());
+    Halide::Func limit = new_func(site, name, group).func;
+    Expr most = 0, inside = 1;
+    for (int32_t lane = 0; lane < kLanes; ++lane) {
+        std::vector<Expr> at = exprs(site->vars);
+        at[0] = lane;
+        most = Halide::max(most, element(stored, at, 0));
+        inside = Halide::min(inside, element(stored, at, 1));
+    }
+    limit(group) = Halide::Tuple(most * inside, most * (1 - inside));
+    return {limit(exprs(group))[0], limit(exprs(group))[1]};
+}
+
+/// The sum over taps, of every channel. The loop is shared by the lanes of a vector; `trips` is the
+/// most that one of them asks.
+Halide::Func sum_taps(Site* site, const std::string& name, const Texture& texture,
+                      const Footprint& footprint, const std::vector<int32_t>& channels,
+                      const Expr& trips, bool inside) {
+    Halide::RDom tap(0, kMaxTaps, "tap");
+    tap.where(tap < trips);
+    Halide::Func sum = new_func(site, name, site->vars).func;
+    const Value taken = Value{Type::kInt, tap} < footprint.taps;
+    const Value count = to_float(footprint.taps);
+    const Value i = to_float({Type::kInt, tap});
+    const Value t = ((i + constant(0.5f)) / count - constant(0.5f)) * footprint.major;
+    const Value w0 = to_float(texture.side(constant(0), 0));
+    const Value h0 = to_float(texture.side(constant(0), 1));
+    Value u = footprint.u + (t * footprint.ax) / w0;
+    Value v = footprint.v + (t * footprint.ay) / h0;
+    if (inside) {
+        // A lane that takes no tap may be anywhere.
+        u = select(taken, u, constant(0.5f));
+        v = select(taken, v, constant(0.5f));
+    }
+    const Tap look(texture, footprint, u, v, inside);
+
+    sum(site->vars) = Halide::Tuple(std::vector<Expr>(channels.size(), constant(0.0f).expr));
+    std::vector<Expr> updated;
+    for (size_t k = 0; k < channels.size(); ++k) {
+        const Value before{Type::kFloat, element(sum, exprs(site->vars), k)};
+        const Value value = look.value(texture.channel(channels[k]));
+        // A point sample keeps the sign of a texel of -0, which adding to 0 would lose.
+        const Value after = inside
+                                ? before + value
+                                : select(texture.filter_is(kFilterNearest), value, before + value);
+        updated.push_back(select(taken, after, before).expr);
+    }
+    sum(site->vars) = Halide::Tuple(updated);
+    sum.update(0).reorder(site->vars[0], tap);
+    return sum;
+}
 
 }  // namespace
 
@@ -146,37 +264,22 @@ std::vector<Value> lower_sample(Site* site, int32_t texture_index,
     Footprint footprint = make_footprint(texture, args);
     const Halide::Func stored = store_values(site, "footprint_" + number, footprint.fields());
 
-    // The loop over taps is shared by the vector and skipped where no lane asks.
-    Halide::RDom tap(0, kMaxTaps, "tap");
-    tap.where(tap < most_taps(site, "taps_" + number, stored));
-    Halide::Func sum = new_func(site, "texture_" + number, site->vars).func;
-    const Value count = to_float(footprint.taps);
-    const Value i = to_float({Type::kInt, tap});
-    const Value t = ((i + constant(0.5f)) / count - constant(0.5f)) * footprint.major;
-    const Value w0 = to_float(texture.side(constant(0), 0));
-    const Value h0 = to_float(texture.side(constant(0), 1));
-    const Value u = place(texture, footprint.u + (t * footprint.ax) / w0);
-    const Value v = place(texture, footprint.v + (t * footprint.ay) / h0);
-    const Tap look(texture, footprint, u, v);
-    const Value taken = Value{Type::kInt, tap} < footprint.taps;
-
-    sum(site->vars) = Halide::Tuple(std::vector<Expr>(channels.size(), constant(0.0f).expr));
-    std::vector<Expr> updated;
-    for (size_t k = 0; k < channels.size(); ++k) {
-        const Value before{Type::kFloat, element(sum, exprs(site->vars), k)};
-        const Value value = look.value(texture.channel(channels[k]));
-        // A point sample keeps the sign of a texel of -0, which adding to 0 would lose.
-        const Value after = select(texture.filter_is(kFilterNearest), value, before + value);
-        updated.push_back(select(taken, after, before).expr);
-    }
-    sum(site->vars) = Halide::Tuple(updated);
-    sum.update(0).reorder(site->vars[0], tap);
+    const Trips trips = count_trips(site, "taps_" + number, stored);
+    const Halide::Func inner =
+        sum_taps(site, "texture_inner_" + number, texture, footprint, channels, trips.inside, true);
+    const Halide::Func edge =
+        sum_taps(site, "texture_" + number, texture, footprint, channels, trips.anywhere, false);
+    // The sum of a loop that does not run is 0; only one may go on, for the sake of -0.
+    const Value is_inner{Type::kBool, trips.inside > 0};
 
     std::vector<Value> out;
     for (size_t k = 0; k < channels.size(); ++k) {
-        const Value total{Type::kFloat, element(sum, exprs(site->vars), k)};
+        const Value total =
+            select(is_inner, Value{Type::kFloat, element(inner, exprs(site->vars), k)},
+                   Value{Type::kFloat, element(edge, exprs(site->vars), k)});
         const Value missing = constant(channels[k] == 3 ? 1.0f : 0.0f);
-        const Value present = select(texture.channel_missing(channels[k]), missing, total / count);
+        const Value present =
+            select(texture.channel_missing(channels[k]), missing, total / to_float(footprint.taps));
         out.push_back(select(args[0], present, constant(0.0f)));
     }
     return out;

@@ -11,9 +11,12 @@ namespace openfab::stages {
 
 namespace {
 
-// Above this the slots' amounts are divided by the largest of them before they are added up, so
-// that no later sum can overflow, in whatever order it is taken.
+// Above this the slots' amounts are scaled down before they are added up, by a power of two, so
+// that no later sum can overflow, in whatever order it is taken. What an infinite amount is taken
+// for then is far more than any finite one, and any number of them can be added up.
 constexpr float kLargeSum = 0x1p127f;
+constexpr float kScaledDown = 0x1p-64f;
+constexpr float kInsteadOfInfinity = 0x1p100f;
 
 // Comparisons are written with > and == only: Halide's >= is true on NaN.
 Expr usable(const Expr& weight) {
@@ -38,16 +41,13 @@ Stage normalise(int materials) {
 
     RDom slot(weights.dim(3).min(), weights.dim(3).extent(), "slot");
     const Expr clean = amount(weights(z, x, y, slot, n));
-    Func total("total"), peak("peak"), sums("sums");
+    Func total("total"), scale("scale"), sums("sums");
     total(z, x, y, n) = 0.0f;
     total(z, x, y, n) += clean;
-    peak(z, x, y, n) = 0.0f;
-    peak(z, x, y, n) = select(clean > peak(z, x, y, n), clean, peak(z, x, y, n));
-    Func divisor("divisor");
-    divisor(z, x, y, n) = select(total(z, x, y, n) > kLargeSum, peak(z, x, y, n), 1.0f);
+    scale(z, x, y, n) = select(total(z, x, y, n) > kLargeSum, kScaledDown, 1.0f);
 
     // An infinite amount outweighs every finite one; several share evenly.
-    const Expr scaled = select(clean == infinity, 1.0f, clean / divisor(z, x, y, n));
+    const Expr scaled = select(clean == infinity, kInsteadOfInfinity, clean * scale(z, x, y, n));
     sums(z, x, y, m, n) = 0.0f;
     sums(z, x, y, clamp(slot_material(slot), 0, materials), n) += scaled;
 
@@ -59,8 +59,9 @@ Stage normalise(int materials) {
 
     Func rounded("rounded");
     const Expr share = 65535.0f * (sums(z, x, y, m, n) / whole(z, x, y, n));
-    rounded(z, x, y, m, n) = select(whole(z, x, y, n) > 0.0f, cast<int32_t>(floor(share + 0.5f)),
-                                    select(m == 0, 65535, 0));
+    // No share is negative, so the cast is the floor.
+    rounded(z, x, y, m, n) =
+        select(whole(z, x, y, n) > 0.0f, cast<int32_t>(share + 0.5f), select(m == 0, 65535, 0));
 
     // The rounding's remainder goes to the largest fraction, the first of equals.
     Expr rest = 65535 - rounded(z, x, y, 0, n);
@@ -73,21 +74,21 @@ Stage normalise(int materials) {
         most = select(q > most, q, most);
     }
     Func remainder("remainder");
-    remainder(z, x, y, n) = Tuple(rest, largest);
+    remainder(z, x, y, n) = Tuple(most + rest, largest);
     Func fractions("fractions");
-    fractions(z, m, x, y, n) =
-        cast<uint16_t>(rounded(z, x, y, m, n) +
-                       select(m == remainder(z, x, y, n)[1], remainder(z, x, y, n)[0], 0));
+    fractions(z, m, x, y, n) = cast<uint16_t>(
+        select(m == remainder(z, x, y, n)[1], remainder(z, x, y, n)[0], rounded(z, x, y, m, n)));
 
-    Expr pure = 0, positive = 0;
+    // Fractions add up to 65535: where one is all of that, the others are 0.
+    Expr after_pure = 0;
     for (int k = 0; k <= materials; ++k) {
-        const Expr f = fractions(z, k, x, y, n);
-        positive = positive + select(f > cast<uint16_t>(0), 1, 0);
-        pure = pure + select(f == cast<uint16_t>(65535), k, 0);
+        after_pure =
+            after_pure + select(fractions(z, k, x, y, n) == cast<uint16_t>(65535), k + 1, 0);
     }
     Func codes("codes");
-    codes(z, x, y, n) = cast<uint8_t>(
-        select(!owned_bit(owned, x, y, n, z), 0, select(positive > 1, OPENFAB_CODE_MIXED, pure)));
+    codes(z, x, y, n) =
+        cast<uint8_t>(select(!owned_bit(owned, x, y, n, z), 0,
+                             select(after_pure == 0, OPENFAB_CODE_MIXED, after_pure - 1)));
 
     RDom voxel(0, weights.dim(3).extent(), 0, 8, 0, 8, "voxel");
     Func unusable("unusable");
@@ -126,8 +127,7 @@ Stage normalise(int materials) {
                      {"rounded", rounded, material_vars},
                      {"whole", whole, voxel_vars},
                      {"sums", sums, material_vars},
-                     {"divisor", divisor, voxel_vars},
-                     {"peak", peak, voxel_vars},
+                     {"scale", scale, voxel_vars},
                      {"total", total, voxel_vars}}};
     return stage;
 }

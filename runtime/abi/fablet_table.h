@@ -126,7 +126,7 @@ enum openfab_arg_kind {
     OPENFAB_ARG_INSTANCE = 3, /* scalar int32 */
     OPENFAB_ARG_BLOCKS =
         4, /* int32 (3, n): part-relative voxel index of each block's lowest corner */
-    OPENFAB_ARG_BLOCK_SIZE = 5, /* scalar int32: voxels a side (volume_bounds: 8, 16, 32 or 64) */
+    OPENFAB_ARG_BLOCK_SIZE = 5, /* scalar int32: voxels a side (volume_bounds: 4, 8, 16, 32, 64) */
     /* volume */
     OPENFAB_ARG_NEAREST = 6, /* a = nearest input, b = component */
     OPENFAB_ARG_NEAREST_GRAD =

@@ -5,9 +5,12 @@
 // kernel.inl.
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
 #include <cmath>
+#include <memory>
 
+#include "runtime/nearest/chunks.h"
 #include "runtime/nearest/engine.h"
 #include "runtime/nearest/kernel.h"
 #include "runtime/nearest/patch_cache.h"
@@ -29,6 +32,25 @@ template struct Growing<Entry>;
 template struct Growing<Lanes>;
 template struct Growing<float>;
 template struct Growing<TriangleRef>;
+template struct Growing<LatticeEntry>;
+template struct Growing<FeatureAnswer>;
+template struct Growing<const float*>;
+template struct Growing<const TreeView*>;
+template struct Growing<const TriangleDetail*>;
+template struct Growing<uint32_t>;
+
+namespace {
+
+/// Sides are powers of two, so each bit of a part's number moves its origin along one axis alone.
+void find_half(const int32_t* origin, int32_t* axis, float* half) {
+    for (int a = 0; a < 3; ++a) {
+        if (origin[a] == 0) continue;
+        *axis = a;
+        *half = 0.5f * static_cast<float>(origin[a]);
+    }
+}
+
+}  // namespace
 
 BlockShape make_block_shape(const Vec3f& pitch_mm) {
     BlockShape shape{};
@@ -61,10 +83,18 @@ BlockShape make_block_shape(const Vec3f& pitch_mm) {
         halve_longest();
     std::copy(size, size + 3, shape.sub_size);
     origins(block, size, shape.sub_origin);
+    for (int k = 0; k < 3; ++k) {
+        find_half(shape.sub_origin[1 << k], &shape.sub_axis[k], &shape.sub_half[k]);
+        shape.sub_reach[k] = 0.5f * static_cast<float>(size[k] - 1);
+    }
     for (int i = 0; i < 3; ++i)
         halve_longest();
     int32_t packets[8][3], lanes[8][3];
     origins(shape.sub_size, size, packets);
+    for (int k = 0; k < 2; ++k)
+        find_half(packets[2 << k], &shape.quarter_axis[k], &shape.quarter_half[k]);
+    for (int a = 0; a < 3; ++a)
+        shape.quarter_reach[a] = 0.5f * static_cast<float>(packets[1][a] + size[a] - 1);
     const int32_t one[3] = {1, 1, 1};
     origins(size, one, lanes);
     for (int l = 0; l < 8; ++l) {
@@ -80,117 +110,89 @@ BlockShape make_block_shape(const Vec3f& pitch_mm) {
                 ((o[1] + lanes[l][1]) * 8 + o[0] + lanes[l][0]) * 8 + o[2] + lanes[l][2]);
         }
     }
+    for (int c = 0; c < 8; ++c) {
+        for (int sub = 0; sub < 8; ++sub) {
+            float d2 = 0;
+            for (int a = 0; a < 3; ++a) {
+                const auto low = static_cast<float>(shape.sub_origin[sub][a]) + 0.5f;
+                const float high = low + static_cast<float>(shape.sub_size[a] - 1);
+                const float far = ((c >> a & 1) != 0 ? 8 - low : high) * pitch_mm[a];
+                d2 += far * far;
+            }
+            shape.farthest[c][sub] = std::sqrt(d2);
+        }
+    }
+    shape.half_diagonal = 4 * length(pitch_mm);
     return shape;
 }
 
 namespace {
 
-const KernelTable& best_kernels(bool allow_avx2) {
-    return allow_avx2 && __builtin_cpu_supports("avx2") != 0 ? avx2::kKernels : sse41::kKernels;
+uint64_t next_serial() {
+    static std::atomic<uint64_t> serial{0};
+    return ++serial;
+}
+
+const KernelTable& best_kernels(InstructionSet widest) {
+    const bool wide = __builtin_cpu_supports("avx512f") != 0 &&
+                      __builtin_cpu_supports("avx512vl") != 0 &&
+                      __builtin_cpu_supports("avx512dq") != 0;
+    if (wide && widest >= InstructionSet::kAvx512) return avx512::kKernels;
+    if (__builtin_cpu_supports("avx2") != 0 && widest >= InstructionSet::kAvx2)
+        return avx2::kKernels;
+    return sse41::kKernels;
 }
 
 }  // namespace
 
 class BlockIndex {
   public:
-    BlockIndex(const surface::Surface& surface, const BlockEngineOptions& options)
-        : kernels_(best_kernels(options.allow_avx2)),
+    BlockIndex(const surface::Surface& surface, const BlockEngineOptions& options,
+               std::span<const uint64_t> along)
+        : kernels_(best_kernels(options.widest)),
           surface_(surface),
-          cache_(surface, options.cache_bytes) {
-        std::vector<InputTriangle> triangles;
-        std::vector<InputPatch> patches;
-        gather(&triangles, &patches);
-        root_ = build_tree(triangles, patches);
-        gather_ranges();
+          cache_(options.cache != nullptr ? options.cache : make_patch_cache(options.cache_bytes)),
+          surface_id_(cache_->join()),
+          chunks_(surface, along),
+          boxes_(surface.patches().size()) {
+        root_ = build_tree(chunks_.triangles(), chunks_.boxes());
+        ranges_ = std::make_unique<const NodeRanges>(root_, surface.ranges(), &chunks_);
+        for (const InputPatch& box : chunks_.boxes())
+            diced_patches_ += chunks_.has(box.patch) ? 0 : 1;
+        chunks_.forget_input();
     }
 
     const KernelTable& kernels() const { return kernels_; }
     const Tree& root() const { return root_; }
-    PatchCache* cache() const { return &cache_; }
-
-    /// Adds to `out` what a node of the root may give.
-    void add_case(size_t node, float distance_lo, BoxBounds* out) const {
-        const auto floats = static_cast<size_t>(float_components_);
-        const auto ints = static_cast<size_t>(int_components_);
-        out->add(distance_lo, {float_lo_.data() + node * floats, floats},
-                 {float_hi_.data() + node * floats, floats}, {int_lo_.data() + node * ints, ints},
-                 {int_hi_.data() + node * ints, ints});
+    const NodeRanges& ranges() const { return *ranges_; }
+    size_t bytes_to_come(size_t vertices) const {
+        return chunks_.bytes_to_come(vertices) + diced_patches_ * (sizeof(Node) + 1);
+    }
+    TreeSources sources() const {
+        return {cache_.get(), &surface_, surface_id_, &chunks_, &boxes_};
     }
 
   private:
-    /// Identity patches come as triangles, all others as boxes.
-    void gather(std::vector<InputTriangle>* triangles, std::vector<InputPatch>* patches) const {
-        const std::vector<surface::Patch>& all = surface_.patches();
-        for (size_t i = 0; i < all.size(); ++i) {
-            if ((all[i].use & surface::kForQuery) == 0) continue;
-            const auto patch = static_cast<int32_t>(i);
-            if (all[i].kind == surface::PatchKind::kIdentity) {
-                append_triangles(*surface_.micro(patch), patch, triangles);
-            } else {
-                patches->push_back({all[i].bounds, patch});
-            }
-        }
-    }
-
-    void gather_ranges() {
-        const surface::PatchRanges& r = surface_.ranges();
-        float_components_ = r.float_components;
-        int_components_ = r.int_components;
-        const auto floats = static_cast<size_t>(float_components_);
-        const auto ints = static_cast<size_t>(int_components_);
-        const size_t nodes = root_.nodes.size();
-        float_lo_.assign(nodes * floats, std::numeric_limits<float>::infinity());
-        float_hi_.assign(nodes * floats, -std::numeric_limits<float>::infinity());
-        int_lo_.assign(nodes * ints, std::numeric_limits<int32_t>::max());
-        int_hi_.assign(nodes * ints, std::numeric_limits<int32_t>::lowest());
-        if (floats + ints == 0) return;
-        const auto add = [&](size_t node, const float* flo, const float* fhi, const int32_t* ilo,
-                             const int32_t* ihi) {
-            for (size_t c = 0; c < floats; ++c) {
-                float_lo_[node * floats + c] = std::min(float_lo_[node * floats + c], flo[c]);
-                float_hi_[node * floats + c] = std::max(float_hi_[node * floats + c], fhi[c]);
-            }
-            for (size_t c = 0; c < ints; ++c) {
-                int_lo_[node * ints + c] = std::min(int_lo_[node * ints + c], ilo[c]);
-                int_hi_[node * ints + c] = std::max(int_hi_[node * ints + c], ihi[c]);
-            }
-        };
-        const auto add_patch = [&](size_t node, int32_t patch) {
-            const auto p = static_cast<size_t>(patch);
-            add(node, r.float_lo.data() + p * floats, r.float_hi.data() + p * floats,
-                r.int_lo.data() + p * ints, r.int_hi.data() + p * ints);
-        };
-        // Children come after their parents, so one pass backwards carries leaves up to the root.
-        for (size_t n = nodes; n-- > 0;) {
-            const Node& node = root_.nodes[n];
-            if (!node.is_leaf()) {
-                for (size_t c = node.child(); c < node.child() + 2u; ++c) {
-                    add(n, float_lo_.data() + c * floats, float_hi_.data() + c * floats,
-                        int_lo_.data() + c * ints, int_hi_.data() + c * ints);
-                }
-            } else if (node.count() == 0) {
-                add_patch(n, static_cast<int32_t>(node.first()));
-            } else {
-                for (size_t t = node.first(); t < node.first() + node.count(); ++t)
-                    add_patch(n, root_.details[t].patch);
-            }
-        }
-    }
-
     const KernelTable& kernels_;
     const surface::Surface& surface_;
-    mutable PatchCache cache_;
+    const std::shared_ptr<PatchCache> cache_;
+    const int32_t surface_id_;
+    Chunks chunks_;
+    mutable PatchBoxes boxes_;
+    size_t diced_patches_ = 0;  ///< that may get a box
     Tree root_;
-    int32_t float_components_ = 0, int_components_ = 0;
-    std::vector<float> float_lo_, float_hi_;  // [node][component]
-    std::vector<int32_t> int_lo_, int_hi_;
+    std::unique_ptr<const NodeRanges> ranges_;
 };
 
 namespace {
 
 class BlockScratch final : public Engine::Scratch {
   public:
-    BlockScratch() { kernel.counts = &counts; }
+    BlockScratch() {
+        kernel.counts = &counts;
+        for (size_t i = 0; i < kLatticeEntries; ++i)
+            kernel.lattice.push({});
+    }
     KernelScratch kernel;
     PatchPins pins;
 };
@@ -206,9 +208,11 @@ class BlockEngine final : public Engine {
         shape_ = make_block_shape(pitch);
         const Tree& root = index_->root();
         if (!root.nodes.empty()) input_.root = root.view();
+        input_.root.ranges = &index_->ranges();
         input_.frame = frame_.data();
         input_.shape = &shape_;
         input_.largest_coordinate = root.largest_coordinate;
+        input_.engine = next_serial();
     }
 
     std::unique_ptr<Scratch> make_scratch() const override {
@@ -218,14 +222,6 @@ class BlockEngine final : public Engine {
     void query(const BlockQuery& query, Scratch* scratch, BlockAnswer* answer) const override {
         auto& s = static_cast<BlockScratch&>(*scratch);
         begin(&s);
-        int asked = kBlockVoxels;
-        if (query.demand != nullptr) {
-            asked = 0;
-            for (int i = 0; i < kBlockVoxels / 8; ++i)
-                asked += std::popcount(query.demand[i]);
-        }
-        s.counts.asked += asked;
-        s.counts.skipped += kBlockVoxels - asked;
         kernels_.query(input_, query, &s.kernel, answer);
     }
 
@@ -245,13 +241,18 @@ class BlockEngine final : public Engine {
         out->clear();
         out->distance_hi = kernels_.cube(input_, lowest, size, &s.kernel);
         for (size_t i = 0; i < s.kernel.list.size; ++i)
-            index_->add_case(s.kernel.list.data[i].node, s.kernel.list_least.data[i], out);
+            add_case(s.kernel.list.data[i], s.kernel.list_least.data[i], out);
     }
 
   private:
     void begin(BlockScratch* s) const {
-        s->pins.reset(index_->cache());
-        s->kernel.patches = {&PatchPins::fetch, &s->pins};
+        const TreeSources sources = index_->sources();
+        s->pins.reset(sources);
+        s->kernel.patches = {&PatchPins::fetch, &s->pins, sources.boxes->pages(),
+                             sources.chunks->first_id()};
+    }
+    static void add_case(const Entry& e, float distance_lo, BoxBounds* out) {
+        e.tree->ranges->add_case(e.node, distance_lo, out);
     }
 
     const std::shared_ptr<const BlockIndex> index_;
@@ -263,9 +264,22 @@ class BlockEngine final : public Engine {
 
 }  // namespace
 
+std::shared_ptr<PatchCache> make_patch_cache(size_t budget_bytes) {
+    return std::make_shared<PatchCache>(budget_bytes);
+}
+
+void set_budget(PatchCache* cache, size_t bytes) {
+    cache->set_budget(bytes);
+}
+
 std::shared_ptr<const BlockIndex> make_block_index(const surface::Surface& surface,
-                                                   const BlockEngineOptions& options) {
-    return std::make_shared<const BlockIndex>(surface, options);
+                                                   const BlockEngineOptions& options,
+                                                   std::span<const uint64_t> along) {
+    return std::make_shared<const BlockIndex>(surface, options, along);
+}
+
+size_t bytes_to_come(const BlockIndex& index, size_t vertices) {
+    return index.bytes_to_come(vertices);
 }
 
 std::unique_ptr<Engine> make_block_engine(std::shared_ptr<const BlockIndex> index,

@@ -10,6 +10,7 @@
 #include "runtime/nearest/engine.h"
 #include "runtime/nearest/patch_cache.h"
 #include "runtime/nearest/triangle.h"
+#include "runtime/nearest/voxel_centre.h"
 
 namespace openfab::nearest {
 namespace {
@@ -96,20 +97,7 @@ class BruteForceEngine final : public Engine {
     }
 
   private:
-    /// In the order of operations that runtime/abi/fablet_table.h gives.
-    Vec3f centre(const Vec3i& voxel) const {
-        const float x = static_cast<float>(voxel.x) + 0.5f;
-        const float y = static_cast<float>(voxel.y) + 0.5f;
-        const float z = static_cast<float>(voxel.z) + 0.5f;
-        Vec3f p;
-        for (int c = 0; c < 3; ++c) {
-            const auto at = [&](int base) { return frame_[static_cast<size_t>(base + c)]; };
-            p[c] = ((x * at(OPENFAB_FRAME_STEP_I) + y * at(OPENFAB_FRAME_STEP_J)) +
-                    z * at(OPENFAB_FRAME_STEP_K)) +
-                   at(OPENFAB_FRAME_ORIGIN);
-        }
-        return p;
-    }
+    Vec3f centre(const Vec3i& voxel) const { return voxel_centre(frame_, voxel); }
 
     struct Winner {
         Hit hit{std::numeric_limits<float>::infinity(), 0, 0};

@@ -122,19 +122,35 @@ class Engine {
                         BoxBounds* out) const = 0;
 };
 
+enum class InstructionSet { kSse41, kAvx2, kAvx512 };
+
+/// Keeps the small trees of displaced patches. One may serve many surfaces, of which not all are
+/// near what is printed just now.
+class PatchCache;
+std::shared_ptr<PatchCache> make_patch_cache(size_t budget_bytes);
+/// What a scratch keeps of displaced patches from block to block, beside the cache's budget.
+constexpr size_t kHeldPatchBytes = 2u << 20;
+/// While one thread alone uses it.
+void set_budget(PatchCache* cache, size_t bytes);
+
 struct BlockEngineOptions {
-    size_t cache_bytes =
-        128u
-        << 20;  ///< budget for the small trees of displaced patches; one block's are always held
-    bool allow_avx2 = true;  ///< off: the SSE4.1 form even where AVX2 exists; same bits
+    std::shared_ptr<PatchCache> cache;  ///< null: one of its own
+    size_t cache_bytes = 128u << 20;    ///< budget of that; one block's trees are always held
+    /// The widest instruction set that may be used where it exists; the bits are the same.
+    InstructionSet widest = InstructionSet::kAvx512;
 };
 
 /// What the block engines of one surface share wherever it stands: its trees, and the cache of
 /// those of displaced patches. Scratch made by one of them serves all.
 class BlockIndex;
-/// The surface must outlive it. Set-up reads every identity patch once.
+/// The surface must outlive it. Set-up reads every identity patch once. `along` is
+/// surface::along_curve of its patches, which is found here where it is not given.
 std::shared_ptr<const BlockIndex> make_block_index(const surface::Surface& surface,
-                                                   const BlockEngineOptions& options = {});
+                                                   const BlockEngineOptions& options = {},
+                                                   std::span<const uint64_t> along = {});
+/// What trees over whole triangles, which are made when a query first comes near, will hold once
+/// all are there, less what they hold now: rather more than that. `vertices` are the base mesh's.
+size_t bytes_to_come(const BlockIndex& index, size_t vertices);
 
 /// `frame` as of scene::make_frame. Takes about 3 kB.
 std::unique_ptr<Engine> make_block_engine(std::shared_ptr<const BlockIndex> index,

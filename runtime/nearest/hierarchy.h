@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "runtime/base/vec.h"
+#include "runtime/nearest/features.h"
 #include "runtime/nearest/triangle.h"
 
 namespace openfab::nearest {
@@ -18,8 +19,8 @@ namespace openfab::nearest {
 ///
 /// `link`, from the top bit: 1 leaf; inner nodes hold the place of the first of two neighbouring
 /// children below it.
-///     leaf, bits 28..30: number of triangles, 1 to 4, or 0 for a patch; bits 0..27: first
-///     triangle, or the patch id
+///     leaf, bits 28..30: number of triangles, 1 to 4, or 0 for what has a tree of its own; bits
+///     0..27: first triangle, or the id of a patch or of a chunk (nearest/chunks.h)
 struct alignas(64) Node {
     float axis[3][3];
     float center[3];
@@ -33,6 +34,8 @@ struct alignas(64) Node {
     uint32_t first() const { return link & ((1u << 28) - 1); }
 };
 
+class NodeRanges;
+
 constexpr int32_t kMaxLeafTriangles = 4;
 /// More triangles or patches than a leaf's link can name.
 constexpr int64_t kMaxItems = int64_t{1} << 28;
@@ -42,18 +45,33 @@ struct TreeView {
     const Node* nodes = nullptr;
     const TriangleFrame* frames = nullptr;
     const TriangleDetail* details = nullptr;
+    const EdgeFeature* edges = nullptr;
+    const VertexFeature* vertices = nullptr;
+    const uint32_t* first_edge = nullptr;  ///< of each triangle, and one more
+    const uint32_t* first_vertex = nullptr;
+    const NodeRanges* ranges = nullptr;  ///< none in a patch's
 };
 
 struct Tree {
     std::vector<Node> nodes;
     std::vector<TriangleFrame> frames;    ///< in leaf order
     std::vector<TriangleDetail> details;  ///< same order
-    float largest_coordinate = 0;         ///< of any vertex or box corner, mm
+    Features features;
+    float largest_coordinate = 0;  ///< of any vertex or box corner, mm
 
-    TreeView view() const { return {nodes.data(), frames.data(), details.data()}; }
+    TreeView view() const {
+        return {nodes.data(),
+                frames.data(),
+                details.data(),
+                features.edges.data(),
+                features.vertices.data(),
+                features.first_edge.data(),
+                features.first_vertex.data(),
+                nullptr};
+    }
     size_t bytes() const {
         return nodes.capacity() * sizeof(Node) + frames.capacity() * sizeof(TriangleFrame) +
-               details.capacity() * sizeof(TriangleDetail) + sizeof(Tree);
+               details.capacity() * sizeof(TriangleDetail) + features.bytes() + sizeof(Tree);
     }
 };
 
@@ -66,11 +84,13 @@ struct InputTriangle {
 struct InputPatch {
     Box3f bounds;
     int32_t patch;
+    const Vec3f* corners = nullptr;  ///< 8, of a closer box in `bounds`, where there is one
 };
 
-/// Builds by surface area over centroids, in parallel where it is large. The shape of the tree
-/// never shows in an answer.
-Tree build_tree(const std::vector<InputTriangle>& triangles,
-                const std::vector<InputPatch>& patches);
+/// Builds by surface area over centroids; in this thread alone where there are few triangles. The
+/// shape of the tree never shows in an answer. `whole` is a box of more than these triangles, if
+/// they are a part of something.
+Tree build_tree(const std::vector<InputTriangle>& triangles, const std::vector<InputPatch>& patches,
+                const Box3f& whole = {});
 
 }  // namespace openfab::nearest

@@ -16,15 +16,30 @@
 
 namespace openfab::nearest {
 
-/// How a block is cut for its pitch: 8 sub-blocks of 64 voxels, each 8 packets of 8, as near to
-/// cubes in millimetres as halving gives. Lane l of packet p is voxel `voxel[p * 8 + l]` of the
-/// block; the packets of sub-block s are 8s to 8s+7.
+constexpr int kQuarters = 32;  ///< of all sub-blocks of a block
+
+/// How a block is cut for its pitch: 8 sub-blocks of 64 voxels, each 8 packets of 8, of which two
+/// side by side are a quarter of the sub-block; all as near to cubes in millimetres as halving
+/// gives. Lane l of packet p is voxel `voxel[p * 8 + l]` of the block; the packets of sub-block s
+/// are 8s to 8s+7.
 struct BlockShape {
     int32_t sub_size[3];
     int32_t sub_origin[8][3];
     int32_t packet_origin[64][3];         ///< in the block
     alignas(32) float lane_offset[3][8];  ///< from the packet's origin, in voxels
     int16_t voxel[512];                   ///< number (y * 8 + x) * 8 + z
+    /// From corner c of the block, bits 0 to 2 the upper end of x, y, z, to the farthest centre of
+    /// sub-block s, mm: [c][s].
+    float farthest[8][8];
+    float half_diagonal;  ///< of the block, corner to corner, mm
+    /// Bit k of a sub-block's number says on which side it is along this axis; so its middle is
+    /// that of the block plus or minus this many voxels.
+    int32_t sub_axis[3];
+    float sub_half[3];
+    float sub_reach[3];       ///< from its middle to its outer centres along x, y, z, voxels
+    int32_t quarter_axis[2];  ///< the same for quarters of a sub-block
+    float quarter_half[2];
+    float quarter_reach[3];
 };
 BlockShape make_block_shape(const Vec3f& pitch_mm);
 
@@ -60,14 +75,43 @@ struct TriangleRef {
     const TriangleFrame* frame;
     const TriangleDetail* detail;
 };
+/// What wins where a feature does: barycentrics bary1 + bary1_x x and bary2 + bary2_y y, where x
+/// and y are a point's distances inwards of the face's edges 2 and 0, or its place along the edge.
+struct FeatureAnswer {
+    float bary1, bary1_x, bary2, bary2_y;
+    int32_t patch, triangle;
+    int32_t order;  ///< in the triangle: face, edges, vertices
+};
+/// The features of one kind that are left for a block, side by side.
+struct BlockFeatures {
+    Growing<const float*> rows;              ///< the features, as floats
+    Growing<const TriangleDetail*> details;  ///< of their owners
+    /// For each quarter of a sub-block, places in those lists of what may be nearest to its voxels:
+    /// near[quarter * near_stride ..][near_count[quarter]].
+    Growing<uint32_t> near;
+    size_t near_stride = 0;
+    uint32_t near_count[kQuarters];
+};
+
 struct alignas(32) Lanes {
     float v[8];
 };
 
-/// Where displaced patches come from: called from the kernel when a patch's box survives.
+/// Boxes of patches whose ids follow each other, where they are known (nearest/patch_boxes.h).
+struct BoxPage {
+    static constexpr size_t kSize = 256;
+    static constexpr uint8_t kUnknown = 0, kBeingWritten = 1, kKnown = 2;
+    Node box[kSize];
+    uint8_t state[kSize] = {};
+};
+
+/// Where trees of displaced patches and of chunks come from: called from the kernel when a box
+/// survives.
 struct PatchSource {
-    const TreeView* (*fetch)(void* context, int32_t patch) = nullptr;
+    const TreeView* (*fetch)(void* context, int32_t id) = nullptr;
     void* context = nullptr;
+    const BoxPage* const* pages = nullptr;  ///< by patch id; null pages where none is known
+    int32_t first_chunk = 0;                ///< ids from here on are chunks of whole triangles
 };
 
 struct KernelInput {
@@ -75,6 +119,7 @@ struct KernelInput {
     const float* frame = nullptr;  ///< OPENFAB_FRAME_COUNT values
     const BlockShape* shape = nullptr;
     float largest_coordinate = 0;
+    uint64_t engine = 0;  ///< serial number, from 1
 };
 
 /// Surface points near the last block: they only start the next search well.
@@ -83,14 +128,29 @@ struct alignas(32) WarmStart {
     int32_t count = 0;
 };
 
+/// What was found at a corner of blocks. Blocks share their corners, so those of the last ones are
+/// kept.
+struct LatticeEntry {
+    uint64_t engine = 0;  ///< serial number; 0 where there is nothing
+    int32_t voxel[3];     ///< the corner is this voxel's lowest
+    float point[3];       ///< a surface point about as near as any
+    float lower;          ///< no surface point is closer, mm
+    float reach;          ///< how far was searched, mm; infinite where a point was found
+};
+constexpr size_t kLatticeEntries = 4096;
+
 struct KernelScratch {
     Growing<Entry> stack;
     Growing<Entry> list;
-    Growing<Lanes> list_distance2;
-    Growing<float> list_least;  ///< cube: least distance to each node of the list, mm
-    Growing<TriangleRef> triangles;
-    Growing<Lanes> bounds;  ///< of each triangle, for the packet at hand
-    Growing<Lanes> framed;  ///< 4 a triangle: plane and edge line distances
+    Growing<Lanes> list_distance2;   ///< points: of the nodes that wait
+    Growing<float> list_least;       ///< cube: least distance to each node of the list, mm
+    Growing<TriangleRef> triangles;  ///< points: that won a lane
+    Growing<const float*> rows;      ///< block: features that may be left, as floats
+    Growing<const TreeView*> trees;  ///< and whose they are
+    BlockFeatures faces, edges, vertices;
+    Growing<float> margins;          ///< of the faces
+    Growing<FeatureAnswer> answers;  ///< of all these, in that order
+    Growing<LatticeEntry> lattice;   ///< kLatticeEntries of them
     WarmStart warm;
     WarmStart warm_points;  ///< of points, which are elsewhere than blocks
     PatchSource patches;
@@ -102,14 +162,17 @@ struct KernelTable {
                   BlockAnswer* answer);
     void (*points)(const KernelInput& input, const PointGroup* groups, size_t count, float radius,
                    KernelScratch* scratch, PointAnswer* answers);
-    /// Leaves in scratch->list the nodes of the root hierarchy, none below another, that may hold
-    /// the nearest point of a voxel centre of the cube, and in scratch->list_least a lower bound of
-    /// the distance to each. Patches are judged by their boxes; none is diced. Returns an upper
-    /// bound of the distance for every voxel centre.
+    /// Leaves in scratch->list the nodes of the root hierarchy and of chunks, none below another,
+    /// that may hold the nearest point of a voxel centre of the cube, and in scratch->list_least a
+    /// lower bound of the distance to each. Patches are judged by their boxes; none is diced.
+    /// Returns an upper bound of the distance for every voxel centre.
     float (*cube)(const KernelInput& input, const Vec3i& lowest, int32_t size,
                   KernelScratch* scratch);
 };
 
+namespace avx512 {
+extern const KernelTable kKernels;
+}
 namespace avx2 {
 extern const KernelTable kKernels;
 }

@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The query kernel. Included by kernel_avx2.cpp and kernel_sse41.cpp.
+// The query kernel. Included by kernel_avx512.cpp, kernel_avx2.cpp and kernel_sse41.cpp.
 //
 // Notation: c the 8 corners of a box of voxel centres, one a lane; a a known surface point (a
 // witness); X a set of surface. *Corner domination*: if dist²(c, X) > |c - a|² at all 8 corners, X
@@ -14,7 +14,7 @@
 // dropped could not have given even equal bits.
 
 #include "runtime/nearest/kernel.h"
-#include "runtime/nearest/simd8.h"
+#include "runtime/nearest/simd.h"
 
 namespace openfab::nearest::OPENFAB_NEAREST_ISA {
 namespace {
@@ -22,6 +22,12 @@ namespace {
 #include "runtime/nearest/kernel_packet.inl"
 
 #include "runtime/nearest/kernel_box.inl"
+
+#include "runtime/nearest/kernel_idle.inl"
+
+#include "runtime/nearest/kernel_features.inl"
+
+#include "runtime/nearest/kernel_lattice.inl"
 
 #include "runtime/nearest/kernel_block.inl"
 

@@ -3,138 +3,100 @@
 //
 // Blocks of 8 x 8 x 8 voxels. Part of kernel.inl.
 
-OPENFAB_INLINE Points voxel_centres(const KernelInput& in, const Vec3i& block,
-                                    const int32_t* origin) {
+/// Of packet `packet` and, where V is wide, the next.
+template <typename V>
+OPENFAB_INLINE PointsOf<V> voxel_centres(const KernelInput& in, const Vec3i& block, int packet) {
     const float* f = in.frame;
     const BlockShape& s = *in.shape;
-    const F8 half = set1(0.5f);
-    const F8 x = set1(static_cast<float>(block.x + origin[0])) + load(s.lane_offset[0]) + half;
-    const F8 y = set1(static_cast<float>(block.y + origin[1])) + load(s.lane_offset[1]) + half;
-    const F8 z = set1(static_cast<float>(block.z + origin[2])) + load(s.lane_offset[2]) + half;
-    F8 c[3];
+    V at[3];
     for (int a = 0; a < 3; ++a) {
-        c[a] = dot3(x, y, z, set1(f[OPENFAB_FRAME_STEP_I + a]), set1(f[OPENFAB_FRAME_STEP_J + a]),
-                    set1(f[OPENFAB_FRAME_STEP_K + a])) +
-               set1(f[OPENFAB_FRAME_ORIGIN + a]);
+        F8 parts[V::kLanes / 8];
+        for (int h = 0; h < V::kLanes / 8; ++h) {
+            parts[h] = set1(static_cast<float>(block[a] + s.packet_origin[packet + h][a])) +
+                       load(s.lane_offset[a]) + set1(0.5f);
+        }
+        at[a] = Width<V>::join(parts);
+    }
+    V c[3];
+    for (int a = 0; a < 3; ++a) {
+        const float step[3] = {f[OPENFAB_FRAME_STEP_I + a], f[OPENFAB_FRAME_STEP_J + a],
+                               f[OPENFAB_FRAME_STEP_K + a]};
+        c[a] = dot_with(step, at[0], at[1], at[2]) + splat<V>(f[OPENFAB_FRAME_ORIGIN + a]);
     }
     return {c[0], c[1], c[2]};
 }
 
-OPENFAB_INLINE uint32_t demanded(const uint8_t* demand, const int16_t* voxel) {
-    if (demand == nullptr) return 0xff;
-    uint32_t mask = 0;
-    for (int l = 0; l < 8; ++l) {
-        mask |= (static_cast<uint32_t>(demand[voxel[l] >> 3]) >> (voxel[l] & 7) & 1u) << l;
+/// How many voxels of the block ask.
+OPENFAB_INLINE int demanded_voxels(const BlockQuery& q) {
+    if (q.demand == nullptr) return kBlockVoxels;
+    int count = 0;
+    for (int i = 0; i < kBlockVoxels / 8; i += 8) {
+        uint64_t rows;
+        __builtin_memcpy(&rows, q.demand + i, 8);
+        count += __builtin_popcountll(rows);
     }
-    return mask;
+    return count;
 }
 
-OPENFAB_INLINE void write_packet(const PacketBest& best, uint32_t asked, float radius2,
-                                 const int16_t* voxel, BlockAnswer* answer) {
-    alignas(32) float d2[8], b1[8], b2[8];
-    alignas(32) int32_t patch[8], triangle[8];
-    store(d2, best.distance2);
-    store(b1, best.bary1);
-    store(b2, best.bary2);
-    store_bits(patch, best.patch);
-    store_bits(triangle, best.triangle);
-    for (int l = 0; l < 8; ++l) {
-        if ((asked >> l & 1u) == 0 || !(d2[l] <= radius2) || d2[l] == kInfinity) continue;
-        const int v = voxel[l];
-        answer->distance2[v] = d2[l];
-        answer->patch[v] = patch[l];
-        answer->triangle[v] = triangle[l];
-        answer->bary1[v] = b1[l];
-        answer->bary2[v] = b2[l];
+/// Bit q: a voxel of quarter q of the sub-blocks `subs` asks; in `asked` the lanes of their packets
+/// that do.
+OPENFAB_INLINE uint32_t demanded_quarters(const KernelInput& in, const BlockQuery& q, uint32_t subs,
+                                          uint8_t* asked) {
+    uint32_t quarters = 0;
+    for (; subs != 0; subs &= subs - 1) {
+        const int first = 8 * __builtin_ctz(subs);
+        for (int packet = first; packet < first + 8; ++packet) {
+            uint32_t lanes = q.demand == nullptr ? 0xff : 0;
+            const int16_t* voxel = in.shape->voxel + packet * 8;
+            for (int l = 0; q.demand != nullptr && l < 8; ++l) {
+                const int v = voxel[l];
+                lanes |= (static_cast<uint32_t>(q.demand[v >> 3]) >> (v & 7) & 1u) << l;
+            }
+            asked[packet] = static_cast<uint8_t>(lanes);
+            if (lanes != 0) quarters |= 1u << (packet >> 1);
+        }
+    }
+    return quarters;
+}
+
+/// Bit s: one of its quarters is among those.
+OPENFAB_INLINE uint32_t sub_blocks_of(uint32_t quarters) {
+    uint32_t subs = 0;
+    for (int sub = 0; sub < 8; ++sub)
+        subs |= (quarters >> 4 * sub & 0xfu) != 0 ? 1u << sub : 0u;
+    return subs;
+}
+
+/// The voxels of a quarter of a sub-block against what is left for it.
+OPENFAB_INLINE void query_quarter(const KernelInput& in, const BlockQuery& q, int quarter,
+                                  const uint8_t* asked, float radius2, KernelScratch* scratch,
+                                  BlockAnswer* answer) {
+    using V = Widest;
+    constexpr int kParts = V::kLanes / 8;
+    const uint32_t features = scratch->faces.near_count[quarter] +
+                              scratch->edges.near_count[quarter] +
+                              scratch->vertices.near_count[quarter];
+    if (features == 0) return;
+    for (int packet = 2 * quarter; packet < 2 * quarter + 2; packet += kParts) {
+        uint32_t lanes = 0;
+        for (int h = 0; h < kParts; ++h)
+            lanes |= static_cast<uint32_t>(asked[packet + h]) << 8 * h;
+        if (lanes == 0) continue;
+        const PointsOf<V> p = voxel_centres<V>(in, q.block, packet);
+        FeatureBest<V> best = nearest_feature(*scratch, quarter, p);
+        if ((bits(best.tied) & lanes) != 0) break_ties(*scratch, quarter, p, &best);
+        scratch->counts->triangle_tests += int64_t{features} * kParts;
+        write_packet(scratch->answers.data, best, lanes, radius2, in.shape->voxel + packet * 8,
+                     answer);
     }
 }
 
-void query_packets(const KernelInput& in, const BlockQuery& q, int sub, float delta,
-                   KernelScratch* scratch, BlockAnswer* answer) {
-    const BlockShape& shape = *in.shape;
-    const TriangleRef* refs = scratch->triangles.data;
-    const size_t count = scratch->triangles.size;
-    // A lane starts from the radius: what is farther cannot be the answer.
-    const float start = q.radius_mm < kInfinity ? q.radius_mm * q.radius_mm : kInfinity;
-    // Three more bounds, so that they can be read by fours.
-    scratch->framed.reserve(4 * count);
-    scratch->bounds.reserve(count + 3);
-    for (size_t i = count; i < count + 3; ++i)
-        store(scratch->bounds.data[i].v, set1(kInfinity));
-    for (int packet = sub * 8; packet < sub * 8 + 8; ++packet) {
-        const int16_t* voxel = shape.voxel + packet * 8;
-        const uint32_t asked = demanded(q.demand, voxel);
-        if (asked == 0) continue;
-        const Points p = voxel_centres(in, q.block, shape.packet_origin[packet]);
-        PacketBest best = empty_packet(asked, set1(start), set1(delta));
-        query_packet(refs, count, p, asked, delta, scratch, &best);
-        scratch->counts->triangle_tests += static_cast<int64_t>(count);
-        write_packet(best, asked, start, voxel, answer);
-    }
-}
-
-bool any_demanded(const KernelInput& in, const BlockQuery& q, int sub) {
-    if (q.demand == nullptr) return true;
-    for (int packet = sub * 8; packet < sub * 8 + 8; ++packet) {
-        if (demanded(q.demand, in.shape->voxel + packet * 8) != 0) return true;
-    }
-    return false;
-}
-
-__attribute__((noinline)) void query_sub_block(const KernelInput& in, const BlockQuery& q, int sub,
-                                               const WarmStart& near, KernelScratch* scratch,
-                                               BlockAnswer* answer) {
-    const int32_t* origin = in.shape->sub_origin[sub];
-    const int32_t lowest[3] = {q.block.x + origin[0], q.block.y + origin[1], q.block.z + origin[2]};
-    const BoxOfPoints box = make_box(in, lowest, in.shape->sub_size);
-    Witnesses w{set1(kInfinity), set1(0), set1(0), set1(0), 0, witness_tolerance(box)};
-    for (int i = 0; i < near.count; ++i)
-        offer_point(near.point[0][i], near.point[1][i], near.point[2][i], box.corner, &w);
-    const size_t entries = scratch->list.size;
-    scratch->list_distance2.reserve(entries);
-    Lanes* distance2 = scratch->list_distance2.data;
-    F8 least = set1(kInfinity), promising = set1_bits(0);
-    for (size_t i = 0; i < entries; ++i) {
-        const Entry& e = scratch->list.data[i];
-        const F8 d2 = node_distance2(e.tree->nodes[e.node], box.corner);
-        store(distance2[i].v, d2);
-        promising = select(d2 < least, set1_bits(static_cast<int32_t>(i)), promising);
-        least = min(least, d2);
-    }
-    alignas(32) int32_t first[8];
-    store_bits(first, promising);
-    for (int l = 0; l < 8; ++l) {
-        const auto i = static_cast<size_t>(first[l]);
-        if (bits(load(distance2[i].v) < w.distance2 - w.enough) == 0) continue;
-        find_witnesses(scratch->list.data[i], box.corner, scratch, &w);
-    }
-    for (size_t i = 0; i < entries; ++i) {
-        if (bits(load(distance2[i].v) < w.distance2 - w.enough) == 0) continue;
-        find_witnesses(scratch->list.data[i], box.corner, scratch, &w);
-    }
-    scratch->counts->node_tests += static_cast<int64_t>(entries);
-    Domination rows;
-    make_rows(box, w, q.radius_mm, &rows);
-    scratch->triangles.size = 0;
-    for (size_t i = 0; i < entries; ++i) {
-        collect_triangles(scratch->list.data[i], load(distance2[i].v), box.corner, &rows, scratch);
-    }
-    if (scratch->triangles.size != 0) query_packets(in, q, sub, box.delta, scratch, answer);
-}
-
-void keep_warm(const Witnesses& w, WarmStart* warm) {
-    alignas(32) float x[8], y[8], z[8];
-    store(x, w.x);
-    store(y, w.y);
-    store(z, w.z);
-    warm->count = 0;
-    for (int i = 0; i < 8; ++i) {
-        if ((w.found >> i & 1u) == 0) continue;
-        warm->point[0][warm->count] = x[i];
-        warm->point[1][warm->count] = y[i];
-        warm->point[2][warm->count] = z[i];
-        ++warm->count;
-    }
+__attribute__((noinline)) void query_quarters(const KernelInput& in, const BlockQuery& q,
+                                              uint32_t quarters, const uint8_t* asked,
+                                              KernelScratch* scratch, BlockAnswer* answer) {
+    const float radius2 = q.radius_mm < kInfinity ? q.radius_mm * q.radius_mm : kInfinity;
+    for (; quarters != 0; quarters &= quarters - 1)
+        query_quarter(in, q, __builtin_ctz(quarters), asked, radius2, scratch, answer);
 }
 
 void clear(BlockAnswer* answer) {
@@ -150,35 +112,59 @@ void clear(BlockAnswer* answer) {
         answer->bary2[i] = 0;
 }
 
+/// The box of the sub-blocks in `subs`.
+inline BoxOfPoints box_around(const KernelInput& in, const Vec3i& block, uint32_t subs) {
+    int32_t low[3] = {8, 8, 8}, high[3] = {0, 0, 0};
+    for (uint32_t left = subs; left != 0; left &= left - 1) {
+        const int32_t* origin = in.shape->sub_origin[__builtin_ctz(left)];
+        for (int a = 0; a < 3; ++a) {
+            const int32_t end = origin[a] + in.shape->sub_size[a];
+            low[a] = origin[a] < low[a] ? origin[a] : low[a];
+            high[a] = high[a] < end ? end : high[a];
+        }
+    }
+    const int32_t lowest[3] = {block.x + low[0], block.y + low[1], block.z + low[2]};
+    const int32_t size[3] = {high[0] - low[0], high[1] - low[1], high[2] - low[2]};
+    return make_box(in, lowest, size);
+}
+
 void query(const KernelInput& in, const BlockQuery& q, KernelScratch* scratch,
            BlockAnswer* answer) {
     clear(answer);
-    if (in.root.nodes == nullptr) return;
-    const int32_t lowest[3] = {q.block.x, q.block.y, q.block.z};
-    const int32_t size[3] = {8, 8, 8};
-    const BoxOfPoints box = make_box(in, lowest, size);
-    const float reach = q.radius_mm + 2 * box.half_diagonal;
-    Witnesses w{set1(q.radius_mm < kInfinity ? reach * reach : kInfinity),
-                set1(0),
-                set1(0),
-                set1(0),
-                0,
-                witness_tolerance(box)};
-    const WarmStart& warm = scratch->warm;
-    for (int i = 0; i < warm.count; ++i)
-        offer_point(warm.point[0][i], warm.point[1][i], warm.point[2][i], box.corner, &w);
-    const Entry root{&in.root, 0};
+    const int demanded = demanded_voxels(q);
+    scratch->counts->asked += demanded;
+    scratch->counts->skipped += kBlockVoxels - demanded;
+    if (demanded == 0 || in.root.nodes == nullptr) return;
     scratch->stack.size = 0;
-    find_witnesses(root, box.corner, scratch, &w);
-    Domination rows;
-    make_rows(box, w, q.radius_mm, &rows);
-    scratch->list.size = 0;
-    collect(root, box.corner, 0.0f, true, &rows, scratch);
-    WarmStart near;
-    keep_warm(w, &near);
-    if (near.count != 0) scratch->warm = near;
-    if (scratch->list.size == 0) return;
-    for (int sub = 0; sub < 8; ++sub) {
-        if (any_demanded(in, q, sub)) query_sub_block(in, q, sub, near, scratch, answer);
+    BlockCorners corners;
+    find_corners(in, q, scratch, &corners);
+    uint32_t subs = 0xff;
+    if (q.radius_mm < kInfinity) {
+        subs = sub_blocks_in_reach(in, corners, q.radius_mm);
+        if (subs == 0 || corners.found == 0) return;
     }
+    uint8_t asked[64];
+    const uint32_t quarters = demanded_quarters(in, q, subs, asked);
+    if (quarters == 0) return;
+    subs = sub_blocks_of(quarters);
+    const BoxOfPoints box = box_around(in, q.block, subs);
+    Domination rows;
+    // Four corners of the eight tell nearly as much; where the last block was left with many leaves,
+    // the others are worth their tests, too.
+    constexpr uint32_t kFour = 1u << 0 | 1u << 3 | 1u << 5 | 1u << 6;
+    constexpr size_t kManyLeaves = 128;
+    const bool enough = (corners.found & kFour) == kFour && scratch->list.size < kManyLeaves;
+    for (uint32_t c = enough ? kFour : corners.found; c != 0; c &= c - 1) {
+        const int i = __builtin_ctz(c);
+        add_point_row(box, corners.x[i], corners.y[i], corners.z[i], &rows);
+    }
+    add_radius_row(box, q.radius_mm, &rows);
+    const float farthest2 = farthest_row2(rows);
+    scratch->list.size = 0;
+    collect({&in.root, 0}, box.corner, 0.0f, true, &rows, scratch);
+    const BlockPlace place = make_place(in, q.block, farthest2, box.delta);
+    collect_features(place, subs, scratch);
+    if (scratch->answers.size == 0) return;
+    list_near_features(place, quarters, scratch);
+    query_quarters(in, q, quarters, asked, scratch, answer);
 }

@@ -84,7 +84,7 @@ OPENFAB_INLINE void offer_point(float x, float y, float z, const Points& p, Witn
     const F8 px = set1(x), py = set1(y), pz = set1(z);
     const F8 dx = p.x - px, dy = p.y - py, dz = p.z - pz;
     const F8 d2 = dot3(dx, dy, dz, dx, dy, dz);
-    const F8 closer = d2 < w->distance2;
+    const M8 closer = d2 < w->distance2;
     w->distance2 = select(closer, d2, w->distance2);
     w->x = select(closer, px, w->x);
     w->y = select(closer, py, w->y);
@@ -97,8 +97,8 @@ OPENFAB_INLINE void offer_triangle(const TriangleFrame& t, const TriangleDetail&
     const InFrame f = to_frame(t, p);
     const uint32_t near = bits(lower_bound(f) < w->distance2);
     if (near == 0) return;
-    const Closest c = closest8(t, d, p, f, near);
-    const F8 closer = c.distance2 < w->distance2;
+    const Closest c = closest8<false>(t, d, p, f, near);
+    const M8 closer = c.distance2 < w->distance2;
     const uint32_t mask = bits(closer);
     if (mask == 0) return;
     const F8 v0[3] = {set1(t.v0[0]), set1(t.v0[1]), set1(t.v0[2])};
@@ -113,6 +113,23 @@ OPENFAB_INLINE void offer_triangle(const TriangleFrame& t, const TriangleDetail&
                   w->z);
     w->distance2 = select(closer, c.distance2, w->distance2);
     w->found |= mask;
+}
+
+/// Whether the leaf stands for a chunk of whole triangles.
+OPENFAB_INLINE bool is_chunk(const PatchSource& patches, const Node& leaf) {
+    return leaf.count() == 0 && static_cast<int32_t>(leaf.first()) >= patches.first_chunk;
+}
+
+/// The box of a diced patch, where a leaf stands for one that has been diced; else null.
+OPENFAB_INLINE const Node* known_box(const PatchSource& patches, const Node& leaf) {
+    const uint32_t id = leaf.first();
+    if (static_cast<int32_t>(id) >= patches.first_chunk) return nullptr;
+    const BoxPage* page =
+        __atomic_load_n(patches.pages + id / BoxPage::kSize, __ATOMIC_ACQUIRE);
+    if (page == nullptr) return nullptr;
+    const uint32_t place = id % BoxPage::kSize;
+    const bool known = __atomic_load_n(page->state + place, __ATOMIC_ACQUIRE) == BoxPage::kKnown;
+    return known ? page->box + place : nullptr;
 }
 
 /// Searches below `start` for points nearer to the corners than those known, near children first.
@@ -144,6 +161,9 @@ __attribute__((noinline)) void find_witnesses(const Entry& start, const Points& 
         if (node == nullptr) continue;
         const uint32_t first = node->first();
         if (node->count() == 0) {
+            const Node* box = known_box(scratch->patches, *node);
+            if (box != nullptr && bits(node_distance2(*box, p) < w->distance2 - w->enough) == 0)
+                continue;
             const TreeView* patch =
                 scratch->patches.fetch(scratch->patches.context, static_cast<int32_t>(first));
             if (patch->nodes != nullptr) scratch->stack.push({patch, 0});
@@ -163,16 +183,30 @@ struct Domination {
     int32_t rows = 0;
 };
 
-/// The slack of a row is one number for all corners, so that it holds everywhere between them.
-OPENFAB_INLINE F8 with_slack(F8 r2, float delta) {
-    const float far2 = largest_lane(r2);
-    const float far = __builtin_sqrtf(far2);
-    const float slack = (2 * far + delta) * delta + far2 * (kSlack - 1.0f) + kSlackMm2;
-    return r2 + set1(slack);
+OPENFAB_INLINE float row_slack(float distance2, float delta) {
+    const float distance = __builtin_sqrtf(distance2);
+    return (2 * distance + delta) * delta + distance2 * (kSlack - 1.0f) + kSlackMm2;
 }
 
-OPENFAB_INLINE void make_rows(const BoxOfPoints& box, const Witnesses& w, float radius,
-                              Domination* rows) {
+/// The slack of a row is one number for all corners, so that it holds everywhere between them.
+OPENFAB_INLINE F8 with_slack(F8 r2, float delta) {
+    return r2 + set1(row_slack(largest_lane(r2), delta));
+}
+
+OPENFAB_INLINE void add_point_row(const BoxOfPoints& box, float x, float y, float z,
+                                  Domination* rows) {
+    const F8 dx = box.corner.x - set1(x), dy = box.corner.y - set1(y), dz = box.corner.z - set1(z);
+    store(rows->row[rows->rows++], with_slack(dot3(dx, dy, dz, dx, dy, dz), box.delta));
+}
+
+OPENFAB_INLINE void add_radius_row(const BoxOfPoints& box, float radius, Domination* rows) {
+    if (!(radius < kInfinity)) return;
+    // Each point of the box has a corner within half the diagonal.
+    const float reach = radius + box.half_diagonal;
+    store(rows->row[rows->rows++], with_slack(set1(reach * reach), box.delta));
+}
+
+OPENFAB_INLINE void make_rows(const BoxOfPoints& box, const Witnesses& w, Domination* rows) {
     alignas(32) float x[8], y[8], z[8];
     store(x, w.x);
     store(y, w.y);
@@ -185,20 +219,13 @@ OPENFAB_INLINE void make_rows(const BoxOfPoints& box, const Witnesses& w, float 
             repeated |= (w.found >> j & 1u) != 0 && x[j] == x[i] && y[j] == y[i] && z[j] == z[i];
         }
         if (repeated) continue;
-        const F8 dx = box.corner.x - set1(x[i]), dy = box.corner.y - set1(y[i]),
-                 dz = box.corner.z - set1(z[i]);
-        store(rows->row[rows->rows++], with_slack(dot3(dx, dy, dz, dx, dy, dz), box.delta));
-    }
-    if (radius < kInfinity) {
-        // Each point of the box has a corner within half the diagonal.
-        const float reach = radius + box.half_diagonal;
-        store(rows->row[rows->rows++], with_slack(set1(reach * reach), box.delta));
+        add_point_row(box, x[i], y[i], z[i], rows);
     }
 }
 
 OPENFAB_INLINE bool dominated(F8 distance2, Domination* d) {
     for (int i = 0; i < d->rows; ++i) {
-        if (bits(distance2 <= load(d->row[i])) == 0) {
+        if (!any(distance2 <= load(d->row[i]))) {
             if (i > 0) {
                 const F8 hit = load(d->row[i]), before = load(d->row[i - 1]);
                 store(d->row[i - 1], hit);
@@ -211,81 +238,48 @@ OPENFAB_INLINE bool dominated(F8 distance2, Domination* d) {
 }
 
 /// Appends to the list what is not dominated below `start`: nodes no larger than `stop2` (squared
-/// half diagonal) and leaves. Patches are diced, or stand for themselves.
+/// half diagonal) and leaves. Patches are diced, or stand for themselves, as chunks that are no
+/// larger then do.
 __attribute__((noinline)) void collect(const Entry& start, const Points& p, float stop2, bool dice,
                                        Domination* rows, KernelScratch* scratch) {
     const size_t bottom = scratch->stack.size;
-    scratch->stack.push(start);
+    // What waits has passed. Both children are tested at once, as both come into the cache.
+    const auto push = [&](const Entry& e, F8 distance2) __attribute__((always_inline)) {
+        ++scratch->counts->node_tests;
+        if (dominated(distance2, rows)) return;
+        const Node& node = e.tree->nodes[e.node];
+        if (!node.is_leaf()) {
+            __builtin_prefetch(e.tree->nodes + node.child());
+            __builtin_prefetch(e.tree->nodes + node.child() + 1);
+        }
+        scratch->stack.push(e);
+    };
+    push(start, node_distance2(start.tree->nodes[start.node], p));
     while (scratch->stack.size > bottom) {
         const Entry e = scratch->stack.data[--scratch->stack.size];
         const Node& node = e.tree->nodes[e.node];
-        const F8 d2 = node_distance2(node, p);
-        ++scratch->counts->node_tests;
-        if (dominated(d2, rows)) continue;
+        const float size2 = (node.half[0] * node.half[0] + node.half[1] * node.half[1]) +
+                            node.half[2] * node.half[2];
         if (node.is_leaf()) {
-            if (node.count() == 0 && dice) {
+            const bool open = dice || (size2 > stop2 && is_chunk(scratch->patches, node));
+            if (node.count() == 0 && open) {
+                const Node* box = known_box(scratch->patches, node);
+                if (box != nullptr && dominated(node_distance2(*box, p), rows)) continue;
                 const TreeView* patch = scratch->patches.fetch(scratch->patches.context,
                                                                static_cast<int32_t>(node.first()));
-                if (patch->nodes != nullptr) scratch->stack.push({patch, 0});
+                if (patch->nodes != nullptr) push({patch, 0}, node_distance2(patch->nodes[0], p));
             } else {
                 scratch->list.push(e);
             }
             continue;
         }
-        const float size2 = (node.half[0] * node.half[0] + node.half[1] * node.half[1]) +
-                            node.half[2] * node.half[2];
         if (size2 <= stop2) {
             scratch->list.push(e);
             continue;
         }
-        scratch->stack.push({e.tree, node.child() + 1});
-        scratch->stack.push({e.tree, node.child()});
-    }
-}
-
-/// True if no point of the box is nearest to the triangle: it lies in a half-plane, inwards of one
-/// of its edges, that is dominated (a half-plane is a set like any other, and its distance is
-/// cheap).
-OPENFAB_INLINE bool triangle_dominated(const TriangleFrame& t, const Points& p, Domination* rows) {
-    const InFrame f = to_frame(t, p);
-    const F8 h2 = f.h * f.h;
-    for (const F8& s : f.s) {
-        if (bits(s) == 0xff && dominated(h2 + s * s, rows)) return true;
-    }
-    return false;
-}
-
-/// The triangles of the leaves below `start` that are not dominated.
-__attribute__((noinline)) void collect_triangles(const Entry& start, F8 start_distance2,
-                                                 const Points& p, Domination* rows,
-                                                 KernelScratch* scratch) {
-    if (dominated(start_distance2, rows)) return;
-    const size_t bottom = scratch->stack.size;
-    uint32_t at = start.node;
-    const TreeView& tree = *start.tree;
-    for (;;) {
-        const Node& node = tree.nodes[at];
-        if (node.is_leaf()) {
-            for (uint32_t i = node.first(); i < node.first() + node.count(); ++i) {
-                if (triangle_dominated(tree.frames[i], p, rows)) continue;
-                scratch->triangles.push({tree.frames + i, tree.details + i});
-            }
-        } else {
-            const uint32_t child = node.child();
-            const bool keep0 = !dominated(node_distance2(tree.nodes[child], p), rows);
-            const bool keep1 = !dominated(node_distance2(tree.nodes[child + 1], p), rows);
-            scratch->counts->node_tests += 2;
-            if (keep0) {
-                if (keep1) scratch->stack.push({start.tree, child + 1});
-                at = child;
-                continue;
-            }
-            if (keep1) {
-                at = child + 1;
-                continue;
-            }
-        }
-        if (scratch->stack.size == bottom) return;
-        at = scratch->stack.data[--scratch->stack.size].node;
+        const Node* children = e.tree->nodes + node.child();
+        const F8 left = node_distance2(children[0], p), right = node_distance2(children[1], p);
+        push({e.tree, node.child() + 1}, right);
+        push({e.tree, node.child()}, left);
     }
 }

@@ -43,9 +43,15 @@ inline void find_upper(const KernelInput& in, const Points& p, KernelScratch* sc
             if (!right_first && go_left) scratch->stack.push({e.tree, node.child()});
             continue;
         }
+        if (is_chunk(scratch->patches, node)) {
+            const TreeView* chunk = scratch->patches.fetch(scratch->patches.context,
+                                                           static_cast<int32_t>(node.first()));
+            if (chunk->nodes != nullptr) scratch->stack.push({chunk, 0});
+            continue;
+        }
         if (node.count() == 0) {
             const F8 far2 = node_far2(node, p);
-            const F8 closer = far2 < upper->distance2;
+            const M8 closer = far2 < upper->distance2;
             upper->distance2 = select(closer, far2, upper->distance2);
             const uint32_t mask = bits(closer);
             for (int l = 0; l < 8; ++l) {
@@ -56,7 +62,7 @@ inline void find_upper(const KernelInput& in, const Points& p, KernelScratch* sc
         for (uint32_t i = node.first(); i < node.first() + node.count(); ++i) {
             offer_triangle(e.tree->frames[i], e.tree->details[i], p, w);
         }
-        const F8 closer = w->distance2 < upper->distance2;
+        const M8 closer = w->distance2 < upper->distance2;
         upper->distance2 = select(closer, w->distance2, upper->distance2);
         const uint32_t mask = bits(closer);
         for (int l = 0; l < 8; ++l) {
@@ -82,7 +88,7 @@ CutDistance cut_distance(const Entry& e, const Points& middle, const Points& cor
     }
     for (uint32_t i = node.first(); i < node.first() + node.count(); ++i) {
         const TriangleFrame& t = e.tree->frames[i];
-        if (triangle_dominated(t, corner, rows)) continue;
+        if (dominated(lower_bound(to_frame(t, corner)), rows)) continue;
         d.dominated = false;
         const float center2 = least_lane(lower_bound(to_frame(t, middle)));
         const float corner2 = least_lane(lower_bound(to_frame(t, corner)));
@@ -121,7 +127,7 @@ float cube(const KernelInput& in, const Vec3i& lowest, int32_t size, KernelScrat
     find_upper(in, box.corner, scratch, &w, &upper);
 
     Domination rows;
-    make_rows(box, w, kInfinity, &rows);
+    make_rows(box, w, &rows);
     float hi2 = kInfinity;
     for (int i = 0; i < rows.rows; ++i) {
         const float far2 = largest_lane(load(rows.row[i]));

@@ -7,9 +7,12 @@ constexpr float kSlack = 1.0f + 0x1p-18f;
 constexpr float kSlackMm2 = 0x1p-40f;
 constexpr float kInfinity = __builtin_inff();
 
-struct Points {
-    F8 x, y, z;
+/// V is a vector of floats, one lane a point.
+template <typename V>
+struct PointsOf {
+    V x, y, z;
 };
+using Points = PointsOf<F8>;
 
 OPENFAB_INLINE float larger(float a, float b) {
     return a < b ? b : a;
@@ -30,18 +33,71 @@ OPENFAB_INLINE F8 node_distance2(const Node& n, const Points& p) {
 
 /// A point in a triangle's frame: distance from the plane, and from the edge lines, positive
 /// inwards.
-struct InFrame {
-    F8 h, s[3];
+template <typename V>
+struct InFrameOf {
+    V h, s[3];
+};
+using InFrame = InFrameOf<F8>;
+
+template <typename V>
+OPENFAB_INLINE V dot_with(const float* a, V x, V y, V z) {
+    return (splat<V>(a[0]) * x + splat<V>(a[1]) * y) + splat<V>(a[2]) * z;
+}
+
+template <typename V>
+OPENFAB_INLINE InFrameOf<V> to_frame(const TriangleFrame& t, const PointsOf<V>& p) {
+    const V wx = p.x - splat<V>(t.v0[0]), wy = p.y - splat<V>(t.v0[1]),
+            wz = p.z - splat<V>(t.v0[2]);
+    InFrameOf<V> f;
+    f.h = dot_with(t.n, wx, wy, wz);
+    f.s[0] = dot_with(t.m[0], wx, wy, wz);
+    f.s[1] = dot_with(t.m[1], wx, wy, wz) + splat<V>(t.height0);
+    f.s[2] = dot_with(t.m[2], wx, wy, wz);
+    return f;
+}
+
+/// What the edge of `offer_edge` in triangle.cpp is made of, from its first end.
+struct EdgeLine {
+    float a[3], ab[3];
+    float length2, inv_length2;
 };
 
-OPENFAB_INLINE InFrame to_frame(const TriangleFrame& t, const Points& p) {
-    const F8 wx = p.x - set1(t.v0[0]), wy = p.y - set1(t.v0[1]), wz = p.z - set1(t.v0[2]);
-    InFrame f;
-    f.h = dot3(set1(t.n[0]), set1(t.n[1]), set1(t.n[2]), wx, wy, wz);
-    f.s[0] = dot3(set1(t.m[0][0]), set1(t.m[0][1]), set1(t.m[0][2]), wx, wy, wz);
-    f.s[1] = dot3(set1(t.m[1][0]), set1(t.m[1][1]), set1(t.m[1][2]), wx, wy, wz) + set1(t.height0);
-    f.s[2] = dot3(set1(t.m[2][0]), set1(t.m[2][1]), set1(t.m[2][2]), wx, wy, wz);
-    return f;
+OPENFAB_INLINE EdgeLine edge_line(const float* a, const float* b) {
+    EdgeLine e;
+    for (int k = 0; k < 3; ++k) {
+        e.a[k] = a[k];
+        e.ab[k] = b[k] - a[k];
+    }
+    e.length2 = (e.ab[0] * e.ab[0] + e.ab[1] * e.ab[1]) + e.ab[2] * e.ab[2];
+    e.inv_length2 = 1.0f / e.length2;
+    return e;
+}
+
+template <typename V>
+struct AlongEdgeOf {
+    V distance2, tau;
+    MaskOf<V> between;  ///< the two ends
+};
+using AlongEdge = AlongEdgeOf<F8>;
+
+/// `Line` has the members of EdgeLine.
+template <typename V, typename Line>
+OPENFAB_INLINE AlongEdgeOf<V> along_edge(const Line& e, const PointsOf<V>& p) {
+    const V ex = splat<V>(e.ab[0]), ey = splat<V>(e.ab[1]), ez = splat<V>(e.ab[2]);
+    const V wx = p.x - splat<V>(e.a[0]), wy = p.y - splat<V>(e.a[1]), wz = p.z - splat<V>(e.a[2]);
+    const V along = (wx * ex + wy * ey) + wz * ez;
+    AlongEdgeOf<V> at;
+    at.tau = along * splat<V>(e.inv_length2);
+    const V qx = wx - at.tau * ex, qy = wy - at.tau * ey, qz = wz - at.tau * ez;
+    at.distance2 = (qx * qx + qy * qy) + qz * qz;
+    at.between = (splat<V>(0.0f) < along) & (along < splat<V>(e.length2));
+    return at;
+}
+
+template <typename V>
+OPENFAB_INLINE V distance2_to(const float* v, const PointsOf<V>& p) {
+    const V x = p.x - splat<V>(v[0]), y = p.y - splat<V>(v[1]), z = p.z - splat<V>(v[2]);
+    return (x * x + y * y) + z * z;
 }
 
 /// A lower bound of the squared distance: to the plane, and to the farthest edge line that the
@@ -51,55 +107,46 @@ OPENFAB_INLINE F8 lower_bound(const InFrame& f) {
     return f.h * f.h + beyond * beyond;
 }
 
-/// `closest_on_edge` of triangle.cpp; `from_first` is 0 at f and 1 at s.
-OPENFAB_INLINE F8 closest_on_edge(const float* f, const float* s, bool swapped, const Points& p,
-                                  F8* from_first) {
-    const float* a = swapped ? s : f;
-    const float* b = swapped ? f : s;
-    const float abx = b[0] - a[0], aby = b[1] - a[1], abz = b[2] - a[2];
-    const F8 one = set1(1.0f);
-    const F8 ex = set1(abx), ey = set1(aby), ez = set1(abz);
-    const F8 wx = p.x - set1(a[0]), wy = p.y - set1(a[1]), wz = p.z - set1(a[2]);
-    const F8 length2 = set1((abx * abx + aby * aby) + abz * abz);
-    // A quotient rounds to 1 or more exactly where `along` is not below `length2`.
-    const F8 tau = min(max(dot3(wx, wy, wz, ex, ey, ez) / length2, set1(0.0f)), one);
-    F8 qx = wx - tau * ex, qy = wy - tau * ey, qz = wz - tau * ez;
-    const F8 at_b = tau == one;
-    qx = select(at_b, p.x - set1(b[0]), qx);
-    qy = select(at_b, p.y - set1(b[1]), qy);
-    qz = select(at_b, p.z - set1(b[2]), qz);
-    *from_first = swapped ? one - tau : tau;
-    return dot3(qx, qy, qz, qx, qy, qz);
-}
-
 struct Closest {
     F8 distance2, bary1, bary2;
 };
 
 /// `closest_point` in the lanes of `near`; others get the distance to some point of the triangle,
-/// or infinity.
+/// or infinity. With `exact` off any point of the triangle that is about the nearest will do.
+template <bool exact>
 OPENFAB_INLINE Closest closest8(const TriangleFrame& t, const TriangleDetail& d, const Points& p,
                                 const InFrame& f, uint32_t near) {
     const F8 margin = set1(d.margin);
-    const F8 outside = min(min(f.s[0], f.s[1]), f.s[2]) < margin;
+    const F8 inwards = min(min(f.s[0], f.s[1]), f.s[2]);
+    const M8 outside = inwards < margin;
     Closest c;
     c.distance2 = select(outside, set1(kInfinity), f.h * f.h);
     c.bary1 = f.s[2] * set1(d.inv_height1);
     c.bary2 = f.s[0] * set1(d.inv_height2);
-    if ((bits(outside) & near) == 0) return c;
+    // So far inside the face an edge is farther by more than rounding: s² > 2^-16 (h² + longest²).
+    const M8 shared =
+        exact ? inwards < absolute(f.h) * set1(0x1p-8f) + margin * set1(0x1p15f) : outside;
+    if ((bits(shared) & near) == 0) return c;
     const F8 one = set1(1.0f), zero = set1(0.0f);
     const float* v[4] = {t.v0, d.v1, d.v2, t.v0};
     for (int i = 0; i < 3; ++i) {
-        const F8 beyond = f.s[i] < margin;
-        if ((bits(beyond) & near) == 0) continue;
-        F8 along;
-        const F8 e = closest_on_edge(v[i], v[i + 1], (d.flags >> i & 1u) != 0, p, &along);
-        const F8 take = (e < c.distance2) & beyond;
-        c.distance2 = select(take, e, c.distance2);
-        const F8 b1 = i == 0 ? along : i == 1 ? one - along : zero;
-        const F8 b2 = i == 0 ? zero : i == 1 ? along : one - along;
-        c.bary1 = select(take, b1, c.bary1);
-        c.bary2 = select(take, b2, c.bary2);
+        if (!exact && (bits(f.s[i] < margin) & near) == 0) continue;
+        const bool swapped = (d.flags >> i & 1u) != 0;
+        const EdgeLine e = edge_line(swapped ? v[i + 1] : v[i], swapped ? v[i] : v[i + 1]);
+        const AlongEdge at = along_edge(e, p);
+        const M8 take = at.between & (at.distance2 < c.distance2);
+        const F8 to_second = swapped ? one - at.tau : at.tau;
+        const F8 to_first = swapped ? at.tau : one - at.tau;
+        c.distance2 = select(take, at.distance2, c.distance2);
+        c.bary1 = select(take, i == 0 ? to_second : i == 1 ? to_first : zero, c.bary1);
+        c.bary2 = select(take, i == 0 ? zero : i == 1 ? to_second : to_first, c.bary2);
+    }
+    for (int i = 0; i < 3; ++i) {
+        const F8 d2 = distance2_to(v[i], p);
+        const M8 take = d2 < c.distance2;
+        c.distance2 = select(take, d2, c.distance2);
+        c.bary1 = select(take, i == 1 ? one : zero, c.bary1);
+        c.bary2 = select(take, i == 2 ? one : zero, c.bary2);
     }
     return c;
 }
@@ -121,13 +168,6 @@ OPENFAB_INLINE float least_lane(F8 a) {
     return m;
 }
 
-OPENFAB_INLINE F8 mask_of(uint32_t bits8) {
-    alignas(32) float lanes[8];
-    for (int l = 0; l < 8; ++l)
-        lanes[l] = (bits8 >> l & 1u) != 0 ? -1.0f : 1.0f;
-    return load(lanes) < set1(0.0f);
-}
-
 /// What a packet of 8 voxels has found.
 struct PacketBest {
     F8 distance2, bary1, bary2;
@@ -142,13 +182,13 @@ OPENFAB_INLINE F8 packet_limit(F8 distance2, F8 delta) {
 }
 
 /// Returns the lanes that the triangle wins, as a mask.
-OPENFAB_INLINE F8 improve(const TriangleRef& ref, const InFrame& f, uint32_t near, const Points& p,
+OPENFAB_INLINE M8 improve(const TriangleRef& ref, const InFrame& f, uint32_t near, const Points& p,
                           F8 delta, PacketBest* best) {
-    const Closest c = closest8(*ref.frame, *ref.detail, p, f, near);
+    const Closest c = closest8<true>(*ref.frame, *ref.detail, p, f, near);
     const F8 patch = set1_bits(ref.detail->patch), triangle = set1_bits(ref.detail->triangle);
-    const F8 earlier = less_bits(patch, best->patch) |
+    const M8 earlier = less_bits(patch, best->patch) |
                        (equal_bits(patch, best->patch) & less_bits(triangle, best->triangle));
-    const F8 better =
+    const M8 better =
         (c.distance2 < best->distance2) | ((c.distance2 == best->distance2) & earlier);
     if (bits(better) == 0) return better;
     best->distance2 = select(better, c.distance2, best->distance2);
@@ -170,51 +210,4 @@ OPENFAB_INLINE PacketBest empty_packet(uint32_t asked, F8 start2, F8 delta) {
     best.bary1 = best.bary2 = set1(0.0f);
     best.limit = select(mask_of(asked), packet_limit(start2, delta), set1(-1.0f));
     return best;
-}
-
-__attribute__((noinline)) void query_packet(const TriangleRef* refs, size_t count, const Points& p,
-                                            uint32_t asked, float delta, KernelScratch* scratch,
-                                            PacketBest* result) {
-    Lanes* bounds = scratch->bounds.data;
-    Lanes* framed = scratch->framed.data;
-    PacketBest best = *result;
-    const F8 slack = set1(delta);
-    // First a lower bound for every triangle, without a branch; then the triangle that promises
-    // most to each lane; then only those whose bound is still below what was found.
-    F8 least = set1(kInfinity), promising = set1_bits(0);
-    for (size_t i = 0; i < count; ++i) {
-        const InFrame f = to_frame(*refs[i].frame, p);
-        const F8 bound = lower_bound(f);
-        store(framed[4 * i].v, f.h);
-        store(framed[4 * i + 1].v, f.s[0]);
-        store(framed[4 * i + 2].v, f.s[1]);
-        store(framed[4 * i + 3].v, f.s[2]);
-        store(bounds[i].v, bound);
-        promising = select(bound < least, set1_bits(static_cast<int32_t>(i)), promising);
-        least = min(least, bound);
-    }
-    const auto try_triangle = [&](size_t i) {
-        const uint32_t near = bits(load(bounds[i].v) <= best.limit);
-        if (near == 0) return;
-        const InFrame f{
-            load(framed[4 * i].v),
-            {load(framed[4 * i + 1].v), load(framed[4 * i + 2].v), load(framed[4 * i + 3].v)}};
-        improve(refs[i], f, near, p, slack, &best);
-    };
-    alignas(32) int32_t first[8];
-    store_bits(first, promising);
-    for (int l = 0; l < 8; ++l) {
-        const auto i = static_cast<size_t>(first[l]);
-        if ((asked >> l & 1u) == 0 || bounds[i].v[0] == kInfinity) continue;
-        try_triangle(i);
-        store(bounds[i].v, set1(kInfinity));
-    }
-    for (size_t i = 0; i < count; i += 4) {
-        const F8 b0 = load(bounds[i].v), b1 = load(bounds[i + 1].v);
-        const F8 b2 = load(bounds[i + 2].v), b3 = load(bounds[i + 3].v);
-        if (bits(min(min(b0, b1), min(b2, b3)) <= best.limit) == 0) continue;
-        for (size_t j = i; j < i + 4 && j < count; ++j)
-            try_triangle(j);
-    }
-    *result = best;
 }

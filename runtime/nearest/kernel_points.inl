@@ -19,7 +19,7 @@ OPENFAB_INLINE void try_leaf(const TreeView& tree, const Node& node, KernelScrat
         const uint32_t near = bits(lower_bound(f) <= packet->best.limit);
         if (near == 0) continue;
         const TriangleRef ref{tree.frames + i, tree.details + i};
-        const F8 better = improve(ref, f, near, packet->p, packet->delta, &packet->best);
+        const M8 better = improve(ref, f, near, packet->p, packet->delta, &packet->best);
         if (bits(better) == 0) continue;
         const auto place = static_cast<int32_t>(scratch->triangles.size);
         packet->winner = select(better, set1_bits(place), packet->winner);
@@ -46,6 +46,10 @@ __attribute__((noinline)) void search_points(const KernelInput& in, KernelScratc
         const Node* node = tree->nodes + e.node;
         while (node != nullptr) {
             if (node->is_leaf() && node->count() == 0) {
+                const Node* box = known_box(scratch->patches, *node);
+                if (box != nullptr &&
+                    bits(node_distance2(*box, packet->p) <= packet->best.limit) == 0)
+                    break;
                 tree = scratch->patches.fetch(scratch->patches.context,
                                               static_cast<int32_t>(node->first()));
                 node = tree->nodes;
@@ -105,7 +109,7 @@ OPENFAB_INLINE F8 warm_distance2(const WarmStart& warm, const Points& p, F8 star
 }
 
 OPENFAB_INLINE void write_points(const PacketBest& best, uint32_t found, PointAnswer* answer) {
-    const F8 mask = mask_of(found);
+    const M8 mask = mask_of(found);
     store(answer->distance2, select(mask, best.distance2, set1(kInfinity)));
     store_bits(answer->patch, select(mask, best.patch, set1_bits(-1)));
     store_bits(answer->triangle, select(mask, best.triangle, set1(0.0f)));
@@ -123,7 +127,7 @@ void points(const KernelInput& in, const PointGroup* groups, size_t count, float
         const F8 ax = absolute(p.x), ay = absolute(p.y), az = absolute(p.z);
         const F8 infinity = set1(kInfinity);
         const F8 far = set1(kFarthestPoint);
-        const F8 finite = (ax < far) & (ay < far) & (az < far);
+        const M8 finite = (ax < far) & (ay < far) & (az < far);
         const uint32_t asked = in.root.nodes == nullptr ? 0 : groups[g].mask & bits(finite);
         packet.delta = max(max(max(ax, ay), az), set1(in.largest_coordinate)) * set1(0x1p-19f);
         const F8 start2 = warm_distance2(scratch->warm_points, p, radius2);

@@ -17,55 +17,48 @@ void append_triangles(const surface::MicroMesh& mesh, int32_t patch,
     }
 }
 
-std::shared_ptr<const PatchTree> PatchCache::get(int32_t patch) {
-    {
-        const std::lock_guard lock(mutex_);
-        const auto it = places_.find(patch);
-        if (it != places_.end()) {
-            recent_.splice(recent_.begin(), recent_, it->second);
-            return it->second->tree;
-        }
-    }
+std::shared_ptr<const PatchTree> PatchCache::get(const surface::Surface& surface,
+                                                 int32_t surface_id, int32_t patch) {
+    const uint64_t key = static_cast<uint64_t>(surface_id) << 32 | static_cast<uint32_t>(patch);
+    if (std::shared_ptr<const PatchTree> found = trees_.find(key)) return found;
     std::vector<InputTriangle> triangles;
-    append_triangles(*surface_.micro(patch), patch, &triangles);
+    append_triangles(*surface.micro(patch), patch, &triangles);
     auto made = std::make_shared<PatchTree>();
     made->tree = build_tree(triangles, {});
     if (!made->tree.nodes.empty()) made->view = made->tree.view();
-
-    const std::lock_guard lock(mutex_);
-    const auto it = places_.find(patch);
-    if (it != places_.end()) return it->second->tree;
-    bytes_ += made->tree.bytes();
-    recent_.push_front({patch, made});
-    places_[patch] = recent_.begin();
-    while (bytes_ > budget_ && recent_.size() > 1) {
-        bytes_ -= recent_.back().tree->tree.bytes();
-        places_.erase(recent_.back().patch);
-        recent_.pop_back();
-    }
-    return made;
+    return trees_.insert(key, std::move(made));
 }
 
-void PatchPins::reset(PatchCache* cache) {
-    cache_ = cache;
-    if (pins_.empty()) return;
+void PatchPins::reset(const TreeSources& sources) {
+    const bool keep = sources_.surface_id == sources.surface_id && bytes_ <= kHeldPatchBytes;
+    sources_ = sources;
+    if (keep) return;
     pins_.clear();
+    bytes_ = 0;
     std::fill(table_.begin(), table_.end(), 0);
 }
 
-const TreeView* PatchPins::fetch(void* context, int32_t patch) {
+const TreeView* PatchPins::fetch(void* context, int32_t id) {
     auto& pins = *static_cast<PatchPins*>(context);
-    if (pins.table_.size() < 2 * (pins.pins_.size() + 1))
-        pins.rehash(std::max<size_t>(64, pins.table_.size() * 2));
-    const size_t mask = pins.table_.size() - 1;
+    const Chunks& chunks = *pins.sources_.chunks;
+    return chunks.has(id) ? chunks.get(id) : pins.pin(id);
+}
+
+const TreeView* PatchPins::pin(int32_t patch) {
+    if (table_.size() < 2 * (pins_.size() + 1)) rehash(std::max<size_t>(64, table_.size() * 2));
+    const size_t mask = table_.size() - 1;
     size_t slot = static_cast<uint32_t>(patch) * 2654435761u & mask;
-    for (; pins.table_[slot] != 0; slot = (slot + 1) & mask) {
-        const auto& pin = pins.pins_[static_cast<size_t>(pins.table_[slot] - 1)];
+    for (; table_[slot] != 0; slot = (slot + 1) & mask) {
+        const auto& pin = pins_[static_cast<size_t>(table_[slot] - 1)];
         if (pin.first == patch) return &pin.second->view;
     }
-    pins.pins_.emplace_back(patch, pins.cache_->get(patch));
-    pins.table_[slot] = static_cast<int32_t>(pins.pins_.size());
-    return &pins.pins_.back().second->view;
+    const TreeSources& from = sources_;
+    pins_.emplace_back(patch, from.cache->get(*from.surface, from.surface_id, patch));
+    table_[slot] = static_cast<int32_t>(pins_.size());
+    const TreeView& view = pins_.back().second->view;
+    bytes_ += pins_.back().second->bytes();
+    if (view.nodes != nullptr) from.boxes->put(patch, view.nodes[0]);
+    return &view;
 }
 
 void PatchPins::rehash(size_t slots) {

@@ -5,13 +5,14 @@
 // Small hierarchies of diced patches, made when a query first needs them, kept under a byte budget,
 // least recently used out first. What is in the cache never shows in an answer.
 
-#include <list>
+#include <atomic>
 #include <memory>
-#include <mutex>
-#include <unordered_map>
 #include <vector>
 
+#include "runtime/base/lru_cache.h"
+#include "runtime/nearest/chunks.h"
 #include "runtime/nearest/hierarchy.h"
+#include "runtime/nearest/patch_boxes.h"
 #include "runtime/surface/surface.h"
 
 namespace openfab::nearest {
@@ -19,45 +20,64 @@ namespace openfab::nearest {
 struct PatchTree {
     Tree tree;
     TreeView view;  ///< nodes null where the patch has no triangle
+
+    size_t bytes() const { return tree.bytes(); }
 };
 
 void append_triangles(const surface::MicroMesh& mesh, int32_t patch,
                       std::vector<InputTriangle>* out);
 
+/// Trees of displaced patches, of any number of surfaces: what one does not need just now, another
+/// may have.
 class PatchCache {
+    // A tree of a full tile takes about 100 kB.
+    static constexpr size_t kShardBytes = 8u << 20;
+
   public:
-    PatchCache(const surface::Surface& surface, size_t budget_bytes)
-        : surface_(surface), budget_(budget_bytes) {}
+    explicit PatchCache(size_t budget_bytes) : trees_(budget_bytes, kShardBytes) {}
+    /// While one thread alone uses it.
+    void set_budget(size_t bytes) { trees_.set_budget(bytes); }
+    /// For a surface that is new, here or in any other cache.
+    static int32_t join() {
+        static std::atomic<int32_t> joined{0};
+        return ++joined;
+    }
     /// Any thread. Two threads may build one patch at the same time; both get the same tree in the
-    /// end.
-    std::shared_ptr<const PatchTree> get(int32_t patch);
+    /// end, unless it is larger than the cache. `surface_id` as of join().
+    std::shared_ptr<const PatchTree> get(const surface::Surface& surface, int32_t surface_id,
+                                         int32_t patch);
 
   private:
-    struct Slot {
-        int32_t patch;
-        std::shared_ptr<const PatchTree> tree;
-    };
-    const surface::Surface& surface_;
-    const size_t budget_;
-    std::mutex mutex_;
-    std::list<Slot> recent_;  // front: used last
-    std::unordered_map<int32_t, std::list<Slot>::iterator> places_;
-    size_t bytes_ = 0;
+    LruCache<uint64_t, PatchTree> trees_;  ///< surface_id, patch
 };
 
-/// The patches that one block needs, held until the next block, so that the kernel's pointers stay
-/// good.
+/// Where the trees of one surface come from.
+struct TreeSources {
+    PatchCache* cache;
+    const surface::Surface* surface;
+    int32_t surface_id;  ///< as of PatchCache::join()
+    const Chunks* chunks;
+    PatchBoxes* boxes;
+};
+
+/// The patches that one block needs, held until the next block at least, so that the kernel's
+/// pointers stay good; and longer while they are few (kHeldPatchBytes), as the next block mostly
+/// needs the same.
 class PatchPins {
   public:
-    void reset(PatchCache* cache);
-    /// PatchSource::fetch; `context` is a PatchPins.
-    static const TreeView* fetch(void* context, int32_t patch);
+    /// For the next block.
+    void reset(const TreeSources& sources);
+    /// PatchSource::fetch; `context` is a PatchPins. `id` is a patch or a chunk, which needs no
+    /// pin.
+    static const TreeView* fetch(void* context, int32_t id);
 
   private:
+    const TreeView* pin(int32_t patch);
     void rehash(size_t slots);
 
-    PatchCache* cache_ = nullptr;
+    TreeSources sources_{};
     std::vector<std::pair<int32_t, std::shared_ptr<const PatchTree>>> pins_;
+    size_t bytes_ = 0;            // of those
     std::vector<int32_t> table_;  // place in pins_ + 1; power of two, at most half full
 };
 

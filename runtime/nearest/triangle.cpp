@@ -29,25 +29,32 @@ float dot3(const Vec3f& a, const Vec3f& b) {
     return (a.x * b.x + a.y * b.y) + a.z * b.z;
 }
 
-struct EdgeHit {
-    float distance2;
-    float from_first;  ///< 0 at `first`, 1 at `second`, whichever way the edge is stored
-};
+void offer(float distance2, float bary1, float bary2, Hit* best) {
+    if (distance2 < best->distance2) *best = {distance2, bary1, bary2};
+}
 
-EdgeHit closest_on_edge(const Vec3f& first, const Vec3f& second, bool swapped, const Vec3f& p) {
+/// Edge `i` = (first, second), if p is nearest to a point between its ends.
+void offer_edge(int i, const Vec3f& first, const Vec3f& second, bool swapped, const Vec3f& p,
+                Hit* best) {
     const Vec3f& a = swapped ? second : first;
     const Vec3f& b = swapped ? first : second;
     const Vec3f ab = b - a;
     const Vec3f w = p - a;
     const float length2 = dot3(ab, ab);
     const float along = dot3(w, ab);
-    const bool at_b = along >= length2;
-    float tau = along / length2;
-    if (at_b) tau = 1.0f;
-    if (along <= 0.0f) tau = 0.0f;
-    Vec3f q = {w.x - tau * ab.x, w.y - tau * ab.y, w.z - tau * ab.z};
-    if (at_b && !(along <= 0.0f)) q = p - b;
-    return {dot3(q, q), swapped ? 1.0f - tau : tau};
+    if (!(along > 0.0f && along < length2)) return;
+    const float tau = along * (1.0f / length2);
+    const Vec3f q = {w.x - tau * ab.x, w.y - tau * ab.y, w.z - tau * ab.z};
+    const float to_second = swapped ? 1.0f - tau : tau;
+    const float to_first = swapped ? tau : 1.0f - tau;
+    offer(dot3(q, q),
+          i == 0   ? to_second
+          : i == 1 ? to_first
+                   : 0.0f,
+          i == 0   ? 0.0f
+          : i == 1 ? to_second
+                   : to_first,
+          best);
 }
 
 }  // namespace
@@ -98,19 +105,14 @@ Hit closest_point(const TriangleFrame& frame, const TriangleDetail& detail, cons
     const float h = dot3(to_vec(frame.n), w);
     const float s[3] = {dot3(to_vec(frame.m[0]), w), dot3(to_vec(frame.m[1]), w) + frame.height0,
                         dot3(to_vec(frame.m[2]), w)};
-    const bool outside[3] = {s[0] < detail.margin, s[1] < detail.margin, s[2] < detail.margin};
-    if (!outside[0] && !outside[1] && !outside[2]) {
-        return {h * h, s[2] * detail.inv_height1, s[0] * detail.inv_height2};
-    }
     Hit best{std::numeric_limits<float>::infinity(), 0, 0};
+    if (s[0] >= detail.margin && s[1] >= detail.margin && s[2] >= detail.margin)
+        best = {h * h, s[2] * detail.inv_height1, s[0] * detail.inv_height2};
+    for (int i = 0; i < 3; ++i)
+        offer_edge(i, v[i], v[(i + 1) % 3], (detail.flags >> i & 1u) != 0, p, &best);
     for (int i = 0; i < 3; ++i) {
-        if (!outside[i]) continue;
-        const EdgeHit e = closest_on_edge(v[i], v[(i + 1) % 3], (detail.flags >> i & 1u) != 0, p);
-        if (!(e.distance2 < best.distance2)) continue;
-        const float rest = 1.0f - e.from_first;
-        best.distance2 = e.distance2;
-        best.bary1 = i == 0 ? e.from_first : i == 1 ? rest : 0.0f;
-        best.bary2 = i == 0 ? 0.0f : i == 1 ? e.from_first : rest;
+        const Vec3f q = p - v[i];
+        offer(dot3(q, q), i == 1 ? 1.0f : 0.0f, i == 2 ? 1.0f : 0.0f, &best);
     }
     return best;
 }

@@ -3,17 +3,19 @@
 #pragma once
 
 // The closest-point arithmetic: the one definition of the distance from a point to a triangle that
-// every query engine gives, to the bit. The 8-lane form in kernel.inl does the same operations in
+// every query engine gives, to the bit. The vector forms in kernel.inl do the same operations in
 // the same order.
 //
-// Definition, in float, for triangle (v0, v1, v2) and point p, with w = p - v0:
-//   - the face's plane distance h = n.w and the three distances s_i from the edge lines, positive
-//   inwards, in the plane;
-//   - all s_i >= margin: the face is nearest, distance2 = h h;
-//   - else the least distance2 over the edges with s_i < margin. An edge is evaluated from its two
-//   ends alone, taken in
-//     lexicographic order of position, and beyond an end from that end's position alone. So all
-//     triangles around an edge or a vertex that choose it get equal bits.
+// Definition, in float, for triangle (v0, v1, v2) and point p, with w = p - v0: the least distance2
+// of these *features*, the first of equals:
+//   - the face, if the three distances s_i from the edge lines, positive inwards, are all >=
+//   margin:
+//     h h, with the plane distance h = n.w;
+//   - edges 0, 1, 2, each if p is nearest to a point between its ends;
+//   - vertices 0, 1, 2.
+// An edge is evaluated from its two ends alone, taken in lexicographic order of position, and a
+// vertex from its position, so all triangles around them get equal bits; the query kernel evaluates
+// each once (nearest/features.h).
 // The margin (2^-23 of the longest edge, about the rounding error of s_i) keeps needles right:
 // without it a point beyond the tip of a needle could pass as inside, far from the tip. It errs by
 // sending points that close to an edge to the edge. n and the edge normals are rounded from double,

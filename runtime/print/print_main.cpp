@@ -32,7 +32,8 @@ bool quiet(const Options& options) {
 
 slab::PrintOptions pipeline_options(const Options& options, const std::string& format) {
     slab::PrintOptions result;
-    result.memory_bytes = options.memory_bytes - preview_bytes(options);
+    result.reserved_bytes = preview_bytes(options);
+    result.memory_bytes = options.memory_bytes - result.reserved_bytes;
     result.threads = options.threads;
     // A mesh of dithered voxels would be one of specks, which no printer of meshes prints.
     if (is_mesh_format(format)) result.dither = "majority";

@@ -54,9 +54,12 @@ Progress::Progress(ProgressMode mode, std::FILE* stream)
       stream_(stream) {}
 
 std::string Progress::describe(const slab::ProgressEvent& event, const slab::ProgressEvent& start) {
-    std::string text =
-        fmt::format("slice {} of {}  {:.0f} %  {:.1f} M voxels/s", event.slices_done,
-                    event.slices_total, share_done(event) * 100, rate(event, start) * 1e-6);
+    std::string text = fmt::format("slice {} of {}  {:.0f} %", event.slices_done,
+                                   event.slices_total, share_done(event) * 100);
+    // Of the first slice it is not known how long it took: compiling and setting up came before.
+    if (event.slices_done == start.slices_done && event.slices_done < event.slices_total)
+        return text;
+    text += fmt::format("  {:.1f} M voxels/s", rate(event, start) * 1e-6);
     if (event.slices_done < event.slices_total)
         text += "  " + format_seconds(seconds_left(event, start)) + " left";
     return text;

@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <numeric>
+#include <bit>
 #include <tuple>
 
 #include "runtime/scene/mesh_edges.h"
@@ -48,19 +48,28 @@ void renumber(Mesh* mesh, const std::vector<int32_t>& same_as) {
 /// The lowest vertex with the same position in the same part, for each vertex.
 std::vector<int32_t> lowest_equal(const std::vector<Vec3d>& positions,
                                   const std::vector<int32_t>& parts) {
-    std::vector<int32_t> order(positions.size());
-    std::iota(order.begin(), order.end(), 0);
-    const auto key = [&](int32_t v) {
-        const Vec3d& p = positions[static_cast<size_t>(v)];
-        return std::tuple(parts.empty() ? 0 : parts[static_cast<size_t>(v)], p.x, p.y, p.z);
+    const auto part = [&](size_t v) { return parts.empty() ? 0 : parts[v]; };
+    const auto hash = [&](size_t v) {
+        uint64_t h = static_cast<uint64_t>(part(v));
+        for (int a = 0; a < 3; ++a) {
+            // -0 and 0 are one place.
+            h = (h ^ std::bit_cast<uint64_t>(positions[v][a] + 0.0)) * 0x9e3779b97f4a7c15u;
+            h ^= h >> 32;
+        }
+        return static_cast<size_t>(h);
     };
-    std::sort(order.begin(), order.end(),
-              [&](int32_t x, int32_t y) { return key(x) != key(y) ? key(x) < key(y) : x < y; });
+    // A table with open addressing, never more than half full; vertices come in order.
+    const size_t mask = std::bit_ceil(2 * positions.size() + 1) - 1;
+    std::vector<int32_t> table(mask + 1, -1);
     std::vector<int32_t> lowest(positions.size());
-    for (size_t i = 0; i < order.size(); ++i) {
-        const bool same = i > 0 && key(order[i]) == key(order[i - 1]);
-        lowest[static_cast<size_t>(order[i])] =
-            same ? lowest[static_cast<size_t>(order[i - 1])] : order[i];
+    for (size_t v = 0; v < positions.size(); ++v) {
+        size_t slot = hash(v) & mask;
+        const auto other = [&] { return static_cast<size_t>(table[slot]); };
+        while (table[slot] >= 0 &&
+               !(positions[other()] == positions[v] && part(other()) == part(v)))
+            slot = (slot + 1) & mask;
+        if (table[slot] < 0) table[slot] = static_cast<int32_t>(v);
+        lowest[v] = table[slot];
     }
     return lowest;
 }
@@ -223,7 +232,8 @@ Error not_closed(const Mesh& mesh, const EdgeCounts& counts, const MeshOrigin& o
         "{}: mesh `{}` is not a closed surface: {}, one from ({:.6g}, {:.6g}, {:.6g}) to ({:.6g}, "
         "{:.6g}, {:.6g}) mm; "
         "close it so that each edge has two triangles that run along it in opposite directions, or "
-        "let `\"repair\": \"winding\"` of its object do that",
+        "let `\"repair\": \"winding\"` of its object do that "
+        "(`openfab import --repair winding` writes it)",
         origin.str(counts.triangle), mesh.name, list_edges(counts), counts.from.x, counts.from.y,
         counts.from.z, counts.to.x, counts.to.y, counts.to.z));
 }
@@ -265,8 +275,11 @@ std::string MeshOrigin::str(int32_t triangle) const {
 }
 
 EdgeCounts count_edges(const Mesh& mesh) {
+    return count_edges(mesh, sorted_edges(mesh));
+}
+
+EdgeCounts count_edges(const Mesh& mesh, const std::vector<Edge>& edges) {
     EdgeCounts counts;
-    const std::vector<Edge> edges = sorted_edges(mesh);
     for_each_edge(edges, [&](const Edge* first, const Edge* last) {
         const int64_t uses = last - first;
         if (uses == 2 && first[0].forward != first[1].forward) return;
@@ -286,14 +299,21 @@ Result<void> prepare_mesh(MeshSource* source, bool repair) {
     if (mesh->triangles.empty()) {
         return user_error(fmt::format("{}: mesh `{}` has no faces", origin.file, mesh->name));
     }
-    const EdgeCounts as_read = count_edges(*mesh);
+    std::vector<Edge> edges = sorted_edges(*mesh);
+    const EdgeCounts as_read = count_edges(*mesh, edges);
     renumber(mesh, as_read.fine() ? std::vector<int32_t>()
                                   : lowest_equal(mesh->positions, source->part_of_vertex));
     drop_equal_corners(source);
-    EdgeCounts welded = count_edges(*mesh);
+    // What is fine as it was read, and lost nothing, has new numbers for its vertices at most.
+    EdgeCounts welded = as_read;
+    const auto count_again = [&] {
+        edges = sorted_edges(*mesh);
+        welded = count_edges(*mesh, edges);
+    };
+    if (!as_read.fine() || source->checks.equal_corners > 0) count_again();
     if (!welded.fine()) {
         drop_duplicates(source);
-        if (source->checks.duplicates > 0) welded = count_edges(*mesh);
+        if (source->checks.duplicates > 0) count_again();
     }
     const bool dropped = source->checks.equal_corners + source->checks.duplicates > 0;
     if (mesh->triangles.empty()) {
@@ -307,11 +327,13 @@ Result<void> prepare_mesh(MeshSource* source, bool repair) {
         source->checks.edges = keep ? welded : as_read;
         if (!repair) return not_closed(*mesh, source->checks.edges, origin);
         if (Result<void> repaired = repair_mesh(source); !repaired) return repaired;
+        edges = sorted_edges(*mesh);
     }
     if (dropped || repair) renumber(mesh, {});
     if (Result<void> size = check_size(*mesh, origin, &source->warnings); !size) return size;
     count_without_area(source);
-    orient_shells(source);
+    orient_shells(source, edges);
+    edges = {};
     double volume = 0;
     Box3d box;
     for (const auto& t : mesh->triangles)

@@ -5,11 +5,14 @@
 // What a mesh must be before it can be printed: closed, of one orientation, with a volume.
 
 #include "runtime/base/result.h"
+#include "runtime/scene/mesh_edges.h"
 #include "runtime/scene/mesh_source.h"
 
 namespace openfab::scene {
 
 EdgeCounts count_edges(const Mesh& mesh);
+/// With the mesh's sorted_edges.
+EdgeCounts count_edges(const Mesh& mesh, const std::vector<Edge>& edges);
 
 /// Makes a mesh, now in millimetres, fit to print, or says why it is not, with counts and one
 /// place: vertices of equal positions and of the same part are welded if the mesh is open as it

@@ -9,7 +9,6 @@
 #include <numeric>
 #include <tuple>
 
-#include "runtime/scene/mesh_edges.h"
 #include "runtime/scene/triangle_tree.h"
 
 namespace openfab::scene {
@@ -21,8 +20,8 @@ const Vec3d& at(const Mesh& mesh, int32_t vertex) {
 
 /// Shell of each triangle: triangles that share an edge are of one shell, numbered by their lowest
 /// triangle.
-std::vector<int32_t> find_shells(const Mesh& mesh) {
-    std::vector<int32_t> parent(mesh.triangles.size());
+std::vector<int32_t> find_shells(size_t triangles, const std::vector<Edge>& edges) {
+    std::vector<int32_t> parent(triangles);
     std::iota(parent.begin(), parent.end(), 0);
     const auto root = [&](int32_t t) {
         while (parent[static_cast<size_t>(t)] != t) {
@@ -32,7 +31,6 @@ std::vector<int32_t> find_shells(const Mesh& mesh) {
         }
         return t;
     };
-    const std::vector<Edge> edges = sorted_edges(mesh);
     for_each_edge(edges, [&](const Edge* first, const Edge* last) {
         for (const Edge* e = first + 1; e < last; ++e) {
             const int32_t a = root(first->triangle);
@@ -129,10 +127,10 @@ std::string count_of(int64_t n, const char* what) {
 
 }  // namespace
 
-void orient_shells(MeshSource* source) {
+void orient_shells(MeshSource* source, const std::vector<Edge>& edges) {
     Mesh& mesh = source->mesh;
     MeshChecks& checks = source->checks;
-    const std::vector<int32_t> shell_of = find_shells(mesh);
+    const std::vector<int32_t> shell_of = find_shells(mesh.triangles.size(), edges);
     std::vector<Shell> shells = measure_shells(mesh, shell_of);
     const auto outermost = [](const Shell& s) { return s.winding == 0; };
     const bool all = std::any_of(shells.begin(), shells.end(), outermost) &&

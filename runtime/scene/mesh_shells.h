@@ -2,6 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <vector>
+
+#include "runtime/scene/mesh_edges.h"
 #include "runtime/scene/mesh_source.h"
 
 namespace openfab::scene {
@@ -9,7 +12,7 @@ namespace openfab::scene {
 /// Looks at the shells of a closed mesh and which lie inside others. Outermost shells of negative
 /// volume are flipped with a warning; if all of them are, the whole mesh is, so that its cavities
 /// stay cavities. A shell inside another that bounds no hollow is a warning: nothing is cut out by
-/// it.
-void orient_shells(MeshSource* source);
+/// it. `edges`: sorted_edges of the mesh; only which triangles share an edge is read from them.
+void orient_shells(MeshSource* source, const std::vector<Edge>& edges);
 
 }  // namespace openfab::scene

@@ -3,6 +3,8 @@
 #include "runtime/scene/part_mesh.h"
 
 #include <fmt/format.h>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
 
 #include <bit>
 #include <cmath>
@@ -66,7 +68,7 @@ void fill_normals(const Mesh& mesh, const Matrix& s, PartMesh* part) {
     if (attribute != nullptr && (attribute->is_int || attribute->components != 3))
         attribute = nullptr;
     part->corner_normals.resize(mesh.triangles.size() * 3);
-    for (size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto fill = [&](size_t t) {
         const Vec3d flat = geometric_normal(*part, mesh.triangles[t]);
         for (size_t corner = 0; corner < 3; ++corner) {
             Vec3d normal = flat;
@@ -79,7 +81,12 @@ void fill_normals(const Mesh& mesh, const Matrix& s, PartMesh* part) {
             }
             part->corner_normals[t * 3 + corner] = vec_cast<float>(normal);
         }
-    }
+    };
+    tbb::parallel_for(tbb::blocked_range<size_t>(0, mesh.triangles.size(), 16384),
+                      [&](const auto& range) {
+                          for (size_t t = range.begin(); t < range.end(); ++t)
+                              fill(t);
+                      });
 }
 
 std::string type_of(const MeshAttribute& attribute) {

@@ -39,6 +39,15 @@ class Values {
     }
     int32_t line() const { return line_; }
 
+    /// The next `count` things of `size` bytes, as they lie in the file; null where there are not
+    /// so many, or where they are no little-endian numbers.
+    const char* look(size_t count, size_t size) const {
+        if (header_.ascii || header_.big_endian || (bytes_.size() - at_) / size < count)
+            return nullptr;
+        return bytes_.data() + at_;
+    }
+    void pass(size_t bytes) { at_ += bytes; }
+
   private:
     std::string next_binary(PlyType type, double* out) {
         const size_t size = ply_type_bytes(type);
@@ -269,6 +278,7 @@ class PlyReader {
                 axes += !property.is_list;
         }
         if (axes != 3) return user_error(fmt::format("{}: vertices have no x, y and z", file_));
+        if (is_plain(element)) return plain_vertices(element);
         for (int64_t i = 0; i < element.count; ++i) {
             Vec3d p;
             size_t column = 0;
@@ -291,6 +301,57 @@ class PlyReader {
         return Ok{};
     }
 
+    /// Vertices of x, y, z as floats and nothing else, as most large files have them.
+    bool is_plain(const PlyElement& element) const {
+        if (element.properties.size() != 3) return false;
+        for (size_t a = 0; a < 3; ++a) {
+            const PlyProperty& p = element.properties[a];
+            if (p.name != std::string(1, static_cast<char>('x' + a)) || p.type != PlyType::kFloat32)
+                return false;
+        }
+        return values_.look(static_cast<size_t>(element.count), 12) != nullptr;
+    }
+
+    Result<void> plain_vertices(const PlyElement& element) {
+        const auto count = static_cast<size_t>(element.count);
+        const char* from = values_.look(count, 12);
+        values_.pass(count * 12);
+        out_.mesh.positions.resize(count);
+        for (size_t i = 0; i < count; ++i) {
+            float p[3];
+            std::memcpy(p, from + 12 * i, sizeof p);
+            if (!is_position(p[0], p[1], p[2]))
+                return error(element, static_cast<int64_t>(i),
+                             "the position is not finite or too large");
+            out_.mesh.positions[i] = {p[0], p[1], p[2]};
+        }
+        return Ok{};
+    }
+
+    /// Reads faces that are triangles, with nothing but their corners; false, having read nothing,
+    /// where they are not.
+    bool plain_triangles(const PlyElement& element) {
+        const PlyProperty& p = element.properties[0];
+        if (element.properties.size() != 1 || p.count_type != PlyType::kUint8 ||
+            (p.type != PlyType::kInt32 && p.type != PlyType::kUint32))
+            return false;
+        const auto count = static_cast<size_t>(element.count);
+        const char* from = values_.look(count, 13);
+        if (from == nullptr || count > kMostTriangles) return false;
+        std::vector<std::array<int32_t, 3>> triangles(count);
+        bool plain = true;
+        for (size_t i = 0; i < count && plain; ++i) {
+            std::memcpy(triangles[i].data(), from + 13 * i + 1, 12);
+            const auto& t = triangles[i];
+            // Numbers above the largest int, or below 0, are told of by the longer way.
+            plain = from[13 * i] == 3 && (t[0] | t[1] | t[2]) >= 0;
+        }
+        if (!plain) return false;
+        values_.pass(count * 13);
+        out_.mesh.triangles = std::move(triangles);
+        return true;
+    }
+
     Result<void> faces(const PlyElement& element) {
         face_columns_ = columns_of(element);
         const PlyProperty* corners = nullptr;
@@ -301,6 +362,7 @@ class PlyReader {
         }
         if (corners == nullptr || !is_ply_integer(corners->type))
             return user_error(fmt::format("{}: faces have no list `vertex_indices`", file_));
+        if (plain_triangles(element)) return Ok{};
         for (int64_t i = 0; i < element.count; ++i) {
             size_t column = 0;
             std::vector<double> uv;
@@ -348,6 +410,14 @@ class PlyReader {
         if (face_corners_.size() > kMostTriangles)
             return user_error(fmt::format("{}: too many faces", file_));
         const auto count = static_cast<int64_t>(out_.mesh.positions.size());
+        for (size_t t = 0; t < out_.mesh.triangles.size(); ++t) {
+            for (const int32_t v : out_.mesh.triangles[t]) {
+                if (v >= count)
+                    return user_error(
+                        fmt::format("{}: face {}: the face asks for vertex {}, but there are {}",
+                                    file_, t, v, count));
+            }
+        }
         for (size_t f = 0, c = 0; f < face_ends_.size(); ++f) {
             for (; c < face_ends_[f]; ++c) {
                 if (face_corners_[c] >= 0 && face_corners_[c] < count) continue;
@@ -361,6 +431,7 @@ class PlyReader {
         return Ok{};
     }
 
+    /// Faces that plain_triangles took are triangles already.
     void triangulate_faces() {
         std::vector<int32_t> face_of;  // by triangle
         MeshAttribute uv;
@@ -402,8 +473,10 @@ class PlyReader {
         }
         add_attributes(vertex_columns_, "vertex", out_.mesh.triangles);
         std::vector<std::array<int32_t, 3>> by_face;
-        for (int32_t f : face_of)
-            by_face.push_back({f, f, f});
+        if (!face_columns_.empty()) {
+            for (int32_t f : face_of)
+                by_face.push_back({f, f, f});
+        }
         add_attributes(face_columns_, "face", by_face);
     }
 

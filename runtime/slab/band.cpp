@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstring>
 
 #include "runtime/abi/voxel_hash.h"
@@ -147,8 +148,9 @@ GroupDither::GroupDither(const openfab_stage_set& set, openfab_isa isa, DitherRu
     nothing_mixed_.assign(static_cast<size_t>(setup_.width + 2 * kRowMargin), 0);
 }
 
-void GroupDither::begin(int32_t group, GroupPlanes* planes) {
+void GroupDither::begin(int32_t group, uint8_t slices, GroupPlanes* planes) {
     z_ = 8 * group;
+    slices_ = slices;
     planes_ = planes;
     held_ = nullptr;
 }
@@ -186,17 +188,31 @@ int GroupDither::finish_held(const uint8_t* below) {
     const int32_t first = bits * held_->first_block;
     const int32_t end =
         static_cast<int32_t>(std::min<int64_t>(bits * held_->end_block, planes_->row_bytes));
-    const int32_t y = 8 * held_->row;
-    const int32_t rows = std::min(8, planes_->height - y);
-    int status = 0;
-    if (end > first && rows > 0) {
-        status =
-            calls_.pack(bits, held_->codes_at(8 * held_->first_block, 0), 8 * held_->width(),
-                        end - first, rows, planes_->data.get() + y * planes_->row_bytes + first,
-                        planes_->row_bytes, planes_->plane_bytes);
-    }
+    const int status = pack_held(first, end);
     seconds_pack += seconds_now() - start;
     return status;
+}
+
+/// Bytes [first, end) of each row.
+int GroupDither::pack_held(int32_t first, int32_t end) {
+    const int32_t bits = planes_->bits, y = 8 * held_->row;
+    const int32_t rows = std::min(8, planes_->height - y);
+    if (end <= first || rows <= 0) return 0;
+    uint8_t* to = planes_->data.get() + y * planes_->row_bytes + first;
+    if (!std::has_single_bit(slices_)) {
+        return calls_.pack(bits, held_->codes_at(8 * held_->first_block, 0), 8 * held_->width(),
+                           end - first, rows, to, planes_->row_bytes, planes_->plane_bytes);
+    }
+    const int32_t z = std::countr_zero(slices_);
+    to += z * planes_->plane_bytes;
+    for (int32_t row = 0; row < rows; ++row, to += planes_->row_bytes) {
+        const uint8_t* from = held_->codes_at(8 * held_->first_block, row) + z;
+        for (int32_t b = 0; b < end - first; ++b) {
+            to[b] = bits == 8 ? from[8 * b]
+                              : static_cast<uint8_t>(from[16 * b] | from[16 * b + 8] << 4);
+        }
+    }
+    return 0;
 }
 
 // `above` is the row over the first, `below` the one under the last.

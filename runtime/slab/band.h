@@ -76,8 +76,9 @@ class GroupDither {
     GroupDither(const openfab_stage_set& set, openfab_isa isa, DitherRule rule, uint64_t seed,
                 const Vec3i& size, const SupportFill* support = nullptr);
 
-    /// Slices 8 group .. 8 group + 7 into `planes`, which was reset.
-    void begin(int32_t group, GroupPlanes* planes);
+    /// Slices 8 group .. 8 group + 7 into `planes`, which was reset. Of those not in `slices`, by
+    /// bit, nothing may be written.
+    void begin(int32_t group, uint8_t slices, GroupPlanes* planes);
     /// The next row of blocks; rows may be left out where nothing is printed. The band is taken
     /// over, and the one before it is given back for reuse. `status` is 0 or a Halide error code.
     int add(RowBand* band, RowBand** released);
@@ -90,11 +91,13 @@ class GroupDither {
     void dither_rows(RowBand* band, int32_t first, int32_t count, const uint8_t* above,
                      const uint8_t* below);
     int finish_held(const uint8_t* below);
+    int pack_held(int32_t first, int32_t end);
 
     StageCalls calls_;
     DitherSetup setup_;
     const SupportFill* support_;
     int32_t z_ = 0;
+    uint8_t slices_ = 0;
     GroupPlanes* planes_ = nullptr;
     RowBand* held_ = nullptr;
     std::vector<float> errors_;

@@ -26,6 +26,13 @@ constexpr uint32_t kBlueNoiseStepX = 20, kBlueNoiseStepY = 13;
 constexpr uint32_t kBlueNoiseStride = 2 * kBlueNoiseSide;
 extern const uint16_t kBlueNoiseMask[kBlueNoiseSide * kBlueNoiseStride];
 
+/// Where the mask, which goes on in all directions, has a voxel's index: modulo kBlueNoiseSide, of
+/// negative ones too.
+inline uint32_t blue_noise_index(int32_t i) {
+    const int32_t rest = i % static_cast<int32_t>(kBlueNoiseSide);
+    return static_cast<uint32_t>(rest < 0 ? rest + static_cast<int32_t>(kBlueNoiseSide) : rest);
+}
+
 /// Where a seed (fold_seed of voxel_hash.h) puts the mask, and what it adds to the ranks.
 struct BlueNoisePlace {
     uint32_t x, y, turn;
@@ -36,11 +43,11 @@ struct BlueNoisePlace {
         y = (shift >> 8 & 255) % kBlueNoiseSide;
         turn = shift >> 16;
     }
-    /// The mask at y in slice z, from the value of x = 0 on: x modulo kBlueNoiseSide is its index.
+    /// The mask at y in slice z, from the value of x = 0 on: blue_noise_index(x) is its index.
     const uint16_t* line(int32_t at_y, int32_t z) const {
-        const uint32_t slice = static_cast<uint32_t>(z) % kBlueNoiseSide;
+        const uint32_t slice = blue_noise_index(z);
         const uint32_t row =
-            (static_cast<uint32_t>(at_y) + y + kBlueNoiseStepY * slice) % kBlueNoiseSide;
+            (blue_noise_index(at_y) + y + kBlueNoiseStepY * slice) % kBlueNoiseSide;
         return &kBlueNoiseMask[row * kBlueNoiseStride +
                                (x + kBlueNoiseStepX * slice) % kBlueNoiseSide];
     }
@@ -49,8 +56,7 @@ struct BlueNoisePlace {
 /// In [0, 65535), to be compared with sums of 16-bit fractions as voxel_hash.h's thresholds are.
 inline int32_t blue_noise_threshold(const Vec3i& voxel, uint32_t seed) {
     const BlueNoisePlace place(seed);
-    const uint32_t rank =
-        place.line(voxel.y, voxel.z)[static_cast<uint32_t>(voxel.x) % kBlueNoiseSide];
+    const uint32_t rank = place.line(voxel.y, voxel.z)[blue_noise_index(voxel.x)];
     return static_cast<int32_t>(abi::fraction_threshold((rank + place.turn) << 16));
 }
 

@@ -18,7 +18,7 @@ inline double seconds_now() {
 /// Since the process started, to the kernel's 10 ms.
 double process_age_seconds();
 
-/// Resident memory of the process now, and its highest.
+/// Resident memory of the process now, and its highest since the program was loaded.
 int64_t resident_bytes();
 int64_t peak_resident_bytes();
 

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <limits>
 
 #include "runtime/slab/clock.h"
 
@@ -21,6 +20,13 @@ constexpr int32_t kSides[] = {8, 4, 2, 1};  // of cubes, in blocks
 // Largest multiple of `side` that is not above `value`.
 int32_t align_down(int32_t value, int32_t side) {
     return value >= 0 ? value / side * side : -((-value + side - 1) / side * side);
+}
+
+/// Whether cubes are bounded by the distances of their middles. These are exact queries; of a
+/// displaced surface they would dice patches that no voxel asks for, which costs more than what
+/// they settle beyond the cases of patches that are not diced.
+bool middles_tell(const PrintPart& part) {
+    return part.bounds.distance && part.surface->identity();
 }
 
 }  // namespace
@@ -52,9 +58,10 @@ bool PartCull::any_covered(const CullCube& cube, int32_t side) const {
 }
 
 int PartCull::run(const PrintPart& part, int32_t group, const voxel::GroupMask& mask, bool cull,
-                  BlockEvaluator* evaluator, CubeBounds* bounds, int64_t* room) {
+                  BlockEvaluator* evaluator, std::atomic<int64_t>* room) {
     mark_covered(mask);
     constants_.clear();
+    finer_ = false;
     evaluator->counts.total += std::count(blocks_.begin(), blocks_.end(), kEvaluate);
     if (!cull || part.part->fablet->volume_bounds.arg_count == 0 || blocks_.empty()) return 0;
     const double start = seconds_now();
@@ -63,6 +70,8 @@ int PartCull::run(const PrintPart& part, int32_t group, const voxel::GroupMask& 
         for (int32_t x = align_down(first_x_, kSides[0]); x < end_x(); x += kSides[0])
             open.push_back({x, y});
     }
+    const bool middles = middles_tell(part);
+    const bool cases = !middles || part.bounds.attributes;
     int status = 0;
     for (int32_t side : kSides) {
         cubes.clear();
@@ -71,181 +80,108 @@ int PartCull::run(const PrintPart& part, int32_t group, const voxel::GroupMask& 
         }
         open.clear();
         if (cubes.empty()) break;
-        for (size_t first = 0; first < cubes.size() && status == 0;
-             first += CubeBounds::kMostCubes) {
-            const std::span<const CullCube> some(
-                &cubes[first], std::min(CubeBounds::kMostCubes, cubes.size() - first));
-            status = bounds->bound(part, group, side, some, evaluator);
-            if (status == 0) status = settle(part, side, some, *bounds, evaluator, room, &open);
-        }
+        if (middles)
+            status = settle(part, group, side, QueryBounds::kMiddle, evaluator, room, &cubes);
+        if (status == 0 && cases)
+            status = settle(part, group, side, QueryBounds::kCases, evaluator, room, &cubes);
         if (status != 0) break;
+        const int32_t half = side / 2;
+        if (half == 0) break;
+        for (const CullCube& c : cubes) {
+            for (const CullCube& quarter : {c, CullCube{c.x + half, c.y}, CullCube{c.x, c.y + half},
+                                            CullCube{c.x + half, c.y + half}}) {
+                open.push_back(quarter);
+            }
+        }
     }
+    if (status == 0) status = try_finer(part, group, evaluator);
     evaluator->counts.filled +=
         std::count_if(blocks_.begin(), blocks_.end(), [](int32_t b) { return b >= 0; });
     evaluator->counts.seconds_bounds += seconds_now() - start;
     return status;
 }
 
-int64_t CubeBounds::most_bytes(const PrintPart& part) {
-    // Numbers of an entry: its corner and distances; every component low and high, as it comes and
-    // as the kernel reads it; every weight low and high. Lists that grow by doubling hold twice.
-    const int64_t components = part.nearest.floats() + part.nearest.ints();
-    const int64_t numbers = 2 * 5 + components * (2 * 2 + 2) + 2 * int64_t{part.slots()};
-    return static_cast<int64_t>(kMostCubes) *
-           (nearest::BoxBounds::kMostCases * 4 * numbers + int64_t{2 * sizeof(size_t)});
-}
-
-void CubeBounds::add_entry(const PrintPart& part, const Vec3i& corner,
-                           const nearest::NearestCase& of) {
-    for (int a = 0; a < 3; ++a)
-        corners_.push_back(corner[a]);
-    // Only voxels inside the part count, where the distance is negative.
-    distance_lo_.push_back(0.0f - box_.distance_hi);
-    distance_hi_.push_back(0.0f - of.distance_lo);
-    if (!part.bounds.any()) return;
-    for (const std::vector<float>* v : {&of.float_lo, &of.float_hi})
-        case_floats_.insert(case_floats_.end(), v->begin(), v->end());
-    for (const std::vector<int32_t>* v : {&of.int_lo, &of.int_hi})
-        case_ints_.insert(case_ints_.end(), v->begin(), v->end());
-}
-
-// From entry after entry to component after component.
-void CubeBounds::lay_out(const PrintPart& part) {
-    const size_t n = distance_lo_.size();
-    const auto transpose = [n](size_t components, const auto& from, auto* lo, auto* hi) {
-        lo->resize(components * n);
-        hi->resize(components * n);
-        for (size_t i = 0; i < n && !from.empty(); ++i) {
-            for (size_t c = 0; c < components; ++c) {
-                (*lo)[c * n + i] = from[2 * components * i + c];
-                (*hi)[c * n + i] = from[2 * components * i + components + c];
-            }
-        }
-    };
-    transpose(static_cast<size_t>(part.nearest.floats()), case_floats_, &float_lo_, &float_hi_);
-    transpose(static_cast<size_t>(part.nearest.ints()), case_ints_, &int_lo_, &int_hi_);
-}
-
-// Intervals of what the queries can give in each cube, then of the weights.
-int CubeBounds::bound(const PrintPart& part, int32_t group, int32_t side,
-                      std::span<const CullCube> cubes, BlockEvaluator* evaluator) {
-    first_entry_.assign(1, 0);
-    corners_.clear();
-    distance_lo_.clear();
-    distance_hi_.clear();
-    case_floats_.clear();
-    case_ints_.clear();
-    const float nan = std::numeric_limits<float>::quiet_NaN();
-    for (std::vector<float>* v : {&unknown_.float_lo, &unknown_.float_hi})
-        v->assign(static_cast<size_t>(part.nearest.floats()), nan);
-    unknown_.int_lo.assign(static_cast<size_t>(part.nearest.ints()),
-                           std::numeric_limits<int32_t>::min());
-    unknown_.int_hi.assign(static_cast<size_t>(part.nearest.ints()),
-                           std::numeric_limits<int32_t>::max());
+int PartCull::settle(const PrintPart& part, int32_t group, int32_t side, QueryBounds from,
+                     BlockEvaluator* evaluator, std::atomic<int64_t>* room,
+                     std::vector<CullCube>* cubes) {
+    CubeBounds& bounds = evaluator->cube_bounds();
+    std::vector<float> weights(static_cast<size_t>(part.slots()));
     // Groups are in grid voxels, so a cube holds the whole group whatever its side.
     const int32_t z = align_down(group, side) * 8 - part.base.z;
-    for (const CullCube& cube : cubes) {
-        const Vec3i corner{8 * cube.x - part.base.x, 8 * cube.y - part.base.y, z};
-        box_.clear();
-        box_.distance_hi = std::numeric_limits<float>::infinity();
-        if (part.bounds.any())
-            part.engine->bounds(corner, 8 * side, evaluator->scratch(part), &box_);
-        for (int32_t k = 0; k < box_.count; ++k)
-            add_entry(part, corner, box_.cases[static_cast<size_t>(k)]);
-        if (box_.count == 0) add_entry(part, corner, unknown_);
-        first_entry_.push_back(distance_lo_.size());
-    }
-    lay_out(part);
-    const size_t n = distance_lo_.size();
-    // A slot that the fablet never sets may have no output; then it is 0.
-    for (std::vector<float>* v : {&weight_lo_, &weight_hi_})
-        v->assign(static_cast<size_t>(part.slots()) * n, 0.0f);
-
-    const openfab_kernel& kernel = part.part->fablet->volume_bounds;
-    KernelArguments& arguments = evaluator->arguments();
-    arguments.begin(kernel, part, corners_.data(), static_cast<int32_t>(n), 8 * side);
-    for (int32_t i = 0; i < kernel.arg_count; ++i) {
-        const openfab_arg& arg = kernel.args[i];
-        const auto slot = static_cast<size_t>(arg.a) * n;
-        const bool lo = arg.kind == OPENFAB_ARG_NEAREST_LO;
-        switch (arg.kind) {
-            case OPENFAB_ARG_DISTANCE_LO:
-                arguments.set_list(i, distance_lo_.data());
-                break;
-            case OPENFAB_ARG_DISTANCE_HI:
-                arguments.set_list(i, distance_hi_.data());
-                break;
-            case OPENFAB_ARG_WEIGHT_LO:
-                arguments.set_list(i, &weight_lo_[slot]);
-                break;
-            case OPENFAB_ARG_WEIGHT_HI:
-                arguments.set_list(i, &weight_hi_[slot]);
-                break;
-            case OPENFAB_ARG_NEAREST_LO:
-            case OPENFAB_ARG_NEAREST_HI: {
-                const size_t first = part.nearest.place(arg.a, arg.b) * n;
-                if (part.nearest.is_float(arg.a)) {
-                    arguments.set_list(i, lo ? &float_lo_[first] : &float_hi_[first]);
-                } else {
-                    arguments.set_list(i, lo ? &int_lo_[first] : &int_hi_[first]);
-                }
-                break;
+    size_t left = 0;
+    for (size_t first = 0; first < cubes->size(); first += kMostCubes) {
+        const size_t count = std::min(kMostCubes, cubes->size() - first);
+        lowest_.clear();
+        for (size_t i = first; i < first + count; ++i) {
+            const CullCube& c = (*cubes)[i];
+            lowest_.push_back({8 * c.x - part.base.x, 8 * c.y - part.base.y, z});
+        }
+        if (const int status =
+                bounds.bound(part, 8 * side, lowest_, from, evaluator->bound_tools(part));
+            status != 0)
+            return status;
+        for (size_t i = 0; i < count; ++i) {
+            const CullCube cube = (*cubes)[first + i];
+            int32_t index = kEvaluate;
+            if (bounds.one_composition(i, &weights)) {
+                const int status = add_constant(part, weights.data(), evaluator, room, &index);
+                if (status != 0) return status;
             }
-            default:
-                break;
-        }
-    }
-    return arguments.run(evaluator->isa());
-}
-
-bool CubeBounds::one_composition(size_t cube, std::vector<float>* weights) const {
-    const size_t n = distance_lo_.size();
-    const size_t first = first_entry_[cube];
-    for (size_t s = 0; s < weights->size(); ++s) {
-        (*weights)[s] = weight_lo_[s * n + first];
-        for (size_t e = first; e < first_entry_[cube + 1]; ++e) {
-            // False for NaN, too.
-            if (!(weight_lo_[s * n + e] == (*weights)[s] && weight_hi_[s * n + e] == (*weights)[s]))
-                return false;
-        }
-    }
-    return true;
-}
-
-// Fills the cubes that can hold one composition only; the others, in quarters, go to `open`.
-int PartCull::settle(const PrintPart& part, int32_t side, std::span<const CullCube> cubes,
-                     const CubeBounds& bounds, BlockEvaluator* evaluator, int64_t* room,
-                     std::vector<CullCube>* open) {
-    std::vector<float> weights(static_cast<size_t>(part.slots()));
-    for (size_t i = 0; i < cubes.size(); ++i) {
-        int32_t index = kEvaluate;
-        if (bounds.one_composition(i, &weights)) {
-            const int status = add_constant(part, weights.data(), evaluator, room, &index);
-            if (status != 0) return status;
-        }
-        const CullCube& c = cubes[i];
-        if (index == kEvaluate) {
-            const int32_t half = side / 2;
-            if (half == 0) continue;
-            for (const CullCube& quarter : {c, CullCube{c.x + half, c.y}, CullCube{c.x, c.y + half},
-                                            CullCube{c.x + half, c.y + half}}) {
-                open->push_back(quarter);
-            }
-            continue;
-        }
-        for (int32_t y = std::max(c.y, first_y_); y < std::min(c.y + side, end_y()); ++y) {
-            for (int32_t x = std::max(c.x, first_x_); x < std::min(c.x + side, end_x()); ++x) {
-                int32_t& block =
-                    blocks_[static_cast<size_t>((y - first_y_) * blocks_x_ + (x - first_x_))];
-                if (block == kEvaluate) block = index;
+            if (index == kEvaluate) {
+                (*cubes)[left++] = cube;
+            } else {
+                fill(cube, side, index);
             }
         }
     }
+    cubes->resize(left);
     return 0;
 }
 
+void PartCull::fill(const CullCube& cube, int32_t side, int32_t composition) {
+    finer_ = true;
+    for (int32_t y = std::max(cube.y, first_y_); y < std::min(cube.y + side, end_y()); ++y) {
+        for (int32_t x = std::max(cube.x, first_x_); x < std::min(cube.x + side, end_x()); ++x) {
+            int32_t& block =
+                blocks_[static_cast<size_t>((y - first_y_) * blocks_x_ + (x - first_x_))];
+            if (block == kEvaluate) block = composition;
+        }
+    }
+}
+
+// Where not one cube was filled, octants of some blocks tell whether any are worth a look.
+int PartCull::try_finer(const PrintPart& part, int32_t group, BlockEvaluator* evaluator) {
+    constexpr size_t kTried = 8;
+    if (!middles_tell(part)) {
+        finer_ = false;
+        return 0;
+    }
+    if (finer_) return 0;
+    const size_t step = std::max<size_t>(blocks_.size() / kTried, 1);
+    lowest_.clear();
+    for (size_t from = 0; from < blocks_.size(); from += step) {
+        size_t i = from;
+        while (i < std::min(from + step, blocks_.size()) && blocks_[i] != kEvaluate)
+            ++i;
+        if (i == std::min(from + step, blocks_.size())) continue;
+        const auto at = static_cast<int32_t>(i);
+        for (int32_t o = 0; o < 8; ++o)
+            lowest_.push_back({8 * (first_x_ + at % blocks_x_) + 4 * (o & 1) - part.base.x,
+                               8 * (first_y_ + at / blocks_x_) + 4 * (o >> 1 & 1) - part.base.y,
+                               8 * group + 4 * (o >> 2) - part.base.z});
+    }
+    if (lowest_.empty()) return 0;
+    CubeBounds& bounds = evaluator->cube_bounds();
+    const int status =
+        bounds.bound(part, 4, lowest_, QueryBounds::kMiddle, evaluator->bound_tools(part));
+    std::vector<float> weights(static_cast<size_t>(part.slots()));
+    for (size_t i = 0; i < lowest_.size() && status == 0 && !finer_; ++i)
+        finer_ = bounds.one_composition(i, &weights);
+    return status;
+}
+
 int PartCull::add_constant(const PrintPart& part, const float* weights, BlockEvaluator* evaluator,
-                           int64_t* room, int32_t* index) {
+                           std::atomic<int64_t>* room, int32_t* index) {
     const auto slots = static_cast<size_t>(part.slots());
     for (size_t i = constants_.size(); i-- > 0;) {
         if (std::equal(weights, weights + slots, constants_[i].weights.begin())) {
@@ -255,7 +191,11 @@ int PartCull::add_constant(const PrintPart& part, const float* weights, BlockEva
     }
     const auto codes = static_cast<int64_t>(sizeof(Constant) + 512 + slots * sizeof(float));
     const int64_t bytes = codes + evaluator->tile_values() * int64_t{sizeof(uint16_t)};
-    if (constants_.size() == kMostConstants || bytes > *room) return 0;
+    if (constants_.size() == kMostConstants) return 0;
+    if (room->fetch_sub(bytes) < bytes) {
+        room->fetch_add(bytes);
+        return 0;
+    }
     Constant added;
     added.weights.assign(weights, weights + slots);
     added.codes.resize(512);
@@ -267,8 +207,8 @@ int PartCull::add_constant(const PrintPart& part, const float* weights, BlockEva
     if (!added.mixed) {
         added.codes = {};
         added.tile = {};
+        room->fetch_add(bytes - codes);
     }
-    *room -= added.mixed ? bytes : codes;
     *index = static_cast<int32_t>(constants_.size());
     constants_.push_back(std::move(added));
     return status;

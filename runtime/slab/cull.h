@@ -7,10 +7,12 @@
 // value only, that value is what the volume kernel would give, so culling never shows in the
 // output.
 
+#include <atomic>
 #include <cstdint>
 #include <span>
 #include <vector>
 
+#include "runtime/slab/cube_bounds.h"
 #include "runtime/slab/evaluate.h"
 #include "runtime/slab/print_part.h"
 #include "runtime/voxel/coverage.h"
@@ -22,42 +24,11 @@ struct CullCube {
     int32_t x, y;  ///< block columns and rows, multiples of the cube's side
 };
 
-/// Weights of some cubes as intervals. Memory is kept for the next ones, of any part.
-class CubeBounds {
-  public:
-    /// Cubes bounded at once: many kernel calls' worth, few megabytes.
-    static constexpr size_t kMostCubes = 4096;
-    /// Of memory that cubes of the part can take.
-    static int64_t most_bytes(const PrintPart& part);
-
-    /// Cubes `side` blocks wide, at most kMostCubes. Returns 0 or a Halide error code.
-    int bound(const PrintPart& part, int32_t group, int32_t side, std::span<const CullCube> cubes,
-              BlockEvaluator* evaluator);
-    /// True where all cases of a cube give every slot the same single weight, which is then in
-    /// `weights`.
-    bool one_composition(size_t cube, std::vector<float>* weights) const;
-
-  private:
-    void add_entry(const PrintPart& part, const Vec3i& corner, const nearest::NearestCase& of);
-    void lay_out(const PrintPart& part);
-
-    /// What the kernel bounds: an entry for each case of each cube; those of cube i are
-    /// entries first_entry_[i] … first_entry_[i + 1].
-    std::vector<size_t> first_entry_;
-    std::vector<int32_t> corners_;  ///< [entry][axis]
-    std::vector<float> distance_lo_, distance_hi_;
-    std::vector<float> case_floats_;  ///< [entry][lo or hi][component]
-    std::vector<int32_t> case_ints_;
-    std::vector<float> float_lo_, float_hi_;  ///< [component][entry], as the kernel reads them
-    std::vector<int32_t> int_lo_, int_hi_;
-    std::vector<float> weight_lo_, weight_hi_;  ///< [slot][entry]
-    nearest::NearestCase unknown_;              ///< of a part that asks no query, or has no surface
-    nearest::BoxBounds box_;
-};
-
 /// One part in one group. Memory is kept from group to group.
 class PartCull {
   public:
+    /// Cubes bounded at once: many kernel calls' worth, few megabytes.
+    static constexpr size_t kMostCubes = 4096;
     static constexpr int32_t kEvaluate = -1;
     static constexpr int32_t kNotCovered = -2;
 
@@ -71,9 +42,10 @@ class PartCull {
     };
 
     /// `cull` off: every covered block is evaluated. `room`: bytes that compositions may still
-    /// take; when it is used up, blocks of others are evaluated. Returns 0 or a Halide error code.
+    /// take, of this part and those that are culled beside it; when it is used up, blocks of others
+    /// are evaluated. Returns 0 or a Halide error code.
     int run(const PrintPart& part, int32_t group, const voxel::GroupMask& mask, bool cull,
-            BlockEvaluator* evaluator, CubeBounds* bounds, int64_t* room);
+            BlockEvaluator* evaluator, std::atomic<int64_t>* room);
 
     /// Rectangle of blocks that the mask covers.
     int32_t first_x() const { return first_x_; }
@@ -84,6 +56,9 @@ class PartCull {
     int32_t at(int32_t x, int32_t y) const {
         return blocks_[static_cast<size_t>((y - first_y_) * blocks_x_ + (x - first_x_))];
     }
+    /// Whether parts of the blocks that are left may hold one composition only, too: not where no
+    /// cube did.
+    bool finer() const { return finer_; }
     /// Blocks of kEvaluate.
     int64_t blocks_to_evaluate() const;
     const Constant& constant(int32_t index) const { return constants_[static_cast<size_t>(index)]; }
@@ -92,14 +67,19 @@ class PartCull {
     void mark_covered(const voxel::GroupMask& mask);
     bool any_covered(const CullCube& cube, int32_t side) const;
     int add_constant(const PrintPart& part, const float* weights, BlockEvaluator* evaluator,
-                     int64_t* room, int32_t* index);
-    int settle(const PrintPart& part, int32_t side, std::span<const CullCube> cubes,
-               const CubeBounds& bounds, BlockEvaluator* evaluator, int64_t* room,
-               std::vector<CullCube>* open);
+                     std::atomic<int64_t>* room, int32_t* index);
+    /// Bounds the cubes and fills those that can hold one composition only; the others replace
+    /// them. Returns 0 or a Halide error code.
+    int settle(const PrintPart& part, int32_t group, int32_t side, QueryBounds from,
+               BlockEvaluator* evaluator, std::atomic<int64_t>* room, std::vector<CullCube>* cubes);
+    void fill(const CullCube& cube, int32_t side, int32_t composition);
+    int try_finer(const PrintPart& part, int32_t group, BlockEvaluator* evaluator);
 
     int32_t first_x_ = 0, first_y_ = 0, blocks_x_ = 0, blocks_y_ = 0;
     std::vector<int32_t> blocks_;
     std::vector<Constant> constants_;
+    std::vector<Vec3i> lowest_;  ///< of the cubes in hand
+    bool finer_ = false;
 };
 
 }  // namespace openfab::slab

@@ -173,7 +173,7 @@ OPENFAB_INLINE void blue_noise_row(const DitherSetup& setup, const DitherRow& ro
     for (int32_t z = 0; z < kSlices; ++z)
         lines[z] = place.line(row.y, row.z + z);
     const Lanes::Ints turn = Lanes::all(static_cast<int32_t>(place.turn));
-    uint32_t x = static_cast<uint32_t>(row.first_x) % kBlueNoiseSide;
+    uint32_t x = blue_noise_index(row.first_x);
     for (int32_t i = 0; i < 8 * row.blocks; ++i, x = x + 1 < kBlueNoiseSide ? x + 1 : 0) {
         if (row.here[i] == 0) continue;
         const uint16_t* fractions = column_fractions(row, i, setup.channels);

@@ -3,7 +3,9 @@
 #include "runtime/slab/evaluate.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstring>
 
 #include "runtime/slab/clock.h"
 
@@ -13,6 +15,15 @@ namespace {
 
 constexpr size_t kBlockValues = nearest::kBlockVoxels;
 constexpr size_t kBatchValues = kBlockValues * BlockEvaluator::kBatch;
+
+/// Octant o of a block has the upper half along x where bit 0 is set, y bit 1, z bit 2. Its first
+/// column of row y < 4, and its bits in the four bytes of that row.
+constexpr size_t octant_row(int32_t o, int32_t y) {
+    return static_cast<size_t>((4 * (o >> 1 & 1) + y) * 8 + 4 * (o & 1));
+}
+constexpr uint32_t octant_bits(int32_t o) {
+    return (o >> 2) != 0 ? 0xf0f0f0f0u : 0x0f0f0f0fu;
+}
 
 void grow(auto* values, size_t count) {
     if (values->size() < count) values->resize(count);
@@ -94,6 +105,62 @@ int BlockEvaluator::find_demand(const PrintPart& part, int32_t n) {
     return 0;
 }
 
+// Octants that hold one composition whatever a query would say need none: for any distance in the
+// interval the volume kernel gives that composition, and the middle's is one. 0 or a Halide error
+// code.
+int BlockEvaluator::settle_octants(const PrintPart& part, int32_t n) {
+    octants_.clear();
+    octant_places_.clear();
+    for (int32_t i = 0; i < n; ++i) {
+        const int32_t* corner = &corners_[static_cast<size_t>(3 * i)];
+        for (int32_t o = 0; o < 8; ++o) {
+            uint32_t asked = 0;
+            for (int32_t y = 0; y < 4; ++y) {
+                uint32_t row;
+                std::memcpy(&row, &demand_[static_cast<size_t>(64 * i) + octant_row(o, y)], 4);
+                asked |= row & octant_bits(o);
+            }
+            if (asked == 0) continue;
+            octants_.push_back(
+                {corner[0] + 4 * (o & 1), corner[1] + 4 * (o >> 1 & 1), corner[2] + 4 * (o >> 2)});
+            octant_places_.push_back(8 * i + o);
+        }
+    }
+    if (octants_.empty()) return 0;
+    if (const int status =
+            cube_bounds_.bound(part, 4, octants_, QueryBounds::kMiddle, bound_tools(part));
+        status != 0)
+        return status;
+    octant_weights_.resize(static_cast<size_t>(part.slots()));
+    for (size_t k = 0; k < octants_.size(); ++k) {
+        if (!cube_bounds_.one_composition(k, &octant_weights_)) continue;
+        const int32_t place = octant_places_[k], o = place & 7;
+        settled_[static_cast<size_t>(place >> 3)] |= static_cast<uint8_t>(1 << o);
+        settled_distance_[static_cast<size_t>(place)] = cube_bounds_.middle_distance(k);
+        for (int32_t y = 0; y < 4; ++y) {
+            uint8_t* at = &demand_[static_cast<size_t>(64 * (place >> 3)) + octant_row(o, y)];
+            uint32_t row;
+            std::memcpy(&row, at, 4);
+            row &= ~octant_bits(o);
+            std::memcpy(at, &row, 4);
+        }
+    }
+    return 0;
+}
+
+// Gives the settled octants of a block a distance of their intervals.
+void BlockEvaluator::fill_settled(int32_t place) {
+    float* out = &distance_[static_cast<size_t>(place) * kBlockValues];
+    for (int32_t o = 0; o < 8; ++o) {
+        if ((settled_[static_cast<size_t>(place)] >> o & 1) == 0) continue;
+        const float distance = settled_distance_[static_cast<size_t>(8 * place + o)];
+        for (int32_t y = 0; y < 4; ++y) {
+            for (size_t x = 0; x < 4; ++x)
+                std::fill_n(out + 8 * (octant_row(o, y) + x) + 4 * (o >> 2), 4, distance);
+        }
+    }
+}
+
 // Zeros the inputs of one block of the batch; the targets stand at its place.
 void BlockEvaluator::clear_inputs(const PrintPart& part, int32_t place) {
     const auto clear = [](const auto& targets) {
@@ -115,6 +182,7 @@ void BlockEvaluator::query(const PrintPart& part, int32_t place) {
     if (std::all_of(demand, demand + 64, [](uint8_t bits) { return bits == 0; })) {
         scratch(part)->counts.skipped += nearest::kBlockVoxels;
         clear_inputs(part, place);
+        if (part.volume.distance) fill_settled(place);
         return;
     }
     nearest::BlockQuery query;
@@ -135,6 +203,7 @@ void BlockEvaluator::query(const PrintPart& part, int32_t place) {
         for (size_t v = 0; v < kBlockValues; ++v)
             out[v] = (demand[v >> 3] >> (v & 7) & 1) != 0 ? 0.0f - std::sqrt(answer_.distance2[v])
                                                           : 0.0f;
+        fill_settled(place);
     }
 }
 
@@ -181,8 +250,64 @@ int BlockEvaluator::run_volume(const PrintPart& part, int32_t n, PointPrints* pr
     return arguments_.run(isa_);
 }
 
+int BlockEvaluator::normalise(const PrintPart& part, int32_t n) {
+    uint8_t slices = 0;
+    for (size_t i = 0; i < static_cast<size_t>(64 * n); ++i)
+        slices |= owned_[i];
+    if (std::has_single_bit(slices) && n > 1)
+        return normalise_slice(part, n, std::countr_zero(slices));
+    const int status =
+        calls_.normalise(weights_.data(), part.slots(), part.slot_material.data(), owned_.data(), n,
+                         tiles_.data(), codes_.data(), unusable_.data());
+    for (int32_t i = 0; i < 8 * n; ++i)
+        counts.unusable += unusable_[static_cast<size_t>(i)];
+    return status;
+}
+
+// Where one slice of the blocks is all that is asked for (the first of a large print), it goes
+// through the kernel as a slice of a block that is made up of eight of them. What it writes for
+// other slices of a tile is what was there before: nobody looks at it.
+int BlockEvaluator::normalise_slice(const PrintPart& part, int32_t n, int32_t z) {
+    const auto slots = static_cast<size_t>(part.slots()),
+               channels = static_cast<size_t>(calls_.channels());
+    const int32_t packed = (n + 7) / 8;
+    grow(&slice_weights_, kBatchValues / 8 * slots);
+    if (n % 8 != 0) std::fill(slice_weights_.begin(), slice_weights_.end(), 0.0f);
+    slice_owned_.assign(64 * static_cast<size_t>(packed), 0);
+    slice_codes_.resize(kBatchValues / 8);
+    slice_tiles_.resize(tiles_.size() / 8);
+    const auto at = [](size_t block) { return block / 8; };
+    for (size_t i = 0; i < static_cast<size_t>(n); ++i) {
+        for (size_t v = 0; v < 64; ++v) {
+            const auto bit = static_cast<uint8_t>(owned_[64 * i + v] >> z & 1);
+            slice_owned_[64 * at(i) + v] |= static_cast<uint8_t>(bit << i % 8);
+        }
+        for (size_t s = 0; s < slots; ++s) {
+            const float* from = &weights_[(i * slots + s) * kBlockValues] + z;
+            float* to = &slice_weights_[(at(i) * slots + s) * kBlockValues] + i % 8;
+            for (size_t v = 0; v < 64; ++v)
+                to[8 * v] = from[8 * v];
+        }
+    }
+    const int status = calls_.normalise(slice_weights_.data(), part.slots(),
+                                        part.slot_material.data(), slice_owned_.data(), packed,
+                                        slice_tiles_.data(), slice_codes_.data(), unusable_.data());
+    for (int32_t i = 0; i < 8 * packed; ++i)
+        counts.unusable += unusable_[static_cast<size_t>(i)];
+    for (size_t i = 0; i < static_cast<size_t>(n); ++i) {
+        const uint8_t* codes = &slice_codes_[at(i) * kBlockValues] + i % 8;
+        for (size_t v = 0; v < 64; ++v)
+            codes_[i * kBlockValues + 8 * v + static_cast<size_t>(z)] = codes[8 * v];
+        const uint16_t* from = &slice_tiles_[at(i) * kBlockValues * channels] + i % 8;
+        uint16_t* to = &tiles_[i * kBlockValues * channels] + z;
+        for (size_t v = 0; v < 64 * channels; ++v)
+            to[8 * v] = from[8 * v];
+    }
+    return status;
+}
+
 int BlockEvaluator::evaluate(const PrintPart& part, int32_t group, const OwnedBlock* blocks,
-                             int32_t n, RowBand* band, PointPrints* prints) {
+                             int32_t n, bool finer, RowBand* band, PointPrints* prints) {
     const double start = seconds_now();
     prepare(part);
     for (int32_t i = 0; i < n; ++i) {
@@ -195,6 +320,10 @@ int BlockEvaluator::evaluate(const PrintPart& part, int32_t group, const OwnedBl
     }
     if (part.volume.any()) {
         if (const int status = find_demand(part, n); status != 0) return status;
+        settled_.fill(0);
+        if (finer && part.bounds.distance) {
+            if (const int status = settle_octants(part, n); status != 0) return status;
+        }
     }
     for (int32_t i = 0; i < n && part.volume.any(); ++i) {
         query(part, i);
@@ -211,16 +340,13 @@ int BlockEvaluator::evaluate(const PrintPart& part, int32_t group, const OwnedBl
     int status = run_volume(part, n, prints);
     const double evaluated = seconds_now();
     if (status != 0) return status;
-    status = calls_.normalise(weights_.data(), part.slots(), part.slot_material.data(),
-                              owned_.data(), n, tiles_.data(), codes_.data(), unusable_.data());
+    status = normalise(part, n);
     if (status != 0) return status;
     for (int32_t i = 0; i < n; ++i) {
         const auto place = static_cast<size_t>(i);
         band->merge(blocks[i].block, blocks[i].owned.data(), &codes_[place * kBlockValues],
                     &tiles_[place * static_cast<size_t>(calls_.tile_values())], calls_.channels());
     }
-    for (int32_t i = 0; i < 8 * n; ++i)
-        counts.unusable += unusable_[static_cast<size_t>(i)];
     counts.evaluated += n;
     counts.seconds_nearest += queried - start;
     counts.seconds_volume += evaluated - queried;

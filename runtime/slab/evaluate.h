@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "runtime/slab/band.h"
+#include "runtime/slab/cube_bounds.h"
 #include "runtime/slab/kernel_arguments.h"
 #include "runtime/slab/print_part.h"
 #include "runtime/slab/stages.h"
@@ -40,9 +41,11 @@ class BlockEvaluator {
     BlockEvaluator(const openfab_stage_set& set, openfab_isa isa, size_t parts);
 
     /// Evaluates up to kBatch blocks of block row `row` in group `group` and merges them into the
-    /// band; what the fablet prints goes to `prints`. Returns 0 or a Halide error code.
+    /// band; what the fablet prints goes to `prints`. `finer`: octants that can hold one
+    /// composition only ask no queries, which changes nothing else. Returns 0 or a Halide error
+    /// code.
     int evaluate(const PrintPart& part, int32_t group, const OwnedBlock* blocks, int32_t n,
-                 RowBand* band, PointPrints* prints);
+                 bool finer, RowBand* band, PointPrints* prints);
 
     /// One composition for a whole block: codes and fractions as the volume kernel's weights would
     /// give them. `weights`: one for each slot; `codes`: 512, `tile`: StageCalls::tile_values().
@@ -52,8 +55,12 @@ class BlockEvaluator {
     /// Queries asked by this thread, over all parts.
     nearest::QueryCounts query_counts() const;
 
-    KernelArguments& arguments() { return arguments_; }
-    openfab_isa isa() const { return isa_; }
+    /// What this thread bounds cubes of the part with.
+    CubeBounds::Tools bound_tools(const PrintPart& part) {
+        return {part.bounds.any() ? scratch(part) : nullptr, &arguments_, isa_};
+    }
+    /// What it bounds them in.
+    CubeBounds& cube_bounds() { return cube_bounds_; }
     int32_t channels() const { return calls_.channels(); }
     int32_t tile_values() const { return calls_.tile_values(); }
     EvaluationCounts counts;
@@ -61,9 +68,13 @@ class BlockEvaluator {
   private:
     void prepare(const PrintPart& part);
     int find_demand(const PrintPart& part, int32_t n);
+    int settle_octants(const PrintPart& part, int32_t n);
+    void fill_settled(int32_t place);
     void query(const PrintPart& part, int32_t place);
     void clear_inputs(const PrintPart& part, int32_t place);
     int run_volume(const PrintPart& part, int32_t n, PointPrints* prints);
+    int normalise(const PrintPart& part, int32_t n);
+    int normalise_slice(const PrintPart& part, int32_t n, int32_t z);
     const void* input(const PrintPart& part, const openfab_arg& arg) const;
 
     StageCalls calls_;
@@ -81,10 +92,20 @@ class BlockEvaluator {
         gradient_targets_;  ///< of the block in hand; null where no kernel asks
     std::vector<uint32_t*> flat_targets_;
     std::vector<uint8_t> owned_;
-    std::vector<uint8_t> demand_;    ///< of the owned voxels those that ask, in the same order
+    std::vector<uint8_t> demand_;  ///< of the owned voxels those that ask, in the same order
+    CubeBounds cube_bounds_;
+    std::vector<Vec3i> octants_;          ///< lowest voxels
+    std::vector<int32_t> octant_places_;  ///< 8 block + octant
+    std::vector<float> octant_weights_;
+    std::array<uint8_t, kBatch> settled_{};  ///< of each block a bit an octant
+    std::array<float, 8 * kBatch> settled_distance_{};
     std::vector<int32_t> demanded_;  ///< what the demand kernel says, [block][512]
     std::vector<uint16_t> tiles_;
     std::vector<uint8_t> codes_;
+    /// Of one slice of 8 blocks at a time, side by side as the slices of one.
+    std::vector<float> slice_weights_;
+    std::vector<uint8_t> slice_owned_, slice_codes_;
+    std::vector<uint16_t> slice_tiles_;
     std::array<int32_t, 8 * kBatch> unusable_{};
 };
 

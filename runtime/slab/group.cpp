@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/slab/group.h"
 
+#include <tbb/parallel_for.h>
 #include <tbb/parallel_pipeline.h>
 #include <tbb/task_arena.h>
 
@@ -51,37 +52,59 @@ int GroupRun::begin(int32_t group, Pool<BlockEvaluator>* evaluators) {
     for (auto& active : active_)
         kept[active->part->index] = std::move(active);
     active_.clear();
-    BlockEvaluator* evaluator = evaluators->take([&] {
-        return std::make_unique<BlockEvaluator>(*setup_.stages, setup_.isa, setup_.parts->size());
-    });
-    int status = 0;
-    int64_t room = kCompositionBytes;
     for (int32_t index : setup_.order) {
         const PrintPart& part = *(*setup_.parts)[static_cast<size_t>(index)];
         if (part.box.lo.z >= 8 * group + 8 || part.box.hi.z <= 8 * group) continue;
         std::unique_ptr<ActivePart>& known = kept[index];
         if (known == nullptr) known = std::make_unique<ActivePart>();
-        ActivePart& active = *known;
-        active.part = &part;
-        const double start = seconds_now();
-        part.voxeliser->coverage(group, &active.mask);
-        times.coverage += seconds_now() - start;
-        if (active.mask.width == 0 || active.mask.height == 0) continue;
-        status =
-            active.cull.run(part, group, active.mask, setup_.culling, evaluator, &bounds_, &room);
-        if (status != 0) break;
-        blocks_to_evaluate_ += active.cull.blocks_to_evaluate();
+        known->part = &part;
         active_.push_back(std::move(known));
     }
-    evaluators->give(evaluator);
-    return status;
+    std::atomic<int64_t> room = kCompositionBytes;
+    std::atomic<int> status = 0;
+    // Isolated as rows are. One part after the other would leave the first group to one thread.
+    tbb::this_task_arena::isolate([&] {
+        tbb::parallel_for(
+            tbb::blocked_range<size_t>(0, active_.size(), 1),
+            [&](const tbb::blocked_range<size_t>& range) {
+                for (size_t i = range.begin(); i < range.end() && status.load() == 0; ++i) {
+                    BlockEvaluator* evaluator = take_evaluator(evaluators);
+                    const int result = begin_part(active_[i].get(), evaluator, &room);
+                    evaluators->give(evaluator);
+                    if (result != 0) status.store(result);
+                }
+            },
+            tbb::simple_partitioner());
+    });
+    std::erase_if(active_, [](const auto& active) { return !active->covers(); });
+    for (const auto& active : active_) {
+        times.coverage += active->seconds_coverage;
+        blocks_to_evaluate_ += active->cull.blocks_to_evaluate();
+    }
+    return status.load();
+}
+
+int GroupRun::begin_part(ActivePart* active, BlockEvaluator* evaluator,
+                         std::atomic<int64_t>* room) const {
+    const PrintPart& part = *active->part;
+    const double start = seconds_now();
+    part.voxeliser->coverage(group_, &active->mask);
+    active->seconds_coverage = seconds_now() - start;
+    if (!active->covers()) return 0;
+    return active->cull.run(part, group_, active->mask, setup_.culling, evaluator, room);
+}
+
+BlockEvaluator* GroupRun::take_evaluator(Pool<BlockEvaluator>* evaluators) const {
+    return evaluators->take([&] {
+        return std::make_unique<BlockEvaluator>(*setup_.stages, setup_.isa, setup_.parts->size());
+    });
 }
 
 int GroupRun::run_rows(int32_t first, int32_t end, Pool<BlockEvaluator>* evaluators,
                        const StopFlags& stop) {
     std::atomic<int> status{0};
     int32_t next = first;
-    dither_.begin(group_, &planes_);
+    dither_.begin(group_, static_cast<uint8_t>(slices_), &planes_);
     std::vector<Row*>
         in_order;  // rows handed to the dither, in its order; it gives their bands back one late
     const auto release = [&](const RowBand* band) {
@@ -98,10 +121,7 @@ int GroupRun::run_rows(int32_t first, int32_t end, Pool<BlockEvaluator>* evaluat
     };
     const auto evaluate = [&](int32_t row) {
         Row* scratch = rows_.take([] { return std::make_unique<Row>(); });
-        BlockEvaluator* evaluator = evaluators->take([&] {
-            return std::make_unique<BlockEvaluator>(*setup_.stages, setup_.isa,
-                                                    setup_.parts->size());
-        });
+        BlockEvaluator* evaluator = take_evaluator(evaluators);
         const int result = evaluate_row(row, scratch, evaluator);
         evaluators->give(evaluator);
         if (result != 0) status.store(result);
@@ -204,14 +224,16 @@ int GroupRun::evaluate_part(const ActivePart& active, Row* scratch,
         }
         pending.push_back(block);
         if (static_cast<int32_t>(pending.size()) < BlockEvaluator::kBatch) continue;
-        const int status = evaluator->evaluate(*active.part, group_, pending.data(),
-                                               BlockEvaluator::kBatch, &band, prints);
+        const int status =
+            evaluator->evaluate(*active.part, group_, pending.data(), BlockEvaluator::kBatch,
+                                active.cull.finer(), &band, prints);
         if (status != 0) return status;
         pending.clear();
     }
     if (pending.empty()) return 0;
     return evaluator->evaluate(*active.part, group_, pending.data(),
-                               static_cast<int32_t>(pending.size()), &band, prints);
+                               static_cast<int32_t>(pending.size()), active.cull.finer(), &band,
+                               prints);
 }
 
 }  // namespace openfab::slab

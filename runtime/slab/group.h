@@ -111,6 +111,9 @@ class GroupRun {
         const PrintPart* part;
         voxel::GroupMask mask;
         PartCull cull;
+        double seconds_coverage = 0;
+
+        bool covers() const { return mask.width > 0 && mask.height > 0; }
     };
     /// Scratch of one row in flight.
     struct Row {
@@ -122,6 +125,8 @@ class GroupRun {
         PointPrints prints;
     };
 
+    int begin_part(ActivePart* active, BlockEvaluator* evaluator, std::atomic<int64_t>* room) const;
+    BlockEvaluator* take_evaluator(Pool<BlockEvaluator>* evaluators) const;
     int evaluate_row(int32_t row, Row* scratch, BlockEvaluator* evaluator) const;
     int evaluate_part(const ActivePart& active, Row* scratch, BlockEvaluator* evaluator) const;
     int run_rows(int32_t first, int32_t end, Pool<BlockEvaluator>* evaluators,
@@ -133,7 +138,6 @@ class GroupRun {
     int64_t blocks_to_evaluate_ = 0;
     /// Of this group; those of parts that the next one meets are kept for it.
     std::vector<std::unique_ptr<ActivePart>> active_;
-    CubeBounds bounds_;
     Pool<Row> rows_;
     GroupPlanes planes_;
     PointPrints prints_;

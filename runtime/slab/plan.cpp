@@ -20,31 +20,30 @@ namespace {
 
 // Allowance for what allocators hold back and thread stacks touch.
 constexpr int64_t kSlackBytes = 16 << 20;
-// Query scratch of a thread: candidate lists and the pinned trees of one block.
+// Query scratch of a thread: candidate lists and the trees of one block.
 constexpr int64_t kQueryScratchBytes = 4 << 20;
-// Caches of a displaced part, together.
+// Caches of a displaced surface, together.
 constexpr size_t kLeastCacheBytes = 24u << 20;
-constexpr size_t kMostCacheBytes = 400u << 20;
+constexpr size_t kMostCacheBytes = 800u << 20;
 constexpr size_t kMostCrossingBytes = 16u << 20;
+// What is resident at the start differs from run to run: pages of code and data come as they are
+// touched.
+constexpr int64_t kResidentSpread = 4 << 20;
 
-/// To a number that format_bytes shows whole, and a little more: what is resident at the start
-/// differs from run to run.
+/// To a number that format_bytes shows whole, with which the next run will do, too.
 int64_t rounded_up(int64_t bytes) {
     const int64_t unit = bytes < 900'000'000 ? 1'000'000 : 10'000'000;
-    return (bytes + bytes / 64 + unit - 1) / unit * unit;
+    return (bytes + kResidentSpread + bytes / 64 + unit - 1) / unit * unit;
 }
 
-/// Of a print that takes `total` with a budget that is too small. A larger one has larger caches,
-/// by at most a third of what it has more.
-int64_t least_budget(const MemoryNeeds& needs, int64_t total, int64_t too_small) {
-    if (needs.caches == nullptr) return total;
-    const int64_t other = total - needs.caches(too_small);
-    int64_t low = too_small, high = 2 * total;
-    while (high - low > 1) {
-        const int64_t middle = low + (high - low) / 2;
-        (other + needs.caches(middle) <= middle ? high : low) = middle;
-    }
-    return high;
+/// `each` byte of a displaced surface.
+CacheBudgets share_out(size_t each, size_t crossings, size_t surfaces, size_t parts) {
+    CacheBudgets budgets;
+    budgets.crossings = crossings * surfaces / std::max(parts, surfaces);
+    budgets.micropolygons = each / 3;
+    // The rest: trees take longest to make, and slice after slice asks for the same.
+    budgets.trees = (each - std::min(crossings, each / 6) - budgets.micropolygons) * surfaces;
+    return budgets;
 }
 
 }  // namespace
@@ -65,14 +64,14 @@ CacheBudgets cache_budgets(const PrintOptions& options, int64_t resident, int64_
                            size_t displaced_surfaces, size_t displaced_parts) {
     const int64_t left = std::max<int64_t>(options.memory_bytes - resident - textures, 0);
     const size_t surfaces = std::max<size_t>(displaced_surfaces, 1);
-    const size_t all =
-        std::clamp(static_cast<size_t>(left / 3) / surfaces, kLeastCacheBytes, kMostCacheBytes);
-    CacheBudgets budgets;
-    const size_t crossings = std::min(all / 6, kMostCrossingBytes);
-    budgets.crossings = crossings * surfaces / std::max(displaced_parts, surfaces);
-    budgets.micropolygons = all / 2;
-    budgets.trees = all - crossings - budgets.micropolygons;
-    return budgets;
+    const size_t each =
+        std::clamp(static_cast<size_t>(left / 2) / surfaces, kLeastCacheBytes, kMostCacheBytes);
+    return share_out(each, std::min(each / 6, kMostCrossingBytes), surfaces, displaced_parts);
+}
+
+CacheBudgets least_caches(size_t displaced_surfaces, size_t displaced_parts) {
+    return share_out(kLeastCacheBytes, kMostCrossingBytes, std::max<size_t>(displaced_surfaces, 1),
+                     displaced_parts);
 }
 
 MemoryNeeds memory_needs(const std::vector<std::unique_ptr<PrintPart>>& parts, const Vec3i& size,
@@ -80,6 +79,14 @@ MemoryNeeds memory_needs(const std::vector<std::unique_ptr<PrintPart>>& parts, c
     const int64_t channels = materials + 1;
     MemoryNeeds needs;
     needs.fixed = resident_bytes() + kSlackBytes;
+    std::set<const nearest::BlockIndex*> trees;
+    size_t held = 0;
+    for (const auto& p : parts) {
+        if (p->trees == nullptr || !trees.insert(p->trees.get()).second) continue;
+        needs.fixed += static_cast<int64_t>(
+            nearest::bytes_to_come(*p->trees, p->part->mesh->positions.size()));
+        if (!p->surface->identity()) held += nearest::kHeldPatchBytes;
+    }
     const int64_t blocks_x = (size.x + 7) / 8;
     const int64_t plane = (int64_t{size.x} * bits + 7) / 8 * size.y;
     int64_t batch = 0, bounds = 0;
@@ -91,7 +98,7 @@ MemoryNeeds memory_needs(const std::vector<std::unique_ptr<PrintPart>>& parts, c
         const int64_t mask = (int64_t{extent.x} + 16) * (extent.y + 16) * 17 / 16;
         starts[p->box.lo.z / 8] += mask;
         starts[(p->box.hi.z + 7) / 8] -= mask;
-        bounds = std::max(bounds, CubeBounds::most_bytes(*p));
+        bounds = std::max(bounds, CubeBounds::most_bytes(*p, PartCull::kMostCubes));
         const int64_t inputs = p->nearest.floats() * int64_t{p->volume.gradients ? 4 : 1} +
                                p->nearest.ints() + p->slots() + 2;
         // State, and as much again for what a kernel writes before it is put in place.
@@ -104,11 +111,12 @@ MemoryNeeds memory_needs(const std::vector<std::unique_ptr<PrintPart>>& parts, c
     int64_t masks = 0, most_masks = 0;
     for (const auto& [group, change] : starts)
         most_masks = std::max(most_masks, masks += change);
-    needs.per_group = 16 * plane + most_masks + bounds + GroupRun::kCompositionBytes +
-                      blocks_x * 8 * 2 * 8 * channels * 4;
+    needs.per_group =
+        16 * plane + most_masks + GroupRun::kCompositionBytes + blocks_x * 8 * 2 * 8 * channels * 4;
     needs.per_row = blocks_x * (512 * (2 * channels + 1) + 64 * 3);
-    needs.per_thread =
-        batch + int64_t{BlockEvaluator::kBatch} * 512 * (2 * channels + 5) + kQueryScratchBytes;
+    needs.per_thread = batch + bounds +
+                       int64_t{BlockEvaluator::kBatch} * 512 * (2 * channels + 5) * 9 / 8 +
+                       kQueryScratchBytes + static_cast<int64_t>(held);
     return needs;
 }
 
@@ -124,12 +132,12 @@ Result<MemoryPlan> make_plan(const MemoryNeeds& needs, const PrintOptions& optio
                threads * needs.per_thread;
     };
     if (total(1) > options.memory_bytes) {
-        const int64_t least = least_budget(needs, total(1), options.memory_bytes);
-        return user_error(fmt::format(
-            "a memory budget of {} is too small: this print needs at least {} with {} "
-            "thread{}; raise `--memory`{}",
-            format_bytes(options.memory_bytes), format_bytes(rounded_up(least)), threads,
-            threads == 1 ? "" : "s", threads == 1 ? "" : ", or lower `--threads`"));
+        return user_error(
+            fmt::format("a memory budget of {} is too small: this print needs at least {} with {} "
+                        "thread{}; raise `--memory`{}",
+                        format_bytes(options.memory_bytes + options.reserved_bytes),
+                        format_bytes(rounded_up(total(1) + options.reserved_bytes)), threads,
+                        threads == 1 ? "" : "s", threads == 1 ? "" : ", or lower `--threads`"));
     }
     plan.groups_in_flight = std::clamp(most, 1, std::max(groups, 1));
     while (plan.groups_in_flight > 1 && total(plan.groups_in_flight) > options.memory_bytes)

@@ -7,7 +7,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <vector>
 
@@ -24,16 +23,23 @@ int64_t texture_bytes(const std::vector<scene::Part>& parts);
 
 /// Of one displaced surface and, the crossings, of one part that has it, in bytes.
 struct CacheBudgets {
-    size_t micropolygons = 0;  ///< surface::SurfaceOptions
-    size_t trees = 0;          ///< nearest::BlockEngineOptions
-    size_t crossings = 0;      ///< voxel::Voxeliser
-    size_t shared() const { return micropolygons + trees; }
-    size_t all() const { return shared() + crossings; }
+    size_t micropolygons = 0;  ///< surface::SurfaceOptions, each surface
+    size_t crossings = 0;      ///< voxel::Voxeliser, each part
+    size_t trees = 0;          ///< nearest::PatchCache, of all together
 };
 
 /// Decided before anything else is known but what is resident now.
 CacheBudgets cache_budgets(const PrintOptions& options, int64_t resident, int64_t textures,
                            size_t displaced_surfaces, size_t displaced_parts);
+/// What a print can do with where those leave too little for the rest of it; crossings, which keep
+/// theirs, at the most that they may have.
+CacheBudgets least_caches(size_t displaced_surfaces, size_t displaced_parts);
+
+/// What trees of so many bytes make resident, as they come and go: the allocator keeps what lies
+/// between those that stay (16 to 25 % more, measured).
+inline int64_t resident_trees(size_t bytes) {
+    return static_cast<int64_t>(bytes + bytes / 4);
+}
 
 struct MemoryPlan {
     int32_t groups_in_flight = 1;
@@ -43,9 +49,7 @@ struct MemoryPlan {
 
 /// What the plan adds up.
 struct MemoryNeeds {
-    int64_t fixed = 0;  ///< resident after set-up, textures and caches still to be filled
-    /// Of that the caches, as they would be with another budget.
-    std::function<int64_t(int64_t budget)> caches;
+    int64_t fixed = 0;       ///< resident after set-up, textures and caches still to be filled
     int64_t per_group = 0;   ///< planes, coverage, culling, errors, and encoded slices
     int64_t per_row = 0;     ///< a band with all its fractions
     int64_t per_thread = 0;  ///< kernel buffers and query scratch

@@ -204,7 +204,7 @@ class PrintJob final : public Print {
 
   private:
     bool owns_surface(size_t part) const { return owners_[part] == static_cast<int32_t>(part); }
-    void place_parts(const CacheBudgets& budgets);
+    void place_parts(const std::shared_ptr<nearest::PatchCache>& trees, size_t crossing_bytes);
     Result<void> surface_status() const;
     Result<void> take_up(backends::SliceSink& sink, Delivery* delivery);
     Result<void> set_up_support();
@@ -258,8 +258,7 @@ Result<void> PrintJob::set_up() {
         displaced += owns_surface(i) ? 1 : 0;
     }
     const int64_t before = resident_bytes();
-    const CacheBudgets budgets =
-        cache_budgets(options_, before, textures, displaced, displaced_parts);
+    CacheBudgets budgets = cache_budgets(options_, before, textures, displaced, displaced_parts);
     surface_options.cache_bytes = budgets.micropolygons;
     auto surfaces = make_surfaces(input_.parts, owners_, surface_options);
     if (!surfaces) return surfaces.error();
@@ -281,8 +280,9 @@ Result<void> PrintJob::set_up() {
         parts_.back()->surface = surfaces_[i];
         setup_.order.push_back(static_cast<int32_t>(i));
     }
-    place_parts(budgets);
-    connect_targets(parts_, options_.isa, budgets.trees);
+    const std::shared_ptr<nearest::PatchCache> trees = nearest::make_patch_cache(budgets.trees);
+    place_parts(trees, budgets.crossings);
+    connect_targets(parts_, options_.isa, trees);
     std::sort(setup_.order.begin(), setup_.order.end(), [&](int32_t a, int32_t b) {
         const int32_t pa = parts_[static_cast<size_t>(a)]->part->priority;
         const int32_t pb = parts_[static_cast<size_t>(b)]->part->priority;
@@ -304,30 +304,42 @@ Result<void> PrintJob::set_up() {
                                    : static_cast<int32_t>(std::clamp<int64_t>(
                                          options_.memory_bytes / 3 / encode, 1, threads_));
     MemoryNeeds needs = memory_needs(parts_, grid_.size, setup_.stages->materials, setup_.bits);
-    needs.caches = [&](int64_t budget) {
-        PrintOptions with = options_;
-        with.memory_bytes = budget;
-        const CacheBudgets planned =
-            cache_budgets(with, before, textures, displaced, displaced_parts);
-        int64_t sum = 0;
+    const bool dices = std::any_of(surfaces_.begin(), surfaces_.end(),
+                                   [](const auto& surface) { return !surface->identity(); });
+    const auto bytes_of = [&](const CacheBudgets& caches) {
+        size_t sum = 0;
         for (size_t i = 0; i < surfaces_.size(); ++i) {
             if (surfaces_[i]->identity()) continue;
-            sum += static_cast<int64_t>(owns_surface(i) ? planned.all() : planned.crossings);
+            sum += caches.crossings + (owns_surface(i) ? caches.micropolygons : 0);
         }
-        return sum;
+        return static_cast<int64_t>(sum) + (dices ? resident_trees(caches.trees) : 0);
     };
-    needs.fixed +=
-        needs.caches(options_.memory_bytes) + textures + options_.sink_bytes_per_column * columns;
+    needs.fixed += textures + options_.sink_bytes_per_column * columns;
     const int32_t groups = (range_.y + 7) / 8 - range_.x / 8;
-    needs.fixed += encode * encoders;
-    Result<MemoryPlan> plan = make_plan(needs, options_, threads_, groups);
-    for (; !plan && encoders > 1; plan = make_plan(needs, options_, threads_, groups)) {
-        needs.fixed -= encode;
-        --encoders;
+    const auto plan_with = [&](const CacheBudgets& caches) {
+        MemoryNeeds all = needs;
+        all.fixed += bytes_of(caches) + encode * encoders;
+        return make_plan(all, options_, threads_, groups);
+    };
+    Result<MemoryPlan> plan = plan_with(budgets);
+    if (!plan) {
+        budgets = least_caches(displaced, displaced_parts);
+        for (const auto& surface : surfaces_)
+            surface->set_cache_bytes(budgets.micropolygons);
+        plan = plan_with(budgets);
     }
+    for (; !plan && encoders > 1; plan = plan_with(budgets))
+        --encoders;
     encoders_.emplace(encoders);
     if (!plan) return plan.error();
     plan_ = *plan;
+    if (dices) {
+        // What the plan leaves over: a slab needs the trees of the one before, and making them
+        // again takes longer than anything else.
+        const int64_t over = (options_.memory_bytes - plan_.total_bytes) / 3;
+        plan_.total_bytes += resident_trees(static_cast<size_t>(over));
+        nearest::set_budget(trees.get(), budgets.trees + static_cast<size_t>(over));
+    }
     setup_.rows_in_flight = plan_.rows_in_flight;
 
     info_.size = grid_.size;
@@ -375,11 +387,12 @@ Result<void> PrintJob::set_up_support() {
 }
 
 // Side by side: those that own their surface first, since the others take from them.
-void PrintJob::place_parts(const CacheBudgets& budgets) {
+void PrintJob::place_parts(const std::shared_ptr<nearest::PatchCache>& trees,
+                           size_t crossing_bytes) {
     for (const bool owners : {true, false}) {
         tbb::parallel_for(size_t{0}, parts_.size(), [&](size_t i) {
             if (owns_surface(i) != owners) return;
-            parts_[i]->place(grid_, options_.isa, budgets.trees, budgets.crossings,
+            parts_[i]->place(grid_, options_.isa, trees, crossing_bytes,
                              *parts_[static_cast<size_t>(owners_[i])]);
         });
     }

@@ -22,8 +22,9 @@
 namespace openfab::slab {
 
 struct PrintOptions {
-    int64_t memory_bytes = 1'500'000'000;
-    int32_t threads = 0;  ///< 0: all cores
+    int64_t memory_bytes = 1'500'000'000;  ///< without what is reserved
+    int64_t reserved_bytes = 0;            ///< of the user's budget, for what others hold: previews
+    int32_t threads = 0;                   ///< 0: all cores
     std::string dither = kDefaultDitherName;
     uint64_t seed = 0;
     std::optional<Vec2<double>> z_range_mm;  ///< --z, above the grid's lowest corner

@@ -5,8 +5,11 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <optional>
+
+#include "runtime/surface/curve.h"
 
 namespace openfab::slab {
 
@@ -71,15 +74,65 @@ NearestIndex::NearestIndex(const openfab_fablet& fablet) {
     }
 }
 
-void PrintPart::place(const scene::Grid& grid, openfab_isa isa, size_t tree_bytes,
+namespace {
+
+/// Fablets are compiled for AVX2 at most; queries go on from there.
+nearest::InstructionSet widest_queries(openfab_isa isa) {
+    return isa == OPENFAB_ISA_AVX2 ? nearest::InstructionSet::kAvx512
+                                   : nearest::InstructionSet::kSse41;
+}
+
+/// Of the corners of a box of voxels, part-relative, and of what lies between them.
+float largest_coordinate(const std::array<float, OPENFAB_FRAME_COUNT>& frame, const Box3i& box) {
+    double largest = 0;
+    for (uint32_t corner = 0; corner < 8; ++corner) {
+        for (size_t a = 0; a < 3; ++a) {
+            double at = frame[OPENFAB_FRAME_ORIGIN + a];
+            for (int axis = 0; axis < 3; ++axis) {
+                const size_t step = static_cast<size_t>(axis) * 3 + a;  // STEP_I, STEP_J, STEP_K
+                at += frame[step] * double{(corner >> axis & 1) != 0
+                                               ? static_cast<double>(box.hi[axis] + 2)
+                                               : static_cast<double>(box.lo[axis] - 2)};
+            }
+            largest = std::max(largest, std::abs(at));
+        }
+    }
+    return static_cast<float>(largest);
+}
+
+float voxel_diagonal(const std::array<float, OPENFAB_FRAME_COUNT>& frame) {
+    double longest = 0;
+    for (const double j : {1.0, -1.0}) {
+        for (const double k : {1.0, -1.0}) {
+            double sum = 0;
+            for (size_t a = 0; a < 3; ++a) {
+                const double d = frame[OPENFAB_FRAME_STEP_I + a] +
+                                 j * frame[OPENFAB_FRAME_STEP_J + a] +
+                                 k * frame[OPENFAB_FRAME_STEP_K + a];
+                sum += d * d;
+            }
+            longest = std::max(longest, sum);
+        }
+    }
+    return static_cast<float>(std::sqrt(longest));
+}
+
+}  // namespace
+
+void PrintPart::place(const scene::Grid& grid, openfab_isa isa,
+                      const std::shared_ptr<nearest::PatchCache>& trees_of_patches,
                       size_t crossing_bytes, const PrintPart& first) {
     const bool owns = &first == this;
     owner = first.index;
     frame = scene::make_frame(*part, grid);
     base = scene::part_base_voxel(*part, grid);
-    patches = owns ? std::make_shared<const voxel::PatchIndex>(*surface) : first.patches;
+    std::vector<uint64_t> along;
+    if (owns) along = surface::along_curve(surface->patches());
+    patches = owns ? std::make_shared<const voxel::PatchIndex>(*surface, along) : first.patches;
     voxeliser = std::make_unique<voxel::Voxeliser>(*part, *surface, grid, crossing_bytes, patches);
     box = voxeliser->voxel_box();
+    voxel_diagonal_mm = voxel_diagonal(frame);
+    largest_coordinate_mm = largest_coordinate(frame, {box.lo - base, box.hi - base});
     for (int a = 0; a < 3; ++a) {
         box.lo[a] = std::max(box.lo[a], 0);
         box.hi[a] = std::min(box.hi[a], grid.size[a]);
@@ -93,7 +146,8 @@ void PrintPart::place(const scene::Grid& grid, openfab_isa isa, size_t tree_byte
     largest_pitch_mm =
         static_cast<float>(std::max({grid.pitch_mm.x, grid.pitch_mm.y, grid.pitch_mm.z}));
     if (!volume.any() && !bounds.any() && !points.any) return;
-    trees = owns ? nearest::make_block_index(*surface, {tree_bytes, isa == OPENFAB_ISA_AVX2})
+    trees = owns ? nearest::make_block_index(
+                       *surface, {.cache = trees_of_patches, .widest = widest_queries(isa)}, along)
                  : first.trees;
     engine = nearest::make_block_engine(trees, frame);
     attributes = owns ? std::make_unique<nearest::AttributeReader>(*surface, frame, points.geometry)
@@ -102,16 +156,18 @@ void PrintPart::place(const scene::Grid& grid, openfab_isa isa, size_t tree_byte
         winding = owns ? std::make_shared<const nearest::Winding>(*surface) : first.winding;
 }
 
-void PrintPart::answer_points(openfab_isa isa, size_t tree_bytes) {
+void PrintPart::answer_points(openfab_isa isa,
+                              const std::shared_ptr<nearest::PatchCache>& trees_of_patches) {
     if (engine == nullptr) {
-        trees = nearest::make_block_index(*surface, {tree_bytes, isa == OPENFAB_ISA_AVX2});
+        trees = nearest::make_block_index(
+            *surface, {.cache = trees_of_patches, .widest = widest_queries(isa)});
         engine = nearest::make_block_engine(trees, frame);
     }
     if (winding == nullptr) winding = std::make_shared<const nearest::Winding>(*surface);
 }
 
 void connect_targets(const std::vector<std::unique_ptr<PrintPart>>& parts, openfab_isa isa,
-                     size_t tree_bytes) {
+                     const std::shared_ptr<nearest::PatchCache>& trees_of_patches) {
     for (const auto& asking : parts) {
         const openfab_phases& phases = asking->part->fablet->volume_phases;
         asking->targets.resize(asking->part->objects.size());
@@ -123,7 +179,7 @@ void connect_targets(const std::vector<std::unique_ptr<PrintPart>>& parts, openf
             for (const int32_t place : asking->part->objects[object]) {
                 const PrintPart& placed = *parts[static_cast<size_t>(place)];
                 PrintPart& answering = *parts[static_cast<size_t>(placed.owner)];
-                answering.answer_points(isa, tree_bytes);
+                answering.answer_points(isa, trees_of_patches);
                 targets.push_back({answering.index, answering.engine.get(), answering.winding.get(),
                                    scene::local_to_local(*asking->part, *placed.part)});
             }

@@ -85,22 +85,26 @@ struct PrintPart {
     QueryNeeds volume, bounds;
     PointNeeds points;
     float largest_pitch_mm = 0;
-    int32_t index = 0;  ///< place in the build list
+    float voxel_diagonal_mm = 0;      ///< the longest of a voxel, in part space
+    float largest_coordinate_mm = 0;  ///< of the surface, part-local, with some voxels to spare
+    int32_t index = 0;                ///< place in the build list
 
     explicit PrintPart(const scene::Part& of) : part(&of), nearest(*of.fablet) {}
     /// After the grid is known: everything but the surface, which was set before. `first` is the
-    /// part that owns the surface, placed before, or this one. `tree_bytes` and `crossing_bytes`
-    /// are budgets of caches, the trees' of all parts that share them.
-    void place(const scene::Grid& grid, openfab_isa isa, size_t tree_bytes, size_t crossing_bytes,
+    /// part that owns the surface, placed before, or this one. `trees_of_patches` is for all parts;
+    /// `crossing_bytes` is the budget of a cache of its own.
+    void place(const scene::Grid& grid, openfab_isa isa,
+               const std::shared_ptr<nearest::PatchCache>& trees_of_patches, size_t crossing_bytes,
                const PrintPart& first);
     int32_t slots() const { return part->fablet->slot_count; }
     /// Makes what a signed distance at any point needs, where it is not there yet.
-    void answer_points(openfab_isa isa, size_t tree_bytes);
+    void answer_points(openfab_isa isa,
+                       const std::shared_ptr<nearest::PatchCache>& trees_of_patches);
 };
 
 /// Finds the objects that the parts' fablets ask for their distance. All parts are placed.
 void connect_targets(const std::vector<std::unique_ptr<PrintPart>>& parts, openfab_isa isa,
-                     size_t tree_bytes);
+                     const std::shared_ptr<nearest::PatchCache>& trees_of_patches);
 
 /// For each part the first one with the same surface: same mesh, fablet, bound, and what the
 /// surface kernels read.

@@ -19,6 +19,17 @@ void SliceTotals::add(const SliceTotals& other) {
 
 namespace {
 
+uint64_t load_word(const uint8_t* data) {
+    uint64_t word;
+    std::memcpy(&word, data, 8);
+    return word;
+}
+
+/// Bytes as words of 8; zeros after the last.
+constexpr size_t words_of(size_t bytes) {
+    return (bytes + 7) / 8;
+}
+
 // Counts bytes; words that repeat, as in solid and empty regions, are counted once for the whole
 // run.
 class ByteHistogram {
@@ -26,12 +37,8 @@ class ByteHistogram {
     void add(const uint8_t* data, size_t bytes) {
         size_t i = 0;
         while (i + 8 <= bytes) {
-            uint64_t word;
-            std::memcpy(&word, data + i, 8);
-            size_t end = i + 8;
-            uint64_t next = word;
-            while (end + 8 <= bytes && (std::memcpy(&next, data + end, 8), next == word))
-                end += 8;
+            const uint64_t word = load_word(data + i);
+            const size_t end = end_of_run(data, i + 8, bytes, word);
             const auto times = static_cast<int64_t>((end - i) / 8);
             for (int b = 0; b < 8; ++b)
                 count_[b % 4][word >> (8 * b) & 255] += times;
@@ -54,18 +61,37 @@ class ByteHistogram {
     }
 
   private:
+    static size_t end_of_run(const uint8_t* data, size_t i, size_t bytes, uint64_t word) {
+        for (; i + 32 <= bytes; i += 32) {
+            const uint64_t others =
+                ((load_word(data + i) ^ word) | (load_word(data + i + 8) ^ word)) |
+                ((load_word(data + i + 16) ^ word) | (load_word(data + i + 24) ^ word));
+            if (others != 0) break;
+        }
+        while (i + 8 <= bytes && load_word(data + i) == word)
+            i += 8;
+        return i;
+    }
+
     int64_t count_[4][256] = {};  // four, so that equal bytes in a row do not wait for each other
 };
 
-bool any_set(const uint8_t* data, size_t bytes) {
-    uint64_t all = 0, word;
+/// Adds the row's bits to those of all rows. Whether it has any.
+bool add_columns(const uint8_t* row, size_t bytes, std::vector<uint64_t>* columns) {
+    uint64_t all = 0;
     size_t i = 0;
+    uint64_t* column = columns->data();
     for (; i + 8 <= bytes; i += 8) {
-        std::memcpy(&word, data + i, 8);
+        const uint64_t word = load_word(row + i);
+        *column++ |= word;
         all |= word;
     }
-    for (; i < bytes; ++i)
-        all |= data[i];
+    if (i < bytes) {
+        uint64_t word = 0;
+        std::memcpy(&word, row + i, bytes - i);
+        *column |= word;
+        all |= word;
+    }
     return all != 0;
 }
 
@@ -75,18 +101,16 @@ SliceTotals count_slice(const backends::SliceView& slice, int32_t bits) {
     SliceTotals totals;
     totals.hash = slice_hash(slice.z, slice.data, slice.row_bytes, slice.height);
     ByteHistogram histogram;
-    std::vector<uint8_t> columns(slice.row_bytes, 0);
+    std::vector<uint64_t> columns(words_of(slice.row_bytes), 0);
     int64_t empty_rows = 0;
     int32_t first_y = slice.height, end_y = 0;
     for (int32_t y = 0; y < slice.height; ++y) {
         const uint8_t* row = slice.data + static_cast<size_t>(y) * slice.row_bytes;
-        if (!any_set(row, slice.row_bytes)) {
+        if (!add_columns(row, slice.row_bytes, &columns)) {
             ++empty_rows;
             continue;
         }
         histogram.add(row, slice.row_bytes);
-        for (size_t i = 0; i < slice.row_bytes; ++i)
-            columns[i] |= row[i];
         first_y = std::min(first_y, y);
         end_y = y + 1;
     }
@@ -97,8 +121,8 @@ SliceTotals count_slice(const backends::SliceView& slice, int32_t bits) {
     if (bits == 4) totals.by_code[0] -= (slice.width & 1) * (slice.height - empty_rows);
     if (end_y == 0) return totals;
     const auto set = [&](int32_t x) {
-        if (bits == 8) return columns[static_cast<size_t>(x)] != 0;
-        return (columns[static_cast<size_t>(x / 2)] >> (x % 2 * 4) & 15) != 0;
+        const auto bit = static_cast<size_t>(x) * static_cast<size_t>(bits);
+        return (columns[bit / 64] >> bit % 64 & ((1u << bits) - 1)) != 0;
     };
     int32_t first_x = 0, end_x = slice.width;
     while (!set(first_x))

@@ -16,11 +16,15 @@ namespace openfab::surface {
 
 BaseMesh::BaseMesh(const scene::Part& part) : mesh_(*part.mesh) {
     classes.resize(mesh_.triangles.size(), TriangleClass::kDisplaced);
-    for (size_t t = 0; t < classes.size(); ++t) {
-        const int32_t corner = static_cast<int32_t>(3 * t);
-        const Vec3d &a = position(corner), &b = position(corner + 1), &c = position(corner + 2);
-        if (a == b || b == c || c == a) classes[t] = TriangleClass::kDropped;
-    }
+    tbb::parallel_for(tbb::blocked_range<int32_t>(0, triangle_count(), 16384),
+                      [&](const auto& range) {
+                          for (int32_t t = range.begin(); t < range.end(); ++t) {
+                              const Vec3d &a = position(3 * t), &b = position(3 * t + 1),
+                                          &c = position(3 * t + 2);
+                              if (a == b || b == c || c == a)
+                                  classes[static_cast<size_t>(t)] = TriangleClass::kDropped;
+                          }
+                      });
 }
 
 void BaseMesh::set_factors(double micro_edge_mm) {
@@ -32,6 +36,12 @@ void BaseMesh::set_factors(double micro_edge_mm) {
                     edge_factor(position(side), position(next_corner(side)), micro_edge_mm);
             }
         });
+}
+
+bool BaseMesh::rounded_corners(int32_t triangle, std::array<Vec3f, 3>* out) const {
+    for (int32_t c = 0; c < 3; ++c)
+        (*out)[static_cast<size_t>(c)] = round_position(position(3 * triangle + c));
+    return !degenerate((*out)[0], (*out)[1], (*out)[2]);
 }
 
 int32_t BaseMesh::lattice_factor(int32_t triangle) const {

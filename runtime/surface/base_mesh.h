@@ -40,6 +40,9 @@ class BaseMesh {
         return mesh_.positions[static_cast<size_t>(
             mesh_.triangles[static_cast<size_t>(corner / 3)][static_cast<size_t>(corner % 3)])];
     }
+    /// The corners as micropolygons have them; false where two of them, distinct in double, round
+    /// to one place.
+    bool rounded_corners(int32_t triangle, std::array<Vec3f, 3>* out) const;
     Vec3f normal(int32_t corner, const Vec3f& ng) const {
         return mesh_.corner_normals.empty() ? ng
                                             : mesh_.corner_normals[static_cast<size_t>(corner)];

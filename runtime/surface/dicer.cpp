@@ -8,13 +8,7 @@
 
 namespace openfab::surface {
 
-namespace {
-
-bool degenerate(const Vec3f& a, const Vec3f& b, const Vec3f& c) {
-    return a == b || b == c || c == a;
-}
-
-}  // namespace
+namespace {}  // namespace
 
 Dicer::Dicer(const scene::Part& part, const BaseMesh& base, const PatchTable& table,
              const StaticArgs& args, const NearestLayout& nearest, openfab_isa isa)
@@ -86,16 +80,17 @@ void Dicer::dice_identity(int32_t triangle, MicroMesh* out) const {
             from.from == NearestComponent::From::kMesh ? mesh.nearest_attributes : mesh.inputs;
         return all[static_cast<size_t>(from.index)];
     };
+    std::array<Vec3f, 3> corners;
+    const bool any = base_.rounded_corners(triangle, &corners);
     for (int32_t c = 0; c < 3; ++c) {
-        out->positions.push_back(round_position(base_.position(3 * triangle + c)));
+        out->positions.push_back(corners[static_cast<size_t>(c)]);
         for (const NearestComponent& from : nearest_.floats) {
             const scene::PartAttribute& a = attribute(from);
             out->vertex_attributes.push_back(a.corner_values[static_cast<size_t>(
                 (3 * triangle + c) * a.components + from.component)]);
         }
     }
-    // Distinct in double, two corners may still round to one place; then there is no triangle.
-    if (degenerate(out->positions[0], out->positions[1], out->positions[2])) return;
+    if (!any) return;
     out->triangles.push_back({0, 1, 2});
     for (const NearestComponent& from : nearest_.ints) {
         const scene::PartAttribute& a = attribute(from);

@@ -98,6 +98,11 @@ inline Vec3f round_position(const Vec3d& p) {
     return {round_position(p.x), round_position(p.y), round_position(p.z)};
 }
 
+/// Whether two corners of a triangle are in one place: then there is no triangle.
+inline bool degenerate(const Vec3f& a, const Vec3f& b, const Vec3f& c) {
+    return a == b || b == c || c == a;
+}
+
 inline double clamp_to(double x, double a, double b) {
     const double lo = a < b ? a : b, hi = a < b ? b : a;
     return x < lo ? lo : x > hi ? hi : x;

@@ -116,6 +116,7 @@ Result<void> TableBuilder::check_factors() const {
 void TableBuilder::list_triangles() {
     std::vector<Patch>& patches = table_.patches;
     table_.first_patch.resize(base_.classes.size());
+    patches.reserve(base_.classes.size());
     for (int32_t t = 0; t < base_.triangle_count(); ++t) {
         table_.first_patch[static_cast<size_t>(t)] = static_cast<int32_t>(patches.size());
         if (base_.classes[static_cast<size_t>(t)] == TriangleClass::kDropped) continue;

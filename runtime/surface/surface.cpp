@@ -3,6 +3,8 @@
 #include "runtime/surface/surface.h"
 
 #include <fmt/format.h>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_reduce.h>
 
 #include <algorithm>
 #include <atomic>
@@ -10,12 +12,12 @@
 #include <mutex>
 #include <utility>
 
+#include "runtime/base/lru_cache.h"
 #include "runtime/surface/base_mesh.h"
 #include "runtime/surface/dicer.h"
 #include "runtime/surface/kernel_args.h"
 #include "runtime/surface/lattice.h"
 #include "runtime/surface/map_box.h"
-#include "runtime/surface/micro_cache.h"
 #include "runtime/surface/patch_table.h"
 #include "runtime/surface/reach.h"
 
@@ -30,6 +32,9 @@ size_t MicroMesh::bytes() const {
 
 namespace {
 
+// A full tile with a few attributes takes about 60 kB.
+constexpr size_t kShardBytes = 4u << 20;
+
 class DicedSurface final : public Surface {
   public:
     DicedSurface(const scene::Part& part, const SurfaceOptions& options)
@@ -38,7 +43,7 @@ class DicedSurface final : public Surface {
           args_(part),
           nearest_(*part.fablet),
           base_(part),
-          cache_(options.cache_bytes) {}
+          cache_(options.cache_bytes, kShardBytes) {}
 
     Result<void> set_up(const SurfaceOptions& options) {
         Result<PatchTable> table = make_patch_table(part_, options, args_, nearest_, &base_);
@@ -50,7 +55,11 @@ class DicedSurface final : public Surface {
     const std::vector<Patch>& patches() const override { return table_.patches; }
     const PatchRanges& ranges() const override { return table_.ranges; }
     bool identity() const override { return table_.identity; }
+    void set_cache_bytes(size_t bytes) const override { cache_.set_budget(bytes); }
     std::shared_ptr<const MicroMesh> micro(int32_t patch) const override;
+    bool identity_corners(int32_t patch, std::array<Vec3f, 3>* out) const override {
+        return base_.rounded_corners(table_.patches[static_cast<size_t>(patch)].triangle, out);
+    }
     void reach(int32_t patch, std::vector<Reach>* out) const override {
         add_reach(base_, table_, patch, out);
     }
@@ -59,6 +68,7 @@ class DicedSurface final : public Surface {
     Result<void> status() const override;
 
   private:
+    Box3d identity_box(const Affine3d& local_to_other) const;
     std::unique_ptr<Dicer> take_dicer() const;
     void give_back(std::unique_ptr<Dicer> dicer) const;
 
@@ -68,7 +78,7 @@ class DicedSurface final : public Surface {
     NearestLayout nearest_;
     BaseMesh base_;
     PatchTable table_;
-    mutable MicroCache cache_;
+    mutable LruCache<int32_t, MicroMesh> cache_;  ///< by patch
     mutable std::mutex dicers_mutex_;
     mutable std::vector<std::unique_ptr<Dicer>>
         dicers_;  ///< idle; as many as threads ever diced at once
@@ -111,23 +121,42 @@ std::shared_ptr<const MicroMesh> DicedSurface::micro(int32_t patch) const {
     return cache_.insert(patch, std::move(mesh));
 }
 
-Box3d DicedSurface::exact_box(const Affine3d& local_to_other) const {
-    Box3d exact;
-    std::vector<Box3d> bounds(table_.patches.size());
-    std::vector<int32_t> open;  // patches whose vertices are not known yet
-    for (size_t p = 0; p < table_.patches.size(); ++p) {
-        const Patch& patch = table_.patches[p];
-        if ((patch.use & kForCoverage) == 0) continue;
-        if (patch.kind == PatchKind::kIdentity) {
-            for (int32_t c = 0; c < 3; ++c) {
-                const Vec3f corner = round_position(base_.position(3 * patch.triangle + c));
-                exact.add(local_to_other.apply(vec_cast<double>(corner)));
+/// Of the triangles that stay as they are.
+Box3d DicedSurface::identity_box(const Affine3d& local_to_other) const {
+    return tbb::parallel_reduce(
+        tbb::blocked_range<size_t>(0, table_.patches.size(), 16384), Box3d{},
+        [&](const auto& range, Box3d box) {
+            for (size_t p = range.begin(); p < range.end(); ++p) {
+                const Patch& patch = table_.patches[p];
+                if (patch.kind != PatchKind::kIdentity || (patch.use & kForCoverage) == 0) continue;
+                for (int32_t c = 0; c < 3; ++c) {
+                    const Vec3f corner = round_position(base_.position(3 * patch.triangle + c));
+                    box.add(local_to_other.apply(vec_cast<double>(corner)));
+                }
             }
-            continue;
+            return box;
+        },
+        [](Box3d a, const Box3d& b) {
+            a.add(b);
+            return a;
+        });
+}
+
+Box3d DicedSurface::exact_box(const Affine3d& local_to_other) const {
+    Box3d exact = identity_box(local_to_other);
+    std::vector<int32_t> open;  // patches whose vertices are not known yet
+    if (!table_.identity) {
+        for (size_t p = 0; p < table_.patches.size(); ++p) {
+            const Patch& patch = table_.patches[p];
+            if ((patch.use & kForCoverage) != 0 && patch.kind != PatchKind::kIdentity)
+                open.push_back(static_cast<int32_t>(p));
         }
-        bounds[p] = map_box(local_to_other, patch.bounds);
-        open.push_back(static_cast<int32_t>(p));
     }
+    if (open.empty()) return exact;
+    std::vector<Box3d> bounds(table_.patches.size());
+    for (const int32_t p : open)
+        bounds[static_cast<size_t>(p)] =
+            map_box(local_to_other, table_.patches[static_cast<size_t>(p)].bounds);
     std::vector<uint8_t> done(table_.patches.size(), 0);
     for (int side = 0; side < 6; ++side) {
         const int axis = side / 2;
@@ -164,7 +193,11 @@ SurfaceCounts DicedSurface::counts() const {
     counts.micro_triangles = micro_triangles_;
     counts.not_finite = not_finite_;
     counts.cut_to_bound = cut_to_bound_;
-    cache_.count(&counts);
+    const auto cache = cache_.counts();
+    counts.cache_hits = cache.hits;
+    counts.cache_misses = cache.misses;
+    counts.cache_evictions = cache.evictions;
+    counts.cache_peak_bytes = cache.peak_bytes;
     return counts;
 }
 

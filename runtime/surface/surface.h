@@ -149,6 +149,10 @@ class Surface {
     /// them.
     virtual std::shared_ptr<const MicroMesh> micro(int32_t patch) const = 0;
 
+    /// The corners of an identity patch's triangle, with the bits that micro() gives; false where
+    /// it has none. For those who want all of a large mesh: nothing is allocated or counted.
+    virtual bool identity_corners(int32_t patch, std::array<Vec3f, 3>* out) const = 0;
+
     /// Appends pieces that together hold every micropolygon of the patch, without dicing it: the
     /// base surface grown by its displacement bounds, in pieces as fine as these are. Closer than
     /// `bounds` where the base surface leans.
@@ -158,6 +162,8 @@ class Surface {
     /// patches.
     virtual Box3d exact_box(const Affine3d& local_to_other) const = 0;
     virtual SurfaceCounts counts() const = 0;
+    /// A new budget of the micropolygon cache, if there is one; while one thread alone uses it.
+    virtual void set_cache_bytes(size_t /*bytes*/) const {}
     /// An error once a surface kernel has failed; the patch it was run for came back empty. To be
     /// read after each slab.
     virtual Result<void> status() const { return {}; }

@@ -6,6 +6,7 @@
 // shared by all places where the surface stands.
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "runtime/base/vec.h"
@@ -16,7 +17,9 @@ namespace openfab::voxel {
 
 class PatchIndex {
   public:
-    /// Of the patches that the voxeliser sees. The surface need not outlive it.
+    /// Of the patches that the voxeliser sees, in parallel. The surface need not outlive it.
+    /// `along` is surface::along_curve of its patches.
+    PatchIndex(const surface::Surface& surface, std::span<const uint64_t> along);
     explicit PatchIndex(const surface::Surface& surface);
 
     bool empty() const { return nodes_.empty(); }
@@ -55,8 +58,7 @@ class PatchIndex {
         int32_t first = 0, end = 0;  ///< in patches_
         int32_t child = 0;           ///< the first of two neighbours; 0: a leaf
     };
-    void build(size_t node, const std::vector<surface::Patch>& patches,
-               const std::vector<Vec3f>& centres);
+    struct Builder;
 
     std::vector<Node> nodes_;
     std::vector<int32_t> patches_;

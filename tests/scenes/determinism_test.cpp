@@ -51,6 +51,32 @@ TEST_F(Determinism, SameBytesForAnyWayOfRunning) {
     }
 }
 
+// What a refusal names will do, with the least of caches.
+TEST_F(Determinism, TheLeastMemoryGivesTheSameBytes) {
+#ifdef OPENFAB_SANITIZED
+    GTEST_SKIP() << "a sanitizer's memory counts in the budget, and changes from run to run";
+#endif
+    // Previews take their part of the budget.
+    const std::string preview = (scratch() / "least.png").string();
+    for (const std::string& threads : {std::string("1"), std::string("2")}) {
+        std::vector<std::string> arguments{"--threads", threads, "--memory",
+                                           "5MB",       "-o",    (scratch() / "none.ofr").string(),
+                                           "--preview", preview};
+        arguments.insert(arguments.end(), kDraft.begin(), kDraft.end());
+        const Outcome refused = print(arguments);
+        ASSERT_NE(refused.exit_code, 0);
+        EXPECT_NE(refused.err.find("a memory budget of 5 MB is too small"), std::string::npos)
+            << refused.err;
+        const std::string before = "needs at least ";
+        const size_t begin = refused.err.find(before) + before.size();
+        const std::string least =
+            refused.err.substr(begin, refused.err.find(" with", begin) - begin);
+        EXPECT_TRUE(print_bytes({"--threads", threads, "--memory", least, "--preview", preview}) ==
+                    reference())
+            << least;
+    }
+}
+
 TEST_F(Determinism, ADifferentSeedGivesOtherBytes) {
     EXPECT_FALSE(print_bytes({"--seed", "7"}) == reference());
 }

@@ -18,9 +18,16 @@
 #include <utility>
 #include <vector>
 
+#include "runtime/nearest/engine.h"
 #include "runtime/surface/surface.h"
 
 namespace openfab::testing {
+
+inline const char* name_of(nearest::InstructionSet set) {
+    return set == nearest::InstructionSet::kAvx512 ? "AVX-512"
+           : set == nearest::InstructionSet::kAvx2 ? "AVX2"
+                                                   : "SSE4.1";
+}
 
 struct TriangleMesh {
     std::vector<Vec3f> positions;
@@ -44,7 +51,9 @@ struct TriangleMesh {
 class MeshSurface final : public surface::Surface {
   public:
     explicit MeshSurface(TriangleMesh mesh, int32_t per_patch = 0, float loose_mm = 0)
-        : mesh_(std::move(mesh)), per_patch_(per_patch == 0 ? 1 : per_patch) {
+        : mesh_(std::move(mesh)),
+          per_patch_(per_patch == 0 ? 1 : per_patch),
+          identity_(per_patch == 0) {
         const auto count = static_cast<int32_t>(mesh_.triangles.size());
         ranges_.float_components = 2;
         ranges_.int_components = 1;
@@ -76,7 +85,7 @@ class MeshSurface final : public surface::Surface {
     const TriangleMesh& mesh() const { return mesh_; }
     const std::vector<surface::Patch>& patches() const override { return patches_; }
     const surface::PatchRanges& ranges() const override { return ranges_; }
-    bool identity() const override { return per_patch_ == 1; }
+    bool identity() const override { return identity_; }
     std::shared_ptr<const surface::MicroMesh> micro(int32_t patch) const override {
         ++made_;
         auto out = std::make_shared<surface::MicroMesh>();
@@ -95,6 +104,13 @@ class MeshSurface final : public surface::Surface {
             out->triangle_attributes.push_back(static_cast<uint32_t>(t));
         }
         return out;
+    }
+    bool identity_corners(int32_t patch, std::array<Vec3f, 3>* out) const override {
+        for (size_t k = 0; k < 3; ++k) {
+            const int32_t v = mesh_.triangles[static_cast<size_t>(patch)][k];
+            (*out)[k] = mesh_.positions[static_cast<size_t>(v)];
+        }
+        return true;
     }
     void reach(int32_t patch, std::vector<surface::Reach>* out) const override {
         const Box3f& bounds = patches_[static_cast<size_t>(patch)].bounds;
@@ -116,6 +132,7 @@ class MeshSurface final : public surface::Surface {
   private:
     TriangleMesh mesh_;
     int32_t per_patch_;
+    bool identity_;
     std::vector<surface::Patch> patches_;
     surface::PatchRanges ranges_;
     mutable std::atomic<int64_t> made_{0};

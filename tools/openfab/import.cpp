@@ -338,6 +338,7 @@ class Importer {
         fablet[0] = static_cast<char>(fablet[0] - 32);
         const std::string name = json_text(object_name());
         const std::string scale = scale_ == 1 ? "" : fmt::format(", \"scale\": {:.9g}", scale_);
+        const std::string repair = options_.repair ? "\n            \"repair\": \"winding\"," : "";
         const std::string textures =
             textures_.empty()
                 ? ""
@@ -354,7 +355,7 @@ class Importer {
     "objects": {{
         {}: {{
             "mesh": {},
-            "fablet": "{}",
+            "fablet": "{}",{}
             "uniforms": {{
 {}
             }}
@@ -365,7 +366,7 @@ class Importer {
 )",
                            json_text(options_.printer), out_.fablet, source_name(), fablet,
                            lines(materials_), textures, name, json_text(file_), unit(), name, name,
-                           out_.fablet, lines(uniforms_), name, scale);
+                           out_.fablet, repair, lines(uniforms_), name, scale);
     }
 
     static constexpr std::array<double, 3> kWhite{1, 1, 1};

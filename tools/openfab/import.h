@@ -20,6 +20,7 @@ struct ImportOptions {
     std::string printer = "generic";
     std::string picture;               ///< a file instead of the mesh's own pictures
     std::optional<double> largest_mm;  ///< size along the longest side; else as it is
+    bool repair = false;               ///< the world says `"repair": "winding"`
 };
 
 /// A file to be written into the folder.

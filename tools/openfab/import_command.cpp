@@ -21,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Arguments {
-    std::string file, folder, unit, size;
+    std::string file, folder, unit, size, repair;
     ImportOptions import;
 };
 
@@ -89,6 +89,7 @@ Result<void> run_import(Arguments arguments) {
     scene::MeshOptions options;
     options.name = mesh.stem().string();
     options.unit_mm = unit_mm(arguments.unit);
+    options.repair = arguments.import.repair = !arguments.repair.empty();
     Result<scene::LoadedMesh> loaded = scene::load_mesh(mesh, options);
     if (!loaded) return loaded.error();
     Result<Looks> looks = read_looks(mesh);
@@ -127,6 +128,8 @@ void add_import(CLI::App& app, Action* action) {
     command->add_option("--size", a->size, "of its longest side, as 60mm; else as it is");
     command->add_option("--unit", a->unit, "of the file's numbers: mm, cm, m, um or in")
         ->check(CLI::IsMember({"mm", "cm", "m", "um", "in"}));
+    command->add_option("--repair", a->repair, "winding: close a mesh that is open or inconsistent")
+        ->check(CLI::IsMember({"winding"}));
     command->add_option("--printer", a->import.printer, "generic unless told");
     command->callback([a, action] { *action = [a] { return run_import(*a); }; });
 }

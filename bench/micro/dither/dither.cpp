@@ -52,7 +52,7 @@ void dither_and_pack(benchmark::State& state) {
     if (!planes.reset(8 * kBlocks, 16, slab::voxel_bits(set.materials)))
         state.SkipWithError("there is no memory");
     for (auto _ : state) {
-        dither.begin(0, &planes);
+        dither.begin(0, 255, &planes);
         slab::RowBand* released = nullptr;
         int status = 0;
         for (int32_t i = 0; i < 2; ++i)

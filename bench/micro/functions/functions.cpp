@@ -14,11 +14,9 @@
 #include <limits>
 
 #include "bench/micro/functions/by_hand.h"
-#include "compiler/diag/render.h"
-#include "compiler/driver/frontend.h"
+#include "bench/micro/load_fablet.h"
 #include "compiler/functions/perlin.h"
 #include "compiler/functions/trigonometry.h"
-#include "compiler/lower/jit.h"
 #include "runtime/abi/kernel_call.h"
 
 namespace openfab::bench {
@@ -65,17 +63,7 @@ class Compiled {
             "float v = {}; MaterialComposition mc; mc.Set(a, v); mc.Set(b, 1 - v); return mc; }} "
             "}}",
             declarations, value);
-        source::SourceManager sources;
-        diag::Sink sink;
-        const std::optional<ir::Module> module =
-            driver::compile_to_ir(sources, sources.add("bench.fl", text), sink);
-        if (!module) {
-            fmt::print(stderr, "{}", diag::render_text(sink, sources));
-            std::exit(4);
-        }
-        auto loaded = lower::load_module(*module);
-        if (std::holds_alternative<lower::Fault>(loaded)) std::exit(4);
-        program_ = std::move(std::get<0>(loaded));
+        program_ = load_fablet(text);
         const openfab_kernel& kernel = program_->fablets().fablets[0]->volume;
         call_.emplace(kernel, OPENFAB_ISA_AVX2);
         for (int32_t k = 0; k < kernel.arg_count; ++k) {

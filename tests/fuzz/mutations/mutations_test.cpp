@@ -45,10 +45,12 @@ using Clock = std::chrono::steady_clock;
 constexpr auto kHang = 120s;
 constexpr auto kPatience = 5s;  ///< a print that is merely large is interrupted after this
 constexpr long kMostKilobytes = 3'000'000;
+constexpr uint64_t kMutations = 150;
 #else
 constexpr auto kHang = 30s;
 constexpr auto kPatience = 1s;
 constexpr long kMostKilobytes = 700'000;
+constexpr uint64_t kMutations = 1000;
 #endif
 /// Of the print; the rest of kMostKilobytes is for what reading takes.
 constexpr int64_t kBudget = 300'000'000;
@@ -195,7 +197,7 @@ class Mutations : public ::testing::Test {
 
 TEST_F(Mutations, AnswerAndNothingWorse) {
     const uint64_t first = from_environment("OPENFAB_MUTATION_SEED", 1);
-    const uint64_t count = from_environment("OPENFAB_MUTATIONS", 150);
+    const uint64_t count = from_environment("OPENFAB_MUTATIONS", kMutations);
     const std::string said = path("said.txt");
     for (uint64_t seed = first; seed < first + count;) {
         const uint64_t end = std::min(seed + kBatch, first + count);

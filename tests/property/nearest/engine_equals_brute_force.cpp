@@ -101,16 +101,19 @@ void expect_equal(const std::vector<BlockAnswer>& got, const std::vector<BlockAn
 }
 
 void check(const surface::Surface& surface, const Asked& setup,
-           const BlockEngineOptions& options = {}) {
+           const std::vector<size_t>& cache_bytes = {BlockEngineOptions{}.cache_bytes}) {
     const auto frame = testing::make_test_frame(setup.pitch, setup.origin);
     std::vector<std::array<uint8_t, 64>> demand;
     const std::vector<BlockQuery> queries = make_queries(setup, &demand);
     const auto want = run(*make_brute_force_engine(surface, frame), queries);
-    const auto engine = make_block_engine(surface, frame, options);
-    expect_equal(run(*engine, queries), want, queries, "block engine");
-    BlockEngineOptions narrow = options;
-    narrow.allow_avx2 = false;
-    expect_equal(run(*make_block_engine(surface, frame, narrow), queries), want, queries, "SSE4.1");
+    for (const size_t bytes : cache_bytes) {
+        for (const InstructionSet set :
+             {InstructionSet::kAvx512, InstructionSet::kAvx2, InstructionSet::kSse41}) {
+            const auto engine =
+                make_block_engine(surface, frame, {.cache_bytes = bytes, .widest = set});
+            expect_equal(run(*engine, queries), want, queries, testing::name_of(set));
+        }
+    }
 }
 
 // Under a sanitizer brute force takes many minutes: the unbounded query alone is compared there,
@@ -159,12 +162,47 @@ TEST(EngineEqualsBruteForce, GridAlignedWithVoxelsOnSymmetryPlanes) {
 
 TEST(EngineEqualsBruteForce, SphereToItsCentre) {
     const TriangleMesh mesh = testing::make_ball(12, [](const Vec3d&) { return 2.0; });
-    check_all_ways(mesh, cover(mesh, {0.11f, 0.11f, 0.11f}, 6));
+    check_all_ways(mesh, cover(mesh, {0.11f, 0.11f, 0.11f}, 4));
 }
 
 TEST(EngineEqualsBruteForce, TorusAtUnequalPitch) {
-    const TriangleMesh mesh = testing::make_torus(48, 24, 0.6, 0.25);
-    check_all_ways(mesh, cover(mesh, {0.042f, 0.085f, 0.027f}, 5));
+    const TriangleMesh mesh = testing::make_torus(40, 20, 0.6, 0.25);
+    check_all_ways(mesh, cover(mesh, {0.042f, 0.085f, 0.027f}, 4));
+}
+
+TEST(EngineEqualsBruteForce, SubBlocksOfEveryShape) {
+    const TriangleMesh mesh = testing::make_torus(24, 12, 0.6, 0.25);
+    const Vec3f pitches[] = {
+        {0.4f, 0.05f, 0.06f}, {0.05f, 0.4f, 0.05f}, {0.06f, 0.05f, 0.9f}, {0.1f, 0.1f, 0.04f}};
+    for (const Vec3f& pitch : pitches) {
+        const MeshSurface surface(mesh);
+        Asked setup = cover(mesh, pitch, 3);
+        check(surface, setup);
+        setup.radius = 0.2f;
+        check(surface, setup);
+    }
+}
+
+TEST(EngineEqualsBruteForce, TrianglesFarLargerThanBlocks) {
+    // What is rounded grows with the triangles; voxels stay close to the surface, the edges' planes
+    // and the vertices.
+    for (const int n : {1, 2, 3}) {
+        const TriangleMesh mesh = testing::make_ball(n, [](const Vec3d&) { return 45.0; });
+        const MeshSurface surface(mesh);
+        std::mt19937 random(static_cast<uint32_t>(n));
+        for (int i = 0; i < 40; ++i) {
+            const auto& t = mesh.triangles[random() % mesh.triangles.size()];
+            const Vec3f a = mesh.positions[static_cast<size_t>(t[0])];
+            const Vec3f b = mesh.positions[static_cast<size_t>(t[1])];
+            const Vec3f p = i % 4 == 0 ? a : a + (b - a) * (static_cast<float>(i) / 40);
+            Asked setup;
+            setup.pitch = {0.05f, 0.05f, 0.05f};
+            for (int k = 0; k < 3; ++k)
+                setup.lowest[k] = static_cast<int32_t>(p[k] / setup.pitch[k]) - 8;
+            setup.blocks = {2, 2, 2};
+            check(surface, setup);
+        }
+    }
 }
 
 TEST(EngineEqualsBruteForce, ThinPlate) {
@@ -195,8 +233,8 @@ TEST(EngineEqualsBruteForce, ScannedMeshes) {
             GTEST_SKIP() << "../shared/data/meshes/" << name << ".obj is not there";
         SCOPED_TRACE(name);
         const MeshSurface surface(mesh);
-        Asked setup = cover(mesh, {0.17f, 0.17f, 0.06f}, 3);
-        setup.lowest = {-12, -12, -12};
+        Asked setup = cover(mesh, {0.17f, 0.17f, 0.06f}, 2);
+        setup.lowest = {-8, -8, -8};
         check(surface, setup);
         setup.radius = 0.5f;
         check(surface, setup);
@@ -207,14 +245,38 @@ TEST(EngineEqualsBruteForce, PatchesDicedOnDemandUnderASmallCache) {
     const TriangleMesh mesh = testing::make_torus(40, 20, 1.2, 0.5);
     for (const float loose : {0.0f, 0.4f}) {
         const MeshSurface surface(mesh, 50, loose);
-        for (const size_t cache_bytes : {size_t{0}, size_t{30000}, size_t{1} << 30}) {
-            BlockEngineOptions options;
-            options.cache_bytes = cache_bytes;
-            Asked setup = cover(mesh, {0.1f, 0.1f, 0.1f}, 4);
-            check(surface, setup, options);
-            setup.radius = 0.3f;
-            setup.random_demand = true;
-            check(surface, setup, options);
+        const std::vector<size_t> cache_bytes{0, 30000, size_t{1} << 30};
+        Asked setup = cover(mesh, {0.1f, 0.1f, 0.1f}, 4);
+        check(surface, setup, cache_bytes);
+        setup.radius = 0.3f;
+        setup.random_demand = true;
+        check(surface, setup, cache_bytes);
+    }
+}
+
+TEST(EngineEqualsBruteForce, OneScratchForSeveralEnginesAndRadii) {
+    const TriangleMesh mesh = testing::make_torus(48, 24, 1.2, 0.5);
+    const MeshSurface surface(mesh);
+    const auto index = make_block_index(surface);
+    std::vector<std::unique_ptr<Engine>> engines;
+    for (const float shift : {0.0f, 0.31f}) {
+        engines.push_back(make_block_engine(
+            index, testing::make_test_frame({0.1f, 0.1f, 0.1f}, {shift, -shift, shift})));
+    }
+    Asked setup = cover(mesh, {0.1f, 0.1f, 0.1f}, 5);
+    std::vector<std::array<uint8_t, 64>> demand;
+    std::vector<BlockQuery> queries = make_queries(setup, &demand);
+    // The small radius first: what it did not find says nothing about the large one.
+    const auto scratch = engines[0]->make_scratch();
+    for (BlockQuery& q : queries) {
+        for (const float radius : {0.15f, 0.6f, kInfinity}) {
+            q.radius_mm = radius;
+            for (const auto& engine : engines) {
+                BlockAnswer got, want;
+                engine->query(q, scratch.get(), &got);
+                engine->query(q, engine->make_scratch().get(), &want);
+                ASSERT_EQ(compare(got, want, q), "") << radius;
+            }
         }
     }
 }

@@ -91,14 +91,15 @@ void check(const surface::Surface& surface, const TriangleMesh& mesh, uint32_t s
     const auto frame = testing::make_test_frame({0.1f, 0.1f, 0.1f}, {});
     const std::vector<PointGroup> groups = make_groups(mesh, kGroups, seed);
     const auto brute = make_brute_force_engine(surface, frame);
-    const auto engine = make_block_engine(surface, frame, options);
-    BlockEngineOptions narrow = options;
-    narrow.allow_avx2 = false;
-    const auto sse = make_block_engine(surface, frame, narrow);
     for (const float radius : {kInfinity, length(mesh.box().size()) * 0.05f}) {
         const auto want = run(*brute, groups, radius);
-        expect_equal(run(*engine, groups, radius), want, "block engine");
-        expect_equal(run(*sse, groups, radius), want, "SSE4.1");
+        for (const InstructionSet set :
+             {InstructionSet::kAvx512, InstructionSet::kAvx2, InstructionSet::kSse41}) {
+            BlockEngineOptions with_set = options;
+            with_set.widest = set;
+            const auto engine = make_block_engine(surface, frame, with_set);
+            expect_equal(run(*engine, groups, radius), want, testing::name_of(set));
+        }
     }
 }
 

@@ -95,16 +95,32 @@ Affine3d turned(double degrees, const Vec3d& axis, const Vec3d& scale, const Vec
     return out;
 }
 
-void expect_reference(const std::vector<TestPart>& tests, const Vec3d& pitch_mm, uint64_t seed) {
+struct Made {
     std::vector<scene::Part> parts;
     std::vector<const ir::Fablet*> sources;
+};
+
+Made make(const std::vector<TestPart>& tests) {
+    Made made;
     for (const TestPart& test : tests) {
-        ASSERT_NE(test.compiled->program, nullptr);
-        parts.push_back(
+        EXPECT_NE(test.compiled->program, nullptr);
+        if (test.compiled->program == nullptr) return {};
+        made.parts.push_back(
             testing::make_part(test.compiled->table(test.fablet), test.mesh, test.options));
-        sources.push_back(&test.compiled->source(test.fablet));
+        made.sources.push_back(&test.compiled->source(test.fablet));
     }
-    testing::expect_reference(parts, sources, pitch_mm, seed);
+    return made;
+}
+
+void expect_reference(const std::vector<TestPart>& tests, const Vec3d& pitch_mm, uint64_t seed) {
+    const Made made = make(tests);
+    testing::expect_reference(made.parts, made.sources, pitch_mm, seed);
+}
+
+void expect_reference_and_support(const std::vector<TestPart>& tests, const Vec3d& pitch_mm,
+                                  uint64_t seed, double reach_mm) {
+    const Made made = make(tests);
+    testing::expect_reference_and_support(made.parts, made.sources, pitch_mm, seed, reach_mm);
 }
 
 TestPart postcard_part(double width, double height, const Affine3d& transform = {}) {
@@ -222,6 +238,57 @@ TEST(Pipeline, VolumesAreTheReference) {
     options.transform = turned(25, {0.2, 1, 0.1}, {1.1, 1, 0.9}, {-3, 2, 5});
     expect_reference({{&queries(), "Cloud", testing::sphere(1.3, 12, 8), options}},
                      {0.12, 0.11, 0.13}, 12);
+}
+
+// Parts that `@Surface` moves are supported by what they may reach: never less than they need, and
+// no more than their greatest displacement above or beside them.
+
+TEST(PipelineSupport, OfAPostcardAtAnAngleIsNeverLess) {
+    expect_reference_and_support(
+        {postcard_part(2.4, 2.0, turned(33, {1, 2, 0.5}, {1, 1, 1}, {40, -30, 12}))},
+        {0.17, 0.19, 0.12}, 2, 0.8);
+}
+
+TEST(PipelineSupport, OfBumpsOutwardIsNeverLess) {
+    testing::PartOptions options;
+    options.textures = {picture(32, 32, 4, 1, 0)};
+    options.max_displacement_mm = 0.4;
+    // A table over it, mirrored and stretched, of another displaced part.
+    testing::PartOptions above = options;
+    above.transform = turned(15, {1, 0.2, 0}, {-1.4, 1.2, 0.5}, {0.9, 0.2, 2.4});
+    above.instance = 1;
+    expect_reference_and_support({{&fablets(), "Bumps", testing::sphere(1.2, 12, 8), options},
+                                  {&fablets(), "Bumps", testing::torus(1.1, 0.4, 12, 8), above}},
+                                 {0.17, 0.16, 0.15}, 6, 0.4 * 1.4);
+}
+
+// Ripples both ways, and holes of a part of higher priority, which are void that is supported.
+TEST(PipelineSupport, OfRipplesWithHolesIsNeverLess) {
+    testing::PartOptions options;
+    options.textures = {picture(24, 24, 5, 1, 0)};
+    options.max_displacement_mm = 0.3;
+    testing::PartOptions hole;
+    hole.priority = 5;
+    hole.transform.t = {-0.3, -0.4, -0.2};
+    hole.instance = 1;
+    expect_reference_and_support({{&fablets(), "Fractal", testing::sphere(1.1, 12, 8), options},
+                                  {&fablets(), "Hole", testing::cube(0.7), hole}},
+                                 {0.1, 0.1, 0.1}, 9, 2 * 0.3);
+}
+
+// Displaced and undisplaced parts share the map, and there is room above the displaced one.
+TEST(PipelineSupport, OfDisplacedPartsAmongOthersIsNeverLess) {
+    testing::PartOptions ball;
+    ball.textures = {picture(32, 32, 4, 1, 0)};
+    ball.max_displacement_mm = 0.35;
+    ball.transform.t = {1.3, 1.2, 0.9};
+    testing::PartOptions shelf;
+    shelf.instance = 1;
+    shelf.priority = 1;
+    shelf.transform = turned(20, {0.1, 1, 0}, {1.5, 1, 0.3}, {-1.5, 0.3, 2.6});
+    expect_reference_and_support({{&fablets(), "Bumps", testing::sphere(0.8, 12, 8), ball},
+                                  {&fablets(), "Checks", testing::cube(1.8), shelf}},
+                                 {0.1, 0.12, 0.09}, 3, 0.35);
 }
 
 }  // namespace

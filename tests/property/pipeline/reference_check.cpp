@@ -5,11 +5,14 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
+#include <cmath>
 
 #include "compiler/diag/render.h"
 #include "compiler/driver/frontend.h"
 #include "runtime/slab/print.h"
+#include "tests/support/reference/column_scan.h"
 #include "tests/support/reference/pipeline.h"
 #include "tests/support/slab/box_print.h"
 
@@ -43,50 +46,142 @@ Compiled compile(const std::filesystem::path& file) {
     return compiled;
 }
 
-void expect_reference(const std::vector<scene::Part>& parts,
-                      const std::vector<const ir::Fablet*>& sources, const Vec3d& pitch_mm,
-                      uint64_t seed) {
+namespace {
+
+constexpr int32_t kMaterials = 4;
+
+struct Printed {
+    scene::Grid grid;
+    std::vector<uint8_t> codes;
+    slab::PrintStatistics statistics;
+};
+
+Printed print(const std::vector<scene::Part>& parts, const Vec3d& pitch_mm, uint64_t seed,
+              bool support) {
     slab::PrintInput input;
     input.parts = parts;
-    for (int k = 0; k < 4; ++k)
+    for (int k = 0; k < kMaterials + (support ? 1 : 0); ++k)
         input.materials.push_back({fmt::format("m{}", k), {}, {}, 1, ""});
+    if (support) input.support_code = kMaterials + 1;
     input.pitch_mm = pitch_mm;
 
+    Printed out;
     slab::PrintOptions options;
     options.seed = seed;
     options.threads = 2;
     options.memory_bytes += tests::kSanitizerBytes;
-    auto print = slab::Print::create(std::move(input), options);
-    ASSERT_TRUE(print) << print.error().message;
+    auto made = slab::Print::create(std::move(input), options);
+    if (!made) {
+        ADD_FAILURE() << made.error().message;
+        return out;
+    }
     tests::MemorySink sink;
-    slab::PrintStatistics statistics;
     const std::atomic<bool> interrupt{false};
-    const Result<void> ran = (*print)->run(sink, nullptr, interrupt, &statistics);
-    ASSERT_TRUE(ran) << ran.error().message;
+    const Result<void> ran = (*made)->run(sink, nullptr, interrupt, &out.statistics);
+    if (!ran) ADD_FAILURE() << ran.error().message;
+    out.grid = {sink.info.origin_mm, sink.info.pitch_mm, sink.info.size};
+    out.codes = sink.codes();
+    return out;
+}
 
-    const scene::Grid grid{sink.info.origin_mm, sink.info.pitch_mm, sink.info.size};
+std::vector<uint8_t> reference_of(const std::vector<scene::Part>& parts,
+                                  const std::vector<const ir::Fablet*>& sources,
+                                  const scene::Grid& grid, uint64_t seed) {
     std::vector<reference::ReferencePart> references;
     for (size_t k = 0; k < parts.size(); ++k)
         references.push_back({&parts[k], sources[k]});
-    const std::vector<uint8_t> expected = reference::print(references, grid, 4, seed);
-    const std::vector<uint8_t> codes = sink.codes();
+    return reference::print(references, grid, kMaterials, seed);
+}
+
+/// The print's own voxels: without support.
+void expect_same_parts(const Printed& printed, const std::vector<uint8_t>& expected) {
+    const std::vector<uint8_t>& codes = printed.codes;
     ASSERT_EQ(codes.size(), expected.size());
     int64_t different = 0, solid = 0;
     std::string first;
     for (size_t v = 0; v < codes.size(); ++v) {
+        const uint8_t code = codes[v] > kMaterials ? 0 : codes[v];
         solid += expected[v] != 0 ? 1 : 0;
-        if (codes[v] == expected[v]) continue;
+        if (code == expected[v]) continue;
         if (different++ == 0) {
-            const auto w = static_cast<size_t>(grid.size.x), h = static_cast<size_t>(grid.size.y);
+            const auto w = static_cast<size_t>(printed.grid.size.x),
+                       h = static_cast<size_t>(printed.grid.size.y);
             first = fmt::format("voxel ({}, {}, {}): printed {}, asked {}", v % w, v / w % h,
-                                v / (w * h), codes[v], expected[v]);
+                                v / (w * h), code, expected[v]);
         }
     }
     EXPECT_EQ(different, 0) << first << " of " << codes.size();
     EXPECT_GT(solid, static_cast<int64_t>(codes.size()) / 20);
     printf("%zu voxels, %ld solid, blocks %ld filled, %ld evaluated\n", codes.size(),
-           static_cast<long>(solid), static_cast<long>(statistics.blocks_filled),
-           static_cast<long>(statistics.blocks_evaluated));
+           static_cast<long>(solid), static_cast<long>(printed.statistics.blocks_filled),
+           static_cast<long>(printed.statistics.blocks_evaluated));
+}
+
+/// Of each column the slices [0, top) in which the columns around, `reach` voxels of each axis away
+/// at most, are filled, or `reach` voxels below.
+std::vector<int32_t> highest_around(const std::vector<uint8_t>& codes, const Vec3i& size,
+                                    const Vec3i& reach) {
+    const auto at = [&](int32_t x, int32_t y) {
+        return static_cast<size_t>(y) * static_cast<size_t>(size.x) + static_cast<size_t>(x);
+    };
+    const size_t slice = at(0, size.y);
+    std::vector<int32_t> tops(slice, 0), out(slice, 0);
+    for (size_t v = 0; v < codes.size(); ++v) {
+        if (codes[v] != 0) tops[v % slice] = static_cast<int32_t>(v / slice) + 1;
+    }
+    for (int32_t y = 0; y < size.y; ++y) {
+        for (int32_t x = 0; x < size.x; ++x) {
+            for (int32_t v = std::max(y - reach.y, 0); v <= std::min(y + reach.y, size.y - 1);
+                 ++v) {
+                for (int32_t u = std::max(x - reach.x, 0); u <= std::min(x + reach.x, size.x - 1);
+                     ++u) {
+                    const int32_t top = tops[at(u, v)];
+                    if (top > 0) out[at(x, y)] = std::max(out[at(x, y)], top + reach.z);
+                }
+            }
+        }
+    }
+    return out;
+}
+
+}  // namespace
+
+void expect_reference(const std::vector<scene::Part>& parts,
+                      const std::vector<const ir::Fablet*>& sources, const Vec3d& pitch_mm,
+                      uint64_t seed) {
+    const Printed printed = print(parts, pitch_mm, seed, false);
+    expect_same_parts(printed, reference_of(parts, sources, printed.grid, seed));
+}
+
+void expect_reference_and_support(const std::vector<scene::Part>& parts,
+                                  const std::vector<const ir::Fablet*>& sources,
+                                  const Vec3d& pitch_mm, uint64_t seed, double reach_mm) {
+    const Printed printed = print(parts, pitch_mm, seed, true);
+    const std::vector<uint8_t> plain = reference_of(parts, sources, printed.grid, seed);
+    expect_same_parts(printed, plain);
+    const Vec3i size = printed.grid.size;
+    constexpr uint8_t kSupport = kMaterials + 1;
+    const std::vector<uint8_t> scanned = reference::add_support(plain, plain, size, kSupport);
+    Vec3i reach;
+    for (int a = 0; a < 3; ++a)
+        reach[a] = static_cast<int32_t>(std::ceil(reach_mm / pitch_mm[a])) + 1;
+    const std::vector<int32_t> highest = highest_around(plain, size, reach);
+    int64_t called_for = 0, missing = 0, more = 0, too_high = 0;
+    for (size_t v = 0; v < scanned.size(); ++v) {
+        const bool asked = scanned[v] == kSupport, there = printed.codes[v] == kSupport;
+        called_for += asked ? 1 : 0;
+        missing += asked && !there ? 1 : 0;
+        more += there && !asked ? 1 : 0;
+        const auto z = static_cast<int32_t>(v / highest.size());
+        too_high += there && z >= highest[v % highest.size()] ? 1 : 0;
+    }
+    EXPECT_EQ(missing, 0) << "of " << called_for;
+    EXPECT_EQ(too_high, 0) << "of " << more;
+    EXPECT_GT(called_for, static_cast<int64_t>(scanned.size()) / 50)
+        << "the world shows too little";
+    EXPECT_EQ(printed.statistics.voxels_support, called_for + more);
+    printf("support %ld, %ld more than called for\n", static_cast<long>(called_for + more),
+           static_cast<long>(more));
 }
 
 }  // namespace openfab::testing

@@ -36,4 +36,12 @@ void expect_reference(const std::vector<scene::Part>& parts,
                       const std::vector<const ir::Fablet*>& sources, const Vec3d& pitch_mm,
                       uint64_t seed);
 
+/// The same of a print with support, whose parts must be the reference's; of the other voxels at
+/// least those are support that a plain scan of the reference's columns calls for. What is more
+/// has voxels of the reference not farther away than `reach_mm` along x and y, and at most that
+/// much below.
+void expect_reference_and_support(const std::vector<scene::Part>& parts,
+                                  const std::vector<const ir::Fablet*>& sources,
+                                  const Vec3d& pitch_mm, uint64_t seed, double reach_mm);
+
 }  // namespace openfab::testing

@@ -28,7 +28,9 @@ constexpr const char* kHead = R"({
   },
 )";
 
-void expect_world(const std::string& rest, const Vec3d& pitch_mm, uint64_t seed, size_t count) {
+/// `reach_mm` 0: without support.
+void expect_world(const std::string& rest, const Vec3d& pitch_mm, uint64_t seed, size_t count,
+                  double reach_mm = 0) {
     static const testing::Compiled compiled = testing::compile(
         std::filesystem::path(OPENFAB_SOURCE_DIR) / "tests/property/pipeline/worlds.fl");
     ASSERT_NE(compiled.program, nullptr);
@@ -41,7 +43,11 @@ void expect_world(const std::string& rest, const Vec3d& pitch_mm, uint64_t seed,
     std::vector<const ir::Fablet*> sources;
     for (const scene::Part& part : *parts)
         sources.push_back(&compiled.source(part.fablet->name));
-    testing::expect_reference(*parts, sources, pitch_mm, seed);
+    if (reach_mm > 0) {
+        testing::expect_reference_and_support(*parts, sources, pitch_mm, seed, reach_mm);
+    } else {
+        testing::expect_reference(*parts, sources, pitch_mm, seed);
+    }
 }
 
 TEST(Worlds, NestedGroupsWithScaleAndMirrorAreTheReference) {
@@ -69,6 +75,16 @@ TEST(Worlds, TouchingInstancesOfAGridAreTheReference) {
         R"("build": [{"object": "box", "rotate_deg": [0, 0, 15], "translate_mm": [0.03, 0.07],
         "grid": {"count": [2, 2, 2], "step_mm": [1.1591, 0.31058, 0.8]}}]})",
         {0.1, 0.1, 0.1}, 5, 8);
+}
+
+TEST(Worlds, SupportOfShearedAndMirroredInstancesIsNeverLess) {
+    expect_world(R"("groups": {
+        "leaning": [{"object": "ball", "matrix": [1, 0.35, 0, 0, 0, 1, 0.2, 0, 0, 0, 0.9, 0]}],
+        "lamp": [{"group": "leaning", "translate_mm": [0, 0, 1.5]},
+                 {"object": "pin", "rotate_deg": [30, 0, 10], "translate_mm": [1.1, 0.2, 0.4]}]},
+      "build": [{"group": "lamp"},
+                {"group": "lamp", "scale": [1.1, 1, -1], "rotate_deg": [0, 70, 90], "translate_mm": [1.2, 1.5, 0.7]}]})",
+                 {0.12, 0.1, 0.11}, 4, 4, 0.15);
 }
 
 }  // namespace

@@ -116,11 +116,25 @@ TEST(BackPressure, AsManySlicesAreEncodedAtOnceAsTheBudgetHasRoomFor) {
     EXPECT_GT(free.most_encoding_, 1);
 }
 
-TEST(BackPressure, WhatWaitsDoesNotGrowWithThePrint) {
+TEST(BackPressure, UnlessToldAsManyGroupsWaitAsThereAreThreads) {
     CountingSink sink;
+    sink.slow_z_ = 8;
+    sink.expected_ = 8 + 8 * 3;
     const Result<PrintStatistics> printed = print_into(&sink, with_groups(0));
     ASSERT_TRUE(printed) << printed.error().message;
-    EXPECT_LE(sink.most_waiting_, 8 * 3);  // unless told, as many groups as threads
+    EXPECT_EQ(sink.encoded_then_, sink.expected_);
+}
+
+// One thread, so that nothing depends on who is faster: before it goes on with the next group, all
+// slices that are made are in the sink.
+TEST(BackPressure, AFastSinkIsNotKeptWaitingForSlicesThatAreMade) {
+    CountingSink sink;
+    PrintOptions options = with_groups(3);
+    options.threads = 1;
+    const Result<PrintStatistics> printed = print_into(&sink, options);
+    ASSERT_TRUE(printed) << printed.error().message;
+    EXPECT_GT(printed->slices, 64);
+    EXPECT_LE(sink.most_waiting_, 8);
 }
 
 }  // namespace

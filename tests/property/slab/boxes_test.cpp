@@ -207,8 +207,11 @@ TEST(BoxPrint, OneOutputWhateverTheSettings) {
 }
 
 // A large first group is printed in two steps, for the first slice's sake.
-TEST(BoxPrint, AFirstSliceByItselfChangesNothing) {
-    const Printed whole = tests::print_boxes(assembly());
+void expect_first_slice_changes_nothing(size_t materials) {
+    const auto print = [&](const slab::PrintOptions& options) {
+        return tests::print_boxes(assembly(), options, tests::kPitch, materials);
+    };
+    const Printed whole = print({});
     ASSERT_TRUE(whole.ok) << whole.error.message;
     const int32_t n = whole.sink.info.size.z;
     ASSERT_GT(whole.statistics.blocks_evaluated, 0);
@@ -216,11 +219,11 @@ TEST(BoxPrint, AFirstSliceByItselfChangesNothing) {
                                        Vec2<int32_t>{15, 20}, Vec2<int32_t>{13, 14}}) {
         slab::PrintOptions options;
         options.slices = range;
-        const Printed one_step = tests::print_boxes(assembly(), options);
+        const Printed one_step = print(options);
         options.most_blocks_at_first = 0;
         for (int32_t threads : {1, 2}) {
             options.threads = threads;
-            const Printed two_steps = tests::print_boxes(assembly(), options);
+            const Printed two_steps = print(options);
             ASSERT_TRUE(two_steps.ok) << two_steps.error.message;
             EXPECT_EQ(two_steps.sink.z, one_step.sink.z);
             EXPECT_EQ(two_steps.sink.slices, one_step.sink.slices);
@@ -235,6 +238,14 @@ TEST(BoxPrint, AFirstSliceByItselfChangesNothing) {
                 << range.x << " to " << range.y;
         }
     }
+}
+
+TEST(BoxPrint, AFirstSliceByItselfChangesNothing) {
+    expect_first_slice_changes_nothing(2);
+}
+
+TEST(BoxPrint, AFirstSliceOfEightBitsByItselfChangesNothing) {
+    expect_first_slice_changes_nothing(20);
 }
 
 TEST(BoxPrint, PartsOfTheSlicesAddUpToTheWhole) {

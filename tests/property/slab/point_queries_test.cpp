@@ -15,6 +15,7 @@
 
 #include "runtime/scene/rotation.h"
 #include "tests/support/meshes/meshes.h"
+#include "tests/support/reference/closest_point.h"
 #include "tests/support/surface/hand_fablet.h"
 
 namespace openfab::slab {
@@ -72,32 +73,17 @@ struct Scene {
         const std::vector<int32_t> owners = surface_owners(parts);
         auto surfaces = make_surfaces(parts, owners, options);
         ASSERT_TRUE(surfaces) << surfaces.error().message;
+        const auto trees = nearest::make_patch_cache(1 << 20);
         for (size_t i = 0; i < parts.size(); ++i) {
             print.push_back(std::make_unique<PrintPart>(parts[i]));
             print[i]->index = static_cast<int32_t>(i);
             print[i]->surface = (*surfaces)[i];
-            print[i]->place(grid, OPENFAB_ISA_AVX2, 1 << 20, 1 << 20,
+            print[i]->place(grid, OPENFAB_ISA_AVX2, trees, 1 << 20,
                             *print[static_cast<size_t>(owners[i])]);
         }
-        connect_targets(print, OPENFAB_ISA_AVX2, 1 << 20);
+        connect_targets(print, OPENFAB_ISA_AVX2, trees);
     }
 };
-
-double distance_to_triangle(const Vec3d& p, const Vec3d& a, const Vec3d& b, const Vec3d& c) {
-    const auto to_edge = [&](const Vec3d& u, const Vec3d& v) {
-        const Vec3d e = v - u;
-        const double t = std::clamp(dot(p - u, e) / std::max(dot(e, e), 1e-300), 0.0, 1.0);
-        return length(p - (u + e * t));
-    };
-    double d = std::min({to_edge(a, b), to_edge(b, c), to_edge(c, a)});
-    const Vec3d n = cross(b - a, c - a);
-    if (dot(n, n) > 0) {
-        const bool in = dot(cross(b - a, p - a), n) >= 0 && dot(cross(c - b, p - b), n) >= 0 &&
-                        dot(cross(a - c, p - c), n) >= 0;
-        if (in) d = std::min(d, std::fabs(dot(p - a, n)) / length(n));
-    }
-    return d;
-}
 
 /// Signed distance in build space, of one part: the sign by the solid angle that the surface takes.
 double plain_distance(const scene::Part& part, const std::vector<Triangle>& triangles,
@@ -107,7 +93,7 @@ double plain_distance(const scene::Part& part, const std::vector<Triangle>& tria
         Vec3d v[3];
         for (size_t k = 0; k < 3; ++k)
             v[k] = part.local_to_build.apply(vec_cast<double>(t[k]));
-        d = std::min(d, distance_to_triangle(p_build, v[0], v[1], v[2]));
+        d = std::min(d, length(p_build - reference::closest_point(p_build, v[0], v[1], v[2])));
         const Vec3d a = v[0] - p_build, b = v[1] - p_build, c = v[2] - p_build;
         const double la = length(a), lb = length(b), lc = length(c);
         angle += 2 * std::atan2(dot(a, cross(b, c)),

@@ -10,6 +10,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <random>
 
 #include "runtime/scene/primitives.h"
@@ -17,6 +18,7 @@
 #include "tests/support/mesh_surface.h"
 #include "tests/support/meshes/cut.h"
 #include "tests/support/meshes/meshes.h"
+#include "tests/support/reference/closest_point.h"
 
 namespace openfab {
 namespace {
@@ -97,13 +99,17 @@ std::vector<uint8_t> voxels(const scene::Mesh& mesh, const Stage& stage) {
 
 struct Compared {
     int64_t solid = 0;
-    int64_t twice = 0;  ///< voxels of two pieces or more
-    int64_t gaps = 0;   ///< of no piece, but of the mesh with the cut's vertices
-    int64_t extra = 0;  ///< of a piece, but not of that mesh
-    int64_t moved = 0;  ///< that the mesh without the cut's vertices has otherwise
+    int64_t twice = 0;        ///< voxels of two pieces or more
+    int64_t gaps = 0;         ///< of no piece, but of the mesh with the cut's vertices
+    int64_t extra = 0;        ///< of a piece, but not of that mesh
+    int64_t moved = 0;        ///< that the mesh without the cut's vertices has otherwise
+    std::vector<size_t> odd;  ///< the voxels of all of these
 };
 
-Compared compare(const scene::Mesh& mesh, const std::vector<CutPiece>& pieces, const Stage& stage) {
+/// `all_cut`: every cut goes through all pieces that it meets, so that outside they fit each other.
+/// Else there is no mesh with all vertices, and the one without takes its place.
+Compared compare(const scene::Mesh& mesh, const std::vector<CutPiece>& pieces, const Stage& stage,
+                 bool all_cut = true) {
     CutPiece refined;
     std::vector<uint8_t> owners = voxels({}, stage);
     for (const CutPiece& piece : pieces) {
@@ -112,17 +118,51 @@ Compared compare(const scene::Mesh& mesh, const std::vector<CutPiece>& pieces, c
         for (size_t v = 0; v < own.size(); ++v)
             owners[v] = static_cast<uint8_t>(owners[v] + own[v]);
     }
-    const std::vector<uint8_t> with = voxels(refined.mesh(), stage);
     const std::vector<uint8_t> without = voxels(testing::whole(mesh).mesh(), stage);
+    const std::vector<uint8_t> with = all_cut ? voxels(refined.mesh(), stage) : without;
     Compared out;
     for (size_t v = 0; v < owners.size(); ++v) {
         out.solid += with[v];
         out.twice += owners[v] > 1 ? 1 : 0;
         out.gaps += owners[v] == 0 && with[v] != 0 ? 1 : 0;
         out.extra += owners[v] != 0 && with[v] == 0 ? 1 : 0;
-        out.moved += (owners[v] != 0) != (without[v] != 0) ? 1 : 0;
+        const bool moved = (owners[v] != 0) != (without[v] != 0);
+        out.moved += moved ? 1 : 0;
+        if (moved || owners[v] > 1 || (owners[v] != 0) != (with[v] != 0)) out.odd.push_back(v);
     }
     return out;
+}
+
+/// How far from the surface of all pieces the farthest of these voxels has its centre, in 1/256
+/// voxel. Snapping moves a surface by 0.87 at most, and nothing else may decide otherwise.
+double farthest(const std::vector<size_t>& voxels, const std::vector<CutPiece>& pieces,
+                const Stage& stage) {
+    const auto units = [&](const Vec3d& p) {
+        Vec3d q = stage.transform.apply(p) - stage.grid.origin_mm;
+        for (int a = 0; a < 3; ++a)
+            q[a] *= 256 / stage.grid.pitch_mm[a];
+        return q;
+    };
+    const auto width = static_cast<size_t>(stage.grid.size.x),
+               height = static_cast<size_t>(stage.grid.size.y);
+    double most = 0;
+    for (const size_t v : voxels) {
+        const Vec3d centre{256 * (static_cast<double>(v % width) + 0.5),
+                           256 * (static_cast<double>(v / width % height) + 0.5),
+                           256 * (static_cast<double>(v / (width * height)) + 0.5)};
+        double least = std::numeric_limits<double>::infinity();
+        for (const CutPiece& piece : pieces) {
+            for (const auto* triangles : {&piece.outer, &piece.caps}) {
+                for (const testing::CutTriangle& t : *triangles) {
+                    const Vec3d q =
+                        reference::closest_point(centre, units(t[0]), units(t[1]), units(t[2]));
+                    least = std::min(least, length(q - centre));
+                }
+            }
+        }
+        most = std::max(most, least);
+    }
+    return most;
 }
 
 std::vector<CutPiece> cut_all(std::vector<CutPiece> pieces, const CutPlane& plane) {
@@ -165,16 +205,11 @@ std::vector<scene::Mesh> convex_meshes() {
 void expect_exact(const scene::Mesh& mesh, const std::vector<CutPiece>& pieces, const Stage& stage,
                   const std::string& what, int64_t* solid, int64_t* moved) {
     const Compared c = compare(mesh, pieces, stage);
-    // Of two pieces one has the voxel. Where more meet, the snapped surface of one may cut through
-    // itself within 1/256 voxel of the edge between them; then priority decides, as ever.
-    if (pieces.size() == 2) {
-        EXPECT_EQ(c.twice, 0) << what;
-    } else {
-        EXPECT_LT(c.twice, 2 + c.solid / 1000) << what;
-    }
+    EXPECT_EQ(c.twice, 0) << what;
     EXPECT_EQ(c.gaps, 0) << what;
     EXPECT_EQ(c.extra, 0) << what;
     EXPECT_GT(c.solid, 100) << what;
+    EXPECT_LT(farthest(c.odd, pieces, stage), 1) << what;
     *solid += c.solid;
     *moved += c.moved;
 }
@@ -236,6 +271,73 @@ TEST(Cuts, IntoManyPiecesLeaveTheVoxelsOfTheUncutPart) {
     EXPECT_LT(moved, solid / 5'000);
 }
 
+/// Planes through one point of the mesh, or through one line.
+std::vector<CutPlane> planes_through_one(const scene::Mesh& mesh, size_t count, bool line,
+                                         std::mt19937* random) {
+    const auto number = [&] { return static_cast<double>((*random)() % 10001) / 10000 - 0.5; };
+    Box3d box;
+    for (const Vec3d& p : mesh.positions)
+        box.add(p);
+    Vec3d point = box.center();
+    for (int a = 0; a < 3; ++a)
+        point[a] += 0.4 * number() * box.size()[a];
+    const Vec3d axis{number(), number(), number()};
+    std::vector<CutPlane> out;
+    while (out.size() < count) {
+        Vec3d n{number(), number(), number()};
+        if (line) n = cross(n, axis);
+        for (int a = 0; a < 3 && !line; ++a)
+            n[a] /= box.size()[a];
+        out.push_back({n, dot(n, point)});
+    }
+    return out;
+}
+
+// Whoever owns them: no voxel is lost and none is added, whatever number of pieces meets there.
+TEST(Cuts, ThatMeetAtALineOrAtAPointLeaveTheVoxelsOfTheUncutPart) {
+    int64_t solid = 0, moved = 0;
+    for (uint32_t seed = 1; seed <= kRounds; ++seed) {
+        std::mt19937 random(seed);
+        for (const scene::Mesh& mesh : convex_meshes()) {
+            const Stage stage(mesh, &random, 50, seed % 3 != 0);
+            for (const bool line : {true, false}) {
+                std::vector<CutPiece> pieces{testing::whole(mesh)};
+                for (const CutPlane& plane : planes_through_one(mesh, 3, line, &random))
+                    pieces = cut_all(std::move(pieces), plane);
+                EXPECT_GE(pieces.size(), line ? 5u : 7u) << "seed " << seed;
+                expect_exact(mesh, pieces, stage, "seed " + std::to_string(seed), &solid, &moved);
+            }
+        }
+    }
+    EXPECT_LT(moved, solid / 5'000);
+}
+
+// The second cut goes through one half only, so the other half's side of the first cut lacks the
+// vertices which that made: at such T-junctions a voxel may be lost or doubled, if its centre is
+// within 1/256 voxel of the cut.
+TEST(Cuts, OfOneHalfOnlyStayNextToTheCut) {
+    Compared sum;
+    for (uint32_t seed = 1; seed <= 2 * kRounds; ++seed) {
+        std::mt19937 random(seed);
+        for (const scene::Mesh& mesh : convex_meshes()) {
+            const Stage stage(mesh, &random, 50, seed % 3 != 0);
+            std::vector<CutPiece> halves =
+                cut_all({testing::whole(mesh)}, random_plane(mesh, &random));
+            std::vector<CutPiece> pieces = cut_all({halves[0]}, random_plane(mesh, &random));
+            if (pieces.size() < 2) continue;
+            pieces.push_back(halves[1]);
+            const Compared c = compare(mesh, pieces, stage, false);
+            EXPECT_LT(farthest(c.odd, pieces, stage), 1) << "seed " << seed;
+            sum.solid += c.solid, sum.twice += c.twice, sum.gaps += c.gaps, sum.extra += c.extra;
+            sum.odd.insert(sum.odd.end(), c.odd.begin(), c.odd.end());
+        }
+    }
+    printf("%ld voxels, %ld lost, %ld of two pieces, %ld beside\n", static_cast<long>(sum.solid),
+           static_cast<long>(sum.gaps), static_cast<long>(sum.twice), static_cast<long>(sum.extra));
+    EXPECT_LT(sum.gaps + sum.extra, sum.solid / 20'000);
+    EXPECT_GT(sum.odd.size(), 0u) << "nothing shows that these are the cuts that are meant";
+}
+
 // Nothing moves where the edges that are cut run along an axis: the vertices stay on them.
 TEST(Cuts, OfAnUprightBoxLeaveItsVoxels) {
     for (uint32_t seed = 1; seed <= kRounds; ++seed) {
@@ -247,8 +349,7 @@ TEST(Cuts, OfAnUprightBoxLeaveItsVoxels) {
             cut_all(cut_all({testing::whole(mesh)}, random_plane(mesh, &random)),
                     random_plane(mesh, &random));
         const Compared c = compare(mesh, pieces, stage);
-        EXPECT_LT(c.twice, c.solid / 1000) << "seed " << seed;
-        EXPECT_EQ(c.gaps + c.extra + c.moved, 0) << "seed " << seed;
+        EXPECT_EQ(c.twice + c.gaps + c.extra + c.moved, 0) << "seed " << seed;
     }
 }
 
@@ -326,8 +427,8 @@ TEST_P(MeshCuts, LoseAndDoubleNoVoxel) {
     printf("%s: %ld voxels, %ld beside, %ld otherwise without the vertices of the cut\n",
            GetParam(), static_cast<long>(sum.solid), static_cast<long>(sum.extra),
            static_cast<long>(sum.moved));
-    EXPECT_LT(sum.extra, sum.solid / 500);
-    EXPECT_LT(sum.moved, sum.solid / 500);
+    EXPECT_LT(sum.extra, sum.solid / 50'000);
+    EXPECT_LT(sum.moved, sum.solid / 50'000);
 }
 
 INSTANTIATE_TEST_SUITE_P(Data, MeshCuts,

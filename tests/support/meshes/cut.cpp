@@ -103,10 +103,11 @@ std::array<CutPiece, 2> cut(const CutPiece& piece, const CutPlane& plane) {
     };
     cut_all(piece.outer, false);
     cut_all(piece.caps, true);
-    Box3d box;
+    // In the plane, and inside a convex outline, as the middle of its box need not be.
+    Vec3d middle;
     for (const auto& edge : outline[0])
-        box.add(edge[0]);
-    const Vec3d middle = outline[0].empty() ? Vec3d{} : rounded(box.center());
+        middle = middle + edge[0] * (1 / static_cast<double>(outline[0].size()));
+    middle = rounded(middle);
     for (size_t k = 0; k < 2; ++k) {
         for (const auto& [a, b] : outline[k]) {
             if (!(a == middle) && !(b == middle)) out[k].caps.push_back({middle, b, a});

@@ -5,14 +5,18 @@
 #include <fcntl.h>
 #include <poll.h>
 #include <signal.h>
+#include <sys/mount.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
+#include <cerrno>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <fstream>
 #include <sstream>
 
@@ -70,6 +74,7 @@ void collect(pid_t child, const Pipe& out, const Pipe& err, const RunOptions& op
         if (poll(polled.data(), polled.size(), 5) < 0) break;
         for (size_t k = 0; k < polled.size(); ++k) {
             if (polled[k].fd < 0 || polled[k].revents == 0) continue;
+            if (k == 0 && options.before_read) options.before_read(*outcome);
             std::array<char, 65536> buffer{};
             const ssize_t got = read(polled[k].fd, buffer.data(), buffer.size());
             if (got > 0) {
@@ -133,6 +138,28 @@ ScratchFolder::~ScratchFolder() {
 
 void ScratchFolder::write(const std::string& name, const std::string& text) const {
     std::ofstream(path_ / name, std::ios::binary) << text;
+}
+
+std::unique_ptr<SmallDisk> SmallDisk::create(int64_t bytes, std::string* why_not) {
+    std::unique_ptr<SmallDisk> disk(new SmallDisk());
+    const std::string folder = disk->folder_.path().string();
+    const std::string size = "size=" + std::to_string(bytes);
+    if (mount("none", folder.c_str(), "tmpfs", 0, size.c_str()) != 0) {
+        *why_not = std::string("cannot mount a small disk: ") + std::strerror(errno);
+        return nullptr;
+    }
+    disk->mounted_ = true;
+    return disk;
+}
+
+SmallDisk::~SmallDisk() {
+    if (mounted_) umount2(folder_.path().c_str(), MNT_DETACH);
+}
+
+void SmallDisk::fill(const std::string& name, int64_t but_for) const {
+    const auto free = static_cast<int64_t>(std::filesystem::space(folder_.path()).available);
+    folder_.write(name,
+                  std::string(static_cast<size_t>(std::max<int64_t>(free - but_for, 0)), 'x'));
 }
 
 std::string read_file(const std::filesystem::path& file) {

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,9 @@ struct RunOptions {
     std::function<bool(int elapsed_ms, const Outcome& so_far)> interrupt_when;
     int signal = SIGINT;
     int64_t largest_file_bytes = -1;  ///< a limit of the system's, as a full disk; -1: none
+    /// Called before each time that the program's standard output is read, at most 64 KB of it,
+    /// with what was read so far. A reader that is slow takes its time here.
+    std::function<void(const Outcome& so_far)> before_read;
 };
 
 /// `argv[0]` is a path. Ends a program that runs longer than ten minutes.
@@ -47,6 +51,26 @@ class ScratchFolder {
 
   private:
     std::filesystem::path path_;
+};
+
+/// A disk of its own, in memory, mounted over a fresh folder until the end. Needs rights that not
+/// everybody has.
+class SmallDisk {
+  public:
+    /// Null, and why in `why_not`, where the system refuses.
+    static std::unique_ptr<SmallDisk> create(int64_t bytes, std::string* why_not);
+    ~SmallDisk();
+    SmallDisk(const SmallDisk&) = delete;
+    SmallDisk& operator=(const SmallDisk&) = delete;
+
+    std::string path(const std::string& name) const { return (folder_ / name).string(); }
+    /// Fills what is free with a file of this name, but for `but_for` bytes.
+    void fill(const std::string& name, int64_t but_for) const;
+
+  private:
+    SmallDisk() = default;
+    ScratchFolder folder_;
+    bool mounted_ = false;
 };
 
 std::string read_file(const std::filesystem::path& file);

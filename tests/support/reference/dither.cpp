@@ -17,19 +17,18 @@ std::vector<uint16_t> normalise(std::span<const float> weights,
                                 int64_t* unusable) {
     const float infinity = std::numeric_limits<float>::infinity();
     std::vector<float> amounts;
-    float total = 0, peak = 0;
+    float total = 0;
     for (float w : weights) {
         if (!(w >= 0) && unusable != nullptr) ++*unusable;
         amounts.push_back(w > 0 ? w : 0);
         total += amounts.back();
-        if (amounts.back() > peak) peak = amounts.back();
     }
-    // Sums this large are taken of amounts relative to the largest, so that nothing overflows.
-    const float divisor = total > 0x1p127f ? peak : 1.0f;
+    // Sums this large are taken of amounts scaled down, so that nothing overflows.
+    const float scale = total > 0x1p127f ? 0x1p-64f : 1.0f;
     std::vector<float> sums(static_cast<size_t>(materials) + 1, 0.0f);
     for (size_t s = 0; s < amounts.size(); ++s) {
         sums[static_cast<size_t>(slot_material[s])] +=
-            amounts[s] == infinity ? 1.0f : amounts[s] / divisor;
+            amounts[s] == infinity ? 0x1p100f : amounts[s] * scale;
     }
     float whole = 0;
     for (float sum : sums)

@@ -63,7 +63,7 @@ std::vector<uint8_t> print_field(const FractionField& field, uint64_t seed, open
     slab::RowBand bands[2];
     for (int32_t bz = 0; bz < blocks.z; ++bz) {
         EXPECT_TRUE(planes.reset(field.size.x, field.size.y, bits));
-        dither.begin(field.origin.z / 8 + bz, &planes);
+        dither.begin(field.origin.z / 8 + bz, 255, &planes);
         slab::RowBand* released = nullptr;
         for (int32_t by = 0; by < blocks.y; ++by) {
             slab::RowBand& band = bands[by % 2];

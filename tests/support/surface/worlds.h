@@ -71,6 +71,17 @@ inline scene::Mesh joined(scene::Mesh a, const scene::Mesh& b, const Vec3d& offs
     return a;
 }
 
+/// The same surface seen from its other side: joined to a larger one it makes that hollow.
+inline scene::Mesh inside_out(scene::Mesh mesh) {
+    for (size_t t = 0; t < mesh.triangles.size(); ++t) {
+        std::swap(mesh.triangles[t][1], mesh.triangles[t][2]);
+        for (scene::MeshAttribute& a : mesh.attributes) {
+            if (!a.is_int) std::swap(a.corners[t][1], a.corners[t][2]);
+        }
+    }
+    return mesh;
+}
+
 struct Scenario {
     std::string name;
     scene::Mesh mesh;
@@ -112,6 +123,15 @@ inline std::vector<Scenario> scenarios() {
                    0.2f, 0.17});
     all.push_back({"two cubes, the same place", joined(cube(1), cube(1), {0, 0, 0}),
                    HandMode::kBack, 0.2f, 0.3});
+    // Shells in one another, a wall thinner than a voxel, and displacements that turn inside out.
+    const scene::Mesh hollow = joined(sphere(2, 10, 6), inside_out(sphere(1.4, 9, 5)), {});
+    all.push_back(
+        {"hollow with a core", joined(hollow, sphere(0.8, 8, 5), {}), HandMode::kBumps, 0.2f, 0.2});
+    all.push_back({"shell in a shell", joined(sphere(2, 10, 6), sphere(1.2, 8, 5), {}),
+                   HandMode::kBumps, 0.2f, 0.2});
+    all.push_back({"thin wall", card(7, 5, 0.06), HandMode::kBack, 0.4f, 0.2});
+    all.push_back({"back through the front", card(7, 5, 0.4), HandMode::kBack, -1.0f, 0.2});
+    all.push_back({"through the middle", sphere(1, 9, 6), HandMode::kBumps, 2.5f, 0.2});
     for (uint32_t seed = 1; seed <= 6; ++seed) {
         const HandMode modes[] = {HandMode::kBack, HandMode::kBumps, HandMode::kFootprint};
         const std::string tag = " shaken, seed " + std::to_string(seed);

@@ -25,6 +25,7 @@
 #include "runtime/scene/stl.h"
 #include "runtime/scene/threemf.h"
 #include "runtime/scene/zip_file.h"
+#include "tests/support/boundary/mesh_files.h"
 #include "tests/support/boundary/voxel_meshes.h"
 #include "tests/support/process/process.h"
 #include "tests/unit/backends/sample_print.h"
@@ -50,14 +51,6 @@ VoxelBlock block_of(const SamplePrint& print) {
     return block;
 }
 
-Vec3i half_voxels(const Vec3d& mm, const backends::PrintInfo& info) {
-    Vec3i p;
-    for (int a = 0; a < 3; ++a)
-        p[a] =
-            static_cast<int32_t>(std::lround((mm[a] - info.origin_mm[a]) * 2 / info.pitch_mm[a]));
-    return p;
-}
-
 class MeshFiles : public ::testing::Test {
   protected:
     Result<void> write(const SamplePrint& print, const std::string& name, bool complete = true) {
@@ -74,35 +67,8 @@ class MeshFiles : public ::testing::Test {
         return names;
     }
 
-    /// The meshes of a 3MF by their materials, by our reader, in half voxels.
     CollectedMeshes read_threemf(const SamplePrint& print, const std::string& name) {
-        const std::string bytes = read_file(scratch_ / name);
-        Result<scene::MeshSource> source = scene::parse_threemf(bytes, name);
-        EXPECT_TRUE(source) << source.error().message;
-        CollectedMeshes meshes;
-        std::map<uint8_t, std::map<int32_t, uint32_t>> numbers;
-        for (size_t t = 0; source && t < source->mesh.triangles.size(); ++t) {
-            const std::string& material =
-                source->groups[static_cast<size_t>(source->face_groups[t])].material;
-            uint8_t code = 1;
-            while (code < print.info.materials.size() &&
-                   print.info.materials[code - 1u].name != material)
-                ++code;
-            std::array<uint32_t, 3> corners{};
-            for (size_t c = 0; c < 3; ++c) {
-                const int32_t v = source->mesh.triangles[t][c];
-                auto& points = meshes[code].points;
-                const auto [it, fresh] =
-                    numbers[code].try_emplace(v, static_cast<uint32_t>(points.size()));
-                if (fresh) {
-                    points.push_back(
-                        half_voxels(source->mesh.positions[static_cast<size_t>(v)], print.info));
-                }
-                corners[c] = it->second;
-            }
-            meshes[code].triangles.push_back(corners);
-        }
-        return meshes;
+        return read_threemf_meshes(read_file(scratch_ / name), print.info);
     }
 
     ScratchFolder scratch_;

@@ -32,7 +32,7 @@ constexpr const char* kPitch = "0.2mm";
 constexpr const char *kThird = "1", *kSixth = "2";  ///< drafts with about as many slices
 #else
 constexpr int kRounds = 5;
-constexpr const char* kPitch = "0.06mm";
+constexpr const char* kPitch = "0.08mm";
 constexpr const char *kThird = "3", *kSixth = "6";
 #endif
 constexpr int kKillsARound = 4;
@@ -326,18 +326,20 @@ TEST_F(Resume, WhatKeepsNothingIsRefused) {
 TEST_F(Resume, AFullDiskIsGoneOnWithOnceThereIsRoom) {
 #ifdef OPENFAB_SANITIZED  // slices of the coarse print are smaller than the manifest
     const std::vector<std::string> names{"a.ofr"};
+    const std::string range = "30:120";
 #else
     const std::vector<std::string> names{"a.ofr", "a"};
+    const std::string range = "90:180";
 #endif
     for (const std::string& name : names) {
         std::vector<std::string> arguments{
-            "-o",       path("whole" + name),       "--draft", "2", "--png", "indexed",
+            "-o",       path("whole" + name),       "--slices", range, "--png", "indexed",
             "--format", name == "a" ? "png" : "ofr"};
         undisturbed(arguments);
         arguments[1] = path(name);
         RunOptions full;
-        // Of a ball the middle slices are the largest.
-        const std::string middle = path("whole" + name) + "/slice_0065.png";
+        // Of a ball the middle slices, which come after this one, are the largest.
+        const std::string middle = path("whole" + name) + "/slice_0110.png";
         full.largest_file_bytes = static_cast<int64_t>(
             name == "a" ? fs::file_size(middle) : fs::file_size(path("wholea.ofr")) / 2);
         const Outcome outcome = print(arguments, full);

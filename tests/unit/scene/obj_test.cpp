@@ -134,7 +134,8 @@ TEST(Obj, RefusesOpenMeshesWithCountsAndAPlace) {
         "m.obj:25:1: mesh `part` is not a closed surface: 4 open edges, one from (10, 0, 10) to "
         "(0, 0, 10) mm; "
         "close it so that each edge has two triangles that run along it in opposite directions, "
-        "or let `\"repair\": \"winding\"` of its object do that");
+        "or let `\"repair\": \"winding\"` of its object do that "
+        "(`openfab import --repair winding` writes it)");
     const std::string turned =
         replaced(kCube, "f 5/1/2 6/2/2 7/3/2 8/4/2", "f 8/1/2 7/2/2 6/3/2 5/4/2");
     EXPECT_NE(error_of(turned).find("4 inconsistently oriented edges"), std::string::npos);

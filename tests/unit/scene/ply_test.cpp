@@ -171,6 +171,54 @@ TEST(Ply, NamesWhatIsWrong) {
               "a.ply: vertex 1");
 }
 
+/// A tetrahedron with corners alone; the last face has `last` for its last corner.
+std::string corners_only(Kind kind, uint8_t corners_of_last = 3, int32_t last = 3) {
+    Writer w(kind);
+    w.text = std::string("ply\nformat ") +
+             (kind == Kind::kAscii    ? "ascii"
+              : kind == Kind::kLittle ? "binary_little_endian"
+                                      : "binary_big_endian") +
+             " 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+             "element face 4\nproperty list uchar int vertex_indices\nend_header\n";
+    for (int v = 0; v < 4; ++v) {
+        for (int a = 1; a <= 3; ++a)
+            w.add(v == a ? 10.25f : 0.0f);
+        w.end_line();
+    }
+    const int faces[4][3] = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
+    for (int f = 0; f < 4; ++f) {
+        w.add(static_cast<uint8_t>(f == 3 ? corners_of_last : 3));
+        for (int v : faces[f])
+            w.add(static_cast<int32_t>(f == 3 && v == 3 ? last : v));
+        w.end_line();
+    }
+    return w.text;
+}
+
+TEST(Ply, ReadsCornersAlone) {
+    for (Kind kind : {Kind::kAscii, Kind::kLittle, Kind::kBig}) {
+        const Result<LoadedMesh> loaded = parse_bytes(corners_only(kind), "a.ply");
+        ASSERT_TRUE(loaded) << loaded.error().message;
+        EXPECT_EQ(loaded->mesh.triangles, (std::vector<std::array<int32_t, 3>>{
+                                              {0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}));
+        EXPECT_EQ(loaded->mesh.positions,
+                  (std::vector<Vec3d>{{0, 0, 0}, {10.25, 0, 0}, {0, 10.25, 0}, {0, 0, 10.25}}));
+        EXPECT_TRUE(loaded->mesh.attributes.empty());
+    }
+    const auto little = [](uint8_t corners, int32_t last) {
+        return parse_error(corners_only(Kind::kLittle, corners, last), "a.ply");
+    };
+    EXPECT_EQ(little(3, 4), "a.ply: face 3: the face asks for vertex 4, but there are 4");
+    EXPECT_EQ(little(3, -1), "a.ply: face 3: the face asks for vertex -1, but there are 4");
+    EXPECT_EQ(little(4, 3), "a.ply: face 3: the list `vertex_indices` is 4 long");
+    EXPECT_EQ(little(2, 3), "a.ply: face 3: a face with fewer than 3 corners");
+    const std::string whole = corners_only(Kind::kLittle);
+    EXPECT_EQ(parse_error(whole.substr(0, whole.size() - 1), "a.ply"),
+              "a.ply: face 3: the list `vertex_indices` is 3 long");
+    EXPECT_EQ(parse_error(whole.substr(0, whole.size() - 53), "a.ply"),
+              "a.ply: vertex 3: the file ends here; it was cut short");
+}
+
 TEST(Ply, LeavesOutWhatIsNoAttribute) {
     const std::string text = cube_ply(Kind::kAscii);
     const Result<LoadedMesh> nan = parse_bytes(replaced(text, " 24.5 ", " nan "), "a.ply");

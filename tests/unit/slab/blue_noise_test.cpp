@@ -102,6 +102,16 @@ TEST(BlueNoise, EveryLayerMeetsEveryPixelOnce) {
     }
 }
 
+TEST(BlueNoise, GoesOnBelowZero) {
+    for (const Vec3i& step : {Vec3i{1, 0, 0}, Vec3i{0, 1, 0}, Vec3i{0, 0, 1}}) {
+        for (int32_t i = -2 * kSide; i < kSide; ++i) {
+            const Vec3i at = Vec3i{5, 7, 11} + step * i;
+            EXPECT_EQ(blue_noise_threshold(at, 9), blue_noise_threshold(at + step * kSide, 9))
+                << at.x << " " << at.y << " " << at.z;
+        }
+    }
+}
+
 // The mask is part of what a print is: it must be the same wherever it was made.
 TEST(BlueNoise, MaskIsTheSameEverywhere) {
     uint32_t hash = 0;

@@ -91,7 +91,7 @@ TEST(PrintRefuses, TheBudgetThatItNamesWillDo) {
                 ASSERT_GT(least, options.memory_bytes);
                 options.memory_bytes = least;
                 EXPECT_EQ(least_budget(input, options), 0) << least << " bytes";
-                options.memory_bytes = least - least / 8;
+                options.memory_bytes = least - least / 4;
                 EXPECT_GT(least_budget(input, options), 0) << "far less would have done, too";
             }
         }

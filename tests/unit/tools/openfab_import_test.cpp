@@ -87,6 +87,25 @@ TEST_F(OpenfabImport, ATexturedModelPrintsByItsMaterials) {
     EXPECT_EQ(openfab({"import", path("block.obj"), "-o", path("made")}).exit_code, 1);
 }
 
+// The way out that the refusal of an open mesh names.
+TEST_F(OpenfabImport, AnOpenMeshIsRepairedWhereThatIsAskedFor) {
+    const std::string block = kBlock;
+    scratch_.write("open.obj", block.substr(0, block.find("usemtl photo")));
+    const Outcome refused = openfab({"import", path("open.obj"), "-o", path("made")});
+    EXPECT_EQ(refused.exit_code, 1);
+    EXPECT_THAT(refused.err, HasSubstr("4 open edges"));
+    EXPECT_THAT(refused.err, HasSubstr("`openfab import --repair winding`"));
+    EXPECT_FALSE(fs::exists(path("made")));
+    const Outcome imported = openfab({"import", path("open.obj"), "-o", path("made"), "--fablet",
+                                      "solid", "--repair", "winding"});
+    ASSERT_EQ(imported.exit_code, 0) << imported.err;
+    EXPECT_THAT(read_file(path("made/open.fab.json")), HasSubstr("\"repair\": \"winding\","));
+    const Outcome printed = openfab({"print", path("made/open.fab.json"), "-o", path("a.ofr")});
+    ASSERT_EQ(printed.exit_code, 0) << printed.err;
+    // The hole is capped: all of 4 x 4 x 2 mm.
+    EXPECT_NEAR(ml("a.ofr", "red"), 0.032, 0.0005);
+}
+
 TEST_F(OpenfabImport, EachGroupOfASolidHasItsMaterial) {
 #ifdef OPENFAB_SANITIZED
     GTEST_SKIP() << "the first test compiles and prints; more of the same would take minutes";

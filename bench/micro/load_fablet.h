@@ -1,0 +1,34 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <fmt/format.h>
+
+#include <cstdlib>
+#include <memory>
+#include <string>
+#include <utility>
+#include <variant>
+
+#include "compiler/diag/render.h"
+#include "compiler/driver/frontend.h"
+#include "compiler/lower/jit.h"
+
+namespace openfab::bench {
+
+/// Compiles OpenFL text in this process. A fault ends the benchmark, with the diagnostics.
+inline std::unique_ptr<lower::LoadedProgram> load_fablet(const std::string& text) {
+    source::SourceManager sources;
+    diag::Sink sink;
+    const std::optional<ir::Module> module =
+        driver::compile_to_ir(sources, sources.add("bench.fl", text), sink);
+    if (!module) {
+        fmt::print(stderr, "{}", diag::render_text(sink, sources));
+        std::exit(4);
+    }
+    auto loaded = lower::load_module(*module);
+    if (std::holds_alternative<lower::Fault>(loaded)) std::exit(4);
+    return std::move(std::get<0>(loaded));
+}
+
+}  // namespace openfab::bench

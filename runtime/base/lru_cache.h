@@ -1,0 +1,126 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <iterator>
+#include <list>
+#include <memory>
+#include <mutex>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+namespace openfab {
+
+/// Values by key, least recently used out first, never more bytes than the budget. What somebody
+/// still holds lives on until it is let go, outside the budget. Sharded by key, so that threads
+/// seldom wait for each other; any thread may call anything.
+///
+/// For what can be made again: nothing that is found here ever changes an answer.
+template <typename Key, typename Value>
+class LruCache {
+  public:
+    struct Counts {
+        int64_t hits = 0, misses = 0, evictions = 0, peak_bytes = 0;
+    };
+
+    /// `shard_bytes`: a shard should hold many values, or sharding wastes the budget.
+    LruCache(size_t budget_bytes, size_t shard_bytes) {
+        const size_t count = std::clamp<size_t>(budget_bytes / shard_bytes, 1, kMostShards);
+        shard_budget_ = budget_bytes / count;
+        for (size_t i = 0; i < count; ++i)
+            shards_.push_back(std::make_unique<Shard>());
+    }
+
+    /// While one thread alone uses it. What is over goes at once.
+    void set_budget(size_t bytes) {
+        shard_budget_ = bytes / shards_.size();
+        std::list<Entry> dropped;
+        for (const auto& shard : shards_)
+            make_room(shard.get(), 0, &dropped);
+    }
+
+    /// Null where there is none.
+    std::shared_ptr<const Value> find(const Key& key) {
+        Shard& shard = shard_of(key);
+        const std::lock_guard lock(shard.mutex);
+        const auto place = shard.places.find(key);
+        if (place == shard.places.end()) {
+            ++shard.counts.misses;
+            return nullptr;
+        }
+        ++shard.counts.hits;
+        shard.entries.splice(shard.entries.begin(), shard.entries, place->second);
+        return place->second->value;
+    }
+
+    /// Keeps the value, of value->bytes(), if it fits. Where another thread was first, its value is
+    /// returned and this one dropped.
+    std::shared_ptr<const Value> insert(const Key& key, std::shared_ptr<const Value> value) {
+        const size_t bytes = value->bytes() + kEntryOverhead;
+        Shard& shard = shard_of(key);
+        // What is evicted is freed after the lock is let go.
+        std::list<Entry> dropped;
+        const std::lock_guard lock(shard.mutex);
+        const auto place = shard.places.find(key);
+        if (place != shard.places.end()) return place->second->value;
+        if (bytes > shard_budget_) return value;
+        make_room(&shard, bytes, &dropped);
+        shard.entries.push_front({key, bytes, value});
+        shard.places.emplace(key, shard.entries.begin());
+        shard.bytes += bytes;
+        shard.counts.peak_bytes =
+            std::max(shard.counts.peak_bytes, static_cast<int64_t>(shard.bytes));
+        return value;
+    }
+
+    Counts counts() const {
+        Counts sum;
+        for (const auto& shard : shards_) {
+            const std::lock_guard lock(shard->mutex);
+            sum.hits += shard->counts.hits;
+            sum.misses += shard->counts.misses;
+            sum.evictions += shard->counts.evictions;
+            sum.peak_bytes += shard->counts.peak_bytes;
+        }
+        return sum;
+    }
+
+  private:
+    static constexpr size_t kMostShards = 16;
+    // List node, map node and the shared_ptr's control block.
+    static constexpr size_t kEntryOverhead = 160;
+
+    struct Entry {
+        Key key;
+        size_t bytes;
+        std::shared_ptr<const Value> value;
+    };
+    struct Shard {
+        mutable std::mutex mutex;
+        std::list<Entry> entries;  ///< most recent first
+        std::unordered_map<Key, typename std::list<Entry>::iterator> places;
+        size_t bytes = 0;
+        Counts counts;
+    };
+
+    Shard& shard_of(const Key& key) { return *shards_[static_cast<size_t>(key) % shards_.size()]; }
+
+    void make_room(Shard* shard, size_t bytes, std::list<Entry>* dropped) {
+        while (shard->bytes + bytes > shard_budget_) {
+            const auto last = std::prev(shard->entries.end());
+            shard->bytes -= last->bytes;
+            shard->places.erase(last->key);
+            dropped->splice(dropped->end(), shard->entries, last);
+            ++shard->counts.evictions;
+        }
+    }
+
+    size_t shard_budget_;
+    std::vector<std::unique_ptr<Shard>> shards_;
+};
+
+}  // namespace openfab

@@ -1,0 +1,284 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/nearest/features.h"
+
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_invoke.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <tuple>
+
+#include "runtime/base/vec.h"
+
+namespace openfab::nearest {
+namespace {
+
+Vec3f to_vec(const float* v) {
+    return {v[0], v[1], v[2]};
+}
+
+void store(const Vec3f& v, float* out) {
+    for (int a = 0; a < 3; ++a)
+        out[a] = v[a];
+}
+
+/// An edge as one end sees it.
+struct Spoke {
+    uint32_t other;     ///< vertex at its other end
+    uint32_t triangle;  ///< place in the tree
+    uint32_t edge;      ///< of that triangle
+};
+
+/// The features of triangles that follow each other in the tree.
+class Builder {
+  public:
+    Builder(const TriangleFrame* frames, const TriangleDetail* details, size_t count)
+        : frames_(frames), details_(details), count_(count) {}
+
+    Features build() {
+        number_vertices();
+        sort_corners();
+        std::vector<EdgeFeature> edges;
+        std::vector<VertexFeature> vertices;
+        std::vector<Spoke> spokes;
+        for (size_t v = 0; v < positions_.size(); ++v)
+            add_vertex(static_cast<uint32_t>(v), &spokes, &edges, &vertices);
+        Features out;
+        place(edges, &out.first_edge, &out.edges);
+        place(vertices, &out.first_vertex, &out.vertices);
+        return out;
+    }
+
+  private:
+    Vec3f position(size_t triangle, size_t corner) const {
+        const float* v[3] = {frames_[triangle].v0, details_[triangle].v1, details_[triangle].v2};
+        // -0 and 0 are one place.
+        return to_vec(v[corner]) + Vec3f{0, 0, 0};
+    }
+
+    void number_vertices() {
+        const size_t corners = count_ * 3;
+        vertex_.resize(corners);
+        std::vector<uint32_t> table(std::bit_ceil(corners + 1), kNone);
+        const size_t mask = table.size() - 1;
+        for (size_t c = 0; c < corners; ++c) {
+            const Vec3f p = position(c / 3, c % 3);
+            const uint64_t x = std::bit_cast<uint32_t>(p.x), y = std::bit_cast<uint32_t>(p.y),
+                           z = std::bit_cast<uint32_t>(p.z);
+            uint64_t hash =
+                (x * 0x9e3779b97f4a7c15u) ^ (y * 0xc2b2ae3d27d4eb4fu) ^ (z * 0x165667b19e3779f9u);
+            hash ^= hash >> 29;
+            size_t slot = hash * 0x9e3779b97f4a7c15u >> 20 & mask;
+            while (table[slot] != kNone && !(positions_[table[slot]] == p))
+                slot = (slot + 1) & mask;
+            if (table[slot] == kNone) {
+                table[slot] = static_cast<uint32_t>(positions_.size());
+                positions_.push_back(p);
+            }
+            vertex_[c] = table[slot];
+        }
+    }
+
+    /// The corners at each vertex, in the order of triangles.
+    void sort_corners() {
+        first_corner_.assign(positions_.size() + 1, 0);
+        for (const uint32_t v : vertex_)
+            ++first_corner_[v + 1];
+        for (size_t v = 0; v < positions_.size(); ++v)
+            first_corner_[v + 1] += first_corner_[v];
+        corner_.resize(vertex_.size());
+        std::vector<uint32_t> next(first_corner_.begin(), first_corner_.end() - 1);
+        for (size_t c = 0; c < vertex_.size(); ++c)
+            corner_[next[vertex_[c]]++] = static_cast<uint32_t>(c);
+    }
+
+    bool owns_before(uint32_t a, uint32_t b) const {
+        return precedes(details_[a].patch, details_[a].triangle, details_[b].patch,
+                        details_[b].triangle);
+    }
+
+    void add_vertex(uint32_t v, std::vector<Spoke>* spokes, std::vector<EdgeFeature>* edges,
+                    std::vector<VertexFeature>* vertices) const {
+        spokes->clear();
+        uint32_t owner = corner_[first_corner_[v]];
+        for (uint32_t i = first_corner_[v]; i < first_corner_[v + 1]; ++i) {
+            const uint32_t t = corner_[i] / 3, k = corner_[i] % 3;
+            // Of two corners of one triangle here, the first.
+            if (owns_before(t, owner / 3)) owner = corner_[i];
+            const uint32_t next = vertex_[3 * t + (k + 1) % 3];
+            const uint32_t previous = vertex_[3 * t + (k + 2) % 3];
+            if (next != v) spokes->push_back({next, t, k});
+            if (previous != v) spokes->push_back({previous, t, (k + 2) % 3});
+        }
+        std::sort(spokes->begin(), spokes->end(), [&](const Spoke& a, const Spoke& b) {
+            if (a.other != b.other) return a.other < b.other;
+            if (a.triangle != b.triangle) return owns_before(a.triangle, b.triangle);
+            return a.edge < b.edge;
+        });
+        vertices->push_back(make_vertex(v, owner, *spokes));
+        for (size_t i = 0; i < spokes->size();) {
+            size_t end = i + 1;
+            while (end < spokes->size() && (*spokes)[end].other == (*spokes)[i].other)
+                ++end;
+            if ((*spokes)[i].other > v)
+                edges->push_back(make_edge(v, spokes->data() + i, spokes->data() + end));
+            i = end;
+        }
+    }
+
+    VertexFeature make_vertex(uint32_t v, uint32_t owner, const std::vector<Spoke>& spokes) const {
+        VertexFeature f{};
+        store(positions_[v], f.v);
+        f.owner_corner = owner / 3 << 2 | owner % 3;
+        const TriangleFrame& frame = frames_[f.owner()];
+        Vec3f up{}, down{};
+        float shortest = std::numeric_limits<float>::infinity();
+        int edges = 0, ups = 0;
+        for (size_t i = 0; i < spokes.size() && edges < VertexFeature::kMaxEdges; ++i) {
+            if (i > 0 && spokes[i].other == spokes[i - 1].other) continue;
+            const Vec3f along = positions_[spokes[i].other] - positions_[v];
+            const float l = length(along);
+            if (!(l > 0)) continue;
+            const Vec3f u = along * (1.0f / l);
+            store(u, f.direction[edges++]);
+            shortest = std::min(shortest, l);
+            const bool above = dot(u, to_vec(frame.n)) > 0;
+            (above ? up : down) = (above ? up : down) + u;
+            ups += above ? 1 : 0;
+        }
+        f.inv_reach = 1.0f / shortest;
+        int count = edges;
+        if (ups > 1) store(up * (1.0f / static_cast<float>(ups)), f.direction[count++]);
+        if (edges - ups > 1)
+            store(down * (1.0f / static_cast<float>(edges - ups)), f.direction[count]);
+        return f;
+    }
+
+    struct Wing {
+        float rho = 0, reach = 0;
+    };
+
+    /// How a face lies at one of its edges.
+    Wing wing(uint32_t triangle, uint32_t edge) const {
+        const TriangleFrame& t = frames_[triangle];
+        if (t.n[0] == 0 && t.n[1] == 0 && t.n[2] == 0) return {};
+        const Vec3f apex = position(triangle, (edge + 2) % 3);
+        const Vec3f first = position(triangle, edge), second = position(triangle, (edge + 1) % 3);
+        const float height = std::abs(dot(to_vec(t.m[edge]), apex - first));
+        const float reach = std::max(length(apex - first), length(apex - second));
+        return {height / reach, reach};
+    }
+
+    EdgeFeature make_edge(uint32_t v, const Spoke* begin, const Spoke* end) const {
+        EdgeFeature f{};
+        const Vec3f &p = positions_[v], &q = positions_[begin->other];
+        const bool p_first = std::tie(p.x, p.y, p.z) < std::tie(q.x, q.y, q.z);
+        const Vec3f a = p_first ? p : q, b = p_first ? q : p;
+        const Vec3f ab = b - a;
+        store(a, f.a);
+        store(ab, f.ab);
+        f.length2 = (ab.x * ab.x + ab.y * ab.y) + ab.z * ab.z;
+        f.inv_length2 = 1.0f / f.length2;
+        f.owner_edge = begin->triangle << 3 |
+                       (details_[begin->triangle].flags >> begin->edge & 1u) << 2 | begin->edge;
+        const Wing own = wing(begin->triangle, begin->edge);
+        store(to_vec(frames_[begin->triangle].m[begin->edge]) * own.rho, f.wing[0]);
+        float reach = own.reach;
+        Wing best;
+        for (const Spoke* s = begin + 1; s != end; ++s) {
+            const Wing w = wing(s->triangle, s->edge);
+            if (!(w.rho > best.rho)) continue;
+            best = w;
+            store(to_vec(frames_[s->triangle].m[s->edge]) * w.rho, f.wing[1]);
+        }
+        if (best.rho > 0) reach = own.rho > 0 ? std::min(reach, best.reach) : best.reach;
+        f.inv_reach = 1.0f / reach;
+        return f;
+    }
+
+    /// Sorts features by their owners.
+    template <typename Feature>
+    void place(const std::vector<Feature>& list, std::vector<uint32_t>* first,
+               std::vector<Feature>* out) const {
+        first->assign(count_ + 1, 0);
+        for (const Feature& f : list)
+            ++(*first)[f.owner() + 1];
+        for (size_t t = 0; t < count_; ++t)
+            (*first)[t + 1] += (*first)[t];
+        out->resize(list.size());
+        std::vector<uint32_t> next(first->begin(), first->end() - 1);
+        for (const Feature& f : list)
+            (*out)[next[f.owner()]++] = f;
+    }
+
+    static constexpr uint32_t kNone = UINT32_MAX;
+    const TriangleFrame* frames_;
+    const TriangleDetail* details_;
+    size_t count_;
+    std::vector<Vec3f> positions_;        // [vertex]
+    std::vector<uint32_t> vertex_;        // [3 * triangle + corner]
+    std::vector<uint32_t> first_corner_;  // [vertex]: where its corners begin in corner_
+    std::vector<uint32_t> corner_;
+};
+
+/// Moves what was made for the triangles from `begin` on to its place among all.
+template <typename Feature>
+void append(const std::vector<Feature>& list, const std::vector<uint32_t>& first, size_t begin,
+            size_t place, uint32_t owner_shift, uint32_t Feature::*owner, std::vector<Feature>* out,
+            std::vector<uint32_t>* out_first) {
+    for (size_t i = 0; i < list.size(); ++i) {
+        Feature f = list[i];
+        f.*owner += static_cast<uint32_t>(begin) << owner_shift;
+        (*out)[place + i] = f;
+    }
+    // The last is the first of what follows.
+    for (size_t t = 0; t + 1 < first.size(); ++t)
+        (*out_first)[begin + t] = static_cast<uint32_t>(place) + first[t];
+}
+
+}  // namespace
+
+Features make_features(const std::vector<TriangleFrame>& frames,
+                       const std::vector<TriangleDetail>& details) {
+    // Neighbours in the tree are neighbours in space: chunks of it share few edges, and are made
+    // apart from each other in little memory.
+    constexpr size_t kChunk = 4096;
+    const size_t count = frames.size();
+    std::vector<Features> chunks((count + kChunk - 1) / kChunk);
+    const auto make = [&](size_t c) {
+        const size_t begin = c * kChunk;
+        chunks[c] =
+            Builder(frames.data() + begin, details.data() + begin, std::min(kChunk, count - begin))
+                .build();
+    };
+    if (chunks.empty()) return {};
+    if (chunks.size() == 1) {
+        make(0);
+        return std::move(chunks[0]);
+    }
+    tbb::parallel_for(size_t{0}, chunks.size(), make);
+    std::vector<size_t> edges(chunks.size() + 1), vertices(chunks.size() + 1);
+    for (size_t c = 0; c < chunks.size(); ++c) {
+        edges[c + 1] = edges[c] + chunks[c].edges.size();
+        vertices[c + 1] = vertices[c] + chunks[c].vertices.size();
+    }
+    Features out;
+    tbb::parallel_invoke([&] { out.edges.resize(edges.back()); },
+                         [&] { out.vertices.resize(vertices.back()); });
+    out.first_edge.assign(count + 1, static_cast<uint32_t>(edges.back()));
+    out.first_vertex.assign(count + 1, static_cast<uint32_t>(vertices.back()));
+    tbb::parallel_for(size_t{0}, chunks.size(), [&](size_t c) {
+        const Features& f = chunks[c];
+        append(f.edges, f.first_edge, c * kChunk, edges[c], 3, &EdgeFeature::owner_edge, &out.edges,
+               &out.first_edge);
+        append(f.vertices, f.first_vertex, c * kChunk, vertices[c], 2, &VertexFeature::owner_corner,
+               &out.vertices, &out.first_vertex);
+        chunks[c] = {};
+    });
+    return out;
+}
+
+}  // namespace openfab::nearest

@@ -1,0 +1,73 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// The edges and vertices of a tree's triangles, each once: neighbours share them, so a voxel that
+// is nearest to one would otherwise evaluate it for every triangle around it. Each belongs to its
+// *owner*, the lowest (patch, triangle) around it, which wins its ties (nearest/triangle.h). Where
+// chunks of a large tree meet, as where trees do, each side has its own: then two features tie, and
+// the lower owner wins as between any others.
+//
+// They also hold what tells that no point of a box is nearest to them: the part of space that is
+// nearest to the inside of an edge lies beyond that edge's line for every face at it, and the part
+// that is nearest to a vertex lies behind it for every edge at it. Most edges and vertices drop out
+// by that, all convex ones as seen from within the part.
+
+#include <cstdint>
+#include <vector>
+
+#include "runtime/nearest/triangle.h"
+
+namespace openfab::nearest {
+
+/// One edge, from the end a that comes first in lexicographic order of position. Edges without
+/// length are left out.
+struct alignas(64) EdgeFeature {
+    float a[3];
+    float ab[3];  ///< to the other end
+    float length2, inv_length2;
+    /// Unit normals in the planes of two faces at the edge, inwards, times the face's height over
+    /// the edge divided by its longest other side; zero where there is no such face. A point that
+    /// is s > 0 along one, and nearest to a point inside the edge, is nearer to that face, squared
+    /// distances differing by s² or s times that side, whichever is less.
+    float wing[2][3];
+    float inv_reach;      ///< 1 / the shorter such side
+    uint32_t owner_edge;  ///< bits 0..1: the owner's edge i = (v_i, v_{i+1}); bit 2: v_{i+1} is a;
+                          ///< above, the owner's place in the tree
+
+    uint32_t owner() const { return owner_edge >> 3; }
+};
+
+/// One vertex, with directions in which the surface leaves it.
+struct alignas(64) VertexFeature {
+    static constexpr int kMaxEdges = 6;
+    /// Unit vectors along edges, and up to two means of those: where p - v has a large component
+    /// along a mean, it has one along an edge.
+    static constexpr int kMaxDirections = kMaxEdges + 2;
+
+    float v[3];
+    float inv_reach;        ///< 1 / the shortest of those edges
+    uint32_t owner_corner;  ///< bits 0..1: the owner's corner; above, its place in the tree
+    float direction[kMaxDirections][3];  ///< the rest is zero
+
+    uint32_t owner() const { return owner_corner >> 2; }
+};
+
+/// In the order of their owners: those of triangle t are [first[t], first[t + 1]).
+struct Features {
+    std::vector<EdgeFeature> edges;
+    std::vector<VertexFeature> vertices;
+    std::vector<uint32_t> first_edge, first_vertex;
+
+    size_t bytes() const {
+        return edges.capacity() * sizeof(EdgeFeature) +
+               vertices.capacity() * sizeof(VertexFeature) +
+               (first_edge.capacity() + first_vertex.capacity()) * sizeof(uint32_t);
+    }
+};
+
+/// The features of a tree's triangles, whose ends are the same where their positions are equal.
+Features make_features(const std::vector<TriangleFrame>& frames,
+                       const std::vector<TriangleDetail>& details);
+
+}  // namespace openfab::nearest

@@ -1,0 +1,345 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Faces, edges and vertices that may be nearest to a point of a box, and the voxels of the box
+// against all of them without a branch. Part of kernel.inl.
+
+/// How far something is from every corner of the box at most, squared.
+OPENFAB_INLINE float farthest_row2(const Domination& rows) {
+    float farthest2 = kInfinity;
+    for (int i = 0; i < rows.rows; ++i) {
+        const float far2 = largest_lane(load(rows.row[i]));
+        farthest2 = far2 < farthest2 ? far2 : farthest2;
+    }
+    return farthest2;
+}
+
+// Which of a tree's features a leaf holds, and what is kept of one.
+
+OPENFAB_INLINE const TriangleFrame* features_of(const TreeView& tree, const Node& leaf,
+                                                const TriangleFrame** end) {
+    *end = tree.frames + leaf.first() + leaf.count();
+    return tree.frames + leaf.first();
+}
+OPENFAB_INLINE const EdgeFeature* features_of(const TreeView& tree, const Node& leaf,
+                                              const EdgeFeature** end) {
+    *end = tree.edges + tree.first_edge[leaf.first() + leaf.count()];
+    return tree.edges + tree.first_edge[leaf.first()];
+}
+OPENFAB_INLINE const VertexFeature* features_of(const TreeView& tree, const Node& leaf,
+                                                const VertexFeature** end) {
+    *end = tree.vertices + tree.first_vertex[leaf.first() + leaf.count()];
+    return tree.vertices + tree.first_vertex[leaf.first()];
+}
+
+OPENFAB_INLINE const TriangleDetail* owner_of(const TriangleFrame& f, const TreeView& tree) {
+    return tree.details + (&f - tree.frames);
+}
+OPENFAB_INLINE const TriangleDetail* owner_of(const EdgeFeature& e, const TreeView& tree) {
+    return tree.details + e.owner();
+}
+OPENFAB_INLINE const TriangleDetail* owner_of(const VertexFeature& v, const TreeView& tree) {
+    return tree.details + v.owner();
+}
+
+/// Lists the features of one kind in the leaves of the list.
+template <typename Feature>
+OPENFAB_INLINE void list_candidates(KernelScratch* scratch) {
+    size_t count = 0;
+    for (size_t i = 0; i < scratch->list.size; ++i) {
+        const Entry& e = scratch->list.data[i];
+        const Feature* end;
+        const Feature* f = features_of(*e.tree, e.tree->nodes[e.node], &end);
+        // Always four at a time, whether there are as many or not: most leaves have about that.
+        for (const auto left = static_cast<size_t>(end - f); f < end; f += 4) {
+            scratch->rows.reserve(count + left + 4);
+            scratch->trees.reserve(count + left + 4);
+            for (int k = 0; k < 4; ++k) {
+                scratch->rows.data[count + k] = reinterpret_cast<const float*>(f + k);
+                scratch->trees.data[count + k] = e.tree;
+            }
+            count += static_cast<size_t>(end - f < 4 ? end - f : 4);
+        }
+    }
+    scratch->rows.size = scratch->trees.size = count;
+}
+
+/// The features rows[0 .. lanes - 1], a lane each, float by float.
+template <typename V, typename Feature>
+OPENFAB_INLINE void load_features(const float* const* rows, V* columns) {
+    for (size_t k = 0; k < sizeof(Feature) / sizeof(float); k += 16)
+        transpose(rows, k, columns + k);
+}
+
+/// Keeps the features of one kind that are not idle in all sub-blocks of `subs`.
+template <typename Feature>
+OPENFAB_INLINE void collect_kind(const BlockPlace& place, uint32_t subs, KernelScratch* scratch,
+                                 BlockFeatures* out) {
+    using V = Widest;
+    constexpr size_t kLanes = V::kLanes, kFloats = sizeof(Feature) / sizeof(float);
+    list_candidates<Feature>(scratch);
+    const size_t count = scratch->rows.size;
+    // Lanes that are over repeat the first.
+    scratch->rows.reserve(count + 2 * kLanes);
+    const float** rows = scratch->rows.data;
+    for (size_t l = 0; count != 0 && l < 2 * kLanes; ++l)
+        rows[count + l] = rows[0];
+    out->rows.reserve(count + kLanes);
+    out->details.reserve(count);
+    size_t kept = 0;
+    for (size_t first = 0; first < count; first += kLanes) {
+        for (size_t l = first + kLanes; l < first + 2 * kLanes; ++l) {
+            for (size_t k = 0; k < kFloats; k += 16)
+                __builtin_prefetch(rows[l] + k);
+        }
+        V columns[kFloats];
+        load_features<V, Feature>(rows + first, columns);
+        IdleInSubBlocks<V> idle(*place.shape);
+        test_sides(static_cast<const Feature*>(nullptr), columns, place, &idle);
+        uint32_t alive = ~idle.everywhere(subs);
+        alive &= (1u << (count - first < kLanes ? count - first : kLanes)) - 1;
+        for (; alive != 0; alive &= alive - 1) {
+            const auto l = static_cast<size_t>(__builtin_ctz(alive));
+            const float* row = rows[first + l];
+            const TriangleDetail* owner =
+                owner_of(*reinterpret_cast<const Feature*>(row), *scratch->trees.data[first + l]);
+            // list_answers will read it.
+            __builtin_prefetch(&owner->patch);
+            out->rows.data[kept] = row;
+            out->details.data[kept] = owner;
+            ++kept;
+        }
+    }
+    for (size_t l = 0; kept != 0 && l < kLanes; ++l)
+        out->rows.data[kept + l] = out->rows.data[0];
+    out->rows.size = out->details.size = kept;
+}
+
+/// Lists in out->near what may be nearest to the voxels of each of the `quarters`.
+template <typename Feature>
+OPENFAB_INLINE void list_near(const BlockPlace& place, uint32_t quarters, BlockFeatures* out) {
+    using V = Widest;
+    constexpr size_t kLanes = V::kLanes;
+    for (uint32_t& count : out->near_count)
+        count = 0;
+    const size_t count = out->rows.size;
+    out->near_stride = count + kLanes;
+    out->near.reserve(kQuarters * out->near_stride);
+    for (size_t first = 0; first < count; first += kLanes) {
+        V columns[sizeof(Feature) / sizeof(float)];
+        load_features<V, Feature>(out->rows.data + first, columns);
+        IdleInQuarters<V, kSidesOf<Feature>> idle(*place.shape);
+        test_sides(static_cast<const Feature*>(nullptr), columns, place, &idle);
+        const uint32_t lanes = (1u << (count - first < kLanes ? count - first : kLanes)) - 1;
+        for (int sub = 0; sub < 8; ++sub) {
+            const uint32_t some = quarters >> 4 * sub & 0xfu;
+            if (some == 0) continue;
+            for (int q = 0; q < 4; ++q) {
+                if ((some >> q & 1u) == 0) continue;
+                const uint32_t alive = lanes & ~bits(idle.idle(sub, q));
+                const int quarter = 4 * sub + q;
+                uint32_t& listed = out->near_count[quarter];
+                listed += list_lanes<V>(
+                    alive, static_cast<uint32_t>(first),
+                    out->near.data + static_cast<size_t>(quarter) * out->near_stride + listed);
+            }
+        }
+    }
+}
+
+__attribute__((noinline)) void list_near_features(const BlockPlace& place, uint32_t quarters,
+                                                  KernelScratch* scratch) {
+    list_near<TriangleFrame>(place, quarters, &scratch->faces);
+    list_near<EdgeFeature>(place, quarters, &scratch->edges);
+    list_near<VertexFeature>(place, quarters, &scratch->vertices);
+}
+
+OPENFAB_INLINE const TriangleFrame& face_at(const KernelScratch& block, size_t i) {
+    return *reinterpret_cast<const TriangleFrame*>(block.faces.rows.data[i]);
+}
+OPENFAB_INLINE const EdgeFeature& edge_at(const KernelScratch& block, size_t i) {
+    return *reinterpret_cast<const EdgeFeature*>(block.edges.rows.data[i]);
+}
+OPENFAB_INLINE const VertexFeature& vertex_at(const KernelScratch& block, size_t i) {
+    return *reinterpret_cast<const VertexFeature*>(block.vertices.rows.data[i]);
+}
+
+inline FeatureAnswer edge_answer(const EdgeFeature& e, const TriangleDetail& owner) {
+    const int32_t edge = static_cast<int32_t>(e.owner_edge & 3u);
+    const bool swapped = (e.owner_edge & 4u) != 0;
+    // tau, or 1 - tau.
+    const float second0 = swapped ? 1.0f : 0.0f, second1 = swapped ? -1.0f : 1.0f;
+    const float first0 = swapped ? 0.0f : 1.0f, first1 = swapped ? 1.0f : -1.0f;
+    FeatureAnswer a{0, 0, 0, 0, owner.patch, owner.triangle, 1 + edge};
+    if (edge == 0) {
+        a.bary1 = second0;
+        a.bary1_x = second1;
+    } else {
+        a.bary1 = edge == 1 ? first0 : 0;
+        a.bary1_x = edge == 1 ? first1 : 0;
+        a.bary2 = edge == 1 ? second0 : first0;
+        a.bary2_y = edge == 1 ? second1 : first1;
+    }
+    return a;
+}
+
+/// Writes what wins where a feature of the block does: faces, edges, vertices.
+OPENFAB_INLINE void list_answers(KernelScratch* scratch) {
+    const size_t faces = scratch->faces.rows.size, edges = scratch->edges.rows.size,
+                 vertices = scratch->vertices.rows.size;
+    scratch->margins.reserve(faces);
+    scratch->answers.size = faces + edges + vertices;
+    scratch->answers.reserve(scratch->answers.size);
+    FeatureAnswer* answer = scratch->answers.data;
+    for (size_t i = 0; i < faces; ++i) {
+        const TriangleDetail& d = *scratch->faces.details.data[i];
+        scratch->margins.data[i] = d.margin;
+        *answer++ = {0, d.inv_height1, 0, d.inv_height2, d.patch, d.triangle, 0};
+    }
+    for (size_t i = 0; i < edges; ++i)
+        *answer++ = edge_answer(edge_at(*scratch, i), *scratch->edges.details.data[i]);
+    for (size_t i = 0; i < vertices; ++i) {
+        const auto c = static_cast<int32_t>(vertex_at(*scratch, i).owner_corner & 3u);
+        const TriangleDetail& d = *scratch->vertices.details.data[i];
+        *answer++ = {c == 1 ? 1.0f : 0.0f, 0, c == 2 ? 1.0f : 0.0f, 0, d.patch, d.triangle, 4 + c};
+    }
+}
+
+/// The features that may be nearest to a voxel of the sub-blocks `subs`, from the leaves of the
+/// list.
+__attribute__((noinline)) void collect_features(const BlockPlace& place, uint32_t subs,
+                                                KernelScratch* scratch) {
+    for (size_t i = 0; i < scratch->list.size; ++i) {
+        const Entry& e = scratch->list.data[i];
+        const uint32_t first = e.tree->nodes[e.node].first();
+        __builtin_prefetch(e.tree->first_edge + first);
+        __builtin_prefetch(e.tree->first_vertex + first);
+    }
+    collect_kind<TriangleFrame>(place, subs, scratch, &scratch->faces);
+    collect_kind<EdgeFeature>(place, subs, scratch, &scratch->edges);
+    collect_kind<VertexFeature>(place, subs, scratch, &scratch->vertices);
+    list_answers(scratch);
+}
+
+/// Calls visit(place in the answers, distance2, x, y) for every feature that is left for a quarter;
+/// distance2 is infinite where the feature is not what its triangles are nearest in.
+template <typename V, typename Visit>
+OPENFAB_INLINE void each_feature(const KernelScratch& block, int quarter, const PointsOf<V>& p,
+                                 const Visit& visit) {
+    const V infinity = splat<V>(kInfinity), zero = splat<V>(0.0f);
+    const auto each = [quarter](const BlockFeatures& features, const auto& visit_one)
+        __attribute__((always_inline)) {
+        const uint32_t* near =
+            features.near.data + static_cast<size_t>(quarter) * features.near_stride;
+        const uint32_t count = features.near_count[quarter];
+        for (uint32_t i = 0; i < count; ++i)
+            visit_one(near[i]);
+    };
+    each(
+        block.faces, [&](uint32_t i) __attribute__((always_inline)) {
+            const InFrameOf<V> f = to_frame(face_at(block, i), p);
+            const auto inside = splat<V>(block.margins.data[i]) <= min(min(f.s[0], f.s[1]), f.s[2]);
+            visit(i, select(inside, f.h * f.h, infinity), f.s[2], f.s[0]);
+        });
+    const auto edges = static_cast<uint32_t>(block.faces.rows.size);
+    each(
+        block.edges, [&](uint32_t i) __attribute__((always_inline)) {
+            const AlongEdgeOf<V> at = along_edge(edge_at(block, i), p);
+            visit(edges + i, select(at.between, at.distance2, infinity), at.tau, at.tau);
+        });
+    const auto vertices = edges + static_cast<uint32_t>(block.edges.rows.size);
+    each(
+        block.vertices, [&](uint32_t i) __attribute__((always_inline)) {
+            visit(vertices + i, distance2_to(vertex_at(block, i).v, p), zero, zero);
+        });
+}
+
+/// What the points of a packet have found.
+template <typename V>
+struct FeatureBest {
+    V distance2, x, y;
+    V place;         ///< as bits
+    MaskOf<V> tied;  ///< another feature has the same distance2
+};
+
+/// Farther than any feature, but less than the infinity of one that does not count.
+constexpr float kNoFeature = 0x1.fffffep127f;
+
+/// Where features tie, the one that comes first by (patch, triangle, order).
+template <typename V>
+__attribute__((noinline)) void break_ties(const KernelScratch& block, int quarter,
+                                          const PointsOf<V>& p, FeatureBest<V>* best) {
+    constexpr int kLanes = V::kLanes;
+    alignas(64) float x[kLanes], y[kLanes], vx[kLanes], vy[kLanes];
+    alignas(64) int32_t winner[kLanes];
+    store(x, best->x);
+    store(y, best->y);
+    store_bits(winner, best->place);
+    const uint32_t tied = bits(best->tied);
+    each_feature(block, quarter, p, [&](uint32_t place, V distance2, V at_x, V at_y) {
+        uint32_t equal = bits(distance2 == best->distance2) & tied;
+        if (equal == 0) return;
+        store(vx, at_x);
+        store(vy, at_y);
+        const FeatureAnswer& now = block.answers.data[place];
+        for (; equal != 0; equal &= equal - 1) {
+            const int l = __builtin_ctz(equal);
+            const FeatureAnswer& before = block.answers.data[winner[l]];
+            const bool same = now.patch == before.patch && now.triangle == before.triangle;
+            if (!(same                        ? now.order < before.order
+                  : now.patch != before.patch ? now.patch < before.patch
+                                              : now.triangle < before.triangle))
+                continue;
+            winner[l] = static_cast<int32_t>(place);
+            x[l] = vx[l];
+            y[l] = vy[l];
+        }
+    });
+    best->x = Width<V>::load(x);
+    best->y = Width<V>::load(y);
+    best->place = Width<V>::load(reinterpret_cast<const float*>(winner));
+}
+
+template <typename V>
+OPENFAB_INLINE FeatureBest<V> nearest_feature(const KernelScratch& block, int quarter,
+                                              const PointsOf<V>& p) {
+    FeatureBest<V> best;
+    best.distance2 = splat<V>(kNoFeature);
+    best.x = best.y = splat<V>(0.0f);
+    best.place = Width<V>::splat_bits(0);
+    best.tied = best.x < best.x;
+    each_feature(block, quarter, p, [&](uint32_t place, V distance2, V x, V y) {
+        const auto closer = distance2 < best.distance2;
+        best.tied = andnot(closer, best.tied) | (distance2 == best.distance2);
+        best.distance2 = min(best.distance2, distance2);
+        best.x = select(closer, x, best.x);
+        best.y = select(closer, y, best.y);
+        best.place = select(closer, Width<V>::splat_bits(static_cast<int32_t>(place)), best.place);
+    });
+    return best;
+}
+
+template <typename V>
+OPENFAB_INLINE void write_packet(const FeatureAnswer* answers, const FeatureBest<V>& best,
+                                 uint32_t asked, float radius2, const int16_t* voxel,
+                                 BlockAnswer* answer) {
+    constexpr int kLanes = V::kLanes;
+    alignas(64) float d2[kLanes], x[kLanes], y[kLanes];
+    alignas(64) int32_t place[kLanes];
+    store(d2, best.distance2);
+    store(x, best.x);
+    store(y, best.y);
+    store_bits(place, best.place);
+    uint32_t found = asked & bits((best.distance2 <= splat<V>(radius2)) &
+                                  (best.distance2 < splat<V>(kNoFeature)));
+    for (; found != 0; found &= found - 1) {
+        const int l = __builtin_ctz(found);
+        const FeatureAnswer& f = answers[place[l]];
+        const int v = voxel[l];
+        answer->distance2[v] = d2[l];
+        answer->patch[v] = f.patch;
+        answer->triangle[v] = f.triangle;
+        answer->bary1[v] = f.bary1 + f.bary1_x * x[l];
+        answer->bary2[v] = f.bary2 + f.bary2_y * y[l];
+    }
+}

@@ -1,0 +1,181 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/slab/cube_bounds.h"
+
+#include <cmath>
+#include <limits>
+
+namespace openfab::slab {
+
+namespace {
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+}  // namespace
+
+int64_t CubeBounds::most_bytes(const PrintPart& part, int64_t cubes) {
+    // Numbers of an entry: its corner and distances; every component low and high, as it comes and
+    // as the kernel reads it; every weight low and high. Lists that grow by doubling hold twice.
+    const int64_t components = part.nearest.floats() + part.nearest.ints();
+    const int64_t numbers = 2 * 5 + components * (2 * 2 + 2) + 2 * int64_t{part.slots()};
+    constexpr int64_t kPoint = (sizeof(nearest::PointGroup) + sizeof(nearest::PointAnswer)) / 8 + 4;
+    return cubes * (nearest::BoxBounds::kMostCases * 4 * numbers + int64_t{2 * sizeof(size_t)} +
+                    2 * kPoint);
+}
+
+// Distances of the cubes' middles, in the order of operations of a voxel's centre.
+void CubeBounds::find_middles(const PrintPart& part, int32_t size, std::span<const Vec3i> lowest,
+                              nearest::Engine::Scratch* scratch) {
+    const size_t groups = (lowest.size() + 7) / 8;
+    points_.resize(groups);
+    answers_.resize(groups);
+    const float half = 0.5f * static_cast<float>(size);
+    for (size_t i = 0; i < 8 * groups; ++i) {
+        // Lanes that are left over ask what the last one does.
+        const Vec3i& corner = lowest[std::min(i, lowest.size() - 1)];
+        const float x = static_cast<float>(corner.x) + half;
+        const float y = static_cast<float>(corner.y) + half;
+        const float z = static_cast<float>(corner.z) + half;
+        for (size_t a = 0; a < 3; ++a) {
+            points_[i / 8].p[a][i % 8] = ((x * part.frame[OPENFAB_FRAME_STEP_I + a] +
+                                           y * part.frame[OPENFAB_FRAME_STEP_J + a]) +
+                                          z * part.frame[OPENFAB_FRAME_STEP_K + a]) +
+                                         part.frame[OPENFAB_FRAME_ORIGIN + a];
+        }
+    }
+    part.engine->query_points(points_, kInfinity, scratch, answers_.data());
+    middle_.resize(lowest.size());
+    for (size_t i = 0; i < lowest.size(); ++i)
+        middle_[i] = std::sqrt(answers_[i / 8].distance2[i % 8]);
+}
+
+// Only voxels inside the part count, where the distance is negative; given are unsigned ones.
+void CubeBounds::add_entry(const PrintPart& part, const Vec3i& corner,
+                           const nearest::NearestCase& of, float distance_lo, float distance_hi) {
+    for (int a = 0; a < 3; ++a)
+        corners_.push_back(corner[a]);
+    distance_lo_.push_back(0.0f - distance_hi);
+    distance_hi_.push_back(0.0f - distance_lo);
+    if (!part.bounds.any()) return;
+    for (const std::vector<float>* v : {&of.float_lo, &of.float_hi})
+        case_floats_.insert(case_floats_.end(), v->begin(), v->end());
+    for (const std::vector<int32_t>* v : {&of.int_lo, &of.int_hi})
+        case_ints_.insert(case_ints_.end(), v->begin(), v->end());
+}
+
+// From entry after entry to component after component.
+void CubeBounds::lay_out(const PrintPart& part) {
+    const size_t n = distance_lo_.size();
+    const auto transpose = [n](size_t components, const auto& from, auto* lo, auto* hi) {
+        lo->resize(components * n);
+        hi->resize(components * n);
+        for (size_t i = 0; i < n && !from.empty(); ++i) {
+            for (size_t c = 0; c < components; ++c) {
+                (*lo)[c * n + i] = from[2 * components * i + c];
+                (*hi)[c * n + i] = from[2 * components * i + components + c];
+            }
+        }
+    };
+    transpose(static_cast<size_t>(part.nearest.floats()), case_floats_, &float_lo_, &float_hi_);
+    transpose(static_cast<size_t>(part.nearest.ints()), case_ints_, &int_lo_, &int_hi_);
+}
+
+// Intervals of what the queries can give in each cube, then of the weights.
+int CubeBounds::bound(const PrintPart& part, int32_t size, std::span<const Vec3i> lowest,
+                      QueryBounds from, const Tools& tools) {
+    first_entry_.assign(1, 0);
+    corners_.clear();
+    distance_lo_.clear();
+    distance_hi_.clear();
+    case_floats_.clear();
+    case_ints_.clear();
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    for (std::vector<float>* v : {&unknown_.float_lo, &unknown_.float_hi})
+        v->assign(static_cast<size_t>(part.nearest.floats()), nan);
+    unknown_.int_lo.assign(static_cast<size_t>(part.nearest.ints()),
+                           std::numeric_limits<int32_t>::min());
+    unknown_.int_hi.assign(static_cast<size_t>(part.nearest.ints()),
+                           std::numeric_limits<int32_t>::max());
+    const bool middles = from == QueryBounds::kMiddle && part.bounds.any();
+    if (middles) find_middles(part, size, lowest, tools.scratch);
+    const float reach = 0.5f * static_cast<float>(size - 1) * part.voxel_diagonal_mm;
+    for (size_t i = 0; i < lowest.size(); ++i) {
+        if (middles) {
+            // The slack is for the rounding of this distance and of a voxel's own.
+            const float d = middle_[i];
+            const float far = reach + (d * 0x1p-13f + part.largest_coordinate_mm * 0x1p-17f);
+            add_entry(part, lowest[i], unknown_, d > far ? d - far : 0.0f, d + far);
+        } else {
+            box_.clear();
+            box_.distance_hi = kInfinity;
+            if (part.bounds.any()) part.engine->bounds(lowest[i], size, tools.scratch, &box_);
+            for (int32_t k = 0; k < box_.count; ++k) {
+                const nearest::NearestCase& one = box_.cases[static_cast<size_t>(k)];
+                add_entry(part, lowest[i], one, one.distance_lo, box_.distance_hi);
+            }
+            if (box_.count == 0) add_entry(part, lowest[i], unknown_, 0.0f, box_.distance_hi);
+        }
+        first_entry_.push_back(distance_lo_.size());
+    }
+    lay_out(part);
+    return run_kernel(part, size, tools);
+}
+
+int CubeBounds::run_kernel(const PrintPart& part, int32_t size, const Tools& tools) {
+    const size_t n = distance_lo_.size();
+    // A slot that the fablet never sets may have no output; then it is 0.
+    for (std::vector<float>* v : {&weight_lo_, &weight_hi_})
+        v->assign(static_cast<size_t>(part.slots()) * n, 0.0f);
+
+    const openfab_kernel& kernel = part.part->fablet->volume_bounds;
+    KernelArguments& arguments = *tools.arguments;
+    arguments.begin(kernel, part, corners_.data(), static_cast<int32_t>(n), size);
+    for (int32_t i = 0; i < kernel.arg_count; ++i) {
+        const openfab_arg& arg = kernel.args[i];
+        const auto slot = static_cast<size_t>(arg.a) * n;
+        const bool lo = arg.kind == OPENFAB_ARG_NEAREST_LO;
+        switch (arg.kind) {
+            case OPENFAB_ARG_DISTANCE_LO:
+                arguments.set_list(i, distance_lo_.data());
+                break;
+            case OPENFAB_ARG_DISTANCE_HI:
+                arguments.set_list(i, distance_hi_.data());
+                break;
+            case OPENFAB_ARG_WEIGHT_LO:
+                arguments.set_list(i, &weight_lo_[slot]);
+                break;
+            case OPENFAB_ARG_WEIGHT_HI:
+                arguments.set_list(i, &weight_hi_[slot]);
+                break;
+            case OPENFAB_ARG_NEAREST_LO:
+            case OPENFAB_ARG_NEAREST_HI: {
+                const size_t first = part.nearest.place(arg.a, arg.b) * n;
+                if (part.nearest.is_float(arg.a)) {
+                    arguments.set_list(i, lo ? &float_lo_[first] : &float_hi_[first]);
+                } else {
+                    arguments.set_list(i, lo ? &int_lo_[first] : &int_hi_[first]);
+                }
+                break;
+            }
+            default:
+                break;
+        }
+    }
+    return arguments.run(tools.isa);
+}
+
+bool CubeBounds::one_composition(size_t cube, std::vector<float>* weights) const {
+    const size_t n = distance_lo_.size();
+    const size_t first = first_entry_[cube];
+    for (size_t s = 0; s < weights->size(); ++s) {
+        (*weights)[s] = weight_lo_[s * n + first];
+        for (size_t e = first; e < first_entry_[cube + 1]; ++e) {
+            // False for NaN, too.
+            if (!(weight_lo_[s * n + e] == (*weights)[s] && weight_hi_[s * n + e] == (*weights)[s]))
+                return false;
+        }
+    }
+    return true;
+}
+
+}  // namespace openfab::slab

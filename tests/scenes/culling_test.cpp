@@ -1,0 +1,162 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// What culling fills, and what it spares queries, never shows: the same bytes with it and without,
+// for fablets that depend on the surface only near some depths, plain and displaced, turned and
+// stretched, in voxels that are not cubes.
+
+#include <fmt/format.h>
+
+#include <cstdlib>
+
+#include "tests/scenes/scene_fixture.h"
+
+namespace openfab::testing {
+namespace {
+
+constexpr const char* kFablets = R"(
+import shell;
+
+// Exact distances decide in a band, which is thinner than a block and crosses it in any way.
+fablet ShellCore {
+    @uniform { Material light, dark; }
+    @Volume(@varying { VolumeAttributes attr })
+    {
+        MaterialComposition mc;
+        float share = shell_soft(distance(attr.voxelCenter), 1.1, 0.25);
+        mc.Set(light, share);
+        mc.Set(dark, 1 - share);
+        return mc;
+    }
+}
+
+// Layers thinner than a block: no block has one composition, some octants do.
+fablet Onion {
+    @uniform { Material light, dark; }
+    @Volume(@varying { VolumeAttributes attr })
+    {
+        MaterialComposition mc;
+        float inside = shell_onion(distance(attr.voxelCenter), 0.7);
+        mc.Set(light, inside);
+        mc.Set(dark, 1 - inside);
+        return mc;
+    }
+}
+
+// An attribute where the skin is, on a surface that is displaced by more than a block.
+fablet Rough {
+    @uniform { Material light, dark; }
+    @Surface(@varying { SurfaceAttributes attr, out float shade, out int side })
+    {
+        shade = attr.p.x;
+        side = attr.n.z > 0 ? 1 : 0;
+        return attr.n * (0.3 + 0.3 * sin(attr.p.x * 4) * sin(attr.p.y * 4));
+    }
+    @Volume(@varying { VolumeAttributes attr, @nearest float shade, @nearest int side })
+    {
+        MaterialComposition mc;
+        if (-distance(attr.voxelCenter) < 0.7 && side == 1) {
+            float share = saturate(shade * 0.2 + 0.5);
+            mc.Set(light, share);
+            mc.Set(dark, 1 - share);
+        } else {
+            mc.Set(dark, 1);
+        }
+        return mc;
+    }
+}
+)";
+
+constexpr const char* kWorld = R"({
+    "openfab": 1,
+    "printer": "j750",
+    "fablets": {"it": {"source": "fablets.fl", "fablet": "FABLET"}},
+    "materials": {"white": {"key": "#ffffff"}, "black": {"key": "#000000"}},
+    "meshes": {"sphere": {"sphere": 6}},
+    "objects": {"ball": {"mesh": "sphere", "fablet": "it", "uniforms": {"light": "white", "dark": "black"}}},
+    "build": [
+        {"object": "ball", "scale": [1, 0.7, 1.2], "rotate_deg": [25, 40, 10]},
+        {"object": "ball", "translate_mm": [5, 2, 3]}
+    ]
+})";
+
+// What a sanitizer keeps counts as resident.
+#ifdef OPENFAB_SANITIZED
+constexpr const char* kLittleMemory = "320MB";
+#else
+constexpr const char* kLittleMemory = "150MB";
+#endif
+
+class Culling : public ::testing::Test {
+  protected:
+    struct Printed {
+        std::string bytes;
+        double filled = 0, asked = 0;
+    };
+
+    static double figure(const std::string& statistics, const std::string& key) {
+        const size_t at = statistics.find("\"" + key + "\":");
+        EXPECT_NE(at, std::string::npos) << key << " in " << statistics;
+        return at == std::string::npos
+                   ? 0
+                   : std::strtod(statistics.c_str() + at + key.size() + 3, nullptr);
+    }
+
+    Printed print(const std::string& fablet, const std::vector<std::string>& arguments) {
+        std::string world = kWorld;
+        world.replace(world.find("FABLET"), 6, fablet);
+        scratch_.write("ball.fab.json", world);
+        scratch_.write("fablets.fl", kFablets);
+        const std::filesystem::path out = scratch_ / "out.ofr",
+                                    statistics = scratch_ / "stats.json";
+        std::vector<std::string> argv{program("openfab").string(),
+                                      "print",
+                                      (scratch_ / "ball.fab.json").string(),
+                                      "--draft",
+                                      "2",
+                                      "-o",
+                                      out.string(),
+                                      "--stats",
+                                      statistics.string()};
+        argv.insert(argv.end(), arguments.begin(), arguments.end());
+        const Outcome printed =
+            run(argv, {{{"OPENFAB_CACHE", (scratch_ / "cache").string()}}, {}, {}});
+        EXPECT_EQ(printed.exit_code, 0) << printed.err;
+        if (printed.exit_code != 0) return {};
+        const std::string text = read_file(statistics);
+        return {read_file(out), figure(text, "filled"), figure(text, "asked")};
+    }
+
+    /// Blocks filled, and the share of queries that is left, those that culling itself asks among
+    /// them.
+    void check(const std::string& fablet, double least_filled, double most_asked) {
+        const Printed all = print(fablet, {"--no-cull", "--threads", "1"});
+        EXPECT_GT(all.bytes.size(), 5'000u);
+        EXPECT_EQ(all.filled, 0);
+        for (const char* threads : {"1", "2"}) {
+            const Printed some = print(fablet, {"--threads", threads});
+            EXPECT_TRUE(all.bytes == some.bytes) << fablet << ", " << threads << " threads";
+            EXPECT_GT(some.filled, least_filled);
+            EXPECT_LT(some.asked, most_asked * all.asked);
+        }
+        const Printed small = print(fablet, {"--memory", kLittleMemory});
+        EXPECT_TRUE(all.bytes == small.bytes) << fablet << ", little memory";
+    }
+
+    ScratchFolder scratch_;
+};
+
+TEST_F(Culling, ShellAndCore) {
+    check("ShellCore", 200, 0.5);
+}
+
+TEST_F(Culling, LayersThinnerThanABlock) {
+    check("Onion", 0, 0.9);
+}
+
+TEST_F(Culling, AttributesOfADisplacedSkin) {
+    check("Rough", 200, 0.7);
+}
+
+}  // namespace
+}  // namespace openfab::testing

@@ -1,0 +1,50 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/support/boundary/mesh_files.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "runtime/scene/threemf.h"
+
+namespace openfab::testing {
+
+Vec3i half_voxels(const Vec3d& mm, const backends::PrintInfo& info) {
+    Vec3i p;
+    for (int a = 0; a < 3; ++a)
+        p[a] =
+            static_cast<int32_t>(std::lround((mm[a] - info.origin_mm[a]) * 2 / info.pitch_mm[a]));
+    return p;
+}
+
+CollectedMeshes read_threemf_meshes(const std::string& bytes, const backends::PrintInfo& info) {
+    const Result<scene::MeshSource> source = scene::parse_threemf(bytes, "print.3mf");
+    if (!source) {
+        ADD_FAILURE() << source.error().message;
+        return {};
+    }
+    CollectedMeshes meshes;
+    std::map<uint8_t, std::map<int32_t, uint32_t>> numbers;
+    for (size_t t = 0; t < source->mesh.triangles.size(); ++t) {
+        const std::string& material =
+            source->groups[static_cast<size_t>(source->face_groups[t])].material;
+        uint8_t code = 1;
+        while (code < info.materials.size() && info.materials[code - 1u].name != material)
+            ++code;
+        std::array<uint32_t, 3> corners{};
+        for (size_t c = 0; c < 3; ++c) {
+            const int32_t v = source->mesh.triangles[t][c];
+            auto& points = meshes[code].points;
+            const auto [it, fresh] =
+                numbers[code].try_emplace(v, static_cast<uint32_t>(points.size()));
+            if (fresh)
+                points.push_back(half_voxels(source->mesh.positions[static_cast<size_t>(v)], info));
+            corners[c] = it->second;
+        }
+        meshes[code].triangles.push_back(corners);
+    }
+    return meshes;
+}
+
+}  // namespace openfab::testing

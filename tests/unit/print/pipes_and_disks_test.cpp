@@ -1,0 +1,205 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// What takes the slices is slow, or full, as real pipes and disks are.
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <rapidjson/document.h>
+
+#include <chrono>
+#include <map>
+#include <thread>
+
+#include "tests/support/process/process.h"
+
+namespace openfab::testing {
+namespace {
+
+using namespace std::chrono_literals;
+using ::testing::HasSubstr;
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+#ifdef OPENFAB_SANITIZED
+constexpr const char* kBlock = "[20, 20, 10]";
+#else
+constexpr const char* kBlock = "[50, 50, 120]";  ///< 300 million voxels, 41 MB of them packed
+#endif
+
+class PipesAndDisks : public ::testing::Test {
+  protected:
+    PipesAndDisks() {
+        scratch_.write("f.fl", "fablet Tint {}\n");
+        write_world("block.fab.json", fmt::format(R"({{"box": {}}})", kBlock));
+        write_world("ball.fab.json", R"({"sphere": 16})");
+    }
+    void write_world(const std::string& name, const std::string& mesh) {
+        scratch_.write(name, fmt::format(R"({{
+  "openfab": 1, "printer": "generic",
+  "fablets": {{"f": {{"source": "f.fl", "fablet": "Tint"}}}},
+  "materials": {{"white": {{"key": "#ffffff"}}, "black": {{"key": "#000000"}}}},
+  "meshes": {{"mesh": {}}},
+  "objects": {{"thing": {{"mesh": "mesh", "fablet": "f", "uniforms": {{"a": "white", "b": "black"}}}}}},
+  "build": [{{"object": "thing"}}]
+}}
+)",
+                                         mesh));
+    }
+    std::string path(const std::string& name) const { return (scratch_ / name).string(); }
+    Outcome print(const std::string& world, std::vector<std::string> arguments,
+                  const RunOptions& options = {}) {
+        std::vector<std::string> argv{OPENFAB_TEST_PRINT, path(world)};
+        argv.insert(argv.end(), arguments.begin(), arguments.end());
+        return run(argv, options);
+    }
+    int64_t number(const std::string& file, const char* key) {
+        rapidjson::Document d;
+        d.Parse(read_file(scratch_ / file).c_str());
+        EXPECT_TRUE(!d.HasParseError() && d.HasMember(key)) << file << " " << key;
+        return d.HasParseError() || !d.HasMember(key) ? -1 : d[key].GetInt64();
+    }
+
+    ScratchFolder scratch_;
+};
+
+// A reader that stands still for longer than the whole print takes, and then goes on.
+TEST_F(PipesAndDisks, ASlowReaderOfAPipeHoldsThePrintBackInTheMemoryThatWasPlanned) {
+    ASSERT_EQ(
+        print("block.fab.json", {"-o", path("whole.ofr"), "--stats", path("free.json")}).exit_code,
+        0);
+    const std::string whole = read_file(path("whole.ofr"));
+    RunOptions slow;
+    bool stood = false;
+    slow.before_read = [&](const Outcome& so_far) {
+        if (stood || so_far.out.size() < whole.size() / 20) return;
+        stood = true;
+        std::this_thread::sleep_for(3s);
+    };
+    const Outcome held = print("block.fab.json", {"-o", "-", "--stats", path("slow.json")}, slow);
+    ASSERT_EQ(held.exit_code, 0) << held.err;
+    EXPECT_TRUE(stood);
+    EXPECT_TRUE(held.out == whole);
+    ASSERT_EQ(
+        print("block.fab.json", {"-o", "-", "--estimate", "--stats", path("plan.json")}).exit_code,
+        0);
+#ifndef OPENFAB_SANITIZED  // sanitizers keep their own memory
+    const int64_t peak = number("slow.json", "peak_rss_bytes");
+    EXPECT_LE(peak, number("plan.json", "memory_bytes"));
+    // What would wait for the reader without bound is twice this and more.
+    EXPECT_GT(static_cast<int64_t>(whole.size()), 36'000'000);
+    EXPECT_LE(peak, number("free.json", "peak_rss_bytes") + 15'000'000);
+#endif
+}
+
+// Slices are in the pipe as soon as they are made: a reader has many of them before the last.
+TEST_F(PipesAndDisks, AFastReaderOfAPipeIsNotKeptWaiting) {
+    RunOptions watched;
+    const Clock::time_point start = Clock::now();
+    Clock::duration first{};
+    watched.before_read = [&](const Outcome& so_far) {
+        if (first == Clock::duration{} && so_far.out.size() > 100'000) first = Clock::now() - start;
+    };
+    const Outcome outcome = print("block.fab.json", {"-o", "-"}, watched);
+    const Clock::duration whole = Clock::now() - start;
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    ASSERT_GT(outcome.out.size(), 300'000u);
+    EXPECT_GT(first, Clock::duration{});
+    EXPECT_LT(first, whole / 2);
+}
+
+TEST_F(PipesAndDisks, AReaderThatGoesAwayEndsThePrint) {
+    const std::string command = fmt::format(
+        "{} {} -o - | head -c 200000 > /dev/null; exit "
+        "${{PIPESTATUS[0]}}",
+        OPENFAB_TEST_PRINT, path("block.fab.json"));
+    const Outcome outcome = run({"/bin/bash", "-c", command});
+    EXPECT_EQ(outcome.exit_code, 3) << outcome.err;
+    EXPECT_THAT(outcome.err, HasSubstr("cannot write to `standard output`: Broken pipe"));
+}
+
+using Files = std::map<std::string, std::string>;
+
+/// Name to content; a file is a folder of one.
+Files files_of(const fs::path& output) {
+    if (!fs::is_directory(output)) return {{"", read_file(output)}};
+    Files files;
+    for (const auto& entry : fs::directory_iterator(output))
+        files[entry.path().filename().string()] = read_file(entry.path());
+    return files;
+}
+
+int64_t bytes_of(const Files& files) {
+    int64_t sum = 0;
+    for (const auto& [name, bytes] : files)
+        sum += static_cast<int64_t>(bytes.size() + 4095) / 4096 * 4096;
+    return sum;
+}
+
+TEST_F(PipesAndDisks, AFullDiskThatIsFreedIsGoneOnWith) {
+    for (const std::string format : {"ofr", "png"}) {
+        const std::vector<std::string> options{"--format", format};
+        const auto arguments = [&](const std::string& output, bool resume) {
+            std::vector<std::string> all = options;
+            all.insert(all.end(), {"-o", output});
+            if (resume) all.push_back("--resume");
+            return all;
+        };
+        ASSERT_EQ(print("ball.fab.json", arguments(path("whole." + format), false)).exit_code, 0);
+        const Files whole = files_of(path("whole." + format));
+        std::string why_not;
+        const std::unique_ptr<SmallDisk> disk =
+            SmallDisk::create(2 * bytes_of(whole) + 100'000, &why_not);
+        if (disk == nullptr) GTEST_SKIP() << why_not;
+        const std::string output = disk->path("a");
+
+        disk->fill("other", bytes_of(whole) * 2 / 3);
+        const Outcome full = print("ball.fab.json", arguments(output, false));
+        EXPECT_EQ(full.exit_code, 3);
+        EXPECT_THAT(full.err, HasSubstr("No space left on device"));
+        EXPECT_THAT(full.err, HasSubstr("whole slices were written before, the rest takes "));
+        EXPECT_THAT(full.err, HasSubstr("the same command with `--resume` goes on"));
+        const Files left = files_of(output);
+
+        // Still full: nothing that was whole is lost.
+        const Outcome again = print("ball.fab.json", arguments(output, true));
+        EXPECT_EQ(again.exit_code, 3);
+        if (format == "ofr") {
+            EXPECT_GE(files_of(output).begin()->second.size() + 4096, left.begin()->second.size());
+        } else {
+            for (const auto& [name, bytes] : left) {
+                if (!name.starts_with("slice_")) continue;
+                EXPECT_TRUE(bytes == whole.at(name)) << name;
+                EXPECT_TRUE(files_of(output).contains(name)) << name;
+            }
+            EXPECT_GT(left.size(), whole.size() / 3);
+        }
+
+        fs::remove(disk->path("other"));
+        const Outcome freed = print("ball.fab.json", arguments(output, true));
+        EXPECT_EQ(freed.exit_code, 0) << freed.err;
+        EXPECT_THAT(freed.err, HasSubstr(" were there)"));
+        EXPECT_TRUE(files_of(output) == whole);
+    }
+}
+
+// A mesh is no mesh before its end, so what does not fit leaves nothing and is made anew.
+TEST_F(PipesAndDisks, AMeshThatFillsTheDiskLeavesItAsItWas) {
+    ASSERT_EQ(print("ball.fab.json", {"-o", path("whole.3mf")}).exit_code, 0);
+    const int64_t bytes = static_cast<int64_t>(fs::file_size(path("whole.3mf")));
+    std::string why_not;
+    const std::unique_ptr<SmallDisk> disk = SmallDisk::create(3 * bytes + 100'000, &why_not);
+    if (disk == nullptr) GTEST_SKIP() << why_not;
+    disk->fill("other", bytes / 2);
+    const Outcome full = print("ball.fab.json", {"-o", disk->path("a.3mf")});
+    EXPECT_EQ(full.exit_code, 3);
+    EXPECT_THAT(full.err, HasSubstr("No space left on device"));
+    EXPECT_FALSE(fs::exists(disk->path("a.3mf")));
+    fs::remove(disk->path("other"));
+    const Outcome freed = print("ball.fab.json", {"-o", disk->path("a.3mf")});
+    EXPECT_EQ(freed.exit_code, 0) << freed.err;
+    EXPECT_TRUE(read_file(disk->path("a.3mf")) == read_file(path("whole.3mf")));
+}
+
+}  // namespace
+}  // namespace openfab::testing
