@@ -4,6 +4,8 @@
 
 #include <rapidjson/document.h>
 
+#include <regex>
+
 #include "backends/ofr/ofr_reader.h"
 
 namespace openfab::testing {
@@ -50,6 +52,15 @@ double statistic(const std::filesystem::path& file, const std::string& name) {
         return 0;
     }
     return document[name.c_str()].GetDouble();
+}
+
+int64_t least_memory_mb(const Outcome& refused) {
+    static const std::regex kLeast("too small: this print needs at least ([0-9]+) MB");
+    std::smatch match;
+    const bool found = std::regex_search(refused.err, match, kLeast);
+    EXPECT_TRUE(found) << refused.err;
+    EXPECT_NE(refused.exit_code, 0);
+    return found ? std::stoll(match[1]) : 0;
 }
 
 void PostcardScene::SetUpTestSuite() {

@@ -48,6 +48,9 @@ Voxels read_ofr(const std::filesystem::path& file);
 /// A number of a statistics file; fails the test where it is missing.
 double statistic(const std::filesystem::path& file, const std::string& name);
 
+/// What a refusal for too little memory says would do, MB; fails the test where it says nothing.
+int64_t least_memory_mb(const Outcome& refused);
+
 /// The postcard's print binary, built once for the process into the scratch folder of
 /// `PostcardScene`.
 class PostcardScene : public ::testing::Test {
