@@ -31,7 +31,6 @@ void Growing<T>::grow() {
 template struct Growing<Entry>;
 template struct Growing<Lanes>;
 template struct Growing<float>;
-template struct Growing<TriangleRef>;
 template struct Growing<LatticeEntry>;
 template struct Growing<FeatureAnswer>;
 template struct Growing<const float*>;

@@ -49,10 +49,19 @@ class Builder {
         make_triangles(&tree);
         tree.features = make_features(tree.frames, tree.details);
         tree.largest_coordinate = largest_;
+        tree.spacing = spacing(tree.nodes[0]);
         return tree;
     }
 
   private:
+    /// As if they were spread over the largest side of the box of all.
+    float spacing(const Node& all) const {
+        if (triangles_.empty()) return 0;
+        const float* h = all.half;
+        const float side = 4 * std::max({h[0] * h[1], h[1] * h[2], h[2] * h[0]});
+        return std::sqrt(side / static_cast<float>(triangles_.size()));
+    }
+
     void make_items() {
         items_.resize(triangles_.size());
         for_all(triangles_.size(), [&](size_t i) {

@@ -50,6 +50,7 @@ struct TreeView {
     const uint32_t* first_edge = nullptr;  ///< of each triangle, and one more
     const uint32_t* first_vertex = nullptr;
     const NodeRanges* ranges = nullptr;  ///< none in a patch's
+    float spacing = 0;                   ///< see Tree
 };
 
 struct Tree {
@@ -58,6 +59,7 @@ struct Tree {
     std::vector<TriangleDetail> details;  ///< same order
     Features features;
     float largest_coordinate = 0;  ///< of any vertex or box corner, mm
+    float spacing = 0;             ///< how far apart triangles are, about, mm; 0 without any
 
     TreeView view() const {
         return {nodes.data(),
@@ -67,7 +69,8 @@ struct Tree {
                 features.vertices.data(),
                 features.first_edge.data(),
                 features.first_vertex.data(),
-                nullptr};
+                nullptr,
+                spacing};
     }
     size_t bytes() const {
         return nodes.capacity() * sizeof(Node) + frames.capacity() * sizeof(TriangleFrame) +

@@ -71,10 +71,6 @@ struct Entry {
     const TreeView* tree;
     uint32_t node;
 };
-struct TriangleRef {
-    const TriangleFrame* frame;
-    const TriangleDetail* detail;
-};
 /// What wins where a feature does: barycentrics bary1 + bary1_x x and bary2 + bary2_y y, where x
 /// and y are a point's distances inwards of the face's edges 2 and 0, or its place along the edge.
 struct FeatureAnswer {
@@ -93,8 +89,8 @@ struct BlockFeatures {
     uint32_t near_count[kQuarters];
 };
 
-struct alignas(32) Lanes {
-    float v[8];
+struct alignas(64) Lanes {
+    float v[16];
 };
 
 /// Boxes of patches whose ids follow each other, where they are known (nearest/patch_boxes.h).
@@ -142,9 +138,10 @@ constexpr size_t kLatticeEntries = 4096;
 struct KernelScratch {
     Growing<Entry> stack;
     Growing<Entry> list;
-    Growing<Lanes> list_distance2;   ///< points: of the nodes that wait
+    Growing<Entry> starts;           ///< block: what the list was, before it was opened
+    Growing<Lanes> list_distance2;   ///< search: of the nodes that wait
     Growing<float> list_least;       ///< cube: least distance to each node of the list, mm
-    Growing<TriangleRef> triangles;  ///< points: that won a lane
+    Growing<Entry> leaves;           ///< search: whose features were compared
     Growing<const float*> rows;      ///< block: features that may be left, as floats
     Growing<const TreeView*> trees;  ///< and whose they are
     BlockFeatures faces, edges, vertices;

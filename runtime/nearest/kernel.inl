@@ -23,6 +23,10 @@ namespace {
 
 #include "runtime/nearest/kernel_box.inl"
 
+#include "runtime/nearest/kernel_answers.inl"
+
+#include "runtime/nearest/kernel_search.inl"
+
 #include "runtime/nearest/kernel_idle.inl"
 
 #include "runtime/nearest/kernel_features.inl"

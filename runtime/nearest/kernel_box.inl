@@ -97,7 +97,7 @@ OPENFAB_INLINE void offer_triangle(const TriangleFrame& t, const TriangleDetail&
     const InFrame f = to_frame(t, p);
     const uint32_t near = bits(lower_bound(f) < w->distance2);
     if (near == 0) return;
-    const Closest c = closest8<false>(t, d, p, f, near);
+    const Closest c = closest_about(t, d, p, f, near);
     const M8 closer = c.distance2 < w->distance2;
     const uint32_t mask = bits(closer);
     if (mask == 0) return;

@@ -164,25 +164,6 @@ OPENFAB_INLINE const VertexFeature& vertex_at(const KernelScratch& block, size_t
     return *reinterpret_cast<const VertexFeature*>(block.vertices.rows.data[i]);
 }
 
-inline FeatureAnswer edge_answer(const EdgeFeature& e, const TriangleDetail& owner) {
-    const int32_t edge = static_cast<int32_t>(e.owner_edge & 3u);
-    const bool swapped = (e.owner_edge & 4u) != 0;
-    // tau, or 1 - tau.
-    const float second0 = swapped ? 1.0f : 0.0f, second1 = swapped ? -1.0f : 1.0f;
-    const float first0 = swapped ? 0.0f : 1.0f, first1 = swapped ? 1.0f : -1.0f;
-    FeatureAnswer a{0, 0, 0, 0, owner.patch, owner.triangle, 1 + edge};
-    if (edge == 0) {
-        a.bary1 = second0;
-        a.bary1_x = second1;
-    } else {
-        a.bary1 = edge == 1 ? first0 : 0;
-        a.bary1_x = edge == 1 ? first1 : 0;
-        a.bary2 = edge == 1 ? second0 : first0;
-        a.bary2_y = edge == 1 ? second1 : first1;
-    }
-    return a;
-}
-
 /// Writes what wins where a feature of the block does: faces, edges, vertices.
 OPENFAB_INLINE void list_answers(KernelScratch* scratch) {
     const size_t faces = scratch->faces.rows.size, edges = scratch->edges.rows.size,
@@ -194,14 +175,12 @@ OPENFAB_INLINE void list_answers(KernelScratch* scratch) {
     for (size_t i = 0; i < faces; ++i) {
         const TriangleDetail& d = *scratch->faces.details.data[i];
         scratch->margins.data[i] = d.margin;
-        *answer++ = {0, d.inv_height1, 0, d.inv_height2, d.patch, d.triangle, 0};
+        *answer++ = face_answer(d);
     }
     for (size_t i = 0; i < edges; ++i)
         *answer++ = edge_answer(edge_at(*scratch, i), *scratch->edges.details.data[i]);
     for (size_t i = 0; i < vertices; ++i) {
-        const auto c = static_cast<int32_t>(vertex_at(*scratch, i).owner_corner & 3u);
-        const TriangleDetail& d = *scratch->vertices.details.data[i];
-        *answer++ = {c == 1 ? 1.0f : 0.0f, 0, c == 2 ? 1.0f : 0.0f, 0, d.patch, d.triangle, 4 + c};
+        *answer++ = vertex_answer(vertex_at(*scratch, i), *scratch->vertices.details.data[i]);
     }
 }
 
@@ -262,9 +241,6 @@ struct FeatureBest {
     MaskOf<V> tied;  ///< another feature has the same distance2
 };
 
-/// Farther than any feature, but less than the infinity of one that does not count.
-constexpr float kNoFeature = 0x1.fffffep127f;
-
 /// Where features tie, the one that comes first by (patch, triangle, order).
 template <typename V>
 __attribute__((noinline)) void break_ties(const KernelScratch& block, int quarter,
@@ -285,11 +261,7 @@ __attribute__((noinline)) void break_ties(const KernelScratch& block, int quarte
         for (; equal != 0; equal &= equal - 1) {
             const int l = __builtin_ctz(equal);
             const FeatureAnswer& before = block.answers.data[winner[l]];
-            const bool same = now.patch == before.patch && now.triangle == before.triangle;
-            if (!(same                        ? now.order < before.order
-                  : now.patch != before.patch ? now.patch < before.patch
-                                              : now.triangle < before.triangle))
-                continue;
+            if (!comes_first(now, before)) continue;
             winner[l] = static_cast<int32_t>(place);
             x[l] = vx[l];
             y[l] = vy[l];

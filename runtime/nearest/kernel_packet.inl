@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// One packet: 8 points against boxes and triangles. Part of kernel.inl.
+// One packet of points, 8 or 16, against boxes and triangles. Part of kernel.inl.
 
 constexpr float kSlack = 1.0f + 0x1p-18f;
 constexpr float kSlackMm2 = 0x1p-40f;
@@ -18,19 +18,6 @@ OPENFAB_INLINE float larger(float a, float b) {
     return a < b ? b : a;
 }
 
-/// Squared distance of each point to the node's box.
-OPENFAB_INLINE F8 node_distance2(const Node& n, const Points& p) {
-    const F8 zero = set1(0.0f);
-    F8 sum;
-    for (int k = 0; k < 3; ++k) {
-        const F8 u =
-            dot3(set1(n.axis[k][0]), set1(n.axis[k][1]), set1(n.axis[k][2]), p.x, p.y, p.z);
-        const F8 d = max(absolute(u - set1(n.center[k])) - set1(n.half[k]), zero);
-        sum = k == 0 ? d * d : sum + d * d;
-    }
-    return sum;
-}
-
 /// A point in a triangle's frame: distance from the plane, and from the edge lines, positive
 /// inwards.
 template <typename V>
@@ -42,6 +29,19 @@ using InFrame = InFrameOf<F8>;
 template <typename V>
 OPENFAB_INLINE V dot_with(const float* a, V x, V y, V z) {
     return (splat<V>(a[0]) * x + splat<V>(a[1]) * y) + splat<V>(a[2]) * z;
+}
+
+/// Squared distance of each point to the node's box.
+template <typename V>
+OPENFAB_INLINE V node_distance2(const Node& n, const PointsOf<V>& p) {
+    const V zero = splat<V>(0.0f);
+    V sum;
+    for (int k = 0; k < 3; ++k) {
+        const V u = dot_with(n.axis[k], p.x, p.y, p.z);
+        const V d = max(absolute(u - splat<V>(n.center[k])) - splat<V>(n.half[k]), zero);
+        sum = k == 0 ? d * d : sum + d * d;
+    }
+    return sum;
 }
 
 template <typename V>
@@ -56,7 +56,7 @@ OPENFAB_INLINE InFrameOf<V> to_frame(const TriangleFrame& t, const PointsOf<V>& 
     return f;
 }
 
-/// What the edge of `offer_edge` in triangle.cpp is made of, from its first end.
+/// An edge as EdgeFeature has it, from its first end.
 struct EdgeLine {
     float a[3], ab[3];
     float length2, inv_length2;
@@ -111,35 +111,26 @@ struct Closest {
     F8 distance2, bary1, bary2;
 };
 
-/// `closest_point` in the lanes of `near`; others get the distance to some point of the triangle,
-/// or infinity. With `exact` off any point of the triangle that is about the nearest will do.
-template <bool exact>
-OPENFAB_INLINE Closest closest8(const TriangleFrame& t, const TriangleDetail& d, const Points& p,
-                                const InFrame& f, uint32_t near) {
+/// About the nearest point of the triangle in the lanes of `near`; others get some point of it, or
+/// infinity.
+OPENFAB_INLINE Closest closest_about(const TriangleFrame& t, const TriangleDetail& d,
+                                     const Points& p, const InFrame& f, uint32_t near) {
     const F8 margin = set1(d.margin);
-    const F8 inwards = min(min(f.s[0], f.s[1]), f.s[2]);
-    const M8 outside = inwards < margin;
+    const M8 outside = min(min(f.s[0], f.s[1]), f.s[2]) < margin;
     Closest c;
     c.distance2 = select(outside, set1(kInfinity), f.h * f.h);
     c.bary1 = f.s[2] * set1(d.inv_height1);
     c.bary2 = f.s[0] * set1(d.inv_height2);
-    // So far inside the face an edge is farther by more than rounding: s² > 2^-16 (h² + longest²).
-    const M8 shared =
-        exact ? inwards < absolute(f.h) * set1(0x1p-8f) + margin * set1(0x1p15f) : outside;
-    if ((bits(shared) & near) == 0) return c;
+    if ((bits(outside) & near) == 0) return c;
     const F8 one = set1(1.0f), zero = set1(0.0f);
     const float* v[4] = {t.v0, d.v1, d.v2, t.v0};
     for (int i = 0; i < 3; ++i) {
-        if (!exact && (bits(f.s[i] < margin) & near) == 0) continue;
-        const bool swapped = (d.flags >> i & 1u) != 0;
-        const EdgeLine e = edge_line(swapped ? v[i + 1] : v[i], swapped ? v[i] : v[i + 1]);
-        const AlongEdge at = along_edge(e, p);
+        if ((bits(f.s[i] < margin) & near) == 0) continue;
+        const AlongEdge at = along_edge(edge_line(v[i], v[i + 1]), p);
         const M8 take = at.between & (at.distance2 < c.distance2);
-        const F8 to_second = swapped ? one - at.tau : at.tau;
-        const F8 to_first = swapped ? at.tau : one - at.tau;
         c.distance2 = select(take, at.distance2, c.distance2);
-        c.bary1 = select(take, i == 0 ? to_second : i == 1 ? to_first : zero, c.bary1);
-        c.bary2 = select(take, i == 0 ? zero : i == 1 ? to_second : to_first, c.bary2);
+        c.bary1 = select(take, i == 0 ? at.tau : i == 1 ? one - at.tau : zero, c.bary1);
+        c.bary2 = select(take, i == 0 ? zero : i == 1 ? at.tau : one - at.tau, c.bary2);
     }
     for (int i = 0; i < 3; ++i) {
         const F8 d2 = distance2_to(v[i], p);
@@ -150,6 +141,7 @@ OPENFAB_INLINE Closest closest8(const TriangleFrame& t, const TriangleDetail& d,
     }
     return c;
 }
+
 OPENFAB_INLINE float largest_lane(F8 a) {
     alignas(32) float v[8];
     store(v, a);
@@ -166,48 +158,4 @@ OPENFAB_INLINE float least_lane(F8 a) {
     for (int i = 1; i < 8; ++i)
         m = v[i] < m ? v[i] : m;
     return m;
-}
-
-/// What a packet of 8 voxels has found.
-struct PacketBest {
-    F8 distance2, bary1, bary2;
-    F8 patch, triangle;  ///< as bits; the largest int where there is none
-    F8 limit;            ///< distance2 with slack; below zero where the lane does not ask
-};
-
-/// `delta` as in kernel.inl, of each lane.
-OPENFAB_INLINE F8 packet_limit(F8 distance2, F8 delta) {
-    const F8 r = sqrt(distance2) + delta;
-    return r * r * set1(kSlack) + set1(kSlackMm2);
-}
-
-/// Returns the lanes that the triangle wins, as a mask.
-OPENFAB_INLINE M8 improve(const TriangleRef& ref, const InFrame& f, uint32_t near, const Points& p,
-                          F8 delta, PacketBest* best) {
-    const Closest c = closest8<true>(*ref.frame, *ref.detail, p, f, near);
-    const F8 patch = set1_bits(ref.detail->patch), triangle = set1_bits(ref.detail->triangle);
-    const M8 earlier = less_bits(patch, best->patch) |
-                       (equal_bits(patch, best->patch) & less_bits(triangle, best->triangle));
-    const M8 better =
-        (c.distance2 < best->distance2) | ((c.distance2 == best->distance2) & earlier);
-    if (bits(better) == 0) return better;
-    best->distance2 = select(better, c.distance2, best->distance2);
-    best->bary1 = select(better, c.bary1, best->bary1);
-    best->bary2 = select(better, c.bary2, best->bary2);
-    best->patch = select(better, patch, best->patch);
-    best->triangle = select(better, triangle, best->triangle);
-    // The least of both: below zero stays where the lane does not ask, and a radius is never
-    // widened.
-    best->limit = min(best->limit, packet_limit(best->distance2, delta));
-    return better;
-}
-
-/// A packet that has found nothing yet: `asked` lanes look as far as start2, mm².
-OPENFAB_INLINE PacketBest empty_packet(uint32_t asked, F8 start2, F8 delta) {
-    PacketBest best;
-    best.distance2 = set1(kInfinity);
-    best.patch = best.triangle = set1_bits(INT32_MAX);
-    best.bary1 = best.bary2 = set1(0.0f);
-    best.limit = select(mask_of(asked), packet_limit(start2, delta), set1(-1.0f));
-    return best;
 }

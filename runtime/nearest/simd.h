@@ -222,7 +222,16 @@ OPENFAB_BINARY(F16, operator*, _mm512_mul_ps)
 OPENFAB_BINARY(F16, min, _mm512_min_ps)
 OPENFAB_BINARY(F16, max, _mm512_max_ps)
 OPENFAB_BINARY(F16, andnot, _mm512_andnot_ps)
+OPENFAB_INLINE F16 sqrt(F16 a) {
+    return {_mm512_sqrt_ps(a.v)};
+}
 OPENFAB_COMPARE(F16, M16, _mm512_cmp_ps_mask)
+OPENFAB_INLINE M16 less_bits(F16 a, F16 b) {
+    return {_mm512_cmplt_epi32_mask(_mm512_castps_si512(a.v), _mm512_castps_si512(b.v))};
+}
+OPENFAB_INLINE M16 equal_bits(F16 a, F16 b) {
+    return {_mm512_cmpeq_epi32_mask(_mm512_castps_si512(a.v), _mm512_castps_si512(b.v))};
+}
 OPENFAB_BINARY(M16, operator&, _kand_mask16)
 OPENFAB_BINARY(M16, operator|, _kor_mask16)
 OPENFAB_BINARY(M16, andnot, _kandn_mask16)
@@ -250,6 +259,7 @@ struct Width<F8> {
     static OPENFAB_INLINE F8 splat_bits(int32_t x) { return set1_bits(x); }
     static OPENFAB_INLINE F8 load(const float* p) { return OPENFAB_NEAREST_ISA::load(p); }
     static OPENFAB_INLINE F8 join(const F8* parts) { return parts[0]; }
+    static OPENFAB_INLINE M8 mask(uint32_t bits) { return mask_of(bits); }
 };
 #if defined(__AVX512F__)
 template <>
@@ -262,6 +272,7 @@ struct Width<F16> {
     static OPENFAB_INLINE F16 join(const F8* parts) {
         return {_mm512_insertf32x8(_mm512_castps256_ps512(parts[0].v), parts[1].v, 1)};
     }
+    static OPENFAB_INLINE M16 mask(uint32_t bits) { return {_cvtu32_mask16(bits)}; }
 };
 using Widest = F16;
 #else

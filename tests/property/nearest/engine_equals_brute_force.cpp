@@ -205,6 +205,27 @@ TEST(EngineEqualsBruteForce, TrianglesFarLargerThanBlocks) {
     }
 }
 
+TEST(EngineEqualsBruteForce, TrianglesFarSmallerThanBlocks) {
+    // Their features outnumber the voxels, so quarters of sub-blocks are searched on their own.
+    const TriangleMesh torus = testing::make_torus(80, 40, 0.6, 0.25);
+    for (const Vec3f& pitch : {Vec3f{0.1f, 0.1f, 0.1f}, Vec3f{0.12f, 0.05f, 0.2f}}) {
+        check_all_ways(torus, cover(torus, pitch, 2));
+        if (kSanitized) return;
+    }
+    // Ties everywhere: fine cells, voxel centres on their planes of symmetry.
+    std::vector<Vec3i> cells;
+    std::mt19937 random(3);
+    for (int i = 0; i < 120; ++i)
+        cells.push_back({static_cast<int32_t>(random() % 8), static_cast<int32_t>(random() % 8),
+                         static_cast<int32_t>(random() % 8)});
+    const TriangleMesh fine = testing::make_cells(cells, 0.25f);
+    for (const float shift : {0.0f, -0.125f}) {
+        Asked setup = cover(fine, {0.25f, 0.25f, 0.25f}, 2);
+        setup.origin = {shift, shift, shift};
+        check_all_ways(fine, setup);
+    }
+}
+
 TEST(EngineEqualsBruteForce, ThinPlate) {
     std::vector<Vec3i> cells;
     for (int y = 0; y < 12; ++y) {
@@ -251,6 +272,8 @@ TEST(EngineEqualsBruteForce, PatchesDicedOnDemandUnderASmallCache) {
         setup.radius = 0.3f;
         setup.random_demand = true;
         check(surface, setup, cache_bytes);
+        // Triangles far smaller than blocks.
+        check(surface, cover(mesh, {0.3f, 0.3f, 0.3f}, 2), cache_bytes);
     }
 }
 

@@ -1,0 +1,80 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What wins where a feature does. Part of kernel.inl.
+
+/// Farther than any feature, but less than the infinity of one that does not count.
+constexpr float kNoFeature = 0x1.fffffep127f;
+
+OPENFAB_INLINE FeatureAnswer face_answer(const TriangleDetail& d) {
+    return {0, d.inv_height1, 0, d.inv_height2, d.patch, d.triangle, 0};
+}
+
+inline FeatureAnswer edge_answer(const EdgeFeature& e, const TriangleDetail& owner) {
+    const int32_t edge = static_cast<int32_t>(e.owner_edge & 3u);
+    const bool swapped = (e.owner_edge & 4u) != 0;
+    // tau, or 1 - tau.
+    const float second0 = swapped ? 1.0f : 0.0f, second1 = swapped ? -1.0f : 1.0f;
+    const float first0 = swapped ? 0.0f : 1.0f, first1 = swapped ? 1.0f : -1.0f;
+    FeatureAnswer a{0, 0, 0, 0, owner.patch, owner.triangle, 1 + edge};
+    if (edge == 0) {
+        a.bary1 = second0;
+        a.bary1_x = second1;
+    } else {
+        a.bary1 = edge == 1 ? first0 : 0;
+        a.bary1_x = edge == 1 ? first1 : 0;
+        a.bary2 = edge == 1 ? second0 : first0;
+        a.bary2_y = edge == 1 ? second1 : first1;
+    }
+    return a;
+}
+
+OPENFAB_INLINE FeatureAnswer vertex_answer(const VertexFeature& v, const TriangleDetail& owner) {
+    const auto c = static_cast<int32_t>(v.owner_corner & 3u);
+    return {c == 1 ? 1.0f : 0.0f, 0, c == 2 ? 1.0f : 0.0f, 0, owner.patch, owner.triangle, 4 + c};
+}
+
+/// Whether `a` wins where both are as near: by (patch, triangle, order).
+OPENFAB_INLINE bool comes_first(const FeatureAnswer& a, const FeatureAnswer& b) {
+    if (a.patch != b.patch) return a.patch < b.patch;
+    if (a.triangle != b.triangle) return a.triangle < b.triangle;
+    return a.order < b.order;
+}
+
+/// A feature by its place in its tree.
+struct FoundFeature {
+    enum Kind { kFace, kEdge, kVertex };
+    const TreeView* tree;
+    uint32_t place;
+    Kind kind;
+};
+
+/// Features are numbered by leaf: faces, edges, vertices, so many at most.
+constexpr int32_t kLeafPlaces = 32;
+static_assert(kLeafPlaces >= kMaxLeafTriangles * (1 + 3 + 3));
+
+OPENFAB_INLINE FoundFeature found_at(const KernelScratch& scratch, int32_t place) {
+    const Entry& e = scratch.leaves.data[place / kLeafPlaces];
+    const Node& leaf = e.tree->nodes[e.node];
+    const uint32_t first = leaf.first(), end = first + leaf.count();
+    auto i = static_cast<uint32_t>(place % kLeafPlaces);
+    if (i < leaf.count()) return {e.tree, first + i, FoundFeature::kFace};
+    i += e.tree->first_edge[first] - leaf.count();
+    if (i < e.tree->first_edge[end]) return {e.tree, i, FoundFeature::kEdge};
+    i += e.tree->first_vertex[first] - e.tree->first_edge[end];
+    return {e.tree, i, FoundFeature::kVertex};
+}
+
+/// The triangle that the feature belongs to, by its place in the tree.
+OPENFAB_INLINE uint32_t triangle_of(const FoundFeature& f) {
+    if (f.kind == FoundFeature::kEdge) return f.tree->edges[f.place].owner();
+    if (f.kind == FoundFeature::kVertex) return f.tree->vertices[f.place].owner();
+    return f.place;
+}
+
+inline FeatureAnswer answer_of(const FoundFeature& f) {
+    const TriangleDetail& owner = f.tree->details[triangle_of(f)];
+    if (f.kind == FoundFeature::kEdge) return edge_answer(f.tree->edges[f.place], owner);
+    if (f.kind == FoundFeature::kVertex) return vertex_answer(f.tree->vertices[f.place], owner);
+    return face_answer(owner);
+}
