@@ -103,7 +103,7 @@ __attribute__((noinline)) void query_quarters(const KernelInput& in, const Block
 /// triangles outnumber the voxels that ask. Else taking their features apart for all of them at
 /// once costs less (bench/README.md).
 constexpr float kDense = 4.5f;  ///< half diagonals of a block in spacings of triangles
-constexpr float kNear = 3.0f;   ///< the farthest witness in half diagonals
+constexpr float kNear = 1.6f;   ///< the farthest witness in half diagonals
 /// Nodes no larger than this, in half diagonals of the block, are where the walks begin.
 constexpr float kSearchFrom = 1.5f;
 
@@ -118,8 +118,7 @@ OPENFAB_INLINE bool is_dense(const KernelScratch& scratch, float half_diagonal) 
 
 /// Voxels quarter by quarter, each a walk below the entries of the list.
 __attribute__((noinline)) void search_quarters(const KernelInput& in, const BlockQuery& q,
-                                               uint32_t quarters,
-                                               const uint8_t* asked, float delta,
+                                               uint32_t quarters, const uint8_t* asked, float delta,
                                                KernelScratch* scratch, BlockAnswer* answer) {
     using V = Widest;
     constexpr int kParts = V::kLanes / 8;
@@ -217,8 +216,8 @@ void query(const KernelInput& in, const BlockQuery& q, KernelScratch* scratch,
     subs = sub_blocks_of(quarters);
     const BoxOfPoints box = box_around(in, q.block, subs);
     Domination rows;
-    // Four corners of the eight tell nearly as much; where the last block was left with many leaves,
-    // the others are worth their tests, too.
+    // Four corners of the eight tell nearly as much; where the last block was left with many
+    // leaves, the others are worth their tests, too.
     constexpr uint32_t kFour = 1u << 0 | 1u << 3 | 1u << 5 | 1u << 6;
     constexpr size_t kManyLeaves = 128;
     const bool enough = (corners.found & kFour) == kFour && scratch->list.size < kManyLeaves;

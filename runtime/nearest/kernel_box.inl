@@ -124,8 +124,7 @@ OPENFAB_INLINE bool is_chunk(const PatchSource& patches, const Node& leaf) {
 OPENFAB_INLINE const Node* known_box(const PatchSource& patches, const Node& leaf) {
     const uint32_t id = leaf.first();
     if (static_cast<int32_t>(id) >= patches.first_chunk) return nullptr;
-    const BoxPage* page =
-        __atomic_load_n(patches.pages + id / BoxPage::kSize, __ATOMIC_ACQUIRE);
+    const BoxPage* page = __atomic_load_n(patches.pages + id / BoxPage::kSize, __ATOMIC_ACQUIRE);
     if (page == nullptr) return nullptr;
     const uint32_t place = id % BoxPage::kSize;
     const bool known = __atomic_load_n(page->state + place, __ATOMIC_ACQUIRE) == BoxPage::kKnown;

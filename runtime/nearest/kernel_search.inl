@@ -19,8 +19,8 @@ OPENFAB_INLINE V limit_of(V distance2, V slack) {
     return distance2 * splat<V>(kSlack) + slack;
 }
 
-/// Nothing is found yet: `asked` lanes look as far as start2, mm², which is finite. `delta` is as in
-/// kernel.inl, of each lane.
+/// Nothing is found yet: `asked` lanes look as far as start2, mm², which is finite. `delta` is as
+/// in kernel.inl, of each lane.
 template <typename V>
 OPENFAB_INLINE void begin_search(uint32_t asked, V start2, V delta, KernelScratch* scratch,
                                  SearchOf<V>* s) {
@@ -85,8 +85,7 @@ OPENFAB_INLINE void offer_leaf(const Entry& entry, KernelScratch* scratch, Searc
     scratch->leaves.push(entry);
     for (uint32_t i = first; i < end; ++i, ++place) {
         const InFrameOf<V> f = to_frame(tree.frames[i], s->p);
-        const auto inside =
-            splat<V>(tree.details[i].margin) <= min(min(f.s[0], f.s[1]), f.s[2]);
+        const auto inside = splat<V>(tree.details[i].margin) <= min(min(f.s[0], f.s[1]), f.s[2]);
         offer(place, select(inside, f.h * f.h, infinity), f.s[2], f.s[0], *scratch, s);
     }
     const uint32_t edges_end = tree.first_edge[end];
