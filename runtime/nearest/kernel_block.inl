@@ -102,7 +102,7 @@ __attribute__((noinline)) void query_quarters(const KernelInput& in, const Block
 /// A block is searched quarter by quarter where triangles are small beside it, and near: there its
 /// triangles outnumber the voxels that ask. Else taking their features apart for all of them at
 /// once costs less (bench/README.md).
-constexpr float kDense = 4.5f;  ///< half diagonals of a block in spacings of triangles
+constexpr float kDense = 5.2f;  ///< half diagonals of a block in spacings of triangles
 constexpr float kNear = 1.6f;   ///< the farthest witness in half diagonals
 /// Nodes no larger than this, in half diagonals of the block, are where the walks begin.
 constexpr float kSearchFrom = 1.5f;
