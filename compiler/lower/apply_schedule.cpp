@@ -259,19 +259,25 @@ NamedFunc* Chain::find_func(const ScheduleWord& word) {
     return nullptr;
 }
 
-std::optional<ScheduleFault> apply_line(const ScheduleLine& line, Kernel* kernel) {
+}  // namespace
+
+bool is_about(const ScheduleLine& line, std::string_view func) {
     const std::string& pattern = line.func.text;
     const size_t star = pattern.find('*');
-    const std::string prefix = pattern.substr(0, star);
+    return star == std::string::npos ? func == pattern : func.starts_with(pattern.substr(0, star));
+}
+
+namespace {
+
+std::optional<ScheduleFault> apply_line(const ScheduleLine& line, Kernel* kernel) {
     bool found = false;
     for (NamedFunc& func : kernel->funcs) {
-        if (star == std::string::npos ? func.name != pattern : !func.name.starts_with(prefix)) {
-            continue;
-        }
+        if (!is_about(line, func.name)) continue;
         found = true;
         if (std::optional<ScheduleFault> fault = Chain(kernel, &func, line).run()) return fault;
     }
-    if (!found && star == std::string::npos) return unknown_func(*kernel, line.line, line.func);
+    const bool one = line.func.text.find('*') == std::string::npos;
+    if (!found && one) return unknown_func(*kernel, line.line, line.func);
     return std::nullopt;
 }
 

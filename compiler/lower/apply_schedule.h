@@ -17,6 +17,9 @@ namespace openfab::lower {
 std::optional<ScheduleFault> apply_schedule(const Schedule& schedule, size_t line_count,
                                             Kernel* kernel);
 
+/// Whether the line's func is this, or its pattern fits.
+bool is_about(const ScheduleLine& line, std::string_view func);
+
 /// Fault on a line as a whole, for what Halide finds only when it lowers the pipeline.
 ScheduleFault fault_on_line(const ScheduleLine& line, const std::string& halide_message);
 

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -59,10 +60,33 @@ std::variant<Halide::Module, ScheduleFault> make_module(const KernelRequest& req
                            Halide::LinkageType::ExternalPlusArgv);
 }
 
+/// Of a Func that cannot be where the schedule puts it Halide says the name first: the last line
+/// that puts it anywhere.
+std::optional<ScheduleFault> find_misplaced(const Schedule& schedule, const std::string& message) {
+    const size_t quote = message.find('"');
+    if (quote == std::string::npos || message.find("invalid location") == std::string::npos)
+        return std::nullopt;
+    // Halide numbers Funcs of one name.
+    const std::string name =
+        message.substr(quote + 1, message.find_first_of("\"$", quote + 1) - quote - 1);
+    const auto places = [](const Directive& d) {
+        return d.name.text == "compute_at" || d.name.text == "store_at";
+    };
+    for (auto line = schedule.lines.rbegin(); line != schedule.lines.rend(); ++line) {
+        if (is_about(*line, name) &&
+            std::any_of(line->directives.begin(), line->directives.end(), places))
+            return fault_on_line(*line, message);
+    }
+    return std::nullopt;
+}
+
 /// Halide complains about some lines only when it lowers everything: the shortest prefix that fails
-/// names the line.
+/// names the line. A prefix can take minutes, as what it does not schedule is inlined.
 std::optional<ScheduleFault> find_guilty_line(const KernelRequest& request,
-                                              const Schedule& schedule) {
+                                              const Schedule& schedule,
+                                              const std::string& message) {
+    if (std::optional<ScheduleFault> misplaced = find_misplaced(schedule, message))
+        return misplaced;
     for (size_t count = 1; count <= schedule.lines.size(); ++count) {
         try {
             const auto made = make_module(request, schedule, count);
@@ -87,7 +111,7 @@ std::variant<Halide::Module, Fault> module_of(const KernelRequest& request) {
         message = error.what();
     }
     if (request.schedule != nullptr) {
-        if (std::optional<ScheduleFault> guilty = find_guilty_line(request, schedule)) {
+        if (std::optional<ScheduleFault> guilty = find_guilty_line(request, schedule, message)) {
             Fault fault;
             fault.schedule = std::move(guilty);
             return fault;
