@@ -59,7 +59,6 @@ OPENFAB_INLINE void store_bits(int32_t* p, F8 a) {
 OPENFAB_BINARY(F8, operator+, _mm256_add_ps)
 OPENFAB_BINARY(F8, operator-, _mm256_sub_ps)
 OPENFAB_BINARY(F8, operator*, _mm256_mul_ps)
-OPENFAB_BINARY(F8, operator/, _mm256_div_ps)
 OPENFAB_BINARY(F8, min, _mm256_min_ps)
 OPENFAB_BINARY(F8, max, _mm256_max_ps)
 OPENFAB_BINARY(F8, operator&, _mm256_and_ps)
@@ -75,12 +74,6 @@ struct M8 {
     __mmask8 v;
 };
 OPENFAB_COMPARE(F8, M8, _mm256_cmp_ps_mask)
-OPENFAB_INLINE M8 less_bits(F8 a, F8 b) {
-    return {_mm256_cmplt_epi32_mask(_mm256_castps_si256(a.v), _mm256_castps_si256(b.v))};
-}
-OPENFAB_INLINE M8 equal_bits(F8 a, F8 b) {
-    return {_mm256_cmpeq_epi32_mask(_mm256_castps_si256(a.v), _mm256_castps_si256(b.v))};
-}
 OPENFAB_BINARY(M8, operator&, _kand_mask8)
 OPENFAB_BINARY(M8, operator|, _kor_mask8)
 OPENFAB_BINARY(M8, andnot, _kandn_mask8)
@@ -89,9 +82,6 @@ OPENFAB_INLINE F8 select(M8 mask, F8 a, F8 b) {
 }
 OPENFAB_INLINE uint32_t bits(M8 mask) {
     return _cvtmask8_u32(mask.v);
-}
-OPENFAB_INLINE bool all(M8 mask) {
-    return _kortestc_mask8_u8(mask.v, mask.v) != 0;
 }
 OPENFAB_INLINE bool any(M8 mask) {
     return _kortestz_mask8_u8(mask.v, mask.v) == 0;
@@ -105,15 +95,6 @@ OPENFAB_INLINE M8 mask_of(uint32_t bits8) {
 /// What comparisons give: all ones or all zeros in each lane.
 using M8 = F8;
 OPENFAB_COMPARE(F8, M8, _mm256_cmp_ps)
-/// As 32-bit integers.
-OPENFAB_INLINE M8 less_bits(F8 a, F8 b) {
-    return {_mm256_castsi256_ps(
-        _mm256_cmpgt_epi32(_mm256_castps_si256(b.v), _mm256_castps_si256(a.v)))};
-}
-OPENFAB_INLINE M8 equal_bits(F8 a, F8 b) {
-    return {_mm256_castsi256_ps(
-        _mm256_cmpeq_epi32(_mm256_castps_si256(b.v), _mm256_castps_si256(a.v)))};
-}
 /// mask ? a : b, lane by lane; the mask is all ones or all zeros.
 OPENFAB_INLINE F8 select(F8 mask, F8 a, F8 b) {
     return {_mm256_blendv_ps(b.v, a.v, mask.v)};
@@ -157,7 +138,6 @@ OPENFAB_INLINE void store_bits(int32_t* p, F8 a) {
 OPENFAB_HALVES(operator+, _mm_add_ps)
 OPENFAB_HALVES(operator-, _mm_sub_ps)
 OPENFAB_HALVES(operator*, _mm_mul_ps)
-OPENFAB_HALVES(operator/, _mm_div_ps)
 OPENFAB_HALVES(min, _mm_min_ps)
 OPENFAB_HALVES(max, _mm_max_ps)
 OPENFAB_HALVES(operator&, _mm_and_ps)
@@ -170,18 +150,6 @@ OPENFAB_HALVES(operator==, _mm_cmpeq_ps)
 OPENFAB_INLINE F8 sqrt(F8 a) {
     return {_mm_sqrt_ps(a.lo), _mm_sqrt_ps(a.hi)};
 }
-OPENFAB_INLINE __m128 less_bits4(__m128 a, __m128 b) {
-    return _mm_castsi128_ps(_mm_cmpgt_epi32(_mm_castps_si128(b), _mm_castps_si128(a)));
-}
-OPENFAB_INLINE __m128 equal_bits4(__m128 a, __m128 b) {
-    return _mm_castsi128_ps(_mm_cmpeq_epi32(_mm_castps_si128(b), _mm_castps_si128(a)));
-}
-OPENFAB_INLINE F8 less_bits(F8 a, F8 b) {
-    return {less_bits4(a.lo, b.lo), less_bits4(a.hi, b.hi)};
-}
-OPENFAB_INLINE F8 equal_bits(F8 a, F8 b) {
-    return {equal_bits4(a.lo, b.lo), equal_bits4(a.hi, b.hi)};
-}
 OPENFAB_INLINE F8 select(F8 mask, F8 a, F8 b) {
     return {_mm_blendv_ps(b.lo, a.lo, mask.lo), _mm_blendv_ps(b.hi, a.hi, mask.hi)};
 }
@@ -193,9 +161,6 @@ OPENFAB_INLINE uint32_t bits(F8 mask) {
 #endif
 
 #if !defined(__AVX512VL__)
-OPENFAB_INLINE bool all(M8 mask) {
-    return bits(mask) == 0xff;
-}
 OPENFAB_INLINE bool any(M8 mask) {
     return bits(mask) != 0;
 }
@@ -226,12 +191,6 @@ OPENFAB_INLINE F16 sqrt(F16 a) {
     return {_mm512_sqrt_ps(a.v)};
 }
 OPENFAB_COMPARE(F16, M16, _mm512_cmp_ps_mask)
-OPENFAB_INLINE M16 less_bits(F16 a, F16 b) {
-    return {_mm512_cmplt_epi32_mask(_mm512_castps_si512(a.v), _mm512_castps_si512(b.v))};
-}
-OPENFAB_INLINE M16 equal_bits(F16 a, F16 b) {
-    return {_mm512_cmpeq_epi32_mask(_mm512_castps_si512(a.v), _mm512_castps_si512(b.v))};
-}
 OPENFAB_BINARY(M16, operator&, _kand_mask16)
 OPENFAB_BINARY(M16, operator|, _kor_mask16)
 OPENFAB_BINARY(M16, andnot, _kandn_mask16)

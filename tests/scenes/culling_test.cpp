@@ -7,8 +7,6 @@
 
 #include <fmt/format.h>
 
-#include <cstdlib>
-
 #include "tests/scenes/scene_fixture.h"
 
 namespace openfab::testing {
@@ -87,14 +85,6 @@ class Culling : public ::testing::Test {
         double filled = 0, asked = 0;
     };
 
-    static double figure(const std::string& statistics, const std::string& key) {
-        const size_t at = statistics.find("\"" + key + "\":");
-        EXPECT_NE(at, std::string::npos) << key << " in " << statistics;
-        return at == std::string::npos
-                   ? 0
-                   : std::strtod(statistics.c_str() + at + key.size() + 3, nullptr);
-    }
-
     Outcome try_print(const std::string& fablet, const std::vector<std::string>& arguments) {
         std::string world = kWorld;
         world.replace(world.find("FABLET"), 6, fablet);
@@ -117,8 +107,9 @@ class Culling : public ::testing::Test {
         const Outcome printed = try_print(fablet, arguments);
         EXPECT_EQ(printed.exit_code, 0) << printed.err;
         if (printed.exit_code != 0) return {};
-        const std::string text = read_file(scratch_ / "stats.json");
-        return {read_file(scratch_ / "out.ofr"), figure(text, "filled"), figure(text, "asked")};
+        const std::filesystem::path statistics = scratch_ / "stats.json";
+        return {read_file(scratch_ / "out.ofr"), statistic(statistics, "blocks/filled"),
+                statistic(statistics, "queries/asked")};
     }
 
     /// Blocks filled, and the share of queries that is left, those that culling itself asks among

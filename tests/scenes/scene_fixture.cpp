@@ -3,6 +3,7 @@
 #include "tests/scenes/scene_fixture.h"
 
 #include <rapidjson/document.h>
+#include <rapidjson/pointer.h>
 
 #include <regex>
 
@@ -46,12 +47,13 @@ double statistic(const std::filesystem::path& file, const std::string& name) {
     const std::string text = read_file(file);
     rapidjson::Document document;
     document.Parse(text.c_str());
-    if (document.HasParseError() || !document.IsObject() || !document.HasMember(name.c_str()) ||
-        !document[name.c_str()].IsNumber()) {
+    const rapidjson::Value* value =
+        document.HasParseError() ? nullptr : rapidjson::Pointer(("/" + name).c_str()).Get(document);
+    if (value == nullptr || !value->IsNumber()) {
         ADD_FAILURE() << "no number `" << name << "` in " << file << ": " << text;
         return 0;
     }
-    return document[name.c_str()].GetDouble();
+    return value->GetDouble();
 }
 
 int64_t least_memory_mb(const Outcome& refused) {

@@ -45,7 +45,7 @@ struct Voxels {
 /// Reads a whole `.ofr`; fails the test where it is not whole.
 Voxels read_ofr(const std::filesystem::path& file);
 
-/// A number of a statistics file; fails the test where it is missing.
+/// A number of a statistics file, as `queries/asked`; fails the test where it is missing.
 double statistic(const std::filesystem::path& file, const std::string& name);
 
 /// What a refusal for too little memory says would do, MB; fails the test where it says nothing.
