@@ -227,6 +227,7 @@ std::unique_ptr<CompiledStage> CompiledStage::make(const ir::Stage& stage,
                                                    const lower::ProgramOptions& options) {
     auto out = std::make_unique<CompiledStage>();
     out->stage_ = stage;
+    out->isas_ = options.isas;
     passes::KernelStages stages;
     *member(&stages, stage.kind) = stage;
     if (passes::needs_phases(stage)) stages.volume_phases = passes::cut_phases(stage);
@@ -357,6 +358,14 @@ void expect_equal(const ir::Stage& stage, const StageResults& expected, const St
             if (++reports == kMostReports) return;
             break;
         }
+    }
+}
+
+void expect_equal(const ir::Stage& stage, const StageResults& expected,
+                  const CompiledStage& compiled, const StageInputs& inputs) {
+    for (const openfab_isa isa : compiled.isas()) {
+        expect_equal(stage, expected, compiled.run(isa, inputs),
+                     isa == OPENFAB_ISA_AVX2 ? "avx2" : "sse41");
     }
 }
 

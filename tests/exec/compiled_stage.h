@@ -15,6 +15,7 @@
 #include "compiler/ir/ir.h"
 #include "compiler/lower/jit.h"
 #include "compiler/lower/schedule.h"
+#include "tests/support/tested_isas.h"
 
 namespace openfab::testing {
 
@@ -50,7 +51,9 @@ class CompiledStage {
   public:
     /// Fails the test and returns null where the stage does not compile.
     static std::unique_ptr<CompiledStage> make(const ir::Stage& stage,
-                                               const lower::ProgramOptions& options = {});
+                                               const lower::ProgramOptions& options = {
+                                                   .isas = tested_isas()});
+    const std::vector<openfab_isa>& isas() const { return isas_; }
     StageResults run(openfab_isa isa, const StageInputs& inputs) const;
 
   private:
@@ -58,6 +61,7 @@ class CompiledStage {
                             const StageInputs& inputs) const;
 
     ir::Stage stage_;
+    std::vector<openfab_isa> isas_;
     std::unique_ptr<lower::LoadedProgram> program_;
 };
 
@@ -75,5 +79,9 @@ uint32_t answer(int32_t kind, int32_t b, float x, float y, float z);
 /// differences.
 void expect_equal(const ir::Stage& stage, const StageResults& expected, const StageResults& got,
                   const std::string& what);
+
+/// The same, of what `compiled` makes of `inputs` for each instruction set that it has.
+void expect_equal(const ir::Stage& stage, const StageResults& expected,
+                  const CompiledStage& compiled, const StageInputs& inputs);
 
 }  // namespace openfab::testing

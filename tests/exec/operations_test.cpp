@@ -183,8 +183,7 @@ void check(const ir::Stage& stage, const std::vector<StageInputs>& runs) {
     ASSERT_NE(compiled, nullptr);
     for (const StageInputs& inputs : runs) {
         const StageResults expected = interpret(stage, inputs);
-        expect_equal(stage, expected, compiled->run(OPENFAB_ISA_SSE41, inputs), "sse41");
-        expect_equal(stage, expected, compiled->run(OPENFAB_ISA_AVX2, inputs), "avx2");
+        expect_equal(stage, expected, *compiled, inputs);
     }
 }
 
@@ -224,8 +223,12 @@ void check_constants(Type type, size_t first) {
 }
 
 TEST_P(OperationsTest, ConstantOperands) {
-    for (size_t k = 0; k < constants_of(GetParam()).size(); k += 2)
+    for (size_t k = 0; k < constants_of(GetParam()).size(); k += 2) {
         check_constants(GetParam(), k);
+#ifdef OPENFAB_SANITIZED
+        break;
+#endif
+    }
 }
 
 TEST_P(OperationsTest, OneByOneWithATail) {

@@ -126,8 +126,8 @@ TEST(SampleBound, HoldsEveryLookUp) {
             // Sizes that do not halve evenly, so that levels are out of step.
             points.textures = {make_texture(149, 83, 1, wrap, filter, seed, 0.9f)};
             boxes.inputs.textures = points.textures;
-            const StageResults ends = compiled->run(OPENFAB_ISA_AVX2, boxes.inputs);
-            expect_equal(bounds, ends, compiled->run(OPENFAB_ISA_SSE41, boxes.inputs), "sse41");
+            const StageResults ends = compiled->run(compiled->isas()[0], boxes.inputs);
+            expect_equal(bounds, ends, *compiled, boxes.inputs);
             const std::vector<uint32_t> values = interpret(stage, points)[0];
             size_t narrow = 0;
             for (size_t k = 0; k < values.size(); ++k) {
@@ -154,7 +154,7 @@ TEST(SampleBound, FlatTextureIsOneValue) {
     std::fill(flat.texels.begin(), flat.texels.end(), 1.0f);
     std::fill(flat.minmax.begin(), flat.minmax.end(), 1.0f);
     boxes.inputs.textures = {flat};
-    const StageResults ends = compiled->run(OPENFAB_ISA_AVX2, boxes.inputs);
+    const StageResults ends = compiled->run(compiled->isas()[0], boxes.inputs);
     for (size_t k = 0; k < kBoxes; ++k) {
         EXPECT_EQ(as_float(ends[0][k]), 1.0f);
         EXPECT_EQ(as_float(ends[1][k]), 1.0f);

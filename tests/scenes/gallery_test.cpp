@@ -71,11 +71,7 @@ class Gallery : public ::testing::TestWithParam<Exhibit> {
         folder_ = source_dir() / "gallery" / exhibit.folder;
         binary_ = *scratch_ / exhibit.source;
         if (std::filesystem::exists(binary_)) return;
-        const Outcome built =
-            run({program("openflc").string(), "build",
-                 (folder_ / fmt::format("{}.fl", exhibit.source)).string(), "-o", binary_.string()},
-                environment());
-        ASSERT_EQ(built.exit_code, 0) << built.err;
+        build_fablets(folder_ / fmt::format("{}.fl", exhibit.source), binary_, environment());
     }
 
     static RunOptions environment() {
@@ -152,6 +148,9 @@ TEST_P(Gallery, IsWhatItWas) {
 }
 
 TEST_P(Gallery, PrintsTheSameInEveryWay) {
+#ifdef OPENFAB_SANITIZED
+    GTEST_SKIP() << "sanitizers do not see into code that Halide makes";
+#endif
     const Contents contents = print(world(), {"--threads", "2", "--no-cull", "--isa", "sse41"});
     EXPECT_EQ(contents.hash, expected_hash(GetParam().name()));
 }
@@ -176,6 +175,9 @@ TEST_P(Gallery, WorksOnForeignMeshes) {
                        {"--allow", std::filesystem::canonical(goat).parent_path().string()});
     }
     for (const auto& [name, mesh] : meshes) {
+#ifdef OPENFAB_SANITIZED
+        if (name != meshes.back().first) continue;
+#endif
         const Contents contents = print(world_with(mesh), allowed);
         const auto used = std::count_if(contents.voxels.begin(), contents.voxels.end(),
                                         [](const auto& entry) { return entry.second > 0; });

@@ -8,6 +8,7 @@
 #include <regex>
 
 #include "backends/ofr/ofr_reader.h"
+#include "tests/support/tested_isas.h"
 
 namespace openfab::testing {
 
@@ -65,13 +66,23 @@ int64_t least_memory_mb(const Outcome& refused) {
     return found ? std::stoll(match[1]) : 0;
 }
 
+void build_fablets(const std::filesystem::path& source, const std::filesystem::path& binary,
+                   const RunOptions& options, const std::vector<std::string>& more) {
+    std::vector<std::string> argv{program("openflc").string(),
+                                  "build",
+                                  source.string(),
+                                  "-o",
+                                  binary.string(),
+                                  "--target",
+                                  tested_target()};
+    argv.insert(argv.end(), more.begin(), more.end());
+    const Outcome built = run(argv, options);
+    ASSERT_EQ(built.exit_code, 0) << built.err;
+}
+
 void PostcardScene::SetUpTestSuite() {
     scratch_ = new ScratchFolder;
-    const Outcome built =
-        run({program("openflc").string(), "build",
-             (gallery_postcard() / "magic_postcard.fl").string(), "-o", binary().string()},
-            environment());
-    ASSERT_EQ(built.exit_code, 0) << built.err;
+    build_fablets(gallery_postcard() / "magic_postcard.fl", binary(), environment());
 }
 
 void PostcardScene::TearDownTestSuite() {

@@ -1,0 +1,27 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "runtime/abi/fablet_table.h"
+
+namespace openfab::testing {
+
+/// What tests compile for: both instruction sets; one under sanitizers, which make Halide several
+/// times slower and do not look into the code that it makes.
+inline std::vector<openfab_isa> tested_isas() {
+#ifdef OPENFAB_SANITIZED
+    return {OPENFAB_ISA_SSE41};
+#else
+    return {OPENFAB_ISA_SSE41, OPENFAB_ISA_AVX2};
+#endif
+}
+
+/// The same as a value of `openflc build --target`.
+inline std::string tested_target() {
+    return tested_isas().size() == 1 ? "sse41" : "both";
+}
+
+}  // namespace openfab::testing
