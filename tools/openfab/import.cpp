@@ -130,6 +130,13 @@ class Importer {
         set_constant("MAPS", std::max<size_t>(textures_.size(), 1), &source);
         out_.files.push_back({source_name(), std::move(source)});
         out_.world = world();
+        if (mesh_.unit_note.starts_with("assumed") && !options_.largest_mm) {
+            const Vec3d size = box_.size();
+            out_.notes.push_back(fmt::format(
+                "`{}` says no unit: taken as millimetres, {:.4g} x {:.4g} x {:.4g} mm. Import it "
+                "with --unit or --size if that is wrong",
+                file_, size.x, size.y, size.z));
+        }
         return std::move(out_);
     }
 

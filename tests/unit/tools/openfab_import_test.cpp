@@ -70,6 +70,7 @@ TEST_F(OpenfabImport, ATexturedModelPrintsByItsMaterials) {
     const Outcome imported = openfab({"import", path("block.obj"), "-o", path("made")});
     ASSERT_EQ(imported.exit_code, 0) << imported.err;
     EXPECT_THAT(imported.err, HasSubstr("the fablet `textured`"));
+    EXPECT_THAT(imported.err, HasSubstr("says no unit: taken as millimetres, 4 x 4 x 2 mm"));
     const Outcome printed = openfab(
         {"print", path("made/block.fab.json"), "-o", path("a.ofr"), "--set", "block.density=1"});
     ASSERT_EQ(printed.exit_code, 0) << printed.err;
