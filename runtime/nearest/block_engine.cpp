@@ -32,10 +32,8 @@ template struct Growing<Entry>;
 template struct Growing<Lanes>;
 template struct Growing<float>;
 template struct Growing<LatticeEntry>;
-template struct Growing<FeatureAnswer>;
 template struct Growing<const float*>;
 template struct Growing<const TreeView*>;
-template struct Growing<const TriangleDetail*>;
 template struct Growing<uint32_t>;
 
 namespace {
@@ -88,6 +86,7 @@ BlockShape make_block_shape(const Vec3f& pitch_mm) {
     }
     for (int i = 0; i < 3; ++i)
         halve_longest();
+    std::copy(size, size + 3, shape.packet_size);
     int32_t packets[8][3], lanes[8][3];
     origins(shape.sub_size, size, packets);
     for (int k = 0; k < 2; ++k)
@@ -133,12 +132,12 @@ uint64_t next_serial() {
 }
 
 const KernelTable& best_kernels(InstructionSet widest) {
-    const bool wide = __builtin_cpu_supports("avx512f") != 0 &&
+    const bool half = __builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("fma") != 0;
+    const bool wide = half && __builtin_cpu_supports("avx512f") != 0 &&
                       __builtin_cpu_supports("avx512vl") != 0 &&
                       __builtin_cpu_supports("avx512dq") != 0;
     if (wide && widest >= InstructionSet::kAvx512) return avx512::kKernels;
-    if (__builtin_cpu_supports("avx2") != 0 && widest >= InstructionSet::kAvx2)
-        return avx2::kKernels;
+    if (half && widest >= InstructionSet::kAvx2) return avx2::kKernels;
     return sse41::kKernels;
 }
 

@@ -25,6 +25,7 @@ constexpr int kQuarters = 32;  ///< of all sub-blocks of a block
 struct BlockShape {
     int32_t sub_size[3];
     int32_t sub_origin[8][3];
+    int32_t packet_size[3];
     int32_t packet_origin[64][3];         ///< in the block
     alignas(32) float lane_offset[3][8];  ///< from the packet's origin, in voxels
     int16_t voxel[512];                   ///< number (y * 8 + x) * 8 + z
@@ -80,8 +81,8 @@ struct FeatureAnswer {
 };
 /// The features of one kind that are left for a block, side by side.
 struct BlockFeatures {
-    Growing<const float*> rows;              ///< the features, as floats
-    Growing<const TriangleDetail*> details;  ///< of their owners
+    Growing<const float*> rows;      ///< the features, as floats
+    Growing<const TreeView*> trees;  ///< and whose they are
     /// For each quarter of a sub-block, places in those lists of what may be nearest to its voxels:
     /// near[quarter * near_stride ..][near_count[quarter]].
     Growing<uint32_t> near;
@@ -145,9 +146,8 @@ struct KernelScratch {
     Growing<const float*> rows;      ///< block: features that may be left, as floats
     Growing<const TreeView*> trees;  ///< and whose they are
     BlockFeatures faces, edges, vertices;
-    Growing<float> margins;          ///< of the faces
-    Growing<FeatureAnswer> answers;  ///< of all these, in that order
-    Growing<LatticeEntry> lattice;   ///< kLatticeEntries of them
+    Growing<float> margins;         ///< of the faces
+    Growing<LatticeEntry> lattice;  ///< kLatticeEntries of them
     WarmStart warm;
     WarmStart warm_points;  ///< of points, which are elsewhere than blocks
     PatchSource patches;

@@ -25,6 +25,8 @@ namespace {
 
 #include "runtime/nearest/kernel_answers.inl"
 
+#include "runtime/nearest/kernel_best.inl"
+
 #include "runtime/nearest/kernel_search.inl"
 
 #include "runtime/nearest/kernel_idle.inl"

@@ -41,9 +41,37 @@ OPENFAB_INLINE bool comes_first(const FeatureAnswer& a, const FeatureAnswer& b) 
     return a.order < b.order;
 }
 
+enum class Kind { kFace, kEdge, kVertex };
+
+/// Where in a feature points are nearest: what FeatureAnswer multiplies.
+template <typename V>
+struct InFeature {
+    V x, y;
+};
+
+/// `row` is the feature, as floats.
+template <typename V>
+OPENFAB_INLINE InFeature<V> in_feature(Kind kind, const float* row, const PointsOf<V>& p) {
+    if (kind == Kind::kFace) {
+        const InFrameOf<V> f = to_frame(*reinterpret_cast<const TriangleFrame*>(row), p);
+        return {f.s[2], f.s[0]};
+    }
+    if (kind == Kind::kEdge) {
+        const V tau = along_edge(*reinterpret_cast<const EdgeFeature*>(row), p).tau;
+        return {tau, tau};
+    }
+    return {splat<V>(0.0f), splat<V>(0.0f)};
+}
+
+/// A feature that wins.
+struct Winner {
+    Kind kind;
+    const float* row;
+    FeatureAnswer answer;
+};
+
 /// A feature by its place in its tree.
 struct FoundFeature {
-    enum Kind { kFace, kEdge, kVertex };
     const TreeView* tree;
     uint32_t place;
     Kind kind;
@@ -58,23 +86,30 @@ OPENFAB_INLINE FoundFeature found_at(const KernelScratch& scratch, int32_t place
     const Node& leaf = e.tree->nodes[e.node];
     const uint32_t first = leaf.first(), end = first + leaf.count();
     auto i = static_cast<uint32_t>(place % kLeafPlaces);
-    if (i < leaf.count()) return {e.tree, first + i, FoundFeature::kFace};
+    if (i < leaf.count()) return {e.tree, first + i, Kind::kFace};
     i += e.tree->first_edge[first] - leaf.count();
-    if (i < e.tree->first_edge[end]) return {e.tree, i, FoundFeature::kEdge};
+    if (i < e.tree->first_edge[end]) return {e.tree, i, Kind::kEdge};
     i += e.tree->first_vertex[first] - e.tree->first_edge[end];
-    return {e.tree, i, FoundFeature::kVertex};
+    return {e.tree, i, Kind::kVertex};
+}
+
+/// The feature, as floats.
+OPENFAB_INLINE const float* row_of(const FoundFeature& f) {
+    if (f.kind == Kind::kEdge) return f.tree->edges[f.place].a;
+    if (f.kind == Kind::kVertex) return f.tree->vertices[f.place].v;
+    return f.tree->frames[f.place].v0;
 }
 
 /// The triangle that the feature belongs to, by its place in the tree.
 OPENFAB_INLINE uint32_t triangle_of(const FoundFeature& f) {
-    if (f.kind == FoundFeature::kEdge) return f.tree->edges[f.place].owner();
-    if (f.kind == FoundFeature::kVertex) return f.tree->vertices[f.place].owner();
+    if (f.kind == Kind::kEdge) return f.tree->edges[f.place].owner();
+    if (f.kind == Kind::kVertex) return f.tree->vertices[f.place].owner();
     return f.place;
 }
 
 inline FeatureAnswer answer_of(const FoundFeature& f) {
     const TriangleDetail& owner = f.tree->details[triangle_of(f)];
-    if (f.kind == FoundFeature::kEdge) return edge_answer(f.tree->edges[f.place], owner);
-    if (f.kind == FoundFeature::kVertex) return vertex_answer(f.tree->vertices[f.place], owner);
+    if (f.kind == Kind::kEdge) return edge_answer(f.tree->edges[f.place], owner);
+    if (f.kind == Kind::kVertex) return vertex_answer(f.tree->vertices[f.place], owner);
     return face_answer(owner);
 }

@@ -3,29 +3,6 @@
 //
 // Blocks of 8 x 8 x 8 voxels. Part of kernel.inl.
 
-/// Of packet `packet` and, where V is wide, the next.
-template <typename V>
-OPENFAB_INLINE PointsOf<V> voxel_centres(const KernelInput& in, const Vec3i& block, int packet) {
-    const float* f = in.frame;
-    const BlockShape& s = *in.shape;
-    V at[3];
-    for (int a = 0; a < 3; ++a) {
-        F8 parts[V::kLanes / 8];
-        for (int h = 0; h < V::kLanes / 8; ++h) {
-            parts[h] = set1(static_cast<float>(block[a] + s.packet_origin[packet + h][a])) +
-                       load(s.lane_offset[a]) + set1(0.5f);
-        }
-        at[a] = Width<V>::join(parts);
-    }
-    V c[3];
-    for (int a = 0; a < 3; ++a) {
-        const float step[3] = {f[OPENFAB_FRAME_STEP_I + a], f[OPENFAB_FRAME_STEP_J + a],
-                               f[OPENFAB_FRAME_STEP_K + a]};
-        c[a] = dot_with(step, at[0], at[1], at[2]) + splat<V>(f[OPENFAB_FRAME_ORIGIN + a]);
-    }
-    return {c[0], c[1], c[2]};
-}
-
 /// How many voxels of the block ask.
 OPENFAB_INLINE int demanded_voxels(const BlockQuery& q) {
     if (q.demand == nullptr) return kBlockVoxels;
@@ -38,6 +15,20 @@ OPENFAB_INLINE int demanded_voxels(const BlockQuery& q) {
     return count;
 }
 
+/// Bit l: lane l of the packet asks. Lanes follow each other as voxels do: along z, x, y.
+OPENFAB_INLINE uint32_t demanded_lanes(const KernelInput& in, const BlockQuery& q, int packet) {
+    const int32_t* origin = in.shape->packet_origin[packet];
+    const int32_t* size = in.shape->packet_size;
+    const uint32_t column = (1u << size[2]) - 1;
+    uint32_t lanes = 0;
+    int l = 0;
+    for (int32_t y = origin[1]; y < origin[1] + size[1]; ++y) {
+        for (int32_t x = origin[0]; x < origin[0] + size[0]; ++x, l += size[2])
+            lanes |= (static_cast<uint32_t>(q.demand[y * 8 + x]) >> origin[2] & column) << l;
+    }
+    return lanes;
+}
+
 /// Bit q: a voxel of quarter q of the sub-blocks `subs` asks; in `asked` the lanes of their packets
 /// that do.
 OPENFAB_INLINE uint32_t demanded_quarters(const KernelInput& in, const BlockQuery& q, uint32_t subs,
@@ -46,12 +37,7 @@ OPENFAB_INLINE uint32_t demanded_quarters(const KernelInput& in, const BlockQuer
     for (; subs != 0; subs &= subs - 1) {
         const int first = 8 * __builtin_ctz(subs);
         for (int packet = first; packet < first + 8; ++packet) {
-            uint32_t lanes = q.demand == nullptr ? 0xff : 0;
-            const int16_t* voxel = in.shape->voxel + packet * 8;
-            for (int l = 0; q.demand != nullptr && l < 8; ++l) {
-                const int v = voxel[l];
-                lanes |= (static_cast<uint32_t>(q.demand[v >> 3]) >> (v & 7) & 1u) << l;
-            }
+            const uint32_t lanes = q.demand == nullptr ? 0xff : demanded_lanes(in, q, packet);
             asked[packet] = static_cast<uint8_t>(lanes);
             if (lanes != 0) quarters |= 1u << (packet >> 1);
         }
@@ -65,6 +51,15 @@ OPENFAB_INLINE uint32_t sub_blocks_of(uint32_t quarters) {
     for (int sub = 0; sub < 8; ++sub)
         subs |= (quarters >> 4 * sub & 0xfu) != 0 ? 1u << sub : 0u;
     return subs;
+}
+
+OPENFAB_INLINE void write_voxel(int v, const FeatureAnswer& a, float distance2, float bary1,
+                                float bary2, BlockAnswer* answer) {
+    answer->distance2[v] = distance2;
+    answer->patch[v] = a.patch;
+    answer->triangle[v] = a.triangle;
+    answer->bary1[v] = bary1;
+    answer->bary2[v] = bary2;
 }
 
 /// The voxels of a quarter of a sub-block against what is left for it.
@@ -83,11 +78,16 @@ OPENFAB_INLINE void query_quarter(const KernelInput& in, const BlockQuery& q, in
             lanes |= static_cast<uint32_t>(asked[packet + h]) << 8 * h;
         if (lanes == 0) continue;
         const PointsOf<V> p = voxel_centres<V>(in, q.block, packet);
-        FeatureBest<V> best = nearest_feature(*scratch, quarter, p);
-        if ((bits(best.tied) & lanes) != 0) break_ties(*scratch, quarter, p, &best);
+        const FeaturesOfQuarter left{*scratch, quarter};
+        FeatureBest<V> best = nothing_found<V>();
+        take_nearest(left, p, &best);
+        if ((bits(best.tied) & lanes) != 0) break_ties(left, p, lanes, &best);
         scratch->counts->triangle_tests += int64_t{features} * kParts;
-        write_packet(scratch->answers.data, best, lanes, radius2, in.shape->voxel + packet * 8,
-                     answer);
+        const int16_t* voxel = in.shape->voxel + packet * 8;
+        each_found(left, p, best, lanes & found_within(best, splat<V>(radius2)),
+                   [&](int l, const Winner& winner, float distance2, float bary1, float bary2) {
+                       write_voxel(voxel[l], winner.answer, distance2, bary1, bary2, answer);
+                   });
     }
 }
 
@@ -102,7 +102,7 @@ __attribute__((noinline)) void query_quarters(const KernelInput& in, const Block
 /// A block is searched quarter by quarter where triangles are small beside it, and near: there its
 /// triangles outnumber the voxels that ask. Else taking their features apart for all of them at
 /// once costs less (bench/README.md).
-constexpr float kDense = 5.2f;  ///< half diagonals of a block in spacings of triangles
+constexpr float kDense = 4.7f;  ///< half diagonals of a block in spacings of triangles
 constexpr float kNear = 1.6f;   ///< the farthest witness in half diagonals
 /// Nodes no larger than this, in half diagonals of the block, are where the walks begin.
 constexpr float kSearchFrom = 1.5f;
@@ -135,23 +135,19 @@ __attribute__((noinline)) void search_quarters(const KernelInput& in, const Bloc
             s.p = voxel_centres<V>(in, q.block, packet);
             begin_search(lanes, warm_distance2(warm, s.p, radius2), splat<V>(delta), scratch, &s);
             search(scratch->list.data, scratch->list.size, scratch, &s);
-            const uint32_t found =
-                lanes & bits((s.distance2 <= radius2) & (s.distance2 < splat<V>(kNoFeature)));
+            const uint32_t found = lanes & found_within(s.best, radius2);
             if (found == 0) continue;
+            const FeaturesOfLeaves leaves{*scratch};
+            if ((bits(s.best.tied) & found) != 0) break_ties(leaves, s.p, found, &s.best);
             warm.count = 0;
             const int16_t* voxel = in.shape->voxel + packet * 8;
-            each_found(s, found, *scratch,
-                       [&](int l, const FoundFeature& feature, float distance2,
-                           const FeatureAnswer& a, float bary1, float bary2) {
-                           const int v = voxel[l];
-                           answer->distance2[v] = distance2;
-                           answer->patch[v] = a.patch;
-                           answer->triangle[v] = a.triangle;
-                           answer->bary1[v] = bary1;
-                           answer->bary2[v] = bary2;
-                           // Of a wide packet every other.
-                           if (l % kParts == 0) keep_point(feature, bary1, bary2, &warm);
-                       });
+            each_found(
+                leaves, s.p, s.best, found,
+                [&](int l, const LeafWinner& winner, float distance2, float bary1, float bary2) {
+                    write_voxel(voxel[l], winner.answer, distance2, bary1, bary2, answer);
+                    // Of a wide packet every other.
+                    if (l % kParts == 0) keep_point(winner.feature, bary1, bary2, &warm);
+                });
         }
     }
 }
@@ -239,7 +235,8 @@ void query(const KernelInput& in, const BlockQuery& q, KernelScratch* scratch,
     if (near) open_list(box, &rows, scratch);
     const BlockPlace place = make_place(in, q.block, farthest2, box.delta);
     collect_features(place, subs, scratch);
-    if (scratch->answers.size == 0) return;
+    if (scratch->faces.rows.size + scratch->edges.rows.size + scratch->vertices.rows.size == 0)
+        return;
     list_near_features(place, quarters, scratch);
     query_quarters(in, q, quarters, asked, scratch, answer);
 }

@@ -32,14 +32,14 @@ OPENFAB_INLINE const VertexFeature* features_of(const TreeView& tree, const Node
     return tree.vertices + tree.first_vertex[leaf.first()];
 }
 
-OPENFAB_INLINE const TriangleDetail* owner_of(const TriangleFrame& f, const TreeView& tree) {
-    return tree.details + (&f - tree.frames);
+OPENFAB_INLINE const TriangleDetail& owner_of(const TriangleFrame& f, const TreeView& tree) {
+    return tree.details[&f - tree.frames];
 }
-OPENFAB_INLINE const TriangleDetail* owner_of(const EdgeFeature& e, const TreeView& tree) {
-    return tree.details + e.owner();
+OPENFAB_INLINE const TriangleDetail& owner_of(const EdgeFeature& e, const TreeView& tree) {
+    return tree.details[e.owner()];
 }
-OPENFAB_INLINE const TriangleDetail* owner_of(const VertexFeature& v, const TreeView& tree) {
-    return tree.details + v.owner();
+OPENFAB_INLINE const TriangleDetail& owner_of(const VertexFeature& v, const TreeView& tree) {
+    return tree.details[v.owner()];
 }
 
 /// Lists the features of one kind in the leaves of the list.
@@ -80,15 +80,15 @@ OPENFAB_INLINE void collect_kind(const BlockPlace& place, uint32_t subs, KernelS
     list_candidates<Feature>(scratch);
     const size_t count = scratch->rows.size;
     // Lanes that are over repeat the first.
-    scratch->rows.reserve(count + 2 * kLanes);
+    scratch->rows.reserve(count + 3 * kLanes);
     const float** rows = scratch->rows.data;
-    for (size_t l = 0; count != 0 && l < 2 * kLanes; ++l)
+    for (size_t l = 0; count != 0 && l < 3 * kLanes; ++l)
         rows[count + l] = rows[0];
     out->rows.reserve(count + kLanes);
-    out->details.reserve(count);
+    out->trees.reserve(count);
     size_t kept = 0;
     for (size_t first = 0; first < count; first += kLanes) {
-        for (size_t l = first + kLanes; l < first + 2 * kLanes; ++l) {
+        for (size_t l = first + 2 * kLanes; l < first + 3 * kLanes; ++l) {
             for (size_t k = 0; k < kFloats; k += 16)
                 __builtin_prefetch(rows[l] + k);
         }
@@ -100,19 +100,14 @@ OPENFAB_INLINE void collect_kind(const BlockPlace& place, uint32_t subs, KernelS
         alive &= (1u << (count - first < kLanes ? count - first : kLanes)) - 1;
         for (; alive != 0; alive &= alive - 1) {
             const auto l = static_cast<size_t>(__builtin_ctz(alive));
-            const float* row = rows[first + l];
-            const TriangleDetail* owner =
-                owner_of(*reinterpret_cast<const Feature*>(row), *scratch->trees.data[first + l]);
-            // list_answers will read it.
-            __builtin_prefetch(&owner->patch);
-            out->rows.data[kept] = row;
-            out->details.data[kept] = owner;
+            out->rows.data[kept] = rows[first + l];
+            out->trees.data[kept] = scratch->trees.data[first + l];
             ++kept;
         }
     }
     for (size_t l = 0; kept != 0 && l < kLanes; ++l)
         out->rows.data[kept + l] = out->rows.data[0];
-    out->rows.size = out->details.size = kept;
+    out->rows.size = out->trees.size = kept;
 }
 
 /// Lists in out->near what may be nearest to the voxels of each of the `quarters`.
@@ -164,23 +159,12 @@ OPENFAB_INLINE const VertexFeature& vertex_at(const KernelScratch& block, size_t
     return *reinterpret_cast<const VertexFeature*>(block.vertices.rows.data[i]);
 }
 
-/// Writes what wins where a feature of the block does: faces, edges, vertices.
-OPENFAB_INLINE void list_answers(KernelScratch* scratch) {
-    const size_t faces = scratch->faces.rows.size, edges = scratch->edges.rows.size,
-                 vertices = scratch->vertices.rows.size;
-    scratch->margins.reserve(faces);
-    scratch->answers.size = faces + edges + vertices;
-    scratch->answers.reserve(scratch->answers.size);
-    FeatureAnswer* answer = scratch->answers.data;
-    for (size_t i = 0; i < faces; ++i) {
-        const TriangleDetail& d = *scratch->faces.details.data[i];
-        scratch->margins.data[i] = d.margin;
-        *answer++ = face_answer(d);
-    }
-    for (size_t i = 0; i < edges; ++i)
-        *answer++ = edge_answer(edge_at(*scratch, i), *scratch->edges.details.data[i]);
-    for (size_t i = 0; i < vertices; ++i) {
-        *answer++ = vertex_answer(vertex_at(*scratch, i), *scratch->vertices.details.data[i]);
+OPENFAB_INLINE void list_margins(KernelScratch* scratch) {
+    const size_t count = scratch->faces.rows.size;
+    scratch->margins.reserve(count);
+    for (size_t i = 0; i < count; ++i) {
+        const TreeView& tree = *scratch->faces.trees.data[i];
+        scratch->margins.data[i] = owner_of(face_at(*scratch, i), tree).margin;
     }
 }
 
@@ -195,123 +179,63 @@ __attribute__((noinline)) void collect_features(const BlockPlace& place, uint32_
         __builtin_prefetch(e.tree->first_vertex + first);
     }
     collect_kind<TriangleFrame>(place, subs, scratch, &scratch->faces);
+    list_margins(scratch);
     collect_kind<EdgeFeature>(place, subs, scratch, &scratch->edges);
     collect_kind<VertexFeature>(place, subs, scratch, &scratch->vertices);
-    list_answers(scratch);
 }
 
-/// Calls visit(place in the answers, distance2, x, y) for every feature that is left for a quarter;
-/// distance2 is infinite where the feature is not what its triangles are nearest in.
-template <typename V, typename Visit>
-OPENFAB_INLINE void each_feature(const KernelScratch& block, int quarter, const PointsOf<V>& p,
-                                 const Visit& visit) {
-    const V infinity = splat<V>(kInfinity), zero = splat<V>(0.0f);
-    const auto each = [quarter](const BlockFeatures& features, const auto& visit_one)
-        __attribute__((always_inline)) {
+/// What is left of a block's features for a quarter; places count faces, edges, vertices of the
+/// block.
+struct FeaturesOfQuarter {
+    const KernelScratch& block;
+    int quarter;
+
+    template <typename Visit>
+    OPENFAB_INLINE void faces(const Visit& visit) const {
+        each(
+            block.faces, [&](uint32_t i) __attribute__((always_inline)) {
+                visit(face_at(block, i), block.margins.data[i], i);
+            });
+    }
+    template <typename Visit>
+    OPENFAB_INLINE void edges(const Visit& visit) const {
+        const auto first = static_cast<uint32_t>(block.faces.rows.size);
+        each(
+            block.edges, [&](uint32_t i) __attribute__((always_inline)) {
+                visit(edge_at(block, i), first + i);
+            });
+    }
+    template <typename Visit>
+    OPENFAB_INLINE void vertices(const Visit& visit) const {
+        const auto first = static_cast<uint32_t>(block.faces.rows.size + block.edges.rows.size);
+        each(
+            block.vertices, [&](uint32_t i) __attribute__((always_inline)) {
+                visit(vertex_at(block, i).v, first + i);
+            });
+    }
+    OPENFAB_INLINE Winner winner(int32_t place) const {
+        auto i = static_cast<size_t>(place);
+        if (i < block.faces.rows.size) {
+            const TriangleFrame& f = face_at(block, i);
+            return {Kind::kFace, f.v0, face_answer(owner_of(f, *block.faces.trees.data[i]))};
+        }
+        i -= block.faces.rows.size;
+        if (i < block.edges.rows.size) {
+            const EdgeFeature& e = edge_at(block, i);
+            return {Kind::kEdge, e.a, edge_answer(e, owner_of(e, *block.edges.trees.data[i]))};
+        }
+        i -= block.edges.rows.size;
+        const VertexFeature& v = vertex_at(block, i);
+        return {Kind::kVertex, v.v, vertex_answer(v, owner_of(v, *block.vertices.trees.data[i]))};
+    }
+
+  private:
+    template <typename Visit>
+    OPENFAB_INLINE void each(const BlockFeatures& features, const Visit& visit) const {
         const uint32_t* near =
             features.near.data + static_cast<size_t>(quarter) * features.near_stride;
         const uint32_t count = features.near_count[quarter];
         for (uint32_t i = 0; i < count; ++i)
-            visit_one(near[i]);
-    };
-    each(
-        block.faces, [&](uint32_t i) __attribute__((always_inline)) {
-            const InFrameOf<V> f = to_frame(face_at(block, i), p);
-            const auto inside = splat<V>(block.margins.data[i]) <= min(min(f.s[0], f.s[1]), f.s[2]);
-            visit(i, select(inside, f.h * f.h, infinity), f.s[2], f.s[0]);
-        });
-    const auto edges = static_cast<uint32_t>(block.faces.rows.size);
-    each(
-        block.edges, [&](uint32_t i) __attribute__((always_inline)) {
-            const AlongEdgeOf<V> at = along_edge(edge_at(block, i), p);
-            visit(edges + i, select(at.between, at.distance2, infinity), at.tau, at.tau);
-        });
-    const auto vertices = edges + static_cast<uint32_t>(block.edges.rows.size);
-    each(
-        block.vertices, [&](uint32_t i) __attribute__((always_inline)) {
-            visit(vertices + i, distance2_to(vertex_at(block, i).v, p), zero, zero);
-        });
-}
-
-/// What the points of a packet have found.
-template <typename V>
-struct FeatureBest {
-    V distance2, x, y;
-    V place;         ///< as bits
-    MaskOf<V> tied;  ///< another feature has the same distance2
-};
-
-/// Where features tie, the one that comes first by (patch, triangle, order).
-template <typename V>
-__attribute__((noinline)) void break_ties(const KernelScratch& block, int quarter,
-                                          const PointsOf<V>& p, FeatureBest<V>* best) {
-    constexpr int kLanes = V::kLanes;
-    alignas(64) float x[kLanes], y[kLanes], vx[kLanes], vy[kLanes];
-    alignas(64) int32_t winner[kLanes];
-    store(x, best->x);
-    store(y, best->y);
-    store_bits(winner, best->place);
-    const uint32_t tied = bits(best->tied);
-    each_feature(block, quarter, p, [&](uint32_t place, V distance2, V at_x, V at_y) {
-        uint32_t equal = bits(distance2 == best->distance2) & tied;
-        if (equal == 0) return;
-        store(vx, at_x);
-        store(vy, at_y);
-        const FeatureAnswer& now = block.answers.data[place];
-        for (; equal != 0; equal &= equal - 1) {
-            const int l = __builtin_ctz(equal);
-            const FeatureAnswer& before = block.answers.data[winner[l]];
-            if (!comes_first(now, before)) continue;
-            winner[l] = static_cast<int32_t>(place);
-            x[l] = vx[l];
-            y[l] = vy[l];
-        }
-    });
-    best->x = Width<V>::load(x);
-    best->y = Width<V>::load(y);
-    best->place = Width<V>::load(reinterpret_cast<const float*>(winner));
-}
-
-template <typename V>
-OPENFAB_INLINE FeatureBest<V> nearest_feature(const KernelScratch& block, int quarter,
-                                              const PointsOf<V>& p) {
-    FeatureBest<V> best;
-    best.distance2 = splat<V>(kNoFeature);
-    best.x = best.y = splat<V>(0.0f);
-    best.place = Width<V>::splat_bits(0);
-    best.tied = best.x < best.x;
-    each_feature(block, quarter, p, [&](uint32_t place, V distance2, V x, V y) {
-        const auto closer = distance2 < best.distance2;
-        best.tied = andnot(closer, best.tied) | (distance2 == best.distance2);
-        best.distance2 = min(best.distance2, distance2);
-        best.x = select(closer, x, best.x);
-        best.y = select(closer, y, best.y);
-        best.place = select(closer, Width<V>::splat_bits(static_cast<int32_t>(place)), best.place);
-    });
-    return best;
-}
-
-template <typename V>
-OPENFAB_INLINE void write_packet(const FeatureAnswer* answers, const FeatureBest<V>& best,
-                                 uint32_t asked, float radius2, const int16_t* voxel,
-                                 BlockAnswer* answer) {
-    constexpr int kLanes = V::kLanes;
-    alignas(64) float d2[kLanes], x[kLanes], y[kLanes];
-    alignas(64) int32_t place[kLanes];
-    store(d2, best.distance2);
-    store(x, best.x);
-    store(y, best.y);
-    store_bits(place, best.place);
-    uint32_t found = asked & bits((best.distance2 <= splat<V>(radius2)) &
-                                  (best.distance2 < splat<V>(kNoFeature)));
-    for (; found != 0; found &= found - 1) {
-        const int l = __builtin_ctz(found);
-        const FeatureAnswer& f = answers[place[l]];
-        const int v = voxel[l];
-        answer->distance2[v] = d2[l];
-        answer->patch[v] = f.patch;
-        answer->triangle[v] = f.triangle;
-        answer->bary1[v] = f.bary1 + f.bary1_x * x[l];
-        answer->bary2[v] = f.bary2 + f.bary2_y * y[l];
+            visit(near[i]);
     }
-}
+};

@@ -35,11 +35,13 @@ OPENFAB_INLINE V dot_with(const float* a, V x, V y, V z) {
 template <typename V>
 OPENFAB_INLINE V node_distance2(const Node& n, const PointsOf<V>& p) {
     const V zero = splat<V>(0.0f);
-    V sum;
+    V sum = zero;
     for (int k = 0; k < 3; ++k) {
-        const V u = dot_with(n.axis[k], p.x, p.y, p.z);
-        const V d = max(absolute(u - splat<V>(n.center[k])) - splat<V>(n.half[k]), zero);
-        sum = k == 0 ? d * d : sum + d * d;
+        const float* axis = n.axis[k];
+        const V z = about_mul_sub(splat<V>(axis[2]), p.z, splat<V>(n.center[k]));
+        const V u = about_mul_add(splat<V>(axis[0]), p.x, about_mul_add(splat<V>(axis[1]), p.y, z));
+        const V d = max(absolute(u) - splat<V>(n.half[k]), zero);
+        sum = k == 0 ? d * d : about_mul_add(d, d, sum);
     }
     return sum;
 }
@@ -158,4 +160,27 @@ OPENFAB_INLINE float least_lane(F8 a) {
     for (int i = 1; i < 8; ++i)
         m = v[i] < m ? v[i] : m;
     return m;
+}
+
+/// Voxel centres of packet `packet` of a block and, where V is wide, the next.
+template <typename V>
+OPENFAB_INLINE PointsOf<V> voxel_centres(const KernelInput& in, const Vec3i& block, int packet) {
+    const float* f = in.frame;
+    const BlockShape& s = *in.shape;
+    V at[3];
+    for (int a = 0; a < 3; ++a) {
+        F8 parts[V::kLanes / 8];
+        for (int h = 0; h < V::kLanes / 8; ++h) {
+            parts[h] = set1(static_cast<float>(block[a] + s.packet_origin[packet + h][a])) +
+                       load(s.lane_offset[a]) + set1(0.5f);
+        }
+        at[a] = Width<V>::join(parts);
+    }
+    V c[3];
+    for (int a = 0; a < 3; ++a) {
+        const float step[3] = {f[OPENFAB_FRAME_STEP_I + a], f[OPENFAB_FRAME_STEP_J + a],
+                               f[OPENFAB_FRAME_STEP_K + a]};
+        c[a] = dot_with(step, at[0], at[1], at[2]) + splat<V>(f[OPENFAB_FRAME_ORIGIN + a]);
+    }
+    return {c[0], c[1], c[2]};
 }

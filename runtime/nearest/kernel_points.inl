@@ -31,19 +31,19 @@ void points(const KernelInput& in, const PointGroup* groups, size_t count, float
         const F8 start2 = min(radius2, node_far2(in.root.nodes[0], s.p));
         begin_search(asked, warm_distance2(scratch->warm_points, s.p, start2), delta, scratch, &s);
         search(&root, 1, scratch, &s);
-        const uint32_t found =
-            asked & bits((s.distance2 <= radius2) & (s.distance2 < set1(kNoFeature)));
+        const uint32_t found = asked & found_within(s.best, radius2);
         if (found == 0) continue;
+        const FeaturesOfLeaves leaves{*scratch};
+        if ((bits(s.best.tied) & found) != 0) break_ties(leaves, s.p, found, &s.best);
         scratch->warm_points.count = 0;
-        each_found(s, found, *scratch,
-                   [&](int l, const FoundFeature& feature, float distance2, const FeatureAnswer& a,
-                       float bary1, float bary2) {
+        each_found(leaves, s.p, s.best, found,
+                   [&](int l, const LeafWinner& winner, float distance2, float bary1, float bary2) {
                        answer.distance2[l] = distance2;
-                       answer.patch[l] = a.patch;
-                       answer.triangle[l] = a.triangle;
+                       answer.patch[l] = winner.answer.patch;
+                       answer.triangle[l] = winner.answer.triangle;
                        answer.bary1[l] = bary1;
                        answer.bary2[l] = bary2;
-                       keep_point(feature, bary1, bary2, &scratch->warm_points);
+                       keep_point(winner.feature, bary1, bary2, &scratch->warm_points);
                    });
     }
 }

@@ -4,14 +4,85 @@
 // The nearest triangles of a packet of points by one walk down the hierarchy, each lane with its
 // own limit. Part of kernel.inl.
 
-/// A packet and what its walk has found.
+/// The features of one leaf of a walk; places count from `first_place`.
+struct FeaturesOfLeaf {
+    const TreeView& tree;
+    const Node& leaf;
+    uint32_t first_place;
+
+    uint32_t first() const { return leaf.first(); }
+    uint32_t end() const { return leaf.first() + leaf.count(); }
+    template <typename Visit>
+    OPENFAB_INLINE void faces(const Visit& visit) const {
+        uint32_t place = first_place;
+        for (uint32_t i = first(); i < end(); ++i, ++place)
+            visit(tree.frames[i], tree.details[i].margin, place);
+    }
+    template <typename Visit>
+    OPENFAB_INLINE void edges(const Visit& visit) const {
+        uint32_t place = first_place + leaf.count();
+        for (uint32_t i = tree.first_edge[first()]; i < tree.first_edge[end()]; ++i, ++place)
+            visit(tree.edges[i], place);
+    }
+    template <typename Visit>
+    OPENFAB_INLINE void vertices(const Visit& visit) const {
+        uint32_t place =
+            first_place + leaf.count() + tree.first_edge[end()] - tree.first_edge[first()];
+        for (uint32_t i = tree.first_vertex[first()]; i < tree.first_vertex[end()]; ++i, ++place)
+            visit(tree.vertices[i].v, place);
+    }
+    /// Gets what those will read on its way.
+    OPENFAB_INLINE void fetch() const {
+        constexpr uint32_t kMostlyEdges = 6;
+        for (uint32_t i = 0; i < kMaxLeafTriangles; ++i)
+            __builtin_prefetch(tree.frames + first() + i);
+        __builtin_prefetch(&tree.details[first()].margin);
+        for (uint32_t i = 0; i < kMostlyEdges; ++i)
+            __builtin_prefetch(tree.edges + tree.first_edge[first()] + i);
+        __builtin_prefetch(tree.vertices + tree.first_vertex[first()]);
+    }
+};
+
+struct LeafWinner : Winner {
+    FoundFeature feature;
+};
+
+/// The features of all leaves that a walk has met.
+struct FeaturesOfLeaves {
+    const KernelScratch& scratch;
+
+    OPENFAB_INLINE FeaturesOfLeaf leaf(size_t i) const {
+        const Entry& e = scratch.leaves.data[i];
+        return {*e.tree, e.tree->nodes[e.node], static_cast<uint32_t>(i) * kLeafPlaces};
+    }
+    template <typename Visit>
+    OPENFAB_INLINE void faces(const Visit& visit) const {
+        for (size_t i = 0; i < scratch.leaves.size; ++i)
+            leaf(i).faces(visit);
+    }
+    template <typename Visit>
+    OPENFAB_INLINE void edges(const Visit& visit) const {
+        for (size_t i = 0; i < scratch.leaves.size; ++i)
+            leaf(i).edges(visit);
+    }
+    template <typename Visit>
+    OPENFAB_INLINE void vertices(const Visit& visit) const {
+        for (size_t i = 0; i < scratch.leaves.size; ++i)
+            leaf(i).vertices(visit);
+    }
+    LeafWinner winner(int32_t place) const {
+        const FoundFeature f = found_at(scratch, place);
+        return {{f.kind, row_of(f), answer_of(f)}, f};
+    }
+};
+
+/// A packet and what its walk has found; places are those of FeaturesOfLeaves.
 template <typename V>
 struct SearchOf {
     PointsOf<V> p;
-    V distance2, x, y;
-    V winner;  ///< as bits: see found_at
-    V limit;   ///< distance2 with slack; below zero where the lane does not ask
-    V slack;   ///< what (r + delta)² is more than r², with r no less than any that is found
+    FeatureBest<V> best;
+    V limit;  ///< distance2 with slack; below zero where the lane does not ask
+    V slack;  ///< what (r + delta)² is more than r², with r no less than any that is found
 };
 
 template <typename V>
@@ -26,80 +97,21 @@ OPENFAB_INLINE void begin_search(uint32_t asked, V start2, V delta, KernelScratc
                                  SearchOf<V>* s) {
     const V r = sqrt(start2);
     s->slack = (r + r + delta) * delta * splat<V>(kSlack * kSlack) + splat<V>(kSlackMm2);
-    s->distance2 = splat<V>(kNoFeature);
-    s->x = s->y = splat<V>(0.0f);
-    s->winner = Width<V>::splat_bits(0);
+    s->best = nothing_found<V>();
     s->limit = select(Width<V>::mask(asked), limit_of(start2, s->slack), splat<V>(-1.0f));
     scratch->leaves.size = 0;
 }
 
-/// Where a feature ties with what was found, the one that comes first wins.
-template <typename V>
-__attribute__((noinline)) void break_tie(int32_t place, uint32_t equal, V x, V y,
-                                         const KernelScratch& scratch, SearchOf<V>* s) {
-    constexpr int kLanes = V::kLanes;
-    alignas(64) float at_x[kLanes], at_y[kLanes], of_x[kLanes], of_y[kLanes];
-    alignas(64) int32_t winner[kLanes];
-    store(at_x, s->x);
-    store(at_y, s->y);
-    store(of_x, x);
-    store(of_y, y);
-    store_bits(winner, s->winner);
-    const FeatureAnswer answer = answer_of(found_at(scratch, place));
-    for (; equal != 0; equal &= equal - 1) {
-        const int l = __builtin_ctz(equal);
-        if (!comes_first(answer, answer_of(found_at(scratch, winner[l])))) continue;
-        winner[l] = place;
-        at_x[l] = of_x[l];
-        at_y[l] = of_y[l];
-    }
-    s->x = Width<V>::load(at_x);
-    s->y = Width<V>::load(at_y);
-    s->winner = Width<V>::load(reinterpret_cast<const float*>(winner));
-}
-
-template <typename V>
-OPENFAB_INLINE void offer(int32_t place, V distance2, V x, V y, const KernelScratch& scratch,
-                          SearchOf<V>* s) {
-    const auto closer = distance2 < s->distance2;
-    const uint32_t equal = bits(distance2 == s->distance2);
-    if (__builtin_expect(equal != 0, 0)) {
-        // A copy, so that what the loops hold stays in registers.
-        SearchOf<V> copy = *s;
-        break_tie(place, equal, x, y, scratch, &copy);
-        *s = copy;
-    }
-    s->distance2 = min(s->distance2, distance2);
-    s->x = select(closer, x, s->x);
-    s->y = select(closer, y, s->y);
-    s->winner = select(closer, Width<V>::splat_bits(place), s->winner);
-}
-
 template <typename V>
 OPENFAB_INLINE void offer_leaf(const Entry& entry, KernelScratch* scratch, SearchOf<V>* s) {
-    const V infinity = splat<V>(kInfinity), zero = splat<V>(0.0f);
-    const TreeView& tree = *entry.tree;
-    const Node& leaf = tree.nodes[entry.node];
-    const uint32_t first = leaf.first(), end = first + leaf.count();
-    auto place = static_cast<int32_t>(scratch->leaves.size * kLeafPlaces);
+    const FeaturesOfLeaf leaf{*entry.tree, entry.tree->nodes[entry.node],
+                              static_cast<uint32_t>(scratch->leaves.size) * kLeafPlaces};
     scratch->leaves.push(entry);
-    for (uint32_t i = first; i < end; ++i, ++place) {
-        const InFrameOf<V> f = to_frame(tree.frames[i], s->p);
-        const auto inside = splat<V>(tree.details[i].margin) <= min(min(f.s[0], f.s[1]), f.s[2]);
-        offer(place, select(inside, f.h * f.h, infinity), f.s[2], f.s[0], *scratch, s);
-    }
-    const uint32_t edges_end = tree.first_edge[end];
-    for (uint32_t i = tree.first_edge[first]; i < edges_end; ++i, ++place) {
-        const AlongEdgeOf<V> at = along_edge(tree.edges[i], s->p);
-        offer(place, select(at.between, at.distance2, infinity), at.tau, at.tau, *scratch, s);
-    }
-    const uint32_t vertices_end = tree.first_vertex[end];
-    for (uint32_t i = tree.first_vertex[first]; i < vertices_end; ++i, ++place)
-        offer(place, distance2_to(tree.vertices[i].v, s->p), zero, zero, *scratch, s);
+    take_nearest(leaf, s->p, &s->best);
     // The least of both: below zero stays where the lane does not ask, and a radius is never
     // widened.
-    s->limit = min(s->limit, limit_of(s->distance2, s->slack));
-    scratch->counts->triangle_tests += int64_t{leaf.count()} * V::kLanes / 8;
+    s->limit = min(s->limit, limit_of(s->best.distance2, s->slack));
+    scratch->counts->triangle_tests += int64_t{leaf.leaf.count()} * V::kLanes / 8;
 }
 
 /// Searches below the entries `starts`. Nodes wait on the stack with their distances in
@@ -121,11 +133,19 @@ __attribute__((noinline)) void search(const Entry* starts, size_t count, KernelS
         if (bits(distance2 <= s->limit) != 0) wait(starts[i], distance2);
     }
     scratch->counts->node_tests += static_cast<int64_t>(count) * V::kLanes / 8;
+    // One leaf is on its way from memory while the walk goes on to the next.
+    Entry coming{nullptr, 0};
+    V coming_distance2 = splat<V>(0.0f);
+    const auto offer_coming = [&]() __attribute__((always_inline)) {
+        if (coming.tree != nullptr && bits(coming_distance2 <= s->limit) != 0)
+            offer_leaf(coming, scratch, s);
+        coming.tree = nullptr;
+    };
     while (scratch->stack.size != 0) {
         const size_t top = --scratch->stack.size;
         const Entry e = scratch->stack.data[top];
-        const V waited = Width<V>::load(scratch->list_distance2.data[top].v);
-        if (bits(waited <= s->limit) == 0) continue;
+        V distance2 = Width<V>::load(scratch->list_distance2.data[top].v);
+        if (bits(distance2 <= s->limit) == 0) continue;
         const TreeView* tree = e.tree;
         const Node* node = tree->nodes + e.node;
         while (node != nullptr) {
@@ -138,7 +158,10 @@ __attribute__((noinline)) void search(const Entry* starts, size_t count, KernelS
                 continue;
             }
             if (node->is_leaf()) {
-                offer_leaf({tree, static_cast<uint32_t>(node - tree->nodes)}, scratch, s);
+                FeaturesOfLeaf{*tree, *node, 0}.fetch();
+                offer_coming();
+                coming = {tree, static_cast<uint32_t>(node - tree->nodes)};
+                coming_distance2 = distance2;
                 break;
             }
             const Node* left = tree->nodes + node->child();
@@ -149,37 +172,15 @@ __attribute__((noinline)) void search(const Entry* starts, size_t count, KernelS
                 const bool right_first = __builtin_popcount(bits(dr < dl)) > V::kLanes / 2;
                 wait({tree, node->child() + (right_first ? 0u : 1u)}, right_first ? dl : dr);
                 node = left + (right_first ? 1 : 0);
+                distance2 = right_first ? dr : dl;
             } else {
                 node = go_left ? left : go_right ? left + 1 : nullptr;
+                distance2 = go_left ? dl : dr;
             }
         }
     }
+    offer_coming();
     *result = local;
-}
-
-/// Calls each(lane, feature, distance2, answer, bary1, bary2) for the lanes of `found`.
-template <typename V, typename Each>
-OPENFAB_INLINE void each_found(const SearchOf<V>& s, uint32_t found, const KernelScratch& scratch,
-                               const Each& each) {
-    constexpr int kLanes = V::kLanes;
-    alignas(64) float d2[kLanes], x[kLanes], y[kLanes];
-    alignas(64) int32_t winner[kLanes];
-    store(d2, s.distance2);
-    store(x, s.x);
-    store(y, s.y);
-    store_bits(winner, s.winner);
-    // Most lanes found what the one before did.
-    FoundFeature feature;
-    FeatureAnswer a;
-    for (int32_t last = -1; found != 0; found &= found - 1) {
-        const int l = __builtin_ctz(found);
-        if (winner[l] != last) {
-            last = winner[l];
-            feature = found_at(scratch, last);
-            a = answer_of(feature);
-        }
-        each(l, feature, d2[l], a, a.bary1 + a.bary1_x * x[l], a.bary2 + a.bary2_y * y[l]);
-    }
 }
 
 /// What a lane found is near what the next packet looks for.

@@ -5,7 +5,7 @@
 // Eight floats side by side, or sixteen, for the query kernel. The kernel's source is compiled once
 // for each instruction set with OPENFAB_NEAREST_ISA naming its namespace, so that no inline
 // function of one set can be linked into the other. Only operations that IEEE 754 rounds in one way
-// are here: no FMA, no reciprocal estimates.
+// are here, no reciprocal estimates; and FMA, where it exists, under names that say that it prunes.
 
 #include <immintrin.h>
 
@@ -339,6 +339,31 @@ template <typename V>
 OPENFAB_INLINE V absolute(V a) {
     return andnot(splat<V>(-0.0f), a);
 }
+// a b + c and a b - c, rounded once or twice: for what prunes, and has room for either, never for
+// an answer.
+#if defined(__FMA__)
+OPENFAB_INLINE F8 about_mul_add(F8 a, F8 b, F8 c) {
+    return {_mm256_fmadd_ps(a.v, b.v, c.v)};
+}
+OPENFAB_INLINE F8 about_mul_sub(F8 a, F8 b, F8 c) {
+    return {_mm256_fmsub_ps(a.v, b.v, c.v)};
+}
+#else
+OPENFAB_INLINE F8 about_mul_add(F8 a, F8 b, F8 c) {
+    return a * b + c;
+}
+OPENFAB_INLINE F8 about_mul_sub(F8 a, F8 b, F8 c) {
+    return a * b - c;
+}
+#endif
+#if defined(__AVX512F__)
+OPENFAB_INLINE F16 about_mul_add(F16 a, F16 b, F16 c) {
+    return {_mm512_fmadd_ps(a.v, b.v, c.v)};
+}
+OPENFAB_INLINE F16 about_mul_sub(F16 a, F16 b, F16 c) {
+    return {_mm512_fmsub_ps(a.v, b.v, c.v)};
+}
+#endif
 OPENFAB_INLINE F8 dot3(F8 ax, F8 ay, F8 az, F8 bx, F8 by, F8 bz) {
     return (ax * bx + ay * by) + az * bz;
 }

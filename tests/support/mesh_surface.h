@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstdint>
 #include <fstream>
+#include <map>
 #include <memory>
 #include <random>
 #include <sstream>
@@ -310,39 +311,53 @@ inline TriangleMesh read_obj(const std::string& path, double height_mm) {
     return m;
 }
 
-/// Each triangle in four, `rounds` times.
-inline TriangleMesh subdivide(TriangleMesh m, int rounds) {
-    for (int r = 0; r < rounds; ++r) {
-        TriangleMesh out;
-        out.positions = m.positions;
-        std::vector<std::pair<std::pair<int32_t, int32_t>, int32_t>> edges;
-        for (const auto& t : m.triangles) {
-            for (size_t k = 0; k < 3; ++k)
-                edges.push_back({std::minmax(t[k], t[(k + 1) % 3]), 0});
+/// Each triangle in n², along n segments of each edge; neighbours share their vertices.
+inline TriangleMesh subdivide(const TriangleMesh& m, int32_t n) {
+    TriangleMesh out;
+    out.positions = m.positions;
+    const auto between = [n](const Vec3f& a, const Vec3f& b, int32_t k) {
+        return a + (b - a) * (static_cast<float>(k) / static_cast<float>(n));
+    };
+    std::map<std::pair<int32_t, int32_t>, int32_t> first_on_edge;
+    // Vertex k of n from corner a to corner b.
+    const auto on_edge = [&](int32_t a, int32_t b, int32_t k) {
+        if (k == 0) return a;
+        if (k == n) return b;
+        const auto [low, high] = std::minmax(a, b);
+        const auto next = static_cast<int32_t>(out.positions.size());
+        const auto [at, fresh] = first_on_edge.try_emplace({low, high}, next);
+        for (int32_t i = 1; fresh && i < n; ++i) {
+            out.add(between(m.positions[static_cast<size_t>(low)],
+                            m.positions[static_cast<size_t>(high)], i));
         }
-        std::sort(edges.begin(), edges.end());
-        edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
-        for (auto& e : edges) {
-            const Vec3f& a = m.positions[static_cast<size_t>(e.first.first)];
-            const Vec3f& b = m.positions[static_cast<size_t>(e.first.second)];
-            e.second = out.add((a + b) * 0.5f);
+        return at->second + (a == low ? k : n - k) - 1;
+    };
+    for (const auto& t : m.triangles) {
+        // Row r has r + 1 vertices, from edge (0, 1) to edge (0, 2).
+        std::vector<int32_t> above, row;
+        for (int32_t r = 0; r <= n; ++r, std::swap(above, row)) {
+            row.clear();
+            const int32_t left = on_edge(t[0], t[1], r), right = on_edge(t[0], t[2], r);
+            for (int32_t k = 0; k <= r; ++k) {
+                if (r == n) {
+                    row.push_back(on_edge(t[1], t[2], k));
+                } else if (k == 0 || k == r) {
+                    row.push_back(k == 0 ? left : right);
+                } else {
+                    const Vec3f a = out.positions[static_cast<size_t>(left)],
+                                b = out.positions[static_cast<size_t>(right)];
+                    row.push_back(
+                        out.add(a + (b - a) * (static_cast<float>(k) / static_cast<float>(r))));
+                }
+            }
+            for (size_t k = 0; k + 1 < row.size(); ++k) {
+                out.triangles.push_back({above[k], row[k], row[k + 1]});
+                if (k + 1 < above.size())
+                    out.triangles.push_back({above[k], row[k + 1], above[k + 1]});
+            }
         }
-        const auto middle = [&](int32_t a, int32_t b) {
-            const std::pair<int32_t, int32_t> key = std::minmax(a, b);
-            return std::lower_bound(edges.begin(), edges.end(), key,
-                                    [](const auto& e, const auto& k) { return e.first < k; })
-                ->second;
-        };
-        for (const auto& t : m.triangles) {
-            const int32_t a = middle(t[0], t[1]), b = middle(t[1], t[2]), c = middle(t[2], t[0]);
-            out.triangles.push_back({t[0], a, c});
-            out.triangles.push_back({t[1], b, a});
-            out.triangles.push_back({t[2], c, b});
-            out.triangles.push_back({a, b, c});
-        }
-        m = std::move(out);
     }
-    return m;
+    return out;
 }
 
 }  // namespace openfab::testing
