@@ -34,10 +34,10 @@ template <typename V, typename Features, typename Visit>
 OPENFAB_INLINE void each_face(const Features& features, const PointsOf<V>& p, const Visit& visit) {
     features.faces([&](const TriangleFrame& frame, float margin, uint32_t place)
                        __attribute__((always_inline)) {
-        const InFrameOf<V> f = to_frame(frame, p);
-        const auto inside = splat<V>(margin) <= min(min(f.s[0], f.s[1]), f.s[2]);
-        visit(place, select(inside, f.h * f.h, splat<V>(kInfinity)));
-    });
+                           const InFrameOf<V> f = to_frame(frame, p);
+                           const auto inside = splat<V>(margin) <= min(min(f.s[0], f.s[1]), f.s[2]);
+                           visit(place, select(inside, f.h * f.h, splat<V>(kInfinity)));
+                       });
 }
 
 template <typename V, typename Features, typename Visit>
@@ -51,9 +51,8 @@ OPENFAB_INLINE void each_edge(const Features& features, const PointsOf<V>& p, co
 template <typename V, typename Features, typename Visit>
 OPENFAB_INLINE void each_vertex(const Features& features, const PointsOf<V>& p,
                                 const Visit& visit) {
-    features.vertices([&](const float* v, uint32_t place) __attribute__((always_inline)) {
-        visit(place, distance2_to(v, p));
-    });
+    features.vertices([&](const float* v, uint32_t place)
+                          __attribute__((always_inline)) { visit(place, distance2_to(v, p)); });
 }
 
 template <typename V, typename Features, typename Visit>
@@ -77,7 +76,8 @@ OPENFAB_INLINE void take_nearest(const Features& features, const PointsOf<V>& p,
         });
 }
 
-/// Where features tie in the lanes of `asked`, the one that comes first by (patch, triangle, order).
+/// Where features tie in the lanes of `asked`, the one that comes first by (patch, triangle,
+/// order).
 template <typename V, typename Features>
 __attribute__((noinline)) void break_ties(const Features& features, const PointsOf<V>& p,
                                           uint32_t asked, FeatureBest<V>* best) {
