@@ -32,8 +32,10 @@ template struct Growing<Entry>;
 template struct Growing<Lanes>;
 template struct Growing<float>;
 template struct Growing<LatticeEntry>;
+template struct Growing<FeatureAnswer>;
 template struct Growing<const float*>;
 template struct Growing<const TreeView*>;
+template struct Growing<const TriangleDetail*>;
 template struct Growing<uint32_t>;
 
 namespace {

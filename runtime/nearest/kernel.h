@@ -81,8 +81,8 @@ struct FeatureAnswer {
 };
 /// The features of one kind that are left for a block, side by side.
 struct BlockFeatures {
-    Growing<const float*> rows;      ///< the features, as floats
-    Growing<const TreeView*> trees;  ///< and whose they are
+    Growing<const float*> rows;              ///< the features, as floats
+    Growing<const TriangleDetail*> details;  ///< of their owners
     /// For each quarter of a sub-block, places in those lists of what may be nearest to its voxels:
     /// near[quarter * near_stride ..][near_count[quarter]].
     Growing<uint32_t> near;
@@ -146,8 +146,9 @@ struct KernelScratch {
     Growing<const float*> rows;      ///< block: features that may be left, as floats
     Growing<const TreeView*> trees;  ///< and whose they are
     BlockFeatures faces, edges, vertices;
-    Growing<float> margins;         ///< of the faces
-    Growing<LatticeEntry> lattice;  ///< kLatticeEntries of them
+    Growing<float> margins;          ///< of the faces
+    Growing<FeatureAnswer> answers;  ///< of all these, in that order
+    Growing<LatticeEntry> lattice;   ///< kLatticeEntries of them
     WarmStart warm;
     WarmStart warm_points;  ///< of points, which are elsewhere than blocks
     PatchSource patches;

@@ -43,33 +43,6 @@ OPENFAB_INLINE bool comes_first(const FeatureAnswer& a, const FeatureAnswer& b) 
 
 enum class Kind { kFace, kEdge, kVertex };
 
-/// Where in a feature points are nearest: what FeatureAnswer multiplies.
-template <typename V>
-struct InFeature {
-    V x, y;
-};
-
-/// `row` is the feature, as floats.
-template <typename V>
-OPENFAB_INLINE InFeature<V> in_feature(Kind kind, const float* row, const PointsOf<V>& p) {
-    if (kind == Kind::kFace) {
-        const InFrameOf<V> f = to_frame(*reinterpret_cast<const TriangleFrame*>(row), p);
-        return {f.s[2], f.s[0]};
-    }
-    if (kind == Kind::kEdge) {
-        const V tau = along_edge(*reinterpret_cast<const EdgeFeature*>(row), p).tau;
-        return {tau, tau};
-    }
-    return {splat<V>(0.0f), splat<V>(0.0f)};
-}
-
-/// A feature that wins.
-struct Winner {
-    Kind kind;
-    const float* row;
-    FeatureAnswer answer;
-};
-
 /// A feature by its place in its tree.
 struct FoundFeature {
     const TreeView* tree;
@@ -91,13 +64,6 @@ OPENFAB_INLINE FoundFeature found_at(const KernelScratch& scratch, int32_t place
     if (i < e.tree->first_edge[end]) return {e.tree, i, Kind::kEdge};
     i += e.tree->first_vertex[first] - e.tree->first_edge[end];
     return {e.tree, i, Kind::kVertex};
-}
-
-/// The feature, as floats.
-OPENFAB_INLINE const float* row_of(const FoundFeature& f) {
-    if (f.kind == Kind::kEdge) return f.tree->edges[f.place].a;
-    if (f.kind == Kind::kVertex) return f.tree->vertices[f.place].v;
-    return f.tree->frames[f.place].v0;
 }
 
 /// The triangle that the feature belongs to, by its place in the tree.

@@ -84,10 +84,9 @@ OPENFAB_INLINE void query_quarter(const KernelInput& in, const BlockQuery& q, in
         if ((bits(best.tied) & lanes) != 0) break_ties(left, p, lanes, &best);
         scratch->counts->triangle_tests += int64_t{features} * kParts;
         const int16_t* voxel = in.shape->voxel + packet * 8;
-        each_found(left, p, best, lanes & found_within(best, splat<V>(radius2)),
-                   [&](int l, const Winner& winner, float distance2, float bary1, float bary2) {
-                       write_voxel(voxel[l], winner.answer, distance2, bary1, bary2, answer);
-                   });
+        each_found(left, best, lanes & found_within(best, splat<V>(radius2)),
+                   [&](int l, int32_t, const FeatureAnswer& a, float distance2, float bary1,
+                       float bary2) { write_voxel(voxel[l], a, distance2, bary1, bary2, answer); });
     }
 }
 
@@ -141,13 +140,14 @@ __attribute__((noinline)) void search_quarters(const KernelInput& in, const Bloc
             if ((bits(s.best.tied) & found) != 0) break_ties(leaves, s.p, found, &s.best);
             warm.count = 0;
             const int16_t* voxel = in.shape->voxel + packet * 8;
-            each_found(
-                leaves, s.p, s.best, found,
-                [&](int l, const LeafWinner& winner, float distance2, float bary1, float bary2) {
-                    write_voxel(voxel[l], winner.answer, distance2, bary1, bary2, answer);
-                    // Of a wide packet every other.
-                    if (l % kParts == 0) keep_point(winner.feature, bary1, bary2, &warm);
-                });
+            each_found(leaves, s.best, found,
+                       [&](int l, int32_t place, const FeatureAnswer& a, float distance2,
+                           float bary1, float bary2) {
+                           write_voxel(voxel[l], a, distance2, bary1, bary2, answer);
+                           // Of a wide packet every other.
+                           if (l % kParts == 0)
+                               keep_point(leaves.feature(place), bary1, bary2, &warm);
+                       });
         }
     }
 }
@@ -235,8 +235,7 @@ void query(const KernelInput& in, const BlockQuery& q, KernelScratch* scratch,
     if (near) open_list(box, &rows, scratch);
     const BlockPlace place = make_place(in, q.block, farthest2, box.delta);
     collect_features(place, subs, scratch);
-    if (scratch->faces.rows.size + scratch->edges.rows.size + scratch->vertices.rows.size == 0)
-        return;
+    if (scratch->answers.size == 0) return;
     list_near_features(place, quarters, scratch);
     query_quarters(in, q, quarters, asked, scratch, answer);
 }

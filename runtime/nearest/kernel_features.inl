@@ -32,14 +32,14 @@ OPENFAB_INLINE const VertexFeature* features_of(const TreeView& tree, const Node
     return tree.vertices + tree.first_vertex[leaf.first()];
 }
 
-OPENFAB_INLINE const TriangleDetail& owner_of(const TriangleFrame& f, const TreeView& tree) {
-    return tree.details[&f - tree.frames];
+OPENFAB_INLINE const TriangleDetail* owner_of(const TriangleFrame& f, const TreeView& tree) {
+    return tree.details + (&f - tree.frames);
 }
-OPENFAB_INLINE const TriangleDetail& owner_of(const EdgeFeature& e, const TreeView& tree) {
-    return tree.details[e.owner()];
+OPENFAB_INLINE const TriangleDetail* owner_of(const EdgeFeature& e, const TreeView& tree) {
+    return tree.details + e.owner();
 }
-OPENFAB_INLINE const TriangleDetail& owner_of(const VertexFeature& v, const TreeView& tree) {
-    return tree.details[v.owner()];
+OPENFAB_INLINE const TriangleDetail* owner_of(const VertexFeature& v, const TreeView& tree) {
+    return tree.details + v.owner();
 }
 
 /// Lists the features of one kind in the leaves of the list.
@@ -85,7 +85,7 @@ OPENFAB_INLINE void collect_kind(const BlockPlace& place, uint32_t subs, KernelS
     for (size_t l = 0; count != 0 && l < 3 * kLanes; ++l)
         rows[count + l] = rows[0];
     out->rows.reserve(count + kLanes);
-    out->trees.reserve(count);
+    out->details.reserve(count);
     size_t kept = 0;
     for (size_t first = 0; first < count; first += kLanes) {
         for (size_t l = first + 2 * kLanes; l < first + 3 * kLanes; ++l) {
@@ -100,14 +100,19 @@ OPENFAB_INLINE void collect_kind(const BlockPlace& place, uint32_t subs, KernelS
         alive &= (1u << (count - first < kLanes ? count - first : kLanes)) - 1;
         for (; alive != 0; alive &= alive - 1) {
             const auto l = static_cast<size_t>(__builtin_ctz(alive));
-            out->rows.data[kept] = rows[first + l];
-            out->trees.data[kept] = scratch->trees.data[first + l];
+            const float* row = rows[first + l];
+            const TriangleDetail* owner =
+                owner_of(*reinterpret_cast<const Feature*>(row), *scratch->trees.data[first + l]);
+            // list_answers will read it.
+            __builtin_prefetch(&owner->patch);
+            out->rows.data[kept] = row;
+            out->details.data[kept] = owner;
             ++kept;
         }
     }
     for (size_t l = 0; kept != 0 && l < kLanes; ++l)
         out->rows.data[kept + l] = out->rows.data[0];
-    out->rows.size = out->trees.size = kept;
+    out->rows.size = out->details.size = kept;
 }
 
 /// Lists in out->near what may be nearest to the voxels of each of the `quarters`.
@@ -159,12 +164,23 @@ OPENFAB_INLINE const VertexFeature& vertex_at(const KernelScratch& block, size_t
     return *reinterpret_cast<const VertexFeature*>(block.vertices.rows.data[i]);
 }
 
-OPENFAB_INLINE void list_margins(KernelScratch* scratch) {
-    const size_t count = scratch->faces.rows.size;
-    scratch->margins.reserve(count);
-    for (size_t i = 0; i < count; ++i) {
-        const TreeView& tree = *scratch->faces.trees.data[i];
-        scratch->margins.data[i] = owner_of(face_at(*scratch, i), tree).margin;
+/// Writes what wins where a feature of the block does: faces, edges, vertices.
+OPENFAB_INLINE void list_answers(KernelScratch* scratch) {
+    const size_t faces = scratch->faces.rows.size, edges = scratch->edges.rows.size,
+                 vertices = scratch->vertices.rows.size;
+    scratch->margins.reserve(faces);
+    scratch->answers.size = faces + edges + vertices;
+    scratch->answers.reserve(scratch->answers.size);
+    FeatureAnswer* answer = scratch->answers.data;
+    for (size_t i = 0; i < faces; ++i) {
+        const TriangleDetail& d = *scratch->faces.details.data[i];
+        scratch->margins.data[i] = d.margin;
+        *answer++ = face_answer(d);
+    }
+    for (size_t i = 0; i < edges; ++i)
+        *answer++ = edge_answer(edge_at(*scratch, i), *scratch->edges.details.data[i]);
+    for (size_t i = 0; i < vertices; ++i) {
+        *answer++ = vertex_answer(vertex_at(*scratch, i), *scratch->vertices.details.data[i]);
     }
 }
 
@@ -179,13 +195,12 @@ __attribute__((noinline)) void collect_features(const BlockPlace& place, uint32_
         __builtin_prefetch(e.tree->first_vertex + first);
     }
     collect_kind<TriangleFrame>(place, subs, scratch, &scratch->faces);
-    list_margins(scratch);
     collect_kind<EdgeFeature>(place, subs, scratch, &scratch->edges);
     collect_kind<VertexFeature>(place, subs, scratch, &scratch->vertices);
+    list_answers(scratch);
 }
 
-/// What is left of a block's features for a quarter; places count faces, edges, vertices of the
-/// block.
+/// What is left of a block's features for a quarter; places are those in the answers.
 struct FeaturesOfQuarter {
     const KernelScratch& block;
     int quarter;
@@ -213,20 +228,8 @@ struct FeaturesOfQuarter {
                 visit(vertex_at(block, i).v, first + i);
             });
     }
-    OPENFAB_INLINE Winner winner(int32_t place) const {
-        auto i = static_cast<size_t>(place);
-        if (i < block.faces.rows.size) {
-            const TriangleFrame& f = face_at(block, i);
-            return {Kind::kFace, f.v0, face_answer(owner_of(f, *block.faces.trees.data[i]))};
-        }
-        i -= block.faces.rows.size;
-        if (i < block.edges.rows.size) {
-            const EdgeFeature& e = edge_at(block, i);
-            return {Kind::kEdge, e.a, edge_answer(e, owner_of(e, *block.edges.trees.data[i]))};
-        }
-        i -= block.edges.rows.size;
-        const VertexFeature& v = vertex_at(block, i);
-        return {Kind::kVertex, v.v, vertex_answer(v, owner_of(v, *block.vertices.trees.data[i]))};
+    OPENFAB_INLINE const FeatureAnswer& answer(int32_t place) const {
+        return block.answers.data[place];
     }
 
   private:

@@ -36,14 +36,15 @@ void points(const KernelInput& in, const PointGroup* groups, size_t count, float
         const FeaturesOfLeaves leaves{*scratch};
         if ((bits(s.best.tied) & found) != 0) break_ties(leaves, s.p, found, &s.best);
         scratch->warm_points.count = 0;
-        each_found(leaves, s.p, s.best, found,
-                   [&](int l, const LeafWinner& winner, float distance2, float bary1, float bary2) {
+        each_found(leaves, s.best, found,
+                   [&](int l, int32_t place, const FeatureAnswer& a, float distance2, float bary1,
+                       float bary2) {
                        answer.distance2[l] = distance2;
-                       answer.patch[l] = winner.answer.patch;
-                       answer.triangle[l] = winner.answer.triangle;
+                       answer.patch[l] = a.patch;
+                       answer.triangle[l] = a.triangle;
                        answer.bary1[l] = bary1;
                        answer.bary2[l] = bary2;
-                       keep_point(winner.feature, bary1, bary2, &scratch->warm_points);
+                       keep_point(leaves.feature(place), bary1, bary2, &scratch->warm_points);
                    });
     }
 }

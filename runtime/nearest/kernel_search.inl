@@ -43,10 +43,6 @@ struct FeaturesOfLeaf {
     }
 };
 
-struct LeafWinner : Winner {
-    FoundFeature feature;
-};
-
 /// The features of all leaves that a walk has met.
 struct FeaturesOfLeaves {
     const KernelScratch& scratch;
@@ -70,10 +66,8 @@ struct FeaturesOfLeaves {
         for (size_t i = 0; i < scratch.leaves.size; ++i)
             leaf(i).vertices(visit);
     }
-    LeafWinner winner(int32_t place) const {
-        const FoundFeature f = found_at(scratch, place);
-        return {{f.kind, row_of(f), answer_of(f)}, f};
-    }
+    FoundFeature feature(int32_t place) const { return found_at(scratch, place); }
+    FeatureAnswer answer(int32_t place) const { return answer_of(feature(place)); }
 };
 
 /// A packet and what its walk has found; places are those of FeaturesOfLeaves.
