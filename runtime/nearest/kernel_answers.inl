@@ -41,10 +41,9 @@ OPENFAB_INLINE bool comes_first(const FeatureAnswer& a, const FeatureAnswer& b) 
     return a.order < b.order;
 }
 
-enum class Kind { kFace, kEdge, kVertex };
-
 /// A feature by its place in its tree.
 struct FoundFeature {
+    enum Kind { kFace, kEdge, kVertex };
     const TreeView* tree;
     uint32_t place;
     Kind kind;
@@ -59,23 +58,23 @@ OPENFAB_INLINE FoundFeature found_at(const KernelScratch& scratch, int32_t place
     const Node& leaf = e.tree->nodes[e.node];
     const uint32_t first = leaf.first(), end = first + leaf.count();
     auto i = static_cast<uint32_t>(place % kLeafPlaces);
-    if (i < leaf.count()) return {e.tree, first + i, Kind::kFace};
+    if (i < leaf.count()) return {e.tree, first + i, FoundFeature::kFace};
     i += e.tree->first_edge[first] - leaf.count();
-    if (i < e.tree->first_edge[end]) return {e.tree, i, Kind::kEdge};
+    if (i < e.tree->first_edge[end]) return {e.tree, i, FoundFeature::kEdge};
     i += e.tree->first_vertex[first] - e.tree->first_edge[end];
-    return {e.tree, i, Kind::kVertex};
+    return {e.tree, i, FoundFeature::kVertex};
 }
 
 /// The triangle that the feature belongs to, by its place in the tree.
 OPENFAB_INLINE uint32_t triangle_of(const FoundFeature& f) {
-    if (f.kind == Kind::kEdge) return f.tree->edges[f.place].owner();
-    if (f.kind == Kind::kVertex) return f.tree->vertices[f.place].owner();
+    if (f.kind == FoundFeature::kEdge) return f.tree->edges[f.place].owner();
+    if (f.kind == FoundFeature::kVertex) return f.tree->vertices[f.place].owner();
     return f.place;
 }
 
 inline FeatureAnswer answer_of(const FoundFeature& f) {
     const TriangleDetail& owner = f.tree->details[triangle_of(f)];
-    if (f.kind == Kind::kEdge) return edge_answer(f.tree->edges[f.place], owner);
-    if (f.kind == Kind::kVertex) return vertex_answer(f.tree->vertices[f.place], owner);
+    if (f.kind == FoundFeature::kEdge) return edge_answer(f.tree->edges[f.place], owner);
+    if (f.kind == FoundFeature::kVertex) return vertex_answer(f.tree->vertices[f.place], owner);
     return face_answer(owner);
 }

@@ -339,15 +339,16 @@ template <typename V>
 OPENFAB_INLINE V absolute(V a) {
     return andnot(splat<V>(-0.0f), a);
 }
+
 // a b + c and a b - c, rounded once or twice: for what prunes, and has room for either, never for
 // an answer.
+#define OPENFAB_TERNARY(type, name, intrinsic)         \
+    OPENFAB_INLINE type name(type a, type b, type c) { \
+        return {intrinsic(a.v, b.v, c.v)};             \
+    }
 #if defined(__FMA__)
-OPENFAB_INLINE F8 about_mul_add(F8 a, F8 b, F8 c) {
-    return {_mm256_fmadd_ps(a.v, b.v, c.v)};
-}
-OPENFAB_INLINE F8 about_mul_sub(F8 a, F8 b, F8 c) {
-    return {_mm256_fmsub_ps(a.v, b.v, c.v)};
-}
+OPENFAB_TERNARY(F8, about_mul_add, _mm256_fmadd_ps)
+OPENFAB_TERNARY(F8, about_mul_sub, _mm256_fmsub_ps)
 #else
 OPENFAB_INLINE F8 about_mul_add(F8 a, F8 b, F8 c) {
     return a * b + c;
@@ -357,13 +358,10 @@ OPENFAB_INLINE F8 about_mul_sub(F8 a, F8 b, F8 c) {
 }
 #endif
 #if defined(__AVX512F__)
-OPENFAB_INLINE F16 about_mul_add(F16 a, F16 b, F16 c) {
-    return {_mm512_fmadd_ps(a.v, b.v, c.v)};
-}
-OPENFAB_INLINE F16 about_mul_sub(F16 a, F16 b, F16 c) {
-    return {_mm512_fmsub_ps(a.v, b.v, c.v)};
-}
+OPENFAB_TERNARY(F16, about_mul_add, _mm512_fmadd_ps)
+OPENFAB_TERNARY(F16, about_mul_sub, _mm512_fmsub_ps)
 #endif
+
 OPENFAB_INLINE F8 dot3(F8 ax, F8 ay, F8 az, F8 bx, F8 by, F8 bz) {
     return (ax * bx + ay * by) + az * bz;
 }
