@@ -131,32 +131,35 @@ void AttributeReader::read(const BlockAnswer& answer, const uint8_t* demand,
     clear(targets.gradients, float_components_ * 3);
     clear(targets.flat, int_components_);
 
-    // Neighbouring voxels mostly share a triangle: find it, and its gradients, once for each run.
-    int32_t patch = -1, triangle = -1;
-    Source source{};
-    WeightSteps steps{};
-    for (int32_t v = 0; v < kBlockVoxels; ++v) {
-        if (answer.patch[v] < 0) continue;
-        if (demand != nullptr && (demand[v >> 3] >> (v & 7) & 1) == 0) continue;
-        if (answer.patch[v] != patch || answer.triangle[v] != triangle) {
-            patch = answer.patch[v];
-            triangle = answer.triangle[v];
-            source = find(patch, triangle, scratch);
-            if (targets.gradients != nullptr) steps = weight_steps(source.position, steps_);
-        }
+    const auto asks = [&](int32_t v) {
+        return answer.patch[v] >= 0 && (demand == nullptr || (demand[v >> 3] >> (v & 7) & 1) != 0);
+    };
+    // Neighbouring voxels mostly share a triangle: each run of such at once.
+    for (int32_t begin = 0, end = 0; begin < kBlockVoxels; begin = end) {
+        end = begin + 1;
+        if (!asks(begin)) continue;
+        const int32_t patch = answer.patch[begin], triangle = answer.triangle[begin];
+        while (end < kBlockVoxels && answer.patch[end] == patch &&
+               answer.triangle[end] == triangle && asks(end))
+            ++end;
+        const Source source = find(patch, triangle, scratch);
+        const WeightSteps steps =
+            targets.gradients != nullptr ? weight_steps(source.position, steps_) : WeightSteps{};
         for (int32_t c = 0; c < float_components_; ++c) {
             const float a0 = source.attribute[0][c];
             const float d1 = source.attribute[1][c] - a0, d2 = source.attribute[2][c] - a0;
-            if (targets.values != nullptr && targets.values[c] != nullptr) {
-                targets.values[c][v] = (a0 + answer.bary1[v] * d1) + answer.bary2[v] * d2;
-            }
+            float* const value = targets.values != nullptr ? targets.values[c] : nullptr;
+            for (int32_t v = begin; value != nullptr && v < end; ++v)
+                value[v] = (a0 + answer.bary1[v] * d1) + answer.bary2[v] * d2;
             for (int32_t a = 0; targets.gradients != nullptr && a < 3; ++a) {
-                float* out = targets.gradients[c * 3 + a];
-                if (out != nullptr) out[v] = steps.step[0][a] * d1 + steps.step[1][a] * d2;
+                float* const out = targets.gradients[c * 3 + a];
+                if (out == nullptr) continue;
+                std::fill(out + begin, out + end, steps.step[0][a] * d1 + steps.step[1][a] * d2);
             }
         }
         for (int32_t c = 0; targets.flat != nullptr && c < int_components_; ++c) {
-            if (targets.flat[c] != nullptr) targets.flat[c][v] = source.flat[c];
+            uint32_t* const out = targets.flat[c];
+            if (out != nullptr) std::fill(out + begin, out + end, source.flat[c]);
         }
     }
 }
