@@ -37,6 +37,7 @@ template struct Growing<const float*>;
 template struct Growing<const TreeView*>;
 template struct Growing<const TriangleDetail*>;
 template struct Growing<uint32_t>;
+template struct Growing<uint8_t>;
 
 namespace {
 

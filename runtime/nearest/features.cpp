@@ -134,7 +134,7 @@ class Builder {
         store(positions_[v], f.v);
         f.owner_corner = owner / 3 << 2 | owner % 3;
         const TriangleFrame& frame = frames_[f.owner()];
-        Vec3f up{}, down{};
+        Vec3f up{}, down{}, along_edge[VertexFeature::kMaxEdges];
         float shortest = std::numeric_limits<float>::infinity();
         int edges = 0, ups = 0;
         for (size_t i = 0; i < spokes.size() && edges < VertexFeature::kMaxEdges; ++i) {
@@ -143,17 +143,19 @@ class Builder {
             const float l = length(along);
             if (!(l > 0)) continue;
             const Vec3f u = along * (1.0f / l);
-            store(u, f.direction[edges++]);
+            along_edge[edges++] = u;
             shortest = std::min(shortest, l);
             const bool above = dot(u, to_vec(frame.n)) > 0;
             (above ? up : down) = (above ? up : down) + u;
             ups += above ? 1 : 0;
         }
         f.inv_reach = 1.0f / shortest;
-        int count = edges;
+        int count = 0;
         if (ups > 1) store(up * (1.0f / static_cast<float>(ups)), f.direction[count++]);
         if (edges - ups > 1)
-            store(down * (1.0f / static_cast<float>(edges - ups)), f.direction[count]);
+            store(down * (1.0f / static_cast<float>(edges - ups)), f.direction[count++]);
+        for (int i = 0; i < edges; ++i)
+            store(along_edge[i], f.direction[count++]);
         return f;
     }
 

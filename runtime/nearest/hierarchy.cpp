@@ -132,6 +132,37 @@ class Builder {
         return std::max({size.x, size.y, size.z});
     }
 
+    struct Part {
+        size_t begin, end;
+        Extent extent;
+        float area;  ///< of its box; 0 where it is a leaf
+    };
+    Part make_part(size_t begin, size_t end, const Extent& extent) const {
+        const Box3f box = extent.boxes.box();
+        return {begin, end, extent, is_leaf(box, begin, end) ? 0 : half_area(box)};
+    }
+
+    /// Cuts a range in two, and the larger parts again. Returns how many there are.
+    size_t split(size_t begin, size_t end, const Extent& extent, Part* parts) {
+        parts[0] = {begin, end, extent, 1};
+        size_t count = 1;
+        while (count < kMaxChildren) {
+            size_t largest = 0;
+            for (size_t i = 1; i < count; ++i)
+                largest = parts[i].area > parts[largest].area ? i : largest;
+            const Part whole = parts[largest];
+            if (!(whole.area > 0)) break;
+            Extent sides[2];
+            const size_t middle = split_items(whole.extent, whole.begin, whole.end, &items_, sides);
+            for (size_t i = count; i > largest + 1; --i)
+                parts[i] = parts[i - 1];
+            parts[largest] = make_part(whole.begin, middle, sides[0]);
+            parts[largest + 1] = make_part(middle, whole.end, sides[1]);
+            ++count;
+        }
+        return count;
+    }
+
     Moments build_node(size_t node, size_t begin, size_t end, const Extent& extent) {
         const Box3f box = extent.boxes.box();
         Moments moments;
@@ -140,19 +171,23 @@ class Builder {
             const auto count = static_cast<uint32_t>(is_patch(items_[begin]) ? 0 : end - begin);
             nodes_[node].link = Node::kLeaf | count << 28 | static_cast<uint32_t>(begin);
         } else {
-            Extent sides[2];
-            const size_t middle = split_items(extent, begin, end, &items_, sides);
-            const size_t child = used_.fetch_add(2);
-            nodes_[node].link = static_cast<uint32_t>(child);
-            Moments right;
+            Part parts[kMaxChildren];
+            const size_t count = split(begin, end, extent, parts);
+            const size_t child = used_.fetch_add(count);
+            nodes_[node].link = static_cast<uint32_t>((count - 1) << 29 | child);
+            Moments of[kMaxChildren];
+            const auto build_child = [&](size_t i) {
+                of[i] = build_node(child + i, parts[i].begin, parts[i].end, parts[i].extent);
+            };
             if (end - begin > kParallel) {
-                tbb::parallel_invoke([&] { moments = build_node(child, begin, middle, sides[0]); },
-                                     [&] { right = build_node(child + 1, middle, end, sides[1]); });
+                tbb::parallel_for(size_t{0}, count, build_child);
             } else {
-                moments = build_node(child, begin, middle, sides[0]);
-                right = build_node(child + 1, middle, end, sides[1]);
+                for (size_t i = 0; i < count; ++i)
+                    build_child(i);
             }
-            moments.add(right);
+            moments = of[0];
+            for (size_t i = 1; i < count; ++i)
+                moments.add(of[i]);
         }
         fit_box(moments, box, begin, end, &nodes_[node]);
         return moments;
@@ -225,9 +260,8 @@ class Builder {
                 fit.hi[k] = box.hi[k];
             }
         }
-        // The margin holds the rounding of axes, centre and the kernel's dot products: 2^-21 of the
-        // largest coordinate.
-        const double margin = std::ldexp(static_cast<double>(largest_), -21);
+        // The margin holds the rounding of axes, centre and the kernel's dot products.
+        const double margin = static_cast<double>(largest_) * 0x1p-21;
         for (int k = 0; k < 3; ++k) {
             for (int a = 0; a < 3; ++a)
                 node->axis[k][a] = static_cast<float>(fit.axis[k][a]);

@@ -17,8 +17,9 @@ namespace openfab::nearest {
 
 /// One box: the points c with |axis_k . c - center_k| <= half_k. One cache line.
 ///
-/// `link`, from the top bit: 1 leaf; inner nodes hold the place of the first of two neighbouring
-/// children below it.
+/// `link`, from the top bit: 1 leaf
+///     inner node, bits 29..30: number of children less 1; bits 0..28: the first of them, which
+///     follow each other
 ///     leaf, bits 28..30: number of triangles, 1 to 4, or 0 for what has a tree of its own; bits
 ///     0..27: first triangle, or the id of a patch or of a chunk (nearest/chunks.h)
 struct alignas(64) Node {
@@ -29,7 +30,8 @@ struct alignas(64) Node {
 
     static constexpr uint32_t kLeaf = 1u << 31;
     bool is_leaf() const { return (link & kLeaf) != 0; }
-    uint32_t child() const { return link; }
+    uint32_t child() const { return link & ((1u << 29) - 1); }
+    uint32_t children() const { return (link >> 29 & 3u) + 1; }
     uint32_t count() const { return link >> 28 & 7u; }
     uint32_t first() const { return link & ((1u << 28) - 1); }
 };
@@ -37,6 +39,7 @@ struct alignas(64) Node {
 class NodeRanges;
 
 constexpr int32_t kMaxLeafTriangles = 4;
+constexpr uint32_t kMaxChildren = 4;
 /// More triangles or patches than a leaf's link can name.
 constexpr int64_t kMaxItems = int64_t{1} << 28;
 

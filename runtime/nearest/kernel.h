@@ -83,6 +83,7 @@ struct FeatureAnswer {
 struct BlockFeatures {
     Growing<const float*> rows;              ///< the features, as floats
     Growing<const TriangleDetail*> details;  ///< of their owners
+    Growing<uint8_t> subs;                   ///< bit s: may matter in sub-block s
     /// For each quarter of a sub-block, places in those lists of what may be nearest to its voxels:
     /// near[quarter * near_stride ..][near_count[quarter]].
     Growing<uint32_t> near;
@@ -139,12 +140,13 @@ constexpr size_t kLatticeEntries = 4096;
 struct KernelScratch {
     Growing<Entry> stack;
     Growing<Entry> list;
-    Growing<Entry> starts;           ///< block: what the list was, before it was opened
+    Growing<uint8_t> list_subs;      ///< block: bit s: matters in sub-block s
     Growing<Lanes> list_distance2;   ///< search: of the nodes that wait
     Growing<float> list_least;       ///< cube: least distance to each node of the list, mm
     Growing<Entry> leaves;           ///< search: whose features were compared
     Growing<const float*> rows;      ///< block: features that may be left, as floats
     Growing<const TreeView*> trees;  ///< and whose they are
+    Growing<uint8_t> subs;           ///< and the bits of their leaves
     BlockFeatures faces, edges, vertices;
     Growing<float> margins;          ///< of the faces
     Growing<FeatureAnswer> answers;  ///< of all these, in that order

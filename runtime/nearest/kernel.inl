@@ -31,6 +31,8 @@ namespace {
 
 #include "runtime/nearest/kernel_idle.inl"
 
+#include "runtime/nearest/kernel_nodes.inl"
+
 #include "runtime/nearest/kernel_features.inl"
 
 #include "runtime/nearest/kernel_lattice.inl"

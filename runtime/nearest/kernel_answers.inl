@@ -10,22 +10,17 @@ OPENFAB_INLINE FeatureAnswer face_answer(const TriangleDetail& d) {
     return {0, d.inv_height1, 0, d.inv_height2, d.patch, d.triangle, 0};
 }
 
-inline FeatureAnswer edge_answer(const EdgeFeature& e, const TriangleDetail& owner) {
-    const int32_t edge = static_cast<int32_t>(e.owner_edge & 3u);
-    const bool swapped = (e.owner_edge & 4u) != 0;
-    // tau, or 1 - tau.
-    const float second0 = swapped ? 1.0f : 0.0f, second1 = swapped ? -1.0f : 1.0f;
-    const float first0 = swapped ? 0.0f : 1.0f, first1 = swapped ? 1.0f : -1.0f;
-    FeatureAnswer a{0, 0, 0, 0, owner.patch, owner.triangle, 1 + edge};
-    if (edge == 0) {
-        a.bary1 = second0;
-        a.bary1_x = second1;
-    } else {
-        a.bary1 = edge == 1 ? first0 : 0;
-        a.bary1_x = edge == 1 ? first1 : 0;
-        a.bary2 = edge == 1 ? second0 : first0;
-        a.bary2_y = edge == 1 ? second1 : first1;
-    }
+/// By the low bits of EdgeFeature::owner_edge: tau of the way along edge i of its owner, or of the
+/// way back.
+constexpr FeatureAnswer kAlongEdge[8] = {
+    {0, 1, 0, 0, 0, 0, 1},  {1, -1, 0, 1, 0, 0, 2}, {0, 0, 1, -1, 0, 0, 3}, {},
+    {1, -1, 0, 0, 0, 0, 1}, {0, 1, 1, -1, 0, 0, 2}, {0, 0, 0, 1, 0, 0, 3},  {},
+};
+
+OPENFAB_INLINE FeatureAnswer edge_answer(const EdgeFeature& e, const TriangleDetail& owner) {
+    FeatureAnswer a = kAlongEdge[e.owner_edge & 7u];
+    a.patch = owner.patch;
+    a.triangle = owner.triangle;
     return a;
 }
 

@@ -102,7 +102,7 @@ __attribute__((noinline)) void query_quarters(const KernelInput& in, const Block
 /// triangles outnumber the voxels that ask. Else taking their features apart for all of them at
 /// once costs less (bench/README.md).
 constexpr float kDense = 4.7f;  ///< half diagonals of a block in spacings of triangles
-constexpr float kNear = 1.6f;   ///< the farthest witness in half diagonals
+constexpr float kNear = 0.8f;   ///< the farthest answer in half diagonals
 /// Nodes no larger than this, in half diagonals of the block, are where the walks begin.
 constexpr float kSearchFrom = 1.5f;
 
@@ -183,12 +183,10 @@ inline BoxOfPoints box_around(const KernelInput& in, const Vec3i& block, uint32_
 
 /// What is left below the entries of the list, as leaves.
 OPENFAB_INLINE void open_list(const BoxOfPoints& box, Domination* rows, KernelScratch* scratch) {
-    scratch->starts.size = 0;
     for (size_t i = 0; i < scratch->list.size; ++i)
-        scratch->starts.push(scratch->list.data[i]);
+        scratch->stack.push(scratch->list.data[i]);
     scratch->list.size = 0;
-    for (size_t i = 0; i < scratch->starts.size; ++i)
-        collect(scratch->starts.data[i], box.corner, 0.0f, true, rows, scratch);
+    collect(box, 0.0f, true, rows, scratch);
 }
 
 void query(const KernelInput& in, const BlockQuery& q, KernelScratch* scratch,
@@ -212,12 +210,7 @@ void query(const KernelInput& in, const BlockQuery& q, KernelScratch* scratch,
     subs = sub_blocks_of(quarters);
     const BoxOfPoints box = box_around(in, q.block, subs);
     Domination rows;
-    // Four corners of the eight tell nearly as much; where the last block was left with many
-    // leaves, the others are worth their tests, too.
-    constexpr uint32_t kFour = 1u << 0 | 1u << 3 | 1u << 5 | 1u << 6;
-    constexpr size_t kManyLeaves = 128;
-    const bool enough = (corners.found & kFour) == kFour && scratch->list.size < kManyLeaves;
-    for (uint32_t c = enough ? kFour : corners.found; c != 0; c &= c - 1) {
+    for (uint32_t c = corners.found; c != 0; c &= c - 1) {
         const int i = __builtin_ctz(c);
         add_point_row(box, corners.x[i], corners.y[i], corners.z[i], &rows);
     }
@@ -225,15 +218,19 @@ void query(const KernelInput& in, const BlockQuery& q, KernelScratch* scratch,
     const float farthest2 = farthest_row2(rows);
     scratch->list.size = 0;
     const float half_diagonal = in.shape->half_diagonal;
-    const bool near = farthest2 < (kNear * half_diagonal) * (kNear * half_diagonal);
+    const float reach2 =
+        farthest2 < q.radius_mm * q.radius_mm ? farthest2 : q.radius_mm * q.radius_mm;
+    const bool near = reach2 < (kNear * half_diagonal) * (kNear * half_diagonal);
     const float stop = near ? kSearchFrom * half_diagonal : 0.0f;
-    collect({&in.root, 0}, box.corner, stop * stop, true, &rows, scratch);
+    scratch->stack.push({&in.root, 0});
+    collect(box, stop * stop, true, &rows, scratch);
     if (near && is_dense(*scratch, half_diagonal)) {
         search_quarters(in, q, quarters, asked, box.delta, scratch, answer);
         return;
     }
     if (near) open_list(box, &rows, scratch);
     const BlockPlace place = make_place(in, q.block, farthest2, box.delta);
+    narrow_to_sub_blocks(place, subs, q.radius_mm, box.delta, scratch);
     collect_features(place, subs, scratch);
     if (scratch->answers.size == 0) return;
     list_near_features(place, quarters, scratch);

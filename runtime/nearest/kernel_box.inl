@@ -11,7 +11,9 @@ constexpr float kWitnessOff = 1.0f;
 /// Everything about one box of voxel centres.
 struct BoxOfPoints {
     Points corner;
-    float delta;  ///< see above
+    float middle[3];
+    float half[3][3];  ///< from there to the upper ends of its axes
+    float delta;       ///< see above
     float half_diagonal;
 };
 
@@ -60,6 +62,11 @@ OPENFAB_INLINE BoxOfPoints make_box(const KernelInput& in, const int32_t* lowest
         }
     }
     BoxOfPoints box;
+    for (int c = 0; c < 3; ++c) {
+        box.middle[c] = static_cast<float>(center[c]);
+        for (int a = 0; a < 3; ++a)
+            box.half[a][c] = static_cast<float>(axis[a][c]);
+    }
     box.corner = {load(lanes[0]), load(lanes[1]), load(lanes[2])};
     box.delta = largest * 0x1p-19f;
     box.half_diagonal = static_cast<float>(__builtin_sqrt(diagonal2)) + 2 * box.delta;
@@ -140,22 +147,16 @@ __attribute__((noinline)) void find_witnesses(const Entry& start, const Points& 
         const Entry e = scratch->stack.data[--scratch->stack.size];
         const Node* node = e.tree->nodes + e.node;
         if (bits(node_distance2(*node, p) < w->distance2 - w->enough) == 0) continue;
-        while (!node->is_leaf()) {
-            const Node* left = e.tree->nodes + node->child();
-            const F8 dl = node_distance2(left[0], p), dr = node_distance2(left[1], p);
-            const bool go_left = bits(dl < w->distance2) != 0,
-                       go_right = bits(dr < w->distance2) != 0;
-            scratch->counts->node_tests += 2;
-            if (go_left && go_right) {
-                const bool right_first = __builtin_popcount(bits(dr < dl)) > 4;
-                scratch->stack.push({e.tree, node->child() + (right_first ? 0u : 1u)});
-                node = left + (right_first ? 1 : 0);
-            } else if (go_left || go_right) {
-                node = left + (go_right ? 1 : 0);
-            } else {
-                node = nullptr;
-                break;
+        while (node != nullptr && !node->is_leaf()) {
+            F8 of_child[kMaxChildren];
+            const uint32_t near = test_children(*e.tree, *node, p, w->distance2, of_child);
+            scratch->counts->node_tests += node->children();
+            const uint32_t child = node->child(), nearest = nearest_child(of_child);
+            for (uint32_t k = 1; k < kMaxChildren; ++k) {
+                const uint32_t i = nearest ^ (kMaxChildren - k);
+                if ((near >> i & 1u) != 0) scratch->stack.push({e.tree, child + i});
             }
+            node = (near >> nearest & 1u) != 0 ? e.tree->nodes + child + nearest : nullptr;
         }
         if (node == nullptr) continue;
         const uint32_t first = node->first();
@@ -234,51 +235,4 @@ OPENFAB_INLINE bool dominated(F8 distance2, Domination* d) {
         }
     }
     return false;
-}
-
-/// Appends to the list what is not dominated below `start`: nodes no larger than `stop2` (squared
-/// half diagonal) and leaves. Patches are diced, or stand for themselves, as chunks that are no
-/// larger then do.
-__attribute__((noinline)) void collect(const Entry& start, const Points& p, float stop2, bool dice,
-                                       Domination* rows, KernelScratch* scratch) {
-    const size_t bottom = scratch->stack.size;
-    // What waits has passed. Both children are tested at once, as both come into the cache.
-    const auto push = [&](const Entry& e, F8 distance2) __attribute__((always_inline)) {
-        ++scratch->counts->node_tests;
-        if (dominated(distance2, rows)) return;
-        const Node& node = e.tree->nodes[e.node];
-        if (!node.is_leaf()) {
-            __builtin_prefetch(e.tree->nodes + node.child());
-            __builtin_prefetch(e.tree->nodes + node.child() + 1);
-        }
-        scratch->stack.push(e);
-    };
-    push(start, node_distance2(start.tree->nodes[start.node], p));
-    while (scratch->stack.size > bottom) {
-        const Entry e = scratch->stack.data[--scratch->stack.size];
-        const Node& node = e.tree->nodes[e.node];
-        const float size2 = (node.half[0] * node.half[0] + node.half[1] * node.half[1]) +
-                            node.half[2] * node.half[2];
-        if (node.is_leaf()) {
-            const bool open = dice || (size2 > stop2 && is_chunk(scratch->patches, node));
-            if (node.count() == 0 && open) {
-                const Node* box = known_box(scratch->patches, node);
-                if (box != nullptr && dominated(node_distance2(*box, p), rows)) continue;
-                const TreeView* patch = scratch->patches.fetch(scratch->patches.context,
-                                                               static_cast<int32_t>(node.first()));
-                if (patch->nodes != nullptr) push({patch, 0}, node_distance2(patch->nodes[0], p));
-            } else {
-                scratch->list.push(e);
-            }
-            continue;
-        }
-        if (size2 <= stop2) {
-            scratch->list.push(e);
-            continue;
-        }
-        const Node* children = e.tree->nodes + node.child();
-        const F8 left = node_distance2(children[0], p), right = node_distance2(children[1], p);
-        push({e.tree, node.child() + 1}, right);
-        push({e.tree, node.child()}, left);
-    }
 }

@@ -34,13 +34,13 @@ inline void find_upper(const KernelInput& in, const Points& p, KernelScratch* sc
         if (bits(node_distance2(node, p) < upper->distance2 - w->enough) == 0) continue;
         if (!node.is_leaf()) {
             const F8 bar = upper->distance2 - w->enough;
-            const F8 dl = node_distance2(e.tree->nodes[node.child()], p);
-            const F8 dr = node_distance2(e.tree->nodes[node.child() + 1], p);
-            const bool go_left = bits(dl < bar) != 0, go_right = bits(dr < bar) != 0;
-            const bool right_first = __builtin_popcount(bits(dr < dl)) > 4;
-            if (right_first && go_left) scratch->stack.push({e.tree, node.child()});
-            if (go_right) scratch->stack.push({e.tree, node.child() + 1});
-            if (!right_first && go_left) scratch->stack.push({e.tree, node.child()});
+            F8 of_child[kMaxChildren];
+            const uint32_t near = test_children(*e.tree, node, p, bar, of_child);
+            const uint32_t nearest = nearest_child(of_child);
+            for (uint32_t k = 1; k <= kMaxChildren; ++k) {
+                const uint32_t i = nearest ^ (kMaxChildren - k);
+                if ((near >> i & 1u) != 0) scratch->stack.push({e.tree, node.child() + i});
+            }
             continue;
         }
         if (is_chunk(scratch->patches, node)) {
@@ -146,7 +146,8 @@ float cube(const KernelInput& in, const Vec3i& lowest, int32_t size, KernelScrat
         hi2 = far2 < hi2 ? far2 : hi2;
     }
     const float stop = 0.5f * box.half_diagonal;
-    collect({&in.root, 0}, box.corner, stop * stop, false, &rows, scratch);
+    scratch->stack.push({&in.root, 0});
+    collect(box, stop * stop, false, &rows, scratch);
 
     alignas(32) float center[3];
     center[0] = largest_lane(box.corner.x) * 0.5f - largest_lane(set1(0.0f) - box.corner.x) * 0.5f;

@@ -48,15 +48,18 @@ OPENFAB_INLINE void list_candidates(KernelScratch* scratch) {
     size_t count = 0;
     for (size_t i = 0; i < scratch->list.size; ++i) {
         const Entry& e = scratch->list.data[i];
+        const uint8_t subs = scratch->list_subs.data[i];
         const Feature* end;
         const Feature* f = features_of(*e.tree, e.tree->nodes[e.node], &end);
         // Always four at a time, whether there are as many or not: most leaves have about that.
         for (const auto left = static_cast<size_t>(end - f); f < end; f += 4) {
             scratch->rows.reserve(count + left + 4);
             scratch->trees.reserve(count + left + 4);
+            scratch->subs.reserve(count + left + 4 + 16);
             for (int k = 0; k < 4; ++k) {
                 scratch->rows.data[count + k] = reinterpret_cast<const float*>(f + k);
                 scratch->trees.data[count + k] = e.tree;
+                scratch->subs.data[count + k] = subs;
             }
             count += static_cast<size_t>(end - f < 4 ? end - f : 4);
         }
@@ -76,7 +79,7 @@ template <typename Feature>
 OPENFAB_INLINE void collect_kind(const BlockPlace& place, uint32_t subs, KernelScratch* scratch,
                                  BlockFeatures* out) {
     using V = Widest;
-    constexpr size_t kLanes = V::kLanes, kFloats = sizeof(Feature) / sizeof(float);
+    constexpr size_t kLanes = V::kLanes, kFloats = 16;
     list_candidates<Feature>(scratch);
     const size_t count = scratch->rows.size;
     // Lanes that are over repeat the first.
@@ -86,27 +89,30 @@ OPENFAB_INLINE void collect_kind(const BlockPlace& place, uint32_t subs, KernelS
         rows[count + l] = rows[0];
     out->rows.reserve(count + kLanes);
     out->details.reserve(count);
+    out->subs.reserve(count + kLanes);
     size_t kept = 0;
     for (size_t first = 0; first < count; first += kLanes) {
         for (size_t l = first + 2 * kLanes; l < first + 3 * kLanes; ++l) {
-            for (size_t k = 0; k < kFloats; k += 16)
-                __builtin_prefetch(rows[l] + k);
+            __builtin_prefetch(rows[l]);
         }
         V columns[kFloats];
-        load_features<V, Feature>(rows + first, columns);
+        transpose(rows + first, 0, columns);
         IdleInSubBlocks<V> idle(*place.shape);
-        test_sides(static_cast<const Feature*>(nullptr), columns, place, &idle);
-        uint32_t alive = ~idle.everywhere(subs);
+        test_sides<kFirstSidesOf<Feature>>(static_cast<const Feature*>(nullptr), columns, place,
+                                           &idle);
+        uint32_t alive = idle.not_everywhere(subs, scratch->subs.data + first);
         alive &= (1u << (count - first < kLanes ? count - first : kLanes)) - 1;
         for (; alive != 0; alive &= alive - 1) {
             const auto l = static_cast<size_t>(__builtin_ctz(alive));
             const float* row = rows[first + l];
             const TriangleDetail* owner =
                 owner_of(*reinterpret_cast<const Feature*>(row), *scratch->trees.data[first + l]);
-            // list_answers will read it.
+            // list_answers will read it, and list_near all of the feature.
             __builtin_prefetch(&owner->patch);
+            if (sizeof(Feature) > kFloats * sizeof(float)) __builtin_prefetch(row + kFloats);
             out->rows.data[kept] = row;
             out->details.data[kept] = owner;
+            out->subs.data[kept] = scratch->subs.data[first + l];
             ++kept;
         }
     }
@@ -129,14 +135,16 @@ OPENFAB_INLINE void list_near(const BlockPlace& place, uint32_t quarters, BlockF
         V columns[sizeof(Feature) / sizeof(float)];
         load_features<V, Feature>(out->rows.data + first, columns);
         IdleInQuarters<V, kSidesOf<Feature>> idle(*place.shape);
-        test_sides(static_cast<const Feature*>(nullptr), columns, place, &idle);
+        test_sides<kSidesOf<Feature>>(static_cast<const Feature*>(nullptr), columns, place, &idle);
         const uint32_t lanes = (1u << (count - first < kLanes ? count - first : kLanes)) - 1;
         for (int sub = 0; sub < 8; ++sub) {
             const uint32_t some = quarters >> 4 * sub & 0xfu;
             if (some == 0) continue;
+            const uint32_t here = lanes & lanes_with_bit<V>(out->subs.data + first, sub);
+            if (here == 0) continue;
             for (int q = 0; q < 4; ++q) {
                 if ((some >> q & 1u) == 0) continue;
-                const uint32_t alive = lanes & ~bits(idle.idle(sub, q));
+                const uint32_t alive = here & ~bits(idle.idle(sub, q));
                 const int quarter = 4 * sub + q;
                 uint32_t& listed = out->near_count[quarter];
                 listed += list_lanes<V>(

@@ -90,11 +90,12 @@ class IdleInSubBlocks {
         for (int i = 0; i < 8; ++i)
             idle_[i] = idle_[i] | (least < at[i]);
     }
-    /// Bit l: that of lane l is idle in all of `subs`.
-    OPENFAB_INLINE uint32_t everywhere(uint32_t subs) const {
-        uint32_t lanes = ~0u;
-        for (int i = 0; i < 8; ++i)
-            lanes &= bits(idle_[i]) | ((subs >> i & 1u) - 1u);
+    /// Bit l: that of lane l is not idle in one of `subs` which has its bit in matters[l].
+    OPENFAB_INLINE uint32_t not_everywhere(uint32_t subs, const uint8_t* matters) const {
+        uint32_t lanes = 0;
+        for (int i = 0; i < 8; ++i) {
+            lanes |= ~bits(idle_[i]) & lanes_with_bit<V>(matters, i) & (0u - (subs >> i & 1u));
+        }
         return lanes;
     }
 
@@ -160,10 +161,16 @@ constexpr int kSidesOf<EdgeFeature> = 4;
 template <>
 constexpr int kSidesOf<VertexFeature> = VertexFeature::kMaxDirections;
 
-template <typename V, typename Idle>
+/// Those in its first 16 floats, one line of memory.
+template <typename Feature>
+constexpr int kFirstSidesOf = kSidesOf<Feature>;
+template <>
+constexpr int kFirstSidesOf<VertexFeature> = 3;
+
+template <int kSides, typename V, typename Idle>
 OPENFAB_INLINE void test_sides(const TriangleFrame*, const V* f, const BlockPlace& place,
                                Idle* idle) {
-    static_assert(offsetof(TriangleFrame, m) == 6 * sizeof(float) &&
+    static_assert(kSides == 3 && offsetof(TriangleFrame, m) == 6 * sizeof(float) &&
                   offsetof(TriangleFrame, height0) == 15 * sizeof(float));
     V w[3];
     from_middle(place, f, w);
@@ -175,10 +182,10 @@ OPENFAB_INLINE void test_sides(const TriangleFrame*, const V* f, const BlockPlac
     }
 }
 
-template <typename V, typename Idle>
+template <int kSides, typename V, typename Idle>
 OPENFAB_INLINE void test_sides(const EdgeFeature*, const V* e, const BlockPlace& place,
                                Idle* idle) {
-    static_assert(offsetof(EdgeFeature, ab) == 3 * sizeof(float) &&
+    static_assert(kSides == 4 && offsetof(EdgeFeature, ab) == 3 * sizeof(float) &&
                   offsetof(EdgeFeature, length2) == 6 * sizeof(float) &&
                   offsetof(EdgeFeature, wing) == 8 * sizeof(float) &&
                   offsetof(EdgeFeature, inv_reach) == 14 * sizeof(float));
@@ -194,7 +201,7 @@ OPENFAB_INLINE void test_sides(const EdgeFeature*, const V* e, const BlockPlace&
     idle->above(along, e[6] + slack);
 }
 
-template <typename V, typename Idle>
+template <int kSides, typename V, typename Idle>
 OPENFAB_INLINE void test_sides(const VertexFeature*, const V* v, const BlockPlace& place,
                                Idle* idle) {
     static_assert(offsetof(VertexFeature, inv_reach) == 3 * sizeof(float) &&
@@ -202,6 +209,6 @@ OPENFAB_INLINE void test_sides(const VertexFeature*, const V* v, const BlockPlac
     V w[3];
     from_middle(place, v, w);
     const V enough = enough_for(v[3], place);
-    for (int i = 0; i < VertexFeature::kMaxDirections; ++i)
+    for (int i = 0; i < kSides; ++i)
         idle->above(slope_along(place, v + 5 + 3 * i, w), enough);
 }

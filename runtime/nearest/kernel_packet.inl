@@ -31,6 +31,14 @@ OPENFAB_INLINE V dot_with(const float* a, V x, V y, V z) {
     return (splat<V>(a[0]) * x + splat<V>(a[1]) * y) + splat<V>(a[2]) * z;
 }
 
+/// a . b + c, for what prunes.
+template <typename V>
+OPENFAB_INLINE V about_dot(const V* a, const float* b, V c) {
+    return about_mul_add(
+        a[0], splat<V>(b[0]),
+        about_mul_add(a[1], splat<V>(b[1]), about_mul_add(a[2], splat<V>(b[2]), c)));
+}
+
 /// Squared distance of each point to the node's box.
 template <typename V>
 OPENFAB_INLINE V node_distance2(const Node& n, const PointsOf<V>& p) {
@@ -44,6 +52,34 @@ OPENFAB_INLINE V node_distance2(const Node& n, const PointsOf<V>& p) {
         sum = k == 0 ? d * d : about_mul_add(d, d, sum);
     }
     return sum;
+}
+
+/// Squared distances to the children of a node, and bit i: child i is within `limit`. Behind the
+/// last there are infinities.
+template <typename V>
+OPENFAB_INLINE uint32_t test_children(const TreeView& tree, const Node& node, const PointsOf<V>& p,
+                                      V limit, V* distance2) {
+    const Node* const child = tree.nodes + node.child();
+    uint32_t near = 0;
+    for (uint32_t i = 0; i < kMaxChildren; ++i) {
+        distance2[i] = splat<V>(kInfinity);
+        if (i >= node.children()) continue;
+        distance2[i] = node_distance2(child[i], p);
+        near |= static_cast<uint32_t>(any(distance2[i] <= limit)) << i;
+    }
+    return near;
+}
+
+/// The child that is nearer than others for most lanes.
+template <typename V>
+OPENFAB_INLINE uint32_t nearest_child(const V* distance2) {
+    const auto nearer = [](V a, V b) __attribute__((always_inline)) {
+        return __builtin_popcount(bits(a < b)) > V::kLanes / 2;
+    };
+    const bool second = nearer(distance2[1], distance2[0]);
+    const bool fourth = nearer(distance2[3], distance2[2]);
+    const V low = second ? distance2[1] : distance2[0], high = fourth ? distance2[3] : distance2[2];
+    return nearer(high, low) ? (fourth ? 3u : 2u) : (second ? 1u : 0u);
 }
 
 template <typename V>

@@ -158,18 +158,21 @@ __attribute__((noinline)) void search(const Entry* starts, size_t count, KernelS
                 coming_distance2 = distance2;
                 break;
             }
-            const Node* left = tree->nodes + node->child();
-            const V dl = node_distance2(left[0], s->p), dr = node_distance2(left[1], s->p);
-            scratch->counts->node_tests += 2 * V::kLanes / 8;
-            const bool go_left = bits(dl <= s->limit) != 0, go_right = bits(dr <= s->limit) != 0;
-            if (go_left && go_right) {
-                const bool right_first = __builtin_popcount(bits(dr < dl)) > V::kLanes / 2;
-                wait({tree, node->child() + (right_first ? 0u : 1u)}, right_first ? dl : dr);
-                node = left + (right_first ? 1 : 0);
-                distance2 = right_first ? dr : dl;
-            } else {
-                node = go_left ? left : go_right ? left + 1 : nullptr;
-                distance2 = go_left ? dl : dr;
+            V of_child[kMaxChildren];
+            const uint32_t near = test_children(*tree, *node, s->p, s->limit, of_child);
+            scratch->counts->node_tests += node->children() * V::kLanes / 8;
+            const uint32_t child = node->child();
+            node = nullptr;
+            if (near == 0) break;
+            const uint32_t nearest = nearest_child(of_child);
+            // Its sibling in the tree of two children from which this was made comes next.
+            for (uint32_t k = 1; k < kMaxChildren; ++k) {
+                const uint32_t i = nearest ^ (kMaxChildren - k);
+                if ((near >> i & 1u) != 0) wait({tree, child + i}, of_child[i]);
+            }
+            if ((near >> nearest & 1u) != 0) {
+                node = tree->nodes + child + nearest;
+                distance2 = of_child[nearest];
             }
         }
     }

@@ -23,7 +23,7 @@ NodeRanges::NodeRanges(const Tree& tree, const surface::PatchRanges& r, const Ch
         const Node& node = tree.nodes[n];
         const auto id = static_cast<int32_t>(node.first());
         if (!node.is_leaf()) {
-            for (size_t c = node.child(); c < node.child() + 2u; ++c) {
+            for (size_t c = node.child(); c < node.child() + node.children(); ++c) {
                 add(n, float_lo_.data() + c * floats_, float_hi_.data() + c * floats_,
                     int_lo_.data() + c * ints_, int_hi_.data() + c * ints_);
             }

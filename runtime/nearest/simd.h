@@ -197,6 +197,9 @@ OPENFAB_BINARY(M16, andnot, _kandn_mask16)
 OPENFAB_INLINE F16 select(M16 mask, F16 a, F16 b) {
     return {_mm512_mask_blend_ps(mask.v, b.v, a.v)};
 }
+OPENFAB_INLINE bool any(M16 mask) {
+    return _kortestz_mask16_u8(mask.v, mask.v) == 0;
+}
 OPENFAB_INLINE uint32_t bits(M16 mask) {
     return _cvtmask16_u32(mask.v);
 }
@@ -262,6 +265,27 @@ OPENFAB_INLINE uint32_t list_lanes(uint32_t mask, uint32_t first, uint32_t* out)
         count += mask >> l & 1u;
     }
     return count;
+}
+
+/// Bit l: byte l has this bit; there are lanes of them.
+template <typename V>
+OPENFAB_INLINE uint32_t lanes_with_bit(const uint8_t* bytes, int bit) {
+    const __m128i* from = reinterpret_cast<const __m128i*>(bytes);
+    const __m128i v = V::kLanes == 16 ? _mm_loadu_si128(from) : _mm_loadl_epi64(from);
+    return static_cast<uint32_t>(_mm_movemask_epi8(_mm_slli_epi16(v, 7 - bit)));
+}
+
+/// Adds this bit to the bytes of the lanes of the mask; reads and writes 16.
+template <typename V>
+OPENFAB_INLINE void add_bit(uint32_t mask, int bit, uint8_t* bytes) {
+    const __m128i lane = _mm_set_epi8(-128, 64, 32, 16, 8, 4, 2, 1, -128, 64, 32, 16, 8, 4, 2, 1);
+    const __m128i half = _mm_set_epi8(1, 1, 1, 1, 1, 1, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0);
+    if (V::kLanes < 16) mask &= 0xff;
+    const __m128i of_lane = _mm_shuffle_epi8(_mm_cvtsi32_si128(static_cast<int>(mask)), half);
+    const __m128i in = _mm_cmpeq_epi8(_mm_and_si128(of_lane, lane), lane);
+    __m128i* const to = reinterpret_cast<__m128i*>(bytes);
+    const __m128i set = _mm_and_si128(in, _mm_set1_epi8(static_cast<char>(1 << bit)));
+    _mm_storeu_si128(to, _mm_or_si128(_mm_loadu_si128(to), set));
 }
 
 #if defined(__AVX2__)
