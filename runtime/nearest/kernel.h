@@ -140,8 +140,9 @@ constexpr size_t kLatticeEntries = 4096;
 struct KernelScratch {
     Growing<Entry> stack;
     Growing<Entry> list;
-    Growing<uint8_t> list_subs;      ///< block: bit s: matters in sub-block s
-    Growing<Lanes> list_distance2;   ///< search: of the nodes that wait
+    Growing<uint8_t> list_subs;  ///< block: bit s: matters in sub-block s
+    /// Search: of the nodes that wait. Block: of the list to corners of sub-blocks.
+    Growing<Lanes> list_distance2;
     Growing<float> list_least;       ///< cube: least distance to each node of the list, mm
     Growing<Entry> leaves;           ///< search: whose features were compared
     Growing<const float*> rows;      ///< block: features that may be left, as floats

@@ -111,6 +111,36 @@ TEST(Attributes, NothingWhereNothingIsAskedOrInReach) {
     EXPECT_GT(hits, 10);
 }
 
+TEST(Attributes, OfFewerVoxelsThanWereQueriedAreTheSameThereAndNothingElsewhere) {
+    const TriangleMesh mesh = testing::make_ball(4, [](const Vec3d&) { return 1.0; });
+    const MeshSurface surface(mesh);
+    const auto frame = testing::make_test_frame({0.1f, 0.1f, 0.1f}, {});
+    const auto engine = make_block_engine(surface, frame);
+    const auto scratch = engine->make_scratch();
+    BlockAnswer answer;
+    engine->query({{4, 4, 0}}, scratch.get(), &answer);
+    std::array<uint8_t, 64> demand{};
+    for (size_t i = 0; i < 64; ++i)
+        demand[i] = static_cast<uint8_t>(i * 37);
+    const AttributeReader reader(surface, frame);
+    AttributeReader::Scratch reader_scratch;
+    Arrays all, some;
+    reader.read(answer, nullptr, all.targets(), &reader_scratch);
+    reader.read(answer, demand.data(), some.targets(), &reader_scratch);
+    int left_out = 0;
+    for (size_t v = 0; v < kBlockVoxels; ++v) {
+        const bool asked = (demand[v >> 3] >> (v & 7) & 1) != 0;
+        left_out += asked ? 0 : 1;
+        ASSERT_EQ(all.flat[v], static_cast<uint32_t>(answer.patch[v]));
+        ASSERT_EQ(some.flat[v], asked ? all.flat[v] : 0u);
+        for (size_t c = 0; c < 2; ++c)
+            ASSERT_EQ(some.values[c][v], asked ? all.values[c][v] : 0.0f);
+        for (size_t g = 0; g < 6; ++g)
+            ASSERT_EQ(some.gradients[g][v], asked ? all.gradients[g][v] : 0.0f);
+    }
+    EXPECT_GT(left_out, 100);
+}
+
 TEST(Attributes, ATriangleWithoutAreaHasNoGradient) {
     TriangleMesh mesh;
     for (const Vec3f& p : {Vec3f{0, 0, 0}, Vec3f{1, 0, 0}, Vec3f{2, 0, 0}})
