@@ -135,7 +135,7 @@ class Builder {
     struct Part {
         size_t begin, end;
         Extent extent;
-        float area;  ///< of its box; 0 where it is a leaf
+        float area;  ///< of its box; 0 where it is a leaf, or not worth cutting again
     };
     Part make_part(size_t begin, size_t end, const Extent& extent) const {
         const Box3f box = extent.boxes.box();

@@ -42,6 +42,7 @@ constexpr int32_t kMaxLeafTriangles = 4;
 constexpr uint32_t kMaxChildren = 4;
 /// More triangles or patches than a leaf's link can name.
 constexpr int64_t kMaxItems = int64_t{1} << 28;
+static_assert(2 * kMaxItems <= int64_t{1} << 29, "an inner node's link names any node");
 
 /// What the kernel sees of a hierarchy: node 0 is the root; no nodes where there is nothing.
 struct TreeView {

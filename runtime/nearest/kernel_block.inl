@@ -165,22 +165,6 @@ void clear(BlockAnswer* answer) {
         answer->bary2[i] = 0;
 }
 
-/// The box of the sub-blocks in `subs`.
-inline BoxOfPoints box_around(const KernelInput& in, const Vec3i& block, uint32_t subs) {
-    int32_t low[3] = {8, 8, 8}, high[3] = {0, 0, 0};
-    for (uint32_t left = subs; left != 0; left &= left - 1) {
-        const int32_t* origin = in.shape->sub_origin[__builtin_ctz(left)];
-        for (int a = 0; a < 3; ++a) {
-            const int32_t end = origin[a] + in.shape->sub_size[a];
-            low[a] = origin[a] < low[a] ? origin[a] : low[a];
-            high[a] = high[a] < end ? end : high[a];
-        }
-    }
-    const int32_t lowest[3] = {block.x + low[0], block.y + low[1], block.z + low[2]};
-    const int32_t size[3] = {high[0] - low[0], high[1] - low[1], high[2] - low[2]};
-    return make_box(in, lowest, size);
-}
-
 /// What is left below the entries of the list, as leaves.
 OPENFAB_INLINE void open_list(const BoxOfPoints& box, Domination* rows, KernelScratch* scratch) {
     for (size_t i = 0; i < scratch->list.size; ++i)
@@ -230,7 +214,7 @@ void query(const KernelInput& in, const BlockQuery& q, KernelScratch* scratch,
     }
     if (near) open_list(box, &rows, scratch);
     const BlockPlace place = make_place(in, q.block, farthest2, box.delta);
-    narrow_to_sub_blocks(place, subs, q.radius_mm, box.delta, scratch);
+    narrow_to_sub_blocks(in, q, subs, scratch);
     collect_features(place, subs, scratch);
     if (scratch->answers.size == 0) return;
     list_near_features(place, quarters, scratch);

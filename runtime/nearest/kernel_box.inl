@@ -73,6 +73,22 @@ OPENFAB_INLINE BoxOfPoints make_box(const KernelInput& in, const int32_t* lowest
     return box;
 }
 
+/// The box of the sub-blocks in `subs`.
+inline BoxOfPoints box_around(const KernelInput& in, const Vec3i& block, uint32_t subs) {
+    int32_t low[3] = {8, 8, 8}, high[3] = {0, 0, 0};
+    for (uint32_t left = subs; left != 0; left &= left - 1) {
+        const int32_t* origin = in.shape->sub_origin[__builtin_ctz(left)];
+        for (int a = 0; a < 3; ++a) {
+            const int32_t end = origin[a] + in.shape->sub_size[a];
+            low[a] = origin[a] < low[a] ? origin[a] : low[a];
+            high[a] = high[a] < end ? end : high[a];
+        }
+    }
+    const int32_t lowest[3] = {block.x + low[0], block.y + low[1], block.z + low[2]};
+    const int32_t size[3] = {high[0] - low[0], high[1] - low[1], high[2] - low[2]};
+    return make_box(in, lowest, size);
+}
+
 /// The nearest surface point known for each corner of a box. It need not be the nearest there is:
 /// any surface point is a valid witness, a near one a strong one.
 struct Witnesses {
@@ -152,10 +168,10 @@ __attribute__((noinline)) void find_witnesses(const Entry& start, const Points& 
             const uint32_t near = test_children(*e.tree, *node, p, w->distance2, of_child);
             scratch->counts->node_tests += node->children();
             const uint32_t child = node->child(), nearest = nearest_child(of_child);
-            for (uint32_t k = 1; k < kMaxChildren; ++k) {
-                const uint32_t i = nearest ^ (kMaxChildren - k);
-                if ((near >> i & 1u) != 0) scratch->stack.push({e.tree, child + i});
-            }
+            each_other_child(
+                near, nearest, [&](uint32_t i) __attribute__((always_inline)) {
+                    scratch->stack.push({e.tree, child + i});
+                });
             node = (near >> nearest & 1u) != 0 ? e.tree->nodes + child + nearest : nullptr;
         }
         if (node == nullptr) continue;

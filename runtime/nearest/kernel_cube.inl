@@ -36,11 +36,12 @@ inline void find_upper(const KernelInput& in, const Points& p, KernelScratch* sc
             const F8 bar = upper->distance2 - w->enough;
             F8 of_child[kMaxChildren];
             const uint32_t near = test_children(*e.tree, node, p, bar, of_child);
-            const uint32_t nearest = nearest_child(of_child);
-            for (uint32_t k = 1; k <= kMaxChildren; ++k) {
-                const uint32_t i = nearest ^ (kMaxChildren - k);
-                if ((near >> i & 1u) != 0) scratch->stack.push({e.tree, node.child() + i});
-            }
+            const uint32_t child = node.child(), nearest = nearest_child(of_child);
+            each_other_child(
+                near, nearest, [&](uint32_t i) __attribute__((always_inline)) {
+                    scratch->stack.push({e.tree, child + i});
+                });
+            if ((near >> nearest & 1u) != 0) scratch->stack.push({e.tree, child + nearest});
             continue;
         }
         if (is_chunk(scratch->patches, node)) {

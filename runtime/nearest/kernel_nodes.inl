@@ -136,54 +136,8 @@ __attribute__((noinline)) void collect(const BoxOfPoints& box, float stop2, bool
 /// Lists no longer than that are not narrowed: it costs what it saves (bench/README.md).
 constexpr size_t kFewLeaves = 96;
 /// Of the corners of a box, four tell nearly as much as eight.
-constexpr uint32_t kFourCorners = 1u << 0 | 1u << 3 | 1u << 5 | 1u << 6;
-constexpr int kOneOfFour[4] = {0, 3, 5, 6};
-
-/// Where the sub-blocks of a block are.
-struct SubBlockPlaces {
-    const BlockPlace& block;
-    float reach[3];       ///< to the outer centres along x, y, z, voxels, and a little more
-    Points corner;        ///< from the middle of any to its corners
-    float half_diagonal;  ///< mm
-};
-
-OPENFAB_INLINE SubBlockPlaces make_sub_places(const BlockPlace& block, float delta) {
-    SubBlockPlaces places{block, {}, {}, 0};
-    float diagonal2 = 0;
-    alignas(32) float corner[3][8] = {};
-    for (int a = 0; a < 3; ++a) {
-        const float* step = block.step + 3 * a;
-        const float length =
-            __builtin_sqrtf((step[0] * step[0] + step[1] * step[1]) + step[2] * step[2]);
-        // As make_box grows its corners.
-        const float reach = block.shape->sub_reach[a] + 0.5f * delta / length;
-        places.reach[a] = reach;
-        diagonal2 += (reach * length) * (reach * length);
-        for (int c = 0; c < 3; ++c) {
-            for (int l = 0; l < 8; ++l)
-                corner[c][l] += (l >> a & 1) != 0 ? reach * step[c] : -reach * step[c];
-        }
-    }
-    places.corner = {load(corner[0]), load(corner[1]), load(corner[2])};
-    places.half_diagonal = __builtin_sqrtf(diagonal2) * kSlack;
-    return places;
-}
-
-/// The corners of sub-block `sub`.
-OPENFAB_INLINE Points corners_of_sub(const SubBlockPlaces& places, int sub) {
-    const BlockPlace& block = places.block;
-    float middle[3];
-    for (int c = 0; c < 3; ++c) {
-        middle[c] = block.middle[c];
-        for (int k = 0; k < 3; ++k) {
-            const float way =
-                block.shape->sub_half[k] * block.step[3 * block.shape->sub_axis[k] + c];
-            middle[c] += (sub >> k & 1) != 0 ? way : -way;
-        }
-    }
-    return {places.corner.x + set1(middle[0]), places.corner.y + set1(middle[1]),
-            places.corner.z + set1(middle[2])};
-}
+constexpr int kFour[4] = {0, 3, 5, 6};
+constexpr uint32_t kFourCorners = 1u << kFour[0] | 1u << kFour[1] | 1u << kFour[2] | 1u << kFour[3];
 
 /// The nearest leaves of the list to four corners of sub-blocks, each lane those that it has seen.
 template <typename V>
@@ -194,10 +148,9 @@ struct NearestLeaves {
 /// Squared distances of the list's leaves to the corners of the sub-blocks in `subs`, a leaf a
 /// lane: list_distance2[(vector * 8 + sub) * 8 + corner].
 template <typename V>
-OPENFAB_INLINE void measure_leaves(const SubBlockPlaces& places, uint32_t subs,
+OPENFAB_INLINE void measure_leaves(const BoxOfPoints* sub_box, uint32_t subs,
                                    KernelScratch* scratch, NearestLeaves<V>* nearest) {
     constexpr size_t kLanes = V::kLanes;
-    const BlockPlace& block = places.block;
     const size_t count = scratch->list.size;
     scratch->list_distance2.reserve((count + kLanes) / kLanes * 64);
     for (int sub = 0; sub < 8; ++sub) {
@@ -212,35 +165,16 @@ OPENFAB_INLINE void measure_leaves(const SubBlockPlaces& places, uint32_t subs,
             places_of[l] = static_cast<int32_t>(first + l < count ? first + l : first);
         const V place = Width<V>::load(reinterpret_cast<const float*>(places_of));
         const auto boxes = load_boxes<V>(scratch->list.data + first, count - first);
-        V middle[3][8], half[3][3];
-        for (int k = 0; k < 3; ++k) {
-            Slope<V> s;
-            const V zero = splat<V>(0.0f);
-            s.middle = about_dot(boxes.axis[k], block.middle, zero - boxes.center[k]);
-            for (int a = 0; a < 3; ++a) {
-                s.by[a] = about_dot(boxes.axis[k], block.step + 3 * a, zero);
-                half[k][a] = s.by[a] * splat<V>(places.reach[a]);
-            }
-            middle[k][0] = s.middle;
-            middles_of<3>(s, block.shape->sub_axis, block.shape->sub_half, middle[k]);
-        }
         Lanes* out = scratch->list_distance2.data + first / kLanes * 64;
         for (uint32_t left = subs; left != 0; left &= left - 1) {
             const int sub = __builtin_ctz(left);
             V distance2[8];
-            for (int c = 0; c < 8; ++c)
-                distance2[c] = splat<V>(0.0f);
-            for (int k = 0; k < 3; ++k) {
-                V at[8];
-                corners_of(middle[k][sub], half[k], at);
-                for (int c = 0; c < 8; ++c)
-                    add_outside2(boxes, k, at[c], distance2 + c);
-            }
+            corner_distances2(boxes, sub_box[sub], distance2);
             for (int c = 0; c < 8; ++c)
                 store(out[sub * 8 + c].v, distance2[c]);
             for (int i = 0; i < 4; ++i) {
                 V& least = nearest->distance2[sub][i];
-                const V d2 = distance2[kOneOfFour[i]];
+                const V d2 = distance2[kFour[i]];
                 const auto closer = d2 < least;
                 least = min(d2, least);
                 nearest->place[sub][i] = select(closer, place, nearest->place[sub][i]);
@@ -273,15 +207,11 @@ OPENFAB_INLINE void offer_corners(const TriangleFrame& t, const TriangleDetail& 
     offer_point(d.v2[0], d.v2[1], d.v2[2], p, w);
 }
 
-/// Rows for one sub-block, from the leaves nearest to its corners.
+/// Rows for sub-block `sub`, whose box is `box`, from the leaves nearest to its corners.
 template <typename V>
-OPENFAB_INLINE void make_sub_rows(const SubBlockPlaces& places, int sub, float radius, float delta,
+OPENFAB_INLINE void make_sub_rows(const BoxOfPoints& box, int sub, float radius,
                                   const NearestLeaves<V>& nearest, KernelScratch* scratch,
                                   Domination* rows) {
-    BoxOfPoints box;
-    box.corner = corners_of_sub(places, sub);
-    box.delta = delta;
-    box.half_diagonal = places.half_diagonal;
     Witnesses w{set1(kInfinity), set1(0), set1(0), set1(0), 0, set1(0)};
     int32_t leaf[4];
     for (int i = 0; i < 4; ++i) {
@@ -302,9 +232,8 @@ OPENFAB_INLINE void make_sub_rows(const SubBlockPlaces& places, int sub, float r
 
 /// Keeps on the list what may be nearest to a voxel of a sub-block in `subs`; list_subs says of
 /// which.
-__attribute__((noinline)) void narrow_to_sub_blocks(const BlockPlace& place, uint32_t subs,
-                                                    float radius, float delta,
-                                                    KernelScratch* scratch) {
+__attribute__((noinline)) void narrow_to_sub_blocks(const KernelInput& in, const BlockQuery& q,
+                                                    uint32_t subs, KernelScratch* scratch) {
     using V = Widest;
     constexpr size_t kLanes = V::kLanes;
     const size_t count = scratch->list.size;
@@ -315,15 +244,17 @@ __attribute__((noinline)) void narrow_to_sub_blocks(const BlockPlace& place, uin
             mask[i] = static_cast<uint8_t>(subs);
         return;
     }
-    const SubBlockPlaces places = make_sub_places(place, delta);
+    BoxOfPoints sub_box[8];
+    for (uint32_t left = subs; left != 0; left &= left - 1)
+        sub_box[__builtin_ctz(left)] = box_around(in, q.block, left & (0u - left));
     NearestLeaves<V> nearest;
-    measure_leaves(places, subs, scratch, &nearest);
+    measure_leaves(sub_box, subs, scratch, &nearest);
     for (size_t i = 0; i < count + 32; ++i)
         mask[i] = 0;
     for (uint32_t left = subs; left != 0; left &= left - 1) {
         const int sub = __builtin_ctz(left);
         Domination rows;
-        make_sub_rows(places, sub, radius, delta, nearest, scratch, &rows);
+        make_sub_rows(sub_box[sub], sub, q.radius_mm, nearest, scratch, &rows);
         for (size_t first = 0; first < count; first += kLanes) {
             const Lanes* in = scratch->list_distance2.data + first / kLanes * 64 + sub * 8;
             V distance2[8];

@@ -82,6 +82,16 @@ OPENFAB_INLINE uint32_t nearest_child(const V* distance2) {
     return nearer(high, low) ? (fourth ? 3u : 2u) : (second ? 1u : 0u);
 }
 
+/// visit(i) for the other children in `near`, what is to be looked at last first: the nearest's
+/// neighbour, which was cut from the same part, comes after it.
+template <typename Visit>
+OPENFAB_INLINE void each_other_child(uint32_t near, uint32_t nearest, const Visit& visit) {
+    for (uint32_t k = 1; k < kMaxChildren; ++k) {
+        const uint32_t i = nearest ^ (kMaxChildren - k);
+        if ((near >> i & 1u) != 0) visit(i);
+    }
+}
+
 template <typename V>
 OPENFAB_INLINE InFrameOf<V> to_frame(const TriangleFrame& t, const PointsOf<V>& p) {
     const V wx = p.x - splat<V>(t.v0[0]), wy = p.y - splat<V>(t.v0[1]),

@@ -165,11 +165,10 @@ __attribute__((noinline)) void search(const Entry* starts, size_t count, KernelS
             node = nullptr;
             if (near == 0) break;
             const uint32_t nearest = nearest_child(of_child);
-            // Its sibling in the tree of two children from which this was made comes next.
-            for (uint32_t k = 1; k < kMaxChildren; ++k) {
-                const uint32_t i = nearest ^ (kMaxChildren - k);
-                if ((near >> i & 1u) != 0) wait({tree, child + i}, of_child[i]);
-            }
+            each_other_child(
+                near, nearest, [&](uint32_t i) __attribute__((always_inline)) {
+                    wait({tree, child + i}, of_child[i]);
+                });
             if ((near >> nearest & 1u) != 0) {
                 node = tree->nodes + child + nearest;
                 distance2 = of_child[nearest];

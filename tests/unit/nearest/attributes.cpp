@@ -76,24 +76,43 @@ TEST(Attributes, AreThoseOfTheNearestPointAndItsPlane) {
     }
 }
 
-TEST(Attributes, NothingWhereNothingIsAskedOrInReach) {
-    const TriangleMesh mesh = testing::make_ball(4, [](const Vec3d&) { return 1.0; });
-    const MeshSurface surface(mesh);
-    const auto frame = testing::make_test_frame({0.1f, 0.1f, 0.1f}, {});
-    const auto engine = make_block_engine(surface, frame);
-    const auto scratch = engine->make_scratch();
+/// A ball of 1 mm and all that it takes to read its attributes.
+struct Ball {
+    const MeshSurface surface{testing::make_ball(4, [](const Vec3d&) { return 1.0; })};
+    const std::array<float, OPENFAB_FRAME_COUNT> frame =
+        testing::make_test_frame({0.1f, 0.1f, 0.1f}, {});
+    const std::unique_ptr<Engine> engine = make_block_engine(surface, frame);
+    const AttributeReader reader{surface, frame};
+
+    BlockAnswer query(const BlockQuery& q) const {
+        const auto scratch = engine->make_scratch();
+        BlockAnswer answer;
+        engine->query(q, scratch.get(), &answer);
+        return answer;
+    }
+    void read(const BlockAnswer& answer, const uint8_t* demand, Arrays* out) const {
+        AttributeReader::Scratch scratch;
+        reader.read(answer, demand, out->targets(), &scratch);
+    }
+};
+
+/// A demand without any order to it.
+std::array<uint8_t, 64> every_so_often() {
     std::array<uint8_t, 64> demand{};
     for (size_t i = 0; i < 64; ++i)
         demand[i] = static_cast<uint8_t>(i * 37);
+    return demand;
+}
+
+TEST(Attributes, NothingWhereNothingIsAskedOrInReach) {
+    const Ball ball;
+    const auto demand = every_so_often();
     BlockQuery query{{4, 4, 0}};
     query.demand = demand.data();
     query.radius_mm = 0.2f;
-    BlockAnswer answer;
-    engine->query(query, scratch.get(), &answer);
-    const AttributeReader reader(surface, frame);
-    AttributeReader::Scratch reader_scratch;
+    const BlockAnswer answer = ball.query(query);
     Arrays out;
-    reader.read(answer, demand.data(), out.targets(), &reader_scratch);
+    ball.read(answer, demand.data(), &out);
     int hits = 0;
     for (size_t v = 0; v < kBlockVoxels; ++v) {
         const bool asked = (demand[v >> 3] >> (v & 7) & 1) != 0;
@@ -112,21 +131,12 @@ TEST(Attributes, NothingWhereNothingIsAskedOrInReach) {
 }
 
 TEST(Attributes, OfFewerVoxelsThanWereQueriedAreTheSameThereAndNothingElsewhere) {
-    const TriangleMesh mesh = testing::make_ball(4, [](const Vec3d&) { return 1.0; });
-    const MeshSurface surface(mesh);
-    const auto frame = testing::make_test_frame({0.1f, 0.1f, 0.1f}, {});
-    const auto engine = make_block_engine(surface, frame);
-    const auto scratch = engine->make_scratch();
-    BlockAnswer answer;
-    engine->query({{4, 4, 0}}, scratch.get(), &answer);
-    std::array<uint8_t, 64> demand{};
-    for (size_t i = 0; i < 64; ++i)
-        demand[i] = static_cast<uint8_t>(i * 37);
-    const AttributeReader reader(surface, frame);
-    AttributeReader::Scratch reader_scratch;
+    const Ball ball;
+    const auto demand = every_so_often();
+    const BlockAnswer answer = ball.query({{4, 4, 0}});
     Arrays all, some;
-    reader.read(answer, nullptr, all.targets(), &reader_scratch);
-    reader.read(answer, demand.data(), some.targets(), &reader_scratch);
+    ball.read(answer, nullptr, &all);
+    ball.read(answer, demand.data(), &some);
     int left_out = 0;
     for (size_t v = 0; v < kBlockVoxels; ++v) {
         const bool asked = (demand[v >> 3] >> (v & 7) & 1) != 0;
