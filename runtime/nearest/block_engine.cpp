@@ -33,6 +33,7 @@ template struct Growing<Lanes>;
 template struct Growing<float>;
 template struct Growing<LatticeEntry>;
 template struct Growing<FeatureAnswer>;
+template struct Growing<NearLeaf>;
 template struct Growing<const float*>;
 template struct Growing<const TreeView*>;
 template struct Growing<const TriangleDetail*>;

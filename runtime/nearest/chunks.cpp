@@ -11,14 +11,15 @@
 
 #include "runtime/nearest/oriented.h"
 #include "runtime/nearest/split.h"
+#include "runtime/nearest/vertex_numbers.h"
 #include "runtime/surface/curve.h"
 
 namespace openfab::nearest {
 namespace {
 
-/// A chunk has no more triangles than these. Of fewer, more edges would have a face on one side
-/// alone, and rule out less; of more, a first slice would wait for more of what it does not need.
-/// With so few, a tree is built without tasks (kParallel), as it must be under a lock.
+/// A chunk has no more triangles than these. Of fewer, more would lie around each chunk, which is
+/// looked through for its ring; of more, a first slice would wait for more of what it does not
+/// need. With so few, a tree is built without tasks (kParallel), as it must be under a lock.
 constexpr size_t kMostTriangles = 1024;
 /// A mesh of fewer is not worth it.
 constexpr size_t kLeastTriangles = 512;
@@ -163,6 +164,8 @@ void Chunks::group_cells(std::span<const uint64_t> along, const std::vector<Cell
         left.pop_back();
         if (span.extent.weight <= kMostTriangles) {
             groups.emplace_back(span.first, span.end);
+            first_cell_.push_back(first_cell_.back() +
+                                  static_cast<uint32_t>(span.end - span.first));
             first_.push_back(first_.back() + static_cast<uint32_t>(span.extent.weight));
             continue;
         }
@@ -172,10 +175,13 @@ void Chunks::group_cells(std::span<const uint64_t> along, const std::vector<Cell
         left.push_back({span.first, middle, sides[0]});
     }
     order_.resize(along.size());
+    cells_.resize(items.size());
     tbb::parallel_for(size_t{0}, groups.size(), [&](size_t g) {
-        size_t place = first_[g];
+        uint32_t place = first_[g];
+        CellBox* box = cells_.data() + first_cell_[g];
         for (size_t i = groups[g].first; i < groups[g].second; ++i) {
             const Cell& cell = cells[static_cast<size_t>(items[i].index)];
+            *box++ = {items[i].box(), place, place + (cell.end - cell.first)};
             for (size_t k = cell.first; k < cell.end; ++k)
                 order_[place++] = static_cast<int32_t>(along[k] & 0xffffffffu);
         }
@@ -191,7 +197,7 @@ void Chunks::place_boxes() {
     // As for a node of the hierarchy: holds the rounding of axes and corners.
     const double margin = std::ldexp(static_cast<double>(largest), -21);
     corners_.resize(count());
-    std::vector<Box3f> bounds(count());
+    bounds_.resize(count());
     tbb::parallel_for(size_t{0}, count(), [&](size_t c) {
         const std::span<const int32_t> chunk = patches(first_id_ + static_cast<int32_t>(c));
         Moments moments;
@@ -206,10 +212,10 @@ void Chunks::place_boxes() {
             if (!surface_.identity_corners(patch, &v)) continue;
             for (const Vec3f& p : v) {
                 spread.add(along.of(p));
-                bounds[c].add(p);
+                bounds_[c].add(p);
             }
         }
-        if (bounds[c].empty()) return;
+        if (bounds_[c].empty()) return;
         OrientedBox box = along.box(spread);
         for (int k = 0; k < 3; ++k) {
             box.lo[k] -= margin;
@@ -218,8 +224,8 @@ void Chunks::place_boxes() {
         corners_[c] = box.corners();
     });
     for (size_t c = 0; c < count(); ++c) {
-        if (!bounds[c].empty())
-            boxes_.push_back({bounds[c], first_id_ + static_cast<int32_t>(c), corners_[c].data()});
+        if (!bounds_[c].empty())
+            boxes_.push_back({bounds_[c], first_id_ + static_cast<int32_t>(c), corners_[c].data()});
     }
 }
 
@@ -236,21 +242,17 @@ size_t Chunks::bytes_to_come(size_t vertices) const {
     const size_t edges = vertices + order_.size();
     const auto components =
         static_cast<size_t>(surface_.ranges().float_components + surface_.ranges().int_components);
-    // Leaves hold two or three triangles. What lies between two chunks is in both.
+    // Leaves hold three triangles or more, and are most of the nodes.
     const size_t all =
-        order_.size() *
-            (sizeof(TriangleFrame) + sizeof(TriangleDetail) + 2 * sizeof(uint32_t) + sizeof(Node)) +
-        edges * sizeof(EdgeFeature) * 9 / 8 + vertices * sizeof(VertexFeature) * 5 / 4 +
+        order_.size() * (sizeof(TriangleFrame) + sizeof(TriangleDetail) + 2 * sizeof(uint32_t) +
+                         (sizeof(Node) + sizeof(NodeCone)) / 2) +
+        edges * sizeof(EdgeFeature) + vertices * sizeof(VertexFeature) +
         count() * (sizeof(Made) + 1024) + order_.size() * 8 * components;
     return static_cast<size_t>(static_cast<double>(all) * static_cast<double>(triangles) /
                                static_cast<double>(order_.size()));
 }
 
-const TreeView* Chunks::make(int32_t id) const {
-    const auto c = static_cast<size_t>(id - first_id_);
-    // Nothing here may wait for tasks: this thread could take up one that needs this very chunk.
-    const std::lock_guard lock(making_[c % making_.size()]);
-    if (const Made* made = made_[c].load(std::memory_order_acquire)) return &made->view;
+std::vector<InputTriangle> Chunks::triangles_of(int32_t id) const {
     std::vector<InputTriangle> triangles;
     triangles.reserve(patches(id).size());
     for (const int32_t patch : patches(id)) {
@@ -258,7 +260,47 @@ const TreeView* Chunks::make(int32_t id) const {
         if (surface_.identity_corners(patch, &v))
             triangles.push_back({{v[0], v[1], v[2]}, patch, 0});
     }
-    Tree tree = build_tree(triangles, {}, whole_);
+    return triangles;
+}
+
+/// The triangles of other chunks that share a vertex with those of a chunk.
+std::vector<InputTriangle> Chunks::ring_around(int32_t id,
+                                               const std::vector<InputTriangle>& chunk) const {
+    VertexNumbers vertices(3 * chunk.size());
+    for (const InputTriangle& t : chunk) {
+        for (const Vec3f& p : t.v)
+            vertices.add(p);
+    }
+    const auto self = static_cast<size_t>(id - first_id_);
+    const auto touches = [&](const Box3f& box) {
+        const std::span<const CellBox> own = cells_of(self);
+        return box.overlaps(bounds_[self]) &&
+               std::any_of(own.begin(), own.end(),
+                           [&](const CellBox& cell) { return cell.box.overlaps(box); });
+    };
+    std::vector<InputTriangle> ring;
+    for (size_t c = 0; c < count(); ++c) {
+        if (c == self || !bounds_[c].overlaps(bounds_[self])) continue;
+        for (const CellBox& cell : cells_of(c)) {
+            if (!touches(cell.box)) continue;
+            for (uint32_t i = cell.first; i < cell.end; ++i) {
+                std::array<Vec3f, 3> v;
+                if (!surface_.identity_corners(order_[i], &v)) continue;
+                if (vertices.has(v[0]) || vertices.has(v[1]) || vertices.has(v[2]))
+                    ring.push_back({{v[0], v[1], v[2]}, order_[i], 0});
+            }
+        }
+    }
+    return ring;
+}
+
+const TreeView* Chunks::make(int32_t id) const {
+    const auto c = static_cast<size_t>(id - first_id_);
+    // Nothing here may wait for tasks: this thread could take up one that needs this very chunk.
+    const std::lock_guard lock(making_[c % making_.size()]);
+    if (const Made* made = made_[c].load(std::memory_order_acquire)) return &made->view;
+    const std::vector<InputTriangle> triangles = triangles_of(id);
+    Tree tree = build_tree(triangles, {}, whole_, ring_around(id, triangles));
     NodeRanges ranges(tree, surface_.ranges(), nullptr);
     const size_t bytes = tree.bytes() + ranges.bytes();
     auto made = std::make_unique<Made>(Made{std::move(tree), std::move(ranges), {}});

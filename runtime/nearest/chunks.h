@@ -72,11 +72,22 @@ class Chunks {
     struct Cell {
         uint32_t first, end;
     };
+    /// Triangles of a chunk that follow each other in order_.
+    struct CellBox {
+        Box3f box;
+        uint32_t first, end;
+    };
 
     std::vector<uint64_t> share_out(std::span<const uint64_t> along, float large);
     std::vector<Cell> cut_cells(std::span<const uint64_t> along) const;
     void group_cells(std::span<const uint64_t> along, const std::vector<Cell>& cells);
     void place_boxes();
+    std::span<const CellBox> cells_of(size_t chunk) const {
+        return {cells_.data() + first_cell_[chunk], first_cell_[chunk + 1] - first_cell_[chunk]};
+    }
+    std::vector<InputTriangle> triangles_of(int32_t id) const;
+    std::vector<InputTriangle> ring_around(int32_t id,
+                                           const std::vector<InputTriangle>& chunk) const;
     const TreeView* make(int32_t id) const;
 
     const surface::Surface& surface_;
@@ -85,8 +96,12 @@ class Chunks {
     std::vector<InputTriangle> triangles_;
     std::vector<InputPatch> boxes_;
     std::vector<std::array<Vec3f, 8>> corners_;  ///< of boxes_
-    std::vector<int32_t> order_;                 ///< patches, chunk after chunk
-    std::vector<uint32_t> first_{0};             ///< [chunk]: where it begins in order_
+    /// cells_[first_cell_[chunk] ..] are a chunk's.
+    std::vector<CellBox> cells_;
+    std::vector<uint32_t> first_cell_{0};
+    std::vector<Box3f> bounds_;       ///< [chunk]: of its triangles
+    std::vector<int32_t> order_;      ///< patches, chunk after chunk
+    std::vector<uint32_t> first_{0};  ///< [chunk]: where it begins in order_
     std::unique_ptr<std::atomic<const Made*>[]> made_;
     mutable std::array<std::mutex, 64> making_;  ///< chunk by chunk in turn
     mutable std::atomic<size_t> made_count_{0}, bytes_made_{0}, triangles_made_{0};

@@ -6,12 +6,12 @@
 #include <tbb/parallel_invoke.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <limits>
 #include <tuple>
 
 #include "runtime/base/vec.h"
+#include "runtime/nearest/vertex_numbers.h"
 
 namespace openfab::nearest {
 namespace {
@@ -32,20 +32,21 @@ struct Spoke {
     uint32_t edge;      ///< of that triangle
 };
 
-/// The features of triangles that follow each other in the tree.
+/// The features of triangles that follow each other in the tree. Those of the ring come after them.
 class Builder {
   public:
-    Builder(const TriangleFrame* frames, const TriangleDetail* details, size_t count)
-        : frames_(frames), details_(details), count_(count) {}
+    Builder(const TriangleFrame* frames, const TriangleDetail* details, size_t count,
+            const TriangleList& ring)
+        : frames_(frames), details_(details), count_(count), ring_(ring), numbers_(3 * all()) {}
 
     Features build() {
-        number_vertices();
+        const uint32_t own = number_vertices();
         sort_corners();
         std::vector<EdgeFeature> edges;
         std::vector<VertexFeature> vertices;
         std::vector<Spoke> spokes;
-        for (size_t v = 0; v < positions_.size(); ++v)
-            add_vertex(static_cast<uint32_t>(v), &spokes, &edges, &vertices);
+        for (uint32_t v = 0; v < own; ++v)
+            add_vertex(v, own, &spokes, &edges, &vertices);
         Features out;
         place(edges, &out.first_edge, &out.edges);
         place(vertices, &out.first_vertex, &out.vertices);
@@ -53,41 +54,36 @@ class Builder {
     }
 
   private:
+    size_t all() const { return count_ + ring_.frames.size(); }
+    const TriangleFrame& frame(size_t triangle) const {
+        return triangle < count_ ? frames_[triangle] : ring_.frames[triangle - count_];
+    }
+    const TriangleDetail& detail(size_t triangle) const {
+        return triangle < count_ ? details_[triangle] : ring_.details[triangle - count_];
+    }
     Vec3f position(size_t triangle, size_t corner) const {
-        const float* v[3] = {frames_[triangle].v0, details_[triangle].v1, details_[triangle].v2};
-        // -0 and 0 are one place.
-        return to_vec(v[corner]) + Vec3f{0, 0, 0};
+        const TriangleDetail& d = detail(triangle);
+        const float* v[3] = {frame(triangle).v0, d.v1, d.v2};
+        return to_vec(v[corner]);
     }
 
-    void number_vertices() {
-        const size_t corners = count_ * 3;
-        vertex_.resize(corners);
-        std::vector<uint32_t> table(std::bit_ceil(corners + 1), kNone);
-        const size_t mask = table.size() - 1;
-        for (size_t c = 0; c < corners; ++c) {
-            const Vec3f p = position(c / 3, c % 3);
-            const uint64_t x = std::bit_cast<uint32_t>(p.x), y = std::bit_cast<uint32_t>(p.y),
-                           z = std::bit_cast<uint32_t>(p.z);
-            uint64_t hash =
-                (x * 0x9e3779b97f4a7c15u) ^ (y * 0xc2b2ae3d27d4eb4fu) ^ (z * 0x165667b19e3779f9u);
-            hash ^= hash >> 29;
-            size_t slot = hash * 0x9e3779b97f4a7c15u >> 20 & mask;
-            while (table[slot] != kNone && !(positions_[table[slot]] == p))
-                slot = (slot + 1) & mask;
-            if (table[slot] == kNone) {
-                table[slot] = static_cast<uint32_t>(positions_.size());
-                positions_.push_back(p);
-            }
-            vertex_[c] = table[slot];
+    /// Returns how many there are but those of the ring alone, which come last.
+    uint32_t number_vertices() {
+        vertex_.resize(all() * 3);
+        uint32_t own = 0;
+        for (size_t c = 0; c < vertex_.size(); ++c) {
+            vertex_[c] = numbers_.add(position(c / 3, c % 3));
+            if (c < 3 * count_) own = std::max(own, vertex_[c] + 1);
         }
+        return own;
     }
 
     /// The corners at each vertex, in the order of triangles.
     void sort_corners() {
-        first_corner_.assign(positions_.size() + 1, 0);
+        first_corner_.assign(numbers_.positions().size() + 1, 0);
         for (const uint32_t v : vertex_)
             ++first_corner_[v + 1];
-        for (size_t v = 0; v < positions_.size(); ++v)
+        for (size_t v = 0; v < numbers_.positions().size(); ++v)
             first_corner_[v + 1] += first_corner_[v];
         corner_.resize(vertex_.size());
         std::vector<uint32_t> next(first_corner_.begin(), first_corner_.end() - 1);
@@ -96,12 +92,12 @@ class Builder {
     }
 
     bool owns_before(uint32_t a, uint32_t b) const {
-        return precedes(details_[a].patch, details_[a].triangle, details_[b].patch,
-                        details_[b].triangle);
+        const TriangleDetail &da = detail(a), &db = detail(b);
+        return precedes(da.patch, da.triangle, db.patch, db.triangle);
     }
 
-    void add_vertex(uint32_t v, std::vector<Spoke>* spokes, std::vector<EdgeFeature>* edges,
-                    std::vector<VertexFeature>* vertices) const {
+    void add_vertex(uint32_t v, uint32_t own, std::vector<Spoke>* spokes,
+                    std::vector<EdgeFeature>* edges, std::vector<VertexFeature>* vertices) const {
         spokes->clear();
         uint32_t owner = corner_[first_corner_[v]];
         for (uint32_t i = first_corner_[v]; i < first_corner_[v + 1]; ++i) {
@@ -118,12 +114,13 @@ class Builder {
             if (a.triangle != b.triangle) return owns_before(a.triangle, b.triangle);
             return a.edge < b.edge;
         });
-        vertices->push_back(make_vertex(v, owner, *spokes));
+        if (owner / 3 < count_) vertices->push_back(make_vertex(v, owner, *spokes));
         for (size_t i = 0; i < spokes->size();) {
             size_t end = i + 1;
             while (end < spokes->size() && (*spokes)[end].other == (*spokes)[i].other)
                 ++end;
-            if ((*spokes)[i].other > v)
+            const Spoke& first = (*spokes)[i];
+            if (first.other > v && first.other < own && first.triangle < count_)
                 edges->push_back(make_edge(v, spokes->data() + i, spokes->data() + end));
             i = end;
         }
@@ -131,21 +128,21 @@ class Builder {
 
     VertexFeature make_vertex(uint32_t v, uint32_t owner, const std::vector<Spoke>& spokes) const {
         VertexFeature f{};
-        store(positions_[v], f.v);
+        store(numbers_.positions()[v], f.v);
         f.owner_corner = owner / 3 << 2 | owner % 3;
-        const TriangleFrame& frame = frames_[f.owner()];
+        const float* n = frames_[f.owner()].n;
         Vec3f up{}, down{}, along_edge[VertexFeature::kMaxEdges];
         float shortest = std::numeric_limits<float>::infinity();
         int edges = 0, ups = 0;
         for (size_t i = 0; i < spokes.size() && edges < VertexFeature::kMaxEdges; ++i) {
             if (i > 0 && spokes[i].other == spokes[i - 1].other) continue;
-            const Vec3f along = positions_[spokes[i].other] - positions_[v];
+            const Vec3f along = numbers_.positions()[spokes[i].other] - numbers_.positions()[v];
             const float l = length(along);
             if (!(l > 0)) continue;
             const Vec3f u = along * (1.0f / l);
             along_edge[edges++] = u;
             shortest = std::min(shortest, l);
-            const bool above = dot(u, to_vec(frame.n)) > 0;
+            const bool above = dot(u, to_vec(n)) > 0;
             (above ? up : down) = (above ? up : down) + u;
             ups += above ? 1 : 0;
         }
@@ -165,7 +162,7 @@ class Builder {
 
     /// How a face lies at one of its edges.
     Wing wing(uint32_t triangle, uint32_t edge) const {
-        const TriangleFrame& t = frames_[triangle];
+        const TriangleFrame& t = frame(triangle);
         if (t.n[0] == 0 && t.n[1] == 0 && t.n[2] == 0) return {};
         const Vec3f apex = position(triangle, (edge + 2) % 3);
         const Vec3f first = position(triangle, edge), second = position(triangle, (edge + 1) % 3);
@@ -176,7 +173,7 @@ class Builder {
 
     EdgeFeature make_edge(uint32_t v, const Spoke* begin, const Spoke* end) const {
         EdgeFeature f{};
-        const Vec3f &p = positions_[v], &q = positions_[begin->other];
+        const Vec3f &p = numbers_.positions()[v], &q = numbers_.positions()[begin->other];
         const bool p_first = std::tie(p.x, p.y, p.z) < std::tie(q.x, q.y, q.z);
         const Vec3f a = p_first ? p : q, b = p_first ? q : p;
         const Vec3f ab = b - a;
@@ -194,7 +191,7 @@ class Builder {
             const Wing w = wing(s->triangle, s->edge);
             if (!(w.rho > best.rho)) continue;
             best = w;
-            store(to_vec(frames_[s->triangle].m[s->edge]) * w.rho, f.wing[1]);
+            store(to_vec(frame(s->triangle).m[s->edge]) * w.rho, f.wing[1]);
         }
         if (best.rho > 0) reach = own.rho > 0 ? std::min(reach, best.reach) : best.reach;
         f.inv_reach = 1.0f / reach;
@@ -216,11 +213,11 @@ class Builder {
             (*out)[next[f.owner()]++] = f;
     }
 
-    static constexpr uint32_t kNone = UINT32_MAX;
     const TriangleFrame* frames_;
     const TriangleDetail* details_;
     size_t count_;
-    std::vector<Vec3f> positions_;        // [vertex]
+    const TriangleList& ring_;
+    VertexNumbers numbers_;
     std::vector<uint32_t> vertex_;        // [3 * triangle + corner]
     std::vector<uint32_t> first_corner_;  // [vertex]: where its corners begin in corner_
     std::vector<uint32_t> corner_;
@@ -244,7 +241,7 @@ void append(const std::vector<Feature>& list, const std::vector<uint32_t>& first
 }  // namespace
 
 Features make_features(const std::vector<TriangleFrame>& frames,
-                       const std::vector<TriangleDetail>& details) {
+                       const std::vector<TriangleDetail>& details, const TriangleList& ring) {
     // Neighbours in the tree are neighbours in space: chunks of it share few edges, and are made
     // apart from each other in little memory.
     constexpr size_t kChunk = 4096;
@@ -252,9 +249,9 @@ Features make_features(const std::vector<TriangleFrame>& frames,
     std::vector<Features> chunks((count + kChunk - 1) / kChunk);
     const auto make = [&](size_t c) {
         const size_t begin = c * kChunk;
-        chunks[c] =
-            Builder(frames.data() + begin, details.data() + begin, std::min(kChunk, count - begin))
-                .build();
+        chunks[c] = Builder(frames.data() + begin, details.data() + begin,
+                            std::min(kChunk, count - begin), ring)
+                        .build();
     };
     if (chunks.empty()) return {};
     if (chunks.size() == 1) {

@@ -5,8 +5,8 @@
 // The edges and vertices of a tree's triangles, each once: neighbours share them, so a voxel that
 // is nearest to one would otherwise evaluate it for every triangle around it. Each belongs to its
 // *owner*, the lowest (patch, triangle) around it, which wins its ties (nearest/triangle.h). Where
-// chunks of a large tree meet, as where trees do, each side has its own: then two features tie, and
-// the lower owner wins as between any others.
+// trees meet that do not know each other, as those of displaced patches, each side has its own:
+// then two features tie, and the lower owner wins as between any others.
 //
 // They also hold what tells that no point of a box is nearest to them: the part of space that is
 // nearest to the inside of an edge lies beyond that edge's line for every face at it, and the part
@@ -66,8 +66,15 @@ struct Features {
     }
 };
 
-/// The features of a tree's triangles, whose ends are the same where their positions are equal.
+struct TriangleList {
+    std::vector<TriangleFrame> frames;
+    std::vector<TriangleDetail> details;
+};
+
+/// The features that a tree's triangles own, whose ends are the same where their positions are
+/// equal. `ring` are triangles of other trees that share a vertex with them: what those own is left
+/// to their trees, which must know these.
 Features make_features(const std::vector<TriangleFrame>& frames,
-                       const std::vector<TriangleDetail>& details);
+                       const std::vector<TriangleDetail>& details, const TriangleList& ring = {});
 
 }  // namespace openfab::nearest

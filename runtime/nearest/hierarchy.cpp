@@ -20,8 +20,8 @@ namespace {
 class Builder {
   public:
     Builder(const std::vector<InputTriangle>& triangles, const std::vector<InputPatch>& patches,
-            const Box3f& whole)
-        : triangles_(triangles), patches_(patches), whole_(whole) {}
+            const Box3f& whole, const std::vector<InputTriangle>& ring)
+        : triangles_(triangles), patches_(patches), whole_(whole), ring_(ring) {}
 
     Tree build() {
         Tree tree;
@@ -47,9 +47,12 @@ class Builder {
         }
         nodes_ = tree.nodes.data();
         make_triangles(&tree);
-        tree.features = make_features(tree.frames, tree.details);
+        tree.features = make_features(tree.frames, tree.details, make_ring());
+        tree.cones = make_cones(tree);
         tree.largest_coordinate = largest_;
         tree.spacing = spacing(tree.nodes[0]);
+        for (const TriangleDetail& d : tree.details)
+            tree.longest_edge = std::max(tree.longest_edge, std::ldexp(d.margin, 23) * 1.0001f);
         return tree;
     }
 
@@ -125,6 +128,18 @@ class Builder {
                                                   : static_cast<uint32_t>(place_of(node.first()));
             node.link = Node::kLeaf | node.count() << 28 | first;
         });
+    }
+
+    TriangleList make_ring() const {
+        TriangleList ring;
+        ring.frames.resize(ring_.size());
+        ring.details.resize(ring_.size());
+        for (size_t i = 0; i < ring_.size(); ++i) {
+            const InputTriangle& t = ring_[i];
+            make_triangle(t.v[0], t.v[1], t.v[2], t.patch, t.triangle, &ring.frames[i],
+                          &ring.details[i]);
+        }
+        return ring;
     }
 
     static float longest_side(const Box3f& box) {
@@ -274,6 +289,7 @@ class Builder {
     const std::vector<InputPatch>& patches_;
     std::vector<Item> items_;
     Box3f whole_;
+    const std::vector<InputTriangle>& ring_;
     Node* nodes_ = nullptr;
     std::atomic<size_t> used_{1};
     float largest_ = 0;
@@ -282,8 +298,8 @@ class Builder {
 }  // namespace
 
 Tree build_tree(const std::vector<InputTriangle>& triangles, const std::vector<InputPatch>& patches,
-                const Box3f& whole) {
-    return Builder(triangles, patches, whole).build();
+                const Box3f& whole, const std::vector<InputTriangle>& ring) {
+    return Builder(triangles, patches, whole, ring).build();
 }
 
 }  // namespace openfab::nearest

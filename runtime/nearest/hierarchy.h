@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "runtime/base/vec.h"
+#include "runtime/nearest/cones.h"
 #include "runtime/nearest/features.h"
 #include "runtime/nearest/triangle.h"
 
@@ -20,7 +21,7 @@ namespace openfab::nearest {
 /// `link`, from the top bit: 1 leaf
 ///     inner node, bits 29..30: number of children less 1; bits 0..28: the first of them, which
 ///     follow each other
-///     leaf, bits 28..30: number of triangles, 1 to 4, or 0 for what has a tree of its own; bits
+///     leaf, bits 28..30: number of triangles, 1 to 6, or 0 for what has a tree of its own; bits
 ///     0..27: first triangle, or the id of a patch or of a chunk (nearest/chunks.h)
 struct alignas(64) Node {
     float axis[3][3];
@@ -38,7 +39,7 @@ struct alignas(64) Node {
 
 class NodeRanges;
 
-constexpr int32_t kMaxLeafTriangles = 4;
+constexpr int32_t kMaxLeafTriangles = 6;
 constexpr uint32_t kMaxChildren = 4;
 /// More triangles or patches than a leaf's link can name.
 constexpr int64_t kMaxItems = int64_t{1} << 28;
@@ -53,8 +54,10 @@ struct TreeView {
     const VertexFeature* vertices = nullptr;
     const uint32_t* first_edge = nullptr;  ///< of each triangle, and one more
     const uint32_t* first_vertex = nullptr;
+    const NodeCone* cones = nullptr;     ///< of each node
     const NodeRanges* ranges = nullptr;  ///< none in a patch's
     float spacing = 0;                   ///< see Tree
+    float longest_edge = 0;
 };
 
 struct Tree {
@@ -62,8 +65,10 @@ struct Tree {
     std::vector<TriangleFrame> frames;    ///< in leaf order
     std::vector<TriangleDetail> details;  ///< same order
     Features features;
+    std::vector<NodeCone> cones;   ///< of nodes
     float largest_coordinate = 0;  ///< of any vertex or box corner, mm
     float spacing = 0;             ///< how far apart triangles are, about, mm; 0 without any
+    float longest_edge = 0;        ///< of any triangle, mm
 
     TreeView view() const {
         return {nodes.data(),
@@ -73,12 +78,15 @@ struct Tree {
                 features.vertices.data(),
                 features.first_edge.data(),
                 features.first_vertex.data(),
+                cones.data(),
                 nullptr,
-                spacing};
+                spacing,
+                longest_edge};
     }
     size_t bytes() const {
         return nodes.capacity() * sizeof(Node) + frames.capacity() * sizeof(TriangleFrame) +
-               details.capacity() * sizeof(TriangleDetail) + features.bytes() + sizeof(Tree);
+               details.capacity() * sizeof(TriangleDetail) + features.bytes() +
+               cones.capacity() * sizeof(NodeCone) + sizeof(Tree);
     }
 };
 
@@ -95,9 +103,9 @@ struct InputPatch {
 };
 
 /// Builds by surface area over centroids; in this thread alone where there are few triangles. The
-/// shape of the tree never shows in an answer. `whole` is a box of more than these triangles, if
-/// they are a part of something.
+/// shape of the tree never shows in an answer. If these triangles are a part of something, `whole`
+/// is a box of more than these, and `ring` others that share a vertex with them (make_features).
 Tree build_tree(const std::vector<InputTriangle>& triangles, const std::vector<InputPatch>& patches,
-                const Box3f& whole = {});
+                const Box3f& whole = {}, const std::vector<InputTriangle>& ring = {});
 
 }  // namespace openfab::nearest

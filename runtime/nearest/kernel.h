@@ -137,6 +137,22 @@ struct LatticeEntry {
 };
 constexpr size_t kLatticeEntries = 4096;
 
+/// A leaf and the space that its normal cones fill: what is off its box along the box's last axis
+/// by w is off it across that axis by lean w + stray at most, mm.
+struct NearLeaf {
+    Entry entry;
+    float lean, stray;
+};
+/// The leaves near a block.
+struct NearLeaves {
+    Growing<NearLeaf> leaves;
+    /// For each quarter of a sub-block, places among them of what may be nearest to its voxels:
+    /// places[quarter * stride ..][count[quarter]].
+    Growing<uint32_t> places;
+    size_t stride = 0;
+    uint32_t count[kQuarters];
+};
+
 struct KernelScratch {
     Growing<Entry> stack;
     Growing<Entry> list;
@@ -152,6 +168,7 @@ struct KernelScratch {
     Growing<float> margins;          ///< of the faces
     Growing<FeatureAnswer> answers;  ///< of all these, in that order
     Growing<LatticeEntry> lattice;   ///< kLatticeEntries of them
+    NearLeaves near;
     WarmStart warm;
     WarmStart warm_points;  ///< of points, which are elsewhere than blocks
     PatchSource patches;

@@ -33,9 +33,13 @@ namespace {
 
 #include "runtime/nearest/kernel_nodes.inl"
 
+#include "runtime/nearest/kernel_sub_blocks.inl"
+
 #include "runtime/nearest/kernel_features.inl"
 
 #include "runtime/nearest/kernel_lattice.inl"
+
+#include "runtime/nearest/kernel_near.inl"
 
 #include "runtime/nearest/kernel_block.inl"
 

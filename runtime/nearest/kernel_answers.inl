@@ -45,7 +45,7 @@ struct FoundFeature {
 };
 
 /// Features are numbered by leaf: faces, edges, vertices, so many at most.
-constexpr int32_t kLeafPlaces = 32;
+constexpr int32_t kLeafPlaces = 64;
 static_assert(kLeafPlaces >= kMaxLeafTriangles * (1 + 3 + 3));
 
 OPENFAB_INLINE FoundFeature found_at(const KernelScratch& scratch, int32_t place) {
@@ -72,4 +72,13 @@ inline FeatureAnswer answer_of(const FoundFeature& f) {
     if (f.kind == FoundFeature::kEdge) return edge_answer(f.tree->edges[f.place], owner);
     if (f.kind == FoundFeature::kVertex) return vertex_answer(f.tree->vertices[f.place], owner);
     return face_answer(owner);
+}
+
+OPENFAB_INLINE void write_voxel(int v, const FeatureAnswer& a, float distance2, float bary1,
+                                float bary2, BlockAnswer* answer) {
+    answer->distance2[v] = distance2;
+    answer->patch[v] = a.patch;
+    answer->triangle[v] = a.triangle;
+    answer->bary1[v] = bary1;
+    answer->bary2[v] = bary2;
 }

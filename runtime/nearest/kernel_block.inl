@@ -53,15 +53,6 @@ OPENFAB_INLINE uint32_t sub_blocks_of(uint32_t quarters) {
     return subs;
 }
 
-OPENFAB_INLINE void write_voxel(int v, const FeatureAnswer& a, float distance2, float bary1,
-                                float bary2, BlockAnswer* answer) {
-    answer->distance2[v] = distance2;
-    answer->patch[v] = a.patch;
-    answer->triangle[v] = a.triangle;
-    answer->bary1[v] = bary1;
-    answer->bary2[v] = bary2;
-}
-
 /// The voxels of a quarter of a sub-block against what is left for it.
 OPENFAB_INLINE void query_quarter(const KernelInput& in, const BlockQuery& q, int quarter,
                                   const uint8_t* asked, float radius2, KernelScratch* scratch,
@@ -98,60 +89,6 @@ __attribute__((noinline)) void query_quarters(const KernelInput& in, const Block
         query_quarter(in, q, __builtin_ctz(quarters), asked, radius2, scratch, answer);
 }
 
-/// A block is searched quarter by quarter where triangles are small beside it, and near: there its
-/// triangles outnumber the voxels that ask. Else taking their features apart for all of them at
-/// once costs less (bench/README.md).
-constexpr float kDense = 4.7f;  ///< half diagonals of a block in spacings of triangles
-constexpr float kNear = 0.8f;   ///< the farthest answer in half diagonals
-/// Nodes no larger than this, in half diagonals of the block, are where the walks begin.
-constexpr float kSearchFrom = 1.5f;
-
-/// Whether triangles are dense where the list's entries are.
-OPENFAB_INLINE bool is_dense(const KernelScratch& scratch, float half_diagonal) {
-    for (size_t i = 0; i < scratch.list.size; ++i) {
-        const float spacing = scratch.list.data[i].tree->spacing;
-        if (spacing > 0) return half_diagonal > kDense * spacing;
-    }
-    return true;
-}
-
-/// Voxels quarter by quarter, each a walk below the entries of the list.
-__attribute__((noinline)) void search_quarters(const KernelInput& in, const BlockQuery& q,
-                                               uint32_t quarters, const uint8_t* asked, float delta,
-                                               KernelScratch* scratch, BlockAnswer* answer) {
-    using V = Widest;
-    constexpr int kParts = V::kLanes / 8;
-    const V radius2 = splat<V>(q.radius_mm < kInfinity ? q.radius_mm * q.radius_mm : kInfinity);
-    WarmStart warm = scratch->warm;
-    for (; quarters != 0; quarters &= quarters - 1) {
-        const int quarter = __builtin_ctz(quarters);
-        for (int packet = 2 * quarter; packet < 2 * quarter + 2; packet += kParts) {
-            uint32_t lanes = 0;
-            for (int h = 0; h < kParts; ++h)
-                lanes |= static_cast<uint32_t>(asked[packet + h]) << 8 * h;
-            if (lanes == 0) continue;
-            SearchOf<V> s;
-            s.p = voxel_centres<V>(in, q.block, packet);
-            begin_search(lanes, warm_distance2(warm, s.p, radius2), splat<V>(delta), scratch, &s);
-            search(scratch->list.data, scratch->list.size, scratch, &s);
-            const uint32_t found = lanes & found_within(s.best, radius2);
-            if (found == 0) continue;
-            const FeaturesOfLeaves leaves{*scratch};
-            if ((bits(s.best.tied) & found) != 0) break_ties(leaves, s.p, found, &s.best);
-            warm.count = 0;
-            const int16_t* voxel = in.shape->voxel + packet * 8;
-            each_found(leaves, s.best, found,
-                       [&](int l, int32_t place, const FeatureAnswer& a, float distance2,
-                           float bary1, float bary2) {
-                           write_voxel(voxel[l], a, distance2, bary1, bary2, answer);
-                           // Of a wide packet every other.
-                           if (l % kParts == 0)
-                               keep_point(leaves.feature(place), bary1, bary2, &warm);
-                       });
-        }
-    }
-}
-
 void clear(BlockAnswer* answer) {
     for (int i = 0; i < kBlockVoxels; ++i)
         answer->distance2[i] = kInfinity;
@@ -163,14 +100,6 @@ void clear(BlockAnswer* answer) {
         answer->bary1[i] = 0;
     for (int i = 0; i < kBlockVoxels; ++i)
         answer->bary2[i] = 0;
-}
-
-/// What is left below the entries of the list, as leaves.
-OPENFAB_INLINE void open_list(const BoxOfPoints& box, Domination* rows, KernelScratch* scratch) {
-    for (size_t i = 0; i < scratch->list.size; ++i)
-        scratch->stack.push(scratch->list.data[i]);
-    scratch->list.size = 0;
-    collect(box, 0.0f, true, rows, scratch);
 }
 
 void query(const KernelInput& in, const BlockQuery& q, KernelScratch* scratch,
@@ -199,21 +128,20 @@ void query(const KernelInput& in, const BlockQuery& q, KernelScratch* scratch,
         add_point_row(box, corners.x[i], corners.y[i], corners.z[i], &rows);
     }
     add_radius_row(box, q.radius_mm, &rows);
-    const float farthest2 = farthest_row2(rows);
-    scratch->list.size = 0;
+    const float farthest2 = farthest_row2(rows), radius2 = q.radius_mm * q.radius_mm;
+    BlockPlace place =
+        make_place(in, q.block, farthest2 < radius2 ? farthest2 : radius2, box.delta);
     const float half_diagonal = in.shape->half_diagonal;
-    const float reach2 =
-        farthest2 < q.radius_mm * q.radius_mm ? farthest2 : q.radius_mm * q.radius_mm;
-    const bool near = reach2 < (kNear * half_diagonal) * (kNear * half_diagonal);
-    const float stop = near ? kSearchFrom * half_diagonal : 0.0f;
+    const bool near = place.reach < kNear * half_diagonal;
+    scratch->list.size = 0;
     scratch->stack.push({&in.root, 0});
-    collect(box, stop * stop, true, &rows, scratch);
+    collect(box, 0.0f, true, near ? &place : nullptr, &rows, scratch);
     if (near && is_dense(*scratch, half_diagonal)) {
-        search_quarters(in, q, quarters, asked, box.delta, scratch, answer);
+        list_near_leaves(place, quarters, scratch);
+        query_near(in, q, place, quarters, asked, box.delta, scratch, answer);
         return;
     }
-    if (near) open_list(box, &rows, scratch);
-    const BlockPlace place = make_place(in, q.block, farthest2, box.delta);
+    place.excess = least_excess(place, *scratch);
     narrow_to_sub_blocks(in, q, subs, scratch);
     collect_features(place, subs, scratch);
     if (scratch->answers.size == 0) return;

@@ -148,7 +148,7 @@ float cube(const KernelInput& in, const Vec3i& lowest, int32_t size, KernelScrat
     }
     const float stop = 0.5f * box.half_diagonal;
     scratch->stack.push({&in.root, 0});
-    collect(box, stop * stop, false, &rows, scratch);
+    collect(box, stop * stop, false, nullptr, &rows, scratch);
 
     alignas(32) float center[3];
     center[0] = largest_lane(box.corner.x) * 0.5f - largest_lane(set1(0.0f) - box.corner.x) * 0.5f;

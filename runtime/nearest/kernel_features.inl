@@ -172,6 +172,15 @@ OPENFAB_INLINE const VertexFeature& vertex_at(const KernelScratch& block, size_t
     return *reinterpret_cast<const VertexFeature*>(block.vertices.rows.data[i]);
 }
 
+/// The excess for the triangles of all trees that are on the list.
+OPENFAB_INLINE float least_excess(const BlockPlace& place, const KernelScratch& scratch) {
+    float longest = 0;
+    for (size_t i = 0; i < scratch.list.size; ++i)
+        longest = larger(longest, scratch.list.data[i].tree->longest_edge);
+    const float rounded = (longest + place.reach) * kRounded;
+    return rounded < place.excess ? rounded : place.excess;
+}
+
 /// Writes what wins where a feature of the block does: faces, edges, vertices.
 OPENFAB_INLINE void list_answers(KernelScratch* scratch) {
     const size_t faces = scratch->faces.rows.size, edges = scratch->edges.rows.size,

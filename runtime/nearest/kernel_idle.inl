@@ -9,18 +9,24 @@ struct BlockPlace {
     float middle[3];
     const float* step;  ///< along x, y, z, three values each
     const BlockShape* shape;
+    /// What is nearest to any of its voxels is no farther, mm.
+    float reach;
     /// What float errors of positions and of all that is computed here may add up to, mm.
     float slack;
     /// Squared distances farther by its square are farther in float too, mm.
     float excess;
 };
 
-/// The features that matter are no farther than `farthest2` from any point; as for rows, delta
-/// holds the errors of both squared distances, of which large triangles have the most.
-inline BlockPlace make_place(const KernelInput& in, const Vec3i& block, float farthest2,
-                             float delta) {
+/// `reach2` is the reach, squared; as for rows, delta holds the errors of squared distances, of
+/// which large triangles have the most.
+inline BlockPlace make_place(const KernelInput& in, const Vec3i& block, float reach2, float delta) {
     const float* f = in.frame;
-    BlockPlace place{{}, f, in.shape, 3 * delta, __builtin_sqrtf(row_slack(farthest2, delta))};
+    BlockPlace place{};
+    place.step = f;
+    place.shape = in.shape;
+    place.reach = __builtin_sqrtf(reach2) * kSlack + delta;
+    place.slack = 3 * delta;
+    place.excess = __builtin_sqrtf(row_slack(reach2, delta));
     for (int c = 0; c < 3; ++c) {
         double at = f[OPENFAB_FRAME_ORIGIN + c];
         for (int a = 0; a < 3; ++a)
@@ -29,6 +35,12 @@ inline BlockPlace make_place(const KernelInput& in, const Vec3i& block, float fa
     }
     return place;
 }
+
+/// For triangles whose edges are no longer than some length, (length + reach) kRounded is an
+/// excess, too: all that is computed of a feature starts from one of its corners, which is no
+/// farther from the voxel than both together. This is the root of 2^-17; the roundings in two
+/// squared distances come to some 80 of 2^-24 at most.
+constexpr float kRounded = 0x1.7p-9f;
 
 /// A linear function over the block.
 template <typename V>

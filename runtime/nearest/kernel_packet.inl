@@ -39,16 +39,22 @@ OPENFAB_INLINE V about_dot(const V* a, const float* b, V c) {
         about_mul_add(a[1], splat<V>(b[1]), about_mul_add(a[2], splat<V>(b[2]), c)));
 }
 
+/// How far each point is from the middle of the node's box along its axis k.
+template <typename V>
+OPENFAB_INLINE V along_axis(const Node& n, int k, const PointsOf<V>& p) {
+    const float* axis = n.axis[k];
+    const V z = about_mul_sub(splat<V>(axis[2]), p.z, splat<V>(n.center[k]));
+    return absolute(
+        about_mul_add(splat<V>(axis[0]), p.x, about_mul_add(splat<V>(axis[1]), p.y, z)));
+}
+
 /// Squared distance of each point to the node's box.
 template <typename V>
 OPENFAB_INLINE V node_distance2(const Node& n, const PointsOf<V>& p) {
     const V zero = splat<V>(0.0f);
     V sum = zero;
     for (int k = 0; k < 3; ++k) {
-        const float* axis = n.axis[k];
-        const V z = about_mul_sub(splat<V>(axis[2]), p.z, splat<V>(n.center[k]));
-        const V u = about_mul_add(splat<V>(axis[0]), p.x, about_mul_add(splat<V>(axis[1]), p.y, z));
-        const V d = max(absolute(u) - splat<V>(n.half[k]), zero);
+        const V d = max(along_axis(n, k, p) - splat<V>(n.half[k]), zero);
         sum = k == 0 ? d * d : about_mul_add(d, d, sum);
     }
     return sum;

@@ -108,10 +108,29 @@ OPENFAB_INLINE void offer_leaf(const Entry& entry, KernelScratch* scratch, Searc
     scratch->counts->triangle_tests += int64_t{leaf.leaf.count()} * V::kLanes / 8;
 }
 
-/// Searches below the entries `starts`. Nodes wait on the stack with their distances in
-/// list_distance2, place for place.
+/// One leaf is on its way from memory while a walk goes on to the next.
 template <typename V>
-__attribute__((noinline)) void search(const Entry* starts, size_t count, KernelScratch* scratch,
+struct ComingLeaf {
+    Entry entry{nullptr, 0};
+    V distance2 = splat<V>(0.0f);  ///< to its box
+
+    OPENFAB_INLINE void offer(KernelScratch* scratch, SearchOf<V>* s) {
+        if (entry.tree != nullptr && any(distance2 <= s->limit)) offer_leaf(entry, scratch, s);
+        entry.tree = nullptr;
+    }
+    OPENFAB_INLINE void follow(const Entry& next, V next_distance2, KernelScratch* scratch,
+                               SearchOf<V>* s) {
+        FeaturesOfLeaf{*next.tree, next.tree->nodes[next.node], 0}.fetch();
+        offer(scratch, s);
+        entry = next;
+        distance2 = next_distance2;
+    }
+};
+
+/// Searches below `start`. Nodes wait on the stack with their distances in list_distance2, place
+/// for place.
+template <typename V>
+__attribute__((noinline)) void search(const Entry& start, KernelScratch* scratch,
                                       SearchOf<V>* result) {
     SearchOf<V> local = *result;
     SearchOf<V>* const s = &local;
@@ -122,19 +141,8 @@ __attribute__((noinline)) void search(const Entry* starts, size_t count, KernelS
         scratch->list_distance2.reserve(place + 1);
         store(scratch->list_distance2.data[place].v, distance2);
     };
-    for (size_t i = 0; i < count; ++i) {
-        const V distance2 = node_distance2(starts[i].tree->nodes[starts[i].node], s->p);
-        if (bits(distance2 <= s->limit) != 0) wait(starts[i], distance2);
-    }
-    scratch->counts->node_tests += static_cast<int64_t>(count) * V::kLanes / 8;
-    // One leaf is on its way from memory while the walk goes on to the next.
-    Entry coming{nullptr, 0};
-    V coming_distance2 = splat<V>(0.0f);
-    const auto offer_coming = [&]() __attribute__((always_inline)) {
-        if (coming.tree != nullptr && bits(coming_distance2 <= s->limit) != 0)
-            offer_leaf(coming, scratch, s);
-        coming.tree = nullptr;
-    };
+    wait(start, node_distance2(start.tree->nodes[start.node], s->p));
+    ComingLeaf<V> coming;
     while (scratch->stack.size != 0) {
         const size_t top = --scratch->stack.size;
         const Entry e = scratch->stack.data[top];
@@ -152,10 +160,8 @@ __attribute__((noinline)) void search(const Entry* starts, size_t count, KernelS
                 continue;
             }
             if (node->is_leaf()) {
-                FeaturesOfLeaf{*tree, *node, 0}.fetch();
-                offer_coming();
-                coming = {tree, static_cast<uint32_t>(node - tree->nodes)};
-                coming_distance2 = distance2;
+                coming.follow({tree, static_cast<uint32_t>(node - tree->nodes)}, distance2, scratch,
+                              s);
                 break;
             }
             V of_child[kMaxChildren];
@@ -175,7 +181,7 @@ __attribute__((noinline)) void search(const Entry* starts, size_t count, KernelS
             }
         }
     }
-    offer_coming();
+    coming.offer(scratch, s);
     *result = local;
 }
 

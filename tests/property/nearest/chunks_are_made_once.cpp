@@ -150,9 +150,24 @@ TEST(Chunks, AreMadeOnceByAnyNumberOfThreads) {
                 std::memcmp(a.vertices, b.vertices, a.first_vertex[count] * sizeof(VertexFeature)),
                 0);
             ASSERT_EQ(a.nodes[0].link, b.nodes[0].link);
+            ASSERT_EQ(std::memcmp(a.cones, b.cones, sizeof(NodeCone)), 0);
         }
         EXPECT_EQ(chunks.bytes_made(), others.bytes_made());
     }
+}
+
+TEST(Chunks, OwnEachEdgeAndVertexOnce) {
+    const TriangleMesh mesh = meshes()[0];
+    const MeshSurface surface(mesh);
+    const Chunks chunks(surface);
+    size_t edges = 0, vertices = 0;
+    for (const int32_t id : ids_of(chunks)) {
+        const TreeView& tree = *chunks.get(id);
+        edges += tree.first_edge[chunks.patches(id).size()];
+        vertices += tree.first_vertex[chunks.patches(id).size()];
+    }
+    EXPECT_EQ(edges, mesh.triangles.size() / 2 * 3);
+    EXPECT_EQ(vertices, mesh.positions.size());
 }
 
 TEST(Chunks, TakeWhatIsPlanned) {

@@ -231,6 +231,37 @@ TEST(EngineEqualsBruteForce, TrianglesFarSmallerThanBlocks) {
     }
 }
 
+TEST(EngineEqualsBruteForce, NeighboursThatTieByRoundingAlone) {
+    // A sheet of fine triangles, voxel centres a little beside the lines over its vertices: there
+    // the vertex is as near as the face below in float, though no point nearest to it is there.
+    constexpr int kCells = 80;
+    constexpr float kSide = 0.02f;
+    TriangleMesh sheet;
+    for (int y = 0; y <= kCells; ++y) {
+        for (int x = 0; x <= kCells; ++x)
+            sheet.add({static_cast<float>(x) * kSide, static_cast<float>(y) * kSide, 0});
+    }
+    for (int y = 0; y < kCells; ++y) {
+        for (int x = 0; x < kCells; ++x) {
+            const int32_t v = y * (kCells + 1) + x, above = v + kCells + 1;
+            sheet.triangles.push_back({v, v + 1, above});
+            sheet.triangles.push_back({v + 1, above + 1, above});
+        }
+    }
+    const MeshSurface surface(sheet);
+    for (const Vec3f& shift :
+         {Vec3f{1e-4f, 1e-4f, 0}, Vec3f{-1e-4f, 0, 0}, Vec3f{-7e-5f, 1e-4f, 0}}) {
+        Asked setup;
+        setup.pitch = {10 * kSide, 10 * kSide, 10 * kSide};
+        setup.origin = shift;
+        setup.lowest = {0, 0, -8};
+        setup.blocks = {1, 1, 2};
+        // Less than half a block's diagonal, so that these are blocks near the surface.
+        setup.radius = 50 * kSide;
+        check(surface, setup);
+    }
+}
+
 TEST(EngineEqualsBruteForce, ThinPlate) {
     std::vector<Vec3i> cells;
     for (int y = 0; y < 12; ++y) {

@@ -1,0 +1,151 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/nearest/cones.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "runtime/base/vec.h"
+#include "runtime/nearest/hierarchy.h"
+
+namespace openfab::nearest {
+namespace {
+
+/// Cones that reach farther from the axis, as a sine, tell nothing.
+constexpr float kWidest = 0.7f;
+/// Half-spaces of features of thin triangles are scaled by less (nearest/features.h): they tell too
+/// little.
+constexpr float kLeastScale = 0.25f;
+
+Vec3f to_vec(const float* v) {
+    return {v[0], v[1], v[2]};
+}
+
+/// What is added up over the features of a leaf.
+struct Sum {
+    float sine2 = 0;  ///< of the largest angle
+    float rise = 0;   ///< tangent of the largest that a vertex's cone has
+    float scale = 1;  ///< the least of a half-space across the axis
+    float inv_reach = 0;
+    bool known = true;
+
+    /// A normal n that is l long.
+    void add_normal(const Vec3f& axis, const Vec3f& n, float l2) {
+        const float along = dot(axis, n);
+        sine2 = std::max(sine2, 1 - along * along / l2);
+    }
+};
+
+void add(const TriangleFrame& face, const Node& node, Sum* sum) {
+    const Vec3f n = to_vec(face.n);
+    // A triangle without area is its edges.
+    if (!(n == Vec3f{0, 0, 0})) sum->add_normal(to_vec(node.axis[2]), n, 1);
+}
+
+/// Its cone lies between the normals of its faces, of which the first is a leaf's own.
+void add(const EdgeFeature& edge, const Node& node, Sum* sum) {
+    const Vec3f own = to_vec(edge.wing[0]), other = to_vec(edge.wing[1]);
+    const float scale2 = std::min(dot(own, own), dot(other, other));
+    if (!(scale2 >= kLeastScale * kLeastScale) || !(dot(own, other) < 0)) {
+        sum->known = false;
+        return;
+    }
+    sum->add_normal(to_vec(node.axis[2]), cross(other, to_vec(edge.ab)),
+                    dot(other, other) * edge.length2);
+    // A wing leans from the plane across the axis by no more than the normal does from the axis.
+    constexpr float kLeastCosine = 0.7f;
+    sum->scale = std::min(sum->scale, kLeastCosine * std::sqrt(scale2));
+    sum->inv_reach = std::max(sum->inv_reach, edge.inv_reach);
+}
+
+/// Of two edges that follow each other around the axis, one is within half their angle of any
+/// direction between them, and rises no faster than the steepest does.
+void add(const VertexFeature& vertex, const Node& node, Sum* sum) {
+    constexpr int kMost = VertexFeature::kMaxDirections;
+    float x[kMost], y[kMost], rise[kMost], least_across = 1;
+    int count = 0;
+    for (const auto& direction : vertex.direction) {
+        const Vec3f d = to_vec(direction);
+        const float along_x = dot(d, to_vec(node.axis[0])), along_y = dot(d, to_vec(node.axis[1]));
+        const float across = std::sqrt(along_x * along_x + along_y * along_y);
+        // Nor are means of edges, which are shorter, of use.
+        if (!(across > kLeastScale) || dot(d, d) < 0.99f) continue;
+        x[count] = along_x / across;
+        y[count] = along_y / across;
+        rise[count++] = std::abs(dot(d, to_vec(node.axis[2]))) / across;
+        least_across = std::min(least_across, across);
+    }
+    float least_half = 1;
+    for (int i = 0; i < count; ++i) {
+        float cosine = -1, steeper = 0;
+        for (int j = 0; j < count; ++j) {
+            const float c = x[i] * x[j] + y[i] * y[j];
+            if (!(x[i] * y[j] - y[i] * x[j] > 0) || !(c > cosine)) continue;
+            cosine = c;
+            steeper = std::max(rise[i], rise[j]);
+        }
+        const float half = std::sqrt(0.5f * (1 + cosine));
+        least_half = std::min(least_half, half);
+        sum->rise = std::max(sum->rise, steeper / half);
+    }
+    const float scale = least_half * least_across;
+    if (count < 3 || !(scale >= kLeastScale)) {
+        sum->known = false;
+        return;
+    }
+    sum->scale = std::min(sum->scale, scale);
+    sum->inv_reach = std::max(sum->inv_reach, vertex.inv_reach);
+}
+
+template <typename Feature>
+void add_all(const Feature* begin, const Feature* end, const Node& node, Sum* sum) {
+    for (const Feature* f = begin; f != end && sum->known; ++f)
+        add(*f, node, sum);
+}
+
+NodeCone of_leaf(const Tree& tree, const Node& leaf) {
+    if (leaf.count() == 0) return {};
+    Sum sum;
+    const size_t first = leaf.first(), end = first + leaf.count();
+    const Features& f = tree.features;
+    add_all(tree.frames.data() + first, tree.frames.data() + end, leaf, &sum);
+    add_all(f.edges.data() + f.first_edge[first], f.edges.data() + f.first_edge[end], leaf, &sum);
+    add_all(f.vertices.data() + f.first_vertex[first], f.vertices.data() + f.first_vertex[end],
+            leaf, &sum);
+    // What float leaves of 1 less the square of a cosine near 1.
+    constexpr float kRounding2 = 0x1p-20f;
+    const float rise2 = sum.rise * sum.rise;
+    const float sine = std::sqrt(std::max(sum.sine2 + kRounding2, rise2 / (1 + rise2)));
+    if (!sum.known || !(sine < kWidest)) return {};
+    const float stray = 1 / sum.scale;
+    return {sine, stray, stray * sum.inv_reach};
+}
+
+NodeCone of_children(const Tree& tree, const Node& node, const std::vector<NodeCone>& cones) {
+    NodeCone sum{0, 0, 0};
+    for (uint32_t i = node.child(); i < node.child() + node.children(); ++i) {
+        const NodeCone& cone = cones[i];
+        const float turn = length(cross(to_vec(node.axis[2]), to_vec(tree.nodes[i].axis[2])));
+        if (!(cone.sine < kWidest && turn < kWidest)) return {};
+        // sin(a + b); both are below a quarter of pi.
+        const float sine =
+            turn * std::sqrt(1 - cone.sine * cone.sine) + cone.sine * std::sqrt(1 - turn * turn);
+        sum = {std::max(sum.sine, sine), std::max(sum.stray, cone.stray),
+               std::max(sum.stray_by_reach, cone.stray_by_reach)};
+    }
+    return sum.sine < kWidest ? sum : NodeCone{};
+}
+
+}  // namespace
+
+std::vector<NodeCone> make_cones(const Tree& tree) {
+    std::vector<NodeCone> cones(tree.nodes.size());
+    // Children come after their parents.
+    for (size_t i = tree.nodes.size(); i-- > 0;) {
+        const Node& node = tree.nodes[i];
+        cones[i] = node.is_leaf() ? of_leaf(tree, node) : of_children(tree, node, cones);
+    }
+    return cones;
+}
+
+}  // namespace openfab::nearest
