@@ -56,11 +56,9 @@ OPENFAB_INLINE void list_candidates(KernelScratch* scratch) {
             scratch->rows.reserve(count + left + 4);
             scratch->trees.reserve(count + left + 4);
             scratch->subs.reserve(count + left + 4 + 16);
-            for (int k = 0; k < 4; ++k) {
-                scratch->rows.data[count + k] = reinterpret_cast<const float*>(f + k);
-                scratch->trees.data[count + k] = e.tree;
-                scratch->subs.data[count + k] = subs;
-            }
+            store_four(scratch->rows.data + count, f, sizeof(Feature));
+            store_four(scratch->trees.data + count, e.tree, 0);
+            __builtin_memset(scratch->subs.data + count, subs, 4);
             count += static_cast<size_t>(end - f < 4 ? end - f : 4);
         }
     }

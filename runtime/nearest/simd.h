@@ -291,6 +291,21 @@ OPENFAB_INLINE void add_bit(uint32_t mask, int bit, uint8_t* bytes) {
     _mm_storeu_si128(to, _mm_or_si128(_mm_loadu_si128(to), set));
 }
 
+/// Writes four addresses, each `step` bytes after the one before.
+OPENFAB_INLINE void store_four(void* out, const void* first, size_t step) {
+    const auto at = reinterpret_cast<long long>(first);
+    const auto by = static_cast<long long>(step);
+#if defined(__AVX2__)
+    _mm256_storeu_si256(static_cast<__m256i*>(out),
+                        _mm256_add_epi64(_mm256_set1_epi64x(at),
+                                         _mm256_set_epi64x(3 * by, 2 * by, by, 0)));
+#else
+    __m128i* const to = static_cast<__m128i*>(out);
+    _mm_storeu_si128(to, _mm_add_epi64(_mm_set1_epi64x(at), _mm_set_epi64x(by, 0)));
+    _mm_storeu_si128(to + 1, _mm_add_epi64(_mm_set1_epi64x(at), _mm_set_epi64x(3 * by, 2 * by)));
+#endif
+}
+
 #if defined(__AVX2__)
 /// An 8 x 8 matrix of floats, rows to columns.
 OPENFAB_INLINE void transpose8(const float* const* rows, size_t first, F8* columns) {
