@@ -40,10 +40,11 @@ __attribute__((noinline)) void list_near_leaves(const BlockPlace& place, uint32_
         const size_t some = count - first < kLanes ? count - first : kLanes;
         const auto boxes = load_boxes<V>(list + first, some);
         const auto cones = load_cones<V>(list + first, some);
-        const V stray = stray_of(cones, place);
-        // The tangent; large where nothing is known.
-        const V lean =
-            cones.sine / sqrt(max(splat<V>(1.0f) - cones.sine * cones.sine, splat<V>(1e-6f)));
+        // The tangent; where nothing is known, no limit.
+        const auto known = cones.sine < splat<V>(1.0f);
+        const V cosine2 = splat<V>(1.0f) - cones.sine * cones.sine;
+        const V lean = select(known, cones.sine / sqrt(cosine2), zero);
+        const V stray = select(known, stray_of(cones, place), splat<V>(kInfinity));
         alignas(64) float lean_of[kLanes], stray_of_lane[kLanes];
         store(lean_of, lean);
         store(stray_of_lane, stray);

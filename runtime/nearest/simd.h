@@ -296,9 +296,9 @@ OPENFAB_INLINE void store_four(void* out, const void* first, size_t step) {
     const auto at = reinterpret_cast<long long>(first);
     const auto by = static_cast<long long>(step);
 #if defined(__AVX2__)
-    _mm256_storeu_si256(static_cast<__m256i*>(out),
-                        _mm256_add_epi64(_mm256_set1_epi64x(at),
-                                         _mm256_set_epi64x(3 * by, 2 * by, by, 0)));
+    _mm256_storeu_si256(
+        static_cast<__m256i*>(out),
+        _mm256_add_epi64(_mm256_set1_epi64x(at), _mm256_set_epi64x(3 * by, 2 * by, by, 0)));
 #else
     __m128i* const to = static_cast<__m128i*>(out);
     _mm_storeu_si128(to, _mm_add_epi64(_mm_set1_epi64x(at), _mm_set_epi64x(by, 0)));

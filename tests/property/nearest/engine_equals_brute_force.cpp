@@ -231,24 +231,28 @@ TEST(EngineEqualsBruteForce, TrianglesFarSmallerThanBlocks) {
     }
 }
 
-TEST(EngineEqualsBruteForce, NeighboursThatTieByRoundingAlone) {
-    // A sheet of fine triangles, voxel centres a little beside the lines over its vertices: there
-    // the vertex is as near as the face below in float, though no point nearest to it is there.
-    constexpr int kCells = 80;
-    constexpr float kSide = 0.02f;
+/// A flat open sheet of fine triangles, `cells` squares of `side` mm each way.
+TriangleMesh make_sheet(int cells, float side) {
     TriangleMesh sheet;
-    for (int y = 0; y <= kCells; ++y) {
-        for (int x = 0; x <= kCells; ++x)
-            sheet.add({static_cast<float>(x) * kSide, static_cast<float>(y) * kSide, 0});
+    for (int y = 0; y <= cells; ++y) {
+        for (int x = 0; x <= cells; ++x)
+            sheet.add({static_cast<float>(x) * side, static_cast<float>(y) * side, 0});
     }
-    for (int y = 0; y < kCells; ++y) {
-        for (int x = 0; x < kCells; ++x) {
-            const int32_t v = y * (kCells + 1) + x, above = v + kCells + 1;
+    for (int y = 0; y < cells; ++y) {
+        for (int x = 0; x < cells; ++x) {
+            const int32_t v = y * (cells + 1) + x, above = v + cells + 1;
             sheet.triangles.push_back({v, v + 1, above});
             sheet.triangles.push_back({v + 1, above + 1, above});
         }
     }
-    const MeshSurface surface(sheet);
+    return sheet;
+}
+
+TEST(EngineEqualsBruteForce, NeighboursThatTieByRoundingAlone) {
+    // Voxel centres a little beside the lines over a sheet's vertices: there the vertex is as near
+    // as the face below in float, though no point nearest to it is there.
+    constexpr float kSide = 0.02f;
+    const MeshSurface surface(make_sheet(80, kSide));
     for (const Vec3f& shift :
          {Vec3f{1e-4f, 1e-4f, 0}, Vec3f{-1e-4f, 0, 0}, Vec3f{-7e-5f, 1e-4f, 0}}) {
         Asked setup;
@@ -257,6 +261,22 @@ TEST(EngineEqualsBruteForce, NeighboursThatTieByRoundingAlone) {
         setup.lowest = {0, 0, -8};
         setup.blocks = {1, 1, 2};
         // Less than half a block's diagonal, so that these are blocks near the surface.
+        setup.radius = 50 * kSide;
+        check(surface, setup);
+    }
+}
+
+TEST(EngineEqualsBruteForce, BesideTheBorderOfASheet) {
+    // Packets all in the plane of the sheet, inside and outside of it, and others far from it.
+    constexpr float kSide = 0.02f;
+    const TriangleMesh sheet = make_sheet(80, kSide);
+    for (const int32_t per_patch : {0, 200}) {
+        const MeshSurface surface(sheet, per_patch);
+        Asked setup;
+        setup.pitch = {10 * kSide, 10 * kSide, 45 * kSide};
+        setup.origin = {0, 0, -22.5f * kSide};
+        setup.lowest = {-4, -4, -4};
+        setup.blocks = {2, 2, 1};
         setup.radius = 50 * kSide;
         check(surface, setup);
     }
