@@ -167,6 +167,8 @@ class BlockIndex {
     const KernelTable& kernels() const { return kernels_; }
     const Tree& root() const { return root_; }
     const NodeRanges& ranges() const { return *ranges_; }
+    /// Whether there are more patches that are diced than chunks of whole triangles.
+    bool mostly_diced() const { return diced_patches_ > chunks_.count(); }
     size_t bytes_to_come(size_t vertices) const {
         return chunks_.bytes_to_come(vertices) + diced_patches_ * (sizeof(Node) + 1);
     }
@@ -211,6 +213,7 @@ class BlockEngine final : public Engine {
         const Tree& root = index_->root();
         if (!root.nodes.empty()) input_.root = root.view();
         input_.root.ranges = &index_->ranges();
+        input_.walks = index_->mostly_diced();
         input_.frame = frame_.data();
         input_.shape = &shape_;
         input_.largest_coordinate = root.largest_coordinate;

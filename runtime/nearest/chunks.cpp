@@ -300,7 +300,7 @@ const TreeView* Chunks::make(int32_t id) const {
     const std::lock_guard lock(making_[c % making_.size()]);
     if (const Made* made = made_[c].load(std::memory_order_acquire)) return &made->view;
     const std::vector<InputTriangle> triangles = triangles_of(id);
-    Tree tree = build_tree(triangles, {}, whole_, ring_around(id, triangles));
+    Tree tree = build_tree(triangles, {}, {whole_, ring_around(id, triangles)});
     NodeRanges ranges(tree, surface_.ranges(), nullptr);
     const size_t bytes = tree.bytes() + ranges.bytes();
     auto made = std::make_unique<Made>(Made{std::move(tree), std::move(ranges), {}});

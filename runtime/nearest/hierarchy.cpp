@@ -20,8 +20,8 @@ namespace {
 class Builder {
   public:
     Builder(const std::vector<InputTriangle>& triangles, const std::vector<InputPatch>& patches,
-            const Box3f& whole, const std::vector<InputTriangle>& ring)
-        : triangles_(triangles), patches_(patches), whole_(whole), ring_(ring) {}
+            const TreeSurroundings& around)
+        : triangles_(triangles), patches_(patches), around_(around), whole_(around.whole) {}
 
     Tree build() {
         Tree tree;
@@ -48,7 +48,7 @@ class Builder {
         nodes_ = tree.nodes.data();
         make_triangles(&tree);
         tree.features = make_features(tree.frames, tree.details, make_ring());
-        tree.cones = make_cones(tree);
+        tree.cones = around_.diced ? std::vector<NodeCone>(tree.nodes.size()) : make_cones(tree);
         tree.largest_coordinate = largest_;
         tree.spacing = spacing(tree.nodes[0]);
         for (const TriangleDetail& d : tree.details)
@@ -132,10 +132,10 @@ class Builder {
 
     TriangleList make_ring() const {
         TriangleList ring;
-        ring.frames.resize(ring_.size());
-        ring.details.resize(ring_.size());
-        for (size_t i = 0; i < ring_.size(); ++i) {
-            const InputTriangle& t = ring_[i];
+        ring.frames.resize(around_.ring.size());
+        ring.details.resize(around_.ring.size());
+        for (size_t i = 0; i < around_.ring.size(); ++i) {
+            const InputTriangle& t = around_.ring[i];
             make_triangle(t.v[0], t.v[1], t.v[2], t.patch, t.triangle, &ring.frames[i],
                           &ring.details[i]);
         }
@@ -210,7 +210,8 @@ class Builder {
 
     bool is_leaf(const Box3f& box, size_t begin, size_t end) const {
         if (end - begin == 1) return true;
-        if (end - begin > kMaxLeafTriangles) return false;
+        const int32_t most = around_.diced ? kMaxDicedLeafTriangles : kMaxLeafTriangles;
+        if (end - begin > static_cast<size_t>(most)) return false;
         // Large triangles, as those of a card, stand alone: a box around several of them would span
         // the part, and bounds of a cube, which come from boxes, would tell nothing.
         constexpr float kLargeLeaf = 1.0f / 8;
@@ -287,9 +288,9 @@ class Builder {
 
     const std::vector<InputTriangle>& triangles_;
     const std::vector<InputPatch>& patches_;
+    const TreeSurroundings& around_;
     std::vector<Item> items_;
     Box3f whole_;
-    const std::vector<InputTriangle>& ring_;
     Node* nodes_ = nullptr;
     std::atomic<size_t> used_{1};
     float largest_ = 0;
@@ -298,8 +299,8 @@ class Builder {
 }  // namespace
 
 Tree build_tree(const std::vector<InputTriangle>& triangles, const std::vector<InputPatch>& patches,
-                const Box3f& whole, const std::vector<InputTriangle>& ring) {
-    return Builder(triangles, patches, whole, ring).build();
+                const TreeSurroundings& around) {
+    return Builder(triangles, patches, around).build();
 }
 
 }  // namespace openfab::nearest

@@ -40,6 +40,7 @@ struct alignas(64) Node {
 class NodeRanges;
 
 constexpr int32_t kMaxLeafTriangles = 6;
+constexpr int32_t kMaxDicedLeafTriangles = 4;  ///< in the tree of a diced patch
 constexpr uint32_t kMaxChildren = 4;
 /// More triangles or patches than a leaf's link can name.
 constexpr int64_t kMaxItems = int64_t{1} << 28;
@@ -102,10 +103,18 @@ struct InputPatch {
     const Vec3f* corners = nullptr;  ///< 8, of a closer box in `bounds`, where there is one
 };
 
+/// What a tree's triangles are a part of.
+struct TreeSurroundings {
+    Box3f whole;                      ///< a box of more than these, or empty
+    std::vector<InputTriangle> ring;  ///< others that share a vertex with them (make_features)
+    /// They are a diced patch: its tree is small, made for a short time, and walked through
+    /// (kernel_near.inl). Its leaves have fewer triangles, its cones are not made out.
+    bool diced = false;
+};
+
 /// Builds by surface area over centroids; in this thread alone where there are few triangles. The
-/// shape of the tree never shows in an answer. If these triangles are a part of something, `whole`
-/// is a box of more than these, and `ring` others that share a vertex with them (make_features).
+/// shape of the tree never shows in an answer.
 Tree build_tree(const std::vector<InputTriangle>& triangles, const std::vector<InputPatch>& patches,
-                const Box3f& whole = {}, const std::vector<InputTriangle>& ring = {});
+                const TreeSurroundings& around = {});
 
 }  // namespace openfab::nearest

@@ -117,6 +117,9 @@ struct KernelInput {
     const float* frame = nullptr;  ///< OPENFAB_FRAME_COUNT values
     const BlockShape* shape = nullptr;
     float largest_coordinate = 0;
+    /// Most of the surface is diced: half of a patch's leaves lie at its border, where normal cones
+    /// are not known, so blocks near it are searched by walks.
+    bool walks = false;
     uint64_t engine = 0;  ///< serial number, from 1
 };
 

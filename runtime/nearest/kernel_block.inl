@@ -102,6 +102,14 @@ void clear(BlockAnswer* answer) {
         answer->bary2[i] = 0;
 }
 
+/// Puts the leaves below the entries of the list in their place.
+OPENFAB_INLINE void open_list(const BoxOfPoints& box, Domination* rows, KernelScratch* scratch) {
+    for (size_t i = 0; i < scratch->list.size; ++i)
+        scratch->stack.push(scratch->list.data[i]);
+    scratch->list.size = 0;
+    collect(box, 0.0f, true, nullptr, rows, scratch);
+}
+
 void query(const KernelInput& in, const BlockQuery& q, KernelScratch* scratch,
            BlockAnswer* answer) {
     clear(answer);
@@ -133,14 +141,21 @@ void query(const KernelInput& in, const BlockQuery& q, KernelScratch* scratch,
         make_place(in, q.block, farthest2 < radius2 ? farthest2 : radius2, box.delta);
     const float half_diagonal = in.shape->half_diagonal;
     const bool near = place.reach < kNear * half_diagonal;
+    const bool by_cones = near && !in.walks;
+    const float stop = near && in.walks ? kSearchFrom * half_diagonal : 0.0f;
     scratch->list.size = 0;
     scratch->stack.push({&in.root, 0});
-    collect(box, 0.0f, true, near ? &place : nullptr, &rows, scratch);
+    collect(box, stop * stop, true, by_cones ? &place : nullptr, &rows, scratch);
     if (near && is_dense(*scratch, half_diagonal)) {
-        list_near_leaves(place, quarters, scratch);
-        query_near(in, q, place, quarters, asked, box.delta, scratch, answer);
+        if (in.walks) {
+            query_walks(in, q, place, quarters, asked, box.delta, scratch, answer);
+        } else {
+            list_near_leaves(place, quarters, scratch);
+            query_near(in, q, place, quarters, asked, box.delta, scratch, answer);
+        }
         return;
     }
+    if (stop > 0) open_list(box, &rows, scratch);
     place.excess = least_excess(place, *scratch);
     narrow_to_sub_blocks(in, q, subs, scratch);
     collect_features(place, subs, scratch);

@@ -1,15 +1,16 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Blocks near the surface: the leaves that may be nearest to the voxels of each quarter of a
-// sub-block, by their normal cones (nearest/cones.h), and the voxels against them. Part of
-// kernel.inl.
+// Blocks near the surface, packet by packet: against the leaves that may be nearest to its quarter
+// of a sub-block by their normal cones (nearest/cones.h), or by a walk. Part of kernel.inl.
 
 /// Blocks are near where what is nearest to them is no farther than this, in half diagonals of a
 /// block, and searched as below where their triangles are dense: there they outnumber the voxels
 /// that ask. Else taking triangles apart for all of those at once costs less (bench/README.md).
 constexpr float kNear = 1.0f;
 constexpr float kDense = 4.0f;  ///< half diagonals of a block in spacings of triangles
+/// Nodes no larger than this, in half diagonals of the block, are where walks begin.
+constexpr float kSearchFrom = 1.5f;
 
 /// Whether triangles are dense where the list's entries are.
 OPENFAB_INLINE bool is_dense(const KernelScratch& scratch, float half_diagonal) {
@@ -96,22 +97,18 @@ OPENFAB_INLINE V near_distance2(const NearLeaf& leaf, const PointsOf<V>& p) {
     return select(max(d[0], d[1]) <= across, distance2, splat<V>(kInfinity));
 }
 
-/// The voxels of `quarters` that ask, each packet against what is listed for its quarter.
-__attribute__((noinline)) void query_near(const KernelInput& in, const BlockQuery& q,
-                                          const BlockPlace& place, uint32_t quarters,
-                                          const uint8_t* asked, float delta, KernelScratch* scratch,
-                                          BlockAnswer* answer) {
-    using V = Widest;
+/// The voxels of `quarters` that ask: find(quarter, &search) for each of their packets.
+template <typename V, typename Find>
+OPENFAB_INLINE void query_packets(const KernelInput& in, const BlockQuery& q,
+                                  const BlockPlace& place, uint32_t quarters, const uint8_t* asked,
+                                  float delta, KernelScratch* scratch, BlockAnswer* answer,
+                                  const Find& find) {
     constexpr int kParts = V::kLanes / 8;
-    const NearLeaves& near = scratch->near;
     const V radius2 = splat<V>(q.radius_mm * q.radius_mm);
     const V reach2 = splat<V>(place.reach * place.reach);
     WarmStart warm = scratch->warm;
     for (; quarters != 0; quarters &= quarters - 1) {
         const int quarter = __builtin_ctz(quarters);
-        const uint32_t* places = near.places.data + static_cast<size_t>(quarter) * near.stride;
-        const uint32_t count = near.count[quarter];
-        if (count == 0) continue;
         for (int packet = 2 * quarter; packet < 2 * quarter + 2; packet += kParts) {
             uint32_t lanes = 0;
             for (int h = 0; h < kParts; ++h)
@@ -120,14 +117,7 @@ __attribute__((noinline)) void query_near(const KernelInput& in, const BlockQuer
             SearchOf<V> s;
             s.p = voxel_centres<V>(in, q.block, packet);
             begin_search(lanes, warm_distance2(warm, s.p, reach2), splat<V>(delta), scratch, &s);
-            ComingLeaf<V> coming;
-            for (uint32_t i = 0; i < count; ++i) {
-                const NearLeaf& leaf = near.leaves.data[places[i]];
-                const V distance2 = near_distance2(leaf, s.p);
-                if (any(distance2 <= s.limit)) coming.follow(leaf.entry, distance2, scratch, &s);
-            }
-            coming.offer(scratch, &s);
-            scratch->counts->node_tests += int64_t{count} * kParts;
+            find(quarter, &s);
             const uint32_t found = lanes & found_within(s.best, radius2);
             if (found == 0) continue;
             const FeaturesOfLeaves leaves{*scratch};
@@ -144,4 +134,40 @@ __attribute__((noinline)) void query_near(const KernelInput& in, const BlockQuer
                        });
         }
     }
+}
+
+/// Each packet against what is listed for its quarter.
+__attribute__((noinline)) void query_near(const KernelInput& in, const BlockQuery& q,
+                                          const BlockPlace& place, uint32_t quarters,
+                                          const uint8_t* asked, float delta, KernelScratch* scratch,
+                                          BlockAnswer* answer) {
+    using V = Widest;
+    const NearLeaves& near = scratch->near;
+    query_packets<V>(
+        in, q, place, quarters, asked, delta, scratch,
+        answer, [&](int quarter, SearchOf<V>* s) __attribute__((always_inline)) {
+            const uint32_t* places = near.places.data + static_cast<size_t>(quarter) * near.stride;
+            const uint32_t count = near.count[quarter];
+            ComingLeaf<V> coming;
+            for (uint32_t i = 0; i < count; ++i) {
+                const NearLeaf& leaf = near.leaves.data[places[i]];
+                const V distance2 = near_distance2(leaf, s->p);
+                if (any(distance2 <= s->limit)) coming.follow(leaf.entry, distance2, scratch, s);
+            }
+            coming.offer(scratch, s);
+            scratch->counts->node_tests += int64_t{count} * V::kLanes / 8;
+        });
+}
+
+/// Each packet by a walk below the entries of the list.
+__attribute__((noinline)) void query_walks(const KernelInput& in, const BlockQuery& q,
+                                           const BlockPlace& place, uint32_t quarters,
+                                           const uint8_t* asked, float delta,
+                                           KernelScratch* scratch, BlockAnswer* answer) {
+    using V = Widest;
+    query_packets<V>(
+        in, q, place, quarters, asked, delta, scratch,
+        answer, [&](int, SearchOf<V>* s) __attribute__((always_inline)) {
+            search(scratch->list.data, scratch->list.size, scratch, s);
+        });
 }

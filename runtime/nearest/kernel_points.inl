@@ -30,7 +30,7 @@ void points(const KernelInput& in, const PointGroup* groups, size_t count, float
         // No point is farther from the surface than from all of the box around it.
         const F8 start2 = min(radius2, node_far2(in.root.nodes[0], s.p));
         begin_search(asked, warm_distance2(scratch->warm_points, s.p, start2), delta, scratch, &s);
-        search(root, scratch, &s);
+        search(&root, 1, scratch, &s);
         const uint32_t found = asked & found_within(s.best, radius2);
         if (found == 0) continue;
         const FeaturesOfLeaves leaves{*scratch};

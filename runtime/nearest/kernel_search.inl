@@ -127,10 +127,10 @@ struct ComingLeaf {
     }
 };
 
-/// Searches below `start`. Nodes wait on the stack with their distances in list_distance2, place
-/// for place.
+/// Searches below the entries `starts`. Nodes wait on the stack with their distances in
+/// list_distance2, place for place.
 template <typename V>
-__attribute__((noinline)) void search(const Entry& start, KernelScratch* scratch,
+__attribute__((noinline)) void search(const Entry* starts, size_t count, KernelScratch* scratch,
                                       SearchOf<V>* result) {
     SearchOf<V> local = *result;
     SearchOf<V>* const s = &local;
@@ -141,7 +141,11 @@ __attribute__((noinline)) void search(const Entry& start, KernelScratch* scratch
         scratch->list_distance2.reserve(place + 1);
         store(scratch->list_distance2.data[place].v, distance2);
     };
-    wait(start, node_distance2(start.tree->nodes[start.node], s->p));
+    for (size_t i = 0; i < count; ++i) {
+        const V distance2 = node_distance2(starts[i].tree->nodes[starts[i].node], s->p);
+        if (bits(distance2 <= s->limit) != 0) wait(starts[i], distance2);
+    }
+    scratch->counts->node_tests += static_cast<int64_t>(count) * V::kLanes / 8;
     ComingLeaf<V> coming;
     while (scratch->stack.size != 0) {
         const size_t top = --scratch->stack.size;

@@ -24,7 +24,7 @@ std::shared_ptr<const PatchTree> PatchCache::get(const surface::Surface& surface
     std::vector<InputTriangle> triangles;
     append_triangles(*surface.micro(patch), patch, &triangles);
     auto made = std::make_shared<PatchTree>();
-    made->tree = build_tree(triangles, {});
+    made->tree = build_tree(triangles, {}, {.diced = true});
     if (!made->tree.nodes.empty()) made->view = made->tree.view();
     return trees_.insert(key, std::move(made));
 }
