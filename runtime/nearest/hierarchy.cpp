@@ -47,12 +47,12 @@ class Builder {
         }
         nodes_ = tree.nodes.data();
         make_triangles(&tree);
-        tree.features = make_features(tree.frames, tree.details, make_ring());
+        const TriangleList ring = make_ring();
+        tree.features = make_features(tree.frames, tree.details, ring);
         tree.cones = around_.diced ? std::vector<NodeCone>(tree.nodes.size()) : make_cones(tree);
         tree.largest_coordinate = largest_;
         tree.spacing = spacing(tree.nodes[0]);
-        for (const TriangleDetail& d : tree.details)
-            tree.longest_edge = std::max(tree.longest_edge, std::ldexp(d.margin, 23) * 1.0001f);
+        tree.longest_edge = std::max(longest_edge(tree.details), longest_edge(ring.details));
         return tree;
     }
 
@@ -128,6 +128,14 @@ class Builder {
                                                   : static_cast<uint32_t>(place_of(node.first()));
             node.link = Node::kLeaf | node.count() << 28 | first;
         });
+    }
+
+    /// At least that: margins are in proportion (nearest/triangle.h).
+    static float longest_edge(const std::vector<TriangleDetail>& details) {
+        float margin = 0;
+        for (const TriangleDetail& d : details)
+            margin = std::max(margin, d.margin);
+        return std::ldexp(margin, 23) * 1.0001f;
     }
 
     TriangleList make_ring() const {

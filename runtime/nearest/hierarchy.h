@@ -69,7 +69,7 @@ struct Tree {
     std::vector<NodeCone> cones;   ///< of nodes
     float largest_coordinate = 0;  ///< of any vertex or box corner, mm
     float spacing = 0;             ///< how far apart triangles are, about, mm; 0 without any
-    float longest_edge = 0;        ///< of any triangle, mm
+    float longest_edge = 0;        ///< of any triangle here or in its ring, mm
 
     TreeView view() const {
         return {nodes.data(),
