@@ -244,9 +244,10 @@ size_t Chunks::bytes_to_come(size_t vertices) const {
         static_cast<size_t>(surface_.ranges().float_components + surface_.ranges().int_components);
     // Leaves hold three triangles or more, and are most of the nodes.
     const size_t all =
-        order_.size() * (sizeof(TriangleFrame) + sizeof(TriangleDetail) + 2 * sizeof(uint32_t) +
-                         (sizeof(Node) + sizeof(NodeCone)) / 2) +
+        order_.size() * (sizeof(TriangleFrame) + sizeof(TriangleDetail) +
+                         (sizeof(Node) + sizeof(NodeCone) + sizeof(LeafFeatures)) / 2) +
         edges * sizeof(EdgeFeature) + vertices * sizeof(VertexFeature) +
+        (order_.size() + edges + vertices) * HalfSpaces::kValues * sizeof(int16_t) +
         count() * (sizeof(Made) + 1024) + order_.size() * 8 * components;
     return static_cast<size_t>(static_cast<double>(all) * static_cast<double>(triangles) /
                                static_cast<double>(order_.size()));

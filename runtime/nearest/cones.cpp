@@ -43,8 +43,8 @@ void add(const TriangleFrame& face, const Node& node, Sum* sum) {
 }
 
 /// Its cone lies between the normals of its faces, of which the first is a leaf's own.
-void add(const EdgeFeature& edge, const Node& node, Sum* sum) {
-    const Vec3f own = to_vec(edge.wing[0]), other = to_vec(edge.wing[1]);
+void add(const EdgeFeature& edge, const EdgeSides& sides, const Node& node, Sum* sum) {
+    const Vec3f own = to_vec(sides.wing[0]), other = to_vec(sides.wing[1]);
     const float scale2 = std::min(dot(own, own), dot(other, other));
     if (!(scale2 >= kLeastScale * kLeastScale) || !(dot(own, other) < 0)) {
         sum->known = false;
@@ -55,13 +55,13 @@ void add(const EdgeFeature& edge, const Node& node, Sum* sum) {
     // A wing leans from the plane across the axis by no more than the normal does from the axis.
     constexpr float kLeastCosine = 0.7f;
     sum->scale = std::min(sum->scale, kLeastCosine * std::sqrt(scale2));
-    sum->inv_reach = std::max(sum->inv_reach, edge.inv_reach);
+    sum->inv_reach = std::max(sum->inv_reach, sides.inv_reach);
 }
 
 /// Of two edges that follow each other around the axis, one is within half their angle of any
 /// direction between them, and rises no faster than the steepest does.
-void add(const VertexFeature& vertex, const Node& node, Sum* sum) {
-    constexpr int kMost = VertexFeature::kMaxDirections;
+void add(const VertexSides& vertex, const Node& node, Sum* sum) {
+    constexpr int kMost = VertexSides::kMaxDirections;
     float x[kMost], y[kMost], rise[kMost], least_across = 1;
     int count = 0;
     for (const auto& direction : vertex.direction) {
@@ -97,21 +97,16 @@ void add(const VertexFeature& vertex, const Node& node, Sum* sum) {
     sum->inv_reach = std::max(sum->inv_reach, vertex.inv_reach);
 }
 
-template <typename Feature>
-void add_all(const Feature* begin, const Feature* end, const Node& node, Sum* sum) {
-    for (const Feature* f = begin; f != end && sum->known; ++f)
-        add(*f, node, sum);
-}
-
-NodeCone of_leaf(const Tree& tree, const Node& leaf) {
+NodeCone of_leaf(const Tree& tree, const Features& f, const Node& leaf) {
     if (leaf.count() == 0) return {};
     Sum sum;
     const size_t first = leaf.first(), end = first + leaf.count();
-    const Features& f = tree.features;
-    add_all(tree.frames.data() + first, tree.frames.data() + end, leaf, &sum);
-    add_all(f.edges.data() + f.first_edge[first], f.edges.data() + f.first_edge[end], leaf, &sum);
-    add_all(f.vertices.data() + f.first_vertex[first], f.vertices.data() + f.first_vertex[end],
-            leaf, &sum);
+    for (size_t i = first; i < end; ++i)
+        add(tree.frames[i], leaf, &sum);
+    for (size_t i = f.first_edge[first]; i < f.first_edge[end] && sum.known; ++i)
+        add(f.edges[i], f.edge_sides[i], leaf, &sum);
+    for (size_t i = f.first_vertex[first]; i < f.first_vertex[end] && sum.known; ++i)
+        add(f.vertex_sides[i], leaf, &sum);
     // What float leaves of 1 less the square of a cosine near 1.
     constexpr float kRounding2 = 0x1p-20f;
     const float rise2 = sum.rise * sum.rise;
@@ -138,12 +133,12 @@ NodeCone of_children(const Tree& tree, const Node& node, const std::vector<NodeC
 
 }  // namespace
 
-std::vector<NodeCone> make_cones(const Tree& tree) {
+std::vector<NodeCone> make_cones(const Tree& tree, const Features& features) {
     std::vector<NodeCone> cones(tree.nodes.size());
     // Children come after their parents.
     for (size_t i = tree.nodes.size(); i-- > 0;) {
         const Node& node = tree.nodes[i];
-        cones[i] = node.is_leaf() ? of_leaf(tree, node) : of_children(tree, node, cones);
+        cones[i] = node.is_leaf() ? of_leaf(tree, features, node) : of_children(tree, node, cones);
     }
     return cones;
 }

@@ -12,6 +12,7 @@
 
 namespace openfab::nearest {
 
+struct Features;
 struct Tree;
 
 struct NodeCone {
@@ -24,7 +25,7 @@ struct NodeCone {
     float stray = 0, stray_by_reach = 0;
 };
 
-/// Of each node of the tree, from its boxes and features.
-std::vector<NodeCone> make_cones(const Tree& tree);
+/// Of each node of the tree, whose features these are.
+std::vector<NodeCone> make_cones(const Tree& tree, const Features& features);
 
 }  // namespace openfab::nearest

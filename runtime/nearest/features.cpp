@@ -32,6 +32,16 @@ struct Spoke {
     uint32_t edge;      ///< of that triangle
 };
 
+/// A feature with what is known of its surroundings.
+struct Edge {
+    EdgeFeature feature;
+    EdgeSides sides;
+};
+struct Vertex {
+    VertexFeature feature;
+    VertexSides sides;
+};
+
 /// The features of triangles that follow each other in the tree. Those of the ring come after them.
 class Builder {
   public:
@@ -42,14 +52,14 @@ class Builder {
     Features build() {
         const uint32_t own = number_vertices();
         sort_corners();
-        std::vector<EdgeFeature> edges;
-        std::vector<VertexFeature> vertices;
+        std::vector<Edge> edges;
+        std::vector<Vertex> vertices;
         std::vector<Spoke> spokes;
         for (uint32_t v = 0; v < own; ++v)
             add_vertex(v, own, &spokes, &edges, &vertices);
         Features out;
-        place(edges, &out.first_edge, &out.edges);
-        place(vertices, &out.first_vertex, &out.vertices);
+        place(edges, &out.first_edge, &out.edges, &out.edge_sides);
+        place(vertices, &out.first_vertex, &out.vertices, &out.vertex_sides);
         return out;
     }
 
@@ -96,8 +106,8 @@ class Builder {
         return precedes(da.patch, da.triangle, db.patch, db.triangle);
     }
 
-    void add_vertex(uint32_t v, uint32_t own, std::vector<Spoke>* spokes,
-                    std::vector<EdgeFeature>* edges, std::vector<VertexFeature>* vertices) const {
+    void add_vertex(uint32_t v, uint32_t own, std::vector<Spoke>* spokes, std::vector<Edge>* edges,
+                    std::vector<Vertex>* vertices) const {
         spokes->clear();
         uint32_t owner = corner_[first_corner_[v]];
         for (uint32_t i = first_corner_[v]; i < first_corner_[v + 1]; ++i) {
@@ -126,15 +136,15 @@ class Builder {
         }
     }
 
-    VertexFeature make_vertex(uint32_t v, uint32_t owner, const std::vector<Spoke>& spokes) const {
-        VertexFeature f{};
-        store(numbers_.positions()[v], f.v);
-        f.owner_corner = owner / 3 << 2 | owner % 3;
-        const float* n = frames_[f.owner()].n;
-        Vec3f up{}, down{}, along_edge[VertexFeature::kMaxEdges];
+    Vertex make_vertex(uint32_t v, uint32_t owner, const std::vector<Spoke>& spokes) const {
+        Vertex out{};
+        store(numbers_.positions()[v], out.feature.v);
+        out.feature.owner_corner = owner / 3 << 2 | owner % 3;
+        const float* n = frames_[out.feature.owner()].n;
+        Vec3f up{}, down{}, along_edge[VertexSides::kMaxEdges];
         float shortest = std::numeric_limits<float>::infinity();
         int edges = 0, ups = 0;
-        for (size_t i = 0; i < spokes.size() && edges < VertexFeature::kMaxEdges; ++i) {
+        for (size_t i = 0; i < spokes.size() && edges < VertexSides::kMaxEdges; ++i) {
             if (i > 0 && spokes[i].other == spokes[i - 1].other) continue;
             const Vec3f along = numbers_.positions()[spokes[i].other] - numbers_.positions()[v];
             const float l = length(along);
@@ -146,14 +156,15 @@ class Builder {
             (above ? up : down) = (above ? up : down) + u;
             ups += above ? 1 : 0;
         }
-        f.inv_reach = 1.0f / shortest;
+        VertexSides& sides = out.sides;
+        sides.inv_reach = 1.0f / shortest;
         int count = 0;
-        if (ups > 1) store(up * (1.0f / static_cast<float>(ups)), f.direction[count++]);
+        if (ups > 1) store(up * (1.0f / static_cast<float>(ups)), sides.direction[count++]);
         if (edges - ups > 1)
-            store(down * (1.0f / static_cast<float>(edges - ups)), f.direction[count++]);
+            store(down * (1.0f / static_cast<float>(edges - ups)), sides.direction[count++]);
         for (int i = 0; i < edges; ++i)
-            store(along_edge[i], f.direction[count++]);
-        return f;
+            store(along_edge[i], sides.direction[count++]);
+        return out;
     }
 
     struct Wing {
@@ -171,46 +182,51 @@ class Builder {
         return {height / reach, reach};
     }
 
-    EdgeFeature make_edge(uint32_t v, const Spoke* begin, const Spoke* end) const {
-        EdgeFeature f{};
+    Edge make_edge(uint32_t v, const Spoke* begin, const Spoke* end) const {
+        Edge out{};
         const Vec3f &p = numbers_.positions()[v], &q = numbers_.positions()[begin->other];
         const bool p_first = std::tie(p.x, p.y, p.z) < std::tie(q.x, q.y, q.z);
         const Vec3f a = p_first ? p : q, b = p_first ? q : p;
         const Vec3f ab = b - a;
+        EdgeFeature& f = out.feature;
         store(a, f.a);
         store(ab, f.ab);
         f.length2 = (ab.x * ab.x + ab.y * ab.y) + ab.z * ab.z;
         f.inv_length2 = 1.0f / f.length2;
         f.owner_edge = begin->triangle << 3 |
                        (details_[begin->triangle].flags >> begin->edge & 1u) << 2 | begin->edge;
+        EdgeSides& sides = out.sides;
         const Wing own = wing(begin->triangle, begin->edge);
-        store(to_vec(frames_[begin->triangle].m[begin->edge]) * own.rho, f.wing[0]);
-        float reach = own.reach;
+        store(to_vec(frames_[begin->triangle].m[begin->edge]) * own.rho, sides.wing[0]);
         Wing best;
         for (const Spoke* s = begin + 1; s != end; ++s) {
             const Wing w = wing(s->triangle, s->edge);
             if (!(w.rho > best.rho)) continue;
             best = w;
-            store(to_vec(frame(s->triangle).m[s->edge]) * w.rho, f.wing[1]);
+            store(to_vec(frame(s->triangle).m[s->edge]) * w.rho, sides.wing[1]);
         }
-        if (best.rho > 0) reach = own.rho > 0 ? std::min(reach, best.reach) : best.reach;
-        f.inv_reach = 1.0f / reach;
-        return f;
+        for (const Wing& w : {own, best})
+            if (w.rho > 0) sides.inv_reach = std::max(sides.inv_reach, 1.0f / w.reach);
+        return out;
     }
 
     /// Sorts features by their owners.
-    template <typename Feature>
-    void place(const std::vector<Feature>& list, std::vector<uint32_t>* first,
-               std::vector<Feature>* out) const {
+    template <typename Known, typename Feature, typename Sides>
+    void place(const std::vector<Known>& list, std::vector<uint32_t>* first,
+               std::vector<Feature>* features, std::vector<Sides>* sides) const {
         first->assign(count_ + 1, 0);
-        for (const Feature& f : list)
-            ++(*first)[f.owner() + 1];
+        for (const Known& k : list)
+            ++(*first)[k.feature.owner() + 1];
         for (size_t t = 0; t < count_; ++t)
             (*first)[t + 1] += (*first)[t];
-        out->resize(list.size());
+        features->resize(list.size());
+        sides->resize(list.size());
         std::vector<uint32_t> next(first->begin(), first->end() - 1);
-        for (const Feature& f : list)
-            (*out)[next[f.owner()]++] = f;
+        for (const Known& k : list) {
+            const uint32_t at = next[k.feature.owner()]++;
+            (*features)[at] = k.feature;
+            (*sides)[at] = k.sides;
+        }
     }
 
     const TriangleFrame* frames_;
@@ -266,7 +282,9 @@ Features make_features(const std::vector<TriangleFrame>& frames,
     }
     Features out;
     tbb::parallel_invoke([&] { out.edges.resize(edges.back()); },
-                         [&] { out.vertices.resize(vertices.back()); });
+                         [&] { out.vertices.resize(vertices.back()); },
+                         [&] { out.edge_sides.resize(edges.back()); },
+                         [&] { out.vertex_sides.resize(vertices.back()); });
     out.first_edge.assign(count + 1, static_cast<uint32_t>(edges.back()));
     out.first_vertex.assign(count + 1, static_cast<uint32_t>(vertices.back()));
     tbb::parallel_for(size_t{0}, chunks.size(), [&](size_t c) {
@@ -275,6 +293,10 @@ Features make_features(const std::vector<TriangleFrame>& frames,
                &out.first_edge);
         append(f.vertices, f.first_vertex, c * kChunk, vertices[c], 2, &VertexFeature::owner_corner,
                &out.vertices, &out.first_vertex);
+        std::copy(f.edge_sides.begin(), f.edge_sides.end(),
+                  out.edge_sides.begin() + static_cast<ptrdiff_t>(edges[c]));
+        std::copy(f.vertex_sides.begin(), f.vertex_sides.end(),
+                  out.vertex_sides.begin() + static_cast<ptrdiff_t>(vertices[c]));
         chunks[c] = {};
     });
     return out;

@@ -8,10 +8,10 @@
 // trees meet that do not know each other, as those of displaced patches, each side has its own:
 // then two features tie, and the lower owner wins as between any others.
 //
-// They also hold what tells that no point of a box is nearest to them: the part of space that is
-// nearest to the inside of an edge lies beyond that edge's line for every face at it, and the part
-// that is nearest to a vertex lies behind it for every edge at it. Most edges and vertices drop out
-// by that, all convex ones as seen from within the part.
+// Their sides tell that no point of a box is nearest to them: the part of space that is nearest to
+// the inside of an edge lies beyond that edge's line for every face at it, and the part that is
+// nearest to a vertex lies behind it for every edge at it. Most edges and vertices drop out by
+// that, all convex ones as seen from within the part.
 
 #include <cstdint>
 #include <vector>
@@ -22,48 +22,51 @@ namespace openfab::nearest {
 
 /// One edge, from the end a that comes first in lexicographic order of position. Edges without
 /// length are left out.
-struct alignas(64) EdgeFeature {
+struct EdgeFeature {
     float a[3];
     float ab[3];  ///< to the other end
     float length2, inv_length2;
-    /// Unit normals in the planes of two faces at the edge, inwards, times the face's height over
-    /// the edge divided by its longest other side; zero where there is no such face. A point that
-    /// is s > 0 along one, and nearest to a point inside the edge, is nearer to that face, squared
-    /// distances differing by s² or s times that side, whichever is less.
-    float wing[2][3];
-    float inv_reach;      ///< 1 / the shorter such side
     uint32_t owner_edge;  ///< bits 0..1: the owner's edge i = (v_i, v_{i+1}); bit 2: v_{i+1} is a;
                           ///< above, the owner's place in the tree
 
     uint32_t owner() const { return owner_edge >> 3; }
 };
 
-/// One vertex, with directions in which the surface leaves it.
-struct alignas(64) VertexFeature {
+struct VertexFeature {
+    float v[3];
+    uint32_t owner_corner;  ///< bits 0..1: the owner's corner; above, its place in the tree
+
+    uint32_t owner() const { return owner_corner >> 2; }
+};
+
+/// How the surface lies at an edge.
+struct EdgeSides {
+    /// Unit normals in the planes of two faces at the edge, inwards, times the face's height over
+    /// the edge divided by its longest other side; zero where there is no such face. A point that
+    /// is s > 0 along one, and nearest to a point inside the edge, is nearer to that face, squared
+    /// distances differing by s² or s times that side, whichever is less.
+    float wing[2][3];
+    float inv_reach;  ///< 1 / the shorter such side; 0 where there is no face
+};
+
+/// Directions in which the surface leaves a vertex.
+struct VertexSides {
     static constexpr int kMaxEdges = 6;
     /// Unit vectors along edges, and up to two means of those: where p - v has a large component
     /// along a mean, it has one along an edge.
     static constexpr int kMaxDirections = kMaxEdges + 2;
 
-    float v[3];
-    float inv_reach;        ///< 1 / the shortest of those edges
-    uint32_t owner_corner;  ///< bits 0..1: the owner's corner; above, its place in the tree
     float direction[kMaxDirections][3];  ///< the rest is zero
-
-    uint32_t owner() const { return owner_corner >> 2; }
+    float inv_reach;                     ///< 1 / the shortest of those edges; 0 without any
 };
 
 /// In the order of their owners: those of triangle t are [first[t], first[t + 1]).
 struct Features {
     std::vector<EdgeFeature> edges;
+    std::vector<EdgeSides> edge_sides;  ///< of each edge
     std::vector<VertexFeature> vertices;
+    std::vector<VertexSides> vertex_sides;
     std::vector<uint32_t> first_edge, first_vertex;
-
-    size_t bytes() const {
-        return edges.capacity() * sizeof(EdgeFeature) +
-               vertices.capacity() * sizeof(VertexFeature) +
-               (first_edge.capacity() + first_vertex.capacity()) * sizeof(uint32_t);
-    }
 };
 
 struct TriangleList {

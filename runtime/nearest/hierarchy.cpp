@@ -48,8 +48,12 @@ class Builder {
         nodes_ = tree.nodes.data();
         make_triangles(&tree);
         const TriangleList ring = make_ring();
-        tree.features = make_features(tree.frames, tree.details, ring);
-        tree.cones = around_.diced ? std::vector<NodeCone>(tree.nodes.size()) : make_cones(tree);
+        Features features = make_features(tree.frames, tree.details, ring);
+        tree.cones =
+            around_.diced ? std::vector<NodeCone>(tree.nodes.size()) : make_cones(tree, features);
+        make_leaf_features(features, &tree);
+        tree.edges = std::move(features.edges);
+        tree.vertices = std::move(features.vertices);
         tree.largest_coordinate = largest_;
         tree.spacing = spacing(tree.nodes[0]);
         tree.longest_edge = std::max(longest_edge(tree.details), longest_edge(ring.details));

@@ -12,6 +12,7 @@
 #include "runtime/base/vec.h"
 #include "runtime/nearest/cones.h"
 #include "runtime/nearest/features.h"
+#include "runtime/nearest/leaf_features.h"
 #include "runtime/nearest/triangle.h"
 
 namespace openfab::nearest {
@@ -53,8 +54,8 @@ struct TreeView {
     const TriangleDetail* details = nullptr;
     const EdgeFeature* edges = nullptr;
     const VertexFeature* vertices = nullptr;
-    const uint32_t* first_edge = nullptr;  ///< of each triangle, and one more
-    const uint32_t* first_vertex = nullptr;
+    const LeafFeatures* leaves = nullptr;  ///< of each node
+    const int16_t* half_spaces = nullptr;
     const NodeCone* cones = nullptr;     ///< of each node
     const NodeRanges* ranges = nullptr;  ///< none in a patch's
     float spacing = 0;                   ///< see Tree
@@ -65,7 +66,10 @@ struct Tree {
     std::vector<Node> nodes;
     std::vector<TriangleFrame> frames;    ///< in leaf order
     std::vector<TriangleDetail> details;  ///< same order
-    Features features;
+    std::vector<EdgeFeature> edges;       ///< of a leaf side by side, as vertices are
+    std::vector<VertexFeature> vertices;
+    std::vector<LeafFeatures> leaves;  ///< of nodes
+    HalfSpaces half_spaces;
     std::vector<NodeCone> cones;   ///< of nodes
     float largest_coordinate = 0;  ///< of any vertex or box corner, mm
     float spacing = 0;             ///< how far apart triangles are, about, mm; 0 without any
@@ -75,10 +79,10 @@ struct Tree {
         return {nodes.data(),
                 frames.data(),
                 details.data(),
-                features.edges.data(),
-                features.vertices.data(),
-                features.first_edge.data(),
-                features.first_vertex.data(),
+                edges.data(),
+                vertices.data(),
+                leaves.data(),
+                half_spaces.values.data(),
                 cones.data(),
                 nullptr,
                 spacing,
@@ -86,7 +90,11 @@ struct Tree {
     }
     size_t bytes() const {
         return nodes.capacity() * sizeof(Node) + frames.capacity() * sizeof(TriangleFrame) +
-               details.capacity() * sizeof(TriangleDetail) + features.bytes() +
+               details.capacity() * sizeof(TriangleDetail) +
+               edges.capacity() * sizeof(EdgeFeature) +
+               vertices.capacity() * sizeof(VertexFeature) +
+               leaves.capacity() * sizeof(LeafFeatures) +
+               half_spaces.values.capacity() * sizeof(int16_t) +
                cones.capacity() * sizeof(NodeCone) + sizeof(Tree);
     }
 };

@@ -79,12 +79,28 @@ struct FeatureAnswer {
     int32_t patch, triangle;
     int32_t order;  ///< in the triangle: face, edges, vertices
 };
-/// The features of one kind that are left for a block, side by side.
+/// Faces, edges or vertices.
+constexpr int kFeatureKinds = 3;
+/// Features by kind.
+struct KindLists {
+    Growing<uint32_t> places[kFeatureKinds];
+};
+/// As many features of a leaf as a vector has lanes: the places in their tree of what would be in
+/// lane 0, of each kind.
+struct LeafLanes {
+    const TreeView* tree;
+    uint32_t first[kFeatureKinds];
+};
+/// The features that are left for a block, by place. Places count leaf by leaf, those of one in
+/// the order of its half-spaces (nearest/leaf_features.h); what is not left has an empty place.
 struct BlockFeatures {
+    Growing<LeafLanes> lanes;                ///< of as many places as a vector has lanes
     Growing<const float*> rows;              ///< the features, as floats
     Growing<const TriangleDetail*> details;  ///< of their owners
-    Growing<uint8_t> subs;                   ///< bit s: may matter in sub-block s
-    /// For each quarter of a sub-block, places in those lists of what may be nearest to its voxels:
+    Growing<FeatureAnswer> answers;
+    Growing<float> margins;  ///< of faces
+    Growing<uint32_t> left;  ///< places that are not empty, with their kinds
+    /// For each quarter of a sub-block, places and kinds of what may be nearest to its voxels:
     /// near[quarter * near_stride ..][near_count[quarter]].
     Growing<uint32_t> near;
     size_t near_stride = 0;
@@ -162,15 +178,11 @@ struct KernelScratch {
     Growing<uint8_t> list_subs;  ///< block: bit s: matters in sub-block s
     /// Search: of the nodes that wait. Block: of the list to corners of sub-blocks.
     Growing<Lanes> list_distance2;
-    Growing<float> list_least;       ///< cube: least distance to each node of the list, mm
-    Growing<Entry> leaves;           ///< search: whose features were compared
-    Growing<const float*> rows;      ///< block: features that may be left, as floats
-    Growing<const TreeView*> trees;  ///< and whose they are
-    Growing<uint8_t> subs;           ///< and the bits of their leaves
-    BlockFeatures faces, edges, vertices;
-    Growing<float> margins;          ///< of the faces
-    Growing<FeatureAnswer> answers;  ///< of all these, in that order
-    Growing<LatticeEntry> lattice;   ///< kLatticeEntries of them
+    Growing<float> list_least;  ///< cube: least distance to each node of the list, mm
+    Growing<Entry> leaves;      ///< search: whose features were compared
+    BlockFeatures features;
+    KindLists by_kind;              ///< of those in hand
+    Growing<LatticeEntry> lattice;  ///< kLatticeEntries of them
     NearLeaves near;
     WarmStart warm;
     WarmStart warm_points;  ///< of points, which are elsewhere than blocks

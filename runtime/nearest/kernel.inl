@@ -15,6 +15,7 @@
 
 #include "runtime/nearest/kernel.h"
 #include "runtime/nearest/simd.h"
+#include "runtime/nearest/simd_fixed.h"
 
 namespace openfab::nearest::OPENFAB_NEAREST_ISA {
 namespace {
@@ -29,11 +30,13 @@ namespace {
 
 #include "runtime/nearest/kernel_search.inl"
 
-#include "runtime/nearest/kernel_idle.inl"
+#include "runtime/nearest/kernel_place.inl"
 
 #include "runtime/nearest/kernel_nodes.inl"
 
 #include "runtime/nearest/kernel_sub_blocks.inl"
+
+#include "runtime/nearest/kernel_sides.inl"
 
 #include "runtime/nearest/kernel_features.inl"
 

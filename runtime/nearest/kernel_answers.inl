@@ -51,13 +51,13 @@ static_assert(kLeafPlaces >= kMaxLeafTriangles * (1 + 3 + 3));
 OPENFAB_INLINE FoundFeature found_at(const KernelScratch& scratch, int32_t place) {
     const Entry& e = scratch.leaves.data[place / kLeafPlaces];
     const Node& leaf = e.tree->nodes[e.node];
-    const uint32_t first = leaf.first(), end = first + leaf.count();
+    const LeafFeatures& features = e.tree->leaves[e.node];
     auto i = static_cast<uint32_t>(place % kLeafPlaces);
-    if (i < leaf.count()) return {e.tree, first + i, FoundFeature::kFace};
-    i += e.tree->first_edge[first] - leaf.count();
-    if (i < e.tree->first_edge[end]) return {e.tree, i, FoundFeature::kEdge};
-    i += e.tree->first_vertex[first] - e.tree->first_edge[end];
-    return {e.tree, i, FoundFeature::kVertex};
+    if (i < leaf.count()) return {e.tree, leaf.first() + i, FoundFeature::kFace};
+    i -= leaf.count();
+    if (i < features.edges) return {e.tree, features.first_edge + i, FoundFeature::kEdge};
+    i -= features.edges;
+    return {e.tree, features.first_vertex + i, FoundFeature::kVertex};
 }
 
 /// The triangle that the feature belongs to, by its place in the tree.

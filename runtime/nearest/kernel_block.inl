@@ -59,17 +59,18 @@ OPENFAB_INLINE void query_quarter(const KernelInput& in, const BlockQuery& q, in
                                   BlockAnswer* answer) {
     using V = Widest;
     constexpr int kParts = V::kLanes / 8;
-    const uint32_t features = scratch->faces.near_count[quarter] +
-                              scratch->edges.near_count[quarter] +
-                              scratch->vertices.near_count[quarter];
+    const BlockFeatures& block = scratch->features;
+    const uint32_t features = block.near_count[quarter];
     if (features == 0) return;
+    part_kinds(block.near.data + static_cast<size_t>(quarter) * block.near_stride, features,
+               &scratch->by_kind);
     for (int packet = 2 * quarter; packet < 2 * quarter + 2; packet += kParts) {
         uint32_t lanes = 0;
         for (int h = 0; h < kParts; ++h)
             lanes |= static_cast<uint32_t>(asked[packet + h]) << 8 * h;
         if (lanes == 0) continue;
         const PointsOf<V> p = voxel_centres<V>(in, q.block, packet);
-        const FeaturesOfQuarter left{*scratch, quarter};
+        const FeaturesOfQuarter left{block, scratch->by_kind};
         FeatureBest<V> best = nothing_found<V>();
         take_nearest(left, p, &best);
         if ((bits(best.tied) & lanes) != 0) break_ties(left, p, lanes, &best);
@@ -156,10 +157,7 @@ void query(const KernelInput& in, const BlockQuery& q, KernelScratch* scratch,
         return;
     }
     if (stop > 0) open_list(box, &rows, scratch);
-    place.excess = least_excess(place, *scratch);
     narrow_to_sub_blocks(in, q, subs, scratch);
-    collect_features(place, subs, scratch);
-    if (scratch->answers.size == 0) return;
-    list_near_features(place, quarters, scratch);
+    collect_features(place, quarters, scratch);
     query_quarters(in, q, quarters, asked, scratch, answer);
 }

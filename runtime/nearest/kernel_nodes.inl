@@ -146,6 +146,7 @@ OPENFAB_INLINE void open_node(Entry e, bool small, bool open, const BoxOfPoints&
         if (patch->nodes != nullptr) scratch->stack.push({patch, 0});
     } else if (node.is_leaf() || small) {
         scratch->list.push(e);
+        __builtin_prefetch(e.tree->leaves + e.node);
     } else {
         const size_t size = scratch->stack.size;
         scratch->stack.reserve(size + kMaxChildren);

@@ -8,38 +8,43 @@
 struct FeaturesOfLeaf {
     const TreeView& tree;
     const Node& leaf;
+    const LeafFeatures& features;
     uint32_t first_place;
 
-    uint32_t first() const { return leaf.first(); }
-    uint32_t end() const { return leaf.first() + leaf.count(); }
+    OPENFAB_INLINE FeaturesOfLeaf(const Entry& e, uint32_t first_place)
+        : tree(*e.tree),
+          leaf(e.tree->nodes[e.node]),
+          features(e.tree->leaves[e.node]),
+          first_place(first_place) {}
+
     template <typename Visit>
     OPENFAB_INLINE void faces(const Visit& visit) const {
-        uint32_t place = first_place;
-        for (uint32_t i = first(); i < end(); ++i, ++place)
-            visit(tree.frames[i], tree.details[i].margin, place);
+        const uint32_t first = leaf.first();
+        for (uint32_t i = 0; i < leaf.count(); ++i)
+            visit(tree.frames[first + i], tree.details[first + i].margin, first_place + i);
     }
     template <typename Visit>
     OPENFAB_INLINE void edges(const Visit& visit) const {
-        uint32_t place = first_place + leaf.count();
-        for (uint32_t i = tree.first_edge[first()]; i < tree.first_edge[end()]; ++i, ++place)
-            visit(tree.edges[i], place);
+        const uint32_t place = first_place + leaf.count();
+        for (uint32_t i = 0; i < features.edges; ++i)
+            visit(tree.edges[features.first_edge + i], place + i);
     }
     template <typename Visit>
     OPENFAB_INLINE void vertices(const Visit& visit) const {
-        uint32_t place =
-            first_place + leaf.count() + tree.first_edge[end()] - tree.first_edge[first()];
-        for (uint32_t i = tree.first_vertex[first()]; i < tree.first_vertex[end()]; ++i, ++place)
-            visit(tree.vertices[i].v, place);
+        const uint32_t place = first_place + leaf.count() + features.edges;
+        for (uint32_t i = 0; i < features.vertices; ++i)
+            visit(tree.vertices[features.first_vertex + i].v, place + i);
     }
     /// Gets what those will read on its way.
     OPENFAB_INLINE void fetch() const {
-        constexpr uint32_t kMostlyEdges = 6;
+        constexpr uint32_t kMostlyEdges = 8, kLine = 64;
         for (uint32_t i = 0; i < kMaxLeafTriangles; ++i)
-            __builtin_prefetch(tree.frames + first() + i);
-        __builtin_prefetch(&tree.details[first()].margin);
-        for (uint32_t i = 0; i < kMostlyEdges; ++i)
-            __builtin_prefetch(tree.edges + tree.first_edge[first()] + i);
-        __builtin_prefetch(tree.vertices + tree.first_vertex[first()]);
+            __builtin_prefetch(tree.frames + leaf.first() + i);
+        __builtin_prefetch(&tree.details[leaf.first()].margin);
+        const auto* edges = reinterpret_cast<const char*>(tree.edges + features.first_edge);
+        for (uint32_t i = 0; i < kMostlyEdges * sizeof(EdgeFeature); i += kLine)
+            __builtin_prefetch(edges + i);
+        __builtin_prefetch(tree.vertices + features.first_vertex);
     }
 };
 
@@ -48,8 +53,7 @@ struct FeaturesOfLeaves {
     const KernelScratch& scratch;
 
     OPENFAB_INLINE FeaturesOfLeaf leaf(size_t i) const {
-        const Entry& e = scratch.leaves.data[i];
-        return {*e.tree, e.tree->nodes[e.node], static_cast<uint32_t>(i) * kLeafPlaces};
+        return {scratch.leaves.data[i], static_cast<uint32_t>(i) * kLeafPlaces};
     }
     template <typename Visit>
     OPENFAB_INLINE void faces(const Visit& visit) const {
@@ -98,8 +102,7 @@ OPENFAB_INLINE void begin_search(uint32_t asked, V start2, V delta, KernelScratc
 
 template <typename V>
 OPENFAB_INLINE void offer_leaf(const Entry& entry, KernelScratch* scratch, SearchOf<V>* s) {
-    const FeaturesOfLeaf leaf{*entry.tree, entry.tree->nodes[entry.node],
-                              static_cast<uint32_t>(scratch->leaves.size) * kLeafPlaces};
+    const FeaturesOfLeaf leaf(entry, static_cast<uint32_t>(scratch->leaves.size) * kLeafPlaces);
     scratch->leaves.push(entry);
     take_nearest(leaf, s->p, &s->best);
     // The least of both: below zero stays where the lane does not ask, and a radius is never
@@ -120,7 +123,7 @@ struct ComingLeaf {
     }
     OPENFAB_INLINE void follow(const Entry& next, V next_distance2, KernelScratch* scratch,
                                SearchOf<V>* s) {
-        FeaturesOfLeaf{*next.tree, next.tree->nodes[next.node], 0}.fetch();
+        FeaturesOfLeaf(next, 0).fetch();
         offer(scratch, s);
         entry = next;
         distance2 = next_distance2;

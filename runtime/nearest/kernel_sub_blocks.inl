@@ -8,7 +8,7 @@
 // the block's list holds.
 
 /// Lists no longer than that are not narrowed: it costs what it saves (bench/README.md).
-constexpr size_t kFewLeaves = 96;
+constexpr size_t kFewLeaves = 56;
 /// Of the corners of a box, four tell nearly as much as eight.
 constexpr int kFour[4] = {0, 3, 5, 6};
 constexpr uint32_t kFourCorners = 1u << kFour[0] | 1u << kFour[1] | 1u << kFour[2] | 1u << kFour[3];

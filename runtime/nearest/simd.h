@@ -270,14 +270,6 @@ OPENFAB_INLINE uint32_t list_lanes(uint32_t mask, uint32_t first, uint32_t* out)
     return count;
 }
 
-/// Bit l: byte l has this bit; there are lanes of them.
-template <typename V>
-OPENFAB_INLINE uint32_t lanes_with_bit(const uint8_t* bytes, int bit) {
-    const __m128i* from = reinterpret_cast<const __m128i*>(bytes);
-    const __m128i v = V::kLanes == 16 ? _mm_loadu_si128(from) : _mm_loadl_epi64(from);
-    return static_cast<uint32_t>(_mm_movemask_epi8(_mm_slli_epi16(v, 7 - bit)));
-}
-
 /// Adds this bit to the bytes of the lanes of the mask; reads and writes 16.
 template <typename V>
 OPENFAB_INLINE void add_bit(uint32_t mask, int bit, uint8_t* bytes) {
@@ -289,21 +281,6 @@ OPENFAB_INLINE void add_bit(uint32_t mask, int bit, uint8_t* bytes) {
     __m128i* const to = reinterpret_cast<__m128i*>(bytes);
     const __m128i set = _mm_and_si128(in, _mm_set1_epi8(static_cast<char>(1 << bit)));
     _mm_storeu_si128(to, _mm_or_si128(_mm_loadu_si128(to), set));
-}
-
-/// Writes four addresses, each `step` bytes after the one before.
-OPENFAB_INLINE void store_four(void* out, const void* first, size_t step) {
-    const auto at = reinterpret_cast<long long>(first);
-    const auto by = static_cast<long long>(step);
-#if defined(__AVX2__)
-    _mm256_storeu_si256(
-        static_cast<__m256i*>(out),
-        _mm256_add_epi64(_mm256_set1_epi64x(at), _mm256_set_epi64x(3 * by, 2 * by, by, 0)));
-#else
-    __m128i* const to = static_cast<__m128i*>(out);
-    _mm_storeu_si128(to, _mm_add_epi64(_mm_set1_epi64x(at), _mm_set_epi64x(by, 0)));
-    _mm_storeu_si128(to + 1, _mm_add_epi64(_mm_set1_epi64x(at), _mm_set_epi64x(3 * by, 2 * by)));
-#endif
 }
 
 #if defined(__AVX2__)

@@ -54,6 +54,28 @@ std::vector<int32_t> ids_of(const Chunks& chunks) {
     return ids;
 }
 
+struct FeatureCount {
+    size_t edges = 0, vertices = 0, half_spaces = 0;  ///< values of those
+    bool operator==(const FeatureCount&) const = default;
+};
+
+FeatureCount count_features(const TreeView& tree, uint32_t at = 0) {
+    const Node& node = tree.nodes[at];
+    FeatureCount count;
+    if (node.is_leaf()) {
+        const LeafFeatures& leaf = tree.leaves[at];
+        const size_t features = node.count() + size_t{leaf.edges} + leaf.vertices;
+        return {leaf.edges, leaf.vertices, features * HalfSpaces::kValues};
+    }
+    for (uint32_t i = 0; i < node.children(); ++i) {
+        const FeatureCount of_child = count_features(tree, node.child() + i);
+        count.edges += of_child.edges;
+        count.vertices += of_child.vertices;
+        count.half_spaces += of_child.half_spaces;
+    }
+    return count;
+}
+
 TEST(Chunks, HoldEachTriangleOnce) {
     for (const TriangleMesh& mesh : meshes()) {
         const MeshSurface surface(mesh);
@@ -143,12 +165,12 @@ TEST(Chunks, AreMadeOnceByAnyNumberOfThreads) {
             const size_t count = others.patches(ids[c]).size();
             ASSERT_EQ(std::memcmp(a.frames, b.frames, count * sizeof(TriangleFrame)), 0);
             ASSERT_EQ(std::memcmp(a.details, b.details, count * sizeof(TriangleDetail)), 0);
-            ASSERT_EQ(a.first_edge[count], b.first_edge[count]);
-            ASSERT_EQ(std::memcmp(a.edges, b.edges, a.first_edge[count] * sizeof(EdgeFeature)), 0);
-            ASSERT_EQ(a.first_vertex[count], b.first_vertex[count]);
-            ASSERT_EQ(
-                std::memcmp(a.vertices, b.vertices, a.first_vertex[count] * sizeof(VertexFeature)),
-                0);
+            const FeatureCount has = count_features(a);
+            ASSERT_EQ(has, count_features(b));
+            ASSERT_EQ(std::memcmp(a.edges, b.edges, has.edges * sizeof(EdgeFeature)), 0);
+            ASSERT_EQ(std::memcmp(a.vertices, b.vertices, has.vertices * sizeof(VertexFeature)), 0);
+            ASSERT_EQ(std::memcmp(a.half_spaces, b.half_spaces, has.half_spaces * sizeof(int16_t)),
+                      0);
             ASSERT_EQ(a.nodes[0].link, b.nodes[0].link);
             ASSERT_EQ(std::memcmp(a.cones, b.cones, sizeof(NodeCone)), 0);
         }
@@ -163,8 +185,8 @@ TEST(Chunks, OwnEachEdgeAndVertexOnce) {
     size_t edges = 0, vertices = 0;
     for (const int32_t id : ids_of(chunks)) {
         const TreeView& tree = *chunks.get(id);
-        edges += tree.first_edge[chunks.patches(id).size()];
-        vertices += tree.first_vertex[chunks.patches(id).size()];
+        edges += count_features(tree).edges;
+        vertices += count_features(tree).vertices;
     }
     EXPECT_EQ(edges, mesh.triangles.size() / 2 * 3);
     EXPECT_EQ(vertices, mesh.positions.size());

@@ -7,26 +7,14 @@
 #include <cmath>
 #include <random>
 
-#include "runtime/nearest/hierarchy.h"
-#include "tests/support/mesh_surface.h"
+#include "tests/unit/nearest/in_tree.h"
 
 namespace openfab::nearest {
 namespace {
 
-using testing::TriangleMesh;
-
-Vec3f to_vec(const float* v) {
-    return {v[0], v[1], v[2]};
-}
-
-Tree tree_of(const TriangleMesh& mesh) {
-    std::vector<InputTriangle> input;
-    for (const auto& t : mesh.triangles) {
-        const auto at = [&](size_t k) { return mesh.positions[static_cast<size_t>(t[k])]; };
-        input.push_back({{at(0), at(1), at(2)}, static_cast<int32_t>(input.size()), 0});
-    }
-    return build_tree(input, {});
-}
+using openfab::testing::TriangleMesh;
+using testing::to_vec;
+using testing::tree_of;
 
 /// visit(node) for each node with the triangle at `place` below it.
 template <typename Visit>
@@ -51,38 +39,25 @@ int check_cones(const TriangleMesh& mesh, float away, uint32_t seed) {
     for (int i = 0; i < 400; ++i) {
         const Vec3f from = mesh.positions[random() % mesh.positions.size()];
         const Vec3f p = from + Vec3f{some(random), some(random), some(random)};
-        Hit best{INFINITY, 0, 0};
-        uint32_t place = 0;
-        for (uint32_t t = 0; t < tree.frames.size(); ++t) {
-            const Hit hit = closest_point(tree.frames[t], tree.details[t], p);
-            const TriangleDetail &a = tree.details[t], &b = tree.details[place];
-            if (hit.distance2 > best.distance2 ||
-                (hit.distance2 == best.distance2 &&
-                 !precedes(a.patch, a.triangle, b.patch, b.triangle)))
-                continue;
-            best = hit;
-            place = t;
-        }
-        const Vec3f v0 = to_vec(tree.frames[place].v0);
-        const Vec3f x = v0 + (to_vec(tree.details[place].v1) - v0) * best.bary1 +
-                        (to_vec(tree.details[place].v2) - v0) * best.bary2;
-        visit_around(tree, 0, place, [&](size_t n) {
+        const testing::NearestTriangle nearest = testing::nearest_triangle(tree, p);
+        visit_around(tree, 0, nearest.place, [&](size_t n) {
             told += tree.cones[n].sine < 1 ? 1 : 0;
-            const float across = length(cross(p - x, to_vec(tree.nodes[n].axis[2])));
-            EXPECT_LE(across, tree.cones[n].sine * length(p - x) + 1e-4f * away);
+            const Vec3f way = p - nearest.point;
+            const float across = length(cross(way, to_vec(tree.nodes[n].axis[2])));
+            EXPECT_LE(across, tree.cones[n].sine * length(way) + 1e-4f * away);
         });
     }
     return told;
 }
 
 TEST(Cones, HoldTheWayToTheNearestPoint) {
-    EXPECT_GT(check_cones(testing::make_torus(60, 30, 0.6, 0.25), 0.3f, 1), 400);
-    const auto bumpy = testing::make_ball(14, [](const Vec3d& d) {
+    EXPECT_GT(check_cones(openfab::testing::make_torus(60, 30, 0.6, 0.25), 0.3f, 1), 400);
+    const auto bumpy = openfab::testing::make_ball(14, [](const Vec3d& d) {
         return 1 + 0.04 * std::sin(9 * d.x) * std::cos(11 * d.y + 3 * d.z);
     });
     EXPECT_GT(check_cones(bumpy, 0.4f, 2), 400);
-    check_cones(testing::make_cells({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}}, 0.5f), 0.5f, 3);
-    check_cones(testing::make_soup(4, 150, 1.0f, 0.4f), 0.5f, 4);
+    check_cones(openfab::testing::make_cells({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}}, 0.5f), 0.5f, 3);
+    check_cones(openfab::testing::make_soup(4, 150, 1.0f, 0.4f), 0.5f, 4);
 }
 
 TEST(Cones, AreLinesOverASheet) {
