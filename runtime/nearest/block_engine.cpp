@@ -239,6 +239,13 @@ class BlockEngine final : public Engine {
         kernels_.points(input_, groups.data(), groups.size(), radius_mm, &s.kernel, answers);
     }
 
+    void bound_points(std::span<const PointGroup> groups, float off_mm, Scratch* scratch,
+                      PointBounds* bounds) const override {
+        auto& s = static_cast<BlockScratch&>(*scratch);
+        begin(&s);
+        kernels_.bound_points(input_, groups.data(), groups.size(), off_mm, &s.kernel, bounds);
+    }
+
     void bounds(const Vec3i& lowest, int32_t size, Scratch* scratch,
                 BoxBounds* out) const override {
         auto& s = static_cast<BlockScratch&>(*scratch);

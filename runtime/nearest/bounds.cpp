@@ -1,6 +1,8 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "runtime/nearest/engine.h"
 
@@ -32,6 +34,18 @@ void BoxBounds::add(float distance_lo, std::span<const float> float_lo,
     for (size_t c = 0; c < int_lo.size(); ++c) {
         into.int_lo[c] = std::min(into.int_lo[c], int_lo[c]);
         into.int_hi[c] = std::max(into.int_hi[c], int_hi[c]);
+    }
+}
+
+void Engine::bound_points(std::span<const PointGroup> groups, float, Scratch* scratch,
+                          PointBounds* bounds) const {
+    std::vector<PointAnswer> answers(groups.size());
+    query_points(groups, std::numeric_limits<float>::infinity(), scratch, answers.data());
+    for (size_t g = 0; g < groups.size(); ++g) {
+        for (size_t l = 0; l < 8; ++l)
+            bounds[g].low[l] = bounds[g].high[l] = std::sqrt(answers[g].distance2[l]);
+        for (auto& coordinate : bounds[g].point)
+            std::fill_n(coordinate, 8, std::numeric_limits<float>::quiet_NaN());
     }
 }
 

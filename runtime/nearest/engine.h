@@ -31,6 +31,9 @@ struct BlockQuery {
     const uint8_t* demand =
         nullptr;  ///< 64 bytes: bit z of byte y * 8 + x is set where a voxel asks
     float radius_mm = std::numeric_limits<float>::infinity();  ///< nothing farther is looked for
+    /// Points of the surface near the block, part-local mm, where some are known: without a radius
+    /// they save a search. They never change an answer.
+    std::span<const Vec3f> near = {};
 };
 
 /// Where there is no surface within the radius: distance2 is +inf and patch -1.
@@ -59,6 +62,14 @@ struct alignas(32) PointAnswer {
     int32_t triangle[8];
     float bary1[8];
     float bary2[8];
+};
+
+/// How far the nearest surface is from each point, in part-local mm. Where there is none, both
+/// distances are infinite.
+struct alignas(32) PointBounds {
+    float low[8];       ///< no surface point is closer
+    float high[8];      ///< one is no farther
+    float point[3][8];  ///< this one; NaN where only distances are known
 };
 
 /// One way in which the nearest point of a voxel in a cube may come out: it lies on a patch of this
@@ -116,6 +127,12 @@ class Engine {
     /// ones asked before, in the group and from group to group, cost less.
     virtual void query_points(std::span<const PointGroup> groups, float radius_mm, Scratch* scratch,
                               PointAnswer* answers) const = 0;
+    /// How far points are from the surface, to about `off_mm`: a surface point that is farther than
+    /// the nearest will do, which costs less to find. What is asked before decides how close bounds
+    /// are. Points must be finite; all eight are bounded. An engine without a way of its own
+    /// queries them.
+    virtual void bound_points(std::span<const PointGroup> groups, float off_mm, Scratch* scratch,
+                              PointBounds* bounds) const;
     /// `size` is 8, 16, 32 or 64 voxels a side; `lowest` the part-relative index of the lowest
     /// voxel.
     virtual void bounds(const Vec3i& lowest, int32_t size, Scratch* scratch,

@@ -195,6 +195,8 @@ struct KernelTable {
                   BlockAnswer* answer);
     void (*points)(const KernelInput& input, const PointGroup* groups, size_t count, float radius,
                    KernelScratch* scratch, PointAnswer* answers);
+    void (*bound_points)(const KernelInput& input, const PointGroup* groups, size_t count,
+                         float off_mm, KernelScratch* scratch, PointBounds* bounds);
     /// Leaves in scratch->list the nodes of the root hierarchy and of chunks, none below another,
     /// that may hold the nearest point of a voxel centre of the cube, and in scratch->list_least a
     /// lower bound of the distance to each. Patches are judged by their boxes; none is diced.

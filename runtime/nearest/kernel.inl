@@ -53,6 +53,6 @@ namespace {
 }  // namespace
 
 extern const KernelTable kKernels;
-const KernelTable kKernels = {query, points, cube};
+const KernelTable kKernels = {query, points, bound_points, cube};
 
 }  // namespace openfab::nearest::OPENFAB_NEAREST_ISA

@@ -15,34 +15,52 @@ OPENFAB_INLINE int demanded_voxels(const BlockQuery& q) {
     return count;
 }
 
-/// Bit l: lane l of the packet asks. Lanes follow each other as voxels do: along z, x, y.
-OPENFAB_INLINE uint32_t demanded_lanes(const KernelInput& in, const BlockQuery& q, int packet) {
-    const int32_t* origin = in.shape->packet_origin[packet];
-    const int32_t* size = in.shape->packet_size;
-    const uint32_t column = (1u << size[2]) - 1;
+/// Bit l: lane l of a packet of that many columns, whose voxels these are, asks. Lanes follow each
+/// other as voxels do: along z, x, y.
+template <int kColumns>
+OPENFAB_INLINE uint32_t demanded_lanes(const uint8_t* demand, const int16_t* voxel) {
+    constexpr int kHeight = 8 / kColumns;
+    const int lowest = voxel[0] & 7;
     uint32_t lanes = 0;
-    int l = 0;
-    for (int32_t y = origin[1]; y < origin[1] + size[1]; ++y) {
-        for (int32_t x = origin[0]; x < origin[0] + size[0]; ++x, l += size[2])
-            lanes |= (static_cast<uint32_t>(q.demand[y * 8 + x]) >> origin[2] & column) << l;
+    for (int c = 0; c < kColumns; ++c) {
+        const auto column = static_cast<uint32_t>(demand[voxel[c * kHeight] >> 3] >> lowest);
+        lanes |= (column & ((1u << kHeight) - 1)) << c * kHeight;
     }
     return lanes;
 }
 
 /// Bit q: a voxel of quarter q of the sub-blocks `subs` asks; in `asked` the lanes of their packets
 /// that do.
-OPENFAB_INLINE uint32_t demanded_quarters(const KernelInput& in, const BlockQuery& q, uint32_t subs,
-                                          uint8_t* asked) {
+template <int kColumns>
+OPENFAB_INLINE uint32_t demanded_quarters(const KernelInput& in, const uint8_t* demand,
+                                          uint32_t subs, uint8_t* asked) {
     uint32_t quarters = 0;
     for (; subs != 0; subs &= subs - 1) {
         const int first = 8 * __builtin_ctz(subs);
         for (int packet = first; packet < first + 8; ++packet) {
-            const uint32_t lanes = q.demand == nullptr ? 0xff : demanded_lanes(in, q, packet);
+            const uint32_t lanes = demanded_lanes<kColumns>(demand, in.shape->voxel + packet * 8);
             asked[packet] = static_cast<uint8_t>(lanes);
-            if (lanes != 0) quarters |= 1u << (packet >> 1);
+            quarters |= (lanes != 0 ? 1u : 0u) << (packet >> 1);
         }
     }
     return quarters;
+}
+OPENFAB_INLINE uint32_t demanded_quarters(const KernelInput& in, const BlockQuery& q, uint32_t subs,
+                                          uint8_t* asked) {
+    if (q.demand == nullptr) {
+        __builtin_memset(asked, 0xff, 64);
+        return quarters_of(subs);
+    }
+    switch (in.shape->packet_size[2]) {
+        case 8:
+            return demanded_quarters<1>(in, q.demand, subs, asked);
+        case 4:
+            return demanded_quarters<2>(in, q.demand, subs, asked);
+        case 2:
+            return demanded_quarters<4>(in, q.demand, subs, asked);
+        default:
+            return demanded_quarters<8>(in, q.demand, subs, asked);
+    }
 }
 
 /// Bit s: one of its quarters is among those.
@@ -120,7 +138,11 @@ void query(const KernelInput& in, const BlockQuery& q, KernelScratch* scratch,
     if (demanded == 0 || in.root.nodes == nullptr) return;
     scratch->stack.size = 0;
     BlockCorners corners;
-    find_corners(in, q, scratch, &corners);
+    if (q.near.empty() || q.radius_mm < kInfinity) {
+        find_corners(in, q, scratch, &corners);
+    } else {
+        take_near_points(q, &corners);
+    }
     uint32_t subs = 0xff;
     if (q.radius_mm < kInfinity) {
         subs = sub_blocks_in_reach(in, corners, q.radius_mm);

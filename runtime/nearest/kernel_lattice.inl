@@ -92,6 +92,17 @@ __attribute__((noinline)) void search_corners(const KernelInput& in, const Block
     }
 }
 
+/// Surface points near the block in the place of those near its corners.
+inline void take_near_points(const BlockQuery& q, BlockCorners* corners) {
+    const size_t count = q.near.size() < 8 ? q.near.size() : 8;
+    for (size_t i = 0; i < count; ++i) {
+        corners->x[i] = q.near[i].x;
+        corners->y[i] = q.near[i].y;
+        corners->z[i] = q.near[i].z;
+    }
+    corners->found = (1u << count) - 1;
+}
+
 /// The corners of the block, from what is kept or by searching.
 inline void find_corners(const KernelInput& in, const BlockQuery& q, KernelScratch* scratch,
                          BlockCorners* corners) {

@@ -48,3 +48,37 @@ void points(const KernelInput& in, const PointGroup* groups, size_t count, float
                    });
     }
 }
+
+/// Searches as for corners of blocks (kernel_lattice.inl).
+void bound_points(const KernelInput& in, const PointGroup* groups, size_t count, float off_mm,
+                  KernelScratch* scratch, PointBounds* bounds) {
+    const F8 zero = set1(0.0f), infinity = set1(kInfinity);
+    for (size_t g = 0; g < count; ++g) {
+        PointBounds& out = bounds[g];
+        store(out.low, infinity);
+        store(out.high, infinity);
+        for (auto& coordinate : out.point)
+            store(coordinate, zero);
+        if (in.root.nodes == nullptr) continue;
+        const Points p{load(groups[g].p[0]), load(groups[g].p[1]), load(groups[g].p[2])};
+        Witnesses w{infinity, zero, zero, zero, 0, zero};
+        WarmStart& warm = scratch->warm_points;
+        for (int i = 0; i < warm.count; ++i)
+            offer_point(warm.point[0][i], warm.point[1][i], warm.point[2][i], p, &w);
+        // Squares of distances that differ by `off` differ by so much or less.
+        const F8 most2 = min(w.distance2, node_far2(in.root.nodes[0], p));
+        w.enough = set1(2 * off_mm) * sqrt(most2);
+        find_witnesses({&in.root, 0}, p, scratch, &w);
+        const F8 largest =
+            max(max(absolute(p.x), absolute(p.y)), max(absolute(p.z), set1(in.largest_coordinate)));
+        const F8 rounded = largest * set1(0x1p-18f);
+        const F8 least = sqrt(max(w.distance2 - w.enough, zero)) * set1(1.0f - 0x1p-18f);
+        store(out.low, max(least - rounded, zero));
+        store(out.high, sqrt(w.distance2) * set1(1.0f + 0x1p-18f) + rounded);
+        store(out.point[0], w.x);
+        store(out.point[1], w.y);
+        store(out.point[2], w.z);
+        __builtin_memcpy(warm.point, out.point, sizeof(warm.point));
+        warm.count = 8;
+    }
+}

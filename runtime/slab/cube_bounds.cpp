@@ -10,6 +10,9 @@ namespace openfab::slab {
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
+/// How much farther than the nearest surface point that of a middle may be, in halves of the cube's
+/// diagonal: closer costs more than what it settles.
+constexpr float kOff = 0.1f;
 
 }  // namespace
 
@@ -18,17 +21,17 @@ int64_t CubeBounds::most_bytes(const PrintPart& part, int64_t cubes) {
     // as the kernel reads it; every weight low and high. Lists that grow by doubling hold twice.
     const int64_t components = part.nearest.floats() + part.nearest.ints();
     const int64_t numbers = 2 * 5 + components * (2 * 2 + 2) + 2 * int64_t{part.slots()};
-    constexpr int64_t kPoint = (sizeof(nearest::PointGroup) + sizeof(nearest::PointAnswer)) / 8 + 4;
+    constexpr int64_t kPoint = (sizeof(nearest::PointGroup) + sizeof(nearest::PointBounds)) / 8 + 4;
     return cubes * (nearest::BoxBounds::kMostCases * 4 * numbers + int64_t{2 * sizeof(size_t)} +
                     2 * kPoint);
 }
 
-// Distances of the cubes' middles, in the order of operations of a voxel's centre.
+// Distances of the cubes' middles, about, in the order of operations of a voxel's centre.
 void CubeBounds::find_middles(const PrintPart& part, int32_t size, std::span<const Vec3i> lowest,
                               nearest::Engine::Scratch* scratch) {
     const size_t groups = (lowest.size() + 7) / 8;
     points_.resize(groups);
-    answers_.resize(groups);
+    middles_.resize(groups);
     const float half = 0.5f * static_cast<float>(size);
     for (size_t i = 0; i < 8 * groups; ++i) {
         // Lanes that are left over ask what the last one does.
@@ -43,10 +46,34 @@ void CubeBounds::find_middles(const PrintPart& part, int32_t size, std::span<con
                                          part.frame[OPENFAB_FRAME_ORIGIN + a];
         }
     }
-    part.engine->query_points(points_, kInfinity, scratch, answers_.data());
-    middle_.resize(lowest.size());
-    for (size_t i = 0; i < lowest.size(); ++i)
-        middle_[i] = std::sqrt(answers_[i / 8].distance2[i % 8]);
+    part.engine->bound_points(points_, kOff * half * part.voxel_diagonal_mm, scratch,
+                              middles_.data());
+}
+
+// What distances the voxels of a cube may have, whose outer ones are so many voxels from its
+// middle: none is farther than from the surface point that was found, which is farthest from a
+// corner.
+CubeBounds::Range CubeBounds::around_middle(const PrintPart& part, size_t cube,
+                                            float voxels) const {
+    const nearest::PointBounds& b = middles_[cube / 8];
+    const size_t l = cube % 8;
+    const float low = b.low[l], high = b.high[l];
+    // The slack is for the rounding of these distances and of a voxel's own.
+    const float slack = high * 0x1p-13f + part.largest_coordinate_mm * 0x1p-17f;
+    float way[3], square = 0;
+    for (size_t c = 0; c < 3; ++c) {
+        way[c] = points_[cube / 8].p[c][l] - b.point[c][l];
+        square += way[c] * way[c];
+    }
+    for (const size_t step : {OPENFAB_FRAME_STEP_I, OPENFAB_FRAME_STEP_J, OPENFAB_FRAME_STEP_K}) {
+        const float* s = &part.frame[step];
+        const float along = way[0] * s[0] + way[1] * s[1] + way[2] * s[2];
+        const float length2 = s[0] * s[0] + s[1] * s[1] + s[2] * s[2];
+        square += voxels * (2 * std::fabs(along) + voxels * length2);
+    }
+    const float reach = voxels * part.voxel_diagonal_mm + slack;
+    // The smaller; the first where the point is not known.
+    return {low > reach ? low - reach : 0.0f, std::min(high + reach, std::sqrt(square) + slack)};
 }
 
 // Only voxels inside the part count, where the distance is negative; given are unsigned ones.
@@ -98,13 +125,10 @@ int CubeBounds::bound(const PrintPart& part, int32_t size, std::span<const Vec3i
                            std::numeric_limits<int32_t>::max());
     const bool middles = from == QueryBounds::kMiddle && part.bounds.any();
     if (middles) find_middles(part, size, lowest, tools.scratch);
-    const float reach = 0.5f * static_cast<float>(size - 1) * part.voxel_diagonal_mm;
     for (size_t i = 0; i < lowest.size(); ++i) {
         if (middles) {
-            // The slack is for the rounding of this distance and of a voxel's own.
-            const float d = middle_[i];
-            const float far = reach + (d * 0x1p-13f + part.largest_coordinate_mm * 0x1p-17f);
-            add_entry(part, lowest[i], unknown_, d > far ? d - far : 0.0f, d + far);
+            const Range d = around_middle(part, i, 0.5f * static_cast<float>(size - 1));
+            add_entry(part, lowest[i], unknown_, d.low, d.high);
         } else {
             box_.clear();
             box_.distance_hi = kInfinity;

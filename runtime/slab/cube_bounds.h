@@ -16,8 +16,8 @@ namespace openfab::slab {
 
 /// Where the intervals of what queries give come from.
 enum class QueryBounds {
-    /// The distance of the cube's middle, less and plus half its diagonal; of the surface's
-    /// attributes nothing is known. A tenth of a microsecond a cube.
+    /// From about the distance of the cube's middle; of the surface's attributes nothing is known.
+    /// A tenth of a microsecond to one a cube.
     kMiddle,
     /// The engine's bounds of distance and attributes, case by case. Tighter; ten microseconds.
     kCases,
@@ -44,11 +44,21 @@ class CubeBounds {
     /// `weights`: one for each slot.
     bool one_composition(size_t cube, std::vector<float>* weights) const;
     /// After kMiddle: a distance that lies in the cube's interval, signed, mm.
-    float middle_distance(size_t cube) const { return 0.0f - middle_[cube]; }
+    float middle_distance(size_t cube) const { return 0.0f - middles_[cube / 8].high[cube % 8]; }
+
+    /// After kMiddle: a surface point about as near to the cube's middle as any, part-local mm.
+    Vec3f point_near_middle(size_t cube) const {
+        const auto& p = middles_[cube / 8].point;
+        return {p[0][cube % 8], p[1][cube % 8], p[2][cube % 8]};
+    }
 
   private:
     void find_middles(const PrintPart& part, int32_t size, std::span<const Vec3i> lowest,
                       nearest::Engine::Scratch* scratch);
+    struct Range {
+        float low, high;
+    };
+    Range around_middle(const PrintPart& part, size_t cube, float voxels) const;
     void add_entry(const PrintPart& part, const Vec3i& corner, const nearest::NearestCase& of,
                    float distance_lo, float distance_hi);
     void lay_out(const PrintPart& part);
@@ -67,8 +77,7 @@ class CubeBounds {
     nearest::NearestCase unknown_;              ///< of a part that asks no query, or has no surface
     nearest::BoxBounds box_;
     std::vector<nearest::PointGroup> points_;
-    std::vector<nearest::PointAnswer> answers_;
-    std::vector<float> middle_;  ///< unsigned distances
+    std::vector<nearest::PointBounds> middles_;
 };
 
 }  // namespace openfab::slab

@@ -6,6 +6,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <limits>
 
 #include "runtime/slab/clock.h"
 
@@ -13,6 +14,7 @@ namespace openfab::slab {
 
 namespace {
 
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr size_t kBlockValues = nearest::kBlockVoxels;
 constexpr size_t kBatchValues = kBlockValues * BlockEvaluator::kBatch;
 
@@ -133,6 +135,8 @@ int BlockEvaluator::settle_octants(const PrintPart& part, int32_t n) {
         return status;
     octant_weights_.resize(static_cast<size_t>(part.slots()));
     for (size_t k = 0; k < octants_.size(); ++k) {
+        const auto block = static_cast<size_t>(octant_places_[k] >> 3);
+        near_points_[block][near_count_[block]++] = cube_bounds_.point_near_middle(k);
         if (!cube_bounds_.one_composition(k, &octant_weights_)) continue;
         const int32_t place = octant_places_[k], o = place & 7;
         settled_[static_cast<size_t>(place >> 3)] |= static_cast<uint8_t>(1 << o);
@@ -189,6 +193,8 @@ void BlockEvaluator::query(const PrintPart& part, int32_t place) {
     const int32_t* corner = &corners_[static_cast<size_t>(3 * place)];
     query.block = {corner[0], corner[1], corner[2]};
     query.demand = demand;
+    query.near = {near_points_[static_cast<size_t>(place)].data(),
+                  near_count_[static_cast<size_t>(place)]};
     part.engine->query(query, scratch(part), &answer_);
     if (part.volume.attributes || part.volume.gradients) {
         const nearest::AttributeTargets targets{
@@ -199,10 +205,12 @@ void BlockEvaluator::query(const PrintPart& part, int32_t place) {
     }
     if (part.volume.distance) {
         // Owned voxels are inside, so the distance is negative; taken from 0 so that none gives +0.
+        // What does not ask is infinitely far in the answer.
         float* out = &distance_[static_cast<size_t>(place) * kBlockValues];
-        for (size_t v = 0; v < kBlockValues; ++v)
-            out[v] = (demand[v >> 3] >> (v & 7) & 1) != 0 ? 0.0f - std::sqrt(answer_.distance2[v])
-                                                          : 0.0f;
+        for (size_t v = 0; v < kBlockValues; ++v) {
+            const float d2 = answer_.distance2[v];
+            out[v] = 0.0f - std::sqrt(d2 < kInfinity ? d2 : 0.0f);
+        }
         fill_settled(place);
     }
 }
@@ -321,6 +329,7 @@ int BlockEvaluator::evaluate(const PrintPart& part, int32_t group, const OwnedBl
     if (part.volume.any()) {
         if (const int status = find_demand(part, n); status != 0) return status;
         settled_.fill(0);
+        near_count_.fill(0);
         if (finer && part.bounds.distance) {
             if (const int status = settle_octants(part, n); status != 0) return status;
         }

@@ -99,6 +99,8 @@ class BlockEvaluator {
     std::vector<float> octant_weights_;
     std::array<uint8_t, kBatch> settled_{};  ///< of each block a bit an octant
     std::array<float, 8 * kBatch> settled_distance_{};
+    std::array<std::array<Vec3f, 8>, kBatch> near_points_{};  ///< of each block: surface points
+    std::array<size_t, kBatch> near_count_{};
     std::vector<int32_t> demanded_;  ///< what the demand kernel says, [block][512]
     std::vector<uint16_t> tiles_;
     std::vector<uint8_t> codes_;

@@ -26,6 +26,7 @@ struct Asked {
     Vec3i lowest, blocks;  ///< in voxels, and how many blocks along each axis
     float radius = kInfinity;
     bool random_demand = false;
+    std::vector<Vec3f> near = {};  ///< known surface points
 };
 
 /// As many blocks as `most` a side, spread over the mesh's box and a little beyond.
@@ -56,6 +57,7 @@ std::vector<BlockQuery> make_queries(const Asked& s, std::vector<std::array<uint
                 BlockQuery q;
                 q.block = s.lowest + Vec3i{8 * i, 8 * j, 8 * k};
                 q.radius_mm = s.radius;
+                q.near = s.near;
                 if (s.random_demand) q.demand = (*demand)[queries.size()].data();
                 queries.push_back(q);
             }
@@ -140,6 +142,8 @@ void check_all_ways(const TriangleMesh& mesh, Asked setup) {
     setup.random_demand = true;
     check(surface, setup);
     setup.radius = kInfinity;
+    setup.near = {mesh.positions.front(), mesh.positions[mesh.positions.size() / 2],
+                  mesh.positions.back()};
     check(surface, setup);
 }
 

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstring>
 
 #include "runtime/nearest/engine.h"
@@ -146,6 +147,53 @@ TEST(PointsEqualBruteForce, ScannedMeshes) {
         const std::vector<PointGroup> groups = make_groups(mesh, kGroups / 10, 17);
         const auto want = run(*make_brute_force_engine(surface, frame), groups, kInfinity);
         expect_equal(run(*make_block_engine(surface, frame), groups, kInfinity), want, "engine");
+    }
+}
+
+TEST(PointsEqualBruteForce, BoundsHoldTheDistance) {
+    constexpr float kOff = 0.02f;
+    for (const TriangleMesh& mesh :
+         {testing::make_soup(2, 150, 2.0f, 0.3f), testing::make_torus(40, 20, 1.2, 0.5)}) {
+        const MeshSurface surface(mesh);
+        const auto frame = testing::make_test_frame({0.1f, 0.1f, 0.1f}, {});
+        std::vector<PointGroup> groups = make_groups(mesh, kGroups, 23);
+        for (PointGroup& g : groups) {
+            g.mask = 0xff;
+            for (auto& coordinate : g.p) {
+                for (float& x : coordinate)
+                    x = std::abs(x) < 100 ? x : 0;
+            }
+        }
+        const auto brute = make_brute_force_engine(surface, frame);
+        const auto want = run(*brute, groups, kInfinity);
+        for (const InstructionSet set :
+             {InstructionSet::kAvx512, InstructionSet::kAvx2, InstructionSet::kSse41}) {
+            const auto engine = make_block_engine(surface, frame, {.widest = set});
+            std::vector<PointBounds> bounds(groups.size());
+            engine->bound_points(groups, kOff, engine->make_scratch().get(), bounds.data());
+            size_t close = 0;
+            for (size_t g = 0; g < groups.size(); ++g) {
+                PointGroup found;
+                std::copy_n(&bounds[g].point[0][0], 24, &found.p[0][0]);
+                const PointAnswer at = run(*brute, {found}, kInfinity).front();
+                for (size_t l = 0; l < 8; ++l) {
+                    const float distance = std::sqrt(want[g].distance2[l]);
+                    const float low = bounds[g].low[l], high = bounds[g].high[l];
+                    ASSERT_LE(low, distance) << "group " << g << " lane " << l;
+                    ASSERT_GE(high, distance) << "group " << g << " lane " << l;
+                    float way2 = 0;
+                    for (size_t a = 0; a < 3; ++a) {
+                        const float way = groups[g].p[a][l] - found.p[a][l];
+                        way2 += way * way;
+                    }
+                    ASSERT_NEAR(std::sqrt(way2), high, 1e-4f);
+                    ASSERT_LT(at.distance2[l], 1e-8f) << "not a point of the surface";
+                    close += high - low < 2 * kOff ? 1 : 0;
+                }
+            }
+            // Half of the points are scattered; where the surface is not known, bounds are loose.
+            EXPECT_GT(close, groups.size() * 4);
+        }
     }
 }
 
