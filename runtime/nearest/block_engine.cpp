@@ -243,6 +243,7 @@ class BlockEngine final : public Engine {
                       PointBounds* bounds) const override {
         auto& s = static_cast<BlockScratch&>(*scratch);
         begin(&s);
+        s.counts.asked += static_cast<int64_t>(8 * groups.size());
         kernels_.bound_points(input_, groups.data(), groups.size(), off_mm, &s.kernel, bounds);
     }
 

@@ -12,7 +12,7 @@ namespace {
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 /// How much farther than the nearest surface point that of a middle may be, in halves of the cube's
 /// diagonal: closer costs more than what it settles.
-constexpr float kOff = 0.1f;
+constexpr float kOff = 0.03f;
 
 }  // namespace
 

@@ -22,7 +22,7 @@ int32_t align_down(int32_t value, int32_t side) {
     return value >= 0 ? value / side * side : -((-value + side - 1) / side * side);
 }
 
-/// Whether cubes are bounded by the distances of their middles. These are exact queries; of a
+/// Whether cubes are bounded by about the distances of their middles. These are queries; of a
 /// displaced surface they would dice patches that no voxel asks for, which costs more than what
 /// they settle beyond the cases of patches that are not diced.
 bool middles_tell(const PrintPart& part) {
