@@ -32,11 +32,12 @@ class Gathered {
     explicit Gathered(const LeafFeatures& leaf) : origin_(to_vec(leaf.origin)) {}
 
     /// Beyond `at` along the unit vector `outwards`, or a shorter one; the next side of the
-    /// feature.
+    /// feature. What is longer, as where squares of lengths underflow, tells nothing.
     void add(const Vec3f& outwards, const Vec3f& at) {
+        const bool usable = dot(outwards, outwards) < 1.00001f;
         const Vec3f from_origin = at - origin_;
         for (int c = 0; c < 3; ++c) {
-            outwards_[side_][c][feature_] = outwards[c];
+            outwards_[side_][c][feature_] = usable ? outwards[c] : 0;
             at_[side_][c][feature_] = from_origin[c];
         }
         ++side_;

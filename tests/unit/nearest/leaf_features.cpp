@@ -81,7 +81,8 @@ double check_half_spaces(const TriangleMesh& mesh, float away, uint32_t seed) {
                 ++nearest_ones;
                 // As near in float: so much to the side makes no difference.
                 const float aside = std::sqrt(4e-6f * (distance + distance * distance));
-                EXPECT_LE(most, aside) << "feature " << f << " of node " << n;
+                EXPECT_LE(most, aside * std::max(1.0f, aside * leaf.inv_reach))
+                    << "feature " << f << " of node " << n;
             }
         }
     }
@@ -100,6 +101,17 @@ TEST(LeafFeatures, HalfSpacesHoldNothingThatIsNearest) {
     check_half_spaces(openfab::testing::make_soup(4, 100, 1.0f, 0.4f), 0.5f, 4);
     // Far away, where all is in few units.
     check_half_spaces(openfab::testing::make_torus(40, 20, 0.6, 0.25), 30.0f, 5);
+}
+
+TEST(LeafFeatures, OfTinyEdgesTellNothingWrong) {
+    TriangleMesh mesh;
+    // Squares of lengths are too small for a float, or nearly.
+    for (const float tiny : {1e-30f, 4e-23f, 1e-21f, 1e-18f}) {
+        const int32_t v = mesh.add({tiny, 0, 0});
+        mesh.triangles.push_back({v, mesh.add({0, tiny, 0}), mesh.add({0, 0, tiny})});
+        mesh.triangles.push_back({v, v + 1, mesh.add({0.5f, 1, tiny})});
+    }
+    check_half_spaces(mesh, 0.5f, 6);
 }
 
 TEST(LeafFeatures, AreEachInOneLeaf) {
