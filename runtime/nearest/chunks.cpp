@@ -80,7 +80,6 @@ Chunks::Chunks(const surface::Surface& surface, std::span<const uint64_t> along)
         place_boxes();
     }
     made_ = std::make_unique<std::atomic<const Made*>[]>(count());
-    trees_ = std::make_unique<TreeStore>(bytes_to_come(order_.size() / 2));
 }
 
 Chunks::~Chunks() {
@@ -306,7 +305,7 @@ const TreeView* Chunks::make(int32_t id) const {
     NodeRanges ranges(tree, surface_.ranges(), nullptr);
     const size_t bytes = tree.bytes() + ranges.bytes();
     auto made = std::make_unique<Made>(Made{std::move(ranges), {}});
-    if (!tree.nodes.empty()) made->view = trees_->keep(tree);
+    if (!tree.nodes.empty()) made->view = trees_.keep(tree);
     made->view.ranges = &made->ranges;
     made_count_.fetch_add(1, std::memory_order_relaxed);
     bytes_made_.fetch_add(bytes, std::memory_order_relaxed);

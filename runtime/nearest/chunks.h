@@ -103,7 +103,7 @@ class Chunks {
     std::vector<int32_t> order_;      ///< patches, chunk after chunk
     std::vector<uint32_t> first_{0};  ///< [chunk]: where it begins in order_
     std::unique_ptr<std::atomic<const Made*>[]> made_;
-    std::unique_ptr<TreeStore> trees_;
+    mutable TreeStore trees_;
     mutable std::array<std::mutex, 64> making_;  ///< chunk by chunk in turn
     mutable std::atomic<size_t> made_count_{0}, bytes_made_{0}, triangles_made_{0};
 };

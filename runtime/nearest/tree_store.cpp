@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/nearest/tree_store.h"
 
-#include <sys/mman.h>
-
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
@@ -13,20 +11,16 @@
 namespace openfab::nearest {
 namespace {
 
-constexpr size_t kLine = 64, kLargePage = size_t{2} << 20;
-/// From here on the part of a large page that stays empty does not matter.
-constexpr size_t kMany = 8 * kLargePage;
+constexpr size_t kLine = 64;
 /// What does not fit in the rest of a region begins the next; pages that nothing is in take no
 /// memory.
-constexpr size_t kLargeRegion = 4 * kLargePage, kSmallRegion = size_t{1} << 18;
+constexpr size_t kRegion = size_t{4} << 20;
 
 size_t round_up(size_t bytes, size_t to) {
     return (bytes + to - 1) / to * to;
 }
 
 }  // namespace
-
-TreeStore::TreeStore(size_t expected_bytes) : large_pages_(expected_bytes >= kMany) {}
 
 void TreeStore::Free::operator()(std::byte* region) const {
     std::free(region);
@@ -58,14 +52,10 @@ const T* TreeStore::copy(const std::vector<T>& values) {
 std::byte* TreeStore::take(size_t bytes) {
     const std::lock_guard lock(mutex_);
     if (bytes > left_) {
-        const size_t page = large_pages_ ? kLargePage : kLine;
-        const size_t region =
-            round_up(std::max(bytes, large_pages_ ? kLargeRegion : kSmallRegion), page);
-        auto* fresh = static_cast<std::byte*>(std::aligned_alloc(page, region));
+        const size_t region = round_up(std::max(bytes, kRegion), kLine);
+        auto* fresh = static_cast<std::byte*>(std::aligned_alloc(kLine, region));
         if (fresh == nullptr) throw std::bad_alloc();
         regions_.emplace_back(fresh);
-        // Advice: where there are no such pages, small ones do.
-        if (large_pages_) madvise(fresh, region, MADV_HUGEPAGE);
         next_ = fresh;
         left_ = region;
     }

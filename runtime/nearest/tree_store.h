@@ -3,8 +3,7 @@
 #pragma once
 
 // Memory for trees that stay until the end: their arrays lie side by side, in the order in which
-// they were first needed, on large pages where there are many. A query of a dense mesh reads a few
-// hundred places of some dozen arrays, more pages of 4 KiB than a processor keeps addresses of.
+// they were first needed. A query of a dense mesh reads a few hundred places of some dozen arrays.
 
 #include <cstddef>
 #include <memory>
@@ -17,9 +16,6 @@ namespace openfab::nearest {
 
 class TreeStore {
   public:
-    /// For trees that will take about so much together.
-    explicit TreeStore(size_t expected_bytes);
-
     /// A copy of the tree, whose view is valid as long as the store. From any thread. Throws
     /// std::bad_alloc.
     TreeView keep(const Tree& tree);
@@ -32,7 +28,6 @@ class TreeStore {
     const T* copy(const std::vector<T>& values);
     std::byte* take(size_t bytes);
 
-    const bool large_pages_;
     std::mutex mutex_;
     std::vector<std::unique_ptr<std::byte, Free>> regions_;
     std::byte* next_ = nullptr;  ///< of the last region
