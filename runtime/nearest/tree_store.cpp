@@ -3,28 +3,17 @@
 #include "runtime/nearest/tree_store.h"
 
 #include <algorithm>
-#include <cstdlib>
 #include <cstring>
-#include <new>
 #include <type_traits>
 
 namespace openfab::nearest {
 namespace {
 
-constexpr size_t kLine = 64;
 /// What does not fit in the rest of a region begins the next; pages that nothing is in take no
 /// memory.
-constexpr size_t kRegion = size_t{4} << 20;
-
-size_t round_up(size_t bytes, size_t to) {
-    return (bytes + to - 1) / to * to;
-}
+constexpr size_t kRegionBytes = size_t{4} << 20;
 
 }  // namespace
-
-void TreeStore::Free::operator()(std::byte* region) const {
-    std::free(region);
-}
 
 TreeView TreeStore::keep(const Tree& tree) {
     TreeView view = tree.view();
@@ -41,27 +30,24 @@ TreeView TreeStore::keep(const Tree& tree) {
 
 template <typename T>
 const T* TreeStore::copy(const std::vector<T>& values) {
-    static_assert(std::is_trivially_copyable_v<T> && alignof(T) <= kLine);
+    static_assert(std::is_trivially_copyable_v<T> && alignof(T) <= alignof(Line));
     const size_t bytes = values.size() * sizeof(T);
     if (bytes == 0) return nullptr;
-    std::byte* to = take(round_up(bytes, kLine));
+    Line* to = take((bytes + sizeof(Line) - 1) / sizeof(Line));
     std::memcpy(to, values.data(), bytes);
     return reinterpret_cast<const T*>(to);
 }
 
-std::byte* TreeStore::take(size_t bytes) {
+TreeStore::Line* TreeStore::take(size_t lines) {
     const std::lock_guard lock(mutex_);
-    if (bytes > left_) {
-        const size_t region = round_up(std::max(bytes, kRegion), kLine);
-        auto* fresh = static_cast<std::byte*>(std::aligned_alloc(kLine, region));
-        if (fresh == nullptr) throw std::bad_alloc();
-        regions_.emplace_back(fresh);
-        next_ = fresh;
-        left_ = region;
+    if (lines > left_) {
+        left_ = std::max(lines, kRegionBytes / sizeof(Line));
+        regions_.push_back(std::make_unique_for_overwrite<Line[]>(left_));
+        next_ = regions_.back().get();
     }
-    std::byte* const taken = next_;
-    next_ += bytes;
-    left_ -= bytes;
+    Line* const taken = next_;
+    next_ += lines;
+    left_ -= lines;
     return taken;
 }
 

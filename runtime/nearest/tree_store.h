@@ -21,17 +21,17 @@ class TreeStore {
     TreeView keep(const Tree& tree);
 
   private:
-    struct Free {
-        void operator()(std::byte* region) const;
+    struct alignas(64) Line {
+        std::byte bytes[64];
     };
     template <typename T>
     const T* copy(const std::vector<T>& values);
-    std::byte* take(size_t bytes);
+    Line* take(size_t lines);
 
     std::mutex mutex_;
-    std::vector<std::unique_ptr<std::byte, Free>> regions_;
-    std::byte* next_ = nullptr;  ///< of the last region
-    size_t left_ = 0;
+    std::vector<std::unique_ptr<Line[]>> regions_;
+    Line* next_ = nullptr;  ///< of the last region
+    size_t left_ = 0;       ///< lines
 };
 
 }  // namespace openfab::nearest

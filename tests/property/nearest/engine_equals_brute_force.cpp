@@ -27,6 +27,7 @@ struct Asked {
     float radius = kInfinity;
     bool random_demand = false;
     std::vector<Vec3f> near = {};  ///< known surface points
+    bool turned = false;           ///< voxels are along no axis of the part
 };
 
 /// As many blocks as `most` a side, spread over the mesh's box and a little beyond.
@@ -112,7 +113,14 @@ constexpr bool kSanitized = false;
 
 void check(const surface::Surface& surface, const Asked& setup,
            const std::vector<size_t>& cache_bytes = {BlockEngineOptions{}.cache_bytes}) {
-    const auto frame = testing::make_test_frame(setup.pitch, setup.origin);
+    auto frame = testing::make_test_frame(setup.pitch, setup.origin);
+    if (setup.turned) {
+        constexpr float kTurn[3][3] = {{2, -1, 2}, {2, 2, -1}, {-1, 2, 2}};
+        for (size_t a = 0; a < 3; ++a) {
+            for (size_t c = 0; c < 3; ++c)
+                frame[3 * a + c] = setup.pitch[static_cast<int>(a)] * kTurn[a][c] / 3;
+        }
+    }
     std::vector<std::array<uint8_t, 64>> demand;
     std::vector<BlockQuery> queries = make_queries(setup, &demand);
     if (kSanitized) {
@@ -153,6 +161,16 @@ TEST(EngineEqualsBruteForce, RandomSoups) {
         const TriangleMesh mesh = testing::make_soup(seed, 150, 2.0f, seed % 2 == 0 ? 0.3f : 2.0f);
         check_all_ways(mesh, cover(mesh, {0.1f, 0.1f, 0.1f}, 4));
     }
+}
+
+TEST(EngineEqualsBruteForce, TurnedParts) {
+    const TriangleMesh mesh = testing::make_ball(14, [](const Vec3d& d) {
+        return 1 + 0.1 * std::sin(5 * d.x) * std::cos(6 * d.y + 2 * d.z);
+    });
+    Asked setup = cover(mesh, {0.042f, 0.085f, 0.027f}, 4);
+    setup.lowest = {-16, -16, -16};
+    setup.turned = true;
+    check_all_ways(mesh, setup);
 }
 
 TEST(EngineEqualsBruteForce, GridAlignedWithVoxelsOnSymmetryPlanes) {
