@@ -31,7 +31,6 @@ void Growing<T>::grow() {
 template struct Growing<Entry>;
 template struct Growing<Lanes>;
 template struct Growing<float>;
-template struct Growing<LatticeEntry>;
 template struct Growing<FeatureAnswer>;
 template struct Growing<LeafLanes>;
 template struct Growing<NearLeaf>;
@@ -193,12 +192,20 @@ namespace {
 class BlockScratch final : public Engine::Scratch {
   public:
     BlockScratch() {
+        if (lattice_ == nullptr) throw std::bad_alloc();
+        kernel.lattice = lattice_.get();
         kernel.counts = &counts;
-        for (size_t i = 0; i < kLatticeEntries; ++i)
-            kernel.lattice.push({});
     }
     KernelScratch kernel;
     PatchPins pins;
+
+  private:
+    struct Free {
+        void operator()(LatticeEntry* entries) const { std::free(entries); }
+    };
+    // Zeros, of which small parts touch few pages.
+    std::unique_ptr<LatticeEntry, Free> lattice_{
+        static_cast<LatticeEntry*>(std::calloc(kLatticeEntries, sizeof(LatticeEntry)))};
 };
 
 class BlockEngine final : public Engine {
@@ -210,6 +217,12 @@ class BlockEngine final : public Engine {
         for (int a = 0; a < 3; ++a)
             pitch[a] = length(Vec3f{frame_[a * 3], frame_[a * 3 + 1], frame_[a * 3 + 2]});
         shape_ = make_block_shape(pitch);
+        for (size_t q = 0; q < pieces_.lowest.size(); ++q) {
+            const int32_t* origin = shape_.packet_origin[2 * q];
+            pieces_.lowest[q] = {origin[0], origin[1], origin[2]};
+        }
+        for (int a = 0; a < 3; ++a)
+            pieces_.size[a] = static_cast<int32_t>(2 * shape_.quarter_reach[a]) + 1;
         const Tree& root = index_->root();
         if (!root.nodes.empty()) input_.root = root.view();
         input_.root.ranges = &index_->ranges();
@@ -222,6 +235,12 @@ class BlockEngine final : public Engine {
 
     std::unique_ptr<Scratch> make_scratch() const override {
         return std::make_unique<BlockScratch>();
+    }
+
+    void prepare(std::span<const Vec3i> blocks, Scratch* scratch) const override {
+        auto& s = static_cast<BlockScratch&>(*scratch);
+        begin(&s);
+        kernels_.prepare(input_, blocks.data(), blocks.size(), &s.kernel);
     }
 
     void query(const BlockQuery& query, Scratch* scratch, BlockAnswer* answer) const override {
@@ -245,6 +264,15 @@ class BlockEngine final : public Engine {
         begin(&s);
         s.counts.asked += static_cast<int64_t>(8 * groups.size());
         kernels_.bound_points(input_, groups.data(), groups.size(), off_mm, &s.kernel, bounds);
+    }
+
+    const BlockPieces& pieces() const override { return pieces_; }
+
+    void bound_blocks(std::span<const Vec3i> blocks, Scratch* scratch,
+                      BlockBounds* bounds) const override {
+        auto& s = static_cast<BlockScratch&>(*scratch);
+        begin(&s);
+        kernels_.bound_blocks(input_, blocks.data(), blocks.size(), &s.kernel, bounds);
     }
 
     void bounds(const Vec3i& lowest, int32_t size, Scratch* scratch,
@@ -272,6 +300,7 @@ class BlockEngine final : public Engine {
     const KernelTable& kernels_;
     std::array<float, OPENFAB_FRAME_COUNT> frame_;
     BlockShape shape_;
+    BlockPieces pieces_;
     KernelInput input_;
 };
 

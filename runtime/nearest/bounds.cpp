@@ -49,4 +49,41 @@ void Engine::bound_points(std::span<const PointGroup> groups, float, Scratch* sc
     }
 }
 
+void Engine::prepare(std::span<const Vec3i>, Scratch*) const {}
+
+const BlockPieces& Engine::pieces() const {
+    static const BlockPieces pieces = [] {
+        BlockPieces made;
+        made.size = {4, 2, 2};
+        for (int32_t i = 0; i < 32; ++i)
+            made.lowest[static_cast<size_t>(i)] = {4 * (i & 1), i & 6, i >> 2 & 6};
+        return made;
+    }();
+    return pieces;
+}
+
+void Engine::bound_blocks(std::span<const Vec3i> blocks, Scratch* scratch,
+                          BlockBounds* bounds) const {
+    const BlockPieces& cut = pieces();
+    BlockAnswer answer;
+    for (size_t i = 0; i < blocks.size(); ++i) {
+        query({.block = blocks[i]}, scratch, &answer);
+        for (size_t q = 0; q < cut.lowest.size(); ++q) {
+            float low = std::numeric_limits<float>::infinity(), high = 0;
+            const Vec3i from = cut.lowest[q], to = from + cut.size;
+            for (int32_t y = from.y; y < to.y; ++y) {
+                for (int32_t x = from.x; x < to.x; ++x) {
+                    for (int32_t z = from.z; z < to.z; ++z) {
+                        const float d = std::sqrt(answer.distance2[(y * 8 + x) * 8 + z]);
+                        low = std::min(low, d);
+                        high = std::max(high, d);
+                    }
+                }
+            }
+            bounds[i].low[q] = low;
+            bounds[i].high[q] = high;
+        }
+    }
+}
+
 }  // namespace openfab::nearest

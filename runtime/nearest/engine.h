@@ -31,9 +31,6 @@ struct BlockQuery {
     const uint8_t* demand =
         nullptr;  ///< 64 bytes: bit z of byte y * 8 + x is set where a voxel asks
     float radius_mm = std::numeric_limits<float>::infinity();  ///< nothing farther is looked for
-    /// Points of the surface near the block, part-local mm, where some are known: without a radius
-    /// they save a search. They never change an answer.
-    std::span<const Vec3f> near = {};
 };
 
 /// Where there is no surface within the radius: distance2 is +inf and patch -1.
@@ -70,6 +67,20 @@ struct alignas(32) PointBounds {
     float low[8];       ///< no surface point is closer
     float high[8];      ///< one is no farther
     float point[3][8];  ///< this one; NaN where only distances are known
+};
+
+/// How an engine cuts blocks for their bounds: into pieces of `size` voxels a side, by the lowest
+/// voxel of each in the block.
+struct BlockPieces {
+    Vec3i size;
+    std::array<Vec3i, 32> lowest;
+};
+
+/// No voxel centre of a piece is closer to the surface than its `low`, none farther than its
+/// `high`, mm. Where there is no surface, both are infinite.
+struct alignas(64) BlockBounds {
+    float low[32];
+    float high[32];
 };
 
 /// One way in which the nearest point of a voxel in a cube may come out: it lies on a patch of this
@@ -122,6 +133,9 @@ class Engine {
         QueryCounts counts;
     };
     virtual std::unique_ptr<Scratch> make_scratch() const = 0;
+    /// Finds for blocks what their queries without a radius would each search, which is cheaper for
+    /// many that are side by side. It changes no answer.
+    virtual void prepare(std::span<const Vec3i> blocks, Scratch* scratch) const;
     virtual void query(const BlockQuery& query, Scratch* scratch, BlockAnswer* answer) const = 0;
     /// The same answers at any points: one PointAnswer for each group. Points that are close to the
     /// ones asked before, in the group and from group to group, cost less.
@@ -133,6 +147,11 @@ class Engine {
     /// queries them.
     virtual void bound_points(std::span<const PointGroup> groups, float off_mm, Scratch* scratch,
                               PointBounds* bounds) const;
+    virtual const BlockPieces& pieces() const;
+    /// Bounds of the distances in blocks, for what `prepare` finds and little more. An engine
+    /// without a way of its own queries them.
+    virtual void bound_blocks(std::span<const Vec3i> blocks, Scratch* scratch,
+                              BlockBounds* bounds) const;
     /// `size` is 8, 16, 32 or 64 voxels a side; `lowest` the part-relative index of the lowest
     /// voxel.
     virtual void bounds(const Vec3i& lowest, int32_t size, Scratch* scratch,

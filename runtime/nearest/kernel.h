@@ -154,7 +154,14 @@ struct LatticeEntry {
     float lower;          ///< no surface point is closer, mm
     float reach;          ///< how far was searched, mm; infinite where a point was found
 };
-constexpr size_t kLatticeEntries = 4096;
+constexpr size_t kLatticeEntries = 8192;
+
+/// The 8 corners of a block, bits 0 to 2 the upper end of x, y, z.
+struct BlockCorners {
+    alignas(32) float point[3][8];  ///< a surface point near each
+    float lower[8];                 ///< no surface point is closer to it, mm
+    uint32_t found;                 ///< bit c: there is one within reach
+};
 
 /// A leaf and the space that its normal cones fill: what is off its box along the box's last axis
 /// by w is off it across that axis by lean w + stray at most, mm.
@@ -182,7 +189,7 @@ struct KernelScratch {
     Growing<Entry> leaves;      ///< search: whose features were compared
     BlockFeatures features;
     KindLists by_kind;              ///< of those in hand
-    Growing<LatticeEntry> lattice;  ///< kLatticeEntries of them
+    LatticeEntry* lattice = nullptr;  ///< kLatticeEntries of them
     NearLeaves near;
     WarmStart warm;
     WarmStart warm_points;  ///< of points, which are elsewhere than blocks
@@ -193,10 +200,14 @@ struct KernelScratch {
 struct KernelTable {
     void (*query)(const KernelInput& input, const BlockQuery& query, KernelScratch* scratch,
                   BlockAnswer* answer);
+    void (*prepare)(const KernelInput& input, const Vec3i* blocks, size_t count,
+                    KernelScratch* scratch);
     void (*points)(const KernelInput& input, const PointGroup* groups, size_t count, float radius,
                    KernelScratch* scratch, PointAnswer* answers);
     void (*bound_points)(const KernelInput& input, const PointGroup* groups, size_t count,
                          float off_mm, KernelScratch* scratch, PointBounds* bounds);
+    void (*bound_blocks)(const KernelInput& input, const Vec3i* blocks, size_t count,
+                         KernelScratch* scratch, BlockBounds* bounds);
     /// Leaves in scratch->list the nodes of the root hierarchy and of chunks, none below another,
     /// that may hold the nearest point of a voxel centre of the cube, and in scratch->list_least a
     /// lower bound of the distance to each. Patches are judged by their boxes; none is diced.

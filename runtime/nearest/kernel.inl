@@ -42,6 +42,8 @@ namespace {
 
 #include "runtime/nearest/kernel_lattice.inl"
 
+#include "runtime/nearest/kernel_pieces.inl"
+
 #include "runtime/nearest/kernel_near.inl"
 
 #include "runtime/nearest/kernel_block.inl"
@@ -53,6 +55,6 @@ namespace {
 }  // namespace
 
 extern const KernelTable kKernels;
-const KernelTable kKernels = {query, points, bound_points, cube};
+const KernelTable kKernels = {query, prepare, points, bound_points, bound_blocks, cube};
 
 }  // namespace openfab::nearest::OPENFAB_NEAREST_ISA

@@ -138,11 +138,7 @@ void query(const KernelInput& in, const BlockQuery& q, KernelScratch* scratch,
     if (demanded == 0 || in.root.nodes == nullptr) return;
     scratch->stack.size = 0;
     BlockCorners corners;
-    if (q.near.empty() || q.radius_mm < kInfinity) {
-        find_corners(in, q, scratch, &corners);
-    } else {
-        take_near_points(q, &corners);
-    }
+    find_corners(in, q.block, q.radius_mm, scratch, &corners);
     uint32_t subs = 0xff;
     if (q.radius_mm < kInfinity) {
         subs = sub_blocks_in_reach(in, corners, q.radius_mm);
@@ -156,7 +152,7 @@ void query(const KernelInput& in, const BlockQuery& q, KernelScratch* scratch,
     Domination rows;
     for (uint32_t c = corners.found; c != 0; c &= c - 1) {
         const int i = __builtin_ctz(c);
-        add_point_row(box, corners.x[i], corners.y[i], corners.z[i], &rows);
+        add_point_row(box, corners.point[0][i], corners.point[1][i], corners.point[2][i], &rows);
     }
     add_radius_row(box, q.radius_mm, &rows);
     const float farthest2 = farthest_row2(rows), radius2 = q.radius_mm * q.radius_mm;

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/slab/cube_bounds.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -22,7 +23,8 @@ int64_t CubeBounds::most_bytes(const PrintPart& part, int64_t cubes) {
     const int64_t components = part.nearest.floats() + part.nearest.ints();
     const int64_t numbers = 2 * 5 + components * (2 * 2 + 2) + 2 * int64_t{part.slots()};
     constexpr int64_t kPoint = (sizeof(nearest::PointGroup) + sizeof(nearest::PointBounds)) / 8 + 4;
-    return cubes * (nearest::BoxBounds::kMostCases * 4 * numbers + int64_t{2 * sizeof(size_t)} +
+    return int64_t{kBlocks * sizeof(nearest::BlockBounds)} +
+           cubes * (nearest::BoxBounds::kMostCases * 4 * numbers + int64_t{2 * sizeof(size_t)} +
                     2 * kPoint);
 }
 
@@ -107,9 +109,7 @@ void CubeBounds::lay_out(const PrintPart& part) {
     transpose(static_cast<size_t>(part.nearest.ints()), case_ints_, &int_lo_, &int_hi_);
 }
 
-// Intervals of what the queries can give in each cube, then of the weights.
-int CubeBounds::bound(const PrintPart& part, int32_t size, std::span<const Vec3i> lowest,
-                      QueryBounds from, const Tools& tools) {
+void CubeBounds::begin(const PrintPart& part) {
     first_entry_.assign(1, 0);
     corners_.clear();
     distance_lo_.clear();
@@ -123,26 +123,79 @@ int CubeBounds::bound(const PrintPart& part, int32_t size, std::span<const Vec3i
                            std::numeric_limits<int32_t>::min());
     unknown_.int_hi.assign(static_cast<size_t>(part.nearest.ints()),
                            std::numeric_limits<int32_t>::max());
-    const bool middles = from == QueryBounds::kMiddle && part.bounds.any();
-    if (middles) find_middles(part, size, lowest, tools.scratch);
+}
+
+void CubeBounds::add_middles(const PrintPart& part, int32_t size, std::span<const Vec3i> lowest,
+                             nearest::Engine::Scratch* scratch) {
+    find_middles(part, size, lowest, scratch);
     for (size_t i = 0; i < lowest.size(); ++i) {
-        if (middles) {
-            const Range d = around_middle(part, i, 0.5f * static_cast<float>(size - 1));
-            add_entry(part, lowest[i], unknown_, d.low, d.high);
-        } else {
-            box_.clear();
-            box_.distance_hi = kInfinity;
-            if (part.bounds.any()) part.engine->bounds(lowest[i], size, tools.scratch, &box_);
-            for (int32_t k = 0; k < box_.count; ++k) {
-                const nearest::NearestCase& one = box_.cases[static_cast<size_t>(k)];
-                add_entry(part, lowest[i], one, one.distance_lo, box_.distance_hi);
-            }
-            if (box_.count == 0) add_entry(part, lowest[i], unknown_, 0.0f, box_.distance_hi);
-        }
+        const Range d = around_middle(part, i, 0.5f * static_cast<float>(size - 1));
+        add_entry(part, lowest[i], unknown_, d.low, d.high);
         first_entry_.push_back(distance_lo_.size());
+    }
+}
+
+template <typename Visit>
+void CubeBounds::each_block(const PrintPart& part, std::span<const Vec3i> blocks,
+                            nearest::Engine::Scratch* scratch, const Visit& visit) {
+    blocks_.resize(kBlocks);
+    for (size_t first = 0; first < blocks.size(); first += kBlocks) {
+        const auto some = blocks.subspan(first, std::min(kBlocks, blocks.size() - first));
+        part.engine->bound_blocks(some, scratch, blocks_.data());
+        for (size_t i = 0; i < some.size(); ++i)
+            visit(some[i], blocks_[i]);
+    }
+}
+
+void CubeBounds::add_cases(const PrintPart& part, int32_t size, std::span<const Vec3i> lowest,
+                           nearest::Engine::Scratch* scratch) {
+    for (const Vec3i& corner : lowest) {
+        box_.clear();
+        box_.distance_hi = kInfinity;
+        if (part.bounds.any()) part.engine->bounds(corner, size, scratch, &box_);
+        for (int32_t k = 0; k < box_.count; ++k) {
+            const nearest::NearestCase& one = box_.cases[static_cast<size_t>(k)];
+            add_entry(part, corner, one, one.distance_lo, box_.distance_hi);
+        }
+        if (box_.count == 0) add_entry(part, corner, unknown_, 0.0f, box_.distance_hi);
+        first_entry_.push_back(distance_lo_.size());
+    }
+}
+
+// Intervals of what the queries can give in each cube, then of the weights.
+int CubeBounds::bound(const PrintPart& part, int32_t size, std::span<const Vec3i> lowest,
+                      QueryBounds from, const Tools& tools) {
+    begin(part);
+    if (from == QueryBounds::kCases || !part.bounds.any()) {
+        add_cases(part, size, lowest, tools.scratch);
+    } else if (size > 8) {
+        add_middles(part, size, lowest, tools.scratch);
+    } else {
+        each_block(part, lowest, tools.scratch,
+                   [&](const Vec3i& block, const nearest::BlockBounds& of) {
+                       add_entry(part, block, unknown_, *std::ranges::min_element(of.low),
+                                 *std::ranges::max_element(of.high));
+                       first_entry_.push_back(distance_lo_.size());
+                   });
     }
     lay_out(part);
     return run_kernel(part, size, tools);
+}
+
+int CubeBounds::bound_pieces(const PrintPart& part, std::span<const Vec3i> blocks,
+                             const Tools& tools) {
+    begin(part);
+    const nearest::BlockPieces& pieces = part.engine->pieces();
+    each_block(part, blocks, tools.scratch,
+               [&](const Vec3i& block, const nearest::BlockBounds& of) {
+                   for (size_t p = 0; p < kPieces; ++p) {
+                       add_entry(part, block + pieces.lowest[p], unknown_, of.low[p], of.high[p]);
+                       first_entry_.push_back(distance_lo_.size());
+                   }
+               });
+    lay_out(part);
+    // The kernel knows cubes alone; one that holds a piece will do.
+    return run_kernel(part, std::max({pieces.size.x, pieces.size.y, pieces.size.z}), tools);
 }
 
 int CubeBounds::run_kernel(const PrintPart& part, int32_t size, const Tools& tools) {

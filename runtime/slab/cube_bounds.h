@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <span>
+#include <tuple>
 #include <vector>
 
 #include "runtime/slab/kernel_arguments.h"
@@ -16,9 +17,9 @@ namespace openfab::slab {
 
 /// Where the intervals of what queries give come from.
 enum class QueryBounds {
-    /// From about the distance of the cube's middle; of the surface's attributes nothing is known.
-    /// A tenth of a microsecond to one a cube.
-    kMiddle,
+    /// From about the distance of the cube's middle, of blocks from about those of their corners; of
+    /// the surface's attributes nothing is known. A tenth of a microsecond to one a cube.
+    kDistance,
     /// The engine's bounds of distance and attributes, case by case. Tighter; ten microseconds.
     kCases,
 };
@@ -40,25 +41,32 @@ class CubeBounds {
     /// error code.
     int bound(const PrintPart& part, int32_t size, std::span<const Vec3i> lowest, QueryBounds from,
               const Tools& tools);
+    /// By kDistance the pieces of blocks (nearest::Engine::pieces): those of block i are cubes
+    /// i * kPieces to i * kPieces + kPieces - 1.
+    int bound_pieces(const PrintPart& part, std::span<const Vec3i> blocks, const Tools& tools);
+    static constexpr size_t kPieces = std::tuple_size_v<decltype(nearest::BlockPieces::lowest)>;
     /// True where all cases of a cube give every slot the same single weight, which is then in
     /// `weights`: one for each slot.
     bool one_composition(size_t cube, std::vector<float>* weights) const;
-    /// After kMiddle: a distance that lies in the cube's interval, signed, mm.
-    float middle_distance(size_t cube) const { return 0.0f - middles_[cube / 8].high[cube % 8]; }
-
-    /// After kMiddle: a surface point about as near to the cube's middle as any, part-local mm.
-    Vec3f point_near_middle(size_t cube) const {
-        const auto& p = middles_[cube / 8].point;
-        return {p[0][cube % 8], p[1][cube % 8], p[2][cube % 8]};
-    }
+    /// A distance that a cube with one case may have, signed, mm.
+    float distance_of(size_t cube) const { return distance_lo_[first_entry_[cube]]; }
 
   private:
+    void begin(const PrintPart& part);
     void find_middles(const PrintPart& part, int32_t size, std::span<const Vec3i> lowest,
                       nearest::Engine::Scratch* scratch);
     struct Range {
         float low, high;
     };
     Range around_middle(const PrintPart& part, size_t cube, float voxels) const;
+    void add_middles(const PrintPart& part, int32_t size, std::span<const Vec3i> lowest,
+                     nearest::Engine::Scratch* scratch);
+    /// visit(block, bounds of its pieces)
+    template <typename Visit>
+    void each_block(const PrintPart& part, std::span<const Vec3i> blocks,
+                    nearest::Engine::Scratch* scratch, const Visit& visit);
+    void add_cases(const PrintPart& part, int32_t size, std::span<const Vec3i> lowest,
+                   nearest::Engine::Scratch* scratch);
     void add_entry(const PrintPart& part, const Vec3i& corner, const nearest::NearestCase& of,
                    float distance_lo, float distance_hi);
     void lay_out(const PrintPart& part);
@@ -78,6 +86,8 @@ class CubeBounds {
     nearest::BoxBounds box_;
     std::vector<nearest::PointGroup> points_;
     std::vector<nearest::PointBounds> middles_;
+    static constexpr size_t kBlocks = 64;  ///< that are bounded at a time
+    std::vector<nearest::BlockBounds> blocks_;
 };
 
 }  // namespace openfab::slab

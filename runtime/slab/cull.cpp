@@ -22,10 +22,10 @@ int32_t align_down(int32_t value, int32_t side) {
     return value >= 0 ? value / side * side : -((-value + side - 1) / side * side);
 }
 
-/// Whether cubes are bounded by about the distances of their middles. These are queries; of a
-/// displaced surface they would dice patches that no voxel asks for, which costs more than what
+/// Whether cubes are bounded by about the distances of some of their points. These are queries; of
+/// a displaced surface they would dice patches that no voxel asks for, which costs more than what
 /// they settle beyond the cases of patches that are not diced.
-bool middles_tell(const PrintPart& part) {
+bool points_tell(const PrintPart& part) {
     return part.bounds.distance && part.surface->identity();
 }
 
@@ -70,8 +70,8 @@ int PartCull::run(const PrintPart& part, int32_t group, const voxel::GroupMask& 
         for (int32_t x = align_down(first_x_, kSides[0]); x < end_x(); x += kSides[0])
             open.push_back({x, y});
     }
-    const bool middles = middles_tell(part);
-    const bool cases = !middles || part.bounds.attributes;
+    const bool points = points_tell(part);
+    const bool cases = !points || part.bounds.attributes;
     int status = 0;
     for (int32_t side : kSides) {
         cubes.clear();
@@ -80,8 +80,8 @@ int PartCull::run(const PrintPart& part, int32_t group, const voxel::GroupMask& 
         }
         open.clear();
         if (cubes.empty()) break;
-        if (middles)
-            status = settle(part, group, side, QueryBounds::kMiddle, evaluator, room, &cubes);
+        if (points)
+            status = settle(part, group, side, QueryBounds::kDistance, evaluator, room, &cubes);
         if (status == 0 && cases)
             status = settle(part, group, side, QueryBounds::kCases, evaluator, room, &cubes);
         if (status != 0) break;
@@ -149,10 +149,10 @@ void PartCull::fill(const CullCube& cube, int32_t side, int32_t composition) {
     }
 }
 
-// Where not one cube was filled, octants of some blocks tell whether any are worth a look.
+// Where not one cube was filled, pieces of some blocks tell whether any are worth a look.
 int PartCull::try_finer(const PrintPart& part, int32_t group, BlockEvaluator* evaluator) {
     constexpr size_t kTried = 8;
-    if (!middles_tell(part)) {
+    if (!points_tell(part)) {
         finer_ = false;
         return 0;
     }
@@ -165,17 +165,15 @@ int PartCull::try_finer(const PrintPart& part, int32_t group, BlockEvaluator* ev
             ++i;
         if (i == std::min(from + step, blocks_.size())) continue;
         const auto at = static_cast<int32_t>(i);
-        for (int32_t o = 0; o < 8; ++o)
-            lowest_.push_back({8 * (first_x_ + at % blocks_x_) + 4 * (o & 1) - part.base.x,
-                               8 * (first_y_ + at / blocks_x_) + 4 * (o >> 1 & 1) - part.base.y,
-                               8 * group + 4 * (o >> 2) - part.base.z});
+        lowest_.push_back({8 * (first_x_ + at % blocks_x_) - part.base.x,
+                           8 * (first_y_ + at / blocks_x_) - part.base.y,
+                           8 * group - part.base.z});
     }
     if (lowest_.empty()) return 0;
     CubeBounds& bounds = evaluator->cube_bounds();
-    const int status =
-        bounds.bound(part, 4, lowest_, QueryBounds::kMiddle, evaluator->bound_tools(part));
+    const int status = bounds.bound_pieces(part, lowest_, evaluator->bound_tools(part));
     std::vector<float> weights(static_cast<size_t>(part.slots()));
-    for (size_t i = 0; i < lowest_.size() && status == 0 && !finer_; ++i)
+    for (size_t i = 0; i < CubeBounds::kPieces * lowest_.size() && status == 0 && !finer_; ++i)
         finer_ = bounds.one_composition(i, &weights);
     return status;
 }

@@ -18,13 +18,14 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr size_t kBlockValues = nearest::kBlockVoxels;
 constexpr size_t kBatchValues = kBlockValues * BlockEvaluator::kBatch;
 
-/// Octant o of a block has the upper half along x where bit 0 is set, y bit 1, z bit 2. Its first
-/// column of row y < 4, and its bits in the four bytes of that row.
-constexpr size_t octant_row(int32_t o, int32_t y) {
-    return static_cast<size_t>((4 * (o >> 1 & 1) + y) * 8 + 4 * (o & 1));
-}
-constexpr uint32_t octant_bits(int32_t o) {
-    return (o >> 2) != 0 ? 0xf0f0f0f0u : 0x0f0f0f0fu;
+/// For each column of a piece, by its number in the block, and its bits there.
+void each_column(const nearest::BlockPieces& pieces, size_t piece, const auto& visit) {
+    const Vec3i from = pieces.lowest[piece], to = from + pieces.size;
+    const auto bits = static_cast<uint8_t>((1u << to.z) - (1u << from.z));
+    for (int32_t y = from.y; y < to.y; ++y) {
+        for (int32_t x = from.x; x < to.x; ++x)
+            visit(static_cast<size_t>(8 * y + x), bits);
+    }
 }
 
 void grow(auto* values, size_t count) {
@@ -107,62 +108,49 @@ int BlockEvaluator::find_demand(const PrintPart& part, int32_t n) {
     return 0;
 }
 
-// Octants that hold one composition whatever a query would say need none: for any distance in the
-// interval the volume kernel gives that composition, and the middle's is one. 0 or a Halide error
-// code.
-int BlockEvaluator::settle_octants(const PrintPart& part, int32_t n) {
-    octants_.clear();
-    octant_places_.clear();
-    for (int32_t i = 0; i < n; ++i) {
-        const int32_t* corner = &corners_[static_cast<size_t>(3 * i)];
-        for (int32_t o = 0; o < 8; ++o) {
-            uint32_t asked = 0;
-            for (int32_t y = 0; y < 4; ++y) {
-                uint32_t row;
-                std::memcpy(&row, &demand_[static_cast<size_t>(64 * i) + octant_row(o, y)], 4);
-                asked |= row & octant_bits(o);
-            }
-            if (asked == 0) continue;
-            octants_.push_back(
-                {corner[0] + 4 * (o & 1), corner[1] + 4 * (o >> 1 & 1), corner[2] + 4 * (o >> 2)});
-            octant_places_.push_back(8 * i + o);
-        }
-    }
-    if (octants_.empty()) return 0;
-    if (const int status =
-            cube_bounds_.bound(part, 4, octants_, QueryBounds::kMiddle, bound_tools(part));
-        status != 0)
+// Pieces that hold one composition whatever a query would say need none: for any distance in the
+// interval the volume kernel gives that composition. 0 or a Halide error code.
+int BlockEvaluator::settle_pieces(const PrintPart& part, int32_t n) {
+    if (const int status = cube_bounds_.bound_pieces(part, blocks_, bound_tools(part)); status != 0)
         return status;
-    octant_weights_.resize(static_cast<size_t>(part.slots()));
-    for (size_t k = 0; k < octants_.size(); ++k) {
-        const auto block = static_cast<size_t>(octant_places_[k] >> 3);
-        near_points_[block][near_count_[block]++] = cube_bounds_.point_near_middle(k);
-        if (!cube_bounds_.one_composition(k, &octant_weights_)) continue;
-        const int32_t place = octant_places_[k], o = place & 7;
-        settled_[static_cast<size_t>(place >> 3)] |= static_cast<uint8_t>(1 << o);
-        settled_distance_[static_cast<size_t>(place)] = cube_bounds_.middle_distance(k);
-        for (int32_t y = 0; y < 4; ++y) {
-            uint8_t* at = &demand_[static_cast<size_t>(64 * (place >> 3)) + octant_row(o, y)];
-            uint32_t row;
-            std::memcpy(&row, at, 4);
-            row &= ~octant_bits(o);
-            std::memcpy(at, &row, 4);
+    piece_weights_.resize(static_cast<size_t>(part.slots()));
+    const nearest::BlockPieces& pieces = part.engine->pieces();
+    for (size_t block = 0; block < static_cast<size_t>(n); ++block) {
+        for (size_t p = 0; p < CubeBounds::kPieces; ++p) {
+            const size_t cube = block * CubeBounds::kPieces + p;
+            if (!cube_bounds_.one_composition(cube, &piece_weights_)) continue;
+            settled_[block] |= 1u << p;
+            settled_distance_[block][p] = cube_bounds_.distance_of(cube);
+            each_column(pieces, p, [&](size_t column, uint8_t bits) {
+                demand_[64 * block + column] &= static_cast<uint8_t>(~bits);
+            });
         }
     }
     return 0;
 }
 
-// Gives the settled octants of a block a distance of their intervals.
-void BlockEvaluator::fill_settled(int32_t place) {
-    float* out = &distance_[static_cast<size_t>(place) * kBlockValues];
-    for (int32_t o = 0; o < 8; ++o) {
-        if ((settled_[static_cast<size_t>(place)] >> o & 1) == 0) continue;
-        const float distance = settled_distance_[static_cast<size_t>(8 * place + o)];
-        for (int32_t y = 0; y < 4; ++y) {
-            for (size_t x = 0; x < 4; ++x)
-                std::fill_n(out + 8 * (octant_row(o, y) + x) + 4 * (o >> 2), 4, distance);
-        }
+// Gives the settled pieces of a block a distance of their intervals.
+void BlockEvaluator::fill_settled(const PrintPart& part, int32_t place) {
+    const auto block = static_cast<size_t>(place);
+    float* out = &distance_[block * kBlockValues];
+    const nearest::BlockPieces& pieces = part.engine->pieces();
+    for (uint32_t left = settled_[block]; left != 0; left &= left - 1) {
+        const auto p = static_cast<size_t>(std::countr_zero(left));
+        each_column(pieces, p, [&](size_t column, uint8_t) {
+            std::fill_n(out + 8 * column + pieces.lowest[p].z, pieces.size.z,
+                        settled_distance_[block][p]);
+        });
     }
+}
+
+// What queries of the blocks would each search is searched for all of them together.
+void BlockEvaluator::prepare_queries(const PrintPart& part, int32_t n) {
+    for (int32_t i = n; i-- > 0;) {
+        const uint8_t* demand = &demand_[static_cast<size_t>(64 * i)];
+        if (std::all_of(demand, demand + 64, [](uint8_t bits) { return bits == 0; }))
+            blocks_.erase(blocks_.begin() + i);
+    }
+    part.engine->prepare(blocks_, scratch(part));
 }
 
 // Zeros the inputs of one block of the batch; the targets stand at its place.
@@ -186,15 +174,13 @@ void BlockEvaluator::query(const PrintPart& part, int32_t place) {
     if (std::all_of(demand, demand + 64, [](uint8_t bits) { return bits == 0; })) {
         scratch(part)->counts.skipped += nearest::kBlockVoxels;
         clear_inputs(part, place);
-        if (part.volume.distance) fill_settled(place);
+        if (part.volume.distance) fill_settled(part, place);
         return;
     }
     nearest::BlockQuery query;
     const int32_t* corner = &corners_[static_cast<size_t>(3 * place)];
     query.block = {corner[0], corner[1], corner[2]};
     query.demand = demand;
-    query.near = {near_points_[static_cast<size_t>(place)].data(),
-                  near_count_[static_cast<size_t>(place)]};
     part.engine->query(query, scratch(part), &answer_);
     if (part.volume.attributes || part.volume.gradients) {
         const nearest::AttributeTargets targets{
@@ -211,7 +197,7 @@ void BlockEvaluator::query(const PrintPart& part, int32_t place) {
             const float d2 = answer_.distance2[v];
             out[v] = 0.0f - std::sqrt(d2 < kInfinity ? d2 : 0.0f);
         }
-        fill_settled(place);
+        fill_settled(part, place);
     }
 }
 
@@ -318,20 +304,23 @@ int BlockEvaluator::evaluate(const PrintPart& part, int32_t group, const OwnedBl
                              int32_t n, bool finer, RowBand* band, PointPrints* prints) {
     const double start = seconds_now();
     prepare(part);
+    blocks_.clear();
     for (int32_t i = 0; i < n; ++i) {
         int32_t* corner = &corners_[static_cast<size_t>(3 * i)];
         corner[0] = 8 * blocks[i].block - part.base.x;
         corner[1] = 8 * band->row - part.base.y;
         corner[2] = 8 * group - part.base.z;
+        blocks_.push_back({corner[0], corner[1], corner[2]});
         std::copy(blocks[i].owned.begin(), blocks[i].owned.end(),
                   &owned_[static_cast<size_t>(64 * i)]);
     }
     if (part.volume.any()) {
         if (const int status = find_demand(part, n); status != 0) return status;
         settled_.fill(0);
-        near_count_.fill(0);
         if (finer && part.bounds.distance) {
-            if (const int status = settle_octants(part, n); status != 0) return status;
+            if (const int status = settle_pieces(part, n); status != 0) return status;
+        } else {
+            prepare_queries(part, n);
         }
     }
     for (int32_t i = 0; i < n && part.volume.any(); ++i) {

@@ -41,7 +41,7 @@ class BlockEvaluator {
     BlockEvaluator(const openfab_stage_set& set, openfab_isa isa, size_t parts);
 
     /// Evaluates up to kBatch blocks of block row `row` in group `group` and merges them into the
-    /// band; what the fablet prints goes to `prints`. `finer`: octants that can hold one
+    /// band; what the fablet prints goes to `prints`. `finer`: pieces that can hold one
     /// composition only ask no queries, which changes nothing else. Returns 0 or a Halide error
     /// code.
     int evaluate(const PrintPart& part, int32_t group, const OwnedBlock* blocks, int32_t n,
@@ -68,8 +68,9 @@ class BlockEvaluator {
   private:
     void prepare(const PrintPart& part);
     int find_demand(const PrintPart& part, int32_t n);
-    int settle_octants(const PrintPart& part, int32_t n);
-    void fill_settled(int32_t place);
+    int settle_pieces(const PrintPart& part, int32_t n);
+    void fill_settled(const PrintPart& part, int32_t place);
+    void prepare_queries(const PrintPart& part, int32_t n);
     void query(const PrintPart& part, int32_t place);
     void clear_inputs(const PrintPart& part, int32_t place);
     int run_volume(const PrintPart& part, int32_t n, PointPrints* prints);
@@ -94,13 +95,10 @@ class BlockEvaluator {
     std::vector<uint8_t> owned_;
     std::vector<uint8_t> demand_;  ///< of the owned voxels those that ask, in the same order
     CubeBounds cube_bounds_;
-    std::vector<Vec3i> octants_;          ///< lowest voxels
-    std::vector<int32_t> octant_places_;  ///< 8 block + octant
-    std::vector<float> octant_weights_;
-    std::array<uint8_t, kBatch> settled_{};  ///< of each block a bit an octant
-    std::array<float, 8 * kBatch> settled_distance_{};
-    std::array<std::array<Vec3f, 8>, kBatch> near_points_{};  ///< of each block: surface points
-    std::array<size_t, kBatch> near_count_{};
+    std::vector<Vec3i> blocks_;  ///< lowest voxels
+    std::vector<float> piece_weights_;
+    std::array<uint32_t, kBatch> settled_{};  ///< of each block a bit a piece
+    std::array<std::array<float, CubeBounds::kPieces>, kBatch> settled_distance_{};
     std::vector<int32_t> demanded_;  ///< what the demand kernel says, [block][512]
     std::vector<uint16_t> tiles_;
     std::vector<uint8_t> codes_;
