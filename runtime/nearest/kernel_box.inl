@@ -118,7 +118,7 @@ OPENFAB_INLINE void offer_point(float x, float y, float z, const Points& p, Witn
 OPENFAB_INLINE void offer_triangle(const TriangleFrame& t, const TriangleDetail& d, const Points& p,
                                    Witnesses* w) {
     const InFrame f = to_frame(t, p);
-    const uint32_t near = bits(lower_bound(f) < w->distance2);
+    const uint32_t near = bits(lower_bound(f) < w->distance2 - w->enough);
     if (near == 0) return;
     const Closest c = closest_about(t, d, p, f, near);
     const M8 closer = c.distance2 < w->distance2;
@@ -165,7 +165,7 @@ __attribute__((noinline)) void find_witnesses(const Entry& start, const Points& 
         if (bits(node_distance2(*node, p) < w->distance2 - w->enough) == 0) continue;
         while (node != nullptr && !node->is_leaf()) {
             F8 of_child[kMaxChildren];
-            const uint32_t near = test_children(*e.tree, *node, p, w->distance2, of_child);
+            const uint32_t near = test_children(*e.tree, *node, p, w->distance2 - w->enough, of_child);
             scratch->counts->node_tests += node->children();
             const uint32_t child = node->child(), nearest = nearest_child(of_child);
             each_other_child(
