@@ -7,28 +7,24 @@ using namespace Halide;
 namespace openfab::stages {
 
 Stage pack(int bits) {
-    Var z("z"), x("x"), y("y");
-    ImageParam codes(UInt(8), 3, "codes");
+    Var x("x"), y("y"), z("z");
+    ImageParam columns(UInt(64), 2, "columns");
     Func bytes("bytes"), planes("planes");
-    if (bits == 4) {
-        bytes(z, x, y) = codes(z, 2 * x, y) | (codes(z, 2 * x + 1, y) << cast<uint8_t>(4));
-    } else {
-        bytes(z, x, y) = codes(z, x, y);
-    }
-    planes(x, y, z) = bytes(z, x, y);
+    // A code has no more bits than are packed, so what is shifted stays in its byte.
+    bytes(x, y) = bits == 4 ? columns(2 * x, y) | (columns(2 * x + 1, y) << cast<uint64_t>(4))
+                            : columns(x, y);
+    planes(x, y, z) = cast<uint8_t>(bytes(x, y) >> cast<uint64_t>(8 * z));
 
-    codes.dim(0).set_bounds(0, 8);
-    codes.dim(1).set_min(0).set_stride(8);
-    codes.dim(2).set_min(0);
+    columns.dim(0).set_min(0);
+    columns.dim(1).set_min(0);
     planes.bound(z, 0, 8);
 
     Stage stage;
     stage.name = "pack";
     stage.pipeline = Pipeline(planes);
     stage.kernel = {planes,
-                    {codes},
-                    {{"planes", planes, {{"z", z}, {"x", x}, {"y", y}}},
-                     {"bytes", bytes, {{"z", z}, {"x", x}, {"y", y}}}}};
+                    {columns},
+                    {{"planes", planes, {{"x", x}, {"y", y}, {"z", z}}}, {"bytes", bytes, {{"x", x}, {"y", y}}}}};
     return stage;
 }
 

@@ -9,6 +9,7 @@ namespace {
 constexpr halide_type_t kFloat{halide_type_float, 32, 1};
 constexpr halide_type_t kInt32{halide_type_int, 32, 1};
 constexpr halide_type_t kUint16{halide_type_uint, 16, 1};
+constexpr halide_type_t kUint64{halide_type_uint, 64, 1};
 constexpr halide_type_t kUint8{halide_type_uint, 8, 1};
 
 openfab_kernel_fn pick(const openfab_kernel_fn* by_isa, openfab_isa isa) {
@@ -43,10 +44,9 @@ int StageCalls::normalise(const float* weights, int32_t slots, const int32_t* sl
 int StageCalls::pack(int32_t bits, const uint8_t* codes, int64_t code_stride, int32_t bytes,
                      int32_t rows, uint8_t* planes, int64_t row_stride, int64_t plane_stride) {
     abi::KernelBuffer in, out;
-    in.set_dim(0, 8, 1);
-    in.set_dim(1, 8 / bits * bytes, 8);
-    in.set_dim(2, rows, static_cast<int32_t>(code_stride));
-    in.set(kUint8, codes, 3);
+    in.set_dim(0, 8 / bits * bytes, 1);
+    in.set_dim(1, rows, static_cast<int32_t>(code_stride / 8));
+    in.set(kUint64, codes, 2);
     out.set_dim(0, bytes, 1);
     out.set_dim(1, rows, static_cast<int32_t>(row_stride));
     out.set_dim(2, 8, static_cast<int32_t>(plane_stride));
