@@ -69,6 +69,7 @@ class BlockEvaluator {
     void prepare(const PrintPart& part);
     int find_demand(const PrintPart& part, int32_t n);
     int settle_pieces(const PrintPart& part, int32_t n);
+    int find_settled_code(const PrintPart& part, uint8_t* code);
     void fill_settled(const PrintPart& part, int32_t place);
     void prepare_queries(const PrintPart& part, int32_t n);
     void query(const PrintPart& part, int32_t place);
@@ -76,6 +77,8 @@ class BlockEvaluator {
     int run_volume(const PrintPart& part, int32_t n, PointPrints* prints);
     int normalise(const PrintPart& part, int32_t n);
     int normalise_slice(const PrintPart& part, int32_t n, int32_t z);
+    int normalise_columns(const PrintPart& part, int32_t n);
+    int normalise_packed(const PrintPart& part, int32_t n);
     const void* input(const PrintPart& part, const openfab_arg& arg) const;
 
     StageCalls calls_;
@@ -99,13 +102,23 @@ class BlockEvaluator {
     std::vector<float> piece_weights_;
     std::array<uint32_t, kBatch> settled_{};  ///< of each block a bit a piece
     std::array<std::array<float, CubeBounds::kPieces>, kBatch> settled_distance_{};
+    /// Their codes; those that are mixed, or that normalise has to count, are OPENFAB_CODE_MIXED.
+    std::array<std::array<uint8_t, CubeBounds::kPieces>, kBatch> settled_code_{};
+    std::array<uint8_t, 64 * kBatch> coded_{};  ///< voxels whose code is known, as owned_
+    struct KnownCode {
+        std::vector<float> weights;
+        uint8_t code;
+    };
+    std::vector<KnownCode> known_codes_;  ///< of the part below
+    const PrintPart* known_part_ = nullptr;
     std::vector<int32_t> demanded_;  ///< what the demand kernel says, [block][512]
     std::vector<uint16_t> tiles_;
     std::vector<uint8_t> codes_;
-    /// Of one slice of 8 blocks at a time, side by side as the slices of one.
-    std::vector<float> slice_weights_;
-    std::vector<uint8_t> slice_owned_, slice_codes_;
-    std::vector<uint16_t> slice_tiles_;
+    std::vector<size_t> columns_;  ///< that normalise has to look at: 64 block + column
+    /// Blocks made up of such columns, or of the slices of eight blocks side by side.
+    std::vector<float> packed_weights_;
+    std::vector<uint8_t> packed_owned_, packed_codes_;
+    std::vector<uint16_t> packed_tiles_;
     std::array<int32_t, 8 * kBatch> unusable_{};
 };
 
