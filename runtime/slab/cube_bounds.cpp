@@ -3,6 +3,7 @@
 #include "runtime/slab/cube_bounds.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -23,21 +24,41 @@ int64_t CubeBounds::most_bytes(const PrintPart& part, int64_t cubes) {
     const int64_t components = part.nearest.floats() + part.nearest.ints();
     const int64_t numbers = 2 * 5 + components * (2 * 2 + 2) + 2 * int64_t{part.slots()};
     constexpr int64_t kPoint = (sizeof(nearest::PointGroup) + sizeof(nearest::PointBounds)) / 8 + 4;
-    return int64_t{kBlocks * sizeof(nearest::BlockBounds)} +
+    return int64_t{kBlocks * sizeof(nearest::BlockBounds) + 3 * kKnownMiddles * sizeof(Middle)} +
            cubes * (nearest::BoxBounds::kMostCases * 4 * numbers + int64_t{2 * sizeof(size_t)} +
-                    2 * kPoint);
+                    2 * (kPoint + int64_t{sizeof(Middle)}));
 }
 
-// Distances of the cubes' middles, about, in the order of operations of a voxel's centre.
+CubeBounds::Middle& CubeBounds::known_middle(int32_t size, const Vec3i& lowest) {
+    const auto level = static_cast<size_t>(std::countr_zero(static_cast<uint32_t>(size / 16)));
+    const auto x = static_cast<uint32_t>(lowest.x) / static_cast<uint32_t>(size),
+               y = static_cast<uint32_t>(lowest.y) / static_cast<uint32_t>(size);
+    static_assert(kKnownMiddles == 1 << 10);
+    return known_[level * kKnownMiddles + ((y & 15) << 6 | (x & 63))];
+}
+
+// Distances of the cubes' middles, about, in the order of operations of a voxel's centre. A cube is
+// asked for by every group that it crosses, so what was found is kept.
 void CubeBounds::find_middles(const PrintPart& part, int32_t size, std::span<const Vec3i> lowest,
                               nearest::Engine::Scratch* scratch) {
-    const size_t groups = (lowest.size() + 7) / 8;
+    known_.resize(3 * kKnownMiddles);
+    middles_.resize(lowest.size());
+    missing_.clear();
+    for (size_t i = 0; i < lowest.size(); ++i) {
+        const Middle& known = known_middle(size, lowest[i]);
+        if (known.part == &part && known.lowest == lowest[i]) {
+            middles_[i] = known;
+        } else {
+            missing_.push_back(i);
+        }
+    }
+    const size_t groups = (missing_.size() + 7) / 8;
     points_.resize(groups);
-    middles_.resize(groups);
+    bounds_.resize(groups);
     const float half = 0.5f * static_cast<float>(size);
     for (size_t i = 0; i < 8 * groups; ++i) {
         // Lanes that are left over ask what the last one does.
-        const Vec3i& corner = lowest[std::min(i, lowest.size() - 1)];
+        const Vec3i& corner = lowest[missing_[std::min(i, missing_.size() - 1)]];
         const float x = static_cast<float>(corner.x) + half;
         const float y = static_cast<float>(corner.y) + half;
         const float z = static_cast<float>(corner.z) + half;
@@ -49,28 +70,32 @@ void CubeBounds::find_middles(const PrintPart& part, int32_t size, std::span<con
         }
     }
     part.engine->bound_points(points_, kOff * half * part.voxel_diagonal_mm, scratch,
-                              middles_.data());
+                              bounds_.data());
+    for (size_t i = 0; i < missing_.size(); ++i) {
+        const nearest::PointBounds& b = bounds_[i / 8];
+        const size_t l = i % 8;
+        Middle& found = middles_[missing_[i]];
+        found = {&part, lowest[missing_[i]], b.low[l], b.high[l], {}};
+        for (int a = 0; a < 3; ++a)
+            found.way[a] = points_[i / 8].p[a][l] - b.point[a][l];
+        known_middle(size, found.lowest) = found;
+    }
 }
 
 // What distances the voxels of a cube may have, whose outer ones are so many voxels from its
 // middle: none is farther than from the surface point that was found, which is farthest from a
 // corner.
-CubeBounds::Range CubeBounds::around_middle(const PrintPart& part, size_t cube,
-                                            float voxels) const {
-    const nearest::PointBounds& b = middles_[cube / 8];
-    const size_t l = cube % 8;
-    const float low = b.low[l], high = b.high[l];
+CubeBounds::Range CubeBounds::around_middle(const PrintPart& part, const Middle& middle,
+                                            float voxels) {
+    const float low = middle.low, high = middle.high;
     // The slack is for the rounding of these distances and of a voxel's own.
     const float slack = high * 0x1p-13f + part.largest_coordinate_mm * 0x1p-17f;
-    float way[3], square = 0;
-    for (size_t c = 0; c < 3; ++c) {
-        way[c] = points_[cube / 8].p[c][l] - b.point[c][l];
-        square += way[c] * way[c];
-    }
+    const Vec3f& way = middle.way;
+    float square = dot(way, way);
     for (const size_t step : {OPENFAB_FRAME_STEP_I, OPENFAB_FRAME_STEP_J, OPENFAB_FRAME_STEP_K}) {
         const float* s = &part.frame[step];
-        const float along = way[0] * s[0] + way[1] * s[1] + way[2] * s[2];
-        const float length2 = s[0] * s[0] + s[1] * s[1] + s[2] * s[2];
+        const Vec3f step_mm{s[0], s[1], s[2]};
+        const float along = dot(way, step_mm), length2 = dot(step_mm, step_mm);
         square += voxels * (2 * std::fabs(along) + voxels * length2);
     }
     const float reach = voxels * part.voxel_diagonal_mm + slack;
@@ -129,7 +154,7 @@ void CubeBounds::add_middles(const PrintPart& part, int32_t size, std::span<cons
                              nearest::Engine::Scratch* scratch) {
     find_middles(part, size, lowest, scratch);
     for (size_t i = 0; i < lowest.size(); ++i) {
-        const Range d = around_middle(part, i, 0.5f * static_cast<float>(size - 1));
+        const Range d = around_middle(part, middles_[i], 0.5f * static_cast<float>(size - 1));
         add_entry(part, lowest[i], unknown_, d.low, d.high);
         first_entry_.push_back(distance_lo_.size());
     }

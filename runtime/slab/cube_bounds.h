@@ -52,13 +52,23 @@ class CubeBounds {
     float distance_of(size_t cube) const { return distance_lo_[first_entry_[cube]]; }
 
   private:
+    /// What is known of the distance of a cube's middle.
+    struct Middle {
+        const PrintPart* part = nullptr;
+        Vec3i lowest{};
+        float low = 0, high = 0;  ///< mm
+        Vec3f way{};              ///< from a surface point about as near as any
+    };
+    static constexpr size_t kKnownMiddles = 1024;  ///< of each size
+
     void begin(const PrintPart& part);
+    Middle& known_middle(int32_t size, const Vec3i& lowest);
     void find_middles(const PrintPart& part, int32_t size, std::span<const Vec3i> lowest,
                       nearest::Engine::Scratch* scratch);
     struct Range {
         float low, high;
     };
-    Range around_middle(const PrintPart& part, size_t cube, float voxels) const;
+    static Range around_middle(const PrintPart& part, const Middle& middle, float voxels);
     void add_middles(const PrintPart& part, int32_t size, std::span<const Vec3i> lowest,
                      nearest::Engine::Scratch* scratch);
     /// visit(block, bounds of its pieces)
@@ -85,7 +95,10 @@ class CubeBounds {
     nearest::NearestCase unknown_;              ///< of a part that asks no query, or has no surface
     nearest::BoxBounds box_;
     std::vector<nearest::PointGroup> points_;
-    std::vector<nearest::PointBounds> middles_;
+    std::vector<nearest::PointBounds> bounds_;
+    std::vector<Middle> middles_;  ///< of the cubes in hand
+    std::vector<Middle> known_;    ///< of the last ones, [size][place]
+    std::vector<size_t> missing_;  ///< of those in hand, which were not known
     static constexpr size_t kBlocks = 64;  ///< that are bounded at a time
     std::vector<nearest::BlockBounds> blocks_;
 };
