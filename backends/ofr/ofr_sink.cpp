@@ -89,18 +89,28 @@ Result<int32_t> OfrSink::take_up(const std::function<bool(const backends::SliceV
 }
 
 std::vector<uint8_t> OfrSink::encode(const backends::SliceView& slice) const {
+    // Kept from slice to slice: the tables that zstd works in, and room for the worst case.
+    struct Context {
+        std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> zstd{ZSTD_createCCtx(),
+                                                                  &ZSTD_freeCCtx};
+        std::vector<uint8_t> room;
+    };
+    thread_local Context context;
     const size_t raw = slice.row_bytes * static_cast<size_t>(slice.height);
-    const size_t bound = ZSTD_compressBound(raw);
-    std::vector<uint8_t> bytes(kSliceHeadBytes + bound);
+    context.room.resize(std::max(context.room.size(), ZSTD_compressBound(raw)));
+    if (context.zstd == nullptr) return {};  // no memory; commit reports it
     const size_t packed =
-        ZSTD_compress(bytes.data() + kSliceHeadBytes, bound, slice.data, raw, kZstdLevel);
-    if (ZSTD_isError(packed) != 0U) return {};  // no memory; commit reports it
+        ZSTD_compressCCtx(context.zstd.get(), context.room.data(), context.room.size(), slice.data,
+                          raw, kZstdLevel);
+    if (ZSTD_isError(packed) != 0U) return {};
     const std::array<uint8_t, kSliceHeadBytes> head =
         write_slice_head({slice.z, static_cast<uint32_t>(packed), checksum({slice.data, raw})});
-    std::copy(head.begin(), head.end(), bytes.begin());
-    bytes.resize(kSliceHeadBytes + packed);
-    // The bytes wait in a queue: give back what the worst case would have taken.
-    bytes.shrink_to_fit();
+    // The bytes wait in a queue, so they take no more than they need.
+    std::vector<uint8_t> bytes;
+    bytes.reserve(kSliceHeadBytes + packed);
+    bytes.assign(head.begin(), head.end());
+    bytes.insert(bytes.end(), context.room.begin(),
+                 context.room.begin() + static_cast<std::ptrdiff_t>(packed));
     return bytes;
 }
 
