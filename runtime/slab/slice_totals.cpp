@@ -76,19 +76,36 @@ class ByteHistogram {
     int64_t count_[4][256] = {};  // four, so that equal bytes in a row do not wait for each other
 };
 
-/// Adds the row's bits to those of all rows. Whether it has any.
-bool add_columns(const uint8_t* row, size_t bytes, std::vector<uint64_t>* columns) {
+uint64_t or_of_four(const uint8_t* data) {
+    return (load_word(data) | load_word(data + 8)) | (load_word(data + 16) | load_word(data + 24));
+}
+
+/// Outside bytes [first, end) of the row, of which `first` is a multiple of 8, there are only zeros.
+struct RowSpan {
+    size_t first, end;
+};
+RowSpan find_span(const uint8_t* row, size_t bytes) {
+    RowSpan span{0, bytes};
+    while (span.first + 32 <= bytes && or_of_four(row + span.first) == 0)
+        span.first += 32;
+    while (span.end >= span.first + 32 && or_of_four(row + span.end - 32) == 0)
+        span.end -= 32;
+    return span;
+}
+
+/// Adds the bits of the row's bytes to those of all rows. Whether there are any.
+bool add_columns(const uint8_t* row, RowSpan span, std::vector<uint64_t>* columns) {
     uint64_t all = 0;
-    size_t i = 0;
-    uint64_t* column = columns->data();
-    for (; i + 8 <= bytes; i += 8) {
+    size_t i = span.first;
+    uint64_t* column = columns->data() + i / 8;
+    for (; i + 8 <= span.end; i += 8) {
         const uint64_t word = load_word(row + i);
         *column++ |= word;
         all |= word;
     }
-    if (i < bytes) {
+    if (i < span.end) {
         uint64_t word = 0;
-        std::memcpy(&word, row + i, bytes - i);
+        std::memcpy(&word, row + i, span.end - i);
         *column |= word;
         all |= word;
     }
@@ -102,20 +119,22 @@ SliceTotals count_slice(const backends::SliceView& slice, int32_t bits) {
     totals.hash = slice_hash(slice.z, slice.data, slice.row_bytes, slice.height);
     ByteHistogram histogram;
     std::vector<uint64_t> columns(words_of(slice.row_bytes), 0);
-    int64_t empty_rows = 0;
+    int64_t empty_rows = 0, zeros = 0;
     int32_t first_y = slice.height, end_y = 0;
     for (int32_t y = 0; y < slice.height; ++y) {
         const uint8_t* row = slice.data + static_cast<size_t>(y) * slice.row_bytes;
-        if (!add_columns(row, slice.row_bytes, &columns)) {
+        const RowSpan span = find_span(row, slice.row_bytes);
+        if (!add_columns(row, span, &columns)) {
             ++empty_rows;
             continue;
         }
-        histogram.add(row, slice.row_bytes);
+        histogram.add(row + span.first, span.end - span.first);
+        zeros += static_cast<int64_t>(slice.row_bytes - (span.end - span.first));
         first_y = std::min(first_y, y);
         end_y = y + 1;
     }
     histogram.sum(bits, &totals.by_code);
-    totals.by_code[0] += empty_rows * slice.width;
+    totals.by_code[0] += empty_rows * slice.width + zeros * (8 / bits);
     // The unused half byte of odd widths is 0 and was counted as a void voxel in rows that are not
     // empty.
     if (bits == 4) totals.by_code[0] -= (slice.width & 1) * (slice.height - empty_rows);
