@@ -104,17 +104,19 @@ CubeBounds::Range CubeBounds::around_middle(const PrintPart& part, const Middle&
 }
 
 // Only voxels inside the part count, where the distance is negative; given are unsigned ones.
-void CubeBounds::add_entry(const PrintPart& part, const Vec3i& corner,
+void CubeBounds::add_entry(const Vec3i& corner,
                            const nearest::NearestCase& of, float distance_lo, float distance_hi) {
-    for (int a = 0; a < 3; ++a)
-        corners_.push_back(corner[a]);
+    corners_.insert(corners_.end(), {corner.x, corner.y, corner.z});
     distance_lo_.push_back(0.0f - distance_hi);
     distance_hi_.push_back(0.0f - distance_lo);
-    if (!part.bounds.any()) return;
-    for (const std::vector<float>* v : {&of.float_lo, &of.float_hi})
-        case_floats_.insert(case_floats_.end(), v->begin(), v->end());
-    for (const std::vector<int32_t>* v : {&of.int_lo, &of.int_hi})
-        case_ints_.insert(case_ints_.end(), v->begin(), v->end());
+    if (!of.float_lo.empty()) {
+        for (const std::vector<float>* v : {&of.float_lo, &of.float_hi})
+            case_floats_.insert(case_floats_.end(), v->begin(), v->end());
+    }
+    if (!of.int_lo.empty()) {
+        for (const std::vector<int32_t>* v : {&of.int_lo, &of.int_hi})
+            case_ints_.insert(case_ints_.end(), v->begin(), v->end());
+    }
 }
 
 // From entry after entry to component after component.
@@ -155,7 +157,7 @@ void CubeBounds::add_middles(const PrintPart& part, int32_t size, std::span<cons
     find_middles(part, size, lowest, scratch);
     for (size_t i = 0; i < lowest.size(); ++i) {
         const Range d = around_middle(part, middles_[i], 0.5f * static_cast<float>(size - 1));
-        add_entry(part, lowest[i], unknown_, d.low, d.high);
+        add_entry(lowest[i], unknown_, d.low, d.high);
         first_entry_.push_back(distance_lo_.size());
     }
 }
@@ -180,9 +182,9 @@ void CubeBounds::add_cases(const PrintPart& part, int32_t size, std::span<const 
         if (part.bounds.any()) part.engine->bounds(corner, size, scratch, &box_);
         for (int32_t k = 0; k < box_.count; ++k) {
             const nearest::NearestCase& one = box_.cases[static_cast<size_t>(k)];
-            add_entry(part, corner, one, one.distance_lo, box_.distance_hi);
+            add_entry(corner, one, one.distance_lo, box_.distance_hi);
         }
-        if (box_.count == 0) add_entry(part, corner, unknown_, 0.0f, box_.distance_hi);
+        if (box_.count == 0) add_entry(corner, unknown_, 0.0f, box_.distance_hi);
         first_entry_.push_back(distance_lo_.size());
     }
 }
@@ -198,7 +200,7 @@ int CubeBounds::bound(const PrintPart& part, int32_t size, std::span<const Vec3i
     } else {
         each_block(part, lowest, tools.scratch,
                    [&](const Vec3i& block, const nearest::BlockBounds& of) {
-                       add_entry(part, block, unknown_, *std::ranges::min_element(of.low),
+                       add_entry(block, unknown_, *std::ranges::min_element(of.low),
                                  *std::ranges::max_element(of.high));
                        first_entry_.push_back(distance_lo_.size());
                    });
@@ -214,7 +216,7 @@ int CubeBounds::bound_pieces(const PrintPart& part, std::span<const Vec3i> block
     each_block(part, blocks, tools.scratch,
                [&](const Vec3i& block, const nearest::BlockBounds& of) {
                    for (size_t p = 0; p < kPieces; ++p) {
-                       add_entry(part, block + pieces.lowest[p], unknown_, of.low[p], of.high[p]);
+                       add_entry(block + pieces.lowest[p], unknown_, of.low[p], of.high[p]);
                        first_entry_.push_back(distance_lo_.size());
                    }
                });

@@ -77,7 +77,7 @@ class CubeBounds {
                     nearest::Engine::Scratch* scratch, const Visit& visit);
     void add_cases(const PrintPart& part, int32_t size, std::span<const Vec3i> lowest,
                    nearest::Engine::Scratch* scratch);
-    void add_entry(const PrintPart& part, const Vec3i& corner, const nearest::NearestCase& of,
+    void add_entry(const Vec3i& corner, const nearest::NearestCase& of,
                    float distance_lo, float distance_hi);
     void lay_out(const PrintPart& part);
     int run_kernel(const PrintPart& part, int32_t size, const Tools& tools);
