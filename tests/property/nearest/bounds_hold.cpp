@@ -2,12 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // What Engine::bounds says of a cube of voxels holds for every voxel of it: distance, and the
-// attributes at nearest points.
+// attributes at nearest points; and what Engine::bound_blocks says of the pieces of blocks.
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <random>
+#include <vector>
 
 #include "runtime/nearest/attributes.h"
 #include "runtime/nearest/engine.h"
@@ -116,6 +118,91 @@ TEST(BoundsHold, PatchesInLooseBoxes) {
 TEST(BoundsHold, RandomSoups) {
     for (uint32_t seed = 1; seed <= 3; ++seed) {
         check(testing::make_soup(seed, 60, 1.0f, 0.6f), {0.06f, 0.06f, 0.06f}, 0, 0, 1.6);
+    }
+}
+
+/// Mean width of the intervals, in diagonals of a piece.
+double check_pieces(const Engine& engine, const std::vector<Vec3i>& blocks, const Vec3f& pitch) {
+    const auto scratch = engine.make_scratch();
+    std::vector<BlockBounds> bounds(blocks.size());
+    engine.bound_blocks(blocks, scratch.get(), bounds.data());
+    const BlockPieces& pieces = engine.pieces();
+    const float diagonal = length(Vec3f{pitch.x * static_cast<float>(pieces.size.x),
+                                        pitch.y * static_cast<float>(pieces.size.y),
+                                        pitch.z * static_cast<float>(pieces.size.z)});
+    BlockAnswer answer;
+    double width = 0;
+    for (size_t b = 0; b < blocks.size(); ++b) {
+        engine.query({blocks[b]}, scratch.get(), &answer);
+        std::vector<int> times(kBlockVoxels, 0);
+        for (size_t p = 0; p < pieces.lowest.size(); ++p) {
+            const float low = bounds[b].low[p], high = bounds[b].high[p];
+            width += static_cast<double>((high - low) / diagonal);
+            const Vec3i from = pieces.lowest[p], to = from + pieces.size;
+            for (int32_t y = from.y; y < to.y; ++y) {
+                for (int32_t x = from.x; x < to.x; ++x) {
+                    for (int32_t z = from.z; z < to.z; ++z) {
+                        const auto v = static_cast<size_t>((y * 8 + x) * 8 + z);
+                        ++times[v];
+                        EXPECT_GE(std::sqrt(answer.distance2[v]), low);
+                        EXPECT_LE(std::sqrt(answer.distance2[v]), high);
+                    }
+                }
+            }
+        }
+        EXPECT_EQ(std::ranges::count(times, 1), kBlockVoxels);
+        if (::testing::Test::HasFailure()) break;
+    }
+    return width / static_cast<double>(32 * blocks.size());
+}
+
+TEST(BoundsHold, PiecesOfBlocks) {
+    for (const TriangleMesh& mesh :
+         {testing::make_torus(48, 24, 2.0, 0.8), testing::make_soup(5, 100, 2.0f, 0.5f),
+          testing::make_ball(12, [](const Vec3d& d) { return 1.5 + 0.3 * d.x * d.y; })}) {
+        const MeshSurface surface(mesh);
+        for (const Vec3f& pitch : {Vec3f{0.06f, 0.06f, 0.06f}, Vec3f{0.042f, 0.085f, 0.027f},
+                                   Vec3f{0.03f, 0.03f, 0.2f}}) {
+            auto frame = testing::make_test_frame(pitch, {});
+            constexpr float kTurn[3][3] = {{2, -1, 2}, {2, 2, -1}, {-1, 2, 2}};
+            for (size_t a = 0; a < 3; ++a) {
+                for (size_t c = 0; c < 3; ++c)
+                    frame[3 * a + c] = pitch[static_cast<int>(a)] * kTurn[a][c] / 3;
+            }
+            // In no order, so that corners push each other out of what is kept.
+            std::mt19937 random(11);
+            std::vector<Vec3i> blocks;
+            for (int i = 0; i < 400; ++i) {
+                Vec3i block;
+                for (int a = 0; a < 3; ++a) {
+                    const auto reach = static_cast<int32_t>(3 / pitch[a]);
+                    block[a] = static_cast<int32_t>(random() % static_cast<uint32_t>(2 * reach)) / 8 * 8 -
+                               reach + 3;
+                }
+                blocks.push_back(block);
+            }
+            for (const InstructionSet set :
+                 {InstructionSet::kAvx512, InstructionSet::kAvx2, InstructionSet::kSse41}) {
+                const auto engine = make_block_engine(surface, frame, {.widest = set});
+                // A piece that lies across the way to the surface has an interval of no width.
+                EXPECT_LT(check_pieces(*engine, blocks, pitch), 2.0) << testing::name_of(set);
+                if (HasFailure()) return;
+            }
+            blocks.resize(3);
+            EXPECT_LT(check_pieces(*make_brute_force_engine(surface, frame), blocks, pitch), 1.0);
+        }
+    }
+}
+
+TEST(BoundsHold, PiecesWhereThereIsNoSurface) {
+    const MeshSurface surface(TriangleMesh{});
+    const auto engine = make_block_engine(surface, testing::make_test_frame({0.1f, 0.1f, 0.1f}, {}));
+    BlockBounds bounds;
+    const Vec3i block{0, 0, 0};
+    engine->bound_blocks({&block, 1}, engine->make_scratch().get(), &bounds);
+    for (size_t p = 0; p < 32; ++p) {
+        EXPECT_TRUE(std::isinf(bounds.low[p]));
+        EXPECT_TRUE(std::isinf(bounds.high[p]));
     }
 }
 

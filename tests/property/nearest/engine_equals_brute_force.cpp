@@ -26,8 +26,8 @@ struct Asked {
     Vec3i lowest, blocks;  ///< in voxels, and how many blocks along each axis
     float radius = kInfinity;
     bool random_demand = false;
-    std::vector<Vec3f> near = {};  ///< known surface points
-    bool turned = false;           ///< voxels are along no axis of the part
+    bool prepared = false;  ///< blocks are prepared for, all at once
+    bool turned = false;    ///< voxels are along no axis of the part
 };
 
 /// As many blocks as `most` a side, spread over the mesh's box and a little beyond.
@@ -58,7 +58,6 @@ std::vector<BlockQuery> make_queries(const Asked& s, std::vector<std::array<uint
                 BlockQuery q;
                 q.block = s.lowest + Vec3i{8 * i, 8 * j, 8 * k};
                 q.radius_mm = s.radius;
-                q.near = s.near;
                 if (s.random_demand) q.demand = (*demand)[queries.size()].data();
                 queries.push_back(q);
             }
@@ -87,9 +86,16 @@ std::string compare(const BlockAnswer& a, const BlockAnswer& b, const BlockQuery
     return {};
 }
 
-std::vector<BlockAnswer> run(const Engine& engine, const std::vector<BlockQuery>& queries) {
+std::vector<BlockAnswer> run(const Engine& engine, const std::vector<BlockQuery>& queries,
+                             bool prepared = false) {
     std::vector<BlockAnswer> answers(queries.size());
     const auto scratch = engine.make_scratch();
+    if (prepared) {
+        std::vector<Vec3i> blocks;
+        for (const BlockQuery& q : queries)
+            blocks.push_back(q.block);
+        engine.prepare(blocks, scratch.get());
+    }
     for (size_t i = 0; i < queries.size(); ++i)
         engine.query(queries[i], scratch.get(), &answers[i]);
     return answers;
@@ -134,7 +140,8 @@ void check(const surface::Surface& surface, const Asked& setup,
              {InstructionSet::kAvx512, InstructionSet::kAvx2, InstructionSet::kSse41}) {
             const auto engine =
                 make_block_engine(surface, frame, {.cache_bytes = bytes, .widest = set});
-            expect_equal(run(*engine, queries), want, queries, testing::name_of(set));
+            expect_equal(run(*engine, queries, setup.prepared), want, queries,
+                         testing::name_of(set));
         }
     }
 }
@@ -150,8 +157,7 @@ void check_all_ways(const TriangleMesh& mesh, Asked setup) {
     setup.random_demand = true;
     check(surface, setup);
     setup.radius = kInfinity;
-    setup.near = {mesh.positions.front(), mesh.positions[mesh.positions.size() / 2],
-                  mesh.positions.back()};
+    setup.prepared = true;
     check(surface, setup);
 }
 
