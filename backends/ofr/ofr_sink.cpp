@@ -99,9 +99,8 @@ std::vector<uint8_t> OfrSink::encode(const backends::SliceView& slice) const {
     const size_t raw = slice.row_bytes * static_cast<size_t>(slice.height);
     context.room.resize(std::max(context.room.size(), ZSTD_compressBound(raw)));
     if (context.zstd == nullptr) return {};  // no memory; commit reports it
-    const size_t packed =
-        ZSTD_compressCCtx(context.zstd.get(), context.room.data(), context.room.size(), slice.data,
-                          raw, kZstdLevel);
+    const size_t packed = ZSTD_compressCCtx(context.zstd.get(), context.room.data(),
+                                            context.room.size(), slice.data, raw, kZstdLevel);
     if (ZSTD_isError(packed) != 0U) return {};
     const std::array<uint8_t, kSliceHeadBytes> head =
         write_slice_head({slice.z, static_cast<uint32_t>(packed), checksum({slice.data, raw})});

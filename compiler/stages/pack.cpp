@@ -24,7 +24,8 @@ Stage pack(int bits) {
     stage.pipeline = Pipeline(planes);
     stage.kernel = {planes,
                     {columns},
-                    {{"planes", planes, {{"x", x}, {"y", y}, {"z", z}}}, {"bytes", bytes, {{"x", x}, {"y", y}}}}};
+                    {{"planes", planes, {{"x", x}, {"y", y}, {"z", z}}},
+                     {"bytes", bytes, {{"x", x}, {"y", y}}}}};
     return stage;
 }
 

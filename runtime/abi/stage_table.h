@@ -21,7 +21,7 @@
  *
  * pack4, pack8: codes of whole rows to 8 slice planes, at 4 bits a voxel (voxel 2x in the low half
  * of byte x, 2x + 1 in the high half) or 8; v = 2 or 1 voxels a byte.
- *   0 codes          uint8   (z 8, x v * width, y)
+ *   0 columns        uint64  (x v * width, y)          byte z: the code of the voxel in slice z
  *   1 out planes     uint8   (x width, y, z 8)          bytes
  */
 

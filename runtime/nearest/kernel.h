@@ -188,7 +188,7 @@ struct KernelScratch {
     Growing<float> list_least;  ///< cube: least distance to each node of the list, mm
     Growing<Entry> leaves;      ///< search: whose features were compared
     BlockFeatures features;
-    KindLists by_kind;              ///< of those in hand
+    KindLists by_kind;                ///< of those in hand
     LatticeEntry* lattice = nullptr;  ///< kLatticeEntries of them
     NearLeaves near;
     WarmStart warm;

@@ -165,7 +165,8 @@ __attribute__((noinline)) void find_witnesses(const Entry& start, const Points& 
         if (bits(node_distance2(*node, p) < w->distance2 - w->enough) == 0) continue;
         while (node != nullptr && !node->is_leaf()) {
             F8 of_child[kMaxChildren];
-            const uint32_t near = test_children(*e.tree, *node, p, w->distance2 - w->enough, of_child);
+            const uint32_t near =
+                test_children(*e.tree, *node, p, w->distance2 - w->enough, of_child);
             scratch->counts->node_tests += node->children();
             const uint32_t child = node->child(), nearest = nearest_child(of_child);
             each_other_child(

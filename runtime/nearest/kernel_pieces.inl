@@ -64,8 +64,8 @@ OPENFAB_INLINE V least_distance2(const PieceLanes& lanes, int first, const float
                 of_y[k] = about_mul_add(end(1, y), high - low, low - less(1, y));
             }
             for (int z = 0; z < 2; ++z) {
-                least = min(least,
-                            about_mul_add(end(2, z), of_y[1] - of_y[0], of_y[0] - less(2, z)));
+                least =
+                    min(least, about_mul_add(end(2, z), of_y[1] - of_y[0], of_y[0] - less(2, z)));
             }
         }
     }

@@ -104,8 +104,8 @@ CubeBounds::Range CubeBounds::around_middle(const PrintPart& part, const Middle&
 }
 
 // Only voxels inside the part count, where the distance is negative; given are unsigned ones.
-void CubeBounds::add_entry(const Vec3i& corner,
-                           const nearest::NearestCase& of, float distance_lo, float distance_hi) {
+void CubeBounds::add_entry(const Vec3i& corner, const nearest::NearestCase& of, float distance_lo,
+                           float distance_hi) {
     corners_.insert(corners_.end(), {corner.x, corner.y, corner.z});
     distance_lo_.push_back(0.0f - distance_hi);
     distance_hi_.push_back(0.0f - distance_lo);

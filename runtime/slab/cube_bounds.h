@@ -17,7 +17,8 @@ namespace openfab::slab {
 
 /// Where the intervals of what queries give come from.
 enum class QueryBounds {
-    /// From about the distance of the cube's middle, of blocks from about those of their corners; of
+    /// From about the distance of the cube's middle, of blocks from about those of their corners;
+    /// of
     /// the surface's attributes nothing is known. A tenth of a microsecond to one a cube.
     kDistance,
     /// The engine's bounds of distance and attributes, case by case. Tighter; ten microseconds.
@@ -77,8 +78,8 @@ class CubeBounds {
                     nearest::Engine::Scratch* scratch, const Visit& visit);
     void add_cases(const PrintPart& part, int32_t size, std::span<const Vec3i> lowest,
                    nearest::Engine::Scratch* scratch);
-    void add_entry(const Vec3i& corner, const nearest::NearestCase& of,
-                   float distance_lo, float distance_hi);
+    void add_entry(const Vec3i& corner, const nearest::NearestCase& of, float distance_lo,
+                   float distance_hi);
     void lay_out(const PrintPart& part);
     int run_kernel(const PrintPart& part, int32_t size, const Tools& tools);
 
@@ -96,9 +97,9 @@ class CubeBounds {
     nearest::BoxBounds box_;
     std::vector<nearest::PointGroup> points_;
     std::vector<nearest::PointBounds> bounds_;
-    std::vector<Middle> middles_;  ///< of the cubes in hand
-    std::vector<Middle> known_;    ///< of the last ones, [size][place]
-    std::vector<size_t> missing_;  ///< of those in hand, which were not known
+    std::vector<Middle> middles_;          ///< of the cubes in hand
+    std::vector<Middle> known_;            ///< of the last ones, [size][place]
+    std::vector<size_t> missing_;          ///< of those in hand, which were not known
     static constexpr size_t kBlocks = 64;  ///< that are bounded at a time
     std::vector<nearest::BlockBounds> blocks_;
 };

@@ -166,8 +166,7 @@ int PartCull::try_finer(const PrintPart& part, int32_t group, BlockEvaluator* ev
         if (i == std::min(from + step, blocks_.size())) continue;
         const auto at = static_cast<int32_t>(i);
         lowest_.push_back({8 * (first_x_ + at % blocks_x_) - part.base.x,
-                           8 * (first_y_ + at / blocks_x_) - part.base.y,
-                           8 * group - part.base.z});
+                           8 * (first_y_ + at / blocks_x_) - part.base.y, 8 * group - part.base.z});
     }
     if (lowest_.empty()) return 0;
     CubeBounds& bounds = evaluator->cube_bounds();

@@ -286,10 +286,9 @@ int BlockEvaluator::normalise(const PrintPart& part, int32_t n) {
 int BlockEvaluator::normalise_packed(const PrintPart& part, int32_t n) {
     packed_codes_.resize(kBatchValues);
     packed_tiles_.resize(tiles_.size());
-    const int status =
-        calls_.normalise(packed_weights_.data(), part.slots(), part.slot_material.data(),
-                         packed_owned_.data(), n, packed_tiles_.data(), packed_codes_.data(),
-                         unusable_.data());
+    const int status = calls_.normalise(
+        packed_weights_.data(), part.slots(), part.slot_material.data(), packed_owned_.data(), n,
+        packed_tiles_.data(), packed_codes_.data(), unusable_.data());
     for (int32_t i = 0; i < 8 * n; ++i)
         counts.unusable += unusable_[static_cast<size_t>(i)];
     return status;
@@ -348,8 +347,7 @@ int BlockEvaluator::normalise_columns(const PrintPart& part, int32_t n) {
                         8 * sizeof(float));
         }
     }
-    const int status =
-        columns_.empty() ? 0 : normalise_packed(part, static_cast<int32_t>(packed));
+    const int status = columns_.empty() ? 0 : normalise_packed(part, static_cast<int32_t>(packed));
     for (size_t i = 0; i < columns_.size(); ++i) {
         const size_t to = columns_[i];
         std::memcpy(&codes_[8 * to], &packed_codes_[8 * i], 8);

@@ -80,7 +80,8 @@ uint64_t or_of_four(const uint8_t* data) {
     return (load_word(data) | load_word(data + 8)) | (load_word(data + 16) | load_word(data + 24));
 }
 
-/// Outside bytes [first, end) of the row, of which `first` is a multiple of 8, there are only zeros.
+/// Outside bytes [first, end) of the row, of which `first` is a multiple of 8, there are only
+/// zeros.
 struct RowSpan {
     size_t first, end;
 };

@@ -176,8 +176,9 @@ TEST(BoundsHold, PiecesOfBlocks) {
                 Vec3i block;
                 for (int a = 0; a < 3; ++a) {
                     const auto reach = static_cast<int32_t>(3 / pitch[a]);
-                    block[a] = static_cast<int32_t>(random() % static_cast<uint32_t>(2 * reach)) / 8 * 8 -
-                               reach + 3;
+                    block[a] =
+                        static_cast<int32_t>(random() % static_cast<uint32_t>(2 * reach)) / 8 * 8 -
+                        reach + 3;
                 }
                 blocks.push_back(block);
             }
@@ -196,7 +197,8 @@ TEST(BoundsHold, PiecesOfBlocks) {
 
 TEST(BoundsHold, PiecesWhereThereIsNoSurface) {
     const MeshSurface surface(TriangleMesh{});
-    const auto engine = make_block_engine(surface, testing::make_test_frame({0.1f, 0.1f, 0.1f}, {}));
+    const auto engine =
+        make_block_engine(surface, testing::make_test_frame({0.1f, 0.1f, 0.1f}, {}));
     BlockBounds bounds;
     const Vec3i block{0, 0, 0};
     engine->bound_blocks({&block, 1}, engine->make_scratch().get(), &bounds);
