@@ -161,8 +161,10 @@ void BlockEvaluator::fill_settled(const PrintPart& part, int32_t place) {
     }
 }
 
-// What queries of the blocks would each search is searched for all of them together.
+// What queries of the blocks would each search is searched for all of them together; of a displaced
+// surface that would hold the patches near all of them at once.
 void BlockEvaluator::prepare_queries(const PrintPart& part, int32_t n) {
+    if (!part.surface->identity()) return;
     for (int32_t i = n; i-- > 0;) {
         const uint8_t* demand = &demand_[static_cast<size_t>(64 * i)];
         if (std::all_of(demand, demand + 64, [](uint8_t bits) { return bits == 0; }))
@@ -354,12 +356,13 @@ int BlockEvaluator::normalise_columns(const PrintPart& part, int32_t n) {
         std::memcpy(&tiles_[tile_column * to], &packed_tiles_[tile_column * i],
                     tile_column * sizeof(uint16_t));
     }
-    const nearest::BlockPieces& pieces = part.engine->pieces();
+    // A part that asks no queries has no engine, and nothing settled.
     for (size_t block = 0; block < static_cast<size_t>(n); ++block) {
         for (uint32_t left = settled_[block]; left != 0; left &= left - 1) {
             const auto p = static_cast<size_t>(std::countr_zero(left));
             const uint8_t code = settled_code_[block][p];
             if (code == OPENFAB_CODE_MIXED) continue;
+            const nearest::BlockPieces& pieces = part.engine->pieces();
             each_column(pieces, p, [&](size_t column, uint8_t) {
                 std::fill_n(&codes_[block * kBlockValues + 8 * column] + pieces.lowest[p].z,
                             pieces.size.z, code);
