@@ -147,6 +147,7 @@ class Engine {
     /// queries them.
     virtual void bound_points(std::span<const PointGroup> groups, float off_mm, Scratch* scratch,
                               PointBounds* bounds) const;
+    /// Into which `bound_blocks` cuts; the same for all blocks.
     virtual const BlockPieces& pieces() const;
     /// Bounds of the distances in blocks, for what `prepare` finds and little more. An engine
     /// without a way of its own queries them.

@@ -304,7 +304,9 @@ int BlockEvaluator::normalise_slice(const PrintPart& part, int32_t n, int32_t z)
                channels = static_cast<size_t>(calls_.channels());
     const int32_t packed = (n + 7) / 8;
     grow(&packed_weights_, kBatchValues * slots);
-    if (n % 8 != 0) std::fill(packed_weights_.begin(), packed_weights_.end(), 0.0f);
+    if (n % 8 != 0)
+        std::fill_n(packed_weights_.begin(), static_cast<size_t>(packed) * slots * kBlockValues,
+                    0.0f);
     packed_owned_.assign(64 * static_cast<size_t>(packed), 0);
     const auto at = [](size_t block) { return block / 8; };
     for (size_t i = 0; i < static_cast<size_t>(n); ++i) {

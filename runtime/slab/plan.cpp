@@ -99,8 +99,9 @@ MemoryNeeds memory_needs(const std::vector<std::unique_ptr<PrintPart>>& parts, c
         starts[p->box.lo.z / 8] += mask;
         starts[(p->box.hi.z + 7) / 8] -= mask;
         bounds = std::max(bounds, CubeBounds::most_bytes(*p, PartCull::kMostCubes));
+        // Weights, codes and fractions twice: as they are and packed for normalise.
         const int64_t inputs = p->nearest.floats() * int64_t{p->volume.gradients ? 4 : 1} +
-                               p->nearest.ints() + p->slots() + 2;
+                               p->nearest.ints() + 2 * p->slots() + 2;
         // State, and as much again for what a kernel writes before it is put in place.
         const openfab_phases& phases = p->part->fablet->volume_phases;
         const int64_t state =
@@ -115,7 +116,7 @@ MemoryNeeds memory_needs(const std::vector<std::unique_ptr<PrintPart>>& parts, c
         16 * plane + most_masks + GroupRun::kCompositionBytes + blocks_x * 8 * 2 * 8 * channels * 4;
     needs.per_row = blocks_x * (512 * (2 * channels + 1) + 64 * 3);
     needs.per_thread = batch + bounds +
-                       int64_t{BlockEvaluator::kBatch} * 512 * (2 * channels + 5) * 9 / 8 +
+                       int64_t{BlockEvaluator::kBatch} * 512 * (2 * channels + 5) * 2 +
                        kQueryScratchBytes + static_cast<int64_t>(held);
     return needs;
 }

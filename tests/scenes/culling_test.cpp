@@ -28,7 +28,7 @@ fablet ShellCore {
     }
 }
 
-// Layers thinner than a block: no block has one composition, some octants do.
+// Layers thinner than a block: no block has one composition, some pieces do.
 fablet Onion {
     @uniform { Material light, dark; }
     @Volume(@varying { VolumeAttributes attr })
