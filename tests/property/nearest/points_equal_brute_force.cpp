@@ -171,7 +171,7 @@ TEST(PointsEqualBruteForce, BoundsHoldTheDistance) {
             const auto engine = make_block_engine(surface, frame, {.widest = set});
             std::vector<PointBounds> bounds(groups.size());
             engine->bound_points(groups, kOff, engine->make_scratch().get(), bounds.data());
-            size_t close = 0;
+            size_t tight = 0, followers = 0;
             for (size_t g = 0; g < groups.size(); ++g) {
                 PointGroup found;
                 std::copy_n(&bounds[g].point[0][0], 24, &found.p[0][0]);
@@ -188,11 +188,15 @@ TEST(PointsEqualBruteForce, BoundsHoldTheDistance) {
                     }
                     ASSERT_NEAR(std::sqrt(way2), high, 1e-4f);
                     ASSERT_LT(at.distance2[l], 1e-8f) << "not a point of the surface";
-                    close += high - low < 2 * kOff ? 1 : 0;
+                    // Groups that follow a walk begin beside what it found; after scattered points
+                    // nothing is known of the surface, and bounds may be loose.
+                    if (g % 4 == 1) {
+                        ++followers;
+                        tight += high - low < 2 * kOff ? 1 : 0;
+                    }
                 }
             }
-            // Half of the points are scattered; where the surface is not known, bounds are loose.
-            EXPECT_GT(close, groups.size() * 4);
+            EXPECT_GT(tight * 4, followers * 3) << tight << " of " << followers;
         }
     }
 }
