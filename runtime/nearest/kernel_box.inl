@@ -103,16 +103,20 @@ OPENFAB_INLINE F8 witness_tolerance(const BoxOfPoints& box) {
     return set1(off * off);
 }
 
-OPENFAB_INLINE void offer_point(float x, float y, float z, const Points& p, Witnesses* w) {
-    const F8 px = set1(x), py = set1(y), pz = set1(z);
-    const F8 dx = p.x - px, dy = p.y - py, dz = p.z - pz;
+/// Each lane its own point of the surface; infinite where there is none.
+OPENFAB_INLINE void offer_points(const Points& of_surface, const Points& p, Witnesses* w) {
+    const F8 dx = p.x - of_surface.x, dy = p.y - of_surface.y, dz = p.z - of_surface.z;
     const F8 d2 = dot3(dx, dy, dz, dx, dy, dz);
     const M8 closer = d2 < w->distance2;
     w->distance2 = select(closer, d2, w->distance2);
-    w->x = select(closer, px, w->x);
-    w->y = select(closer, py, w->y);
-    w->z = select(closer, pz, w->z);
+    w->x = select(closer, of_surface.x, w->x);
+    w->y = select(closer, of_surface.y, w->y);
+    w->z = select(closer, of_surface.z, w->z);
     w->found |= bits(closer);
+}
+
+OPENFAB_INLINE void offer_point(float x, float y, float z, const Points& p, Witnesses* w) {
+    offer_points({set1(x), set1(y), set1(z)}, p, w);
 }
 
 OPENFAB_INLINE void offer_triangle(const TriangleFrame& t, const TriangleDetail& d, const Points& p,

@@ -38,6 +38,25 @@ OPENFAB_INLINE bool is_of(const LatticeEntry& e, const KernelInput& in, const in
            e.voxel[2] == voxel[2];
 }
 
+/// Offers each corner of the list what is kept of those one block before it.
+OPENFAB_INLINE void offer_neighbours(const KernelInput& in, const CornerList& list, const Points& p,
+                                     KernelScratch* scratch, Witnesses* w) {
+    for (int axis = 0; axis < 3; ++axis) {
+        alignas(32) float point[3][8];
+        for (int l = 0; l < 8; ++l) {
+            const bool listed = l < list.count;
+            int32_t voxel[3];
+            __builtin_memcpy(voxel, list.voxel[listed ? l : list.count - 1], sizeof(voxel));
+            voxel[axis] -= 8;
+            const LatticeEntry& e = *lattice_entry(voxel, scratch);
+            const bool known = is_of(e, in, voxel) && e.reach == kInfinity;
+            for (int c = 0; c < 3; ++c)
+                point[c][l] = known ? e.point[c] : kInfinity;
+        }
+        offer_points({load(point[0]), load(point[1]), load(point[2])}, p, w);
+    }
+}
+
 /// Searches the surface points nearest to the corners of a list that is not empty, all together,
 /// and keeps what it finds.
 __attribute__((noinline)) void search_corners(const KernelInput& in, const CornerList& list,
@@ -72,6 +91,7 @@ __attribute__((noinline)) void search_corners(const KernelInput& in, const Corne
     WarmStart& warm = scratch->warm;
     for (int i = 0; i < warm.count; ++i)
         offer_point(warm.point[0][i], warm.point[1][i], warm.point[2][i], points, &w);
+    offer_neighbours(in, list, points, scratch, &w);
     find_witnesses({&in.root, 0}, points, scratch, &w);
     const F8 least2 = max(w.distance2 - w.enough, set1(0.0f));
     const F8 least =
@@ -152,7 +172,7 @@ void prepare(const KernelInput& in, const Vec3i* blocks, size_t count, KernelScr
             LatticeEntry& e = *lattice_entry(voxel, scratch);
             if (is_of(e, in, voxel) && e.reach == kInfinity) continue;
             // It counts as known from here on, for other blocks have it, too.
-            e = {in.engine, {voxel[0], voxel[1], voxel[2]}, {}, 0.0f, kInfinity};
+            e = {in.engine, {voxel[0], voxel[1], voxel[2]}, {kInfinity, kInfinity, kInfinity}, 0.0f, kInfinity};
             missing.push(voxel);
             if (missing.count < 8) continue;
             search_corners(in, missing, kInfinity, scratch, entries);
