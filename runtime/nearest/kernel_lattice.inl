@@ -172,7 +172,11 @@ void prepare(const KernelInput& in, const Vec3i* blocks, size_t count, KernelScr
             LatticeEntry& e = *lattice_entry(voxel, scratch);
             if (is_of(e, in, voxel) && e.reach == kInfinity) continue;
             // It counts as known from here on, for other blocks have it, too.
-            e = {in.engine, {voxel[0], voxel[1], voxel[2]}, {kInfinity, kInfinity, kInfinity}, 0.0f, kInfinity};
+            e = {in.engine,
+                 {voxel[0], voxel[1], voxel[2]},
+                 {kInfinity, kInfinity, kInfinity},
+                 0.0f,
+                 kInfinity};
             missing.push(voxel);
             if (missing.count < 8) continue;
             search_corners(in, missing, kInfinity, scratch, entries);

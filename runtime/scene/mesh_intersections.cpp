@@ -16,22 +16,38 @@ constexpr int64_t kMostFound = 100'000;
 constexpr int64_t kMostTests = 20'000'000;
 constexpr int64_t kMostBoxes = 400'000'000;
 
-/// Sign of the volume of a b c d where rounding cannot have changed it, else 0 (Shewchuk 1997: the
-/// error is below 7.8e-16 of the sum of absolute products).
-int side_of(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& d) {
-    const Vec3d u = a - d;
-    const Vec3d v = b - d;
-    const Vec3d w = c - d;
-    const double vxwy = v.x * w.y, wxvy = w.x * v.y;
-    const double wxuy = w.x * u.y, uxwy = u.x * w.y;
-    const double uxvy = u.x * v.y, vxuy = v.x * u.y;
-    const double volume = u.z * (vxwy - wxvy) + v.z * (wxuy - uxwy) + w.z * (uxvy - vxuy);
-    const double size = std::fabs(u.z) * (std::fabs(vxwy) + std::fabs(wxvy)) +
-                        std::fabs(v.z) * (std::fabs(wxuy) + std::fabs(uxwy)) +
-                        std::fabs(w.z) * (std::fabs(uxvy) + std::fabs(vxuy));
-    constexpr double kError = 1e-15;
-    return volume > kError * size ? 1 : volume < -kError * size ? -1 : 0;
-}
+/// A plane through three points, for the sides on which others are.
+class Plane {
+  public:
+    Plane(const Vec3d& a, const Vec3d& b, const Vec3d& c) : a_(a) {
+        const Vec3d u = b - a;
+        const Vec3d v = c - a;
+        const auto minor = [](double p, double q, double r, double s, double* size) {
+            const double first = p * q, second = r * s;
+            *size = std::fabs(first) + std::fabs(second);
+            return first - second;
+        };
+        normal_.x = minor(u.y, v.z, u.z, v.y, &size_.x);
+        normal_.y = minor(u.z, v.x, u.x, v.z, &size_.y);
+        normal_.z = minor(u.x, v.y, u.y, v.x, &size_.z);
+    }
+
+    /// The side of `p` where rounding cannot have changed it, else 0 (Shewchuk 1997: the error is
+    /// below 7.8e-16 of the sum of absolute products).
+    int side(const Vec3d& p) const {
+        const Vec3d w = p - a_;
+        const double volume = w.x * normal_.x + w.y * normal_.y + w.z * normal_.z;
+        const double size =
+            std::fabs(w.x) * size_.x + std::fabs(w.y) * size_.y + std::fabs(w.z) * size_.z;
+        constexpr double kError = 1e-15;
+        return volume > kError * size ? 1 : volume < -kError * size ? -1 : 0;
+    }
+
+  private:
+    Vec3d a_;
+    Vec3d normal_;
+    Vec3d size_;  ///< sums of what the normal is a difference of
+};
 
 using Corners = std::array<Vec3d, 3>;
 
@@ -87,7 +103,9 @@ class Search {
         const Corners of_a = corners(a);
         const Corners of_b = corners(b);
         const Sides sides_a = sides(of_b, of_a);
+        if (on_one(sides_a, shared == 1 ? at_a : 3)) return false;
         const Sides sides_b = sides(of_a, of_b);
+        if (on_one(sides_b, shared == 1 ? at_b : 3)) return false;
         if (shared == 1) {
             return edge_through(of_a, sides_a, (at_a + 1) % 3, b, of_b) ||
                    edge_through(of_b, sides_b, (at_b + 1) % 3, a, of_a);
@@ -102,8 +120,16 @@ class Search {
     /// The sides of a triangle's plane on which three points surely are.
     using Sides = std::array<int, 3>;
     static Sides sides(const Corners& t, const Corners& points) {
-        return {side_of(t[0], t[1], t[2], points[0]), side_of(t[0], t[1], t[2], points[1]),
-                side_of(t[0], t[1], t[2], points[2])};
+        const Plane plane(t[0], t[1], t[2]);
+        return {plane.side(points[0]), plane.side(points[1]), plane.side(points[2])};
+    }
+    /// Whether all corners, but for one that both have, are surely on one side.
+    static bool on_one(const Sides& sides, size_t shared) {
+        const int side = sides[shared == 0 ? 1 : 0];
+        for (size_t i = 0; i < 3; ++i) {
+            if (i != shared && sides[i] != side) return false;
+        }
+        return side != 0;
     }
 
     /// Whether edge `edge` of the triangle `from`, whose corners are on those sides of triangle
@@ -118,7 +144,7 @@ class Search {
         int unsure = 0;
         size_t border = 0;
         for (size_t i = 0; i < 3; ++i) {
-            const int side = side_of(p, q, triangle[i], triangle[(i + 1) % 3]);
+            const int side = Plane(p, triangle[i], triangle[(i + 1) % 3]).side(q);
             passed |= side > 0 ? 1 : side < 0 ? 2 : 0;
             if (side != 0) continue;
             ++unsure;
@@ -139,8 +165,9 @@ class Search {
 
     /// The side on which p is, if q is surely on the other one; else 0.
     static int goes_through_plane(const Vec3d& p, const Vec3d& q, const Corners& t) {
-        const int side = side_of(t[0], t[1], t[2], p);
-        return side != 0 && side_of(t[0], t[1], t[2], q) == -side ? side : 0;
+        const Plane plane(t[0], t[1], t[2]);
+        const int side = plane.side(p);
+        return side != 0 && plane.side(q) == -side ? side : 0;
     }
 
     /// The one other triangle at an edge, if it runs along it the other way; else -1.
