@@ -64,6 +64,10 @@ void RowBand::fill(int32_t block, const uint8_t* owned, uint8_t code) {
     const uint64_t all = code * 0x0101010101010101u;
     for (int32_t y = 0; y < 8; ++y) {
         uint8_t* out = codes_at(8 * block, y);
+        if (load8(owned + y * 8) == ~uint64_t{0}) {
+            std::memset(out, code, 64);
+            continue;
+        }
         for (int32_t x = 0; x < 8; ++x, out += 8) {
             const uint8_t bits = owned[y * 8 + x];
             if (bits == 0) continue;
