@@ -258,12 +258,13 @@ class BlockEngine final : public Engine {
         kernels_.points(input_, groups.data(), groups.size(), radius_mm, &s.kernel, answers);
     }
 
-    void bound_points(std::span<const PointGroup> groups, float off_mm, Scratch* scratch,
-                      PointBounds* bounds) const override {
+    void bound_points(std::span<const PointGroup> groups, std::span<const PointGroup> near,
+                      float off_mm, Scratch* scratch, PointBounds* bounds) const override {
         auto& s = static_cast<BlockScratch&>(*scratch);
         begin(&s);
         s.counts.asked += static_cast<int64_t>(8 * groups.size());
-        kernels_.bound_points(input_, groups.data(), groups.size(), off_mm, &s.kernel, bounds);
+        kernels_.bound_points(input_, groups.data(), near.empty() ? nullptr : near.data(),
+                              groups.size(), off_mm, &s.kernel, bounds);
     }
 
     const BlockPieces& pieces() const override { return pieces_; }

@@ -37,8 +37,8 @@ void BoxBounds::add(float distance_lo, std::span<const float> float_lo,
     }
 }
 
-void Engine::bound_points(std::span<const PointGroup> groups, float, Scratch* scratch,
-                          PointBounds* bounds) const {
+void Engine::bound_points(std::span<const PointGroup> groups, std::span<const PointGroup>, float,
+                          Scratch* scratch, PointBounds* bounds) const {
     std::vector<PointAnswer> answers(groups.size());
     query_points(groups, std::numeric_limits<float>::infinity(), scratch, answers.data());
     for (size_t g = 0; g < groups.size(); ++g) {

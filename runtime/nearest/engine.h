@@ -143,10 +143,11 @@ class Engine {
                               PointAnswer* answers) const = 0;
     /// How far points are from the surface, to about `off_mm`: a surface point that is farther than
     /// the nearest will do, which costs less to find. What is asked before decides how close bounds
-    /// are. Points must be finite; all eight are bounded. An engine without a way of its own
-    /// queries them.
-    virtual void bound_points(std::span<const PointGroup> groups, float off_mm, Scratch* scratch,
-                              PointBounds* bounds) const;
+    /// are, and so do points of the surface `near` each, one group of them for each group or none
+    /// at all; infinite where none is known. Points must be finite; all eight are bounded. An
+    /// engine without a way of its own queries them.
+    virtual void bound_points(std::span<const PointGroup> groups, std::span<const PointGroup> near,
+                              float off_mm, Scratch* scratch, PointBounds* bounds) const;
     /// Into which `bound_blocks` cuts; the same for all blocks.
     virtual const BlockPieces& pieces() const;
     /// Bounds of the distances in blocks, for what `prepare` finds and little more. An engine

@@ -204,8 +204,8 @@ struct KernelTable {
                     KernelScratch* scratch);
     void (*points)(const KernelInput& input, const PointGroup* groups, size_t count, float radius,
                    KernelScratch* scratch, PointAnswer* answers);
-    void (*bound_points)(const KernelInput& input, const PointGroup* groups, size_t count,
-                         float off_mm, KernelScratch* scratch, PointBounds* bounds);
+    void (*bound_points)(const KernelInput& input, const PointGroup* groups, const PointGroup* near,
+                         size_t count, float off_mm, KernelScratch* scratch, PointBounds* bounds);
     void (*bound_blocks)(const KernelInput& input, const Vec3i* blocks, size_t count,
                          KernelScratch* scratch, BlockBounds* bounds);
     /// Leaves in scratch->list the nodes of the root hierarchy and of chunks, none below another,

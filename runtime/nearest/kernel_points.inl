@@ -50,8 +50,8 @@ void points(const KernelInput& in, const PointGroup* groups, size_t count, float
 }
 
 /// Searches as for corners of blocks (kernel_lattice.inl).
-void bound_points(const KernelInput& in, const PointGroup* groups, size_t count, float off_mm,
-                  KernelScratch* scratch, PointBounds* bounds) {
+void bound_points(const KernelInput& in, const PointGroup* groups, const PointGroup* near,
+                  size_t count, float off_mm, KernelScratch* scratch, PointBounds* bounds) {
     const F8 zero = set1(0.0f), infinity = set1(kInfinity);
     for (size_t g = 0; g < count; ++g) {
         PointBounds& out = bounds[g];
@@ -65,6 +65,8 @@ void bound_points(const KernelInput& in, const PointGroup* groups, size_t count,
         WarmStart& warm = scratch->warm_points;
         for (int i = 0; i < warm.count; ++i)
             offer_point(warm.point[0][i], warm.point[1][i], warm.point[2][i], p, &w);
+        if (near != nullptr)
+            offer_points({load(near[g].p[0]), load(near[g].p[1]), load(near[g].p[2])}, p, &w);
         // Squares of distances that differ by `off` differ by so much or less.
         const F8 most2 = min(w.distance2, node_far2(in.root.nodes[0], p));
         w.enough = set1(2 * off_mm) * sqrt(most2);

@@ -23,7 +23,8 @@ int64_t CubeBounds::most_bytes(const PrintPart& part, int64_t cubes) {
     // as the kernel reads it; every weight low and high. Lists that grow by doubling hold twice.
     const int64_t components = part.nearest.floats() + part.nearest.ints();
     const int64_t numbers = 2 * 5 + components * (2 * 2 + 2) + 2 * int64_t{part.slots()};
-    constexpr int64_t kPoint = (sizeof(nearest::PointGroup) + sizeof(nearest::PointBounds)) / 8 + 4;
+    constexpr int64_t kPoint =
+        (2 * sizeof(nearest::PointGroup) + sizeof(nearest::PointBounds)) / 8 + 4;
     return int64_t{kBlocks * sizeof(nearest::BlockBounds) + 3 * kKnownMiddles * sizeof(Middle)} +
            cubes * (nearest::BoxBounds::kMostCases * 4 * numbers + int64_t{2 * sizeof(size_t)} +
                     2 * (kPoint + int64_t{sizeof(Middle)}));
@@ -54,6 +55,7 @@ void CubeBounds::find_middles(const PrintPart& part, int32_t size, std::span<con
     }
     const size_t groups = (missing_.size() + 7) / 8;
     points_.resize(groups);
+    near_.resize(groups);
     bounds_.resize(groups);
     const float half = 0.5f * static_cast<float>(size);
     for (size_t i = 0; i < 8 * groups; ++i) {
@@ -68,16 +70,23 @@ void CubeBounds::find_middles(const PrintPart& part, int32_t size, std::span<con
                                           z * part.frame[OPENFAB_FRAME_STEP_K + a]) +
                                          part.frame[OPENFAB_FRAME_ORIGIN + a];
         }
+        // What is known there is mostly the cube below.
+        const Middle& below = known_middle(size, corner);
+        for (size_t a = 0; a < 3; ++a)
+            near_[i / 8].p[a][i % 8] =
+                below.part == &part ? below.point[static_cast<int>(a)] : kInfinity;
     }
-    part.engine->bound_points(points_, kOff * half * part.voxel_diagonal_mm, scratch,
+    part.engine->bound_points(points_, near_, kOff * half * part.voxel_diagonal_mm, scratch,
                               bounds_.data());
     for (size_t i = 0; i < missing_.size(); ++i) {
         const nearest::PointBounds& b = bounds_[i / 8];
         const size_t l = i % 8;
         Middle& found = middles_[missing_[i]];
-        found = {&part, lowest[missing_[i]], b.low[l], b.high[l], {}};
-        for (int a = 0; a < 3; ++a)
-            found.way[a] = points_[i / 8].p[a][l] - b.point[a][l];
+        found = {&part, lowest[missing_[i]], b.low[l], b.high[l], {}, {}};
+        for (int a = 0; a < 3; ++a) {
+            found.at[a] = points_[i / 8].p[a][l];
+            found.point[a] = b.point[a][l];
+        }
         known_middle(size, found.lowest) = found;
     }
 }
@@ -90,7 +99,7 @@ CubeBounds::Range CubeBounds::around_middle(const PrintPart& part, const Middle&
     const float low = middle.low, high = middle.high;
     // The slack is for the rounding of these distances and of a voxel's own.
     const float slack = high * 0x1p-13f + part.largest_coordinate_mm * 0x1p-17f;
-    const Vec3f& way = middle.way;
+    const Vec3f way = middle.at - middle.point;
     float square = dot(way, way);
     for (const size_t step : {OPENFAB_FRAME_STEP_I, OPENFAB_FRAME_STEP_J, OPENFAB_FRAME_STEP_K}) {
         const float* s = &part.frame[step];

@@ -58,7 +58,8 @@ class CubeBounds {
         const PrintPart* part = nullptr;
         Vec3i lowest{};
         float low = 0, high = 0;  ///< mm
-        Vec3f way{};              ///< from a surface point about as near as any
+        Vec3f at{};               ///< mm
+        Vec3f point{};            ///< of the surface, about as near as any
     };
     static constexpr size_t kKnownMiddles = 1024;  ///< of each size
 
@@ -95,7 +96,7 @@ class CubeBounds {
     std::vector<float> weight_lo_, weight_hi_;  ///< [slot][entry]
     nearest::NearestCase unknown_;              ///< of a part that asks no query, or has no surface
     nearest::BoxBounds box_;
-    std::vector<nearest::PointGroup> points_;
+    std::vector<nearest::PointGroup> points_, near_;
     std::vector<nearest::PointBounds> bounds_;
     std::vector<Middle> middles_;          ///< of the cubes in hand
     std::vector<Middle> known_;            ///< of the last ones, [size][place]

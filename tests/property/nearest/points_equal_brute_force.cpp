@@ -170,7 +170,7 @@ TEST(PointsEqualBruteForce, BoundsHoldTheDistance) {
              {InstructionSet::kAvx512, InstructionSet::kAvx2, InstructionSet::kSse41}) {
             const auto engine = make_block_engine(surface, frame, {.widest = set});
             std::vector<PointBounds> bounds(groups.size());
-            engine->bound_points(groups, kOff, engine->make_scratch().get(), bounds.data());
+            engine->bound_points(groups, {}, kOff, engine->make_scratch().get(), bounds.data());
             size_t tight = 0, followers = 0;
             for (size_t g = 0; g < groups.size(); ++g) {
                 PointGroup found;
