@@ -3,7 +3,6 @@
 #include "backends/ofr/format.h"
 
 #include <fmt/format.h>
-#include <xxhash.h>
 
 #include <bit>
 #include <cmath>
@@ -11,6 +10,7 @@
 #include <type_traits>
 
 #include "backends/common/tee_sink.h"
+#include "runtime/base/hash.h"
 
 namespace openfab::ofr {
 
@@ -126,7 +126,7 @@ Result<void> check_info(const backends::PrintInfo& info) {
 }  // namespace
 
 uint64_t checksum(std::span<const uint8_t> bytes) {
-    return XXH3_64bits(bytes.data(), bytes.size());
+    return xxh3(bytes, 0);
 }
 
 std::vector<uint8_t> write_header(const backends::PrintInfo& info) {

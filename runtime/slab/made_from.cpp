@@ -7,9 +7,7 @@
 #include <map>
 #include <type_traits>
 
-#ifndef XXH_INLINE_ALL
 #define XXH_INLINE_ALL
-#endif
 #include <xxhash.h>
 
 namespace openfab::slab {

@@ -9,17 +9,13 @@
 #include <cstddef>
 #include <cstdint>
 
-#ifndef XXH_INLINE_ALL
-#define XXH_INLINE_ALL
-#endif
-#include <xxhash.h>
+#include "runtime/base/hash.h"
 
 namespace openfab::slab {
 
 /// `data`: `height` packed rows of `row_bytes`, without gaps, lowest y first, as in SliceView.
 inline uint64_t slice_hash(int32_t z, const uint8_t* data, size_t row_bytes, int32_t height) {
-    return XXH3_64bits_withSeed(data, row_bytes * static_cast<size_t>(height),
-                                static_cast<uint64_t>(z));
+    return xxh3({data, row_bytes * static_cast<size_t>(height)}, static_cast<uint64_t>(z));
 }
 
 }  // namespace openfab::slab

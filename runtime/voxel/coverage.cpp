@@ -96,9 +96,9 @@ struct Voxeliser::Impl {
 
 /// Groups [first, end) of the grid that what lies in a part-local box may cross.
 std::array<int32_t, 2> Voxeliser::Impl::groups_of(const Box3f& bounds) const {
-    const Box3d b = surface::map_box(snapping.map(), bounds);
-    const int32_t first = std::max(first_row(snap(b.lo.z - kBoundsSlack)), grid.lo.z);
-    const int32_t end = std::min(first_row(snap(b.hi.z + kBoundsSlack)), grid.hi.z);
+    const Vec2<double> z = surface::map_range(snapping.map(), bounds, 2);
+    const int32_t first = std::max(first_row(snap(z.x - kBoundsSlack)), grid.lo.z);
+    const int32_t end = std::min(first_row(snap(z.y + kBoundsSlack)), grid.hi.z);
     if (first >= end) return {0, 0};
     return {group_of(first), group_of(end - 1) + 1};
 }
