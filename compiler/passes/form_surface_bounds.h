@@ -7,10 +7,9 @@
 namespace openfab::passes {
 
 /// The interval form of a surface stage over a patch (compiler/passes/interval.h): outputs
-/// DISPLACEMENT_LO and HI of each axis and SURFACE_OUT_LO and HI. The displacement is the one after
-/// bound_displacement, which makes what is not finite 0 and cuts to the user's bound B: where
-/// nothing is known of it and B is infinite the ends are NaN. `surface` has its footprints and its
-/// outputs are still the returned vector.
+/// DISPLACEMENT_LO and HI of each axis and SURFACE_OUT_LO and HI. The displacement is what the
+/// stage returns, before bound_displacement cuts it (surface/bounds_batch.h knows of that); where
+/// nothing is known of it the ends are NaN. `surface` has its footprints.
 ir::Stage form_surface_bounds(const ir::Stage& surface);
 
 }  // namespace openfab::passes

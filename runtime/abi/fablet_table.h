@@ -159,7 +159,7 @@ enum openfab_arg_kind {
     OPENFAB_ARG_SURFACE_ATTR_HI = 28,
     OPENFAB_ARG_SURFACE_ATTR_GRAD_LO = 29,
     OPENFAB_ARG_SURFACE_ATTR_GRAD_HI = 30,
-    OPENFAB_ARG_DISPLACEMENT_LO = 31, /* out; b = axis */
+    OPENFAB_ARG_DISPLACEMENT_LO = 31, /* out; b = axis; before the cut to the user's bound */
     OPENFAB_ARG_DISPLACEMENT_HI = 32,
     OPENFAB_ARG_SURFACE_OUT_LO = 33, /* out */
     OPENFAB_ARG_SURFACE_OUT_HI = 34,

@@ -310,8 +310,8 @@ int BoundsBatch::evaluate() {
     return call_.run();
 }
 
-/// The kernel's interval, cut to the user's bound: a displacement that is too long is scaled, one
-/// that is not finite is 0.
+/// The kernel's interval, cut to the user's bound: a displacement that is too long is scaled to it.
+/// Where an interval is known, all displacements are finite.
 Range<float> BoundsBatch::displacement(int32_t i, int32_t axis) const {
     const float bound = part_.max_displacement_mm;
     Range<float> all[3];
@@ -328,9 +328,13 @@ Range<float> BoundsBatch::displacement(int32_t i, int32_t axis) const {
     }
     if (!known) return {-bound, bound};
     Range<float> out = all[axis];
-    if (std::sqrt(length2) > bound * (1 - 0x1p-20)) {
-        out.add({0, 0});
-        // Scaling to the bound rounds.
+    const double length = std::sqrt(length2);
+    if (length > bound * (1 - 0x1p-20)) {
+        // What is scaled keeps at least this share, less what kShrink (bound_displacement.h) and
+        // rounding take.
+        const double kept = bound / length * (1 - 0x1p-19);
+        out.lo = std::min(out.lo, below(static_cast<float>(out.lo * kept)));
+        out.hi = std::max(out.hi, above(static_cast<float>(out.hi * kept)));
         out.lo = std::max(out.lo, -above(bound * (1 + 0x1p-20f)));
         out.hi = std::min(out.hi, above(bound * (1 + 0x1p-20f)));
     }

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
 
 #include "tests/support/surface/worlds.h"
@@ -137,6 +138,34 @@ TEST(SurfaceTest, CountsWhatTheStageGotWrong) {
     }
     EXPECT_GT(surface->counts().not_finite, 0);
     EXPECT_GT(surface->counts().cut_to_bound, 0);
+}
+
+TEST(SurfaceTest, BoundsOfWhatIsCutKnowHowMuchIsLeft) {
+    // Upper sides are moved by 1 to 1.5 mm, before the cut.
+    for (const double most : {0.5, 1.0, 1.5}) {
+        const scene::Part part = make_part(testing::Scenario{
+            "", testing::cube(2), testing::HandMode::kFootprint, 1.0f, 0, false, most});
+        const auto surface = create(part, 0.15);
+        float top = -1e9f;
+        for (const Vec3d& p : part.mesh->positions)
+            top = std::max(top, static_cast<float>(p.y));
+        int raised = 0;
+        for (size_t p = 0; p < surface->patches().size(); ++p) {
+            const Patch& patch = surface->patches()[p];
+            if (patch.kind != PatchKind::kLattice) continue;
+            const auto mesh = surface->micro(static_cast<int32_t>(p));
+            if (std::ranges::any_of(mesh->positions, [&](const Vec3f& v) {
+                    return v.y < top + 0.9f * static_cast<float>(std::min(most, 1.0));
+                }))
+                continue;
+            ++raised;
+            EXPECT_GT(patch.bounds.lo.y,
+                      top + 0.66f * static_cast<float>(std::min(most, 1.0)) - 1e-3f)
+                << "patch " << p << ", at most " << most;
+            EXPECT_LT(patch.bounds.hi.y, top + static_cast<float>(most) + 1e-3f);
+        }
+        EXPECT_GT(raised, 0);
+    }
 }
 
 TEST(SurfaceTest, CacheKeepsToItsBudgetAndHandlesPin) {
