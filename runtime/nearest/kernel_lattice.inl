@@ -31,6 +31,8 @@ struct CornerList {
             voxel[count][a] = v[a];
         ++count;
     }
+    /// Lanes that are left over ask what the last one does.
+    OPENFAB_INLINE const int32_t* of_lane(int l) const { return voxel[l < count ? l : count - 1]; }
 };
 
 OPENFAB_INLINE bool is_of(const LatticeEntry& e, const KernelInput& in, const int32_t* voxel) {
@@ -44,9 +46,8 @@ OPENFAB_INLINE void offer_neighbours(const KernelInput& in, const CornerList& li
     for (int axis = 0; axis < 3; ++axis) {
         alignas(32) float point[3][8];
         for (int l = 0; l < 8; ++l) {
-            const bool listed = l < list.count;
             int32_t voxel[3];
-            __builtin_memcpy(voxel, list.voxel[listed ? l : list.count - 1], sizeof(voxel));
+            __builtin_memcpy(voxel, list.of_lane(l), sizeof(voxel));
             voxel[axis] -= 8;
             const LatticeEntry& e = *lattice_entry(voxel, scratch);
             const bool known = is_of(e, in, voxel) && e.reach == kInfinity;
@@ -66,8 +67,7 @@ __attribute__((noinline)) void search_corners(const KernelInput& in, const Corne
     float largest = in.largest_coordinate;
     const float* f = in.frame;
     for (int l = 0; l < 8; ++l) {
-        // Lanes that are left over ask what the last one does.
-        const int32_t* voxel = list.voxel[l < list.count ? l : list.count - 1];
+        const int32_t* voxel = list.of_lane(l);
         for (int c = 0; c < 3; ++c) {
             p[c][l] = (static_cast<float>(voxel[0]) * f[OPENFAB_FRAME_STEP_I + c] +
                        static_cast<float>(voxel[1]) * f[OPENFAB_FRAME_STEP_J + c]) +

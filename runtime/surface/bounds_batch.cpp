@@ -331,8 +331,9 @@ Range<float> BoundsBatch::displacement(int32_t i, int32_t axis) const {
     const double length = std::sqrt(length2);
     if (length > bound * (1 - 0x1p-20)) {
         // What is scaled keeps at least this share, less what kShrink (bound_displacement.h) and
-        // rounding take.
-        const double kept = bound / length * (1 - 0x1p-19);
+        // rounding take; nothing where the share or the length may be beyond floats.
+        const double share = bound / length;
+        const double kept = share > 0x1p-100 && length < 0x1p120 ? share * (1 - 0x1p-19) : 0;
         out.lo = std::min(out.lo, below(static_cast<float>(out.lo * kept)));
         out.hi = std::max(out.hi, above(static_cast<float>(out.hi * kept)));
         out.lo = std::max(out.lo, -above(bound * (1 + 0x1p-20f)));

@@ -117,6 +117,9 @@ inline std::vector<Scenario> scenarios() {
     all.push_back(
         {"sphere footprints, cut", sphere(2, 9, 5), HandMode::kFootprint, 1.0f, 0.17, true, 0.5});
     all.push_back({"cube footprints, cut", cube(2), HandMode::kFootprint, 1.0f, 0.15, false, 0.9});
+    // A length beyond floats is cut to 0.
+    all.push_back({"cube footprints, cut from beyond", cube(2), HandMode::kFootprint, 2e38f, 0.15,
+                   false, 0.9});
     all.push_back({"torus footprints", torus(2, 0.7, 13, 7), HandMode::kFootprint, 0.2f, 0.3});
     all.push_back(
         {"not finite, bounded", sphere(2, 8, 5), HandMode::kBroken, 0.4f, 0.2, true, 0.25});
