@@ -36,7 +36,9 @@ ScheduleFault fault_at(int32_t line, const ScheduleWord& word, std::string messa
 class Chain {
   public:
     Chain(Kernel* kernel, NamedFunc* target, const ScheduleLine& line)
-        : kernel_(kernel), target_(target), line_(line), stage_(target->func) {}
+        : kernel_(kernel), target_(target), line_(line) {
+        if (!target->func.is_extern()) stage_.emplace(target->func);
+    }
 
     std::optional<ScheduleFault> run() {
         for (const Directive& directive : line_.directives) {
@@ -50,6 +52,13 @@ class Chain {
     bool fail(const ScheduleWord& word, std::string message, std::string help = {}) {
         fault_ = fault_at(line_.line, word, std::move(message), std::move(help));
         return false;
+    }
+
+    bool fail_loopless(const ScheduleWord& word, const NamedFunc& func) {
+        return fail(
+            word,
+            fmt::format("`{}` is computed by the runtime: it has no loops of its own", func.name),
+            "it can be placed: compute_at, compute_root, store_at, store_root");
     }
 
     bool find_var(const NamedFunc& func, const ScheduleWord& word, Var* out) {
@@ -118,17 +127,20 @@ class Chain {
             stage_ = target_->func.update(0);
             return true;
         }
+        if (is("compute_at") || is("compute_root") || is("store_at") || is("store_root")) {
+            return place();
+        }
+        if (!stage_) return fail_loopless(directive.name, *target_);
         if (is("split")) return split();
         if (is("tile")) return tile();
         if (is("fuse")) return fuse();
         if (is("reorder")) return reorder();
-        if (is("unroll") || is("vectorize") || is("parallel")) return run_loop();
-        return place();
+        return run_loop();
     }
 
     /// Splits `var` in stage_ and in the name map.
     void split_var(const Var& var, const Var& outer, const Var& inner, int32_t by) {
-        stage_.split(var, outer, inner, by, kTail);
+        stage_->split(var, outer, inner, by, kTail);
         drop_var(var);
     }
 
@@ -156,7 +168,7 @@ class Chain {
         if (!factor(6, &by[0]) || !factor(7, &by[1])) return false;
         split_var(sides[0], made[0], made[2], by[0]);
         split_var(sides[1], made[1], made[3], by[1]);
-        stage_.reorder(made[2], made[3], made[0], made[1]);
+        stage_->reorder(made[2], made[3], made[0], made[1]);
         return true;
     }
 
@@ -164,7 +176,7 @@ class Chain {
         std::vector<Var> parts;
         Var fused;
         if (!vars(0, 2, &parts) || !new_var(2, &fused)) return false;
-        stage_.fuse(parts[0], parts[1], fused);
+        stage_->fuse(parts[0], parts[1], fused);
         drop_var(parts[0]);
         drop_var(parts[1]);
         return true;
@@ -173,7 +185,7 @@ class Chain {
     bool reorder() {
         std::vector<Var> order;
         if (!vars(0, current_->args.size(), &order)) return false;
-        stage_.reorder(std::vector<Halide::VarOrRVar>(order.begin(), order.end()));
+        stage_->reorder(std::vector<Halide::VarOrRVar>(order.begin(), order.end()));
         return true;
     }
 
@@ -181,23 +193,23 @@ class Chain {
         Var var;
         if (!find_var(*target_, current_->args[0], &var)) return false;
         if (is("parallel")) {
-            stage_.parallel(var);
+            stage_->parallel(var);
             return true;
         }
         if (current_->args.size() == 1) {
             if (is("unroll")) {
-                stage_.unroll(var);
+                stage_->unroll(var);
             } else {
-                stage_.vectorize(var);
+                stage_->vectorize(var);
             }
             return true;
         }
         int32_t by = 1;
         if (!factor(1, &by)) return false;
         if (is("unroll")) {
-            stage_.unroll(var, by, kTail);
+            stage_->unroll(var, by, kTail);
         } else {
-            stage_.vectorize(var, by, kTail);
+            stage_->vectorize(var, by, kTail);
         }
         return true;
     }
@@ -221,7 +233,9 @@ class Chain {
         }
         NamedFunc* at = find_func(current_->args[0]);
         Var var;
-        if (at == nullptr || !find_var(*at, current_->args[1], &var)) return false;
+        if (at == nullptr) return false;
+        if (at->func.is_extern()) return fail_loopless(current_->args[0], *at);
+        if (!find_var(*at, current_->args[1], &var)) return false;
         if (is("compute_at")) {
             func.compute_at(at->func, var);
         } else {
@@ -235,7 +249,7 @@ class Chain {
     Kernel* kernel_;
     NamedFunc* target_;
     const ScheduleLine& line_;
-    Halide::Stage stage_;
+    std::optional<Halide::Stage> stage_;  ///< none of an extern Func
     bool updating_ = false;
     const Directive* current_ = nullptr;
     ScheduleFault fault_;

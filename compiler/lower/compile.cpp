@@ -15,6 +15,7 @@
 #include "compiler/lower/apply_schedule.h"
 #include "compiler/lower/kernel.h"
 #include "runtime/abi/halide_hooks.h"
+#include "runtime/texture/look_up.h"
 
 namespace openfab::lower {
 
@@ -50,7 +51,7 @@ const Schedule& schedule_of(const KernelRequest& request) {
 std::variant<Halide::Module, ScheduleFault> make_module(const KernelRequest& request,
                                                         const Schedule& schedule,
                                                         size_t line_count) {
-    Kernel kernel = make_kernel(*request.stage);
+    Kernel kernel = make_kernel(*request.stage, request.isa);
     if (std::optional<ScheduleFault> fault = apply_schedule(schedule, line_count, &kernel)) {
         return *fault;
     }
@@ -132,6 +133,21 @@ std::optional<Fault> write_module(const KernelRequest& request, Halide::OutputFi
     return std::nullopt;
 }
 
+/// What kernels call of the runtime; in a print program it is linked in.
+const Halide::Internal::JITModule& runtime_symbols() {
+    static const Halide::Internal::JITModule symbols = [] {
+        using Halide::Internal::JITModule;
+        JITModule out;
+        const auto add = [&](const char* name, auto* function) {
+            out.add_symbol_for_export(name, JITModule::Symbol(reinterpret_cast<void*>(function)));
+        };
+        add("openfab_look_up_sse41", openfab_look_up_sse41);
+        add("openfab_look_up_avx2", openfab_look_up_avx2);
+        return out;
+    }();
+    return symbols;
+}
+
 /// Code in memory calls a Halide runtime of its own, which asks these.
 void use_process_hooks() {
     Halide::JITHandlers handlers;
@@ -148,7 +164,7 @@ void use_process_hooks() {
 }
 
 std::string list_funcs(const KernelRequest& request) {
-    const Kernel kernel = make_kernel(*request.stage);
+    const Kernel kernel = make_kernel(*request.stage, request.isa);
     const Schedule& schedule = schedule_of(request);
     std::ostringstream out;
     out << fmt::format("kernel {} for {}\n", kernel_name(request.stage->kind),
@@ -200,7 +216,8 @@ std::variant<LoadedKernel, Fault> compile_in_memory(const KernelRequest& request
         static std::once_flag once;
         std::call_once(once, use_process_hooks);
         auto code = std::make_shared<Halide::Internal::JITModule>(
-            module, module.get_function_by_name(request.function));
+            module, module.get_function_by_name(request.function),
+            std::vector<Halide::Internal::JITModule>{runtime_symbols()});
         // The argument array is Halide's to read: its type says const, ours is that of linked code.
         const auto function = reinterpret_cast<openfab_kernel_fn>(code->argv_function());
         return LoadedKernel{std::move(code), function};

@@ -7,6 +7,8 @@
 #include <array>
 #include <optional>
 
+#include "compiler/lower/sample_parts.h"
+
 namespace openfab::lower {
 
 namespace {
@@ -24,6 +26,7 @@ constexpr int32_t kLanes = 8;
 // gallery, 24 operations a Func take up to twice, 256 a little more than 128 of the time.
 constexpr size_t kChunk = 128;
 constexpr size_t kChunkBeforeLookup = 6;
+constexpr size_t kChannels = 4;  ///< that one look-up gives
 
 struct StageNames {
     const char* kernel;
@@ -54,8 +57,10 @@ StageNames names_of(ir::StageKind kind) {
 
 class StageLowering {
   public:
-    explicit StageLowering(const ir::Stage& stage)
-        : stage_(stage), args_(collect_args(stage)), names_(names_of(stage.kind)) {}
+    StageLowering(const ir::Stage& stage, openfab_isa isa)
+        : stage_(stage), args_(collect_args(stage)), names_(names_of(stage.kind)) {
+        site_.isa = isa;
+    }
 
     Kernel run() {
         site_.funcs = &lookups_;
@@ -183,15 +188,28 @@ class StageLowering {
     void lower_values() {
         const std::vector<bool> live = ir::live_values(stage_);
         const std::vector<size_t> last_use = last_uses(live);
+        const size_t last_picture = last_look_up(live);
         values_.resize(stage_.instrs.size());
         for (size_t id = 0; id < stage_.instrs.size(); ++id) {
             const Op op = stage_.instrs[id].op;
             if (!live[id] || values_[id].expr.defined()) continue;
             const bool lookup = op == Op::kSample || op == Op::kSampleBound;
+            site_.early = id <= last_picture;
             if (chunk_.size() >= (lookup ? kChunkBeforeLookup : kChunk)) store_chunk(id, last_use);
             values_[id] = lower(id, live);
             if (!lookup && op != Op::kConst && op != Op::kInput) chunk_.push_back(id);
         }
+    }
+
+    /// Of pictures; 0, which is not one, where there is none.
+    size_t last_look_up(const std::vector<bool>& live) const {
+        size_t out = 0;
+        for (size_t id = 0; id < stage_.instrs.size(); ++id) {
+            const ir::Instr& instr = stage_.instrs[id];
+            if (live[id] && instr.op == Op::kSample && !is_volume_sample(instr.args.size()))
+                out = id;
+        }
+        return out;
     }
 
     /// The last instruction that uses each value; beyond the end for outputs.
@@ -218,10 +236,9 @@ class StageLowering {
         }
         chunk_.clear();
         if (kept.empty()) return;
-        const std::string name = fmt::format("values_{}", chunks_++);
-        Halide::Func func(name);
+        const std::string name = func_name(site_, "values", chunks_++);
+        const Halide::Func func = new_func(&site_, name, site_.vars).func;
         func(site_.vars) = Halide::Tuple(stored);
-        lookups_.push_back(named(name, func, site_.vars));
         const std::vector<Expr> here(site_.vars.begin(), site_.vars.end());
         for (size_t k = 0; k < kept.size(); ++k) {
             const Expr loaded =
@@ -259,12 +276,13 @@ class StageLowering {
         }
     }
 
-    /// All channels read at one place share footprint, taps and texel addresses.
+    /// Channels read at one place share footprint, taps and texel addresses.
     void lower_sample_group(size_t id, const std::vector<bool>& live) {
         const ir::Instr& instr = stage_.instrs[id];
         std::vector<size_t> members;
         std::vector<int32_t> channels;
-        for (size_t other = id; other < stage_.instrs.size(); ++other) {
+        for (size_t other = id; other < stage_.instrs.size() && members.size() < kChannels;
+             ++other) {
             const ir::Instr& candidate = stage_.instrs[other];
             if (live[other] && candidate.op == Op::kSample && candidate.a == instr.a &&
                 candidate.args == instr.args) {
@@ -356,7 +374,7 @@ class StageLowering {
     std::vector<Halide::Argument> arguments_;
     std::vector<Value> values_;
     std::vector<size_t> chunk_;  ///< values not stored in a Func yet
-    size_t chunks_ = 0;
+    int32_t chunks_ = 0;
 };
 
 }  // namespace
@@ -365,8 +383,8 @@ const char* kernel_name(ir::StageKind kind) {
     return names_of(kind).kernel;
 }
 
-Kernel make_kernel(const ir::Stage& stage) {
-    return StageLowering(stage).run();
+Kernel make_kernel(const ir::Stage& stage, openfab_isa isa) {
+    return StageLowering(stage, isa).run();
 }
 
 }  // namespace openfab::lower

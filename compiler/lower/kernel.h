@@ -11,13 +11,17 @@
 //               store(n)                                     the output, from the Func above;
 //               writes only what n holds
 //   values_k(lane, …)         what later Funcs need of a stretch of the stage's operations
-//   each texture look-up k (one per distinct place, any number of channels)
-//               footprint_k(lane, …)     level, taps and direction
-//               taps_k(…)                how many taps the lanes of the 8 take, inside the
-//                                        picture and at its border; 0 where no path reaches it
-//               texture_inner_k(lane, …), texture_k(lane, …)   the sums over these taps; their
-//                                        update loops over them
-// where lane is z in the volume stage and the dots are the other loops. What keeps kernels inside
+//   each look-up k in a picture (one per distinct place, up to four channels)
+//               places_k(lane, field, …)   where, as runtime/texture/look_up.h has it
+//               picture_k(lane, result, …) what is there: an extern stage
+//   each look-up k in a volume texture, or of its or a picture's bounds, likewise
+//               footprint_k(lane, …)     place and level
+//               taps_k(…)                how many trips the lanes of the 8 take; 0 where no path
+//                                        reaches it
+//               texture_k(lane, …)       the result; its update loops over trips
+// where lane is z in the volume stage and the dots are the other loops. What a look-up in a picture
+// may need is named values_early_k, texture_early_k and so on: it is computed for as many places at
+// once as the look-up is. What keeps kernels inside
 // their buffers (bounds of 8, clamped addresses, guarded tails) is set here and no schedule can
 // undo it.
 
@@ -47,8 +51,8 @@ struct Kernel {
 /// Name of the schedule file: "volume", "surface_bounds".
 const char* kernel_name(ir::StageKind kind);
 
-/// The stage must pass ir::verify and have an output.
-Kernel make_kernel(const ir::Stage& stage);
+/// The stage must pass ir::verify and have an output. Look-ups in pictures are those of `isa`.
+Kernel make_kernel(const ir::Stage& stage, openfab_isa isa);
 
 /// The place of a voxel, vertex or block inside a kernel, and the buffers it reads. Shared by
 /// kernel.cpp and sample.cpp.
@@ -57,10 +61,12 @@ struct Site {
     std::map<std::pair<int32_t, int32_t>, Halide::ImageParam>
         textures;  ///< texture, openfab_texture_buffer
     std::vector<NamedFunc>* funcs = nullptr;
+    openfab_isa isa = OPENFAB_ISA_SSE41;
+    bool early = false;  ///< a look-up in a picture follows
     int32_t lookups = 0;
 };
 
-/// Channels of one look-up; `args` as of ir::Op::kSample.
+/// Up to four channels of one look-up; `args` as of ir::Op::kSample.
 std::vector<Value> lower_sample(Site* site, int32_t texture, const std::vector<int32_t>& channels,
                                 const std::vector<Value>& args);
 /// Both ends of a SampleBound of one channel; `args` as of ir::Op::kSampleBound.

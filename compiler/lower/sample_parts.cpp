@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compiler/lower/sample_parts.h"
 
+#include <fmt/format.h>
+
 #include "compiler/interp/sample.h"
 
 namespace openfab::lower {
@@ -122,10 +124,16 @@ Axis make_axis(const Texture& texture, const Value& placed, const Value& n) {
     return {{wrapped(texture, x0, n), wrapped(texture, plus(x0, constant(1)), n)}, x - floor(x)};
 }
 
+std::string func_name(const Site& site, const char* kind, int32_t number) {
+    return fmt::format("{}_{}{}", kind, site.early ? "early_" : "", number);
+}
+
 NamedFunc& new_func(Site* site, const std::string& name, const std::vector<Halide::Var>& vars) {
     NamedFunc named{name, Halide::Func(name), {}};
     for (const Halide::Var& var : vars)
         named.vars.emplace_back(var.name(), var);
+    // Where the number of places is known at run time only, from memory that the kernel keeps.
+    named.func.store_in(Halide::MemoryType::Stack);
     site->funcs->push_back(named);
     return site->funcs->back();
 }

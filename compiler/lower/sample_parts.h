@@ -94,6 +94,8 @@ struct Axis {
 };
 Axis make_axis(const Texture& texture, const Value& placed, const Value& n);
 
+/// The name of a Func, as compiler/lower/kernel.h has it.
+std::string func_name(const Site& site, const char* kind, int32_t number);
 NamedFunc& new_func(Site* site, const std::string& name, const std::vector<Halide::Var>& vars);
 /// An element of a Func that has one or several.
 Halide::Expr element(const Halide::Func& func, const std::vector<Halide::Expr>& at, size_t k);

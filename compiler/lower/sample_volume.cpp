@@ -131,15 +131,16 @@ bool is_volume_sample(size_t args) {
 std::vector<Value> lower_volume_sample(Site* site, int32_t texture_index,
                                        const std::vector<int32_t>& channels,
                                        const std::vector<Value>& args) {
-    const std::string number = fmt::format("{}", site->lookups++);
+    const int32_t number = site->lookups++;
     const Texture texture(site, texture_index, OPENFAB_TEXTURE_TEXELS, 3);
     VolumeLookup lookup = make_lookup(texture, args);
-    const Halide::Func stored = store_values(site, "footprint_" + number, lookup.fields());
+    const Halide::Func stored =
+        store_values(site, func_name(*site, "footprint", number), lookup.fields());
 
     // One trip for each of the two levels, which keeps the code half as large; none where no lane
     // of the vector asks.
     Halide::RDom level(0, 2, "level");
-    level.where(level < most_taps(site, "taps_" + number, stored));
+    level.where(level < most_taps(site, func_name(*site, "taps", number), stored));
     const Value trip{Type::kInt, level};
     const Value first = trip == constant(0);
     const auto chosen = [&](const Value& a, const Value& b) { return select(first, a, b); };
@@ -148,7 +149,7 @@ std::vector<Value> lower_volume_sample(Site* site, int32_t texture_index,
     for (size_t a = 0; a < 3; ++a)
         here.sides[a] = chosen(fine.sides[a], coarse.sides[a]);
     const Cell cell(texture, lookup, here);
-    Halide::Func sum = new_func(site, "texture_" + number, site->vars).func;
+    Halide::Func sum = new_func(site, func_name(*site, "texture", number), site->vars).func;
     sum(site->vars) = Halide::Tuple(std::vector<Expr>(channels.size(), constant(0.0f).expr));
     std::vector<Expr> updated;
     const Value nearest = texture.filter_is(kFilterNearest);

@@ -165,6 +165,16 @@ class PhaseWalk : public interp::Environment {
     std::map<int32_t, uint32_t> outputs_;  ///< by slot
 };
 
+/// Texels, info or their least and greatest, of the texture that `arg` names.
+void set_texture(const openfab_arg& arg, const StageInputs& inputs, abi::KernelBuffer* buffer) {
+    const TestTexture& t = inputs.textures.at(static_cast<size_t>(arg.a));
+    const bool info = arg.b == OPENFAB_TEXTURE_INFO;
+    const auto& floats = arg.b == OPENFAB_TEXTURE_TEXELS ? t.texels : t.minmax;
+    const void* data = info ? static_cast<const void*>(t.info.data()) : floats.data();
+    buffer->set_dense(abi::halide_type(arg.scalar), data,
+                      {static_cast<int32_t>(info ? t.info.size() : floats.size())});
+}
+
 /// Flat buffers of the batch, in whole groups, and the answers to queries.
 class PhaseHost : public phases::Arguments, public phases::Handler {
   public:
@@ -175,7 +185,9 @@ class PhaseHost : public phases::Arguments, public phases::Handler {
         if (is_scalar(arg.kind)) return inputs_.values.at({arg.kind, arg.a, arg.b}).data();
         abi::KernelBuffer& buffer = buffers_.emplace_back();
         const halide_type_t type = abi::halide_type(arg.scalar);
-        if (arg.kind == OPENFAB_ARG_BLOCKS) {
+        if (arg.kind == OPENFAB_ARG_TEXTURE) {
+            set_texture(arg, inputs_, &buffer);
+        } else if (arg.kind == OPENFAB_ARG_BLOCKS) {
             buffer.set_dense(type, inputs_.values.at({arg.kind, 0, 0}).data(), {3, inputs_.places});
         } else {
             std::vector<uint32_t>& padded =
@@ -263,12 +275,7 @@ StageResults CompiledStage::run(openfab_isa isa, const StageInputs& inputs) cons
         abi::KernelBuffer& buffer = buffers.emplace_back();
         const halide_type_t type = abi::halide_type(arg.scalar);
         if (arg.kind == OPENFAB_ARG_TEXTURE) {
-            const TestTexture& t = inputs.textures.at(static_cast<size_t>(arg.a));
-            const bool info = arg.b == OPENFAB_TEXTURE_INFO;
-            const auto& floats = arg.b == OPENFAB_TEXTURE_TEXELS ? t.texels : t.minmax;
-            const void* data = info ? static_cast<const void*>(t.info.data()) : floats.data();
-            buffer.set_dense(type, data,
-                             {static_cast<int32_t>(info ? t.info.size() : floats.size())});
+            set_texture(arg, inputs, &buffer);
         } else if (arg.kind == OPENFAB_ARG_BLOCKS) {
             buffer.set_dense(type, inputs.values.at({arg.kind, 0, 0}).data(), {3, inputs.places});
         } else {

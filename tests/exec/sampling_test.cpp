@@ -26,24 +26,73 @@ constexpr int32_t kWraps = 4;
 constexpr int32_t kFilters = 3;
 constexpr int32_t kInputs = 9;  // u, v, width, du and dv along three axes
 
-/// Samples of channels 0, 1 and 3 at varying places; a bool input is the guard.
-ir::Stage make_stage(ir::StageKind kind) {
+ValueId look_up(ir::Builder* b, int32_t channel, const std::vector<ValueId>& args) {
+    ir::Instr sample;
+    sample.op = Op::kSample;
+    sample.type = Type::kFloat;
+    sample.b = channel;
+    sample.args = args;
+    return b->append(sample);
+}
+
+/// Arguments of a look-up at varying places; a bool input is the guard.
+std::vector<ValueId> make_args(ir::Builder* b) {
+    std::vector<ValueId> args = {b->input(Type::kBool, OPENFAB_ARG_NEAREST, 1, 0)};
+    for (int32_t k = 0; k < kInputs; ++k)
+        args.push_back(b->input(Type::kFloat, OPENFAB_ARG_NEAREST, 0, k));
+    return args;
+}
+
+ir::Stage make_stage(ir::StageKind kind, const std::vector<int32_t>& channels) {
     ir::Stage stage;
     stage.kind = kind;
     ir::Builder b(&stage);
-    std::vector<ValueId> args = {b.input(Type::kBool, OPENFAB_ARG_NEAREST, 1, 0)};
-    for (int32_t k = 0; k < kInputs; ++k) {
-        args.push_back(b.input(Type::kFloat, OPENFAB_ARG_NEAREST, 0, k));
-    }
-    for (const int32_t channel : {0, 1, 3}) {
-        ir::Instr sample;
-        sample.op = Op::kSample;
-        sample.type = Type::kFloat;
-        sample.b = channel;
-        sample.args = args;
+    const std::vector<ValueId> args = make_args(&b);
+    for (const int32_t channel : channels) {
         stage.outputs.push_back({"channel " + std::to_string(channel), OPENFAB_ARG_WEIGHT, channel,
-                                 0, b.append(sample)});
+                                 0, look_up(&b, channel, args)});
     }
+    return stage;
+}
+
+/// What a look-up finds moves the next; a dozen operations lie between them, and behind the last.
+ValueId look_up_twice(ir::Builder* b, std::vector<ValueId> args) {
+    const auto stir = [&](ValueId x) {
+        for (int32_t k = 0; k < 12; ++k)
+            x = b->emit(k % 2 == 0 ? Op::kMul : Op::kSub,
+                        {x, args[static_cast<size_t>(1 + k % 3)]});
+        return x;
+    };
+    const ValueId first = look_up(b, 0, args);
+    args[1] = b->emit(Op::kAdd, {args[1], stir(first)});
+    const ValueId second = look_up(b, 1, args);
+    return b->emit(Op::kAdd, {stir(second), first});
+}
+
+ir::Stage make_dependent_stage(ir::StageKind kind) {
+    ir::Stage stage;
+    stage.kind = kind;
+    ir::Builder b(&stage);
+    stage.outputs.push_back({"twice", OPENFAB_ARG_WEIGHT, 0, 0, look_up_twice(&b, make_args(&b))});
+    return stage;
+}
+
+/// Three trips at most: the stage is cut into phases, of which one looks up.
+ir::Stage make_looping_stage() {
+    ir::Stage stage;
+    stage.kind = ir::StageKind::kVolume;
+    ir::Builder b(&stage);
+    std::vector<ValueId> args = make_args(&b);
+    const ValueId zero = b.constant(int32_t{0}), quarter = b.constant(0.25f);
+    const ValueId loop = b.loop(args[0]);
+    const ValueId counter = b.loop_var(loop, 0, zero);
+    const ValueId before = b.loop_var(loop, 1, quarter);
+    args[2] = b.emit(Op::kAdd, {args[2], before});
+    const ValueId next = b.emit(Op::kAdd, {counter, b.constant(int32_t{1})});
+    const ValueId found = look_up_twice(&b, args);
+    const ValueId again = b.emit(Op::kLt, {next, b.constant(int32_t{3})});
+    const ValueId end = b.loop_end(loop, again, {next, found});
+    stage.outputs.push_back({"found", OPENFAB_ARG_WEIGHT, 0, 0, b.loop_result(end, 1)});
     return stage;
 }
 
@@ -106,19 +155,25 @@ StageInputs make_inputs(size_t count, int32_t places, uint32_t seed) {
     return inputs;
 }
 
-void check(ir::StageKind kind, size_t count, int32_t places) {
-    const ir::Stage stage = make_stage(kind);
+/// Voxels of two blocks, or micro-vertices that leave lanes over.
+void check(const ir::Stage& stage) {
+    const bool volume = stage.kind == ir::StageKind::kVolume;
+    const size_t count = volume ? 1024 : 203;
+    const int32_t places = volume ? 2 : 203;
     ASSERT_EQ(ir::verify(stage), "");
     const std::unique_ptr<CompiledStage> compiled = CompiledStage::make(stage);
     ASSERT_NE(compiled, nullptr);
     uint32_t seed = 1;
-    for (const int32_t channels : {1, 3}) {
+    for (const int32_t channels : {1, 2, 3, 4}) {
         for (int32_t wrap = 0; wrap < kWraps; ++wrap) {
             for (int32_t filter = 0; filter < kFilters; ++filter) {
                 SCOPED_TRACE(::testing::Message() << "channels " << channels << " wrap " << wrap
                                                   << " filter " << filter << " seed " << seed);
                 StageInputs inputs = make_inputs(count, places, seed);
-                inputs.textures = {make_texture(37, 20, channels, wrap, filter, seed)};
+                // Quotients by a power of two are computed as products.
+                const bool power = (channels + filter + wrap) % 2 == 0;
+                inputs.textures = {
+                    make_texture(power ? 64 : 37, power ? 32 : 20, channels, wrap, filter, seed)};
                 const StageResults expected = interpret(stage, inputs);
                 expect_equal(stage, expected, *compiled, inputs);
                 ++seed;
@@ -127,12 +182,24 @@ void check(ir::StageKind kind, size_t count, int32_t places) {
     }
 }
 
+// Which channels are asked for decides how texels are read.
 TEST(Sampling, VolumeEqualsInterpreter) {
-    check(ir::StageKind::kVolume, 1024, 2);
+    for (const std::vector<int32_t>& channels :
+         {std::vector<int32_t>{0, 1, 3}, {0}, {2}, {0, 1, 2, 3, 4, 300}})
+        check(make_stage(ir::StageKind::kVolume, channels));
 }
 
 TEST(Sampling, SurfaceEqualsInterpreter) {
-    check(ir::StageKind::kSurface, 203, 203);
+    check(make_stage(ir::StageKind::kSurface, {0, 1, 3}));
+}
+
+TEST(Sampling, LookUpsOfWhatWasLookedUpEqualInterpreter) {
+    check(make_dependent_stage(ir::StageKind::kVolume));
+    check(make_dependent_stage(ir::StageKind::kSurface));
+}
+
+TEST(Sampling, LookUpsOfLoopsEqualInterpreter) {
+    check(make_looping_stage());
 }
 
 }  // namespace
