@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "compiler/lower/sample_parts.h"
+#include "runtime/texture/look_up.h"
 
 namespace openfab::lower {
 
@@ -26,7 +27,6 @@ constexpr int32_t kLanes = 8;
 // gallery, 24 operations a Func take up to twice, 256 a little more than 128 of the time.
 constexpr size_t kChunk = 128;
 constexpr size_t kChunkBeforeLookup = 6;
-constexpr size_t kChannels = 4;  ///< that one look-up gives
 
 struct StageNames {
     const char* kernel;
@@ -281,8 +281,8 @@ class StageLowering {
         const ir::Instr& instr = stage_.instrs[id];
         std::vector<size_t> members;
         std::vector<int32_t> channels;
-        for (size_t other = id; other < stage_.instrs.size() && members.size() < kChannels;
-             ++other) {
+        for (size_t other = id;
+             other < stage_.instrs.size() && members.size() < texture::kLookUpResults; ++other) {
             const ir::Instr& candidate = stage_.instrs[other];
             if (live[other] && candidate.op == Op::kSample && candidate.a == instr.a &&
                 candidate.args == instr.args) {

@@ -11,6 +11,7 @@
 
 #include "compiler/lower/compile.h"
 #include "compiler/lower/sample_parts.h"
+#include "runtime/texture/look_up.h"
 
 namespace openfab::lower {
 
@@ -19,8 +20,6 @@ namespace {
 using Halide::Expr;
 using ir::Type;
 
-constexpr size_t kFields = 4;
-constexpr size_t kFieldsWithFootprint = 10;
 constexpr int32_t kMostChannel = 255;
 
 /// Vars of a Func with one more behind the lane.
@@ -54,8 +53,8 @@ std::vector<Value> lower_sample(Site* site, int32_t texture_index,
         return lower_volume_sample(site, texture_index, channels, args);
     const int32_t number = site->lookups++;
     Halide::Func places = make_places(site, fmt::format("places_{}", number), args);
-    const auto fields =
-        static_cast<int32_t>(args.size() > kFields ? kFieldsWithFootprint : kFields);
+    const bool footprint = args.size() > texture::kPlaceFields;
+    const int32_t fields = footprint ? texture::kPlaceFieldsWithFootprint : texture::kPlaceFields;
     int32_t asked = 0;
     for (size_t k = 0; k < channels.size(); ++k)
         asked |= std::min(channels[k], kMostChannel) << 8 * k;

@@ -15,13 +15,11 @@
 namespace openfab::lower {
 
 constexpr int32_t kLanes = 8;
-constexpr float kMaxWidth = 1073741824.0f;            // 2^30
-constexpr float kMaxSquare = 1152921504606846976.0f;  // 2^60
-constexpr int32_t kWrapRepeat = 1;
-constexpr int32_t kWrapMirror = 2;
-constexpr int32_t kWrapBlack = 3;
-constexpr int32_t kFilterTrilinear = 0;
-constexpr int32_t kFilterNearest = 2;
+constexpr float kMaxWidth = 1073741824.0f;  // 2^30
+using texture::kFilterNearest;
+using texture::kWrapBlack;
+using texture::kWrapMirror;
+using texture::kWrapRepeat;
 
 Value bound(const Value& x, float lo, const Value& hi);
 Value bound(const Value& x, float lo, float hi);

@@ -21,6 +21,14 @@
 
 #include <HalideRuntime.h>
 
+namespace openfab::texture {
+
+constexpr int32_t kPlaceFields = 4;
+constexpr int32_t kPlaceFieldsWithFootprint = 10;
+constexpr int32_t kLookUpResults = 4;  ///< at most
+
+}  // namespace openfab::texture
+
 extern "C" {
 int openfab_look_up_sse41(halide_buffer_t* places, halide_buffer_t* texels, halide_buffer_t* info,
                           int32_t fields, int32_t channels, halide_buffer_t* out);

@@ -21,13 +21,6 @@ namespace {
 
 constexpr int32_t kMaxTaps = 8;
 constexpr int32_t kMaxChannels = 4;
-constexpr int32_t kFieldsWithFootprint = 10;
-// Of scene::Wrap and scene::Filter.
-constexpr int32_t kWrapRepeat = 1;
-constexpr int32_t kWrapMirror = 2;
-constexpr int32_t kWrapBlack = 3;
-constexpr int32_t kFilterTrilinear = 0;
-constexpr int32_t kFilterNearest = 2;
 
 /// Texels along one axis of level 0.
 struct Side {
@@ -78,13 +71,15 @@ OPENFAB_INLINE F log2_of(F x) {
     return masked(x >= 1.0f, e + (f + (f * (1.0f - f)) * q));
 }
 
-/// The level of each lane; mostly all have one.
+/// The level of each lane; mostly all have one. A lane that is not asked has one that is: its own
+/// might have no texels beside each other.
 OPENFAB_INLINE Level level_of(const Picture& picture, I level, I asked) {
     const int32_t one = level[__builtin_ctz(signs(asked))];
     if (signs(asked & (level != one)) == 0) {
         const int32_t* const row = picture.levels + one * kInfoPerLevel;
         return {splat(row[0]), splat(row[1]), splat(row[2])};
     }
+    level = asked ? level : splat(one);
     alignas(sizeof(I)) int32_t fields[3][kLanes];
     for (int32_t i = 0; i < kLanes; ++i) {
         const int32_t* const row = picture.levels + level[i] * kInfoPerLevel;
@@ -300,7 +295,7 @@ OPENFAB_INLINE Texel wrapped(const Picture& picture, I x, I n) {
 /// One channel of a texel.
 OPENFAB_INLINE F texel_at(const Picture& picture, const Level& level, const Texel& x,
                           const Texel& y, int32_t channel) {
-    alignas(32) int32_t at[kLanes];
+    alignas(sizeof(I)) int32_t at[kLanes];
     store(at, level.offset + (y.index * level.width + x.index) * picture.channels);
     const F value = gather(picture.texels + channel, at);
     return picture.wrap == kWrapBlack ? masked(~(x.outside | y.outside), value) : value;
@@ -385,7 +380,7 @@ class LookUp {
         : field_(places->dim[1].stride),
           result_(out->dim[1].stride),
           results_(out->dim[1].extent),
-          has_footprint_(fields == kFieldsWithFootprint) {
+          has_footprint_(fields == kPlaceFieldsWithFootprint) {
         const bool empty = info->dim[0].extent == 0 || texels->dim[0].extent == 0;
         if (!empty) {
             const auto* const header = reinterpret_cast<const int32_t*>(info->host);
@@ -479,15 +474,13 @@ class LookUp {
         for (size_t i = 0; i < count; ++i) {
             const Footprint& footprint = footprints[i];
             F values[kMaxChannels] = {};
-            if (signs(footprint.asked) == 0) {
-            } else if (!footprint.inside) {
-                sum_anywhere(picture_, footprint, wanted_, values);
-            } else {
+            if (signs(footprint.asked) != 0) {
+                if (!footprint.inside) sum_anywhere(picture_, footprint, wanted_, values);
                 for (; reading != ends[i]; ++reading)
                     add_reading(picture_, *reading, footprint.fraction, channels, values + first);
+                for (uint32_t rest = wanted_; rest != 0; rest &= rest - 1)
+                    values[__builtin_ctz(rest)] /= footprint.taps;
             }
-            for (uint32_t rest = wanted_; rest != 0; rest &= rest - 1)
-                values[__builtin_ctz(rest)] /= footprint.taps;
             write(lanes[i], footprint.asked, values);
         }
     }
@@ -528,16 +521,21 @@ int look_up(halide_buffer_t* places, const halide_buffer_t* texels, const halide
         return d < buffer->dimensions ? buffer->dim[d] : halide_dimension_t(0, 1, 0);
     };
     const halide_dimension_t x = dimension(out, 2), y = dimension(out, 3), n = dimension(out, 4);
-    const auto stride = [&](int32_t d) { return dimension(places, d).stride; };
+    // `places` may hold more than is asked for.
+    const auto place_at = [&](int32_t d, int32_t k) {
+        const halide_dimension_t along = dimension(places, d);
+        return static_cast<ptrdiff_t>(dimension(out, d).min - along.min + k) * along.stride;
+    };
+    const auto* const first = reinterpret_cast<const float*>(places->host) + place_at(0, 0);
     Lanes batch[kBatch];
     size_t count = 0;
     for (int32_t c = 0; c < n.extent; ++c) {
         for (int32_t b = 0; b < y.extent; ++b) {
             for (int32_t a = 0; a < x.extent; ++a) {
-                const float* const from = reinterpret_cast<const float*>(places->host) +
-                                          a * stride(2) + b * stride(3) + c * stride(4);
-                float* const to = reinterpret_cast<float*>(out->host) + a * x.stride +
-                                  b * y.stride + c * n.stride;
+                const float* const from = first + place_at(2, a) + place_at(3, b) + place_at(4, c);
+                float* const to =
+                    reinterpret_cast<float*>(out->host) + static_cast<ptrdiff_t>(a) * x.stride +
+                    static_cast<ptrdiff_t>(b) * y.stride + static_cast<ptrdiff_t>(c) * n.stride;
                 for (int32_t lane = 0; lane < out->dim[0].extent; lane += kLanes) {
                     batch[count++] = {from + lane, to + lane};
                     if (count < kBatch) continue;

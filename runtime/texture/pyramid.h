@@ -40,6 +40,12 @@ constexpr int32_t kInfoHeader = 8;
 constexpr int32_t kInfoPerLevel = 4;
 constexpr int32_t kVolumeInfoHeader = 14;
 constexpr int32_t kVolumeInfoPerLevel = 5;
+// Of scene::Wrap and scene::Filter: what is compared with.
+constexpr int32_t kWrapRepeat = 1;
+constexpr int32_t kWrapMirror = 2;
+constexpr int32_t kWrapBlack = 3;
+constexpr int32_t kFilterTrilinear = 0;
+constexpr int32_t kFilterNearest = 2;
 constexpr int32_t kFilterFinest = 3;  ///< trilinear, of look-up tables
 
 class Pyramid {

@@ -19,7 +19,6 @@ namespace {
 constexpr int32_t kLargestSide = 16384;
 // Of scene::Wrap and scene::Filter.
 constexpr int32_t kWrapOfTables = 0;
-constexpr int32_t kFilterNearest = 2;
 
 /// The texels below that one texel of a level takes in along one axis: at most three, with weights
 /// that sum to 1.

@@ -36,18 +36,19 @@ ValueId look_up(ir::Builder* b, int32_t channel, const std::vector<ValueId>& arg
 }
 
 /// Arguments of a look-up at varying places; a bool input is the guard.
-std::vector<ValueId> make_args(ir::Builder* b) {
+std::vector<ValueId> make_args(ir::Builder* b, int32_t inputs = kInputs) {
     std::vector<ValueId> args = {b->input(Type::kBool, OPENFAB_ARG_NEAREST, 1, 0)};
-    for (int32_t k = 0; k < kInputs; ++k)
+    for (int32_t k = 0; k < inputs; ++k)
         args.push_back(b->input(Type::kFloat, OPENFAB_ARG_NEAREST, 0, k));
     return args;
 }
 
-ir::Stage make_stage(ir::StageKind kind, const std::vector<int32_t>& channels) {
+ir::Stage make_stage(ir::StageKind kind, const std::vector<int32_t>& channels,
+                     int32_t inputs = kInputs) {
     ir::Stage stage;
     stage.kind = kind;
     ir::Builder b(&stage);
-    const std::vector<ValueId> args = make_args(&b);
+    const std::vector<ValueId> args = make_args(&b, inputs);
     for (const int32_t channel : channels) {
         stage.outputs.push_back({"channel " + std::to_string(channel), OPENFAB_ARG_WEIGHT, channel,
                                  0, look_up(&b, channel, args)});
@@ -187,6 +188,8 @@ TEST(Sampling, VolumeEqualsInterpreter) {
     for (const std::vector<int32_t>& channels :
          {std::vector<int32_t>{0, 1, 3}, {0}, {2}, {0, 1, 2, 3, 4, 300}})
         check(make_stage(ir::StageKind::kVolume, channels));
+    constexpr int32_t kWithoutFootprint = 3;
+    check(make_stage(ir::StageKind::kVolume, {0, 1}, kWithoutFootprint));
 }
 
 TEST(Sampling, SurfaceEqualsInterpreter) {
