@@ -112,6 +112,48 @@ TEST(VolumeSampling, EqualsInterpreter) {
     }
 }
 
+/// Red and green of a volume are where a picture is looked up, whose red moves a look-up in the
+/// volume.
+ir::Stage make_mixed_stage() {
+    ir::Stage stage;
+    stage.kind = ir::StageKind::kVolume;
+    ir::Builder b(&stage);
+    std::vector<ir::ValueId> args = {b.input(Type::kBool, OPENFAB_ARG_NEAREST, 1, 0)};
+    for (int32_t k = 0; k < kArgs; ++k)
+        args.push_back(b.input(Type::kFloat, OPENFAB_ARG_NEAREST, 0, k));
+    ir::Instr sample;
+    sample.op = Op::kSample;
+    sample.type = Type::kFloat;
+    sample.args = args;
+    const ir::ValueId red = b.append(sample);
+    sample.b = 1;
+    const ir::ValueId green = b.append(sample);
+    ir::Instr picture;
+    picture.op = Op::kSample;
+    picture.type = Type::kFloat;
+    picture.a = 1;
+    picture.args = {args[0], red, green, b.constant(0.0f)};
+    const ir::ValueId found = b.append(picture);
+    sample.args[1] = b.emit(Op::kAdd, {sample.args[1], found});
+    stage.outputs = {{"found", OPENFAB_ARG_WEIGHT, 0, 0, found},
+                     {"moved", OPENFAB_ARG_WEIGHT, 1, 0, b.append(sample)}};
+    return stage;
+}
+
+TEST(VolumeSampling, BesidePicturesEqualsInterpreter) {
+    const ir::Stage stage = make_mixed_stage();
+    ASSERT_EQ(ir::verify(stage), "");
+    const std::unique_ptr<CompiledStage> compiled = CompiledStage::make(stage);
+    ASSERT_NE(compiled, nullptr);
+    for (const int32_t filter : {0, 1, 2}) {
+        SCOPED_TRACE(::testing::Message() << "filter " << filter);
+        StageInputs inputs = make_inputs(1024, 2, 5);
+        inputs.textures = {make_volume({13, 6, 9}, 3, 1, filter, 1),
+                           make_texture(64, 48, 3, 1, filter, 2)};
+        expect_equal(stage, interpret(stage, inputs), *compiled, inputs);
+    }
+}
+
 /// Displaces by the look-up along x.
 ir::Stage make_displacing_stage() {
     ir::Stage stage;
