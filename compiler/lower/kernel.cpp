@@ -20,7 +20,6 @@ using ir::Op;
 using ir::Type;
 
 constexpr int32_t kSide = 8;
-constexpr int32_t kLanes = 8;
 // Values are cut into Funcs of so many operations, and LLVM keeps them in registers all the same.
 // Several of Halide's passes walk the whole kernel once for each value that a Func stores, and all
 // of them walk expressions as trees, where what results share is walked again for each: on the

@@ -201,6 +201,27 @@ TEST(Sampling, LookUpsOfWhatWasLookedUpEqualInterpreter) {
     check(make_dependent_stage(ir::StageKind::kSurface));
 }
 
+// Without a word they come first of all; the other way, columns of what a whole call computed.
+TEST(Sampling, SchedulesChangeNoBit) {
+    const ir::Stage stage = make_dependent_stage(ir::StageKind::kVolume);
+    StageInputs inputs = make_inputs(1024, 2, 3);
+    inputs.textures = {make_texture(37, 20, 3, 1, 1, 3)};
+    const StageResults expected = interpret(stage, inputs);
+    for (const char* text : {"weights.vectorize(z)\n",
+                             "values_early_*.compute_root()\npicture_1.compute_at(weights, x)\n"}) {
+        SCOPED_TRACE(text);
+        auto parsed = lower::parse_schedule("volume.sched", text);
+        ASSERT_NE(std::get_if<lower::Schedule>(&parsed), nullptr);
+        lower::ProgramOptions options;
+        options.isas = tested_isas();
+        options.schedule = &std::get<lower::Schedule>(parsed);
+        options.schedule_kernel = "volume";
+        const std::unique_ptr<CompiledStage> compiled = CompiledStage::make(stage, options);
+        ASSERT_NE(compiled, nullptr);
+        expect_equal(stage, expected, *compiled, inputs);
+    }
+}
+
 TEST(Sampling, LookUpsOfLoopsEqualInterpreter) {
     check(make_looping_stage());
 }
