@@ -37,12 +37,11 @@
 //                    u64    xxh3 of the packed rows
 //                    u64    xxh3 of the 24 bytes above
 //                    u8[m]  zstd frame of the packed rows: height rows of ceil(width * bits / 8)
-//                    bytes, lowest y first,
-//                           at 4 bits voxel 2n in the low half of byte n
+//                           bytes, lowest y first, at 4 bits voxel 2n in the low half of byte n
 //   index            u32    magic "INDX"
 //                    u32    k, bytes of the fields that follow
-//     fields (k)     u32    slices; for each, i32 z and u64 offset of its magic from the start of
-//     the file
+//     fields (k)     u32    slices; for each, i32 z and u64 offset of its magic from the start
+//                           of the file
 //                    i64    solid voxels
 //                    u32    codes; for each, i64 voxels with it
 //                    u64    hash of the print (the same for every format)

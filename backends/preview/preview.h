@@ -5,18 +5,16 @@
 // Pictures of a print for people, gathered while its slices pass.
 //
 //   front      from +z. A viewer sees a little way into resin, so a column's colour is the mean
-//   over the outermost run of
-//              voxels with weights that fall to half over kSightMm; then soft shading by the height
-//              field.
+//              over the outermost run of voxels with weights that fall to half over kSightMm;
+//              then soft shading by the height field.
 //   back       the same from -z, +x to the left, with stronger shading: relief.
 //   section    cut along x at the middle row.
 //   slice:N    one slice.
 //   model:TURN:TILT  from above at an angle, with cut=x|y|xy opened: model_view.h
 //   light=transmitted  light from behind: with t the solid thickness of a column and t_min, t_max
-//   over all covered columns,
-//              T = max(0, 1 - ((t - t_min) / (t_max - t_min))^2). Transmission falls with the
-//              square of the thickness, as the OpenFab paper's postcard assumes; absolute
-//              brightness is left out, since it depends on the lamp.
+//              over all covered columns, T = max(0, 1 - ((t - t_min) / (t_max - t_min))^2).
+//              Transmission falls with the square of the thickness, as the OpenFab paper's
+//              postcard assumes; absolute brightness is left out, since it depends on the lamp.
 //
 // Means are taken in linear light, and the PNG is sRGB with the print's coverage as alpha.
 

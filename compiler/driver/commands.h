@@ -3,10 +3,9 @@
 #pragma once
 
 // The subcommands of openflc. Each add_ function declares one on the command line; when it is the
-// one that was given it sets
-// `*action`, which main then runs and whose result is the exit code (0 done, 1 the user's input is
-// wrong, 2 usage, 3 the outside world, 4 a bug). Results go to stdout, everything for a person to
-// stderr.
+// one that was given it sets `*action`, which main then runs and whose result is the exit code
+// (0 done, 1 the user's input is wrong, 2 usage, 3 the outside world, 4 a bug). Results go to
+// stdout, everything for a person to stderr.
 
 #include <CLI/CLI.hpp>
 #include <functional>

@@ -14,7 +14,7 @@
 //    channel 0. Else the result is the constant 1 for c == 3 (alpha of a texture without one) and 0
 //    for other c.
 //
-// 2. Footprint, in texels of level 0 (RULES.md 19; du, dv are the changes of u, v per step along
+// 2. Footprint, in texels of level 0 (rule 19; du, dv are the changes of u, v per step along
 //    up to three axes):
 //      sx[k] = du[k] * w0                      sy[k] = dv[k] * h0
 //      a = (sx[0]*sx[0] + sx[1]*sx[1]) + sx[2]*sx[2]

@@ -34,29 +34,26 @@ constexpr size_t kLoopEndNext = 2;
 /// One instruction; its result is the value whose id is its place in Stage::instrs.
 ///   Const   `bits` is the 32-bit pattern (bool 0 or 1)
 ///   Input   `kind`, `a`, `b` name a kernel argument as in runtime/abi/fablet_table.h. AttrP
-///   (OPENFAB_ARG_SURFACE_ATTR,
-///           OPENFAB_SURFACE_P) is part-local: the AST translation adds the frame's CENTER. The
-///           voxel centre is OPENFAB_ARG_FRAME-based: see VoxelCoord below.
+///           (OPENFAB_ARG_SURFACE_ATTR, OPENFAB_SURFACE_P) is part-local: the AST translation adds
+///           the frame's CENTER. The voxel centre is OPENFAB_ARG_FRAME-based: see VoxelCoord below.
 ///   Sample  `a` texture index, `b` channel; args: guard, u, v, width, then, once
-///   `attach_footprints` has run, du and dv
-///           along the three axes: guard, u, v, width, du0, du1, du2, dv0, dv1, dv2
+///           `attach_footprints` has run, du and dv along the three axes:
+///           guard, u, v, width, du0, du1, du2, dv0, dv1, dv2
 ///           In a volume: guard, x, y, z, width, then the changes of x, of y and of z along the
 ///           three axes: 5 or 14 arguments tell the two apart
 ///   SampleBound  interval form of Sample, `a`, `b` as there, bits 0 for the lower and 1 for the
-///   upper end; args: guard (may
-///           be taken), u lo, u hi, v lo, v hi, width hi, then |du| and |dv| upper ends along the
-///           three axes (6); in a volume: guard, x lo, x hi, y lo, y hi, z lo, z hi, width hi, then
-///           |dx|, |dy| and |dz| upper ends along the three axes (9)
+///           upper end; args: guard (may be taken), u lo, u hi, v lo, v hi, width hi, then |du| and
+///           |dv| upper ends along the three axes (6); in a volume: guard, x lo, x hi, y lo, y hi,
+///           z lo, z hi, width hi, then |dx|, |dy| and |dz| upper ends along the three axes (9)
 ///   BitCast args {value}: its 32 bits as another type; never to or from bool
-///   Sin to Cellular are functions (compiler/functions): passes and the interpreter know them as
-///   one operation, expand_functions writes them out before lowering.
+///   Sin … Cellular are functions (compiler/functions): passes and the interpreter know them as
+///           one operation, expand_functions writes them out before lowering
 ///   Hash    a = which result; args {1 or more uints}. A uint
-///   Noise, Simplex, Cellular  a = which result (compiler/functions/functions.h), of a periodic
-///   Noise 8 more; args {1 to 4 float coordinates, of a periodic Noise as many int periods, uint
-///   seed}
-///
+///   Noise, Simplex, Cellular
+///           a = which result (compiler/functions/functions.h), of a periodic Noise 8 more; args
+///           {1 to 4 float coordinates, of a periodic Noise as many int periods, uint seed}
 ///   Derivative  a = axis; args {float}: its change per step along the lattice of a base triangle,
-///   until attach_footprints writes it out
+///           until attach_footprints writes it out
 ///
 /// Loops and queries cut a stage in phases (runtime/abi/fablet_table.h). A loop is the stretch of
 /// instructions from a Loop to its LoopEnd; loops nest. What is inside may use what came before;

@@ -13,9 +13,9 @@
 
 namespace openfab::ir {
 
-/// The fablet that `print` wrote, all but its spans, which the text does not hold. Empty lines and
-/// lines that start with
-/// `#` are skipped. On a fault: empty, and `fault` says `line N: what`.
+/// Reads the fablet that `print` wrote, all but its spans, which the text does not hold. Empty
+/// lines and lines that start with `#` are skipped. On a fault: empty, and `fault` says
+/// `line N: what`.
 std::optional<Fablet> read(std::string_view text, std::string* fault);
 
 }  // namespace openfab::ir

@@ -5,12 +5,13 @@
 // One stage as a Halide pipeline, not yet scheduled. Its Funcs, in our own names (Halide renames a
 // second "x" to "x$1"):
 //
+//   kernel      Funcs
 //   volume      weights(z, x, y, n)                          the output; of volume_demand: demand
-//   phases      phase(lane, group)                           the output; group counts the listed
-//   ones others      vertices | patches | bounds (lane, group)    8 places of n at a time
+//   phases      phase(lane, group)                           the output; group counts listed groups
+//   others      vertices | patches | bounds (lane, group)    8 places of n at a time
 //               store(n)                                     the output, from the Func above;
-//               writes only what n holds
-//   values_k(lane, …)         what later Funcs need of a stretch of the stage's operations
+//                                                            writes only what n holds
+//   all         values_k(lane, …)    what later Funcs need of a stretch of the stage's operations
 //   each look-up k in a picture (one per distinct place, up to four channels)
 //               places_k(lane, field, …)   where, as runtime/texture/look_up.h has it
 //               picture_k(lane, result, …) what is there: an extern stage

@@ -12,10 +12,11 @@
 //   !(a < b)      becomes b <= a        Not is xor with true
 //   a == a, a<=a  becomes true          equality and order with NaN are taken from the bit patterns
 //   a < c || b    is merged by range    And, Or are bitwise
-//   a < b         tells LLVM that neither is a NaN: the target feature marks float results only.
-//   Wrapped one by one constants     NaN compares equal to any number when equal Exprs are merged,
-//   -0 to 0: both are
-//                 made from their bits
+//   a < b         tells LLVM that       wrapped one by one in strict_float: the target feature
+//                 neither is a NaN      marks float results only
+//   constants     NaN equals any number, NaN and -0 are made from their bits
+//                 -0 equals 0, when
+//                 equal Exprs are merged
 
 #include <Halide.h>
 

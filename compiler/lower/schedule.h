@@ -10,10 +10,12 @@
 //
 // A name ending in `*` stands for all Funcs that begin so, maybe none. `update()` moves the rest of
 // the line to the Func's loop over taps. Funcs and vars are those of compiler/lower/kernel.h and
-// the vars that earlier lines split off. Directives: split(var, outer, inner, factor) tile(x, y,
-// xo, yo, xi, yi, fx, fy) fuse(inner, outer, fused) reorder(var, …) unroll(var[, factor])
-// vectorize(var[, factor]) parallel(var) compute_at(func, var) compute_root() store_at(func, var)
-// store_root().
+// the vars that earlier lines split off. Directives:
+//   split(var, outer, inner, factor)    tile(x, y, xo, yo, xi, yi, fx, fy)
+//   fuse(inner, outer, fused)           reorder(var, …)
+//   unroll(var[, factor])               vectorize(var[, factor])      parallel(var)
+//   compute_at(func, var)               compute_root()
+//   store_at(func, var)                 store_root()
 
 #include <cstdint>
 #include <optional>
@@ -62,8 +64,7 @@ struct Schedule {
 std::variant<Schedule, ScheduleFault> parse_schedule(std::string path, std::string_view text);
 
 /// The built-in schedule of a kernel ("volume") for a target ("avx2"): `<kernel>.<target>.sched` if
-/// there is one, else
-/// `<kernel>.sched`.
+/// there is one, else `<kernel>.sched`.
 const Schedule& default_schedule(std::string_view kernel, std::string_view target);
 
 /// The nearest of `names` if it is within two edits of `name` and no other is as near.

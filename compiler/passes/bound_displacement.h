@@ -7,11 +7,14 @@
 namespace openfab::passes {
 
 /// Completes the surface stage: the returned vector d becomes the displaced position p + d',
-/// part-local, and the output SURFACE_STATUS says what was done to it (RULES.md 12). With B the
+/// part-local, and the output SURFACE_STATUS says what was done to it (rule 12). With B the
 /// frame's MAX_DISPLACEMENT,
+///   m   = max(|d.x|, |d.y|, |d.z|)
+///   q   = d / (m > 0 ? m : 1)
+///   len = m * sqrt((q.x*q.x + q.y*q.y) + q.z*q.z)
 ///   not all of |d.x|, |d.y|, |d.z| < inf:   d' = 0, status 1
-///   m = max(|d.x|, |d.y|, |d.z|), q = d / (m > 0 ? m : 1), len = m * sqrt((q.x*q.x + q.y*q.y) +
-///   q.z*q.z) len > B:   d' = d * ((B / len) * kShrink), status 2;   else d' = d, status 0
+///   else len > B:                           d' = d * ((B / len) * kShrink), status 2
+///   else:                                   d' = d, status 0
 /// kShrink = 1 - 2^-20 covers the rounding of all of this, so the length of d' never exceeds B. A
 /// len beyond floats gives 0.
 void bound_displacement(ir::Stage* surface);

@@ -6,11 +6,11 @@
 // of a box at once.
 //
 //   number   lo <= value <= hi. Floats are either both finite or both NaN, which means that nothing
-//   is known (the value may
-//            be a NaN or infinite). Ends are rounded to nearest as the value itself is: rounding is
-//            monotone, so bounds of the computed value follow from bounds of its computed operands;
-//            nothing need be widened.
+//            is known (the value may be a NaN or infinite). Ends are rounded to nearest as the value
+//            itself is: rounding is monotone, so bounds of the computed value follow from bounds of
+//            its computed operands; nothing need be widened.
 //   bool     lo: it may be false, hi: it may be true
+//
 // A point (uniforms, frame, constants and what follows from them alone) is the value itself,
 // computed as in the stage, and may be infinite or NaN. Where lo and hi have equal bits, every
 // point of the box has that value (0 and -0 count as equal). Errs wide: operands are taken as

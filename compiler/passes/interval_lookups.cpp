@@ -17,7 +17,7 @@ constexpr size_t kPlainPictureArgs = 4;
 constexpr size_t kPlainVolumeArgs = 5;
 
 // Slack of a distance: that of positions (a few roundings to float), of the distances themselves
-// (1e-5 of each, RULES.md 16 of the design), and of the coverage that the sign at a voxel's centre
+// (1e-5 of each, rule 16), and of the coverage that the sign at a voxel's centre
 // comes from (vertices snapped to 1/256 of a voxel).
 constexpr float kPositionSlack = 0x1p-20f;
 constexpr float kDistanceSlack = 0x1p-14f;

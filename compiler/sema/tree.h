@@ -94,9 +94,8 @@ enum class MatrixOp : uint8_t { kMul, kTranspose, kDeterminant, kInverse };
 ///   Intrinsic    intrinsic, args
 ///   Matrix       matrix_op, args
 ///   Call         function; args, one per parameter and of its type, targets for `out`
-///   Sample       args {texture, channel, width, coordinates: a float2 or two floats}; type.size
-///                channels
-///                Of an ImageTexture3D the coordinates are a float3
+///   Sample       args {texture, channel, width, coordinates: a float2 or two floats, of an
+///                ImageTexture3D a float3}; type.size channels
 ///   Distance     args {point}; NearestPoint the same; DistanceTo args {object, point}
 ///   Set, Add     args {composition, material, weight}
 ///   Get          args {composition, material}

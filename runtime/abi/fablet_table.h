@@ -17,8 +17,9 @@
  * and n is the place in the list of blocks (volume kernels), patches (surface_bounds) or
  * micro-vertices (surface):
  *
- *   volume buffers          (z 8, x 8, y 8, n)     volume_bounds, surface_bounds, surface buffers
- * (n) blocks                  (3, n) int32
+ *   volume buffers                                   (z 8, x 8, y 8, n)
+ *   volume_bounds, surface_bounds, surface buffers   (n)
+ *   blocks                                           (3, n) int32
  *
  * All lengths are millimetres. Part-local space is part space relative to the centre of the part's
  * base box, which keeps float coordinates small; the frame holds that centre.
@@ -85,9 +86,10 @@ struct openfab_varying {
 /* Values of the frame: scalars that belong to a part and its grid (kind OPENFAB_ARG_FRAME, a =
  * index). The centre of the voxel with part-relative index (i, j, k) is, in part-local space and in
  * exactly this order,
- *   ((x * STEP_I + y * STEP_J) + z * STEP_K) + ORIGIN,  x = float(i) + 0.5f, y = float(j) + 0.5f, z
- * = float(k) + 0.5f for each of the three components; attr.voxelCenter is that plus CENTER.
- * attr.buildPosition = BUILD_ORIGIN + (x, y, z) * VOXEL_SIZE. */
+ *   ((x * STEP_I + y * STEP_J) + z * STEP_K) + ORIGIN
+ *   with x = float(i) + 0.5f, y = float(j) + 0.5f, z = float(k) + 0.5f
+ * for each of the three components; attr.voxelCenter is that plus CENTER.
+ *   attr.buildPosition = BUILD_ORIGIN + (x, y, z) * VOXEL_SIZE */
 enum openfab_frame_value {
     OPENFAB_FRAME_STEP_I = 0,            /* 3 components */
     OPENFAB_FRAME_STEP_J = 3,            /* 3 */

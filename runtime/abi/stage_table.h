@@ -15,9 +15,12 @@
  *   0 weights        float   (z 8, x 8, y 8, slot, n)   slot stride 512, block stride free
  *   1 slot_material  int32   (slot)                     0 void, else the material's code, at most M
  *   2 owned          uint8   (x 8, y 8, n)              bit z: the voxel counts; others are void
- * and pure 3 out fractions  uint16  (z 8, m M+1, x 8, y 8, n)  their sum is 65535 4 out codes uint8
- * (z 8, x 8, y 8, n)         the material of a pure voxel, OPENFAB_CODE_MIXED elsewhere 5 out
- * unusable   int32   (z 8, n)                   negative or NaN amounts in owned voxels, by slice
+ *                                                       and pure
+ *   3 out fractions  uint16  (z 8, m M+1, x 8, y 8, n)  their sum is 65535
+ *   4 out codes      uint8   (z 8, x 8, y 8, n)         the material of a pure voxel,
+ *                                                       OPENFAB_CODE_MIXED elsewhere
+ *   5 out unusable   int32   (z 8, n)                   negative or NaN amounts in owned voxels,
+ *                                                       by slice
  *
  * pack4, pack8: codes of whole rows to 8 slice planes, at 4 bits a voxel (voxel 2x in the low half
  * of byte x, 2x + 1 in the high half) or 8; v = 2 or 1 voxels a byte.

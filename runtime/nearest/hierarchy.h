@@ -19,11 +19,12 @@ namespace openfab::nearest {
 
 /// One box: the points c with |axis_k . c - center_k| <= half_k. One cache line.
 ///
-/// `link`, from the top bit: 1 leaf
-///     inner node, bits 29..30: number of children less 1; bits 0..28: the first of them, which
-///     follow each other
-///     leaf, bits 28..30: number of triangles, 1 to 6, or 0 for what has a tree of its own; bits
-///     0..27: first triangle, or the id of a patch or of a chunk (nearest/chunks.h)
+/// `link`:
+///     bit 31       1 for a leaf
+///     inner node   bits 29..30: number of children less 1
+///                  bits 0..28: the first of them, which follow each other
+///     leaf         bits 28..30: number of triangles, 1 to 6, or 0 for what has a tree of its own
+///                  bits 0..27: first triangle, or the id of a patch or of a chunk (chunks.h)
 struct alignas(64) Node {
     float axis[3][3];
     float center[3];

@@ -10,7 +10,7 @@
 //
 // Every test errs towards keeping. With delta = 2^-19 of the largest coordinate in play, a squared
 // distance r² that something is compared with becomes (r + delta)² (1 + 2^-18) + 2^-40: delta holds
-// the float errors of positions, boxes and `closest_point` (RULES.md 15 gives the rest), so what is
+// the float errors of positions, boxes and `closest_point` (rule 15 gives the rest), so what is
 // dropped could not have given even equal bits.
 
 #include "runtime/nearest/kernel.h"

@@ -8,9 +8,8 @@
 //
 // Definition, in float, for triangle (v0, v1, v2) and point p, with w = p - v0: the least distance2
 // of these *features*, the first of equals:
-//   - the face, if the three distances s_i from the edge lines, positive inwards, are all >=
-//   margin:
-//     h h, with the plane distance h = n.w;
+//   - the face, if the three distances s_i from the edge lines, positive inwards, are all
+//     >= margin: h h, with the plane distance h = n.w;
 //   - edges 0, 1, 2, each if p is nearest to a point between its ends;
 //   - vertices 0, 1, 2.
 // An edge is evaluated from its two ends alone, taken in lexicographic order of position, and a

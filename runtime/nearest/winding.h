@@ -7,7 +7,7 @@
 //
 // A ray runs from the point along +x of part-local space; the point is moved by an infinitesimal
 // (e, e², e³), as in voxel/crossings.h, so that no ray meets an edge and no point lies on the
-// surface. Inside is a winding number above zero (RULES.md 14 and 16 of the design).
+// surface. Inside is a winding number above zero (rules 14 and 16).
 
 #include <array>
 #include <cstdint>

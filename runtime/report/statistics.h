@@ -13,9 +13,9 @@
 
 namespace openfab::report {
 
-/// One JSON object, indented, with the keys of the design's list of outputs, snake_case; ends with
-/// a new line. Volumes are millilitres, times seconds, rates millions of voxels a second of the
-/// tight box and of solid voxels, of those slices that no earlier print had written.
+/// One JSON object, indented, snake_case keys; ends with a new line. Volumes are millilitres, times
+/// seconds, rates millions of voxels a second of the tight box and of solid voxels, of those slices
+/// that no earlier print had written.
 std::string statistics_json(const slab::PrintStatistics& statistics,
                             const backends::PrintInfo& info);
 

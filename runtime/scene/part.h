@@ -5,7 +5,7 @@
 // A part: one placed object, its fablet found, its uniforms, textures and materials resolved. What
 // the pipeline runs on.
 //
-// Spaces (RULES.md 13 of the design): mesh space -S-> part space -R,t-> build space -> voxel space.
+// Spaces (rule 13): mesh space -S-> part space -R,t-> build space -> voxel space.
 // A placement's matrix M is split as M = R S, S = sqrt(M^T M). Part-local space is part space
 // relative to `center_part_mm`.
 

@@ -18,8 +18,7 @@ namespace openfab::slab {
 /// Where the intervals of what queries give come from.
 enum class QueryBounds {
     /// From about the distance of the cube's middle, of blocks from about those of their corners;
-    /// of
-    /// the surface's attributes nothing is known. A tenth of a microsecond to one a cube.
+    /// of the surface's attributes nothing is known. A tenth of a microsecond to one a cube.
     kDistance,
     /// The engine's bounds of distance and attributes, case by case. Tighter; ten microseconds.
     kCases,

@@ -66,7 +66,7 @@ struct PrintEstimate {
     double seconds = 0;
 };
 
-/// Everything that `--stats` writes; names as in the design's section 5.
+/// Everything that `--stats` writes; names are those of its keys.
 struct PrintStatistics {
     int64_t voxels_total = 0;  ///< tight box of what was printed
     int64_t voxels_solid = 0;  ///< without support

@@ -5,12 +5,12 @@
 // The arithmetic of dicing: edge factors, the barycentric lattice, its tiles, and interpolation on
 // it. What is here decides bits, so every formula stands in one place.
 //
-//   corner 0 is lattice point (0, 0), corner 1 is (N, 0), corner 2 is (0, N); point (a, b) has a, b
-//   >= 0 and a + b <= N side e runs from corner e to corner (e + 1) % 3; place l on it is counted
-//   from corner e:
-//     side 0: (l, 0)    side 1: (N - l, l)    side 2: (0, N - l)
-//   The *lower* end of an edge is the one whose position comes first in (x, y, z) order; places on
-//   edges count from it.
+//   corners   0 is lattice point (0, 0), 1 is (N, 0), 2 is (0, N)
+//   points    (a, b) with a, b >= 0 and a + b <= N
+//   sides     e runs from corner e to corner (e + 1) % 3; point l of it, counted from corner e:
+//             side 0: (l, 0)    side 1: (N - l, l)    side 2: (0, N - l)
+// The *lower* end of an edge is the one whose position comes first in (x, y, z) order; points on
+// edges count from it.
 
 #include <array>
 #include <cmath>

@@ -15,38 +15,32 @@
 // What dicing gives, exactly (lattice.h has the formulas; tests/support/reference/dice.h does the
 // same plainly):
 //  - Edge factor: n(e) = max(1, ceil(|e| / s)) in double; more than 65535 on a displaced triangle
-//  is refused.
+//    is refused.
 //  - Vertices are welded by position. A triangle with two corners in one place gives nothing.
 //  - The lattice of a displaced triangle has N = the largest of its three factors. A lattice point
-//  on an edge with n < N
-//    is the edge point round(i n / N), counted from the edge's lower end (first in x, y, z order);
-//    the triangles of no area that this makes are left out. Tiles go row after row of b, in a tile
-//    cells row after row of b, in a cell first (a, b) (a+1, b) (a, b+1), then (a+1, b) (a+1, b+1)
-//    (a, b+1).
+//    on an edge with n < N is the edge point round(i n / N), counted from the edge's lower end
+//    (first in x, y, z order); the triangles of no area that this makes are left out. Tiles go row
+//    after row of b; in a tile, cells row after row of b; in a cell, first
+//    (a, b) (a+1, b) (a, b+1), then (a+1, b) (a+1, b+1) (a, b+1).
 //  - Points between the ends of an edge are interpolated from its two ends, from the lower one;
-//  others from corner 0.
-//    Positions are double until they are rounded to float, inputs float.
+//    others from corner 0. Positions are double until they are rounded to float, inputs float.
 //  - Shared evaluation: corners of displaced triangles at one vertex are *alike* if normal, uv and
-//  all inputs have equal
-//    bits. The lowest alike triangle evaluates a corner for all; the points between the ends of an
-//    edge are evaluated by the lowest displaced triangle on the edge that is alike at both ends.
-//    Gradients, ng, dpdu and dpdv are the evaluator's. Identity triangles take no part in this:
-//    their points stay where they are.
+//    all inputs have equal bits. The lowest alike triangle evaluates a corner for all; the points
+//    between the ends of an edge are evaluated by the lowest displaced triangle on the edge that is
+//    alike at both ends. Gradients, ng, dpdu and dpdv are the evaluator's. Identity triangles take
+//    no part in this: their points stay where they are.
 //  - An edge is *divided* if a displaced triangle is on it. An identity triangle with divided sides
-//  (of n > 1) is seen by
-//    the voxeliser as a fan over the edge points, from the opposite corner where one side is
-//    divided, else from the centroid; queries see the base triangle.
+//    (of n > 1) is seen by the voxeliser as a fan over the edge points, from the opposite corner
+//    where one side is divided, else from the centroid; queries see the base triangle.
 //  - Sides are paired along an edge: the k-th that runs up with the k-th that runs down, in order
-//  of triangles. Between
-//    points i and i + 1 of the up side T and the down side U a strip has (T[i+1], T[i], U[i]) and
-//    (T[i+1], U[i], U[i+1]). Ints of a strip come from the lower triangle of the pair (computed
-//    ones from its point i).
-//  - At a vertex, for each side that leaves it, in order of corners: (place in the first triangle
-//  of all at the vertex, place
-//    in the partner's triangle, place in the side's own). Ints come from the first.
+//    of triangles. Between points i and i + 1 of the up side T and the down side U a strip has
+//    (T[i+1], T[i], U[i]) and (T[i+1], U[i], U[i+1]). Ints of a strip come from the lower triangle
+//    of the pair (computed ones from its point i).
+//  - At a vertex, for each side that leaves it, in order of corners: (position in the first
+//    triangle of all at the vertex, position in the partner's triangle, position in the side's
+//    own). Ints come from the first.
 //  - Order of patches: base triangles (an identity before its fans), strips by their lowest side,
-//  vertices by their first
-//    corner.
+//    vertices by their first corner.
 
 #include <array>
 #include <cstdint>

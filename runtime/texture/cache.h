@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Pyramids of image files. The print binary links no image library (RULES 8 of the design): the
+// Pyramids of image files. The print binary links no image library (rule 8): the
 // first use of an image starts a helper, `openfab texture IMAGE -o FILE --space SPACE
 // [--luminance]`, and later ones map what it left in the cache.
 

@@ -7,19 +7,17 @@
 // arrays.
 //
 //   texels   float, linear values, level after level; within a level row-major from the BOTTOM row
-//   (v = 0), channels
-//            interleaved: texels[offset + (y * width + x) * channels + c]
+//            (v = 0), channels interleaved: texels[offset + (y * width + x) * channels + c]
 //   info     int32: [0] channels, [1] levels, [2] wrap (scene::Wrap), [3] filter (scene::Filter),
-//   [4..7] reserved 0,
-//            then for each level 4 values: texel offset, width, height, min-max offset
+//            [4..7] reserved 0, then for each level 4 values: texel offset, width, height,
+//            min-max offset.
 //            A volume has the value of a texel at texels[offset + ((z * height + y) * width + x) *
 //            channels + c]; [4] is 1, the header is followed by 6 floats as bits, the lowest corner
 //            and the size in mm (kVolumeInfoHeader in all), and a level has 5 values: texel offset,
 //            width, height, depth, min-max offset. Filter kFilterFinest reads level 0 alone.
 //   minmax   float: for each level l, per texel and channel the least and greatest level-0 value
-//   under it:
-//            minmax[offset + ((y * width + x) * channels + c) * 2 + {0, 1}]; level 0 holds its
-//            texel twice
+//            under it: minmax[offset + ((y * width + x) * channels + c) * 2 + {0, 1}]; level 0
+//            holds its texel twice
 // Level 0 is the image; level l+1 has ceil(n / 2) texels a side, down to 1 x 1, each the mean over
 // its share of the level below (for odd n a share takes in fractions of texels); its min-max covers
 // every texel that the share touches.

@@ -7,13 +7,14 @@
 // Vertices are in 1/256 voxel. The sample of voxel (i, j, k) is (256 i + 128 + e, 256 j + 128 + e²,
 // 256 k + 128 + e³) with an infinitesimal e > 0, so that no sample lies on a plane or edge. What
 // follows from it:
-//  - a row meets an edge P -> Q (seen in y, z) on its left if E > 0, E = dy (z - Pz) - dz (y - Py);
-//  where E = 0 the
-//    moved sample has the sign of dy e³ - dz e²: left if dz < 0, or dz = 0 and dy > 0
+//  - a row meets an edge P -> Q (seen in y, z) on its left if E > 0,
+//      E = dy (z - Pz) - dz (y - Py);
+//    where E = 0 the moved sample has the sign of dy e³ - dz e²: left if dz < 0, or dz = 0 and
+//    dy > 0
 //  - a triangle that is a line in (y, z) is met by no row
 //  - voxel i lies below the crossing x* iff 256 i + 128 < x*: as e outweighs e² and e³, equality
-//  means it does not. So a
-//    crossing is the count c = ceil((x* - 128) / 256): voxels i < c lie below it
+//    means it does not. So a crossing is the count c = ceil((x* - 128) / 256): voxels i < c lie
+//    below it
 // The winding number of voxel i is the sum of `turn` over the crossings of its row with c > i; turn
 // is +1 where the row leaves the solid. For a closed surface that is minus the sum over c <= i.
 

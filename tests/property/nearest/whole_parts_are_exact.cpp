@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Every voxel of whole parts: the block engine gives the bits of the Embree twin, no distance is
-// farther from one in double than RULES 16 allows, and with a radius none is missed and none too
+// farther from one in double than rule 16 allows, and with a radius none is missed and none too
 // many is found. A sample is not enough: pruning that loses one voxel in a thousand has passed one.
 //
 // By itself this compares small parts. OPENFAB_WHOLE_PART=1 takes a part of 50 mm instead, at

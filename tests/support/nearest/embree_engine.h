@@ -16,7 +16,7 @@ namespace openfab::testing {
 
 /// Gives the bits of the brute-force engine. Every triangle that could win by its distance in float
 /// is seen: Embree looks as far as the best distance in double and twice the error that is allowed
-/// between the two (RULES 16). The surface may go once the engine is made, but for `ranges`.
+/// between the two (rule 16). The surface may go once the engine is made, but for `ranges`.
 class EmbreeEngine : public nearest::Engine {
   public:
     /// What one query found besides its answer, for as long as the scratch is not used again.

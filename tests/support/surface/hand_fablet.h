@@ -5,10 +5,11 @@
 // A fablet written by hand, with kernels in plain C++ behind the same ABI as compiled ones, so that
 // dicing and voxelisation are tested without the compiler. Link openfab_test_surface.
 //
-//   surface inputs   0 float2 uv      1 int face
-//   surface outputs  0 uvOut = uv     1 faceOut = face     2 float height (computed)     3 int zone
-//   (computed) nearest          float2 uv, int face [, float height, int zone] uniforms         0
-//   int mode       1 float amplitude mm
+//   surface inputs   0 float2 uv    1 int face
+//   surface outputs  0 uvOut = uv   1 faceOut = face   2 float height (computed)
+//                    3 int zone (computed)
+//   nearest          float2 uv, int face [, float height, int zone]
+//   uniforms         0 int mode     1 float amplitude mm
 
 #include <memory>
 #include <vector>

@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Edge values of the operations, against RULES.md 2 and C.
+// Edge values of the operations, against rule 2 and C.
 
 #include "compiler/ir/arithmetic.h"
 
