@@ -95,7 +95,7 @@ ZSTD_CCtx* make_context() {
     ZSTD_CCtx* context = ZSTD_createCCtx();
     if (context == nullptr) return nullptr;
     // What repeats in slices is long and close by, so short matches cost more bytes than they save,
-    // and a small table, which stays in the L1 cache, finds as much (bench/README.md).
+    // and a small table, which stays in the L1 cache, finds as much (docs/measurements/prints.md).
     for (const auto& [parameter, value] : {std::pair{ZSTD_c_compressionLevel, kZstdLevel},
                                            {ZSTD_c_minMatch, 7},
                                            {ZSTD_c_hashLog, 12}})
