@@ -86,7 +86,7 @@ class Runner {
     PipelineResult* result_;
 };
 
-/// A query takes about 0.1 us (docs/measurements/nearest.md). So many operations, on eight voxels at once, stay
+/// A query takes about 0.1 us (docs/measurements). So many operations, on eight voxels at once, stay
 /// below that; more of them would be felt, in compiling first.
 constexpr size_t kMostDemand = 400;
 

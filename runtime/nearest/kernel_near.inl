@@ -6,7 +6,7 @@
 
 /// Blocks are near where what is nearest to them is no farther than this, in half diagonals of a
 /// block, and searched as below where their triangles are dense: there they outnumber the voxels
-/// that ask. Else taking triangles apart for all of those at once costs less (docs/measurements/nearest.md).
+/// that ask. Else taking triangles apart for all of those at once costs less (docs/measurements).
 constexpr float kNear = 1.0f;
 constexpr float kDense = 4.0f;  ///< half diagonals of a block in spacings of triangles
 /// Nodes no larger than this, in half diagonals of the block, are where walks begin.

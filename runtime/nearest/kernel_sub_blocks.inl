@@ -7,7 +7,7 @@
 // what they leave is in reach of no voxel. So each sub-block gets witnesses of its own, from what
 // the block's list holds.
 
-/// Lists no longer than that are not narrowed: it costs what it saves (docs/measurements/nearest.md).
+/// Lists no longer than that are not narrowed: it costs what it saves (docs/measurements).
 constexpr size_t kFewLeaves = 56;
 /// Of the corners of a box, four tell nearly as much as eight.
 constexpr int kFour[4] = {0, 3, 5, 6};
