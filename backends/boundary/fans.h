@@ -10,6 +10,7 @@
 // has one vertex for each fan is 2-manifold at its vertices, whatever the voxels are.
 
 #include <array>
+#include <bit>
 #include <cstdint>
 
 namespace openfab::boundary {
@@ -21,6 +22,12 @@ struct Fans {
     /// By octant of the material and by axis: the fan of the face between this octant and its
     /// neighbour across the axis; -1 where there is none.
     std::array<std::array<int8_t, 3>, 8> of{};
+    /// By fan, where there are several: the way from the point that leads away from the others, -1
+    /// or 1 along each axis that the fan has faces across, else 0. It is the way into the voxels of
+    /// the fan; or out of them, into a single voxel of others, where two such voxels meet in their
+    /// corners amid the material. No two fans of a point have the same, and no fan that is not
+    /// alone has faces both ways along an axis.
+    std::array<std::array<int8_t, 3>, 4> apart{};
 };
 
 namespace fans_detail {
@@ -57,6 +64,17 @@ constexpr Fans make_fans(uint32_t mask) {
                 at = next;
             }
             ++fans.count;
+        }
+    }
+    if (fans.count == 1) return fans;
+    // Only a material that has all octants but two opposite ones lies between its fans.
+    const bool between = std::popcount(mask) == 6;
+    for (int32_t octant = 0; octant < 8; ++octant) {
+        for (int32_t axis = 0; axis < 3; ++axis) {
+            const int8_t fan = fans.of[octant][axis];
+            if (fan < 0) continue;
+            const bool high = (octant >> axis & 1) != 0;
+            fans.apart[fan][axis] = high != between ? 1 : -1;
         }
     }
     return fans;

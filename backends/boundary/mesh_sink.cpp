@@ -20,6 +20,19 @@ Vec3f Coordinates::at(const Vec3i& point) const {
             static_cast<float>(origin_mm_.z + point.z * half_mm_.z)};
 }
 
+Vec3f Coordinates::at(const MeshCorner& corner) const {
+    const Vec3f exact = at(corner.point);
+    Vec3f out = exact;
+    for (int a = 0; a < 3; ++a) {
+        const int32_t steps = corner.off[static_cast<size_t>(a)];
+        if (steps == 0) continue;
+        out[a] = static_cast<float>(origin_mm_[a] + corner.point[a] * half_mm_[a] +
+                                    steps * (half_mm_[a] * (2.0 / kSteps)));
+        if (out[a] == exact[a]) out[a] = std::nextafter(exact[a], steps > 0 ? 1e30F : -1e30F);
+    }
+    return out;
+}
+
 Result<void> Coordinates::check(const backends::PrintInfo& info) {
     for (int a = 0; a < 3; ++a) {
         const double lo = info.origin_mm[a], hi = lo + info.size[a] * info.pitch_mm[a];

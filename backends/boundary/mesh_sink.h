@@ -24,6 +24,9 @@ class Coordinates {
     Coordinates() = default;
     explicit Coordinates(const backends::PrintInfo& info);
     Vec3f at(const Vec3i& point) const;
+    /// Off the point as the corner says. A step that single precision does not tell is made one
+    /// that it does.
+    Vec3f at(const MeshCorner& corner) const;
     /// Whether single precision, which is what readers of meshes keep, tells half voxels apart; the
     /// error says at what pitch it would.
     static Result<void> check(const backends::PrintInfo& info);
@@ -42,7 +45,9 @@ class MeshWriter : public MeshReceiver {
 };
 
 /// One binary STL a material: `-o out/part.stl` gives `out/part_white.stl` and so on, for those
-/// materials that have voxels. Files of such names of an earlier print are replaced or removed.
+/// materials that have voxels. Files of such names of an earlier print are replaced or removed. An
+/// STL has no shared vertices, so readers find neighbours by places: sheets of a material that lie
+/// on each other are parted (mesher.h), and each edge is between two triangles by places too.
 std::unique_ptr<MeshWriter> make_stl_writer(const std::filesystem::path& path);
 
 /// One 3MF package: an object a material, with its colour and name as a base material, and one

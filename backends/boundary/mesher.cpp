@@ -12,7 +12,7 @@ namespace openfab::boundary {
 
 namespace {
 
-constexpr size_t kPiece = 4096;  // vertices or triangles handed on at once
+constexpr size_t kPiece = 2048;  // vertices or triangles handed on at once
 
 /// Calls visit(bit) for each bit that is set, lowest first.
 template <typename Visit>
@@ -55,6 +55,17 @@ void collect_column(const BitPlane& points, const BitPlane& middles, int32_t x, 
     }
 }
 
+/// Whether an octant and the opposite one are alone amid one material.
+bool is_amid_another(const std::array<uint8_t, 8>& codes, int32_t octant) {
+    const auto around = codes[static_cast<size_t>(octant ^ 1)];
+    if (around == 0) return false;
+    for (int32_t o = 0; o < 8; ++o) {
+        const bool one_of_two = o == octant || o == (octant ^ 7);
+        if ((codes[static_cast<size_t>(o)] == around) == one_of_two) return false;
+    }
+    return true;
+}
+
 }  // namespace
 
 Mesher::Mesher(int32_t width, int32_t height, int32_t first_slice, MeshReceiver* receiver)
@@ -62,6 +73,7 @@ Mesher::Mesher(int32_t width, int32_t height, int32_t first_slice, MeshReceiver*
       height_(height),
       first_slice_(first_slice),
       receiver_(receiver),
+      by_places_(receiver->goes_by_places()),
       layers_(3, Layer(width, height)),
       planes_(3, Plane(width, height)),
       middles_z_(width, height),
@@ -268,14 +280,26 @@ void Mesher::emit(const Rectangle& rectangle) {
     outline(rectangle);
     list_points(rectangle, outline_, &points_);
     triangulate(outline_, &triangles_);
-    if (rectangle.low != 0) emit_side(rectangle, false);
-    if (rectangle.high != 0) emit_side(rectangle, true);
+    bool moved = false;
+    for (const bool high : {false, true}) {
+        std::vector<MeshCorner>& corners = corners_[high ? 1 : 0];
+        corners.clear();
+        if ((high ? rectangle.high : rectangle.low) == 0) continue;
+        for (const Vec3i& point : points_) {
+            corners.push_back(corner(rectangle, high, point));
+            moved = moved || corners.back().off != decltype(MeshCorner::off){};
+        }
+    }
+    if (by_places_ && moved && would_turn_over(rectangle)) add_rim(rectangle);
+    for (const bool high : {false, true}) {
+        if ((high ? rectangle.high : rectangle.low) != 0) emit_side(rectangle, high);
+    }
 }
 
 void Mesher::emit_side(const Rectangle& rectangle, bool high) {
-    vertices_.clear();
-    for (const Vec3i& point : points_)
-        vertices_.push_back(vertex(rectangle, high, point));
+    std::vector<MeshCorner>& corners = corners_[high ? 1 : 0];
+    for (MeshCorner& c : corners)
+        c.point.z += 2 * first_slice_;
     const uint8_t code = high ? rectangle.high : rectangle.low;
     Pending& pending = pending_[code];
     // The material below the faces has them facing up.
@@ -283,19 +307,76 @@ void Mesher::emit_side(const Rectangle& rectangle, bool high) {
     for (std::array<int32_t, 3> t : triangles_) {
         if (turned) std::swap(t[1], t[2]);
         MeshTriangle& out = pending.triangles.emplace_back();
-        for (size_t i = 0; i < 3; ++i) {
-            const auto corner = static_cast<size_t>(t[i]);
-            out[i] = {points_[corner], vertices_[corner]};
-            out[i].point.z += 2 * first_slice_;
-        }
+        for (size_t i = 0; i < 3; ++i)
+            out[i] = corners[static_cast<size_t>(t[i])];
     }
     if (pending.triangles.size() >= kPiece) flush(code);
 }
 
-/// The number of a point of the outline in the mesh on one side of the rectangle.
-uint32_t Mesher::vertex(const Rectangle& r, bool high, const Vec3i& point) {
+/// Whether a triangle of the rectangle is so thin that it might face the other way once each of its
+/// corners is a few steps off; coordinates in single precision add to the one that is meant.
+bool Mesher::would_turn_over(const Rectangle& rectangle) const {
+    constexpr int64_t kFourSteps = kSteps / 2 / 4;  // are so often in half a voxel
+    const int32_t u = rectangle.u_axis(), v = rectangle.v_axis();
+    return std::any_of(triangles_.begin(), triangles_.end(), [&](const std::array<int32_t, 3>& t) {
+        const Vec3i& a = points_[static_cast<size_t>(t[0])];
+        const auto b = vec_cast<int64_t>(points_[static_cast<size_t>(t[1])] - a);
+        const auto c = vec_cast<int64_t>(points_[static_cast<size_t>(t[2])] - a);
+        const int64_t area = b[u] * c[v] - b[v] * c[u];
+        int64_t extent = 1;  // stands for the moves' own product
+        for (const int32_t axis : {u, v}) {
+            const auto [lo, hi] = std::minmax({int64_t{0}, b[axis], c[axis]});
+            extent += hi - lo;
+        }
+        return area * kFourSteps <= 2 * extent;
+    });
+}
+
+/// Gives the rectangle a second outline inside the first, which has the triangles now.
+void Mesher::add_rim(const Rectangle& rectangle) {
+    const auto count = static_cast<int32_t>(points_.size());
+    const auto bottoms = static_cast<int32_t>(outline_.bottom.size());
+    const auto tops = static_cast<int32_t>(outline_.top.size());
+    const auto lefts = static_cast<int32_t>(outline_.left.size());
+    const std::array<int32_t, 2> axes{rectangle.u_axis(), rectangle.v_axis()};
+    const std::array<std::array<int32_t, 2>, 2> ends{
+        {{2 * rectangle.u0, 2 * rectangle.u1}, {2 * rectangle.v0, 2 * rectangle.v1}}};
+    for (const Vec3i& point : points_) {
+        MeshCorner inner{point};
+        for (size_t i = 0; i < 2; ++i) {
+            const auto axis = static_cast<size_t>(axes[i]);
+            if (point[axes[i]] == ends[i][0]) inner.off[axis] = kSteps / 4;
+            if (point[axes[i]] == ends[i][1]) inner.off[axis] = -kSteps / 4;
+        }
+        for (std::vector<MeshCorner>& corners : corners_)
+            corners.push_back(inner);
+    }
+    for (std::array<int32_t, 3>& t : triangles_) {
+        for (int32_t& i : t)
+            i += count;
+    }
+    // Counter-clockwise along the outline.
+    int32_t last = 0;
+    const auto go_to = [&](int32_t next) {
+        triangles_.push_back({last, next, last + count});
+        triangles_.push_back({next, next + count, last + count});
+        last = next;
+    };
+    for (int32_t i = 1; i < bottoms; ++i)
+        go_to(i);
+    for (int32_t i = bottoms + tops + lefts; i < count; ++i)
+        go_to(i);
+    for (int32_t i = bottoms + tops - 1; i >= bottoms; --i)
+        go_to(i);
+    for (int32_t i = bottoms + tops + lefts - 1; i >= bottoms + tops; --i)
+        go_to(i);
+    go_to(0);
+}
+
+/// A point of the outline in the mesh on one side of the rectangle.
+MeshCorner Mesher::corner(const Rectangle& r, bool high, const Vec3i& point) {
     for (int32_t axis = 0; axis < 3; ++axis) {
-        if ((point[axis] & 1) != 0) return middle_vertex(r, high, point, axis);
+        if ((point[axis] & 1) != 0) return middle_corner(r, high, point, axis);
     }
     const int32_t x = point.x / 2, y = point.y / 2, z = point.z / 2;
     // A face of the rectangle that has the point for a corner; where there are two they are of one
@@ -304,14 +385,23 @@ uint32_t Mesher::vertex(const Rectangle& r, bool high, const Vec3i& point) {
                            (point[r.u_axis()] < 2 * r.u1 ? 1 << r.u_axis() : 0) |
                            (point[r.v_axis()] < 2 * r.v1 ? 1 << r.v_axis() : 0);
     const uint8_t code = high ? r.high : r.low;
-    const uint32_t mask = mask_of(octants(layer(z - 1), layer(z), x, y), code);
-    const int8_t fan = kFans[mask].of[static_cast<size_t>(octant)][static_cast<size_t>(r.axis)];
+    const std::array<uint8_t, 8> codes = octants(layer(z - 1), layer(z), x, y);
+    const Fans& fans = kFans[mask_of(codes, code)];
+    const int8_t fan = fans.of[static_cast<size_t>(octant)][static_cast<size_t>(r.axis)];
     const Plane& p = plane(z);
     const size_t word = static_cast<size_t>(y) * p.points.words() + static_cast<size_t>(x >> 6);
-    return p.point_table.first(word, x & 63, code) + static_cast<uint32_t>(fan);
+    MeshCorner out{point, p.point_table.first(word, x & 63, code) + static_cast<uint32_t>(fan)};
+    // The material around a voxel has moved its own vertex into it.
+    const bool follows = fans.count == 1 && is_amid_another(codes, octant);
+    for (int32_t axis = 0; axis < 3; ++axis) {
+        const int8_t alone = (octant >> axis & 1) != 0 ? 1 : -1;
+        out.off[static_cast<size_t>(axis)] =
+            follows ? alone : fans.apart[static_cast<size_t>(fan)][static_cast<size_t>(axis)];
+    }
+    return out;
 }
 
-uint32_t Mesher::middle_vertex(const Rectangle& r, bool high, const Vec3i& point, int32_t axis) {
+MeshCorner Mesher::middle_corner(const Rectangle& r, bool high, const Vec3i& point, int32_t axis) {
     const int32_t side = axis == r.u_axis() ? r.v_axis() : r.u_axis();
     const int32_t side_end = 2 * (side == r.u_axis() ? r.u1 : r.v1);
     // The voxels on this side of the rectangle and across the edge.
@@ -323,12 +413,17 @@ uint32_t Mesher::middle_vertex(const Rectangle& r, bool high, const Vec3i& point
     opposite[side] -= beyond ? 1 : 0;
     const uint8_t code = high ? r.high : r.low;
     const bool first_of_two = r.axis < side ? !above : !beyond;
-    const uint32_t sheet = code_at(opposite) == code && !first_of_two ? 1 : 0;
+    const bool two = code_at(opposite) == code;
     const int32_t x = point.x >> 1, y = point.y >> 1, z = point.z >> 1;
     const Plane& p = plane(z);
     const VertexTable& table = axis == 0 ? p.x_table : axis == 1 ? p.y_table : z_table_;
     const size_t word = static_cast<size_t>(y) * p.points.words() + static_cast<size_t>(x >> 6);
-    return table.first(word, x & 63, code) + sheet;
+    MeshCorner out{point, table.first(word, x & 63, code) + (two && !first_of_two ? 1 : 0)};
+    if (two) {
+        out.off[static_cast<size_t>(r.axis)] = above ? 1 : -1;
+        out.off[static_cast<size_t>(side)] = beyond ? 1 : -1;
+    }
+    return out;
 }
 
 void Mesher::flush(size_t code) {

@@ -10,6 +10,14 @@
 // is a 2-manifold (fans.h); where voxels of a material touch only along an edge, two sheets of it
 // lie on each other there.
 //
+// A file without numbers of vertices is read by places, and so the vertices that lie on each other
+// there have to part. Each is moved by one step, 1/512 voxel, along each axis that its faces are
+// across: into its own voxels. (Where two single voxels of others meet in their corners amid a
+// material, its two vertices move into these, whose vertices follow.) No mesh meets itself or
+// another; where two would share a triangle there may be a gap of a step between them, and nothing
+// else moves. A rectangle that is so long that a step would turn one of its triangles over gets a
+// rim of a quarter of a voxel around triangles that stay where they are.
+//
 // Faces are merged into rectangles: in a plane across z whole, across x and y in one slice. No
 // corner of a triangle lies inside a side of another: each rectangle has on its sides the corners
 // of all others. Along edges where sheets touch all lattice points are vertices, and where both
@@ -29,9 +37,14 @@
 
 namespace openfab::boundary {
 
+constexpr int32_t kSteps = 512;  ///< of a voxel
+
 struct MeshCorner {
     Vec3i point;          ///< in half voxels from the grid's lowest corner
     uint32_t vertex = 0;  ///< counted from 0 for each material
+    /// By how many steps it is off the point. Only for those who go by places; the corners of rims
+    /// have vertex 0.
+    std::array<int16_t, 3> off{};
 };
 using MeshTriangle = std::array<MeshCorner, 3>;
 
@@ -39,6 +52,8 @@ using MeshTriangle = std::array<MeshCorner, 3>;
 class MeshReceiver {
   public:
     virtual ~MeshReceiver() = default;
+    /// Whether vertices are known by their places, so that those of one point have to part.
+    virtual bool goes_by_places() const { return false; }
     virtual Result<void> take_vertices(uint8_t code, std::span<const Vec3i> points) = 0;
     virtual Result<void> take_triangles(uint8_t code, std::span<const MeshTriangle> triangles) = 0;
 };
@@ -87,14 +102,18 @@ class Mesher {
     void outline(const Rectangle& rectangle);
     void emit(const Rectangle& rectangle);
     void emit_side(const Rectangle& rectangle, bool high);
-    uint32_t vertex(const Rectangle& rectangle, bool high, const Vec3i& point);
-    uint32_t middle_vertex(const Rectangle& rectangle, bool high, const Vec3i& point, int32_t axis);
+    bool would_turn_over(const Rectangle& rectangle) const;
+    void add_rim(const Rectangle& rectangle);
+    MeshCorner corner(const Rectangle& rectangle, bool high, const Vec3i& point);
+    MeshCorner middle_corner(const Rectangle& rectangle, bool high, const Vec3i& point,
+                             int32_t axis);
     uint8_t code_at(const Vec3i& voxel) { return layer(voxel.z).row(voxel.y)[voxel.x]; }
     void flush(size_t code);
 
     int32_t width_, height_, first_slice_;
     int32_t z_ = 0;  ///< of the slice that came last, from 0
     MeshReceiver* receiver_;
+    bool by_places_;
     std::vector<Layer> layers_;  ///< the last three, by z modulo 3
     std::vector<Plane> planes_;  ///< below, of and above the last slice's lower plane
     BitPlane middles_z_;         ///< of the slice before the last
@@ -105,7 +124,7 @@ class Mesher {
     // Scratch of emit.
     Outline outline_;
     std::vector<Vec3i> points_;
-    std::vector<uint32_t> vertices_;
+    std::array<std::vector<MeshCorner>, 2> corners_;  ///< of the outline, on the low and high side
     std::vector<std::array<int32_t, 3>> triangles_;
 };
 

@@ -56,6 +56,8 @@ class StlWriter final : public MeshWriter {
         return {};
     }
 
+    bool goes_by_places() const override { return true; }
+
     Result<void> take_vertices(uint8_t, std::span<const Vec3i>) override { return {}; }
 
     Result<void> take_triangles(uint8_t code, std::span<const MeshTriangle> triangles) override {
@@ -125,13 +127,14 @@ class StlWriter final : public MeshWriter {
     }
 
     void write_facet(const MeshTriangle& t, uint8_t* at) const {
-        const Vec3i a = t[1].point - t[0].point, b = t[2].point - t[0].point;
-        const Vec3<int64_t> area = cross(vec_cast<int64_t>(a), vec_cast<int64_t>(b));
         Vec3f values[4];
-        for (int axis = 0; axis < 3; ++axis)
-            values[0][axis] = area[axis] > 0 ? 1.0f : area[axis] < 0 ? -1.0f : 0.0f;
         for (size_t i = 0; i < 3; ++i)
-            values[i + 1] = coordinates_.at(t[i].point);
+            values[i + 1] = coordinates_.at(t[i]);
+        const auto corner = [&](size_t i) { return vec_cast<double>(values[i + 1]); };
+        const Vec3d area = cross(corner(1) - corner(0), corner(2) - corner(0));
+        const double size = length(area);
+        for (int axis = 0; axis < 3 && size > 0; ++axis)
+            values[0][axis] = static_cast<float>(area[axis] / size + 0.0);  // no -0
         static_assert(sizeof values == 48);
         std::memcpy(at, values, sizeof values);
         std::memset(at + sizeof values, 0, kFacet - sizeof values);

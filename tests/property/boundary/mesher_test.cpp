@@ -5,7 +5,7 @@
 
 #include "backends/boundary/mesher.h"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include <functional>
 #include <random>
@@ -45,8 +45,14 @@ int64_t triangles(const CollectedMeshes& meshes) {
     return count;
 }
 
+std::string trouble(const VoxelBlock& block, Crossings crossings = Crossings::kLookedFor) {
+    const std::string wrong = check_meshes(block, mesh_block(block));
+    if (!wrong.empty()) return wrong;
+    return check_meshes_by_places(block, mesh_block_by_places(block), crossings);
+}
+
 void expect_fine(const VoxelBlock& block) {
-    EXPECT_EQ(check_meshes(block, mesh_block(block)), "");
+    EXPECT_EQ(trouble(block), "");
 }
 
 TEST(BoundaryMesher, OneVoxelIsACube) {
@@ -71,7 +77,7 @@ TEST(BoundaryMesher, AllBlocksOfTwoVoxels) {
         const VoxelBlock block = filled({2, 2, 2}, [&](Vec3i v) {
             return static_cast<uint8_t>(mask >> (v.x + 2 * v.y + 4 * v.z) & 1);
         });
-        ASSERT_EQ(check_meshes(block, mesh_block(block)), "") << mask;
+        ASSERT_EQ(trouble(block), "") << mask;
     }
 }
 
@@ -84,7 +90,7 @@ TEST(BoundaryMesher, AllBlocksOfTwoMaterials) {
             rest /= 3;
             return code;
         });
-        ASSERT_EQ(check_meshes(block, mesh_block(block)), "") << pick;
+        ASSERT_EQ(trouble(block), "") << pick;
     }
 }
 
@@ -128,7 +134,8 @@ TEST(BoundaryMesher, RandomVoxels) {
             return static_cast<uint8_t>(
                 below(&random, 10) < void_of_ten ? 0 : 1 + below(&random, materials));
         });
-        ASSERT_EQ(check_meshes(block, mesh_block(block)), "") << round;
+        const auto crossings = round % 8 == 0 ? Crossings::kLookedFor : Crossings::kNotLookedFor;
+        ASSERT_EQ(trouble(block, crossings), "") << round;
     }
 }
 
@@ -152,7 +159,7 @@ TEST(BoundaryMesher, RandomBoxes) {
                 }
             }
         }
-        ASSERT_EQ(check_meshes(block, mesh_block(block)), "") << round;
+        ASSERT_EQ(trouble(block), "") << round;
     }
 }
 
@@ -163,6 +170,76 @@ TEST(BoundaryMesher, WideRowsAndManyMaterials) {
         filled({200, 3, 3}, [&](Vec3i) { return static_cast<uint8_t>(below(&random, 3)); }));
     expect_fine(
         filled({66, 5, 4}, [&](Vec3i) { return static_cast<uint8_t>(below(&random, 256)); }));
+}
+
+/// Two plates of voxels under each other, their pattern alike but for a few voxels: rectangles of
+/// any length with sheets that touch at some of their points.
+TEST(BoundaryMesher, LongRectanglesWithFewContacts) {
+    Random random(4);
+    int64_t rims = 0;
+    for (int round = 0; round < kRounds / 20; ++round) {
+        Vec3i size{3, 3, 3};
+        size[round % 3] = 400;
+        if (round % 2 == 0) size[(round + 1) % 3] = 9;
+        VoxelBlock block(size);
+        const int32_t half = size[(round + 2) % 3] / 2;
+        for (int32_t z = 0; z < size.z; ++z) {
+            for (int32_t y = 0; y < size.y; ++y) {
+                for (int32_t x = 0; x < size.x; ++x) {
+                    const Vec3i v{x, y, z};
+                    const bool odd = below(&random, 200) == 0;
+                    block.at(v) = static_cast<uint8_t>((v[(round + 2) % 3] >= half) != odd ? 1 : 2);
+                    if (below(&random, 400) == 0) block.at(v) = 0;
+                }
+            }
+        }
+        ASSERT_EQ(trouble(block), "") << round;
+        rims += triangles(mesh_block_by_places(block)) - triangles(mesh_block(block));
+    }
+    EXPECT_GT(rims, 0);
+}
+
+/// A bar with a contact just before its end: a triangle there, from the other end on, is so thin
+/// that a step of one corner would turn it over.
+TEST(BoundaryMesher, AStepTurnsNoTriangleOver) {
+    for (int axis = 0; axis < 3; ++axis) {
+        for (int side = 0; side < 2; ++side) {
+            Vec3i size{2, 2, 2};
+            size[axis] = 1500;
+            VoxelBlock block(size);
+            Vec3i v;
+            for (v[axis] = 0; v[axis] < 1500; ++v[axis])
+                block.at(v) = 1;
+            Vec3i touching{1, 1, 1};
+            touching[axis] = side == 0 ? 1498 : 1;
+            block.at(touching) = 1;
+            EXPECT_EQ(trouble(block), "") << axis << side;
+        }
+    }
+}
+
+/// Next to one contact only the vertices there are off the voxels' corners.
+TEST(BoundaryMesher, OnlyVerticesThatCoincideMove) {
+    VoxelBlock block({9, 9, 3});
+    for (int32_t z = 0; z < 3; ++z) {
+        for (int32_t i = 0; i < 16; ++i) {
+            block.at({i % 4, i / 4, z}) = 1;
+            block.at({4 + i % 4, 4 + i / 4, z}) = 1;
+        }
+    }
+    const CollectedMeshes meshes = mesh_block_by_places(block);
+    EXPECT_EQ(check_meshes_by_places(block, meshes), "");
+    int moved = 0;
+    for (const Vec3i& p : meshes.at(1).points) {
+        if (p.x % boundary::kSteps == 0 && p.y % boundary::kSteps == 0) continue;
+        EXPECT_EQ(std::abs(p.x - 4 * boundary::kSteps), 1);
+        EXPECT_EQ(std::abs(p.y - 4 * boundary::kSteps), 1);
+        EXPECT_EQ(p.x > 4 * boundary::kSteps, p.y > 4 * boundary::kSteps) << "into its own voxels";
+        const bool end = p.z < 2 || p.z > 3 * boundary::kSteps - 2;  // the sheets' own ends
+        EXPECT_EQ(p.z % boundary::kSteps, end ? (p.z < 2 ? 1 : boundary::kSteps - 1) : 0);
+        ++moved;
+    }
+    EXPECT_EQ(moved, 8) << "of both sheets, at four heights";
 }
 
 /// Flat faces are not cut into voxels: a ball of 60 voxels across has fewer triangles than faces.
@@ -208,6 +285,14 @@ TEST(BoundaryCheck, FindsDamage) {
                                       points.begin());
     }
     EXPECT_NE(check_manifold(joined[1]), "");
+    // By places they are one, unless they part.
+    CollectedMeshes parted = mesh_block_by_places(two);
+    ASSERT_EQ(check_meshes_by_places(two, parted), "");
+    for (Vec3i& p : parted[1].points) {
+        for (int a = 0; a < 3; ++a)
+            p[a] += p[a] % boundary::kSteps == 1 ? -3 : 0;
+    }
+    EXPECT_THAT(check_crossings(parted[1]), ::testing::HasSubstr("cross"));
 }
 
 }  // namespace

@@ -46,9 +46,10 @@ constexpr std::array<std::array<int64_t, 2>, 3> kSamples{
 constexpr int64_t kScale = 1'048'576;  // of half a voxel
 
 /// How often each sample of each face is covered, by triangles that face up and down its axis.
+/// Coordinates have `unit` to a voxel.
 class Coverage {
   public:
-    explicit Coverage(Vec3i size) : size_(size) {
+    Coverage(Vec3i size, int32_t unit) : size_(size), unit_(unit) {
         counts_.resize(3 * kSamples.size() * static_cast<size_t>(size.x + 1) *
                        static_cast<size_t>(size.y + 1) * static_cast<size_t>(size.z + 1));
     }
@@ -56,27 +57,31 @@ class Coverage {
     std::string add(const Triangle& t) {
         const Vec3<int64_t> area = doubled_area(t);
         int axis = 0;
-        while (axis < 3 && area[axis] == 0)
-            ++axis;
-        if (axis == 3) return "a triangle has no area";
-        if (area[(axis + 1) % 3] != 0 || area[(axis + 2) % 3] != 0 || t[0][axis] % 2 != 0)
-            return fmt::format("a triangle at {} lies in no plane of faces", text(t[0]));
+        for (int a = 1; a < 3; ++a)
+            axis = std::abs(area[a]) > std::abs(area[axis]) ? a : axis;
+        if (area[axis] == 0) return "a triangle has no area";
+        const int32_t plane = (t[0][axis] + unit_ / 2) / unit_;
+        for (const Vec3i& p : t) {
+            // In half voxels nothing is off its plane; in steps a vertex may be, by one.
+            if (std::abs(p[axis] - plane * unit_) > (unit_ == 2 ? 0 : 1))
+                return fmt::format("a triangle at {} lies in no plane of faces", text(t[0]));
+        }
         const int u = (axis + 1) % 3, v = (axis + 2) % 3;
         const auto range = [&](int a) {
             const auto [lo, hi] = std::minmax({t[0][a], t[1][a], t[2][a]});
-            return std::pair(lo / 2, (hi + 1) / 2);
+            return std::pair(lo / unit_, (hi + unit_ - 1) / unit_);
         };
         const auto [u0, u1] = range(u);
         const auto [v0, v1] = range(v);
         for (int32_t cu = u0; cu < u1; ++cu) {
             for (int32_t cv = v0; cv < v1; ++cv) {
                 Vec3i face;
-                face[axis] = t[0][axis] / 2;
+                face[axis] = plane;
                 face[u] = cu;
                 face[v] = cv;
                 for (size_t s = 0; s < kSamples.size(); ++s) {
-                    const int64_t pu = 2 * cu * kScale + kSamples[s][0];
-                    const int64_t pv = 2 * cv * kScale + kSamples[s][1];
+                    const int64_t pu = cu * unit_ * kScale + kSamples[s][0] * (unit_ / 2);
+                    const int64_t pv = cv * unit_ * kScale + kSamples[s][1] * (unit_ / 2);
                     if (inside(t, u, v, pu, pv, area[axis] > 0))
                         ++counts_[index(face, axis, s)][area[axis] > 0 ? 0 : 1];
                 }
@@ -109,6 +114,7 @@ class Coverage {
     }
 
     Vec3i size_;
+    int32_t unit_;
     std::vector<std::array<int32_t, 2>> counts_;
 };
 
@@ -130,8 +136,9 @@ void for_each_face(const VoxelBlock& block, Visit visit) {
     }
 }
 
-std::string check_faces(const VoxelBlock& block, uint8_t code, const CollectedMesh& mesh) {
-    Coverage coverage(block.size);
+std::string check_faces(const VoxelBlock& block, uint8_t code, const CollectedMesh& mesh,
+                        int32_t unit) {
+    Coverage coverage(block.size, unit);
     for (const auto& triangle : mesh.triangles) {
         if (std::string wrong = coverage.add(corners(mesh, triangle)); !wrong.empty()) return wrong;
     }
@@ -176,6 +183,170 @@ std::string check_interfaces(const VoxelBlock& block, const CollectedMeshes& mes
                        single, outer);
 }
 
+/// Takes meshes by places.
+class PlaceCollector : public boundary::MeshReceiver {
+  public:
+    CollectedMeshes meshes;
+
+    bool goes_by_places() const override { return true; }
+    Result<void> take_vertices(uint8_t, std::span<const Vec3i>) override { return {}; }
+    Result<void> take_triangles(uint8_t code,
+                                std::span<const boundary::MeshTriangle> triangles) override {
+        CollectedMesh& mesh = meshes[code];
+        for (const boundary::MeshTriangle& t : triangles) {
+            std::array<uint32_t, 3>& out = mesh.triangles.emplace_back();
+            for (size_t i = 0; i < 3; ++i) {
+                Vec3i p = t[i].point * (boundary::kSteps / 2);
+                for (int a = 0; a < 3; ++a)
+                    p[a] += t[i].off[static_cast<size_t>(a)];
+                const auto number = static_cast<uint32_t>(mesh.points.size());
+                const auto [at, fresh] = numbers_[code].try_emplace({p.x, p.y, p.z}, number);
+                if (fresh) mesh.points.push_back(p);
+                out[i] = at->second;
+            }
+        }
+        return {};
+    }
+
+  private:
+    std::map<uint8_t, std::map<std::array<int32_t, 3>, uint32_t>> numbers_;
+};
+
+Result<void> send(const VoxelBlock& block, boundary::MeshReceiver* receiver) {
+    boundary::Mesher mesher(block.size.x, block.size.y, 0, receiver);
+    const auto row = static_cast<size_t>(block.size.x);
+    for (int32_t z = 0; z < block.size.z; ++z) {
+        const backends::SliceView slice{
+            z,
+            block.codes.data() + static_cast<size_t>(z) * row * static_cast<size_t>(block.size.y),
+            row, block.size.x, block.size.y};
+        if (Result<void> added = mesher.add(slice, 8); !added) return added;
+    }
+    return mesher.finish();
+}
+
+/// Six times the volume of the tetrahedron, above 0 where d sees a, b, c clockwise.
+int64_t side_of(const Vec3i& a, const Vec3i& b, const Vec3i& c, const Vec3i& d) {
+    const auto v = [&](const Vec3i& p) { return vec_cast<int64_t>(p - a); };
+    return dot(cross(v(b), v(c)), v(d));
+}
+
+int sign(int64_t x) {
+    return x > 0 ? 1 : x < 0 ? -1 : 0;
+}
+
+/// The two axes that a plane is seen along with its area as large as it can be.
+std::array<int, 2> axes_of(const Triangle& t) {
+    const Vec3<int64_t> area = doubled_area(t);
+    int axis = 0;
+    for (int a = 1; a < 3; ++a)
+        axis = std::abs(area[a]) > std::abs(area[axis]) ? a : axis;
+    return {(axis + 1) % 3, (axis + 2) % 3};
+}
+
+/// Whether a triangle and a segment, which share no vertex, meet.
+bool meets(const Triangle& t, const Vec3i& p, const Vec3i& q) {
+    const int sp = sign(side_of(t[0], t[1], t[2], p)), sq = sign(side_of(t[0], t[1], t[2], q));
+    if (sp * sq > 0) return false;
+    if (sp != 0 || sq != 0) {
+        const int s0 = sign(side_of(p, q, t[0], t[1])), s1 = sign(side_of(p, q, t[1], t[2])),
+                  s2 = sign(side_of(p, q, t[2], t[0]));
+        return (s0 >= 0 && s1 >= 0 && s2 >= 0) || (s0 <= 0 && s1 <= 0 && s2 <= 0);
+    }
+    const auto [u, v] = axes_of(t);
+    const auto turn = [u = u, v = v](const Vec3i& a, const Vec3i& b, const Vec3i& c) {
+        return sign(cross2(b[u] - a[u], b[v] - a[v], c[u] - a[u], c[v] - a[v]));
+    };
+    // In one plane: they meet unless a side of the triangle, or the segment, parts them.
+    for (size_t i = 0; i < 3; ++i) {
+        const Vec3i &a = t[i], &b = t[(i + 1) % 3], &c = t[(i + 2) % 3];
+        const int inner = turn(a, b, c);
+        if (turn(a, b, p) * inner < 0 && turn(a, b, q) * inner < 0) return false;
+    }
+    const int s0 = turn(p, q, t[0]), s1 = turn(p, q, t[1]), s2 = turn(p, q, t[2]);
+    return !((s0 > 0 && s1 > 0 && s2 > 0) || (s0 < 0 && s1 < 0 && s2 < 0));
+}
+
+/// Whether a segment from a triangle's first vertex runs in its plane and between its other two.
+bool runs_inside(const Triangle& t, const Vec3i& q) {
+    if (side_of(t[0], t[1], t[2], q) != 0) return false;
+    const auto [u, v] = axes_of(t);
+    const auto turn = [&, u = u, v = v](const Vec3i& b, const Vec3i& c) {
+        return sign(cross2(b[u] - t[0][u], b[v] - t[0][v], c[u] - t[0][u], c[v] - t[0][v]));
+    };
+    const int inner = turn(t[1], t[2]);
+    return turn(t[1], q) * inner >= 0 && turn(q, t[2]) * inner >= 0;
+}
+
+/// Whether a side of one triangle goes through another, not only up to it.
+bool goes_through(const Triangle& from, const Triangle& t) {
+    for (size_t i = 0; i < 3; ++i) {
+        const Vec3i &p = from[i], &q = from[(i + 1) % 3];
+        const int sp = sign(side_of(t[0], t[1], t[2], p)), sq = sign(side_of(t[0], t[1], t[2], q));
+        if (sp * sq >= 0) continue;
+        const int s0 = sign(side_of(p, q, t[0], t[1])), s1 = sign(side_of(p, q, t[1], t[2])),
+                  s2 = sign(side_of(p, q, t[2], t[0]));
+        if (s0 != 0 && s0 == s1 && s1 == s2) return true;
+    }
+    return false;
+}
+
+bool boxes_meet(const Triangle& a, const Triangle& b) {
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto [alo, ahi] = std::minmax({a[0][axis], a[1][axis], a[2][axis]});
+        const auto [blo, bhi] = std::minmax({b[0][axis], b[1][axis], b[2][axis]});
+        if (ahi < blo || bhi < alo) return false;
+    }
+    return true;
+}
+
+/// Whether a side of the triangle `from` meets the triangle `with` elsewhere than it should.
+bool pierces(const CollectedMesh& mesh, const std::array<uint32_t, 3>& from,
+             const std::array<uint32_t, 3>& with) {
+    for (size_t i = 0; i < 3; ++i) {
+        uint32_t p = from[i], q = from[(i + 1) % 3];
+        const auto place = [&](uint32_t v) { return std::find(with.begin(), with.end(), v); };
+        if (place(p) == with.end()) std::swap(p, q);
+        const auto shared = place(p);
+        if (shared == with.end()) {
+            if (meets(corners(mesh, with), mesh.points[p], mesh.points[q])) return true;
+        } else if (place(q) == with.end()) {
+            std::array<uint32_t, 3> turned = with;
+            std::rotate(turned.begin(), turned.begin() + (shared - with.begin()), turned.end());
+            if (runs_inside(corners(mesh, turned), mesh.points[q])) return true;
+        }
+    }
+    return false;
+}
+
+/// The first pair of triangles of two meshes whose boxes meet and that are `wrong`.
+template <typename Wrong>
+std::string check_pairs(const CollectedMesh& one, const CollectedMesh& two, const Wrong& wrong) {
+    Box3i box;
+    for (const Vec3i& p : one.points)
+        box.add(p);
+    const Vec3i size = box.hi - box.lo;
+    const int along = size.x >= std::max(size.y, size.z) ? 0 : size.y >= size.z ? 1 : 2;
+    const auto low = [&](const CollectedMesh& mesh, const std::array<uint32_t, 3>& t) {
+        const Triangle c = corners(mesh, t);
+        return std::min({c[0][along], c[1][along], c[2][along]});
+    };
+    std::vector<std::array<uint32_t, 3>> sorted = two.triangles;
+    std::sort(sorted.begin(), sorted.end(),
+              [&](const auto& a, const auto& b) { return low(two, a) < low(two, b); });
+    for (const std::array<uint32_t, 3>& t : one.triangles) {
+        const Triangle a = corners(one, t);
+        const int32_t high = std::max({a[0][along], a[1][along], a[2][along]});
+        for (const std::array<uint32_t, 3>& other : sorted) {
+            if (low(two, other) > high) break;
+            const Triangle b = corners(two, other);
+            if (boxes_meet(a, b) && wrong(t, other))
+                return fmt::format("the triangles at {} and {} cross", text(a[0]), text(b[0]));
+        }
+    }
+    return {};
+}
+
 }  // namespace
 
 uint8_t VoxelBlock::code(Vec3i v) const {
@@ -218,18 +389,14 @@ void Collector::check_corners() {
 
 CollectedMeshes mesh_block(const VoxelBlock& block) {
     Collector collector;
-    boundary::Mesher mesher(block.size.x, block.size.y, 0, &collector);
-    const auto row = static_cast<size_t>(block.size.x);
-    for (int32_t z = 0; z < block.size.z; ++z) {
-        const backends::SliceView slice{
-            z,
-            block.codes.data() + static_cast<size_t>(z) * row * static_cast<size_t>(block.size.y),
-            row, block.size.x, block.size.y};
-        if (!mesher.add(slice, 8)) return {};
-    }
-    if (!mesher.finish()) return {};
+    if (!send(block, &collector)) return {};
     collector.check_corners();
     return collector.corners_fit ? collector.meshes : CollectedMeshes();
+}
+
+CollectedMeshes mesh_block_by_places(const VoxelBlock& block) {
+    PlaceCollector collector;
+    return send(block, &collector) ? collector.meshes : CollectedMeshes();
 }
 
 std::string check_manifold(const CollectedMesh& mesh) {
@@ -289,10 +456,48 @@ std::string check_meshes(const VoxelBlock& block, const CollectedMeshes& meshes)
             wrong =
                 fmt::format("a volume of {}/48 voxels of {}", six_volumes(mesh), block.count(code));
         }
-        if (wrong.empty()) wrong = check_faces(block, code, mesh);
+        if (wrong.empty()) wrong = check_faces(block, code, mesh, 2);
         if (!wrong.empty()) return fmt::format("material {}: {}", code, wrong);
     }
     return check_interfaces(block, meshes);
+}
+
+std::string check_crossings(const CollectedMesh& mesh) {
+    return check_pairs(mesh, mesh,
+                       [&](const auto& a, const auto& b) { return a != b && pierces(mesh, a, b); });
+}
+
+std::string check_meshes_by_places(const VoxelBlock& block, const CollectedMeshes& meshes,
+                                   Crossings crossings) {
+    constexpr int64_t kUnit = boundary::kSteps;
+    std::set<uint8_t> codes(block.codes.begin(), block.codes.end());
+    codes.erase(0);
+    if (codes.size() != meshes.size())
+        return fmt::format("{} meshes of {} materials", meshes.size(), codes.size());
+    for (const auto& [code, mesh] : meshes) {
+        int64_t faces = 0;
+        for_each_face(block, [&, code = code](const Vec3i&, int, uint8_t low, uint8_t high) {
+            faces += (low == code) != (high == code) ? 1 : 0;
+        });
+        std::string wrong = check_manifold(mesh);
+        const int64_t lost = 6 * kUnit * kUnit * kUnit * block.count(code) - six_volumes(mesh);
+        if (wrong.empty() && std::abs(lost) > 6 * kUnit * kUnit * faces)
+            wrong = fmt::format("it lacks {} of {} voxels",
+                                static_cast<double>(lost) / (6.0 * kUnit * kUnit * kUnit),
+                                block.count(code));
+        if (wrong.empty()) wrong = check_faces(block, code, mesh, boundary::kSteps);
+        const bool look = crossings == Crossings::kLookedFor;
+        if (wrong.empty() && look) wrong = check_crossings(mesh);
+        for (const auto& [other, behind] : meshes) {
+            if (!wrong.empty() || other == code || !look) continue;
+            wrong = check_pairs(mesh, behind,
+                                [&, &mesh = mesh, &behind = behind](const auto& a, const auto& b) {
+                                    return goes_through(corners(mesh, a), corners(behind, b));
+                                });
+        }
+        if (!wrong.empty()) return fmt::format("material {}: {}", code, wrong);
+    }
+    return {};
 }
 
 }  // namespace openfab::testing

@@ -58,6 +58,10 @@ class Collector : public boundary::MeshReceiver {
 /// The meshes of a block as the mesher gives them; an empty map where it failed.
 CollectedMeshes mesh_block(const VoxelBlock& block);
 
+/// The meshes of a block by the places of their vertices alone, as a file without numbers has them:
+/// equal points are one. In steps, kSteps a voxel.
+CollectedMeshes mesh_block_by_places(const VoxelBlock& block);
+
 /// What is wrong with one mesh alone: triangles without area, edges that are not between two
 /// triangles that pass them in opposite directions, vertices that none or several fans of triangles
 /// share. Empty if nothing is.
@@ -70,5 +74,17 @@ int64_t six_volumes(const CollectedMesh& mesh);
 /// that of the voxels; a face is not covered exactly once, from the right side; a triangle between
 /// two materials is not in both meshes.
 std::string check_meshes(const VoxelBlock& block, const CollectedMeshes& meshes);
+
+/// What is wrong with a mesh as a surface in space: a triangle that meets another elsewhere than in
+/// the vertices that they share. Takes time with the square of the triangles.
+std::string check_crossings(const CollectedMesh& mesh);
+
+enum class Crossings { kLookedFor, kNotLookedFor };
+
+/// What is wrong with meshes by places as those of the block: check_manifold and check_crossings of
+/// each; the volume is another than the voxels' by more than a step all over the surface; a face is
+/// not covered exactly once, from the right side and within a step.
+std::string check_meshes_by_places(const VoxelBlock& block, const CollectedMeshes& meshes,
+                                   Crossings crossings = Crossings::kLookedFor);
 
 }  // namespace openfab::testing
