@@ -20,9 +20,34 @@ constexpr double kMaxPixels = 1.5e6;
 constexpr double kMinPixels = 2.5e5;
 /// Half of the light over kSightMm.
 constexpr double kOpaquePerMm = 0.6931 / kSightMm;
+/// An opaque cell amid such cells, or one that is wider than kSightMm, lets exp(-kHiding) of the
+/// light through: colours mix over some depth at a surface, and what a skin covers is not seen.
+constexpr double kHiding = 6;
+/// The density from which on a cell is opaque throughout.
+constexpr float kFull = 0.995F;
 
 Vec3d unit(Vec3d v) {
     return v * (1 / length(v));
+}
+
+/// By 1 4 6 4 1, and the slope of what that makes. Towards `away` (1, -1, or 0 for neither) no
+/// place counts for less than the one before it: what lies behind something dense is not seen, and
+/// must not bend the surface that hides it.
+float binomial(const float* p, ptrdiff_t step, int32_t away) {
+    float low = p[-2 * step], high = p[2 * step];
+    if (away < 0) low = std::max(low, p[-step]);
+    if (away > 0) high = std::max(high, p[step]);
+    return (low + high + 4 * (p[-step] + p[step]) + 6 * p[0]) * (1.0F / 16);
+}
+
+float slope(const float* p, ptrdiff_t step, int32_t away) {
+    const auto side = [&](ptrdiff_t by, bool hidden) {
+        const float one = p[by];
+        const float two = hidden ? std::max(p[2 * by], one) : p[2 * by];
+        const float three = hidden ? std::max(p[3 * by], two) : p[3 * by];
+        return 5 * one + 4 * two + three;
+    };
+    return (side(step, away > 0) - side(-step, away < 0)) * (1.0F / 16);
 }
 
 /// 1 - exp(-x) for x >= 0, to 2 %, by the exponential's series.
@@ -67,6 +92,8 @@ Result<void> ModelPreview::begin(const backends::PrintInfo& info) {
     right_ = {turn.cos, turn.sin, 0};
     viewer_ = {turn.sin * tilt.cos, 0 - turn.cos * tilt.cos, tilt.sin};
     up_ = cross(viewer_, right_);
+    away_x_ = viewer_.x > 0 ? -1 : viewer_.x < 0 ? 1 : 0;
+    away_y_ = viewer_.y > 0 ? -1 : viewer_.y < 0 ? 1 : 0;
     lamp_ = unit(right_ * -0.5 + up_ * 0.6 + viewer_ * 0.8);
     double high_a = -1e30;
     double high_b = -1e30;
@@ -92,9 +119,9 @@ Result<void> ModelPreview::begin(const backends::PrintInfo& info) {
     for (Layer& layer : layers_) {
         layer.cells.assign(stride_ * (static_cast<size_t>(count_.y) + 2 * kRim), {});
         layer.density.assign(layer.cells.size(), 0);
-        layer.smooth.assign(layer.cells.size(), 0);
+        for (std::vector<float>* blurred : {&layer.along_x, &layer.along_y, &layer.smooth})
+            blurred->assign(layer.cells.size(), 0);
     }
-    across_.assign(layers_[0].cells.size(), 0);
     codes_.assign(static_cast<size_t>(info.size.x), 0);
     return {};
 }
@@ -156,49 +183,69 @@ void ModelPreview::close_layer() {
     Layer& next = layer(open_);
     std::fill(next.cells.begin(), next.cells.end(), Cell{});
     std::fill(next.density.begin(), next.density.end(), 0.0F);
-    std::fill(next.smooth.begin(), next.smooth.end(), 0.0F);
+    for (std::vector<float>* blurred : {&next.along_x, &next.along_y, &next.smooth})
+        std::fill(blurred->begin(), blurred->end(), 0.0F);
     next.first_row = 0;
     next.last_row = -1;
 }
 
-/// By 1 4 6 4 1 along x, then along y.
+/// Along x, along y, and both.
 void ModelPreview::blur(Layer* layer) {
     if (layer->last_row < layer->first_row) return;
     const int32_t first = std::max(layer->first_row - kRim, 0);
     const int32_t last = std::min(layer->last_row + kRim, count_.y - 1);
-    const auto binomial = [](const float* p, ptrdiff_t step) {
-        return (p[-2 * step] + p[2 * step] + 4 * (p[-step] + p[step]) + 6 * p[0]) * (1.0F / 16);
-    };
+    const auto stride = static_cast<ptrdiff_t>(stride_);
     for (int32_t y = first - kRim; y <= last + kRim; ++y) {
         for (int32_t x = 0; x < count_.x; ++x)
-            across_[index(x, y)] = binomial(&layer->density[index(x, y)], 1);
+            layer->along_x[index(x, y)] = binomial(&layer->density[index(x, y)], 1, away_x_);
     }
     for (int32_t y = first; y <= last; ++y) {
         for (int32_t x = 0; x < count_.x; ++x) {
-            layer->smooth[index(x, y)] =
-                binomial(&across_[index(x, y)], static_cast<ptrdiff_t>(stride_));
+            const size_t i = index(x, y);
+            layer->along_y[i] = binomial(&layer->density[i], stride, away_y_);
+            layer->smooth[i] = binomial(&layer->along_x[i], stride, away_y_);
         }
     }
 }
 
-/// Colours of a layer's boundaries by the lamp; what lies inside keeps its own.
+/// Whether an opaque cell has opaque ones on all six sides.
+bool ModelPreview::is_amid_opaque(int32_t k, size_t i) {
+    const std::vector<float>& d = layer(k).density;
+    return std::min({d[i - 1], d[i + 1], d[i - stride_], d[i + stride_], layer(k - 1).density[i],
+                     layer(k + 1).density[i]}) > kFull;
+}
+
+/// Colours of a layer's boundaries by the lamp; what lies inside keeps its own, and where it is
+/// opaque hides what is behind it.
 void ModelPreview::light(int32_t k) {
     Layer& self = layer(k);
+    const double width = std::min({cell_mm_.x, cell_mm_.y, cell_mm_.z});
+    const auto hiding = static_cast<float>(std::max(1.0, kHiding / (kOpaquePerMm * width)));
+    const auto stride = static_cast<ptrdiff_t>(stride_);
     for (int32_t y = self.first_row; y <= self.last_row; ++y) {
         for (int32_t x = 0; x < count_.x; ++x) {
-            Cell& cell = self.cells[index(x, y)];
-            if (cell.strength() <= 0) continue;
             const size_t i = index(x, y);
+            Cell& cell = self.cells[i];
+            if (cell.strength() <= 0) continue;
+            if (self.density[i] > kFull && (width > kSightMm || is_amid_opaque(k, i))) {
+                for (int c = 0; c < 3; ++c) {
+                    cell.color[c] *= hiding;
+                    cell.extinction[c] *= hiding;
+                }
+            }
             double dx = 0;
             double dy = 0;
             double dz = 0;
             constexpr double kSmooth[5]{1.0 / 16, 4.0 / 16, 6.0 / 16, 4.0 / 16, 1.0 / 16};
             constexpr double kSlope[5]{-0.25, -0.5, 0, 0.5, 0.25};
             for (int32_t d = -2; d <= 2; ++d) {
-                const std::vector<float>& s = layer(k + d).smooth;
-                dx += kSmooth[d + 2] * (s[i + 1] - s[i - 1]);
-                dy += kSmooth[d + 2] * (s[i + stride_] - s[i - stride_]);
-                dz += kSlope[d + 2] * s[i];
+                const Layer& at = layer(k + d);
+                dx += kSmooth[d + 2] * slope(&at.along_y[i], 1, away_x_);
+                dy += kSmooth[d + 2] * slope(&at.along_x[i], stride, away_y_);
+                // The lowest layer is seen past the one above it.
+                const float s =
+                    d == -2 ? std::max(at.smooth[i], layer(k - 1).smooth[i]) : at.smooth[i];
+                dz += kSlope[d + 2] * s;
             }
             const Vec3d outward{-dx / cell_mm_.x, -dy / cell_mm_.y, -dz / cell_mm_.z};
             const double steep = length(outward) * std::min(cell_mm_.x, cell_mm_.y);

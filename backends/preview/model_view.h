@@ -8,7 +8,9 @@
 // material has a strength by its preview's alpha a: s = a / (1 - a) per mm, and half of the light
 // over kSightMm where it is opaque. Clear materials are filters besides: a channel of colour c is
 // absorbed at s (1 + 20 (1 - a) (1 - c)) per mm, so that magenta over yellow over white is red.
-// Boundaries are lit from the upper left by the gradient of how dense the cells are.
+// Boundaries are lit from the upper left by the gradient of how dense the cells are, as far as
+// one sees them: what lies behind something dense does not bend its surface, and opaque cells amid
+// others hide what is behind.
 
 #include <array>
 #include <cstdint>
@@ -22,7 +24,7 @@
 namespace openfab::preview {
 
 /// Memory that the view gathers at most, for the budget.
-constexpr int64_t kModelBytes = 80'000'000;
+constexpr int64_t kModelBytes = 97'000'000;
 
 class ModelPreview : public backends::SliceObserver {
   public:
@@ -47,8 +49,8 @@ class ModelPreview : public backends::SliceObserver {
     struct Layer {
         std::vector<Cell> cells;
         std::vector<float> density;
-        std::vector<float> smooth;  ///< density, blurred along x and y
-        int32_t first_row = 0;      ///< rows with something in them; first > last: none
+        std::vector<float> along_x, along_y, smooth;  ///< density, blurred along x, y and both
+        int32_t first_row = 0;  ///< rows with something in them; first > last: none
         int32_t last_row = -1;
     };
     struct Painted {
@@ -67,6 +69,7 @@ class ModelPreview : public backends::SliceObserver {
     bool cut_away(int32_t x, int32_t y) const;
     void close_layer();
     void blur(Layer* layer);
+    bool is_amid_opaque(int32_t k, size_t i);
     void light(int32_t k);
     void paint(int32_t k);
     void paint_row(const Layer& layer, int32_t row, double z_mm);
@@ -79,16 +82,16 @@ class ModelPreview : public backends::SliceObserver {
     Vec3i count_;  ///< cells
     Vec3d cell_mm_;
     size_t stride_ = 0;
-    Vec3d right_, up_, viewer_;  ///< unit; picture axes, and where the viewer is
+    int32_t away_x_ = 0, away_y_ = 0;  ///< which way along an axis leads away from the viewer
+    Vec3d right_, up_, viewer_;        ///< unit; picture axes, and where the viewer is
     Vec3d lamp_;
     double low_a_ = 0, low_b_ = 0;  ///< mm along right_ and up_ of the picture's lower left
     double pixel_mm_ = 1;
     int32_t width_ = 0, height_ = 0;
     std::vector<Painted> painted_;  ///< bottom row first
     std::array<Layer, kHeld> layers_;
-    int32_t open_ = 0;           ///< the layer being gathered
-    int32_t gathered_ = 0;       ///< slices in it
-    std::vector<float> across_;  ///< density blurred along x, of one layer
+    int32_t open_ = 0;      ///< the layer being gathered
+    int32_t gathered_ = 0;  ///< slices in it
     std::vector<uint8_t> codes_;
 };
 

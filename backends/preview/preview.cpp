@@ -182,9 +182,11 @@ class LitPreview : public Preview {
         Pixel pixel;
         if (!sight.covered) return pixel;
         const double keep = kSightMm / (kSightMm + info_.pitch_mm.z);
+        const auto deepest = static_cast<int32_t>(kSightEndMm / info_.pitch_mm.z + 0.5);
+        const int32_t count = std::min(sight.count, std::max(deepest, 1));
         double weight = 1;
         double sum = 0;
-        for (int32_t k = 0; k < sight.count; ++k) {
+        for (int32_t k = 0; k < count; ++k) {
             for (size_t c = 0; c < 3; ++c)
                 pixel.color[c] += weight * colors_[sight.codes[k]][c];
             sum += weight;

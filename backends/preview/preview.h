@@ -5,8 +5,8 @@
 // Pictures of a print for people, gathered while its slices pass.
 //
 //   front      from +z. A viewer sees a little way into resin, so a column's colour is the mean
-//              over the outermost run of voxels with weights that fall to half over kSightMm;
-//              then soft shading by the height field.
+//              over the outermost run of voxels, down to kSightEndMm, with weights that fall to
+//              half over kSightMm; then soft shading by the height field.
 //   back       the same from -z, +x to the left, with stronger shading: relief.
 //   section    cut along x at the middle row.
 //   slice:N    one slice.
@@ -26,6 +26,7 @@
 namespace openfab::preview {
 
 constexpr double kSightMm = 0.1;
+constexpr double kSightEndMm = 0.4;
 
 /// Bounds on memory, for the budget: of what one preview gathers, and of drawing one at the end.
 /// Both are for the largest grids; a postcard's take a third of them.

@@ -169,6 +169,41 @@ TEST_F(Preview, ModelIsOpenedAndSeenThrough) {
     EXPECT_EQ(open.at(open.width / 2, open.height * 6 / 10)[3], 0) << "the half at low y is gone";
 }
 
+/// A block of code 1 under whose skin are cells of void and of code 2, or nothing else.
+SamplePrint block_with_skin(double pitch_mm, int32_t skin, bool filled) {
+    SamplePrint print = make_letter_f(8, 40);
+    print.info.pitch_mm = {pitch_mm, pitch_mm, pitch_mm};
+    print.info.materials[0].preview = {255, 128, 0, 255};
+    for (int32_t z = 0; z < 40; ++z) {
+        for (int32_t y = 0; y < 56; ++y) {
+            for (int32_t x = 0; x < 40; ++x) {
+                const int32_t depth = std::min({x, y, z, 39 - x, 55 - y, 39 - z});
+                const int32_t inside = (x / 6 + y / 6 + z / 6) % 3;
+                print.at(x, y, z) = depth < skin || filled ? 1 : static_cast<uint8_t>(inside);
+            }
+        }
+    }
+    return print;
+}
+
+// What an opaque skin covers is not seen, neither through it nor as dents in it.
+TEST_F(Preview, AnOpaqueSkinIsDrawnAsItIs) {
+    for (const auto& [pitch_mm, skin] : {std::pair{0.1, 4}, {0.085, 5}, {0.2, 3}}) {
+        for (const char* view :
+             {"", ",view=back", ",view=model:30:30", ",view=model:200:50", ",view=model:0:90"}) {
+            const ReadPng whole = draw(block_with_skin(pitch_mm, skin, true), view);
+            const ReadPng hollow = draw(block_with_skin(pitch_mm, skin, false), view);
+            ASSERT_EQ(whole.rgba.size(), hollow.rgba.size());
+            int most = 0;
+            for (size_t i = 0; i < whole.rgba.size(); ++i) {
+                for (size_t c = 0; c < 4; ++c)
+                    most = std::max(most, std::abs(whole.rgba[i][c] - hollow.rgba[i][c]));
+            }
+            EXPECT_LE(most, 4) << pitch_mm << " mm" << view;
+        }
+    }
+}
+
 TEST_F(Preview, ASliceThatIsNotPrintedIsRefused) {
     Result<preview::PreviewSpec> spec = preview::parse_preview("a.png,view=slice:3");
     ASSERT_TRUE(spec);
