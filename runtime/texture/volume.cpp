@@ -119,7 +119,7 @@ Result<uint64_t> volume_key(const fs::path& source, const VolumeOptions& options
     const Result<std::vector<fs::path>> files = volume_files(source);
     if (!files) return files.error();
     std::string text =
-        fmt::format("volume|{}|{}|{}", options.origin_mm ? three(*options.origin_mm) : "",
+        fmt::format("volume, first row lowest|{}|{}|{}", options.origin_mm ? three(*options.origin_mm) : "",
                     options.spacing_mm ? three(*options.spacing_mm) : "", files->size());
     for (const fs::path& file : *files) {
         const Result<uint64_t> key = content_key(file, options.image);

@@ -52,10 +52,8 @@ class StackReader final : public VolumeReader {
         for (int32_t z = 0; z < size.z; ++z) {
             if (Result<void> slice = read_slice(z, pixels.data()); !slice) return slice.error();
             const float* pixel = pixels.data();
+            float* row = out + static_cast<int64_t>(z) * size.y * size.x * channels;
             for (int32_t y = 0; y < size.y; ++y) {
-                float* row =
-                    out +
-                    ((static_cast<int64_t>(z) * size.y + (size.y - 1 - y)) * size.x) * channels;
                 for (int32_t x = 0; x < size.x; ++x) {
                     if (!decoder.pixel(pixel, row))
                         return user_error(fmt::format(

@@ -28,14 +28,15 @@ class VolumeReader {
     bool table = false;
 
     /// Fills size.x * size.y * size.z * channels floats: x innermost but for the channels, y and z
-    /// going up.
+    /// going up. In every format what comes first in the file has the lowest coordinates.
     virtual Result<void> read(float* out) = 0;
 };
 
 using MadeReader = Result<std::unique_ptr<VolumeReader>>;
 
-/// Pictures of one size as slices, the first at the bottom; one file gives its pages. y goes up
-/// from the last row, as in a picture. 8-bit colour is decoded from sRGB unless the space says
+/// Pictures of one size as slices, the first at the bottom; one file gives its pages. The first row
+/// is at the lowest y, as in an array of the same numbers; a picture, which is no volume, has it at
+/// the top. 8-bit colour is decoded from sRGB unless the space says
 /// otherwise, all else is taken as linear; integers are scaled to 0..1.
 MadeReader open_stack(const std::vector<std::filesystem::path>& files,
                       const texture::ImageOptions& options);

@@ -216,8 +216,8 @@ TEST_F(VolumeTest, SlicesInOrderOfTheirNumbers) {
     picture("other.png", 2, 2, 1, {0, 0, 0, 0});
     std::vector<float> want;
     for (const int k : {1, 9, 10}) {
-        // The bottom row of the picture comes first.
-        for (const int v : {k, 10 + k, 20 + k, 30 + k})
+        // The picture's first row has the lowest y.
+        for (const int v : {20 + k, 30 + k, k, 10 + k})
             want.push_back(static_cast<float>(v / 255.0));
     }
     EXPECT_EQ(texture::volume_files(folder_.path())->size(), 4u);
@@ -250,6 +250,50 @@ TEST_F(VolumeTest, PagesOfATiff) {
     EXPECT_EQ(size(*p), (Vec3i{2, 1, 3}));
     EXPECT_EQ(level0(*p)[12], static_cast<float>(texture::srgb_to_linear(200 / 255.0)))
         << "8-bit colour is sRGB";
+}
+
+// The rule: x, y and z go up with the place in the file, whatever its format.
+TEST_F(VolumeTest, TheSameVolumeInEveryFormat) {
+    const std::vector<uint8_t> values = {0,   51,  102, 153,
+                                         204, 255, 85,  17};  // x fastest, then y, z
+    std::string numbers, table = "LUT_3D_SIZE 2\n";
+    std::vector<uint8_t> fortran;
+    for (size_t i = 0; i < 8; ++i) {
+        numbers += std::to_string(values[i]) + " ";
+        const std::string level = std::to_string(values[i] / 255.0);
+        table += level + " " + level + " " + level + "\n";
+        fortran.push_back(values[(i & 1) << 2 | (i & 2) | i >> 2]);
+    }
+    const std::string tiff = (folder_.path() / "v.tif").string();
+    const auto out = OIIO::ImageOutput::create(tiff);
+    for (size_t z = 0; z < 2; ++z) {
+        picture("slice_" + std::to_string(z) + ".png", 2, 2, 1,
+                {values.begin() + 4 * static_cast<long>(z),
+                 values.begin() + 4 * static_cast<long>(z) + 4});
+        ASSERT_TRUE(
+            out->open(tiff, OIIO::ImageSpec(2, 2, 1, OIIO::TypeDesc::UINT8),
+                      z == 0 ? OIIO::ImageOutput::Create : OIIO::ImageOutput::AppendSubimage));
+        ASSERT_TRUE(out->write_image(OIIO::TypeDesc::UINT8, &values[4 * z]));
+    }
+    out->close();
+    const std::string head = "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2 2 2\nencoding: ";
+    const std::filesystem::path files[] = {
+        tiff,
+        folder_.path() / "slice_*.png",
+        folder_.write("c.npy", npy("|u1", "False", "(2, 2, 2)", bytes_of(values))),
+        folder_.write("f.npy", npy("|u1", "True", "(2, 2, 2)", bytes_of(fortran))),
+        folder_.write("r.nrrd", head + "raw\n\n" + bytes_of(values)),
+        folder_.write("t.nrrd", head + "ascii\n\n" + numbers),
+        folder_.write("t.cube", table)};
+    for (const std::filesystem::path& file : files) {
+        const auto p = converted(file);
+        ASSERT_NE(p, nullptr) << file;
+        ASSERT_EQ(size(*p), (Vec3i{2, 2, 2})) << file;
+        for (size_t i = 0; i < 8; ++i) {
+            const float found = level0(*p)[i * static_cast<size_t>(p->channels())];
+            EXPECT_NEAR(found, values[i] / 255.0F, 1e-6) << file << " at " << i;
+        }
+    }
 }
 
 TEST_F(VolumeTest, ComesFromTheCacheAndTheHelper) {
