@@ -10,18 +10,50 @@ namespace openfab::sema {
 
 namespace {
 
+/// True where a `break` in the statement leaves the `switch` that the statement stands in.
+bool mentions_break(const ast::Stmt& stmt) {
+    if (stmt.kind == ast::StmtKind::kBreak) return true;
+    if (stmt.kind != ast::StmtKind::kBlock && stmt.kind != ast::StmtKind::kIf) return false;
+    return std::any_of(stmt.body.begin(), stmt.body.end(),
+                       [](const ast::StmtPtr& child) { return mentions_break(*child); });
+}
+
+bool leaves(const ast::Stmt& stmt, bool breaks_leave);
+
+/// True where every section of an inner `switch` leaves the outer one: a `break` only leaves the
+/// inner one.
+bool switch_leaves(const ast::Stmt& stmt) {
+    bool has_default = false;
+    bool left = true;
+    for (const ast::StmtPtr& child : stmt.body) {
+        if (child->kind == ast::StmtKind::kCase) {
+            has_default = has_default || child->expr == nullptr;
+            left = false;
+        } else {
+            left = left || leaves(*child, false);
+        }
+        if (mentions_break(*child)) return false;
+    }
+    return has_default && left;
+}
+
 /// True where nothing runs on behind the statement: as in HLSL a section must end so.
-bool leaves(const ast::Stmt& stmt) {
+bool leaves(const ast::Stmt& stmt, bool breaks_leave) {
     switch (stmt.kind) {
         case ast::StmtKind::kBreak:
+            return breaks_leave;
         case ast::StmtKind::kContinue:
         case ast::StmtKind::kReturn:
             return true;
         case ast::StmtKind::kBlock:
-            return std::any_of(stmt.body.begin(), stmt.body.end(),
-                               [](const ast::StmtPtr& child) { return leaves(*child); });
+            return std::any_of(stmt.body.begin(), stmt.body.end(), [&](const ast::StmtPtr& child) {
+                return leaves(*child, breaks_leave);
+            });
         case ast::StmtKind::kIf:
-            return stmt.body.size() == 2 && leaves(*stmt.body[0]) && leaves(*stmt.body[1]);
+            return stmt.body.size() == 2 && leaves(*stmt.body[0], breaks_leave) &&
+                   leaves(*stmt.body[1], breaks_leave);
+        case ast::StmtKind::kSwitch:
+            return switch_leaves(stmt);
         default:
             return false;
     }
@@ -94,7 +126,7 @@ StmtPtr Checker::switch_statement(const ast::Stmt& stmt) {
         const size_t first = at;
         for (; at < stmt.body.size() && stmt.body[at]->kind != ast::StmtKind::kCase; ++at) {
             const ast::Stmt& child = *stmt.body[at];
-            left = left || leaves(child);
+            left = left || leaves(child, true);
             if (child.kind == ast::StmtKind::kDeclaration) {
                 declaration(child, &section->body);
             } else {

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "compiler/sema/loop_bounds.h"
+#include "compiler/sema/proof.h"
 #include "compiler/sema/translate_state.h"
 
 namespace openfab::sema {
@@ -23,6 +24,11 @@ constexpr size_t kManyInstructions = 12000;  // for few trips
 constexpr size_t kFewInstructions = 1500;    // for more
 // Kernels more for what cuts a stage in phases.
 constexpr size_t kManyKernels = 16;
+
+// Inputs that no run has: whether an earlier trip of a loop, or any trip, has assigned a variable.
+// Only messages hang on them, so that they are dropped with what else no output needs.
+constexpr int32_t kEarlierTrip = -1;
+constexpr int32_t kSomeTrip = -2;
 
 size_t kernels_of(ir::Op op) {
     if (op == ir::Op::kLoop) return kManyKernels / 2;
@@ -103,7 +109,32 @@ void StageTranslator::undo(const Attempt& start) {
 
 bool StageTranslator::holds(ValueId fact) const {
     const auto implied = [&](ValueId condition) { return emit_.implies(condition, fact); };
-    return implied(live_) || std::any_of(outer_live_.begin(), outer_live_.end(), implied);
+    if (implied(live_) || std::any_of(outer_live_.begin(), outer_live_.end(), implied)) return true;
+    std::vector<ValueId> given = outer_live_;
+    given.push_back(live_);
+    return follows(*stage_, given, fact);
+}
+
+/// `assigned`, or by a trip of which no more is known.
+ValueId StageTranslator::assigned_by_a_trip(ValueId assigned, int32_t which) {
+    if (emit_.is_true(assigned)) return assigned;
+    const ValueId unknown = emit_.input(ir::Type::kBool, which, real_loops_++, 0);
+    return emit_.logical_or(assigned, unknown);
+}
+
+/// True of what only an earlier trip can have assigned.
+bool StageTranslator::unassigned_in_first_trip(ValueId assigned) const {
+    const ir::Instr& instr = emit_.instr(assigned);
+    if (instr.op == ir::Op::kInput) return instr.kind == kEarlierTrip;
+    return instr.op == ir::Op::kOr && unassigned_in_first_trip(instr.args[0]) &&
+           unassigned_in_first_trip(instr.args[1]);
+}
+
+/// True where the first trip of all open loops gets to the present place, if there is one.
+bool StageTranslator::first_trip_comes_here() const {
+    if (outer_live_.empty()) return false;
+    return emit_.is_true(live_) && std::all_of(outer_live_.begin() + 1, outer_live_.end(),
+                                               [&](ValueId guard) { return emit_.is_true(guard); });
 }
 
 void StageTranslator::loop(const Stmt& stmt) {
@@ -199,7 +230,7 @@ void StageTranslator::run_loop(const Stmt& stmt) {
             if (changed.insert(item.first).second) complete = false;
         }
         if (gave_up_) return take_back(start);
-        if (complete) return finish_loop(stmt, made, certain);
+        if (complete) return finish_loop(stmt, made, guard, certain);
         undo(start);
     }
 }
@@ -209,6 +240,12 @@ void StageTranslator::run_loop(const Stmt& stmt) {
 StageTranslator::RealLoop StageTranslator::make_loop(const Stmt& stmt, ValueId guard,
                                                      const std::set<VariableId>& changed) {
     RealLoop made;
+    // Before the loop, whose variables stand at its head.
+    for (const VariableId id : changed) {
+        Value& assigned = made.assigned_before[id];
+        for (const ValueId before : variables_[id].assigned)
+            assigned.push_back(assigned_by_a_trip(before, kEarlierTrip));
+    }
     made.loop = emit_.loop(guard);
     open_.push_back({{}, variables_.size(), live_});
     outer_live_.push_back(guard);
@@ -220,6 +257,7 @@ StageTranslator::RealLoop StageTranslator::make_loop(const Stmt& stmt, ValueId g
         }
         // Nothing that has returned starts another trip.
         if (id == frame_.returned) v.value[0] = variables_[id].value[0];
+        v.assigned = made.assigned_before.at(id);
         set(id, std::move(v));
     }
     const ValueId counter = stmt.bound > 0
@@ -254,7 +292,8 @@ StageTranslator::RealLoop StageTranslator::make_loop(const Stmt& stmt, ValueId g
     return made;
 }
 
-void StageTranslator::finish_loop(const Stmt& stmt, const RealLoop& made, bool certain) {
+void StageTranslator::finish_loop(const Stmt& stmt, const RealLoop& made, ValueId guard,
+                                  bool certain) {
     std::vector<ValueId> next;
     for (const auto& item : made.changes)
         next.insert(next.end(), item.second.value.begin(), item.second.value.end());
@@ -267,21 +306,21 @@ void StageTranslator::finish_loop(const Stmt& stmt, const RealLoop& made, bool c
                 "compare a counter with something of known range, a constant or `min(n, 64)`, or "
                 "write `@bound(n)` before the loop: it then stops after n trips");
     }
-    std::vector<bool> always;  // assigned in every trip, by component
-    for (const auto& item : made.changes) {
-        for (size_t i = 0; i < item.second.value.size(); ++i) {
-            const Value& assigned = item.second.assigned;
-            always.push_back(certain && (assigned.empty() || emit_.is_true(assigned[i])));
-        }
-    }
     const ValueId end = emit_.end_loop(made.loop, made.again, next);
     int32_t number = 0;
     for (const auto& item : made.changes) {
         Variable v = variables_[item.first];
         for (size_t i = 0; i < v.value.size(); ++i, ++number) {
             v.value[i] = emit_.loop_result(end, number);
-            if (!v.assigned.empty() && always[static_cast<size_t>(number)]) {
-                v.assigned[i] = emit_.boolean(true);
+        }
+        for (size_t i = 0; i < v.assigned.size(); ++i) {
+            const ValueId trip = item.second.assigned[i];
+            if (trip == made.assigned_before.at(item.first)[i]) continue;  // by no trip
+            if (!always(trip)) {
+                v.assigned[i] = assigned_by_a_trip(v.assigned[i], kSomeTrip);
+            } else {
+                const ValueId ran = certain ? emit_.boolean(true) : guard;
+                v.assigned[i] = emit_.logical_or(v.assigned[i], ran);
             }
         }
         set(item.first, std::move(v));

@@ -128,13 +128,15 @@ void StageTranslator::check_read(const Target& target, const source::Span& span)
     const Symbol& symbol = *target.symbol;
     const Variable& v = variables_[variable_of(symbol)];
     if (v.assigned.empty()) return;
+    const bool first_trip = first_trip_comes_here();
     bool never = true;
     bool maybe = false;
     for (const Place& place : target.places) {
         bool unset = false;
         for (size_t lane : place.lanes) {
             const ValueId assigned = v.assigned[lane];
-            unset = unset || emit_.is_false(assigned);
+            unset = unset || emit_.is_false(assigned) ||
+                    (first_trip && unassigned_in_first_trip(assigned));
             maybe = maybe || !(emit_.is_true(assigned) || holds(assigned));
         }
         never = never && unset;
@@ -146,6 +148,18 @@ void StageTranslator::check_read(const Target& target, const source::Span& span)
         sink_->report(span, diag::kMaybeUninitialized, symbol.name)
             .note(symbol.span, fmt::format("`{}` is declared here", symbol.name))
             .help("give it a value where it is declared");
+    } else {
+        return;
+    }
+    take_as_assigned(target);
+}
+
+/// What was reported of a variable is not said again where it is read next.
+void StageTranslator::take_as_assigned(const Target& target) {
+    Variable& v = variables_[variable_of(*target.symbol)];
+    for (const Place& place : target.places) {
+        for (const size_t lane : place.lanes)
+            v.assigned[lane] = emit_.boolean(true);
     }
 }
 

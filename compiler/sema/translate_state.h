@@ -76,6 +76,12 @@ class StageTranslator {
         VariableId continued = 0;
     };
 
+    /// One section of a `switch`.
+    struct Section {
+        ir::ValueId condition = 0;
+        const Stmt* stmt = nullptr;
+    };
+
     /// What one way to translate a loop may have to be taken back to.
     struct Attempt {
         size_t instructions = 0;
@@ -94,6 +100,7 @@ class StageTranslator {
         ir::ValueId count = ir::kNoValue;  ///< of trips, after the variables; with @bound
         size_t vars = 0;                   ///< components
         Changes changes;
+        std::map<VariableId, Value> assigned_before;  ///< at the start of any trip
     };
 
     // translate_stmt.cpp
@@ -119,6 +126,8 @@ class StageTranslator {
     void finish_surface(const Stage& stage);
     void finish_volume();
     void add_output(std::string name, int32_t kind, int32_t a, int32_t b, ir::ValueId value);
+    /// True where a condition holds on every path, by folding or by proof.
+    bool always(ir::ValueId condition) const;
     void check_returned(const source::Span& span, const std::string& what);
     void check_assigned(const Variable& v, const Symbol& symbol);
 
@@ -128,13 +137,16 @@ class StageTranslator {
     void undo(const Attempt& start);
     /// True where `fact` holds whenever the present place is reached.
     bool holds(ir::ValueId fact) const;
+    ir::ValueId assigned_by_a_trip(ir::ValueId assigned, int32_t which);
+    bool unassigned_in_first_trip(ir::ValueId assigned) const;
+    bool first_trip_comes_here() const;
     void loop(const Stmt& stmt);
     bool stays_small(size_t begin, int trips) const;
     bool unroll(const Stmt& stmt);
     std::set<VariableId> guess_changed(const Stmt& stmt) const;
     void run_loop(const Stmt& stmt);
     RealLoop make_loop(const Stmt& stmt, ir::ValueId guard, const std::set<VariableId>& changed);
-    void finish_loop(const Stmt& stmt, const RealLoop& made, bool certain);
+    void finish_loop(const Stmt& stmt, const RealLoop& made, ir::ValueId guard, bool certain);
 
     // translate_expr.cpp
     Value expression(const Expr& expr);
@@ -163,6 +175,7 @@ class StageTranslator {
     void pick_element(const Expr& expr, Target* target);
     Target target(const Expr& expr);
     void check_read(const Target& target, const source::Span& span);
+    void take_as_assigned(const Target& target);
     Value read(const Target& target, const Expr& expr);
     void store(const Target& target, const Value& value);
     std::vector<int32_t> possible_indices(ir::ValueId value, int32_t all) const;
@@ -178,7 +191,7 @@ class StageTranslator {
 
     // translate_switch.cpp
     void switch_statement(const Stmt& stmt);
-    void switch_sections(const Stmt& stmt, const std::vector<ir::ValueId>& conditions, size_t at);
+    void switch_sections(const std::vector<Section>& sections, size_t at);
 
     // translate_builtin.cpp
     Value intrinsic(const Expr& expr);
@@ -235,6 +248,7 @@ class StageTranslator {
     TranslateOptions options_;
     int inline_depth_ = 0;
     size_t steps_ = 0;
+    int32_t real_loops_ = 0;
     bool gave_up_ = false;
 };
 

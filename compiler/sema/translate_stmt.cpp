@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "compiler/sema/proof.h"
 #include "compiler/sema/translate_state.h"
 
 namespace openfab::sema {
@@ -98,7 +99,7 @@ ValueId StageTranslator::exited() {
 /// becomes a branch, which `unwind` closes.
 bool StageTranslator::skip_where_exited(std::vector<ValueId>* pending) {
     const ValueId exit = exited();
-    if (emit_.is_true(exit) || gave_up_) return false;
+    if (always(exit) || gave_up_) return false;
     if (emit_.is_false(exit)) return true;
     pending->push_back(exit);
     enter(emit_.logical_not(exit));
@@ -202,14 +203,18 @@ void StageTranslator::return_statement(const Stmt& stmt) {
 
 // --- calls
 
+bool StageTranslator::always(ValueId condition) const {
+    return emit_.is_true(condition) || follows(*stage_, {}, condition);
+}
+
 void StageTranslator::check_assigned(const Variable& v, const Symbol& symbol) {
-    const bool all = std::all_of(v.assigned.begin(), v.assigned.end(),
-                                 [&](ValueId set) { return emit_.is_true(set); });
+    const bool all =
+        std::all_of(v.assigned.begin(), v.assigned.end(), [&](ValueId set) { return always(set); });
     if (!all && !gave_up_) sink_->report(symbol.span, diag::kOutputUnassigned, symbol.name);
 }
 
 void StageTranslator::check_returned(const source::Span& span, const std::string& what) {
-    if (emit_.is_true(flag(frame_.returned)) || gave_up_) return;
+    if (always(flag(frame_.returned)) || gave_up_) return;
     sink_->report(span, diag::kMissingReturn, what);
 }
 
