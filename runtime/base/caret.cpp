@@ -4,9 +4,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cctype>
+#include <filesystem>
 #include <fstream>
 #include <string_view>
+#include <utility>
+
+#include "runtime/base/text.h"
 
 namespace openfab {
 namespace {
@@ -48,6 +53,8 @@ bool split_location(const std::string& message, Location* out) {
 
 bool read_line(const std::string& file, int line, std::string* out) {
     constexpr size_t kLongestLine = 400;  // a minified file would fill the screen
+    std::error_code ignored;
+    if (!std::filesystem::is_regular_file(file, ignored)) return false;  // a pipe would wait
     std::ifstream in(file, std::ios::binary);
     for (int i = 0; i < line; ++i) {
         if (!std::getline(in, *out)) return false;
@@ -60,62 +67,63 @@ bool starts_code_point(char c) {
     return (static_cast<unsigned char>(c) & 0xC0) != 0x80;
 }
 
-/// Code points of the token at byte `at`: a quoted string, or a run of letters, digits and signs of
-/// a number.
-int token_length(const std::string& line, size_t at) {
-    if (at >= line.size()) return 1;
+size_t code_points(std::string_view text) {
+    return static_cast<size_t>(std::count_if(text.begin(), text.end(), starts_code_point));
+}
+
+/// The byte behind the token at byte `at`: a quoted string, or a run of letters, digits and signs
+/// of a number.
+size_t token_end(const std::string& line, size_t at) {
     size_t end = at + 1;
     if (line[at] == '"') {
         while (end < line.size() && line[end] != '"')
             end += line[end] == '\\' ? 2 : 1;
-        end = std::min(end + 1, line.size());
-    } else {
-        const auto part = [](char c) {
-            return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '.' ||
-                   c == '-' || c == '+';
-        };
-        if (part(line[at])) {
-            while (end < line.size() && part(line[end]))
-                ++end;
-        }
+        return std::min(end + 1, line.size());
     }
-    int points = 0;
-    for (size_t i = at; i < end; ++i)
-        points += starts_code_point(line[i]) ? 1 : 0;
-    return points;
+    const auto part = [](char c) {
+        return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '.' || c == '-' ||
+               c == '+';
+    };
+    while (part(line[at]) && end < line.size() && part(line[end]))
+        ++end;
+    return end;
+}
+
+/// The line with a caret below it, each fit for a terminal.
+std::string caret_lines(std::string line, int number, int column) {
+    std::replace(line.begin(), line.end(), '\t', ' ');  // so that the caret stays true
+    size_t at = 0;
+    for (int c = 1; at < line.size(); ++at) {
+        if (starts_code_point(line[at]) && c++ == column) break;
+    }
+    const size_t end = at < line.size() ? token_end(line, at) : at;
+    const std::string before = printable(line.substr(0, at));
+    const std::string token = printable(line.substr(at, end - at));
+    const std::string digits = std::to_string(number);
+    return fmt::format(" {} | {}{}{}\n {} | {}^{}\n", digits, before, token,
+                       printable(line.substr(end)), std::string(digits.size(), ' '),
+                       std::string(code_points(before), ' '),
+                       std::string(std::max<size_t>(code_points(token), 1) - 1, '~'));
 }
 
 }  // namespace
 
 std::string render_error(const Error& error) {
     Location where;
-    if (!split_location(error.message, &where)) return fmt::format("error: {}\n", error.message);
+    if (!split_location(error.message, &where))
+        return fmt::format("error: {}\n", printable(error.message));
     std::string what = where.rest;
     std::string help;
     if (const size_t semicolon = what.find("; "); semicolon != std::string::npos) {
         help = what.substr(semicolon + 2);
         what.resize(semicolon);
     }
-    std::string text =
-        fmt::format("{}:{}:{}: error: {}\n", where.file, where.line, where.column, what);
+    std::string text = fmt::format("{}:{}:{}: error: {}\n", printable(where.file), where.line,
+                                   where.column, printable(what));
     std::string line;
-    if (read_line(where.file, where.line, &line)) {
-        size_t at = 0;
-        for (int column = 1; at < line.size(); ++at) {
-            if (!starts_code_point(line[at])) continue;
-            if (column++ == where.column) break;
-        }
-        const int length = token_length(line, at);
-        for (char& c : line) {
-            if (c == '\t') c = ' ';  // so that the caret stays true
-        }
-        const std::string number = std::to_string(where.line);
-        text +=
-            fmt::format(" {} | {}\n {} | {}^{}\n", number, line, std::string(number.size(), ' '),
-                        std::string(static_cast<size_t>(where.column - 1), ' '),
-                        std::string(static_cast<size_t>(length > 1 ? length - 1 : 0), '~'));
-    }
-    if (!help.empty()) text += fmt::format("help: {}\n", help);
+    if (read_line(where.file, where.line, &line))
+        text += caret_lines(std::move(line), where.line, where.column);
+    if (!help.empty()) text += fmt::format("help: {}\n", printable(help));
     return text;
 }
 
