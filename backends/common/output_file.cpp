@@ -139,15 +139,17 @@ Result<void> OutputFile::close(bool sync) {
 }
 
 Result<void> write_whole_file(const std::filesystem::path& path, std::span<const uint8_t> bytes) {
-    const std::string temporary = path.string() + ".part";
+    struct stat there {};
+    const bool special =
+        ::stat(path.c_str(), &there) == 0 && !S_ISREG(there.st_mode) && !S_ISDIR(there.st_mode);
+    // A pipe or a device takes the bytes itself; a file must not take its place.
+    const std::string temporary = path.string() + (special ? "" : ".part");
     Result<OutputFile> file = OutputFile::create(temporary);
     if (!file) return file.error();
     Result<void> written = file->write(bytes);
     if (written) written = file->close(false);
-    if (!written) {
-        ::unlink(temporary.c_str());
-        return written;
-    }
+    if (!written && !special) ::unlink(temporary.c_str());
+    if (!written || special) return written;
     if (::rename(temporary.c_str(), path.c_str()) != 0) {
         const int code = errno;
         ::unlink(temporary.c_str());

@@ -52,7 +52,8 @@ class OutputFile {
 };
 
 /// Writes a whole file under a temporary name beside `path` and renames it, so that a file that is
-/// there is whole. The disk may still be busy with it: sync_file waits.
+/// there is whole. The disk may still be busy with it: sync_file waits. Pipes and devices are
+/// written to as they are.
 Result<void> write_whole_file(const std::filesystem::path& path, std::span<const uint8_t> bytes);
 Result<void> write_whole_file(const std::filesystem::path& path, const std::string& text);
 /// Waits until the file or folder is on the disk.

@@ -78,6 +78,9 @@ constexpr int32_t kMaxSide = 1 << 20;
 constexpr uint64_t kMaxSliceBytes =
     1ULL << 30;  ///< of packed rows; a 490 x 390 mm tray at 600 dpi takes 0.05 of it
 
+/// Of an index of as many slices, and 256 codes.
+constexpr uint64_t kMaxIndexBytes = 12ULL * kMaxSide + 256 * 8 + 128;
+
 uint64_t checksum(std::span<const uint8_t> bytes);
 
 struct SliceHead {

@@ -12,11 +12,12 @@
 #include <numeric>
 
 #include "backends/common/tee_sink.h"
+#include "runtime/base/units.h"
 #include "runtime/slab/print_hash.h"
 
 namespace openfab::ofr {
 
-Result<std::unique_ptr<OfrReader>> OfrReader::open(const std::string& path) {
+Result<std::unique_ptr<OfrReader>> OfrReader::open(const std::string& path, int64_t memory_bytes) {
     const std::string name = path == "-" ? "standard input" : path;
     std::FILE* file = path == "-" ? stdin : std::fopen(path.c_str(), "rb");
     if (file == nullptr) {
@@ -27,7 +28,9 @@ Result<std::unique_ptr<OfrReader>> OfrReader::open(const std::string& path) {
     if (::fstat(::fileno(file), &status) == 0 && S_ISDIR(status.st_mode)) {
         return user_error(fmt::format("`{}` is a folder, no .ofr file", name));
     }
+    reader->memory_bytes_ = memory_bytes;
     if (Result<void> header = reader->read_header(); !header) return header.error();
+    if (reader->slice_bytes() > memory_bytes) return reader->memory_error(reader->slice_bytes());
     return reader;
 }
 
@@ -46,7 +49,7 @@ Result<backends::PrintTotals> OfrReader::read_totals(const std::string& path) {
     const auto end = static_cast<uint64_t>(std::ftell(file));
     std::memcpy(&offset, reader.buffer_.data(), 8);
     constexpr uint64_t kLeastBytes = 8 + 8 + kTailBytes;
-    if (offset > end || end - offset < kLeastBytes ||
+    if (offset > end || end - offset < kLeastBytes || end - offset > kMaxIndexBytes ||
         std::fseek(file, static_cast<long>(offset), SEEK_SET) != 0 ||
         !reader.read_bytes(end - offset - kTailBytes)) {
         return reader.error("the index is damaged");
@@ -76,6 +79,13 @@ Error OfrReader::slice_error(const std::string& what) const {
                              info_.slice_end - info_.slice_begin));
 }
 
+Error OfrReader::memory_error(int64_t bytes) const {
+    return user_error(fmt::format(
+        "{}: slices of {} x {} voxels take {} to read, and `--memory` allows {}; raise it if you "
+        "trust the file",
+        name_, info_.size.x, info_.size.y, format_bytes(bytes), format_bytes(memory_bytes_)));
+}
+
 bool OfrReader::read_bytes(size_t n) {
     // In steps, so that a length that is a lie costs no more memory than the file has bytes.
     constexpr size_t kStep = 1U << 20;
@@ -95,9 +105,9 @@ bool OfrReader::read_bytes(size_t n) {
 }
 
 Result<void> OfrReader::read_header() {
-    if (!read_bytes(kPreambleBytes)) return error("is no .ofr file: it is too short for a header");
+    if (!read_bytes(kPreambleBytes)) return error("not an .ofr file: too short for a header");
     std::vector<uint8_t> header = buffer_;
-    if (!std::equal(kMagic.begin(), kMagic.end(), header.begin())) return error("is no .ofr file");
+    if (!std::equal(kMagic.begin(), kMagic.end(), header.begin())) return error("not an .ofr file");
     uint32_t version = 0;
     uint32_t field_bytes = 0;
     std::memcpy(&version, header.data() + kMagic.size(), 4);
@@ -153,6 +163,8 @@ Result<void> OfrReader::read_slice(std::span<const uint8_t> head_bytes) {
     if (head->frame_bytes > ZSTD_compressBound(row_bytes_ * static_cast<size_t>(info_.size.y))) {
         return slice_error("its head is damaged");
     }
+    if (const int64_t bytes = slice_bytes() + head->frame_bytes; bytes > memory_bytes_)
+        return memory_error(bytes);
     if (!read_bytes(head->frame_bytes)) return slice_error("the file is cut short in it");
     return decode(*head);
 }
@@ -238,7 +250,7 @@ Result<void> OfrReader::check_index(const Index& index) {
     }
     if (index.totals.hash != hash_)
         return error("the index gives another hash than the slices have");
-    if (std::fgetc(file_) != EOF) return error("goes on after its end");
+    if (std::fgetc(file_) != EOF) return error("has bytes after its end");
     totals_ = index.totals;
     return {};
 }

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdio>
+#include <limits>
 #include <memory>
 #include <span>
 #include <string>
@@ -19,8 +20,10 @@ namespace openfab::ofr {
 
 class OfrReader {
   public:
-    /// Opens and reads the header; `-` is standard input. Errors name the file.
-    static Result<std::unique_ptr<OfrReader>> open(const std::string& path);
+    /// Opens and reads the header; `-` is standard input. Errors name the file. Slices that take
+    /// more than `memory_bytes` as they are packed and as they are read are refused.
+    static Result<std::unique_ptr<OfrReader>> open(
+        const std::string& path, int64_t memory_bytes = std::numeric_limits<int64_t>::max());
     /// The totals of a complete file, from the index at its end alone; slices are not looked at.
     static Result<backends::PrintTotals> read_totals(const std::string& path);
     ~OfrReader();
@@ -32,6 +35,8 @@ class OfrReader {
     /// An error names the slice that is damaged or missing and how many are good; slices already
     /// given are good.
     Result<bool> next();
+    /// The packed rows of each slice.
+    int64_t slice_bytes() const { return static_cast<int64_t>(row_bytes_) * info_.size.y; }
     /// Valid until the next call of next().
     const backends::SliceView& slice() const { return view_; }
     /// How often each code occurs in slice(); the unused half of an odd row's last byte counts as
@@ -62,9 +67,11 @@ class OfrReader {
     bool read_bytes(size_t n);
     Error error(const std::string& what) const;
     Error slice_error(const std::string& what) const;
+    Error memory_error(int64_t bytes) const;
 
     std::FILE* file_;
     std::string name_;
+    int64_t memory_bytes_ = std::numeric_limits<int64_t>::max();
     backends::PrintInfo info_;
     size_t row_bytes_ = 0;
     std::vector<uint8_t> buffer_;

@@ -31,7 +31,7 @@ class OfrSink : public backends::SliceSink {
     /// even a header, is begun. Anything but a file is a usage error.
     static Result<std::unique_ptr<backends::SliceSink>> resume(const std::string& path);
 
-    /// Of a file that is gone on with, the header is compared, and refused where it is not that of
+    /// Of a file that is resumed, the header is compared, and refused where it is not that of
     /// the same print.
     Result<void> begin(const backends::PrintInfo& info) override;
     Result<int32_t> take_up(const std::function<bool(const backends::SliceView&)>& show) override;

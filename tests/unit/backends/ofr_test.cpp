@@ -156,7 +156,7 @@ TEST_F(Ofr, TrailingBytesAreAnError) {
     const SamplePrint print = make_sample({9, 4, 3});
     write(print);
     scratch_.write("more.ofr", read_file(file()) + "x");
-    EXPECT_THAT(read(file("more.ofr"), print).error, HasSubstr("goes on after its end"));
+    EXPECT_THAT(read(file("more.ofr"), print).error, HasSubstr("has bytes after its end"));
 }
 
 TEST_F(Ofr, IsReadFromAPipe) {
@@ -206,10 +206,10 @@ TEST_F(Ofr, RefusesAFolderAndAMissingFolder) {
 TEST_F(Ofr, OtherFilesAreNamedAsSuch) {
     const SamplePrint print = make_sample({4, 4, 1});
     scratch_.write("text.ofr", "this is no print at all, but long enough for a header");
-    EXPECT_THAT(read(file("text.ofr"), print).error, HasSubstr("is no .ofr file"));
+    EXPECT_THAT(read(file("text.ofr"), print).error, HasSubstr("not an .ofr file"));
     EXPECT_THAT(read(scratch_.path().string(), print).error, HasSubstr("folder"));
     EXPECT_THAT(read(file("gone.ofr"), print).error, HasSubstr("cannot open"));
-    EXPECT_THAT(read("/dev/zero", print).error, HasSubstr("is no .ofr file"));
+    EXPECT_THAT(read("/dev/zero", print).error, HasSubstr("not an .ofr file"));
 }
 
 }  // namespace
