@@ -147,6 +147,10 @@ std::string slice_file_name(int32_t z, int32_t slices) {
     return fmt::format("slice_{:0{}}.png", z + 1, digits);
 }
 
+bool is_folder_file(const std::string& name) {
+    return is_slice_name(name) || name.starts_with(kManifest) || name.starts_with(kHandoff);
+}
+
 std::vector<uint8_t> encode_slice(const backends::SliceView& slice, const backends::PrintInfo& info,
                                   const PngOptions& options) {
     const std::vector<uint8_t> rows = options.indexed ? index_rows(slice, info, options.flip_x)
@@ -226,9 +230,9 @@ Result<std::vector<std::filesystem::path>> PngSink::files() const {
     for (std::filesystem::directory_iterator entry(folder_, status), end; !status && entry != end;
          entry.increment(status)) {
         const std::string name = entry->path().filename().string();
-        if (!is_slice_name(name) && !name.starts_with(kManifest) && !name.starts_with(kHandoff)) {
+        if (!is_folder_file(name)) {
             return user_error(fmt::format(
-                "`{}` holds `{}`, which is no part of a print; give an empty folder, or one "
+                "`{}` holds `{}`, which is not part of a print; give an empty folder, or one "
                 "with an earlier print",
                 folder_.string(), name));
         }

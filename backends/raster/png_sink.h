@@ -36,6 +36,9 @@ constexpr int kDeflateLevel = 1;
 /// `slice_0001.png`; `slices` is the height of the whole grid.
 std::string slice_file_name(int32_t z, int32_t slices);
 
+/// Whether PngSink writes files of this name, or removes them from a folder that it fills.
+bool is_folder_file(const std::string& name);
+
 /// Texts of the two files beside the slices; `totals.complete` false marks a print that is not
 /// whole.
 std::string manifest_json(const backends::PrintInfo& info, const backends::PrintTotals& totals,
@@ -52,7 +55,7 @@ std::vector<uint8_t> encode_slice(const backends::SliceView& slice, const backen
 std::vector<uint8_t> decode_slice(std::span<const uint8_t> file, const backends::PrintInfo& info,
                                   const PngOptions& options);
 
-/// Why the print whose manifest `text` is cannot be gone on with; empty where it can.
+/// Why the print whose manifest is `text` cannot be resumed; empty where it can.
 std::string manifest_difference(const std::string& text, const backends::PrintInfo& info,
                                 const PngOptions& options);
 
@@ -68,7 +71,7 @@ class PngSink : public backends::SliceSink {
     static Result<std::unique_ptr<backends::SliceSink>> resume(const std::filesystem::path& folder,
                                                                PngOptions options);
 
-    /// Of a folder that is gone on with, the manifest is compared, and refused where it is not that
+    /// Of a folder that is resumed, the manifest is compared, and refused where it is not that
     /// of the same print.
     Result<void> begin(const backends::PrintInfo& info) override;
     Result<int32_t> take_up(const std::function<bool(const backends::SliceView&)>& show) override;

@@ -40,9 +40,10 @@ struct Options {
     std::vector<preview::PreviewSpec> previews;
     report::ProgressMode progress = report::ProgressMode::kAuto;
     std::string stats_file;
+    std::vector<std::string> inputs;  ///< files that outputs must leave alone besides the world's
     bool png_indexed = false;
     bool flip_x = false;
-    bool resume = false;  ///< goes on with what an earlier print has left in the output
+    bool resume = false;  ///< continues what an earlier print has left in the output
     bool estimate = false;
     bool dry_run = false;
     bool culling = true;  ///< this and the next two are for tests; the output never depends on them

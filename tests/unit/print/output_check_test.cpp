@@ -1,0 +1,126 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/print/output_check.h"
+
+#include <gmock/gmock.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "tests/support/process/process.h"
+
+namespace openfab::print {
+namespace {
+
+using ::testing::HasSubstr;
+namespace fs = std::filesystem;
+
+class OutputCheck : public ::testing::Test {
+  protected:
+    OutputCheck() {
+        scratch_.write("in.3mf", "mesh");
+        fs::create_directories(scratch_ / "folder");
+        scratch_.write("folder/slice_0002.png", "picture");
+        scratch_.write("folder/leaf.png", "picture");
+    }
+    fs::path path(const std::string& name) const { return scratch_ / name; }
+    static std::string check(const Options& options, const std::string& format,
+                             const std::vector<fs::path>& inputs) {
+        const std::vector<backends::SliceMaterial> materials{{"white", {}, {}, 1, ""},
+                                                             {"a b", {}, {}, 1, ""}};
+        const Result<void> done = check_outputs(options, format, materials, inputs);
+        if (done) return "";
+        EXPECT_EQ(done.error().code, ErrorCode::kUserInput);
+        return done.error().message;
+    }
+    std::string output(const fs::path& output, const std::string& format) const {
+        Options options;
+        options.output = output.string();
+        return check(options, format, {path("in.3mf"), path("folder/slice_0002.png")});
+    }
+
+    testing::ScratchFolder scratch_;
+};
+
+TEST_F(OutputCheck, AnInputUnderAnyOfItsNamesIsRefused) {
+    fs::create_symlink("in.3mf", path("soft"));
+    fs::create_hard_link(path("in.3mf"), path("hard"));
+    fs::create_directory_symlink("folder", path("way"));
+    for (const fs::path& name :
+         {path("in.3mf"), path("soft"), path("hard"), path(".") / "folder" / ".." / "in.3mf",
+          path("way") / ".." / "in.3mf", path("folder/slice_0002.png"),
+          path("way") / "slice_0002.png"}) {
+        EXPECT_THAT(output(name, "ofr"), HasSubstr("would overwrite")) << name;
+        EXPECT_THAT(output(name, "3mf"), HasSubstr("would overwrite")) << name;
+    }
+    EXPECT_EQ(output(path("out.3mf"), "3mf"), "");
+    EXPECT_EQ(output(path("in.3mg"), "ofr"), "");
+    EXPECT_EQ(output("-", "ofr"), "");
+    EXPECT_EQ(output("/dev/null", "ofr"), "");
+}
+
+TEST_F(OutputCheck, ATemporaryNameCountsToo) {
+    scratch_.write("out.3mf.part", "an input of a strange name");
+    Options options;
+    options.output = path("out.3mf").string();
+    EXPECT_THAT(check(options, "3mf", {path("out.3mf.part")}), HasSubstr("would overwrite"));
+    EXPECT_EQ(check(options, "ofr", {path("out.3mf.part")}), "");
+}
+
+TEST_F(OutputCheck, StlIsAFileForEachMaterial) {
+    scratch_.write("lid_white.stl", "mesh");
+    scratch_.write("lid_a_b.stl", "mesh");
+    scratch_.write("lid_red.stl", "mesh");
+    Options options;
+    options.output = path("lid.stl").string();
+    EXPECT_THAT(check(options, "stl", {path("lid_white.stl")}), HasSubstr("lid_white.stl"));
+    EXPECT_THAT(check(options, "stl", {path("lid_a_b.stl")}), HasSubstr("would overwrite"));
+    EXPECT_EQ(check(options, "stl", {path("lid_red.stl"), path("in.3mf")}), "");
+}
+
+TEST_F(OutputCheck, TwoOutputsAreTwoFiles) {
+    fs::create_symlink("later.png", path("dangling.png"));
+    Options options;
+    options.output = path("a.ofr").string();
+    options.stats_file = path("a.json").string();
+    options.previews.resize(2);
+    const auto with = [&](const fs::path& one, const fs::path& two) {
+        options.previews[0].file = one.string();
+        options.previews[1].file = two.string();
+        return check(options, "ofr", {path("in.3mf")});
+    };
+    EXPECT_EQ(with(path("a.png"), path("b.png")), "");
+    EXPECT_THAT(with(path("a.png"), path("a.png")), HasSubstr("are one file"));
+    EXPECT_THAT(with(path("later.png"), path("dangling.png")), HasSubstr("are one file"));
+    EXPECT_THAT(with(path("new.png"), path(".") / "folder" / ".." / "new.png"),
+                HasSubstr("are one file"));
+    EXPECT_THAT(with(path("a.json"), path("b.png")), HasSubstr("`--stats"));
+    EXPECT_THAT(with(path("a.ofr"), path("b.png")), HasSubstr("`-o"));
+    EXPECT_THAT(with(path("in.3mf"), path("b.png")), HasSubstr("which is an input"));
+    EXPECT_EQ(with("/dev/null", "/dev/null"), "");
+}
+
+TEST_F(OutputCheck, AFolderOfSlicesSparesItsNeighbours) {
+    const std::string folder = path("folder").string();
+    EXPECT_THAT(output(folder, "png"), HasSubstr("slice_0002.png"));
+    EXPECT_THAT(output(folder + "/", "png"), HasSubstr("slice_0002.png"));
+    EXPECT_EQ(output(path("elsewhere"), "png"), "");
+    Options options;
+    options.output = folder;
+    // What no print writes there is left to the sink, which wants such a folder to be empty.
+    EXPECT_EQ(check(options, "png", {path("folder/leaf.png")}), "");
+    EXPECT_THAT(check(options, "png", {path("folder/manifest.json")}),
+                HasSubstr("would overwrite"));
+    // A link in the folder that has the name of a slice, and leads to an input.
+    fs::create_directories(path("linked"));
+    fs::create_hard_link(path("in.3mf"), path("linked/slice_0009.png"));
+    EXPECT_THAT(output(path("linked"), "png"), HasSubstr("would overwrite"));
+
+    options.output = path("new").string();
+    options.stats_file = path("new/manifest.json").string();
+    EXPECT_THAT(check(options, "png", {}), HasSubstr("would overwrite"));
+    options.stats_file = path("new.json").string();
+    EXPECT_EQ(check(options, "png", {}), "");
+}
+
+}  // namespace
+}  // namespace openfab::print
