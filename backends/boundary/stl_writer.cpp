@@ -98,7 +98,9 @@ class StlWriter final : public MeshWriter {
                 if (Result<void> kept = files_[m].part->keep(); !kept) return kept;
             }
         }
-        if (!any) return user_error("the print has no material in it, so there is no mesh");
+        if (!any)
+            return user_error(
+                "nothing was printed: the print holds no material, so there is no mesh to write");
         // What an earlier print had of a material that this one has not.
         for (size_t m = 0; m < files_.size(); ++m) {
             std::error_code ignored;

@@ -118,7 +118,9 @@ class ThreemfWriter final : public MeshWriter {
                 bytes += std::max(spool->packed_bytes(), spool->sum().bytes);
             }
         }
-        if (!any) return user_error("the print has no material in it, so there is no mesh");
+        if (!any)
+            return user_error(
+                "nothing was printed: the print holds no material, so there is no mesh to write");
         Result<backends::OutputFile*> file = file_->flushed();
         if (!file) return file.error();
         Result<std::unique_ptr<Package>> package = Package::create(*file);

@@ -41,19 +41,19 @@ std::string material_difference(const PrintInfo& there, const PrintInfo& here) {
 
 std::string setting_difference(const PrintInfo& there, const PrintInfo& here) {
     if (there.made_from.empty()) {
-        return "it does not say what it was made from (an earlier version of this program wrote "
+        return "it does not record what it was made from (an earlier version of this program wrote "
                "it)";
     }
     for (size_t i = 0; i < here.made_from.size(); ++i) {
         const auto& [name, value] = here.made_from[i];
         if (i >= there.made_from.size() || there.made_from[i].first != name)
-            return "it notes other settings than this program does";
+            return "it records different settings than this program does";
         const std::string& other = there.made_from[i].second;
         if (other != value) return differs(name, other, value);
     }
     return there.made_from.size() == here.made_from.size()
                ? std::string()
-               : "it notes other settings than this program does";
+               : "it records different settings than this program does";
 }
 
 std::string exact(const Vec3d& v) {
@@ -89,8 +89,8 @@ std::string first_difference(const PrintInfo& there, const PrintInfo& here) {
 
 Error cannot_take_up(const std::string& output, const std::string& why) {
     return user_error(fmt::format(
-        "`{}` cannot be gone on with: {}; give the world and options of the first run, or print "
-        "it anew without `--resume`",
+        "cannot resume `{}`: {}; use the same world and options as the first run, or start over "
+        "without `--resume`",
         output, why));
 }
 

@@ -27,7 +27,7 @@ Result<void> set_angles(std::string_view value, PreviewSpec* spec) {
         std::abs(spec->turn_deg) <= 360 && spec->tilt_deg >= 5 && spec->tilt_deg <= 90;
     if (!rest.empty() || !usable) {
         return usage_error(
-            fmt::format("`--preview`: `{}` is no view; write `view=model:30:25` with a turn of "
+            fmt::format("`--preview`: `{}` is not a view; write `view=model:30:25` with a turn of "
                         "-360 to 360 and a "
                         "tilt of 5 to 90 degrees",
                         value));
@@ -48,8 +48,8 @@ Result<void> set_view(std::string_view value, PreviewSpec* spec) {
         auto [rest, status] =
             std::from_chars(number.data(), number.data() + number.size(), spec->slice);
         if (status != std::errc() || rest != number.data() + number.size() || spec->slice < 0) {
-            return usage_error(
-                fmt::format("`--preview`: `{}` is no slice number; write `view=slice:12`", number));
+            return usage_error(fmt::format(
+                "`--preview`: `{}` is not a slice number; write `view=slice:12`", number));
         }
         spec->view = View::kSlice;
     } else if (value == "model" || value.starts_with("model:")) {
@@ -62,6 +62,21 @@ Result<void> set_view(std::string_view value, PreviewSpec* spec) {
             value));
     }
     return {};
+}
+
+/// What does not end in .png; most likely a view without `view=`.
+std::string without_png(std::string_view text) {
+    const size_t comma = text.rfind(',');
+    const std::string_view end = comma == std::string_view::npos ? text : text.substr(comma + 1);
+    const std::string_view file = text.substr(0, text.size() - end.size());
+    PreviewSpec ignored;
+    const bool view = comma != std::string_view::npos && set_view(end, &ignored).has_value();
+    if (view || end == "transmitted" || end == "reflected") {
+        return fmt::format("`--preview`: `{}` needs its name; write `--preview {}{}={}`", end, file,
+                           view ? "view" : "light", end);
+    }
+    return fmt::format(
+        "`--preview`: `{}` does not name a .png file; write `--preview card.png,view=back`", text);
 }
 
 }  // namespace
@@ -80,9 +95,7 @@ Result<PreviewSpec> parse_preview(const std::string& text) {
     PreviewSpec spec;
     spec.file = rest;
     if (!rest.ends_with(".png") || rest.size() < 5) {
-        return usage_error(fmt::format(
-            "`--preview`: `{}` is no name of a .png file; write `--preview card.png,view=back`",
-            rest));
+        return usage_error(without_png(rest));
     }
     for (std::string_view setting : settings) {
         const std::string_view name = setting.substr(0, setting.find('='));

@@ -13,6 +13,7 @@
 
 #include "backends/common/same_print.h"
 #include "backends/raster/png_sink.h"
+#include "runtime/base/text.h"
 
 namespace openfab::raster {
 
@@ -34,7 +35,8 @@ void key(Json& json, const char* name) {
 }
 void put(Json& json, const char* name, const std::string& value) {
     key(json, name);
-    json.String(value.c_str(), static_cast<rapidjson::SizeType>(value.size()));
+    const std::string valid = valid_utf8(value);
+    json.String(valid.c_str(), static_cast<rapidjson::SizeType>(valid.size()));
 }
 void put(Json& json, const char* name, bool value) {
     key(json, name);
@@ -220,11 +222,12 @@ std::string manifest_difference(const std::string& text, const backends::PrintIn
 std::string handoff_text(const backends::PrintInfo& info, const backends::PrintTotals& totals,
                          int32_t slices_written, const PngOptions& options) {
     const Vec3d& pitch = info.pitch_mm;
-    std::string text = fmt::format("{}: what to enter in the printer's front end\n\n", info.title);
+    std::string text =
+        fmt::format("{}: what to enter in the printer's front end\n\n", printable(info.title));
     if (!totals.complete)
         text +=
             "NOT COMPLETE: the print of these slices did not reach its end. Do not use them.\n\n";
-    text += fmt::format("printer             {}\n", info.printer);
+    text += fmt::format("printer             {}\n", printable(info.printer));
     text += fmt::format(
         "slice files         {} to {}, {} files, the first is the lowest\n",
         slice_file_name(info.slice_begin, info.size.z),
@@ -248,8 +251,8 @@ std::string handoff_text(const backends::PrintInfo& info, const backends::PrintT
         const backends::SliceMaterial& material = info.materials[i];
         const double ml = static_cast<double>(voxels_of(totals, i + 1)) * voxel_ml(info);
         text += fmt::format("  RGB {:3} {:3} {:3}   {:<20} {:9.2f} ml {:9.2f} g{}\n",
-                            material.key[0], material.key[1], material.key[2], material.name, ml,
-                            ml * material.density_g_cm3,
+                            material.key[0], material.key[1], material.key[2],
+                            printable(material.name), ml, ml * material.density_g_cm3,
                             material.channel.empty() ? "" : "   channel " + material.channel);
     }
     if (!options.handoff.empty()) text += "\n" + options.handoff + "\n";

@@ -1,6 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 #include "compiler/driver/back_end.h"
+#include "runtime/base/say.h"
 
 #include <fmt/format.h>
 
@@ -46,13 +47,13 @@ passes::PipelineResult run_passes(const ir::Fablet& fablet, const BackEndOptions
     if (!options.dump_after.empty()) {
         pipeline.after = [&](const std::string& pass, const ir::Stage& stage) {
             if (pass != options.dump_after) return;
-            fmt::print(stderr, "# {} after {}\n{}", fablet.name, pass, ir::print(stage));
+            say(fmt::format("# {} after {}\n{}", fablet.name, pass, ir::print(stage)));
         };
     }
     passes::PipelineResult result = passes::run_pipeline(fablet, pipeline);
     if (options.time_passes) {
         for (const passes::PassTime& time : result.times) {
-            fmt::print(stderr, "{:>8.4f} s  {}\n", time.seconds, time.pass);
+            say(fmt::format("{:>8.4f} s  {}\n", time.seconds, time.pass));
         }
     }
     return result;
@@ -62,22 +63,18 @@ int load_schedule(const std::string& path, source::SourceManager* sources,
                   const CommonOptions& common, UserSchedule* out) {
     std::string fault;
     const std::optional<uint32_t> file = sources->load(path, &fault);
-    if (!file) {
-        fmt::print(stderr, "openflc: error: {}\n", fault);
-        return kExitOutside;
-    }
+    if (!file) return fail(fault, kExitOutside);
     const std::string name = std::filesystem::path(path).filename().string();
     const std::string kernel = name.substr(0, name.find('.'));
     const bool known = kernel == "surface" || kernel == "surface_bounds" || kernel == "volume" ||
                        kernel == "volume_bounds" || kernel == "volume_demand";
     if (!known) {
-        fmt::print(
-            stderr,
-            "openflc: error: {}: no kernel is called `{}`; name the file after the kernel it "
-            "is for: surface, surface_bounds, volume, volume_bounds or volume_demand, as in "
-            "volume.sched\n",
-            path, kernel);
-        return kExitUserInput;
+        return fail(
+            fmt::format("{}: no kernel is called `{}`; name the file after the kernel it is for: "
+                        "surface, surface_bounds, volume, volume_bounds or volume_demand, as in "
+                        "volume.sched",
+                        path, kernel),
+            kExitUserInput);
     }
     auto parsed = lower::parse_schedule(path, sources->text(*file));
     if (const auto* bad = std::get_if<lower::ScheduleFault>(&parsed)) {
@@ -95,8 +92,7 @@ int report_fault(const lower::Fault& fault, const UserSchedule& schedule,
         return kExitUserInput;
     }
     const std::string what = fault.schedule ? fault.schedule->message : fault.internal;
-    fmt::print(stderr, "openflc: internal error: {}\n", what);
-    return kExitBug;
+    return fail(what, kExitBug);
 }
 
 }  // namespace openfab::driver

@@ -60,6 +60,15 @@ class Build {
 
     int run() {
         if (const int code = compilation_.prepare(); code != kExitDone) return code;
+        for (const fs::path& source : compilation_.sources().files()) {
+            std::error_code none;
+            if (fs::equivalent(source, options_.output, none)) {
+                return fail(fmt::format("`-o {}` would overwrite the source `{}`; name another "
+                                        "output",
+                                        options_.output, source.string()),
+                            kExitUserInput);
+            }
+        }
         lower::ProgramOptions program = compilation_.program_options();
         program.compiler = options_.compiler;
         std::string fault;

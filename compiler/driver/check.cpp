@@ -10,6 +10,7 @@
 
 #include "compiler/driver/commands.h"
 #include "compiler/driver/frontend.h"
+#include "runtime/base/say.h"
 
 namespace openfab::driver {
 
@@ -24,8 +25,7 @@ int check(const std::vector<std::string>& files, const CommonOptions& common) {
         const bool ok = compile_to_ir(sources, file, own, &fault, {false}).has_value();
         print_diagnostics(own, sources, common);
         if (!fault.empty()) {
-            fmt::print(stderr, "openflc: error: {}\n", fault);
-            exit_code = std::max(exit_code, kExitOutside);
+            exit_code = std::max(exit_code, fail(fault, kExitOutside));
         } else if (!ok) {
             exit_code = std::max(exit_code, kExitUserInput);
         }
@@ -37,7 +37,7 @@ int check(const std::vector<std::string>& files, const CommonOptions& common) {
 
 void add_check(CLI::App& app, const CommonOptions& common, Action* action) {
     CLI::App* command =
-        app.add_subcommand("check", "Check fablets and modules; print what is wrong with them");
+        app.add_subcommand("check", "Check fablets and modules, and report errors and warnings");
     auto files = std::make_shared<std::vector<std::string>>();
     command->add_option("FILE.fl", *files, "OpenFL files")->required();
     command->callback(

@@ -40,6 +40,9 @@ void add_run(CLI::App& app, const CommonOptions& common, Action* action);    // 
 /// stdout; exit code. (emit_halide.cpp)
 int emit_lowered(const ir::Fablet& fablet, ir::StageKind stage, const std::string& form);
 
+/// Says `openflc: error: what` and returns the code, which says whose fault it is.
+int fail(const std::string& what, int code);
+
 /// Prints what a sink holds to stderr in the form that was asked for.
 void print_diagnostics(const diag::Sink& sink, const source::SourceManager& sources,
                        const CommonOptions& common);

@@ -1,6 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 #include "compiler/driver/compilation.h"
+#include "runtime/base/say.h"
 
 #include <fmt/format.h>
 
@@ -28,11 +29,6 @@ double seconds_since(Clock::time_point begin) {
 
 }  // namespace
 
-int fail(const std::string& what, int code) {
-    fmt::print(stderr, "openflc: error: {}\n", what);
-    return code;
-}
-
 int Compilation::prepare() {
     if (const int code = front(); code != kExitDone) return code;
     if (const int code = schedule(); code != kExitDone) return code;
@@ -40,7 +36,7 @@ int Compilation::prepare() {
 }
 
 void Compilation::spent(const char* phase, double seconds) const {
-    if (options_.time) fmt::print(stderr, "{:>8.3f} s  {}\n", seconds, phase);
+    if (options_.time) say(fmt::format("{:>8.3f} s  {}\n", seconds, phase));
 }
 
 int Compilation::front() {
@@ -86,7 +82,7 @@ int Compilation::middle() {
         for (const ir::Fablet& fablet : unit.module.fablets) {
             unit.results.push_back(run_passes(fablet, options_.back_end));
             const passes::PipelineResult& result = unit.results.back();
-            if (!result.fault.empty()) return fail("internal: " + result.fault, kExitBug);
+            if (!result.fault.empty()) return fail(result.fault, kExitBug);
             fablets_.push_back({&fablet, &result.stages, path.filename().string(), 0});
         }
     }

@@ -63,9 +63,6 @@ class Compilation {
     UserSchedule schedule_;
 };
 
-/// Prints `openflc: error: …`; returns `code`.
-int fail(const std::string& what, int code);
-
 /// The options that `build` and `run` share.
 void add_compilation_options(CLI::App* command, CompilationOptions* options);
 

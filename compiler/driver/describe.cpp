@@ -1,6 +1,8 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 #include "compiler/driver/describe.h"
+#include "runtime/base/say.h"
+#include "runtime/base/text.h"
 
 #include <fmt/format.h>
 
@@ -87,12 +89,9 @@ int run_describe(const std::string& file, const CommonOptions& common) {
     std::string fault;
     const std::optional<ir::Module> module = compile_to_ir(sources, file, sink, &fault);
     print_diagnostics(sink, sources, common);
-    if (!fault.empty()) {
-        fmt::print(stderr, "openflc: error: {}\n", fault);
-        return kExitOutside;
-    }
+    if (!fault.empty()) return fail(fault, kExitOutside);
     if (!module) return kExitUserInput;
-    fmt::print("{}", describe(*module));
+    write_out(printable_json(describe(*module)));
     return kExitDone;
 }
 

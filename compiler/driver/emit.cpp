@@ -9,6 +9,7 @@
 #include "compiler/driver/commands.h"
 #include "compiler/driver/frontend.h"
 #include "compiler/syntax/parser.h"
+#include "runtime/base/say.h"
 
 namespace openfab::driver {
 
@@ -21,11 +22,6 @@ struct EmitOptions {
     std::string fablet;
     bool prints = false;
 };
-
-int fail(const std::string& what, int code) {
-    fmt::print(stderr, "openflc: error: {}\n", what);
-    return code;
-}
 
 std::string tokens_text(const source::SourceManager& sources,
                         const std::vector<syntax::Token>& tokens) {
@@ -47,10 +43,10 @@ int emit_syntax(const EmitOptions& options, const CommonOptions& common) {
     if (!file) return fail(fault, kExitOutside);
     const std::vector<syntax::Token> tokens = syntax::lex(sources, *file, &sink);
     if (options.form == "tokens") {
-        fmt::print("{}", tokens_text(sources, tokens));
+        show(tokens_text(sources, tokens));
     } else if (sink.errors() == 0) {
         const ast::File tree = syntax::parse(sources, tokens, &sink);
-        if (sink.errors() == 0) fmt::print("{}", ast::print(tree));
+        if (sink.errors() == 0) show(ast::print(tree));
     }
     print_diagnostics(sink, sources, common);
     return sink.errors() == 0 ? kExitDone : kExitUserInput;
@@ -63,8 +59,9 @@ const ir::Fablet* find_fablet(const ir::Module& module, const std::string& name,
         if (fablet.name == name || (name.empty() && module.fablets.size() == 1)) return &fablet;
         list += fmt::format("{}`{}`", list.empty() ? "" : ", ", fablet.name);
     }
-    *fault = name.empty() ? "the file holds several fablets (" + list + "): say which with --fablet"
-                          : "no fablet `" + name + "`; the file holds " + list;
+    *fault = name.empty()
+                 ? "the file has several fablets (" + list + "); choose one with `--fablet`"
+                 : "the file has no fablet `" + name + "`; it has " + list;
     return nullptr;
 }
 
@@ -81,11 +78,12 @@ int emit(const EmitOptions& options, const CommonOptions& common) {
     const ir::Fablet* fablet = find_fablet(*module, options.fablet, &fault);
     if (fablet == nullptr) return fail(fault, kExitUsage);
     if (options.form == "ir" && options.stage.empty()) {
-        fmt::print("{}", ir::print(*fablet));
+        show(ir::print(*fablet));
         return kExitDone;
     }
     if (options.stage.empty())
-        return fail("--stage surface or --stage volume is needed", kExitUsage);
+        return fail("`--stage` is missing; write `--stage surface` or `--stage volume`",
+                    kExitUsage);
     const bool surface = options.stage.starts_with("surface");
     const bool bounds = options.stage.ends_with("_bounds");
     if (surface && !fablet->has_surface) {
@@ -93,7 +91,7 @@ int emit(const EmitOptions& options, const CommonOptions& common) {
     }
     const bool demand = options.stage == "volume_demand";
     if (options.form == "ir" && !bounds && !demand) {
-        fmt::print("{}", ir::print(surface ? fablet->surface : fablet->volume));
+        show(ir::print(surface ? fablet->surface : fablet->volume));
         return kExitDone;
     }
 #ifdef OPENFAB_WITH_BACK_END
@@ -113,13 +111,14 @@ void add_emit(CLI::App& app, const CommonOptions& common, Action* action) {
     CLI::App* command = app.add_subcommand("emit", "Print a stage in one of the compiler's forms");
     auto options = std::make_shared<EmitOptions>();
     command->add_option("FILE.fl", options->file, "an OpenFL file")->required();
-    command->add_option("--stage", options->stage, "which stage")
+    command->add_option("--stage", options->stage, "the stage to print")
         ->check(CLI::IsMember(
             {"surface", "surface_bounds", "volume", "volume_bounds", "volume_demand"}));
-    command->add_option("--as", options->form, "which form")
+    command->add_option("--as", options->form, "the form to print it in")
         ->check(CLI::IsMember({"tokens", "ast", "ir", "halide", "stmt", "llvm", "asm"}))
         ->capture_default_str();
-    command->add_option("--fablet", options->fablet, "which fablet, where the file holds several");
+    command->add_option("--fablet", options->fablet,
+                        "the fablet to print, if the file has several");
     command->add_flag("--prints", options->prints, "compile `printf` and `assert` in");
     command->callback([options, &common, action] {
         *action = [options, &common] { return emit(*options, common); };

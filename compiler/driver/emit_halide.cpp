@@ -6,6 +6,7 @@
 
 #include "compiler/driver/back_end.h"
 #include "compiler/driver/commands.h"
+#include "runtime/base/say.h"
 
 namespace openfab::driver {
 
@@ -32,22 +33,23 @@ const ir::Stage& stage_of(const passes::KernelStages& stages, ir::StageKind kind
 int emit_lowered(const ir::Fablet& fablet, ir::StageKind stage, const std::string& form) {
     const passes::PipelineResult result = run_passes(fablet, {});
     if (form == "ir" && result.fault.empty()) {
-        fmt::print("{}", ir::print(stage_of(result.stages, stage)));
+        show(ir::print(stage_of(result.stages, stage)));
         return kExitDone;
     }
     const ir::Stage& chosen = stage_of(result.stages, stage);
     if (result.fault.empty() && chosen.outputs.empty()) {
-        fmt::print(stderr, "openflc: error: there is no such kernel: {}\n",
-                   stage == ir::StageKind::kVolumeDemand
-                       ? "no voxel asks for its nearest surface point, or all may have to"
-                       : "nothing is known of whole blocks, and each voxel is evaluated");
-        return kExitUserInput;
+        return fail(
+            fmt::format("the stage has no such kernel: {}",
+                        stage == ir::StageKind::kVolumeDemand
+                            ? "no voxel needs its nearest surface point, or every one may"
+                            : "nothing is known of whole blocks, so every voxel is evaluated"),
+            kExitUserInput);
     }
     if (result.fault.empty() && passes::needs_phases(chosen)) {
-        fmt::print(stderr,
-                   "openflc: error: the stage is several kernels, with loops and queries between "
-                   "them; `--as ir` shows it whole\n");
-        return kExitUserInput;
+        return fail(
+            "the stage is several kernels, with loops and queries between them; `--as ir` shows it "
+            "whole",
+            kExitUserInput);
     }
     lower::KernelRequest request;
     request.stage = &chosen;
@@ -65,11 +67,9 @@ int emit_lowered(const ir::Fablet& fablet, ir::StageKind stage, const std::strin
     } else {
         emitted = lower::emit_text(request, text);
     }
-    if (const auto* fault = std::get_if<lower::Fault>(&emitted)) {
-        fmt::print(stderr, "openflc: internal error: {}\n", fault->internal);
-        return kExitBug;
-    }
-    fmt::print("{}", std::get<std::string>(emitted));
+    if (const auto* fault = std::get_if<lower::Fault>(&emitted))
+        return fail(fault->internal, kExitBug);
+    show(std::get<std::string>(emitted));
     return kExitDone;
 }
 

@@ -5,18 +5,25 @@
 
 #include <fmt/format.h>
 
-#include <cstdio>
+#include <string>
 
 #include "compiler/diag/render.h"
 #include "compiler/driver/commands.h"
+#include "runtime/base/command_line.h"
+#include "runtime/base/say.h"
+#include "runtime/base/text.h"
 
 namespace openfab::driver {
 
 void print_diagnostics(const diag::Sink& sink, const source::SourceManager& sources,
                        const CommonOptions& common) {
-    fmt::print(stderr, "{}",
-               common.json_diagnostics ? diag::render_json(sink, sources)
-                                       : diag::render_text(sink, sources));
+    say(common.json_diagnostics ? printable_json(diag::render_json(sink, sources))
+                                : diag::render_text(sink, sources));
+}
+
+int fail(const std::string& what, int code) {
+    say(fmt::format("openflc: {}: {}\n", code == kExitBug ? "internal error" : "error", what));
+    return code;
 }
 
 namespace {
@@ -45,13 +52,18 @@ int run(int argc, char** argv) {
 #ifdef OPENFAB_WITH_PRINT
     add_run(app, common, &action);
 #endif
+    int code = kExitDone;
     try {
         app.parse(argc, argv);
+        common.json_diagnostics = diagnostics == "json";
+        code = action ? action() : kExitUsage;
+    } catch (const CLI::CallForHelp&) {
+        show(app.help());
     } catch (const CLI::ParseError& error) {
-        return app.exit(error) == 0 ? kExitDone : kExitUsage;
+        return fail(command_line_error(app, error, "openflc").message, kExitUsage);
     }
-    common.json_diagnostics = diagnostics == "json";
-    return action ? action() : kExitUsage;
+    const Result<void> written = written_out();
+    return written || code != kExitDone ? code : fail(written.error().message, kExitOutside);
 }
 
 }  // namespace
@@ -59,5 +71,6 @@ int run(int argc, char** argv) {
 }  // namespace openfab::driver
 
 int main(int argc, char** argv) {
+    openfab::prepare_streams();
     return openfab::driver::run(argc, argv);
 }

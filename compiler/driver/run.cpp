@@ -20,6 +20,7 @@
 #include "compiler/driver/compilation.h"
 #include "compiler/lower/jit.h"
 #include "runtime/abi/kernel_call.h"
+#include "runtime/base/say.h"
 #include "runtime/print/interrupt.h"
 #include "runtime/print/options.h"
 #include "runtime/print/print_main.h"
@@ -76,6 +77,7 @@ class Run {
 
     int once() {
         if (const int code = compile(); code != kExitDone) return code;
+        spare_sources();
         return print::finish(print::run_print(print_, program_->fablets(), stop_));
     }
 
@@ -96,7 +98,7 @@ class Run {
             }
             const auto changed = [&] { return of_world.changed() || of_sources->changed(); };
             if (program_ != nullptr) print_until(changed, &world);
-            if (!stop_) fmt::print(stderr, "watching; Ctrl-C ends\n");
+            if (!stop_) say("watching; Ctrl-C ends\n");
             while (!stop_ && !changed())
                 std::this_thread::sleep_for(kPollInterval);
             fablet_changed = program_ == nullptr || of_sources->changed();
@@ -119,6 +121,13 @@ class Run {
         return kExitDone;
     }
 
+    /// No output may take the place of what was compiled.
+    void spare_sources() {
+        print_.inputs.clear();
+        for (const fs::path& source : sources_)
+            print_.inputs.push_back(source.string());
+    }
+
     /// Prints, and stops early where something changes meanwhile.
     template <typename Changed>
     void print_until(const Changed& changed, std::vector<fs::path>* world) {
@@ -131,6 +140,7 @@ class Run {
             }
         });
         std::vector<fs::path> files;
+        spare_sources();
         const Result<void> done = print::run_print(print_, program_->fablets(), interrupt, &files);
         over = true;
         guard.join();
@@ -158,7 +168,7 @@ int run(RunOptions options, const CommonOptions& common, const std::vector<std::
         }
     }
     if (options.compilation.files.empty()) {
-        return fail("no fablet was given; write `openflc run FILE.fl WORLD.fab.json -o OUT`",
+        return fail("no fablet given; write `openflc run FILE.fl WORLD.fab.json -o OUT`",
                     kExitUsage);
     }
     const Result<print::Options> print =

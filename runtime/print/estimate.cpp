@@ -7,10 +7,11 @@
 #include <rapidjson/stringbuffer.h>
 
 #include <cmath>
-#include <cstdio>
 
 #include "backends/common/output_file.h"
 #include "backends/common/tee_sink.h"
+#include "runtime/base/say.h"
+#include "runtime/base/text.h"
 #include "runtime/base/units.h"
 #include "runtime/print/outputs.h"
 
@@ -62,23 +63,23 @@ Result<Estimate> make_estimate(const slab::Print& print, slab::PrintInput input,
 
 void show_estimate(const Estimate& e, const backends::PrintInfo& info) {
     const Vec3i& size = e.set_up.size;
-    fmt::print(stderr, "{} x {} x {} voxels, {:.1f} million; {:.3f} x {:.3f} x {:.3f} mm\n", size.x,
-               size.y, size.z, static_cast<double>(e.set_up.voxels_total) * 1e-6,
-               size.x * info.pitch_mm.x, size.y * info.pitch_mm.y, size.z * info.pitch_mm.z);
-    fmt::print(stderr, "memory {}, time about {}\n", format_bytes(e.memory_bytes),
-               format_seconds(e.set_up.seconds));
+    say(fmt::format("{} x {} x {} voxels, {:.1f} million; {:.3f} x {:.3f} x {:.3f} mm\n", size.x,
+                    size.y, size.z, static_cast<double>(e.set_up.voxels_total) * 1e-6,
+                    size.x * info.pitch_mm.x, size.y * info.pitch_mm.y, size.z * info.pitch_mm.z));
+    say(fmt::format("memory {}, time about {}\n", format_bytes(e.memory_bytes),
+                    format_seconds(e.set_up.seconds)));
     if (e.print_seconds > 0) {
-        fmt::print(stderr, "{} slices, {} on `{}`\n", e.slices, format_seconds(e.print_seconds),
-                   info.printer);
+        say(fmt::format("{} slices, {} on `{}`\n", e.slices, format_seconds(e.print_seconds),
+                        printable(info.printer)));
     }
     for (size_t code = 1; code < e.sample.voxels_by_code.size(); ++code) {
         const backends::SliceMaterial& material = info.materials[code - 1];
         const double ml = static_cast<double>(e.sample.voxels_by_code[code]) * e.sample_voxel_ml;
-        fmt::print(stderr, "{}: about {:.3g} ml, {:.3g} g\n", material.name, ml,
-                   ml * material.density_g_cm3);
+        say(fmt::format("{}: about {:.3g} ml, {:.3g} g\n", printable(material.name), ml,
+                        ml * material.density_g_cm3));
     }
     for (const std::string& overlap : e.sample.overlaps)
-        fmt::print(stderr, "warning: {}\n", overlap);
+        warn(overlap);
 }
 
 Result<void> write_estimate(const std::string& file, const Estimate& e,
@@ -90,7 +91,7 @@ Result<void> write_estimate(const std::string& file, const Estimate& e,
     w.StartObject();
     const auto text = [&](const char* key, const std::string& value) {
         w.Key(key);
-        w.String(value.c_str());
+        w.String(valid_utf8(value).c_str());
     };
     const auto number = [&](const char* key, double value) {
         w.Key(key);
@@ -113,16 +114,16 @@ Result<void> write_estimate(const std::string& file, const Estimate& e,
         w.StartObject();
         for (size_t code = 1; code < e.sample.voxels_by_code.size(); ++code) {
             const backends::SliceMaterial& material = info.materials[code - 1];
-            number(material.name.c_str(), static_cast<double>(e.sample.voxels_by_code[code]) *
-                                              e.sample_voxel_ml *
-                                              (mass ? material.density_g_cm3 : 1));
+            number(valid_utf8(material.name).c_str(),
+                   static_cast<double>(e.sample.voxels_by_code[code]) * e.sample_voxel_ml *
+                       (mass ? material.density_g_cm3 : 1));
         }
         w.EndObject();
     }
     w.Key("warnings");
     w.StartArray();
     for (const std::string& warning : e.sample.warnings)
-        w.String(warning.c_str());
+        w.String(valid_utf8(warning).c_str());
     w.EndArray();
     w.EndObject();
     return backends::write_whole_file(file,

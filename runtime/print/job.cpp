@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "runtime/base/near_miss.h"
+#include "runtime/base/text.h"
 #include "runtime/print/build_volume.h"
 #include "runtime/print/outputs.h"
 #include "runtime/scene/bind.h"
@@ -46,9 +47,9 @@ Result<scene::Printer> printer_of(const Options& options, const scene::World& wo
     if (!format) return format.error();
     if (is_mesh_format(*format)) {
         if (!options.mesh_pitch_mm && !pitch_is_given(options)) {
-            notes->push_back(
-                fmt::format("the meshes are made from voxels of {} mm; `--mesh-pitch` chooses",
-                            kMeshPitchMm * options.draft));
+            notes->push_back(fmt::format(
+                "the meshes are made from voxels of {} mm; `--mesh-pitch` sets another size",
+                kMeshPitchMm * options.draft));
         }
         return printer;
     }
@@ -56,7 +57,7 @@ Result<scene::Printer> printer_of(const Options& options, const scene::World& wo
     if (!chosen && !pitch_given) {
         notes->push_back(fmt::format(
             "no printer was named: `{}` prints voxels of {} x {} x {} mm; `--printer` and "
-            "`--voxel` choose",
+            "`--voxel` set another pitch",
             printer->name, printer->pitch_mm.x, printer->pitch_mm.y, printer->pitch_mm.z));
     }
     return printer;
@@ -66,7 +67,7 @@ Result<void> check_materials(const scene::World& world, const scene::Printer& pr
     // 64 is what packed slices hold, whatever the printer.
     const size_t most = static_cast<size_t>(std::min(printer.max_materials, 64));
     if (world.materials.size() <= most) return {};
-    return user_error(fmt::format("the world has {} materials, and `{}` prints {} at once",
+    return user_error(fmt::format("the world has {} materials, but `{}` prints at most {} at once",
                                   world.materials.size(), printer.name, most));
 }
 
@@ -109,6 +110,16 @@ Result<int32_t> choose_support(const Options& options, const scene::World& world
     return static_cast<int32_t>(materials->size());
 }
 
+std::vector<std::filesystem::path> inputs_of(const Options& options, const scene::World& world) {
+    std::vector<std::filesystem::path> inputs = world.files;
+    for (const auto& [name, fablet] : world.fablets)
+        inputs.push_back(fablet.source);
+    inputs.insert(inputs.end(), options.inputs.begin(), options.inputs.end());
+    if (!options.printer.empty()) inputs.emplace_back(options.printer);
+    inputs.emplace_back("/proc/self/exe");
+    return inputs;
+}
+
 }  // namespace
 
 Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets) {
@@ -143,9 +154,10 @@ Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets)
     if (!format) return format.error();
     job.input.pitch_mm = print_pitch(options, job.printer.pitch_mm, is_mesh_format(*format));
     job.input.printer = job.printer.name;
-    job.input.title = title_of(options.input);
+    job.input.title = valid_utf8(title_of(options.input));
     job.input.warnings = world->warnings;
     job.files = world->files;
+    job.inputs = inputs_of(options, *world);
     return job;
 }
 

@@ -23,6 +23,9 @@ struct Job {
     scene::Tray tray = scene::Tray::kAnywhere;
     std::vector<std::string> notes;            ///< for the person: what was chosen in their place
     std::vector<std::filesystem::path> files;  ///< what the world is made from
+    /// These and all else that no output may take the place of: sources of fablets, the printer's
+    /// file, the program.
+    std::vector<std::filesystem::path> inputs;
 };
 
 Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets);

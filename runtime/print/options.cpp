@@ -11,6 +11,7 @@
 #include <string_view>
 #include <utility>
 
+#include "runtime/base/command_line.h"
 #include "runtime/base/units.h"
 
 namespace openfab::print {
@@ -27,7 +28,7 @@ constexpr const char* kExamples = R"(Examples:
   {0} card.fab.json -o - | openfab verify -      a stream of slices
 
 Lengths have units (27um, 0.1mm, 1in), sizes too (300MB). Exit codes: 0 done, 1 the input is wrong,
-2 usage, 3 disk or pipe failed (whole slices stay), 4 a bug of ours, 130 interrupted.
+2 usage, 3 disk or pipe failed (whole slices stay), 4 a bug in OpenFab, 130 interrupted.
 )";
 
 template <typename T>
@@ -50,7 +51,7 @@ Result<Vec2<double>> parse_dpi(const std::string& text) {
             ? parse_number(all, &dpi.x) && parse_number(all, &dpi.y)
             : parse_number(all.substr(0, x), &dpi.x) && parse_number(all.substr(x + 1), &dpi.y);
     if (!fine || !(dpi.x >= 1 && dpi.y >= 1 && dpi.x <= 1e5 && dpi.y <= 1e5)) {
-        return bad_value("--dpi", text, "no resolution between 1 and 100000 dpi", "600x300");
+        return bad_value("--dpi", text, "not a resolution between 1 and 100000 dpi", "600x300");
     }
     return dpi;
 }
@@ -68,7 +69,7 @@ template <typename T>
 Result<Vec2<T>> parse_range(const char* option, const std::string& text, const char* example,
                             const std::function<Result<T>(const std::string&)>& parse) {
     const size_t colon = text.find(':');
-    if (colon == std::string::npos) return bad_value(option, text, "no range", example);
+    if (colon == std::string::npos) return bad_value(option, text, "not a range", example);
     Result<T> from = parse(text.substr(0, colon));
     if (!from) return from.error();
     Result<T> to = parse(text.substr(colon + 1));
@@ -92,7 +93,7 @@ Result<Vec2<int32_t>> parse_slices(const std::string& text) {
                                 [&](const std::string& part) -> Result<int32_t> {
                                     int32_t value = 0;
                                     if (!parse_number(std::string_view(part), &value))
-                                        return bad_value("--slices", text, "no range", "0:64");
+                                        return bad_value("--slices", text, "not a range", "0:64");
                                     return value;
                                 });
 }
@@ -108,29 +109,31 @@ struct Raw {
 
 void declare(CLI::App& app, Options& o, Raw& raw) {
     app.add_option("INPUT", o.input,
-                   "a world (.fab.json), or a mesh (.obj, .stl, …) to print with its one fablet")
+                   "a world (.fab.json), or a mesh (.obj, .stl, …) where there is only one fablet")
         ->required();
     app.add_option("-o,--output", o.output,
                    "a folder (png), a file (.ofr, .3mf, .stl), or - for standard output (ofr)");
     app.add_option("--format", o.format,
-                   "ofr, png, 3mf or stl; else from OUT's extension, else the printer's own");
+                   "ofr, png, 3mf or stl (default: by OUT's extension, else the printer's own)");
     app.add_option("--printer", o.printer,
                    "connex500, j750, j750_hq, generic, or a .printer.json file");
-    app.add_option("--voxel", raw.voxel, "cubic voxels of this size");
+    app.add_option("--voxel", raw.voxel, "print cubic voxels of this size");
     app.add_option("--dpi", raw.dpi, "resolution along x and y, as 600x300");
     app.add_option("--layer", raw.layer, "thickness of a slice");
     app.add_option("--mesh-pitch", raw.mesh_pitch,
-                   "voxels that 3mf and stl are made from, 0.1mm unless told");
-    app.add_option("--draft", o.draft, "pitch times N, for a quick look")
+                   "size of the voxels that 3mf and stl are made from (default: 0.1mm)");
+    app.add_option("--draft", o.draft, "multiply the pitch by N, for a quick look")
         ->check(CLI::Range(1, 1000));
-    app.add_option("--crop", raw.crop, "parts (their box) or tray (slices as wide as the tray)")
+    app.add_option("--crop", raw.crop,
+                   "size of a slice: parts (their bounding box) or tray (the whole tray)")
         ->check(CLI::IsMember({"parts", "tray"}));
-    app.add_option("--z", raw.z, "heights A:B only, above the print's lowest slice");
-    app.add_option("--slices", raw.slices, "slices A:B only, B not among them");
+    app.add_option("--z", raw.z, "print only the heights A:B above the lowest slice");
+    app.add_option("--slices", raw.slices, "print only the slices A:B, B excluded");
     app.add_option("--set", o.settings,
-                   "OBJECT.UNIFORM=VALUE instead of the world's value (repeat)")
+                   "OBJECT.UNIFORM=VALUE overrides the world's value (repeatable)")
         ->allow_extra_args(false);
-    app.add_option("--allow", o.allow, "FOLDER that the world may read besides its own (repeat)")
+    app.add_option("--allow", o.allow,
+                   "a folder that the world may read besides its own (repeatable)")
         ->allow_extra_args(false);
     app.add_option(
         "--dither", o.dither,
@@ -138,24 +141,27 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
         "amount; what meshes have unless told)");
     app.add_option(
         "--support", o.support,
-        "on, off, or the world's material that it is made of; else as the world says, else "
-        "on where the printer's front end makes none");
-    app.add_option("--seed", raw.seed, "of the dither");
+        "on, off, or the material of the world to make it of (default: as the world says, else "
+        "on where the printer's front end makes none)");
+    app.add_option("--seed", raw.seed, "seed of the dither");
     app.add_option("--preview", raw.previews,
                    "FILE.png[,view=front|back|section|slice:N|model:TURN:TILT][,light=transmitted]["
                    ",cut=x|y|xy]")
         ->allow_extra_args(false);
     app.add_option("--png", raw.png, "rgba or indexed")->check(CLI::IsMember({"rgba", "indexed"}));
-    app.add_flag("--flip-x", o.flip_x, "mirror PNG slices, for front ends that mirror back");
-    app.add_option("--memory", raw.memory, "budget of the whole process, 1.5GB unless told");
-    app.add_option("--threads", o.threads, "all cores unless told")->check(CLI::Range(1, 1024));
-    app.add_option("--stats", o.stats_file, "write figures of the print as JSON");
-    app.add_option("--progress", raw.progress, "auto, plain, json (lines on stderr) or none")
+    app.add_flag("--flip-x", o.flip_x, "mirror PNG slices, for front ends that mirror them back");
+    app.add_option("--memory", raw.memory, "memory budget of the whole process (default: 1.5GB)");
+    app.add_option("--threads", o.threads, "worker threads (default: all cores)")
+        ->check(CLI::Range(1, 1024));
+    app.add_option("--stats", o.stats_file, "write statistics of the print to this file, as JSON");
+    app.add_option("--progress", raw.progress,
+                   "on stderr: auto, plain, json (an object per line) or none")
         ->check(CLI::IsMember({"auto", "plain", "json", "none"}));
-    app.add_flag("--estimate", o.estimate, "only tell voxels, memory and time");
-    app.add_flag("--dry-run", o.dry_run, "check and set up everything, write nothing");
+    app.add_flag("--estimate", o.estimate,
+                 "report voxels, memory, time and materials; print nothing");
+    app.add_flag("--dry-run", o.dry_run, "check and set up everything; print nothing");
     app.add_flag("--resume", o.resume,
-                 "go on after the last whole slice of a print that was cut short");
+                 "continue after the last whole slice of a print that was cut short");
     app.add_option("--groups-in-flight", o.groups_in_flight, "")
         ->group("")
         ->check(CLI::Range(1, 1024));
@@ -216,11 +222,11 @@ Result<void> understand_rest(const Raw& raw, Options* o) {
     for (const std::string& text : o->settings) {
         const size_t equals = text.find('=');
         if (equals != std::string::npos && equals > 0 && equals + 1 < text.size()) continue;
-        return usage_error(
-            fmt::format("`--set`: `{}` is no setting; write `--set OBJECT.UNIFORM=VALUE`", text));
+        return usage_error(fmt::format(
+            "`--set`: `{}` is not a setting; write `--set OBJECT.UNIFORM=VALUE`", text));
     }
     if (!raw.seed.empty() && !parse_number(std::string_view(raw.seed), &o->seed)) {
-        return bad_value("--seed", raw.seed, "no whole number from 0 to 2^64 - 1", "7");
+        return bad_value("--seed", raw.seed, "not a whole number from 0 to 2^64 - 1", "7");
     }
     for (const std::string& text : raw.previews) {
         Result<preview::PreviewSpec> spec = preview::parse_preview(text);
@@ -238,7 +244,7 @@ Result<void> understand_rest(const Raw& raw, Options* o) {
     const auto known = {"ofr", "png", "3mf", "stl"};
     if (!o->format.empty() && std::find(known.begin(), known.end(), o->format) == known.end()) {
         return usage_error(fmt::format(
-            "there is no output format `{}` yet; choose from ofr, png, 3mf, stl", o->format));
+            "there is no output format `{}`; choose from ofr, png, 3mf, stl", o->format));
     }
     if (o->output == "-" && !o->format.empty() && o->format != "ofr") {
         return usage_error(fmt::format("{} cannot go to standard output; use `--format ofr`",
@@ -247,12 +253,12 @@ Result<void> understand_rest(const Raw& raw, Options* o) {
     }
     if (o->resume && (o->output.empty() || o->output == "-")) {
         return usage_error(
-            "`--resume` goes on with a file or folder of slices; write `-o OUT` with the name of "
-            "the one that was cut short");
+            "`--resume` continues a file or folder of slices; write `-o OUT` with the name of the "
+            "one that was cut short");
     }
     const bool writes_nothing = o->estimate || o->dry_run;
     if (o->output.empty() && o->previews.empty() && o->stats_file.empty() && !writes_nothing) {
-        return usage_error("no output was given; write `-o OUT`, or `--preview FILE.png`");
+        return usage_error("no output given; write `-o OUT` or `--preview FILE.png`");
     }
     return {};
 }
@@ -274,7 +280,7 @@ Result<Options> parse_options(int argc, const char* const* argv, const std::stri
         options.text = app.help();
         return options;
     } catch (const CLI::ParseError& error) {
-        return usage_error(fmt::format("{}; `{} --help` lists the options", error.what(), program));
+        return command_line_error(app, error, program);
     }
     if (Result<void> done = understand_grid(raw, &options); !done) return done.error();
     if (Result<void> done = understand_rest(raw, &options); !done) return done.error();

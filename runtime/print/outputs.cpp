@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <utility>
 #include <vector>
@@ -25,11 +27,11 @@ Result<std::unique_ptr<backends::SliceSink>> open_format(const Options& options,
         return std::unique_ptr<backends::SliceSink>(std::make_unique<backends::NullSink>());
     if (options.resume && !can_be_resumed(options, format)) {
         return usage_error(fmt::format(
-            "`--resume` cannot go on with `{}`: {}", options.output,
+            "`--resume` cannot continue `{}`: {}", options.output,
             is_mesh_format(format)
                 ? "a mesh is closed by its last slice, so nothing is left of one that was cut "
                   "short; print an .ofr file, and make meshes of it with `openfab export`"
-                : "it is no file that keeps what was written"));
+                : "it is not a file that keeps what was written"));
     }
     if (format == "ofr") {
         return options.resume ? ofr::OfrSink::resume(options.output)
@@ -49,6 +51,16 @@ Result<std::unique_ptr<backends::SliceSink>> open_format(const Options& options,
                           : raster::PngSink::create(options.output, std::move(png));
 }
 
+/// `.gcode`, `.tif`, `.7z`, but not the `.2` of `ball_v1.2`.
+bool looks_like_file(const std::string& extension) {
+    constexpr size_t kLongest = 1 + 6;
+    const auto is_letter = [](unsigned char c) { return std::isalpha(c) != 0; };
+    const auto is_word = [](unsigned char c) { return std::isalnum(c) != 0; };
+    return extension.size() > 1 && extension.size() <= kLongest &&
+           std::all_of(extension.begin() + 1, extension.end(), is_word) &&
+           std::any_of(extension.begin() + 1, extension.end(), is_letter);
+}
+
 Result<std::string> name_format(const Options& options, const scene::Printer& printer) {
     if (options.output.empty()) return std::string();
     if (!options.format.empty()) return options.format;
@@ -65,13 +77,12 @@ Result<std::string> name_format(const Options& options, const scene::Printer& pr
                         "picture",
                         options.output, path.stem().string(), options.output));
     }
-    for (const char* later : {".bmp", ".vdb"}) {
-        if (extension == later) {
-            return usage_error(
-                fmt::format("`-o {}`: there is no output format `{}` yet; choose from .ofr, .3mf, "
-                            ".stl and a folder of png",
-                            options.output, later + 1));
-        }
+    std::error_code ignored;
+    if (looks_like_file(extension) && !std::filesystem::is_directory(path, ignored)) {
+        return usage_error(fmt::format(
+            "`-o {0}`: there is no output format `{1}`; choose from .ofr, .3mf, .stl, or a folder "
+            "of png slices, `-o {2}`; a folder of this very name is `-o {0}/`",
+            options.output, extension.substr(1), (path.parent_path() / path.stem()).string()));
     }
     return printer.native_format;
 }

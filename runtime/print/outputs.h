@@ -21,7 +21,7 @@ bool is_mesh_format(const std::string& format);
 /// nothing is written but previews.
 Result<std::string> choose_format(const Options& options, const scene::Printer& printer);
 
-/// Opens the output; an existing one is replaced, or gone on with.
+/// Opens the output; an existing one is replaced, or resumed.
 Result<std::unique_ptr<backends::SliceSink>> open_output(const Options& options,
                                                          const scene::Printer& printer);
 

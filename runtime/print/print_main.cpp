@@ -4,20 +4,22 @@
 
 #include <fmt/format.h>
 
-#include <cstdio>
 #include <memory>
 #include <string>
 #include <utility>
 
 #include "runtime/abi/kernel_call.h"
-#include "runtime/base/caret.h"
+#include "runtime/base/say.h"
+#include "runtime/base/text.h"
 #include "runtime/base/units.h"
 #include "runtime/print/build_volume.h"
 #include "runtime/print/estimate.h"
 #include "runtime/print/interrupt.h"
 #include "runtime/print/job.h"
 #include "runtime/print/options.h"
+#include "runtime/print/output_check.h"
 #include "runtime/print/outputs.h"
+#include "runtime/print/part_sizes.h"
 #include "runtime/report/progress.h"
 #include "runtime/report/statistics.h"
 #include "runtime/slab/print.h"
@@ -54,7 +56,7 @@ void show_summary(const slab::PrintStatistics& statistics, const backends::Print
     const double ml = info.pitch_mm.x * info.pitch_mm.y * info.pitch_mm.z * 1e-3;
     std::string materials;
     for (size_t m = 0; m < info.materials.size() && m + 1 < statistics.voxels_by_code.size(); ++m) {
-        materials += fmt::format(", {} {:.2f} ml", info.materials[m].name,
+        materials += fmt::format(", {} {:.2f} ml", printable(info.materials[m].name),
                                  static_cast<double>(statistics.voxels_by_code[m + 1]) * ml);
     }
     const double rate = statistics.seconds_total > 0
@@ -62,28 +64,28 @@ void show_summary(const slab::PrintStatistics& statistics, const backends::Print
                                   statistics.seconds_total
                             : 0;
     for (const std::string& overlap : statistics.overlaps)
-        fmt::print(stderr, "warning: {}\n", overlap);
+        warn(overlap);
     const std::string kept =
-        statistics.slices_kept > 0 ? fmt::format(" ({} were there)", statistics.slices_kept) : "";
-    fmt::print(stderr, "{}: {} slices{} in {}, {:.1f} M voxels/s{}\n",
-               options.output == "-"    ? "standard output"
-               : options.output.empty() ? info.title
-                                        : options.output,
-               statistics.slices, kept, format_seconds(statistics.seconds_total), rate, materials);
+        statistics.slices_kept > 0 ? fmt::format(" ({} resumed)", statistics.slices_kept) : "";
+    const std::string& output = options.output.empty() ? info.title : options.output;
+    say(fmt::format("{}: {} slices{} in {}, {:.1f} M voxels/s{}\n",
+                    output == "-" ? "standard output" : printable(output), statistics.slices, kept,
+                    format_seconds(statistics.seconds_total), rate, materials));
 }
 
-/// Where a print ended early for reasons that pass, how it is gone on with.
-Error with_way_on(Error error, const Options& options, const std::string& format) {
+/// Where a print ended early for reasons that pass, how it is resumed.
+Error add_resume_hint(Error error, const Options& options, const std::string& format) {
     const bool passes = error.code == ErrorCode::kOutside || error.code == ErrorCode::kInterrupted;
     if (passes && can_be_resumed(options, format))
-        error.message += "; the same command with `--resume` goes on from there";
+        error.message += "; the same command with `--resume` continues from there";
     return error;
 }
 
 /// Runs the print into its outputs. Statistics are written, and pictures drawn, also where it ended
 /// early.
 Result<void> run(slab::Print* print, const Options& options, const std::string& format,
-                 const scene::Printer& printer, const std::atomic<bool>& interrupt) {
+                 const scene::Printer& printer, const std::string& sizes,
+                 const std::atomic<bool>& interrupt) {
     Result<std::unique_ptr<backends::SliceSink>> sink = open_output(options, printer);
     if (!sink) return sink.error();
     report::Progress progress(options.progress, stderr);
@@ -93,11 +95,15 @@ Result<void> run(slab::Print* print, const Options& options, const std::string& 
         &statistics);
     progress.end();
     statistics.layer_time_s = printer.layer_time_s;
+    if (const std::string nothing = nothing_printed(statistics, sizes); !nothing.empty()) {
+        statistics.warnings.push_back(nothing);
+        if (!quiet(options)) warn(nothing);
+    }
     Result<void> written;
     if (!options.stats_file.empty()) {
         written = report::write_statistics(options.stats_file, statistics, print->info());
     }
-    if (!done) return with_way_on(done.error(), options, format);
+    if (!done) return add_resume_hint(done.error(), options, format);
     if (!quiet(options)) show_summary(statistics, print->info(), options);
     return written;
 }
@@ -107,7 +113,7 @@ Result<void> print(int argc, char** argv, const openfab_fablet_list& fablets) {
     Result<Options> options = parse_options(argc, argv, path.substr(path.find_last_of('/') + 1));
     if (!options) return options.error();
     if (options->help) {
-        fmt::print("{}", options->text);
+        show(options->text);
         return {};
     }
     return run_print(*options, fablets, install_interrupt());
@@ -124,11 +130,16 @@ Result<void> run_print(const Options& options, const openfab_fablet_list& fablet
     // A wrong name of an output is told before the work, not after.
     Result<std::string> format = choose_format(options, job->printer);
     if (!format) return format.error();
+    if (Result<void> apart = check_outputs(options, *format, job->input.materials, job->inputs);
+        !apart)
+        return apart.error();
+    for (std::string& thin : thin_part_warnings(job->input.parts, job->input.pitch_mm))
+        job->input.warnings.push_back(std::move(thin));
     if (!quiet(options)) {
-        for (const std::string& note : job->notes)
-            fmt::print(stderr, "note: {}\n", note);
+        for (const std::string& text : job->notes)
+            note(text);
         for (const std::string& warning : job->input.warnings)
-            fmt::print(stderr, "warning: {}\n", warning);
+            warn(warning);
     }
     const slab::PrintOptions pipeline = pipeline_options(options, *format);
     Result<std::unique_ptr<slab::Print>> print = slab::Print::create(job->input, pipeline);
@@ -145,20 +156,18 @@ Result<void> run_print(const Options& options, const openfab_fablet_list& fablet
         if (options.stats_file.empty()) return {};
         return write_estimate(options.stats_file, *estimate, info);
     }
+    const std::string sizes = part_sizes(job->input.parts, job->input.pitch_mm);
     job->input = {};
-    return run(print->get(), options, *format, job->printer, interrupt);
+    return run(print->get(), options, *format, job->printer, sizes, interrupt);
 }
 
 int finish(const Result<void>& done) {
-    if (done) {
-        if (std::fflush(stdout) == 0) return 0;
-        return finish(outside_error("cannot write to standard output"));
-    }
-    fmt::print(stderr, "{}", render_error(done.error()));
-    return exit_code(done.error().code);
+    const Result<void> written = done ? written_out() : done;
+    return written ? 0 : say_error(written.error());
 }
 
 int print_main(int argc, char** argv, const openfab_fablet_list& fablets) {
+    prepare_streams();
     return finish(print(argc, argv, fablets));
 }
 

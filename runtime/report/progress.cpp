@@ -38,6 +38,12 @@ double share_done(const slab::ProgressEvent& event) {
     return event.slices_total > 0 ? static_cast<double>(event.slices_done) / event.slices_total : 1;
 }
 
+/// Without names of anybody's, but with the bar's own control codes. What cannot be written is
+/// passed over: a print does not end with whoever watched it.
+void put(std::FILE* stream, const std::string& text) {
+    (void)std::fwrite(text.data(), 1, text.size(), stream);
+}
+
 int terminal_columns(std::FILE* stream) {
     winsize size{};
     return ::ioctl(::fileno(stream), TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
@@ -76,7 +82,7 @@ void Progress::update(const slab::ProgressEvent& event) {
             break;
         case Style::kPlain:
             due_seconds_ = event.seconds + kPlainSeconds;
-            fmt::print(stream_, "{}\n", describe(event, start_));
+            put(stream_, describe(event, start_) + "\n");
             break;
         case Style::kJson:
             due_seconds_ = event.seconds + kJsonSeconds;
@@ -95,23 +101,23 @@ void Progress::show_bar(const slab::ProgressEvent& event) {
     const int full = static_cast<int>(share_done(event) * width);
     std::string bar;
     if (width > 3) bar = fmt::format("[{:=<{}}{:<{}}] ", "", full, "", width - full);
-    fmt::print(stream_, "\r{}{}\x1b[K", bar, text);
+    put(stream_, fmt::format("\r{}{}\x1b[K", bar, text));
     bar_shown_ = true;
 }
 
 void Progress::show_json(const slab::ProgressEvent& event) {
-    fmt::print(stream_,
-               "{{\"event\": \"progress\", \"slices_done\": {}, \"slices_total\": {}, "
-               "\"voxels_done\": {}, "
-               "\"voxels_total\": {}, \"seconds\": {:.3f}, \"mvoxels_per_second\": {:.3f}, "
-               "\"seconds_left\": {:.1f}}}\n",
-               event.slices_done, event.slices_total, event.voxels_done, event.voxels_total,
-               event.seconds, rate(event, start_) * 1e-6, seconds_left(event, start_));
+    put(stream_,
+        fmt::format("{{\"event\": \"progress\", \"slices_done\": {}, \"slices_total\": {}, "
+                    "\"voxels_done\": {}, "
+                    "\"voxels_total\": {}, \"seconds\": {:.3f}, \"mvoxels_per_second\": {:.3f}, "
+                    "\"seconds_left\": {:.1f}}}\n",
+                    event.slices_done, event.slices_total, event.voxels_done, event.voxels_total,
+                    event.seconds, rate(event, start_) * 1e-6, seconds_left(event, start_)));
 }
 
 void Progress::end() {
     if (!bar_shown_) return;
-    fmt::print(stream_, "\r\x1b[K");
+    put(stream_, "\r\x1b[K");
     std::fflush(stream_);
     bar_shown_ = false;
 }

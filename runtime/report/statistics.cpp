@@ -10,12 +10,18 @@
 #include <cstdio>
 #include <cstring>
 
+#include "runtime/base/text.h"
+
 namespace openfab::report {
 
 namespace {
 
 using Writer = rapidjson::PrettyWriter<rapidjson::StringBuffer>;
 
+void write(Writer& w, const std::string& text) {
+    const std::string valid = valid_utf8(text);
+    w.String(valid.c_str(), static_cast<rapidjson::SizeType>(valid.size()));
+}
 void write(Writer& w, const char* key, int64_t value) {
     w.Key(key);
     w.Int64(value);
@@ -26,7 +32,7 @@ void write(Writer& w, const char* key, double value) {
 }
 void write(Writer& w, const char* key, const std::string& value) {
     w.Key(key);
-    w.String(value.c_str(), static_cast<rapidjson::SizeType>(value.size()));
+    write(w, value);
 }
 
 double rate(int64_t voxels, double seconds) {
@@ -38,20 +44,20 @@ void write_materials(Writer& w, const slab::PrintStatistics& s, const backends::
     w.Key("voxels_by_material");
     w.StartObject();
     for (size_t code = 1; code < s.voxels_by_code.size(); ++code) {
-        write(w, info.materials[code - 1].name.c_str(), s.voxels_by_code[code]);
+        write(w, valid_utf8(info.materials[code - 1].name).c_str(), s.voxels_by_code[code]);
     }
     w.EndObject();
     w.Key("ml_by_material");
     w.StartObject();
     for (size_t code = 1; code < s.voxels_by_code.size(); ++code) {
-        write(w, info.materials[code - 1].name.c_str(),
+        write(w, valid_utf8(info.materials[code - 1].name).c_str(),
               static_cast<double>(s.voxels_by_code[code]) * voxel_ml);
     }
     w.EndObject();
     w.Key("g_by_material");
     w.StartObject();
     for (size_t code = 1; code < s.voxels_by_code.size(); ++code) {
-        write(w, info.materials[code - 1].name.c_str(),
+        write(w, valid_utf8(info.materials[code - 1].name).c_str(),
               static_cast<double>(s.voxels_by_code[code]) * voxel_ml *
                   info.materials[code - 1].density_g_cm3);
     }
@@ -138,7 +144,7 @@ std::string statistics_json(const slab::PrintStatistics& s, const backends::Prin
     w.Key("warnings");
     w.StartArray();
     for (const std::string& warning : s.warnings)
-        w.String(warning.c_str());
+        write(w, warning);
     w.EndArray();
     w.EndObject();
     return std::string(buffer.GetString(), buffer.GetSize()) + "\n";

@@ -274,7 +274,7 @@ Result<LoadedMesh> parse(std::string_view bytes, const fs::path& file, const Mes
                          bool tolerant) {
     const Format* format = find_format(file);
     if (format == nullptr) {
-        return user_error(fmt::format("{} is no mesh by its extension; meshes are {}",
+        return user_error(fmt::format("{} does not have the extension of a mesh; supported: {}",
                                       file.string(), mesh_formats()));
     }
     Result<MeshSource> source = format->read(bytes, file.string());

@@ -293,8 +293,9 @@ class WorldReader {
         const fs::path file = files_.existing(value, "the file of " + what);
         if (json_.ok() && !is_mesh_file(file)) {
             json_.fail(value,
-                       fmt::format("{} is `{}`, which is no mesh by its extension; meshes are {}",
-                                   what, file.filename().string(), mesh_formats()));
+                       fmt::format(
+                           "{} is `{}`, which does not have the extension of a mesh; supported: {}",
+                           what, file.filename().string(), mesh_formats()));
         }
         MeshOptions options;
         options.name = m.key;

@@ -151,13 +151,13 @@ class Delivery {
         return true;
     }
 
-    /// What is gone on with must be what this print makes: the kept slices of the first group are
+    /// What is resumed must be what this print makes: the kept slices of the first group are
     /// made again to see it.
     bool is_as_kept(const FinishedSlices::Slice& slice) {
         if (slice.totals.hash == last_kept_[static_cast<size_t>(slice.z & 7)]) return true;
         fail(user_error(fmt::format(
-            "slice {} comes out otherwise than it was written before, by another program or from "
-            "something that has changed since; print anew without `--resume`",
+            "slice {} differs from the one already written: the program or an input has changed "
+            "since; start over without `--resume`",
             slice.z)));
         return false;
     }

@@ -13,9 +13,12 @@
 #include "backends/common/output_file.h"
 #include "backends/ofr/ofr_reader.h"
 #include "backends/raster/png_sink.h"
+#include "runtime/base/units.h"
+#include "runtime/print/output_check.h"
 #include "runtime/print/outputs.h"
 #include "runtime/scene/printer.h"
 #include "tools/openfab/commands.h"
+#include "tools/openfab/memory_option.h"
 
 namespace openfab::tool {
 
@@ -23,6 +26,7 @@ namespace {
 
 struct ExportOptions {
     std::string file;
+    std::string memory;
     print::Options print;  ///< output, format, previews, png_indexed, flip_x
     std::vector<std::string> previews;
     std::string png = "rgba";
@@ -89,6 +93,34 @@ Result<void> export_all(const ExportOptions& options, ofr::OfrReader* reader) {
     return done ? finished : done;
 }
 
+/// What writing takes besides the reader's slice: pixels or a mesher's columns, what they are
+/// packed into, and previews.
+Result<void> check_memory(const ExportOptions& options, const ofr::OfrReader& reader,
+                          int64_t memory_bytes) {
+    const backends::PrintInfo& info = reader.info();
+    const std::string& format = options.print.format;
+    const int64_t columns = int64_t{info.size.x} * info.size.y;
+    const int64_t each = print::encode_bytes_per_column(options.print, format) +
+                         print::output_bytes_per_column(format);
+    // Compressed, a slice takes at most as much as its packed rows, and twice that while it is put
+    // together.
+    const int64_t rows = reader.slice_bytes() * (format == "ofr" || format == "png" ? 3 : 1);
+    const int64_t bytes = rows + columns * each + print::preview_bytes(options.print);
+    if (bytes <= memory_bytes) return {};
+    return user_error(fmt::format(
+        "{}: slices of {} x {} voxels take {} to write{}, and `--memory` allows {}; raise it if "
+        "you trust the file",
+        options.file, info.size.x, info.size.y, format_bytes(bytes),
+        format.empty() ? "" : " as " + format, format_bytes(memory_bytes)));
+}
+
+/// Before anything is opened for writing. Of one slice, `-o` is a file.
+Result<void> check_apart(const ExportOptions& options, const backends::PrintInfo& info) {
+    const std::string format = options.slice >= 0 ? "" : options.print.format;
+    return print::check_outputs(options.print, format, info.materials,
+                                {options.file == "-" ? "/dev/stdin" : options.file});
+}
+
 Result<void> run_export(ExportOptions options) {
     options.print.png_indexed = options.png == "indexed";
     for (const std::string& text : options.previews) {
@@ -97,15 +129,26 @@ Result<void> run_export(ExportOptions options) {
         options.print.previews.push_back(*spec);
     }
     if (options.print.output.empty() && options.previews.empty()) {
-        return usage_error("no output was given; write `-o FOLDER`, or `--preview FILE.png`");
+        return usage_error("no output given; write `-o FOLDER` or `--preview FILE.png`");
     }
-    const auto file = [&](const char* extension) {
-        return options.print.output.ends_with(extension);
-    };
-    if (options.print.format.empty() && !file(".ofr") && !file(".3mf") && !file(".stl"))
+    if (options.slice >= 0) {
+        if (options.print.output.empty() || !options.previews.empty())
+            return usage_error("`--slice` writes one picture; write `--slice N -o FILE.png`");
         options.print.format = "png";
-    Result<std::unique_ptr<ofr::OfrReader>> reader = ofr::OfrReader::open(options.file);
+    }
+    const Result<int64_t> memory = memory_of(options.memory);
+    if (!memory) return memory.error();
+    Result<std::unique_ptr<ofr::OfrReader>> reader = ofr::OfrReader::open(options.file, *memory);
     if (!reader) return reader.error();
+    scene::Printer printer = printer_of((*reader)->info());
+    if (options.slice < 0) {
+        printer.native_format = "png";
+        Result<std::string> format = print::choose_format(options.print, printer);
+        if (!format) return format.error();
+        options.print.format = *format;
+    }
+    if (Result<void> fits = check_memory(options, **reader, *memory); !fits) return fits;
+    if (Result<void> apart = check_apart(options, (*reader)->info()); !apart) return apart;
     if (options.slice >= 0) return export_slice(options, reader->get());
     return export_all(options, reader->get());
 }
@@ -118,20 +161,23 @@ void add_export(CLI::App& app, Action* action) {
     auto options = std::make_shared<ExportOptions>();
     command->add_option("FILE", options->file, "an .ofr file, or - for standard input")->required();
     command->add_option("-o,--output", options->print.output,
-                        "a folder, a .3mf or .stl file; with --slice a .png file");
-    command->add_option("--format", options->print.format, "png (the default), ofr, 3mf or stl")
+                        "a folder, or an .ofr, .3mf or .stl file; with --slice a .png file");
+    command
+        ->add_option("--format", options->print.format,
+                     "png, ofr, 3mf or stl (default: by the output's extension, else png)")
         ->check(CLI::IsMember({"png", "ofr", "3mf", "stl"}));
-    command->add_option("--slice", options->slice, "only slice N, as one picture")
+    command->add_option("--slice", options->slice, "write only slice N, as one picture")
         ->check(CLI::NonNegativeNumber);
     command->add_option("--png", options->png, "rgba or indexed")
         ->check(CLI::IsMember({"rgba", "indexed"}));
     command->add_flag("--flip-x", options->print.flip_x,
-                      "mirror the slices, for front ends that mirror back");
+                      "mirror the slices, for front ends that mirror them back");
     command
         ->add_option("--preview", options->previews,
                      "FILE.png[,view=front|back|section|slice:N|model:TURN:TILT][,light="
                      "transmitted][,cut=x|y|xy]")
         ->allow_extra_args(false);
+    add_memory_option(command, &options->memory);
     command->callback([options, action] { *action = [options] { return run_export(*options); }; });
 }
 

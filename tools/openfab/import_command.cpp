@@ -8,6 +8,8 @@
 #include <memory>
 #include <optional>
 
+#include "runtime/base/say.h"
+#include "runtime/base/text.h"
 #include "runtime/base/units.h"
 #include "runtime/scene/printer.h"
 #include "tools/openfab/commands.h"
@@ -64,7 +66,7 @@ Result<void> write_all(const fs::path& mesh, const scene::LoadedMesh& loaded, co
 Result<void> run_import(Arguments arguments) {
     const fs::path mesh = arguments.file;
     if (!scene::is_mesh_file(mesh)) {
-        return usage_error(fmt::format("`{}` is no mesh by its extension; meshes are {}",
+        return usage_error(fmt::format("`{}` does not have the extension of a mesh; supported: {}",
                                        arguments.file, scene::mesh_formats()));
     }
     if (!arguments.import.fablet.empty() && !is_stock_fablet(arguments.import.fablet)) {
@@ -98,16 +100,16 @@ Result<void> run_import(Arguments arguments) {
         make_import(*loaded, *looks, mesh.filename().string(), arguments.import);
     if (!import) return import.error();
     for (const std::string& warning : loaded->warnings)
-        fmt::print(stderr, "warning: {}\n", warning);
+        warn(warning);
     for (const auto* notes : {&looks->notes, &import->notes}) {
-        for (const std::string& note : *notes)
-            fmt::print(stderr, "note: {}\n", note);
+        for (const std::string& text : *notes)
+            note(text);
     }
     if (Result<void> done = write_all(mesh, *loaded, *import, folder, world); !done) return done;
     for (const auto& [name, number] : loaded->groups)
-        fmt::print(stderr, "group {} is {}\n", number, name);
-    fmt::print(stderr, "made {} with the fablet `{}`\nprint it: openfab print {} -o {}.ofr\n",
-               world.string(), import->fablet, world.string(), mesh.stem().string());
+        say(fmt::format("group {} is {}\n", number, printable(name)));
+    say(fmt::format("made {} with the fablet `{}`\nprint it: openfab print {} -o {}.ofr\n",
+                    world.string(), import->fablet, world.string(), mesh.stem().string()));
     return {};
 }
 

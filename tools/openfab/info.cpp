@@ -10,12 +10,16 @@
 #include <fstream>
 #include <iterator>
 #include <memory>
+#include <optional>
 
 #include "backends/ofr/ofr_reader.h"
+#include "runtime/base/say.h"
+#include "runtime/base/text.h"
 #include "runtime/base/units.h"
 #include "runtime/scene/load_mesh.h"
 #include "runtime/scene/world.h"
 #include "tools/openfab/commands.h"
+#include "tools/openfab/memory_option.h"
 
 namespace openfab::tool {
 
@@ -32,17 +36,18 @@ double voxel_ml(const backends::PrintInfo& info) {
 
 void print_grid(const backends::PrintInfo& info) {
     const Vec3d& pitch = info.pitch_mm;
-    fmt::print("title      {}\nprinter    {}\n", info.title, info.printer);
-    fmt::print("voxels     {} x {} x {}, {} bits\n", info.size.x, info.size.y, info.size.z,
-               info.bits);
-    fmt::print("pitch      {:.6g} x {:.6g} x {:.6g} mm ({:.5g} x {:.5g} dpi, {:.5g} um)\n", pitch.x,
-               pitch.y, pitch.z, 25.4 / pitch.x, 25.4 / pitch.y, pitch.z * 1000);
-    fmt::print("size       {:.3f} x {:.3f} x {:.3f} mm\n", info.size.x * pitch.x,
-               info.size.y * pitch.y, info.size.z * pitch.z);
-    fmt::print("origin     {:.3f} {:.3f} {:.3f} mm\n", info.origin_mm.x, info.origin_mm.y,
-               info.origin_mm.z);
-    fmt::print("slices     {} to {}\nseed       {}\n", info.slice_begin, info.slice_end - 1,
-               info.seed);
+    show(fmt::format("title      {}\nprinter    {}\n", printable(info.title),
+                     printable(info.printer)));
+    show(fmt::format("voxels     {} x {} x {}, {} bits\n", info.size.x, info.size.y, info.size.z,
+                     info.bits));
+    show(fmt::format("pitch      {:.6g} x {:.6g} x {:.6g} mm ({:.5g} x {:.5g} dpi, {:.5g} um)\n",
+                     pitch.x, pitch.y, pitch.z, 25.4 / pitch.x, 25.4 / pitch.y, pitch.z * 1000));
+    show(fmt::format("size       {:.3f} x {:.3f} x {:.3f} mm\n", info.size.x * pitch.x,
+                     info.size.y * pitch.y, info.size.z * pitch.z));
+    show(fmt::format("origin     {:.3f} {:.3f} {:.3f} mm\n", info.origin_mm.x, info.origin_mm.y,
+                     info.origin_mm.z));
+    show(fmt::format("slices     {} to {}\nseed       {}\n", info.slice_begin, info.slice_end - 1,
+                     info.seed));
 }
 
 /// How much of a file is of use that a print has not finished.
@@ -53,40 +58,46 @@ Result<std::string> describe_unfinished(ofr::OfrReader* reader) {
     const int32_t whole = reader->whole_slices();
     const int32_t planned = reader->info().slice_end - reader->info().slice_begin;
     if (reader->disk_failed()) return more.error();
-    return fmt::format("no: {} of {} slices are whole; printing with `--resume` goes on", whole,
+    return fmt::format("no: {} of {} slices are whole; printing with `--resume` continues", whole,
                        planned);
 }
 
-Result<void> info_of_ofr(const std::string& file) {
-    Result<std::unique_ptr<ofr::OfrReader>> reader = ofr::OfrReader::open(file);
+Result<void> info_of_ofr(const std::string& file, const std::string& memory) {
+    const Result<int64_t> bytes = memory_of(memory);
+    if (!bytes) return bytes.error();
+    Result<std::unique_ptr<ofr::OfrReader>> reader = ofr::OfrReader::open(file, *bytes);
     if (!reader) return reader.error();
     const backends::PrintInfo& info = (*reader)->info();
     print_grid(info);
     Result<backends::PrintTotals> totals = ofr::OfrReader::read_totals(file);
     if (totals) {
-        fmt::print("complete   yes\n");
+        show("complete   yes\n");
     } else {
         Result<std::string> unfinished = describe_unfinished(reader->get());
         if (!unfinished) return unfinished.error();
-        fmt::print("complete   {}\n", *unfinished);
+        show(fmt::format("complete   {}\n", *unfinished));
     }
     for (size_t m = 0; m < info.materials.size(); ++m) {
         const backends::SliceMaterial& material = info.materials[m];
-        fmt::print("material   {:2} #{:02x}{:02x}{:02x} {}", m + 1, material.key[0],
-                   material.key[1], material.key[2], material.name);
+        show(fmt::format("material   {:2} #{:02x}{:02x}{:02x} {}", m + 1, material.key[0],
+                         material.key[1], material.key[2], printable(material.name)));
         if (totals && m + 1 < totals->voxels_by_code.size()) {
             const double ml = static_cast<double>(totals->voxels_by_code[m + 1]) * voxel_ml(info);
-            fmt::print(", {:.3f} ml, {:.3f} g", ml, ml * material.density_g_cm3);
+            show(fmt::format(", {:.3f} ml, {:.3f} g", ml, ml * material.density_g_cm3));
         }
-        fmt::print("\n");
+        show("\n");
     }
-    if (totals) fmt::print("hash       {:016x}\n", totals->hash);
+    if (totals) show(fmt::format("hash       {:016x}\n", totals->hash));
     return {};
 }
 
-Result<std::string> read_text(const fs::path& file) {
+/// Nothing where it is no regular file, or larger than any manifest.
+std::optional<std::string> read_manifest(const fs::path& file) {
+    constexpr uintmax_t kLargest = 1 << 20;
+    std::error_code status;
+    if (!fs::is_regular_file(file, status) || fs::file_size(file, status) > kLargest) return {};
     std::ifstream in(file, std::ios::binary);
-    if (!in) return user_error(fmt::format("cannot open `{}`", file.string()));
+    if (!in) return {};
     return std::string(std::istreambuf_iterator<char>(in), {});
 }
 
@@ -110,10 +121,11 @@ std::string text_of(const rapidjson::Value& object, const char* name) {
 
 Result<void> info_of_folder(const fs::path& folder) {
     const fs::path file = folder / "manifest.json";
-    Result<std::string> text = read_text(file);
+    const std::optional<std::string> text = read_manifest(file);
     if (!text)
         return user_error(
-            fmt::format("`{}` is no folder of slices: it has no manifest.json", folder.string()));
+            fmt::format("`{}` is not a folder of slices: it has no manifest.json that can be read",
+                        folder.string()));
     rapidjson::Document manifest;
     manifest.Parse<rapidjson::kParseIterativeFlag>(text->c_str());
     if (manifest.HasParseError() || !manifest.IsObject()) {
@@ -122,14 +134,16 @@ Result<void> info_of_folder(const fs::path& folder) {
     for (const char* name :
          {"title", "printer", "complete", "slices", "slices_planned", "pixels", "dpi", "layer_um",
           "size_mm", "color_mode", "support_made_by", "hash"}) {
-        fmt::print("{:<16} {}\n", name, text_of(manifest, name));
+        show(fmt::format("{:<16} {}\n", name, printable(text_of(manifest, name))));
     }
     const auto materials = manifest.FindMember("materials");
     if (materials == manifest.MemberEnd() || !materials->value.IsArray()) return {};
     for (const rapidjson::Value& material : materials->value.GetArray()) {
         if (!material.IsObject()) continue;
-        fmt::print("material         {} {}, {} ml, {} g\n", text_of(material, "color"),
-                   text_of(material, "name"), text_of(material, "ml"), text_of(material, "g"));
+        show(fmt::format("material         {} {}, {} ml, {} g\n",
+                         printable(text_of(material, "color")),
+                         printable(text_of(material, "name")), printable(text_of(material, "ml")),
+                         printable(text_of(material, "g"))));
     }
     return {};
 }
@@ -138,34 +152,37 @@ void print_mesh(const scene::Mesh& mesh, const std::string& indent) {
     Box3d box;
     for (const Vec3d& p : mesh.positions)
         box.add(p);
-    fmt::print("{}triangles  {}, vertices {}\n", indent, mesh.triangles.size(),
-               mesh.positions.size());
+    show(fmt::format("{}triangles  {}, vertices {}\n", indent, mesh.triangles.size(),
+                     mesh.positions.size()));
     if (!box.empty()) {
         const Vec3d size = box.size();
-        fmt::print("{}size       {:.4g} x {:.4g} x {:.4g} mm, from {:.4g} {:.4g} {:.4g}\n", indent,
-                   size.x, size.y, size.z, box.lo.x, box.lo.y, box.lo.z);
+        show(fmt::format("{}size       {:.4g} x {:.4g} x {:.4g} mm, from {:.4g} {:.4g} {:.4g}\n",
+                         indent, size.x, size.y, size.z, box.lo.x, box.lo.y, box.lo.z));
     }
     for (const scene::MeshAttribute& attribute : mesh.attributes) {
-        fmt::print("{}attribute  {}: {} {}\n", indent, attribute.name, attribute.components,
-                   attribute.is_int ? "int a face" : "float a corner");
+        show(fmt::format("{}attribute  {}: {} {}\n", indent, printable(attribute.name),
+                         attribute.components, attribute.is_int ? "int a face" : "float a corner"));
     }
 }
 
 Result<void> info_of_world(const std::string& file, const std::vector<std::string>& allow) {
     Result<scene::World> world = scene::load_world(file, {{allow.begin(), allow.end()}});
     if (!world) return world.error();
-    fmt::print("printer    {}\n", world->printer.empty() ? "none named" : world->printer);
+    show(fmt::format("printer    {}\n",
+                     world->printer.empty() ? "none named" : printable(world->printer)));
     for (const auto& [name, fablet] : world->fablets) {
-        fmt::print("fablet     {}: {} in {}\n", name, fablet.fablet, fablet.source.string());
+        show(fmt::format("fablet     {}: {} in {}\n", printable(name), printable(fablet.fablet),
+                         printable(fablet.source.string())));
     }
     for (const scene::Material& material : world->materials) {
-        fmt::print("material   {} #{:02x}{:02x}{:02x}\n", material.name, material.key[0],
-                   material.key[1], material.key[2]);
+        show(fmt::format("material   {} #{:02x}{:02x}{:02x}\n", printable(material.name),
+                         material.key[0], material.key[1], material.key[2]));
     }
     for (const scene::Texture& texture : world->textures)
-        fmt::print("texture    {}: {}\n", texture.name, texture.file.string());
+        show(fmt::format("texture    {}: {}\n", printable(texture.name),
+                         printable(texture.file.string())));
     for (const scene::Mesh& mesh : world->meshes) {
-        fmt::print("mesh       {}\n", mesh.name);
+        show(fmt::format("mesh       {}\n", printable(mesh.name)));
         print_mesh(mesh, "  ");
     }
     std::vector<int64_t> placed(world->objects.size());
@@ -182,18 +199,20 @@ Result<void> info_of_world(const std::string& file, const std::vector<std::strin
     }
     for (size_t i = 0; i < placed.size(); ++i) {
         const scene::Object& object = world->objects[i];
-        fmt::print("object     {}: mesh {}, fablet {}, placed {} times\n", object.name,
-                   world->meshes[static_cast<size_t>(object.mesh)].name, object.fablet, placed[i]);
+        show(fmt::format("object     {}: mesh {}, fablet {}, placed {} times\n",
+                         printable(object.name),
+                         printable(world->meshes[static_cast<size_t>(object.mesh)].name),
+                         printable(object.fablet), placed[i]));
     }
     const Vec3d size = box.size();
-    fmt::print("build      {} placed", world->build.size());
+    show(fmt::format("build      {} placed", world->build.size()));
     if (work <= kMostVertices) {
-        fmt::print(", {:.5g} x {:.5g} x {:.5g} mm, from {:.5g} {:.5g} {:.5g}", size.x, size.y,
-                   size.z, box.lo.x, box.lo.y, box.lo.z);
+        show(fmt::format(", {:.5g} x {:.5g} x {:.5g} mm, from {:.5g} {:.5g} {:.5g}", size.x, size.y,
+                         size.z, box.lo.x, box.lo.y, box.lo.z));
     }
-    fmt::print("\n");
+    show("\n");
     for (const std::string& warning : world->warnings)
-        fmt::print(stderr, "warning: {}\n", warning);
+        warn(warning);
     return {};
 }
 
@@ -213,7 +232,7 @@ void print_checks(const scene::MeshChecks& checks) {
                                   : "or more pairs of triangles that cross",
          checks.intersections}};
     for (const auto& [what, count] : counts) {
-        if (count > 0) fmt::print("check      {} {}\n", count, what);
+        if (count > 0) show(fmt::format("check      {} {}\n", count, what));
     }
 }
 
@@ -222,39 +241,47 @@ Result<void> info_of_mesh(const std::string& file) {
     options.name = fs::path(file).stem().string();
     Result<scene::LoadedMesh> loaded = scene::read_mesh(file, options);
     if (!loaded) return loaded.error();
-    fmt::print("mesh       {}\n", loaded->mesh.name);
-    fmt::print("unit       {:.6g} mm, {}\n", loaded->unit_mm, loaded->unit_note);
+    show(fmt::format("mesh       {}\n", printable(loaded->mesh.name)));
+    show(fmt::format("unit       {:.6g} mm, {}\n", loaded->unit_mm, printable(loaded->unit_note)));
     print_mesh(loaded->mesh, "");
     for (const auto& [name, number] : loaded->groups)
-        fmt::print("group      {}: {} {}\n", name, options.groups_attribute, number);
+        show(fmt::format("group      {}: {} {}\n", printable(name), options.groups_attribute,
+                         number));
     print_checks(loaded->checks);
-    fmt::print("printable  {}\n", loaded->refusal.empty() ? "yes" : "no: " + loaded->refusal);
+    show(fmt::format("printable  {}\n",
+                     loaded->refusal.empty() ? "yes" : "no: " + printable(loaded->refusal)));
     for (const std::string& warning : loaded->warnings)
-        fmt::print(stderr, "warning: {}\n", warning);
+        warn(warning);
     return {};
 }
 
-Result<void> info(const std::string& file, const std::vector<std::string>& allow) {
+Result<void> info(const std::string& file, const std::vector<std::string>& allow,
+                  const std::string& memory) {
     std::error_code status;
     if (fs::is_directory(file, status)) return info_of_folder(file);
     if (file.ends_with(".json")) return info_of_world(file, allow);
     if (scene::is_mesh_file(file)) return info_of_mesh(file);
-    return info_of_ofr(file);
+    return info_of_ofr(file, memory);
 }
 
 }  // namespace
 
 void add_info(CLI::App& app, Action* action) {
-    CLI::App* command = app.add_subcommand(
-        "info", "tell what an .ofr file, a folder of slices, a world or a mesh is");
+    CLI::App* command =
+        app.add_subcommand("info", "describe an .ofr file, a folder of slices, a world or a mesh");
     auto file = std::make_shared<std::string>();
     command->add_option("FILE", *file, "an .ofr file, a folder of slices, a .fab.json or a mesh")
         ->required();
     auto allow = std::make_shared<std::vector<std::string>>();
-    command->add_option("--allow", *allow, "FOLDER that a world may read besides its own (repeat)")
+    command
+        ->add_option("--allow", *allow,
+                     "a folder that a world may read besides its own (repeatable)")
         ->allow_extra_args(false);
-    command->callback(
-        [file, allow, action] { *action = [file, allow] { return info(*file, *allow); }; });
+    auto memory = std::make_shared<std::string>();
+    add_memory_option(command, memory.get());
+    command->callback([file, allow, memory, action] {
+        *action = [file, allow, memory] { return info(*file, *allow, *memory); };
+    });
 }
 
 }  // namespace openfab::tool

@@ -3,13 +3,10 @@
 
 // `openfab`: what most people type.
 
-#include <fmt/format.h>
-
-#include <csignal>
-#include <cstdio>
 #include <string_view>
 
-#include "runtime/base/caret.h"
+#include "runtime/base/command_line.h"
+#include "runtime/base/say.h"
 #include "tools/openfab/commands.h"
 
 namespace openfab::tool {
@@ -27,7 +24,7 @@ constexpr const char* kFooter = R"(Examples:
 )";
 
 int tool_main(int argc, char** argv) {
-    std::signal(SIGPIPE, SIG_IGN);  // a closed pipe is a write error with a message
+    prepare_streams();
     if (argc > 1 && std::string_view(argv[1]) == "print") return print_command(argc, argv);
     if (argc > 1 && std::string_view(argv[1]) == "texture") return texture_command(argv);
     CLI::App app("OpenFab: programs in, printer slices out.", "openfab");
@@ -42,24 +39,20 @@ int tool_main(int argc, char** argv) {
     add_info(app, &action);
     add_verify(app, &action);
     add_export(app, &action);
-    app.add_subcommand("texture", "make the filtered pyramid of an image (print binaries call it)");
+    app.add_subcommand("texture", "convert an image for prints, which call this by themselves");
+    Result<void> done;
     try {
         app.parse(argc, argv);
+        done = action();
     } catch (const CLI::CallForHelp&) {
-        fmt::print("{}", app.help());
-        return 0;
+        show(app.help());
     } catch (const CLI::CallForAllHelp&) {
-        fmt::print("{}", app.help("", CLI::AppFormatMode::All));
-        return 0;
+        show(app.help("", CLI::AppFormatMode::All));
     } catch (const CLI::ParseError& error) {
-        fmt::print(stderr, "error: {}; `openfab --help` lists the commands\n", error.what());
-        return exit_code(ErrorCode::kUsage);
+        done = command_line_error(app, error, "openfab");
     }
-    Result<void> done = action();
-    if (done && std::fflush(stdout) != 0) done = outside_error("cannot write to standard output");
-    if (done) return 0;
-    fmt::print(stderr, "{}", render_error(done.error()));
-    return exit_code(done.error().code);
+    if (done) done = written_out();
+    return done ? 0 : say_error(done.error());
 }
 
 }  // namespace

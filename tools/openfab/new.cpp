@@ -7,6 +7,7 @@
 
 #include <memory>
 
+#include "runtime/base/say.h"
 #include "tools/openfab/commands.h"
 #include "tools/openfab/stock.h"
 
@@ -47,7 +48,7 @@ Result<void> make_folder(const std::string& path) {
                            "0123456789_-") == std::string::npos;
     if (!plain || fablet.empty() || (fablet[0] >= '0' && fablet[0] <= '9')) {
         return usage_error(
-            fmt::format("`{}` makes no name of a fablet; use letters, digits, - and _, "
+            fmt::format("`{}` does not make a fablet's name; use letters, digits, - and _, "
                         "a letter first",
                         path));
     }
@@ -65,9 +66,8 @@ Result<void> make_folder(const std::string& path) {
         !done)
         return done;
     const fs::path world = folder / (name + ".fab.json");
-    fmt::print(stderr,
-               "made {}\nprint it: openfab print {} -o {}.ofr --preview {}.png,view=section\n",
-               world.string(), world.string(), name, name);
+    say(fmt::format("made {}\nprint it: openfab print {} -o {}.ofr --preview {}.png,view=section\n",
+                    world.string(), world.string(), name, name));
     return {};
 }
 

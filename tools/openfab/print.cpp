@@ -11,12 +11,14 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "runtime/base/caret.h"
+#include "runtime/base/say.h"
 #include "runtime/print/options.h"
+#include "runtime/print/output_check.h"
 #include "runtime/scene/world.h"
 #include "tools/openfab/commands.h"
 #include "tools/openfab/programs.h"
@@ -59,11 +61,11 @@ Result<std::vector<std::filesystem::path>> sources_of(const print::Options& opti
     }
     if (!fablet.empty()) return std::vector<std::filesystem::path>{fablet};
     if (!input.ends_with(".json")) {
-        return usage_error(
-            fmt::format("`{}` is no world (.fab.json); a mesh alone needs `--fablet FILE.fl`, or a "
-                        "stock fablet: "
-                        "{}",
-                        input, stock_fablet_names()));
+        return usage_error(fmt::format(
+            "`{}` is not a world (.fab.json); a mesh alone needs `--fablet FILE.fl`, or a "
+            "stock fablet: "
+            "{}",
+            input, stock_fablet_names()));
     }
     Result<scene::World> world =
         scene::load_world(input, {{options.allow.begin(), options.allow.end()}});
@@ -75,6 +77,21 @@ Result<std::vector<std::filesystem::path>> sources_of(const print::Options& opti
     }
     if (sources.empty()) return user_error(fmt::format("{}: the world has no fablets", input));
     return sources;
+}
+
+/// The sources and all that they could import from beside them.
+std::vector<std::filesystem::path> with_modules(const std::vector<std::filesystem::path>& sources) {
+    std::vector<std::filesystem::path> files = sources;
+    for (const std::filesystem::path& source : sources) {
+        std::error_code status;
+        std::filesystem::path folder = source.parent_path();
+        if (folder.empty()) folder = ".";
+        for (std::filesystem::directory_iterator entry(folder, status), end;
+             !status && entry != end; entry.increment(status)) {
+            if (entry->path().extension() == ".fl") files.push_back(entry->path());
+        }
+    }
+    return files;
 }
 
 /// Becomes the print binary; returns only where that fails.
@@ -102,12 +119,17 @@ Result<void> print_world(std::vector<std::string> arguments) {
         print::parse_options(static_cast<int>(argv.size()), argv.data(), "openfab print");
     if (!options) return options.error();
     if (options->help) {
-        fmt::print("{}\n--fablet FILE.fl names the fablet for a mesh; or one of {}.\n",
-                   options->text, stock_fablet_names());
+        show(fmt::format("{}\n--fablet FILE.fl names the fablet for a mesh; or one of {}.\n",
+                         options->text, stock_fablet_names()));
         return {};
     }
     Result<std::vector<std::filesystem::path>> sources = sources_of(*options, *fablet);
     if (!sources) return sources.error();
+    // The print binary asks again, with all that the world names; it does not know these files.
+    if (Result<void> apart =
+            print::check_outputs(print::outputs_of(*options, "", {}), with_modules(*sources));
+        !apart)
+        return apart.error();
     Result<std::filesystem::path> binary =
         print_binary(*sources, options->progress == report::ProgressMode::kNone);
     if (!binary) return binary.error();
@@ -125,16 +147,15 @@ int texture_command(char** argv) {
         failed = outside_error(
             fmt::format("cannot start `{}`: {}", helper.string(), std::strerror(errno)));
     }
-    fmt::print(stderr, "{}", render_error(failed));
-    return exit_code(failed.code);
+    return say_error(failed);
 }
 
 int print_command(int argc, char** argv) {
     Result<void> done = print_world({argv + 2, argv + argc});
+    if (done) done = written_out();
     if (done) return 0;
     // Compile errors have been printed by the compiler.
-    if (!done.error().message.empty()) fmt::print(stderr, "{}", render_error(done.error()));
-    return exit_code(done.error().code);
+    return done.error().message.empty() ? exit_code(done.error().code) : say_error(done.error());
 }
 
 }  // namespace openfab::tool

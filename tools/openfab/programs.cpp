@@ -1,6 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/openfab/programs.h"
+#include "runtime/base/say.h"
 
 #include <fmt/format.h>
 #include <spawn.h>
@@ -166,7 +167,7 @@ Result<fs::path> print_binary(const std::vector<fs::path>& sources, bool quiet) 
     if (status)
         return outside_error(
             fmt::format("cannot make the folder `{}`: {}", folder.string(), status.message()));
-    if (!quiet) fmt::print(stderr, "compiling {} ...\n", sources.front().filename().string());
+    if (!quiet) say(fmt::format("compiling {} ...\n", sources.front().filename().string()));
     // Under a name of its own, so that two prints at once do not see each other's half-written
     // binary.
     const fs::path temporary = fmt::format("{}.{}", binary.string(), ::getpid());

@@ -5,19 +5,49 @@
 // program. It is one of its own because it links OpenImageIO, which takes a third of a second and
 // 130 MB to start (measured): prints should not wait for it.
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <array>
-#include <cstdio>
+#include <filesystem>
 #include <vector>
 
-#include "runtime/base/caret.h"
+#include "runtime/base/command_line.h"
+#include "runtime/base/say.h"
 #include "tools/texture/convert.h"
 #include "tools/texture/convert_volume.h"
 
+namespace {
+
+/// Keeps to itself what libraries write to standard error, as libpng does; what went wrong is in
+/// their results, and said by us.
+class Silence {
+  public:
+    Silence() : kept_(::dup(STDERR_FILENO)) {
+#ifndef OPENFAB_SANITIZED  // sanitizers speak there, too
+        const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
+        if (nowhere >= 0) ::dup2(nowhere, STDERR_FILENO);
+        if (nowhere >= 0) ::close(nowhere);
+#endif
+    }
+    ~Silence() {
+        if (kept_ < 0) return;
+        ::dup2(kept_, STDERR_FILENO);
+        ::close(kept_);
+    }
+    Silence(const Silence&) = delete;
+    Silence& operator=(const Silence&) = delete;
+
+  private:
+    int kept_;
+};
+
+}  // namespace
+
 int main(int argc, char** argv) {
-    using openfab::ErrorCode;
+    openfab::prepare_streams();
     std::string image;
     std::string output;
     openfab::texture::VolumeOptions volume;
@@ -44,21 +74,25 @@ int main(int argc, char** argv) {
     try {
         app.parse(argc, argv);
     } catch (const CLI::CallForHelp&) {
-        fmt::print("{}", app.help());
+        openfab::show(app.help());
         return 0;
     } catch (const CLI::ParseError& error) {
-        fmt::print(stderr, "error: {}; `openfab texture --help` lists the options\n", error.what());
-        return openfab::exit_code(ErrorCode::kUsage);
+        return openfab::say_error(openfab::command_line_error(app, error, "openfab texture"));
     }
     const auto three = [](const std::vector<double>& v) {
         return std::array<double, 3>{v[0], v[1], v[2]};
     };
     if (!origin.empty()) volume.origin_mm = three(origin);
     if (!spacing.empty()) volume.spacing_mm = three(spacing);
-    openfab::Result<void> done = is_volume
-                                     ? openfab::tools::make_volume_file(image, output, volume)
-                                     : openfab::tools::make_pyramid_file(image, output, options);
-    if (done) return 0;
-    fmt::print(stderr, "{}", openfab::render_error(done.error()));
-    return openfab::exit_code(done.error().code);
+    std::error_code none;
+    if (std::filesystem::equivalent(image, output, none)) {
+        return openfab::say_error(openfab::user_error(
+            fmt::format("`-o {}` would overwrite the image; name another output", output)));
+    }
+    const openfab::Result<void> done = [&] {
+        const Silence silence;
+        return is_volume ? openfab::tools::make_volume_file(image, output, volume)
+                         : openfab::tools::make_pyramid_file(image, output, options);
+    }();
+    return done ? 0 : openfab::say_error(done.error());
 }

@@ -5,37 +5,43 @@
 
 #include <fmt/format.h>
 
-#include <cstdio>
 #include <memory>
 
 #include "backends/ofr/ofr_reader.h"
+#include "runtime/base/say.h"
+#include "runtime/base/text.h"
 #include "tools/openfab/commands.h"
+#include "tools/openfab/memory_option.h"
 
 namespace openfab::tool {
 
 namespace {
 
-Result<void> verify(const std::string& file) {
-    Result<std::unique_ptr<ofr::OfrReader>> reader = ofr::OfrReader::open(file);
+Result<void> verify(const std::string& file, const std::string& memory) {
+    const Result<int64_t> bytes = memory_of(memory);
+    if (!bytes) return bytes.error();
+    Result<std::unique_ptr<ofr::OfrReader>> reader = ofr::OfrReader::open(file, *bytes);
     if (!reader) return reader.error();
     for (;;) {
         Result<bool> more = (*reader)->next();
         if (!more) return more.error();
         if (!*more) break;
     }
-    fmt::print(stderr, "{}: all {} slices are whole, hash {:016x}\n", file,
-               (*reader)->whole_slices(), (*reader)->hash());
+    say(fmt::format("{}: all {} slices are whole, hash {:016x}\n", printable(file),
+                    (*reader)->whole_slices(), (*reader)->hash()));
     return {};
 }
 
 }  // namespace
 
 void add_verify(CLI::App& app, Action* action) {
-    CLI::App* command =
-        app.add_subcommand("verify", "check every slice of an .ofr file, or - for standard input");
+    CLI::App* command = app.add_subcommand("verify", "check every slice of an .ofr file");
     auto file = std::make_shared<std::string>();
-    command->add_option("FILE", *file, "an .ofr file")->required();
-    command->callback([file, action] { *action = [file] { return verify(*file); }; });
+    command->add_option("FILE", *file, "an .ofr file, or - for standard input")->required();
+    auto memory = std::make_shared<std::string>();
+    add_memory_option(command, memory.get());
+    command->callback(
+        [file, memory, action] { *action = [file, memory] { return verify(*file, *memory); }; });
 }
 
 }  // namespace openfab::tool

@@ -112,6 +112,9 @@ TEST(PrintOptions, MistakesAreUsageErrorsThatNameTheOption) {
         {{"w", "-o", "x", "--set", "=1"}, "--set"},
         {{"w", "-o", "x", "--set", "a.b="}, "--set"},
         {{"w", "-o", "x", "--preview", "a.bmp"}, "--preview"},
+        {{"w", "-o", "x", "--preview", "a.png,slice:5"}, "a.png,view=slice:5`"},
+        {{"w", "-o", "x", "--preview", "a.png,back"}, "a.png,view=back`"},
+        {{"w", "-o", "x", "--preview", "a.png,transmitted"}, "a.png,light=transmitted`"},
         {{"w", "-o", "x", "--png", "grey"}, "--png"},
         {{"w", "-o", "x", "--format", "bmp"}, "bmp"},
         {{"w", "-o", "-", "--format", "png"}, "standard output"},
@@ -153,7 +156,11 @@ TEST(PrintOutputs, Format) {
     EXPECT_EQ(*format({"-o", "a.ofr", "--format", "png"}, "ofr"), "png");
     EXPECT_EQ(*format({"--preview", "a.png"}, "png"), "");
     EXPECT_FALSE(format({"-o", "a.png"}, "png"));
-    EXPECT_FALSE(format({"-o", "a.bmp"}, "png"));
+    for (const char* file : {"a.bmp", "a.gcode", "out/a.tif", "a.zip"}) {
+        for (const char* native : {"png", "ofr"})
+            EXPECT_FALSE(format({"-o", file}, native)) << file;
+    }
+    EXPECT_EQ(*format({"-o", "a.zip/"}, "png"), "png");
     EXPECT_EQ(*format({"-o", "a.stl"}, "png"), "stl");
     EXPECT_EQ(*format({"-o", "a.3mf", "--mesh-pitch", "0.2mm"}, "png"), "3mf");
     EXPECT_EQ(*format({"-o", "a", "--format", "3mf"}, "png"), "3mf");

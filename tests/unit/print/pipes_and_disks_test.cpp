@@ -161,7 +161,7 @@ TEST_F(PipesAndDisks, AFullDiskThatIsFreedIsGoneOnWith) {
         EXPECT_EQ(full.exit_code, 3);
         EXPECT_THAT(full.err, HasSubstr("No space left on device"));
         EXPECT_THAT(full.err, HasSubstr("whole slices were written before, the rest takes "));
-        EXPECT_THAT(full.err, HasSubstr("the same command with `--resume` goes on"));
+        EXPECT_THAT(full.err, HasSubstr("the same command with `--resume` continues"));
         const Files left = files_of(output);
 
         // Still full: nothing that was whole is lost.
@@ -181,7 +181,7 @@ TEST_F(PipesAndDisks, AFullDiskThatIsFreedIsGoneOnWith) {
         fs::remove(disk->path("other"));
         const Outcome freed = print("ball.fab.json", arguments(output, true));
         EXPECT_EQ(freed.exit_code, 0) << freed.err;
-        EXPECT_THAT(freed.err, HasSubstr(" were there)"));
+        EXPECT_THAT(freed.err, HasSubstr(" resumed)"));
         EXPECT_TRUE(files_of(output) == whole);
     }
 }

@@ -192,7 +192,7 @@ TEST_F(Resume, SlicesThatAreNotWholeAreMadeAgain) {
         scratch_.write("a/slice_0013.png.part", "x");
         const Outcome outcome = print(again);
         ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-        EXPECT_THAT(outcome.err, HasSubstr("(10 were there)"));
+        EXPECT_THAT(outcome.err, HasSubstr("(10 resumed)"));
         EXPECT_TRUE(files_of(path("a")) == expected);
     }
 }
@@ -228,7 +228,7 @@ TEST_F(Resume, TotalsAndPicturesAreThoseOfTheWholePrint) {
     // Once more: all is there.
     const Outcome done = print(with_all("b"));
     EXPECT_EQ(done.exit_code, 0);
-    EXPECT_THAT(done.err, HasSubstr("48 slices (48 were there)"));
+    EXPECT_THAT(done.err, HasSubstr("48 slices (48 resumed)"));
     EXPECT_TRUE(read_file(path("b.ofr")) == bytes);
 }
 
@@ -249,7 +249,7 @@ TEST_F(Resume, AnotherPrintIsRefusedAndLosesNothing) {
     const auto refused = [&](std::vector<std::string> arguments, const std::string& why) {
         const Outcome outcome = print(std::move(arguments));
         EXPECT_EQ(outcome.exit_code, 1) << why;
-        EXPECT_THAT(outcome.err, HasSubstr("cannot be gone on with"));
+        EXPECT_THAT(outcome.err, HasSubstr("cannot resume"));
         EXPECT_THAT(outcome.err, HasSubstr(why));
         EXPECT_TRUE(read_file(path("a.ofr")) == cut) << why;
         EXPECT_TRUE(files_of(path("a")) == slices) << why;
@@ -306,7 +306,7 @@ TEST_F(Resume, SlicesThatComeOutOtherwiseAreRefused) {
     const std::string bytes = read_file(path("c.ofr"));
     const Outcome outcome = print({"-o", path("c.ofr"), "--draft", kSixth, "--resume"});
     EXPECT_EQ(outcome.exit_code, 1);
-    EXPECT_THAT(outcome.err, HasSubstr("comes out otherwise than it was written before"));
+    EXPECT_THAT(outcome.err, HasSubstr("differs from the one already written"));
     EXPECT_TRUE(read_file(path("c.ofr")) == bytes);
 }
 
@@ -347,7 +347,7 @@ TEST_F(Resume, AFullDiskIsGoneOnWithOnceThereIsRoom) {
         EXPECT_THAT(outcome.err, HasSubstr("error: cannot write to `" + path(name)));
         EXPECT_THAT(outcome.err, HasSubstr("File too large"));
         EXPECT_THAT(outcome.err, HasSubstr("whole slices were written before, the rest takes "));
-        EXPECT_THAT(outcome.err, HasSubstr("the same command with `--resume` goes on"));
+        EXPECT_THAT(outcome.err, HasSubstr("the same command with `--resume` continues"));
         if (name != "a") {
             EXPECT_GT(whole_slices(name), 10);
             EXPECT_LE(static_cast<int64_t>(fs::file_size(path(name))), full.largest_file_bytes);
@@ -370,7 +370,7 @@ TEST_F(Resume, InterruptedGoesOn) {
     };
     const Outcome outcome = print({"-o", path("a.ofr"), "--progress", "plain"}, options);
     EXPECT_EQ(outcome.exit_code, 130) << outcome.err;
-    EXPECT_THAT(outcome.err, HasSubstr("`--resume` goes on"));
+    EXPECT_THAT(outcome.err, HasSubstr("`--resume` continues"));
     EXPECT_EQ(print({"-o", path("a.ofr"), "--resume"}).exit_code, 0);
     EXPECT_TRUE(read_file(path("a.ofr")) == read_file(path("whole.ofr")));
 }

@@ -264,7 +264,8 @@ TEST_F(BindTest, MakesAQuickWorldOfAMesh) {
     EXPECT_FALSE(make_quick_world(folder_.path() / "none.obj", list_));
     const Result<World> step = make_quick_world(folder_.write("x.step", "solid"), list_);
     ASSERT_FALSE(step);
-    EXPECT_NE(step.error().message.find("is no mesh by its extension"), std::string::npos);
+    EXPECT_NE(step.error().message.find("does not have the extension of a mesh"),
+              std::string::npos);
     EXPECT_FALSE(make_quick_world(file, list_, "Other"));
 }
 

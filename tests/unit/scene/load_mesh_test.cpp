@@ -62,7 +62,8 @@ TEST(LoadMesh, RefusesOtherExtensions) {
     EXPECT_TRUE(is_mesh_file("X.PLY"));
     EXPECT_FALSE(is_mesh_file("x.step"));
     EXPECT_FALSE(is_mesh_file("obj"));
-    EXPECT_TRUE(parse_error("", "a.step").starts_with("a.step is no mesh by its extension"));
+    EXPECT_TRUE(
+        parse_error("", "a.step").starts_with("a.step does not have the extension of a mesh"));
     const Result<LoadedMesh> missing = load_mesh("nowhere/a.stl", {});
     ASSERT_FALSE(missing);
     EXPECT_EQ(missing.error().code, ErrorCode::kUserInput);

@@ -176,7 +176,8 @@ TEST_F(WorldTest, NamesThePlaceOfWhatIsWrong) {
          "12:27: `unit` of mesh `ball` goes with a `file`; a sphere is in mm and has its own "
          "`face` numbers"},
         {"\"sphere\": 8", "\"file\": \"photo.png\"",
-         "12:22: mesh `ball` is `photo.png`, which is no mesh by its extension; meshes are " +
+         "12:22: mesh `ball` is `photo.png`, which does not have the extension of a mesh; "
+         "supported: " +
              mesh_formats()},
         {"\"mesh\": \"ball\"", "\"mesh\": \"bal\"",
          "19:19: no mesh is called `bal`; did you mean `ball`?"},

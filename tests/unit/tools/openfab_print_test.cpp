@@ -5,6 +5,7 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "tests/support/process/process.h"
@@ -74,6 +75,40 @@ TEST_F(OpenfabPrint, CompilesOnceAndAgainWhenTheSourceChanged) {
     ASSERT_EQ(changed.exit_code, 0) << changed.err;
     EXPECT_THAT(changed.err, HasSubstr("compiling plain.fl"));
     EXPECT_TRUE(read_file(path("a.ofr")) == read_file(path("b.ofr")));
+}
+
+TEST_F(OpenfabPrint, SourcesAndTheirModulesAreSpared) {
+    scratch_.write("helper.fl", "float half_of(float x) { return x / 2; }\n");
+    for (const std::string name : {"plain.fl", "helper.fl"}) {
+        const std::string before = read_file(path(name));
+        for (const std::vector<std::string>& options :
+             {std::vector<std::string>{path("world.fab.json"), "-o", path(name), "--format", "ofr"},
+              {path("block.obj"), "--fablet", path("plain.fl"), "-o", path("a.ofr"), "--stats",
+               path(name)}}) {
+            const Outcome outcome = print(options);
+            EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
+            EXPECT_THAT(outcome.err, HasSubstr("would overwrite"));
+            EXPECT_TRUE(read_file(path(name)) == before);
+        }
+    }
+}
+
+// A damaged picture has one message, ours.
+TEST_F(OpenfabPrint, ImageLibrariesDoNotSpeakForThemselves) {
+    const std::string png =
+        std::string("\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\0\x40\0\0\0\x40\x08\2\0\0\0", 29) +
+        "nonsense that no checksum covers";
+    scratch_.write("broken.png", png);
+    const Outcome outcome =
+        run({OPENFAB_PROGRAM, "texture", path("broken.png"), "-o", path("broken.oftx")});
+    EXPECT_EQ(outcome.exit_code, 1);
+    EXPECT_THAT(outcome.err, HasSubstr("error: "));
+    EXPECT_THAT(outcome.err, HasSubstr("broken.png"));
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+    const Outcome onto =
+        run({OPENFAB_PROGRAM, "texture", path("broken.png"), "-o", path("broken.png")});
+    EXPECT_EQ(onto.exit_code, 1);
+    EXPECT_TRUE(read_file(path("broken.png")) == png);
 }
 
 TEST_F(OpenfabPrint, CompileErrorsPassThrough) {

@@ -1,0 +1,242 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// What programs refuse before they open anything for writing: outputs on inputs, formats that there
+// are not, slices beyond the budget. And what they warn of: parts that vanish.
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <sys/stat.h>
+
+#include <cstring>
+#include <fstream>
+
+#include "backends/ofr/ofr_sink.h"
+#include "tests/support/process/process.h"
+
+namespace openfab::testing {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+namespace fs = std::filesystem;
+
+class Refusals : public ::testing::Test {
+  protected:
+    Refusals() {
+        scratch_.write("f.fl", "fablet Solid {}\n");
+        scratch_.write("block.obj",
+                       "v 0 0 0\nv 4 0 0\nv 4 3 0\nv 0 3 0\nv 0 0 2\nv 4 0 2\nv 4 3 2\nv 0 3 2\n"
+                       "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n");
+        scratch_.write(
+            "my.printer.json",
+            R"({"name": "my", "pitch_mm": [0.1, 0.1, 0.1], "build_volume_mm": [90, 90, 90], "native_format": "png"})");
+        write_world("w.fab.json", R"({"file": "block.obj", "unit": "mm"})");
+    }
+    void write_world(const std::string& name, const std::string& mesh) {
+        scratch_.write(name, fmt::format(R"({{
+  "openfab": 1, "printer": "my.printer.json",
+  "fablets": {{"f": {{"source": "f.fl", "fablet": "Solid"}}}},
+  "materials": {{"white": {{"key": "#ffffff"}}, "black": {{"key": "#000000"}}}},
+  "meshes": {{"mesh": {}}},
+  "objects": {{"thing": {{"mesh": "mesh", "fablet": "f", "uniforms": {{"a": "white", "b": "black"}}}}}},
+  "build": [{{"object": "thing"}}]
+}}
+)",
+                                         mesh));
+    }
+    std::string path(const std::string& name) const { return (scratch_ / name).string(); }
+    Outcome print(std::vector<std::string> arguments, const std::string& world = "w.fab.json") {
+        arguments.insert(arguments.begin(), {OPENFAB_TEST_PRINT, path(world)});
+        return run(arguments);
+    }
+    static Outcome openfab(std::vector<std::string> arguments) {
+        arguments.insert(arguments.begin(), OPENFAB_PROGRAM);
+        return run(arguments);
+    }
+
+    ScratchFolder scratch_;
+};
+
+TEST_F(Refusals, APrintSparesAllThatItIsMadeFrom) {
+    fs::create_symlink("block.obj", path("link.ofr"));
+    fs::create_directory(path("sub"));
+    const auto before = [&] {
+        std::string all;
+        for (const char* name : {"w.fab.json", "block.obj", "f.fl", "my.printer.json"})
+            all += read_file(path(name)) + '\0';
+        return all;
+    };
+    const std::string inputs = before();
+    for (const std::string& file :
+         {path("w.fab.json"), path("block.obj"), path("f.fl"), path("my.printer.json"),
+          path("link.ofr"), path("sub/../block.obj"), path("./w.fab.json")}) {
+        for (const std::vector<std::string>& options :
+             {std::vector<std::string>{"-o", file, "--format", "ofr"},
+              {"-o", path("a.ofr"), "--stats", file},
+              {"-o", path("a.ofr"), "--stats", file, "--estimate"}}) {
+            const Outcome outcome = print(options);
+            EXPECT_EQ(outcome.exit_code, 1) << file << ": " << outcome.err;
+            EXPECT_THAT(outcome.err, HasSubstr("would overwrite")) << file;
+            EXPECT_THAT(outcome.err, HasSubstr("name another output")) << file;
+            EXPECT_FALSE(fs::exists(path("a.ofr"))) << file;
+        }
+    }
+    // The file of the printer that the command line names, and a mesh by itself.
+    write_world("plain.fab.json", R"({"box": [4, 3, 2]})");
+    EXPECT_EQ(print({"--printer", path("my.printer.json"), "--stats", path("my.printer.json"), "-o",
+                     path("a.ofr")},
+                    "plain.fab.json")
+                  .exit_code,
+              1);
+    EXPECT_EQ(
+        run({OPENFAB_TEST_PRINT_ONE, path("block.obj"), "-o", path("block.obj"), "--format", "ofr"})
+            .exit_code,
+        1);
+    EXPECT_TRUE(before() == inputs);
+    EXPECT_EQ(print({"-o", path("a.ofr"), "--stats", path("a.ofr")}).exit_code, 1);
+    EXPECT_FALSE(fs::exists(path("a.ofr")));
+    EXPECT_EQ(print({"-o", path("a.ofr"), "--stats", path("a.json")}).exit_code, 0);
+}
+
+TEST_F(Refusals, ExportSparesWhatItReads) {
+    ASSERT_EQ(print({"-o", path("e.ofr")}).exit_code, 0);
+    const std::string whole = read_file(path("e.ofr"));
+    fs::create_hard_link(path("e.ofr"), path("hard.ofr"));
+    for (const std::vector<std::string>& options :
+         {std::vector<std::string>{"-o", path("e.ofr")},
+          {"-o", path("hard.ofr")},
+          {"-o", path("e.ofr"), "--format", "3mf"},
+          {"-o", path("e.ofr"), "--slice", "1"},
+          {"-o", path("slices"), "--preview", path("p.png"), "--preview", path("p.png")}}) {
+        std::vector<std::string> arguments{"export", path("e.ofr")};
+        arguments.insert(arguments.end(), options.begin(), options.end());
+        const Outcome outcome = openfab(arguments);
+        EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
+        EXPECT_TRUE(read_file(path("e.ofr")) == whole) << options[1];
+        EXPECT_FALSE(fs::exists(path("slices")));
+    }
+    const Outcome piped =
+        run({"/bin/bash", "-c",
+             fmt::format("{} export - -o {} < {}", OPENFAB_PROGRAM, path("e.ofr"), path("e.ofr"))});
+    EXPECT_EQ(piped.exit_code, 1) << piped.err;
+    EXPECT_TRUE(read_file(path("e.ofr")) == whole);
+    EXPECT_EQ(openfab({"export", path("e.ofr"), "-o", path("copy.ofr")}).exit_code, 0);
+    EXPECT_TRUE(read_file(path("copy.ofr")) == whole);
+}
+
+TEST_F(Refusals, ADeviceStaysADevice) {
+    fs::create_symlink("/dev/full", path("full.png"));
+    ASSERT_EQ(::mkfifo(path("pipe").c_str(), 0600), 0);
+    const Outcome estimated =
+        run({"/bin/bash", "-c",
+             fmt::format("cat {0} > {1} & {2} {3} -o {4} --estimate --stats {0}; code=$?; wait; "
+                         "exit $code",
+                         path("pipe"), path("json"), OPENFAB_TEST_PRINT, path("w.fab.json"),
+                         path("a.ofr"))});
+    EXPECT_EQ(estimated.exit_code, 0) << estimated.err;
+    EXPECT_TRUE(fs::is_fifo(path("pipe")));
+    EXPECT_THAT(read_file(path("json")), HasSubstr("\"estimate\": true"));
+    const Outcome full = print({"--preview", path("full.png"), "-o", path("a.ofr")});
+    EXPECT_EQ(full.exit_code, 3) << full.err;
+    EXPECT_TRUE(fs::is_symlink(path("full.png")));
+}
+
+TEST_F(Refusals, AFileOfAnotherFormatIsNoFolder) {
+    for (const std::string name : {"x.gcode", "x.tif", "x.zip", "x.PNG", "x.jpeg", "x.obj"}) {
+        const Outcome outcome = print({"-o", path(name)});
+        EXPECT_EQ(outcome.exit_code, 2) << name;
+        EXPECT_THAT(outcome.err, HasSubstr(".3mf, .stl")) << name;
+        EXPECT_FALSE(fs::exists(path(name))) << name;
+    }
+    // Whoever means it says so.
+    EXPECT_EQ(print({"-o", path("x.zip/")}).exit_code, 0);
+    EXPECT_EQ(print({"-o", path("x.zip")}).exit_code, 0);  // which is a folder now
+    EXPECT_EQ(print({"-o", path("y.tif"), "--format", "png"}).exit_code, 0);
+    EXPECT_TRUE(fs::is_directory(path("y.tif")));
+    EXPECT_EQ(print({"-o", path("ball_v1.2")}).exit_code, 0);
+    EXPECT_TRUE(fs::is_directory(path("ball_v1.2")));
+    ASSERT_EQ(print({"-o", path("e.ofr")}).exit_code, 0);
+    EXPECT_EQ(openfab({"export", path("e.ofr"), "-o", path("x.gcode")}).exit_code, 2);
+    EXPECT_FALSE(fs::exists(path("x.gcode")));
+}
+
+TEST_F(Refusals, SlicesBeyondTheBudgetAreRefusedBeforeTheyAreMade) {
+    backends::PrintInfo info;
+    info.size = {16384, 16384, 2};
+    info.slice_end = 2;
+    info.bits = 4;
+    info.pitch_mm = {0.1, 0.1, 0.1};
+    info.title = info.printer = "generic";
+    info.materials.push_back({"white", {255, 255, 255, 255}, {255, 255, 255, 255}, 1, ""});
+    // 134 MB of rows in 4 kB, 1.07 GB of pixels.
+    Result<std::unique_ptr<backends::SliceSink>> sink = ofr::OfrSink::create(path("large.ofr"));
+    ASSERT_TRUE(sink);
+    ASSERT_TRUE((*sink)->begin(info));
+    const std::vector<uint8_t> rows(size_t{8192} * 16384);
+    backends::PrintTotals totals;
+    totals.complete = true;
+    for (int32_t z = 0; z < 2; ++z)
+        ASSERT_TRUE((*sink)->commit(z, (*sink)->encode({z, rows.data(), 8192, 16384, 16384})));
+    totals.voxels_by_code.assign(2, 0);
+    ASSERT_TRUE((*sink)->finish(totals));
+    ASSERT_LT(fs::file_size(path("large.ofr")), 100'000u);
+
+    for (const std::vector<std::string>& arguments :
+         {std::vector<std::string>{"export", path("large.ofr"), "-o", path("out")},
+          {"export", path("large.ofr"), "-o", path("out.3mf")},
+          {"export", path("large.ofr"), "-o", path("out.png"), "--slice", "0"}}) {
+        std::vector<std::string> limited = arguments;
+        limited.insert(limited.end(), {"--memory", "400MB"});
+        const Outcome outcome = openfab(limited);
+        EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
+        EXPECT_THAT(outcome.err, HasSubstr("16384 x 16384 voxels"));
+        EXPECT_THAT(outcome.err, HasSubstr("--memory"));
+        EXPECT_FALSE(fs::exists(arguments[3]));
+    }
+    for (const char* command : {"verify", "info", "export"}) {
+        const Outcome outcome = openfab({command, path("large.ofr"), "--memory", "100MB"});
+        EXPECT_NE(outcome.exit_code, 0) << command;
+    }
+    EXPECT_THAT(openfab({"verify", path("large.ofr"), "--memory", "100MB"}).err, HasSubstr("134"));
+    const Outcome verified = openfab({"verify", path("large.ofr"), "--memory", "200MB"});
+    EXPECT_THAT(verified.err, HasSubstr("hash")) << verified.err;
+}
+
+TEST_F(Refusals, AnIndexOfNoLengthThatIsPossibleIsNotRead) {
+    ASSERT_EQ(print({"-o", path("e.ofr")}).exit_code, 0);
+    // A file that claims an index of 8 GB, most of it a hole.
+    std::string tail = read_file(path("e.ofr"));
+    tail = tail.substr(tail.size() - 16);
+    std::memset(tail.data(), 0, 8);
+    fs::copy_file(path("e.ofr"), path("hole.ofr"));
+    fs::resize_file(path("hole.ofr"), uintmax_t{8} << 30);
+    std::ofstream(path("hole.ofr"), std::ios::binary | std::ios::app) << tail;
+    // In an address space that has no room for it.
+    const Outcome outcome =
+        run({"/bin/bash", "-c",
+             fmt::format("ulimit -v 4000000; {} info {}", OPENFAB_PROGRAM, path("hole.ofr"))});
+    EXPECT_LE(outcome.exit_code, 1) << outcome.err;
+}
+
+TEST_F(Refusals, PartsThatVanishAreNamed) {
+    write_world("sheet.fab.json", R"({"box": [8, 8, 0.004]})");
+    std::string world = read_file(path("sheet.fab.json"));
+    const std::string build = R"([{"object": "thing"}])";
+    world.replace(world.find(build), build.size(),
+                  R"([{"object": "thing", "translate_mm": [0, 0, 0.01]},)"
+                  R"( {"object": "thing", "translate_mm": [0, 0, 1.01]}])");
+    scratch_.write("sheet.fab.json", world);
+    const Outcome outcome =
+        print({"-o", path("a.ofr"), "--stats", path("s.json")}, "sheet.fab.json");
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_THAT(outcome.err, HasSubstr("warning: `thing` (number 1 of the build) is 80 x 80 x 0.04 "
+                                       "voxels; what is thinner than a voxel"));
+    EXPECT_THAT(outcome.err, HasSubstr("warning: nothing was printed: no voxel has any material; "
+                                       "`thing` (number 0 of the build) is 80 x 80 x 0.04 voxels"));
+    EXPECT_THAT(read_file(path("s.json")), HasSubstr("nothing was printed"));
+    EXPECT_THAT(print({"-o", path("b.ofr")}).err, Not(HasSubstr("warning")));
+}
+
+}  // namespace
+}  // namespace openfab::testing

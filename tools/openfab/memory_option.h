@@ -1,0 +1,20 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// `--memory` of the commands that read prints.
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <string>
+
+#include "runtime/base/result.h"
+
+namespace openfab::tool {
+
+void add_memory_option(CLI::App* command, std::string* text);
+
+/// Empty: as much as a print takes unless told.
+Result<int64_t> memory_of(const std::string& text);
+
+}  // namespace openfab::tool
