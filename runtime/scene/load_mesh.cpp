@@ -235,6 +235,20 @@ void to_millimetres(MeshSource* source, const MeshOptions& options, LoadedMesh* 
         p = p * out->unit_mm;
 }
 
+/// y up, z to the viewer -> z up, y away; as glTF is read.
+void stand_up(Mesh* mesh) {
+    for (Vec3d& p : mesh->positions)
+        p = {p.x, 0 - p.z, p.y};
+    for (MeshAttribute& a : mesh->attributes) {
+        if (a.name != "n" || a.components != 3) continue;
+        for (size_t i = 0; i + 2 < a.values.size(); i += 3) {
+            const float y = a.values[i + 1];
+            a.values[i + 1] = 0 - a.values[i + 2];
+            a.values[i + 2] = y;
+        }
+    }
+}
+
 void look_for_intersections(MeshSource* source) {
     const Intersections found = find_intersections(source->mesh);
     source->checks.intersections = found.pairs;
@@ -258,6 +272,7 @@ Result<LoadedMesh> finish(MeshSource source, const MeshOptions& options, bool to
     if (Result<void> numbered = Groups(&source, options, &out).number(); !numbered)
         return numbered.error();
     to_millimetres(&source, options, &out);
+    if (options.y_up) stand_up(&source.mesh);
     Result<void> fine = prepare_mesh(&source, options.repair);
     if (!fine) {
         if (!tolerant) return fine.error();
@@ -299,6 +314,11 @@ int32_t MeshSource::group_index(const FaceGroup& group) {
 
 bool is_mesh_file(const fs::path& file) {
     return find_format(file) != nullptr;
+}
+
+bool format_says_up(const fs::path& file) {
+    const Format* format = find_format(file);
+    return format != nullptr && format->read == parse_gltf;
 }
 
 std::string mesh_formats() {

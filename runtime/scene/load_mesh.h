@@ -29,6 +29,7 @@ struct MeshOptions {
     /// groups.
     std::optional<std::map<std::string, int32_t>> groups;
     std::string groups_attribute = "face";
+    bool y_up = false;    ///< y of the file is up; glTF has that by its format and takes no word
     bool repair = false;  ///< close what is open, as prepare_mesh says
 };
 
@@ -46,6 +47,9 @@ struct LoadedMesh {
 
 /// Whether load_mesh reads files of this extension, in any case.
 bool is_mesh_file(const std::filesystem::path& file);
+
+/// Whether a format says which axis is up; its reader has turned the mesh then.
+bool format_says_up(const std::filesystem::path& file);
 
 /// ".obj, .stl, …", for messages.
 std::string mesh_formats();

@@ -235,7 +235,7 @@ class WorldReader {
         if (source->key == "file") {
             mesh_file(m, source->value, what);
         } else {
-            for (const char* key : {"unit", "groups", "groups_attribute"}) {
+            for (const char* key : {"unit", "up", "groups", "groups_attribute"}) {
                 if (const JsonMember* p = m.value.find(key)) {
                     return json_.fail_at(
                         p->line, p->column,
@@ -301,6 +301,14 @@ class WorldReader {
         options.name = m.key;
         options.repair = any_object_repairs(m.key);
         if (const JsonMember* p = m.value.find("unit")) options.unit_mm = unit_mm(p->value, what);
+        if (const JsonMember* p = m.value.find("up")) {
+            options.y_up = json_.choice(p->value, "`up` of " + what, {"z", "y"}) == 1;
+            if (json_.ok() && format_says_up(file)) {
+                json_.fail(p->value, fmt::format("`up` of {}: glTF has y up by its format, and the "
+                                                 "mesh stands already; leave it out",
+                                                 what));
+            }
+        }
         if (const JsonMember* p = m.value.find("groups_attribute")) {
             options.groups_attribute = json_.string(p->value, "`groups_attribute` of " + what);
             const std::string& name = options.groups_attribute;

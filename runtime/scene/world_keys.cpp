@@ -18,7 +18,7 @@ const std::vector<KeySet>& world_key_sets() {
          {"file", "wrap", "filter", "space", "channels", "origin_mm", "spacing_mm"},
          {"file"}},
         {"mesh",
-         {"file", "unit", "groups", "groups_attribute", "box", "sphere", "cylinder", "plane"},
+         {"file", "unit", "up", "groups", "groups_attribute", "box", "sphere", "cylinder", "plane"},
          {}},
         {"object",
          {"mesh", "fablet", "priority", "max_displacement_mm", "uniforms", "support", "repair"},

@@ -11,6 +11,7 @@
 #include <map>
 
 #include "runtime/scene/json.h"
+#include "tools/openfab/standing.h"
 #include "tools/openfab/stock.h"
 
 namespace openfab::tool {
@@ -130,6 +131,13 @@ class Importer {
         set_constant("MAPS", std::max<size_t>(textures_.size(), 1), &source);
         out_.files.push_back({source_name(), std::move(source)});
         out_.world = world();
+        if (!options_.y_up && !scene::format_says_up(file_)) {
+            if (const std::string why = why_y_seems_up(mesh_.mesh); !why.empty()) {
+                out_.notes.push_back(fmt::format(
+                    "`{}` may lie on its back: {}. Import it with `--up y` if y is up in it", file_,
+                    why));
+            }
+        }
         if (mesh_.unit_note.starts_with("assumed") && !options_.largest_mm) {
             const Vec3d size = box_.size();
             out_.notes.push_back(fmt::format(
@@ -155,23 +163,47 @@ class Importer {
         return found != nullptr ? *found : Look{};
     }
 
-    std::string fitting_fablet() const {
+    std::string fitting_fablet() {
+        if (!options_.mapping.empty()) return options_.mapping == "uv" ? "textured" : "mapped";
+        if (!has("uv", 2) && any_picture()) {
+            if (!options_.picture.empty()) return "mapped";
+            out_.notes.push_back(fmt::format(
+                "`{}` has pictures, but no texture coordinates to place them by: they are left "
+                "out. `--mapping box`, `planar` or `triplanar` maps the first one",
+                file_));
+        }
         if (has("uv", 2) && any_picture()) return "textured";
         return has("color", 3) && groups_.size() == 1 ? "painted" : "solid";
     }
 
     Result<void> check() const {
         const std::string& f = out_.fablet;
+        const auto does_not_go = [&](const char* option, const char* with) {
+            return usage_error(
+                fmt::format("`{}` is for {}, and the fablet is `{}`", option, with, f));
+        };
+        const bool by_uv = options_.mapping.empty() || options_.mapping == "uv";
+        if (!by_uv && f != "mapped") return does_not_go("--mapping", "the fablet `mapped`");
+        if (options_.mapping == "uv" && f == "mapped")
+            return does_not_go("--mapping uv", "the fablet `textured`");
+        if (!options_.side.empty() && (f != "mapped" || mapping() != kPlanar))
+            return usage_error("`--side` is for `--mapping planar`");
+        if (options_.picture_mm && f != "mapped")
+            return does_not_go("--picture-size", "`--mapping planar`, `box` or `triplanar`");
+        if (!options_.picture.empty() && f != "textured" && f != "mapped" && f != "relief")
+            return does_not_go("--picture", "the fablets `textured`, `mapped` and `relief`");
         if ((f == "textured" || f == "relief") && !has("uv", 2)) {
-            return user_error(
-                fmt::format("{}: the mesh has no texture coordinates, which `{}` needs; "
-                            "choose another `--fablet`",
-                            file_, f));
-        }
-        if (f == "relief" && !any_picture())
             return user_error(fmt::format(
-                "{}: the mesh has no picture, which `relief` needs; give one with `--picture FILE`",
-                file_));
+                "{}: the mesh has no texture coordinates, which `{}` needs; "
+                "{}",
+                file_, f,
+                f == "textured" ? "`--mapping box`, `planar` or `triplanar` does without"
+                                : "choose another `--fablet`"));
+        }
+        if ((f == "relief" || f == "mapped") && !any_picture())
+            return user_error(fmt::format(
+                "{}: the mesh has no picture, which `{}` needs; give one with `--picture FILE`",
+                file_, f));
         if (f == "painted" && !has("color", 3))
             return user_error(
                 fmt::format("{}: the mesh's vertices have no colours, which `painted` "
@@ -212,6 +244,8 @@ class Importer {
         if (out_.fablet == "solid") return bind_solid();
         if (out_.fablet == "textured") {
             if (Result<void> bound = bind_pictures(); !bound) return bound;
+        } else if (out_.fablet == "mapped") {
+            if (Result<void> bound = bind_mapped(); !bound) return bound;
         } else if (out_.fablet == "painted") {
             // The other formats' colours are made linear when they are read.
             if (fs::path(file_).extension() == ".obj") uniform("encoded", "true");
@@ -229,7 +263,7 @@ class Importer {
         } else {
             return bind_relief();
         }
-        if (out_.fablet == "textured" || out_.fablet == "painted") {
+        if (out_.fablet == "textured" || out_.fablet == "mapped" || out_.fablet == "painted") {
             material("cyan", "cyan", {0, 0.3, 0.8});
             material("magenta", "magenta", {0.75, 0, 0.2});
             material("yellow", "yellow", {1, 0.8, 0});
@@ -283,20 +317,63 @@ class Importer {
         return {};
     }
 
-    Result<void> bind_relief() {
+    enum Mapping { kPlanar = 0, kBox = 1, kTriplanar = 2 };
+
+    Mapping mapping() const {
+        return options_.mapping == "planar"      ? kPlanar
+               : options_.mapping == "triplanar" ? kTriplanar
+                                                 : kBox;
+    }
+
+    /// From the side that shows most of the mesh's box; of equal ones the top, then the front.
+    int planar_side() const {
+        for (size_t s = 0; s < kSides.size(); ++s) {
+            if (options_.side == kSides[s]) return static_cast<int>(s);
+        }
+        const Vec3d size = box_.size();
+        if (size.z <= std::min(size.x, size.y)) return kTop;
+        return size.y <= size.x ? kFront : kRight;
+    }
+
+    /// The picture spans the mesh's box on each side, or has a size and repeats.
+    Result<void> bind_mapped() {
+        if (Result<void> bound = bind_first_picture(!options_.picture_mm); !bound) return bound;
+        const Vec3d middle = (box_.lo + box_.hi) * (scale_ / 2), size = box_.size() * scale_;
+        const auto numbers = [](const std::array<double, 3>& v) { return list_of(v, number); };
+        uniform("mapping", std::to_string(mapping()));
+        if (mapping() == kPlanar) uniform("side", std::to_string(planar_side()));
+        uniform("center", numbers({middle.x, middle.y, middle.z}));
+        const double mm = options_.picture_mm.value_or(0);
+        uniform("size", mm > 0 ? numbers({mm, mm, mm}) : numbers({size.x, size.y, size.z}));
+        if (options_.mapping.empty() && options_.fablet.empty()) {
+            out_.notes.push_back(fmt::format(
+                "`{}` has no texture coordinates: the picture is on each of its six sides. "
+                "`--mapping planar` or `triplanar` maps it otherwise, `--picture-size` repeats it",
+                file_));
+        }
+        return {};
+    }
+
+    /// The picture of the first group that has one.
+    Result<void> bind_first_picture(bool clamp) {
         for (const std::string& group : groups_) {
-            Result<int> place = add_picture(look(group));
+            Result<int> place = add_picture(look(group), clamp);
             if (!place) return place.error();
             if (*place >= 0) break;
         }
         uniform("map", json_text(texture_names_[0]));
+        return {};
+    }
+
+    Result<void> bind_relief() {
+        if (Result<void> bound = bind_first_picture(false); !bound) return bound;
         material("material", "white", kWhite);
         return {};
     }
 
     /// The place of a look's picture among the textures, -1 where it has none. One that several
     /// have is there once.
-    Result<int> add_picture(const Look& of) {
+    Result<int> add_picture(const Look& of, bool clamp = false) {
         Picture picture;
         if (!options_.picture.empty()) {
             Result<std::string> bytes = scene::read_text_file(options_.picture, kLargestPicture);
@@ -307,6 +384,7 @@ class Importer {
         } else {
             return -1;
         }
+        picture.clamp = picture.clamp || clamp;
         for (size_t t = 0; t < pictures_.size(); ++t) {
             if (pictures_[t].bytes == picture.bytes && pictures_[t].clamp == picture.clamp)
                 return static_cast<int>(t);
@@ -372,10 +450,15 @@ class Importer {
 }}
 )",
                            json_text(options_.printer), out_.fablet, source_name(), fablet,
-                           lines(materials_), textures, name, json_text(file_), unit(), name, name,
+                           lines(materials_), textures, name, json_text(file_),
+                           unit() + (options_.y_up ? ", \"up\": \"y\"" : ""), name, name,
                            out_.fablet, repair, lines(uniforms_), name, scale);
     }
 
+    /// As in stdlib/mapping.fl.
+    static constexpr std::array<const char*, 6> kSides{"front", "right", "back",
+                                                       "left",  "top",   "bottom"};
+    static constexpr int kFront = 0, kRight = 1, kTop = 4;
     static constexpr std::array<double, 3> kWhite{1, 1, 1};
     static constexpr std::array<double, 3> kBlack{0, 0, 0};
 

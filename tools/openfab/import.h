@@ -20,6 +20,10 @@ struct ImportOptions {
     std::string printer = "generic";
     std::string picture;               ///< a file instead of the mesh's own pictures
     std::optional<double> largest_mm;  ///< size along the longest side; else as it is
+    std::string mapping;  ///< uv, planar, box or triplanar; empty: by what the mesh has
+    std::string side;     ///< planar: front, right, …; empty: the largest
+    std::optional<double> picture_mm;  ///< size of one picture; else as large as the mesh
+    bool y_up = false;                 ///< of the file; the mesh stands already
     bool repair = false;               ///< the world says `"repair": "winding"`
 };
 

@@ -23,7 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Arguments {
-    std::string file, folder, unit, size, repair;
+    std::string file, folder, unit, up, size, picture_size, repair;
     ImportOptions import;
 };
 
@@ -33,6 +33,15 @@ std::optional<double> unit_mm(const std::string& name) {
     for (const auto& [unit, mm] : kUnits) {
         if (name == unit) return mm;
     }
+    return {};
+}
+
+Result<void> read_length(const char* option, const std::string& text, std::optional<double>* mm) {
+    if (text.empty()) return {};
+    const Result<double> length = parse_length_mm(text);
+    if (!length) return usage_error(fmt::format("`{}`: {}", option, length.error().message));
+    if (!(*length > 0)) return usage_error(fmt::format("`{}` must be above 0", option));
+    *mm = *length;
     return {};
 }
 
@@ -73,11 +82,17 @@ Result<void> run_import(Arguments arguments) {
         return usage_error(fmt::format("there is no stock fablet `{}`; choose from {}",
                                        arguments.import.fablet, stock_fablet_names()));
     }
-    if (!arguments.size.empty()) {
-        const Result<double> size = parse_length_mm(arguments.size);
-        if (!size) return usage_error("`--size`: " + size.error().message);
-        if (!(*size > 0)) return usage_error("`--size` must be above 0");
-        arguments.import.largest_mm = *size;
+    if (Result<void> read = read_length("--size", arguments.size, &arguments.import.largest_mm);
+        !read)
+        return read;
+    if (Result<void> read =
+            read_length("--picture-size", arguments.picture_size, &arguments.import.picture_mm);
+        !read)
+        return read;
+    arguments.import.y_up = arguments.up == "y";
+    if (!arguments.up.empty() && scene::format_says_up(mesh)) {
+        return usage_error(
+            "glTF has y up by its format, and the mesh stands already; leave `--up` out");
     }
     if (Result<scene::Printer> printer = scene::load_printer(arguments.import.printer); !printer)
         return printer.error();
@@ -91,6 +106,7 @@ Result<void> run_import(Arguments arguments) {
     scene::MeshOptions options;
     options.name = mesh.stem().string();
     options.unit_mm = unit_mm(arguments.unit);
+    options.y_up = arguments.import.y_up;
     options.repair = arguments.import.repair = !arguments.repair.empty();
     Result<scene::LoadedMesh> loaded = scene::load_mesh(mesh, options);
     if (!loaded) return loaded.error();
@@ -123,13 +139,28 @@ void add_import(CLI::App& app, Action* action) {
     command->add_option("-o,--output", a->folder, "the folder to make")->required();
     command->add_option(
         "--fablet", a->import.fablet,
-        "solid, textured, painted, graded, shell, lattice or relief; else what fits "
+        "solid, textured, mapped, painted, graded, shell, lattice or relief; else what fits "
         "the mesh");
     command->add_option("--picture", a->import.picture,
-                        "an image for textured or relief, instead of the mesh's own");
+                        "an image for textured, mapped or relief, instead of the mesh's own");
+    command
+        ->add_option("--mapping", a->import.mapping,
+                     "how a picture lies on the mesh: uv, by its texture coordinates; planar, from "
+                     "one side; box, on six sides; triplanar, blended between them")
+        ->check(CLI::IsMember({"uv", "planar", "box", "triplanar"}));
+    command
+        ->add_option("--side", a->import.side,
+                     "planar from the front (-y), right, back, left, top or bottom; else the "
+                     "largest")
+        ->check(CLI::IsMember({"front", "right", "back", "left", "top", "bottom"}));
+    command->add_option("--picture-size", a->picture_size,
+                        "of a mapped picture, which then repeats, as 20mm; else as large as the "
+                        "mesh");
     command->add_option("--size", a->size, "of its longest side, as 60mm; else as it is");
     command->add_option("--unit", a->unit, "of the file's numbers: mm, cm, m, um or in")
         ->check(CLI::IsMember({"mm", "cm", "m", "um", "in"}));
+    command->add_option("--up", a->up, "the axis of the file that points up: z, or y")
+        ->check(CLI::IsMember({"z", "y"}));
     command->add_option("--repair", a->repair, "winding: close a mesh that is open or inconsistent")
         ->check(CLI::IsMember({"winding"}));
     command->add_option("--printer", a->import.printer, "generic unless told");

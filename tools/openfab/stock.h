@@ -25,8 +25,8 @@ const std::vector<StockText>& stock_texts();
 std::string_view stock_text(std::string_view name);
 
 /// A stock fablet's file is stock_NAME.fl; the fablet in it has the name with a capital.
-constexpr std::array<const char*, 7> kStockFablets = {"solid", "textured", "painted", "graded",
-                                                      "shell", "lattice",  "relief"};
+constexpr std::array<const char*, 8> kStockFablets = {"solid",  "textured", "mapped",  "painted",
+                                                      "graded", "shell",    "lattice", "relief"};
 
 bool is_stock_fablet(std::string_view name);
 

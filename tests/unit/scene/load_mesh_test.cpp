@@ -38,6 +38,23 @@ TEST(LoadMesh, GuessesMetresWithAWarning) {
     EXPECT_TRUE(usual->warnings.empty());
 }
 
+/// As glTF is read: right-handed, without rounding, normals too.
+TEST(LoadMesh, StandsUpWhatHasYUp) {
+    const std::string text =
+        "v 0 0 0\nv 5 0 0\nv 0 7 0\nv 0 0 9\nvn 0 0 -1\nvn 0.6 0.8 0\n"
+        "f 1//1 3//1 2//1\nf 1//2 2//2 4//2\nf 2//2 3//2 4//2\nf 1//2 4//2 3//2\n";
+    MeshOptions options;
+    options.y_up = true;
+    const Result<LoadedMesh> mesh = parse_bytes(text, "a.obj", options);
+    ASSERT_TRUE(mesh) << mesh.error().message;
+    EXPECT_EQ(mesh->mesh.positions,
+              (std::vector<Vec3d>{{0, 0, 0}, {5, 0, 0}, {0, 0, 7}, {0, -9, 0}}));
+    EXPECT_EQ(mesh->checks.turned, 0);
+    EXPECT_EQ(mesh->mesh.find("n")->values, (std::vector<float>{0, 1, 0, 0.6F, 0, 0.8F}));
+    EXPECT_TRUE(format_says_up("a.GLB"));
+    EXPECT_FALSE(format_says_up("a.obj"));
+}
+
 TEST(LoadMesh, NumbersMaterialsElseGroups) {
     using Numbers = std::vector<std::pair<std::string, int32_t>>;
     const Result<LoadedMesh> materials = parse_bytes(tetrahedron(5), "a.obj");

@@ -15,6 +15,7 @@
 #include "compiler/driver/frontend.h"
 #include "compiler/driver/modules.h"
 #include "compiler/interp/evaluate.h"
+#include "compiler/passes/attach_footprints.h"
 #include "runtime/abi/fablet_table.h"
 
 namespace openfab::testing {
@@ -33,8 +34,8 @@ class Point : public interp::Environment {
 /// `body` is the end of a function that returns a float, with float3 p and float t at hand.
 std::optional<ir::Module> compile(const std::string& modules, const std::string& body) {
     std::string text;
-    for (const char* name : {"color", "foam", "grade", "halftone", "lattice", "lens", "marble",
-                             "pattern", "shell", "wood"}) {
+    for (const char* name : {"color", "foam", "grade", "halftone", "lattice", "lens", "mapping",
+                             "marble", "pattern", "shell", "wood"}) {
         if (modules.find(name) != std::string::npos) text += std::string("import ") + name + ";\n";
     }
     text += "fablet T { @uniform { float3 p; float t; Material m; }\nfloat f() { " + body +
@@ -106,6 +107,9 @@ constexpr Range kRanges[] = {
     {"pattern", "cells(p, 5, 1u)", 0, 1, 0.02F},
     {"halftone", "bayer8((int)floor(p.x), (int)floor(p.y))", 0.5F / 64, 63.5F / 64, 0},
     {"halftone", "halftone_scatter(p, 0.1, 1u)", 0, 1, 0.01F},
+    {"mapping", "map_weights(p, 4).y", 0, 1, 0.01F},
+    {"mapping", "dot(map_weights(p, 1 + 15 * t), 1)", 0.999999F, 1.000001F, 1},
+    {"mapping", "map_side(p)", 0, 5, 0},
     {"marble", "marble(p, 9, 2, 8, 4)", 0, 1, 0.01F},
     {"marble", "marble_veins(p, 9, 2, 8, 4, 0.2)", 0, 1, 0.05F},
     {"wood", "wood_rings(p, 3, 1)", 0, 1, 0.02F},
@@ -163,6 +167,92 @@ TEST(Stdlib, KnownValues) {
     EXPECT_EQ(value("pattern", "return glyph(float2(-1.9, 2), 7, GLYPH_Z);"), 0);
     EXPECT_EQ(value("pattern", "return arrow(float2(4, 0), 5, 1) + arrow(float2(-1, 0), 5, 1);"),
               1);
+}
+
+/// Where edges of a box of pictures meet, both sides are at a border to the bit.
+TEST(Stdlib, PicturesEndAtTheEdgesOfTheirBox) {
+    for (const char* side :
+         {"MAP_FRONT", "MAP_RIGHT", "MAP_BACK", "MAP_LEFT", "MAP_TOP", "MAP_BOTTOM"}) {
+        for (const char* component : {"x", "y"}) {
+            for (int corner = 0; corner < 8; ++corner) {
+                const std::string at = std::string("map_on_side(float3(") +
+                                       ((corner & 1) != 0 ? "0.35, " : "-0.35, ") +
+                                       ((corner & 2) != 0 ? "1.65, " : "-1.65, ") +
+                                       ((corner & 4) != 0 ? "4.05)" : "-4.05)") + ", " + side +
+                                       ", float3(0.7, 3.3, 8.1))." + component;
+                const float v = value("mapping", "return " + at + ";");
+                EXPECT_TRUE(v == 0 || v == 1) << at << " is " << v;
+            }
+        }
+    }
+    // Of equal components z goes first, then y; signs do not matter.
+    EXPECT_EQ(value("mapping", "return map_side(float3(1, -1, -1));"), 5);
+    EXPECT_EQ(value("mapping", "return map_side(float3(-1, -1, 0.5));"), 0);
+    EXPECT_EQ(value("mapping", "return map_weights(0, 4).z;"), 1);
+    EXPECT_EQ(value("mapping", "return map_weights(float3(0, 0.6, 0.8), 1).x;"), 0) << "edge on";
+}
+
+/// p is a varying here, at place (x, y, z) with the axes' changes; the normal is the uniform.
+class Place : public Point {
+  public:
+    std::array<float, 3> at{};
+    uint32_t input(int32_t kind, int32_t a, int32_t b) const override {
+        if (kind == OPENFAB_ARG_NEAREST) return std::bit_cast<uint32_t>(at.at(size_t(b)));
+        if (kind == OPENFAB_ARG_NEAREST_GRAD)
+            return std::bit_cast<uint32_t>(b / 3 == b % 3 ? 1.0F : 0.0F);
+        return Point::input(kind, a, b);
+    }
+};
+
+/// For who looks at a side, pictures stand upright and read from left to right, and the footprint
+/// is that of the side.
+TEST(Stdlib, PicturesOfABoxStandUprightOnEachSide) {
+    const std::string text =
+        "import mapping;\nfablet T { @uniform { float3 n; float t; Material m; ImageTexture2D map; "
+        "}\n"
+        "@Volume(@varying { VolumeAttributes attr, @nearest float3 q }) { MaterialComposition mc;\n"
+        "mc.Set(m, map.Sample1(map_box(q, n, float3(8, 5, 2)), 0)); return mc; } }\n";
+    source::SourceManager sources;
+    diag::Sink sink;
+    const uint32_t file = sources.add("test.fl", text);
+    auto module = driver::compile_to_ir(sources, file, sink);
+    ASSERT_TRUE(module) << diag::render_text(sink, sources);
+    ir::Stage& stage = module->fablets[0].volume;
+    passes::attach_footprints(&stage);
+    const ir::Instr* look = nullptr;
+    for (const ir::Instr& instr : stage.instrs)
+        look = instr.op == ir::Op::kSample ? &instr : look;
+    ASSERT_NE(look, nullptr);
+    struct Side {
+        std::array<float, 3> normal, right, up;
+    };
+    const Side sides[] = {
+        {{0.2F, -1, 0.3F}, {1, 0, 0}, {0, 0, 1}}, {{1, 0.9F, -0.3F}, {0, 1, 0}, {0, 0, 1}},
+        {{0.2F, 1, 0.3F}, {-1, 0, 0}, {0, 0, 1}}, {{-1, 0.2F, 0.3F}, {0, -1, 0}, {0, 0, 1}},
+        {{0.2F, 0.9F, 1}, {1, 0, 0}, {0, 1, 0}},  {{0.2F, 0.9F, -1}, {1, 0, 0}, {0, -1, 0}}};
+    constexpr std::array<float, 3> kSize{8, 5, 2};
+    for (const Side& side : sides) {
+        Place place;
+        place.values = {side.normal[0], side.normal[1], side.normal[2], 0};
+        place.at = {1.5F, -0.7F, 0.4F};
+        const std::vector<uint32_t> all = interp::evaluate_all(stage, place);
+        const auto argument = [&](size_t i) { return std::bit_cast<float>(all[look->args[i]]); };
+        float u = 0.5F, v = 0.5F;
+        for (size_t a = 0; a < 3; ++a) {
+            u += side.right[a] * place.at[a] / kSize[a];
+            v += side.up[a] * place.at[a] / kSize[a];
+            EXPECT_EQ(argument(4 + a), side.right[a] / kSize[a]) << "axis " << a;
+            EXPECT_EQ(argument(7 + a), side.up[a] / kSize[a]) << "axis " << a;
+        }
+        EXPECT_NEAR(argument(1), u, 1e-6F);
+        EXPECT_NEAR(argument(2), v, 1e-6F);
+        // Right times up is out of the side.
+        const float out =
+            side.normal[0] * (side.right[1] * side.up[2] - side.right[2] * side.up[1]) +
+            side.normal[1] * (side.right[2] * side.up[0] - side.right[0] * side.up[2]) +
+            side.normal[2] * (side.right[0] * side.up[1] - side.right[1] * side.up[0]);
+        EXPECT_GT(out, 0);
+    }
 }
 
 /// The share of space where the gyroid lies below gyroid_level(fraction) is that fraction.

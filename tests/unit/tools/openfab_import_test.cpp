@@ -10,6 +10,7 @@
 #include <string>
 
 #include "tests/support/process/process.h"
+#include "tests/unit/backends/sample_print.h"
 
 namespace openfab::testing {
 namespace {
@@ -154,6 +155,152 @@ TEST_F(OpenfabImport, QuickModeTakesAPicture) {
                                   path("a.ofr"), "--set", "block.map=gone.png"});
     EXPECT_EQ(gone.exit_code, 1);
     EXPECT_THAT(gone.err, HasSubstr("there is no file `gone.png`"));
+}
+
+/// The block without texture coordinates.
+std::string plain_block() {
+    std::string block = kBlock, out;
+    block = block.substr(0, block.find("vt ")) + block.substr(block.find("usemtl red"));
+    for (size_t i = 0; i < block.size(); ++i) {
+        if (block[i] == '/') {
+            ++i;
+        } else {
+            out += block[i];
+        }
+    }
+    return out;
+}
+
+TEST_F(OpenfabImport, APictureIsMappedOntoAMeshWithoutCoordinates) {
+    scratch_.write("plain.obj", plain_block());
+    scratch_.write("two.ppm", "P3 2 1 255 0 255 255 0 0 0\n");
+    const Outcome imported =
+        openfab({"import", path("plain.obj"), "-o", path("made"), "--picture", path("two.ppm")});
+    ASSERT_EQ(imported.exit_code, 0) << imported.err;
+    EXPECT_THAT(imported.err, HasSubstr("the fablet `mapped`"));
+    EXPECT_THAT(imported.err, HasSubstr("on each of its six sides"));
+    const std::string world = read_file(path("made/plain.fab.json"));
+    EXPECT_THAT(world, HasSubstr("\"mapping\": 1"));
+    EXPECT_THAT(world, HasSubstr("\"center\": [2, 2, 1]"));
+    EXPECT_THAT(world, HasSubstr("\"size\": [4, 4, 2]"));
+    EXPECT_THAT(world, HasSubstr("\"wrap\": \"clamp\""));
+    // Planar from the front the left half is cyan, from the right the front half, right through.
+    const auto world_of = [&](const std::string& folder, std::vector<std::string> more) {
+        more.insert(more.begin(), {"import", path("plain.obj"), "-o", path(folder), "--picture",
+                                   path("two.ppm")});
+        const Outcome outcome = openfab(more);
+        EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+        return read_file(path(folder + "/plain.fab.json"));
+    };
+    EXPECT_THAT(world_of("top", {"--mapping", "planar"}), HasSubstr("\"side\": 4"));
+    EXPECT_THAT(world_of("tiled", {"--mapping", "triplanar", "--picture-size", "1mm"}),
+                HasSubstr("\"size\": [1, 1, 1]"));
+    EXPECT_THAT(world_of("scaled", {"--mapping", "box", "--size", "8mm"}),
+                HasSubstr("\"size\": [8, 8, 4]"));
+}
+
+TEST_F(OpenfabImport, AMappedPictureIsPrintedWhereItIs) {
+#ifdef OPENFAB_SANITIZED
+    GTEST_SKIP() << "the first test compiles and prints; more of the same would take minutes";
+#endif
+    scratch_.write("plain.obj", plain_block());
+    // The lower left quarter is black.
+    scratch_.write("two.ppm", "P3 2 2 255 255 255 255 255 255 255 0 0 0 255 255 255\n");
+    const auto black = [&](const std::string& name, std::vector<std::string> more) {
+        more.insert(more.begin(),
+                    {"import", path("plain.obj"), "-o", path(name), "--picture", path("two.ppm")});
+        EXPECT_EQ(openfab(more).exit_code, 0);
+        const Outcome printed = openfab({"print", path(name + "/plain.fab.json"), "-o",
+                                         path(name + ".ofr"), "--set", "plain.depth=5"});
+        EXPECT_EQ(printed.exit_code, 0) << printed.err;
+        const std::string slice = path(name + ".png");
+        EXPECT_EQ(openfab({"export", path(name + ".ofr"), "--slice", "2", "-o", slice}).exit_code,
+                  0);
+        return read_png(slice);
+    };
+    // Black where y is low and x is low; the first row of a slice is at the highest y.
+    const auto dark = [](const ReadPng& png, int32_t x, int32_t y) {
+        const auto& p = png.at(x * png.width / 40, y * png.height / 40);
+        return p[3] != 0 && p[0] + p[1] + p[2] < 100;
+    };
+    const auto share = [&](const ReadPng& png, int32_t x0, int32_t y0) {
+        int count = 0;
+        for (int32_t y = y0 + 3; y < y0 + 17; ++y) {
+            for (int32_t x = x0 + 3; x < x0 + 17; ++x)
+                count += dark(png, x, y) ? 1 : 0;
+        }
+        return count / 196.0;
+    };
+    const ReadPng top = black("top", {"--mapping", "planar"});
+    EXPECT_GT(share(top, 0, 20), 0.5);
+    for (const auto& [x, y] : {std::pair{0, 0}, {20, 0}, {20, 20}})
+        EXPECT_LT(share(top, x, y), 0.05) << x << ' ' << y;
+    // From the back the left is at the highest x; slice 2 is in the lower half.
+    const ReadPng back = black("back", {"--mapping", "planar", "--side", "back"});
+    EXPECT_GT(share(back, 20, 0), 0.5);
+    EXPECT_GT(share(back, 20, 20), 0.5);
+    EXPECT_LT(share(back, 0, 0) + share(back, 0, 20), 0.05);
+}
+
+TEST_F(OpenfabImport, OptionsThatDoNotGoTogetherAreTold) {
+    scratch_.write("plain.obj", plain_block());
+    const auto told = [&](std::vector<std::string> more, int code, const char* words) {
+        more.insert(more.begin(), {"import", path("plain.obj"), "-o", path("made")});
+        const Outcome outcome = openfab(more);
+        EXPECT_EQ(outcome.exit_code, code) << outcome.err;
+        EXPECT_THAT(outcome.err, HasSubstr(words));
+        EXPECT_FALSE(fs::exists(path("made")));
+    };
+    const std::string photo = path("photo.ppm");
+    told({"--picture", photo, "--fablet", "solid"}, 2, "`--picture` is for the fablets `textured`");
+    told({"--picture", photo, "--mapping", "uv"}, 1, "`--mapping box`, `planar` or `triplanar`");
+    told({"--picture", photo, "--side", "top"}, 2, "`--side` is for `--mapping planar`");
+    told({"--mapping", "box", "--fablet", "shell"}, 2, "`--mapping` is for the fablet `mapped`");
+    told({"--fablet", "solid", "--picture-size", "3mm"}, 2, "`--picture-size` is for");
+    told({"--picture", photo, "--mapping", "box", "--picture-size", "0mm"}, 2, "above 0");
+    told({"--mapping", "round"}, 2, "planar");
+    const Outcome gltf = openfab({"import", path("a.glb"), "-o", path("made"), "--up", "y"});
+    EXPECT_EQ(gltf.exit_code, 2);
+    EXPECT_THAT(gltf.err, HasSubstr("glTF has y up by its format"));
+}
+
+/// A pyramid whose base is at the lowest y, or z.
+std::string pyramid(bool y_up) {
+    std::string text;
+    for (const auto& [x, across, up] :
+         {std::array{-2, -2, 0}, {2, -2, 0}, {2, 2, 0}, {-2, 2, 0}, {0, 0, 10}}) {
+        const int y = y_up ? up : across, z = y_up ? -across : up;
+        text += "v " + std::to_string(x) + " " + std::to_string(y) + " " + std::to_string(z) + "\n";
+    }
+    return text + "f 4 3 2 1\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n";
+}
+
+TEST_F(OpenfabImport, AFigureThatLiesOnItsBackIsTold) {
+    scratch_.write("figure.obj", pyramid(true));
+    const Outcome lying = openfab({"import", path("figure.obj"), "-o", path("lying")});
+    EXPECT_EQ(lying.exit_code, 0) << lying.err;
+    EXPECT_THAT(lying.err, HasSubstr("may lie on its back"));
+    EXPECT_THAT(lying.err, HasSubstr("2.5 times as tall in y as in z"));
+    EXPECT_THAT(lying.err, HasSubstr("--up y"));
+    const Outcome up = openfab(
+        {"import", path("figure.obj"), "-o", path("up"), "--up", "y", "--fablet", "graded"});
+    EXPECT_EQ(up.exit_code, 0) << up.err;
+    EXPECT_THAT(up.err, ::testing::Not(HasSubstr("back")));
+    const std::string world = read_file(path("up/figure.fab.json"));
+    EXPECT_THAT(world, HasSubstr("\"up\": \"y\""));
+    EXPECT_THAT(world, HasSubstr("\"high\": 10")) << "heights are along z";
+    EXPECT_THAT(openfab({"info", path("up/figure.fab.json")}).out, HasSubstr("4 x 4 x 10 mm"));
+    // What stands, lies flat or may be either is left alone.
+    scratch_.write("stands.obj", pyramid(false));
+    scratch_.write("plate.obj",
+                   "v 0 0 0\nv 5 0 0\nv 5 20 0\nv 0 20 0\nv 0 0 1\nv 5 0 1\nv 5 20 1\nv 0 20 1\n"
+                   "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n");
+    for (const char* name : {"stands", "plate", "block"}) {
+        const Outcome outcome =
+            openfab({"import", path(std::string(name) + ".obj"), "-o", path(name)});
+        EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+        EXPECT_THAT(outcome.err, ::testing::Not(HasSubstr("back"))) << name;
+    }
 }
 
 TEST_F(OpenfabImport, InfoTellsOfAMeshAndItsWorld) {
