@@ -89,14 +89,16 @@ class Build {
     int link(const lower::ProgramObjects& objects, const std::vector<std::string>& link_line) {
         const Clock::time_point begin = Clock::now();
         // Linked beside its place and moved there, so that a failure leaves no half of a program.
-        const std::string unfinished = fmt::format("{}.{}.tmp", options_.output, getpid());
+        // Absolute, since linkers have a meaning for names that begin with `-` or `@`.
+        std::error_code error;
+        const fs::path output = fs::absolute(options_.output, error);
+        const std::string unfinished = fmt::format("{}.{}.tmp", output.string(), getpid());
         std::vector<std::string> command = {options_.linker, "-o", unfinished};
         for (const fs::path& object : objects.objects)
             command.push_back(object.string());
         command.insert(command.end(), link_line.begin(), link_line.end());
         command.insert(command.end(), {"-Wl,--gc-sections", "-Wl,--strip-debug"});
         const std::string trouble = lower::run_tool(command);
-        std::error_code error;
         if (trouble.empty()) fs::rename(unfinished, options_.output, error);
         if (!trouble.empty() || error) {
             std::error_code ignored;

@@ -10,6 +10,7 @@
 #include "compiler/diag/suggest.h"
 #include "compiler/driver/library_modules.h"
 #include "compiler/syntax/parser.h"
+#include "runtime/base/input_file.h"
 
 namespace openfab::driver {
 
@@ -88,7 +89,8 @@ std::optional<uint32_t> Modules::find(const ast::Import& import, uint32_t from, 
         *key = fs::weakly_canonical(path, error).string();
         if (const auto known = known_.find(*key); known != known_.end()) return known->second.file;
         std::string fault;
-        const std::optional<uint32_t> file = sources_->load(path, &fault);
+        // A module is the fablet's own: a link may not lead out of its folder, or its project.
+        const std::optional<uint32_t> file = sources_->load(path, &fault, {reading_root(folder)});
         if (!file) sink_->report(import.span, diag::kBadModule, name, "cannot be read").help(fault);
         return file;
     }

@@ -3,9 +3,9 @@
 #include "compiler/source/source_manager.h"
 
 #include <algorithm>
-#include <fstream>
-#include <iterator>
 #include <utility>
+
+#include "runtime/base/input_file.h"
 
 namespace openfab::source {
 
@@ -22,32 +22,27 @@ uint32_t SourceManager::add(std::string name, std::string text, std::filesystem:
     return static_cast<uint32_t>(files_.size());
 }
 
-std::optional<uint32_t> SourceManager::load(const std::filesystem::path& path, std::string* fault) {
-    std::error_code error;
-    if (std::filesystem::is_directory(path, error)) {
-        *fault = path.string() + ": is a folder, not an OpenFL file";
+std::optional<uint32_t> SourceManager::load(const std::filesystem::path& path, std::string* fault,
+                                            const std::vector<std::filesystem::path>& roots) {
+    // Who calls us puts this before names that could be taken for options.
+    const std::string given = path.string();
+    const std::string name = given.starts_with("./") ? given.substr(2) : given;
+    const Result<InputFile> file = InputFile::open(path, roots);
+    if (!file) {
+        *fault = name + ": cannot be opened: " + file.error().message;
         return std::nullopt;
     }
-    std::ifstream in(path, std::ios::binary);
-    if (!in) {
-        *fault = path.string() + ": cannot be opened";
+    if (file->bytes() > static_cast<int64_t>(kMaxFileBytes)) {
+        *fault = name + ": is larger than 16 MiB, the limit of a source file";
         return std::nullopt;
     }
-    std::string text;
-    char buffer[65536];
-    while (in.read(buffer, sizeof buffer) || in.gcount() > 0) {
-        text.append(buffer, static_cast<size_t>(in.gcount()));
-        if (text.size() > kMaxFileBytes) {
-            *fault = path.string() + ": is larger than 16 MiB, the limit of a source file";
-            return std::nullopt;
-        }
-    }
-    if (in.bad()) {
-        *fault = path.string() + ": cannot be read";
+    Result<std::string> text = file->read_all(kMaxFileBytes);
+    if (!text) {
+        *fault = name + ": cannot be read: " + text.error().message;
         return std::nullopt;
     }
     const std::filesystem::path folder = path.parent_path();
-    return add(path.string(), std::move(text), folder.empty() ? "." : folder);
+    return add(name, std::move(*text), folder.empty() ? "." : folder);
 }
 
 const SourceManager::File* SourceManager::file(uint32_t number) const {

@@ -32,8 +32,10 @@ class SourceManager {
     /// Takes a file's text under a name for messages; the number is for Span::file and is never 0.
     /// `folder` is where the file stands, for what stands beside it; empty where it is no file.
     uint32_t add(std::string name, std::string text, std::filesystem::path folder = {});
-    /// Reads a file; empty, with a message in `fault`, where it cannot be read or is too large.
-    std::optional<uint32_t> load(const std::filesystem::path& path, std::string* fault);
+    /// Reads a file; empty, with a message in `fault`, where it cannot be read, is too large, or is
+    /// not below one of the `roots` (base/input_file.h).
+    std::optional<uint32_t> load(const std::filesystem::path& path, std::string* fault,
+                                 const std::vector<std::filesystem::path>& roots = {});
 
     /// Views live as long as the manager.
     std::string_view text(uint32_t file) const;

@@ -6,11 +6,11 @@
 
 #include <algorithm>
 #include <cctype>
-#include <filesystem>
 #include <fstream>
 #include <string_view>
 #include <utility>
 
+#include "runtime/base/input_file.h"
 #include "runtime/base/text.h"
 
 namespace openfab {
@@ -53,9 +53,9 @@ bool split_location(const std::string& message, Location* out) {
 
 bool read_line(const std::string& file, int line, std::string* out) {
     constexpr size_t kLongestLine = 400;  // a minified file would fill the screen
-    std::error_code ignored;
-    if (!std::filesystem::is_regular_file(file, ignored)) return false;  // a pipe would wait
-    std::ifstream in(file, std::ios::binary);
+    const Result<InputFile> opened = InputFile::open(file);
+    if (!opened) return false;
+    std::ifstream in(opened->name(), std::ios::binary);
     for (int i = 0; i < line; ++i) {
         if (!std::getline(in, *out)) return false;
     }

@@ -53,7 +53,7 @@ TEST(SourceManager, LoadSaysWhyItFailed) {
     SourceManager s;
     std::string fault;
     EXPECT_FALSE(s.load("no/such/file.fl", &fault).has_value());
-    EXPECT_EQ(fault, "no/such/file.fl: cannot be opened");
+    EXPECT_EQ(fault, "no/such/file.fl: cannot be opened: No such file or directory");
     EXPECT_FALSE(s.load(std::filesystem::temp_directory_path(), &fault).has_value());
     EXPECT_NE(fault.find("is a folder"), std::string::npos);
     const std::filesystem::path path =
