@@ -140,7 +140,8 @@ Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets)
         job.input.crop_mm = Box3d{tray.lo, {tray.hi.x, tray.hi.y, tray.lo.z}};
     }
     if (Result<void> fine = check_materials(*world, job.printer); !fine) return fine.error();
-    Result<std::vector<scene::Part>> parts = scene::bind(*world, fablets, {options.settings});
+    Result<std::vector<scene::Part>> parts =
+        scene::bind(*world, fablets, {options.settings, options.memory_bytes});
     if (!parts) return parts.error();
     job.input.parts = std::move(*parts);
     for (const scene::Material& material : world->materials) {

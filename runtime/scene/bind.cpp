@@ -77,8 +77,8 @@ Result<SetValue> parse_set(const std::string& text) {
 
 class WorldBinder {
   public:
-    WorldBinder(const World& world, const openfab_fablet_list& fablets)
-        : world_(world), fablets_(fablets) {}
+    WorldBinder(const World& world, const openfab_fablet_list& fablets, int64_t memory_bytes)
+        : world_(world), fablets_(fablets), memory_bytes_(memory_bytes) {}
 
     Result<std::vector<Part>> run(const BindOptions& options) {
         if (Result<void> sets = read_sets(options); !sets) return sets.error();
@@ -186,11 +186,12 @@ class WorldBinder {
                                             texture.luminance};
         const auto wrap = static_cast<int32_t>(texture.wrap);
         const auto filter = static_cast<int32_t>(texture.filter);
+        const texture::ReadLimits limits{memory_bytes_, world_.roots};
         Result<std::shared_ptr<const texture::Pyramid>> pyramid =
-            volume
-                ? texture::get_volume(
-                      texture.file, {options, texture.origin_mm, texture.spacing_mm}, wrap, filter)
-                : texture::get_pyramid(texture.file, options, wrap, filter);
+            volume ? texture::get_volume(texture.file,
+                                         {options, texture.origin_mm, texture.spacing_mm}, wrap,
+                                         filter, limits)
+                   : texture::get_pyramid(texture.file, options, wrap, filter, limits);
         if (!pyramid) {
             return Error{pyramid.error().code,
                          fmt::format("{}: texture `{}`: {}", texture.place.str(), texture.name,
@@ -215,6 +216,7 @@ class WorldBinder {
 
     const World& world_;
     const openfab_fablet_list& fablets_;
+    int64_t memory_bytes_;
     std::map<std::string, UniformBindings> sets_;
     std::map<std::pair<int32_t, bool>, std::shared_ptr<const texture::Pyramid>> textures_;
     // Looked up alone, never walked: the order of pointers must not show.
@@ -272,7 +274,7 @@ Result<void> add_textures(const openfab_fablet& fablet, const std::vector<std::s
 
 Result<std::vector<Part>> bind(const World& world, const openfab_fablet_list& fablets,
                                const BindOptions& options) {
-    return WorldBinder(world, fablets).run(options);
+    return WorldBinder(world, fablets, options.memory_bytes).run(options);
 }
 
 Result<World> make_quick_world(const std::filesystem::path& mesh,

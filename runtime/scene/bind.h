@@ -13,6 +13,7 @@
 #include "runtime/base/result.h"
 #include "runtime/scene/part.h"
 #include "runtime/scene/world.h"
+#include "runtime/texture/cache.h"
 
 namespace openfab::scene {
 
@@ -20,6 +21,8 @@ struct BindOptions {
     /// `OBJECT.UNIFORM=VALUE` each, in order; VALUE is JSON, or the bare name of a texture or
     /// material. They win over the world, for every placement of the object.
     std::vector<std::string> sets;
+    /// What a texture may take, filtered; and what making it may.
+    int64_t memory_bytes = texture::kDefaultMemory;
 };
 
 /// The parts in build order; slot_material holds 1 + the place in world.materials, or 0 for VOID.

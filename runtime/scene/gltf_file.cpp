@@ -9,6 +9,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "runtime/base/input_file.h"
+
 namespace openfab::scene {
 namespace {
 
@@ -227,8 +229,10 @@ std::string GltfFile::load_uri(const JsonValue& at, const std::string& uri) {
                              uri.substr(0, 200)));
         return {};
     }
-    const fs::path path = fs::path(file_).parent_path() / relative;
-    Result<std::string> bytes = read_text_file(path, kLargestBuffer);
+    const fs::path folder = fs::path(file_).parent_path();
+    const fs::path path = folder / relative;
+    // Nor may a link lead out of it.
+    Result<std::string> bytes = read_text_file(path, kLargestBuffer, {reading_root(folder)});
     if (!bytes) {
         fail(at, bytes.error().message);
         return {};

@@ -7,10 +7,8 @@
 #include <rapidjson/reader.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstdio>
-#include <memory>
-#include <system_error>
+
+#include "runtime/base/input_file.h"
 
 namespace openfab::scene {
 namespace {
@@ -242,32 +240,15 @@ Result<JsonValue> parse_json(std::string_view text, const std::string& name) {
     return std::move(builder.root());
 }
 
-Result<std::string> read_text_file(const std::filesystem::path& file, size_t limit) {
-    const auto trouble = [&](int reason) {
-        const std::string message = fmt::format("cannot read {}: {}", file.string(),
-                                                std::generic_category().message(reason));
-        return reason == ENOENT ? user_error(message) : outside_error(message);
-    };
-    std::error_code ignored;
-    if (std::filesystem::is_directory(file, ignored)) return trouble(EISDIR);
-    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> in(std::fopen(file.c_str(), "rb"),
-                                                             &std::fclose);
-    if (in == nullptr) return trouble(errno);
-    std::string text;
-    size_t used = 0;
-    constexpr size_t kChunk = 1 << 20;
-    for (;;) {
-        text.resize(used + kChunk);
-        const size_t got = std::fread(text.data() + used, 1, kChunk, in.get());
-        used += got;
-        if (used > limit) {
-            return user_error(
-                fmt::format("{} is larger than {} MB", file.string(), limit / 1'000'000));
-        }
-        if (got < kChunk) break;
+Result<std::string> read_text_file(const std::filesystem::path& file, size_t limit,
+                                   const std::vector<std::filesystem::path>& roots) {
+    const Result<InputFile> opened = InputFile::open(file, roots);
+    Result<std::string> text =
+        opened ? opened->read_all(static_cast<int64_t>(limit)) : opened.error();
+    if (!text) {
+        return Error{text.error().code,
+                     fmt::format("cannot read {}: {}", file.string(), text.error().message)};
     }
-    if (std::ferror(in.get()) != 0) return trouble(EIO);
-    text.resize(used);
     return text;
 }
 

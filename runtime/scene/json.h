@@ -45,6 +45,7 @@ struct JsonMember {
 Result<JsonValue> parse_json(std::string_view text, const std::string& name);
 
 /// The whole file, at most `limit` bytes.
-Result<std::string> read_text_file(const std::filesystem::path& file, size_t limit);
+Result<std::string> read_text_file(const std::filesystem::path& file, size_t limit,
+                                   const std::vector<std::filesystem::path>& roots = {});
 
 }  // namespace openfab::scene

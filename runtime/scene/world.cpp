@@ -72,6 +72,7 @@ class WorldReader {
         }
         if (!json_.ok()) return json_.error();
         world_.files = files_.take();
+        world_.roots = files_.roots();
         return std::move(world_);
     }
 

@@ -113,6 +113,8 @@ struct World {
     std::string printer;  ///< name or file, empty where the world names none
     std::vector<std::string> warnings;
     std::vector<std::filesystem::path> files;  ///< what it is made from, the world itself first
+    /// Folders below which files may name others (base/input_file.h); none: below their own.
+    std::vector<std::filesystem::path> roots;
 };
 
 /// Which files a world may name.

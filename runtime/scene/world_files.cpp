@@ -5,7 +5,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 
+#include "runtime/base/input_file.h"
 #include "runtime/texture/volume.h"
 
 namespace openfab::scene {
@@ -13,40 +15,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Without links and dots, also where its end does not exist.
-fs::path plain(const fs::path& path) {
-    std::error_code status;
-    const fs::path absolute = fs::absolute(path, status);
-    fs::path out = fs::weakly_canonical(absolute, status);
-    return status ? absolute.lexically_normal() : out;
-}
-
-/// The world's folder, or the nearest one above that is a project.
-fs::path root_of(const fs::path& folder) {
-    const fs::path own = plain(folder.empty() ? "." : folder);
-    std::error_code ignored;
-    for (fs::path at = own;; at = at.parent_path()) {
-        if (fs::is_regular_file(at / kProjectFile, ignored)) return at;
-        if (at == at.parent_path()) return own;
-    }
-}
-
-bool is_below(const fs::path& path, const fs::path& root) {
-    return std::mismatch(root.begin(), root.end(), path.begin(), path.end()).first == root.end();
-}
-
 }  // namespace
 
 WorldFiles::WorldFiles(const fs::path& world, const FileRules& rules, JsonReader* json)
     : folder_(world.parent_path()), json_(*json) {
-    roots_.push_back(root_of(folder_));
+    roots_.push_back(reading_root(folder_));
     for (const fs::path& folder : rules.allowed)
-        roots_.push_back(plain(folder));
+        roots_.push_back(without_links(folder));
     files_.push_back(world);
 }
 
 bool WorldFiles::allowed(const fs::path& path) const {
-    const fs::path place = plain(path);
+    const fs::path place = without_links(path);
     return std::any_of(roots_.begin(), roots_.end(),
                        [&](const fs::path& root) { return is_below(place, root); });
 }
@@ -55,7 +35,7 @@ void WorldFiles::check(const JsonValue& value, const std::string& what, const fs
     if (!json_.ok() || allowed(path)) return;
     json_.fail(value, fmt::format("{} is `{}`, which is not below the world's folder; put it "
                                   "there, or allow it with `--allow {}`",
-                                  what, path.string(), plain(path).parent_path().string()));
+                                  what, path.string(), without_links(path).parent_path().string()));
 }
 
 fs::path WorldFiles::path(const JsonValue& value, const std::string& what) {
@@ -85,15 +65,21 @@ fs::path WorldFiles::images(const JsonValue& value, const std::string& what) {
     std::error_code ignored;
     const bool many = fs::is_directory(path, ignored) ||
                       path.filename().string().find_first_of("*#%") != std::string::npos;
-    if (!json_.ok() || !many || fs::is_regular_file(path, ignored)) return existing(value, what);
-    const Result<std::vector<fs::path>> slices = texture::volume_files(path);
-    if (!slices) {
+    std::vector<fs::path> slices = {path};
+    if (!json_.ok()) return path;
+    if (!many || fs::is_regular_file(path, ignored)) {
+        existing(value, what);
+    } else if (Result<std::vector<fs::path>> found = texture::volume_files(path)) {
+        slices = std::move(*found);
+        for (const fs::path& slice : slices)
+            also(value, slice);
+    } else {
         json_.fail(value, fmt::format("{} `{}` names no file; paths count from the world's folder",
                                       what, path.string()));
-        return path;
     }
-    for (const fs::path& slice : *slices)
-        also(value, slice);
+    if (!json_.ok() || slices.size() > 1) return path;
+    // What is wrong with a header is told when it is read.
+    if (const std::optional<fs::path> data = texture::detached_data(slices[0])) also(value, *data);
     return path;
 }
 

@@ -15,9 +15,6 @@
 
 namespace openfab::scene {
 
-/// A file of this name makes its folder a project: worlds in it and below may read all of it.
-constexpr const char* kProjectFile = "openfab.project";
-
 class WorldFiles {
   public:
     WorldFiles(const std::filesystem::path& world, const FileRules& rules, JsonReader* json);
@@ -31,6 +28,8 @@ class WorldFiles {
     /// A file that a file of the world names in turn, at `value`.
     void also(const JsonValue& value, const std::filesystem::path& file);
 
+    /// The folders below which files may be read: the world's own, or its project's, first.
+    const std::vector<std::filesystem::path>& roots() const { return roots_; }
     /// All that were named, the world first.
     std::vector<std::filesystem::path> take() { return std::move(files_); }
 

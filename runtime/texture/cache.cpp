@@ -19,6 +19,8 @@
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
+#include "runtime/base/input_file.h"
+#include "runtime/base/own_folder.h"
 #include "runtime/texture/helper.h"
 #include "runtime/texture/pyramid_file.h"
 
@@ -94,10 +96,9 @@ std::string trimmed(std::string text) {
     return text;
 }
 
-}  // namespace
-
 Result<void> make_with_helper(const fs::path& image, const ImageOptions& options,
-                              const fs::path& out, const std::vector<std::string>& more) {
+                              const fs::path& out, const ReadLimits& limits,
+                              const std::vector<std::string>& more) {
     const fs::path helper = find_helper();
     if (helper.empty()) {
         return outside_error(
@@ -106,18 +107,12 @@ Result<void> make_with_helper(const fs::path& image, const ImageOptions& options
                         "PATH; put it there, or set OPENFAB_HELPER to it",
                         image.string()));
     }
-    std::error_code trouble;
-    fs::create_directories(out.parent_path(), trouble);
-    if (trouble) {
-        return outside_error(
-            fmt::format("cannot make the cache folder {}: {}; OPENFAB_CACHE chooses another",
-                        out.parent_path().string(), trouble.message()));
-    }
-    // A name that starts with a dash must not look like an option.
-    const std::string image_argument = image.is_relative() ? "./" + image.string() : image.string();
-    std::vector<std::string> arguments = {helper.string(), "texture", image_argument, "-o",
+    std::vector<std::string> arguments = {helper.string(), "texture", as_argument(image), "-o",
                                           out.string(),    "--space", options.space};
     if (options.luminance) arguments.emplace_back("--luminance");
+    arguments.push_back(fmt::format("--memory={}B", limits.memory_bytes));
+    for (const fs::path& root : limits.roots)
+        arguments.push_back("--below=" + root.string());
     arguments.insert(arguments.end(), more.begin(), more.end());
     Result<HelperResult> result = run_helper(arguments);
     if (!result) return result.error();
@@ -136,57 +131,92 @@ Result<void> make_with_helper(const fs::path& image, const ImageOptions& options
                     : fmt::format("failed with exit code {}", WEXITSTATUS(result->status))));
 }
 
-fs::path cache_folder() {
+/// Where the cache is to be; empty where nothing says so.
+fs::path wanted_cache() {
     if (const std::string own = environment("OPENFAB_CACHE"); !own.empty()) return own;
     if (const std::string xdg = environment("XDG_CACHE_HOME"); !xdg.empty())
         return fs::path(xdg) / "openfab";
     if (const std::string home = environment("HOME"); !home.empty())
         return fs::path(home) / ".cache" / "openfab";
-    std::error_code ignored;
-    return fs::temp_directory_path(ignored) / fmt::format("openfab-{}", ::getuid());
+    return {};
+}
+
+/// The link that leads to the running program; false where the program is not there any more.
+bool find_self(fs::path* out) {
+    struct stat running {};
+    struct stat named {};
+    std::error_code unknown;
+    *out = fs::read_symlink("/proc/self/exe", unknown);
+    return !unknown && ::stat("/proc/self/exe", &running) == 0 &&
+           ::stat(out->c_str(), &named) == 0 && running.st_dev == named.st_dev &&
+           running.st_ino == named.st_ino;
+}
+
+}  // namespace
+
+Result<std::shared_ptr<const Pyramid>> find_or_make(uint64_t key, const fs::path& image,
+                                                    const ImageOptions& options, int32_t wrap,
+                                                    int32_t filter, const ReadLimits& limits,
+                                                    const std::vector<std::string>& more) {
+    const Result<fs::path> cache = cache_folder();
+    std::unique_ptr<TemporaryFolder> own;
+    fs::path file;
+    if (cache) {
+        file = *cache / cache_name(key);
+        if (Result<std::shared_ptr<const Pyramid>> cached = Pyramid::open(file, wrap, filter))
+            return cached;
+        clear_left_over(*cache);
+    } else {
+        // The mapping stays when the file goes.
+        Result<std::unique_ptr<TemporaryFolder>> made = TemporaryFolder::create();
+        if (!made) return made.error();
+        own = std::move(*made);
+        file = own->path() / cache_name(key);
+    }
+    if (Result<void> made = make_with_helper(image, options, file, limits, more); !made)
+        return made.error();
+    return Pyramid::open(file, wrap, filter);
+}
+
+Result<fs::path> cache_folder(const std::string& part) {
+    fs::path wanted = wanted_cache();
+    if (wanted.empty()) return user_error("neither HOME nor XDG_CACHE_HOME is set");
+    if (!part.empty()) wanted /= part;
+    Result<fs::path> folder = own_folder(wanted);
+    if (folder) return folder;
+    return Error{folder.error().code, fmt::format("the folder `{}` is not used: {}",
+                                                  wanted.string(), folder.error().message)};
 }
 
 Result<uint64_t> content_key(const fs::path& image, const ImageOptions& options) {
-    const auto unreadable = [&](int code) {
-        const std::string message = fmt::format("cannot read {}: {}", image.string(), reason(code));
-        return code == ENOENT || code == EISDIR ? user_error(message) : outside_error(message);
+    const Result<InputFile> file = InputFile::open(image);
+    const auto unreadable = [&](const Error& error) {
+        return Error{error.code, fmt::format("cannot read {}: {}", image.string(), error.message)};
     };
-    const int fd = ::open(image.c_str(), O_RDONLY | O_CLOEXEC);
-    if (fd < 0) return unreadable(errno);
-    struct stat status {};
-    if (::fstat(fd, &status) != 0 || !S_ISREG(status.st_mode)) {
-        ::close(fd);
-        return unreadable(EISDIR);
-    }
+    if (!file) return unreadable(file.error());
     XXH3_state_t state;
     XXH3_64bits_reset(&state);
     std::vector<char> buffer(1 << 20);
-    for (;;) {
-        const ssize_t got = ::read(fd, buffer.data(), buffer.size());
-        if (got < 0 && errno == EINTR) continue;
-        if (got < 0) {
-            const int code = errno;
-            ::close(fd);
-            return unreadable(code);
-        }
-        if (got == 0) break;
-        XXH3_64bits_update(&state, buffer.data(), static_cast<size_t>(got));
+    for (int64_t at = 0;;) {
+        const Result<size_t> got = file->read(at, buffer.data(), buffer.size());
+        if (!got) return unreadable(got.error());
+        if (*got == 0) break;
+        XXH3_64bits_update(&state, buffer.data(), *got);
+        at += static_cast<int64_t>(*got);
     }
-    ::close(fd);
     const std::string suffix =
         fmt::format("|{}|{}|{}", options.space, options.luminance ? 1 : 0, kFileVersion);
     XXH3_64bits_update(&state, suffix.data(), suffix.size());
     return static_cast<uint64_t>(XXH3_64bits_digest(&state));
 }
 
-fs::path cache_file(uint64_t key) {
-    return cache_folder() / fmt::format("{:016x}.oftx", key);
+std::string cache_name(uint64_t key) {
+    return fmt::format("{:016x}.oftx", key);
 }
 
 fs::path find_helper() {
-    std::error_code ignored;
-    const fs::path self = fs::read_symlink("/proc/self/exe", ignored);
-    if (!self.empty() && is_program(self.parent_path() / "openfab"))
+    fs::path self;
+    if (find_self(&self) && is_program(self.parent_path() / "openfab"))
         return self.parent_path() / "openfab";
     if (const std::string chosen = environment("OPENFAB_HELPER");
         !chosen.empty() && is_program(chosen))
@@ -195,9 +225,9 @@ fs::path find_helper() {
     size_t at = 0;
     while (at <= folders.size()) {
         const size_t end = std::min(folders.find(':', at), folders.size());
-        const std::string folder = folders.substr(at, end - at);
-        if (!folder.empty() && is_program(fs::path(folder) / "openfab"))
-            return fs::path(folder) / "openfab";
+        const fs::path folder = folders.substr(at, end - at);
+        // A relative one may be the folder of somebody's world.
+        if (folder.is_absolute() && is_program(folder / "openfab")) return folder / "openfab";
         at = end + 1;
     }
     return {};
@@ -205,15 +235,10 @@ fs::path find_helper() {
 
 Result<std::shared_ptr<const Pyramid>> get_pyramid(const fs::path& image,
                                                    const ImageOptions& options, int32_t wrap,
-                                                   int32_t filter) {
+                                                   int32_t filter, const ReadLimits& limits) {
     const Result<uint64_t> key = content_key(image, options);
     if (!key) return key.error();
-    const fs::path file = cache_file(*key);
-    if (Result<std::shared_ptr<const Pyramid>> cached = Pyramid::open(file, wrap, filter))
-        return cached;
-    // Absent, or damaged, in which case the new one takes its place.
-    if (Result<void> made = make_with_helper(image, options, file); !made) return made.error();
-    return Pyramid::open(file, wrap, filter);
+    return find_or_make(*key, image, options, wrap, filter, limits);
 }
 
 }  // namespace openfab::texture

@@ -4,7 +4,9 @@
 
 // Runs the program that turns images into pyramids.
 
+#include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -13,10 +15,12 @@
 
 namespace openfab::texture {
 
-/// `openfab texture IMAGE -o OUT --space …` with `more` arguments; makes OUT's folder. Errors: the
-/// helper's own words, or why it could not run.
-Result<void> make_with_helper(const std::filesystem::path& image, const ImageOptions& options,
-                              const std::filesystem::path& out,
-                              const std::vector<std::string>& more = {});
+/// The pyramid of this key from the cache, or made by `openfab texture IMAGE -o OUT --space …` with
+/// `more` arguments. Errors: the helper's own words, or why it could not run.
+Result<std::shared_ptr<const Pyramid>> find_or_make(uint64_t key,
+                                                    const std::filesystem::path& image,
+                                                    const ImageOptions& options, int32_t wrap,
+                                                    int32_t filter, const ReadLimits& limits,
+                                                    const std::vector<std::string>& more = {});
 
 }  // namespace openfab::texture

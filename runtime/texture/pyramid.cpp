@@ -2,46 +2,43 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/texture/pyramid.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/mman.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <system_error>
 
+#include "runtime/base/input_file.h"
 #include "runtime/texture/pyramid_file.h"
 
 namespace openfab::texture {
 
 Result<std::shared_ptr<const Pyramid>> Pyramid::open(const std::filesystem::path& file,
                                                      int32_t wrap, int32_t filter) {
-    const auto trouble = [&] {
+    const Result<InputFile> opened = InputFile::open(file);
+    if (!opened) {
+        return Error{opened.error().code,
+                     fmt::format("cannot read {}: {}", file.string(), opened.error().message)};
+    }
+    if (opened->bytes() == 0)
+        return user_error(fmt::format("{} is no .oftx file: it is empty", file.string()));
+    const auto bytes = static_cast<size_t>(opened->bytes());
+    void* mapping = ::mmap(nullptr, bytes, PROT_READ, MAP_PRIVATE, opened->descriptor(), 0);
+    if (mapping == MAP_FAILED) {
         return outside_error(fmt::format("cannot read {}: {}", file.string(),
                                          std::generic_category().message(errno)));
-    };
-    const int fd = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
-    if (fd < 0) return trouble();
-    struct stat status {};
-    if (::fstat(fd, &status) != 0 || !S_ISREG(status.st_mode) || status.st_size == 0) {
-        ::close(fd);
-        return user_error(fmt::format("{} is no .oftx file", file.string()));
-    }
-    const auto bytes = static_cast<size_t>(status.st_size);
-    void* mapping = ::mmap(nullptr, bytes, PROT_READ, MAP_PRIVATE, fd, 0);
-    const int reason = errno;
-    ::close(fd);
-    if (mapping == MAP_FAILED) {
-        errno = reason;
-        return trouble();
     }
     std::shared_ptr<Pyramid> pyramid(new Pyramid);
     pyramid->mapping_ = mapping;
     pyramid->mapping_bytes_ = bytes;
     Result<PyramidView> view = parse_pyramid_file(mapping, bytes);
     if (!view) return user_error(fmt::format("{} {}", file.string(), view.error().message));
+    // Read and not taken from the mapping, whose pages would all count as memory of the print.
+    if (Result<void> whole = check_pyramid_file(*opened); !whole) {
+        return Error{whole.error().code,
+                     fmt::format("{} {}", file.string(), whole.error().message)};
+    }
     pyramid->info_ = pyramid_info(view->layout, wrap, filter);
     pyramid->texels_ = {view->texels, static_cast<size_t>(view->layout.texel_floats)};
     pyramid->minmax_ = {view->minmax, static_cast<size_t>(view->layout.minmax_floats)};

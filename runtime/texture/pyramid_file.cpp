@@ -8,12 +8,16 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <bit>
 #include <cerrno>
+#include <cstddef>
 #include <cstring>
 #include <system_error>
 #include <vector>
 
+#include "runtime/base/hash.h"
+#include "runtime/base/own_folder.h"
 #include "runtime/texture/pyramid.h"
 
 namespace openfab::texture {
@@ -37,8 +41,15 @@ struct Header {
     int64_t texels;
     int64_t minmax;
     int64_t file_bytes;
+    uint64_t checksum;
 };
-static_assert(sizeof(Header) == 64);
+static_assert(sizeof(Header) == 72);
+
+/// Bytes of the mapping that may be in memory before they are given back.
+constexpr int64_t kMostHeld = 32 << 20;
+constexpr size_t kAtOnce = 1 << 20;
+/// Bytes that filtering touches for one that it writes: eight texels of a volume, and that one.
+constexpr int64_t kReadForOne = 9;
 
 int64_t aligned(int64_t bytes) {
     return (bytes + kAlignment - 1) / kAlignment * kAlignment;
@@ -72,6 +83,31 @@ Header header_for(const PyramidLayout& layout, uint64_t content_key) {
     return h;
 }
 
+/// The checksum of a file that comes in blocks of kAtOnce bytes: each block's hash is the seed of
+/// the next one's. In the first the header's checksum counts as 0.
+class Checksum {
+  public:
+    void add(const void* data, size_t bytes) {
+        const auto* block = static_cast<const uint8_t*>(data);
+        if (first_ && bytes >= sizeof(Header)) {
+            constexpr size_t kPlace = offsetof(Header, checksum);
+            constexpr size_t kBehind = kPlace + sizeof(Header::checksum);
+            constexpr uint8_t kZeros[sizeof(Header::checksum)] = {};
+            value_ = xxh3({block, kPlace}, value_);
+            value_ = xxh3(kZeros, value_);
+            block += kBehind;
+            bytes -= kBehind;
+        }
+        first_ = false;
+        value_ = xxh3({block, bytes}, value_);
+    }
+    uint64_t value() const { return value_; }
+
+  private:
+    uint64_t value_ = 0;
+    bool first_ = true;
+};
+
 Error system_trouble(const char* what, const std::filesystem::path& file) {
     return outside_error(fmt::format("cannot {} {}: {}", what, file.string(),
                                      std::generic_category().message(errno)));
@@ -79,22 +115,25 @@ Error system_trouble(const char* what, const std::filesystem::path& file) {
 
 }  // namespace
 
+int64_t pyramid_file_bytes(const PyramidLayout& layout) {
+    return header_for(layout, 0).file_bytes;
+}
+
 Result<std::unique_ptr<PyramidWriter>> PyramidWriter::create(const std::filesystem::path& file,
                                                              const PyramidLayout& layout,
                                                              uint64_t content_key) {
     std::unique_ptr<PyramidWriter> writer(new PyramidWriter);
     writer->file_ = file;
     writer->layout_ = layout;
-    std::string name = file.string() + ".tmp-XXXXXX";
-    const int fd = ::mkostemp(name.data(), O_CLOEXEC);
+    const int fd = open_temporary(file, &writer->temporary_);
+    writer->descriptor_ = fd;
     if (fd < 0) return system_trouble("write", file);
-    writer->temporary_ = name;
     const Header header = header_for(layout, content_key);
     // Space is claimed now: a disk that is full shows here and not as a signal while the mapping is
     // written.
     const int trouble = ::posix_fallocate(fd, 0, header.file_bytes);
-    (void)::fchmod(fd,
-                   0644);  // the cache may be shared; without it the file still serves its owner
+    // A new file is its owner's alone; this one may be of a folder that others read.
+    (void)::fchmod(fd, 0644);
     void* mapping = MAP_FAILED;
     if (trouble == 0) {
         mapping = ::mmap(nullptr, static_cast<size_t>(header.file_bytes), PROT_READ | PROT_WRITE,
@@ -102,12 +141,7 @@ Result<std::unique_ptr<PyramidWriter>> PyramidWriter::create(const std::filesyst
     } else {
         errno = trouble;
     }
-    const int reason = errno;
-    ::close(fd);
-    if (mapping == MAP_FAILED) {
-        errno = reason;
-        return system_trouble("write", file);
-    }
+    if (mapping == MAP_FAILED) return system_trouble("write", file);
     writer->mapping_ = mapping;
     writer->bytes_ = static_cast<size_t>(header.file_bytes);
     auto* bytes = static_cast<std::byte*>(mapping);
@@ -121,13 +155,52 @@ Result<std::unique_ptr<PyramidWriter>> PyramidWriter::create(const std::filesyst
 
 PyramidWriter::~PyramidWriter() {
     if (mapping_ != nullptr) ::munmap(mapping_, bytes_);
-    if (!temporary_.empty()) ::unlink(temporary_.c_str());
+    if (descriptor_ >= 0 && !temporary_.empty()) ::unlink(temporary_.c_str());
+    if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+void PyramidWriter::wrote(int64_t bytes) {
+    held_bytes_ += bytes;
+    if (held_bytes_ < kMostHeld) return;
+    // Of a shared mapping nothing is lost: the file has it. Where this fails, memory is all it
+    // costs.
+    (void)::madvise(mapping_, bytes_, MADV_DONTNEED);
+    held_bytes_ = 0;
 }
 
 Result<void> PyramidWriter::finish() {
-    fill_pyramid(layout_, texels_, minmax_);
+    fill_pyramid(layout_, texels_, minmax_, [&](int64_t bytes) { wrote(kReadForOne * bytes); });
+    Checksum checksum;
+    const auto* start = static_cast<const std::byte*>(mapping_);
+    for (size_t at = 0; at < bytes_; at += kAtOnce) {
+        const size_t bytes = std::min(kAtOnce, bytes_ - at);
+        checksum.add(start + at, bytes);
+        wrote(static_cast<int64_t>(bytes));
+    }
+    const uint64_t value = checksum.value();
+    std::memcpy(static_cast<std::byte*>(mapping_) + offsetof(Header, checksum), &value,
+                sizeof value);
     if (::rename(temporary_.c_str(), file_.c_str()) != 0) return system_trouble("write", file_);
     temporary_.clear();
+    return Ok{};
+}
+
+Result<void> check_pyramid_file(const InputFile& file) {
+    std::vector<char> buffer(kAtOnce);
+    Checksum checksum;
+    Header header{};
+    for (int64_t at = 0;;) {
+        const Result<size_t> got = file.read(at, buffer.data(), buffer.size());
+        if (!got) return Error{got.error().code, "cannot be read: " + got.error().message};
+        if (*got == 0) break;
+        if (at == 0) {
+            if (*got < sizeof header) return user_error("is no .oftx file: it is too short");
+            std::memcpy(&header, buffer.data(), sizeof header);
+        }
+        checksum.add(buffer.data(), *got);
+        at += static_cast<int64_t>(*got);
+    }
+    if (checksum.value() != header.checksum) return user_error("is damaged: its checksum is wrong");
     return Ok{};
 }
 
@@ -163,7 +236,8 @@ Result<PyramidView> parse_pyramid_file(const void* data, size_t bytes) {
     const auto* start = static_cast<const std::byte*>(data);
     Result<PyramidLayout> layout = layout_of(h, start + sizeof h, bytes - sizeof h);
     if (!layout) return user_error("is damaged: " + layout.error().message);
-    const Header expected = header_for(*layout, h.content_key);
+    Header expected = header_for(*layout, h.content_key);
+    expected.checksum = h.checksum;
     if (std::memcmp(&h, &expected, sizeof h) != 0)
         return user_error("is damaged: its header contradicts itself");
     if (static_cast<uint64_t>(h.file_bytes) != bytes) {

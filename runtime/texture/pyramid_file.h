@@ -16,7 +16,8 @@
 //   40      8      byte offset of the texels, a multiple of 64
 //   48      8      byte offset of the min-max values, a multiple of 64
 //   56      8      bytes of the whole file
-//   64      16 n   level table: texel offset, width, height, min-max offset (as in the info block
+//   64      8      checksum of the whole file but these bytes
+//   72      16 n   level table: texel offset, width, height, min-max offset (as in the info block
 //   of pyramid.h)
 //
 // The table of a volume is 28 + 20 n bytes long: its origin and extent, six floats, and 1 where it
@@ -27,16 +28,20 @@
 #include <filesystem>
 #include <memory>
 
+#include "runtime/base/input_file.h"
 #include "runtime/base/result.h"
 #include "runtime/texture/pyramid_layout.h"
 
 namespace openfab::texture {
 
-constexpr int32_t kFileVersion = 1;
+constexpr int32_t kFileVersion = 2;
 
-/// A file that is being written: mapped at its full size, so that memory is the system's page
-/// cache. Nothing appears under the final name until `finish`; without it the temporary file is
-/// removed.
+/// Bytes of the file of a pyramid.
+int64_t pyramid_file_bytes(const PyramidLayout& layout);
+
+/// A file that is being written, mapped at its full size. What was written leaves the process's
+/// memory for the file every now and then, so that the size of the picture does not count. Nothing
+/// appears under the final name until `finish`; without it the temporary file is removed.
 class PyramidWriter {
   public:
     /// Creates `file`.tmp-… beside the final name. Errors: kOutside with the system's reason.
@@ -49,6 +54,8 @@ class PyramidWriter {
 
     /// Level 0, bottom row first, interleaved; the caller fills it.
     float* level0() { return texels_; }
+    /// To be told of what was written, or read again.
+    void wrote(int64_t bytes);
     /// Makes the other levels and the min-max values, and renames the file into place.
     Result<void> finish();
 
@@ -58,8 +65,10 @@ class PyramidWriter {
     std::filesystem::path file_;
     std::filesystem::path temporary_;
     PyramidLayout layout_;
+    int descriptor_ = -1;  ///< locked as long as the writer lives
     void* mapping_ = nullptr;
     size_t bytes_ = 0;
+    int64_t held_bytes_ = 0;  ///< at most, of the mapping
     float* texels_ = nullptr;
     float* minmax_ = nullptr;
 };
@@ -71,6 +80,10 @@ struct PyramidView {
     const float* texels = nullptr;
     const float* minmax = nullptr;
 };
+
+/// Compares the checksum with the whole file; the error says what is wrong, without the file's
+/// name.
+Result<void> check_pyramid_file(const InputFile& file);
 
 /// Reads the header at `data`; the error says what is wrong, without the file's name.
 Result<PyramidView> parse_pyramid_file(const void* data, size_t bytes);

@@ -52,13 +52,19 @@ std::array<std::vector<Taps>, 3> taps_between(const PyramidLayout::Level& below,
             taps_for(below.depth, above.depth)};
 }
 
-/// Calls visit(x taps, y taps, z taps) for each texel of a level in order.
+using Wrote = std::function<void(int64_t bytes)>;
+
+/// Calls visit(x taps, y taps, z taps) for each texel of a level in order, and `wrote` after each
+/// row.
 template <typename Visit>
-void each_texel(const std::array<std::vector<Taps>, 3>& taps, const Visit& visit) {
+void each_texel(const std::array<std::vector<Taps>, 3>& taps, int64_t texel_bytes,
+                const Wrote& wrote, const Visit& visit) {
+    const int64_t row_bytes = static_cast<int64_t>(taps[0].size()) * texel_bytes;
     for (const Taps& tz : taps[2]) {
         for (const Taps& ty : taps[1]) {
             for (const Taps& tx : taps[0])
                 visit(tx, ty, tz);
+            if (wrote) wrote(row_bytes);
         }
     }
 }
@@ -68,60 +74,66 @@ int64_t row_start(const PyramidLayout::Level& level, int32_t y, int32_t z) {
     return (static_cast<int64_t>(z) * level.height + y) * level.width;
 }
 
-void filter_level(const PyramidLayout& layout, size_t level, float* texels) {
+void filter_level(const PyramidLayout& layout, size_t level, float* texels, const Wrote& wrote) {
     const PyramidLayout::Level& below = layout.levels[level - 1];
     const PyramidLayout::Level& above = layout.levels[level];
     const int32_t channels = layout.channels;
     const float* from = texels + below.texels;
     float* to = texels + above.texels;
-    each_texel(taps_between(below, above), [&](const Taps& tx, const Taps& ty, const Taps& tz) {
-        for (int32_t c = 0; c < channels; ++c) {
-            double sum = 0;
-            for (int32_t k = 0; k < tz.count; ++k) {
-                double plane = 0;
-                for (int32_t j = 0; j < ty.count; ++j) {
-                    const float* row =
-                        from +
-                        (row_start(below, ty.first + j, tz.first + k) + tx.first) * channels + c;
-                    double along = 0;
-                    for (int32_t i = 0; i < tx.count; ++i) {
-                        along += tx.weight[i] * static_cast<double>(row[i * channels]);
-                    }
-                    plane += ty.weight[j] * along;
-                }
-                sum += tz.weight[k] * plane;
-            }
-            *to++ = static_cast<float>(sum);
-        }
-    });
+    each_texel(taps_between(below, above), 4 * channels, wrote,
+               [&](const Taps& tx, const Taps& ty, const Taps& tz) {
+                   for (int32_t c = 0; c < channels; ++c) {
+                       double sum = 0;
+                       for (int32_t k = 0; k < tz.count; ++k) {
+                           double plane = 0;
+                           for (int32_t j = 0; j < ty.count; ++j) {
+                               const float* row =
+                                   from +
+                                   (row_start(below, ty.first + j, tz.first + k) + tx.first) *
+                                       channels +
+                                   c;
+                               double along = 0;
+                               for (int32_t i = 0; i < tx.count; ++i) {
+                                   along += tx.weight[i] * static_cast<double>(row[i * channels]);
+                               }
+                               plane += ty.weight[j] * along;
+                           }
+                           sum += tz.weight[k] * plane;
+                       }
+                       *to++ = static_cast<float>(sum);
+                   }
+               });
 }
 
-void minmax_level(const PyramidLayout& layout, size_t level, float* minmax) {
+void minmax_level(const PyramidLayout& layout, size_t level, float* minmax, const Wrote& wrote) {
     const PyramidLayout::Level& below = layout.levels[level - 1];
     const PyramidLayout::Level& above = layout.levels[level];
     const int32_t channels = layout.channels;
     const float* from = minmax + below.minmax;
     float* to = minmax + above.minmax;
-    each_texel(taps_between(below, above), [&](const Taps& tx, const Taps& ty, const Taps& tz) {
-        for (int32_t c = 0; c < channels; ++c) {
-            float least = std::numeric_limits<float>::infinity();
-            float greatest = -std::numeric_limits<float>::infinity();
-            for (int32_t k = 0; k < tz.count; ++k) {
-                for (int32_t j = 0; j < ty.count; ++j) {
-                    const float* row =
-                        from +
-                        ((row_start(below, ty.first + j, tz.first + k) + tx.first) * channels + c) *
-                            2;
-                    for (int32_t i = 0; i < tx.count; ++i) {
-                        least = std::min(least, row[i * channels * 2]);
-                        greatest = std::max(greatest, row[i * channels * 2 + 1]);
+    each_texel(
+        taps_between(below, above), 8 * channels, wrote,
+        [&](const Taps& tx, const Taps& ty, const Taps& tz) {
+            for (int32_t c = 0; c < channels; ++c) {
+                float least = std::numeric_limits<float>::infinity();
+                float greatest = -std::numeric_limits<float>::infinity();
+                for (int32_t k = 0; k < tz.count; ++k) {
+                    for (int32_t j = 0; j < ty.count; ++j) {
+                        const float* row =
+                            from +
+                            ((row_start(below, ty.first + j, tz.first + k) + tx.first) * channels +
+                             c) *
+                                2;
+                        for (int32_t i = 0; i < tx.count; ++i) {
+                            least = std::min(least, row[i * channels * 2]);
+                            greatest = std::max(greatest, row[i * channels * 2 + 1]);
+                        }
                     }
                 }
+                *to++ = least;
+                *to++ = greatest;
             }
-            *to++ = least;
-            *to++ = greatest;
-        }
-    });
+        });
 }
 
 /// Halves the sides until all are 1.
@@ -201,13 +213,18 @@ Result<PyramidLayout> volume_layout(const Vec3i& size, int32_t channels, const V
     return layout;
 }
 
-void fill_pyramid(const PyramidLayout& layout, float* texels, float* minmax) {
+void fill_pyramid(const PyramidLayout& layout, float* texels, float* minmax, const Wrote& wrote) {
     const int64_t finest = layout.levels.size() > 1 ? layout.levels[1].texels : layout.texel_floats;
-    for (int64_t i = 0; i < finest; ++i)
-        minmax[2 * i] = minmax[2 * i + 1] = texels[i];
+    constexpr int64_t kAtOnce = 1 << 16;
+    for (int64_t begin = 0; begin < finest; begin += kAtOnce) {
+        const int64_t end = std::min(begin + kAtOnce, finest);
+        for (int64_t i = begin; i < end; ++i)
+            minmax[2 * i] = minmax[2 * i + 1] = texels[i];
+        if (wrote) wrote(8 * (end - begin));
+    }
     for (size_t level = 1; level < layout.levels.size(); ++level) {
-        filter_level(layout, level, texels);
-        minmax_level(layout, level, minmax);
+        filter_level(layout, level, texels, wrote);
+        minmax_level(layout, level, minmax, wrote);
     }
 }
 

@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -48,8 +49,10 @@ Result<PyramidLayout> volume_layout(const Vec3i& size, int32_t channels, const V
 
 /// Level 0 of `texels` is given; makes the levels above it, and all of `minmax`. Texel i of a level
 /// covers the interval [i n / m, (i + 1) n / m) of the n texels below for its own m, so that means
-/// are kept for odd sizes too; its min-max covers every texel that it touches.
-void fill_pyramid(const PyramidLayout& layout, float* texels, float* minmax);
+/// are kept for odd sizes too; its min-max covers every texel that it touches. `wrote` is told of
+/// every few thousand bytes that were written.
+void fill_pyramid(const PyramidLayout& layout, float* texels, float* minmax,
+                  const std::function<void(int64_t bytes)>& wrote = {});
 
 /// The int32 block that kernels read (pyramid.h).
 std::vector<int32_t> pyramid_info(const PyramidLayout& layout, int32_t wrap, int32_t filter);

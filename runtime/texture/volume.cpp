@@ -12,7 +12,9 @@
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
+#include "runtime/base/input_file.h"
 #include "runtime/texture/helper.h"
+#include "runtime/texture/nrrd_header.h"
 #include "runtime/texture/pyramid_file.h"
 
 namespace openfab::texture {
@@ -38,25 +40,25 @@ std::string plain_pattern(std::string_view text) {
     return out;
 }
 
+/// All places of the name at which what was matched so far may end, moved on by one sign of the
+/// pattern at a time: the work is the product of both lengths, whatever the pattern.
 bool matches(std::string_view pattern, std::string_view name) {
-    if (pattern.empty()) return name.empty();
-    const char c = pattern[0];
-    const std::string_view rest = pattern.substr(1);
-    if (c == '*') {
+    std::vector<char> ends(name.size() + 1, 0), next(name.size() + 1);
+    ends[0] = 1;
+    for (const char sign : pattern) {
+        std::fill(next.begin(), next.end(), 0);
         for (size_t n = 0; n <= name.size(); ++n) {
-            if (matches(rest, name.substr(n))) return true;
+            if (sign == '*') {
+                next[n] = ends[n] != 0 || (n > 0 && next[n - 1] != 0);
+            } else if (n > 0 && sign == '%') {
+                next[n] = is_digit(name[n - 1]) && (ends[n - 1] != 0 || next[n - 1] != 0);
+            } else if (n > 0 && ends[n - 1] != 0) {
+                next[n] = sign == '#' ? is_digit(name[n - 1]) : sign == name[n - 1];
+            }
         }
-        return false;
+        ends.swap(next);
     }
-    if (name.empty()) return false;
-    if (c == '%') {
-        for (size_t n = 1; n <= name.size() && is_digit(name[n - 1]); ++n) {
-            if (matches(rest, name.substr(n))) return true;
-        }
-        return false;
-    }
-    if (c == '#' ? !is_digit(name[0]) : c != name[0]) return false;
-    return matches(rest, name.substr(1));
+    return ends[name.size()] != 0;
 }
 
 /// Numbers by value, so that slice 10 follows slice 9.
@@ -115,7 +117,25 @@ Result<std::vector<fs::path>> volume_files(const fs::path& source) {
     return files;
 }
 
-Result<uint64_t> volume_key(const fs::path& source, const VolumeOptions& options) {
+namespace {
+
+/// Which file the header of a detached NRRD says that its data are in; empty of any other file.
+std::string data_file_of(const fs::path& file) {
+    const Result<InputFile> opened = InputFile::open(file);
+    if (!opened) return {};
+    const Result<NrrdHeader> header = read_nrrd_header(*opened);
+    return header ? header->data_file() : std::string();
+}
+
+}  // namespace
+
+std::optional<fs::path> detached_data(const fs::path& file) {
+    const std::string name = data_file_of(file);
+    return name.empty() ? std::nullopt : std::optional<fs::path>(file.parent_path() / name);
+}
+
+Result<uint64_t> volume_key(const fs::path& source, const VolumeOptions& options,
+                            const ReadLimits& limits) {
     const Result<std::vector<fs::path>> files = volume_files(source);
     if (!files) return files.error();
     std::string text =
@@ -126,6 +146,18 @@ Result<uint64_t> volume_key(const fs::path& source, const VolumeOptions& options
         if (!key) return key.error();
         text += fmt::format("|{:016x}", *key);
     }
+    if (const std::string name = data_file_of(files->front());
+        files->size() == 1 && !name.empty()) {
+        // Opened, and found to be allowed, before a byte of it is read.
+        const Result<InputFile> data = open_data_file(files->front(), name, limits);
+        if (!data) {
+            return Error{data.error().code,
+                         fmt::format("cannot read {}: {}", source.string(), data.error().message)};
+        }
+        const Result<uint64_t> key = content_key(data->name(), options.image);
+        if (!key) return key.error();
+        text += fmt::format("|{:016x}", *key);
+    }
     // What kind of file it is shows in its name alone where a format has no signature.
     text += "|" + files->front().extension().string();
     return static_cast<uint64_t>(XXH3_64bits(text.data(), text.size()));
@@ -133,18 +165,13 @@ Result<uint64_t> volume_key(const fs::path& source, const VolumeOptions& options
 
 Result<std::shared_ptr<const Pyramid>> get_volume(const fs::path& source,
                                                   const VolumeOptions& options, int32_t wrap,
-                                                  int32_t filter) {
-    const Result<uint64_t> key = volume_key(source, options);
+                                                  int32_t filter, const ReadLimits& limits) {
+    const Result<uint64_t> key = volume_key(source, options, limits);
     if (!key) return key.error();
-    const fs::path file = cache_file(*key);
-    if (Result<std::shared_ptr<const Pyramid>> cached = Pyramid::open(file, wrap, filter))
-        return cached;
     std::vector<std::string> more = {"--volume"};
     if (options.origin_mm) more.push_back("--origin=" + three(*options.origin_mm));
     if (options.spacing_mm) more.push_back("--spacing=" + three(*options.spacing_mm));
-    if (Result<void> made = make_with_helper(source, options.image, file, more); !made)
-        return made.error();
-    return Pyramid::open(file, wrap, filter);
+    return find_or_make(*key, source, options.image, wrap, filter, limits, more);
 }
 
 }  // namespace openfab::texture

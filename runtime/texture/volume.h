@@ -31,12 +31,18 @@ struct VolumeOptions {
 /// the bottom. Errors: nothing there.
 Result<std::vector<std::filesystem::path>> volume_files(const std::filesystem::path& source);
 
-/// Hash of all bytes of the files, of the options and of the version of the file format.
-Result<uint64_t> volume_key(const std::filesystem::path& source, const VolumeOptions& options);
+/// Where the header of a detached NRRD says that its data are, the first bytes of `file` being one;
+/// none of any other file.
+std::optional<std::filesystem::path> detached_data(const std::filesystem::path& file);
+
+/// Hash of all bytes of the files, of a header's data, of the options and of the version of the
+/// file format.
+Result<uint64_t> volume_key(const std::filesystem::path& source, const VolumeOptions& options,
+                            const ReadLimits& limits = {});
 
 /// As get_pyramid.
 Result<std::shared_ptr<const Pyramid>> get_volume(const std::filesystem::path& source,
                                                   const VolumeOptions& options, int32_t wrap,
-                                                  int32_t filter);
+                                                  int32_t filter, const ReadLimits& limits = {});
 
 }  // namespace openfab::texture

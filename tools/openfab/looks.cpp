@@ -6,6 +6,7 @@
 
 #include <algorithm>
 
+#include "runtime/base/input_file.h"
 #include "runtime/scene/json.h"
 #include "runtime/scene/scan_number.h"
 #include "runtime/texture/color.h"
@@ -45,11 +46,8 @@ void each_line(std::string_view text, const Visit& visit) {
     }
 }
 
-bool is_below(const fs::path& path, const fs::path& folder) {
-    std::error_code status;
-    const fs::path place = fs::weakly_canonical(path, status);
-    const fs::path root = fs::weakly_canonical(folder.empty() ? fs::path(".") : folder, status);
-    return std::mismatch(root.begin(), root.end(), place.begin(), place.end()).first == root.end();
+bool is_inside(const fs::path& path, const fs::path& folder) {
+    return is_below(without_links(path), without_links(folder.empty() ? "." : folder));
 }
 
 /// Programs on Windows write their own separators.
@@ -91,11 +89,11 @@ void read_picture(std::string_view line, const fs::path& file, Look* look, Looks
     fs::path path = folder / with_slashes(line);
     std::error_code ignored;
     // Many libraries name the place where the picture was on another machine.
-    if (!fs::exists(path, ignored) || !is_below(path, folder))
+    if (!fs::exists(path, ignored) || !is_inside(path, folder))
         path = folder / with_slashes(line).filename();
     Result<std::string> bytes =
-        is_below(path, folder) ? scene::read_text_file(path, kLargestPicture)
-                               : Result<std::string>(user_error("not below the mesh's folder"));
+        is_inside(path, folder) ? scene::read_text_file(path, kLargestPicture)
+                                : Result<std::string>(user_error("not below the mesh's folder"));
     if (!bytes) {
         out->notes.push_back(fmt::format("the picture `{}` of material `{}` is left out: {}", line,
                                          look->name, bytes.error().message));
@@ -117,7 +115,7 @@ Result<Looks> obj_looks(std::string_view text, const fs::path& file) {
     for (const fs::path& library : libraries) {
         const fs::path path = file.parent_path() / library;
         const Result<std::string> found =
-            is_below(path, file.parent_path())
+            is_inside(path, file.parent_path())
                 ? scene::read_text_file(path, kLargestLibrary)
                 : Result<std::string>(user_error("not below the mesh's folder"));
         if (!found) {

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // `openfab print W.fab.json -o OUT`: compiles the world's fablets where they changed, then becomes
-// the print binary with the same options, so that the bytes are the same as its own.
+// the print program with the same options, so that the bytes are the same as its own.
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -12,14 +12,17 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "runtime/base/own_folder.h"
 #include "runtime/base/say.h"
 #include "runtime/print/options.h"
 #include "runtime/print/output_check.h"
 #include "runtime/scene/world.h"
+#include "runtime/texture/cache.h"
 #include "tools/openfab/commands.h"
 #include "tools/openfab/programs.h"
 #include "tools/openfab/stock.h"
@@ -51,15 +54,36 @@ Result<std::string> take_fablet(std::vector<std::string>* arguments) {
     return fablet;
 }
 
-Result<std::vector<std::filesystem::path>> sources_of(const print::Options& options,
-                                                      const std::string& fablet) {
-    const std::string& input = options.input;
-    if (is_stock_fablet(fablet)) {
-        Result<std::filesystem::path> source = stock_source(fablet);
-        if (!source) return source.error();
-        return std::vector<std::filesystem::path>{*source};
+/// What is compiled, and the folder that it is in where that goes away.
+struct Sources {
+    std::vector<std::filesystem::path> files;
+    std::unique_ptr<TemporaryFolder> folder;
+};
+
+/// The file of a stock fablet, kept in the cache where there is one.
+Result<Sources> stock_sources(const std::string& fablet) {
+    Sources sources;
+    Result<std::filesystem::path> folder = texture::cache_folder("stock");
+    if (!folder) {
+        Result<std::unique_ptr<TemporaryFolder>> made = TemporaryFolder::create();
+        if (!made) return made.error();
+        sources.folder = std::move(*made);
+        folder = sources.folder->path();
     }
-    if (!fablet.empty()) return std::vector<std::filesystem::path>{fablet};
+    Result<std::filesystem::path> source = stock_source(fablet, *folder);
+    if (!source) return source.error();
+    sources.files.push_back(std::move(*source));
+    return sources;
+}
+
+Result<Sources> sources_of(const print::Options& options, const std::string& fablet) {
+    const std::string& input = options.input;
+    if (is_stock_fablet(fablet)) return stock_sources(fablet);
+    Sources sources;
+    if (!fablet.empty()) {
+        sources.files.emplace_back(fablet);
+        return sources;
+    }
     if (!input.ends_with(".json")) {
         return usage_error(fmt::format(
             "`{}` is not a world (.fab.json); a mesh alone needs `--fablet FILE.fl`, or a "
@@ -70,12 +94,12 @@ Result<std::vector<std::filesystem::path>> sources_of(const print::Options& opti
     Result<scene::World> world =
         scene::load_world(input, {{options.allow.begin(), options.allow.end()}});
     if (!world) return world.error();
-    std::vector<std::filesystem::path> sources;
+    std::vector<std::filesystem::path>& files = sources.files;
     for (const auto& [name, ref] : world->fablets) {
-        if (std::find(sources.begin(), sources.end(), ref.source) == sources.end())
-            sources.push_back(ref.source);
+        if (std::find(files.begin(), files.end(), ref.source) == files.end())
+            files.push_back(ref.source);
     }
-    if (sources.empty()) return user_error(fmt::format("{}: the world has no fablets", input));
+    if (files.empty()) return user_error(fmt::format("{}: the world has no fablets", input));
     return sources;
 }
 
@@ -94,19 +118,23 @@ std::vector<std::filesystem::path> with_modules(const std::vector<std::filesyste
     return files;
 }
 
-/// Becomes the print binary; returns only where that fails.
-Error become(const std::filesystem::path& binary, const std::vector<std::string>& arguments) {
-    std::vector<char*> argv{const_cast<char*>(binary.c_str())};
+/// Becomes the print program; returns only where that fails.
+Error become(const PrintProgram& program, const std::vector<std::string>& arguments) {
+    const std::string name = program.path.empty() ? "openfab print" : program.path.string();
+    std::vector<char*> argv{const_cast<char*>(name.c_str())};
     for (const std::string& argument : arguments)
         argv.push_back(const_cast<char*>(argument.c_str()));
     argv.push_back(nullptr);
-    // Print binaries start this program for textures that are not in the cache yet.
+    // Print programs start this one for textures that are not in the cache yet.
     if (Result<std::filesystem::path> folder = program_folder(); folder) {
         ::setenv("OPENFAB_HELPER", (*folder / "openfab").c_str(), 0);
     }
-    ::execv(binary.c_str(), argv.data());
-    return outside_error(
-        fmt::format("cannot start `{}`: {}", binary.string(), std::strerror(errno)));
+    if (program.path.empty()) {
+        ::fexecve(program.file.descriptor(), argv.data(), environ);
+    } else {
+        ::execv(program.path.c_str(), argv.data());
+    }
+    return outside_error(fmt::format("cannot start `{}`: {}", name, std::strerror(errno)));
 }
 
 Result<void> print_world(std::vector<std::string> arguments) {
@@ -123,17 +151,18 @@ Result<void> print_world(std::vector<std::string> arguments) {
                          options->text, stock_fablet_names()));
         return {};
     }
-    Result<std::vector<std::filesystem::path>> sources = sources_of(*options, *fablet);
+    Result<Sources> sources = sources_of(*options, *fablet);
     if (!sources) return sources.error();
     // The print binary asks again, with all that the world names; it does not know these files.
     if (Result<void> apart =
-            print::check_outputs(print::outputs_of(*options, "", {}), with_modules(*sources));
+            print::check_outputs(print::outputs_of(*options, "", {}), with_modules(sources->files));
         !apart)
         return apart.error();
-    Result<std::filesystem::path> binary =
-        print_binary(*sources, options->progress == report::ProgressMode::kNone);
-    if (!binary) return binary.error();
-    return become(*binary, arguments);
+    const Result<PrintProgram> program =
+        print_program(sources->files, options->progress == report::ProgressMode::kNone);
+    if (!program) return program.error();
+    sources->folder.reset();  // nothing is tidied up once we are another program
+    return become(*program, arguments);
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/openfab/programs.h"
-#include "runtime/base/say.h"
 
 #include <fmt/format.h>
 #include <spawn.h>
@@ -10,13 +9,19 @@
 #include <xxhash.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cerrno>
+#include <csignal>
 #include <cstring>
 #include <fstream>
 #include <memory>
 #include <set>
+#include <string_view>
 #include <system_error>
 
+#include "runtime/base/hash.h"
+#include "runtime/base/own_folder.h"
+#include "runtime/base/say.h"
 #include "runtime/texture/cache.h"
 
 extern char** environ;
@@ -26,6 +31,15 @@ namespace openfab::tool {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// The compiler refuses larger ones.
+constexpr int64_t kLargestSource = 16 << 20;
+constexpr int64_t kLargestProgram = int64_t{1} << 32;
+
+/// What a program in the cache ends in, which no loader looks at: this, and the hash of what stands
+/// before it.
+constexpr std::string_view kSeal = "OFPRINT1";
+constexpr size_t kSealBytes = 16;
 
 struct HashDelete {
     void operator()(XXH3_state_t* state) const { XXH3_freeState(state); }
@@ -41,12 +55,14 @@ class Hash {
         XXH3_64bits_update(state_.get(), text.data(), text.size());
     }
     void add_number(uint64_t number) { XXH3_64bits_update(state_.get(), &number, sizeof(number)); }
-    bool add_content(const fs::path& file) {
-        std::ifstream in(file, std::ios::binary);
-        if (!in) return false;
+    Result<void> add_content(const fs::path& file, const std::vector<fs::path>& roots = {}) {
+        const Result<InputFile> opened = InputFile::open(file, roots);
+        if (!opened) return opened.error();
+        const Result<std::string> content = opened->read_all(kLargestSource);
+        if (!content) return content.error();
         add(file.filename().string());
-        add(std::string(std::istreambuf_iterator<char>(in), {}));
-        return true;
+        add(*content);
+        return {};
     }
     /// Size and time instead of the content: for files that only a build of OpenFab changes.
     void add_stamp(const fs::path& file) {
@@ -75,21 +91,24 @@ std::vector<fs::path> files_of(const fs::path& folder, const std::set<std::strin
     return files;
 }
 
-Result<uint64_t> binary_hash(const std::vector<fs::path>& sources, const fs::path& programs) {
+Result<uint64_t> program_hash(const std::vector<fs::path>& sources, const fs::path& programs) {
     Hash hash;
     std::set<fs::path> folders;
     for (const fs::path& source : sources) {
-        if (!hash.add_content(source)) {
-            return user_error(fmt::format("cannot read the fablet source `{}`: {}", source.string(),
-                                          std::strerror(errno)));
+        if (Result<void> added = hash.add_content(source); !added) {
+            return Error{added.error().code, fmt::format("cannot read the fablet source `{}`: {}",
+                                                         source.string(), added.error().message)};
         }
-        folders.insert(source.parent_path());
+        const fs::path folder = source.parent_path();
+        folders.insert(folder.empty() ? "." : folder);
     }
     // `import` takes modules from beside the source. Which ones is the compiler's business, so all
-    // count.
+    // count, but for those that it cannot read either.
     for (const fs::path& folder : folders) {
-        for (const fs::path& module : files_of(folder, {".fl"}))
-            hash.add_content(module);
+        for (const fs::path& module : files_of(folder, {".fl"})) {
+            if (!hash.add_content(module, {reading_root(folder)}))
+                hash.add("unreadable " + module.filename().string());
+        }
     }
     hash.add_stamp(programs / "openflc");
     for (const fs::path& library :
@@ -120,7 +139,10 @@ Result<int> run_program(const std::vector<std::string>& arguments) {
         if (errno != EINTR)
             return outside_error(fmt::format("lost `{}`: {}", arguments[0], std::strerror(errno)));
     }
-    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+    if (WIFEXITED(status)) return WEXITSTATUS(status);
+    if (WTERMSIG(status) == SIGINT) return exit_code(ErrorCode::kInterrupted);
+    return outside_error(
+        fmt::format("`{}` was ended by signal {}", arguments[0], WTERMSIG(status)));
 }
 
 ErrorCode code_of_exit(int status) {
@@ -138,6 +160,65 @@ ErrorCode code_of_exit(int status) {
     }
 }
 
+uint64_t hash_of(std::string_view bytes) {
+    return xxh3({reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size()}, 0);
+}
+
+/// Appends the seal.
+Result<void> seal(const fs::path& program) {
+    const auto trouble = [&](const std::string& reason) {
+        return outside_error(fmt::format("cannot write `{}`: {}", program.string(), reason));
+    };
+    const Result<InputFile> made = InputFile::open(program);
+    if (!made) return trouble(made.error().message);
+    const Result<std::string> bytes = made->read_all(kLargestProgram);
+    if (!bytes) return trouble(bytes.error().message);
+    const uint64_t hash = hash_of(*bytes);
+    std::ofstream out(program, std::ios::binary | std::ios::app);
+    out << kSeal << std::string_view(reinterpret_cast<const char*>(&hash), sizeof hash);
+    out.close();
+    return out ? Result<void>() : trouble(std::strerror(errno));
+}
+
+/// A sealed program that is whole; an error, of no interest, for anything else.
+Result<PrintProgram> open_program(const fs::path& path) {
+    Result<InputFile> file = InputFile::open(path);
+    if (!file) return file.error();
+    const Result<std::string> bytes = file->read_all(kLargestProgram);
+    if (!bytes) return bytes.error();
+    if (bytes->size() < kSealBytes) return user_error("it is too short");
+    const std::string_view body = std::string_view(*bytes).substr(0, bytes->size() - kSealBytes);
+    const std::string_view end = std::string_view(*bytes).substr(body.size());
+    uint64_t hash = 0;
+    std::memcpy(&hash, end.data() + kSeal.size(), sizeof hash);
+    if (!end.starts_with(kSeal) || hash != hash_of(body)) return user_error("it is damaged");
+    if (::access(path.c_str(), X_OK) != 0) return outside_error(std::strerror(errno));
+    return PrintProgram{std::move(*file), path};
+}
+
+/// A name in the cache that says a little of what it is.
+std::string cached_name(const fs::path& source, uint64_t hash) {
+    constexpr size_t kLongest = 40;
+    std::string stem = source.stem().string().substr(0, kLongest);
+    std::replace_if(
+        stem.begin(), stem.end(),
+        [](char c) { return !std::isalnum(static_cast<unsigned char>(c)) && c != '_' && c != '-'; },
+        '_');
+    return fmt::format("{}-{:016x}", stem, hash);
+}
+
+/// Compiles into a file of its own.
+Result<void> compile(const fs::path& compiler, const std::vector<fs::path>& sources,
+                     const fs::path& program) {
+    std::vector<std::string> arguments{compiler.string(), "build", "-o", program.string(), "--"};
+    for (const fs::path& source : sources)
+        arguments.push_back(as_argument(source));
+    const Result<int> exit_status = run_program(arguments);
+    if (!exit_status) return exit_status.error();
+    if (*exit_status != 0) return Error{code_of_exit(*exit_status), ""};
+    return seal(program);
+}
+
 }  // namespace
 
 Result<fs::path> program_folder() {
@@ -147,45 +228,47 @@ Result<fs::path> program_folder() {
     return self.parent_path();
 }
 
-Result<fs::path> print_binary(const std::vector<fs::path>& sources, bool quiet) {
-    Result<fs::path> programs = program_folder();
-    if (!programs) return programs;
+Result<PrintProgram> print_program(const std::vector<fs::path>& sources, bool quiet) {
+    const Result<fs::path> programs = program_folder();
+    if (!programs) return programs.error();
     const fs::path compiler = *programs / "openflc";
     if (::access(compiler.c_str(), X_OK) != 0) {
         return outside_error(fmt::format(
             "the compiler `openflc` is not beside this program, in `{}`", programs->string()));
     }
-    Result<uint64_t> hash = binary_hash(sources, *programs);
+    const Result<uint64_t> hash = program_hash(sources, *programs);
     if (!hash) return hash.error();
-    const fs::path folder = texture::cache_folder() / "prints";
-    const fs::path binary =
-        folder / fmt::format("{}-{:016x}", sources.front().stem().string(), *hash);
-    if (::access(binary.c_str(), X_OK) == 0) return binary;
-
-    std::error_code status;
-    fs::create_directories(folder, status);
-    if (status)
-        return outside_error(
-            fmt::format("cannot make the folder `{}`: {}", folder.string(), status.message()));
-    if (!quiet) say(fmt::format("compiling {} ...\n", sources.front().filename().string()));
-    // Under a name of its own, so that two prints at once do not see each other's half-written
-    // binary.
-    const fs::path temporary = fmt::format("{}.{}", binary.string(), ::getpid());
-    std::vector<std::string> arguments{compiler.string(), "build"};
-    for (const fs::path& source : sources)
-        arguments.push_back(source.string());
-    arguments.insert(arguments.end(), {"-o", temporary.string()});
-    Result<int> exit_status = run_program(arguments);
-    if (!exit_status) return exit_status.error();
-    if (*exit_status != 0) {
-        fs::remove(temporary, status);
-        return Error{code_of_exit(*exit_status), ""};
+    const std::string name = cached_name(sources.front(), *hash);
+    const Result<fs::path> cache = texture::cache_folder("prints");
+    if (cache) {
+        if (Result<PrintProgram> found = open_program(*cache / name)) return found;
+        clear_left_over(*cache);
+    } else if (!quiet) {
+        note(fmt::format("nothing is kept for the next print: {}", cache.error().message));
     }
-    fs::rename(temporary, binary, status);
-    if (status)
+    if (!quiet) say(fmt::format("compiling {} ...\n", sources.front().filename().string()));
+    // In a folder of its own, so that two prints at once do not see each other's half-written
+    // program, and none stays if this one dies.
+    const Result<std::unique_ptr<TemporaryFolder>> folder =
+        TemporaryFolder::create(cache ? *cache : fs::path());
+    if (!folder) return folder.error();
+    const fs::path made = (*folder)->path() / name;
+    if (Result<void> compiled = compile(compiler, sources, made); !compiled)
+        return compiled.error();
+    std::error_code status;
+    if (cache) fs::rename(made, *cache / name, status);
+    if (status) {
         return outside_error(
-            fmt::format("cannot write `{}`: {}", binary.string(), status.message()));
-    return binary;
+            fmt::format("cannot write `{}`: {}", (*cache / name).string(), status.message()));
+    }
+    Result<PrintProgram> program = open_program(cache ? *cache / name : made);
+    if (!program) {
+        return outside_error(
+            fmt::format("cannot read the program that was compiled: {}", program.error().message));
+    }
+    // Without a cache it is run although it has gone from its folder.
+    if (!cache) program->path.clear();
+    return program;
 }
 
 }  // namespace openfab::tool

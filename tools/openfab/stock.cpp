@@ -10,8 +10,6 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "runtime/texture/cache.h"
-
 namespace openfab::tool {
 
 std::string_view stock_text(std::string_view name) {
@@ -48,9 +46,10 @@ Result<void> write_file(const std::filesystem::path& file, std::string_view text
         fmt::format("cannot write `{}`: {}", file.string(), std::strerror(failed)));
 }
 
-Result<std::filesystem::path> stock_source(const std::string& fablet) {
+Result<std::filesystem::path> stock_source(const std::string& fablet,
+                                           const std::filesystem::path& folder) {
     const std::string name = fmt::format("stock_{}.fl", fablet);
-    const std::filesystem::path file = texture::cache_folder() / "stock" / name;
+    const std::filesystem::path file = folder / name;
     const std::string_view text = stock_text(name);
     std::error_code status;
     // Another print may be reading it: it is replaced only where it differs.

@@ -33,8 +33,9 @@ bool is_stock_fablet(std::string_view name);
 /// "`solid`, `textured`, …", for messages.
 std::string stock_fablet_names();
 
-/// The file of a stock fablet as it is, kept in the cache, to be compiled.
-Result<std::filesystem::path> stock_source(const std::string& fablet);
+/// The file of a stock fablet as it is, in `folder`, to be compiled.
+Result<std::filesystem::path> stock_source(const std::string& fablet,
+                                           const std::filesystem::path& folder);
 
 /// Writes a file, and the folders that it is in. Errors: the disk's.
 Result<void> write_file(const std::filesystem::path& file, std::string_view text);

@@ -15,7 +15,9 @@
 #include <vector>
 
 #include "runtime/base/command_line.h"
+#include "runtime/base/input_file.h"
 #include "runtime/base/say.h"
+#include "runtime/base/units.h"
 #include "tools/texture/convert.h"
 #include "tools/texture/convert_volume.h"
 
@@ -52,13 +54,16 @@ int main(int argc, char** argv) {
     std::string output;
     openfab::texture::VolumeOptions volume;
     openfab::texture::ImageOptions& options = volume.image;
+    openfab::texture::ReadLimits limits;
     std::vector<double> origin, spacing;
+    std::string memory;
     bool is_volume = false;
     CLI::App app(
         "Makes the filtered pyramid of an image; print binaries call it for images that are not in "
         "their cache.",
         "openfab texture");
-    app.add_option("IMAGE", image, "an image of any format that OpenImageIO reads")->required();
+    app.add_option("IMAGE", image, std::string("a picture: ") + openfab::tools::kStillFormats)
+        ->required();
     app.add_option("-o,--output", output, "the .oftx file")->required();
     app.add_option("--space", options.space, "auto, srgb, linear or data")
         ->check(CLI::IsMember({"auto", "srgb", "linear", "data"}));
@@ -68,6 +73,10 @@ int main(int argc, char** argv) {
     app.add_option("--origin", origin, "a volume's lowest corner in mm, X,Y,Z")
         ->delimiter(',')
         ->expected(3);
+    app.add_option("--memory", memory, "what it may take, 1.5GB unless told");
+    app.add_option("--below", limits.roots,
+                   "a folder below which data files of NRRD may lie, its own unless told")
+        ->allow_extra_args(false);
     app.add_option("--spacing", spacing, "the size of its texels in mm, X,Y,Z")
         ->delimiter(',')
         ->expected(3);
@@ -84,15 +93,23 @@ int main(int argc, char** argv) {
     };
     if (!origin.empty()) volume.origin_mm = three(origin);
     if (!spacing.empty()) volume.spacing_mm = three(spacing);
-    std::error_code none;
-    if (std::filesystem::equivalent(image, output, none)) {
-        return openfab::say_error(openfab::user_error(
-            fmt::format("`-o {}` would overwrite the image; name another output", output)));
+    for (std::filesystem::path& root : limits.roots)
+        root = openfab::without_links(root);
+    openfab::Result<void> done;
+    if (const openfab::Result<int64_t> bytes = openfab::parse_bytes(memory); bytes) {
+        limits.memory_bytes = *bytes;
+    } else if (!memory.empty()) {
+        done = openfab::usage_error("`--memory`: " + bytes.error().message);
     }
-    const openfab::Result<void> done = [&] {
+    std::error_code none;
+    if (done && std::filesystem::equivalent(image, output, none)) {
+        done = openfab::user_error(
+            fmt::format("`-o {}` would overwrite the image; name another output", output));
+    }
+    if (done) {
         const Silence silence;
-        return is_volume ? openfab::tools::make_volume_file(image, output, volume)
-                         : openfab::tools::make_pyramid_file(image, output, options);
-    }();
+        done = is_volume ? openfab::tools::make_volume_file(image, output, volume, limits)
+                         : openfab::tools::make_pyramid_file(image, output, options, limits);
+    }
     return done ? 0 : openfab::say_error(done.error());
 }

@@ -5,11 +5,9 @@
 #include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <vector>
-
 #include "runtime/texture/pyramid_file.h"
 #include "tools/texture/decoder.h"
+#include "tools/texture/still_image.h"
 
 namespace openfab::tools {
 namespace {
@@ -42,71 +40,55 @@ Placement placement_for(int32_t width, int32_t height, int orientation) {
     return p;
 }
 
-/// Reads rows [begin, end) as floats.
-bool read_rows(OIIO::ImageInput* in, const OIIO::ImageSpec& spec, int begin, int end, float* out) {
-    const int y0 = spec.y + begin;
-    const int y1 = spec.y + end;
-    if (spec.tile_width > 0) {
-        return in->read_tiles(0, 0, spec.x, spec.x + spec.width, y0, y1, spec.z, spec.z + 1, 0,
-                              spec.nchannels, OIIO::TypeDesc::FLOAT, out);
-    }
-    return in->read_scanlines(0, 0, y0, y1, spec.z, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, out);
-}
-
 Result<void> convert(const std::filesystem::path& image, const std::filesystem::path& out,
-                     const ImageOptions& options) {
-    const auto bad = [&](const std::string& why) {
-        return user_error(fmt::format("cannot read {}: {}", image.string(), why));
+                     const ImageOptions& options, const texture::ReadLimits& limits) {
+    const auto bad = [&](const Error& error) {
+        return Error{error.code, fmt::format("cannot read {}: {}", image.string(), error.message)};
     };
-    OIIO::ImageSpec config;
-    // Alpha is one more channel for a fablet; colours must not arrive multiplied by it.
-    config.attribute("oiio:UnassociatedAlpha", 1);
-    const std::unique_ptr<OIIO::ImageInput> in = OIIO::ImageInput::open(image.string(), &config);
-    if (in == nullptr) return bad(reader_trouble(OIIO::geterror()));
-    const OIIO::ImageSpec spec = in->spec();
-    if (spec.depth > 1) return bad("it is a volume, not a picture");
+    const Result<std::unique_ptr<StillImage>> in = StillImage::open(image, limits.memory_bytes);
+    if (!in) return bad(in.error());
+    const OIIO::ImageSpec spec = (*in)->spec();
     if (spec.nchannels > 4)
-        return bad(fmt::format("it has {} channels; 1 to 4 are possible", spec.nchannels));
+        return bad(
+            user_error(fmt::format("it has {} channels; 1 to 4 are possible", spec.nchannels)));
     const Decoder decoder(spec, options);
     const int orientation = spec.get_int_attribute("Orientation", 1);
     const Placement place = placement_for(spec.width, spec.height, orientation);
     Result<texture::PyramidLayout> layout =
         texture::pyramid_layout(place.width, place.height, decoder.channels_out());
-    if (!layout) return bad(layout.error().message);
+    if (!layout) return bad(layout.error());
+    if (Result<void> fits = check_memory(texture::pyramid_file_bytes(*layout), limits.memory_bytes);
+        !fits)
+        return bad(fits.error());
     const Result<uint64_t> key = texture::content_key(image, options);
     if (!key) return key.error();
     Result<std::unique_ptr<texture::PyramidWriter>> writer =
         texture::PyramidWriter::create(out, *layout, *key);
     if (!writer) return writer.error();
     float* level0 = (*writer)->level0();
-
-    constexpr int kRows = 64;
-    const int step = spec.tile_height > 0 ? spec.tile_height : kRows;
-    const auto row_floats = static_cast<size_t>(spec.width) * static_cast<size_t>(spec.nchannels);
-    std::vector<float> rows(row_floats * static_cast<size_t>(std::min(step, spec.height)));
-    for (int begin = 0; begin < spec.height; begin += step) {
-        const int end = std::min(begin + step, spec.height);
-        if (!read_rows(in.get(), spec, begin, end, rows.data()))
-            return bad(reader_trouble(in->geterror()));
-        const float* pixel = rows.data();
-        for (int64_t y = begin; y < end; ++y) {
-            int64_t texel = place.start + y * place.step_y;
-            for (int x = 0; x < spec.width; ++x) {
-                if (!decoder.pixel(pixel, level0 + texel * decoder.channels_out())) {
-                    return bad(fmt::format("pixel ({}, {}) is not a finite number", x, y));
-                }
-                pixel += decoder.channels_in();
-                texel += place.step_x;
-            }
+    // A row that becomes a column touches a page with each texel, which the next rows touch too.
+    constexpr int64_t kBytesOfColumn = 128;
+    const int64_t row_bytes =
+        spec.width * (orientation >= 5 ? kBytesOfColumn : 4 * int64_t{decoder.channels_out()});
+    const Result<void> read = (*in)->each_row([&](int y, const float* pixel) -> Result<void> {
+        int64_t texel = place.start + y * place.step_y;
+        for (int x = 0; x < spec.width; ++x) {
+            if (!decoder.pixel(pixel, level0 + texel * decoder.channels_out()))
+                return user_error(fmt::format("pixel ({}, {}) is not a finite number", x, y));
+            pixel += decoder.channels_in();
+            texel += place.step_x;
         }
-    }
+        (*writer)->wrote(row_bytes);
+        return {};
+    });
+    if (!read) return bad(read.error());
     return (*writer)->finish();
 }
 
 }  // namespace
 
 Result<void> make_pyramid_file(const std::filesystem::path& image, const std::filesystem::path& out,
-                               const ImageOptions& options) {
+                               const ImageOptions& options, const texture::ReadLimits& limits) {
     if (options.space != "auto" && options.space != "srgb" && options.space != "linear" &&
         options.space != "data") {
         return usage_error(fmt::format(
@@ -117,7 +99,7 @@ Result<void> make_pyramid_file(const std::filesystem::path& image, const std::fi
     // Refuses headers that ask for absurd memory before it is allocated: 16k x 16k x 4 floats.
     OIIO::attribute("limits:imagesize_MB", 5000);
     try {
-        return convert(image, out, options);
+        return convert(image, out, options, limits);
     } catch (const std::exception& e) {
         return user_error(fmt::format("cannot read {}: {}", image.string(), e.what()));
     }

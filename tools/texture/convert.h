@@ -11,13 +11,16 @@
 
 namespace openfab::tools {
 
-/// Reads `image` (any format of OpenImageIO's; 8, 16, 32 bits or float; 1 to 4 channels; EXIF
-/// orientation is obeyed) and writes `out` (pyramid_file.h). Space "auto" takes 8-bit pictures for
-/// sRGB and others for linear; "data" is linear too, and the alpha channel always is. Integers are
-/// scaled to 0..1. Memory: the system's page cache and a few rows. Errors: unreadable image with
-/// OpenImageIO's reason, values that are not finite, too large (pyramid_layout.h), `out` not
-/// writable.
+/// For messages: the formats that are read.
+constexpr const char* kStillFormats = "PNG, JPEG, TIFF, OpenEXR, Radiance HDR and PNM";
+
+/// Reads `image` (still_image.h; 8, 16, 32 bits or float; 1 to 4 channels; EXIF orientation is
+/// obeyed) and writes `out` (pyramid_file.h). Space "auto" takes 8-bit pictures for sRGB and others
+/// for linear; "data" is linear too, and the alpha channel always is. Integers are scaled to 0..1.
+/// Errors: unreadable image with OpenImageIO's reason, values that are not finite, too large
+/// (pyramid_layout.h, or for the limits), `out` not writable.
 Result<void> make_pyramid_file(const std::filesystem::path& image, const std::filesystem::path& out,
-                               const texture::ImageOptions& options);
+                               const texture::ImageOptions& options,
+                               const texture::ReadLimits& limits = {});
 
 }  // namespace openfab::tools

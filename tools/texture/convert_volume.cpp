@@ -5,10 +5,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <string_view>
 
+#include "runtime/base/input_file.h"
 #include "runtime/texture/pyramid_file.h"
 #include "tools/texture/decoder.h"
+#include "tools/texture/still_image.h"
 #include "tools/texture/volume_reader.h"
 
 namespace openfab::tools {
@@ -17,123 +21,136 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Slices by OpenImageIO.
+/// Slices that are pictures.
 class StackReader final : public VolumeReader {
   public:
-    StackReader(std::vector<fs::path> files, const texture::ImageOptions& options)
-        : files_(std::move(files)), options_(options) {}
+    StackReader(std::vector<fs::path> files, const texture::ImageOptions& options,
+                int64_t memory_bytes)
+        : files_(std::move(files)), options_(options), memory_bytes_(memory_bytes) {}
 
     Result<void> open() {
         if (Result<void> first = look_at(0); !first) return first.error();
+        spec_ = image_->spec();
         size.x = spec_.width;
         size.y = spec_.height;
-        size.z = static_cast<int32_t>(files_.size());
-        if (files_.size() == 1) {
-            int pages = 1;
-            while (input_->seek_subimage(pages, 0))
-                ++pages;
-            size.z = pages;
-        }
+        size.z = files_.size() == 1 ? image_->pages() : static_cast<int32_t>(files_.size());
         if (spec_.nchannels > 4)
             return user_error(
                 fmt::format("it has {} channels; 1 to 4 are possible", spec_.nchannels));
         channels = options_.luminance ? 1 : spec_.nchannels;
+        // Slices are mostly measures; only pictures in colour are taken for pictures.
+        const bool colour = spec_.format.basetype == OIIO::TypeDesc::UINT8 && spec_.nchannels >= 3;
+        if (options_.space == "auto") options_.space = colour ? "srgb" : "linear";
+        decoder_.emplace(spec_, options_);
         return Ok{};
     }
 
-    Result<void> read(float* out) override {
-        texture::ImageOptions options = options_;
-        // Slices are mostly measures; only pictures in colour are taken for pictures.
-        const bool colour = spec_.format.basetype == OIIO::TypeDesc::UINT8 && spec_.nchannels >= 3;
-        if (options.space == "auto") options.space = colour ? "srgb" : "linear";
-        const Decoder decoder(spec_, options);
-        std::vector<float> pixels(static_cast<size_t>(size.x) * static_cast<size_t>(size.y) *
-                                  static_cast<size_t>(spec_.nchannels));
-        for (int32_t z = 0; z < size.z; ++z) {
-            if (Result<void> slice = read_slice(z, pixels.data()); !slice) return slice.error();
-            const float* pixel = pixels.data();
-            float* row = out + static_cast<int64_t>(z) * size.y * size.x * channels;
-            for (int32_t y = 0; y < size.y; ++y) {
-                for (int32_t x = 0; x < size.x; ++x) {
-                    if (!decoder.pixel(pixel, row))
-                        return user_error(fmt::format(
-                            "pixel ({}, {}) of slice {} is not a finite number", x, y, z));
-                    pixel += spec_.nchannels;
-                    row += channels;
-                }
+    Result<void> read_slice(int32_t z, float* out, const Wrote& wrote) override {
+        if (Result<void> found = find(z); !found) return found.error();
+        const auto file = static_cast<size_t>(files_.size() == 1 ? 0 : z);
+        const Result<void> read = image_->each_row([&](int y, const float* pixel) -> Result<void> {
+            float* row = out + y * row_floats();
+            for (int32_t x = 0; x < size.x; ++x) {
+                if (!decoder_->pixel(pixel, row))
+                    return user_error(
+                        fmt::format("pixel ({}, {}) of slice {} is not a finite number", x, y, z));
+                pixel += spec_.nchannels;
+                row += channels;
             }
-        }
-        return Ok{};
+            wrote(4 * row_floats());
+            return {};
+        });
+        return read ? read : Result<void>(named(file, read.error()));
     }
 
   private:
     Result<void> look_at(size_t file) {
-        OIIO::ImageSpec config;
-        config.attribute("oiio:UnassociatedAlpha", 1);
-        input_ = OIIO::ImageInput::open(files_[file].string(), &config);
-        if (input_ == nullptr) return user_error(named(file, reader_trouble(OIIO::geterror())));
-        spec_ = input_->spec();
+        Result<std::unique_ptr<StillImage>> image = StillImage::open(files_[file], memory_bytes_);
+        if (!image) return named(file, image.error());
+        image_ = std::move(*image);
         return Ok{};
     }
 
-    std::string named(size_t file, const std::string& trouble) const {
-        return files_.size() == 1
-                   ? trouble
-                   : fmt::format("{}: {}", files_[file].filename().string(), trouble);
+    Error named(size_t file, const Error& error) const {
+        if (files_.size() == 1) return error;
+        return {error.code, fmt::format("{}: {}", files_[file].filename().string(), error.message)};
     }
 
-    Result<void> read_slice(int32_t z, float* pixels) {
+    /// Makes a slice the page that is read.
+    Result<void> find(int32_t z) {
         const bool pages = files_.size() == 1;
         const auto file = static_cast<size_t>(pages ? 0 : z);
         if (!pages) {
             if (Result<void> opened = look_at(file); !opened) return opened.error();
+        } else if (Result<void> there = image_->go_to(z); !there) {
+            return there;
         }
-        const int page = pages ? z : 0;
-        if (!input_->seek_subimage(page, 0))
-            return user_error(named(file, reader_trouble(input_->geterror())));
-        const OIIO::ImageSpec& spec = input_->spec();
-        if (spec.width != size.x || spec.height != size.y || spec.nchannels != spec_.nchannels ||
-            spec.depth > 1) {
-            return user_error(named(
-                file,
-                fmt::format("slice {} is {} x {} with {} channels, the first is {} x {} with {}", z,
-                            spec.width, spec.height, spec.nchannels, size.x, size.y,
-                            spec_.nchannels)));
-        }
-        if (!input_->read_image(page, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, pixels))
-            return user_error(named(file, reader_trouble(input_->geterror())));
-        return Ok{};
+        const OIIO::ImageSpec& spec = image_->spec();
+        if (spec.width == size.x && spec.height == size.y && spec.nchannels == spec_.nchannels)
+            return Ok{};
+        return named(
+            file, user_error(fmt::format(
+                      "slice {} is {} x {} with {} channels, the first is {} x {} with {}", z,
+                      spec.width, spec.height, spec.nchannels, size.x, size.y, spec_.nchannels)));
     }
 
     std::vector<fs::path> files_;
     texture::ImageOptions options_;
-    std::unique_ptr<OIIO::ImageInput> input_;
+    int64_t memory_bytes_;
+    std::unique_ptr<StillImage> image_;
     OIIO::ImageSpec spec_;
+    std::optional<Decoder> decoder_;
 };
 
-MadeReader open_any(const std::vector<fs::path>& files, const texture::ImageOptions& options) {
-    if (files.size() == 1) {
-        std::string kind = files[0].extension().string();
-        std::transform(kind.begin(), kind.end(), kind.begin(),
-                       [](unsigned char c) { return std::tolower(c); });
-        if (kind == ".nrrd" || kind == ".nhdr") return open_nrrd(files[0]);
-        if (kind == ".npy") return open_npy(files[0]);
-        if (kind == ".cube") return open_cube(files[0]);
-        if (kind == ".vdb")
-            return user_error("VDB files are not read; write the grid as NPY or NRRD");
+/// By what the file begins with; only tables of colours are known by their names.
+MadeReader open_any(const std::vector<fs::path>& files, const texture::ImageOptions& options,
+                    const texture::ReadLimits& limits) {
+    if (files.size() != 1) return open_stack(files, options, limits);
+    const Result<InputFile> file = InputFile::open(files[0]);
+    if (!file) return file.error();
+    std::array<char, 6> head{};
+    const Result<size_t> got = file->read(0, head.data(), head.size());
+    if (!got) return got.error();
+    const std::string_view begin(head.data(), *got);
+    if (begin.starts_with("NRRD")) return open_nrrd(files[0], limits);
+    if (begin == "\x93NUMPY") return open_npy(files[0]);
+    std::string kind = files[0].extension().string();
+    std::transform(kind.begin(), kind.end(), kind.begin(),
+                   [](unsigned char c) { return std::tolower(c); });
+    if (kind == ".cube") return open_cube(files[0], limits);
+    if (kind == ".nrrd" || kind == ".nhdr") return user_error("it is no NRRD file");
+    if (kind == ".npy") return user_error("it is no NPY file");
+    if (kind == ".vdb") return user_error("VDB files are not read; write the grid as NPY or NRRD");
+    return open_stack(files, options, limits);
+}
+
+/// All slices, and that they are numbers.
+Result<void> fill(VolumeReader* volume, texture::PyramidWriter* writer) {
+    const auto wrote = [&](int64_t bytes) { writer->wrote(bytes); };
+    constexpr int64_t kAtOnce = 1 << 16;
+    for (int32_t z = 0; z < volume->size.z; ++z) {
+        const int64_t count = volume->slice_floats();
+        float* slice = writer->level0() + z * count;
+        if (Result<void> read = volume->read_slice(z, slice, wrote); !read) return read;
+        for (int64_t begin = 0; begin < count; begin += kAtOnce) {
+            const int64_t end = std::min(begin + kAtOnce, count);
+            if (!std::all_of(slice + begin, slice + end, [](float x) { return std::isfinite(x); }))
+                return user_error("it holds a value that is not a finite number");
+            wrote(4 * (end - begin));
+        }
     }
-    return open_stack(files, options);
+    return {};
 }
 
 Result<void> convert(const fs::path& source, const fs::path& out,
-                     const texture::VolumeOptions& options) {
-    const auto bad = [&](const std::string& why) {
-        return user_error(fmt::format("cannot read {}: {}", source.string(), why));
+                     const texture::VolumeOptions& options, const texture::ReadLimits& limits) {
+    const auto bad = [&](const Error& error) {
+        return Error{error.code, fmt::format("cannot read {}: {}", source.string(), error.message)};
     };
     const Result<std::vector<fs::path>> files = texture::volume_files(source);
     if (!files) return files.error();
-    MadeReader reader = open_any(*files, options.image);
-    if (!reader) return bad(reader.error().message);
+    MadeReader reader = open_any(*files, options.image, limits);
+    if (!reader) return bad(reader.error());
     VolumeReader& volume = **reader;
     const std::array<double, 3> one{1, 1, 1}, zero{};
     const std::array<double, 3> spacing = options.spacing_mm.value_or(volume.spacing.value_or(one));
@@ -146,35 +163,35 @@ Result<void> convert(const fs::path& source, const fs::path& out,
     }
     const Result<texture::PyramidLayout> layout =
         texture::volume_layout(volume.size, volume.channels, place);
-    if (!layout) return bad(layout.error().message);
-    const Result<uint64_t> key = texture::volume_key(source, options);
+    if (!layout) return bad(layout.error());
+    if (Result<void> fits = check_memory(texture::pyramid_file_bytes(*layout), limits.memory_bytes);
+        !fits)
+        return bad(fits.error());
+    const Result<uint64_t> key = texture::volume_key(source, options, limits);
     if (!key) return key.error();
     Result<std::unique_ptr<texture::PyramidWriter>> writer =
         texture::PyramidWriter::create(out, *layout, *key);
     if (!writer) return writer.error();
-    float* texels = (*writer)->level0();
-    if (Result<void> read = volume.read(texels); !read) return bad(read.error().message);
-    const int64_t count = static_cast<int64_t>(volume.size.x) * volume.size.y * volume.size.z *
-                          static_cast<int64_t>(volume.channels);
-    if (!std::all_of(texels, texels + count, [](float x) { return std::isfinite(x); }))
-        return bad("it holds a value that is not a finite number");
+    if (Result<void> read = fill(&volume, writer->get()); !read) return bad(read.error());
     return (*writer)->finish();
 }
 
 }  // namespace
 
-MadeReader open_stack(const std::vector<fs::path>& files, const texture::ImageOptions& options) {
-    auto reader = std::make_unique<StackReader>(files, options);
+MadeReader open_stack(const std::vector<fs::path>& files, const texture::ImageOptions& options,
+                      const texture::ReadLimits& limits) {
+    auto reader = std::make_unique<StackReader>(files, options, limits.memory_bytes);
     if (Result<void> opened = reader->open(); !opened) return opened.error();
     return std::unique_ptr<VolumeReader>(std::move(reader));
 }
 
 Result<void> make_volume_file(const fs::path& source, const fs::path& out,
-                              const texture::VolumeOptions& options) {
+                              const texture::VolumeOptions& options,
+                              const texture::ReadLimits& limits) {
     OIIO::attribute("threads", 1);
     OIIO::attribute("limits:imagesize_MB", 5000);
     try {
-        return convert(source, out, options);
+        return convert(source, out, options, limits);
     } catch (const std::exception& e) {
         return user_error(fmt::format("cannot read {}: {}", source.string(), e.what()));
     }

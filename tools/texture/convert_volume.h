@@ -13,9 +13,9 @@
 namespace openfab::tools {
 
 /// Reads `source` (texture::volume_files, volume_reader.h) and writes `out` (pyramid_file.h).
-/// Memory: the system's page cache, a slice, and of NRRD and NPY the file. Errors: as
-/// make_pyramid_file.
+/// Errors: as make_pyramid_file.
 Result<void> make_volume_file(const std::filesystem::path& source, const std::filesystem::path& out,
-                              const texture::VolumeOptions& options);
+                              const texture::VolumeOptions& options,
+                              const texture::ReadLimits& limits = {});
 
 }  // namespace openfab::tools

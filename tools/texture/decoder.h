@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <string>
 
 #include "runtime/texture/cache.h"
 #include "runtime/texture/color.h"
@@ -67,9 +66,5 @@ class Decoder {
     bool use_table_ = false;
     std::array<float, 256> table_{};
 };
-
-inline std::string reader_trouble(const std::string& reason) {
-    return reason.empty() ? "it is no image that OpenImageIO knows" : reason;
-}
 
 }  // namespace openfab::tools

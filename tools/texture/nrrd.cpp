@@ -4,12 +4,17 @@
 // NRRD, https://teem.sourceforge.net/nrrd/format.html, as far as scanners and simulations write it.
 
 #include <fmt/format.h>
-#include <libdeflate.h>
+#include <zlib.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <map>
 #include <sstream>
+#include <string_view>
 
+#include "runtime/base/input_file.h"
+#include "runtime/texture/nrrd_header.h"
 #include "tools/texture/volume_reader.h"
 
 namespace openfab::tools {
@@ -18,35 +23,147 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr size_t kAtOnce = 1 << 16;
+
+/// The bytes behind a header, in order, without holding them.
+class ByteStream {
+  public:
+    ByteStream(InputFile file, int64_t begin) : file_(std::move(file)), at_(begin) {}
+    virtual ~ByteStream() = default;
+    /// Up to `bytes` of them; fewer only at their end.
+    virtual Result<size_t> next(char* out, size_t bytes) {
+        const Result<size_t> got = file_.read(at_, out, bytes);
+        if (got) at_ += static_cast<int64_t>(*got);
+        return got;
+    }
+    /// How many there are at most.
+    virtual int64_t left() const { return file_.bytes() - at_; }
+
+  protected:
+    InputFile file_;
+    int64_t at_ = 0;
+};
+
+/// The same, unpacked by zlib.
+class UnpackedStream final : public ByteStream {
+  public:
+    UnpackedStream(InputFile file, int64_t begin) : ByteStream(std::move(file), begin) {
+        constexpr int kGzip = 16;
+        ready_ = inflateInit2(&state_, kGzip + MAX_WBITS) == Z_OK;
+    }
+    ~UnpackedStream() override { inflateEnd(&state_); }
+
+    Result<size_t> next(char* out, size_t bytes) override {
+        state_.next_out = reinterpret_cast<Bytef*>(out);
+        state_.avail_out = static_cast<uInt>(bytes);
+        while (state_.avail_out > 0 && !ended_) {
+            if (state_.avail_in == 0) {
+                const Result<size_t> got = ByteStream::next(buffer_.data(), buffer_.size());
+                if (!got) return got.error();
+                state_.next_in = reinterpret_cast<Bytef*>(buffer_.data());
+                state_.avail_in = static_cast<uInt>(*got);
+            }
+            const int done = ready_ ? inflate(&state_, Z_NO_FLUSH) : Z_MEM_ERROR;
+            ended_ = done == Z_STREAM_END;
+            // Without bytes to read it makes no way: they end too early.
+            if (done != Z_OK && !ended_) return user_error(kDamaged);
+        }
+        return bytes - state_.avail_out;
+    }
+    int64_t left() const override {
+        constexpr int64_t kDensest = 1032;  // of deflate, a byte
+        return ByteStream::left() * kDensest;
+    }
+
+    static constexpr const char* kDamaged =
+        "its compressed data is damaged or of another size than it says";
+
+  private:
+    z_stream state_{};
+    bool ready_ = false;
+    bool ended_ = false;
+    std::vector<char> buffer_ = std::vector<char>(kAtOnce);
+};
+
 class NrrdReader final : public VolumeReader {
   public:
-    std::string bytes;
-    size_t begin = 0;
+    std::unique_ptr<ByteStream> stream;
     NumberFormat format;
     bool text = false;
+    bool packed = false;
 
-    Result<void> read(float* out) override {
-        const int64_t count =
-            static_cast<int64_t>(size.x) * size.y * size.z * static_cast<int64_t>(channels);
-        if (text) {
-            std::istringstream in(bytes.substr(begin));
-            for (int64_t i = 0; i < count; ++i) {
-                double value = 0;
-                in >> value;
-                const double largest = format.kind != NumberFormat::Kind::kUnsigned ? 1
-                                       : format.bytes == 1                          ? 255
-                                       : format.bytes == 2                          ? 65535
-                                                                                    : 1;
-                out[i] = static_cast<float>(value / largest);
-            }
-            if (!in) return user_error("it is cut short");
-            return Ok{};
+    Result<void> read_slice(int32_t z, float* out, const Wrote& wrote) override {
+        const int64_t count = slice_floats();
+        const auto step = static_cast<int64_t>(kAtOnce) / format.bytes;
+        for (int64_t begin = 0; begin < count; begin += step) {
+            const int64_t n = std::min(step, count - begin);
+            Result<void> read = text ? words(out + begin, n) : numbers(out + begin, n);
+            if (!read) return read;
+            wrote(4 * n);
         }
-        for (int64_t i = 0; i < count; ++i)
-            out[i] =
-                read_number(format, bytes.data() + begin + static_cast<size_t>(i * format.bytes));
-        return Ok{};
+        return z + 1 == size.z && packed ? end() : Result<void>();
     }
+
+  private:
+    Result<void> numbers(float* out, int64_t count) {
+        const size_t bytes = static_cast<size_t>(count * format.bytes);
+        const Result<size_t> got = stream->next(buffer_.data(), bytes);
+        if (!got) return got.error();
+        if (*got < bytes) return user_error(packed ? UnpackedStream::kDamaged : "it is cut short");
+        for (int64_t i = 0; i < count; ++i)
+            out[i] = read_number(format, buffer_.data() + i * format.bytes);
+        return {};
+    }
+
+    Result<void> words(float* out, int64_t count) {
+        const double largest = format.kind != NumberFormat::Kind::kUnsigned ? 1
+                               : format.bytes == 1                          ? 255
+                               : format.bytes == 2                          ? 65535
+                                                                            : 1;
+        for (int64_t i = 0; i < count; ++i) {
+            std::string word;
+            if (Result<void> found = next_word(&word); !found) return found;
+            char* end = nullptr;
+            const double value = std::strtod(word.c_str(), &end);
+            if (*end != '\0') return user_error(fmt::format("`{}` in it is not a number", word));
+            out[i] = static_cast<float>(value / largest);
+        }
+        return {};
+    }
+
+    Result<void> next_word(std::string* word) {
+        constexpr size_t kLongest = 64;
+        constexpr std::string_view kBlanks = " \t\r\n,";
+        for (;; ++at_) {
+            if (at_ == held_) {
+                const Result<size_t> got = stream->next(buffer_.data(), buffer_.size());
+                if (!got) return got.error();
+                held_ = *got;
+                at_ = 0;
+                if (held_ == 0)
+                    return word->empty() ? Result<void>(user_error("it is cut short")) : Ok{};
+            }
+            const char c = buffer_[at_];
+            if (kBlanks.find(c) == std::string_view::npos) {
+                *word += c;
+                if (word->size() > kLongest)
+                    return user_error(fmt::format("`{}...` in it is not a number", *word));
+            } else if (!word->empty()) {
+                return {};
+            }
+        }
+    }
+
+    /// Only at their end do packed bytes show that they are whole.
+    Result<void> end() {
+        char more = 0;
+        const Result<size_t> got = stream->next(&more, 1);
+        if (!got) return got.error();
+        return *got == 0 || text ? Result<void>() : user_error(UnpackedStream::kDamaged);
+    }
+
+    std::vector<char> buffer_ = std::vector<char>(kAtOnce);
+    size_t held_ = 0, at_ = 0;
 };
 
 bool number_format(const std::string& type, NumberFormat* out) {
@@ -108,45 +225,9 @@ std::vector<std::string> words_of(const std::string& text) {
     return out;
 }
 
-using Fields = std::map<std::string, std::string>;
-
-/// Lines up to the empty one; `end` is the first byte behind it.
-Fields fields_of(const std::string& bytes, size_t* end) {
-    Fields fields;
-    size_t at = bytes.find('\n');
-    while (at != std::string::npos && at + 1 < bytes.size()) {
-        const size_t begin = at + 1;
-        at = bytes.find('\n', begin);
-        std::string line =
-            bytes.substr(begin, (at == std::string::npos ? bytes.size() : at) - begin);
-        if (!line.empty() && line.back() == '\r') line.pop_back();
-        if (line.empty()) break;
-        const size_t colon = line.find(": ");
-        if (line[0] != '#' && colon != std::string::npos)
-            fields[line.substr(0, colon)] = line.substr(colon + 2);
-    }
-    *end = at == std::string::npos ? bytes.size() : at + 1;
-    return fields;
-}
-
-Result<std::string> unpack(const std::string& packed, size_t begin, size_t bytes) {
-    std::string out(bytes, 0);
-    libdeflate_decompressor* d = libdeflate_alloc_decompressor();
-    size_t used = 0, got = 0;
-    const libdeflate_result result = libdeflate_gzip_decompress_ex(
-        d, packed.data() + begin, packed.size() - begin, out.data(), out.size(), &used, &got);
-    libdeflate_free_decompressor(d);
-    if (result != LIBDEFLATE_SUCCESS || got != bytes)
-        return user_error("its compressed data is damaged or of another size than it says");
-    return out;
-}
-
 /// Spacing and origin; an error for axes that are turned.
-Result<void> place(const Fields& fields, size_t first, NrrdReader* reader) {
-    const auto field = [&](const char* name) {
-        const auto found = fields.find(name);
-        return found == fields.end() ? std::vector<std::string>{} : words_of(found->second);
-    };
+Result<void> place(const texture::NrrdHeader& header, size_t first, NrrdReader* reader) {
+    const auto field = [&](const char* name) { return words_of(header.field(name)); };
     std::array<double, 3> spacing{1, 1, 1}, middle{};
     bool known = false;
     if (const auto directions = field("space directions"); directions.size() == first + 3) {
@@ -183,56 +264,57 @@ Result<void> place(const Fields& fields, size_t first, NrrdReader* reader) {
 
 }  // namespace
 
-MadeReader open_nrrd(const fs::path& file) {
-    Result<std::string> bytes = read_whole(file);
-    if (!bytes) return bytes.error();
-    if (bytes->compare(0, 4, "NRRD") != 0) return user_error("it is no NRRD file");
+MadeReader open_nrrd(const fs::path& file, const texture::ReadLimits& limits) {
+    Result<InputFile> source = InputFile::open(file);
+    if (!source) return source.error();
+    const Result<texture::NrrdHeader> read = texture::read_nrrd_header(*source);
+    if (!read) return read.error();
+    const texture::NrrdHeader& header = *read;
     auto reader = std::make_unique<NrrdReader>();
-    Fields fields = fields_of(*bytes, &reader->begin);
-    if (!number_format(fields["type"], &reader->format))
+    if (!number_format(header.field("type"), &reader->format))
         return user_error(
-            fmt::format("its numbers are of type `{}`, which is not known", fields["type"]));
-    reader->format.swapped = fields["endian"] == "big";
-    const std::vector<std::string> sizes = words_of(fields["sizes"]);
+            fmt::format("its numbers are of type `{}`, which is not known", header.field("type")));
+    reader->format.swapped = header.field("endian") == "big";
+    const std::vector<std::string> sizes = words_of(header.field("sizes"));
     if (sizes.size() != 3 && sizes.size() != 4)
         return user_error(fmt::format(
             "it has {} dimensions; 3, or 4 with the channels first, are right", sizes.size()));
     const size_t first = sizes.size() - 3;
     std::array<int64_t, 4> n{1, 1, 1, 1};
-    size_t numbers = 1;
+    int64_t numbers = 1;
     for (size_t k = 0; k < sizes.size(); ++k) {
         n[k + 1 - first] = std::strtoll(sizes[k].c_str(), nullptr, 10);
         if (n[k + 1 - first] < 1 || n[k + 1 - first] > 16384)
             return user_error(fmt::format("a side of {} is not possible", sizes[k]));
-        numbers *= static_cast<size_t>(n[k + 1 - first]);
-        if (numbers > (size_t{1} << 32)) return user_error("it is too large");
+        numbers *= n[k + 1 - first];
+        if (numbers > (int64_t{1} << 32)) return user_error("it is too large");
     }
     reader->channels = static_cast<int32_t>(n[0]);
     reader->size = {static_cast<int32_t>(n[1]), static_cast<int32_t>(n[2]),
                     static_cast<int32_t>(n[3])};
-    if (Result<void> placed = place(fields, first, reader.get()); !placed) return placed.error();
-    for (const char* name : {"data file", "datafile"}) {
-        if (fields[name].empty()) continue;
-        bytes = read_whole(file.parent_path() / fields[name]);
-        if (!bytes)
-            return user_error(fmt::format("its data file `{}` cannot be read", fields[name]));
-        reader->begin = 0;
+    if (Result<void> placed = place(header, first, reader.get()); !placed) return placed.error();
+    int64_t begin = header.begin;
+    if (const std::string name = header.data_file(); !name.empty()) {
+        source = texture::open_data_file(file, name, limits);
+        if (!source) return source.error();
+        begin = 0;
     }
-    const std::string encoding = fields["encoding"];
-    const size_t needed = numbers * static_cast<size_t>(reader->format.bytes);
-    if (encoding == "gzip" || encoding == "gz") {
-        bytes = unpack(*bytes, reader->begin, needed);
-        if (!bytes) return bytes.error();
-        reader->begin = 0;
-    } else if (encoding == "ascii" || encoding == "text" || encoding == "txt") {
-        reader->text = true;
-    } else if (encoding != "raw") {
+    const std::string encoding = header.field("encoding");
+    reader->packed = encoding == "gzip" || encoding == "gz";
+    reader->text = encoding == "ascii" || encoding == "text" || encoding == "txt";
+    if (!reader->packed && !reader->text && encoding != "raw") {
         return user_error(
             fmt::format("its encoding `{}` is not known; raw, text and gzip are", encoding));
     }
-    if (!reader->text && bytes->size() - reader->begin < needed)
-        return user_error("it is cut short");
-    reader->bytes = std::move(*bytes);
+    if (reader->packed) {
+        reader->stream = std::make_unique<UnpackedStream>(std::move(*source), begin);
+    } else {
+        reader->stream = std::make_unique<ByteStream>(std::move(*source), begin);
+    }
+    // Before memory is asked for: a number takes its bytes, or a figure and a blank.
+    const int64_t needed = reader->text ? 2 * numbers - 1 : numbers * reader->format.bytes;
+    if (reader->stream->left() < needed)
+        return user_error(reader->packed ? UnpackedStream::kDamaged : "it is cut short");
     return std::unique_ptr<VolumeReader>(std::move(reader));
 }
 

@@ -10,9 +10,11 @@
 #include <charconv>
 #include <cmath>
 #include <cstring>
-#include <fstream>
+#include <optional>
 #include <sstream>
 
+#include "runtime/base/input_file.h"
+#include "tools/texture/still_image.h"
 #include "tools/texture/volume_reader.h"
 
 namespace openfab::tools {
@@ -54,26 +56,37 @@ double integer(const NumberFormat& f, const char* at) {
 /// An array of numbers in any order of axes.
 class ArrayReader final : public VolumeReader {
   public:
+    std::optional<InputFile> file;
     std::string bytes;
-    size_t begin = 0;
+    int64_t begin = 0;
     NumberFormat format;
     std::array<int64_t, 4> strides{};  ///< of x, y, z and channel, in numbers
 
-    Result<void> read(float* out) override {
-        for (int64_t z = 0; z < size.z; ++z) {
-            for (int64_t y = 0; y < size.y; ++y) {
-                for (int64_t x = 0; x < size.x; ++x) {
-                    for (int64_t c = 0; c < channels; ++c) {
-                        const int64_t place =
-                            x * strides[0] + y * strides[1] + z * strides[2] + c * strides[3];
-                        const char* at =
-                            bytes.data() + begin + static_cast<size_t>(place * format.bytes);
-                        *out++ = read_number(format, at);
-                    }
+    Result<void> read_slice(int32_t z, float* out, const Wrote& wrote) override {
+        if (bytes.empty()) {
+            if (Result<void> loaded = load_all(); !loaded) return loaded;
+        }
+        for (int64_t y = 0; y < size.y; ++y) {
+            for (int64_t x = 0; x < size.x; ++x) {
+                for (int64_t c = 0; c < channels; ++c) {
+                    const int64_t place =
+                        x * strides[0] + y * strides[1] + z * strides[2] + c * strides[3];
+                    *out++ = read_number(format, bytes.data() + place * format.bytes);
                 }
             }
+            wrote(4 * row_floats());
         }
         return Ok{};
+    }
+
+  private:
+    /// At most two thirds of what the pyramid takes, for which there is room, and only once that is
+    /// known: the order of axes may ask for any place at any time.
+    Result<void> load_all() {
+        bytes.resize(static_cast<size_t>(slice_floats() * size.z * format.bytes));
+        const Result<size_t> got = file->read(begin, bytes.data(), bytes.size());
+        if (!got) return got.error();
+        return *got == bytes.size() ? Result<void>() : user_error("it is cut short");
     }
 };
 
@@ -129,25 +142,22 @@ float read_number(const NumberFormat& format, const char* at) {
                              : static_cast<float>(load<double>(at, format.swapped));
 }
 
-Result<std::string> read_whole(const fs::path& file) {
-    std::ifstream in(file, std::ios::binary);
-    std::ostringstream text;
-    text << in.rdbuf();
-    if (!in) return user_error("it cannot be read");
-    return text.str();
-}
-
 MadeReader open_npy(const fs::path& file) {
-    Result<std::string> bytes = read_whole(file);
-    if (!bytes) return bytes.error();
-    if (bytes->size() < 12 || bytes->compare(0, 6, "\x93NUMPY") != 0)
+    Result<InputFile> opened = InputFile::open(file);
+    if (!opened) return opened.error();
+    constexpr int64_t kLongestHeader = 1 << 20;
+    std::string bytes(static_cast<size_t>(std::min(opened->bytes(), kLongestHeader)), '\0');
+    const Result<size_t> got = opened->read(0, bytes.data(), bytes.size());
+    if (!got) return got.error();
+    bytes.resize(*got);
+    if (bytes.size() < 12 || bytes.compare(0, 6, "\x93NUMPY") != 0)
         return user_error("it is no NPY file");
-    const bool long_header = (*bytes)[6] >= 2;
+    const bool long_header = bytes[6] >= 2;
     const size_t start = long_header ? 12 : 10;
-    const size_t length = long_header ? load<uint32_t>(bytes->data() + 8, false)
-                                      : load<uint16_t>(bytes->data() + 8, false);
-    if (length > bytes->size() - start) return user_error("it is cut short");
-    const std::string header = bytes->substr(start, length);
+    const size_t length = long_header ? load<uint32_t>(bytes.data() + 8, false)
+                                      : load<uint16_t>(bytes.data() + 8, false);
+    if (length > bytes.size() - start) return user_error("it is cut short");
+    const std::string header = bytes.substr(start, length);
     auto reader = std::make_unique<ArrayReader>();
     const std::string descr = entry(header, "descr");
     if (!npy_format(descr, &reader->format))
@@ -175,12 +185,10 @@ MadeReader open_npy(const fs::path& file) {
             step[k] = step[k + 1] * shape[k + 1];
     }
     reader->strides = {step[2], step[1], step[0], shape.size() == 4 ? step[3] : 0};
-    reader->begin = start + length;
-    if (static_cast<uint64_t>(numbers) * static_cast<uint64_t>(reader->format.bytes) >
-        bytes->size() - reader->begin) {
+    reader->begin = static_cast<int64_t>(start + length);
+    if (numbers * reader->format.bytes > opened->bytes() - reader->begin)
         return user_error("it is cut short");
-    }
-    reader->bytes = std::move(*bytes);
+    reader->file.emplace(std::move(*opened));
     return std::unique_ptr<VolumeReader>(std::move(reader));
 }
 
@@ -189,18 +197,26 @@ namespace {
 class CubeReader final : public VolumeReader {
   public:
     std::vector<float> values;
-    Result<void> read(float* out) override {
-        std::copy(values.begin(), values.end(), out);
+    Result<void> read_slice(int32_t z, float* out, const Wrote& wrote) override {
+        const int64_t count = slice_floats();
+        std::copy_n(values.begin() + z * count, count, out);
+        wrote(4 * count);
         return Ok{};
     }
 };
 
 }  // namespace
 
-MadeReader open_cube(const fs::path& file) {
-    const Result<std::string> bytes = read_whole(file);
+MadeReader open_cube(const fs::path& file, const texture::ReadLimits& limits) {
+    const Result<InputFile> opened = InputFile::open(file);
+    if (!opened) return opened.error();
+    // A row of text, its copy, and what it becomes.
+    constexpr int64_t kCopies = 4;
+    if (Result<void> fits = check_memory(kCopies * opened->bytes(), limits.memory_bytes); !fits)
+        return fits.error();
+    Result<std::string> bytes = opened->read_all(opened->bytes());
     if (!bytes) return bytes.error();
-    std::istringstream lines(*bytes);
+    std::istringstream lines(std::move(*bytes));
     std::array<double, 3> low{0, 0, 0}, high{1, 1, 1};
     auto reader = std::make_unique<CubeReader>();
     int64_t n = 0;

@@ -5,7 +5,9 @@
 // Files that hold volumes: stacks of pictures, NRRD, NPY and .cube tables.
 
 #include <array>
+#include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -27,9 +29,15 @@ class VolumeReader {
     std::optional<std::array<double, 3>> origin, spacing;
     bool table = false;
 
-    /// Fills size.x * size.y * size.z * channels floats: x innermost but for the channels, y and z
-    /// going up. In every format what comes first in the file has the lowest coordinates.
-    virtual Result<void> read(float* out) = 0;
+    /// Fills a slice, size.x * size.y * channels floats: x innermost but for the channels, y going
+    /// up. In every format what comes first in the file has the lowest coordinates. Slices are read
+    /// once each, in order. `wrote` is told of the bytes that were written, now
+    /// and then.
+    using Wrote = std::function<void(int64_t bytes)>;
+    virtual Result<void> read_slice(int32_t z, float* out, const Wrote& wrote) = 0;
+
+    int64_t row_floats() const { return static_cast<int64_t>(size.x) * channels; }
+    int64_t slice_floats() const { return row_floats() * size.y; }
 };
 
 using MadeReader = Result<std::unique_ptr<VolumeReader>>;
@@ -39,15 +47,15 @@ using MadeReader = Result<std::unique_ptr<VolumeReader>>;
 /// the top. 8-bit colour is decoded from sRGB unless the space says
 /// otherwise, all else is taken as linear; integers are scaled to 0..1.
 MadeReader open_stack(const std::vector<std::filesystem::path>& files,
-                      const texture::ImageOptions& options);
+                      const texture::ImageOptions& options, const texture::ReadLimits& limits);
 /// NRRD of 3 dimensions, or of 4 with 1 to 4 channels first; raw, text or gzip, attached or in a
-/// file beside. Unsigned integers of 8 and 16 bits are scaled to 0..1, others are taken as they
-/// are. "space origin" is the middle of the first texel; axes must not be turned.
-MadeReader open_nrrd(const std::filesystem::path& file);
+/// file that open_named_by opens. Unsigned integers of 8 and 16 bits are scaled to 0..1, others are
+/// taken as they are. "space origin" is the middle of the first texel; axes must not be turned.
+MadeReader open_nrrd(const std::filesystem::path& file, const texture::ReadLimits& limits);
 /// NPY of shape (z, y, x) or (z, y, x, channel), integers as of NRRD.
 MadeReader open_npy(const std::filesystem::path& file);
 /// A 3-D look-up table (LUT_3D_SIZE): red is x, the domain is the place; three channels.
-MadeReader open_cube(const std::filesystem::path& file);
+MadeReader open_cube(const std::filesystem::path& file, const texture::ReadLimits& limits);
 
 /// Number formats of NRRD and NPY.
 struct NumberFormat {
@@ -58,8 +66,5 @@ struct NumberFormat {
 
 /// One number; unsigned ones of 1 and 2 bytes become 0..1.
 float read_number(const NumberFormat& format, const char* at);
-
-/// The whole file; empty and an error where it cannot be read.
-Result<std::string> read_whole(const std::filesystem::path& file);
 
 }  // namespace openfab::tools

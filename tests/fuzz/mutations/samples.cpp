@@ -238,8 +238,10 @@ std::string glb(const std::string& json) {
 bool write_picture(const std::string& file) {
     const auto out = OIIO::ImageOutput::create(file);
     if (out == nullptr) return false;
-    const OIIO::ImageSpec spec(
-        7, 5, 3, file.ends_with(".exr") ? OIIO::TypeDesc::FLOAT : OIIO::TypeDesc::UINT8);
+    const OIIO::ImageSpec spec(7, 5, 3,
+                               file.ends_with(".exr") || file.ends_with(".hdr")
+                                   ? OIIO::TypeDesc::FLOAT
+                                   : OIIO::TypeDesc::UINT8);
     std::array<uint8_t, 7 * 5 * 3> pixels{};
     for (size_t i = 0; i < pixels.size(); ++i)
         pixels[i] = static_cast<uint8_t>(i * 37);
@@ -314,7 +316,7 @@ std::vector<Sample> samples() {
         {"v.nrrd", Kind::kVolume, true, kNrrd, {}, {}},
         {"v.cube", Kind::kVolume, true, kCube, {}, {}},
     };
-    for (const char* name : {"i.png", "i.jpg", "i.tif", "i.exr", "i.bmp"})
+    for (const char* name : {"i.png", "i.jpg", "i.tif", "i.exr", "i.hdr", "i.ppm"})
         all.push_back({name, Kind::kImage, false, picture(name), {}, {}});
     return all;
 }

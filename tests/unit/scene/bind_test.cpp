@@ -76,8 +76,9 @@ class BindTest : public ::testing::Test {
         std::filesystem::create_directories(folder_.path() / "cache");
         const std::filesystem::path photo = folder_.write("photo.png", "stands for a picture");
         const uint64_t key = *texture::content_key(photo, {"auto", false});
-        auto writer = texture::PyramidWriter::create(texture::cache_file(key),
-                                                     *texture::pyramid_layout(2, 2, 1), key);
+        auto writer =
+            texture::PyramidWriter::create(*texture::cache_folder() / texture::cache_name(key),
+                                           *texture::pyramid_layout(2, 2, 1), key);
         for (int i = 0; i < 4; ++i)
             (*writer)->level0()[i] = 0.25f * static_cast<float>(i);
         EXPECT_TRUE((*writer)->finish());

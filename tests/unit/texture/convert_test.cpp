@@ -186,7 +186,8 @@ TEST_F(ConvertTest, FindsThePyramidInTheCacheTheSecondTime) {
     EXPECT_EQ(keys.size(), 8u);
     // A damaged entry is made again.
     const std::filesystem::path entry =
-        texture::cache_file(*texture::content_key(file, {"auto", false}));
+        *texture::cache_folder() /
+        texture::cache_name(*texture::content_key(file, {"auto", false}));
     std::filesystem::resize_file(entry, 80);
     EXPECT_TRUE(texture::get_pyramid(file, {"auto", false}, 1, 0));
 }
@@ -203,12 +204,10 @@ TEST_F(ConvertTest, PassesTheHelpersReasonOn) {
                   .message.find("No such file"),
               std::string::npos);
     EXPECT_FALSE(texture::get_pyramid(folder_.path(), {}, 0, 0));
+    // Where there can be no cache, it is made without one.
     ::setenv("OPENFAB_CACHE", "/proc/nowhere", 1);
     const auto file = image<uint8_t>("g.png", 1, 1, 1, {9});
-    const auto unwritable = texture::get_pyramid(file, {}, 0, 0);
-    ASSERT_FALSE(unwritable);
-    EXPECT_EQ(unwritable.error().code, ErrorCode::kOutside);
-    EXPECT_NE(unwritable.error().message.find("OPENFAB_CACHE chooses another"), std::string::npos);
+    EXPECT_TRUE(texture::get_pyramid(file, {"auto", false}, 0, 0));
 }
 
 TEST_F(ConvertTest, ReadsAPhotograph) {

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdio>
+#include <cstdlib>
 #include <string>
 #include <vector>
 
@@ -11,7 +12,7 @@
 #include "tools/texture/convert_volume.h"
 
 // helper texture IMAGE -o FILE --space SPACE [--luminance] [--volume [--origin=X,Y,Z]
-// [--spacing=X,Y,Z]]
+// [--spacing=X,Y,Z]] [--memory=BYTES] [--below=FOLDER]
 int main(int argc, char** argv) {
     const std::vector<std::string> args(argv + 1, argv + argc);
     if (args.size() < 6 || args[0] != "texture" || args[2] != "-o" || args[4] != "--space")
@@ -24,15 +25,18 @@ int main(int argc, char** argv) {
         std::sscanf(text.c_str(), "%lf,%lf,%lf", &v[0], &v[1], &v[2]);
         return v;
     };
+    openfab::texture::ReadLimits limits;
     for (size_t i = 6; i < args.size(); ++i) {
+        if (args[i].starts_with("--memory=")) limits.memory_bytes = std::atoll(args[i].c_str() + 9);
+        if (args[i].starts_with("--below=")) limits.roots.emplace_back(args[i].substr(8));
         if (args[i] == "--luminance") volume.image.luminance = true;
         if (args[i] == "--volume") is_volume = true;
         if (args[i].starts_with("--origin=")) volume.origin_mm = three(args[i].substr(9));
         if (args[i].starts_with("--spacing=")) volume.spacing_mm = three(args[i].substr(10));
     }
     const openfab::Result<void> done =
-        is_volume ? openfab::tools::make_volume_file(args[1], args[3], volume)
-                  : openfab::tools::make_pyramid_file(args[1], args[3], volume.image);
+        is_volume ? openfab::tools::make_volume_file(args[1], args[3], volume, limits)
+                  : openfab::tools::make_pyramid_file(args[1], args[3], volume.image, limits);
     if (done) return 0;
     fmt::print(stderr, "error: {}\n", done.error().message);
     return openfab::exit_code(done.error().code);

@@ -4,9 +4,12 @@
 // `openfab print`: compiles what changed, once, and gives the compiler's errors through.
 
 #include <gmock/gmock.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 
 #include "tests/support/process/process.h"
 
@@ -133,6 +136,117 @@ TEST_F(OpenfabPrint, MistakesAreFoundBeforeAnythingIsCompiled) {
     EXPECT_EQ(help.exit_code, 0);
     EXPECT_THAT(help.out, HasSubstr("openfab print"));
     EXPECT_FALSE(fs::exists(path("cache")));
+}
+
+TEST_F(OpenfabPrint, NamesOfAWorldAreNoOptions) {
+    // An option of the compiler whose value is a program beside the world.
+    fs::create_directory(scratch_ / "--linker=.");
+    scratch_.write("--linker=./evil.fl", "#!/bin/sh\ntouch " + path("was-here") + "\n");
+    fs::permissions(scratch_ / "--linker=./evil.fl", fs::perms(0755));
+    std::string world = kWorld;
+    const std::string one = "\"plain\": {";
+    world.replace(world.find(one), one.size(),
+                  R"("x": {"source": "--linker=./evil.fl", "fablet": "X"}, "plain": {)");
+    scratch_.write("world.fab.json", world);
+    for (const char* name : {"world.fab.json", "./world.fab.json"}) {
+        const Outcome outcome = run({OPENFAB_PROGRAM, "print", name, "-o", "a.ofr"},
+                                    {{{"OPENFAB_CACHE", path("cache")}}, scratch_.path(), {}});
+        EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
+        EXPECT_THAT(outcome.err, HasSubstr("--linker=./evil.fl:1:1: error"));
+    }
+    EXPECT_FALSE(fs::exists(path("was-here")));
+    // A good fablet of such a name is one.
+    scratch_.write("-o.fl", kFablet);
+    world = kWorld;
+    world.replace(world.find("plain.fl"), 8, "-o.fl");
+    scratch_.write("world.fab.json", world);
+    const Outcome outcome = run({OPENFAB_PROGRAM, "print", "world.fab.json", "-o", "a.ofr"},
+                                {{{"OPENFAB_CACHE", path("cache")}}, scratch_.path(), {}});
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+}
+
+TEST_F(OpenfabPrint, AModuleBesideAWorldWithoutAFolderCounts) {
+    std::string fablet = kFablet;
+    fablet.replace(fablet.find("mc.Set(body, 1)"), 15, "mc.Set(body, share())");
+    scratch_.write("plain.fl", "import mine;\n" + fablet);
+    const auto printed = [&](const std::string& share) {
+        scratch_.write("mine.fl", "float share() { return " + share + "; }\n");
+        const Outcome outcome = run({OPENFAB_PROGRAM, "print", "world.fab.json", "-o", "a.ofr"},
+                                    {{{"OPENFAB_CACHE", path("cache")}}, scratch_.path(), {}});
+        EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+        return read_file(path("a.ofr"));
+    };
+    EXPECT_FALSE(printed("1") == printed("0")) << "the program of the old module was run";
+}
+
+TEST_F(OpenfabPrint, ADamagedProgramIsMadeAgain) {
+    const auto print_it = [&] { return print({path("world.fab.json"), "-o", path("a.ofr")}); };
+    ASSERT_EQ(print_it().exit_code, 0);
+    ASSERT_EQ(std::distance(fs::directory_iterator(path("cache/prints")), {}), 1);
+    const fs::path program = fs::directory_iterator(path("cache/prints"))->path();
+    const std::string whole = read_file(program);
+    std::string flipped = whole;
+    flipped[whole.size() / 2] = static_cast<char>(flipped[whole.size() / 2] ^ 1);
+    for (const std::string& damaged : {flipped, whole.substr(0, whole.size() / 3), std::string()}) {
+        std::ofstream(program, std::ios::binary) << damaged;
+        const Outcome again = print_it();
+        EXPECT_EQ(again.exit_code, 0) << again.err;
+        EXPECT_THAT(again.err, HasSubstr("compiling"));
+        EXPECT_EQ(read_file(program).size(), whole.size());
+    }
+    EXPECT_THAT(print_it().err, Not(HasSubstr("compiling")));
+}
+
+TEST_F(OpenfabPrint, NothingCommonIsTrustedWithoutAHome) {
+    // What another user could have put there.
+    ASSERT_EQ(print({path("world.fab.json"), "-o", path("a.ofr")}).exit_code, 0);
+    const std::string name =
+        fs::directory_iterator(path("cache/prints"))->path().filename().string();
+    const fs::path common = scratch_ / ("openfab-" + std::to_string(::getuid()));
+    for (const fs::path& planted : {common / "prints" / name, scratch_ / "shared/prints" / name}) {
+        fs::create_directories(planted.parent_path());
+        std::ofstream(planted) << "#!/bin/sh\ntouch " + path("was-here") + "\n";
+        fs::permissions(planted, fs::perms(0755));
+    }
+    fs::permissions(scratch_ / "shared", fs::perms(0777));
+    using Environment = std::vector<std::pair<std::string, std::string>>;
+    const std::string temporary = scratch_.path().string();
+    for (const Environment& environment :
+         {Environment{
+              {"OPENFAB_CACHE", ""}, {"XDG_CACHE_HOME", ""}, {"HOME", ""}, {"TMPDIR", temporary}},
+          Environment{{"OPENFAB_CACHE", path("shared")}, {"TMPDIR", temporary}}}) {
+        for (const char* input : {"world.fab.json", "block.obj"}) {
+            std::vector<std::string> words = {OPENFAB_PROGRAM, "print", path(input), "-o",
+                                              path("b.ofr")};
+            if (std::string(input) == "block.obj") words.insert(words.end(), {"--fablet", "solid"});
+            const Outcome outcome = run(words, {environment, {}, {}});
+            EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+            EXPECT_THAT(outcome.err, HasSubstr("note: nothing is kept for the next print: "));
+        }
+    }
+    EXPECT_FALSE(fs::exists(path("was-here")));
+    for (const auto& entry : fs::directory_iterator(scratch_.path()))
+        EXPECT_EQ(entry.path().string().find(".tmp-"), std::string::npos) << entry.path();
+}
+
+TEST_F(OpenfabPrint, NeighboursOfAFabletNeitherHoldUpNorLeadAway) {
+    ASSERT_EQ(::mkfifo(path("wait.fl").c_str(), 0600), 0);
+    fs::create_symlink("/dev/zero", path("zero.fl"));
+    const Outcome outcome = print({path("world.fab.json"), "-o", path("a.ofr")});
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+
+    fs::create_directory(scratch_ / "w");
+    scratch_.write("secret.fl", "float share() { return 1; }\n");
+    scratch_.write("w/world.fab.json", kWorld);
+    scratch_.write("w/plain.fl", "import far;\n" + std::string(kFablet));
+    fs::create_symlink("../secret.fl", path("w/far.fl"));
+    const Outcome refused = print({path("w/world.fab.json"), "-o", path("a.ofr")});
+    EXPECT_EQ(refused.exit_code, 1);
+    EXPECT_THAT(refused.err, HasSubstr("`far` cannot be read"));
+    EXPECT_THAT(refused.err, HasSubstr("which is not below"));
+    // A project may spread over its folders.
+    scratch_.write("openfab.project", "");
+    EXPECT_EQ(print({path("w/world.fab.json"), "-o", path("a.ofr")}).exit_code, 0);
 }
 
 }  // namespace

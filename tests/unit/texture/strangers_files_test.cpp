@@ -1,0 +1,305 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Files of somebody else: what they may make the converter and the cache read, and take.
+
+#include <OpenImageIO/imageio.h>
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <libdeflate.h>
+#include <spawn.h>
+#include <stdlib.h>
+#include <sys/file.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstring>
+
+#include "runtime/base/input_file.h"
+#include "runtime/texture/volume.h"
+#include "tests/support/meshes/temp_folder.h"
+#include "tools/texture/convert.h"
+#include "tools/texture/convert_volume.h"
+
+extern char** environ;
+
+namespace openfab::tools {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+using texture::Pyramid;
+namespace fs = std::filesystem;
+
+constexpr int64_t kMemory = 300'000'000;
+
+std::string read_bytes(const fs::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// A grey PNG of zeros, one bit a pixel.
+std::string one_bit_png(uint32_t side) {
+    const auto chunk = [](const std::string& kind, const std::string& data) {
+        const auto big_endian = [](uint32_t n) {
+            return std::string{static_cast<char>(n >> 24), static_cast<char>(n >> 16),
+                               static_cast<char>(n >> 8), static_cast<char>(n)};
+        };
+        const std::string body = kind + data;
+        return big_endian(static_cast<uint32_t>(data.size())) + body +
+               big_endian(libdeflate_crc32(0, body.data(), body.size()));
+    };
+    const std::string rows(size_t{side} * (1 + side / 8), '\0');
+    libdeflate_compressor* c = libdeflate_alloc_compressor(6);
+    std::string packed(libdeflate_zlib_compress_bound(c, rows.size()), '\0');
+    packed.resize(
+        libdeflate_zlib_compress(c, rows.data(), rows.size(), packed.data(), packed.size()));
+    libdeflate_free_compressor(c);
+    const char high = static_cast<char>(side >> 8), low = static_cast<char>(side);
+    const std::string header = {0, 0, high, low, 0, 0, high, low, 1, 0, 0, 0, 0};
+    return "\x89PNG\r\n\x1a\n" + chunk("IHDR", header) + chunk("IDAT", packed) + chunk("IEND", "");
+}
+
+std::string gzip(const std::string& bytes) {
+    libdeflate_compressor* c = libdeflate_alloc_compressor(6);
+    std::string packed(libdeflate_gzip_compress_bound(c, bytes.size()), '\0');
+    packed.resize(
+        libdeflate_gzip_compress(c, bytes.data(), bytes.size(), packed.data(), packed.size()));
+    libdeflate_free_compressor(c);
+    return packed;
+}
+
+class StrangersFiles : public ::testing::Test {
+  protected:
+    StrangersFiles() {
+        ::setenv("OPENFAB_CACHE", (folder_.path() / "cache").c_str(), 1);
+        ::setenv("OPENFAB_HELPER", OPENFAB_TEST_HELPER, 1);
+        fs::create_directory(folder_.path() / "world");
+    }
+    fs::path picture(const std::string& name, const std::string& format, int side = 4) {
+        const fs::path file = folder_.path() / name;
+        const auto out = OIIO::ImageOutput::create(format);
+        const OIIO::ImageSpec spec(side, side, 3, OIIO::TypeDesc::UINT8);
+        const std::vector<uint8_t> pixels(static_cast<size_t>(3 * side * side), 128);
+        EXPECT_TRUE(out->open(file.string(), spec)) << out->geterror();
+        EXPECT_TRUE(out->write_image(OIIO::TypeDesc::UINT8, pixels.data()));
+        out->close();
+        return file;
+    }
+    std::string error_of(const fs::path& file, int64_t memory = kMemory) {
+        const Result<void> made =
+            make_pyramid_file(file, folder_.path() / "out.oftx", {}, {memory, {}});
+        return made ? "no error" : made.error().message;
+    }
+    /// Of a header in the folder `world`.
+    std::string error_of_volume(const std::string& name, int64_t memory = kMemory) {
+        const Result<void> made = make_volume_file(folder_.path() / "world" / name,
+                                                   folder_.path() / "out.oftx", {}, {memory, {}});
+        return made ? "no error" : made.error().message;
+    }
+    fs::path header(const std::string& name, const std::string& more,
+                    const std::string& sizes = "2 2 2") {
+        return folder_.write("world/" + name, "NRRD0004\ntype: uint8\ndimension: 3\nsizes: " +
+                                                  sizes + "\n" + more + "\n\n");
+    }
+
+    testing::TempFolder folder_;
+};
+
+TEST_F(StrangersFiles, FormatsAreToldByContentAndOnlyThoseOfPictures) {
+    for (const char* format : {"png", "jpeg", "tiff", "openexr", "hdr", "pnm"})
+        EXPECT_EQ(error_of(picture(std::string(format) + ".avi", format)), "no error") << format;
+    for (const char* format : {"bmp", "iff", "ico", "targa"}) {
+        EXPECT_THAT(error_of(picture("p.png", format)),
+                    HasSubstr("it is no picture that is read; PNG, JPEG"))
+            << format;
+    }
+    // A playlist, by which a player would open what it names.
+    const fs::path list = folder_.write(
+        "list.avi", "#EXTM3U\n#EXT-X-MEDIA-SEQUENCE:0\n#EXTINF:10.0,\nfile:///etc/passwd\n");
+    EXPECT_THAT(error_of(list), HasSubstr("it is no picture that is read"));
+}
+
+TEST_F(StrangersFiles, WhatIsNoFileIsNotOpened) {
+    const fs::path pipe = folder_.path() / "pipe.png";
+    ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+    EXPECT_THAT(error_of(pipe), HasSubstr("it is a pipe, not a file"));
+    EXPECT_THAT(error_of("/dev/zero"), HasSubstr("it is a device, not a file"));
+    const Result<uint64_t> key = texture::content_key(pipe, {});
+    ASSERT_FALSE(key);
+    EXPECT_THAT(key.error().message, HasSubstr("it is a pipe"));
+}
+
+TEST_F(StrangersFiles, SizesAreKnownBeforeMemoryIsTaken) {
+    const fs::path large = folder_.write("large.png", one_bit_png(16384));
+    ASSERT_LT(fs::file_size(large), 50'000u);
+    const auto begin = std::chrono::steady_clock::now();
+    EXPECT_THAT(error_of(large), HasSubstr("it takes 4.29 GB of memory, more than the 300 MB of "
+                                           "`--memory`; scale it down, or give it "
+                                           "`--memory 4300MB`"));
+    EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(5));
+    EXPECT_EQ(error_of(folder_.write("small.png", one_bit_png(1024))), "no error");
+
+    header("bomb.nrrd", "encoding: gzip", "1000 1000 700");
+    std::ofstream(folder_.path() / "world/bomb.nrrd", std::ios::app | std::ios::binary)
+        << std::string(787'000, 'x');
+    EXPECT_THAT(error_of_volume("bomb.nrrd"), HasSubstr("it takes 9.60 GB of memory"));
+    // Larger than its bytes can be, however they are packed.
+    header("thin.nrrd", "encoding: gzip\n\n" + gzip(std::string(100, 'x')), "256 256 64");
+    EXPECT_THAT(error_of_volume("thin.nrrd"), HasSubstr("its compressed data is damaged"));
+    header("more.nrrd", "encoding: gzip\n\n" + gzip(std::string(9, 'x')));
+    EXPECT_THAT(error_of_volume("more.nrrd"), HasSubstr("or of another size than it says"));
+    header("whole.nrrd", "encoding: gzip\n\n" + gzip(std::string(8, 'x')));
+    EXPECT_EQ(error_of_volume("whole.nrrd"), "no error");
+}
+
+#ifndef OPENFAB_SANITIZED
+TEST_F(StrangersFiles, TheConverterTakesLessThanThePyramid) {
+    // 4096 x 4096 texels of one channel, filtered: 268 MB.
+    const std::string file = folder_.write("grey.png", one_bit_png(4096)).string();
+    const std::string out = (folder_.path() / "out.oftx").string();
+    std::vector<std::string> words = {OPENFAB_TEST_HELPER, "texture", file, "-o", out,
+                                      "--space",           "data"};
+    std::vector<char*> argv;
+    for (std::string& word : words)
+        argv.push_back(word.data());
+    argv.push_back(nullptr);
+    pid_t child = 0;
+    ASSERT_EQ(::posix_spawn(&child, argv[0], nullptr, nullptr, argv.data(), environ), 0);
+    int status = 0;
+    rusage used{};
+    ASSERT_EQ(::wait4(child, &status, 0, &used), child);
+    EXPECT_EQ(status, 0);
+    EXPECT_GT(fs::file_size(out), 250'000'000u);
+    EXPECT_LT(used.ru_maxrss, 200'000) << "kB";
+}
+#endif
+
+TEST_F(StrangersFiles, DataFilesLieBelowTheFolderOfTheirHeader) {
+    folder_.write("secret.raw", "12345678");
+    folder_.write("world/own.raw", "12345678");
+    fs::create_symlink("../secret.raw", folder_.path() / "world/link.raw");
+    ASSERT_EQ(::mkfifo((folder_.path() / "world/pipe").c_str(), 0600), 0);
+    const std::string raw = "encoding: raw\ndata file: ";
+    const std::vector<std::pair<std::string, std::string>> refused = {
+        {"../secret.raw", "which is not below"},
+        {(folder_.path() / "secret.raw").string(), "which is not below"},
+        {"link.raw", "which is not below"},
+        {"/dev/zero", "it is a device, not a file"},
+        {"pipe", "it is a pipe, not a file"}};
+    for (const auto& [data, why] : refused) {
+        const fs::path file = header("h.nhdr", raw + data);
+        EXPECT_THAT(error_of_volume("h.nhdr"), HasSubstr(why)) << data;
+        const auto volume = texture::get_volume(file, {}, 0, 0);
+        ASSERT_FALSE(volume);
+        EXPECT_EQ(volume.error().code, ErrorCode::kUserInput);
+        EXPECT_THAT(volume.error().message, HasSubstr("its data file `" + data + "` cannot"));
+    }
+    header("h.nhdr", raw + "own.raw");
+    EXPECT_EQ(error_of_volume("h.nhdr"), "no error");
+    // A folder above that is allowed.
+    const fs::path above = header("h.nhdr", raw + "../secret.raw");
+    EXPECT_TRUE(texture::get_volume(above, {}, 0, 0, {kMemory, {without_links(folder_.path())}}));
+}
+
+TEST_F(StrangersFiles, DataBesideAHeaderAreInTheKeyOfTheCache) {
+    const fs::path file = header("h.nhdr", "encoding: raw\ndata file: d.raw");
+    folder_.write("world/d.raw", "\x01\x01\x01\x01\x01\x01\x01\x01");
+    const auto first = texture::get_volume(file, {}, 0, 0);
+    ASSERT_TRUE(first) << first.error().message;
+    EXPECT_FLOAT_EQ((*first)->texels()[0], 1.0f / 255);
+    folder_.write("world/d.raw", "\x02\x02\x02\x02\x02\x02\x02\x02");
+    const auto second = texture::get_volume(file, {}, 0, 0);
+    ASSERT_TRUE(second);
+    EXPECT_FLOAT_EQ((*second)->texels()[0], 2.0f / 255);
+}
+
+TEST_F(StrangersFiles, PatternsTakeTimeInProportion) {
+    const std::string name(200, '0');
+    folder_.write("world/" + name + "x.png", "");
+    std::string pattern;
+    for (int i = 0; i < 40; ++i)
+        pattern += "*0";
+    const auto begin = std::chrono::steady_clock::now();
+    EXPECT_FALSE(texture::volume_files(folder_.path() / "world" / (pattern + ".png")));
+    EXPECT_TRUE(texture::volume_files(folder_.path() / "world" / (pattern + "x.png")));
+    pattern.clear();
+    for (int i = 0; i < 40; ++i)
+        pattern += "%d";
+    EXPECT_FALSE(texture::volume_files(folder_.path() / "world" / (pattern + ".png")));
+    EXPECT_TRUE(texture::volume_files(folder_.path() / "world" / (pattern + "x*")));
+    EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(5));
+}
+
+TEST_F(StrangersFiles, ADamagedPyramidIsMadeAgain) {
+    const fs::path file = picture("p.png", "png");
+    const auto first = texture::get_pyramid(file, {}, 0, 0);
+    ASSERT_TRUE(first);
+    const float texel = (*first)->texels()[0];
+    const Result<fs::path> cache = texture::cache_folder();
+    ASSERT_TRUE(cache);
+    const fs::path entry = *cache / texture::cache_name(*texture::content_key(file, {}));
+    const std::string whole = read_bytes(entry);
+    for (const size_t at : {whole.size() - 1, whole.size() / 2, size_t{68}, size_t{33}}) {
+        std::string damaged = whole;
+        damaged[at] = static_cast<char>(damaged[at] ^ 0x40);
+        fs::remove(entry);  // the mapping above keeps the old one
+        std::ofstream(entry, std::ios::binary) << damaged;
+        EXPECT_FALSE(Pyramid::open(entry, 0, 0)) << at;
+        const auto again = texture::get_pyramid(file, {}, 0, 0);
+        ASSERT_TRUE(again);
+        EXPECT_EQ((*again)->texels()[0], texel);
+        EXPECT_TRUE(read_bytes(entry) == whole);
+    }
+}
+
+TEST_F(StrangersFiles, WhatAConverterLeftBehindIsCleared) {
+    ASSERT_TRUE(texture::get_pyramid(picture("a.png", "png"), {}, 0, 0));
+    const fs::path cache = *texture::cache_folder();
+    const fs::path left = cache / "0123456789abcdef.oftx.tmp-abcdef";
+    const fs::path held = cache / "0123456789abcdef.oftx.tmp-ghijkl";
+    std::ofstream(left) << "half";
+    std::ofstream(held) << "half";
+    const int at_work = ::open(held.c_str(), O_RDWR | O_CLOEXEC);
+    ASSERT_EQ(::flock(at_work, LOCK_EX), 0);
+    ASSERT_TRUE(texture::get_pyramid(picture("b.png", "png", 5), {}, 0, 0));
+    EXPECT_FALSE(fs::exists(left));
+    EXPECT_TRUE(fs::exists(held)) << "its converter is at work";
+    ::close(at_work);
+    ASSERT_TRUE(texture::get_pyramid(picture("c.png", "png", 6), {}, 0, 0));
+    EXPECT_FALSE(fs::exists(held));
+}
+
+TEST_F(StrangersFiles, ACacheThatOthersCanWriteIsNotUsed) {
+    const fs::path file = picture("p.png", "png");
+    const fs::path cache = folder_.path() / "cache";
+    ASSERT_TRUE(texture::get_pyramid(file, {}, 0, 0));
+    fs::permissions(cache, fs::perms(0777));
+    const Result<fs::path> folder = texture::cache_folder();
+    ASSERT_FALSE(folder);
+    EXPECT_THAT(folder.error().message,
+                HasSubstr("cache` is not used: others can write it (mode 777)"));
+    const auto before = fs::last_write_time(cache);
+    const auto made = texture::get_pyramid(file, {"data", false}, 0, 0);
+    ASSERT_TRUE(made) << made.error().message;
+    EXPECT_FLOAT_EQ((*made)->texels()[0], 128.0f / 255) << "the file has gone, the mapping has not";
+    EXPECT_EQ(fs::last_write_time(cache), before);
+    // Nor is one below a folder that others can change.
+    fs::permissions(cache, fs::perms(0700));
+    EXPECT_TRUE(texture::cache_folder());
+    fs::permissions(folder_.path(), fs::perms(0777));
+    EXPECT_FALSE(texture::cache_folder());
+    fs::permissions(folder_.path(), fs::perms(01777));
+    EXPECT_TRUE(texture::cache_folder()) << "sticky, as /tmp is";
+    // And nothing common is trusted where nothing is said.
+    for (const char* name : {"OPENFAB_CACHE", "XDG_CACHE_HOME", "HOME"})
+        ::unsetenv(name);
+    EXPECT_FALSE(texture::cache_folder());
+    EXPECT_TRUE(texture::get_pyramid(file, {}, 0, 0));
+}
+
+}  // namespace
+}  // namespace openfab::tools

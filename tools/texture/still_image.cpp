@@ -1,0 +1,201 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/texture/still_image.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <string_view>
+#include <vector>
+
+#include "runtime/base/units.h"
+#include "tools/texture/convert.h"
+
+namespace openfab::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Rows that are read at once where the file does not say otherwise.
+constexpr int kRows = 64;
+/// The most rows that OpenEXR packs together.
+constexpr int kExrRows = 256;
+
+struct Signature {
+    std::string_view bytes;
+    const char* format;  ///< OpenImageIO's name of its reader
+};
+
+using namespace std::string_view_literals;
+
+constexpr std::array kSignatures = {Signature{"\x89PNG\r\n\x1a\n"sv, "png"},
+                                    Signature{"\xff\xd8\xff"sv, "jpeg"},
+                                    Signature{"II*\0"sv, "tiff"},
+                                    Signature{"MM\0*"sv, "tiff"},
+                                    Signature{"II+\0"sv, "tiff"},
+                                    Signature{"MM\0+"sv, "tiff"},
+                                    Signature{"\x76\x2f\x31\x01"sv, "openexr"},
+                                    Signature{"#?RADIANCE"sv, "hdr"},
+                                    Signature{"#?RGBE"sv, "hdr"}};
+
+std::string format_of(std::string_view head) {
+    for (const Signature& known : kSignatures) {
+        if (head.starts_with(known.bytes)) return known.format;
+    }
+    const bool pnm = head.size() > 2 && head[0] == 'P' &&
+                     std::string_view("123456Ff").find(head[1]) != std::string_view::npos &&
+                     std::string_view(" \t\r\n#").find(head[2]) != std::string_view::npos;
+    return pnm ? "pnm" : "";
+}
+
+/// Memory that libjpeg takes for the coefficients of a picture that comes in several passes, which
+/// it does when the file is opened; 0 where no size is found, which the reader then tells.
+int64_t jpeg_bytes(const InputFile& file) {
+    constexpr int kMostSegments = 65536;
+    int64_t at = 2;
+    for (int k = 0; k < kMostSegments; ++k) {
+        std::array<uint8_t, 10> s{};
+        const Result<size_t> got = file.read(at, s.data(), s.size());
+        if (!got || *got < s.size() || s[0] != 0xff) return 0;
+        if (s[1] == 0xff) {  // a byte that fills
+            ++at;
+            continue;
+        }
+        const bool frame =
+            s[1] >= 0xc0 && s[1] <= 0xcf && s[1] != 0xc4 && s[1] != 0xc8 && s[1] != 0xcc;
+        if (frame) {
+            const int64_t height = s[5] * 256 + s[6], width = s[7] * 256 + s[8], channels = s[9];
+            // Blocks at the borders are whole.
+            return (width + 32) * (height + 32) * channels * 2;
+        }
+        const bool alone = s[1] == 0x01 || (s[1] >= 0xd0 && s[1] <= 0xd8);
+        at += alone ? 2 : 2 + s[2] * 256 + s[3];
+    }
+    return 0;
+}
+
+bool is_interlaced(const InputFile& png) {
+    constexpr int64_t kPlace = 28;  // of the interlace method in IHDR, which comes first
+    uint8_t method = 0;
+    const Result<size_t> got = png.read(kPlace, &method, 1);
+    return got && *got == 1 && method != 0;
+}
+
+}  // namespace
+
+Result<void> check_memory(int64_t needed_bytes, int64_t memory_bytes) {
+    if (needed_bytes <= memory_bytes) return {};
+    constexpr int64_t kStep = 100'000'000;
+    return user_error(
+        fmt::format("it takes {} of memory, more than the {} of `--memory`; scale it "
+                    "down, or give it `--memory {}MB`",
+                    format_bytes(needed_bytes), format_bytes(memory_bytes),
+                    (needed_bytes + kStep - 1) / kStep * (kStep / 1'000'000)));
+}
+
+Result<std::unique_ptr<StillImage>> StillImage::open(const fs::path& file, int64_t memory_bytes) {
+    Result<InputFile> opened = InputFile::open(file);
+    if (!opened) return opened.error();
+    std::array<char, 16> head{};
+    const Result<size_t> got = opened->read(0, head.data(), head.size());
+    if (!got) return got.error();
+    std::unique_ptr<StillImage> image(new StillImage(std::move(*opened), memory_bytes));
+    image->shown_ = file.filename().string();
+    image->format_ = format_of(std::string_view(head.data(), *got));
+    if (image->format_.empty())
+        return user_error(fmt::format("it is no picture that is read; {} are", kStillFormats));
+    // What these two readers take as soon as they open a file.
+    const int64_t at_once = image->format_ == "jpeg"  ? jpeg_bytes(image->file_)
+                            : image->format_ == "pnm" ? image->file_.bytes()
+                                                      : 0;
+    if (Result<void> fine = check_memory(2 * at_once, memory_bytes); !fine) return fine.error();
+    image->input_ = OIIO::ImageInput::create(image->format_);
+    if (image->input_ == nullptr) return image->trouble(OIIO::geterror());
+    OIIO::ImageSpec config, spec;
+    // Alpha is one more channel for a fablet; colours must not arrive multiplied by it.
+    config.attribute("oiio:UnassociatedAlpha", 1);
+    if (!image->input_->open(image->file_.name(), spec, config))
+        return image->trouble(image->input_->geterror());
+    if (Result<void> fine = image->fits(); !fine) return fine.error();
+    return image;
+}
+
+int StillImage::pages() {
+    int pages = 1;
+    while (input_->seek_subimage(pages, 0))
+        ++pages;
+    (void)input_->geterror();
+    return pages;
+}
+
+Result<void> StillImage::go_to(int page) {
+    if (!input_->seek_subimage(page, 0)) return trouble(input_->geterror());
+    page_ = page;
+    return fits();
+}
+
+int StillImage::band_rows() const {
+    return std::min(spec().height, spec().tile_height > 0 ? spec().tile_height : kRows);
+}
+
+Result<void> StillImage::fits() const {
+    const OIIO::ImageSpec& s = spec();
+    if (s.width < 1 || s.height < 1) return user_error("it is empty");
+    if (s.deep) return user_error("it is a deep image, which is not read");
+    if (s.depth > 1) return user_error("it is a volume, not a picture");
+    const auto pixels = static_cast<double>(s.width) * s.height;
+    const double row = static_cast<double>(s.width) * s.nchannels;
+    const auto stored = static_cast<double>(s.format.size());
+    // As it is stored, twice, while it is unpacked; then as floats.
+    double rows = band_rows();
+    double whole = 0;
+    if (format_ == "tiff") {
+        rows = std::max(rows, static_cast<double>(s.get_int_attribute("tiff:RowsPerStrip", 0)));
+        rows = std::min(rows, static_cast<double>(s.height));
+        whole = 4 * pixels;  // unusual ones are decoded to four bytes a pixel
+    } else if (format_ == "openexr") {
+        rows =
+            std::min(std::max(rows, static_cast<double>(kExrRows)), static_cast<double>(s.height));
+    } else if (format_ == "png" && is_interlaced(file_)) {
+        whole = pixels * s.nchannels * stored;
+    } else if (format_ == "jpeg") {
+        whole = pixels * s.nchannels * 2;
+    } else if (format_ == "pnm") {
+        whole = static_cast<double>(file_.bytes());
+    }
+    const double needed = 2 * (whole + rows * row * 2 * stored + band_rows() * row * 4);
+    constexpr double kMost = 1e18;
+    return check_memory(static_cast<int64_t>(std::min(needed, kMost)), memory_bytes_);
+}
+
+Result<void> StillImage::each_row(const std::function<Result<void>(int y, const float* row)>& use) {
+    const OIIO::ImageSpec& s = spec();
+    const auto row_floats = static_cast<size_t>(s.width) * static_cast<size_t>(s.nchannels);
+    const int step = band_rows();
+    std::vector<float> rows(row_floats * static_cast<size_t>(step));
+    for (int begin = 0; begin < s.height; begin += step) {
+        const int end = std::min(begin + step, s.height);
+        const bool read =
+            s.tile_width > 0
+                ? input_->read_tiles(page_, 0, s.x, s.x + s.width, s.y + begin, s.y + end, s.z,
+                                     s.z + 1, 0, s.nchannels, OIIO::TypeDesc::FLOAT, rows.data())
+                : input_->read_scanlines(page_, 0, s.y + begin, s.y + end, s.z, 0, s.nchannels,
+                                         OIIO::TypeDesc::FLOAT, rows.data());
+        if (!read) return trouble(input_->geterror());
+        for (int y = begin; y < end; ++y) {
+            Result<void> used = use(y, rows.data() + row_floats * static_cast<size_t>(y - begin));
+            if (!used) return used;
+        }
+    }
+    return {};
+}
+
+Error StillImage::trouble(std::string reason) const {
+    const std::string name = file_.name();
+    for (size_t at = reason.find(name); at != std::string::npos; at = reason.find(name))
+        reason.replace(at, name.size(), shown_);
+    return user_error(reason.empty() ? "it is damaged" : reason);
+}
+
+}  // namespace openfab::tools

@@ -1,0 +1,57 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Pictures, read by OpenImageIO row by row. Its reader is chosen by what the file begins with, not
+// by its name, and only among formats of still images: its readers for all else open files that a
+// playlist names, or have not been made for files of strangers.
+
+#include <OpenImageIO/imageio.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "runtime/base/input_file.h"
+#include "runtime/base/result.h"
+
+namespace openfab::tools {
+
+class StillImage {
+  public:
+    /// Reads the header of the first page; errors do not name the file. What takes more than half
+    /// of the memory to decode is refused before it is decoded; the other half is for what
+    /// libraries take and for what is made of it.
+    static Result<std::unique_ptr<StillImage>> open(const std::filesystem::path& file,
+                                                    int64_t memory_bytes);
+
+    const OIIO::ImageSpec& spec() const { return input_->spec(); }
+    /// How many pictures it holds.
+    int pages();
+    Result<void> go_to(int page);
+
+    /// Calls use(y, row) for each row of the page from the top: interleaved floats, integers scaled
+    /// to 0..1. It ends with the first error of `use`.
+    Result<void> each_row(const std::function<Result<void>(int y, const float* row)>& use);
+
+  private:
+    StillImage(InputFile file, int64_t memory_bytes)
+        : file_(std::move(file)), memory_bytes_(memory_bytes) {}
+    Result<void> fits() const;
+    int band_rows() const;
+    Error trouble(std::string reason) const;
+
+    InputFile file_;
+    int64_t memory_bytes_ = 0;
+    std::string format_;
+    std::string shown_;  ///< the file's name for people
+    std::unique_ptr<OIIO::ImageInput> input_;
+    int page_ = 0;
+};
+
+/// Whether something that needs so much memory may have it; the error says how much that is.
+Result<void> check_memory(int64_t needed_bytes, int64_t memory_bytes);
+
+}  // namespace openfab::tools
