@@ -1,6 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 #include "tests/support/meshes/temp_folder.h"
 #include "tests/unit/scene/mesh_files.h"
@@ -178,6 +179,18 @@ TEST(Gltf, ReadsTextWithBuffersBesideItOrInIt) {
         const auto bad =
             folder.write("b.gltf", gltf_json(b, fmt::format(R"({{"uri": "{}"}})", uri)));
         EXPECT_FALSE(load_mesh(bad, {})) << uri;
+    }
+    // Nor does a link lead out of the folder, nor a pipe hold us up.
+    testing::TempFolder elsewhere;
+    std::filesystem::create_symlink(elsewhere.write("b.bin", b.bytes), folder.path() / "link.bin");
+    ASSERT_EQ(::mkfifo((folder.path() / "pipe.bin").c_str(), 0600), 0);
+    for (const auto& [uri, why] : {std::pair{"link.bin", "which is not below"},
+                                   std::pair{"pipe.bin", "it is a pipe, not a file"}}) {
+        const std::string buffer =
+            fmt::format(R"({{"uri": "{}", "byteLength": {}}})", uri, b.bytes.size());
+        const auto led = load_mesh(folder.write("b.gltf", gltf_json(b, buffer)), {});
+        ASSERT_FALSE(led);
+        EXPECT_NE(led.error().message.find(why), std::string::npos) << led.error().message;
     }
     // A triangle as base64: three positions of 12 bytes.
     const std::string flat = R"({"asset": {"version": "2.0"}, "nodes": [{"mesh": 0}],

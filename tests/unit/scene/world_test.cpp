@@ -4,8 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <set>
 
+#include "runtime/base/input_file.h"
 #include "runtime/scene/json.h"
 #include "runtime/scene/load_mesh.h"
 #include "runtime/scene/printer.h"
@@ -258,6 +260,23 @@ TEST_F(WorldTest, LimitsMaterials) {
     }
     EXPECT_NE(error_with("\"white\"", list + "\"white\"").find("more than 64 materials"),
               std::string::npos);
+}
+
+TEST_F(WorldTest, DataOfADetachedVolumeAreFilesOfTheWorld) {
+    const std::string header =
+        "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 1 1 1\nencoding: raw\ndata file: ";
+    folder_.write("scan.nhdr", header + "/etc/passwd\n\n");
+    EXPECT_NE(
+        error_with("photo.png", "scan.nhdr").find("`passwd`, which it reads, is `/etc/passwd`"),
+        std::string::npos);
+    folder_.write("scan.nhdr", header + "scan.raw\n\n");
+    std::string text = kWorld;
+    const Result<World> world =
+        load(text.replace(text.find("photo.png"), std::string("photo.png").size(), "scan.nhdr"));
+    ASSERT_TRUE(world) << world.error().message;
+    // So that --watch looks at them too.
+    EXPECT_EQ(std::count(world->files.begin(), world->files.end(), folder_.path() / "scan.raw"), 1);
+    EXPECT_EQ(world->roots, std::vector{without_links(folder_.path())});
 }
 
 std::set<std::string> keys_of(const JsonValue& value) {

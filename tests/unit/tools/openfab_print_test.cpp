@@ -141,8 +141,10 @@ TEST_F(OpenfabPrint, MistakesAreFoundBeforeAnythingIsCompiled) {
 TEST_F(OpenfabPrint, NamesOfAWorldAreNoOptions) {
     // An option of the compiler whose value is a program beside the world.
     fs::create_directory(scratch_ / "--linker=.");
-    scratch_.write("--linker=./evil.fl", "#!/bin/sh\ntouch " + path("was-here") + "\n");
-    fs::permissions(scratch_ / "--linker=./evil.fl", fs::perms(0755));
+    for (const char* name : {"--linker=./evil.fl", "evil.fl"}) {
+        scratch_.write(name, "#!/bin/sh\ntouch " + path("was-here") + "\n");
+        fs::permissions(scratch_ / name, fs::perms(0755));
+    }
     std::string world = kWorld;
     const std::string one = "\"plain\": {";
     world.replace(world.find(one), one.size(),
