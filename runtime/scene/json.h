@@ -6,7 +6,9 @@
 // keep their order in the file. Strict JSON: no comments, no trailing commas, no duplicate keys,
 // UTF-8.
 
+#include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -41,8 +43,13 @@ struct JsonMember {
     JsonValue value;
 };
 
-/// Errors are `name:line:column: …`. At most 32 levels deep and a million values.
-Result<JsonValue> parse_json(std::string_view text, const std::string& name);
+/// What a tree takes, the value itself included.
+int64_t json_bytes(const JsonValue& value);
+
+/// Errors are `name:line:column: …`. At most 32 levels deep and a million values, and a tree that
+/// with the text takes no more than `memory_bytes`. Numbers are the nearest doubles.
+Result<JsonValue> parse_json(std::string_view text, const std::string& name,
+                             int64_t memory_bytes = std::numeric_limits<int64_t>::max());
 
 /// The whole file, at most `limit` bytes.
 Result<std::string> read_text_file(const std::filesystem::path& file, size_t limit,

@@ -11,6 +11,12 @@
 
 namespace openfab::scene {
 
+enum class Decimal { kFine, kNoNumber, kTooLarge };
+
+/// Reads the whole of `text` as the nearest double, to the bit what strtod gives in the C locale:
+/// what is too small is 0 with its sign.
+Decimal read_decimal(std::string_view text, double* out);
+
 /// Reads the whole token as a number that fits a float; too small for a double reads as 0. Returns
 /// what is wrong, empty where nothing is: "`x` is no number", "`1e400` is not finite or too large".
 std::string scan_number(std::string_view token, double* out);
