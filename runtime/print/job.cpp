@@ -24,7 +24,7 @@ bool is_world(const std::string& input) {
 }
 
 scene::FileRules file_rules(const Options& options) {
-    return {{options.allow.begin(), options.allow.end()}};
+    return {{options.allow.begin(), options.allow.end()}, options.memory_bytes};
 }
 
 std::string title_of(const std::string& input) {
@@ -124,9 +124,9 @@ std::vector<std::filesystem::path> inputs_of(const Options& options, const scene
 
 Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets) {
     Result<scene::World> world =
-        is_world(options.input)
-            ? scene::load_world(options.input, file_rules(options))
-            : scene::make_quick_world(options.input, fablets, {}, options.settings);
+        is_world(options.input) ? scene::load_world(options.input, file_rules(options))
+                                : scene::make_quick_world(options.input, fablets, {},
+                                                          options.settings, options.memory_bytes);
     if (!world) return world.error();
     Job job;
     Result<scene::Printer> printer = printer_of(options, *world, &job.notes);

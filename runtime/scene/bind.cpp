@@ -12,6 +12,7 @@
 #include "runtime/base/near_miss.h"
 #include "runtime/scene/json.h"
 #include "runtime/scene/load_mesh.h"
+#include "runtime/scene/mesh_memory.h"
 #include "runtime/scene/part_mesh.h"
 #include "runtime/scene/uniform_values.h"
 #include "runtime/scene/uniforms.h"
@@ -82,11 +83,21 @@ class WorldBinder {
 
     Result<std::vector<Part>> run(const BindOptions& options) {
         if (Result<void> sets = read_sets(options); !sets) return sets.error();
+        memory_left_ = options.memory_bytes;
+        for (const Mesh& mesh : world_.meshes)
+            memory_left_ -= mesh_bytes(counts_of(mesh));
         std::vector<Part> parts;
         parts.reserve(world_.build.size());
         for (size_t i = 0; i < world_.build.size(); ++i) {
             Result<Part> part = bind_placement(world_.build[i], static_cast<int32_t>(i));
             if (!part) return part.error();
+            if (memory_left_ < 0) {
+                return user_error(fmt::format(
+                    "{}: the parts up to this one, `{}`, take more memory than the {} MB that are "
+                    "allowed; allow more with `--memory`, or give placements the same scale and "
+                    "fewer uniforms of their own",
+                    world_.build[i].place.str(), part->name, options.memory_bytes / 1'000'000));
+            }
             parts.push_back(std::move(*part));
         }
         return parts;
@@ -156,12 +167,20 @@ class WorldBinder {
             if (!pyramid) return pyramid.error();
             part.textures.push_back(std::move(*pyramid));
         }
-        for (const int32_t place : uniforms->objects)
-            part.objects.push_back(placements_of(place));
+        for (const int32_t place : uniforms->objects) {
+            const std::vector<int32_t>& placed = placements_of(place);
+            memory_left_ -= static_cast<int64_t>(placed.size() * sizeof(int32_t));
+            if (memory_left_ < 0) return part;  // told of by run
+            part.objects.push_back(placed);
+        }
+        memory_left_ -= static_cast<int64_t>(sizeof part + part.name.size() +
+                                             part.uniform_values.size() * sizeof(uint32_t));
         const Result<PolarFactors> polar = polar_factors(placement.transform.m);
         if (!polar)
             return user_error(fmt::format("{}: {}", placement.place.str(), polar.error().message));
+        if (memory_left_ < 0) return part;
         Result<std::shared_ptr<const PartMesh>> mesh = part_mesh(object, **fablet, polar->s);
+        if (mesh && *mesh == nullptr) return part;
         if (!mesh) return mesh.error();
         part.mesh = std::move(*mesh);
         part.local_to_build =
@@ -169,12 +188,14 @@ class WorldBinder {
         return part;
     }
 
-    std::vector<int32_t> placements_of(int32_t object) const {
-        std::vector<int32_t> out;
-        for (size_t i = 0; i < world_.build.size(); ++i) {
-            if (world_.build[i].object == object) out.push_back(static_cast<int32_t>(i));
+    const std::vector<int32_t>& placements_of(int32_t object) {
+        if (placements_.empty()) {
+            placements_.resize(world_.objects.size());
+            for (size_t i = 0; i < world_.build.size(); ++i)
+                placements_[static_cast<size_t>(world_.build[i].object)].push_back(
+                    static_cast<int32_t>(i));
         }
-        return out;
+        return placements_[static_cast<size_t>(object)];
     }
 
     Result<std::shared_ptr<const texture::Pyramid>> open_texture(int32_t index, bool volume) {
@@ -206,10 +227,12 @@ class WorldBinder {
                                                       const std::array<double, 9>& s) {
         auto& known = meshes_[{object.mesh, &fablet, s}];
         if (known != nullptr) return known;
+        memory_left_ -= part_mesh_bytes(world_.meshes[static_cast<size_t>(object.mesh)], fablet);
+        if (memory_left_ < 0) return known;  // run says that it is too much
         Result<std::shared_ptr<const PartMesh>> made =
             make_part_mesh(world_.meshes[static_cast<size_t>(object.mesh)], fablet, s);
         if (!made)
-            return user_error(fmt::format("{}: {}", object.place.str(), made.error().message));
+            return user_error(fmt::format("{}: {}", object.mesh_place.str(), made.error().message));
         known = *made;
         return known;
     }
@@ -217,6 +240,8 @@ class WorldBinder {
     const World& world_;
     const openfab_fablet_list& fablets_;
     int64_t memory_bytes_;
+    int64_t memory_left_ = 0;
+    std::vector<std::vector<int32_t>> placements_;  ///< by object; empty until one is asked for
     std::map<std::string, UniformBindings> sets_;
     std::map<std::pair<int32_t, bool>, std::shared_ptr<const texture::Pyramid>> textures_;
     // Looked up alone, never walked: the order of pointers must not show.
@@ -279,7 +304,7 @@ Result<std::vector<Part>> bind(const World& world, const openfab_fablet_list& fa
 
 Result<World> make_quick_world(const std::filesystem::path& mesh,
                                const openfab_fablet_list& fablets, const std::string& fablet,
-                               const std::vector<std::string>& sets) {
+                               const std::vector<std::string>& sets, int64_t memory_bytes) {
     const openfab_fablet* found =
         fablet.empty() && fablets.count == 1 ? fablets.fablets[0] : find_fablet(fablets, fablet);
     if (found == nullptr) {
@@ -296,6 +321,7 @@ Result<World> make_quick_world(const std::filesystem::path& mesh,
     world.printer = "generic";
     MeshOptions options;
     options.name = mesh.stem().string();
+    options.memory_bytes = memory_bytes;
     Result<LoadedMesh> loaded = load_mesh(mesh, options);
     if (!loaded) return loaded.error();
     world.files.insert(world.files.end(), loaded->files.begin(), loaded->files.end());
@@ -304,11 +330,11 @@ Result<World> make_quick_world(const std::filesystem::path& mesh,
     world.meshes.push_back(std::move(loaded->mesh));
 
     const Place place{mesh.string(), 0, 0};
-    world.fablets[found->name] = {found->source_name, found->name, place};
+    world.fablets[found->name] = {found->source_name, found->name, place, place};
     Object object;
     object.name = options.name;
     object.fablet = found->name;
-    object.place = place;
+    object.place = object.mesh_place = place;
     for (int32_t i = 0; i < found->uniform_count; ++i) {
         const openfab_uniform& u = found->uniforms[i];
         if (u.kind != OPENFAB_UNIFORM_MATERIAL) continue;

@@ -21,8 +21,9 @@ struct BindOptions {
     /// `OBJECT.UNIFORM=VALUE` each, in order; VALUE is JSON, or the bare name of a texture or
     /// material. They win over the world, for every placement of the object.
     std::vector<std::string> sets;
-    /// What a texture may take, filtered; and what making it may.
-    int64_t memory_bytes = texture::kDefaultMemory;
+    /// What the world's meshes and those of the parts may take together, and each texture, filtered,
+    /// and the making of it; more is an error.
+    int64_t memory_bytes = kReadingBytes;
 };
 
 /// The parts in build order; slot_material holds 1 + the place in world.materials, or 0 for VOID.
@@ -38,6 +39,7 @@ Result<std::vector<Part>> bind(const World& world, const openfab_fablet_list& fa
 /// A texture uniform takes the name of a file from `sets`, as of BindOptions.
 Result<World> make_quick_world(const std::filesystem::path& mesh,
                                const openfab_fablet_list& fablets, const std::string& fablet = {},
-                               const std::vector<std::string>& sets = {});
+                               const std::vector<std::string>& sets = {},
+                               int64_t memory_bytes = kReadingBytes);
 
 }  // namespace openfab::scene

@@ -55,8 +55,8 @@ void move(const Vec3d& by, std::vector<Placement>* placements) {
 
 }  // namespace
 
-BuildReader::BuildReader(JsonReader* json, WorldFiles* files, World* world)
-    : json_(*json), files_(*files), world_(*world) {
+BuildReader::BuildReader(JsonReader* json, WorldFiles* files, World* world, int64_t memory_bytes)
+    : json_(*json), files_(*files), world_(*world), memory_bytes_(memory_bytes) {
     for (size_t i = 0; i < world_.objects.size(); ++i)
         objects_[world_.objects[i].name] = static_cast<int32_t>(i);
 }
@@ -70,9 +70,11 @@ void BuildReader::read(const JsonValue* groups, const JsonValue& build,
             groups_[m.key].items = &m.value;
         // Also those that nothing asks for: a mistake in them is one.
         for (const JsonMember& m : groups->members) {
-            JsonValue name = m.value;
+            JsonValue name;
             name.kind = Kind::kString;
             name.text = m.key;
+            name.line = m.line;
+            name.column = m.column;
             group(name, "`groups`");
         }
     }
@@ -145,6 +147,33 @@ bool BuildReader::room_for(const JsonValue& value, size_t count) {
     return false;
 }
 
+/// Whether that many copies can be kept; overrides of uniforms are copied with each placement.
+bool BuildReader::memory_for(const JsonValue& value, const std::vector<Placement>& placements,
+                             size_t copies) {
+    if (!json_.ok()) return false;
+    constexpr size_t kBinding = 96;  // of the map, and small texts
+    double bytes = 0;
+    for (const Placement& p : placements) {
+        size_t one = sizeof p + p.place.file.size();
+        for (const auto& [name, binding] : p.overrides) {
+            one += sizeof binding + kBinding + name.size() + binding.place.file.size();
+            if (const auto* numbers = std::get_if<std::vector<double>>(&binding.value))
+                one += numbers->size() * sizeof(double);
+            if (const auto* names = std::get_if<std::vector<std::string>>(&binding.value)) {
+                for (const std::string& text : *names)
+                    one += sizeof text + text.size();
+            }
+        }
+        bytes += static_cast<double>(one);
+    }
+    made_bytes_ += bytes * static_cast<double>(copies);
+    if (made_bytes_ <= static_cast<double>(memory_bytes_)) return true;
+    json_.fail(value, fmt::format("the placements so far, with their uniforms, take {:.0f} MB, and "
+                                  "{:.0f} MB are allowed; allow more with `--memory`",
+                                  made_bytes_ / 1e6, static_cast<double>(memory_bytes_) / 1e6));
+    return false;
+}
+
 /// Scale and rotation of what is placed, then the bed, then copies.
 void BuildReader::placement(const JsonValue& value, const std::string& what,
                             std::vector<Placement>* out) {
@@ -189,6 +218,7 @@ std::vector<Placement> BuildReader::subject(const JsonValue& value, const std::s
         const std::vector<Placement>* placements =
             group(of_group->value, fmt::format("`group` of {}", what));
         if (placements == nullptr) return {};
+        if (!memory_for(value, *placements, 1)) return {};
         std::vector<Placement> out = *placements;
         if (uniforms != nullptr) override_group(uniforms->value, what, &out);
         return out;
@@ -363,8 +393,13 @@ void BuildReader::grid(const JsonValue& value, const std::string& what,
              (json_.ok() ? box(*placements).size() : Vec3d{});
     }
     if (!json_.ok()) return;
-    // Each factor is at most 1e5, so that no product overflows.
-    if (!room_for(value, count[0] * count[1] * count[2] * placements->size())) return;
+    size_t copies = 1;
+    for (const size_t n : count) {
+        // Factor by factor: the product of all may not fit 64 bits.
+        copies *= n;
+        if (!room_for(value, copies * placements->size())) return;
+    }
+    if (!memory_for(value, *placements, copies)) return;
     std::vector<Placement> out;
     for (size_t k = 0; k < count[2]; ++k) {
         for (size_t j = 0; j < count[1]; ++j) {
@@ -388,7 +423,9 @@ void BuildReader::copies(const JsonValue& value, const std::string& what,
     if (!json_.ok()) return;
     const Result<std::vector<Affine3d>> transforms = read_transforms(file, kMostPlacements);
     if (!transforms) return json_.fail_with(transforms.error());
-    if (!room_for(value, transforms->size() * placements->size())) return;
+    if (!room_for(value, transforms->size() * placements->size()) ||
+        !memory_for(value, *placements, transforms->size()))
+        return;
     std::vector<Placement> out;
     for (const Affine3d& transform : *transforms) {
         for (Placement copy : *placements) {

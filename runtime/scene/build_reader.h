@@ -22,7 +22,7 @@ constexpr size_t kMostPlacements = 100'000;
 class BuildReader {
   public:
     /// The world's meshes and objects have been read; world->build is to be filled.
-    BuildReader(JsonReader* json, WorldFiles* files, World* world);
+    BuildReader(JsonReader* json, WorldFiles* files, World* world, int64_t memory_bytes);
 
     /// `groups` and `arrange` may be null.
     void read(const JsonValue* groups, const JsonValue& build, const JsonValue* arrange);
@@ -53,6 +53,8 @@ class BuildReader {
                 std::vector<Placement>* placements);
     void arrange(const JsonValue& value, std::vector<std::vector<Placement>>* items);
     bool room_for(const JsonValue& value, size_t count);
+    bool memory_for(const JsonValue& value, const std::vector<Placement>& placements,
+                    size_t copies);
 
     Box3d box(const std::vector<Placement>& placements);
     const Box3d& turned_box(int32_t mesh, const std::array<double, 9>& m);
@@ -64,6 +66,8 @@ class BuildReader {
     std::map<std::string, Group> groups_;
     int depth_ = 0;    ///< groups being read
     size_t made_ = 0;  ///< placements of all groups and of the build
+    int64_t memory_bytes_;
+    double made_bytes_ = 0;
     std::map<std::pair<int32_t, std::array<double, 9>>, Box3d> boxes_;
 };
 

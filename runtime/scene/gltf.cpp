@@ -6,10 +6,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "runtime/scene/affine.h"
 #include "runtime/scene/gltf_file.h"
 #include "runtime/scene/mesh_assembly.h"
+#include "runtime/scene/mesh_memory.h"
 #include "runtime/scene/scan_number.h"
 
 namespace openfab::scene {
@@ -18,8 +20,11 @@ namespace {
 using Kind = JsonValue::Kind;
 
 /// Nodes may repeat a mesh, so that the file's size does not bound these.
-constexpr size_t kMostTriangles = 50'000'000;
-constexpr size_t kMostVertices = 100'000'000;
+constexpr int64_t kMostTriangles = 50'000'000;
+constexpr int64_t kMostVertices = 100'000'000;
+/// Of all nodes, with their attributes: one without vertices takes time, too.
+constexpr int64_t kMostPrimitives = 1'000'000;
+constexpr size_t kMostWarnings = 100;
 /// y up, z to the viewer -> z up, y away.
 constexpr Affine3d kZUp{{1, 0, 0, 0, 0, -1, 0, 1, 0}, {}};
 
@@ -42,11 +47,33 @@ class GltfReader {
     GltfReader(GltfFile file, std::string name) : gltf_(std::move(file)), name_(std::move(name)) {}
 
     Result<MeshSource> read() {
+        // Counted first: nodes may repeat a mesh, so that the file's size bounds nothing.
+        for_each_node(&GltfReader::count_node);
+        if (!gltf_.ok()) return gltf_.error();
+        counts_.attributes = static_cast<int64_t>(names_.size());
+        const int64_t needed = preparing_bytes(counts_) + largest_;
+        if (needed > gltf_.memory_left())
+            return too_large_to_read(name_, counts_.triangles, needed, gltf_.memory_left());
+        mesh_.reserve(counts_);
+        for_each_node(&GltfReader::add_node);
+        if (!gltf_.ok()) return gltf_.error();
+        warn_of_what_is_left_out();
+        MeshSource out = mesh_.finish(name_, 1000);
+        out.files = gltf_.files();
+        return out;
+    }
+
+  private:
+    using Use = void (GltfReader::*)(const JsonValue& node, const Affine3d& transform);
+
+    /// Calls `use` for the nodes of the scene, parents before children.
+    void for_each_node(Use use) {
         struct Visit {
             int64_t node;
             Affine3d transform;
         };
         std::vector<Visit> stack;
+        visited_.clear();
         for (int64_t node : root_nodes())
             stack.push_back({node, kZUp});
         std::reverse(stack.begin(), stack.end());
@@ -56,19 +83,72 @@ class GltfReader {
             const JsonValue* node = gltf_.item("nodes", visit.node, "a scene or node");
             if (node == nullptr || !mark_visited(visit.node, *node)) break;
             const Affine3d transform = product(visit.transform, transform_of(*node));
-            add_node(*node, transform);
+            (this->*use)(*node, transform);
             const std::vector<int64_t> children = indices_of(*node, "children");
             for (size_t i = children.size(); i-- > 0;)
                 stack.push_back({children[i], transform});
         }
-        if (!gltf_.ok()) return gltf_.error();
-        warn_of_what_is_left_out();
-        MeshSource out = mesh_.finish(name_, 1000);
-        out.files = gltf_.files();
-        return out;
     }
 
-  private:
+    /// A number of things that an accessor, or a list, should have; what is wrong with it is found
+    /// when it is read.
+    static int64_t stated(const JsonValue& object, const char* key) {
+        const JsonMember* m = object.find(key);
+        constexpr double kMost = 1LL << 32;
+        return m != nullptr && m->value.number >= 0 && m->value.number <= kMost
+                   ? static_cast<int64_t>(m->value.number)
+                   : 0;
+    }
+    int64_t stated_count(const JsonValue& object, const char* accessor) const {
+        const JsonMember* list = gltf_.root().find("accessors");
+        const auto index = static_cast<size_t>(stated(object, accessor));
+        if (object.find(accessor) == nullptr || list == nullptr ||
+            index >= list->value.items.size())
+            return 0;
+        return stated(list->value.items[index], "count");
+    }
+
+    void count_node(const JsonValue& node, const Affine3d&) {
+        const JsonMember* meshes = gltf_.root().find("meshes");
+        const auto index = static_cast<size_t>(stated(node, "mesh"));
+        if (node.find("mesh") == nullptr || meshes == nullptr ||
+            index >= meshes->value.items.size())
+            return;
+        const JsonMember* primitives = meshes->value.items[index].find("primitives");
+        if (primitives == nullptr) return;
+        for (const JsonValue& primitive : primitives->value.items)
+            count_primitive(primitive);
+    }
+
+    void count_primitive(const JsonValue& primitive) {
+        const JsonMember* attributes = primitive.find("attributes");
+        ++primitives_;
+        if (attributes == nullptr) return;
+        const int64_t vertices = stated_count(attributes->value, "POSITION");
+        const int64_t corners =
+            primitive.find("indices") != nullptr ? stated_count(primitive, "indices") : vertices;
+        int64_t kept = 0;
+        for (const JsonMember& m : attributes->value.members) {
+            ++primitives_;
+            const std::string name = attribute_name(m.key);
+            if (name.empty()) continue;
+            if (names_.size() < MeshAssembly::kMostAttributes) names_.insert(name);
+            ++kept;
+        }
+        const bool strip = primitive.find("mode") != nullptr && stated(primitive, "mode") != 4;
+        counts_.vertices += vertices;
+        counts_.triangles += strip ? corners : corners / 3;
+        counts_.values += kept * vertices * 4;
+        // While it is read: numbers as doubles, and which value belongs to which vertex.
+        largest_ = std::max(largest_, vertices * (8 * 8 + 4 * kept) + corners * 16);
+        if (primitives_ > kMostPrimitives)
+            gltf_.fail(primitive, fmt::format("the nodes have more than {} primitives with their "
+                                              "attributes",
+                                              kMostPrimitives));
+        if (counts_.vertices > kMostVertices || counts_.triangles > kMostTriangles)
+            gltf_.fail(primitive, "the meshes of all nodes have too many triangles");
+    }
+
     std::vector<int64_t> indices_of(const JsonValue& object, const char* key) {
         std::vector<int64_t> out;
         const JsonMember* list = object.find(key);
@@ -151,6 +231,10 @@ class GltfReader {
         if (name.empty()) name = GltfFile::text(*mesh, "name");
         if (!name.empty()) group.names.push_back(name);
         mesh_.begin_part();
+        if (mesh_.group_bytes() > gltf_.memory_left())
+            return gltf_.fail(node,
+                              "the names of nodes and materials take more memory than is "
+                              "allowed; allow more with `--memory`");
         for (const JsonValue& primitive : primitives->value.items) {
             group.material = material_of(primitive);
             if (gltf_.ok()) add_primitive(primitive, transform, mesh_.group_index(group));
@@ -187,9 +271,6 @@ class GltfReader {
         const std::vector<int64_t> corners = corners_of(primitive, *positions);
         if (!gltf_.ok()) return;
         const auto first = static_cast<int32_t>(mesh_.vertices());
-        if (mesh_.vertices() + positions->count() > kMostVertices ||
-            mesh_.triangles() + corners.size() > kMostTriangles)
-            return gltf_.fail(primitive, "the meshes of all nodes have too many triangles");
         for (size_t v = 0; v < positions->count(); ++v) {
             const double* p = &positions->values[v * 3];
             const Vec3d placed = transform.apply({p[0], p[1], p[2]});
@@ -258,11 +339,12 @@ class GltfReader {
             return gltf_.fail(member.value, "COLOR_0 must have 3 or 4 components");
         const std::optional<size_t> attribute = mesh_.attribute(name, static_cast<int32_t>(kept));
         if (!attribute) {
-            mesh_.warnings().push_back(
-                fmt::format("{}:{}:{}: `{}` has another number of components elsewhere, or is one "
-                            "too many; left "
-                            "out here",
-                            name_, member.line, member.column, member.key.substr(0, 40)));
+            if (mesh_.warnings().size() < kMostWarnings)
+                mesh_.warnings().push_back(fmt::format(
+                    "{}:{}:{}: `{}` has another number of components elsewhere, or is one "
+                    "too many; left "
+                    "out here",
+                    name_, member.line, member.column, member.key.substr(0, 40)));
             return;
         }
         const Affine3d turn = cofactors(transform);
@@ -318,6 +400,10 @@ class GltfReader {
     std::string name_;
     MeshAssembly mesh_;
     std::vector<bool> visited_;
+    MeshCounts counts_;            ///< of all nodes
+    std::set<std::string> names_;  ///< of attributes
+    int64_t primitives_ = 0;
+    int64_t largest_ = 0;  ///< bytes beside the mesh while a primitive is read
     bool points_or_lines_ = false;
     bool skins_ = false;
     bool morphs_ = false;
@@ -325,8 +411,9 @@ class GltfReader {
 
 }  // namespace
 
-Result<MeshSource> parse_gltf(std::string_view bytes, const std::string& file) {
-    Result<GltfFile> gltf = GltfFile::open(bytes, file);
+Result<MeshSource> parse_gltf(std::string_view bytes, const std::string& file,
+                              int64_t memory_bytes) {
+    Result<GltfFile> gltf = GltfFile::open(bytes, file, memory_bytes);
     if (!gltf) return gltf.error();
     return GltfReader(std::move(*gltf), file).read();
 }

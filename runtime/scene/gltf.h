@@ -16,6 +16,7 @@ namespace openfab::scene {
 /// lower case; all are floats. Nodes and materials are groups by their names. Points and lines,
 /// skins and morph targets are left out with a warning; compressed meshes are refused. Errors name
 /// the place in the JSON.
-Result<MeshSource> parse_gltf(std::string_view bytes, const std::string& file);
+Result<MeshSource> parse_gltf(std::string_view bytes, const std::string& file,
+                              int64_t memory_bytes = kReadingBytes);
 
 }  // namespace openfab::scene

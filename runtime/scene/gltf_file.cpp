@@ -112,9 +112,11 @@ std::string decode_percent(const std::string& uri) {
 
 }  // namespace
 
-Result<GltfFile> GltfFile::open(std::string_view bytes, const std::string& file) {
+Result<GltfFile> GltfFile::open(std::string_view bytes, const std::string& file,
+                                int64_t memory_bytes) {
     GltfFile out;
     out.file_ = file;
+    out.memory_left_ = memory_bytes;
     std::string_view json = bytes;
     if (bytes.size() >= 12 && word_at(bytes, 0) == kMagic) {
         const uint32_t version = word_at(bytes, 4);
@@ -128,16 +130,25 @@ Result<GltfFile> GltfFile::open(std::string_view bytes, const std::string& file)
                 return user_error(fmt::format("{}: the file was cut short in a chunk", file));
             const std::string_view chunk = bytes.substr(at + 8, length);
             if (kind == kJsonChunk && json.empty()) json = chunk;
-            if (kind == kBinaryChunk && !out.binary_) out.binary_ = std::string(chunk);
+            if (kind == kBinaryChunk && !out.binary_) {
+                out.memory_left_ -= static_cast<int64_t>(length);
+                if (out.memory_left_ < 0)
+                    return user_error(
+                        fmt::format("{}: its binary chunk of {} MB takes more memory "
+                                    "than is allowed; allow more with `--memory`",
+                                    file, length / 1'000'000));
+                out.binary_ = std::string(chunk);
+            }
             at += 8 + length;
         }
         // The chunk is padded to a multiple of 4 bytes.
         while (json.ends_with('\0'))
             json.remove_suffix(1);
     }
-    Result<JsonValue> root = parse_json(json, file);
+    Result<JsonValue> root = parse_json(json, file, out.memory_left_);
     if (!root) return root.error();
     out.root_ = std::move(*root);
+    out.memory_left_ -= json_bytes(out.root_);
     if (Result<void> fine = out.check_version(); !fine) return fine.error();
     if (const JsonMember* buffers = out.root_.find("buffers"))
         out.buffers_.resize(buffers->value.items.size());
@@ -211,13 +222,20 @@ const JsonValue* GltfFile::item(const char* key, int64_t index, const char* aske
 }
 
 std::string GltfFile::load_uri(const JsonValue& at, const std::string& uri) {
+    const auto allowed = static_cast<size_t>(
+        std::clamp<int64_t>(memory_left_, 0, static_cast<int64_t>(kLargestBuffer)));
     if (uri.starts_with("data:")) {
         constexpr std::string_view kMark = ";base64,";
         const size_t mark = uri.find(kMark);
+        if (uri.size() / 4 * 3 > allowed) {
+            fail(at, "the data take more memory than is allowed; allow more with `--memory`");
+            return {};
+        }
         std::string bytes = mark == std::string::npos
                                 ? std::string()
                                 : decode_base64(std::string_view(uri).substr(mark + kMark.size()));
         if (bytes.empty()) fail(at, "the data are no base64");
+        memory_left_ -= static_cast<int64_t>(bytes.size());
         return bytes;
     }
     const fs::path relative = decode_percent(uri);
@@ -232,12 +250,13 @@ std::string GltfFile::load_uri(const JsonValue& at, const std::string& uri) {
     const fs::path folder = fs::path(file_).parent_path();
     const fs::path path = folder / relative;
     // Nor may a link lead out of it.
-    Result<std::string> bytes = read_text_file(path, kLargestBuffer, {reading_root(folder)});
+    Result<std::string> bytes = read_text_file(path, allowed, {reading_root(folder)});
     if (!bytes) {
         fail(at, bytes.error().message);
         return {};
     }
     files_.push_back(path);
+    memory_left_ -= static_cast<int64_t>(bytes->size());
     return std::move(*bytes);
 }
 

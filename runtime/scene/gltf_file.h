@@ -14,6 +14,7 @@
 
 #include "runtime/base/result.h"
 #include "runtime/scene/json.h"
+#include "runtime/scene/mesh.h"
 
 namespace openfab::scene {
 
@@ -27,8 +28,13 @@ struct GltfArray {
 class GltfFile {
   public:
     /// `.gltf` text or `.glb`; buffers are read when they are asked for. Errors: no glTF 2.0, cut
-    /// short, or an extension required that is not known here.
-    static Result<GltfFile> open(std::string_view bytes, const std::string& file);
+    /// short, an extension required that is not known here, or a file that does not fit into
+    /// `memory_bytes` beside `bytes`.
+    static Result<GltfFile> open(std::string_view bytes, const std::string& file,
+                                 int64_t memory_bytes = kReadingBytes);
+
+    /// What is left of memory_bytes by the tree and by the buffers that were read.
+    int64_t memory_left() const { return memory_left_; }
 
     const JsonValue& root() const { return root_; }
 
@@ -71,6 +77,7 @@ class GltfFile {
     void apply_sparse(const JsonValue& sparse, int64_t type, bool normalized, GltfArray* out);
 
     std::string file_;
+    int64_t memory_left_ = 0;
     JsonValue root_;
     std::optional<std::string> binary_;  ///< the chunk of a .glb
     std::vector<std::optional<std::string>> buffers_;

@@ -12,6 +12,7 @@
 #include "runtime/scene/json.h"
 #include "runtime/scene/mesh_check.h"
 #include "runtime/scene/mesh_intersections.h"
+#include "runtime/scene/mesh_memory.h"
 #include "runtime/scene/obj.h"
 #include "runtime/scene/ply.h"
 #include "runtime/scene/stl.h"
@@ -22,11 +23,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr size_t kLargestFile = 2'000'000'000;
+constexpr int64_t kLargestFile = 2'000'000'000;
 /// Triangles up to which each load looks for crossing ones.
 constexpr size_t kMostChecked = 200'000;
 
-using Reader = Result<MeshSource> (*)(std::string_view bytes, const std::string& file);
+using Reader = Result<MeshSource> (*)(std::string_view bytes, const std::string& file,
+                                      int64_t memory_bytes);
 
 struct Format {
     const char* extension;
@@ -194,6 +196,7 @@ class Groups {
         MeshAttribute a;
         a.name = options_.groups_attribute;
         a.is_int = true;
+        a.faces.reserve(source_.face_groups.size());
         for (int32_t g : source_.face_groups)
             a.faces.push_back(values[static_cast<size_t>(g)]);
         source_.mesh.attributes.push_back(std::move(a));
@@ -269,6 +272,12 @@ Result<LoadedMesh> finish(MeshSource source, const MeshOptions& options, bool to
     source.mesh.name = options.name;
     out.files = std::move(source.files);
     drop_partial_attributes(&source);
+    const MeshCounts counts = counts_of(source);
+    out.peak_bytes = preparing_bytes(counts);
+    if (out.peak_bytes > options.memory_bytes) {
+        return too_large_to_read(source.origin.file, counts.triangles, out.peak_bytes,
+                                 options.memory_bytes);
+    }
     if (Result<void> numbered = Groups(&source, options, &out).number(); !numbered)
         return numbered.error();
     to_millimetres(&source, options, &out);
@@ -285,30 +294,36 @@ Result<LoadedMesh> finish(MeshSource source, const MeshOptions& options, bool to
     return out;
 }
 
-Result<LoadedMesh> parse(std::string_view bytes, const fs::path& file, const MeshOptions& options,
-                         bool tolerant) {
-    const Format* format = find_format(file);
-    if (format == nullptr) {
-        return user_error(fmt::format("{} does not have the extension of a mesh; supported: {}",
-                                      file.string(), mesh_formats()));
-    }
-    Result<MeshSource> source = format->read(bytes, file.string());
-    if (!source) return source.error();
-    return finish(std::move(*source), options, tolerant);
+Error no_format(const fs::path& file) {
+    return user_error(fmt::format("{} does not have the extension of a mesh; supported: {}",
+                                  file.string(), mesh_formats()));
 }
 
 Result<LoadedMesh> load(const fs::path& file, const MeshOptions& options, bool tolerant) {
-    if (find_format(file) == nullptr) return parse({}, file, options, tolerant);
-    const Result<std::string> bytes = read_text_file(file, kLargestFile);
+    const Format* format = find_format(file);
+    if (format == nullptr) return no_format(file);
+    Result<std::string> bytes = read_text_file(
+        file, static_cast<size_t>(std::clamp<int64_t>(options.memory_bytes, 0, kLargestFile)));
     if (!bytes) return bytes.error();
-    return parse(*bytes, file, options, tolerant);
+    Result<MeshSource> source = format->read(
+        *bytes, file.string(), options.memory_bytes - static_cast<int64_t>(bytes->capacity()));
+    if (!source) return source.error();
+    bytes = std::string();  // what follows takes as much again
+    return finish(std::move(*source), options, tolerant);
 }
 
 }  // namespace
 
 int32_t MeshSource::group_index(const FaceGroup& group) {
     const auto [it, fresh] = group_indices_.emplace(group, static_cast<int32_t>(groups.size()));
-    if (fresh) groups.push_back(group);
+    if (fresh) {
+        groups.push_back(group);
+        constexpr size_t kNode = 64;  // of the map
+        size_t bytes = 2 * sizeof(FaceGroup) + kNode + 2 * group.material.size();
+        for (const std::string& name : group.names)
+            bytes += 2 * (sizeof name + name.size());
+        group_bytes_ += static_cast<int64_t>(bytes);
+    }
     return it->second;
 }
 
@@ -334,7 +349,11 @@ Result<LoadedMesh> load_mesh(const fs::path& file, const MeshOptions& options) {
 
 Result<LoadedMesh> parse_mesh(std::string_view bytes, const fs::path& file,
                               const MeshOptions& options) {
-    return parse(bytes, file, options, false);
+    const Format* format = find_format(file);
+    if (format == nullptr) return no_format(file);
+    Result<MeshSource> source = format->read(bytes, file.string(), options.memory_bytes);
+    if (!source) return source.error();
+    return finish(std::move(*source), options, false);
 }
 
 Result<LoadedMesh> read_mesh(const fs::path& file, const MeshOptions& options) {

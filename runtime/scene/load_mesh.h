@@ -31,6 +31,8 @@ struct MeshOptions {
     std::string groups_attribute = "face";
     bool y_up = false;    ///< y of the file is up; glTF has that by its format and takes no word
     bool repair = false;  ///< close what is open, as prepare_mesh says
+    /// What reading may take, the file's bytes included; more is an error.
+    int64_t memory_bytes = kReadingBytes;
 };
 
 struct LoadedMesh {
@@ -41,6 +43,7 @@ struct LoadedMesh {
     std::vector<std::pair<std::string, int32_t>> groups;  ///< name and number, as in the attribute
     std::vector<std::filesystem::path> files;             ///< read besides the mesh file
     MeshChecks checks;
+    int64_t peak_bytes = 0;  ///< what it took to read
     /// Why the mesh cannot be printed; only read_mesh gives one that has any.
     std::string refusal;
 };

@@ -13,6 +13,9 @@
 
 namespace openfab::scene {
 
+/// What reading may take where nobody says.
+constexpr int64_t kReadingBytes = 8'000'000'000;
+
 /// A named attribute. Float attributes are per corner, indexed by values/indices, so that a UV seam
 /// is two indices at one vertex; int attributes are per face.
 struct MeshAttribute {

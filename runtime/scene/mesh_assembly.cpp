@@ -8,9 +8,16 @@ namespace openfab::scene {
 namespace {
 
 constexpr std::array<int32_t, 3> kNone{-1, -1, -1};
-constexpr size_t kMostAttributes = 64;
 
 }  // namespace
+
+void MeshAssembly::reserve(const MeshCounts& counts) {
+    reserved_ = counts;
+    source_.mesh.positions.reserve(static_cast<size_t>(counts.vertices));
+    source_.part_of_vertex.reserve(static_cast<size_t>(counts.vertices));
+    source_.mesh.triangles.reserve(static_cast<size_t>(counts.triangles));
+    source_.face_groups.reserve(static_cast<size_t>(counts.triangles));
+}
 
 int32_t MeshAssembly::add_vertex(const Vec3d& position) {
     source_.mesh.positions.push_back(position);
@@ -28,6 +35,7 @@ std::optional<size_t> MeshAssembly::attribute(const std::string& name, int32_t c
     all.push_back({});
     all.back().name = name;
     all.back().components = components;
+    all.back().corners.reserve(static_cast<size_t>(reserved_.triangles));
     return all.size() - 1;
 }
 

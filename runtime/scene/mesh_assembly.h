@@ -10,11 +10,17 @@
 #include <vector>
 
 #include "runtime/scene/load_mesh.h"
+#include "runtime/scene/mesh_memory.h"
 
 namespace openfab::scene {
 
 class MeshAssembly {
   public:
+    static constexpr size_t kMostAttributes = 64;
+
+    /// Makes room for what will come.
+    void reserve(const MeshCounts& counts);
+
     /// Vertices from here on are never welded to earlier ones.
     void begin_part() { ++part_; }
 
@@ -35,6 +41,7 @@ class MeshAssembly {
     size_t triangles() const { return source_.mesh.triangles.size(); }
     size_t vertices() const { return source_.mesh.positions.size(); }
     std::vector<std::string>& warnings() { return source_.warnings; }
+    int64_t group_bytes() const { return source_.group_bytes(); }
     int32_t group_index(const FaceGroup& group) { return source_.group_index(group); }
 
     /// The whole; corners without a value are -1.
@@ -42,6 +49,7 @@ class MeshAssembly {
 
   private:
     MeshSource source_;
+    MeshCounts reserved_;
     int32_t part_ = 0;
 };
 

@@ -33,6 +33,7 @@ void renumber(Mesh* mesh, const std::vector<int32_t>& same_as) {
         }
     }
     std::vector<Vec3d> kept;
+    kept.reserve(static_cast<size_t>(std::count(number.begin(), number.end(), 0)));
     for (size_t v = 0; v < number.size(); ++v) {
         if (number[v] < 0) continue;
         number[v] = static_cast<int32_t>(kept.size());
@@ -134,6 +135,7 @@ void drop_duplicates(MeshSource* source) {
     };
     const std::vector<std::array<int32_t, 3>>& triangles = source->mesh.triangles;
     std::vector<Key> keys;
+    keys.reserve(triangles.size());
     for (size_t t = 0; t < triangles.size(); ++t) {
         Key key{triangles[t], static_cast<int32_t>(t), true};
         const size_t lowest = static_cast<size_t>(
@@ -307,6 +309,7 @@ Result<void> prepare_mesh(MeshSource* source, bool repair) {
     // What is fine as it was read, and lost nothing, has new numbers for its vertices at most.
     EdgeCounts welded = as_read;
     const auto count_again = [&] {
+        edges = {};
         edges = sorted_edges(*mesh);
         welded = count_edges(*mesh, edges);
     };

@@ -69,8 +69,11 @@ struct MeshSource {
 
     /// The index of `group`, added if it is new.
     int32_t group_index(const FaceGroup& group);
+    /// What the groups take; names may be long, and one may be in many groups.
+    int64_t group_bytes() const { return group_bytes_; }
 
   private:
+    int64_t group_bytes_ = 0;
     std::map<FaceGroup, int32_t> group_indices_;
 };
 

@@ -9,6 +9,7 @@
 #include <optional>
 #include <unordered_set>
 
+#include "runtime/scene/mesh_memory.h"
 #include "runtime/scene/polygon.h"
 #include "runtime/scene/scan_number.h"
 
@@ -29,11 +30,16 @@ struct Corner {
 
 class ObjReader {
   public:
-    ObjReader(std::string_view text, const std::string& file) : text_(text), file_(file) {}
+    ObjReader(std::string_view text, const std::string& file, int64_t memory_bytes)
+        : text_(text), file_(file), memory_bytes_(memory_bytes) {}
 
     Result<MeshSource> read() {
-        while (at_ < text_.size() && error_.empty())
+        while (at_ < text_.size() && error_.empty()) {
             read_line();
+            const int64_t needed = growing_bytes(mesh_bytes(counts()));
+            if (needed > memory_bytes_)
+                return too_large_to_read(file_, counts().triangles, needed, memory_bytes_);
+        }
         if (!error_.empty()) return user_error(error_);
         add_attributes();
         out_.mesh = std::move(mesh_);
@@ -42,6 +48,19 @@ class ObjReader {
     }
 
   private:
+    MeshCounts counts() const {
+        MeshCounts out;
+        // A quad's diagonal is a node of a set.
+        constexpr size_t kDiagonalVertices = 2;
+        out.vertices =
+            static_cast<int64_t>(mesh_.positions.size() + diagonals_.size() * kDiagonalVertices);
+        out.triangles = static_cast<int64_t>(mesh_.triangles.size());
+        out.values = static_cast<int64_t>(uv_.size() + normals_.size() + colors_.size());
+        out.attributes = 3;
+        out.group_bytes = out_.group_bytes();
+        return out;
+    }
+
     // One logical line, tokens and all; a backslash at the end of a line joins the next one.
     void read_line() {
         line_start_ = at_;
@@ -66,7 +85,9 @@ class ObjReader {
                 const size_t start = at_;
                 while (at_ < text_.size() && !is_blank(text_[at_]) && text_[at_] != '\n')
                     ++at_;
-                tokens_.push_back(text_.substr(start, at_ - start));
+                // One more than any statement may have, so that it is seen to be too long.
+                if (tokens_.size() < kMostCorners + 2)
+                    tokens_.push_back(text_.substr(start, at_ - start));
             }
         }
         token_line_ = first_line;
@@ -90,6 +111,8 @@ class ObjReader {
         } else if (word == "f" || word == "fo") {
             face();
         } else if (word == "g") {
+            if (tokens_.size() > kMostCorners)
+                return fail(word, fmt::format("a face in more than {} groups", kMostCorners));
             groups_.assign(tokens_.begin() + 1, tokens_.end());
             group_.reset();
         } else if (word == "usemtl") {
@@ -234,7 +257,9 @@ class ObjReader {
         std::vector<Vec3d> points;
         for (const Corner& c : corners_)
             points.push_back(mesh_.positions[static_cast<size_t>(c.v)]);
-        for (const auto& t : triangulate(points))
+        const std::vector<std::array<int32_t, 3>> triangles = triangulate(points, &effort_);
+        if (triangles.empty()) return fail(tokens_[0], kTooMuchEffort);
+        for (const auto& t : triangles)
             add_triangle(t);
     }
 
@@ -274,6 +299,8 @@ class ObjReader {
 
     std::string_view text_;
     const std::string& file_;
+    int64_t memory_bytes_;
+    int64_t effort_ = kTriangulationEffort;
     size_t at_ = 0;
     size_t line_start_ = 0;
     int32_t line_ = 1;
@@ -295,8 +322,8 @@ class ObjReader {
 
 }  // namespace
 
-Result<MeshSource> parse_obj(std::string_view text, const std::string& file) {
-    return ObjReader(text, file).read();
+Result<MeshSource> parse_obj(std::string_view text, const std::string& file, int64_t memory_bytes) {
+    return ObjReader(text, file, memory_bytes).read();
 }
 
 }  // namespace openfab::scene

@@ -6,6 +6,7 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 
@@ -258,6 +259,20 @@ Result<std::shared_ptr<const PartMesh>> make_part_mesh(const Mesh& mesh,
         part->corner_uv = std::move(values.corner_values);
     }
     return std::shared_ptr<const PartMesh>(std::move(part));
+}
+
+int64_t part_mesh_bytes(const Mesh& mesh, const openfab_fablet& fablet) {
+    int64_t corner_values = 3 + 2;  // normals and uv
+    const auto add = [&](const openfab_varying& varying) {
+        // While a default is filled in, its list is copied as it grows.
+        corner_values += 3 * varying.components;
+    };
+    std::for_each(fablet.surface_inputs, fablet.surface_inputs + fablet.surface_input_count, add);
+    std::for_each(fablet.nearest, fablet.nearest + fablet.nearest_count, add);
+    const auto triangles = static_cast<int64_t>(mesh.triangles.size());
+    return static_cast<int64_t>(mesh.positions.size() * sizeof(Vec3d)) +
+           triangles * static_cast<int64_t>(sizeof mesh.triangles[0]) +
+           triangles * corner_values * 3 * static_cast<int64_t>(sizeof(float));
 }
 
 Affine3d part_local_to_build(const PolarFactors& polar, const Vec3d& translation_mm,

@@ -35,6 +35,9 @@ Result<std::shared_ptr<const PartMesh>> make_part_mesh(const Mesh& mesh,
                                                        const openfab_fablet& fablet,
                                                        const std::array<double, 9>& s);
 
+/// What make_part_mesh makes at most.
+int64_t part_mesh_bytes(const Mesh& mesh, const openfab_fablet& fablet);
+
 /// Sets part->mesh's companion: local_to_build = R and t such that part-local points land where M
 /// and t put them.
 Affine3d part_local_to_build(const PolarFactors& polar, const Vec3d& translation_mm,

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "runtime/scene/mesh_memory.h"
 #include "runtime/scene/ply_header.h"
 #include "runtime/scene/polygon.h"
 #include "runtime/scene/scan_number.h"
@@ -180,8 +181,9 @@ Vector vector_at(const std::vector<Column>& columns, size_t at) {
 
 class PlyReader {
   public:
-    PlyReader(const PlyHeader& header, std::string_view bytes, const std::string& file)
-        : header_(header), values_(bytes, header), file_(file) {
+    PlyReader(const PlyHeader& header, std::string_view bytes, const std::string& file,
+              int64_t memory_bytes)
+        : header_(header), values_(bytes, header), file_(file), memory_bytes_(memory_bytes) {
         out_.origin.file = file;
     }
 
@@ -203,11 +205,49 @@ class PlyReader {
             if (!done) return done.error();
         }
         if (Result<void> fine = check_corners(); !fine) return fine.error();
-        triangulate_faces();
+        if (Result<void> done = triangulate_faces(); !done) return done.error();
         return std::move(out_);
     }
 
   private:
+    /// What was read, before it becomes triangles.
+    int64_t read_bytes() const {
+        constexpr size_t kFace = sizeof(size_t) + sizeof(int32_t);
+        size_t bytes = out_.mesh.positions.size() * sizeof(Vec3d) + face_ends_.size() * kFace +
+                       face_corners_.size() * sizeof(int64_t) + list_.size() * sizeof(double) +
+                       uv_corners_.size() * sizeof(int32_t) + uvs_.size() * sizeof(float);
+        for (const std::vector<Column>* columns : {&vertex_columns_, &face_columns_}) {
+            for (const Column& column : *columns)
+                bytes += column.values.size() * sizeof(double);
+        }
+        return static_cast<int64_t>(bytes);
+    }
+
+    /// Looked at now and then: a few elements more do not matter.
+    Result<void> check_memory(int64_t element) const {
+        if (element % 1024 != 0) return Ok{};
+        const int64_t needed = growing_bytes(read_bytes());
+        if (needed <= memory_bytes_) return Ok{};
+        return too_large_to_read(file_, static_cast<int64_t>(face_ends_.size()), needed,
+                                 memory_bytes_);
+    }
+
+    /// What the triangles and attributes take, besides what was read.
+    Result<void> check_mesh_memory() const {
+        MeshCounts counts;
+        counts.vertices = static_cast<int64_t>(out_.mesh.positions.size());
+        counts.triangles = static_cast<int64_t>(out_.mesh.triangles.size() + face_corners_.size() -
+                                                2 * face_ends_.size());
+        const auto faces = static_cast<int64_t>(face_ends_.size());
+        counts.values = static_cast<int64_t>(uvs_.size()) +
+                        static_cast<int64_t>(vertex_columns_.size()) * counts.vertices +
+                        static_cast<int64_t>(face_columns_.size()) * (faces + counts.triangles);
+        counts.attributes = static_cast<int64_t>(vertex_columns_.size() + face_columns_.size()) + 2;
+        const int64_t needed = read_bytes() + growing_bytes(mesh_bytes(counts));
+        if (needed <= memory_bytes_) return Ok{};
+        return too_large_to_read(file_, counts.triangles, needed, memory_bytes_);
+    }
+
     Error error(const PlyElement& element, int64_t index, const std::string& what) const {
         return user_error(header_.ascii
                               ? fmt::format("{}:{}:1: {}", file_, values_.line(), what)
@@ -223,6 +263,10 @@ class PlyReader {
             length > static_cast<double>(values_.most_left(property.type))) {
             return fmt::format("the list `{}` is {} long", property.name.substr(0, 40), length);
         }
+        // Twice: the list grows, and is copied then.
+        if (2 * length * sizeof(double) > static_cast<double>(memory_bytes_))
+            return fmt::format("the list `{}` of {} values takes more memory than is allowed",
+                               property.name.substr(0, 40), length);
         out->resize(static_cast<size_t>(length));
         for (double& value : *out) {
             if (std::string wrong = values_.next(property.type, &value); !wrong.empty())
@@ -294,6 +338,7 @@ class PlyReader {
                 }
                 if (!wrong.empty()) return error(element, i, wrong);
             }
+            if (Result<void> fits = check_memory(i); !fits) return fits;
             if (!is_position(p.x, p.y, p.z))
                 return error(element, i, "the position is not finite or too large");
             out_.mesh.positions.push_back(p);
@@ -316,6 +361,10 @@ class PlyReader {
         const auto count = static_cast<size_t>(element.count);
         const char* from = values_.look(count, 12);
         values_.pass(count * 12);
+        if (static_cast<int64_t>(count * sizeof(Vec3d)) > memory_bytes_) {
+            return too_large_to_read(file_, 0, static_cast<int64_t>(count * sizeof(Vec3d)),
+                                     memory_bytes_);
+        }
         out_.mesh.positions.resize(count);
         for (size_t i = 0; i < count; ++i) {
             float p[3];
@@ -338,6 +387,8 @@ class PlyReader {
         const auto count = static_cast<size_t>(element.count);
         const char* from = values_.look(count, 13);
         if (from == nullptr || count > kMostTriangles) return false;
+        if (static_cast<int64_t>(count * sizeof(std::array<int32_t, 3>)) > memory_bytes_)
+            return false;  // told of by the longer way, which looks at what it takes
         std::vector<std::array<int32_t, 3>> triangles(count);
         bool plain = true;
         for (size_t i = 0; i < count && plain; ++i) {
@@ -370,6 +421,8 @@ class PlyReader {
                 std::string wrong;
                 if (&property == corners) {
                     wrong = list(property, kMostCorners, &list_);
+                    // What a list that was cut short holds was never read.
+                    if (!wrong.empty()) return error(element, i, wrong);
                     for (double v : list_)
                         face_corners_.push_back(static_cast<int64_t>(v));
                     face_ends_.push_back(face_corners_.size());
@@ -385,6 +438,7 @@ class PlyReader {
                 if (!wrong.empty()) return error(element, i, wrong);
             }
             face_lines_.push_back(values_.line());
+            if (Result<void> fits = check_memory(i); !fits) return fits;
             if (uvs != nullptr) add_face_uvs(uv);
         }
         has_face_uvs_ = uvs != nullptr;
@@ -432,7 +486,9 @@ class PlyReader {
     }
 
     /// Faces that plain_triangles took are triangles already.
-    void triangulate_faces() {
+    Result<void> triangulate_faces() {
+        if (Result<void> fits = check_mesh_memory(); !fits) return fits;
+        int64_t effort = kTriangulationEffort;
         std::vector<int32_t> face_of;  // by triangle
         MeshAttribute uv;
         uv.name = "uv";
@@ -458,7 +514,13 @@ class PlyReader {
             if (count == 3) {
                 add({0, 1, 2});
             } else {
-                for (const auto& t : triangulate(points))
+                const std::vector<std::array<int32_t, 3>> triangles = triangulate(points, &effort);
+                if (triangles.empty())
+                    return user_error(
+                        header_.ascii
+                            ? fmt::format("{}:{}:1: {}", file_, face_lines_[f], kTooMuchEffort)
+                            : fmt::format("{}: face {}: {}", file_, f, kTooMuchEffort));
+                for (const auto& t : triangles)
                     add(t);
             }
             begin = face_ends_[f];
@@ -478,6 +540,7 @@ class PlyReader {
                 by_face.push_back({f, f, f});
         }
         add_attributes(face_columns_, "face", by_face);
+        return Ok{};
     }
 
     /// `corners` picks the row of each triangle's corners.
@@ -548,6 +611,7 @@ class PlyReader {
     const PlyHeader& header_;
     Values values_;
     const std::string& file_;
+    int64_t memory_bytes_;
     MeshSource out_;
     std::vector<Column> vertex_columns_, face_columns_;
     std::vector<int64_t> face_corners_;  ///< of all faces, one after another
@@ -561,10 +625,11 @@ class PlyReader {
 
 }  // namespace
 
-Result<MeshSource> parse_ply(std::string_view bytes, const std::string& file) {
+Result<MeshSource> parse_ply(std::string_view bytes, const std::string& file,
+                             int64_t memory_bytes) {
     const Result<PlyHeader> header = parse_ply_header(bytes, file);
     if (!header) return header.error();
-    return PlyReader(*header, bytes, file).read();
+    return PlyReader(*header, bytes, file, memory_bytes).read();
 }
 
 }  // namespace openfab::scene

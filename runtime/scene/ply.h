@@ -18,6 +18,7 @@ namespace openfab::scene {
 /// NAME_y NAME_z, NAME_0 NAME_1 … as NAME. The list texcoord of faces is "uv". Other lists and
 /// elements are passed over. Polygons are triangulated as in OBJ. Errors name the line in ASCII
 /// files, else the element and its number from 0.
-Result<MeshSource> parse_ply(std::string_view bytes, const std::string& file);
+Result<MeshSource> parse_ply(std::string_view bytes, const std::string& file,
+                             int64_t memory_bytes = kReadingBytes);
 
 }  // namespace openfab::scene

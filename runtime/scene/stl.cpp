@@ -7,6 +7,7 @@
 #include <bit>
 #include <cstring>
 
+#include "runtime/scene/mesh_memory.h"
 #include "runtime/scene/scan_number.h"
 
 namespace openfab::scene {
@@ -23,7 +24,8 @@ uint32_t facets_of(std::string_view bytes) {
     return count;
 }
 
-Result<MeshSource> parse_binary(std::string_view bytes, const std::string& file) {
+Result<MeshSource> parse_binary(std::string_view bytes, const std::string& file,
+                                int64_t memory_bytes) {
     const uint32_t count = facets_of(bytes);
     if ((bytes.size() - kHeader) / kFacet < count) {
         return user_error(
@@ -31,6 +33,8 @@ Result<MeshSource> parse_binary(std::string_view bytes, const std::string& file)
                         "short, or is no STL",
                         file, count, (bytes.size() - kHeader) / kFacet));
     }
+    const int64_t needed = mesh_bytes({int64_t{count} * 3, count, count, 0, 0});
+    if (needed > memory_bytes) return too_large_to_read(file, count, needed, memory_bytes);
     MeshSource out;
     out.origin.file = file;
     MeshAttribute extra;
@@ -39,6 +43,7 @@ Result<MeshSource> parse_binary(std::string_view bytes, const std::string& file)
     bool any_extra = false;
     out.mesh.positions.reserve(size_t{count} * 3);
     out.mesh.triangles.reserve(count);
+    extra.faces.reserve(count);
     for (size_t t = 0; t < count; ++t) {
         const char* facet = bytes.data() + kHeader + t * kFacet;
         float corners[9];
@@ -122,7 +127,8 @@ bool equal_ignoring_case(std::string_view word, std::string_view lower) {
 
 class AsciiReader {
   public:
-    AsciiReader(std::string_view text, const std::string& file) : words_(text, file) {
+    AsciiReader(std::string_view text, const std::string& file, int64_t memory_bytes)
+        : words_(text, file), file_(file), memory_bytes_(memory_bytes) {
         out_.origin.file = file;
     }
 
@@ -144,6 +150,10 @@ class AsciiReader {
                     fmt::format("`{}` where `facet` or `endsolid` should be", word.substr(0, 40)));
             }
             if (!done) return done.error();
+            const MeshCounts counts = counts_of(out_);
+            const int64_t needed = growing_bytes(mesh_bytes(counts));
+            if (needed > memory_bytes_)
+                return too_large_to_read(file_, counts.triangles, needed, memory_bytes_);
         }
         return std::move(out_);
     }
@@ -192,6 +202,8 @@ class AsciiReader {
     }
 
     Words words_;
+    const std::string& file_;
+    int64_t memory_bytes_;
     MeshSource out_;
 };
 
@@ -208,15 +220,16 @@ bool is_ascii(std::string_view bytes) {
 
 }  // namespace
 
-Result<MeshSource> parse_stl(std::string_view bytes, const std::string& file) {
-    if (is_ascii(bytes)) return AsciiReader(bytes, file).read();
+Result<MeshSource> parse_stl(std::string_view bytes, const std::string& file,
+                             int64_t memory_bytes) {
+    if (is_ascii(bytes)) return AsciiReader(bytes, file, memory_bytes).read();
     if (bytes.size() < kHeader) {
         return user_error(fmt::format(
             "{}: no STL file: it neither starts with `solid` nor is as long as a binary header ({} "
             "bytes)",
             file, kHeader));
     }
-    return parse_binary(bytes, file);
+    return parse_binary(bytes, file, memory_bytes);
 }
 
 }  // namespace openfab::scene

@@ -13,6 +13,7 @@ namespace openfab::scene {
 /// Reads STL, binary or ASCII. Solids of ASCII files are groups by their names; the two bytes
 /// behind each binary triangle are the int attribute "attribute" where one is not 0. Normals are
 /// left to the corners' order, as the format asks. `file` stands for the file in messages.
-Result<MeshSource> parse_stl(std::string_view bytes, const std::string& file);
+Result<MeshSource> parse_stl(std::string_view bytes, const std::string& file,
+                             int64_t memory_bytes = kReadingBytes);
 
 }  // namespace openfab::scene

@@ -10,6 +10,7 @@
 
 #include "runtime/scene/affine.h"
 #include "runtime/scene/mesh_assembly.h"
+#include "runtime/scene/mesh_memory.h"
 #include "runtime/scene/scan_number.h"
 #include "runtime/scene/threemf_model.h"
 #include "runtime/scene/xml.h"
@@ -21,9 +22,8 @@ namespace {
 using Kind = ThreemfGroup::Kind;
 
 /// Components may repeat objects, so that the file's size does not bound these.
-constexpr size_t kMostTriangles = 50'000'000;
+constexpr int64_t kMostTriangles = 50'000'000;
 constexpr int64_t kMostPlacements = 100'000;
-constexpr size_t kMostBytes = 2'000'000'000;
 constexpr size_t kDeepest = 32;
 
 /// Finds the model in the package's relationships.
@@ -44,7 +44,8 @@ class Relationships : public XmlHandler {
 
 class ThreemfReader {
   public:
-    ThreemfReader(ZipFile zip, std::string file) : zip_(std::move(zip)), file_(std::move(file)) {}
+    ThreemfReader(ZipFile zip, std::string file, int64_t memory_bytes)
+        : zip_(std::move(zip)), file_(std::move(file)), memory_bytes_(memory_bytes) {}
 
     Result<MeshSource> read() {
         const Result<std::string> relationships = load("_rels/.rels");
@@ -53,8 +54,16 @@ class ThreemfReader {
         if (!model) return model.error();
         Part* root = part(*model);
         if (root == nullptr) return *error_;
+        // Counted first: components may repeat objects, so that the file's size bounds nothing.
+        std::vector<std::string> names;
         for (const ThreemfPlacement& item : root->model.build)
-            place(*root, item, {}, {}, 0);
+            place(*root, item, {}, &names, 0, &ThreemfReader::count);
+        check_memory();
+        if (error_) return *error_;
+        mesh_.reserve(counts_);
+        placements_ = 0;
+        for (const ThreemfPlacement& item : root->model.build)
+            place(*root, item, {}, &names, 0, &ThreemfReader::add_mesh);
         if (error_) return *error_;
         warn_of_what_is_left_out(root->model.build.empty());
         return mesh_.finish(file_, root->model.unit_mm);
@@ -77,24 +86,23 @@ class ThreemfReader {
         if (!error_) error_ = user_error(fmt::format("{}: {}", file_, what));
     }
 
-    Result<std::string> load(const std::string& name) {
-        Result<std::string> text = zip_.read(name);
-        if (!text) return text;
-        bytes_ += text->size();
-        if (bytes_ > kMostBytes)
-            return user_error(fmt::format("{}: the file unpacks to more than 2 GB", file_));
-        return text;
-    }
+    Result<std::string> load(const std::string& name) { return zip_.read(name, memory_bytes_); }
 
-    Part* part(const std::string& path) {
+    Part* part(const std::string& name) {
+        const std::string path = ZipFile::key(name);
         const auto it = parts_.find(path);
         if (it != parts_.end()) return &it->second;
-        const Result<std::string> text = load(path);
+        const Result<std::string> text = load(name);
         if (!text) {
             if (!error_) error_ = text.error();
             return nullptr;
         }
-        Result<ThreemfModel> model = parse_threemf_model(*text, fmt::format("{}: {}", file_, path));
+        // Its text is there as long as it is read.
+        const auto length = static_cast<int64_t>(text->size());
+        memory_bytes_ -= length;
+        Result<ThreemfModel> model =
+            parse_threemf_model(*text, fmt::format("{}: {}", file_, name), &memory_bytes_);
+        memory_bytes_ += length;
         if (!model) {
             if (!error_) error_ = model.error();
             return nullptr;
@@ -103,8 +111,12 @@ class ThreemfReader {
         return &parts_.emplace(path, Part{std::move(*model), {}}).first->second;
     }
 
+    using Use = void (ThreemfReader::*)(Part*, const ThreemfObject&, const Affine3d&,
+                                        const std::vector<std::string>&);
+
+    /// Calls `use` for the object and all that it is made of.
     void place(Part& from, const ThreemfPlacement& placement, const Affine3d& outer,
-               std::vector<std::string> names, size_t depth) {
+               std::vector<std::string>* names, size_t depth, Use use) {
         if (error_) return;
         if (depth > kDeepest)
             return fail(
@@ -122,21 +134,35 @@ class ThreemfReader {
             other_types_ = true;
             return;
         }
-        if (!object.name.empty() &&
-            std::find(names.begin(), names.end(), object.name) == names.end())
-            names.push_back(object.name);
+        const bool named = !object.name.empty() &&
+                           std::find(names->begin(), names->end(), object.name) == names->end();
+        if (named) names->push_back(object.name);
         const Affine3d transform = product(outer, placement.transform);
-        add_mesh(in, object, transform, names);
+        if (!object.triangles.empty()) (this->*use)(in, object, transform, *names);
         for (const ThreemfPlacement& component : object.components)
-            place(*in, component, transform, names, depth + 1);
+            place(*in, component, transform, names, depth + 1, use);
+        if (named) names->pop_back();
+    }
+
+    void count(Part*, const ThreemfObject& object, const Affine3d&,
+               const std::vector<std::string>&) {
+        counts_.vertices += static_cast<int64_t>(object.vertices.size());
+        counts_.triangles += static_cast<int64_t>(object.triangles.size());
+        if (counts_.triangles > kMostTriangles || counts_.vertices > kMostTriangles)
+            fail("the build has too many triangles");
+    }
+
+    /// Whether the mesh that was counted can be made beside the models, and then be checked.
+    void check_memory() {
+        constexpr int64_t kKinds = 2;  // colours and coordinates
+        counts_.attributes = kKinds;
+        const int64_t needed = preparing_bytes(counts_);
+        if (!error_ && needed > memory_bytes_)
+            error_ = too_large_to_read(file_, counts_.triangles, needed, memory_bytes_);
     }
 
     void add_mesh(Part* in, const ThreemfObject& object, const Affine3d& transform,
                   const std::vector<std::string>& names) {
-        if (object.triangles.empty()) return;
-        if (mesh_.triangles() + object.triangles.size() > kMostTriangles ||
-            mesh_.vertices() + object.vertices.size() > kMostTriangles)
-            return fail("the build has too many triangles");
         mesh_.begin_part();
         const auto first = static_cast<int32_t>(mesh_.vertices());
         for (const Vec3d& v : object.vertices) {
@@ -147,6 +173,7 @@ class ThreemfReader {
             mesh_.add_vertex(p);
         }
         const bool mirrored = determinant(transform) < 0;
+        std::map<std::string, int32_t> groups;  // by material
         for (const ThreemfTriangle& t : object.triangles) {
             Properties properties;
             const bool own = t.properties[0] >= 0;
@@ -158,10 +185,16 @@ class ThreemfReader {
             for (int32_t& v : corners)
                 v += first;
             if (mirrored) std::swap(corners[1], corners[2]);
-            mesh_.add_triangle(corners, mesh_.group_index({names, properties.material}));
+            const auto [group_of, fresh] = groups.try_emplace(properties.material, 0);
+            if (fresh) group_of->second = mesh_.group_index({names, properties.material});
+            mesh_.add_triangle(corners, group_of->second);
             set(color_, properties.color, mirrored);
             set(uv_, properties.uv, mirrored);
         }
+        if (mesh_.group_bytes() > memory_bytes_)
+            fail(
+                "the names of the objects take more memory than is allowed; allow more with "
+                "`--memory`");
     }
 
     void set(const std::optional<size_t>& attribute,
@@ -239,7 +272,8 @@ class ThreemfReader {
     std::optional<size_t> color_, uv_;  ///< attributes of the mesh
     std::optional<Error> error_;
     int64_t placements_ = 0;
-    size_t bytes_ = 0;
+    int64_t memory_bytes_;  ///< besides the models
+    MeshCounts counts_;     ///< of all that is placed
     bool other_types_ = false;
     bool unknown_groups_ = false;
     bool beams_ = false;
@@ -256,10 +290,11 @@ Result<std::string> threemf_model_part(std::string_view relationships, const std
     return found.model;
 }
 
-Result<MeshSource> parse_threemf(std::string_view bytes, const std::string& file) {
+Result<MeshSource> parse_threemf(std::string_view bytes, const std::string& file,
+                                 int64_t memory_bytes) {
     Result<ZipFile> zip = ZipFile::open(bytes, file);
     if (!zip) return zip.error();
-    return ThreemfReader(std::move(*zip), file).read();
+    return ThreemfReader(std::move(*zip), file, memory_bytes).read();
 }
 
 }  // namespace openfab::scene

@@ -15,7 +15,8 @@ namespace openfab::scene {
 /// multi-properties of these; of the production extension objects in other parts. Base materials
 /// and objects are groups by their names. Supports and other objects that are no models are left
 /// out with a warning. Errors name the part and its line.
-Result<MeshSource> parse_threemf(std::string_view bytes, const std::string& file);
+Result<MeshSource> parse_threemf(std::string_view bytes, const std::string& file,
+                                 int64_t memory_bytes = kReadingBytes);
 
 /// The name of the part that holds the model, by the text of the package's `_rels/.rels`.
 Result<std::string> threemf_model_part(std::string_view relationships, const std::string& file);

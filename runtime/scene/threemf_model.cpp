@@ -51,9 +51,18 @@ bool parse_color(std::string_view text, std::array<double, 3>* out) {
 
 class ModelReader : public XmlHandler {
   public:
+    explicit ModelReader(int64_t* memory_bytes) : memory_bytes_(*memory_bytes) {}
+
     ThreemfModel model;
 
     std::string start(std::string_view name, const XmlAttributes& a) override {
+        std::string wrong = read(name, a);
+        if (wrong.empty() && memory_bytes_ < 0)
+            wrong = "the model takes more memory than is allowed; allow more with `--memory`";
+        return wrong;
+    }
+
+    std::string read(std::string_view name, const XmlAttributes& a) {
         using Kind = ThreemfGroup::Kind;
         wrong_.clear();
         if (name == "vertex") return vertex(a);
@@ -98,6 +107,27 @@ class ModelReader : public XmlHandler {
     }
 
   private:
+    /// Adds to a list, and takes what that needs: lists double, and are copied then.
+    template <typename T>
+    T& add(std::vector<T>* list, T value, size_t more = 0) {
+        memory_bytes_ -= static_cast<int64_t>(3 * sizeof(T) + more);
+        list->push_back(std::move(value));
+        return list->back();
+    }
+
+    /// What maps and names take for a resource.
+    template <typename T>
+    void take(const std::string& name) {
+        constexpr size_t kNode = 64;
+        memory_bytes_ -= static_cast<int64_t>(sizeof(T) + kNode + name.size());
+    }
+
+    static std::string too_long(const std::string& name) {
+        constexpr size_t kLongest = 1000;
+        if (name.size() <= kLongest) return {};
+        return fmt::format("a name of {} bytes; at most {} are possible", name.size(), kLongest);
+    }
+
     double number(const XmlAttributes& a, const char* key) {
         const char* text = a.find(key);
         double value = 0;
@@ -164,6 +194,7 @@ class ModelReader : public XmlHandler {
         if (!wrong_.empty()) return wrong_;
         const auto [it, fresh] = model.groups.try_emplace(id);
         if (!fresh) return fmt::format("a second resource with the id {}", id);
+        take<ThreemfGroup>({});
         group_ = &it->second;
         group_->kind = kind;
         return {};
@@ -171,15 +202,21 @@ class ModelReader : public XmlHandler {
 
     std::string begin_multi(const XmlAttributes& a) {
         std::string wrong = begin_group(a, ThreemfGroup::Kind::kMulti);
-        return wrong.empty() ? integers(text(a, "pids"), &group_->layers) : wrong;
+        if (wrong.empty()) wrong = integers(text(a, "pids"), &group_->layers);
+        // Each triangle looks at all of them.
+        constexpr size_t kMostLayers = 16;
+        if (wrong.empty() && group_->layers.size() > kMostLayers)
+            wrong = fmt::format("multiproperties of {} layers; at most {} are possible",
+                                group_->layers.size(), kMostLayers);
+        return wrong;
     }
 
-    static std::string integers(std::string_view list, std::vector<int64_t>* out) {
+    std::string integers(std::string_view list, std::vector<int64_t>* out) {
         for (std::string_view word : words_of(list)) {
             int64_t value = 0;
             if (std::string wrong = scan_integer(word, 0, kMostId, &value); !wrong.empty())
                 return wrong;
-            out->push_back(value);
+            add(out, value);
         }
         return {};
     }
@@ -190,8 +227,8 @@ class ModelReader : public XmlHandler {
         if (!in(ThreemfGroup::Kind::kMaterials)) return {};
         std::string name = text(a, "name");
         if (name.empty()) name = fmt::format("material {}", group_->names.size());
-        group_->names.push_back(std::move(name));
-        return {};
+        const size_t length = name.size();
+        return too_long(add(&group_->names, std::move(name), length));
     }
 
     std::string color(const XmlAttributes& a) {
@@ -200,20 +237,19 @@ class ModelReader : public XmlHandler {
         const std::string written = text(a, "color");
         if (!parse_color(written, &value))
             return fmt::format("`{}` is no colour; write it as #rrggbb", written.substr(0, 40));
-        group_->values.push_back(value);
+        add(&group_->values, value);
         return {};
     }
 
     std::string coordinate(const XmlAttributes& a) {
         if (!in(ThreemfGroup::Kind::kCoordinates)) return {};
-        group_->values.push_back({number(a, "u"), number(a, "v"), 0});
+        add(&group_->values, {number(a, "u"), number(a, "v"), 0});
         return wrong_;
     }
 
     std::string multi(const XmlAttributes& a) {
         if (!in(ThreemfGroup::Kind::kMulti)) return {};
-        group_->picks.emplace_back();
-        return integers(text(a, "pindices"), &group_->picks.back());
+        return integers(text(a, "pindices"), &add(&group_->picks, {}));
     }
 
     std::string begin_object(const XmlAttributes& a) {
@@ -225,6 +261,8 @@ class ModelReader : public XmlHandler {
         if (!fresh) return fmt::format("a second object with the id {}", id);
         object_ = &it->second;
         object_->name = text(a, "name");
+        take<ThreemfObject>(object_->name);
+        if (std::string wrong = too_long(object_->name); !wrong.empty()) return wrong;
         if (const char* type = a.find("type")) object_->type = type;
         object_->group = group;
         object_->property = property;
@@ -233,7 +271,7 @@ class ModelReader : public XmlHandler {
 
     std::string vertex(const XmlAttributes& a) {
         if (object_ == nullptr) return {};
-        object_->vertices.push_back({number(a, "x"), number(a, "y"), number(a, "z")});
+        add(&object_->vertices, {number(a, "x"), number(a, "y"), number(a, "z")});
         return wrong_;
     }
 
@@ -248,7 +286,7 @@ class ModelReader : public XmlHandler {
         // One for all corners unless the others have their own.
         t.properties[1] = integer(a, "p2", t.properties[0]);
         t.properties[2] = integer(a, "p3", t.properties[0]);
-        object_->triangles.push_back(t);
+        add(&object_->triangles, t);
         return wrong_;
     }
 
@@ -267,10 +305,12 @@ class ModelReader : public XmlHandler {
             p.transform = {{m[0], m[3], m[6], m[1], m[4], m[7], m[2], m[5], m[8]},
                            {m[9], m[10], m[11]}};
         }
-        out->push_back(std::move(p));
+        const size_t length = p.path.size();
+        add(out, std::move(p), length);
         return wrong_;
     }
 
+    int64_t& memory_bytes_;
     std::string wrong_;
     ThreemfGroup* group_ = nullptr;    ///< the one that is open
     ThreemfObject* object_ = nullptr;  ///< the one that is open
@@ -278,8 +318,9 @@ class ModelReader : public XmlHandler {
 
 }  // namespace
 
-Result<ThreemfModel> parse_threemf_model(std::string_view text, const std::string& file) {
-    ModelReader reader;
+Result<ThreemfModel> parse_threemf_model(std::string_view text, const std::string& file,
+                                         int64_t* memory_bytes) {
+    ModelReader reader(memory_bytes);
     if (Result<void> parsed = parse_xml(text, file, &reader); !parsed) return parsed.error();
     if (const std::string wrong = reader.check_vertices(); !wrong.empty())
         return user_error(fmt::format("{}: {}", file, wrong));

@@ -57,13 +57,15 @@ struct ThreemfModel {
     bool has_beams = false;
 };
 
-/// Errors are `file:line:column: …`. Vertices that triangles name are there; ids that anything else
-/// names need not be.
 /// What faces with coordinates of texture group `id`, and no base material, have as their material.
 inline std::string threemf_texture_name(const std::string& id) {
     return "texture " + id;
 }
 
-Result<ThreemfModel> parse_threemf_model(std::string_view text, const std::string& file);
+/// Errors are `file:line:column: …`. Vertices that triangles name are there; ids that anything else
+/// names need not be.
+/// `*memory_bytes` goes down by what the model takes; more than there is is an error.
+Result<ThreemfModel> parse_threemf_model(std::string_view text, const std::string& file,
+                                         int64_t* memory_bytes);
 
 }  // namespace openfab::scene

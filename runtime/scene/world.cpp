@@ -4,16 +4,20 @@
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <set>
+#include <unordered_map>
 
 #include "runtime/base/near_miss.h"
 #include "runtime/scene/build_reader.h"
 #include "runtime/scene/json.h"
 #include "runtime/scene/json_reader.h"
 #include "runtime/scene/load_mesh.h"
+#include "runtime/scene/mesh_memory.h"
 #include "runtime/scene/primitives.h"
 #include "runtime/scene/uniform_values.h"
 #include "runtime/scene/world_files.h"
@@ -28,26 +32,23 @@ constexpr size_t kLargestWorld = 256'000'000;
 constexpr size_t kMostMaterials = 64;
 constexpr double kLargestPrimitive_mm = 1e5;
 
-template <typename T>
-std::vector<std::string> names_of(const std::vector<T>& things) {
-    std::vector<std::string> names;
-    for (const T& thing : things)
-        names.push_back(thing.name);
-    return names;
-}
-
 class WorldReader {
   public:
     WorldReader(const fs::path& file, const FileRules& rules)
-        : file_(file), json_(file.string()), files_(file, rules, &json_) {
+        : file_(file),
+          json_(file.string()),
+          files_(file, rules, &json_),
+          memory_left_(rules.memory_bytes) {
         world_.file = file;
     }
 
     Result<World> read() {
-        const Result<std::string> text = read_text_file(file_, kLargestWorld);
+        Result<std::string> text = read_text_file(file_, kLargestWorld);
         if (!text) return text.error();
-        const Result<JsonValue> root = parse_json(*text, file_.string());
+        const Result<JsonValue> root = parse_json(*text, file_.string(), memory_left_);
         if (!root) return root.error();
+        text = std::string();
+        memory_left_ -= json_bytes(*root);
         root_ = &*root;
         // In the order in which one refers to another; in the file they may stand in any.
         if (json_.object(*root, world_keys("world"), "the world")) {
@@ -66,7 +67,7 @@ class WorldReader {
             section(*root, "objects", &WorldReader::object);
             const JsonMember* groups = root->find("groups");
             const JsonMember* arrange = root->find("arrange");
-            BuildReader(&json_, &files_, &world_)
+            BuildReader(&json_, &files_, &world_, memory_left_)
                 .read(groups != nullptr ? &groups->value : nullptr, root->find("build")->value,
                       arrange != nullptr ? &arrange->value : nullptr);
         }
@@ -99,7 +100,10 @@ class WorldReader {
         world_.support.place = json_.place(value);
         if (value.is(Kind::kString)) {
             world_.support.on = true;
-            if (reference(value, "`support`", "material", names_of(world_.materials)) >= 0)
+            std::unordered_map<std::string, int32_t> materials;
+            for (const Material& material : world_.materials)
+                materials.emplace(material.name, static_cast<int32_t>(materials.size()));
+            if (reference(value, "`support`", "material", materials) >= 0)
                 world_.support.material = value.text;
         } else if (value.is(Kind::kBool)) {
             world_.support.on = json_.boolean(value, "`support`");
@@ -143,7 +147,9 @@ class WorldReader {
         FabletRef ref;
         ref.source = files_.path(m.value.find("source")->value, "the source of " + what);
         ref.fablet = json_.string(m.value.find("fablet")->value, "`fablet` of " + what);
-        ref.place = json_.place(m.value);
+        ref.place = json_.place(m.value.find("fablet")->value);
+        ref.source_place = json_.place(m.value.find("source")->value);
+        fablet_places_.emplace(m.key, static_cast<int32_t>(fablet_places_.size()));
         world_.fablets.emplace(m.key, std::move(ref));
     }
 
@@ -202,7 +208,7 @@ class WorldReader {
             texture.origin_mm = three(json_.numbers(p->value, "`origin_mm` of " + what, 3, 1e6));
         if (const JsonMember* p = m.value.find("spacing_mm"))
             texture.spacing_mm = spacing(p->value, "`spacing_mm` of " + what);
-        texture.place = json_.place(m.value);
+        texture.place = json_.place(m.value.find("file")->value);
         world_.textures.push_back(std::move(texture));
     }
 
@@ -247,7 +253,19 @@ class WorldReader {
             }
             primitive(*source, what);
         }
-        if (json_.ok()) world_.meshes.back().name = m.key;
+        if (json_.ok()) {
+            world_.meshes.back().name = m.key;
+            mesh_places_.emplace(m.key, static_cast<int32_t>(world_.meshes.size() - 1));
+        }
+    }
+
+    bool take_memory(const JsonValue& value, int64_t bytes) {
+        memory_left_ -= bytes;
+        if (memory_left_ >= 0) return true;
+        json_.fail(value,
+                   "the meshes of this world up to here take more memory than is allowed; "
+                   "allow more with `--memory`");
+        return false;
     }
 
     void primitive(const JsonMember& source, const std::string& what) {
@@ -274,20 +292,24 @@ class WorldReader {
             const std::vector<double> s = sizes(2);
             mesh = make_plane(s[0], s[1]);
         }
+        if (!take_memory(source.value, mesh_bytes(counts_of(mesh)))) return;
         world_.meshes.push_back(std::move(mesh));
     }
 
     /// Objects are read after the meshes; a mesh that one of them repairs is the same for all.
-    bool any_object_repairs(const std::string& mesh) const {
+    bool any_object_repairs(const std::string& mesh) {
         const JsonMember* objects = root_->find("objects");
         if (objects == nullptr) return false;
-        const std::vector<JsonMember>& all = objects->value.members;
-        return std::any_of(all.begin(), all.end(), [&](const JsonMember& object) {
-            const JsonMember* of = object.value.find("mesh");
-            const JsonMember* repair = object.value.find("repair");
-            return of != nullptr && of->value.text == mesh && repair != nullptr &&
-                   repair->value.text == "winding";
-        });
+        if (!repaired_) {
+            repaired_.emplace();
+            for (const JsonMember& object : objects->value.members) {
+                const JsonMember* of = object.value.find("mesh");
+                const JsonMember* repair = object.value.find("repair");
+                if (of != nullptr && repair != nullptr && repair->value.text == "winding")
+                    repaired_->insert(of->value.text);
+            }
+        }
+        return repaired_->count(mesh) != 0;
     }
 
     void mesh_file(const JsonMember& m, const JsonValue& value, const std::string& what) {
@@ -347,11 +369,27 @@ class WorldReader {
         }
         std::sort(order.rbegin(), order.rend());
         std::atomic<size_t> next{0};
-        tbb::parallel_for(size_t{0}, loaded.size(), [&](size_t) {
-            const size_t i = order[next++].second;
+        std::atomic<int64_t> kept{0};
+        const auto load = [&](size_t i, int64_t memory_bytes) {
+            mesh_files_[i].options.memory_bytes = memory_bytes;
             loaded[i].emplace(load_mesh(mesh_files_[i].file, mesh_files_[i].options));
-        });
+            if (*loaded[i]) kept += mesh_bytes(counts_of((*loaded[i])->mesh));
+        };
+        // Each gets its share of half of what is left. Whatever does not fit is read alone.
+        constexpr int kMostAtOnce = 16;
+        const auto shares = static_cast<int64_t>(std::min<size_t>(loaded.size(), kMostAtOnce));
+        const int64_t half = memory_left_ / 2;
+        if (shares > 1) {
+            tbb::task_arena arena(std::min(tbb::this_task_arena::max_concurrency(), kMostAtOnce));
+            arena.execute([&] {
+                tbb::parallel_for(size_t{0}, loaded.size(), [&](size_t) {
+                    const size_t i = order[next++].second;
+                    if (kept < half) load(i, half / shares);
+                });
+            });
+        }
         for (size_t i = 0; i < loaded.size(); ++i) {
+            if (!loaded[i] || !*loaded[i]) load(i, memory_left_ - kept);
             Result<LoadedMesh>& mesh = *loaded[i];
             if (!mesh) return json_.fail_with(mesh.error());
             for (const fs::path& other : mesh->files)
@@ -360,15 +398,19 @@ class WorldReader {
                 world_.warnings.push_back(std::move(warning));
             world_.meshes[mesh_files_[i].place] = std::move(mesh->mesh);
         }
+        if (!mesh_files_.empty()) take_memory(*mesh_files_.back().value, kept);
     }
 
     /// The place of a thing by the name that `value` gives; -1 after an error.
     int32_t reference(const JsonValue& value, const std::string& what, const char* kind,
-                      const std::vector<std::string>& names) {
+                      const std::unordered_map<std::string, int32_t>& places) {
         const std::string name = json_.string(value, what);
         if (!json_.ok()) return -1;
-        const auto it = std::find(names.begin(), names.end(), name);
-        if (it != names.end()) return static_cast<int32_t>(it - names.begin());
+        const auto it = places.find(name);
+        if (it != places.end()) return it->second;
+        std::vector<std::string> names(places.size());
+        for (const auto& [known, place] : places)
+            names[static_cast<size_t>(place)] = known;
         json_.fail(value,
                    fmt::format("no {} is called `{}`; {}", kind, name, suggest(name, names)));
         return -1;
@@ -379,13 +421,10 @@ class WorldReader {
         if (!json_.object(m.value, world_keys("object"), what)) return;
         Object object;
         object.name = m.key;
-        object.mesh = reference(m.value.find("mesh")->value, "`mesh` of " + what, "mesh",
-                                names_of(world_.meshes));
-        std::vector<std::string> fablets;
-        for (const auto& [name, ref] : world_.fablets)
-            fablets.push_back(name);
+        object.mesh =
+            reference(m.value.find("mesh")->value, "`mesh` of " + what, "mesh", mesh_places_);
         const JsonValue& fablet = m.value.find("fablet")->value;
-        if (reference(fablet, "`fablet` of " + what, "fablet", fablets) >= 0)
+        if (reference(fablet, "`fablet` of " + what, "fablet", fablet_places_) >= 0)
             object.fablet = fablet.text;
         if (const JsonMember* p = m.value.find("priority")) {
             object.priority =
@@ -404,7 +443,8 @@ class WorldReader {
             // Done when the mesh was read.
             json_.choice(p->value, "`repair` of " + what, {"winding"});
         }
-        object.place = json_.place(m.value);
+        object.place = json_.place(fablet);
+        object.mesh_place = json_.place(m.value.find("mesh")->value);
         world_.objects.push_back(std::move(object));
     }
 
@@ -413,6 +453,9 @@ class WorldReader {
     JsonReader json_;
     WorldFiles files_;
     World world_;
+    int64_t memory_left_;
+    std::unordered_map<std::string, int32_t> mesh_places_, fablet_places_;
+    std::optional<std::set<std::string>> repaired_;  ///< meshes, once one was looked for
     struct MeshFile {
         size_t place = 0;  ///< in world_.meshes
         fs::path file;

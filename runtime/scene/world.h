@@ -69,7 +69,8 @@ using UniformBindings = std::map<std::string, UniformBinding>;
 struct FabletRef {
     std::filesystem::path source;
     std::string fablet;  ///< name of the fablet in the source
-    Place place;
+    Place place;         ///< of that name
+    Place source_place;
 };
 
 struct Object {
@@ -80,7 +81,8 @@ struct Object {
     double max_displacement_mm = std::numeric_limits<double>::infinity();
     UniformBindings uniforms;
     bool support = true;  ///< it asks for support below it
-    Place place;
+    Place place;          ///< of its fablet's name
+    Place mesh_place;
 };
 
 struct Placement {
@@ -121,6 +123,8 @@ struct World {
 struct FileRules {
     /// Folders besides the world's own, or the project's that it is in (world_files.h).
     std::vector<std::filesystem::path> allowed;
+    /// What the world may take while it is read, and its meshes; more is an error.
+    int64_t memory_bytes = kReadingBytes;
 };
 
 /// Reads a world and the meshes it names. Every error names file:line:column.

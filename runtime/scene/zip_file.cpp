@@ -14,7 +14,10 @@
 namespace openfab::scene {
 namespace {
 
-constexpr uint64_t kLargestEntry = 1'000'000'000;
+/// Text of meshes packs to a tenth, that of blanks or of one vertex over and over to a hundredth; a
+/// large entry beyond this was made to fill the memory of whoever reads it.
+constexpr uint64_t kTightest = 200;
+constexpr uint64_t kLargeEntry = 32'000'000;
 constexpr size_t kEndSize = 22;  ///< end of central directory, without its comment
 constexpr size_t kLongestComment = 65535;
 constexpr size_t kCentralSize = 46;
@@ -29,15 +32,6 @@ T number_at(std::string_view bytes, uint64_t at) {
     if (at <= bytes.size() && bytes.size() - at >= sizeof value)
         std::memcpy(&value, bytes.data() + at, sizeof value);
     return value;
-}
-
-std::string plain_name(std::string_view name) {
-    while (name.starts_with('/'))
-        name.remove_prefix(1);
-    std::string out(name);
-    for (char& c : out)
-        c = c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c == '\\' ? '/' : c;
-    return out;
 }
 
 std::optional<uint64_t> find_end(std::string_view bytes) {
@@ -68,6 +62,15 @@ void read_zip64(std::string_view extra, uint64_t* size, uint64_t* compressed, ui
 }
 
 }  // namespace
+
+std::string ZipFile::key(std::string_view name) {
+    while (name.starts_with('/'))
+        name.remove_prefix(1);
+    std::string out(name);
+    for (char& c : out)
+        c = c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c == '\\' ? '/' : c;
+    return out;
+}
 
 Result<ZipFile> ZipFile::open(std::string_view bytes, const std::string& file) {
     ZipFile out;
@@ -102,21 +105,21 @@ Result<ZipFile> ZipFile::open(std::string_view bytes, const std::string& file) {
             return user_error(fmt::format("{}: the archive's directory is damaged", file));
         read_zip64(bytes.substr(at + kCentralSize + name, extra), &entry.size, &entry.compressed,
                    &entry.offset);
-        out.entries_.emplace(plain_name(bytes.substr(at + kCentralSize, name)), entry);
+        out.entries_.emplace(key(bytes.substr(at + kCentralSize, name)), entry);
         at += kCentralSize + name + extra + comment;
     }
     return out;
 }
 
 bool ZipFile::has(const std::string& name) const {
-    return entries_.count(plain_name(name)) != 0;
+    return entries_.count(key(name)) != 0;
 }
 
-Result<std::string> ZipFile::read(const std::string& name) const {
+Result<std::string> ZipFile::read(const std::string& name, int64_t limit) const {
     const auto error = [&](const std::string& what) {
         return user_error(fmt::format("{}: `{}` in the archive {}", file_, name, what));
     };
-    const auto it = entries_.find(plain_name(name));
+    const auto it = entries_.find(key(name));
     if (it == entries_.end()) return error("is missing");
     const Entry& entry = it->second;
     if (entry.encrypted) return error("is encrypted, which is not supported");
@@ -130,11 +133,22 @@ Result<std::string> ZipFile::read(const std::string& name) const {
         start > bytes_.size() || entry.compressed > bytes_.size() - start)
         return error("is damaged, or the archive was cut short");
     const std::string_view packed = bytes_.substr(start, entry.compressed);
-    if (entry.size > kLargestEntry) return error("is larger than 1 GB");
+    if (limit < 0 || entry.size > static_cast<uint64_t>(limit)) {
+        return error(
+            fmt::format("unpacks to {} MB, and {} MB are allowed; allow more with "
+                        "`--memory`",
+                        entry.size / 1'000'000 + 1, std::max<int64_t>(limit, 0) / 1'000'000));
+    }
     // Deflate makes nothing more than 1032 times smaller: a size beyond that is a lie.
     if (entry.size > packed.size() * 1032 + 64 ||
         (entry.method == 0 && entry.size != packed.size()))
         return error("is damaged: it cannot be as large as it says");
+    if (entry.size > kLargeEntry && entry.size / kTightest > packed.size()) {
+        return error(
+            fmt::format("unpacks to {} times its size, as no mesh does; pack it again if "
+                        "that is meant",
+                        entry.size / std::max<size_t>(packed.size(), 1)));
+    }
     std::string out(entry.size, '\0');
     if (entry.method == 0) {
         out = packed;

@@ -21,9 +21,13 @@ class ZipFile {
     /// Names are compared without case, and without a slash before them.
     bool has(const std::string& name) const;
 
-    /// The content of an entry, its checksum compared. Errors: none of this name, encrypted, of
-    /// another method, damaged, or larger than 1 GB.
-    Result<std::string> read(const std::string& name) const;
+    /// The content of an entry of at most `limit` bytes, its checksum compared. Errors: none of
+    /// this name, encrypted, of another method, damaged, larger, or packed tighter than text ever
+    /// is.
+    Result<std::string> read(const std::string& name, int64_t limit = 1'000'000'000) const;
+
+    /// The name by which an entry is found, the same for all spellings of it.
+    static std::string key(std::string_view name);
 
   private:
     struct Entry {

@@ -91,11 +91,18 @@ Result<Sources> sources_of(const print::Options& options, const std::string& fab
             "{}",
             input, stock_fablet_names()));
     }
-    Result<scene::World> world =
-        scene::load_world(input, {{options.allow.begin(), options.allow.end()}});
+    Result<scene::World> world = scene::load_world(
+        input, {{options.allow.begin(), options.allow.end()}, options.memory_bytes});
     if (!world) return world.error();
     std::vector<std::filesystem::path>& files = sources.files;
     for (const auto& [name, ref] : world->fablets) {
+        std::error_code ignored;
+        if (!std::filesystem::exists(ref.source, ignored)) {
+            return user_error(
+                fmt::format("{}: the source `{}` of fablet `{}` does not exist; paths "
+                            "count from the world's folder",
+                            ref.source_place.str(), ref.source.string(), name));
+        }
         if (std::find(files.begin(), files.end(), ref.source) == files.end())
             files.push_back(ref.source);
     }

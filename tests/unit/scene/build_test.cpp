@@ -187,6 +187,10 @@ TEST_F(BuildTest, NamesThePlaceOfWhatIsWrong) {
          "one to the next; one of the two"},
         {"", R"([{"object": "box", "grid": {"count": [2, 0], "step_mm": 1}}])",
          "4:51: `count` of `grid` of build[0] is 0; it must be between 1 and 100000"},
+        // The product does not fit 64 bits.
+        {R"({"g": [{"object": "box", "grid": {"count": [256, 256], "step_mm": 1}}]})",
+         R"([{"group": "g", "grid": {"count": [65536, 65536, 65536], "step_mm": 1}}])",
+         "5:34: this makes 4294967296 placements; at most 100000 are possible"},
         {"", R"([{"object": "box", "grid": {"count": [1000, 1000], "step_mm": 1}}])",
          "4:37: this makes 1000000 placements; at most 100000 are possible"},
         {"", R"([{"object": "box", "transforms": "gone.txt"}])",

@@ -234,6 +234,27 @@ TEST(Ply, LeavesOutWhatIsNoAttribute) {
     EXPECT_NE(twice->warnings[0].find("has the name of an attribute"), std::string::npos);
 }
 
+/// A list that is cut short behind one of large doubles, which no corner can be.
+TEST(Ply, TakesNoNumbersOfTheListBefore) {
+    std::string bytes =
+        "ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty float x\nproperty float "
+        "y\nproperty float z\nproperty list uchar double far\nelement face 1\nproperty list uchar "
+        "int vertex_indices\nend_header\n";
+    bytes.append(12, '\0');
+    append(&bytes, uint8_t{3});
+    for (int i = 0; i < 3; ++i)
+        append(&bytes, 1e300);
+    append(&bytes, uint8_t{1});
+    bytes.append(3, '\0');
+    EXPECT_EQ(parse_error(bytes, "a.ply"), "a.ply: face 0: the list `vertex_indices` is 1 long");
+    // Doubles beyond the floats.
+    const std::string far =
+        "ply\nformat ascii 1.0\nelement vertex 1\nproperty double x\nproperty double y\nproperty "
+        "double z\nelement face 0\nproperty list uchar int vertex_indices\nend_header\n1e300 0 0\n";
+    EXPECT_NE(parse_error(far, "a.ply").find("`1e300` is not finite or too large"),
+              std::string::npos);
+}
+
 TEST(Ply, SurvivesDamage) {
     for (Kind kind : {Kind::kAscii, Kind::kLittle, Kind::kBig})
         survive_damage(cube_ply(kind), "a.ply", 400);

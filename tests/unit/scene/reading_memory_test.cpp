@@ -1,0 +1,409 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Small files that ask for much: what reading takes stays below what it may take, whether the file
+// is read or refused, and it ends soon.
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+
+#include "runtime/scene/world.h"
+#include "tests/support/memory/meter.h"
+#include "tests/support/meshes/temp_folder.h"
+#include "tests/support/meshes/zip_archive.h"
+#include "tests/unit/scene/mesh_files.h"
+
+namespace openfab::scene {
+namespace {
+
+constexpr int64_t kMegabyte = 1'000'000;
+
+#ifdef OPENFAB_SANITIZED
+constexpr double kSoon = 60;
+#else
+constexpr double kSoon = 10;
+#endif
+
+/// The message that a file is refused with, which takes no more than is allowed.
+std::string refusal(const std::string& bytes, const std::string& file,
+                    int64_t memory_bytes = 50 * kMegabyte) {
+    const testing::TempFolder folder;
+    const std::filesystem::path path = folder.write(file, bytes);
+    MeshOptions options;
+    options.name = "part";
+    options.memory_bytes = memory_bytes;
+    const testing::Meter meter;
+    std::string message;
+    {
+        const Result<LoadedMesh> loaded = load_mesh(path, options);
+        message = loaded ? "no error" : loaded.error().message;
+    }
+    EXPECT_LE(meter.peak_bytes(), memory_bytes + 2 * kMegabyte) << file;
+    EXPECT_LT(meter.seconds(), kSoon) << file;
+    return message;
+}
+
+#define EXPECT_SAYS(message, what) EXPECT_NE((message).find(what), std::string::npos) << (message)
+
+std::string threemf(const std::string& resources, const std::string& build) {
+    return testing::zip_archive(
+        {{"_rels/.rels",
+          R"(<Relationships><Relationship Target="/3D/3dmodel.model" Id="r0" Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>)"},
+         {"3D/3dmodel.model",
+          R"(<model unit="millimeter" xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02"><resources>)" +
+              resources + "</resources><build>" + build + "</build></model>"}});
+}
+
+std::string tetrahedra(int count) {
+    std::string vertices, triangles;
+    for (int i = 0; i < count; ++i) {
+        for (const char* p : {R"(x="0" y="0" z="0")", R"(x="9" y="0" z="0")",
+                              R"(x="0" y="9" z="0")", R"(x="0" y="0" z="9")"})
+            vertices += fmt::format("<vertex {}/>", p);
+        for (const auto& t : {std::array{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}})
+            triangles += fmt::format(R"(<triangle v1="{}" v2="{}" v3="{}"/>)", 4 * i + t[0],
+                                     4 * i + t[1], 4 * i + t[2]);
+    }
+    return "<mesh><vertices>" + vertices + "</vertices><triangles>" + triangles +
+           "</triangles></mesh>";
+}
+
+std::string components(int object, int count) {
+    std::string text = "<components>";
+    for (int i = 0; i < count; ++i)
+        text += fmt::format(R"(<component objectid="{}"/>)", object);
+    return text + "</components>";
+}
+
+TEST(ReadingMemory, CountsComponentsOf3mfBeforeItMakesThem) {
+    // 40 x 40 x 40 placements of 500 tetrahedra: 128 million triangles.
+    const std::string nested = R"(<object id="1">)" + tetrahedra(500) + "</object>" +
+                               R"(<object id="2">)" + components(1, 40) + "</object>" +
+                               R"(<object id="3">)" + components(2, 40) + "</object>" +
+                               R"(<object id="4">)" + components(3, 40) + "</object>";
+    EXPECT_SAYS(refusal(threemf(nested, R"(<item objectid="4"/>)"), "a.3mf"),
+                "the build has too many triangles");
+    EXPECT_SAYS(refusal(threemf(nested, R"(<item objectid="3"/>)"), "a.3mf"),
+                "a mesh of 3200000 triangles takes");
+    EXPECT_SAYS(refusal(threemf(nested, R"(<item objectid="3"/>)"), "a.3mf"), "`--memory`");
+    const std::string laughs = R"(<object id="1">)" + tetrahedra(1) + "</object>" + [] {
+        std::string text;
+        for (int i = 2; i < 12; ++i)
+            text += fmt::format(R"(<object id="{}">)", i) + components(i - 1, 20) + "</object>";
+        return text;
+    }();
+    EXPECT_SAYS(refusal(threemf(laughs, R"(<item objectid="11"/>)"), "a.3mf"),
+                "more than 100000 objects are placed");
+}
+
+TEST(ReadingMemory, BoundsWhatA3mfUnpacksTo) {
+    EXPECT_SAYS(refusal(threemf(std::string(60'000'000, ' '), ""), "a.3mf"),
+                "unpacks to 61 MB, and 48 MB are allowed");
+    // Within the memory, but packed tighter than anything that is meant.
+    EXPECT_SAYS(refusal(threemf(std::string(60'000'000, ' '), ""), "a.3mf", 400 * kMegabyte),
+                "times its size, as no mesh does");
+    // Elements without a mesh.
+    std::string picks = R"(<multiproperties id="1" pids="2">)";
+    for (int64_t i = 0; i < 400'000; ++i)
+        picks += fmt::format(R"(<multi pindices="{}"/>)", i * 7919 % 65536);
+    EXPECT_SAYS(refusal(threemf(picks + "</multiproperties>", ""), "a.3mf"),
+                "the model takes more memory than is allowed");
+}
+
+TEST(ReadingMemory, LimitsLayersOfMultiproperties) {
+    std::string pids;
+    for (int i = 0; i < 100'000; ++i)
+        pids += "2 ";
+    const std::string many = R"(<colorgroup id="2"><color color="#ff0000"/></colorgroup>)"
+                             R"(<multiproperties id="5" pids=")" +
+                             pids + R"("><multi pindices="0"/></multiproperties>)" +
+                             R"(<object id="1" pid="5" pindex="0">)" + tetrahedra(5000) +
+                             "</object>";
+    EXPECT_SAYS(refusal(threemf(many, R"(<item objectid="1"/>)"), "a.3mf"),
+                "multiproperties of 100000 layers; at most 16 are possible");
+}
+
+TEST(ReadingMemory, LimitsNamesOf3mf) {
+    // A name is copied for each object that it stands in.
+    std::string nested = R"(<object id="1">)" + tetrahedra(1) + "</object>";
+    for (int i = 2; i < 25'000; ++i)
+        nested += fmt::format(
+            R"(<object id="{}" name="{}{}"><components><component objectid="1"/></components></object>)",
+            i, i, std::string(990, 'x'));
+    std::string build;
+    for (int i = 2; i < 25'000; ++i)
+        build += fmt::format(R"(<item objectid="{}"/>)", i);
+    EXPECT_SAYS(refusal(threemf(nested, build), "a.3mf", 90 * kMegabyte),
+                "allow more with `--memory`");
+    EXPECT_SAYS(refusal(threemf(R"(<object id="1" name=")" + std::string(2000, 'x') + R"("/>)", ""),
+                        "a.3mf"),
+                "a name of 2000 bytes; at most 1000 are possible");
+}
+
+/// `nodes` nodes of one mesh: `primitives` times a square of `quads` quads.
+std::string gltf(int nodes, int primitives, int quads, const std::string& more = "") {
+    const int side = quads + 1;
+    std::string bytes;
+    for (int y = 0; y < side; ++y) {
+        for (int x = 0; x < side; ++x) {
+            for (const int v : {x, y, 0})
+                append(&bytes, static_cast<float>(v));
+        }
+    }
+    const size_t positions = bytes.size();
+    for (int y = 0; y < quads; ++y) {
+        for (int x = 0; x < quads; ++x) {
+            const int a = y * side + x;
+            for (const int v : {a, a + 1, a + side, a + 1, a + side + 1, a + side})
+                append(&bytes, static_cast<uint16_t>(v));
+        }
+    }
+    std::string json = R"({"asset":{"version":"2.0"},"nodes":[)";
+    for (int i = 0; i < nodes; ++i)
+        json += fmt::format(R"({}{{"mesh":0}})", i > 0 ? "," : "");
+    json += R"(],"meshes":[{"primitives":[)";
+    for (int i = 0; i < primitives; ++i)
+        json += fmt::format(R"({}{{"attributes":{{"POSITION":0}},"indices":1{}}})",
+                            i > 0 ? "," : "", more);
+    json += fmt::format(
+        R"(]}}],"accessors":[{{"bufferView":0,"componentType":5126,"count":{},"type":"VEC3"}},)"
+        R"({{"bufferView":1,"componentType":5123,"count":{},"type":"SCALAR"}}],)"
+        R"("bufferViews":[{{"buffer":0,"byteLength":{}}},{{"buffer":0,"byteOffset":{},"byteLength":{}}}],)"
+        R"("buffers":[{{"byteLength":{}}}]}})",
+        side * side, quads * quads * 6, positions, positions, bytes.size() - positions,
+        bytes.size());
+    json.resize((json.size() + 3) / 4 * 4, ' ');
+    std::string out = "glTF";
+    append(&out, uint32_t{2});
+    append(&out, static_cast<uint32_t>(28 + json.size() + bytes.size()));
+    append(&out, static_cast<uint32_t>(json.size()));
+    out += "JSON" + json;
+    append(&out, static_cast<uint32_t>(bytes.size()));
+    return out + std::string("BIN\0", 4) + bytes;
+}
+
+TEST(ReadingMemory, CountsInstancesOfGltfBeforeItMakesThem) {
+    EXPECT_SAYS(refusal(gltf(3000, 1, 60), "a.glb"), "a mesh of 21600000 triangles takes");
+    EXPECT_SAYS(refusal(gltf(9000, 1, 60), "a.glb"), "too many triangles");
+    // Without a triangle there is work to do, too.
+    EXPECT_SAYS(refusal(gltf(3000, 3000, 0), "a.glb"),
+                "the nodes have more than 1000000 primitives");
+}
+
+TEST(ReadingMemory, CountsWhatTextsBecome) {
+    std::string obj;
+    for (int i = 0; i < 800'000; ++i)
+        obj += "v 1 2 3\n";
+    EXPECT_SAYS(refusal(obj, "a.obj"), "takes");
+    obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+    for (int i = 0; i < 500'000; ++i)
+        obj += "f 1 2 3\n";
+    EXPECT_SAYS(refusal(obj, "a.obj"), "a mesh of ");
+    // A long list of groups that many materials have in common.
+    obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\ng";
+    for (int i = 0; i < 4000; ++i)
+        obj += fmt::format(" group_with_a_long_name_{}", i);
+    for (int i = 0; i < 20'000; ++i)
+        obj += fmt::format("\nusemtl m{}\nf 1 2 3", i);
+    EXPECT_SAYS(refusal(obj, "a.obj"), "takes");
+    EXPECT_SAYS(refusal(
+                    "g" +
+                        [] {
+                            std::string many;
+                            for (int i = 0; i < 1'000'000; ++i)
+                                many += " a";
+                            return many;
+                        }(),
+                    "a.obj"),
+                "a face in more than 4096 groups");
+    std::string stl = "solid a\n";
+    for (int i = 0; i < 200'000; ++i)
+        stl +=
+            "facet normal 0 0 1 outer loop vertex 0 0 0 vertex 1 0 0 vertex 0 1 0 endloop "
+            "endfacet\n";
+    EXPECT_SAYS(refusal(stl, "a.stl"), "takes");
+    std::string binary(80, ' ');
+    append(&binary, uint32_t{400'000});
+    binary.resize(84 + 50 * 400'000);
+    EXPECT_SAYS(refusal(binary, "a.stl"), "a mesh of 400000 triangles takes");
+}
+
+TEST(ReadingMemory, CountsWhatPropertiesOfPlyBecome) {
+    std::string head = "ply\nformat binary_little_endian 1.0\nelement vertex 40000\n";
+    for (const char* axis : {"x", "y", "z"})
+        head += fmt::format("property float {}\n", axis);
+    for (int i = 0; i < 300; ++i)
+        head += fmt::format("property uchar p{}\n", i);
+    const std::string faces =
+        "element face 1\nproperty list uchar int vertex_indices\nend_header\n";
+    EXPECT_SAYS(refusal(head + faces + std::string(40'000 * 312 + 13, '\0'), "a.ply"), "takes");
+    // One list of many values.
+    head =
+        "ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty float x\nproperty "
+        "float y\nproperty float z\nproperty list int uchar more\n" +
+        faces + std::string(12, '\0');
+    append(&head, int32_t{10'000'000});
+    EXPECT_SAYS(refusal(head + std::string(10'000'000, '\0'), "a.ply"),
+                "the list `more` of 10000000 values takes more memory than is allowed");
+    // Each face is three bytes.
+    head =
+        "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty float x\nproperty "
+        "float y\nproperty float z\nelement face 1000000\nproperty list uchar uchar "
+        "vertex_indices\nend_header\n" +
+        std::string(36, '\0');
+    for (int i = 0; i < 1'000'000; ++i)
+        head += std::string("\3\0\1\2", 4);
+    EXPECT_SAYS(refusal(head, "a.ply"), "takes");
+}
+
+/// A ball of about `triangles`, as STL, with corners as they come, or as OBJ.
+std::string ball(int rings, bool stl, bool open, bool shells) {
+    const int around = 2 * rings;
+    std::vector<Vec3d> p;
+    std::vector<std::array<int, 3>> t;
+    if (shells) {
+        for (int i = 0; i < rings * rings; ++i) {
+            const Vec3d at{(i % rings) * 2.0, (i / rings) * 2.0, 0};
+            const auto first = static_cast<int>(p.size());
+            for (const Vec3d& c : {Vec3d{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}})
+                p.push_back(at + c);
+            for (const auto& f : {std::array{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}})
+                t.push_back({first + f[0], first + f[1], first + f[2]});
+        }
+    } else {
+        // A torus: as regular as meshes come.
+        for (int i = 0; i < rings; ++i) {
+            for (int k = 0; k < around; ++k) {
+                const double a = 6.283185307179586 * i / rings, b = 6.283185307179586 * k / around;
+                p.push_back({(20 + 5 * std::cos(a)) * std::cos(b),
+                             (20 + 5 * std::cos(a)) * std::sin(b), 5 * std::sin(a)});
+            }
+        }
+        for (int i = 0; i < rings; ++i) {
+            for (int k = 0; k < around; ++k) {
+                if (open && i == 3 && k % 9 == 0) continue;
+                const int a = i * around + k, b = i * around + (k + 1) % around,
+                          c = (i + 1) % rings * around + k,
+                          d = (i + 1) % rings * around + (k + 1) % around;
+                t.push_back({a, b, d});
+                t.push_back({a, d, c});
+            }
+        }
+    }
+    std::string out;
+    if (stl) {
+        out = std::string(80, ' ');
+        append(&out, static_cast<uint32_t>(t.size()));
+        for (const auto& f : t) {
+            out.append(12, '\0');
+            for (const int v : f) {
+                for (int a = 0; a < 3; ++a)
+                    append(&out, static_cast<float>(p[static_cast<size_t>(v)][a]));
+            }
+            out.append(2, '\0');
+        }
+        return out;
+    }
+    for (const Vec3d& v : p)
+        out += fmt::format("v {} {} {}\n", v.x, v.y, v.z);
+    for (const auto& f : t)
+        out += fmt::format("f {} {} {}\n", f[0] + 1, f[1] + 1, f[2] + 1);
+    return out;
+}
+
+TEST(ReadingMemory, EstimatesWhatPreparingTakes) {
+    struct Case {
+        const char* what;
+        bool stl, open, shells;
+    };
+    for (const Case& c : {Case{"welded", false, false, false}, Case{"soup", true, false, false},
+                          Case{"open", true, true, false}, Case{"shells", true, false, true}}) {
+        const std::string bytes = ball(220, c.stl, c.open, c.shells);
+        MeshOptions options;
+        options.name = "part";
+        options.repair = c.open;
+        const testing::TempFolder folder;
+        const auto file = folder.write(c.stl ? "a.stl" : "a.obj", bytes);
+        const testing::Meter meter;
+        Result<LoadedMesh> loaded = load_mesh(file, options);
+        ASSERT_TRUE(loaded) << loaded.error().message;
+        const double share =
+            static_cast<double>(meter.peak_bytes()) /
+            static_cast<double>(loaded->peak_bytes + static_cast<int64_t>(bytes.size()));
+        fmt::print("{}: {} triangles, {:.1f} MB, {:.2f} of the estimate\n", c.what,
+                   loaded->mesh.triangles.size(), static_cast<double>(meter.peak_bytes()) / 1e6,
+                   share);
+        EXPECT_LE(share, 1) << c.what;
+        EXPECT_GE(share, 0.3) << c.what << ": more is refused than need be";
+    }
+}
+
+/// The message that a world is refused with.
+std::string world_refusal(const std::string& text, int64_t memory_bytes = 50 * kMegabyte) {
+    const testing::TempFolder folder;
+    const auto file = folder.write("w.fab.json", text);
+    for (int i = 0; i < 8; ++i)
+        folder.write(fmt::format("{}.stl", i), ball(60, true, false, false));
+    const testing::Meter meter;
+    std::string message;
+    {
+        const Result<World> world = load_world(file, {{}, memory_bytes});
+        message = world ? "no error" : world.error().message;
+    }
+    EXPECT_LE(meter.peak_bytes(), memory_bytes + 4 * kMegabyte);
+    EXPECT_LT(meter.seconds(), kSoon);
+    return message;
+}
+
+std::string world_of(const std::string& meshes, const std::string& objects,
+                     const std::string& build) {
+    return R"({"openfab": 1, "fablets": {"f": {"source": "f.fl", "fablet": "F"}}, "meshes": {)" +
+           meshes + R"(}, "objects": {)" + objects + R"(}, "build": [)" + build + "]}";
+}
+
+TEST(ReadingMemory, CountsWhatAWorldHolds) {
+    const std::string object = R"("o": {"mesh": "m", "fablet": "f"})";
+    const std::string box = R"("m": {"box": [1, 1, 1]})";
+    std::string uniforms;
+    for (int i = 0; i < 3000; ++i)
+        uniforms += fmt::format(R"({}"u{}": {})", i > 0 ? "," : "", i, i);
+    EXPECT_SAYS(world_refusal(world_of(box, object,
+                                       R"({"object": "o", "uniforms": {)" + uniforms +
+                                           R"(}, "grid": {"count": [100, 100], "step_mm": 2}})")),
+                "the placements so far, with their uniforms, take");
+    std::string balls;
+    for (int i = 0; i < 5000; ++i)
+        balls += fmt::format(R"("b{}": {{"sphere": 1}},)", i);
+    EXPECT_SAYS(world_refusal(world_of(balls + box, object, R"({"object": "o"})")),
+                "the meshes of this world up to here take more memory");
+    std::string values;
+    for (int i = 0; i < 900'000; ++i)
+        values += "0,";
+    EXPECT_SAYS(
+        world_refusal(world_of(box, object, R"({"object": "o", "matrix": [)" + values + "0]}")),
+        "values, which take more memory than is allowed");
+    // Files, each of which fits.
+    std::string files;
+    for (int i = 0; i < 8; ++i)
+        files += fmt::format(R"("m{}": {{"file": "{}.stl"}},)", i, i);
+    const std::string world = world_of(files + box, object, R"({"object": "o"})");
+    EXPECT_EQ(world_refusal(world, 20 * kMegabyte), "no error");
+    EXPECT_SAYS(world_refusal(world, 5 * kMegabyte), "triangles takes");
+}
+
+TEST(ReadingMemory, FindsNamesAmongManyAtOnce) {
+    std::string meshes, objects;
+    for (int i = 0; i < 60'000; ++i) {
+        meshes += fmt::format(R"({}"m{}": {{"box": [1, 1, 1]}})", i > 0 ? "," : "", i);
+        objects +=
+            fmt::format(R"({}"o{}": {{"mesh": "m{}", "fablet": "f"}})", i > 0 ? "," : "", i, i);
+    }
+    EXPECT_EQ(world_refusal(world_of(meshes, objects, R"({"object": "o7"})"), 2000 * kMegabyte),
+              "no error");
+}
+
+}  // namespace
+}  // namespace openfab::scene
