@@ -1,0 +1,109 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/fuzz/readers/readers.h"
+
+#include <cstdlib>
+
+#include "backends/ofr/ofr_reader.h"
+#include "runtime/base/result.h"
+#include "runtime/scene/json.h"
+#include "runtime/scene/load_mesh.h"
+#include "runtime/scene/mesh_check.h"
+#include "runtime/scene/printer.h"
+#include "runtime/scene/transforms_file.h"
+#include "runtime/scene/world.h"
+#include "tests/support/meshes/temp_folder.h"
+
+namespace openfab::tests {
+namespace {
+
+/// Answers are values or mistakes of whoever made the file.
+template <typename T>
+bool answered(const Result<T>& result) {
+    if (result) return true;
+    if (result.error().code == ErrorCode::kInternal || result.error().message.empty()) std::abort();
+    return false;
+}
+
+bool read_mesh(std::string_view bytes, const char* file) {
+    scene::MeshOptions options;
+    options.name = "part";
+    options.repair = bytes.size() % 2 == 0;
+    options.memory_bytes = kReaderBytes;
+    const Result<scene::LoadedMesh> loaded = scene::parse_mesh(bytes, file, options);
+    if (!answered(loaded)) return false;
+    if (!scene::count_edges(loaded->mesh).fine()) std::abort();
+    for (const scene::MeshAttribute& a : loaded->mesh.attributes) {
+        const auto values = static_cast<int32_t>(a.values.size()) / a.components;
+        for (const auto& corners : a.corners) {
+            for (const int32_t corner : corners) {
+                if (corner < 0 || corner >= values) std::abort();
+            }
+        }
+    }
+    return true;
+}
+
+template <const char* file>
+bool mesh(std::string_view bytes) {
+    return read_mesh(bytes, file);
+}
+
+/// A file of these bytes, for readers that open one by its name.
+std::string written(const char* name, std::string_view bytes) {
+    static const testing::TempFolder folder;
+    return folder.write(name, bytes).string();
+}
+
+bool json(std::string_view bytes) {
+    return answered(scene::parse_json(bytes, "a.json", kReaderBytes));
+}
+
+bool world(std::string_view bytes) {
+    return answered(scene::load_world(written("a.fab.json", bytes), {{}, kReaderBytes}));
+}
+
+bool printer(std::string_view bytes) {
+    return answered(scene::load_printer(written("a.printer.json", bytes)));
+}
+
+bool transforms(std::string_view bytes) {
+    return answered(scene::parse_transforms(bytes, "a.txt", 100'000));
+}
+
+bool ofr(std::string_view bytes) {
+    const std::string file = written("a.ofr", bytes);
+    (void)answered(ofr::OfrReader::read_totals(file));
+    auto reader = ofr::OfrReader::open(file);
+    if (!answered(reader)) return false;
+    for (;;) {
+        const Result<bool> more = (*reader)->next();
+        if (!answered(more)) return false;
+        if (!*more) return true;
+    }
+}
+
+constexpr char kObj[] = "a.obj", kStl[] = "a.stl", kPly[] = "a.ply", kGltf[] = "a.gltf",
+               kGlb[] = "a.glb", kThreemf[] = "a.3mf";
+
+constexpr Reader kReaders[] = {{"obj", true, mesh<kObj>},  {"stl", false, mesh<kStl>},
+                               {"ply", true, mesh<kPly>},  {"gltf", true, mesh<kGltf>},
+                               {"glb", false, mesh<kGlb>}, {"3mf", false, mesh<kThreemf>},
+                               {"json", true, json},       {"world", true, world},
+                               {"printer", true, printer}, {"transforms", true, transforms},
+                               {"ofr", false, ofr}};
+
+}  // namespace
+
+std::span<const Reader> readers() {
+    return kReaders;
+}
+
+const Reader* find_reader(std::string_view name) {
+    for (const Reader& reader : kReaders) {
+        if (reader.name == name) return &reader;
+    }
+    return nullptr;
+}
+
+}  // namespace openfab::tests

@@ -1,0 +1,108 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Every file of the readers' corpora, and damaged forms of each: any answer will do but a crash, a
+// minute, or more memory than is allowed. OPENFAB_MUTATIONS says how many of each reader,
+// OPENFAB_MUTATION_SEED from which; a failure names its seed and leaves the file.
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <random>
+#include <vector>
+
+#include "tests/fuzz/mutations/mutate.h"
+#include "tests/fuzz/readers/readers.h"
+#include "tests/support/memory/meter.h"
+
+namespace openfab::tests {
+namespace {
+
+namespace fs = std::filesystem;
+
+#ifdef OPENFAB_SANITIZED
+constexpr double kSoon = 60;
+#else
+constexpr double kSoon = 10;
+#endif
+constexpr uint64_t kMutations = 300;
+/// Beside what readers take: the file in the test, and messages.
+constexpr int64_t kSlack = 10'000'000;
+
+uint64_t from_environment(const char* name, uint64_t otherwise) {
+    const char* text = std::getenv(name);
+    return text == nullptr ? otherwise : std::strtoull(text, nullptr, 10);
+}
+
+struct Sample {
+    std::string name;
+    std::string bytes;
+};
+
+std::vector<Sample> corpus(const Reader& reader) {
+    std::vector<Sample> samples;
+    const fs::path folder = fs::path("tests/fuzz/corpus") / reader.name;
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+        std::ifstream in(entry.path(), std::ios::binary);
+        samples.push_back({entry.path().string(), {std::istreambuf_iterator<char>(in), {}}});
+    }
+    std::sort(samples.begin(), samples.end(),
+              [](const Sample& x, const Sample& y) { return x.name < y.name; });
+    return samples;
+}
+
+/// Whether they were read; what it took is looked at.
+bool use(const Reader& reader, const std::string& bytes, const std::string& what) {
+    const testing::Meter meter;
+    const bool whole = reader.read(bytes);
+    EXPECT_LE(meter.peak_bytes(), kReaderBytes + kSlack) << what;
+    EXPECT_LT(meter.seconds(), kSoon) << what;
+    return whole;
+}
+
+TEST(Readers, ReplayTheirCorpora) {
+    for (const Reader& reader : readers()) {
+        const std::vector<Sample> samples = corpus(reader);
+        size_t whole = 0;
+        for (const Sample& sample : samples)
+            whole += use(reader, sample.bytes, sample.name);
+        EXPECT_GT(whole, 0U) << reader.name << " has no sound file";
+        EXPECT_EQ(use(reader, "", reader.name), false);
+    }
+}
+
+TEST(Readers, AnswerWhateverTheyAreGiven) {
+    const uint64_t first = from_environment("OPENFAB_MUTATION_SEED", 1);
+    const uint64_t count = from_environment("OPENFAB_MUTATIONS", kMutations);
+    const fs::path left = fs::temp_directory_path() / fmt::format("openfab-mutant-{}", ::getpid());
+    for (const Reader& reader : readers()) {
+        const std::vector<Sample> samples = corpus(reader);
+        ASSERT_FALSE(samples.empty()) << reader.name;
+        uint64_t whole = 0;
+        for (uint64_t seed = first; seed < first + count && !HasFailure(); ++seed) {
+            std::mt19937_64 random(seed);
+            const Sample& sample = samples[random() % samples.size()];
+            const std::string bytes = mutate(sample.bytes, reader.text, &random);
+            // There if the reader ends the program.
+            std::ofstream(left, std::ios::binary) << bytes;
+            whole += use(reader, bytes,
+                         fmt::format("{} seed {} of {}, in {}", reader.name, seed, sample.name,
+                                     left.string()));
+        }
+        // Damage that nothing survives would test the first check alone. Of bytes all may be
+        // summed.
+        EXPECT_TRUE(whole > 0 || !reader.text) << reader.name;
+        fmt::print("{}: {} of {} were read whole\n", reader.name, whole, count);
+    }
+    if (!HasFailure()) fs::remove(left);
+}
+
+}  // namespace
+}  // namespace openfab::tests
