@@ -63,7 +63,7 @@ int load_schedule(const std::string& path, source::SourceManager* sources,
                   const CommonOptions& common, UserSchedule* out) {
     std::string fault;
     const std::optional<uint32_t> file = sources->load(path, &fault);
-    if (!file) return fail(fault, kExitOutside);
+    if (!file) return fail(fault, unread_exit_code(path));
     const std::string name = std::filesystem::path(path).filename().string();
     const std::string kernel = name.substr(0, name.find('.'));
     const bool known = kernel == "surface" || kernel == "surface_bounds" || kernel == "volume" ||

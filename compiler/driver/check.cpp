@@ -25,7 +25,7 @@ int check(const std::vector<std::string>& files, const CommonOptions& common) {
         const bool ok = compile_to_ir(sources, file, own, &fault, {false}).has_value();
         print_diagnostics(own, sources, common);
         if (!fault.empty()) {
-            exit_code = std::max(exit_code, fail(fault, kExitOutside));
+            exit_code = std::max(exit_code, fail(fault, unread_exit_code(file)));
         } else if (!ok) {
             exit_code = std::max(exit_code, kExitUserInput);
         }
@@ -34,6 +34,14 @@ int check(const std::vector<std::string>& files, const CommonOptions& common) {
 }
 
 }  // namespace
+
+int unread_exit_code(const std::filesystem::path& file) {
+    std::error_code unknown;
+    const bool folder = std::filesystem::is_directory(file, unknown);
+    const uintmax_t size = folder ? 0 : std::filesystem::file_size(file, unknown);
+    const bool large = !unknown && size > source::SourceManager::kMaxFileBytes;
+    return folder || large ? kExitUserInput : kExitOutside;
+}
 
 void add_check(CLI::App& app, const CommonOptions& common, Action* action) {
     CLI::App* command =

@@ -25,6 +25,10 @@ constexpr int kExitUsage = 2;
 constexpr int kExitOutside = 3;
 constexpr int kExitBug = 4;
 
+/// The exit code for a source that cannot be read: a folder, or what is larger than a source may be,
+/// is the user's mistake, all else the world's failure. (check.cpp)
+int unread_exit_code(const std::filesystem::path& file);
+
 /// What every command takes.
 struct CommonOptions {
     bool json_diagnostics = false;

@@ -47,7 +47,7 @@ int Compilation::front() {
         std::string fault;
         std::optional<ir::Module> module =
             compile_to_ir(sources_, path, sink, &fault, {.prints = options_.prints});
-        if (!fault.empty()) return fail(fault, kExitOutside);
+        if (!fault.empty()) return fail(fault, unread_exit_code(path));
         complete = complete && module.has_value();
         if (module) units_.push_back({std::move(*module), {}});
     }

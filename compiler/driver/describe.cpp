@@ -89,7 +89,7 @@ int run_describe(const std::string& file, const CommonOptions& common) {
     std::string fault;
     const std::optional<ir::Module> module = compile_to_ir(sources, file, sink, &fault);
     print_diagnostics(sink, sources, common);
-    if (!fault.empty()) return fail(fault, kExitOutside);
+    if (!fault.empty()) return fail(fault, unread_exit_code(file));
     if (!module) return kExitUserInput;
     write_out(printable_json(describe(*module)));
     return kExitDone;

@@ -40,7 +40,7 @@ int emit_syntax(const EmitOptions& options, const CommonOptions& common) {
     diag::Sink sink;
     std::string fault;
     const std::optional<uint32_t> file = sources.load(options.file, &fault);
-    if (!file) return fail(fault, kExitOutside);
+    if (!file) return fail(fault, unread_exit_code(options.file));
     const std::vector<syntax::Token> tokens = syntax::lex(sources, *file, &sink);
     if (options.form == "tokens") {
         show(tokens_text(sources, tokens));
@@ -73,7 +73,7 @@ int emit(const EmitOptions& options, const CommonOptions& common) {
     const std::optional<ir::Module> module =
         compile_to_ir(sources, options.file, sink, &fault, {.prints = options.prints});
     print_diagnostics(sink, sources, common);
-    if (!fault.empty()) return fail(fault, kExitOutside);
+    if (!fault.empty()) return fail(fault, unread_exit_code(options.file));
     if (!module) return kExitUserInput;
     const ir::Fablet* fablet = find_fablet(*module, options.fablet, &fault);
     if (fablet == nullptr) return fail(fault, kExitUsage);

@@ -234,6 +234,7 @@ void to_millimetres(MeshSource* source, const MeshOptions& options, LoadedMesh* 
                 source->origin.file, mesh.name, size.x, size.y, size.z));
         }
     }
+    source->unit_mm = out->unit_mm;
     for (Vec3d& p : mesh.positions)
         p = p * out->unit_mm;
 }
@@ -258,12 +259,11 @@ void look_for_intersections(MeshSource* source) {
     source->checks.all_intersections = found.all;
     if (found.pairs == 0) return;
     source->warnings.push_back(fmt::format(
-        "{}: mesh `{}` goes through itself: {}{} pair{} of triangles cross, one at ({:.6g}, "
-        "{:.6g}, "
-        "{:.6g}) mm; what it encloses is printed once, but distances count the inner surfaces too. "
+        "{}: mesh `{}` goes through itself: {}{} pair{} of triangles cross, one at {}; what it "
+        "encloses is printed once, but distances count the inner surfaces too. "
         "Unite its pieces where that matters",
         source->origin.str(found.first), source->mesh.name, found.all ? "" : "at least ",
-        found.pairs, found.pairs == 1 ? "" : "s", found.place.x, found.place.y, found.place.z));
+        found.pairs, found.pairs == 1 ? "" : "s", source->place(found.place)));
 }
 
 /// What is the same for all formats. A refusal is an error of prepare_mesh.

@@ -229,15 +229,14 @@ std::string list_edges(const EdgeCounts& counts) {
     return what;
 }
 
-Error not_closed(const Mesh& mesh, const EdgeCounts& counts, const MeshOrigin& origin) {
+Error not_closed(const MeshSource& source, const EdgeCounts& counts) {
     return user_error(fmt::format(
-        "{}: mesh `{}` is not a closed surface: {}, one from ({:.6g}, {:.6g}, {:.6g}) to ({:.6g}, "
-        "{:.6g}, {:.6g}) mm; "
+        "{}: mesh `{}` is not a closed surface: {}, one from {} to {}; "
         "close it so that each edge has two triangles that run along it in opposite directions, or "
         "let `\"repair\": \"winding\"` of its object do that "
         "(`openfab import --repair winding` writes it)",
-        origin.str(counts.triangle), mesh.name, list_edges(counts), counts.from.x, counts.from.y,
-        counts.from.z, counts.to.x, counts.to.y, counts.to.z));
+        source.origin.str(counts.triangle), source.mesh.name, list_edges(counts),
+        source.place(counts.from), source.place(counts.to)));
 }
 
 /// Closes a mesh and tells what that took.
@@ -260,10 +259,8 @@ Result<void> repair_mesh(MeshSource* source) {
                                    mesh->name, list_edges(source->checks.edges));
     if (done.turned > 0) what += fmt::format(", {} triangles turned", done.turned);
     if (done.holes > 0) {
-        what += fmt::format(
-            ", {} hole{} closed, the widest {:.4g} mm across at ({:.6g}, {:.6g}, {:.6g}) mm",
-            done.holes, done.holes == 1 ? "" : "s", done.widest_mm, done.place.x, done.place.y,
-            done.place.z);
+        what += fmt::format(", {} hole{} closed, the widest {:.4g} mm across at {}", done.holes,
+                            done.holes == 1 ? "" : "s", done.widest_mm, source->place(done.place));
     }
     source->warnings.push_back(std::move(what));
     return Ok{};
@@ -274,6 +271,13 @@ Result<void> repair_mesh(MeshSource* source) {
 std::string MeshOrigin::str(int32_t triangle) const {
     if (triangle < 0 || static_cast<size_t>(triangle) >= lines.size()) return file;
     return fmt::format("{}:{}:1", file, lines[static_cast<size_t>(triangle)]);
+}
+
+std::string MeshSource::place(const Vec3d& mm) const {
+    std::string text = fmt::format("({:.6g}, {:.6g}, {:.6g}) mm", mm.x, mm.y, mm.z);
+    if (unit_mm <= 0 || unit_mm == 1) return text;
+    const Vec3d file = mm * (1 / unit_mm);
+    return text + fmt::format(" (in the file ({:.6g}, {:.6g}, {:.6g}))", file.x, file.y, file.z);
 }
 
 EdgeCounts count_edges(const Mesh& mesh) {
@@ -328,7 +332,7 @@ Result<void> prepare_mesh(MeshSource* source, bool repair) {
         // line, unless triangles went.
         const bool keep = dropped || welded.bad() < as_read.bad();
         source->checks.edges = keep ? welded : as_read;
-        if (!repair) return not_closed(*mesh, source->checks.edges, origin);
+        if (!repair) return not_closed(*source, source->checks.edges);
         if (Result<void> repaired = repair_mesh(source); !repaired) return repaired;
         edges = sorted_edges(*mesh);
     }

@@ -164,11 +164,11 @@ void orient_shells(MeshSource* source, const std::vector<Edge>& edges) {
     }
     if (nested >= 0) {
         const Vec3d& p = at(mesh, mesh.triangles[static_cast<size_t>(nested)][0]);
-        source->warnings.push_back(fmt::format(
-            "{}: mesh `{}` has {} inside another that cuts nothing out, at ({:.6g}, {:.6g}, "
-            "{:.6g}) mm; for a hollow, turn its triangles round",
-            source->origin.str(nested), mesh.name, count_of(checks.nested, "shell"), p.x, p.y,
-            p.z));
+        source->warnings.push_back(
+            fmt::format("{}: mesh `{}` has {} inside another that cuts nothing out, at {}; for a "
+                        "hollow, turn its triangles round",
+                        source->origin.str(nested), mesh.name, count_of(checks.nested, "shell"),
+                        source->place(p)));
     }
 }
 

@@ -58,7 +58,8 @@ struct MeshSource {
     /// In the file's unit. Corners of float attributes may be -1 where a face has no value.
     Mesh mesh;
     MeshOrigin origin;
-    double unit_mm = 0;                   ///< as the file or its format says; 0 if it says nothing
+    double unit_mm = 0;  ///< as the file or its format says; 0 if it says nothing, and once the
+                         ///< mesh is in mm what it was taken for
     std::vector<FaceGroup> groups;        ///< no two equal
     std::vector<int32_t> face_groups;     ///< by triangle, index in groups; empty without groups
     std::vector<int32_t> part_of_vertex;  ///< vertices of different parts are never welded; may be
@@ -66,6 +67,9 @@ struct MeshSource {
     std::vector<std::filesystem::path> files;  ///< read besides the mesh file
     std::vector<std::string> warnings;
     MeshChecks checks;
+
+    /// A place in mm for messages, and where it is not the same, as the file has it.
+    std::string place(const Vec3d& mm) const;
 
     /// The index of `group`, added if it is new.
     int32_t group_index(const FaceGroup& group);

@@ -78,6 +78,7 @@ class ObjReader {
                 ++at_;
             } else if (c == '#') {
                 comment = true;
+                if (tokens_.empty() && out_.unit_mm == 0) out_.unit_mm = unit_of(at_ + 1);
             } else if (c == '\\' && continues(at_ + 1)) {
                 at_ = text_.find('\n', at_) + 1;
                 ++line_;
@@ -92,6 +93,45 @@ class ObjReader {
         }
         token_line_ = first_line;
         if (!tokens_.empty()) statement();
+    }
+
+    /// The unit that a comment states and nothing else, in mm; 0 where it does not.
+    double unit_of(size_t start) const {
+        constexpr size_t kLongest = 60;
+        const std::string_view line =
+            text_.substr(start, std::min(text_.find('\n', start), text_.size()) - start);
+        if (line.size() > kLongest) return 0;
+        std::vector<std::string> words(1);
+        for (const char c : line) {
+            const bool letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
+            if (letter) {
+                words.back() += static_cast<char>(c | 0x20);
+            } else if (is_blank(c) || c == ':' || c == '=' || c == '.') {
+                if (!words.back().empty()) words.emplace_back();
+            } else {
+                return 0;
+            }
+        }
+        std::erase(words, "");
+        // `File units = inches`, `Units are cm`
+        std::erase_if(words, [](const std::string& w) {
+            return w == "file" || w == "model" || w == "scene" || w == "are" || w == "in";
+        });
+        const bool inches = line.ends_with("in") || line.ends_with("in\r");
+        if (words.empty() || (words[0] != "unit" && words[0] != "units")) return 0;
+        if (words.size() == 1 && inches) return 25.4;
+        static constexpr std::pair<std::string_view, double> kUnits[] = {
+            {"mm", 1},          {"millimeter", 1},  {"millimetre", 1}, {"cm", 10},
+            {"centimeter", 10}, {"centimetre", 10}, {"m", 1000},       {"meter", 1000},
+            {"metre", 1000},    {"um", 0.001},      {"micron", 0.001}, {"inch", 25.4},
+            {"inches", 25.4},   {"foot", 304.8},    {"feet", 304.8},   {"ft", 304.8}};
+        if (words.size() != 2) return 0;
+        std::string_view word = words[1];
+        for (const auto& [name, mm] : kUnits) {
+            if (word == name || (word.ends_with('s') && word.substr(0, word.size() - 1) == name))
+                return mm;
+        }
+        return 0;
     }
 
     bool continues(size_t behind) const {

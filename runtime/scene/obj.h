@@ -15,7 +15,8 @@ namespace openfab::scene {
 
 /// Reads positions, `vt` as "uv" (2), `vn` as "n" (3), vertex colours as "color" (3), `g` and
 /// `usemtl` as groups. Polygons are triangulated: convex ones as a fan from their first corner,
-/// others by ear clipping. `file` stands for the file in messages; errors are `file:line:column`.
+/// others by ear clipping. A comment `# Units: cm`, as modelling programs write it, is the unit.
+/// `file` stands for the file in messages; errors are `file:line:column`.
 Result<MeshSource> parse_obj(std::string_view text, const std::string& file,
                              int64_t memory_bytes = kReadingBytes);
 

@@ -22,6 +22,45 @@ double snapped(double position_vox) {
     return std::floor(256.0 * position_vox + 0.5) / 256.0;
 }
 
+std::string size_of(const Box3d& box) {
+    const Vec3d size = box.size();
+    return fmt::format("{:.6g} x {:.6g} x {:.6g} mm", size.x, size.y, size.z);
+}
+
+/// The part that reaches farthest, and how much of that its displacement does.
+std::string largest_part(const std::vector<scene::Part>& parts,
+                         const std::vector<std::shared_ptr<const surface::Surface>>& surfaces) {
+    Box3d all;
+    std::vector<Box3d> boxes;
+    for (size_t i = 0; i < parts.size(); ++i) {
+        boxes.push_back(surfaces[i]->exact_box(parts[i].local_to_build));
+        all.add(boxes.back());
+    }
+    const auto reach = [&](const Box3d& box) {
+        const Vec3d from = box.lo - all.center(), to = box.hi - all.center();
+        return std::max({-from.x, -from.y, to.x, to.y, -from.z, to.z});
+    };
+    size_t worst = 0;
+    for (size_t i = 1; i < boxes.size(); ++i) {
+        if (reach(boxes[i]) > reach(boxes[worst])) worst = i;
+    }
+    Box3d plain;
+    for (const Vec3d& p : parts[worst].mesh->positions)
+        plain.add(parts[worst].local_to_build.apply(p));
+    const Vec3d more = boxes[worst].size() - plain.size();
+    std::string text =
+        fmt::format("object `{}` reaches farthest: it is {}", parts[worst].name, size_of(plain));
+    constexpr double kSmall_mm = 1e-3;  // rounding
+    const double most = std::max({more.x, more.y, more.z});
+    if (most > kSmall_mm) {
+        text += fmt::format(
+            " before its displacement, and {} after; look at what its surface stage "
+            "returns, or bound it by `max_displacement_mm`",
+            size_of(boxes[worst]));
+    }
+    return text;
+}
+
 bool contains(const Box3d& outer, const Box3d& inner) {
     for (int a = 0; a < 3; ++a) {
         if (inner.lo[a] < outer.lo[a] || inner.hi[a] > outer.hi[a]) return false;
@@ -61,8 +100,9 @@ Result<scene::Grid> make_grid(const std::vector<scene::Part>& parts,
         if (!(size <= kLargestSide) || !(std::fabs(lo) <= 1e9)) {
             return user_error(
                 fmt::format("the parts span {:.6g} mm along {}: {:.6g} voxels of {} mm; at most "
-                            "{:.0f} are possible",
-                            box.hi[a] - box.lo[a], "xyz"[a], size, pitch_mm[a], kLargestSide));
+                            "{:.0f} are possible; {}",
+                            box.hi[a] - box.lo[a], "xyz"[a], size, pitch_mm[a], kLargestSide,
+                            largest_part(parts, surfaces)));
         }
         grid.origin_mm[a] = lo * pitch_mm[a];
         grid.size[a] = static_cast<int32_t>(size);
@@ -70,8 +110,10 @@ Result<scene::Grid> make_grid(const std::vector<scene::Part>& parts,
     const int64_t slice_bytes = (int64_t{grid.size.x} * bits + 7) / 8 * grid.size.y;
     if (slice_bytes > kLargestSliceBytes) {
         return user_error(
-            fmt::format("a slice of {} x {} voxels is too large: at most {} voxels are possible",
-                        grid.size.x, grid.size.y, 8 / bits * kLargestSliceBytes));
+            fmt::format("a slice of {} x {} voxels is too large: at most {} voxels are possible; "
+                        "{}",
+                        grid.size.x, grid.size.y, 8 / bits * kLargestSliceBytes,
+                        largest_part(parts, surfaces)));
     }
     return grid;
 }

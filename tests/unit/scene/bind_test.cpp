@@ -178,11 +178,11 @@ TEST_F(BindTest, NamesTheDeclarationAndThePlace) {
         const char* message;
     } cases[] = {
         {"\"steps\": -7, ", "",
-         "8:14: object `thing` does not bind `int steps` of fablet `Coat`; give it a whole number "
+         "8:40: object `thing` does not bind `int steps` of fablet `Coat`; give it a whole number "
          "from -2147483648 to "
          "2147483647"},
         {"\"photo\": \"photo\"", "\"gain\": 1",
-         "8:14: object `thing` does not bind `ImageTexture2D photo` of fablet `Coat`; give it the "
+         "8:40: object `thing` does not bind `ImageTexture2D photo` of fablet `Coat`; give it the "
          "name of a texture"},
         {"\"border\"", "\"boarder\"",
          "9:31: fablet `Coat` has no uniform `boarder`; did you mean `border`?"},
@@ -216,7 +216,7 @@ TEST_F(BindTest, NamesTheDeclarationAndThePlace) {
          "10:80: `Material palette[2]` of fablet `Coat` is given the string `red`; it takes the "
          "names of 2 materials"},
         {"\"fablet\": \"Coat\"", "\"fablet\": \"Coad\"",
-         "3:23: fablet `Coad` is not in this print; did you mean `Coat`?"},
+         "3:55: fablet `Coad` is not in this print; did you mean `Coat`?"},
     };
     for (const auto& c : cases)
         EXPECT_EQ(error_with(c.from, c.to), c.message) << c.to;
@@ -226,7 +226,7 @@ TEST_F(BindTest, NamesTheMeshThatLacksAnAttribute) {
     folder_.write("tetra.obj",
                   "v 0 0 0\nv 9 0 0\nv 0 9 0\nv 0 0 9\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n");
     EXPECT_EQ(error_with("{\"box\": [10, 20, 30]}", "{\"file\": \"tetra.obj\"}"),
-              "8:14: mesh `box` has no attribute `face`, which fablet `Coat` reads as `int face`; "
+              "8:23: mesh `box` has no attribute `face`, which fablet `Coat` reads as `int face`; "
               "it has none");
 }
 
@@ -235,7 +235,7 @@ TEST_F(BindTest, SaysWhenTheHelperIsMissing) {
     ::unsetenv("OPENFAB_HELPER");
     folder_.write("other.png", "another picture");
     EXPECT_NE(error_with("photo.png", "other.png")
-                  .find("5:25: texture `photo`: " + (folder_.path() / "other.png").string() +
+                  .find("5:34: texture `photo`: " + (folder_.path() / "other.png").string() +
                         " must be converted, and the program that does it, `openfab`"),
               std::string::npos);
 }

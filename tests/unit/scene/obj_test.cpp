@@ -135,8 +135,8 @@ TEST(Obj, RefusesOpenMeshesWithCountsAndAPlace) {
     const std::string open = replaced(kCube, "f 5/1/2 6/2/2 7/3/2 8/4/2\n", "");
     EXPECT_EQ(
         error_of(open),
-        "m.obj:25:1: mesh `part` is not a closed surface: 4 open edges, one from (10, 0, 10) to "
-        "(0, 0, 10) mm; "
+        "m.obj:25:1: mesh `part` is not a closed surface: 4 open edges, one from (10, 0, 10) mm "
+        "to (0, 0, 10) mm; "
         "close it so that each edge has two triangles that run along it in opposite directions, "
         "or let `\"repair\": \"winding\"` of its object do that "
         "(`openfab import --repair winding` writes it)");
@@ -253,6 +253,34 @@ TEST(Polygon, TriangulatesConcaveOnesWithoutOverlap) {
     EXPECT_EQ(area, 3);
     EXPECT_EQ(triangulate({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, &effort),
               (std::vector<std::array<int32_t, 3>>{{0, 1, 2}, {0, 2, 3}}));
+}
+
+TEST(Obj, ReadsTheUnitOfAComment) {
+    const auto unit = [](const std::string& comment) {
+        const Result<LoadedMesh> loaded = parse(comment + "\n" + kCube);
+        return loaded ? loaded->unit_note + fmt::format(" {:.6g}", loaded->unit_mm) : "no mesh";
+    };
+    EXPECT_EQ(unit("# Units: cm"), "as the file says 10");
+    EXPECT_EQ(unit("#units = millimeters\r"), "as the file says 1");
+    EXPECT_EQ(unit("# File units = inches"), "as the file says 25.4");
+    EXPECT_EQ(unit("# Units: in"), "as the file says 25.4");
+    EXPECT_EQ(unit("# units are in meters"), "as the file says 1000");
+    EXPECT_EQ(unit("# unit cm\n# unit mm"), "as the file says 10");
+    for (const char* other : {"# the unit of this is cm", "# units", "# unit test 1 mm",
+                              "# 12 units", "# unit: furlong", "# cm"})
+        EXPECT_EQ(unit(other), "assumed, as the file says none 1") << other;
+    MeshOptions given = options();
+    given.unit_mm = 1;
+    EXPECT_EQ(parse(std::string("# Units: cm\n") + kCube, given)->unit_note, "as asked");
+}
+
+TEST(Obj, NamesPlacesAsTheFileHasThem) {
+    // Without its back.
+    std::string open = std::string("# Units: cm\n") + kCube;
+    open = replaced(open, "f 1/1/1 4/4/1 3/3/1 2/2/1\n", "");
+    EXPECT_NE(error_of(open).find(" mm (in the file ("), std::string::npos) << error_of(open);
+    open = replaced(open, "# Units: cm", "# Units: mm");
+    EXPECT_EQ(error_of(open).find("(in the file"), std::string::npos) << error_of(open);
 }
 
 /// As triangulate, looking at everything again for each triangle.
