@@ -4,6 +4,10 @@
 
 #include <fmt/format.h>
 
+#include <charconv>
+#include <limits>
+#include <string_view>
+
 #include "compiler/lower/args.h"
 #include "compiler/lower/compile.h"
 
@@ -36,6 +40,25 @@ std::vector<KernelPlace> kernel_places(const passes::KernelStages& stages) {
 
 const uint32_t* FabletData::keep_bits(const std::vector<uint32_t>& bits) {
     return bits.empty() ? nullptr : bits_.emplace_back(bits).data();
+}
+
+const double* FabletData::keep_limits(const ir::Uniform& uniform) {
+    if (uniform.kind != OPENFAB_UNIFORM_VALUE || uniform.type == ir::Type::kBool) return nullptr;
+    constexpr double kMost = std::numeric_limits<double>::max();
+    std::array<double, 2> limits{-kMost, kMost};
+    bool any = false;
+    for (const auto& [name, text] : uniform.annotations) {
+        double value = 0;
+        const auto [rest, status] = std::from_chars(text.data(), text.data() + text.size(), value);
+        // Behind a number only its suffix stands; anything else is for tools, not for us.
+        const std::string_view suffix(rest, static_cast<size_t>(text.data() + text.size() - rest));
+        const bool number = status == std::errc() &&
+                            (suffix.empty() || suffix == "f" || suffix == "F" || suffix == "u");
+        if (!number || (name != "min" && name != "max")) continue;
+        limits[name == "min" ? 0 : 1] = value;
+        any = true;
+    }
+    return any ? limits_.emplace_back(limits).data() : nullptr;
 }
 
 const openfab_varying* FabletData::keep_varyings(const std::vector<ir::Varying>& varyings) {
@@ -85,8 +108,8 @@ FabletData::FabletData(const FabletUnit& unit) {
     const ir::Fablet& fablet = *unit.fablet;
     for (const ir::Uniform& u : fablet.uniforms) {
         uniforms_.push_back({keep(u.name), keep(u.type_name), u.kind, scalar_type(u.type),
-                             u.components, u.array_length, u.first_index,
-                             keep_bits(u.default_bits)});
+                             u.components, u.array_length, u.first_index, keep_bits(u.default_bits),
+                             keep_limits(u)});
     }
     table_.abi_version = OPENFAB_ABI_VERSION;
     table_.name = keep(fablet.name);

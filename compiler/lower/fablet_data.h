@@ -5,6 +5,7 @@
 // The constant table of one fablet in memory, as runtime/abi/fablet_table.h lays it out. It is
 // loaded as it stands (compiler/lower/jit.h) or written as C source (compiler/lower/table.h).
 
+#include <array>
 #include <deque>
 #include <string>
 #include <vector>
@@ -54,6 +55,7 @@ class FabletData {
 
   private:
     const char* keep(const std::string& text) { return strings_.emplace_back(text).c_str(); }
+    const double* keep_limits(const ir::Uniform& uniform);
     const uint32_t* keep_bits(const std::vector<uint32_t>& bits);
     const openfab_varying* keep_varyings(const std::vector<ir::Varying>& varyings);
     openfab_kernel make_kernel_entry(const ir::Stage& stage);
@@ -62,6 +64,7 @@ class FabletData {
     openfab_fablet table_{};
     std::deque<std::string> strings_;
     std::deque<std::vector<uint32_t>> bits_;
+    std::deque<std::array<double, 2>> limits_;
     std::vector<openfab_uniform> uniforms_;
     std::deque<std::vector<openfab_varying>> varyings_;
     std::deque<std::vector<openfab_arg>> args_;

@@ -65,20 +65,29 @@ class TableWriter {
         return name;
     }
 
+    /// Name of the two limits, or 0.
+    std::string write_limits(const std::string& name, const double* limits) {
+        if (limits == nullptr) return "0";
+        line("static const double {}[] = {{{}, {}}};", name, limits[0], limits[1]);
+        return name;
+    }
+
     void write_uniforms(const std::string& prefix, const openfab_fablet& table) {
         const std::span<const openfab_uniform> uniforms(table.uniforms,
                                                         static_cast<size_t>(table.uniform_count));
-        std::vector<std::string> bits;
+        std::vector<std::string> bits, limits;
         for (const openfab_uniform& u : uniforms) {
+            limits.push_back(
+                write_limits(fmt::format("{}_u{}_limits", prefix, limits.size()), u.limits));
             bits.push_back(write_bits(fmt::format("{}_u{}_bits", prefix, bits.size()),
                                       u.default_bits, u.components * u.array_length));
         }
         line("static const struct openfab_uniform {}_uniforms[] = {{", prefix);
         for (size_t k = 0; k < uniforms.size(); ++k) {
             const openfab_uniform& u = uniforms[k];
-            line("    {{{}, {}, {}, {}, {}, {}, {}, {}}},", quoted(u.name), quoted(u.type_name),
+            line("    {{{}, {}, {}, {}, {}, {}, {}, {}, {}}},", quoted(u.name), quoted(u.type_name),
                  static_cast<int>(u.kind), static_cast<int>(u.scalar), u.components, u.array_length,
-                 u.first_index, bits[k]);
+                 u.first_index, bits[k], limits[k]);
         }
         line("    {{0}}}};");
     }

@@ -32,7 +32,7 @@
 extern "C" {
 #endif
 
-#define OPENFAB_ABI_VERSION 3
+#define OPENFAB_ABI_VERSION 4
 
 typedef int (*openfab_kernel_fn)(void** args);
 
@@ -68,6 +68,8 @@ struct openfab_uniform {
     int32_t first_index;
     const uint32_t*
         default_bits; /* components * array_length values, or NULL where the world must bind it */
+    const double*
+        limits; /* least and greatest value of each component, or NULL where it has neither */
 };
 
 /* A varying: an input or output of the surface stage, or a @nearest input of the volume stage. */

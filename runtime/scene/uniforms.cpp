@@ -145,6 +145,13 @@ class Binder {
                                        declaration(u), fablet_.name, found(b), what_is_needed(u)));
     }
 
+    Error beyond(const openfab_uniform& u, const UniformBinding& b, double value) const {
+        const bool low = value < u.limits[0];
+        return at(b.place, fmt::format("`{}` of fablet `{}` is given {:.9g}; its `{}` is {:.9g}",
+                                       declaration(u), fablet_.name, value, low ? "min" : "max",
+                                       u.limits[low ? 0 : 1]));
+    }
+
     Result<void> bind_one(const openfab_uniform& u, const UniformBinding& b) {
         if (u.kind != OPENFAB_UNIFORM_VALUE) return bind_names(u, b);
         const auto* numbers = std::get_if<std::vector<double>>(&b.value);
@@ -158,6 +165,10 @@ class Binder {
                           fmt::format(
                               "`{}` of fablet `{}` is given {:.9g} as value {}; each must be {}",
                               declaration(u), fablet_.name, (*numbers)[i], i, what_fits(u.scalar)));
+            }
+            if (u.limits != nullptr &&
+                !((*numbers)[i] >= u.limits[0] && (*numbers)[i] <= u.limits[1])) {
+                return beyond(u, b, (*numbers)[i]);
             }
             out_.values[static_cast<size_t>(u.first_index) + i] = bits;
         }

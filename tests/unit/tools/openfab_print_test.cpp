@@ -80,6 +80,40 @@ TEST_F(OpenfabPrint, CompilesOnceAndAgainWhenTheSourceChanged) {
     EXPECT_TRUE(read_file(path("a.ofr")) == read_file(path("b.ofr")));
 }
 
+TEST_F(OpenfabPrint, LimitsOfAUniformHold) {
+    std::string limited = kFablet;
+    limited.insert(limited.find("Material body"),
+                   "float part = 1 [[ float min = 0.25, float max = 1 ]]; "
+                   "int2 pair = int2(1, 2) [[ int min = -1 ]]; "
+                   "float free = 0 [[ string help = \"min = 3\" ]]; ");
+    limited.replace(limited.find("(body, 1)"), 9, "(body, part + free + pair.x)");
+    scratch_.write("plain.fl", limited);
+    const auto with = [&](const std::string& setting) {
+        return print({path("world.fab.json"), "-o", path("a.ofr"), "--set", setting});
+    };
+    for (const char* fine :
+         {"thing.part=0.25", "thing.part=1", "thing.pair=[-1, 5]", "thing.free=-9"}) {
+        const Outcome outcome = with(fine);
+        EXPECT_EQ(outcome.exit_code, 0) << fine << outcome.err;
+    }
+    const Outcome low = with("thing.part=0.2");
+    EXPECT_EQ(low.exit_code, 1);
+    EXPECT_THAT(low.err,
+                HasSubstr("`float part` of fablet `Plain` is given 0.2; its `min` is 0.25"));
+    const Outcome high = with("thing.part=1.5");
+    EXPECT_EQ(high.exit_code, 1);
+    EXPECT_THAT(high.err, HasSubstr("its `max` is 1"));
+    EXPECT_THAT(with("thing.pair=[0, -2]").err, HasSubstr("is given -2; its `min` is -1"));
+    // The world's own values are held to them as well, with their place.
+    std::string world = kWorld;
+    world.insert(world.find("\"body\": \"resin\""), "\"part\": -3, ");
+    scratch_.write("world.fab.json", world);
+    const Outcome of_world = print({path("world.fab.json"), "-o", path("a.ofr")});
+    EXPECT_EQ(of_world.exit_code, 1);
+    EXPECT_THAT(of_world.err, HasSubstr("world.fab.json:7:"));
+    EXPECT_THAT(of_world.err, HasSubstr("its `min` is 0.25"));
+}
+
 TEST_F(OpenfabPrint, SourcesAndTheirModulesAreSpared) {
     scratch_.write("helper.fl", "float half_of(float x) { return x / 2; }\n");
     for (const std::string name : {"plain.fl", "helper.fl"}) {
