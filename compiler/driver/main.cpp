@@ -31,11 +31,6 @@ namespace {
 int run(int argc, char** argv) {
     CLI::App app{"The OpenFL compiler: fablets in, kernels or a print program out.", "openflc"};
     app.require_subcommand(1);
-    app.footer(
-        "Examples:\n"
-        "  openflc check postcard.fl\n"
-        "  openflc emit --stage volume --as ir postcard.fl\n"
-        "  openflc describe postcard.fl");
     CommonOptions common;
     std::string diagnostics = "text";
     app.add_option("--diagnostics", diagnostics, "how errors and warnings are printed")
@@ -52,6 +47,12 @@ int run(int argc, char** argv) {
 #ifdef OPENFAB_WITH_PRINT
     add_run(app, common, &action);
 #endif
+    // Last, so that the commands above do not take it over.
+    app.footer(
+        "Examples:\n"
+        "  openflc check postcard.fl\n"
+        "  openflc emit --stage volume --as ir postcard.fl\n"
+        "  openflc describe postcard.fl");
     int code = kExitDone;
     try {
         app.parse(argc, argv);

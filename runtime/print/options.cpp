@@ -112,48 +112,62 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
                    "a world (.fab.json), or a mesh (.obj, .stl, …) where there is only one fablet")
         ->required();
     app.add_option("-o,--output", o.output,
-                   "a folder (png), a file (.ofr, .3mf, .stl), or - for standard output (ofr)");
+                   "a folder (png), a file (.ofr, .3mf, .stl), or - for standard output (ofr)")
+        ->type_name("OUT");
     app.add_option("--format", o.format,
-                   "ofr, png, 3mf or stl (default: by OUT's extension, else the printer's own)");
+                   "ofr, png, 3mf or stl (default: by OUT's extension, else the printer's own)")
+        ->type_name("FORMAT");
     app.add_option("--printer", o.printer,
-                   "connex500, j750, j750_hq, generic, or a .printer.json file");
-    app.add_option("--voxel", raw.voxel, "print cubic voxels of this size");
-    app.add_option("--dpi", raw.dpi, "resolution along x and y, as 600x300");
-    app.add_option("--layer", raw.layer, "thickness of a slice");
+                   "connex500, j750, j750_hq, generic, or a .printer.json file")
+        ->type_name("PRINTER");
+    app.add_option("--voxel", raw.voxel, "print cubic voxels of this size")->type_name("LENGTH");
+    app.add_option("--dpi", raw.dpi, "resolution along x and y, as 600x300")->type_name("DPI");
+    app.add_option("--layer", raw.layer, "thickness of a slice")->type_name("LENGTH");
     app.add_option("--mesh-pitch", raw.mesh_pitch,
-                   "size of the voxels that 3mf and stl are made from (default: 0.1mm)");
+                   "size of the voxels that 3mf and stl are made from (default: 0.1mm)")
+        ->type_name("LENGTH");
     app.add_option("--draft", o.draft, "multiply the pitch by N, for a quick look")
-        ->check(CLI::Range(1, 1000));
+        ->check(CLI::Range(1, 1000))
+        ->type_name("N");
     app.add_option("--crop", raw.crop,
                    "size of a slice: parts (their bounding box) or tray (the whole tray)")
         ->check(CLI::IsMember({"parts", "tray"}));
-    app.add_option("--z", raw.z, "print only the heights A:B above the lowest slice");
-    app.add_option("--slices", raw.slices, "print only the slices A:B, B excluded");
+    app.add_option("--z", raw.z, "print only the heights A:B above the lowest slice")
+        ->type_name("A:B");
+    app.add_option("--slices", raw.slices, "print only the slices A:B, B excluded")
+        ->type_name("A:B");
     app.add_option("--set", o.settings,
                    "OBJECT.UNIFORM=VALUE overrides the world's value (repeatable)")
-        ->allow_extra_args(false);
+        ->allow_extra_args(false)
+        ->type_name("SETTING");
     app.add_option("--allow", o.allow,
                    "a folder that the world may read besides its own (repeatable)")
-        ->allow_extra_args(false);
+        ->allow_extra_args(false)
+        ->type_name("FOLDER");
     app.add_option(
         "--dither", o.dither,
         "decorrelated unless told, floyd_steinberg, blue_noise, or majority (the largest "
         "amount; what meshes have unless told)");
     app.add_option(
-        "--support", o.support,
-        "on, off, or the material of the world to make it of (default: as the world says, else "
-        "on where the printer's front end makes none)");
-    app.add_option("--seed", raw.seed, "seed of the dither");
+           "--support", o.support,
+           "on, off, or the material of the world to make it of (default: as the world says, else "
+           "on where the printer's front end makes none)")
+        ->type_name("CHOICE");
+    app.add_option("--seed", raw.seed, "seed of the dither")->type_name("N");
     app.add_option("--preview", raw.previews,
                    "FILE.png[,view=front|back|section|slice:N|model:TURN:TILT][,light=transmitted]["
                    ",cut=x|y|xy]")
-        ->allow_extra_args(false);
+        ->allow_extra_args(false)
+        ->type_name("PICTURE");
     app.add_option("--png", raw.png, "rgba or indexed")->check(CLI::IsMember({"rgba", "indexed"}));
     app.add_flag("--flip-x", o.flip_x, "mirror PNG slices, for front ends that mirror them back");
-    app.add_option("--memory", raw.memory, "memory budget of the whole process (default: 1.5GB)");
+    app.add_option("--memory", raw.memory, "memory budget of the whole process (default: 1.5GB)")
+        ->type_name("SIZE");
     app.add_option("--threads", o.threads, "worker threads (default: all cores)")
-        ->check(CLI::Range(1, 1024));
-    app.add_option("--stats", o.stats_file, "write statistics of the print to this file, as JSON");
+        ->check(CLI::Range(1, 1024))
+        ->type_name("N");
+    app.add_option("--stats", o.stats_file, "write statistics of the print to this file, as JSON")
+        ->type_name("FILE");
     app.add_option("--progress", raw.progress,
                    "on stderr: auto, plain, json (an object per line) or none")
         ->check(CLI::IsMember({"auto", "plain", "json", "none"}));

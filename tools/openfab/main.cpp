@@ -28,7 +28,6 @@ int tool_main(int argc, char** argv) {
     if (argc > 1 && std::string_view(argv[1]) == "print") return print_command(argc, argv);
     if (argc > 1 && std::string_view(argv[1]) == "texture") return texture_command(argv);
     CLI::App app("OpenFab: programs in, printer slices out.", "openfab");
-    app.footer(kFooter);
     app.require_subcommand(1);
     Action action;
     // Listed for --help; handled above.
@@ -39,7 +38,8 @@ int tool_main(int argc, char** argv) {
     add_info(app, &action);
     add_verify(app, &action);
     add_export(app, &action);
-    app.add_subcommand("texture", "convert an image for prints, which call this by themselves");
+    app.add_subcommand("texture", "convert an image for prints, which call this themselves");
+    app.footer(kFooter);  // last, so that the commands above do not take it over
     Result<void> done;
     try {
         app.parse(argc, argv);

@@ -8,7 +8,8 @@
 namespace openfab::tool {
 
 void add_memory_option(CLI::App* command, std::string* text) {
-    command->add_option("--memory", *text, "memory budget of the whole process (default: 1.5GB)");
+    command->add_option("--memory", *text, "memory budget of the whole process (default: 1.5GB)")
+        ->type_name("SIZE");
 }
 
 Result<int64_t> memory_of(const std::string& text) {
