@@ -49,6 +49,7 @@ constexpr Exhibit kExhibits[] = {
     {"library", "fields", "fields", "0.25mm"},
     {"library", "patterns", "patterns", "0.25mm"},
     {"library", "textures", "textures", "0.25mm"},
+    {"library", "mappings", "mappings", "0.25mm"},
     {"library", "grades", "grades", "0.25mm"},
     {"library", "color_spaces", "color_spaces", "0.25mm"},
     {"library", "inks", "inks", "0.25mm"},
