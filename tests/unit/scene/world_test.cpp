@@ -246,6 +246,19 @@ TEST_F(WorldTest, PassesTheErrorsOfMeshFilesOn) {
         << unknown;
 }
 
+TEST_F(WorldTest, SaysWhichAxisOfAFileIsUp) {
+    folder_.write("part.glb", "not read");
+    EXPECT_TRUE(error_with("\"sphere\": 8", "\"file\": \"part.glb\", \"up\": \"y\"")
+                    .ends_with("`up` of mesh `ball`: glTF has y up by its format, and the mesh "
+                               "stands already; leave it out"));
+    folder_.write("part.obj", "not read");
+    const std::string other = error_with("\"sphere\": 8", "\"file\": \"part.obj\", \"up\": \"x\"");
+    EXPECT_NE(other.find("`up` of mesh `ball` is `x`"), std::string::npos) << other;
+    EXPECT_NE(error_with("\"sphere\": 8", "\"sphere\": 8, \"up\": \"y\"")
+                  .find("`up` of mesh `ball` goes with a `file`"),
+              std::string::npos);
+}
+
 TEST_F(WorldTest, SurvivesEveryTruncation) {
     const std::string text = kWorld;
     for (size_t n = 0; n < text.size(); n += 3)
