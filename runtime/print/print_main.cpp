@@ -85,10 +85,9 @@ Error add_resume_hint(Error error, const Options& options, const std::string& fo
 /// early.
 Result<void> run(slab::Print* print, const Options& options, const std::string& format,
                  const scene::Printer& printer, const std::string& sizes,
-                 const std::atomic<bool>& interrupt) {
+                 const std::atomic<bool>& interrupt, report::Progress& progress) {
     Result<std::unique_ptr<backends::SliceSink>> sink = open_output(options, printer);
     if (!sink) return sink.error();
-    report::Progress progress(options.progress, stderr);
     slab::PrintStatistics statistics;
     Result<void> done = print->run(
         **sink, [&](const slab::ProgressEvent& event) { progress.update(event); }, interrupt,
@@ -141,7 +140,11 @@ Result<void> run_print(const Options& options, const openfab_fablet_list& fablet
         for (const std::string& warning : job->input.warnings)
             warn(warning);
     }
-    const slab::PrintOptions pipeline = pipeline_options(options, *format);
+    report::Progress progress(options.progress, stderr);
+    slab::PrintOptions pipeline = pipeline_options(options, *format);
+    // An estimate evaluates some voxels only; what they would print says nothing.
+    if (!options.estimate && !options.dry_run)
+        pipeline.print_line = [&progress](const std::string& line) { progress.print_line(line); };
     Result<std::unique_ptr<slab::Print>> print = slab::Print::create(job->input, pipeline);
     if (!print) return print.error();
     const backends::PrintInfo& info = (*print)->info();
@@ -158,7 +161,7 @@ Result<void> run_print(const Options& options, const openfab_fablet_list& fablet
     }
     const std::string sizes = part_sizes(job->input.parts, job->input.pitch_mm);
     job->input = {};
-    return run(print->get(), options, *format, job->printer, sizes, interrupt);
+    return run(print->get(), options, *format, job->printer, sizes, interrupt, progress);
 }
 
 int finish(const Result<void>& done) {

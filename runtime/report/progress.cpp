@@ -3,6 +3,8 @@
 #include "runtime/report/progress.h"
 
 #include <fmt/format.h>
+#include <rapidjson/stringbuffer.h>
+#include <rapidjson/writer.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
 
@@ -113,6 +115,20 @@ void Progress::show_json(const slab::ProgressEvent& event) {
                     "\"seconds_left\": {:.1f}}}\n",
                     event.slices_done, event.slices_total, event.voxels_done, event.voxels_total,
                     event.seconds, rate(event, start_) * 1e-6, seconds_left(event, start_)));
+}
+
+void Progress::print_line(const std::string& line) {
+    end();
+    std::string text = line + '\n';
+    if (style_ == Style::kJson) {
+        rapidjson::StringBuffer quoted;
+        rapidjson::Writer<rapidjson::StringBuffer> writer(quoted);
+        writer.String(line.c_str(), static_cast<rapidjson::SizeType>(line.size()));
+        text = fmt::format("{{\"event\": \"print\", \"line\": {}}}\n", quoted.GetString());
+    }
+    // Not fmt::print, which throws where nothing can be written: a message ends no print.
+    std::fwrite(text.data(), 1, text.size(), stream_);
+    std::fflush(stream_);
 }
 
 void Progress::end() {

@@ -25,6 +25,9 @@ class Progress {
     /// Called after each slice; shows what is due. Times come from the event, so that tests need no
     /// clock.
     void update(const slab::ProgressEvent& event);
+    /// Shows a line that a fablet prints, in every mode, since it was asked for: a JSON object
+    /// `{"event": "print", "line": …}` among others of its kind, else the text.
+    void print_line(const std::string& line);
     /// Clears the bar, so that what follows starts on a line of its own.
     void end();
 
