@@ -10,6 +10,7 @@
 
 #include <algorithm>
 
+#include "runtime/base/text.h"
 #include "runtime/base/units.h"
 
 namespace openfab::report {
@@ -40,7 +41,7 @@ double share_done(const slab::ProgressEvent& event) {
     return event.slices_total > 0 ? static_cast<double>(event.slices_done) / event.slices_total : 1;
 }
 
-/// Without names of anybody's, but with the bar's own control codes. What cannot be written is
+/// For text that is fit for a terminal, or is the bar's own control codes. What cannot be written is
 /// passed over: a print does not end with whoever watched it.
 void put(std::FILE* stream, const std::string& text) {
     (void)std::fwrite(text.data(), 1, text.size(), stream);
@@ -119,15 +120,14 @@ void Progress::show_json(const slab::ProgressEvent& event) {
 
 void Progress::print_line(const std::string& line) {
     end();
-    std::string text = line + '\n';
+    std::string text = printable(line) + '\n';
     if (style_ == Style::kJson) {
         rapidjson::StringBuffer quoted;
         rapidjson::Writer<rapidjson::StringBuffer> writer(quoted);
         writer.String(line.c_str(), static_cast<rapidjson::SizeType>(line.size()));
         text = fmt::format("{{\"event\": \"print\", \"line\": {}}}\n", quoted.GetString());
     }
-    // Not fmt::print, which throws where nothing can be written: a message ends no print.
-    std::fwrite(text.data(), 1, text.size(), stream_);
+    put(stream_, text);
     std::fflush(stream_);
 }
 
