@@ -117,7 +117,13 @@ Outcome run(const std::vector<std::string>& argv, const RunOptions& options) {
     close(out.read);
     close(err.read);
     int status = 0;
-    waitpid(child, &status, 0);
+    rusage used{};
+    wait4(child, &status, 0, &used);
+    const auto seconds = [](const timeval& time) {
+        return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+    };
+    outcome.peak_rss_bytes = int64_t{used.ru_maxrss} * 1024;
+    outcome.processor_seconds = seconds(used.ru_utime) + seconds(used.ru_stime);
 #ifdef OPENFAB_SANITIZED
     outcome.err = without_sanitizer_notes(outcome.err);
 #endif

@@ -19,6 +19,8 @@ struct Outcome {
     int exit_code = -1;  ///< 128 + signal where one ended it
     std::string out;
     std::string err;
+    int64_t peak_rss_bytes = 0;    ///< of the program, and of what it became
+    double processor_seconds = 0;  ///< user and system, with those of programs that it waited for
 };
 
 struct RunOptions {
