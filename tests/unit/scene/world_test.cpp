@@ -241,8 +241,8 @@ TEST_F(WorldTest, PassesTheErrorsOfMeshFilesOn) {
     folder_.write("thing.step", "solid");
     const std::string unknown = error_with("\"sphere\": 8", "\"file\": \"thing.step\"");
     EXPECT_TRUE(
-        unknown.starts_with("12:22: mesh `ball` is `thing.step`, which is no mesh by its "
-                            "extension; meshes are .obj, .stl"))
+        unknown.starts_with("12:22: mesh `ball` is `thing.step`, which does not have the "
+                            "extension of a mesh; supported: .obj, .stl"))
         << unknown;
 }
 
