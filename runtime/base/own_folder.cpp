@@ -56,13 +56,20 @@ Result<void> check(const fs::path& folder, bool last) {
     return {};
 }
 
-/// The descriptor of a file or folder that is locked now; -1 where another process has it.
-int lock(const fs::path& path, int flags) {
-    const int descriptor = ::open(path.c_str(), flags | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
-    if (descriptor < 0) return -1;
-    if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0) return descriptor;
-    ::close(descriptor);
-    return -1;
+enum class Lock { kHeld, kTaken, kUnknown };
+
+/// Locks what is open. Where the file system has no locks nobody clears up either.
+Lock lock(int descriptor) {
+    if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0) return Lock::kHeld;
+    return errno == EWOULDBLOCK ? Lock::kTaken : Lock::kUnknown;
+}
+
+/// Whether a new file or folder is ours. Between its making and its lock, somebody who clears up
+/// may have taken it for left over.
+bool is_ours(int descriptor) {
+    struct stat status {};
+    return descriptor >= 0 && lock(descriptor) != Lock::kTaken &&
+           ::fstat(descriptor, &status) == 0 && status.st_nlink > 0;
 }
 
 bool is_temporary(const std::string& name) {
@@ -100,13 +107,11 @@ Result<std::unique_ptr<TemporaryFolder>> TemporaryFolder::create(const fs::path&
                 fmt::format("cannot make a folder in `{}`: {}", parent.string(), reason(errno)));
         }
         folder->path_ = name;
-        folder->lock_ = lock(name, O_RDONLY | O_DIRECTORY);
-        struct stat held {};
-        // In between, somebody who clears up may have taken it for left over.
-        if (folder->lock_ >= 0 && ::fstat(folder->lock_, &held) == 0 && held.st_nlink > 0) break;
+        folder->lock_ = ::open(name.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+        if (is_ours(folder->lock_)) return folder;
         if (folder->lock_ >= 0) ::close(folder->lock_);
+        folder->lock_ = -1;
     }
-    return folder;
 }
 
 TemporaryFolder::~TemporaryFolder() {
@@ -121,10 +126,7 @@ int open_temporary(const fs::path& name, fs::path* made) {
         const int descriptor = ::mkostemp(pattern.data(), O_CLOEXEC);
         if (descriptor < 0) return -1;
         *made = pattern;
-        struct stat held {};
-        if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0 && ::fstat(descriptor, &held) == 0 &&
-            held.st_nlink > 0)
-            return descriptor;
+        if (is_ours(descriptor)) return descriptor;
         ::close(descriptor);
         ::unlink(made->c_str());
     }
@@ -139,9 +141,10 @@ void clear_left_over(const fs::path& folder) {
     }
     for (const fs::path& path : found) {
         const bool is_folder = fs::is_directory(fs::symlink_status(path, status));
-        const int held = lock(path, is_folder ? O_RDONLY | O_DIRECTORY : O_RDWR);
+        const int flags = is_folder ? O_RDONLY | O_DIRECTORY : O_RDWR;
+        const int held = ::open(path.c_str(), flags | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
         if (held < 0) continue;
-        fs::remove_all(path, status);
+        if (lock(held) == Lock::kHeld) fs::remove_all(path, status);
         ::close(held);
     }
 }

@@ -34,6 +34,11 @@ class StackReader final : public VolumeReader {
         size.x = spec_.width;
         size.y = spec_.height;
         size.z = files_.size() == 1 ? image_->pages() : static_cast<int32_t>(files_.size());
+        if (files_.size() == 1 && size.z > StillImage::kMostPages) {
+            return user_error(
+                fmt::format("it has more than {} pages; write its slices as files of their own",
+                            StillImage::kMostPages));
+        }
         if (spec_.nchannels > 4)
             return user_error(
                 fmt::format("it has {} channels; 1 to 4 are possible", spec_.nchannels));

@@ -122,8 +122,10 @@ Result<std::unique_ptr<StillImage>> StillImage::open(const fs::path& file, int64
 }
 
 int StillImage::pages() {
+    // The library finds a page by going through all before it.
+    constexpr int kMost = kMostPages + 1;
     int pages = 1;
-    while (input_->seek_subimage(pages, 0))
+    while (pages < kMost && input_->seek_subimage(pages, 0))
         ++pages;
     (void)input_->geterror();
     return pages;

@@ -21,6 +21,8 @@ namespace openfab::tools {
 
 class StillImage {
   public:
+    static constexpr int kMostPages = 2048;
+
     /// Reads the header of the first page; errors do not name the file. What takes more than half
     /// of the memory to decode is refused before it is decoded; the other half is for what
     /// libraries take and for what is made of it.
@@ -28,7 +30,7 @@ class StillImage {
                                                     int64_t memory_bytes);
 
     const OIIO::ImageSpec& spec() const { return input_->spec(); }
-    /// How many pictures it holds.
+    /// How many pictures it holds; kMostPages + 1 where there are more than that.
     int pages();
     Result<void> go_to(int page);
 
