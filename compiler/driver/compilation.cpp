@@ -1,7 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 #include "compiler/driver/compilation.h"
-#include "runtime/base/say.h"
 
 #include <fmt/format.h>
 
@@ -14,6 +13,7 @@
 #include <xxhash.h>
 
 #include "compiler/driver/frontend.h"
+#include "runtime/base/say.h"
 
 namespace openfab::driver {
 
@@ -83,6 +83,7 @@ int Compilation::middle() {
             unit.results.push_back(run_passes(fablet, options_.back_end));
             const passes::PipelineResult& result = unit.results.back();
             if (!result.fault.empty()) return fail(result.fault, kExitBug);
+            if (result.longest > passes::kMostOperations) return refuse(fablet, result.longest);
             fablets_.push_back({&fablet, &result.stages, path.filename().string(), 0});
         }
     }
@@ -91,6 +92,18 @@ int Compilation::middle() {
         fablet.hash = hash_of(*fablet.fablet);
     spent("passes", seconds_since(begin));
     return kExitDone;
+}
+
+int Compilation::refuse(const ir::Fablet& fablet, size_t operations) const {
+    diag::Sink sink;
+    sink.report(fablet.span, diag::kTooComplex,
+                fmt::format("a stage of `{}` comes to {} operations; at most {} can be compiled",
+                            fablet.name, operations, passes::kMostOperations))
+        .help(
+            "texture look-ups follow how their place changes from voxel to voxel, which repeats "
+            "what the place is computed from: give the width of the look-up, or a simpler place");
+    print_diagnostics(sink, sources_, common_);
+    return kExitUserInput;
 }
 
 lower::ProgramOptions Compilation::program_options() const {

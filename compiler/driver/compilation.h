@@ -54,6 +54,8 @@ class Compilation {
     int front();
     int schedule();
     int middle();
+    /// Says that a fablet is too long; exit code.
+    int refuse(const ir::Fablet& fablet, size_t operations) const;
 
     const CompilationOptions& options_;
     const CommonOptions& common_;

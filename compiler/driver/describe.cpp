@@ -1,7 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 #include "compiler/driver/describe.h"
-#include "runtime/base/say.h"
 #include "runtime/base/text.h"
 
 #include <fmt/format.h>
@@ -16,6 +15,7 @@
 #include "compiler/driver/commands.h"
 #include "compiler/driver/frontend.h"
 #include "compiler/ir/text.h"
+#include "runtime/base/say.h"
 
 namespace openfab::driver {
 

@@ -47,7 +47,7 @@ int emit_lowered(const ir::Fablet& fablet, ir::StageKind stage, const std::strin
     }
     if (result.fault.empty() && passes::needs_phases(chosen)) {
         return fail(
-            "the stage is several kernels, with loops and queries between them; `--as ir` shows it "
+            "the stage is several kernels; `--as ir` shows it "
             "whole",
             kExitUserInput);
     }

@@ -149,4 +149,25 @@ ir::ValueId expand(const ir::Instr& instr, ir::Builder* builder) {
     return elementary<Emit>(instr.op, x, {builder, instr.args.back()}).id;
 }
 
+size_t operations(const ir::Instr& instr) {
+    ir::Stage scratch;
+    ir::Builder builder(&scratch);
+    ir::Instr copy = instr;
+    // What the arguments are is of no matter, but for their types.
+    const size_t ints =
+        instr.op == Op::kNoise && (instr.a & ir::kPeriodic) != 0 ? (instr.args.size() - 1) / 2 : 0;
+    for (size_t k = 0; k < copy.args.size(); ++k) {
+        ir::Type type = ir::Type::kFloat;
+        const bool seed = is_noise(instr.op) && k + 1 == copy.args.size();
+        if (seed || instr.op == Op::kHash) {
+            type = ir::Type::kUint;
+        } else if (ints > 0 && k >= ints) {
+            type = ir::Type::kInt;
+        }
+        copy.args[k] = builder.input(type, OPENFAB_ARG_UNIFORM, static_cast<int32_t>(k), 0);
+    }
+    expand(copy, &builder);
+    return scratch.instrs.size() - copy.args.size();
+}
+
 }  // namespace openfab::functions

@@ -22,4 +22,7 @@ uint32_t evaluate(const ir::Instr& instr, std::span<const uint32_t> args);
 /// `builder` writes; the result's value.
 ir::ValueId expand(const ir::Instr& instr, ir::Builder* builder);
 
+/// How many operations `expand` gives for a function of so many arguments.
+size_t operations(const ir::Instr& instr);
+
 }  // namespace openfab::functions

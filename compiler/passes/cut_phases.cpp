@@ -8,6 +8,7 @@
 #include <map>
 #include <utility>
 
+#include "compiler/passes/split_kernel.h"
 #include "compiler/passes/steps.h"
 
 namespace openfab::passes {
@@ -45,7 +46,8 @@ struct Region {
 
 class Cutter {
   public:
-    explicit Cutter(const ir::Stage& stage) : stage_(stage), ends_(ir::loop_ends(stage)) {
+    Cutter(const ir::Stage& stage, size_t longest)
+        : stage_(stage), longest_(longest), ends_(ir::loop_ends(stage)) {
         phases_kind_ = stage.kind == ir::StageKind::kVolume ? ir::StageKind::kVolumePhase
                                                             : ir::StageKind::kSurfacePhase;
     }
@@ -343,8 +345,15 @@ class Cutter {
         }
         if (segment == region.last) finish_region(region, &kernel);
         if (kernel.empty()) return;
+        if (!needs_splitting(kernel.stage(), longest_))
+            return add_kernel(std::move(kernel.stage()));
+        for (ir::Stage& piece : split_kernel(kernel.stage(), &out_.states, longest_))
+            add_kernel(std::move(piece));
+    }
+
+    void add_kernel(ir::Stage kernel) {
         add_step(OPENFAB_STEP_KERNEL, out_.kernels.size());
-        out_.kernels.push_back(std::move(kernel.stage()));
+        out_.kernels.push_back(std::move(kernel));
     }
 
     /// What a cut reads is state, written by the kernel before it.
@@ -411,6 +420,7 @@ class Cutter {
     }
 
     const ir::Stage& stage_;
+    const size_t longest_;
     const std::vector<ValueId> ends_;
     ir::StageKind phases_kind_;
     PhasedStage out_;
@@ -426,13 +436,14 @@ class Cutter {
 
 }  // namespace
 
-bool needs_phases(const ir::Stage& stage) {
-    return std::any_of(stage.instrs.begin(), stage.instrs.end(),
+bool needs_phases(const ir::Stage& stage, size_t longest) {
+    return needs_splitting(stage, longest) ||
+           std::any_of(stage.instrs.begin(), stage.instrs.end(),
                        [](const Instr& instr) { return is_cut(instr.op); });
 }
 
-PhasedStage cut_phases(const ir::Stage& stage) {
-    return Cutter(stage).run();
+PhasedStage cut_phases(const ir::Stage& stage, size_t longest) {
+    return Cutter(stage, longest).run();
 }
 
 }  // namespace openfab::passes

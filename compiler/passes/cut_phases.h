@@ -2,14 +2,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// A stage with loops, queries or prints as a program over groups of 8 places: straight-line kernels
-// and the steps between them, as openfab_phases in runtime/abi/fablet_table.h describes. What one
-// kernel computes and another needs is state, unless it is cheaper to compute it twice.
+// A stage with loops, queries or prints, or one that is too long for one kernel, as a program over
+// groups of 8 places: straight-line kernels and the steps between them, as openfab_phases in
+// runtime/abi/fablet_table.h describes. What one kernel computes and another needs is state, unless
+// it is cheaper to compute it twice.
 
 #include <string>
 #include <vector>
 
 #include "compiler/ir/ir.h"
+#include "compiler/passes/split_kernel.h"
 
 namespace openfab::passes {
 
@@ -37,10 +39,10 @@ struct PhasedStage {
     std::vector<ir::Type> states;  ///< state 0 is the runtime's: the places that are asked for
 };
 
-/// True where the stage must be cut.
-bool needs_phases(const ir::Stage& stage);
+/// True where the stage must be cut; a kernel has at most `longest` operations.
+bool needs_phases(const ir::Stage& stage, size_t longest = kLongestKernel);
 
 /// `stage` is a surface or volume stage that passes ir::verify, with nothing dead in it.
-PhasedStage cut_phases(const ir::Stage& stage);
+PhasedStage cut_phases(const ir::Stage& stage, size_t longest = kLongestKernel);
 
 }  // namespace openfab::passes

@@ -17,6 +17,7 @@
 #include "compiler/passes/hoist_invariants.h"
 #include "compiler/passes/hoist_uniforms.h"
 #include "compiler/passes/simplify.h"
+#include "compiler/passes/split_kernel.h"
 
 namespace openfab::passes {
 
@@ -89,9 +90,11 @@ class Runner {
 /// A query takes about 0.1 us (docs/measurements). So many operations, on eight voxels at once, stay
 /// below that; more of them would be felt, in compiling first.
 constexpr size_t kMostDemand = 400;
+// An interval form has two outputs for each material.
+constexpr size_t kMostBoundsOutputs = 192;
 
 void drop_above(size_t most, ir::Stage* stage) {
-    if (stage->instrs.size() <= most) return;
+    if (kernel_operations(*stage) <= most && stage->outputs.size() <= kMostBoundsOutputs) return;
     stage->instrs.clear();
     stage->outputs.clear();
 }
@@ -156,6 +159,7 @@ void run_surface(const ir::Fablet& fablet, Runner& runner, KernelStages* stages)
                [&](ir::Stage* out) { *out = form_surface_bounds(stages->surface); });
     runner.clean(&stages->surface_bounds);
     runner.write_out(&stages->surface_bounds);
+    drop_above(runner.options().longest_bounds, &stages->surface_bounds);
     runner.run("bound_displacement", &stages->surface, bound_displacement);
     runner.clean(&stages->surface);
     // Before functions are written out: a function moves as a whole or stays.
@@ -168,7 +172,14 @@ void run_derived(const ir::Fablet& fablet, Runner& runner, KernelStages* stages)
     UniformHoister hoister(fablet.uniform_value_count);
     for (ir::Stage* stage : {&stages->volume, &stages->volume_bounds, &stages->volume_demand,
                              &stages->surface, &stages->surface_bounds}) {
+        const UniformHoister before = hoister;
+        const ir::Stage whole = *stage;
         runner.run("hoist_uniforms", stage, [&](ir::Stage* of) { hoister.hoist(of); });
+        // One kernel computes all that is derived, and no pieces of it can.
+        if (needs_splitting(hoister.derived())) {
+            hoister = before;
+            *stage = whole;
+        }
         runner.run("eliminate_dead_values", stage, eliminate_dead_values);
     }
     stages->derived = hoister.derived();
@@ -186,6 +197,8 @@ PipelineResult run_pipeline(const ir::Fablet& fablet, const PipelineOptions& opt
     stages.surface.kind = ir::StageKind::kSurface;
     run_volume(fablet, runner, &stages);
     if (fablet.has_surface) run_surface(fablet, runner, &stages);
+    result.longest = std::max(kernel_operations(stages.volume), kernel_operations(stages.surface));
+    if (result.longest > kMostOperations) return result;
     run_derived(fablet, runner, &stages);
     runner.cut(stages.volume, &stages.volume_phases);
     if (fablet.has_surface) runner.cut(stages.surface, &stages.surface_phases);

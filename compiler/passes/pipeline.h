@@ -19,7 +19,7 @@ namespace openfab::passes {
 
 struct PipelineOptions {
     std::set<std::string> disabled;  ///< names of passes
-    /// Instructions of an interval form. It is several times as long as its stage, and compiling
+    /// Operations of an interval form. It is several times as long as its stage, and compiling
     /// takes some milliseconds for each; beyond this nothing is culled and the output is the same.
     size_t longest_bounds = 2000;
     /// Told after each pass and stage, with the stage as it then is.
@@ -46,8 +46,13 @@ struct PassTime {
     double seconds = 0;
 };
 
+/// Of a stage once functions are written out and look-ups have footprints: compiling takes one or
+/// two milliseconds for each.
+constexpr size_t kMostOperations = 24000;
+
 struct PipelineResult {
     KernelStages stages;
+    size_t longest = 0;  ///< operations of the longer stage; above kMostOperations it is not done
     std::vector<PassTime> times;
     std::string fault;  ///< a bug of ours: what ir::verify found, and after which pass; else empty
 };

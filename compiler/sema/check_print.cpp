@@ -10,6 +10,8 @@ namespace openfab::sema {
 
 namespace {
 
+constexpr size_t kMostPrinted = 64;
+
 /// The first part of an expression that changes something, or null.
 const Expr* side_effect(const Expr& expr) {
     switch (expr.kind) {
@@ -167,6 +169,18 @@ ExprPtr Checker::print(const ast::Expr& expr) {
         const Expr* effect = side_effect(*arg);
         if (effect == nullptr) continue;
         sink_->report(effect->span, diag::kSideEffect, name);
+        return poison(expr.span);
+    }
+    // Each is kept until the line is printed; a vector counts as its components.
+    size_t printed = 0;
+    for (size_t i = is_assert ? 1 : 0; i < out->args.size(); ++i)
+        printed += static_cast<size_t>(out->args[i]->type.size);
+    if (printed > kMostPrinted) {
+        sink_
+            ->report(expr.args[0]->span, diag::kTooComplex,
+                     fmt::format("{} values are printed at once; at most {} can be", printed,
+                                 kMostPrinted))
+            .help(fmt::format("print them by several calls of `{}`", name));
         return poison(expr.span);
     }
     if (has_format) {

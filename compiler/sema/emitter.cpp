@@ -13,6 +13,52 @@ namespace openfab::sema {
 using ir::Op;
 using ir::ValueId;
 
+namespace {
+
+// In operations that take as long to compile. A look-up is a stage of its own, and its interval
+// form long; loops, queries and prints end a kernel and begin another.
+constexpr size_t kLookUpCost = 500;
+constexpr size_t kStepCost = 100;
+constexpr size_t kPrintedCost = 10;
+
+}  // namespace
+
+size_t Emitter::cost(const ir::Instr& instr) {
+    switch (instr.op) {
+        case Op::kConst:
+        case Op::kInput:
+        case Op::kLoopVar:
+        case Op::kLoopResult:
+        case Op::kQueryResult:
+            return 0;
+        case Op::kSample:
+            return kLookUpCost;
+        case Op::kLoop:
+        case Op::kQuery:
+            return kStepCost;
+        case Op::kPrint:
+            return kStepCost + kPrintedCost * instr.args.size();
+        default:
+            break;
+    }
+    if (!ir::is_function(instr.op)) return 1;
+    size_t& known = function_sizes_[{instr.op, instr.a, instr.args.size()}];
+    if (known == 0) known = functions::operations(instr);
+    return known;
+}
+
+size_t Emitter::operations(size_t size) {
+    while (sums_.size() < size) {
+        const size_t at = sums_.size();
+        const size_t before = at == 0 ? 0 : sums_.back();
+        const ir::Instr& instr = stage_->instrs[at];
+        // Channels that are read at one place are one look-up.
+        const bool more = instr.op == Op::kSample && instr.b > 0 && at > 0;
+        sums_.push_back(before + (more ? 1 : cost(instr)));
+    }
+    return size == 0 ? 0 : sums_[size - 1];
+}
+
 ValueId Emitter::add(ir::Instr instr) {
     Key key{instr.op, instr.type, instr.bits, instr.kind, instr.a, instr.b, instr.args};
     const auto found = known_.find(key);
@@ -144,6 +190,7 @@ ValueId Emitter::end_loop(ValueId loop, ValueId again, const std::vector<ValueId
 void Emitter::forget_after(size_t size) {
     forget_from(static_cast<ValueId>(size));
     stage_->instrs.resize(size);
+    if (sums_.size() > size) sums_.resize(size);
 }
 
 ValueId Emitter::bit_cast(ValueId value, ir::Type to) {

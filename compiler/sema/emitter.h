@@ -66,18 +66,25 @@ class Emitter {
     /// True where `condition` is `fact` or a conjunction that holds it.
     bool implies(ir::ValueId condition, ir::ValueId fact) const;
     size_t size() const { return stage_->instrs.size(); }
+    /// What the first `size` instructions come to once functions are written out, by what they cost
+    /// the compiler: steps and look-ups count for as many operations as take them as long.
+    size_t operations(size_t size);
+    size_t operations() { return operations(size()); }
 
   private:
     using Key =
         std::tuple<ir::Op, ir::Type, uint32_t, int32_t, int32_t, int32_t, std::vector<ir::ValueId>>;
     ir::ValueId add(ir::Instr instr);
     void forget_from(ir::ValueId first);
+    size_t cost(const ir::Instr& instr);
     bool is_one_of(ir::Op op, ir::ValueId value, ir::ValueId part) const;
     bool are_opposite(ir::ValueId a, ir::ValueId b) const;
 
     ir::Stage* stage_;
     ir::Builder builder_;
     std::map<Key, ir::ValueId> known_;
+    std::vector<size_t> sums_;  ///< operations up to each instruction, as far as asked for
+    std::map<std::tuple<ir::Op, int32_t, size_t>, size_t> function_sizes_;
 };
 
 }  // namespace openfab::sema

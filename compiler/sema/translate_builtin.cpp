@@ -1,5 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
 #include <limits>
 
 #include "compiler/ir/arithmetic.h"
@@ -210,6 +212,15 @@ Value StageTranslator::sample(const Expr& expr) {
     // Where the texture varies each that it may be is looked up by those who mean it.
     const std::vector<int32_t> textures = possible_indices(texture, fablet_.ir.texture_count);
     Value out = zero(expr.type);
+    if (textures.size() > kMaxTextures) {
+        sink_
+            ->report(expr.span, diag::kTooComplex,
+                     fmt::format("a varying index that may pick one of {} textures; at most {} "
+                                 "can be looked up",
+                                 textures.size(), kMaxTextures))
+            .help("each of them is looked up by the voxels that mean it: pack them in one texture");
+        return out;
+    }
     for (int32_t index : textures) {
         const ValueId here =
             textures.size() == 1

@@ -20,8 +20,10 @@ namespace {
 // A real loop costs about as much compile time as a few hundred instructions, and at run time a
 // load and a store of each variable for each trip.
 constexpr int kFewTrips = 16;
-constexpr size_t kManyInstructions = 12000;  // for few trips
-constexpr size_t kFewInstructions = 1500;    // for more
+constexpr size_t kManyOperations = 4000;  // for few trips
+constexpr size_t kFewOperations = 1500;   // for more
+// Where a stage is as long as this, what is left of its loops stays loops.
+constexpr size_t kMostUnrolled = 12000;
 // Kernels more for what cuts a stage in phases.
 constexpr size_t kManyKernels = 16;
 
@@ -150,14 +152,15 @@ void StageTranslator::loop(const Stmt& stmt) {
     run_loop(stmt);
 }
 
-bool StageTranslator::stays_small(size_t begin, int trips) const {
-    const size_t size = emit_.size() - begin;
+bool StageTranslator::stays_small(size_t begin, int trips) {
+    const size_t size = emit_.operations() - emit_.operations(begin);
     size_t kernels = 0;
     for (size_t id = begin; id < emit_.size(); ++id) {
         kernels += kernels_of(emit_.instr(static_cast<ValueId>(id)).op);
     }
     if (kernels > kManyKernels) return false;
-    return size <= (trips <= kFewTrips ? kManyInstructions : kFewInstructions);
+    if (emit_.operations() > kMostUnrolled) return false;
+    return size <= (trips <= kFewTrips ? kManyOperations : kFewOperations);
 }
 
 /// False where a test is no constant or the result would be long.

@@ -141,7 +141,7 @@ class StageTranslator {
     bool unassigned_in_first_trip(ir::ValueId assigned) const;
     bool first_trip_comes_here() const;
     void loop(const Stmt& stmt);
-    bool stays_small(size_t begin, int trips) const;
+    bool stays_small(size_t begin, int trips);
     bool unroll(const Stmt& stmt);
     std::set<VariableId> guess_changed(const Stmt& stmt) const;
     void run_loop(const Stmt& stmt);

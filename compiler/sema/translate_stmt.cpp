@@ -122,12 +122,12 @@ void StageTranslator::unwind(const std::vector<ValueId>& pending) {
 bool StageTranslator::too_complex(const source::Span& span) {
     if (gave_up_) return true;
     const bool steps = ++steps_ > kMaxSteps;
-    if (!steps && emit_.size() <= kMaxInstructions) return false;
+    if (!steps && emit_.operations() <= kMaxOperations) return false;
     sink_
         ->report(
             span, diag::kTooComplex,
-            fmt::format("the stage comes to more than {} {}", steps ? kMaxSteps : kMaxInstructions,
-                        steps ? "statements" : "instructions"))
+            fmt::format("the stage comes to more than {} {}", steps ? kMaxSteps : kMaxOperations,
+                        steps ? "statements" : "operations"))
         .help("functions are inlined and short loops unrolled: make the innermost ones smaller");
     gave_up_ = true;
     return true;

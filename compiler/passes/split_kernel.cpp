@@ -1,0 +1,279 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "compiler/passes/split_kernel.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+#include <utility>
+
+namespace openfab::passes {
+
+namespace {
+
+using ir::Instr;
+using ir::kNoValue;
+using ir::Op;
+using ir::ValueId;
+
+constexpr size_t kMostOutputs = 64;
+constexpr size_t kPieceOutputs = 32;
+// Outputs of one value.
+constexpr size_t kMostCopies = 4;
+
+// A look-up is a stage of its own; its interval form is generated code.
+constexpr size_t kLookUp = 100;
+constexpr size_t kLookUpBound = 120;
+
+size_t operations_of(const Instr& instr) {
+    switch (instr.op) {
+        case Op::kConst:
+        case Op::kInput:
+            return 0;
+        case Op::kSample:
+            return kLookUp;
+        case Op::kSampleBound:
+            return kLookUpBound;
+        default:
+            return 1;
+    }
+}
+
+class Splitter {
+  public:
+    Splitter(const ir::Stage& kernel, std::vector<ir::Type>* states, size_t longest)
+        : kernel_(kernel),
+          states_(*states),
+          live_(ir::live_values(kernel)),
+          shortest_piece_(longest / 5),
+          longest_piece_(2 * longest / 5) {}
+
+    std::vector<ir::Stage> run() {
+        find_rewritten();
+        count_outputs();
+        find_last_uses();
+        find_cuts();
+        for (size_t p = 0; p < pieces_; ++p)
+            compute(p);
+        write_rest();
+        return std::move(out_);
+    }
+
+  private:
+    const Instr& at(ValueId id) const { return kernel_.instrs[id]; }
+
+    /// States that are both read and written: written by the last pieces, when all have read them.
+    void find_rewritten() {
+        std::set<int32_t> written;
+        for (const ir::Output& output : kernel_.outputs) {
+            if (output.kind == OPENFAB_ARG_STATE_OUT) written.insert(output.a);
+        }
+        for (ValueId id = 0; id < kernel_.instrs.size(); ++id) {
+            const Instr& instr = at(id);
+            const bool state = instr.op == Op::kInput && instr.kind == OPENFAB_ARG_STATE;
+            if (live_[id] && state && written.count(instr.a) != 0) rewritten_.insert(instr.a);
+        }
+    }
+    bool is_rewritten(int32_t state) const { return rewritten_.count(state) != 0; }
+
+    /// What each piece that needs it makes for itself.
+    bool is_made_again(ValueId id) const {
+        const Instr& instr = at(id);
+        if (instr.op == Op::kConst) return true;
+        return instr.op == Op::kInput &&
+               (instr.kind != OPENFAB_ARG_STATE || !is_rewritten(instr.a));
+    }
+    /// Beside those states: what any piece can write, of which one need not have too many.
+    bool is_written_last(const ir::Output& output) const {
+        if (output.kind == OPENFAB_ARG_STATE_OUT && is_rewritten(output.a)) return true;
+        return is_made_again(output.value) || copies_[output.value] > kMostCopies;
+    }
+
+    void count_outputs() {
+        copies_.assign(kernel_.instrs.size(), 0);
+        for (const ir::Output& output : kernel_.outputs)
+            ++copies_[output.value];
+    }
+
+    void find_last_uses() {
+        const size_t count = kernel_.instrs.size();
+        last_use_.assign(count, 0);
+        due_.assign(count, 0);
+        for (ValueId id = 0; id < count; ++id) {
+            if (!live_[id]) continue;
+            for (const ValueId arg : at(id).args)
+                last_use_[arg] = id;
+        }
+        for (const ir::Output& output : kernel_.outputs) {
+            if (is_written_last(output)) {
+                last_use_[output.value] = count;
+            } else {
+                ++due_[output.value];
+            }
+        }
+    }
+
+    /// piece_[id]: the piece that computes a value.
+    void find_cuts() {
+        const size_t count = kernel_.instrs.size();
+        // How many values cross a cut before each instruction.
+        std::vector<int64_t> change(count + 2, 0);
+        for (ValueId id = 0; id < count; ++id) {
+            if (!live_[id] || is_made_again(id) || last_use_[id] <= id) continue;
+            ++change[id + 1];
+            --change[last_use_[id] + 1];
+        }
+        std::vector<int64_t> crossing(count + 1, 0);
+        for (size_t k = 1; k <= count; ++k)
+            crossing[k] = crossing[k - 1] + change[k];
+        piece_.assign(count, 0);
+        for (ValueId begin = 0; begin < count; ++pieces_) {
+            size_t operations = 0, outputs = 0;
+            ValueId best = static_cast<ValueId>(count), id = begin;
+            int64_t fewest = -1;
+            for (; id < count; ++id) {
+                if (operations >= shortest_piece_ && (fewest < 0 || crossing[id] < fewest)) {
+                    fewest = crossing[id];
+                    best = id;
+                }
+                if (id > begin && outputs + due_[id] > kPieceOutputs && operations > 0) {
+                    best = id;
+                    break;
+                }
+                if (operations >= longest_piece_) break;
+                if (!live_[id]) continue;
+                operations += operations_of(at(id));
+                outputs += due_[id];
+            }
+            if (id == count) best = id;
+            for (; begin < best; ++begin)
+                piece_[begin] = pieces_;
+        }
+    }
+
+    /// One piece in the making.
+    struct Piece {
+        ir::Stage stage;
+        std::vector<std::pair<ValueId, ValueId>> made;  ///< of the kernel, of the piece; sorted
+    };
+
+    ValueId* known(Piece* piece, ValueId id) {
+        const auto less = [](const auto& a, ValueId b) { return a.first < b; };
+        const auto found = std::lower_bound(piece->made.begin(), piece->made.end(), id, less);
+        const bool here = found != piece->made.end() && found->first == id;
+        return here ? &found->second : nullptr;
+    }
+
+    ValueId get(Piece* piece, size_t number, ValueId id) {
+        if (const ValueId* made = known(piece, id)) return *made;
+        Instr instr = at(id);
+        if (!is_made_again(id) && piece_[id] != number) {
+            instr = {};
+            instr.op = Op::kInput;
+            instr.type = at(id).type;
+            instr.kind = OPENFAB_ARG_STATE;
+            instr.a = crossing_state(id);
+        } else {
+            for (ValueId& arg : instr.args)
+                arg = get(piece, number, arg);
+        }
+        const auto value = static_cast<ValueId>(piece->stage.instrs.size());
+        piece->stage.instrs.push_back(std::move(instr));
+        const auto less = [](const auto& a, ValueId b) { return a.first < b; };
+        const auto place = std::lower_bound(piece->made.begin(), piece->made.end(), id, less);
+        piece->made.insert(place, {id, value});
+        return value;
+    }
+
+    int32_t crossing_state(ValueId id) {
+        if (state_.empty()) state_.assign(kernel_.instrs.size(), -1);
+        if (state_[id] < 0) {
+            state_[id] = static_cast<int32_t>(states_.size());
+            states_.push_back(at(id).type);
+        }
+        return state_[id];
+    }
+
+    bool crosses(ValueId id) const {
+        return !is_made_again(id) && (last_use_[id] == kernel_.instrs.size() ||
+                                      (last_use_[id] > id && piece_[last_use_[id]] != piece_[id]));
+    }
+
+    static void write_state(int32_t state, ValueId value, ir::Stage* to) {
+        to->outputs.push_back(
+            {fmt::format("state_{}", state), OPENFAB_ARG_STATE_OUT, state, 0, value});
+    }
+
+    void compute(size_t number) {
+        Piece piece;
+        piece.stage.kind = kernel_.kind;
+        for (ValueId id = 0; id < kernel_.instrs.size(); ++id) {
+            if (!live_[id] || piece_[id] != number) continue;
+            if (crosses(id)) {
+                const ValueId value = get(&piece, number, id);
+                write_state(crossing_state(id), value, &piece.stage);
+            }
+            if (due_[id] == 0) continue;
+            for (ir::Output output : kernel_.outputs) {
+                if (output.value != id || is_written_last(output)) continue;
+                output.value = get(&piece, number, id);
+                piece.stage.outputs.push_back(std::move(output));
+            }
+        }
+        if (!piece.stage.outputs.empty()) out_.push_back(std::move(piece.stage));
+    }
+
+    /// All others have read what these write, and none of these does.
+    void write_rest() {
+        std::vector<ir::Output> rest;
+        for (const ir::Output& output : kernel_.outputs) {
+            if (is_written_last(output)) rest.push_back(output);
+        }
+        for (size_t first = 0; first < rest.size(); first += kPieceOutputs) {
+            Piece piece;
+            piece.stage.kind = kernel_.kind;
+            const size_t end = std::min(rest.size(), first + kPieceOutputs);
+            for (size_t k = first; k < end; ++k) {
+                ir::Output output = rest[k];
+                output.value = get(&piece, pieces_, output.value);
+                piece.stage.outputs.push_back(std::move(output));
+            }
+            out_.push_back(std::move(piece.stage));
+        }
+    }
+
+    const ir::Stage& kernel_;
+    std::vector<ir::Type>& states_;
+    const std::vector<bool> live_;
+    // A cut is made where the fewest values cross it between these.
+    const size_t shortest_piece_, longest_piece_;
+    std::set<int32_t> rewritten_;
+    std::vector<size_t> last_use_;  ///< beyond the end: by the pieces that come last
+    std::vector<size_t> copies_;    ///< outputs of each value
+    std::vector<size_t> due_;       ///< outputs that are written where the value is computed
+    std::vector<size_t> piece_;
+    std::vector<int32_t> state_;
+    size_t pieces_ = 0;
+    std::vector<ir::Stage> out_;
+};
+
+}  // namespace
+
+size_t kernel_operations(const ir::Stage& stage) {
+    size_t sum = 0;
+    for (const Instr& instr : stage.instrs)
+        sum += operations_of(instr);
+    return sum;
+}
+
+bool needs_splitting(const ir::Stage& stage, size_t longest) {
+    return kernel_operations(stage) > longest || stage.outputs.size() > kMostOutputs;
+}
+
+std::vector<ir::Stage> split_kernel(const ir::Stage& kernel, std::vector<ir::Type>* states,
+                                    size_t longest) {
+    return Splitter(kernel, states, longest).run();
+}
+
+}  // namespace openfab::passes
