@@ -1,0 +1,225 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Distances to minimal surfaces, against the nearest of many points of each surface, in double
+// precision: how far a wall or a solid comes out from what was asked for.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <random>
+
+#include "compiler/diag/render.h"
+#include "compiler/driver/frontend.h"
+#include "compiler/interp/evaluate.h"
+#include "runtime/abi/fablet_table.h"
+
+namespace openfab::testing {
+namespace {
+
+using Vec = std::array<double, 3>;
+
+constexpr double kTwoPi = 2 * std::numbers::pi;
+constexpr double kPeriod = 8;  // mm
+// Where a wall ends, from its middle, as a share of the period: up to 0.28 in thickness.
+constexpr std::array<double, 6> kHalves = {0.008, 0.03, 0.045, 0.07, 0.1, 0.14};
+
+double dot(const Vec& a, const Vec& b) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+/// a + b * t
+Vec along(const Vec& a, const Vec& b, double t) {
+    return {a[0] + b[0] * t, a[1] + b[1] * t, a[2] + b[2] * t};
+}
+
+/// Fields of period 2 pi, as the functions of their names.
+double gyroid(const Vec& q) {
+    return std::sin(q[0]) * std::cos(q[1]) + std::sin(q[1]) * std::cos(q[2]) +
+           std::sin(q[2]) * std::cos(q[0]);
+}
+double schwarz_p(const Vec& q) {
+    return std::cos(q[0]) + std::cos(q[1]) + std::cos(q[2]);
+}
+/// The same as a sum of two products of sums: sin(x + y) and cos(x - y).
+double schwarz_d(const Vec& q) {
+    return std::cos(q[2]) * std::sin(q[0] + q[1]) + std::sin(q[2]) * std::cos(q[0] - q[1]);
+}
+double neovius(const Vec& q) {
+    return 3 * schwarz_p(q) + 4 * std::cos(q[0]) * std::cos(q[1]) * std::cos(q[2]);
+}
+
+using Field = double (*)(const Vec&);
+
+Vec gradient(Field field, const Vec& q) {
+    constexpr double kStep = 1e-5;
+    Vec out;
+    for (size_t k = 0; k < 3; ++k) {
+        Vec more = q, less = q;
+        more[k] += kStep;
+        less[k] -= kStep;
+        out[k] = (field(more) - field(less)) / (2 * kStep);
+    }
+    return out;
+}
+
+/// A point of the surface not far from q.
+Vec onto(Field field, Vec q, int steps) {
+    for (int k = 0; k < steps; ++k) {
+        const Vec g = gradient(field, q);
+        const double step = field(q) / std::max(dot(g, g), 0.02);
+        q = along(q, g, -std::clamp(step, -0.5, 0.5));
+    }
+    return q;
+}
+
+/// Points all over the surface in a period and around it, by cells.
+class Surface {
+  public:
+    explicit Surface(Field field) : field_(field) {
+        std::mt19937 random(5);
+        std::uniform_real_distribution<double> place(-kReach, kTwoPi + kReach);
+        for (int k = 0; k < kPoints; ++k) {
+            const Vec q = onto(field, {place(random), place(random), place(random)}, 12);
+            if (std::abs(field(q)) < 1e-9) cells_[cell_of(q)].push_back(q);
+        }
+    }
+
+    /// Unsigned. From the nearest of the points, along the surface to where the normal is on q.
+    double distance(const Vec& q) const {
+        Vec y = nearest(q);
+        for (int k = 0; k < 8; ++k) {
+            y = onto(field_, y, 1);
+            const Vec g = gradient(field_, y), off = along(q, y, -1);
+            const Vec beside = along(off, g, -dot(off, g) / dot(g, g));
+            y = along(y, beside, 0.6);
+        }
+        const Vec off = along(q, onto(field_, y, 2), -1);
+        return std::sqrt(dot(off, off));
+    }
+
+  private:
+    using Cell = std::array<int, 3>;
+    static constexpr double kReach = 2.7, kCell = 0.5;
+    static constexpr int kPoints = 60'000;
+
+    static Cell cell_of(const Vec& q) {
+        Cell out;
+        for (size_t k = 0; k < 3; ++k)
+            out[k] = static_cast<int>(std::floor(q[k] / kCell));
+        return out;
+    }
+
+    /// Shells of cells outwards, until none can hold a nearer point.
+    Vec nearest(const Vec& q) const {
+        const Cell centre = cell_of(q);
+        Vec best{};
+        double least = 1e30;
+        for (int r = 0; r < 8 && (r == 0 || least > kCell * kCell * (r - 1) * (r - 1)); ++r) {
+            for (int x = -r; x <= r; ++x) {
+                for (int y = -r; y <= r; ++y) {
+                    const bool side = std::abs(x) == r || std::abs(y) == r;
+                    for (int z = -r; z <= r; z += side || r == 0 ? 1 : 2 * r) {
+                        const auto cell =
+                            cells_.find({centre[0] + x, centre[1] + y, centre[2] + z});
+                        if (cell == cells_.end()) continue;
+                        for (const Vec& p : cell->second) {
+                            const Vec off = along(q, p, -1);
+                            if (dot(off, off) >= least) continue;
+                            least = dot(off, off);
+                            best = p;
+                        }
+                    }
+                }
+            }
+        }
+        return best;
+    }
+
+    Field field_;
+    std::map<Cell, std::vector<Vec>> cells_;
+};
+
+class Point : public interp::Environment {
+  public:
+    std::array<float, 3> values{};
+    uint32_t input(int32_t kind, int32_t a, int32_t) const override {
+        return kind == OPENFAB_ARG_UNIFORM ? std::bit_cast<uint32_t>(values.at(size_t(a))) : 0;
+    }
+    interp::TextureView texture(int32_t) const override { return {}; }
+};
+
+struct Case {
+    const char* name;
+    Field field;
+    double largest;  ///< distance from the surface, as a share of the period
+};
+
+class Lattice : public ::testing::TestWithParam<Case> {};
+
+TEST_P(Lattice, WallsAndSolidsAreAsThickAsAsked) {
+    const Case& surface = GetParam();
+    const std::string text =
+        std::string("import lattice;\nfablet T { @uniform { float3 p; Material m; }") +
+        "@Volume() { MaterialComposition mc; mc.Set(m, " + surface.name +
+        "_distance(p, 8)); return mc; } }\n";
+    source::SourceManager sources;
+    diag::Sink sink;
+    const auto module = driver::compile_to_ir(sources, sources.add("test.fl", text), sink);
+    ASSERT_TRUE(module.has_value()) << diag::render_text(sink, sources);
+    const Surface reference(surface.field);
+    constexpr int kSamples = 12'000;
+    std::mt19937 random(23);
+    std::uniform_real_distribution<double> place(0, kTwoPi);
+    std::array<int, kHalves.size()> walls{}, walls_found{}, solids{}, solids_found{};
+    std::vector<double> errors;
+    for (int k = 0; k < kSamples; ++k) {
+        const Vec q = {place(random), place(random), place(random)};
+        const double unsigned_mm = reference.distance(q) * kPeriod / kTwoPi;
+        const double exact = surface.field(q) < 0 ? -unsigned_mm : unsigned_mm;
+        Point point;
+        for (size_t a = 0; a < 3; ++a)
+            point.values[a] = static_cast<float>(q[a] * kPeriod / kTwoPi);
+        const double found = static_cast<double>(
+            std::bit_cast<float>(interp::evaluate(module->fablets[0].volume, point)[0]));
+        EXPECT_LE(std::abs(found), surface.largest * kPeriod);
+        if (std::abs(exact) > 1e-3) {
+            EXPECT_EQ(found < 0, exact < 0) << exact;
+        }
+        for (size_t h = 0; h < kHalves.size(); ++h) {
+            const double half = kHalves[h] * kPeriod;
+            walls[h] += std::abs(exact) < half ? 1 : 0;
+            walls_found[h] += std::abs(found) < half ? 1 : 0;
+            // A solid on one side, cut back by as much.
+            solids[h] += exact < -half ? 1 : 0;
+            solids_found[h] += found < -half ? 1 : 0;
+        }
+        if (std::abs(exact) < 0.1 * kPeriod) errors.push_back(std::abs(found - exact));
+    }
+    for (size_t h = 0; h < kHalves.size(); ++h) {
+        SCOPED_TRACE(::testing::Message() << "a wall of " << 2 * kHalves[h] << " of the period");
+        // 2 %, and what chance adds where there are few points.
+        EXPECT_NEAR(walls_found[h], walls[h], 0.02 * walls[h] + 4);
+        EXPECT_NEAR(solids_found[h], solids[h], 0.02 * std::max(solids[h], walls[h]) + 4);
+        RecordProperty("share_" + std::to_string(h),
+                       std::to_string(static_cast<double>(walls_found[h]) / kSamples) + " of " +
+                           std::to_string(static_cast<double>(walls[h]) / kSamples));
+    }
+    // Each point, against a wall of a fifth of the period.
+    std::sort(errors.begin(), errors.end());
+    EXPECT_LT(errors[errors.size() * 95 / 100], 0.02 * 0.2 * kPeriod);
+}
+
+INSTANTIATE_TEST_SUITE_P(MinimalSurfaces, Lattice,
+                         ::testing::Values(Case{"gyroid", gyroid, 0.2309},
+                                           Case{"schwarz_p", schwarz_p, 0.4298},
+                                           Case{"schwarz_d", schwarz_d, 0.2149},
+                                           Case{"neovius", neovius, 0.4059}),
+                         [](const auto& info) { return info.param.name; });
+
+}  // namespace
+}  // namespace openfab::testing
