@@ -196,7 +196,14 @@ void Checker::check_stages(const ast::Fablet& from, Fablet* to) {
         scopes_.pop_back();
     }
     if (volume == nullptr) {
-        if (!from.name.empty()) sink_->report(from.span, diag::kMissingStage, from.name);
+        if (from.name.empty()) return;
+        diag::Diagnostic& d = sink_->report(from.span, diag::kMissingStage, from.name);
+        d.help("write `@Volume(@varying { VolumeAttributes attr }) { … }`");
+        for (const auto& f : to->functions) {
+            if (f->name == "Volume" || f->name == "volume" || f->name == "main") {
+                d.note(f->span, fmt::format("`{}` is an ordinary function here", f->name));
+            }
+        }
         return;
     }
     to->volume.span = volume->span;

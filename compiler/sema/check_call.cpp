@@ -188,7 +188,13 @@ ExprPtr Checker::unknown_function(const ast::Expr& expr) {
     for (const std::string& type : type_names())
         names.push_back(type);
     const std::string near = diag::suggest(callee.text, names);
-    if (!near.empty()) d.did_you_mean(callee.span, near);
+    if (!near.empty()) {
+        d.did_you_mean(callee.span, near);
+    } else {
+        d.help(
+            "library functions need an `import`; OPENFL.md lists the built-in functions in section "
+            "8");
+    }
     return poison(expr.span);
 }
 
@@ -213,6 +219,7 @@ ExprPtr Checker::construct(const ast::Expr& expr, const Type& type, std::vector<
         }
         const int size = arg->type.size;
         components += size;
+        check_division(*arg, type);
         arg = convert_explicitly(std::move(arg), {type.base, size});
     }
     if (components != wanted) {
@@ -245,7 +252,10 @@ ExprPtr Checker::intrinsic(const ast::Expr& expr, const IntrinsicInfo& info,
     if (info.shape == Shape::kOwn) return own_function_call(expr, info, std::move(args));
     if (info.shape == Shape::kBits) return bits_call(expr, info, std::move(args));
     if (static_cast<int>(args.size()) != info.arity) {
-        wrong_count(expr, info.name, plural(info.arity, "argument"), args.size());
+        const std::string right = info.id == Intrinsic::kAtan && args.size() == 2
+                                      ? "1 argument (`atan2` takes y and x)"
+                                      : plural(info.arity, "argument");
+        wrong_count(expr, info.name, right, args.size());
         return poison(expr.span);
     }
     const bool mixture = info.id == Intrinsic::kLerp && args[0]->type.is(Base::kComposition) &&
@@ -253,7 +263,11 @@ ExprPtr Checker::intrinsic(const ast::Expr& expr, const IntrinsicInfo& info,
     const bool numbers = std::all_of(args.begin(), args.end(),
                                      [](const ExprPtr& arg) { return arg->type.is_numeric(); });
     if (!numbers && !mixture) {
-        sink_->report(expr.args[0]->span, diag::kNoOverload, info.name, type_list(args));
+        diag::Diagnostic& d =
+            sink_->report(expr.args[0]->span, diag::kNoOverload, info.name, type_list(args));
+        if (args[0]->type.is(Base::kMaterial)) {
+            d.help("mix materials in a composition: `mc.Set(a, 1 - t); mc.Set(b, t);`");
+        }
         return poison(expr.span);
     }
     ExprPtr out = make(ExprKind::kIntrinsic, args[0]->type, expr.span);
@@ -335,7 +349,11 @@ ExprPtr Checker::method(const ast::Expr& expr) {
     if (object->type.is_error()) return poison(expr.span);
     const Type& type = object->type;
     if (!type.is(Base::kTexture2D) && !type.is(Base::kTexture3D) && !type.is(Base::kComposition)) {
-        sink_->report(callee.text_span, diag::kUnknownMember, type_name(object->type), callee.text);
+        diag::Diagnostic& d = sink_->report(callee.text_span, diag::kUnknownMember,
+                                            type_name(object->type), callee.text);
+        if (type.is(Base::kMaterial)) {
+            d.help("amounts are set in a composition: `mc.Set(material, amount)`");
+        }
         return poison(expr.span);
     }
     std::vector<ExprPtr> args = arguments(expr);
@@ -355,7 +373,12 @@ ExprPtr Checker::texture_method(const ast::Expr& expr, ExprPtr texture, std::vec
         const std::vector<std::string> names = {"Sample1", "Sample2", "Sample3", "Sample4"};
         diag::Diagnostic& d =
             sink_->report(callee.text_span, diag::kUnknownMember, "ImageTexture2D", name);
-        d.help("it has `Sample1` to `Sample4`, which read that many channels");
+        const std::string near = diag::suggest(name, names);
+        if (near.empty()) {
+            d.help("it has `Sample1` to `Sample4`, which read that many channels");
+        } else {
+            d.did_you_mean(callee.text_span, near);
+        }
         return poison(expr.span);
     }
     if (place_ == Place::kGlobal) {
@@ -419,7 +442,9 @@ ExprPtr Checker::composition_method(const ast::Expr& expr, ExprPtr object,
         const std::string near = diag::suggest(callee.text, names);
         diag::Diagnostic& d = sink_->report(callee.text_span, diag::kUnknownMember,
                                             "MaterialComposition", callee.text);
-        if (near.empty()) {
+        if (callee.text == "Normalize" || callee.text == "normalize") {
+            d.help("the result of the stage is scaled to a sum of 1 automatically");
+        } else if (near.empty()) {
             d.help("it has `Set`, `Add`, `Get`, `Clear` and `Total`");
         } else {
             d.did_you_mean(callee.text_span, near);
@@ -427,13 +452,32 @@ ExprPtr Checker::composition_method(const ast::Expr& expr, ExprPtr object,
         return poison(expr.span);
     }
     if (args.size() != method->count) {
-        sink_->report(callee.text_span, diag::kArgumentCount, callee.text,
-                      plural(static_cast<int>(method->count), "argument"),
-                      static_cast<int>(args.size()));
+        diag::Diagnostic& d = sink_->report(callee.text_span, diag::kArgumentCount, callee.text,
+                                            plural(static_cast<int>(method->count), "argument"),
+                                            static_cast<int>(args.size()));
+        if (method->count == 2) {
+            d.help(fmt::format("it takes a material and its amount: `{}(material, 0.5)`",
+                               method->name));
+        }
         return poison(expr.span);
     }
     if (!args.empty() && !args[0]->type.is(Base::kMaterial)) {
-        sink_->report(args[0]->span, diag::kNoConversion, type_name(args[0]->type), "Material");
+        diag::Diagnostic& d =
+            sink_->report(args[0]->span, diag::kNoConversion, type_name(args[0]->type), "Material");
+        if (args.size() == 2 && args[1]->type.is(Base::kMaterial)) {
+            const auto simple = [](const ast::Expr& part) {
+                return part.args.empty() && part.kind != ast::ExprKind::kStringLiteral;
+            };
+            const ast::Expr& amount = *expr.args[1];
+            const ast::Expr& material = *expr.args[2];
+            d.help(fmt::format("the material comes first, then its amount: `{}({}, {})`",
+                               method->name, simple(material) ? material.text : "material",
+                               simple(amount) ? amount.text : "amount"));
+            if (simple(material) && simple(amount)) {
+                d.replace(amount.span, std::string(material.text))
+                    .replace(material.span, std::string(amount.text));
+            }
+        }
         return poison(expr.span);
     }
     if (args.size() == 2) args[1] = convert(std::move(args[1]), kFloatType);

@@ -106,7 +106,13 @@ Type Checker::declared_type(const ast::TypeRef& ref) {
     for (const auto& name : types_)
         names.push_back(name->name);
     const std::string near = diag::suggest(ref.text, names);
-    if (!near.empty()) d.did_you_mean(ref.span, near);
+    if (!near.empty()) {
+        d.did_you_mean(ref.span, near);
+    } else {
+        d.help(
+            "OPENFL.md lists the types in section 3: `bool`, `int`, `uint`, `float`, `float3`, "
+            "`Material`, `MaterialComposition` and others");
+    }
     return {};
 }
 
@@ -133,7 +139,7 @@ std::optional<int> Checker::extent(const ast::Variable& v, size_t dimension) {
         sink_
             ->report(v.array_span, diag::kBadDeclaration,
                      fmt::format("array `{}` has no size", v.name))
-            .help("only the outermost one can be left out, where a list in `{ }` tells it");
+            .help("only the outermost size can be left out, and only with an initializer list");
         return std::nullopt;
     }
     if (*count < 1 || *count > kMaxComponents) {
@@ -238,7 +244,11 @@ void Checker::check_constant(const ast::Variable& v, std::vector<std::unique_ptr
         sink_
             ->report(v.span, diag::kBadDeclaration,
                      fmt::format("`{}` is outside a function and not `const`", v.name))
-            .help("nothing is kept from voxel to voxel: write `const`, or make it a `@uniform`");
+            .help(type.is_handle() || contains(type, Base::kMaterial)
+                      ? fmt::format("the world binds it: `@uniform {{ {} {}; }}`", v.type.text,
+                                    v.name)
+                      : "nothing is kept from voxel to voxel: write `const`, or make it a uniform, "
+                        "`@uniform { … }`");
     } else if (!type.is_error() && v.init == nullptr) {
         sink_->report(v.span, diag::kBadDeclaration,
                       fmt::format("constant `{}` has no value", v.name));

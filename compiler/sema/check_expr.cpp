@@ -103,11 +103,13 @@ ExprPtr Checker::expression(const ast::Expr& expr) {
         }
         case ast::ExprKind::kStringLiteral:
             sink_->report(expr.span, diag::kNotAValue, expr.text, "string")
-                .help("strings stand in `printf`, `assert` and annotations only");
+                .help("strings are allowed only in `printf`, `assert` and annotations");
             return poison(expr.span);
         case ast::ExprKind::kInitList:
             sink_->report(expr.span, diag::kNotAValue, "{ }", "list")
-                .help("a list is a first value; elsewhere name its type: `float3(1, 2, 3)`");
+                .help(
+                    "a list initializes or assigns a variable; elsewhere name the type: `float3(1, "
+                    "2, 3)`");
             return poison(expr.span);
         case ast::ExprKind::kName:
             return name(expr);
@@ -122,14 +124,8 @@ ExprPtr Checker::expression(const ast::Expr& expr) {
             return conditional(expr);
         case ast::ExprKind::kAssign:
             return assign(expr);
-        case ast::ExprKind::kComma: {
-            ExprPtr first = expression(*expr.args[0]);
-            ExprPtr second = expression(*expr.args[1]);
-            ExprPtr out = make(ExprKind::kComma, second->type, expr.span);
-            out->args.push_back(std::move(first));
-            out->args.push_back(std::move(second));
-            return out;
-        }
+        case ast::ExprKind::kComma:
+            return comma(expr);
         case ast::ExprKind::kIndex:
             return index(expr);
         case ast::ExprKind::kMember:
@@ -175,15 +171,45 @@ ExprPtr Checker::name(const ast::Expr& expr) {
         for (const auto& [text, symbol_] : scope)
             names.push_back(text);
     }
+    names.insert(names.end(), {"true", "false"});
     const std::string near = diag::suggest(expr.text, names);
     if (!near.empty()) d.did_you_mean(expr.span, near);
     return poison(expr.span);
 }
 
+bool Checker::is_type_name(std::string_view name) const {
+    const Symbol* symbol = find(name);
+    if (symbol != nullptr) return symbol->kind == SymbolKind::kType;
+    return !find_type(name).is_error();
+}
+
+/// The attributes of the stage or function, or null.
+const Symbol* Checker::attributes() const {
+    for (const Scope& scope : scopes_) {
+        for (const auto& [text, symbol] : scope) {
+            if (symbol->type.is_attributes()) return symbol;
+        }
+    }
+    return nullptr;
+}
+
 /// Of a word from elsewhere, or of what the surface stage has and the volume stage asks for.
 std::string Checker::help_for_name(std::string_view name) const {
     const std::string habit = habit_of_name(name);
-    if (!habit.empty() || place_ != Place::kVolume) return habit;
+    if (!habit.empty()) return habit;
+    for (const AttributeInfo& info : kAttributes) {
+        if (info.name != name) continue;
+        const Symbol* symbol = attributes();
+        if (symbol == nullptr) break;
+        const bool here = symbol->type.is(Base::kSurfaceAttributes) ? info.surface : info.volume;
+        if (here) return fmt::format("write `{}.{}`", symbol->name, name);
+    }
+    if (name == "attr" && (place_ == Place::kVolume || place_ == Place::kSurface)) {
+        return place_ == Place::kVolume
+                   ? "declare it: `@Volume(@varying { VolumeAttributes attr })`"
+                   : "declare it: `@Surface(@varying { SurfaceAttributes attr })`";
+    }
+    if (place_ != Place::kVolume) return "";
     for (const auto* list : {&fablet_->ir.surface_outputs, &fablet_->ir.surface_inputs}) {
         for (const ir::Varying& v : *list) {
             if (v.name != name) continue;
@@ -192,11 +218,22 @@ std::string Checker::help_for_name(std::string_view name) const {
                 v.type_name, v.name);
         }
     }
+    if (name == "uv")
+        return "texture coordinates come from the mesh: add `@nearest float2 uv` to the varyings";
     return "";
 }
 
 ExprPtr Checker::bad_operand(const ast::Expr& expr, const std::string& types) {
-    sink_->report(expr.text_span, diag::kBadOperand, expr.text, types);
+    diag::Diagnostic& d = sink_->report(expr.text_span, diag::kBadOperand, expr.text, types);
+    if (types.find("`Material`") != std::string::npos) {
+        d.help(
+            "a material is not a number: `mc.Set(m, 0.5)` sets how much of it a composition holds, "
+            "`mc.Add(m, 0.5)` adds more");
+    } else if (types.find("`MaterialComposition`") != std::string::npos) {
+        d.help("compositions support `a + b`, `a * s`, `lerp(a, b, t)` and `over(a, b)`");
+    } else if (expr.text == "^" && types.find("float") != std::string::npos) {
+        d.help("a power is written `pow(x, y)`");
+    }
     return poison(expr.span);
 }
 
@@ -239,6 +276,14 @@ Type Checker::common_type(const Type& a, const Type& b) const {
 
 ExprPtr Checker::binary(const ast::Expr& expr) {
     if (expr.text == "&&" || expr.text == "||") return logical(expr);
+    const bool pointer = (expr.text == "*" || expr.text == "&") &&
+                         expr.args[0]->kind == ast::ExprKind::kName &&
+                         is_type_name(expr.args[0]->text);
+    if (pointer) {
+        sink_->report(expr.args[0]->span, diag::kNotAValue, expr.args[0]->text, "type")
+            .help("there are no pointers or references; an `out` parameter gives a value back");
+        return poison(expr.span);
+    }
     ExprPtr left = expression(*expr.args[0]);
     ExprPtr right = expression(*expr.args[1]);
     if (left->type.is_error() || right->type.is_error()) return poison(expr.span);
@@ -256,6 +301,7 @@ ExprPtr Checker::binary(const ast::Expr& expr) {
     Type type = materials ? a : common_type(a, b);
     if (type.base == Base::kBool && !equality) type.base = Base::kInt;
     if (is_bitwise(op) && !type.is_integer()) return bad_operand(expr, both(a, b));
+    check_operator_habits(expr, *left, *right);
     ExprPtr out =
         make(ExprKind::kBinary, is_comparison(op) ? Type{Base::kBool, type.size} : type, expr.span);
     out->op = op;
@@ -354,6 +400,19 @@ bool Checker::assignable(const Expr& target) {
             return assignable(*target.args[0]);
         case ExprKind::kVariable:
             break;
+        case ExprKind::kAttribute: {
+            const bool surface = place_ == Place::kSurface;
+            sink_->report(target.span, diag::kNotAssignable, "a stage attribute")
+                .help(surface ? "attributes are read-only; the displacement that the stage returns "
+                                "moves the surface"
+                              : "attributes are read-only; work on a copy: `float3 p = "
+                                "attr.voxelCenter;`");
+            return false;
+        }
+        case ExprKind::kGet:
+            sink_->report(target.span, diag::kNotAssignable, "the result of `Get`")
+                .help("write `mc.Set(m, amount)`");
+            return false;
         default:
             sink_->report(target.span, diag::kNotAssignable, "this expression");
             return false;
@@ -369,6 +428,10 @@ bool Checker::assignable(const Expr& target) {
                                         fmt::format("`{}`, a {},", symbol.name, what));
     if (symbol.span.file != 0)
         d.note(symbol.span, fmt::format("`{}` is declared here", symbol.name));
+    if (symbol.kind == SymbolKind::kUniform && symbol.type.is_arithmetic()) {
+        d.help(fmt::format("the world sets a uniform; work on a copy: `{0} copy = {1};`",
+                           type_name(symbol.type), symbol.name));
+    }
     return false;
 }
 
@@ -442,8 +505,13 @@ ExprPtr Checker::index(const ast::Expr& expr) {
     if (object->type.is_error() || at->type.is_error()) return poison(expr.span);
     const Type type = object->type;
     if (!type.is_array() && !type.is_matrix() && !type.is_vector()) {
-        sink_->report(expr.text_span, diag::kBadOperand, "[ ]",
-                      fmt::format("`{}`", type_name(type)));
+        diag::Diagnostic& d = sink_->report(expr.text_span, diag::kBadOperand, "[ ]",
+                                            fmt::format("`{}`", type_name(type)));
+        if (type.is(Base::kComposition)) {
+            d.help("`mc.Get(m)` is the amount of a material, `mc.Set(m, x)` sets it");
+        } else if (type.is(Base::kTexture2D) || type.is(Base::kTexture3D)) {
+            d.help("a texture is read with `Sample1` to `Sample4`");
+        }
         return poison(expr.span);
     }
     if (at->type != kUintType) at = convert(std::move(at), kIntType);
@@ -476,7 +544,11 @@ ExprPtr Checker::member(const ast::Expr& expr) {
         return struct_member(expr, std::move(object),
                              fablet_ != nullptr ? fablet_->point_members : common_point_members());
     }
-    sink_->report(expr.text_span, diag::kUnknownMember, type_name(object->type), expr.text);
+    diag::Diagnostic& d =
+        sink_->report(expr.text_span, diag::kUnknownMember, type_name(object->type), expr.text);
+    if (object->type.is(Base::kComposition)) {
+        d.help("`mc.Get(m)` is the amount of a material, `mc.Set(m, x)` sets it");
+    }
     return poison(expr.span);
 }
 
@@ -527,7 +599,9 @@ ExprPtr Checker::attribute_member(const ast::Expr& expr, ExprPtr object) {
     const std::string near = diag::suggest(expr.text, names);
     diag::Diagnostic& d =
         sink_->report(expr.text_span, diag::kUnknownMember, type_name(object->type), expr.text);
-    if (near.empty()) {
+    if (const std::string help = habit_of_attribute(expr.text, surface); !help.empty()) {
+        d.help(help);
+    } else if (near.empty()) {
         d.help("it has " + list);
     } else {
         d.did_you_mean(expr.text_span, near);
@@ -548,7 +622,10 @@ ExprPtr Checker::swizzle(const ast::Expr& expr, ExprPtr object) {
         out->lanes[i] = static_cast<uint8_t>(lane);
     }
     if (!ok) {
-        sink_->report(expr.text_span, diag::kBadSwizzle, text, type_name(object->type));
+        const std::string_view set = first_set == 2 ? "rgba" : "xyzw";
+        sink_->report(expr.text_span, diag::kBadSwizzle, text, type_name(object->type))
+            .help(fmt::format("its components are `{}`",
+                              set.substr(0, static_cast<size_t>(object->type.size))));
         return poison(expr.span);
     }
     out->type.size = static_cast<int>(text.size());
@@ -613,7 +690,9 @@ ExprPtr Checker::convert_explicitly(ExprPtr value, const Type& to) {
     const Type from = value->type;
     if (from.is_error() || from == to) return value;
     if (!converts(from, to)) {
-        sink_->report(value->span, diag::kNoConversion, type_name(from), type_name(to));
+        diag::Diagnostic& d =
+            sink_->report(value->span, diag::kNoConversion, type_name(from), type_name(to));
+        help_with_conversion(from, to, &d);
         return poison(value->span);
     }
     ExprPtr out = make(ExprKind::kConvert, to, value->span);
@@ -625,6 +704,7 @@ ExprPtr Checker::convert(ExprPtr value, const Type& to) {
     const Type from = value->type;
     if (from.is_error() || to.is_error() || from == to) return value;
     const source::Span span = value->span;
+    check_division(*value, to);
     ExprPtr out = convert_explicitly(std::move(value), to);
     if (out->type.is_error()) return out;
     if (from.is_matrix()) {
@@ -633,6 +713,9 @@ ExprPtr Checker::convert(ExprPtr value, const Type& to) {
             .help(fmt::format("write the conversion: `({})`", type_name(to)))
             .insert_before(span, type_name(to) + "(")
             .insert_after(span, ")");
+    } else if (from.base == Base::kBool && to.base == Base::kBool && to.is_scalar()) {
+        sink_->report(span, diag::kNarrowing, type_name(from), type_name(to))
+            .help("write `all(…)` or `any(…)`");
     } else if (from.size > to.size) {
         const std::string_view lanes =
             std::string_view("xyzw").substr(0, static_cast<size_t>(to.size));

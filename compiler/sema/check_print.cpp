@@ -12,36 +12,6 @@ namespace {
 
 constexpr size_t kMostPrinted = 64;
 
-/// The first part of an expression that changes something, or null.
-const Expr* side_effect(const Expr& expr) {
-    switch (expr.kind) {
-        case ExprKind::kAssign:
-        case ExprKind::kIncrement:
-        case ExprKind::kSet:
-        case ExprKind::kAdd:
-        case ExprKind::kClear:
-        case ExprKind::kPrint:
-            return &expr;
-        case ExprKind::kIntrinsic:
-            if (expr.intrinsic == Intrinsic::kSincos || expr.intrinsic == Intrinsic::kModf ||
-                expr.intrinsic == Intrinsic::kFrexp) {
-                return &expr;
-            }
-            break;
-        case ExprKind::kCall:
-            for (const auto& p : expr.function->parameters) {
-                if (p->is_out) return &expr;
-            }
-            break;
-        default:
-            break;
-    }
-    for (const ExprPtr& arg : expr.args) {
-        if (const Expr* found = side_effect(*arg)) return found;
-    }
-    return nullptr;
-}
-
 /// `%-8.3f` at the head of `text`: its length with the letter, or 0.
 size_t conversion_length(std::string_view text) {
     size_t at = 1;
@@ -80,6 +50,35 @@ char escaped(char c) {
 }
 
 }  // namespace
+
+const Expr* side_effect(const Expr& expr) {
+    switch (expr.kind) {
+        case ExprKind::kAssign:
+        case ExprKind::kIncrement:
+        case ExprKind::kSet:
+        case ExprKind::kAdd:
+        case ExprKind::kClear:
+        case ExprKind::kPrint:
+            return &expr;
+        case ExprKind::kIntrinsic:
+            if (expr.intrinsic == Intrinsic::kSincos || expr.intrinsic == Intrinsic::kModf ||
+                expr.intrinsic == Intrinsic::kFrexp) {
+                return &expr;
+            }
+            break;
+        case ExprKind::kCall:
+            for (const auto& p : expr.function->parameters) {
+                if (p->is_out) return &expr;
+            }
+            break;
+        default:
+            break;
+    }
+    for (const ExprPtr& arg : expr.args) {
+        if (const Expr* found = side_effect(*arg)) return found;
+    }
+    return nullptr;
+}
 
 /// Matches a format with the values from `first` on, which become what their conversions take. A
 /// vector is printed as its components, each by the same conversion.
@@ -123,8 +122,9 @@ bool Checker::print_format(const ast::Expr& literal, std::vector<ExprPtr>* value
             const bool fits =
                 given.is_numeric() && (given.base != Base::kFloat || wanted.base == Base::kFloat);
             if (!fits) {
-                sink_->report(value->span, diag::kBadOperand, conversion,
-                              fmt::format("`{}`", type_name(given)));
+                diag::Diagnostic& d = sink_->report(value->span, diag::kBadOperand, conversion,
+                                                    fmt::format("`{}`", type_name(given)));
+                if (given.is_numeric()) d.help("`%g` prints a float");
                 return false;
             }
             value = convert(std::move(value), {wanted.base, given.size});
@@ -168,7 +168,8 @@ ExprPtr Checker::print(const ast::Expr& expr) {
         if (arg->type.is_error()) return poison(expr.span);
         const Expr* effect = side_effect(*arg);
         if (effect == nullptr) continue;
-        sink_->report(effect->span, diag::kSideEffect, name);
+        sink_->report(effect->span, diag::kSideEffect, name)
+            .help("the call is compiled only when printing is on: move the side effect out of it");
         return poison(expr.span);
     }
     // Each is kept until the line is printed; a vector counts as its components.

@@ -24,6 +24,8 @@ std::optional<uint32_t> known_bits(const Expr& expr);
 
 /// `(float2, int)`, for messages.
 std::string type_list(const std::vector<ExprPtr>& args);
+/// The first part of an expression that changes something, or null.
+const Expr* side_effect(const Expr& expr);
 /// True where one of them was reported already.
 bool any_error(const std::vector<ExprPtr>& args);
 
@@ -92,6 +94,8 @@ class Checker {
     bool labels(const ast::Stmt& stmt, size_t* at, const Type& type, Stmt* out);
     int32_t loop_bound(const ast::Stmt& stmt);
     ExprPtr condition(const ast::Expr& expr);
+    static bool is_bare_assignment(const ast::Expr& expr);
+    void check_used(const ast::Expr& from, const Expr& expr);
 
     // check_expr.cpp
     ExprPtr expression(const ast::Expr& expr);
@@ -113,6 +117,12 @@ class Checker {
     ExprPtr swizzle(const ast::Expr& expr, ExprPtr object);
     ExprPtr cast(const ast::Expr& expr);
     std::string help_for_name(std::string_view name) const;
+    ExprPtr comma(const ast::Expr& expr);
+    void check_division(const Expr& value, const Type& to);
+    void check_operator_habits(const ast::Expr& expr, const Expr& left, const Expr& right);
+    bool is_type_name(std::string_view name) const;
+    const Symbol* attributes() const;
+    void help_with_conversion(const Type& from, const Type& to, diag::Diagnostic* d) const;
     ExprPtr bad_operand(const ast::Expr& expr, const std::string& types);
     bool assignable(const Expr& target);
     /// The type that both operands of an operator are brought to; a shorter vector wins, with a

@@ -52,6 +52,7 @@ StmtPtr Checker::statement(const ast::Stmt& stmt) {
         case ast::StmtKind::kExpression: {
             StmtPtr out = make_stmt(StmtKind::kExpression, stmt.span);
             out->expr = expression(*stmt.expr);
+            check_used(*stmt.expr, *out->expr);
             return out;
         }
         case ast::StmtKind::kIf:
@@ -72,7 +73,7 @@ StmtPtr Checker::statement(const ast::Stmt& stmt) {
             return switch_statement(stmt);
         case ast::StmtKind::kCase:
             sink_->report(stmt.span, diag::kExpected, "a statement", fmt::format("`{}`", stmt.text))
-                .help("a label stands in the `{ }` of a `switch`, not deeper");
+                .help("a label belongs directly in the `{ }` of its `switch`");
             break;
     }
     return make_stmt(StmtKind::kBlock, stmt.span);
@@ -99,7 +100,9 @@ StmtPtr Checker::local(const ast::Variable& v) {
                       fmt::format("a variable cannot have type `{}`", v.type.text));
         symbol.type = {};
     }
-    if (v.init != nullptr && !(type.is_error() && v.init->kind == ast::ExprKind::kInitList)) {
+    const bool untyped = v.init != nullptr && (v.init->kind == ast::ExprKind::kInitList ||
+                                               v.init->kind == ast::ExprKind::kStringLiteral);
+    if (v.init != nullptr && !(type.is_error() && untyped)) {
         // The name is not in scope in its own first value.
         out->expr = initializer(*v.init, type);
         if (v.is_const && !out->expr->type.is_error()) symbol.known = known_bits(*out->expr);
@@ -127,6 +130,11 @@ int32_t Checker::loop_bound(const ast::Stmt& stmt) {
 }
 
 ExprPtr Checker::condition(const ast::Expr& expr) {
+    if (is_bare_assignment(expr)) {
+        sink_->report(expr.text_span, diag::kAssignedCondition)
+            .help("`==` compares; if the assignment is intended, put it in parentheses")
+            .replace(expr.text_span, "==");
+    }
     ExprPtr out = expression(expr);
     if (out->type.is_error()) return out;
     if (!out->type.is_scalar()) {
@@ -173,7 +181,9 @@ StmtPtr Checker::return_statement(const ast::Stmt& stmt) {
     StmtPtr out = make_stmt(StmtKind::kReturn, stmt.span);
     if (stmt.expr == nullptr) {
         if (return_type_ != kVoidType && !return_type_.is_error()) {
-            sink_->report(stmt.span, diag::kNoConversion, "void", type_name(return_type_));
+            diag::Diagnostic& d =
+                sink_->report(stmt.span, diag::kNoConversion, "void", type_name(return_type_));
+            d.help(fmt::format("return a `{}`", type_name(return_type_)));
         }
         return out;
     }
@@ -183,11 +193,6 @@ StmtPtr Checker::return_statement(const ast::Stmt& stmt) {
     }
     ExprPtr value = expression(*stmt.expr);
     if (value->type.is_error() || return_type_.is_error()) return out;
-    if (value->type.is(Base::kMaterial) && return_type_.is(Base::kComposition)) {
-        sink_->report(stmt.expr->span, diag::kNoConversion, "Material", "MaterialComposition")
-            .help("declare a `MaterialComposition`, `Set` the material to 1 and return that");
-        return out;
-    }
     if (return_type_ == kVoidType && value->type != kVoidType) {
         sink_->report(stmt.expr->span, diag::kNoConversion, type_name(value->type), "void");
         return out;

@@ -137,8 +137,8 @@ StmtPtr Checker::switch_statement(const ast::Stmt& stmt) {
         out->body.push_back(std::move(section));
         if (!left && first != at && at < stmt.body.size()) {
             sink_->report(stmt.body[at]->span, diag::kFallThrough)
-                .note(label.span, "what is not ended with `break` begins here")
-                .help("end it with `break`; several labels may stand in a row");
+                .note(label.span, "the section that does not end begins here")
+                .help("end it with `break`; several labels may share one section");
         }
     }
     --switches_;

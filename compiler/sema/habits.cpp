@@ -44,6 +44,76 @@ constexpr Habit kTypes[] = {
     {"unsigned", "uint"},
     {"int32_t", "int"},
     {"uint32_t", "uint"},
+    {"int64_t", "int"},
+    {"uint64_t", "uint"},
+    {"int8_t", "int"},
+    {"uint8_t", "uint"},
+    {"size_t", "uint"},
+    {"byte", "uint"},
+    {"char", "int"},
+    {"short", "int"},
+    {"long", "int"},
+    {"integer", "int"},
+    {"i32", "int"},
+    {"u32", "uint"},
+    {"f32", "float"},
+    {"f64", "float"},
+    {"real", "float"},
+    {"number", "float"},
+    {"boolean", "bool"},
+    {"half2", "float2"},
+    {"half3", "float3"},
+    {"half4", "float4"},
+    {"double3", "float3"},
+    {"dvec3", "float3"},
+    {"Vector2", "float2"},
+    {"Vector3", "float3"},
+    {"Vector4", "float4"},
+    {"vec2f", "float2"},
+    {"vec3f", "float3"},
+    {"vec4f", "float4"},
+    {"mat2x3", "float3x2"},
+    {"mat3x2", "float2x3"},
+    {"mat3x4", "float4x3"},
+    {"mat4x3", "float3x4"},
+    {"texture2D", "ImageTexture2D"},
+    {"Texture", "ImageTexture2D"},
+    {"Image", "ImageTexture2D"},
+    {"Volume3D", "ImageTexture3D"},
+    {"Mesh", "Object"},
+    {"Mixture", "MaterialComposition"},
+    {"Composition", "MaterialComposition"},
+};
+
+constexpr std::string_view kNameTheType = "declare a variable with its type: `float x = 1;`";
+constexpr std::string_view kNoStrings =
+    "strings are allowed only in `printf`, `assert` and annotations";
+
+/// Where another name would not do.
+constexpr Habit kTypeHelp[] = {
+    {"var", kNameTheType},
+    {"let", kNameTheType},
+    {"val", kNameTheType},
+    {"auto", kNameTheType},
+    {"mut", kNameTheType},
+    {"def", kNameTheType},
+    {"define", kNameTheType},
+    {"string", kNoStrings},
+    {"String", kNoStrings},
+    {"str", kNoStrings},
+    {"goto", "there is no `goto`: leave a loop with `break`, a function with `return`"},
+    {"using", "types cannot be renamed"},
+    {"typedef", "types cannot be renamed"},
+    {"enum", "there are no enums: write constants, `const int RED = 0;`"},
+    {"class", "there are no classes; a `struct` holds values"},
+    {"uniform", "uniforms are declared in the fablet: `@uniform { float x = 1; }`"},
+    {"sampler", "an `ImageTexture2D` is read without one: `picture.Sample4(uv, 0)`"},
+    {"SamplerState", "an `ImageTexture2D` is read without one: `picture.Sample4(uv, 0)`"},
+    {"list", "an array is declared `float a[3]`"},
+    {"array", "an array is declared `float a[3]`"},
+    {"function", "a function begins with the type of its result: `float f(float x) { … }`"},
+    {"delete", "there is nothing to delete: a value lives until the end of its block"},
+    {"print", "write `printf(\"%g\\n\", x)`"},
 };
 
 /// Functions that have another name here.
@@ -56,12 +126,43 @@ constexpr Habit kFunctions[] = {
 };
 
 constexpr std::string_view kSample =
-    "a texture is read by its methods: `picture.Sample4(uv, 0)` reads 4 channels from channel 0 on";
+    "a texture is read with its methods: `picture.Sample4(uv, 0)` reads 4 channels from channel 0 "
+    "on";
 
 /// Where a name alone would not do.
 constexpr Habit kFunctionHelp[] = {
     {"rand", "`hash(x)` is a random number for each x"},
     {"random", "`hash(x)` is a random number for each x"},
+    {"worley",
+     "Worley's noise is `cellular(p)`: the distance to the nearest point, to the second, and "
+     "a number of the cell"},
+    {"sdSphere", "write it out: `length(p - center) - radius`"},
+    {"sdf", "the distance to the part's own surface is `distance(p)`"},
+    {"signed_distance", "the distance to the part's own surface is `distance(p)`"},
+    {"depth", "the depth below the surface is `-distance(p)`"},
+    {"Set", "it is a method of `MaterialComposition`: `mc.Set(material, amount)`"},
+    {"Add", "it is a method of `MaterialComposition`: `mc.Add(material, amount)`"},
+    {"Get", "it is a method of `MaterialComposition`: `mc.Get(material)`"},
+    {"exit", "a stage ends with `return`"},
+    {"log_e", "write `log(x)`"},
+    {"ln", "write `log(x)`"},
+    {"sqr", "write `x * x`"},
+    {"square", "write `x * x`"},
+    {"string", kNoStrings},
+    {"range", "a loop is written `for (int i = 0; i < 4; ++i)`"},
+    {"normalise", "write `normalize(v)`"},
+    {"remap", "write `lerp(c, d, (x - a) / (b - a))`"},
+    {"map", "write `lerp(c, d, (x - a) / (b - a))`"},
+    {"sum", "write it out, or `dot(v, float3(1, 1, 1))`"},
+    {"norm", "write `length(v)`"},
+    {"magnitude", "write `length(v)`"},
+    {"outerProduct", "write it out row by row: `float3x3(a.x * b, a.y * b, a.z * b)`"},
+    {"matrixCompMult", "`a * b` works component by component"},
+    {"lessThan", "write `a < b`"},
+    {"greaterThan", "write `a > b`"},
+    {"equal", "write `a == b`"},
+    {"imageLoad", kSample},
+    {"textureLod", kSample},
     {"cellnoise", "`hash(floor(p))` is a random number for each cell"},
     {"voronoi", "`cellular(p)` gives the nearest two points and the cell"},
     {"mod", "`fmod(x, y)` truncates; what `mod` gives is `x - y * floor(x / y)`"},
@@ -93,10 +194,56 @@ constexpr Habit kNameHelp[] = {
     {"PI", "declare it: `const float PI = 3.14159265;`"},
     {"M_PI", "declare it: `const float PI = 3.14159265;`"},
     {"pi", "declare it: `const float PI = 3.14159265;`"},
-    {"NULL", "there are no pointers; the built-in material of nothing is `VOID`"},
-    {"null", "there are no pointers; the built-in material of nothing is `VOID`"},
-    {"nullptr", "there are no pointers; the built-in material of nothing is `VOID`"},
-    {"void_material", "the built-in material of nothing is `VOID`"},
+    {"NULL", "there are no pointers; the built-in empty material is `VOID`"},
+    {"null", "there are no pointers; the built-in empty material is `VOID`"},
+    {"nullptr", "there are no pointers; the built-in empty material is `VOID`"},
+    {"void_material", "the built-in empty material is `VOID`"},
+    {"None", "the built-in empty material is `VOID`"},
+    {"NONE", "the built-in empty material is `VOID`"},
+    {"none", "the built-in empty material is `VOID`"},
+    {"nil", "the built-in empty material is `VOID`"},
+    {"EMPTY", "the built-in empty material is `VOID`"},
+    {"AIR", "the built-in empty material is `VOID`"},
+    {"math", "functions have no prefix: `sin(x)`"},
+    {"Math", "functions have no prefix: `sin(x)`"},
+    {"np", "functions have no prefix: `sin(x)`"},
+    {"std", "functions have no prefix: `sin(x)`"},
+    {"this", "refer to members of the fablet by name alone"},
+    {"self", "refer to members of the fablet by name alone"},
+    {"cout", "`printf` prints a line with the point it is about"},
+    {"console", "`printf` prints a line with the point it is about"},
+    {"inf", "write `1e38`, or `asfloat(0x7f800000)`"},
+    {"INFINITY", "write `1e38`, or `asfloat(0x7f800000)`"},
+    {"nan", "write `asfloat(0x7fc00000)`"},
+    {"NAN", "write `asfloat(0x7fc00000)`"},
+    {"E", "declare it: `const float E = 2.71828183;`"},
+    {"TAU", "declare it: `const float TAU = 6.28318531;`"},
+    {"fragCoord", "the place of a voxel is `attr.voxelCenter`"},
+    {"iTime", "a print does not change with time; declare a uniform"},
+    {"time", "a print does not change with time; declare a uniform"},
+    {"throw", "there are no exceptions; use `assert` to find faults"},
+};
+
+/// Attributes by their names elsewhere: of the volume stage, and of the surface stage.
+constexpr Habit kVolumeAttributes[] = {
+    {"position", "the voxel is at `voxelCenter` in the part and at `buildPosition` on the tray"},
+    {"pos", "the voxel is at `voxelCenter` in the part and at `buildPosition` on the tray"},
+    {"p", "the voxel is at `voxelCenter` in the part and at `buildPosition` on the tray"},
+    {"center", "the voxel is at `voxelCenter` in the part and at `buildPosition` on the tray"},
+    {"n", "the normal of the nearest surface point is `nearest(p).normal`"},
+    {"normal", "the normal of the nearest surface point is `nearest(p).normal`"},
+    {"uv", "texture coordinates come from the mesh: add `@nearest float2 uv` to the varyings"},
+    {"distance", "it is a function: `distance(attr.voxelCenter)`"},
+    {"depth", "the depth below the surface is `-distance(attr.voxelCenter)`"},
+};
+constexpr Habit kSurfaceAttributes[] = {
+    {"position", "the point is `p`"},
+    {"pos", "the point is `p`"},
+    {"voxelCenter", "a surface stage has no voxels; the point is `p`"},
+    {"normal", "the normal is `n`"},
+    {"texcoord", "the texture coordinates are `uv`"},
+    {"u", "the texture coordinates are `uv`"},
+    {"v", "the texture coordinates are `uv`"},
 };
 
 bool is_digit(char c) {
@@ -130,6 +277,9 @@ std::string habit_of_type(std::string_view name) {
     if (const std::string ours = renamed_type(name); !ours.empty()) {
         return fmt::format("write `{}`", ours);
     }
+    if (const std::string_view help = look_up(kTypeHelp, name); !help.empty()) {
+        return std::string(help);
+    }
     // `int3x3`, `float1x4`, `float5x5`
     const size_t cross = name.find('x');
     if (cross == std::string_view::npos || cross < 4 || cross + 2 != name.size()) return "";
@@ -148,6 +298,11 @@ std::string habit_of_function(std::string_view name) {
     }
     const std::string_view ours = look_up(kFunctions, name);
     return ours.empty() ? habit_of_type(name) : fmt::format("OpenFL calls it `{}`", ours);
+}
+
+std::string habit_of_attribute(std::string_view name, bool surface) {
+    return std::string(surface ? look_up(kSurfaceAttributes, name)
+                               : look_up(kVolumeAttributes, name));
 }
 
 std::string habit_of_name(std::string_view name) {

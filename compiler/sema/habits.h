@@ -16,6 +16,7 @@ std::string renamed_function(std::string_view name);
 
 std::string habit_of_type(std::string_view name);
 std::string habit_of_function(std::string_view name);
+std::string habit_of_attribute(std::string_view name, bool surface);
 std::string habit_of_name(std::string_view name);
 
 }  // namespace openfab::sema

@@ -306,8 +306,9 @@ void StageTranslator::finish_loop(const Stmt& stmt, const RealLoop& made, ValueI
         const Expr* test = stmt.expr.get();
         sink_->report(test != nullptr ? test->span : stmt.span, diag::kLoopUnbounded)
             .help(
-                "compare a counter with something of known range, a constant or `min(n, 64)`, or "
-                "write `@bound(n)` before the loop: it then stops after n trips");
+                "compare a counter with a constant or with something of known range, `min(n, 64)`; "
+                "or "
+                "write `@bound(n)` before the loop, which then stops after n trips");
     }
     const ValueId end = emit_.end_loop(made.loop, made.again, next);
     int32_t number = 0;

@@ -141,7 +141,10 @@ class Lexer {
         const std::string what = printable && run.size() <= 20 ? "`" + std::string(run) + "`"
                                  : source::count_code_points(run) == 1 ? "this character"
                                                                        : "this text";
-        sink_->report(span_from(begin), diag::kInvalidCharacter, what);
+        diag::Diagnostic& d = sink_->report(span_from(begin), diag::kInvalidCharacter, what);
+        if (run.find('\'') != std::string_view::npos) {
+            d.help("there are no characters; strings are written in double quotes");
+        }
     }
 
     void preprocessor() {
@@ -229,6 +232,12 @@ class Lexer {
         const bool suffixed = digits.back() == 'u' || digits.back() == 'U';
         if (suffixed) digits.remove_suffix(1);
         if (hex) digits.remove_prefix(2);
+        if (digits.ends_with("mm") || digits.ends_with("cm")) {
+            return bad_number(begin, "lengths are in mm, without a unit");
+        }
+        if (digits.starts_with("0b") || digits.starts_with("0B")) {
+            return bad_number(begin, "binary numbers are written in hex, `0xff`");
+        }
         if (!hex && digits.size() > 1 && digits[0] == '0') {
             return bad_number(begin, "a leading 0 means octal in HLSL; drop it, or write `0x`");
         }

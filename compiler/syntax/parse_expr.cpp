@@ -182,13 +182,19 @@ ast::ExprPtr Parser::parse_postfix() {
 }
 
 ast::ExprPtr Parser::parse_call(ast::ExprPtr callee) {
+    const size_t open = at_;
     ast::ExprPtr call = node(ast::ExprKind::kCall, take(), std::move(callee));
     if (!at(")")) {
         do {
             add_arg(call.get(), parse_initializer());
         } while (accept(","));
     }
-    expect(")", "the arguments");
+    if (!at(")") && last_error_ != at_ && !gave_up_) {
+        diag::Diagnostic* d = expected("`,` or `)` after an argument");
+        if (location(open).line != location(at_).line) note_opening(open, d);
+    } else {
+        accept(")");
+    }
     call->span = span_to_previous(call->span);
     return call;
 }

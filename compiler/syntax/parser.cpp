@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "compiler/diag/suggest.h"
+#include "compiler/syntax/habits.h"
 #include "compiler/syntax/parser_state.h"
 
 namespace openfab::syntax {
@@ -23,10 +24,19 @@ std::string describe(const Token& token) {
 
 // --- errors
 
-void Parser::expected(std::string_view what) {
-    if (gave_up_ || last_error_ == at_) return;
+diag::Diagnostic* Parser::expected(std::string_view what) {
+    if (gave_up_ || last_error_ == at_) return nullptr;
     last_error_ = at_;
-    sink_->report(peek().span, diag::kExpected, what, describe(peek()));
+    diag::Diagnostic& d = sink_->report(peek().span, diag::kExpected, what, describe(peek()));
+    add_habit(&d);
+    return &d;
+}
+
+void Parser::add_habit(diag::Diagnostic* d) const {
+    const std::string_view previous = at_ > 0 ? tokens_[at_ - 1].text : std::string_view();
+    const std::string help =
+        habit_of_syntax({tokens_[first_].text, previous, peek().text, peek(1).text});
+    if (!help.empty()) d->help(help);
 }
 
 bool Parser::expect(std::string_view text, const char* after) {
@@ -38,8 +48,55 @@ bool Parser::expect(std::string_view text, const char* after) {
     if (at_ > 0) span.begin = span.end = tokens_[at_ - 1].span.end;
     const std::string what = "`" + std::string(text) + "` after " + after;
     diag::Diagnostic& d = sink_->report(span, diag::kExpected, what, describe(peek()));
-    if (text == ";") d.insert_before(span, ";");
+    add_habit(&d);
+    if (text == ";" && d.helps.empty()) d.insert_before(span, ";");
     return false;
+}
+
+bool Parser::expect_close(std::string_view text, const char* after, size_t open, const char* help) {
+    if (at(text) || gave_up_ || last_error_ == at_) return accept(text);
+    diag::Diagnostic* d = expected("`" + std::string(text) + "` after " + after);
+    if (location(open).line != location(at_).line) note_opening(open, d);
+    if (help != nullptr) d->help(help);
+    if (text == "}") braces_differ_ = true;
+    return false;
+}
+
+source::Location Parser::location(size_t token) const {
+    return sources_.locate(tokens_[token].span.file, tokens_[token].span.begin);
+}
+
+/// The column at which the line of a token begins.
+size_t Parser::indentation(size_t token) const {
+    const uint32_t line = location(token).line;
+    while (token > 0 && location(token - 1).line == line)
+        --token;
+    return location(token).column;
+}
+
+void Parser::note_opening(size_t open, diag::Diagnostic* d) const {
+    const size_t brace = suspicious_brace(open);
+    d->note(tokens_[open].span, "to match this `" + std::string(tokens_[open].text) + "`");
+    if (brace == open) return;
+    d->note(
+        tokens_[brace].span,
+        "this `{` may be the one that is never closed: the `}` matched with it is indented less");
+}
+
+/// Of the braces that are closed since `open`, the first whose `}` begins a line that is indented
+/// less than the line of its `{`: it rather belongs to a brace around it. Else `open`.
+size_t Parser::suspicious_brace(size_t open) const {
+    std::vector<size_t> braces;
+    for (size_t i = open + 1; i < at_; ++i) {
+        if (tokens_[i].is("{")) braces.push_back(i);
+        if (!tokens_[i].is("}") || braces.empty()) continue;
+        const size_t brace = braces.back();
+        braces.pop_back();
+        const bool own_line = location(i - 1).line != location(i).line;
+        if (!own_line || location(i).column >= indentation(brace)) continue;
+        return brace;
+    }
+    return open;
 }
 
 void Parser::give_up() {
@@ -85,12 +142,23 @@ ast::File Parser::parse_file() {
         const size_t before = at_;
         if (at("fablet")) {
             parse_fablet(&file);
+        } else if (at_foreign_fablet()) {
+            first_ = at_;
+            if (diag::Diagnostic* d = expected("`fablet`")) d->replace(peek().span, "fablet");
+            parse_fablet(&file);
         } else if (at("import")) {
             parse_import(&file);
         } else if (at("@")) {
-            expected("`fablet`: a stage or a uniform stands inside one");
+            if (diag::Diagnostic* d = expected("`fablet`")) {
+                d->help("stages and uniforms belong inside a fablet: `fablet Name { … }`");
+            }
+            last_error_ = ~size_t{0};
             take();
             skip_to_member();
+            while (at("@")) {
+                take();
+                skip_to_member();
+            }
         } else {
             parse_member(nullptr, &file.scope);
         }
@@ -101,9 +169,12 @@ ast::File Parser::parse_file() {
 }
 
 void Parser::parse_import(ast::File* file) {
+    first_ = at_;
     take();
     if (!at_identifier()) {
-        expected("a module's name after `import`");
+        if (diag::Diagnostic* d = expected("a module's name after `import`")) {
+            d->help("write the name alone: `import color;`");
+        }
         // `import "name"` and `import a.b` are habits from elsewhere.
         while (!at(";") && !at_end() && !on_fresh_line())
             take();
@@ -124,7 +195,15 @@ void Parser::parse_fablet(ast::File* file) {
     } else {
         expected("the fablet's name");
     }
-    if (!expect("{", "the fablet's name")) {
+    if (!at("{") && last_error_ != at_) {
+        if (diag::Diagnostic* d = expected("`{` after the fablet's name")) {
+            d->help("a fablet has no parameters and no parent: `fablet Name { … }`");
+        }
+        while (!at("{") && !at(";") && !at("}") && !at_end())
+            take();
+    }
+    const size_t open = at_;
+    if (!accept("{")) {
         skip_to_member();
         return;
     }
@@ -134,7 +213,7 @@ void Parser::parse_fablet(ast::File* file) {
         if (!parse_marker(&fablet)) parse_member(&fablet, &fablet.scope);
         if (at_ == before) take();
     }
-    expect("}", "the fablet's members");
+    if (!braces_differ_ || at("}")) expect_close("}", "the fablet's members", open);
     accept(";");
     file->fablets.push_back(std::move(fablet));
 }
@@ -156,7 +235,13 @@ std::string_view Parser::marker_word(std::initializer_list<const char*> known) {
         const std::string near = diag::suggest(word.text, candidates);
         diag::Diagnostic& d =
             sink_->report(span_to_previous(begin), diag::kUnknownMarker, word.text);
-        if (near.empty()) return "?";
+        if (near.empty()) {
+            std::string all;
+            for (const std::string& candidate : candidates)
+                all += (all.empty() ? "`@" : ", `@") + candidate + "`";
+            d.help("the markers here are " + all);
+            return "?";
+        }
         d.help("did you mean `@" + near + "`?").replace(word.span, near);
         for (const char* candidate : known) {
             if (near == candidate) return candidate;  // go on as if it were right
@@ -179,6 +264,7 @@ std::string_view Parser::marker_word(std::initializer_list<const char*> known) {
 }
 
 bool Parser::parse_marker(ast::Fablet* fablet) {
+    if (parse_bare_uniform(fablet)) return true;
     const source::Span begin = peek().span;
     const std::string_view word = marker_word({"uniform", "Surface", "Volume"});
     if (word.empty()) return false;
@@ -193,7 +279,44 @@ bool Parser::parse_marker(ast::Fablet* fablet) {
     return true;
 }
 
+/// `uniform float x;` or `@uniform float x;`, as other languages have it.
+bool Parser::parse_bare_uniform(ast::Fablet* fablet) {
+    const size_t word = at("@") ? 1 : 0;
+    if (peek(word).text != "uniform" || !at_identifier(word + 1) || !at_identifier(word + 2)) {
+        return false;
+    }
+    const source::Span begin = peek().span;
+    take();
+    if (word == 1) take();
+    const source::Span span = span_to_previous(begin);
+    const size_t first = at_;
+    diag::Diagnostic& d = word == 0 ? sink_->report(span, diag::kMissingAt, "uniform")
+                                    : sink_->report(peek().span, diag::kExpected,
+                                                    "`{` after `@uniform`", describe(peek()));
+    last_error_ = first;
+    std::string form = std::string(peek().text) + " " + std::string(peek(1).text);
+    d.help("uniforms go in a block: `@uniform { " + form + "; }`");
+    const size_t errors = sink_->errors();
+    const bool ok = parse_variables(false, &fablet->uniforms);
+    if (!ok) skip_to_statement_end();
+    // After another message this one may have moved.
+    if (!ok || sink_->errors() != errors) return true;
+    d.replace(span, "@uniform {").insert_after(tokens_[at_ - 1].span, " }");
+    return true;
+}
+
+/// `shader Name {`, `class Name {`, `Fablet Name {`.
+bool Parser::at_foreign_fablet() const {
+    if (!at_identifier() || !at_identifier(1) || !(peek(2).is("{") || peek(2).is("(")))
+        return false;
+    for (const char* word : {"Fablet", "FABLET", "shader", "surface", "material", "volume"}) {
+        if (peek().text == word) return true;
+    }
+    return peek(2).is("{");
+}
+
 void Parser::parse_uniforms(ast::Fablet* fablet) {
+    const size_t open = at_;
     if (!expect("{", "`@uniform`")) return skip_to_member();
     while (!at("}") && !at_end()) {
         const size_t before = at_;
@@ -204,8 +327,9 @@ void Parser::parse_uniforms(ast::Fablet* fablet) {
             skip_to_statement_end();
         }
         if (at_ == before) take();
+        if (at_member_marker()) break;
     }
-    expect("}", "the uniforms");
+    expect_close("}", "the uniforms", open);
     accept(";");
 }
 
@@ -213,13 +337,23 @@ void Parser::parse_stage(ast::Fablet* fablet, bool surface, const source::Span& 
     ast::Stage stage;
     stage.surface = surface;
     stage.span = span;
-    if (expect("(", surface ? "`@Surface`" : "`@Volume`")) {
+    first_ = at_;
+    if (at("(")) {
+        take();
         parse_varyings(&stage);
         while (!at(")") && !at("{") && !at("}") && !at_end()) {
             expected("`)` after the varyings");
             skip_balanced();
         }
         accept(")");
+    } else if (diag::Diagnostic* d =
+                   expected(surface ? "`(` after `@Surface`" : "`(` after `@Volume`")) {
+        d->help(surface ? kSurfaceVaryingsForm : kVaryingsForm);
+    }
+    if (at("-") && peek(1).is(">")) {
+        expected("the stage's body in `{ }`");
+        while (!at("{") && !at("}") && !at(";") && !at_end())
+            take();
     }
     if (at("{")) {
         stage.body = parse_block();
@@ -233,24 +367,36 @@ void Parser::parse_stage(ast::Fablet* fablet, bool surface, const source::Span& 
 void Parser::parse_varyings(ast::Stage* stage) {
     if (at(")")) return;
     const std::string_view word = marker_word({"varying"});
-    if (word != "varying") {
-        if (word.empty()) expected("`@varying`");
-        return;
+    const char* form = stage->surface ? kSurfaceVaryingsForm : kVaryingsForm;
+    if (word != "varying" || !at("{")) {
+        const bool known = word == "varying";
+        if (known || word.empty()) {
+            diag::Diagnostic* d = expected(known ? "`{` after `@varying`" : "`@varying`");
+            if (d != nullptr) d->help(form);
+        }
+        // Over what stands in the place of the varyings.
+        while (!at(")") && !at("{") && !at("}") && !at_end())
+            take();
+        if (!at("{") || peek(1).is("}")) return;
+        if (word != "?") return;
     }
-    if (!expect("{", "`@varying`")) return;
+    const size_t open = at_;
+    if (!accept("{")) return;
     while (!at("}") && !at_end()) {
         if (!parse_varying(stage)) {
             while (!at(",") && !at(";") && !at("}") && !at_end())
                 skip_balanced();
         }
         if (at(";")) {
-            expected("`,` between varyings");
+            if (diag::Diagnostic* d = expected("`,` between varyings")) {
+                if (!peek(1).is("}")) d->replace(peek().span, ",");
+            }
             take();
             continue;
         }
         if (!accept(",")) break;
     }
-    expect("}", "the varyings");
+    expect_close("}", "the varyings", open);
 }
 
 bool Parser::parse_varying(ast::Stage* stage) {
@@ -261,8 +407,15 @@ bool Parser::parse_varying(ast::Stage* stage) {
         expected("a varying's type");
         return false;
     }
+    first_ = at_;
     const ast::TypeRef type{peek().text, peek().span};
     take();
+    if (!at_identifier()) {
+        if (diag::Diagnostic* d = expected("a name")) {
+            d->help("a varying is a type and a name: `VolumeAttributes attr`");
+        }
+        return false;
+    }
     const bool ok = parse_declarator(type, &v);
     if (ok) stage->varyings.push_back(std::move(v));
     return ok;
@@ -286,6 +439,7 @@ bool Parser::parse_struct(ast::Struct* out, std::vector<ast::Variable>* variable
         return false;
     }
     out->name = take().text;
+    const size_t open = at_;
     if (!expect("{", "the struct's name")) return false;
     while (!at("}") && !at_end()) {
         const size_t before = at_;
@@ -297,7 +451,7 @@ bool Parser::parse_struct(ast::Struct* out, std::vector<ast::Variable>* variable
         }
         if (at_ == before) take();
     }
-    if (!expect("}", "the struct's members")) return false;
+    if (!expect_close("}", "the struct's members", open)) return false;
     if (accept(";")) return true;
     if (!at_identifier()) return expect(";", "the struct");
     return parse_declarators({out->name, out->span}, is_const, variables);
@@ -314,15 +468,31 @@ bool Parser::parse_static() {
 /// A constant or a function, of a fablet or of the file (fablet null).
 void Parser::parse_member(ast::Fablet* fablet, ast::Scope* scope) {
     if (accept(";")) return;
+    first_ = at_;
     if (at("import")) {
-        expected("a fablet's member: an `import` stands outside the fablet");
+        expected("a fablet's member");
         return skip_to_member();
+    }
+    if (at_identifier() && peek(1).is("@") && fablet != nullptr) {
+        if (diag::Diagnostic* d = expected("a member of the fablet")) {
+            d->help("a stage has no type before it").replace(peek().span, "");
+        }
+        take();
+        return;
+    }
+    // `inline float f(…)`: what follows the word is a declaration.
+    const bool foreign_word = at_identifier() && at_identifier(1) && at_identifier(2) &&
+                              !habit_of_syntax({peek().text, {}, {}, {}}).empty() &&
+                              peek().text != "uniform";
+    if (foreign_word) {
+        expected("a declaration");
+        take();
     }
     parse_static();
     if (fablet == nullptr && at_identifier() && peek().text == "uniform" && at_identifier(1) &&
         at_identifier(2)) {
         sink_->report(peek().span, diag::kMissingAt, "uniform")
-            .help("uniforms stand in a fablet: `@uniform { float x; }`");
+            .help("uniforms go inside the fablet: `@uniform { float x; }`");
         return skip_to_member();
     }
     if (at_identifier() && at_identifier(1) && peek(2).is("(")) return parse_function(scope);
@@ -338,8 +508,18 @@ void Parser::parse_member(ast::Fablet* fablet, ast::Scope* scope) {
         if (!parse_variables(is_const, &scope->constants)) skip_to_member();
         return;
     }
-    expected(fablet != nullptr ? "a stage, `@uniform`, a constant, a struct or a function"
-                               : "`fablet`, a constant, a struct or a function");
+    if (!braces_differ_) {
+        diag::Diagnostic* d =
+            expected(fablet != nullptr ? "a stage, `@uniform`, a constant, a struct or a function"
+                                       : "`fablet`, a constant, a struct or a function");
+        if (at("}")) braces_differ_ = true;
+        if (d != nullptr && at_ > 0 && tokens_[at_ - 1].is("}") && d->helps.empty()) {
+            d->note(tokens_[at_ - 1].span,
+                    "this `}` closes the block before it; is it one too many?");
+            braces_differ_ = true;
+        }
+    }
+    if (at("}")) take();
     skip_to_member();
 }
 
@@ -349,17 +529,23 @@ void Parser::parse_function(ast::Scope* scope) {
     take();
     f.span = peek().span;
     f.name = take().text;
+    const size_t open = at_;
     take();
+    bool understood = true;
     while (!at(")") && !at_end()) {
         if (!parse_parameter(&f)) {
+            understood = false;
             while (!at(",") && !at(")") && !at("{") && !at("}") && !at_end())
                 skip_balanced();
         }
         if (!accept(",")) break;
     }
-    expect(")", "the parameters");
+    expect_close(")", "the parameters", open);
     if (!at("{")) {
-        expected("the function's body in `{ }`");
+        diag::Diagnostic* d = understood ? expected("the function's body in `{ }`") : nullptr;
+        if (d != nullptr && at(";")) {
+            d->help("functions may be called before they are defined: remove this declaration");
+        }
         return skip_to_member();
     }
     f.body = parse_block();
@@ -375,6 +561,12 @@ bool Parser::parse_parameter(ast::Function* function) {
     }
     const ast::TypeRef type{peek().text, peek().span};
     take();
+    if (!at_identifier()) {
+        diag::Diagnostic* d = expected("a name");
+        if (d != nullptr && d->helps.empty())
+            d->help("a parameter is a type and a name: `float x`");
+        return false;
+    }
     const bool ok = parse_declarator(type, &v);
     if (ok) function->parameters.push_back(std::move(v));
     return ok;
@@ -395,15 +587,32 @@ bool Parser::parse_declarators(const ast::TypeRef& type, bool is_const,
         if (!parse_declarator(type, &v)) return false;
         out->push_back(std::move(v));
     } while (accept(","));
-    return expect(";", "the declaration");
+    if (!at("(") && !at("{")) return expect(";", "the declaration");
+    // `float3 a(1, 2, 3)`, `float3 a = float3{1, 2, 3}`, a function inside a stage.
+    diag::Diagnostic* d = expected("`;` after the declaration");
+    if (d == nullptr || !d->helps.empty()) return false;
+    const std::string text(type.text);
+    if (at("(") && at_identifier(1) && at_identifier(2)) {
+        d->help("define functions outside stages and other functions");
+    } else if (at("(")) {
+        d->help("initialize a variable with `=`: `" + text + " " +
+                std::string(tokens_[at_ - 1].text) + " = " + text + "(…);`");
+    } else if (is_builtin_type_name(tokens_[at_ - 1].text)) {
+        d->help("write `" + std::string(tokens_[at_ - 1].text) + "(…)`");
+    }
+    return false;
 }
 
 bool Parser::parse_declarator(const ast::TypeRef& type, ast::Variable* out) {
     out->type = type;
     out->span = peek().span;
     if (!at_identifier()) {
-        expected(at("[") ? "a name: the size of an array stands behind it, `float a[3]`"
-                         : "a name");
+        diag::Diagnostic* d = expected("a name");
+        if (d == nullptr) return false;
+        if (at("[")) d->help("the size of an array follows its name: `float a[3]`");
+        if (peek().kind == TokenKind::kInt || peek().kind == TokenKind::kFloat) {
+            d->help("a vector is written `float3(1, 2, 3)`, a decimal point is `.`");
+        }
         return false;
     }
     out->name = take().text;
@@ -439,222 +648,6 @@ void Parser::parse_annotations(ast::Variable* variable) {
         if (!accept(",")) break;
     }
     if (expect("]", "the annotations")) expect("]", "`]`: annotations end with `]]`");
-}
-
-// --- statements
-
-ast::StmtPtr Parser::stmt(ast::StmtKind kind) const {
-    auto out = std::make_unique<ast::Stmt>();
-    out->kind = kind;
-    out->span = peek().span;
-    return out;
-}
-
-ast::StmtPtr Parser::parse_block() {
-    const Level level(this);
-    ast::StmtPtr block = stmt(ast::StmtKind::kBlock);
-    if (!level.ok) return block;
-    take();
-    while (!at("}") && !at_end()) {
-        const size_t before = at_;
-        if (at_member_marker()) break;  // a stage begins: a brace was forgotten
-        block->body.push_back(parse_statement());
-        if (at_ == before) take();
-    }
-    block->span = peek().span;
-    expect("}", "the statements of the block");
-    return block;
-}
-
-ast::StmtPtr Parser::parse_statement() {
-    const Level level(this);
-    if (!level.ok) return stmt(ast::StmtKind::kBad);
-    if (at("{")) return parse_block();
-    if (at("if")) return parse_if();
-    if (at("for")) return parse_for();
-    if (at("while")) return parse_while();
-    if (at("do")) return parse_do();
-    if (at("switch")) return parse_switch();
-    if (at("case") || at("default")) return parse_case();
-    if (at("@")) return parse_bounded();
-    if (at(";")) {
-        ast::StmtPtr out = stmt(ast::StmtKind::kEmpty);
-        take();
-        return out;
-    }
-    return parse_simple();
-}
-
-ast::StmtPtr Parser::parse_body() {
-    return parse_statement();
-}
-
-ast::StmtPtr Parser::parse_if() {
-    ast::StmtPtr out = stmt(ast::StmtKind::kIf);
-    take();
-    expect("(", "`if`");
-    out->expr = parse_expression();
-    expect(")", "the condition");
-    out->body.push_back(parse_body());
-    if (accept("else")) out->body.push_back(parse_body());
-    return out;
-}
-
-ast::StmtPtr Parser::parse_for() {
-    ast::StmtPtr out = stmt(ast::StmtKind::kFor);
-    take();
-    expect("(", "`for`");
-    if (at_declaration()) {
-        out->init = stmt(ast::StmtKind::kDeclaration);
-        const bool is_const = accept("const");
-        if (!parse_variables(is_const, &out->init->variables)) skip_to_statement_end();
-    } else if (!accept(";")) {
-        out->init = stmt(ast::StmtKind::kExpression);
-        out->init->expr = parse_expression();
-        expect(";", "the start of `for`");
-    }
-    if (!at(";")) out->expr = parse_expression();
-    expect(";", "the condition of `for`");
-    if (!at(")")) out->step = parse_expression();
-    expect(")", "the step of `for`");
-    out->body.push_back(parse_body());
-    return out;
-}
-
-ast::StmtPtr Parser::parse_while() {
-    ast::StmtPtr out = stmt(ast::StmtKind::kWhile);
-    take();
-    expect("(", "`while`");
-    out->expr = parse_expression();
-    expect(")", "the condition");
-    out->body.push_back(parse_body());
-    return out;
-}
-
-ast::StmtPtr Parser::parse_do() {
-    ast::StmtPtr out = stmt(ast::StmtKind::kDo);
-    take();
-    out->body.push_back(parse_body());
-    if (!accept("while")) {
-        expected("`while` after the body of `do`");
-        return out;
-    }
-    expect("(", "`while`");
-    out->expr = parse_expression();
-    expect(")", "the condition");
-    expect(";", "`do … while (…)`");
-    return out;
-}
-
-/// `@bound(n)` and the loop that it is about.
-ast::StmtPtr Parser::parse_bounded() {
-    const source::Span begin = peek().span;
-    const bool known = marker_word({"bound"}) == "bound";
-    const source::Span span = span_to_previous(begin);
-    ast::ExprPtr bound;
-    if (known && expect("(", "`@bound`")) {
-        bound = parse_conditional();
-        expect(")", "the bound");
-    } else if (at("(")) {
-        skip_balanced();
-    }
-    const bool loop = at("for") || at("while") || at("do");
-    if (known && !loop) expected("a loop after `@bound(…)`");
-    ast::StmtPtr out = parse_statement();
-    if (loop) {
-        out->bound = std::move(bound);
-        out->bound_span = span;
-    }
-    return out;
-}
-
-ast::StmtPtr Parser::parse_switch() {
-    ast::StmtPtr out = stmt(ast::StmtKind::kSwitch);
-    take();
-    expect("(", "`switch`");
-    out->expr = parse_expression();
-    expect(")", "the value of `switch`");
-    if (!expect("{", "the value of `switch`")) return out;
-    while (!at("}") && !at_end()) {
-        const size_t before = at_;
-        out->body.push_back(parse_statement());
-        if (at_ == before) take();
-    }
-    expect("}", "the cases");
-    return out;
-}
-
-/// The label alone; what follows it are statements of the `switch`.
-ast::StmtPtr Parser::parse_case() {
-    ast::StmtPtr out = stmt(ast::StmtKind::kCase);
-    out->text = take().text;
-    if (out->text == "case") out->expr = parse_conditional();
-    expect(":", out->text == "case" ? "the value of `case`" : "`default`");
-    return out;
-}
-
-bool Parser::at_member_marker() const {
-    const std::string_view word = peek(1).text;
-    return at("@") && (word == "Surface" || word == "Volume" || word == "uniform");
-}
-
-/// `float[3] a`, which declares an array elsewhere.
-bool Parser::at_array_type() const {
-    if (!at_identifier() || !peek(1).is("[")) return false;
-    size_t ahead = 2;
-    while (at_ + ahead < tokens_.size() && !peek(ahead).is(";") &&
-           (!peek(ahead).is("]") || peek(ahead + 1).is("["))) {
-        ++ahead;
-    }
-    return peek(ahead).is("]") && at_identifier(ahead + 1);
-}
-
-bool Parser::at_declaration() const {
-    if (at_array_type()) return true;
-    return at("const") || (at_identifier() && (at_identifier(1) || peek(1).is("const")));
-}
-
-/// After a forgotten semicolon at the end of a line nothing is skipped: what follows is a
-/// statement.
-bool Parser::on_fresh_line() const {
-    if (at_ == 0) return false;
-    const source::Span& before = tokens_[at_ - 1].span;
-    return sources_.locate(peek().span.file, peek().span.begin).line >
-           sources_.locate(before.file, before.end).line;
-}
-
-ast::StmtPtr Parser::parse_simple() {
-    ast::StmtPtr out = stmt(ast::StmtKind::kExpression);
-    bool ok = true;
-    if (at("return")) {
-        out->kind = ast::StmtKind::kReturn;
-        take();
-        if (!at(";")) out->expr = at("{") ? parse_init_list() : parse_expression();
-        ok = expect(";", "`return`");
-    } else if (at("break") || at("continue")) {
-        out->kind = at("break") ? ast::StmtKind::kBreak : ast::StmtKind::kContinue;
-        out->text = take().text;
-        ok = expect(";", out->kind == ast::StmtKind::kBreak ? "`break`" : "`continue`");
-    } else if (at("struct")) {
-        out->kind = ast::StmtKind::kDeclaration;
-        out->record = std::make_unique<ast::Struct>();
-        ok = parse_struct(out->record.get(), &out->variables, false);
-    } else if (at_declaration()) {
-        out->kind = ast::StmtKind::kDeclaration;
-        parse_static();
-        const bool is_const = accept("const");
-        if (!at_identifier()) {
-            expected("a type");
-            ok = false;
-        } else {
-            ok = parse_variables(is_const, &out->variables);
-        }
-    } else {
-        out->expr = parse_expression();
-        ok = expect(";", "the statement");
-    }
-    if (!ok && !on_fresh_line()) skip_to_statement_end();
-    return out;
 }
 
 ast::File parse(const source::SourceManager& sources, const std::vector<Token>& tokens,

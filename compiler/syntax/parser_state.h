@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The recursive-descent parser, private to compiler/syntax: declarations and statements in
-// parser.cpp, expressions in parse_expr.cpp. After an error it skips to a place where it can go on;
-// a level of nesting beyond kMaxDepth ends it.
+// The recursive-descent parser, private to compiler/syntax: declarations in parser.cpp, statements
+// in parse_stmt.cpp, expressions in parse_expr.cpp. After an error it skips to a place where it can
+// go on; a level of nesting beyond kMaxDepth ends it.
 
 #include <string>
 #include <utility>
@@ -68,7 +68,16 @@ class Parser {
 
     // Errors. The first in a row of tokens that cannot be understood is the one that is shown.
     bool expect(std::string_view text, const char* after);
-    void expected(std::string_view what);
+    /// The bracket that closes the one at token `open`; says where that one is.
+    bool expect_close(std::string_view text, const char* after, size_t open,
+                      const char* help = nullptr);
+    /// The message, for more help; null where it is not shown.
+    diag::Diagnostic* expected(std::string_view what);
+    void add_habit(diag::Diagnostic* d) const;
+    void note_opening(size_t open, diag::Diagnostic* d) const;
+    size_t suspicious_brace(size_t open) const;
+    source::Location location(size_t token) const;
+    size_t indentation(size_t token) const;
     void give_up();
     void skip_balanced();
     void skip_to_statement_end();
@@ -94,9 +103,12 @@ class Parser {
     bool parse_declarator(const ast::TypeRef& type, ast::Variable* out);
     void parse_annotations(ast::Variable* variable);
     std::string_view marker_word(std::initializer_list<const char*> known);
+    bool parse_bare_uniform(ast::Fablet* fablet);
+    bool at_foreign_fablet() const;
 
     ast::StmtPtr parse_statement();
     ast::StmtPtr parse_block();
+    void parse_condition(const char* after, ast::Stmt* out);
     ast::StmtPtr parse_if();
     ast::StmtPtr parse_for();
     ast::StmtPtr parse_while();
@@ -135,6 +147,8 @@ class Parser {
     size_t at_ = 0;
     int depth_ = 0;
     size_t last_error_ = ~size_t{0};
+    size_t first_ = 0;            ///< token of the statement or declaration
+    bool braces_differ_ = false;  ///< what is left over of wrong braces is no second mistake
     bool gave_up_ = false;
 };
 

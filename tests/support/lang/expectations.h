@@ -5,7 +5,7 @@
 // Expected diagnostics, written in the OpenFL file itself, under the line they are about:
 //
 //           float x = y;
-//   //                ^ error: nothing is named `y` here [unknown-name]
+//   //                ^ error: `y` is not declared here [unknown-name]
 //   // help: did you mean `z`?
 //
 // The caret and its tail stand under the span; notes (`// note 3:7: text`) and help follow in

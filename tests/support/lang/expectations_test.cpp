@@ -26,13 +26,13 @@ std::string program(const std::string& expectations) {
 
 TEST(Expectations, TheRightOnePasses) {
     EXPECT_EQ(check(program(
-                  "//               ^~~~~ error: nothing is named `thick` here [unknown-name]\n")),
+                  "//               ^~~~~ error: `thick` is not declared here [unknown-name]\n")),
               "");
 }
 
 TEST(Expectations, AMissingMessageIsAFault) {
     EXPECT_NE(check("fablet A { @Volume() { MaterialComposition mc; return mc; } }\n"
-                    "//   ^ error: nothing is named `x` here [unknown-name]\n"),
+                    "//   ^ error: `x` is not declared here [unknown-name]\n"),
               "");
 }
 
@@ -42,32 +42,32 @@ TEST(Expectations, AnExtraMessageIsAFault) {
 
 TEST(Expectations, AWrongColumnIsAFault) {
     EXPECT_NE(check(program(
-                  "//              ^~~~~ error: nothing is named `thick` here [unknown-name]\n")),
+                  "//              ^~~~~ error: `thick` is not declared here [unknown-name]\n")),
               "");
 }
 
 TEST(Expectations, AWrongWidthIsAFault) {
     EXPECT_NE(check(program(
-                  "//               ^~~~ error: nothing is named `thick` here [unknown-name]\n")),
+                  "//               ^~~~ error: `thick` is not declared here [unknown-name]\n")),
               "");
 }
 
 TEST(Expectations, AWrongSeverityIdOrTextIsAFault) {
     EXPECT_NE(
         check(program(
-            "//               ^~~~~ warning: nothing is named `thick` here [unknown-name]\n")),
+            "//               ^~~~~ warning: `thick` is not declared here [unknown-name]\n")),
         "");
     EXPECT_NE(check(program(
-                  "//               ^~~~~ error: nothing is named `thick` here [unknown-type]\n")),
+                  "//               ^~~~~ error: `thick` is not declared here [unknown-type]\n")),
               "");
     EXPECT_NE(check(program(
-                  "//               ^~~~~ error: nothing is named `thin` here [unknown-name]\n")),
+                  "//               ^~~~~ error: `thin` is not declared here [unknown-name]\n")),
               "");
 }
 
 TEST(Expectations, AHelpThatIsNotGivenIsAFault) {
     EXPECT_NE(
-        check(program("//               ^~~~~ error: nothing is named `thick` here [unknown-name]\n"
+        check(program("//               ^~~~~ error: `thick` is not declared here [unknown-name]\n"
                       "// help: did you mean `thin`?\n")),
         "");
 }

@@ -37,7 +37,7 @@ TEST(Render, ATabIsOneColumnAndABadByteIsShown) {
     Page p("\tx\xC3\xA9\xFF y\x01z");
     p.sink.report(p.span(6, 7), kUnknownName, "y");
     EXPECT_EQ(p.text(),
-              "card.fl:1:6: error: nothing is named `y` here [unknown-name]\n"
+              "card.fl:1:6: error: `y` is not declared here [unknown-name]\n"
               " 1 |  xé\xEF\xBF\xBD y z\n"
               "   |      ^\n");
 }
@@ -51,9 +51,10 @@ TEST(Render, ASpanOfSeveralLinesEndsWithItsFirst) {
 TEST(Render, AnEmptySpanAndTheEndOfTheFileHaveACaret) {
     Page p("ab");
     p.sink.report(p.span(2, 2), kNoFablet);
-    EXPECT_NE(p.text().find(
-                  "card.fl:1:3: error: the file holds no fablet [no-fablet]\n 1 | ab\n   |   ^\n"),
-              std::string::npos)
+    EXPECT_NE(
+        p.text().find(
+            "card.fl:1:3: error: the file contains no fablet [no-fablet]\n 1 | ab\n   |   ^\n"),
+        std::string::npos)
         << p.text();
 }
 

@@ -46,13 +46,33 @@ TEST(Fixes, MendTheProgram) {
           "mc.Set(whte, 1);", "flaot f = 1;", "vec3 v = 1;", "float f = mix(1, 2, 0.5);",
           "float3 v = vec3(1, 2, 3);", "float f = abss(1.0);", "float3 v = attr.voxelCentre;",
           "mc.Set(white, 1)", "float4x4 m = 1; float2x2 n = m;",
-          "int i = 3; @bond(4) while (i < p.x) i++;"}) {
+          "int i = 3; @bond(4) while (i < p.x) i++;", "mc.Set(0.5, white);",
+          "int k = 1; if (k = 2) mc.Set(white, 1);", "int k = 1; k == 2; mc.Set(white, k);",
+          "bool b = True;"}) {
         const std::string text = mended(program(body));
         source::SourceManager sources;
         diag::Sink sink;
         (void)driver::compile_to_ir(sources, sources.add("t.fl", text), sink);
         EXPECT_EQ(diag::render_text(sink, sources), "") << body;
     }
+}
+
+/// What other languages write outside of a stage.
+TEST(Fixes, MendADeclaration) {
+    const std::string volume =
+        " @Volume(@varying { VolumeAttributes attr }) { MaterialComposition mc; mc.Set(m, 1); "
+        "return mc; } }";
+    const std::string right = "fablet A { @uniform { Material m; }" + volume;
+    EXPECT_EQ(mended("fablet A { uniform Material m;" + volume),
+              "fablet A { @uniform { Material m; }" + volume);
+    EXPECT_EQ(mended("fablet A { @uniform Material m;" + volume),
+              "fablet A { @uniform { Material m; }" + volume);
+    EXPECT_EQ(mended("shader A { @uniform { Material m; }" + volume), right);
+    EXPECT_EQ(mended("Fablet A { @uniform { Material m; }" + volume), right);
+    source::SourceManager sources;
+    diag::Sink sink;
+    (void)driver::compile_to_ir(sources, sources.add("t.fl", right), sink);
+    EXPECT_EQ(diag::render_text(sink, sources), "");
 }
 
 TEST(Fixes, AMissingMark) {

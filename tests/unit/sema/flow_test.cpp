@@ -224,7 +224,7 @@ constexpr Case kSections[] = {
      " case 1: break; }",
      " fall-through"},
     {"switch (k) { case 0: while (x > 0) break; case 1: break; }", " fall-through"},
-    {"switch (k) { case 0: x > 0; default: break; }", " fall-through"},
+    {"switch (k) { case 0: mc.Set(m, x); default: break; }", " fall-through"},
 };
 
 TEST(Flow, SectionsOfASwitchEnd) {
