@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "runtime/surface/curve.h"
+#include "runtime/surface/long_triangles.h"
 
 namespace openfab::slab {
 
@@ -236,6 +237,21 @@ std::vector<int32_t> surface_owners(const std::vector<scene::Part>& parts) {
         }
     }
     return owners;
+}
+
+Result<void> split_meshes(const std::vector<int32_t>& owners,
+                          const surface::SurfaceOptions& options, std::vector<scene::Part>* parts) {
+    for (size_t i = 0; i < parts->size(); ++i) {
+        scene::Part& part = (*parts)[i];
+        if (owners[i] != static_cast<int32_t>(i)) {
+            part.mesh = (*parts)[static_cast<size_t>(owners[i])].mesh;
+            continue;
+        }
+        Result<std::shared_ptr<const scene::PartMesh>> mesh = surface::mesh_to_dice(part, options);
+        if (!mesh) return mesh.error();
+        part.mesh = std::move(*mesh);
+    }
+    return {};
 }
 
 Result<std::vector<std::shared_ptr<const surface::Surface>>> make_surfaces(

@@ -110,6 +110,10 @@ void connect_targets(const std::vector<std::unique_ptr<PrintPart>>& parts, openf
 /// surface kernels read.
 std::vector<int32_t> surface_owners(const std::vector<scene::Part>& parts);
 
+/// Gives parts that are displaced the mesh that is diced, each owner's to those that it owns.
+Result<void> split_meshes(const std::vector<int32_t>& owners,
+                          const surface::SurfaceOptions& options, std::vector<scene::Part>* parts);
+
 /// One surface for each owner; the parts that it owns share it.
 Result<std::vector<std::shared_ptr<const surface::Surface>>> make_surfaces(
     const std::vector<scene::Part>& parts, const std::vector<int32_t>& owners,

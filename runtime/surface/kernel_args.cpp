@@ -56,6 +56,36 @@ NearestLayout::NearestLayout(const openfab_fablet& fablet) {
     }
 }
 
+namespace {
+
+/// What the scene promises of a part's arrays; a mismatch is a bug of ours and would read out of
+/// range.
+Result<void> check_arrays(const scene::Part& part) {
+    const scene::PartMesh& mesh = *part.mesh;
+    const size_t triangles = mesh.triangles.size();
+    const auto fits = [&](const scene::PartAttribute& a) {
+        const size_t n = static_cast<size_t>(a.components);
+        return a.scalar == OPENFAB_FLOAT ? a.corner_values.size() == 3 * triangles * n
+                                         : a.face_values.size() == triangles * n;
+    };
+    const openfab_fablet& fablet = *part.fablet;
+    bool good = triangles < std::numeric_limits<int32_t>::max() / 4 &&
+                (fablet.has_surface == 0 ||
+                 mesh.inputs.size() == static_cast<size_t>(fablet.surface_input_count)) &&
+                mesh.nearest_attributes.size() == static_cast<size_t>(fablet.nearest_count) &&
+                (mesh.corner_normals.empty() || mesh.corner_normals.size() == 3 * triangles) &&
+                (mesh.corner_uv.empty() || mesh.corner_uv.size() == 6 * triangles);
+    for (const scene::PartAttribute& a : mesh.inputs)
+        good = good && fits(a);
+    for (int32_t i = 0; good && i < fablet.nearest_count; ++i) {
+        good =
+            fablet.nearest[i].source >= 0 || fits(mesh.nearest_attributes[static_cast<size_t>(i)]);
+    }
+    if (good) return {};
+    return internal_error(
+        fmt::format("part `{}`: the mesh's arrays do not fit fablet `{}`", part.name, fablet.name));
+}
+
 Result<void> check_surface_kernels(const scene::Part& part) {
     const openfab_fablet& fablet = *part.fablet;
     if (fablet.has_surface == 0) return {};
@@ -98,6 +128,13 @@ Result<void> check_surface_kernels(const scene::Part& part) {
         }
     }
     return {};
+}
+
+}  // namespace
+
+Result<void> check_surface_input(const scene::Part& part) {
+    if (Result<void> good = check_arrays(part); !good) return good;
+    return check_surface_kernels(part);
 }
 
 }  // namespace openfab::surface

@@ -46,7 +46,7 @@ struct NearestLayout {
 };
 
 /// Refuses a kernel that asks for what a surface stage cannot have, or for `uv` on a mesh without
-/// it.
-Result<void> check_surface_kernels(const scene::Part& part);
+/// it; and arrays of the mesh that do not fit the fablet.
+Result<void> check_surface_input(const scene::Part& part);
 
 }  // namespace openfab::surface

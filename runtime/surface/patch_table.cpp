@@ -31,7 +31,6 @@ class TableBuilder {
     Result<PatchTable> build();
 
   private:
-    Result<void> classify();
     Result<void> check_factors() const;
     void list_triangles();
     void list_seams();
@@ -56,43 +55,6 @@ class TableBuilder {
     BaseMesh& base_;
     PatchTable table_;
 };
-
-/// Identity is decided per base triangle: it moves nothing and every output is a copy.
-Result<void> TableBuilder::classify() {
-    const openfab_fablet& fablet = *part_.fablet;
-    bool copies = true;
-    for (int32_t i = 0; i < fablet.surface_output_count; ++i)
-        copies &= fablet.surface_outputs[i].source >= 0;
-    if (fablet.has_surface == 0) {
-        for (auto& c : base_.classes) {
-            if (c == TriangleClass::kDisplaced) c = TriangleClass::kIdentity;
-        }
-        return {};
-    }
-    base_.set_factors(options_.micro_edge_mm);
-    if (!copies || !options_.infer_identity) return {};
-    std::atomic<int> error{0};
-    tbb::parallel_for(tbb::blocked_range<int32_t>(0, base_.triangle_count(), kBoundsBatch),
-                      [&](const auto& range) {
-                          BoundsBatch batch(part_, base_, args_, nearest_, options_.isa);
-                          for (int32_t t = range.begin(); t < range.end(); ++t)
-                              batch.add_triangle(t);
-                          if (const int code = batch.evaluate()) {
-                              error = code;
-                              return;
-                          }
-                          for (int32_t t = range.begin(); t < range.end(); ++t) {
-                              TriangleClass& c = base_.classes[static_cast<size_t>(t)];
-                              if (c == TriangleClass::kDisplaced && batch.still(t - range.begin()))
-                                  c = TriangleClass::kIdentity;
-                          }
-                      });
-    if (error != 0) {
-        return internal_error(fmt::format("surface_bounds of fablet `{}` failed with code {}",
-                                          fablet.name, error.load()));
-    }
-    return {};
-}
 
 Result<void> TableBuilder::check_factors() const {
     int32_t longest = -1;
@@ -237,6 +199,7 @@ Result<void> TableBuilder::bound_tiles() {
     const size_t floats = nearest_.floats.size(), ints = nearest_.ints.size();
     tbb::parallel_for(tbb::blocked_range<size_t>(0, tiles.size(), kBoundsBatch),
                       [&](const auto& range) {
+                          if (options_.stopped()) return;
                           BoundsBatch batch(part_, base_, args_, nearest_, options_.isa);
                           for (size_t k = range.begin(); k < range.end(); ++k) {
                               const Patch& patch = table_.patches[static_cast<size_t>(tiles[k])];
@@ -372,7 +335,8 @@ void TableBuilder::bound_seams() {
 }
 
 Result<PatchTable> TableBuilder::build() {
-    if (Result<void> done = classify(); !done) return done.error();
+    if (Result<void> done = classify(part_, options_, args_, nearest_, &base_); !done)
+        return done.error();
     const auto moved = [](TriangleClass c) { return c == TriangleClass::kDisplaced; };
     table_.identity = std::none_of(base_.classes.begin(), base_.classes.end(), moved);
     if (!table_.identity) {
@@ -410,6 +374,44 @@ FanShape fan_shape(const BaseMesh& base, int32_t triangle) {
         }
     }
     return shape;
+}
+
+Result<void> classify(const scene::Part& part, const SurfaceOptions& options,
+                      const StaticArgs& args, const NearestLayout& nearest, BaseMesh* base) {
+    const openfab_fablet& fablet = *part.fablet;
+    bool copies = true;
+    for (int32_t i = 0; i < fablet.surface_output_count; ++i)
+        copies &= fablet.surface_outputs[i].source >= 0;
+    if (fablet.has_surface == 0) {
+        for (auto& c : base->classes) {
+            if (c == TriangleClass::kDisplaced) c = TriangleClass::kIdentity;
+        }
+        return {};
+    }
+    base->set_factors(options.micro_edge_mm);
+    if (!copies || !options.infer_identity) return {};
+    std::atomic<int> error{0};
+    tbb::parallel_for(tbb::blocked_range<int32_t>(0, base->triangle_count(), kBoundsBatch),
+                      [&](const auto& range) {
+                          if (options.stopped()) return;
+                          BoundsBatch batch(part, *base, args, nearest, options.isa);
+                          for (int32_t t = range.begin(); t < range.end(); ++t)
+                              batch.add_triangle(t);
+                          if (const int code = batch.evaluate()) {
+                              error = code;
+                              return;
+                          }
+                          for (int32_t t = range.begin(); t < range.end(); ++t) {
+                              TriangleClass& c = base->classes[static_cast<size_t>(t)];
+                              if (c == TriangleClass::kDisplaced && batch.still(t - range.begin()))
+                                  c = TriangleClass::kIdentity;
+                          }
+                      });
+    if (error != 0) {
+        return internal_error(fmt::format("surface_bounds of fablet `{}` failed with code {}",
+                                          fablet.name, error.load()));
+    }
+    return {};
 }
 
 Result<PatchTable> make_patch_table(const scene::Part& part, const SurfaceOptions& options,

@@ -42,7 +42,12 @@ struct FanShape {
 /// Nothing to fan (total 0) where no side is divided into two or more.
 FanShape fan_shape(const BaseMesh& base, int32_t triangle);
 
-/// Decides base.classes, connects the mesh where something is displaced, and bounds all patches.
+/// Decides base->classes, per base triangle: it is an identity where it moves nothing and every
+/// output is a copy. Sets edge factors where there is a surface stage.
+Result<void> classify(const scene::Part& part, const SurfaceOptions& options,
+                      const StaticArgs& args, const NearestLayout& nearest, BaseMesh* base);
+
+/// Decides base->classes, connects the mesh where something is displaced, and bounds all patches.
 Result<PatchTable> make_patch_table(const scene::Part& part, const SurfaceOptions& options,
                                     const StaticArgs& args, const NearestLayout& nearest,
                                     BaseMesh* base);

@@ -40,6 +40,7 @@ class DicedSurface final : public Surface {
     DicedSurface(const scene::Part& part, const SurfaceOptions& options)
         : part_(part),
           isa_(options.isa),
+          stop_(options.stop),
           args_(part),
           nearest_(*part.fablet),
           base_(part),
@@ -74,6 +75,7 @@ class DicedSurface final : public Surface {
 
     const scene::Part& part_;
     const openfab_isa isa_;
+    const std::atomic<bool>* const stop_;
     StaticArgs args_;
     NearestLayout nearest_;
     BaseMesh base_;
@@ -110,6 +112,7 @@ std::shared_ptr<const MicroMesh> DicedSurface::micro(int32_t patch) const {
         if (std::shared_ptr<const MicroMesh> found = cache_.find(patch)) return found;
     }
     auto mesh = std::make_shared<MicroMesh>();
+    if (cached && stop_ != nullptr && stop_->load(std::memory_order_relaxed)) return mesh;
     std::unique_ptr<Dicer> dicer = take_dicer();
     const int error = dicer->dice(patch, mesh.get());
     micro_triangles_ += static_cast<int64_t>(mesh->triangles.size());
@@ -207,41 +210,12 @@ Result<void> DicedSurface::status() const {
                                       part_.fablet->name, error_.load()));
 }
 
-/// What the scene promises of a part's arrays; a mismatch is a bug of ours and would read out of
-/// range.
-Result<void> check_arrays(const scene::Part& part) {
-    const scene::PartMesh& mesh = *part.mesh;
-    const size_t triangles = mesh.triangles.size();
-    const auto fits = [&](const scene::PartAttribute& a) {
-        const size_t n = static_cast<size_t>(a.components);
-        return a.scalar == OPENFAB_FLOAT ? a.corner_values.size() == 3 * triangles * n
-                                         : a.face_values.size() == triangles * n;
-    };
-    const openfab_fablet& fablet = *part.fablet;
-    bool good = triangles < std::numeric_limits<int32_t>::max() / 4 &&
-                (fablet.has_surface == 0 ||
-                 mesh.inputs.size() == static_cast<size_t>(fablet.surface_input_count)) &&
-                mesh.nearest_attributes.size() == static_cast<size_t>(fablet.nearest_count) &&
-                (mesh.corner_normals.empty() || mesh.corner_normals.size() == 3 * triangles) &&
-                (mesh.corner_uv.empty() || mesh.corner_uv.size() == 6 * triangles);
-    for (const scene::PartAttribute& a : mesh.inputs)
-        good = good && fits(a);
-    for (int32_t i = 0; good && i < fablet.nearest_count; ++i) {
-        good =
-            fablet.nearest[i].source >= 0 || fits(mesh.nearest_attributes[static_cast<size_t>(i)]);
-    }
-    if (good) return {};
-    return internal_error(
-        fmt::format("part `{}`: the mesh's arrays do not fit fablet `{}`", part.name, fablet.name));
-}
-
 }  // namespace
 
 Result<std::unique_ptr<Surface>> Surface::create(const scene::Part& part,
                                                  const SurfaceOptions& options) {
     if (!(options.micro_edge_mm > 0)) return internal_error("micro_edge_mm must be above zero");
-    if (Result<void> good = check_arrays(part); !good) return good.error();
-    if (Result<void> good = check_surface_kernels(part); !good) return good.error();
+    if (Result<void> good = check_surface_input(part); !good) return good.error();
     auto surface = std::make_unique<DicedSurface>(part, options);
     if (Result<void> done = surface->set_up(options); !done) return done.error();
     return std::unique_ptr<Surface>(std::move(surface));

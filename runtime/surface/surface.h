@@ -43,6 +43,7 @@
 //    vertices by their first corner.
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -107,6 +108,10 @@ struct SurfaceOptions {
     size_t cache_bytes = 256u << 20;  ///< budget of the micropolygon cache
     openfab_isa isa = OPENFAB_ISA_AVX2;
     bool infer_identity = true;  ///< off: every triangle is diced
+    /// Once set, nothing is diced or bounded any more and patches come back empty, so that whoever
+    /// asks is soon done with what nobody wants. It must outlive the surface, and stay set.
+    const std::atomic<bool>* stop = nullptr;
+    bool stopped() const { return stop != nullptr && stop->load(std::memory_order_relaxed); }
 };
 
 struct SurfaceCounts {
