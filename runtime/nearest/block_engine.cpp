@@ -14,6 +14,7 @@
 #include "runtime/nearest/engine.h"
 #include "runtime/nearest/kernel.h"
 #include "runtime/nearest/patch_cache.h"
+#include "runtime/nearest/voxel_centre.h"
 
 namespace openfab::nearest {
 
@@ -198,6 +199,11 @@ class BlockScratch final : public Engine::Scratch {
     }
     KernelScratch kernel;
     PatchPins pins;
+    /// What is known of corners of blocks.
+    void forget_corners() {
+        std::fill_n(lattice_.get(), kLatticeEntries, LatticeEntry{});
+        kernel.warm.count = 0;
+    }
 
   private:
     struct Free {
@@ -207,6 +213,9 @@ class BlockScratch final : public Engine::Scratch {
     std::unique_ptr<LatticeEntry, Free> lattice_{
         static_cast<LatticeEntry*>(std::calloc(kLatticeEntries, sizeof(LatticeEntry)))};
 };
+
+/// Groups of points whose patches are held together: enough to spread a call's cost.
+constexpr size_t kGroupsAtOnce = 16;
 
 class BlockEngine final : public Engine {
   public:
@@ -238,61 +247,128 @@ class BlockEngine final : public Engine {
     }
 
     void prepare(std::span<const Vec3i> blocks, Scratch* scratch) const override {
-        auto& s = static_cast<BlockScratch&>(*scratch);
-        begin(&s);
-        kernels_.prepare(input_, blocks.data(), blocks.size(), &s.kernel);
+        const auto run = [&](size_t first, size_t n, KernelScratch* kernel) {
+            kernels_.prepare(input_, &blocks[first], n, kernel);
+        };
+        in_parts(blocks.size(), blocks.size(), scratch, run);
     }
 
     void query(const BlockQuery& query, Scratch* scratch, BlockAnswer* answer) const override {
         auto& s = static_cast<BlockScratch&>(*scratch);
-        begin(&s);
-        kernels_.query(input_, query, &s.kernel, answer);
+        const auto run = [&](KernelScratch* kernel) {
+            kernels_.query(input_, query, kernel, answer);
+        };
+        if (!hold(&s, false, run)) query_columns(query, &s, answer);
     }
 
     void query_points(std::span<const PointGroup> groups, float radius_mm, Scratch* scratch,
                       PointAnswer* answers) const override {
-        auto& s = static_cast<BlockScratch&>(*scratch);
-        begin(&s);
         for (const PointGroup& g : groups)
-            s.counts.asked += std::popcount(g.mask & 0xffu);
-        kernels_.points(input_, groups.data(), groups.size(), radius_mm, &s.kernel, answers);
+            scratch->counts.asked += std::popcount(g.mask & 0xffu);
+        search_points(groups, radius_mm, scratch, answers);
     }
 
     void bound_points(std::span<const PointGroup> groups, std::span<const PointGroup> near,
                       float off_mm, Scratch* scratch, PointBounds* bounds) const override {
-        auto& s = static_cast<BlockScratch&>(*scratch);
-        begin(&s);
-        s.counts.asked += static_cast<int64_t>(8 * groups.size());
-        kernels_.bound_points(input_, groups.data(), near.empty() ? nullptr : near.data(),
-                              groups.size(), off_mm, &s.kernel, bounds);
+        scratch->counts.asked += static_cast<int64_t>(8 * groups.size());
+        const auto run = [&](size_t first, size_t n, KernelScratch* kernel) {
+            kernels_.bound_points(input_, &groups[first], near.empty() ? nullptr : &near[first], n,
+                                  off_mm, kernel, bounds + first);
+        };
+        in_parts(groups.size(), kGroupsAtOnce, scratch, run);
     }
 
     const BlockPieces& pieces() const override { return pieces_; }
 
     void bound_blocks(std::span<const Vec3i> blocks, Scratch* scratch,
                       BlockBounds* bounds) const override {
-        auto& s = static_cast<BlockScratch&>(*scratch);
-        begin(&s);
-        kernels_.bound_blocks(input_, blocks.data(), blocks.size(), &s.kernel, bounds);
+        const auto run = [&](size_t first, size_t n, KernelScratch* kernel) {
+            kernels_.bound_blocks(input_, &blocks[first], n, kernel, bounds + first);
+        };
+        in_parts(blocks.size(), blocks.size(), scratch, run);
     }
 
     void bounds(const Vec3i& lowest, int32_t size, Scratch* scratch,
                 BoxBounds* out) const override {
         auto& s = static_cast<BlockScratch&>(*scratch);
-        begin(&s);
-        out->clear();
-        out->distance_hi = kernels_.cube(input_, lowest, size, &s.kernel);
-        for (size_t i = 0; i < s.kernel.list.size; ++i)
-            add_case(s.kernel.list.data[i], s.kernel.list_least.data[i], out);
+        // Dices nothing.
+        hold(&s, true, [&](KernelScratch* kernel) {
+            out->clear();
+            out->distance_hi = kernels_.cube(input_, lowest, size, kernel);
+            for (size_t i = 0; i < kernel->list.size; ++i)
+                add_case(kernel->list.data[i], kernel->list_least.data[i], out);
+        });
     }
 
   private:
-    void begin(BlockScratch* s) const {
+    /// Runs what may pin patches. False where it needs more than may be held at once, and not
+    /// `all` are to be: then what it has said, and what the corners of blocks were found to be,
+    /// means nothing.
+    template <typename Run>
+    bool hold(BlockScratch* s, bool all, const Run& run) const {
         const TreeSources sources = index_->sources();
-        s->pins.reset(sources);
+        s->pins.begin(sources, all);
         s->kernel.patches = {&PatchPins::fetch, &s->pins, sources.boxes->pages(),
                              sources.chunks->first_id()};
+        run(&s->kernel);
+        if (s->pins.end()) return true;
+        s->forget_corners();
+        return false;
     }
+
+    /// Runs run(first, count, kernel scratch) over [0, size), so many of them at once, or each by
+    /// itself where those need too many patches together.
+    template <typename Run>
+    void in_parts(size_t size, size_t at_once, Scratch* scratch, const Run& run) const {
+        auto& s = static_cast<BlockScratch&>(*scratch);
+        for (size_t first = 0; first < size; first += at_once) {
+            const size_t n = std::min(at_once, size - first);
+            if (hold(&s, n == 1, [&](KernelScratch* kernel) { run(first, n, kernel); })) continue;
+            for (size_t i = first; i < first + n; ++i)
+                hold(&s, true, [&](KernelScratch* kernel) { run(i, 1, kernel); });
+        }
+    }
+
+    /// Of points few patches are held at once: those of all groups of a call together may be most
+    /// of a surface.
+    void search_points(std::span<const PointGroup> groups, float radius_mm, Scratch* scratch,
+                       PointAnswer* answers) const {
+        const auto run = [&](size_t first, size_t n, KernelScratch* kernel) {
+            kernels_.points(input_, &groups[first], n, radius_mm, kernel, answers + first);
+        };
+        in_parts(groups.size(), kGroupsAtOnce, scratch, run);
+    }
+
+    /// Asks the columns of a block as points, each of which is searched where its own lie: fewer
+    /// patches are near a column at once than near a block.
+    void query_columns(const BlockQuery& query, BlockScratch* s, BlockAnswer* answer) const {
+        std::array<PointGroup, 64> groups;
+        std::array<PointAnswer, 64> answers;
+        for (size_t c = 0; c < groups.size(); ++c) {
+            PointGroup& group = groups[c];
+            const auto column = static_cast<int32_t>(c);
+            for (int32_t z = 0; z < 8; ++z) {
+                const Vec3f p = voxel_centre(
+                    frame_,
+                    {query.block.x + column % 8, query.block.y + column / 8, query.block.z + z});
+                for (int a = 0; a < 3; ++a)
+                    group.p[a][z] = p[a];
+            }
+            group.mask = query.demand == nullptr ? 0xffu : query.demand[c];
+        }
+        search_points(groups, query.radius_mm, s, answers.data());
+        for (size_t c = 0; c < groups.size(); ++c) {
+            for (size_t z = 0; z < 8; ++z) {
+                const size_t v = 8 * c + z;
+                answer->distance2[v] = answers[c].distance2[z];
+                answer->patch[v] = answers[c].patch[z];
+                answer->triangle[v] = answers[c].patch[z] < 0 ? -1 : answers[c].triangle[z];
+                answer->bary1[v] = answers[c].bary1[z];
+                answer->bary2[v] = answers[c].bary2[z];
+            }
+        }
+    }
+
     static void add_case(const Entry& e, float distance_lo, BoxBounds* out) {
         e.tree->ranges->add_case(e.node, distance_lo, out);
     }
@@ -313,6 +389,10 @@ std::shared_ptr<PatchCache> make_patch_cache(size_t budget_bytes) {
 
 void set_budget(PatchCache* cache, size_t bytes) {
     cache->set_budget(bytes);
+}
+
+void set_most_pinned(PatchCache* cache, size_t bytes) {
+    cache->set_most_pinned(bytes);
 }
 
 std::shared_ptr<const BlockIndex> make_block_index(const surface::Surface& surface,

@@ -168,8 +168,12 @@ class PatchCache;
 std::shared_ptr<PatchCache> make_patch_cache(size_t budget_bytes);
 /// What a scratch keeps of displaced patches from block to block, beside the cache's budget.
 constexpr size_t kHeldPatchBytes = 2u << 20;
+/// What a thread holds of them at once, unless told: a block that needs more is searched in parts.
+/// One near a surface needs 10 MB or less.
+constexpr size_t kMostPinnedBytes = 32u << 20;
 /// While one thread alone uses it.
 void set_budget(PatchCache* cache, size_t bytes);
+void set_most_pinned(PatchCache* cache, size_t bytes);
 
 struct BlockEngineOptions {
     std::shared_ptr<PatchCache> cache;  ///< null: one of its own

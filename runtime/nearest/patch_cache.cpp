@@ -3,6 +3,7 @@
 #include "runtime/nearest/patch_cache.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace openfab::nearest {
 
@@ -29,10 +30,19 @@ std::shared_ptr<const PatchTree> PatchCache::get(const surface::Surface& surface
     return trees_.insert(key, std::move(made));
 }
 
-void PatchPins::reset(const TreeSources& sources) {
-    const bool keep = sources_.surface_id == sources.surface_id && bytes_ <= kHeldPatchBytes;
+void PatchPins::begin(const TreeSources& sources, bool all) {
+    if (sources_.surface_id != sources.surface_id) let_go();
     sources_ = sources;
-    if (keep) return;
+    most_bytes_ = all ? std::numeric_limits<size_t>::max() : sources.cache->most_pinned();
+    left_out_ = false;
+}
+
+bool PatchPins::end() {
+    if (bytes_ > kHeldPatchBytes) let_go();
+    return !left_out_;
+}
+
+void PatchPins::let_go() {
     pins_.clear();
     bytes_ = 0;
     std::fill(table_.begin(), table_.end(), 0);
@@ -51,6 +61,11 @@ const TreeView* PatchPins::pin(int32_t patch) {
     for (; table_[slot] != 0; slot = (slot + 1) & mask) {
         const auto& pin = pins_[static_cast<size_t>(table_[slot] - 1)];
         if (pin.first == patch) return &pin.second->view;
+    }
+    if (bytes_ >= most_bytes_) {
+        static const TreeView kNothing;
+        left_out_ = true;
+        return &kNothing;
     }
     const TreeSources& from = sources_;
     pins_.emplace_back(patch, from.cache->get(*from.surface, from.surface_id, patch));

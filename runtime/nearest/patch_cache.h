@@ -37,6 +37,8 @@ class PatchCache {
     explicit PatchCache(size_t budget_bytes) : trees_(budget_bytes, kShardBytes) {}
     /// While one thread alone uses it.
     void set_budget(size_t bytes) { trees_.set_budget(bytes); }
+    void set_most_pinned(size_t bytes) { most_pinned_ = bytes; }
+    size_t most_pinned() const { return most_pinned_; }
     /// For a surface that is new, here or in any other cache.
     static int32_t join() {
         static std::atomic<int32_t> joined{0};
@@ -49,6 +51,7 @@ class PatchCache {
 
   private:
     LruCache<uint64_t, PatchTree> trees_;  ///< surface_id, patch
+    size_t most_pinned_ = kMostPinnedBytes;
 };
 
 /// Where the trees of one surface come from.
@@ -60,24 +63,33 @@ struct TreeSources {
     PatchBoxes* boxes;
 };
 
-/// The patches that one block needs, held until the next block at least, so that the kernel's
-/// pointers stay good; and longer while they are few (kHeldPatchBytes), as the next block mostly
-/// needs the same.
+/// The patches that one call of a kernel needs, held until its end at least, so that its pointers
+/// stay good; and longer while they are few (kHeldPatchBytes), as the next call mostly needs the
+/// same.
+///
+/// No more bytes than PatchCache::most_pinned() are held, unless `all` are asked for: then patches
+/// come back empty, and what the kernel says means nothing. Whoever called it asks for less at a
+/// time.
 class PatchPins {
   public:
-    /// For the next block.
-    void reset(const TreeSources& sources);
+    /// Before a call.
+    void begin(const TreeSources& sources, bool all = false);
+    /// After it: false where patches were left out.
+    bool end();
     /// PatchSource::fetch; `context` is a PatchPins. `id` is a patch or a chunk, which needs no
     /// pin.
     static const TreeView* fetch(void* context, int32_t id);
 
   private:
     const TreeView* pin(int32_t patch);
+    void let_go();
     void rehash(size_t slots);
 
     TreeSources sources_{};
     std::vector<std::pair<int32_t, std::shared_ptr<const PatchTree>>> pins_;
-    size_t bytes_ = 0;            // of those
+    size_t bytes_ = 0;       // of those
+    size_t most_bytes_ = 0;  // that they may have in this call
+    bool left_out_ = false;
     std::vector<int32_t> table_;  // place in pins_ + 1; power of two, at most half full
 };
 

@@ -32,8 +32,10 @@ bool quiet(const Options& options) {
     return options.progress == report::ProgressMode::kNone;
 }
 
-slab::PrintOptions pipeline_options(const Options& options, const std::string& format) {
+slab::PrintOptions pipeline_options(const Options& options, const std::string& format,
+                                    const std::atomic<bool>& interrupt) {
     slab::PrintOptions result;
+    result.interrupt = &interrupt;
     result.reserved_bytes = preview_bytes(options);
     result.memory_bytes = options.memory_bytes - result.reserved_bytes;
     result.threads = options.threads;
@@ -141,7 +143,7 @@ Result<void> run_print(const Options& options, const openfab_fablet_list& fablet
             warn(warning);
     }
     report::Progress progress(options.progress, stderr);
-    slab::PrintOptions pipeline = pipeline_options(options, *format);
+    slab::PrintOptions pipeline = pipeline_options(options, *format, interrupt);
     // An estimate evaluates some voxels only; what they would print says nothing.
     if (!options.estimate && !options.dry_run)
         pipeline.print_line = [&progress](const std::string& line) { progress.print_line(line); };

@@ -224,6 +224,7 @@ int GroupRun::evaluate_part(const ActivePart& active, Row* scratch,
         }
         pending.push_back(block);
         if (static_cast<int32_t>(pending.size()) < BlockEvaluator::kBatch) continue;
+        if (setup_.interrupt != nullptr && setup_.interrupt->load()) return kStopped;
         const int status =
             evaluator->evaluate(*active.part, group_, pending.data(), BlockEvaluator::kBatch,
                                 active.cull.finer(), &band, prints);

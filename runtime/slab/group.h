@@ -71,8 +71,9 @@ struct GroupSetup {
     uint64_t seed = 0;
     Vec3i size;  ///< of the grid, voxels
     bool culling = true;
-    int32_t rows_in_flight = 2;  ///< rows of blocks of one group evaluated ahead
-    int32_t bits = 4;            ///< a packed voxel
+    const std::atomic<bool>* interrupt = nullptr;  ///< as of PrintOptions
+    int32_t rows_in_flight = 2;                    ///< rows of blocks of one group evaluated ahead
+    int32_t bits = 4;                              ///< a packed voxel
     SupportFill support;
 };
 

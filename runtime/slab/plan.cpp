@@ -74,8 +74,15 @@ CacheBudgets least_caches(size_t displaced_surfaces, size_t displaced_parts) {
                      displaced_parts);
 }
 
+size_t most_pinned(const PrintOptions& options, int32_t threads) {
+    // A few patches at least: a block near a surface needs as many.
+    constexpr int64_t kLeast = 8 << 20;
+    return static_cast<size_t>(std::clamp(options.memory_bytes / 8 / threads, kLeast,
+                                          static_cast<int64_t>(nearest::kMostPinnedBytes)));
+}
+
 MemoryNeeds memory_needs(const std::vector<std::unique_ptr<PrintPart>>& parts, const Vec3i& size,
-                         int32_t materials, int32_t bits) {
+                         int32_t materials, int32_t bits, size_t pinned) {
     const int64_t channels = materials + 1;
     MemoryNeeds needs;
     needs.fixed = resident_bytes() + kSlackBytes;
@@ -87,6 +94,7 @@ MemoryNeeds memory_needs(const std::vector<std::unique_ptr<PrintPart>>& parts, c
             nearest::bytes_to_come(*p->trees, p->part->mesh->positions.size()));
         if (!p->surface->identity()) held += nearest::kHeldPatchBytes;
     }
+    if (held > 0) held += pinned;
     const int64_t blocks_x = (size.x + 7) / 8;
     const int64_t plane = (int64_t{size.x} * bits + 7) / 8 * size.y;
     int64_t batch = 0, bounds = 0;

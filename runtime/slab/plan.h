@@ -35,6 +35,9 @@ CacheBudgets cache_budgets(const PrintOptions& options, int64_t resident, int64_
 /// theirs, at the most that they may have.
 CacheBudgets least_caches(size_t displaced_surfaces, size_t displaced_parts);
 
+/// What a thread may hold at once of the trees of displaced patches.
+size_t most_pinned(const PrintOptions& options, int32_t threads);
+
 /// What trees of so many bytes make resident, as they come and go: the allocator keeps what lies
 /// between those that stay (16 to 25 % more, measured).
 inline int64_t resident_trees(size_t bytes) {
@@ -55,9 +58,9 @@ struct MemoryNeeds {
     int64_t per_thread = 0;  ///< kernel buffers and query scratch
 };
 
-/// `materials` of the stage set, `bits` of a packed voxel.
+/// `materials` of the stage set, `bits` of a packed voxel, `pinned` bytes as of most_pinned().
 MemoryNeeds memory_needs(const std::vector<std::unique_ptr<PrintPart>>& parts, const Vec3i& size,
-                         int32_t materials, int32_t bits);
+                         int32_t materials, int32_t bits, size_t pinned);
 
 /// Refuses with the least budget that would do.
 Result<MemoryPlan> make_plan(const MemoryNeeds& needs, const PrintOptions& options, int32_t threads,

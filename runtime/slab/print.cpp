@@ -190,6 +190,10 @@ class Delivery {
     double first_slice_ = 0, seconds_commit_ = 0;
 };
 
+Error interrupted_early() {
+    return Error{ErrorCode::kInterrupted, "interrupted before the first slice"};
+}
+
 class PrintJob final : public Print {
   public:
     PrintJob(PrintInput input, PrintOptions options)
@@ -250,6 +254,7 @@ Result<void> PrintJob::set_up() {
         std::cbrt(input_.pitch_mm.x * input_.pitch_mm.y * input_.pitch_mm.z);
     surface_options.isa = options_.isa;
     surface_options.infer_identity = options_.infer_identity;
+    surface_options.stop = options_.interrupt;
     owners_ = surface_owners(input_.parts);
     size_t displaced = 0, displaced_parts = 0;
     for (size_t i = 0; i < owners_.size(); ++i) {
@@ -260,13 +265,17 @@ Result<void> PrintJob::set_up() {
     const int64_t before = resident_bytes();
     CacheBudgets budgets = cache_budgets(options_, before, textures, displaced, displaced_parts);
     surface_options.cache_bytes = budgets.micropolygons;
+    if (const Result<void> split = split_meshes(owners_, surface_options, &input_.parts); !split)
+        return split.error();
     auto surfaces = make_surfaces(input_.parts, owners_, surface_options);
     if (!surfaces) return surfaces.error();
     surfaces_ = std::move(*surfaces);
+    if (options_.interrupted()) return interrupted_early();
 
     Result<scene::Grid> grid =
         make_grid(input_.parts, surfaces_, input_.pitch_mm,
                   voxel_bits(static_cast<int32_t>(input_.materials.size())), input_.crop_mm);
+    if (options_.interrupted()) return interrupted_early();
     if (!grid) return grid.error();
     if (const Result<void> diced = surface_status(); !diced) return diced.error();
     grid_ = *grid;
@@ -281,8 +290,11 @@ Result<void> PrintJob::set_up() {
         setup_.order.push_back(static_cast<int32_t>(i));
     }
     const std::shared_ptr<nearest::PatchCache> trees = nearest::make_patch_cache(budgets.trees);
+    const size_t pinned = most_pinned(options_, threads_);
+    nearest::set_most_pinned(trees.get(), pinned);
     place_parts(trees, budgets.crossings);
     connect_targets(parts_, options_.isa, trees);
+    if (options_.interrupted()) return interrupted_early();
     std::sort(setup_.order.begin(), setup_.order.end(), [&](int32_t a, int32_t b) {
         const int32_t pa = parts_[static_cast<size_t>(a)]->part->priority;
         const int32_t pb = parts_[static_cast<size_t>(b)]->part->priority;
@@ -296,14 +308,17 @@ Result<void> PrintJob::set_up() {
     setup_.seed = options_.seed;
     setup_.size = grid_.size;
     setup_.culling = options_.culling;
+    setup_.interrupt = options_.interrupt;
 
     if (const Result<void> made = set_up_support(); !made) return made.error();
+    if (options_.interrupted()) return interrupted_early();
     const int64_t columns = int64_t{grid_.size.x} * grid_.size.y;
     const int64_t encode = options_.encode_bytes_per_column * columns;
     int32_t encoders = encode == 0 ? threads_
                                    : static_cast<int32_t>(std::clamp<int64_t>(
                                          options_.memory_bytes / 3 / encode, 1, threads_));
-    MemoryNeeds needs = memory_needs(parts_, grid_.size, setup_.stages->materials, setup_.bits);
+    MemoryNeeds needs =
+        memory_needs(parts_, grid_.size, setup_.stages->materials, setup_.bits, pinned);
     const bool dices = std::any_of(surfaces_.begin(), surfaces_.end(),
                                    [](const auto& surface) { return !surface->identity(); });
     const auto bytes_of = [&](const CacheBudgets& caches) {

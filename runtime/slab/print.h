@@ -38,6 +38,11 @@ struct PrintOptions {
     /// whoever waits for the slice has it seconds sooner. Tests vary it, too.
     int64_t most_blocks_at_first = 40'000;
     openfab_isa isa = OPENFAB_ISA_AVX2;
+    /// Once set, whatever runs ends soon: set-up with an error. It outlives the print.
+    const std::atomic<bool>* interrupt = nullptr;
+    bool interrupted() const {
+        return interrupt != nullptr && interrupt->load(std::memory_order_relaxed);
+    }
     int64_t sink_bytes_per_column = 0;  ///< what the sink keeps for each voxel of a slice
     /// What the sink takes for each voxel of a slice while it encodes it. Only as many slices are
     /// encoded at once as a third of the budget has room for.

@@ -118,7 +118,8 @@ constexpr bool kSanitized = false;
 #endif
 
 void check(const surface::Surface& surface, const Asked& setup,
-           const std::vector<size_t>& cache_bytes = {BlockEngineOptions{}.cache_bytes}) {
+           const std::vector<size_t>& cache_bytes = {BlockEngineOptions{}.cache_bytes},
+           size_t most_pinned = nearest::kMostPinnedBytes) {
     auto frame = testing::make_test_frame(setup.pitch, setup.origin);
     if (setup.turned) {
         constexpr float kTurn[3][3] = {{2, -1, 2}, {2, 2, -1}, {-1, 2, 2}};
@@ -138,8 +139,9 @@ void check(const surface::Surface& surface, const Asked& setup,
     for (const size_t bytes : cache_bytes) {
         for (const InstructionSet set :
              {InstructionSet::kAvx512, InstructionSet::kAvx2, InstructionSet::kSse41}) {
-            const auto engine =
-                make_block_engine(surface, frame, {.cache_bytes = bytes, .widest = set});
+            const auto cache = nearest::make_patch_cache(bytes);
+            nearest::set_most_pinned(cache.get(), most_pinned);
+            const auto engine = make_block_engine(surface, frame, {.cache = cache, .widest = set});
             expect_equal(run(*engine, queries, setup.prepared), want, queries,
                          testing::name_of(set));
         }
@@ -358,6 +360,19 @@ TEST(EngineEqualsBruteForce, PatchesDicedOnDemandUnderASmallCache) {
         check(surface, setup, cache_bytes);
         // Triangles far smaller than blocks.
         check(surface, cover(mesh, {0.3f, 0.3f, 0.3f}, 2), cache_bytes);
+    }
+}
+
+TEST(EngineEqualsBruteForce, PatchesThatMayNotAllBeHeldAtOnce) {
+    const TriangleMesh mesh = testing::make_torus(40, 20, 1.2, 0.5);
+    const MeshSurface surface(mesh, 50, 0.4f);
+    // One patch, and a few.
+    for (const size_t most_pinned : {size_t{1}, size_t{60000}}) {
+        Asked setup = cover(mesh, {0.1f, 0.1f, 0.1f}, 4);
+        check(surface, setup, {size_t{1} << 30}, most_pinned);
+        setup.radius = 0.3f;
+        setup.random_demand = true;
+        check(surface, setup, {30000}, most_pinned);
     }
 }
 

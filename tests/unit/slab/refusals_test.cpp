@@ -219,6 +219,14 @@ TEST(Print, AnInterruptKeepsWholeSlices) {
     EXPECT_FALSE(sink.totals.complete);
 }
 
+TEST(Print, AnInterruptDuringSetUpEndsIt) {
+    const std::atomic<bool> interrupt{true};
+    slab::PrintOptions options;
+    options.interrupt = &interrupt;
+    expect_refused(tests::make_input(box()), options, ErrorCode::kInterrupted,
+                   "interrupted before the first slice");
+}
+
 TEST(Print, AFailingKernelNamesTheSlices) {
     const Printed printed =
         tests::print_boxes({{{0.013, 0.021, 0.019}, {1, 1, 1}, &tests::broken_fablet()}});
