@@ -146,8 +146,8 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
         ->type_name("FOLDER");
     app.add_option(
         "--dither", o.dither,
-        "decorrelated unless told, floyd_steinberg, blue_noise, or majority (the largest "
-        "amount; what meshes have unless told)");
+        "blue_noise unless told, floyd_steinberg, decorrelated, or majority (the largest amount; "
+        "what meshes have unless told)");
     app.add_option(
            "--support", o.support,
            "on, off, or the material of the world to make it of (default: as the world says, else "

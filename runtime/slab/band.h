@@ -5,8 +5,8 @@
 // Rows of blocks on their way from the volume stage to packed slices. A RowBand is one row of
 // blocks (8 voxels in y) of a group of 8 slices with codes everywhere and fractions only for blocks
 // that hold a mixed voxel. Bands are made independently, in any order; GroupDither takes them in
-// +y, one voxel row behind, because the errors that a voxel hands on depend on which voxels of the
-// next row are mixed.
+// +y, one voxel row behind, because how a voxel is dithered depends on which voxels of the next row
+// are mixed.
 
 #include <cstdint>
 #include <cstdlib>

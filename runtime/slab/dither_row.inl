@@ -156,7 +156,7 @@ OPENFAB_INLINE Lanes::Floats edge_weight(uint8_t mixed, int32_t first, float wei
     return Lanes::masked(Lanes::from_bits(mixed, first), weight);
 }
 
-/// Rules for which no voxel knows its neighbours.
+/// The one rule for which no voxel knows its neighbours.
 OPENFAB_INLINE void majority_row(const DitherSetup& setup, const DitherRow& row) {
     for (int32_t i = 0; i < 8 * row.blocks; ++i) {
         if (row.here[i] == 0) continue;
@@ -167,21 +167,69 @@ OPENFAB_INLINE void majority_row(const DitherSetup& setup, const DitherRow& row)
     }
 }
 
+/// What blue_noise_row looks up in one voxel row.
+struct BlueNoiseLines {
+    const uint16_t *inside[kSlices], *low_y[kSlices], *high_y[kSlices];
+    uint16_t low_x[kSlices], high_x[kSlices];  ///< ranks; the same for the whole row
+
+    OPENFAB_INLINE BlueNoiseLines(uint32_t seed, int32_t y, int32_t z_begin) {
+        using enum BlueNoiseFace;
+        const BlueNoisePlace in(seed, kInside), left(seed, kLowX), right(seed, kHighX),
+            front(seed, kLowY), back(seed, kHighY);
+        const uint32_t index = blue_noise_index(y);
+        for (int32_t l = 0; l < kSlices; ++l) {
+            const int32_t z = z_begin + l;
+            inside[l] = in.line(y, z);
+            low_y[l] = front.upright(z);
+            high_y[l] = back.upright(z);
+            low_x[l] = static_cast<uint16_t>(left.upright(z)[index] + left.turn);
+            high_x[l] = static_cast<uint16_t>(right.upright(z)[index] + right.turn);
+        }
+    }
+};
+
+OPENFAB_INLINE Lanes::Ints ranks_at(const uint16_t* const* lines, uint32_t x, uint32_t turn) {
+    Lanes::Ints rank;
+    for (int32_t l = 0; l < Lanes::kCount; ++l)
+        rank[l] = lines[l][x];
+    return rank + static_cast<int32_t>(turn);
+}
+
 OPENFAB_INLINE void blue_noise_row(const DitherSetup& setup, const DitherRow& row) {
-    const BlueNoisePlace place(setup.seed);
-    const uint16_t* lines[kSlices];
-    for (int32_t z = 0; z < kSlices; ++z)
-        lines[z] = place.line(row.y, row.z + z);
-    const Lanes::Ints turn = Lanes::all(static_cast<int32_t>(place.turn));
+    using enum BlueNoiseFace;
+    const BlueNoiseLines lines(setup.seed, row.y, row.z);
+    const uint32_t turn = BlueNoisePlace(setup.seed, kInside).turn,
+                   turn_low_y = BlueNoisePlace(setup.seed, kLowY).turn,
+                   turn_high_y = BlueNoisePlace(setup.seed, kHighY).turn;
+    uint16_t drift[kSlices];
+    for (int32_t l = 0; l < kSlices; ++l)
+        drift[l] = static_cast<uint16_t>(blue_noise_drift(row.first_x, row.y, row.z + l));
     uint32_t x = blue_noise_index(row.first_x);
     for (int32_t i = 0; i < 8 * row.blocks; ++i, x = x + 1 < kBlueNoiseSide ? x + 1 : 0) {
         if (row.here[i] == 0) continue;
         const uint16_t* fractions = column_fractions(row, i, setup.channels);
+        const auto drift_here = static_cast<int32_t>(blue_noise_drift(i, 0, 0));
+        const BlueNoiseFaces faces({row.here[i], row.here[i - 1], row.here[i + 1], row.above[i],
+                                    row.below[i], row.above[i - 1], row.above[i + 1],
+                                    row.below[i - 1], row.below[i + 1]});
         for (int32_t first = 0; first < kSlices; first += Lanes::kCount) {
-            Lanes::Ints rank;
-            for (int32_t l = 0; l < Lanes::kCount; ++l)
-                rank[l] = lines[first + l][x];
-            rank = (rank + turn) & 0xffff;
+            const auto facing = [&](uint32_t bits) OPENFAB_INLINE_LAMBDA {
+                return Lanes::from_bits(static_cast<int32_t>(bits), first);
+            };
+            Lanes::Ints rank = ranks_at(lines.inside + first, x, turn);
+            if ((faces.low_x | faces.high_x) != 0) {
+                rank = facing(faces.low_x) ? Lanes::load(lines.low_x + first) : rank;
+                rank = facing(faces.high_x) ? Lanes::load(lines.high_x + first) : rank;
+            }
+            if (faces.low_y != 0) {
+                const Lanes::Ints side = ranks_at(lines.low_y + first, x, turn_low_y);
+                rank = facing(faces.low_y) ? side : rank;
+            }
+            if (faces.high_y != 0) {
+                const Lanes::Ints side = ranks_at(lines.high_y + first, x, turn_high_y);
+                rank = facing(faces.high_y) ? side : rank;
+            }
+            rank = (rank + Lanes::load(drift + first) + drift_here) & 0xffff;
             // fraction_threshold: rank 65535 / 65536, rounded down.
             const Lanes::Ints threshold = rank + (rank > 0);
             write_codes<false>(row, i, first,

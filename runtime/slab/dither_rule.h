@@ -14,14 +14,15 @@ namespace openfab::slab {
 
 enum class DitherRule {
     kFloydSteinberg,  ///< error diffusion as in the paper, with the zero rule
-    kDecorrelated,    ///< error diffusion with a random threshold: no worms, no columns
-    kBlueNoise,  ///< an ordered dither by a void-and-cluster mask; no voxel knows its neighbours
+    kDecorrelated,    ///< error diffusion with a random threshold: no worms, no columns; like the
+                      ///< first, it leaves little on the sides that it comes in by
+    kBlueNoise,  ///< an ordered dither by a void-and-cluster mask, which lies in the plane of sides
     kMajority,   ///< the largest fraction, the lowest code of equals: no mixture is kept
 };
 
 /// Where nothing is asked for.
-constexpr DitherRule kDefaultDither = DitherRule::kDecorrelated;
-constexpr const char* kDefaultDitherName = "decorrelated";
+constexpr DitherRule kDefaultDither = DitherRule::kBlueNoise;
+constexpr const char* kDefaultDitherName = "blue_noise";
 
 /// By the name that `--dither` takes.
 std::optional<DitherRule> find_dither(std::string_view name);

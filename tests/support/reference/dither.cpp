@@ -148,8 +148,9 @@ class Slice {
         if (rule_ == slab::DitherRule::kMajority)
             return static_cast<uint8_t>(most_frequent(fractions, field_.channels));
         if (rule_ == slab::DitherRule::kBlueNoise) {
-            const auto threshold = static_cast<uint32_t>(slab::blue_noise_threshold(place, seed_));
-            return static_cast<uint8_t>(drawn_code(fractions, field_.channels, threshold));
+            const int32_t threshold = slab::blue_noise_threshold(place, face(x, y), seed_);
+            return static_cast<uint8_t>(
+                drawn_code(fractions, field_.channels, static_cast<uint32_t>(threshold)));
         }
         const int32_t code = rule_ == slab::DitherRule::kDecorrelated
                                  ? choose_decorrelated(x, y, fractions, hash_at(place))
@@ -163,6 +164,20 @@ class Slice {
         return abi::voxel_hash<uint32_t>(static_cast<uint32_t>(place.x),
                                          static_cast<uint32_t>(place.y),
                                          static_cast<uint32_t>(place.z), seed_);
+    }
+
+    /// The side that a voxel is on, if any.
+    slab::BlueNoiseFace face(int32_t x, int32_t y) const {
+        using enum slab::BlueNoiseFace;
+        const bool low_x = !takes(x - 1, y), high_x = !takes(x + 1, y);
+        const bool low_y = !takes(x, y - 1), high_y = !takes(x, y + 1);
+        const auto side_x = low_x ? kLowX : kHighX, side_y = low_y ? kLowY : kHighY;
+        if (!low_x && !high_x) return low_y || high_y ? side_y : kInside;
+        if (low_x == high_x || low_y == high_y) return side_x;
+        // An outer corner, whose border goes on in two directions: along x is the longer tread if
+        // the border gets away from it in y only.
+        const int32_t out_x = low_x ? -1 : 1, out_y = low_y ? -1 : 1;
+        return takes(x + out_x, y - out_y) && !takes(x - out_x, y + out_y) ? side_y : side_x;
     }
 
     int32_t choose_floyd_steinberg(int32_t x, int32_t y, const uint16_t* fractions, uint32_t hash) {

@@ -260,8 +260,8 @@ TEST_F(Resume, AnotherPrintIsRefusedAndLosesNothing) {
             refused(arguments, why);
         }
     };
-    both_refuse({"--dither", "blue_noise"},
-                "the dither is `decorrelated` there and `blue_noise` here");
+    both_refuse({"--dither", "decorrelated"},
+                "the dither is `blue_noise` there and `decorrelated` here");
     both_refuse({"--seed", "7"}, "the seed is `0` there and `7` here");
     both_refuse({"--set", "thing.a=black"}, "the uniforms are not the same");
     both_refuse({"--printer", path("own.printer.json")},
