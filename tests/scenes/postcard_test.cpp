@@ -71,7 +71,7 @@ TEST_F(Postcard, FollowsBothPictures) {
     const postcard::Findings found = compare();
     EXPECT_EQ(found.first_fault, "");
     EXPECT_GT(found.windows, 100);
-    EXPECT_LE(found.worst_window, 0.015);
+    EXPECT_LE(found.worst_window, 0.025);
     EXPECT_LE(std::abs(found.signed_mean), 0.001);
     EXPECT_EQ(found.not_white, 0);
     EXPECT_GT(found.columns, 100'000);
