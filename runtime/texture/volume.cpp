@@ -138,9 +138,9 @@ Result<uint64_t> volume_key(const fs::path& source, const VolumeOptions& options
                             const ReadLimits& limits) {
     const Result<std::vector<fs::path>> files = volume_files(source);
     if (!files) return files.error();
-    std::string text =
-        fmt::format("volume, first row lowest|{}|{}|{}", options.origin_mm ? three(*options.origin_mm) : "",
-                    options.spacing_mm ? three(*options.spacing_mm) : "", files->size());
+    std::string text = fmt::format(
+        "volume, first row lowest|{}|{}|{}", options.origin_mm ? three(*options.origin_mm) : "",
+        options.spacing_mm ? three(*options.spacing_mm) : "", files->size());
     for (const fs::path& file : *files) {
         const Result<uint64_t> key = content_key(file, options.image);
         if (!key) return key.error();

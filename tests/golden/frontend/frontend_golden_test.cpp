@@ -78,7 +78,7 @@ TEST(Openflc, ExitCodesSayWhatIsWrong) {
     EXPECT_EQ(run("2>/dev/null").exit_code, 2);
     EXPECT_EQ(run("emit --as nonsense " + kPostcard + " 2>/dev/null").exit_code, 2);
     EXPECT_EQ(run("check no/such/file.fl 2>/dev/null").exit_code, 3);
-    EXPECT_EQ(run("check " + kRoot + "/tests 2>/dev/null").exit_code, 3);
+    EXPECT_EQ(run("check " + kRoot + "/tests 2>/dev/null").exit_code, 1);
 }
 
 TEST(Openflc, DataGoesToStdoutAndDiagnosticsToStderr) {

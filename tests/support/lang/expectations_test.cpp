@@ -53,10 +53,9 @@ TEST(Expectations, AWrongWidthIsAFault) {
 }
 
 TEST(Expectations, AWrongSeverityIdOrTextIsAFault) {
-    EXPECT_NE(
-        check(program(
-            "//               ^~~~~ warning: `thick` is not declared here [unknown-name]\n")),
-        "");
+    EXPECT_NE(check(program(
+                  "//               ^~~~~ warning: `thick` is not declared here [unknown-name]\n")),
+              "");
     EXPECT_NE(check(program(
                   "//               ^~~~~ error: `thick` is not declared here [unknown-type]\n")),
               "");
