@@ -124,7 +124,7 @@ class Culling : public ::testing::Test {
             EXPECT_GE(some.filled, least_filled);
             EXPECT_LT(some.asked, most_asked * all.asked);
         }
-        int64_t least = least_memory_mb(try_print(fablet, {"--memory", "5MB"}));
+        int64_t least = least_memory_mb(try_print(fablet, {"--memory", "16MB"}));
 #ifdef OPENFAB_SANITIZED
         // What a sanitizer keeps counts as resident, and changes from run to run.
         least += least / 4;

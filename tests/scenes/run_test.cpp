@@ -56,7 +56,7 @@ TEST_F(RunCommand, NoPassChangesTheBytes) {
 TEST_F(RunCommand, NeedsAFabletAndAWorld) {
     const Outcome no_fablet = run({program("openflc").string(), "run", "some.fab.json"});
     EXPECT_EQ(no_fablet.exit_code, 2);
-    EXPECT_THAT(no_fablet.err, HasSubstr("no fablet was given"));
+    EXPECT_THAT(no_fablet.err, HasSubstr("no fablet given"));
     const Outcome no_world = run({program("openflc").string(), "run", "some.fl"});
     EXPECT_EQ(no_world.exit_code, 2);
     const Outcome unknown =

@@ -95,7 +95,7 @@ TEST_F(BindObjectsTest, NamesWhatWouldBeRight) {
          "8:28: object `idle` is given to `Object core` of fablet `Near`, but stands nowhere; add "
          "it to `build`"},
         {"\"core\": \"rod\", ", "",
-         "7:13: object `body` does not bind `Object core` of fablet `Near`; give it the name of an "
+         "7:39: object `body` does not bind `Object core` of fablet `Near`; give it the name of an "
          "object"},
         {"[\"rod\", \"body\"]", "\"rod\"",
          "8:43: `Object ribs[2]` of fablet `Near` is given the string `rod`; it takes the names of "
