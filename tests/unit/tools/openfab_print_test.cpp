@@ -141,7 +141,9 @@ TEST_F(OpenfabPrint, ImageLibrariesDoNotSpeakForThemselves) {
     EXPECT_EQ(outcome.exit_code, 1);
     EXPECT_THAT(outcome.err, HasSubstr("error: "));
     EXPECT_THAT(outcome.err, HasSubstr("broken.png"));
+#ifndef OPENFAB_SANITIZED  // there standard error stays open, for what sanitizers say
     EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+#endif
     const Outcome onto =
         run({OPENFAB_PROGRAM, "texture", path("broken.png"), "-o", path("broken.png")});
     EXPECT_EQ(onto.exit_code, 1);
