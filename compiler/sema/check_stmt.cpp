@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "compiler/sema/check_state.h"
-#include "compiler/sema/translate.h"
+#include "compiler/sema/limits.h"
 
 namespace openfab::sema {
 

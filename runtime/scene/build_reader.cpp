@@ -10,7 +10,7 @@
 
 #include "runtime/base/near_miss.h"
 #include "runtime/scene/affine.h"
-#include "runtime/scene/part_mesh.h"
+#include "runtime/base/polar.h"
 #include "runtime/scene/rotation.h"
 #include "runtime/scene/transforms_file.h"
 #include "runtime/scene/uniform_values.h"

@@ -314,19 +314,6 @@ Result<LoadedMesh> load(const fs::path& file, const MeshOptions& options, bool t
 
 }  // namespace
 
-int32_t MeshSource::group_index(const FaceGroup& group) {
-    const auto [it, fresh] = group_indices_.emplace(group, static_cast<int32_t>(groups.size()));
-    if (fresh) {
-        groups.push_back(group);
-        constexpr size_t kNode = 64;  // of the map
-        size_t bytes = 2 * sizeof(FaceGroup) + kNode + 2 * group.material.size();
-        for (const std::string& name : group.names)
-            bytes += 2 * (sizeof name + name.size());
-        group_bytes_ += static_cast<int64_t>(bytes);
-    }
-    return it->second;
-}
-
 bool is_mesh_file(const fs::path& file) {
     return find_format(file) != nullptr;
 }

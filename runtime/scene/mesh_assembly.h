@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "runtime/scene/load_mesh.h"
+#include "runtime/scene/mesh_source.h"
 #include "runtime/scene/mesh_memory.h"
 
 namespace openfab::scene {

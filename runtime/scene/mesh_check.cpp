@@ -268,18 +268,6 @@ Result<void> repair_mesh(MeshSource* source) {
 
 }  // namespace
 
-std::string MeshOrigin::str(int32_t triangle) const {
-    if (triangle < 0 || static_cast<size_t>(triangle) >= lines.size()) return file;
-    return fmt::format("{}:{}:1", file, lines[static_cast<size_t>(triangle)]);
-}
-
-std::string MeshSource::place(const Vec3d& mm) const {
-    std::string text = fmt::format("({:.6g}, {:.6g}, {:.6g}) mm", mm.x, mm.y, mm.z);
-    if (unit_mm <= 0 || unit_mm == 1) return text;
-    const Vec3d file = mm * (1 / unit_mm);
-    return text + fmt::format(" (in the file ({:.6g}, {:.6g}, {:.6g}))", file.x, file.y, file.z);
-}
-
 EdgeCounts count_edges(const Mesh& mesh) {
     return count_edges(mesh, sorted_edges(mesh));
 }

@@ -2,30 +2,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// From a mesh to the part-local mesh that the pipeline runs on: the polar split of a placement's
-// matrix, and the mesh's attributes laid out as a fablet asks for them.
+// From a mesh to the part-local mesh that the pipeline runs on, its attributes laid out as a fablet
+// asks for them.
 
 #include <array>
 #include <memory>
 
+#include "runtime/base/polar.h"
 #include "runtime/base/result.h"
 #include "runtime/scene/mesh.h"
 #include "runtime/scene/part.h"
 
 namespace openfab::scene {
-
-/// M = R S, row-major 3 x 3. R is orthogonal and has the sign of det M (so it may reflect); S is
-/// symmetric and positive definite. Entries of S are rounded to 1e-12, and an S within 1e-9 of a
-/// diagonal (or of the identity) is made so, which lets placements that differ in rotation alone
-/// share a mesh.
-struct PolarFactors {
-    std::array<double, 9> r;
-    std::array<double, 9> s;
-};
-
-/// Fails where M is not finite or (nearly) singular: |det M| < 1e-12, or less than 1e-9 of its
-/// largest entry cubed.
-Result<PolarFactors> polar_factors(const std::array<double, 9>& m);
 
 /// Applies S to the mesh, moves it to the centre of its box, and resolves the surface inputs and
 /// @nearest attributes of `fablet`. Normals are those of the mesh (attribute "n") taken through the

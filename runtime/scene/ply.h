@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "runtime/base/result.h"
-#include "runtime/scene/load_mesh.h"
+#include "runtime/scene/mesh_source.h"
 
 namespace openfab::scene {
 

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "runtime/scene/json.h"
-#include "runtime/scene/part_mesh.h"
+#include "runtime/base/polar.h"
 #include "runtime/scene/scan_number.h"
 
 namespace openfab::scene {
