@@ -14,7 +14,7 @@
 #include <string>
 
 #include "backends/boundary/mesher.h"
-#include "backends/common/slice_sink.h"
+#include "runtime/pipeline/slice_sink.h"
 
 namespace openfab::boundary {
 

@@ -33,7 +33,7 @@
 #include "backends/boundary/lattice.h"
 #include "backends/boundary/rectangle.h"
 #include "backends/boundary/vertex_table.h"
-#include "runtime/base/result.h"
+#include "base/result.h"
 
 namespace openfab::boundary {
 

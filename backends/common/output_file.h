@@ -9,7 +9,7 @@
 #include <span>
 #include <string>
 
-#include "runtime/base/result.h"
+#include "base/result.h"
 
 namespace openfab::backends {
 

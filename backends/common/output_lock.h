@@ -7,7 +7,7 @@
 
 #include <string>
 
-#include "runtime/base/result.h"
+#include "base/result.h"
 
 namespace openfab::backends {
 

@@ -6,7 +6,7 @@
 
 #include <string>
 
-#include "backends/common/slice_sink.h"
+#include "runtime/pipeline/slice_sink.h"
 
 namespace openfab::backends {
 

@@ -9,7 +9,7 @@
 #include <memory>
 #include <vector>
 
-#include "backends/common/slice_sink.h"
+#include "runtime/pipeline/slice_sink.h"
 
 namespace openfab::backends {
 

@@ -10,7 +10,7 @@
 #include <type_traits>
 
 #include "backends/common/tee_sink.h"
-#include "runtime/base/hash.h"
+#include "base/hash.h"
 
 namespace openfab::ofr {
 

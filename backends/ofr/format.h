@@ -58,8 +58,8 @@
 #include <string>
 #include <vector>
 
-#include "backends/common/slice_sink.h"
-#include "runtime/base/result.h"
+#include "base/result.h"
+#include "runtime/pipeline/slice_sink.h"
 
 namespace openfab::ofr {
 

@@ -12,8 +12,8 @@
 #include <numeric>
 
 #include "backends/common/tee_sink.h"
-#include "runtime/base/units.h"
-#include "runtime/slab/print_hash.h"
+#include "base/units.h"
+#include "runtime/pipeline/print_hash.h"
 
 namespace openfab::ofr {
 

@@ -13,8 +13,8 @@
 #include <string>
 #include <vector>
 
-#include "backends/common/slice_sink.h"
 #include "backends/ofr/format.h"
+#include "runtime/pipeline/slice_sink.h"
 
 namespace openfab::ofr {
 
@@ -42,7 +42,7 @@ class OfrReader {
     /// How often each code occurs in slice(); the unused half of an odd row's last byte counts as
     /// void.
     const std::vector<int64_t>& slice_counts() const { return slice_counts_; }
-    /// Of all slices so far: voxels by code, and the print's hash (runtime/slab/print_hash.h).
+    /// Of all slices so far: voxels by code, and the print's hash (runtime/pipeline/print_hash.h).
     const std::vector<int64_t>& counts() const { return counts_; }
     uint64_t hash() const { return hash_; }
     /// Where the slices were, and where the last one given ends.

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "backends/common/same_print.h"
-#include "runtime/base/units.h"
+#include "base/units.h"
 
 namespace openfab::ofr {
 

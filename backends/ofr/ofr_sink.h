@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "backends/common/output_file.h"
-#include "backends/common/slice_sink.h"
 #include "backends/ofr/format.h"
 #include "backends/ofr/ofr_reader.h"
+#include "runtime/pipeline/slice_sink.h"
 
 namespace openfab::ofr {
 

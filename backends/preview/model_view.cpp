@@ -8,7 +8,7 @@
 
 #include "backends/common/output_file.h"
 #include "backends/preview/preview.h"
-#include "runtime/scene/rotation.h"
+#include "base/rotation.h"
 
 namespace openfab::preview {
 

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <string>
 
-#include "runtime/base/result.h"
+#include "base/result.h"
 
 namespace openfab::preview {
 

@@ -13,7 +13,7 @@
 
 #include "backends/common/same_print.h"
 #include "backends/raster/png_sink.h"
-#include "runtime/base/text.h"
+#include "base/text.h"
 
 namespace openfab::raster {
 

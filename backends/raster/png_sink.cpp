@@ -16,7 +16,7 @@
 #include "backends/common/same_print.h"
 #include "backends/common/tee_sink.h"
 #include "backends/raster/png_encode.h"
-#include "runtime/base/units.h"
+#include "base/units.h"
 
 namespace openfab::raster {
 

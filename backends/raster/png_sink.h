@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "backends/common/output_lock.h"
-#include "backends/common/slice_sink.h"
+#include "runtime/pipeline/slice_sink.h"
 
 namespace openfab::raster {
 

@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 #include "compiler/driver/back_end.h"
-#include "runtime/base/say.h"
+#include "base/say.h"
 
 #include <fmt/format.h>
 

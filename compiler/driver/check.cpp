@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "base/say.h"
 #include "compiler/driver/commands.h"
 #include "compiler/driver/frontend.h"
-#include "runtime/base/say.h"
 
 namespace openfab::driver {
 

@@ -12,8 +12,8 @@
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
+#include "base/say.h"
 #include "compiler/driver/frontend.h"
-#include "runtime/base/say.h"
 
 namespace openfab::driver {
 

@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 #include "compiler/driver/describe.h"
-#include "runtime/base/text.h"
+#include "base/text.h"
 
 #include <fmt/format.h>
 
@@ -11,11 +11,11 @@
 #include <memory>
 #include <string>
 
+#include "base/say.h"
 #include "compiler/diag/json.h"
 #include "compiler/driver/commands.h"
 #include "compiler/driver/frontend.h"
 #include "compiler/ir/text.h"
-#include "runtime/base/say.h"
 
 namespace openfab::driver {
 

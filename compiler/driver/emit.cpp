@@ -6,10 +6,10 @@
 #include <memory>
 #include <string>
 
+#include "base/say.h"
 #include "compiler/driver/commands.h"
 #include "compiler/driver/frontend.h"
 #include "compiler/syntax/parser.h"
-#include "runtime/base/say.h"
 
 namespace openfab::driver {
 

@@ -4,9 +4,9 @@
 
 #include <cstdio>
 
+#include "base/say.h"
 #include "compiler/driver/back_end.h"
 #include "compiler/driver/commands.h"
-#include "runtime/base/say.h"
 
 namespace openfab::driver {
 

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compiler/driver/frontend.h"
 
+#include "compiler/check/check.h"
 #include "compiler/driver/modules.h"
-#include "compiler/sema/check.h"
-#include "compiler/sema/translate.h"
+#include "compiler/translate/translate.h"
 
 namespace openfab::driver {
 

@@ -7,11 +7,11 @@
 
 #include <string>
 
+#include "base/command_line.h"
+#include "base/say.h"
+#include "base/text.h"
 #include "compiler/diag/render.h"
 #include "compiler/driver/commands.h"
-#include "runtime/base/command_line.h"
-#include "runtime/base/say.h"
-#include "runtime/base/text.h"
 
 namespace openfab::driver {
 

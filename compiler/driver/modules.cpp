@@ -7,10 +7,10 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "base/input_file.h"
 #include "compiler/diag/suggest.h"
 #include "compiler/driver/library_modules.h"
 #include "compiler/syntax/parser.h"
-#include "runtime/base/input_file.h"
 
 namespace openfab::driver {
 

@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "compiler/check/check.h"
 #include "compiler/diag/sink.h"
-#include "compiler/sema/check.h"
 #include "compiler/source/source_manager.h"
 
 namespace openfab::driver {

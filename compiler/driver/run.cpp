@@ -16,14 +16,14 @@
 #include <thread>
 #include <vector>
 
+#include "abi/kernel_call.h"
+#include "base/say.h"
 #include "compiler/driver/commands.h"
 #include "compiler/driver/compilation.h"
 #include "compiler/lower/jit.h"
-#include "runtime/abi/kernel_call.h"
-#include "runtime/base/say.h"
-#include "runtime/print/interrupt.h"
-#include "runtime/print/options.h"
-#include "runtime/print/print_main.h"
+#include "program/interrupt.h"
+#include "program/options.h"
+#include "program/print_main.h"
 
 namespace openfab::driver {
 

@@ -11,7 +11,7 @@ namespace openfab::interp {
 
 namespace {
 
-// Of runtime/texture/pyramid.h; the interpreter includes no runtime code.
+// Of texture/pyramid.h; the interpreter includes no runtime code.
 constexpr size_t kInfoHeader = 8;
 constexpr size_t kInfoPerLevel = 4;
 

@@ -5,7 +5,7 @@
 // One filtered texture look-up, defined. Generated code must give the same bits, so the order of
 // every float operation is part of the definition: binary operations round to float one by one,
 // left to right as bracketed below, none is fused, and only + - * / sqrt floor ceil and comparisons
-// occur. Layout of the arrays: runtime/texture/pyramid.h.
+// occur. Layout of the arrays: texture/pyramid.h.
 //
 // Throughout, bound(x, lo, hi) = x > lo ? (x < hi ? x : hi) : lo, so that a NaN becomes lo, and w0,
 // h0 are the float sides of level 0.

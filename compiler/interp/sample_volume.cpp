@@ -11,7 +11,7 @@ namespace openfab::interp {
 
 namespace {
 
-// Of runtime/texture/pyramid.h; the interpreter includes no runtime code.
+// Of texture/pyramid.h; the interpreter includes no runtime code.
 constexpr size_t kVolumeInfoHeader = 14;
 constexpr size_t kVolumeInfoPerLevel = 5;
 constexpr int32_t kFilterFinest = 3;

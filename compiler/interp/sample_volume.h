@@ -4,7 +4,7 @@
 
 // One filtered look-up in a volume (ImageTexture3D), defined as compiler/interp/sample.h defines
 // one in a picture: generated code gives the same bits, the order of every float operation counts.
-// Layout of the arrays: runtime/texture/pyramid.h. bound, place, T's wrapping of each axis, log2_of
+// Layout of the arrays: texture/pyramid.h. bound, place, T's wrapping of each axis, log2_of
 // and the channel that is read are those of sample.h; w0, h0, d0 are the float sides of level 0,
 // o[k] and s[k] the volume's origin and extent along axis k.
 //

@@ -13,8 +13,8 @@
 #include <string>
 #include <vector>
 
+#include "abi/fablet_table.h"
 #include "compiler/source/span.h"
-#include "runtime/abi/fablet_table.h"
 
 namespace openfab::ir {
 
@@ -33,7 +33,7 @@ constexpr size_t kLoopEndNext = 2;
 
 /// One instruction; its result is the value whose id is its place in Stage::instrs.
 ///   Const   `bits` is the 32-bit pattern (bool 0 or 1)
-///   Input   `kind`, `a`, `b` name a kernel argument as in runtime/abi/fablet_table.h. AttrP
+///   Input   `kind`, `a`, `b` name a kernel argument as in abi/fablet_table.h. AttrP
 ///           (OPENFAB_ARG_SURFACE_ATTR, OPENFAB_SURFACE_P) is part-local: the AST translation adds
 ///           the frame's CENTER. The voxel centre is OPENFAB_ARG_FRAME-based: see VoxelCoord below.
 ///   Sample  `a` texture index, `b` channel; args: guard, u, v, width, then, once
@@ -55,7 +55,7 @@ constexpr size_t kLoopEndNext = 2;
 ///   Derivative  a = axis; args {float}: its change per step along the lattice of a base triangle,
 ///           until attach_footprints writes it out
 ///
-/// Loops and queries cut a stage in phases (runtime/abi/fablet_table.h). A loop is the stretch of
+/// Loops and queries cut a stage in phases (abi/fablet_table.h). A loop is the stretch of
 /// instructions from a Loop to its LoopEnd; loops nest. What is inside may use what came before;
 /// what comes after uses LoopResults only.
 ///   Loop    args {guard}. The stretch runs once where the guard holds, then again as long as the

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "abi/fablet_table.h"
 #include "compiler/ir/ir.h"
-#include "runtime/abi/fablet_table.h"
 
 namespace openfab::lower {
 

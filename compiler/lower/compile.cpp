@@ -12,10 +12,10 @@
 #include <mutex>
 #include <sstream>
 
+#include "abi/halide_hooks.h"
 #include "compiler/lower/apply_schedule.h"
 #include "compiler/lower/kernel.h"
-#include "runtime/abi/halide_hooks.h"
-#include "runtime/texture/look_up.h"
+#include "texture/look_up.h"
 
 namespace openfab::lower {
 

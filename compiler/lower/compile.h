@@ -42,7 +42,7 @@ struct LoadedKernel {
 };
 
 /// No file, assembler or linker is involved. Errors and parallel loops of the kernel go through
-/// runtime/abi/halide_hooks.h.
+/// abi/halide_hooks.h.
 std::variant<LoadedKernel, Fault> compile_in_memory(const KernelRequest& request);
 
 /// Writes a Halide runtime for all instruction sets.

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The constant table of one fablet in memory, as runtime/abi/fablet_table.h lays it out. It is
+// The constant table of one fablet in memory, as abi/fablet_table.h lays it out. It is
 // loaded as it stands (compiler/lower/jit.h) or written as C source (compiler/lower/table.h).
 
 #include <array>
@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
+#include "abi/fablet_table.h"
 #include "compiler/ir/ir.h"
 #include "compiler/passes/pipeline.h"
-#include "runtime/abi/fablet_table.h"
 
 namespace openfab::lower {
 

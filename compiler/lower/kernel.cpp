@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "compiler/lower/sample_parts.h"
-#include "runtime/texture/look_up.h"
+#include "texture/look_up.h"
 
 namespace openfab::lower {
 

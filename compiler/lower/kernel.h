@@ -13,7 +13,7 @@
 //                                                            writes only what n holds
 //   all         values_k(lane, …)    what later Funcs need of a stretch of the stage's operations
 //   each look-up k in a picture (one per distinct place, up to four channels)
-//               places_k(lane, field, …)   where, as runtime/texture/look_up.h has it
+//               places_k(lane, field, …)   where, as texture/look_up.h has it
 //               picture_k(lane, result, …) what is there: an extern stage
 //   each look-up k in a volume texture, or of its or a picture's bounds, likewise
 //               footprint_k(lane, …)     place and level

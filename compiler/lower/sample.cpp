@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Look-ups in pictures: places are computed by generated code, what is there by an extern stage
-// (runtime/texture/look_up.h), for all places that the schedule takes at once. Both are defined in
+// (texture/look_up.h), for all places that the schedule takes at once. Both are defined in
 // compiler/interp/sample.h.
 
 #include <fmt/format.h>
@@ -11,7 +11,7 @@
 
 #include "compiler/lower/compile.h"
 #include "compiler/lower/sample_parts.h"
-#include "runtime/texture/look_up.h"
+#include "texture/look_up.h"
 
 namespace openfab::lower {
 

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "compiler/lower/kernel.h"
-#include "runtime/texture/pyramid.h"
+#include "texture/pyramid.h"
 
 namespace openfab::lower {
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The constant tables of runtime/abi/fablet_table.h as C source, and the list of kernels that they
+// The constant tables of abi/fablet_table.h as C source, and the list of kernels that they
 // name.
 
 #include <string>
@@ -25,7 +25,7 @@ std::vector<KernelUnit> list_kernels(const std::vector<FabletUnit>& fablets,
                                      const std::vector<openfab_isa>& isas);
 
 /// C source that defines `openfab_fablets`, to be compiled after the text of
-/// runtime/abi/fablet_table.h.
+/// abi/fablet_table.h.
 std::string table_source(const std::vector<FabletUnit>& fablets,
                          const std::vector<openfab_isa>& isas);
 

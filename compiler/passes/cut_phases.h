@@ -4,7 +4,7 @@
 
 // A stage with loops, queries or prints, or one that is too long for one kernel, as a program over
 // groups of 8 places: straight-line kernels and the steps between them, as openfab_phases in
-// runtime/abi/fablet_table.h describes. What one kernel computes and another needs is state, unless
+// abi/fablet_table.h describes. What one kernel computes and another needs is state, unless
 // it is cheaper to compute it twice.
 
 #include <string>

@@ -120,7 +120,7 @@ ir::ValueId IntervalForm::offset_from_centre(Id coordinate, int32_t axis) {
     return emit(Op::kAdd, off, emit(Op::kMul, size, b_.constant(kPositionSlack)));
 }
 
-/// In part-local mm, as runtime/abi/fablet_table.h gives it.
+/// In part-local mm, as abi/fablet_table.h gives it.
 Interval IntervalForm::voxel_centre(int32_t axis) {
     Id lo = frame(OPENFAB_FRAME_ORIGIN + axis), hi = lo;
     for (int32_t k = 0; k < 3; ++k) {

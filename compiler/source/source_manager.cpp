@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "runtime/base/input_file.h"
+#include "base/input_file.h"
 
 namespace openfab::source {
 

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <limits>
 
+#include "abi/stage_table.h"
 #include "compiler/stages/stages.h"
-#include "runtime/abi/stage_table.h"
 
 using namespace Halide;
 

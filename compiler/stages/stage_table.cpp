@@ -1,10 +1,10 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/abi/stage_table.h"
+#include "abi/stage_table.h"
 
 #include <HalideRuntime.h>
 
-#include "runtime/abi/halide_hooks.h"
+#include "abi/halide_hooks.h"
 
 // The symbols that stage_gen compiled; the list of sizes is also in CMakeLists.txt.
 #define OPENFAB_MATERIAL_COUNTS(DO) \

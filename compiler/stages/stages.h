@@ -3,8 +3,8 @@
 #pragma once
 
 // Fixed-function stages between the fablet's amounts and the printer's slices, as Halide
-// algorithms: normalise and pack. (The dither between them is runtime/slab/dither_row.h.) Their
-// arguments and buffer shapes are in runtime/abi/stage_table.h. What they compute is stated by
+// algorithms: normalise and pack. (The dither between them is runtime/dither/dither_row.h.) Their
+// arguments and buffer shapes are in abi/stage_table.h. What they compute is stated by
 // their twins in tests/support/reference, which give the same bits; how they run is in schedules/.
 
 #include <Halide.h>

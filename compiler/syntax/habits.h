@@ -3,7 +3,7 @@
 #pragma once
 
 // What people write who come from another language, where the grammar has no place for it: GLSL,
-// C++, Python, Rust. Words that are known but wrong are in compiler/sema/habits.h.
+// C++, Python, Rust. Words that are known but wrong are in compiler/check/habits.h.
 
 #include <string>
 #include <string_view>

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "runtime/base/vec.h"
+#include "base/vec.h"
 #include "runtime/nearest/hierarchy.h"
 
 namespace openfab::nearest {

@@ -17,8 +17,8 @@
 #include <span>
 #include <vector>
 
-#include "runtime/base/vec.h"
-#include "runtime/scene/part.h"
+#include "base/vec.h"
+#include "runtime/part/part.h"
 #include "runtime/surface/surface.h"
 
 namespace openfab::nearest {

@@ -7,7 +7,7 @@
 // precision floating-point arithmetic and fast robust geometric predicates", 1997). Floats as
 // inputs keep every product far from overflow and underflow.
 
-#include "runtime/base/vec.h"
+#include "base/vec.h"
 
 namespace openfab::nearest {
 

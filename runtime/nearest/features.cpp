@@ -10,7 +10,7 @@
 #include <limits>
 #include <tuple>
 
-#include "runtime/base/vec.h"
+#include "base/vec.h"
 #include "runtime/nearest/vertex_numbers.h"
 
 namespace openfab::nearest {

@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "runtime/base/vec.h"
+#include "base/vec.h"
 #include "runtime/nearest/cones.h"
 #include "runtime/nearest/features.h"
 #include "runtime/nearest/leaf_features.h"

@@ -7,7 +7,7 @@
 #include <array>
 #include <cstdint>
 
-#include "runtime/base/vec.h"
+#include "base/vec.h"
 #include "runtime/nearest/split.h"
 
 namespace openfab::nearest {

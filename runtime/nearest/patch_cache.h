@@ -9,7 +9,7 @@
 #include <memory>
 #include <vector>
 
-#include "runtime/base/lru_cache.h"
+#include "base/lru_cache.h"
 #include "runtime/nearest/chunks.h"
 #include "runtime/nearest/hierarchy.h"
 #include "runtime/nearest/patch_boxes.h"

@@ -14,7 +14,7 @@
 #include <limits>
 #include <vector>
 
-#include "runtime/base/vec.h"
+#include "base/vec.h"
 
 namespace openfab::nearest {
 

@@ -25,7 +25,7 @@
 
 #include <cstdint>
 
-#include "runtime/base/vec.h"
+#include "base/vec.h"
 
 namespace openfab::nearest {
 

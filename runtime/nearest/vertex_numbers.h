@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "runtime/base/vec.h"
+#include "base/vec.h"
 
 namespace openfab::nearest {
 

@@ -6,13 +6,13 @@
 
 #include <array>
 
-#include "runtime/abi/fablet_table.h"
-#include "runtime/base/vec.h"
+#include "abi/fablet_table.h"
+#include "base/vec.h"
 
 namespace openfab::nearest {
 
 /// Centre of a voxel by its part-relative index, part-local mm, in the order of operations that
-/// runtime/abi/fablet_table.h gives. `frame` as of scene::make_frame.
+/// abi/fablet_table.h gives. `frame` as of scene::make_frame.
 inline Vec3f voxel_centre(const std::array<float, OPENFAB_FRAME_COUNT>& frame, const Vec3i& voxel) {
     const float x = static_cast<float>(voxel.x) + 0.5f;
     const float y = static_cast<float>(voxel.y) + 0.5f;

@@ -14,7 +14,7 @@
 #include <memory>
 #include <vector>
 
-#include "runtime/base/vec.h"
+#include "base/vec.h"
 #include "runtime/nearest/engine.h"
 #include "runtime/surface/surface.h"
 

@@ -14,8 +14,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "runtime/base/vec.h"
-#include "runtime/scene/part.h"
+#include "base/vec.h"
+#include "runtime/part/part.h"
 
 namespace openfab::surface {
 

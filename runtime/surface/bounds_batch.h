@@ -16,9 +16,9 @@
 #include <string>
 #include <vector>
 
-#include "runtime/abi/kernel_call.h"
-#include "runtime/base/result.h"
-#include "runtime/scene/part.h"
+#include "abi/kernel_call.h"
+#include "base/result.h"
+#include "runtime/part/part.h"
 #include "runtime/surface/base_mesh.h"
 #include "runtime/surface/kernel_args.h"
 #include "runtime/surface/lattice.h"

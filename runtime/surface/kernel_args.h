@@ -9,10 +9,10 @@
 #include <memory>
 #include <vector>
 
-#include "runtime/abi/fablet_table.h"
-#include "runtime/abi/kernel_call.h"
-#include "runtime/base/result.h"
-#include "runtime/scene/part.h"
+#include "abi/fablet_table.h"
+#include "abi/kernel_call.h"
+#include "base/result.h"
+#include "runtime/part/part.h"
 
 namespace openfab::surface {
 

@@ -16,7 +16,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "runtime/base/vec.h"
+#include "base/vec.h"
 
 namespace openfab::surface {
 

@@ -16,8 +16,8 @@
 #include <memory>
 #include <vector>
 
-#include "runtime/base/result.h"
-#include "runtime/scene/part.h"
+#include "base/result.h"
+#include "runtime/part/part.h"
 #include "runtime/surface/surface.h"
 
 namespace openfab::surface {

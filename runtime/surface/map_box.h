@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "runtime/base/vec.h"
+#include "base/vec.h"
 
 namespace openfab::surface {
 

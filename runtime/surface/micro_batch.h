@@ -14,9 +14,9 @@
 #include <memory>
 #include <vector>
 
-#include "runtime/abi/kernel_call.h"
-#include "runtime/phases/driver.h"
-#include "runtime/scene/part.h"
+#include "abi/kernel_call.h"
+#include "runtime/part/part.h"
+#include "runtime/segments/driver.h"
 #include "runtime/surface/base_mesh.h"
 #include "runtime/surface/kernel_args.h"
 #include "runtime/surface/lattice.h"

@@ -7,8 +7,8 @@
 
 #include <vector>
 
-#include "runtime/base/result.h"
-#include "runtime/scene/part.h"
+#include "base/result.h"
+#include "runtime/part/part.h"
 #include "runtime/surface/base_mesh.h"
 #include "runtime/surface/kernel_args.h"
 #include "runtime/surface/surface.h"

@@ -12,7 +12,7 @@
 #include <mutex>
 #include <utility>
 
-#include "runtime/base/lru_cache.h"
+#include "base/lru_cache.h"
 #include "runtime/surface/base_mesh.h"
 #include "runtime/surface/dicer.h"
 #include "runtime/surface/kernel_args.h"

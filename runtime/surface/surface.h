@@ -48,10 +48,10 @@
 #include <memory>
 #include <vector>
 
-#include "runtime/abi/fablet_table.h"
-#include "runtime/base/result.h"
-#include "runtime/base/vec.h"
-#include "runtime/scene/part.h"
+#include "abi/fablet_table.h"
+#include "base/result.h"
+#include "base/vec.h"
+#include "runtime/part/part.h"
 
 namespace openfab::surface {
 

@@ -11,9 +11,9 @@
 #include <memory>
 #include <vector>
 
-#include "runtime/base/result.h"
-#include "runtime/base/vec.h"
-#include "runtime/scene/part.h"
+#include "base/result.h"
+#include "base/vec.h"
+#include "runtime/part/part.h"
 #include "runtime/surface/surface.h"
 #include "runtime/voxel/patch_index.h"
 

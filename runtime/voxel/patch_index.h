@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "runtime/base/vec.h"
+#include "base/vec.h"
 #include "runtime/surface/map_box.h"
 #include "runtime/surface/surface.h"
 

@@ -6,8 +6,8 @@
 
 #include <array>
 
-#include "runtime/base/vec.h"
-#include "runtime/scene/part.h"
+#include "base/vec.h"
+#include "runtime/part/part.h"
 #include "runtime/surface/lattice.h"
 #include "runtime/voxel/crossings.h"
 

@@ -10,9 +10,9 @@
 #include <deque>
 #include <random>
 
+#include "abi/kernel_call.h"
 #include "compiler/interp/evaluate.h"
-#include "runtime/abi/kernel_call.h"
-#include "runtime/phases/driver.h"
+#include "runtime/segments/driver.h"
 
 namespace openfab::testing {
 

@@ -19,7 +19,7 @@
 
 namespace openfab::testing {
 
-/// Level arrays of a texture, as runtime/texture/pyramid.h.
+/// Level arrays of a texture, as texture/pyramid.h.
 struct TestTexture {
     std::vector<float> texels;
     std::vector<int32_t> info;

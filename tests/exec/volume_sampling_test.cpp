@@ -14,8 +14,8 @@
 
 #include "compiler/interp/sample_volume.h"
 #include "compiler/passes/form_surface_bounds.h"
-#include "runtime/texture/pyramid.h"
 #include "tests/exec/compiled_stage.h"
+#include "texture/pyramid.h"
 
 namespace openfab::testing {
 

@@ -10,11 +10,11 @@
 #include <fstream>
 #include <iterator>
 
+#include "compiler/check/builtins.h"
+#include "compiler/check/type.h"
 #include "compiler/diag/render.h"
 #include "compiler/driver/frontend.h"
 #include "compiler/driver/modules.h"
-#include "compiler/sema/builtins.h"
-#include "compiler/sema/type.h"
 
 namespace openfab::test {
 namespace {

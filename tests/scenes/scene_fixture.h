@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "runtime/base/vec.h"
+#include "base/vec.h"
 #include "tests/support/process/process.h"
 
 namespace openfab::testing {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "runtime/abi/fablet_table.h"
+#include "abi/fablet_table.h"
 
 namespace openfab::testing {
 

@@ -9,7 +9,7 @@
 #include <functional>
 #include <string>
 
-#include "runtime/base/result.h"
+#include "base/result.h"
 
 namespace openfab::tool {
 

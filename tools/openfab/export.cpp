@@ -13,12 +13,12 @@
 #include "backends/common/output_file.h"
 #include "backends/ofr/ofr_reader.h"
 #include "backends/raster/png_sink.h"
-#include "runtime/base/units.h"
-#include "runtime/print/output_check.h"
-#include "runtime/print/outputs.h"
-#include "runtime/scene/printer.h"
+#include "base/units.h"
+#include "program/output_check.h"
+#include "program/outputs.h"
 #include "tools/openfab/commands.h"
 #include "tools/openfab/memory_option.h"
+#include "world/printer.h"
 
 namespace openfab::tool {
 

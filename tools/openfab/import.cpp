@@ -10,7 +10,7 @@
 #include <filesystem>
 #include <map>
 
-#include "runtime/scene/json.h"
+#include "base/json.h"
 #include "tools/openfab/standing.h"
 #include "tools/openfab/stock.h"
 

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "runtime/scene/load_mesh.h"
+#include "mesh/load/load_mesh.h"
 #include "tools/openfab/looks.h"
 
 namespace openfab::tool {

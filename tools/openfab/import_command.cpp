@@ -8,13 +8,13 @@
 #include <memory>
 #include <optional>
 
-#include "runtime/base/say.h"
-#include "runtime/base/text.h"
-#include "runtime/base/units.h"
-#include "runtime/scene/printer.h"
+#include "base/say.h"
+#include "base/text.h"
+#include "base/units.h"
 #include "tools/openfab/commands.h"
 #include "tools/openfab/import.h"
 #include "tools/openfab/stock.h"
+#include "world/printer.h"
 
 namespace openfab::tool {
 

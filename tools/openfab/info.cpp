@@ -13,13 +13,13 @@
 #include <optional>
 
 #include "backends/ofr/ofr_reader.h"
-#include "runtime/base/say.h"
-#include "runtime/base/text.h"
-#include "runtime/base/units.h"
-#include "runtime/scene/load_mesh.h"
-#include "runtime/scene/world.h"
+#include "base/say.h"
+#include "base/text.h"
+#include "base/units.h"
+#include "mesh/load/load_mesh.h"
 #include "tools/openfab/commands.h"
 #include "tools/openfab/memory_option.h"
+#include "world/world.h"
 
 namespace openfab::tool {
 

@@ -6,10 +6,10 @@
 
 #include <algorithm>
 
-#include "runtime/base/input_file.h"
-#include "runtime/scene/json.h"
-#include "runtime/scene/scan_number.h"
-#include "runtime/texture/color.h"
+#include "base/color.h"
+#include "base/input_file.h"
+#include "base/json.h"
+#include "base/scan_number.h"
 
 namespace openfab::tool {
 

@@ -8,11 +8,11 @@
 #include <cstdlib>
 #include <map>
 
-#include "runtime/scene/threemf.h"
-#include "runtime/scene/threemf_model.h"
-#include "runtime/scene/xml.h"
-#include "runtime/scene/zip_file.h"
-#include "runtime/texture/color.h"
+#include "base/color.h"
+#include "mesh/read/threemf.h"
+#include "mesh/read/threemf_model.h"
+#include "mesh/read/xml.h"
+#include "mesh/read/zip_file.h"
 #include "tools/openfab/looks.h"
 
 namespace openfab::tool {

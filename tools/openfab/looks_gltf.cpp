@@ -7,7 +7,7 @@
 
 #include <algorithm>
 
-#include "runtime/scene/gltf_file.h"
+#include "mesh/read/gltf_file.h"
 #include "tools/openfab/looks.h"
 
 namespace openfab::tool {

@@ -5,8 +5,8 @@
 
 #include <string_view>
 
-#include "runtime/base/command_line.h"
-#include "runtime/base/say.h"
+#include "base/command_line.h"
+#include "base/say.h"
 #include "tools/openfab/commands.h"
 
 namespace openfab::tool {

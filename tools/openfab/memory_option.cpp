@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/openfab/memory_option.h"
 
-#include "runtime/base/units.h"
-#include "runtime/print/options.h"
+#include "base/units.h"
+#include "program/options.h"
 
 namespace openfab::tool {
 

@@ -7,7 +7,7 @@
 
 #include <memory>
 
-#include "runtime/base/say.h"
+#include "base/say.h"
 #include "tools/openfab/commands.h"
 #include "tools/openfab/stock.h"
 

@@ -17,15 +17,15 @@
 #include <string_view>
 #include <vector>
 
-#include "runtime/base/own_folder.h"
-#include "runtime/base/say.h"
-#include "runtime/print/options.h"
-#include "runtime/print/output_check.h"
-#include "runtime/scene/world.h"
-#include "runtime/texture/cache.h"
+#include "base/own_folder.h"
+#include "base/say.h"
+#include "program/options.h"
+#include "program/output_check.h"
+#include "texture/cache.h"
 #include "tools/openfab/commands.h"
 #include "tools/openfab/programs.h"
 #include "tools/openfab/stock.h"
+#include "world/world.h"
 
 namespace openfab::tool {
 

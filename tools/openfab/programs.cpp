@@ -19,10 +19,10 @@
 #include <string_view>
 #include <system_error>
 
-#include "runtime/base/hash.h"
-#include "runtime/base/own_folder.h"
-#include "runtime/base/say.h"
-#include "runtime/texture/cache.h"
+#include "base/hash.h"
+#include "base/own_folder.h"
+#include "base/say.h"
+#include "texture/cache.h"
 
 extern char** environ;
 

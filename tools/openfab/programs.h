@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "runtime/base/input_file.h"
-#include "runtime/base/result.h"
+#include "base/input_file.h"
+#include "base/result.h"
 
 namespace openfab::tool {
 

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "runtime/base/vec.h"
+#include "base/vec.h"
 
 namespace openfab::tool {
 

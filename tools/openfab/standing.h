@@ -7,7 +7,7 @@
 
 #include <string>
 
-#include "runtime/scene/mesh.h"
+#include "mesh/model/mesh.h"
 
 namespace openfab::tool {
 

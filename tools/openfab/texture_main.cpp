@@ -14,10 +14,10 @@
 #include <filesystem>
 #include <vector>
 
-#include "runtime/base/command_line.h"
-#include "runtime/base/input_file.h"
-#include "runtime/base/say.h"
-#include "runtime/base/units.h"
+#include "base/command_line.h"
+#include "base/input_file.h"
+#include "base/say.h"
+#include "base/units.h"
 #include "tools/texture/convert.h"
 #include "tools/texture/convert_volume.h"
 

@@ -8,8 +8,8 @@
 #include <memory>
 
 #include "backends/ofr/ofr_reader.h"
-#include "runtime/base/say.h"
-#include "runtime/base/text.h"
+#include "base/say.h"
+#include "base/text.h"
 #include "tools/openfab/commands.h"
 #include "tools/openfab/memory_option.h"
 

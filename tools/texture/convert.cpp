@@ -5,7 +5,7 @@
 #include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
 
-#include "runtime/texture/pyramid_file.h"
+#include "texture/pyramid_file.h"
 #include "tools/texture/decoder.h"
 #include "tools/texture/still_image.h"
 

@@ -6,8 +6,8 @@
 
 #include <filesystem>
 
-#include "runtime/base/result.h"
-#include "runtime/texture/cache.h"
+#include "base/result.h"
+#include "texture/cache.h"
 
 namespace openfab::tools {
 

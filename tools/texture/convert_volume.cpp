@@ -9,8 +9,8 @@
 #include <cmath>
 #include <string_view>
 
-#include "runtime/base/input_file.h"
-#include "runtime/texture/pyramid_file.h"
+#include "base/input_file.h"
+#include "texture/pyramid_file.h"
 #include "tools/texture/decoder.h"
 #include "tools/texture/still_image.h"
 #include "tools/texture/volume_reader.h"

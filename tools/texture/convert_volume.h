@@ -7,8 +7,8 @@
 
 #include <filesystem>
 
-#include "runtime/base/result.h"
-#include "runtime/texture/volume.h"
+#include "base/result.h"
+#include "texture/volume.h"
 
 namespace openfab::tools {
 

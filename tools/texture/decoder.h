@@ -10,8 +10,8 @@
 #include <array>
 #include <cmath>
 
-#include "runtime/texture/cache.h"
-#include "runtime/texture/color.h"
+#include "base/color.h"
+#include "texture/cache.h"
 
 namespace openfab::tools {
 

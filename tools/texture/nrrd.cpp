@@ -13,8 +13,8 @@
 #include <sstream>
 #include <string_view>
 
-#include "runtime/base/input_file.h"
-#include "runtime/texture/nrrd_header.h"
+#include "base/input_file.h"
+#include "texture/nrrd_header.h"
 #include "tools/texture/volume_reader.h"
 
 namespace openfab::tools {

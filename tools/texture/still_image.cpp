@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "runtime/base/units.h"
+#include "base/units.h"
 #include "tools/texture/convert.h"
 
 namespace openfab::tools {

@@ -14,8 +14,8 @@
 #include <memory>
 #include <string>
 
-#include "runtime/base/input_file.h"
-#include "runtime/base/result.h"
+#include "base/input_file.h"
+#include "base/result.h"
 
 namespace openfab::tools {
 

@@ -13,7 +13,7 @@
 #include <optional>
 #include <sstream>
 
-#include "runtime/base/input_file.h"
+#include "base/input_file.h"
 #include "tools/texture/still_image.h"
 #include "tools/texture/volume_reader.h"
 

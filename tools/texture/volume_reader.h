@@ -13,9 +13,9 @@
 #include <string>
 #include <vector>
 
-#include "runtime/base/result.h"
-#include "runtime/base/vec.h"
-#include "runtime/texture/cache.h"
+#include "base/result.h"
+#include "base/vec.h"
+#include "texture/cache.h"
 
 namespace openfab::tools {
 

@@ -8,7 +8,7 @@
 
 #include <random>
 
-#include "runtime/slab/band.h"
+#include "runtime/dither/band.h"
 
 namespace openfab {
 namespace {

@@ -13,11 +13,11 @@
 #include <functional>
 #include <limits>
 
+#include "abi/kernel_call.h"
 #include "bench/micro/functions/by_hand.h"
 #include "bench/micro/load_fablet.h"
 #include "compiler/functions/perlin.h"
 #include "compiler/functions/trigonometry.h"
-#include "runtime/abi/kernel_call.h"
 
 namespace openfab::bench {
 

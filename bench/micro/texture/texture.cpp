@@ -18,9 +18,9 @@
 #include <numbers>
 #include <random>
 
+#include "abi/kernel_call.h"
 #include "bench/micro/load_fablet.h"
-#include "runtime/abi/kernel_call.h"
-#include "runtime/texture/pyramid.h"
+#include "texture/pyramid.h"
 
 namespace openfab::bench {
 

@@ -9,7 +9,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "runtime/report/statistics.h"
+#include "program/statistics.h"
 #include "tests/support/slab/box_print.h"
 #include "tests/support/slab/test_fablets.h"
 

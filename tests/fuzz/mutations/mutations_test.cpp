@@ -24,14 +24,14 @@
 #include <cstdlib>
 #include <thread>
 
-#include "runtime/print/print_main.h"
-#include "runtime/texture/pyramid.h"
+#include "program/print_main.h"
 #include "tests/fuzz/mutations/mutate.h"
 #include "tests/fuzz/mutations/samples.h"
 #include "tests/support/meshes/temp_folder.h"
 #include "tests/support/process/process.h"
 #include "tests/support/slab/box_print.h"
 #include "tests/support/slab/test_fablets.h"
+#include "texture/pyramid.h"
 #include "tools/texture/convert.h"
 #include "tools/texture/convert_volume.h"
 

@@ -5,14 +5,14 @@
 #include <cstdlib>
 
 #include "backends/ofr/ofr_reader.h"
-#include "runtime/base/result.h"
-#include "runtime/scene/json.h"
-#include "runtime/scene/load_mesh.h"
-#include "runtime/scene/mesh_check.h"
-#include "runtime/scene/printer.h"
-#include "runtime/scene/transforms_file.h"
-#include "runtime/scene/world.h"
+#include "base/json.h"
+#include "base/result.h"
+#include "mesh/check/mesh_check.h"
+#include "mesh/load/load_mesh.h"
 #include "tests/support/meshes/temp_folder.h"
+#include "world/printer.h"
+#include "world/transforms_file.h"
+#include "world/world.h"
 
 namespace openfab::tests {
 namespace {

@@ -9,8 +9,8 @@
 
 #include <cstring>
 
+#include "mesh/load/load_mesh.h"
 #include "runtime/nearest/engine.h"
-#include "runtime/scene/load_mesh.h"
 #include "runtime/surface/surface.h"
 #include "runtime/voxel/coverage.h"
 #include "tests/support/mesh_surface.h"

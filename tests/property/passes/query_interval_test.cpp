@@ -12,10 +12,10 @@
 #include <limits>
 #include <random>
 
+#include "base/vec.h"
 #include "compiler/driver/frontend.h"
 #include "compiler/interp/evaluate.h"
 #include "compiler/passes/form_volume_bounds.h"
-#include "runtime/base/vec.h"
 
 namespace openfab {
 namespace {

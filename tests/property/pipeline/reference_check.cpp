@@ -11,7 +11,7 @@
 
 #include "compiler/diag/render.h"
 #include "compiler/driver/frontend.h"
-#include "runtime/slab/print.h"
+#include "runtime/pipeline/print.h"
 #include "tests/support/reference/column_scan.h"
 #include "tests/support/reference/pipeline.h"
 #include "tests/support/slab/box_print.h"

@@ -11,7 +11,7 @@
 
 #include "compiler/ir/ir.h"
 #include "compiler/lower/jit.h"
-#include "runtime/scene/part.h"
+#include "runtime/part/part.h"
 
 namespace openfab::testing {
 

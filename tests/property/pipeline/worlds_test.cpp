@@ -8,10 +8,10 @@
 
 #include <filesystem>
 
-#include "runtime/scene/bind.h"
-#include "runtime/scene/world.h"
+#include "runtime/part/bind.h"
 #include "tests/property/pipeline/reference_check.h"
 #include "tests/support/meshes/temp_folder.h"
+#include "world/world.h"
 
 namespace openfab {
 namespace {

@@ -11,8 +11,8 @@
 #include <fstream>
 #include <sstream>
 
-#include "runtime/scene/load_mesh.h"
-#include "runtime/scene/mesh_check.h"
+#include "mesh/check/mesh_check.h"
+#include "mesh/load/load_mesh.h"
 #include "tests/support/meshes/meshes.h"
 #include "tests/support/meshes/temp_folder.h"
 

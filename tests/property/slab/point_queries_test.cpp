@@ -5,7 +5,7 @@
 // part's own surface to the bit against brute force, other objects against plain geometry in build
 // space.
 
-#include "runtime/slab/point_queries.h"
+#include "runtime/volume/point_queries.h"
 
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@
 #include <cmath>
 #include <random>
 
-#include "runtime/scene/rotation.h"
+#include "base/rotation.h"
 #include "tests/support/meshes/meshes.h"
 #include "tests/support/reference/closest_point.h"
 #include "tests/support/surface/hand_fablet.h"

@@ -3,7 +3,7 @@
 
 // The depth map against columns walked through exact winding numbers.
 
-#include "runtime/support/depth_map.h"
+#include "runtime/support_material/depth_map.h"
 
 #include <gtest/gtest.h>
 #include <tbb/task_arena.h>

@@ -13,7 +13,7 @@
 #include <limits>
 #include <random>
 
-#include "runtime/scene/primitives.h"
+#include "mesh/model/primitives.h"
 #include "runtime/voxel/coverage.h"
 #include "tests/support/mesh_surface.h"
 #include "tests/support/meshes/cut.h"

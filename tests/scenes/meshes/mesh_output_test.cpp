@@ -10,7 +10,7 @@
 #include <filesystem>
 #include <map>
 
-#include "runtime/scene/load_mesh.h"
+#include "mesh/load/load_mesh.h"
 #include "tests/scenes/scene_fixture.h"
 
 namespace openfab::testing {

@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "runtime/scene/threemf.h"
+#include "mesh/read/threemf.h"
 
 namespace openfab::testing {
 

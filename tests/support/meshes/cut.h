@@ -8,8 +8,8 @@
 #include <array>
 #include <vector>
 
-#include "runtime/base/vec.h"
-#include "runtime/scene/mesh.h"
+#include "base/vec.h"
+#include "mesh/model/mesh.h"
 
 namespace openfab::testing {
 

@@ -5,9 +5,9 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "runtime/scene/part_mesh.h"
-#include "runtime/scene/rotation.h"
-#include "runtime/scene/uniforms.h"
+#include "base/rotation.h"
+#include "runtime/part/part_mesh.h"
+#include "runtime/part/uniforms.h"
 
 namespace openfab::testing {
 namespace {

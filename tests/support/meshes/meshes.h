@@ -4,16 +4,16 @@
 
 // Meshes made in memory for tests, and parts made of them without a world or a compiled print. Link
 // openfab_test_meshes. Cards, spheres and cylinders are the primitives of
-// runtime/scene/primitives.h.
+// mesh/model/primitives.h.
 
 #include <memory>
 #include <vector>
 
-#include "runtime/abi/fablet_table.h"
-#include "runtime/base/vec.h"
-#include "runtime/scene/mesh.h"
-#include "runtime/scene/part.h"
-#include "runtime/scene/primitives.h"
+#include "abi/fablet_table.h"
+#include "base/vec.h"
+#include "mesh/model/mesh.h"
+#include "mesh/model/primitives.h"
+#include "runtime/part/part.h"
 
 namespace openfab::testing {
 

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "runtime/base/vec.h"
+#include "base/vec.h"
 
 namespace openfab::postcard {
 

@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-#include "runtime/base/vec.h"
+#include "base/vec.h"
 
 namespace openfab::reference {
 

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "runtime/base/vec.h"
+#include "base/vec.h"
 
 namespace openfab::reference {
 

@@ -11,8 +11,8 @@
 #include <functional>
 #include <vector>
 
-#include "runtime/base/vec.h"
-#include "runtime/scene/part.h"
+#include "base/vec.h"
+#include "runtime/part/part.h"
 
 namespace openfab::reference {
 

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <limits>
 
-#include "runtime/abi/dither_rules.h"
-#include "runtime/abi/voxel_hash.h"
-#include "runtime/slab/blue_noise.h"
+#include "abi/dither_rules.h"
+#include "abi/voxel_hash.h"
+#include "runtime/dither/blue_noise.h"
 
 namespace openfab::reference {
 

@@ -9,8 +9,8 @@
 #include <span>
 #include <vector>
 
-#include "runtime/base/vec.h"
-#include "runtime/slab/dither_rule.h"
+#include "base/vec.h"
+#include "runtime/dither/dither_rule.h"
 
 namespace openfab::reference {
 

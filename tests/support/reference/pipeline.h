@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "compiler/ir/ir.h"
-#include "runtime/scene/part.h"
+#include "runtime/part/part.h"
 
 namespace openfab::reference {
 

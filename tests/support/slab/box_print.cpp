@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "runtime/scene/primitives.h"
+#include "mesh/model/primitives.h"
 #include "tests/support/meshes/meshes.h"
 #include "tests/support/reference/dither.h"
 #include "tests/support/slab/test_fablets.h"

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "runtime/slab/dither_rule.h"
-#include "runtime/slab/print.h"
+#include "runtime/dither/dither_rule.h"
+#include "runtime/pipeline/print.h"
 
 namespace openfab::tests {
 

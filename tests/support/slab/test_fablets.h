@@ -8,7 +8,7 @@
 
 #include <span>
 
-#include "runtime/abi/fablet_table.h"
+#include "abi/fablet_table.h"
 
 namespace openfab::tests {
 

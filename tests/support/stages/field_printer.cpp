@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "runtime/slab/band.h"
+#include "runtime/dither/band.h"
 
 namespace openfab::tests {
 

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "runtime/abi/kernel_call.h"
+#include "abi/kernel_call.h"
 #include "tests/support/reference/dither.h"
 
 namespace openfab::tests {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "runtime/scene/part.h"
+#include "runtime/part/part.h"
 
 namespace openfab::testing {
 

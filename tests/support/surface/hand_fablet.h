@@ -14,8 +14,8 @@
 #include <memory>
 #include <vector>
 
-#include "runtime/abi/fablet_table.h"
-#include "runtime/scene/part.h"
+#include "abi/fablet_table.h"
+#include "runtime/part/part.h"
 #include "runtime/surface/surface.h"
 #include "tests/support/reference/dice.h"
 #include "tests/support/reference/inside.h"

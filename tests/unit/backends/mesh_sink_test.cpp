@@ -21,10 +21,10 @@
 #include <set>
 
 #include "backends/boundary/package.h"
-#include "runtime/scene/load_mesh.h"
-#include "runtime/scene/stl.h"
-#include "runtime/scene/threemf.h"
-#include "runtime/scene/zip_file.h"
+#include "mesh/load/load_mesh.h"
+#include "mesh/read/stl.h"
+#include "mesh/read/threemf.h"
+#include "mesh/read/zip_file.h"
 #include "tests/support/boundary/mesh_files.h"
 #include "tests/support/boundary/voxel_meshes.h"
 #include "tests/support/process/process.h"

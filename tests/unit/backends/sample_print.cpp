@@ -9,7 +9,7 @@
 #include <cstdio>
 
 #include "backends/common/tee_sink.h"
-#include "runtime/slab/print_hash.h"
+#include "runtime/pipeline/print_hash.h"
 
 namespace openfab::testing {
 

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "backends/common/slice_sink.h"
+#include "runtime/pipeline/slice_sink.h"
 
 namespace openfab::testing {
 

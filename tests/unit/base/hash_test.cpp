@@ -1,6 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/base/hash.h"
+#include "base/hash.h"
 
 #include <gtest/gtest.h>
 

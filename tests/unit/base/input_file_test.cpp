@@ -1,13 +1,13 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/base/input_file.h"
+#include "base/input_file.h"
 
 #include <gmock/gmock.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "runtime/base/own_folder.h"
+#include "base/own_folder.h"
 #include "tests/support/meshes/temp_folder.h"
 
 namespace openfab {

@@ -1,6 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/base/lru_cache.h"
+#include "base/lru_cache.h"
 
 #include <gtest/gtest.h>
 #include <tbb/parallel_for.h>

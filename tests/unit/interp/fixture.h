@@ -21,7 +21,7 @@
 namespace openfab::test {
 
 /// A pyramid in memory: level 0 given, bottom row first; the levels above are box-filtered as in
-/// runtime/texture/pyramid.h.
+/// texture/pyramid.h.
 struct Picture {
     std::vector<float> texels;
     std::vector<int32_t> info;

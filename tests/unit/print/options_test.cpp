@@ -1,10 +1,10 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/print/options.h"
+#include "program/options.h"
 
 #include <gmock/gmock.h>
 
-#include "runtime/print/outputs.h"
+#include "program/outputs.h"
 
 namespace openfab::print {
 namespace {

@@ -1,6 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/print/output_check.h"
+#include "program/output_check.h"
 
 #include <gmock/gmock.h>
 #include <sys/stat.h>

@@ -1,6 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/report/progress.h"
+#include "program/progress.h"
 
 #include <gmock/gmock.h>
 

@@ -12,7 +12,7 @@
 
 #include "backends/boundary/mesh_sink.h"
 #include "backends/ofr/ofr_reader.h"
-#include "runtime/scene/stl.h"
+#include "mesh/read/stl.h"
 #include "tests/support/boundary/mesh_files.h"
 #include "tests/support/process/process.h"
 #include "tests/support/reference/column_scan.h"

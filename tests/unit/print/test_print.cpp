@@ -4,7 +4,7 @@
 // A print binary whose fablets are written by hand, so that the program can be tested without the
 // compiler.
 
-#include "runtime/print/print_main.h"
+#include "program/print_main.h"
 #include "tests/support/slab/test_fablets.h"
 
 int main(int argc, char** argv) {

@@ -1,6 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/report/statistics.h"
+#include "program/statistics.h"
 
 #include <gtest/gtest.h>
 #include <rapidjson/document.h>

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "runtime/scene/bind.h"
+#include "runtime/part/bind.h"
 #include "tests/support/meshes/meshes.h"
 #include "tests/support/meshes/temp_folder.h"
 

@@ -1,6 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/scene/bind.h"
+#include "runtime/part/bind.h"
 
 #include <gtest/gtest.h>
 #include <stdlib.h>
@@ -8,10 +8,10 @@
 #include <bit>
 #include <set>
 
-#include "runtime/texture/cache.h"
-#include "runtime/texture/pyramid_file.h"
 #include "tests/support/meshes/meshes.h"
 #include "tests/support/meshes/temp_folder.h"
+#include "texture/cache.h"
+#include "texture/pyramid_file.h"
 
 namespace openfab::scene {
 namespace {

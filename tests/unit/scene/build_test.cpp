@@ -9,9 +9,9 @@
 #include <filesystem>
 #include <random>
 
-#include "runtime/scene/transforms_file.h"
-#include "runtime/scene/world.h"
 #include "tests/support/meshes/temp_folder.h"
+#include "world/transforms_file.h"
+#include "world/world.h"
 
 namespace openfab::scene {
 namespace {

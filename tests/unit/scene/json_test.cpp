@@ -1,6 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/scene/json.h"
+#include "base/json.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -13,8 +13,8 @@
 #include <cstdlib>
 #include <random>
 
-#include "runtime/base/caret.h"
-#include "runtime/base/near_miss.h"
+#include "base/caret.h"
+#include "base/near_miss.h"
 #include "tests/support/meshes/temp_folder.h"
 
 namespace openfab::scene {

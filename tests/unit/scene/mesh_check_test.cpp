@@ -1,11 +1,11 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/scene/mesh_check.h"
+#include "mesh/check/mesh_check.h"
 
 #include <fmt/format.h>
 
-#include "runtime/scene/mesh_intersections.h"
-#include "runtime/scene/triangle_tree.h"
+#include "mesh/check/mesh_intersections.h"
+#include "mesh/check/triangle_tree.h"
 #include "tests/support/meshes/temp_folder.h"
 #include "tests/unit/scene/mesh_files.h"
 

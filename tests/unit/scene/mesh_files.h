@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "runtime/scene/load_mesh.h"
-#include "runtime/scene/mesh_check.h"
+#include "mesh/check/mesh_check.h"
+#include "mesh/load/load_mesh.h"
 #include "tests/support/meshes/meshes.h"
 
 namespace openfab::scene {

@@ -4,7 +4,7 @@
 // Broken meshes made closed: the generalised winding number of what comes out is an integer
 // everywhere, and over flat holes it says what that of the broken mesh says.
 
-#include "runtime/scene/mesh_repair.h"
+#include "mesh/check/mesh_repair.h"
 
 #include <gmock/gmock.h>
 
@@ -13,11 +13,11 @@
 #include <numbers>
 #include <random>
 
-#include "runtime/scene/load_mesh.h"
-#include "runtime/scene/mesh_check.h"
-#include "runtime/scene/primitives.h"
-#include "runtime/scene/world.h"
+#include "mesh/check/mesh_check.h"
+#include "mesh/load/load_mesh.h"
+#include "mesh/model/primitives.h"
 #include "tests/support/meshes/temp_folder.h"
+#include "world/world.h"
 
 namespace openfab::scene {
 namespace {

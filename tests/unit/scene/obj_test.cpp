@@ -1,6 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/scene/obj.h"
+#include "mesh/read/obj.h"
+#include "mesh/load/load_mesh.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -10,8 +11,8 @@
 #include <numeric>
 #include <random>
 
-#include "runtime/scene/mesh_check.h"
-#include "runtime/scene/polygon.h"
+#include "mesh/check/mesh_check.h"
+#include "mesh/model/polygon.h"
 #include "tests/support/meshes/meshes.h"
 
 namespace openfab::scene {

@@ -6,8 +6,8 @@
 #include <limits>
 #include <map>
 
-#include "runtime/scene/part_mesh.h"
-#include "runtime/scene/rotation.h"
+#include "base/rotation.h"
+#include "runtime/part/part_mesh.h"
 #include "tests/support/meshes/meshes.h"
 
 namespace openfab {

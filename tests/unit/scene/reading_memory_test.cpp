@@ -10,11 +10,11 @@
 #include <array>
 #include <cmath>
 
-#include "runtime/scene/world.h"
 #include "tests/support/memory/meter.h"
 #include "tests/support/meshes/temp_folder.h"
 #include "tests/support/meshes/zip_archive.h"
 #include "tests/unit/scene/mesh_files.h"
+#include "world/world.h"
 
 namespace openfab::scene {
 namespace {

@@ -1,18 +1,18 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/scene/world.h"
+#include "world/world.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <set>
 
-#include "runtime/base/input_file.h"
-#include "runtime/scene/json.h"
-#include "runtime/scene/load_mesh.h"
-#include "runtime/scene/printer.h"
-#include "runtime/scene/world_keys.h"
+#include "base/input_file.h"
+#include "base/json.h"
+#include "mesh/load/load_mesh.h"
 #include "tests/support/meshes/temp_folder.h"
+#include "world/printer.h"
+#include "world/world_keys.h"
 
 namespace openfab::scene {
 namespace {
@@ -301,7 +301,7 @@ std::set<std::string> keys_of(const JsonValue& value) {
 
 TEST(WorldSchema, KnowsTheKeysOfTheLoader) {
     const std::filesystem::path file =
-        std::filesystem::path(OPENFAB_SOURCE_DIR) / "runtime/scene/fab_world.schema.json";
+        std::filesystem::path(OPENFAB_SOURCE_DIR) / "world/fab_world.schema.json";
     const Result<std::string> text = read_text_file(file, 1'000'000);
     ASSERT_TRUE(text);
     const Result<JsonValue> root = parse_json(*text, file.string());

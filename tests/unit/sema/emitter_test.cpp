@@ -1,6 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "compiler/sema/emitter.h"
+#include "compiler/translate/emitter.h"
 
 #include <gtest/gtest.h>
 

@@ -1,11 +1,11 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "compiler/sema/type.h"
+#include "compiler/check/type.h"
 
 #include <gtest/gtest.h>
 
-#include "compiler/sema/builtins.h"
-#include "compiler/sema/habits.h"
+#include "compiler/check/builtins.h"
+#include "compiler/check/habits.h"
 
 namespace openfab::sema {
 namespace {

@@ -1,13 +1,13 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/slab/blue_noise.h"
+#include "runtime/dither/blue_noise.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "runtime/slab/void_and_cluster.h"
+#include "runtime/dither/void_and_cluster.h"
 
 namespace openfab::slab {
 namespace {

@@ -1,6 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/slab/overlaps.h"
+#include "runtime/pipeline/overlaps.h"
 
 #include <gmock/gmock.h>
 

@@ -6,7 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "runtime/base/units.h"
+#include "base/units.h"
 #include "tests/support/slab/box_print.h"
 #include "tests/support/slab/test_fablets.h"
 

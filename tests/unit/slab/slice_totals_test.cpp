@@ -1,6 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/slab/slice_totals.h"
+#include "runtime/pipeline/slice_totals.h"
 
 #include <gtest/gtest.h>
 

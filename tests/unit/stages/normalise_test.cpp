@@ -9,7 +9,7 @@
 #include <limits>
 #include <random>
 
-#include "runtime/slab/stages.h"
+#include "abi/stages.h"
 #include "tests/support/reference/dither.h"
 #include "tests/support/stages/field_printer.h"
 

@@ -4,7 +4,7 @@
 
 #include <random>
 
-#include "runtime/slab/stages.h"
+#include "abi/stages.h"
 #include "tests/support/reference/pack.h"
 #include "tests/support/stages/field_printer.h"
 

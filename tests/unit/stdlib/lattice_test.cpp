@@ -14,10 +14,10 @@
 #include <numbers>
 #include <random>
 
+#include "abi/fablet_table.h"
 #include "compiler/diag/render.h"
 #include "compiler/driver/frontend.h"
 #include "compiler/interp/evaluate.h"
-#include "runtime/abi/fablet_table.h"
 
 namespace openfab::testing {
 namespace {

@@ -11,12 +11,12 @@
 #include <cmath>
 #include <random>
 
+#include "abi/fablet_table.h"
 #include "compiler/diag/render.h"
 #include "compiler/driver/frontend.h"
 #include "compiler/driver/modules.h"
 #include "compiler/interp/evaluate.h"
 #include "compiler/passes/attach_footprints.h"
-#include "runtime/abi/fablet_table.h"
 
 namespace openfab::testing {
 namespace {

@@ -9,7 +9,7 @@
 #include <cmath>
 #include <set>
 
-#include "runtime/texture/color.h"
+#include "base/color.h"
 #include "tests/support/meshes/temp_folder.h"
 
 namespace openfab::tools {

@@ -15,9 +15,9 @@
 #include <random>
 
 #include "compiler/interp/sample.h"
-#include "runtime/scene/world.h"
 #include "tests/support/meshes/temp_folder.h"
 #include "tools/texture/convert.h"
+#include "world/world.h"
 
 namespace openfab::tools {
 namespace {

@@ -1,6 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/texture/pyramid.h"
+#include "texture/pyramid.h"
 
 #include <gtest/gtest.h>
 
@@ -10,9 +10,9 @@
 #include <numeric>
 #include <random>
 
-#include "runtime/texture/color.h"
-#include "runtime/texture/pyramid_file.h"
+#include "base/color.h"
 #include "tests/support/meshes/temp_folder.h"
+#include "texture/pyramid_file.h"
 
 namespace openfab::texture {
 namespace {

@@ -18,9 +18,9 @@
 #include <chrono>
 #include <cstring>
 
-#include "runtime/base/input_file.h"
-#include "runtime/texture/volume.h"
+#include "base/input_file.h"
 #include "tests/support/meshes/temp_folder.h"
+#include "texture/volume.h"
 #include "tools/texture/convert.h"
 #include "tools/texture/convert_volume.h"
 

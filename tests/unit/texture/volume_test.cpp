@@ -1,6 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/texture/volume.h"
+#include "texture/volume.h"
 
 #include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@
 #include <bit>
 #include <cmath>
 
-#include "runtime/texture/color.h"
+#include "base/color.h"
 #include "tests/support/meshes/temp_folder.h"
 #include "tools/texture/convert_volume.h"
 

@@ -7,11 +7,11 @@
 
 #include <gmock/gmock.h>
 
-#include "runtime/scene/world.h"
 #include "tests/support/meshes/meshes.h"
 #include "tests/support/meshes/temp_folder.h"
 #include "tools/openfab/import.h"
 #include "tools/openfab/stock.h"
+#include "world/world.h"
 
 namespace openfab::tool {
 namespace {

@@ -1,0 +1,325 @@
+/* Copyright 2026 The OpenFab Authors
+ * SPDX-License-Identifier: Apache-2.0 */
+#pragma once
+
+/* The contract between generated code and the runtime, in plain C.
+ *
+ * `openflc` compiles each fablet to a few kernels (surface, surface_bounds, volume, volume_bounds,
+ * volume_demand, derived) and a constant `openfab_fablet` that describes them; a print binary
+ * exports the list of its fablets as `openfab_fablet_list`. The runtime knows no fablet: it reads a
+ * kernel's argument list and passes what is asked for.
+ *
+ * Kernels follow Halide's argv convention: `args[i]` points to a `halide_buffer_t` for a buffer and
+ * to the 32-bit value for a scalar; the result is 0 or a Halide error code. A bool is passed as
+ * int32 (0 or 1).
+ *
+ * Buffer shapes, innermost dimension first; z, x, y are the voxel's index inside its block, 0..7,
+ * and n is the place in the list of blocks (volume kernels), patches (surface_bounds) or
+ * micro-vertices (surface):
+ *
+ *   volume buffers                                   (z 8, x 8, y 8, n)
+ *   volume_bounds, surface_bounds, surface buffers   (n)
+ *   blocks                                           (3, n) int32
+ *
+ * All lengths are millimetres. Part-local space is part space relative to the centre of the part's
+ * base box, which keeps float coordinates small; the frame holds that centre.
+ */
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define OPENFAB_ABI_VERSION 4
+
+typedef int (*openfab_kernel_fn)(void** args);
+
+/* Instruction sets a kernel is compiled for. Both give the same bits; the runtime takes the best
+ * the machine has. */
+enum openfab_isa { OPENFAB_ISA_SSE41 = 0, OPENFAB_ISA_AVX2 = 1, OPENFAB_ISA_COUNT = 2 };
+
+enum openfab_scalar_type {
+    OPENFAB_BOOL = 0,
+    OPENFAB_INT = 1,
+    OPENFAB_UINT = 2,
+    OPENFAB_FLOAT = 3,
+};
+
+enum openfab_uniform_kind {
+    OPENFAB_UNIFORM_VALUE = 0, /* bool/int/uint/float, 1 to 16 components */
+    OPENFAB_UNIFORM_TEXTURE2D = 1,
+    OPENFAB_UNIFORM_MATERIAL = 2,
+    OPENFAB_UNIFORM_TEXTURE3D = 3, /* counted with the 2-D textures */
+    OPENFAB_UNIFORM_OBJECT = 4,    /* another object of the world, for distance_to */
+};
+
+/* One `@uniform` declaration. `first_index` is, by kind: the place of component 0 in the object's
+ * array of 32-bit uniform values; the first texture index; the first material slot; the first
+ * object. An array of length L takes L times as many. */
+struct openfab_uniform {
+    const char* name;
+    const char* type_name; /* as written in OpenFL: "float2", "ImageTexture2D" */
+    enum openfab_uniform_kind kind;
+    enum openfab_scalar_type scalar;
+    int32_t components;
+    int32_t array_length; /* 1 unless an array */
+    int32_t first_index;
+    const uint32_t*
+        default_bits; /* components * array_length values, or NULL where the world must bind it */
+    const double*
+        limits; /* least and greatest value of each component, or NULL where it has neither */
+};
+
+/* A varying: an input or output of the surface stage, or a @nearest input of the volume stage. */
+struct openfab_varying {
+    const char* name;
+    const char* type_name;
+    enum openfab_scalar_type scalar;
+    int32_t components;
+    /* Surface output: the surface input it is a plain copy of, else -1.
+     * Nearest input: the surface output it reads, or -1 for the mesh attribute of its name. */
+    int32_t source;
+    const uint32_t*
+        default_bits; /* surface input: constant default where the mesh lacks it, else NULL */
+};
+
+/* Values of the frame: scalars that belong to a part and its grid (kind OPENFAB_ARG_FRAME, a =
+ * index). The centre of the voxel with part-relative index (i, j, k) is, in part-local space and in
+ * exactly this order,
+ *   ((x * STEP_I + y * STEP_J) + z * STEP_K) + ORIGIN
+ *   with x = float(i) + 0.5f, y = float(j) + 0.5f, z = float(k) + 0.5f
+ * for each of the three components; attr.voxelCenter is that plus CENTER.
+ *   attr.buildPosition = BUILD_ORIGIN + (x, y, z) * VOXEL_SIZE */
+enum openfab_frame_value {
+    OPENFAB_FRAME_STEP_I = 0,            /* 3 components */
+    OPENFAB_FRAME_STEP_J = 3,            /* 3 */
+    OPENFAB_FRAME_STEP_K = 6,            /* 3 */
+    OPENFAB_FRAME_ORIGIN = 9,            /* 3 */
+    OPENFAB_FRAME_CENTER = 12,           /* 3 */
+    OPENFAB_FRAME_VOXEL_SIZE = 15,       /* 3, mm along build x, y, z */
+    OPENFAB_FRAME_BUILD_ORIGIN = 18,     /* 3 */
+    OPENFAB_FRAME_MAX_DISPLACEMENT = 21, /* the user's bound in mm; +inf without one */
+    OPENFAB_FRAME_COUNT = 22,
+};
+
+/* The built-in attributes of the surface stage (kind OPENFAB_ARG_SURFACE_ATTR, a = this, b =
+ * component). */
+enum openfab_surface_attr {
+    OPENFAB_SURFACE_P =
+        0, /* float3, part-local: the fablet's attr.p is this plus the frame's CENTER */
+    OPENFAB_SURFACE_N = 1,  /* float3, unit */
+    OPENFAB_SURFACE_NG = 2, /* float3, unit */
+    OPENFAB_SURFACE_UV = 3, /* float2 */
+    OPENFAB_SURFACE_DPDU = 4,
+    OPENFAB_SURFACE_DPDV = 5,
+};
+
+/* The buffers of a texture (kind OPENFAB_ARG_TEXTURE, b). Layouts: texture/pyramid.h. */
+enum openfab_texture_buffer {
+    OPENFAB_TEXTURE_TEXELS = 0, /* float, 1-D */
+    OPENFAB_TEXTURE_INFO = 1,   /* int32, 1-D */
+    OPENFAB_TEXTURE_MINMAX = 2, /* float, 1-D: bounds pyramid */
+};
+
+enum openfab_arg_kind {
+    OPENFAB_ARG_UNIFORM = 0,  /* scalar; a = index in the array of 32-bit uniform values */
+    OPENFAB_ARG_TEXTURE = 1,  /* buffer; a = texture index, b = openfab_texture_buffer */
+    OPENFAB_ARG_FRAME = 2,    /* scalar float; a = openfab_frame_value + component */
+    OPENFAB_ARG_INSTANCE = 3, /* scalar int32 */
+    OPENFAB_ARG_BLOCKS =
+        4, /* int32 (3, n): part-relative voxel index of each block's lowest corner */
+    OPENFAB_ARG_BLOCK_SIZE = 5, /* scalar int32: voxels a side (volume_bounds: 4, 8, 16, 32, 64) */
+    /* volume */
+    OPENFAB_ARG_NEAREST = 6, /* a = nearest input, b = component */
+    OPENFAB_ARG_NEAREST_GRAD =
+        7, /* a = nearest input, b = component * 3 + axis: change per voxel step along i, j, k */
+    OPENFAB_ARG_DISTANCE = 8, /* signed distance at the voxel centre */
+    OPENFAB_ARG_WEIGHT = 9,   /* out; a = slot */
+    /* volume_bounds: every buffer is a pair */
+    OPENFAB_ARG_NEAREST_LO = 10,
+    OPENFAB_ARG_NEAREST_HI = 11,
+    OPENFAB_ARG_DISTANCE_LO = 12,
+    OPENFAB_ARG_DISTANCE_HI = 13,
+    OPENFAB_ARG_WEIGHT_LO = 14, /* out; a = slot. NaN where nothing is known */
+    OPENFAB_ARG_WEIGHT_HI = 15,
+    /* surface: one value per micro-vertex */
+    OPENFAB_ARG_SURFACE_IN = 16, /* a = surface input, b = component */
+    OPENFAB_ARG_SURFACE_IN_GRAD =
+        17, /* a = surface input, b = component * 2 + axis: change per lattice step */
+    OPENFAB_ARG_SURFACE_ATTR = 18,      /* a = openfab_surface_attr, b = component */
+    OPENFAB_ARG_SURFACE_ATTR_GRAD = 19, /* b = component * 2 + axis */
+    OPENFAB_ARG_POSITION = 20,          /* out; b = axis: displaced position, part-local */
+    OPENFAB_ARG_SURFACE_OUT = 21,       /* out; a = output, b = component */
+    OPENFAB_ARG_SURFACE_STATUS =
+        22, /* out int32: 0 fine, 1 displacement was not finite, 2 cut to the user's bound */
+    /* surface_bounds: one value per patch, in pairs */
+    OPENFAB_ARG_SURFACE_IN_LO = 23,
+    OPENFAB_ARG_SURFACE_IN_HI = 24,
+    OPENFAB_ARG_SURFACE_IN_GRAD_LO = 25,
+    OPENFAB_ARG_SURFACE_IN_GRAD_HI = 26,
+    OPENFAB_ARG_SURFACE_ATTR_LO = 27,
+    OPENFAB_ARG_SURFACE_ATTR_HI = 28,
+    OPENFAB_ARG_SURFACE_ATTR_GRAD_LO = 29,
+    OPENFAB_ARG_SURFACE_ATTR_GRAD_HI = 30,
+    OPENFAB_ARG_DISPLACEMENT_LO = 31, /* out; b = axis; before the cut to the user's bound */
+    OPENFAB_ARG_DISPLACEMENT_HI = 32,
+    OPENFAB_ARG_SURFACE_OUT_LO = 33, /* out */
+    OPENFAB_ARG_SURFACE_OUT_HI = 34,
+    /* kernels of phases, see openfab_phases */
+    OPENFAB_ARG_GROUPS = 35, /* int32 (m): the groups of 8 places that this call evaluates */
+    OPENFAB_ARG_STATE = 36,  /* a = state; read at 8 * group + lane */
+    OPENFAB_ARG_STATE_OUT =
+        37, /* out, a = state; written at 8 * i + lane for the i-th listed group */
+    /* kernel `derived` */
+    OPENFAB_ARG_DERIVED = 38, /* out (1); a = its place after the uniform values */
+    /* volume_demand */
+    OPENFAB_ARG_DEMAND = 39, /* out (z, x, y, n): whether the voxel looks at a NEAREST,
+                                NEAREST_GRAD or DISTANCE input */
+};
+
+struct openfab_arg {
+    enum openfab_arg_kind kind;
+    enum openfab_scalar_type
+        scalar; /* element type of the buffer or the scalar; bool stands as int32 */
+    int32_t a;
+    int32_t b;
+};
+
+/* A kernel lists only the arguments that it uses. `fn[isa]` is NULL where it was not compiled for
+ * that set. */
+struct openfab_kernel {
+    openfab_kernel_fn fn[OPENFAB_ISA_COUNT];
+    int32_t arg_count;
+    const struct openfab_arg* args;
+};
+
+/* What a query gives (openfab_query). */
+enum openfab_query_result {
+    OPENFAB_QUERY_DISTANCE = 0,  /* signed, mm */
+    OPENFAB_QUERY_POSITION = 1,  /* b = axis, part-local mm */
+    OPENFAB_QUERY_NORMAL = 2,    /* b = axis; unit, outward, of the winning micropolygon */
+    OPENFAB_QUERY_ATTRIBUTE = 3, /* a = nearest input, b = component */
+};
+
+struct openfab_query_output {
+    enum openfab_query_result kind;
+    int32_t a;
+    int32_t b;
+    int32_t state;
+};
+
+/* A nearest-surface query at any point. Where the guard is 0 nothing is asked and every output is
+ * 0. */
+struct openfab_query {
+    int32_t object;   /* -1: the part's own surface; else the place among OPENFAB_UNIFORM_OBJECTs */
+    int32_t guard;    /* state, int32 0 or 1 */
+    int32_t point[3]; /* states, part-local mm of the asking part */
+    int32_t output_count;
+    const struct openfab_query_output* outputs;
+};
+
+/* A printf, or an assert that did not hold. */
+struct openfab_print {
+    const char* format; /* one conversion for each value */
+    int32_t is_assert;
+    const char* source; /* file name */
+    int32_t line, column;
+    int32_t guard; /* state */
+    int32_t value_count;
+    const int32_t* values; /* states */
+};
+
+enum openfab_step_kind {
+    OPENFAB_STEP_KERNEL = 0,   /* a = kernel: runs on the groups of the present list */
+    OPENFAB_STEP_LOOP = 1,     /* a = state `active`, b = step after the loop. Narrows the list to
+                                  groups with an active lane */
+    OPENFAB_STEP_LOOP_END = 2, /* a = state `active`, b = the loop's first inner step. As LOOP; goes
+                                  back while any is left, else restores the list of before */
+    OPENFAB_STEP_QUERY = 3,    /* a = query */
+    OPENFAB_STEP_PRINT = 4,    /* a = print */
+};
+
+struct openfab_step {
+    enum openfab_step_kind kind;
+    int32_t a;
+    int32_t b;
+};
+
+/* A stage with loops whose trips depend on the place, or with queries at other points than the
+ * voxel's centre: a program over lists of groups of 8 places (columns of 8 voxels along z: group
+ * (block * 8 + y) * 8 + x; or 8 micro-vertices). State is one array of 32-bit values for each state
+ * number, 8 per group. Kernels take the buffers of the stage as flat arrays that are read at
+ * 8 * group + lane; what they give goes to STATE_OUT, WEIGHT, POSITION, … at 8 * i + lane, from
+ * where the runtime puts it in its place. Which lanes of a group are at work is the kernels' own
+ * affair.
+ *
+ * State 0 is the runtime's: a bool, 1 where the place is asked for. Loops, queries and prints do
+ * nothing elsewhere; the list begins with the groups that have such a place. */
+struct openfab_phases {
+    int32_t step_count; /* 0: the stage is a single kernel and has no phases */
+    const struct openfab_step* steps;
+    int32_t kernel_count;
+    const struct openfab_kernel* kernels;
+    int32_t query_count;
+    const struct openfab_query* queries;
+    int32_t print_count;
+    const struct openfab_print* prints;
+    int32_t state_count;
+    const enum openfab_scalar_type* states; /* type of each */
+};
+
+struct openfab_fablet {
+    int32_t abi_version;
+    const char* name;
+    const char* source_name; /* file name of the OpenFL source, for messages */
+    uint64_t hash;           /* of the stages before any pass: what they mean, not how they run */
+
+    int32_t uniform_count;
+    const struct openfab_uniform* uniforms;
+    int32_t uniform_value_count; /* 32-bit values */
+    int32_t texture_count;
+    int32_t object_count;
+    int32_t slot_count; /* material slots, VOID included where the fablet names it */
+    int32_t void_slot;  /* the slot of the built-in VOID, or -1 */
+
+    int32_t has_surface; /* 0: no @Surface stage; the base mesh is the surface */
+    int32_t surface_input_count;
+    const struct openfab_varying* surface_inputs;
+    int32_t surface_output_count;
+    const struct openfab_varying* surface_outputs;
+    int32_t nearest_count;
+    const struct openfab_varying* nearest;
+
+    struct openfab_kernel surface; /* no arguments where has_surface is 0 */
+    struct openfab_kernel surface_bounds;
+    struct openfab_kernel volume;
+    struct openfab_kernel volume_bounds;
+
+    /* Where one has steps, the stage's single kernel has no code; its arguments are what the
+     * kernels of the phases read of the batch and write. */
+    struct openfab_phases surface_phases;
+    struct openfab_phases volume_phases;
+
+    /* 32-bit values that follow the uniform values (OPENFAB_ARG_UNIFORM with a from
+     * uniform_value_count on) and the kernel that computes them from those, once per object. */
+    int32_t derived_count;
+    struct openfab_kernel derived;
+
+    /* Which voxels must have their nearest surface point; the inputs of others may be anything. No
+     * arguments where all must. */
+    struct openfab_kernel volume_demand;
+};
+
+struct openfab_fablet_list {
+    int32_t count;
+    const struct openfab_fablet* const* fablets;
+};
+
+/* Defined by every print binary. */
+extern const struct openfab_fablet_list openfab_fablets;
+
+#ifdef __cplusplus
+}
+#endif

@@ -1,0 +1,97 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Calls generated kernels through Halide's argv convention. A KernelCall is made once per thread
+// and kernel; it holds the argument array, so that a call in the per-block path allocates nothing.
+
+#include <HalideRuntime.h>
+
+#include <cstdint>
+#include <vector>
+
+#include "abi/fablet_table.h"
+
+namespace openfab::abi {
+
+/// The best instruction set that this machine has and `limit` allows (OPENFAB_ISA_AVX2 allows
+/// everything).
+openfab_isa best_isa(openfab_isa limit = OPENFAB_ISA_AVX2);
+
+inline halide_type_t halide_type(openfab_scalar_type type) {
+    switch (type) {
+        case OPENFAB_FLOAT:
+            return {halide_type_float, 32, 1};
+        case OPENFAB_UINT:
+            return {halide_type_uint, 32, 1};
+        default:
+            return {halide_type_int, 32, 1};
+    }
+}
+
+/// A halide_buffer_t that carries its own dimensions; it does not own the data. Not copyable:
+/// `raw.dim` points inside.
+class KernelBuffer {
+  public:
+    KernelBuffer() = default;
+    KernelBuffer(const KernelBuffer&) = delete;
+    KernelBuffer& operator=(const KernelBuffer&) = delete;
+
+    /// Shape (extents[0], …) dense, innermost first.
+    void set_dense(halide_type_t type, const void* data, std::initializer_list<int32_t> extents) {
+        int32_t stride = 1;
+        int d = 0;
+        for (int32_t extent : extents) {
+            set_dim(d++, extent, stride);
+            stride *= extent;
+        }
+        set(type, data, d);
+    }
+    void set_dim(int d, int32_t extent, int32_t stride, int32_t min = 0) {
+        dims_[d] = halide_dimension_t(min, extent, stride);
+    }
+    void set(halide_type_t type, const void* data, int dimensions) {
+        raw_ = {};
+        raw_.host = const_cast<uint8_t*>(static_cast<const uint8_t*>(data));
+        raw_.type = type;
+        raw_.dimensions = dimensions;
+        raw_.dim = dims_;
+    }
+    /// A volume buffer (z 8, x 8, y 8, n) whose blocks are `block_stride` elements apart (512 where
+    /// dense).
+    void set_blocks(halide_type_t type, const void* data, int32_t n, int32_t block_stride = 512) {
+        set_dim(0, 8, 1);
+        set_dim(1, 8, 8);
+        set_dim(2, 8, 64);
+        set_dim(3, n, block_stride);
+        set(type, data, 4);
+    }
+    halide_buffer_t* raw() { return &raw_; }
+
+  private:
+    static constexpr int kMaxDimensions = 6;
+    halide_buffer_t raw_{};
+    halide_dimension_t dims_[kMaxDimensions]{};
+};
+
+/// The argument array of one kernel.
+class KernelCall {
+  public:
+    KernelCall(const openfab_kernel& kernel, openfab_isa isa)
+        : fn_(kernel.fn[isa] != nullptr ? kernel.fn[isa] : kernel.fn[OPENFAB_ISA_SSE41]),
+          args_(static_cast<size_t>(kernel.arg_count)) {}
+
+    /// `pointer` must outlive the calls: a halide_buffer_t* or the address of a 32-bit scalar.
+    void set(int32_t index, const void* pointer) {
+        args_[static_cast<size_t>(index)] = const_cast<void*>(pointer);
+    }
+    bool exists() const { return fn_ != nullptr; }
+    /// 0, or Halide's error code.
+    int run() { return fn_(args_.data()); }
+
+  private:
+    openfab_kernel_fn fn_;
+    std::vector<void*> args_;
+};
+
+}  // namespace openfab::abi

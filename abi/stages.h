@@ -1,0 +1,48 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Calls of the fixed-function kernels (abi/stage_table.h).
+
+#include <cstdint>
+
+#include "abi/kernel_call.h"
+#include "abi/stage_table.h"
+
+namespace openfab::slab {
+
+/// Bits of a packed voxel that can be one of `materials` materials or void: 4 or 8.
+constexpr int32_t voxel_bits(int32_t materials) {
+    return materials > OPENFAB_MAX_MATERIALS_4BIT ? 8 : 4;
+}
+
+/// The smallest set for at least `materials` materials, or null beyond OPENFAB_MAX_MATERIALS.
+const openfab_stage_set* find_stage_set(int32_t materials);
+
+class StageCalls {
+  public:
+    StageCalls(const openfab_stage_set& set, openfab_isa isa) : set_(set), isa_(isa) {}
+
+    /// Materials of the set; fractions have one more channel.
+    int32_t materials() const { return set_.materials; }
+    int32_t channels() const { return set_.materials + 1; }
+    int32_t tile_values() const { return 512 * channels(); }
+
+    /// `weights`: n blocks of `slots` x 512 floats; `owned`: 64 bytes a block; `fractions`:
+    /// tile_values() a block; `codes`: 512 a block; `unusable`: 8 a block. All calls return 0 or
+    /// Halide's error code.
+    int normalise(const float* weights, int32_t slots, const int32_t* slot_material,
+                  const uint8_t* owned, int32_t n, uint16_t* fractions, uint8_t* codes,
+                  int32_t* unusable);
+
+    /// `codes` (z 8, x 8 / bits * bytes, y rows) with rows `code_stride` bytes apart; `planes`
+    /// likewise.
+    int pack(int32_t bits, const uint8_t* codes, int64_t code_stride, int32_t bytes, int32_t rows,
+             uint8_t* planes, int64_t row_stride, int64_t plane_stride);
+
+  private:
+    const openfab_stage_set& set_;
+    openfab_isa isa_;
+};
+
+}  // namespace openfab::slab

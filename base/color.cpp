@@ -1,0 +1,30 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "base/color.h"
+
+namespace openfab::texture {
+namespace {
+
+/// Fifth root of a > 0 by Newton's iteration from above, where it falls until rounding stops it.
+double fifth_root(double a) {
+    double x = a > 1 ? a : 1;
+    for (int step = 0; step < 400; ++step) {
+        const double x2 = x * x;
+        const double next = (4 * x + a / (x2 * x2)) / 5;
+        if (!(next < x)) break;
+        x = next;
+    }
+    return x;
+}
+
+}  // namespace
+
+double srgb_to_linear(double value) {
+    if (value < 0) return 0 - srgb_to_linear(0 - value);
+    if (value <= 0.04045) return value / 12.92;
+    const double base = (value + 0.055) / 1.055;
+    const double square = base * base;
+    return square * fifth_root(square);  // base^2.4 = base^2 (base^2)^(1/5)
+}
+
+}  // namespace openfab::texture

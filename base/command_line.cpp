@@ -1,0 +1,67 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "base/command_line.h"
+
+#include <fmt/format.h>
+
+#include <string>
+#include <vector>
+
+#include "base/near_miss.h"
+
+namespace openfab {
+
+namespace {
+
+std::vector<std::string> option_names(const CLI::App& app) {
+    std::vector<std::string> names;
+    for (const CLI::Option* option : app.get_options()) {
+        for (const std::string& name : option->get_lnames())
+            names.push_back("--" + name);
+    }
+    return names;
+}
+
+Error unknown(const char* what, const std::string& name, const std::vector<std::string>& known,
+              const std::string& program) {
+    const std::string near = near_miss(name, known);
+    return usage_error(
+        near.empty()
+            ? fmt::format("there is no {0} `{1}`; `{2} --help` lists the {0}s", what, name, program)
+            : fmt::format("there is no {} `{}`; did you mean `{}`?", what, name, near));
+}
+
+}  // namespace
+
+Error command_line_error(const CLI::App& app, const CLI::ParseError& error,
+                         const std::string& program) {
+    const std::vector<CLI::App*> chosen = app.get_subcommands();
+    const CLI::App& command = chosen.empty() ? app : *chosen.back();
+    const std::string full =
+        chosen.empty() ? program : fmt::format("{} {}", program, command.get_name());
+    const std::vector<const CLI::App*> commands =
+        app.get_subcommands([](const CLI::App*) { return true; });
+    // Of what was not understood the first word tells most: a wrong command leaves all behind it.
+    for (const std::string& word : app.remaining(true)) {
+        if (word.starts_with('-'))
+            return unknown("option", word.substr(0, word.find('=')), option_names(command), full);
+        if (!chosen.empty() || commands.empty()) continue;
+        std::vector<std::string> names;
+        for (const CLI::App* other : commands)
+            names.push_back(other->get_name());
+        return unknown("command", word, names, program);
+    }
+    const std::string what = error.what();
+    const size_t colon = what.find(": ");
+    if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError) &&
+        colon != std::string::npos) {
+        return usage_error(
+            fmt::format("`{}` is one argument too many; `{} --help` lists what goes "
+                        "with it",
+                        what.substr(colon + 2), full));
+    }
+    return usage_error(fmt::format("{}; `{} --help` lists the {}", what, full,
+                                   chosen.empty() && !commands.empty() ? "commands" : "options"));
+}
+
+}  // namespace openfab

@@ -1,0 +1,58 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// JSON with positions: a small tree in which every key and value knows its line and column. Keys
+// keep their order in the file. Strict JSON: no comments, no trailing commas, no duplicate keys,
+// UTF-8.
+
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/result.h"
+
+namespace openfab::scene {
+
+struct JsonMember;
+
+struct JsonValue {
+    enum class Kind { kNull, kBool, kNumber, kString, kArray, kObject };
+    Kind kind = Kind::kNull;
+    bool boolean = false;
+    double number = 0;
+    std::string text;
+    std::vector<JsonValue> items;
+    std::vector<JsonMember> members;
+    int32_t line = 0;
+    int32_t column = 0;  ///< one-based, in code points
+
+    bool is(Kind wanted) const { return kind == wanted; }
+    /// "a number", "an object", …
+    const char* kind_name() const;
+    const JsonMember* find(std::string_view key) const;
+};
+
+struct JsonMember {
+    std::string key;
+    int32_t line = 0;
+    int32_t column = 0;
+    JsonValue value;
+};
+
+/// What a tree takes, the value itself included.
+int64_t json_bytes(const JsonValue& value);
+
+/// Errors are `name:line:column: …`. At most 32 levels deep and a million values, and a tree that
+/// with the text takes no more than `memory_bytes`. Numbers are the nearest doubles.
+Result<JsonValue> parse_json(std::string_view text, const std::string& name,
+                             int64_t memory_bytes = std::numeric_limits<int64_t>::max());
+
+/// The whole file, at most `limit` bytes.
+Result<std::string> read_text_file(const std::filesystem::path& file, size_t limit,
+                                   const std::vector<std::filesystem::path>& roots = {});
+
+}  // namespace openfab::scene

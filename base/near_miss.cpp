@@ -1,0 +1,71 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "base/near_miss.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace openfab {
+namespace {
+
+/// Optimal string alignment distance; letters compare without case, so that `Uv` is near `uv`.
+size_t edits(std::string_view a, std::string_view b) {
+    const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; };
+    const size_t width = b.size() + 1;
+    std::vector<size_t> cost((a.size() + 1) * width);
+    for (size_t i = 0; i <= a.size(); ++i) {
+        for (size_t j = 0; j <= b.size(); ++j) {
+            size_t& here = cost[i * width + j];
+            if (i == 0 || j == 0) {
+                here = i + j;
+                continue;
+            }
+            const bool same = lower(a[i - 1]) == lower(b[j - 1]);
+            here = std::min({cost[(i - 1) * width + j] + 1, cost[i * width + j - 1] + 1,
+                             cost[(i - 1) * width + j - 1] + (same ? 0 : 1)});
+            if (i > 1 && j > 1 && lower(a[i - 1]) == lower(b[j - 2]) &&
+                lower(a[i - 2]) == lower(b[j - 1])) {
+                here = std::min(here, cost[(i - 2) * width + j - 2] + 1);
+            }
+        }
+    }
+    return cost.back();
+}
+
+constexpr size_t kLongestName =
+    200;  // quadratic cost, and nobody misspells more than this by a letter
+
+}  // namespace
+
+std::string near_miss(std::string_view name, const std::vector<std::string>& candidates) {
+    if (name.size() > kLongestName) return {};
+    size_t best = std::max<size_t>(1, name.size() / 3) + 1;
+    const std::string* found = nullptr;
+    for (const std::string& candidate : candidates) {
+        if (candidate.size() > kLongestName) continue;
+        const size_t distance = edits(name, candidate);
+        if (distance < best) {
+            best = distance;
+            found = &candidate;
+        } else if (distance == best) {
+            found = nullptr;
+        }
+    }
+    return found != nullptr ? *found : std::string();
+}
+
+std::string suggest(std::string_view name, const std::vector<std::string>& candidates) {
+    if (candidates.empty()) return "there are none";
+    const std::string near = near_miss(name, candidates);
+    if (!near.empty()) return fmt::format("did you mean `{}`?", near);
+    constexpr size_t kMost = 12;
+    std::string text = "known: ";
+    for (size_t i = 0; i < std::min(kMost, candidates.size()); ++i) {
+        text += fmt::format("{}`{}`", i == 0 ? "" : ", ", candidates[i]);
+    }
+    if (candidates.size() > kMost) text += fmt::format(" and {} more", candidates.size() - kMost);
+    return text;
+}
+
+}  // namespace openfab

@@ -1,0 +1,152 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "base/own_folder.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <string>
+#include <system_error>
+#include <vector>
+
+namespace openfab {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr size_t kLetters = 6;  // of mkstemp and mkdtemp
+
+std::string reason(int code) {
+    return std::generic_category().message(code);
+}
+
+/// Folders from the outermost that is missing to `folder`, each for this user alone.
+Result<void> make(const fs::path& folder) {
+    std::vector<fs::path> missing;
+    std::error_code ignored;
+    for (fs::path at = folder; !fs::exists(at, ignored) && at != at.parent_path();
+         at = at.parent_path())
+        missing.push_back(at);
+    for (auto at = missing.rbegin(); at != missing.rend(); ++at) {
+        // Another process may make it at the same time.
+        if (::mkdir(at->c_str(), 0700) != 0 && errno != EEXIST)
+            return outside_error("it cannot be made: " + reason(errno));
+    }
+    return {};
+}
+
+/// One folder on the way down, `last` the one that is to be used.
+Result<void> check(const fs::path& folder, bool last) {
+    struct stat status {};
+    if (::lstat(folder.c_str(), &status) != 0) return outside_error(reason(errno));
+    const std::string name = last ? "it" : fmt::format("`{}` above it", folder.string());
+    if (!S_ISDIR(status.st_mode)) return user_error(name + " is not a folder");
+    if (status.st_uid != ::geteuid() && (last || status.st_uid != 0))
+        return user_error(fmt::format("{} belongs to another user ({})", name, status.st_uid));
+    const bool sticky = !last && (status.st_mode & S_ISVTX) != 0;
+    if ((status.st_mode & (S_IWGRP | S_IWOTH)) != 0 && !sticky) {
+        return user_error(fmt::format("others can write {} (mode {:o}); `chmod go-w` ends that",
+                                      last ? "it" : name, status.st_mode & 07777));
+    }
+    return {};
+}
+
+enum class Lock { kHeld, kTaken, kUnknown };
+
+/// Locks what is open. Where the file system has no locks nobody clears up either.
+Lock lock(int descriptor) {
+    if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0) return Lock::kHeld;
+    return errno == EWOULDBLOCK ? Lock::kTaken : Lock::kUnknown;
+}
+
+/// Whether a new file or folder is ours. Between its making and its lock, somebody who clears up
+/// may have taken it for left over.
+bool is_ours(int descriptor) {
+    struct stat status {};
+    return descriptor >= 0 && lock(descriptor) != Lock::kTaken &&
+           ::fstat(descriptor, &status) == 0 && status.st_nlink > 0;
+}
+
+bool is_temporary(const std::string& name) {
+    const size_t mark = name.rfind(kTemporaryMark);
+    return mark != std::string::npos && name.size() == mark + kTemporaryMark.size() + kLetters;
+}
+
+}  // namespace
+
+Result<fs::path> own_folder(const fs::path& folder) {
+    std::error_code status;
+    const fs::path absolute = fs::absolute(folder, status);
+    if (status) return outside_error(status.message());
+    if (Result<void> made = make(absolute); !made) return made.error();
+    // From here on without links: whoever turns a link leads elsewhere, but not us.
+    const fs::path plain = fs::canonical(absolute, status);
+    if (status) return outside_error(status.message());
+    fs::path at;
+    for (const fs::path& step : plain) {
+        at /= step;
+        if (Result<void> fine = check(at, at == plain); !fine) return fine.error();
+    }
+    return plain;
+}
+
+Result<std::unique_ptr<TemporaryFolder>> TemporaryFolder::create(const fs::path& place) {
+    std::error_code status;
+    const fs::path parent = place.empty() ? fs::temp_directory_path(status) : place;
+    if (status) return outside_error("no folder for temporary files: " + status.message());
+    std::unique_ptr<TemporaryFolder> folder(new TemporaryFolder);
+    for (;;) {
+        std::string name = (parent / ("openfab" + std::string(kTemporaryMark) + "XXXXXX")).string();
+        if (::mkdtemp(name.data()) == nullptr) {
+            return outside_error(
+                fmt::format("cannot make a folder in `{}`: {}", parent.string(), reason(errno)));
+        }
+        folder->path_ = name;
+        folder->lock_ = ::open(name.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+        if (is_ours(folder->lock_)) return folder;
+        if (folder->lock_ >= 0) ::close(folder->lock_);
+        folder->lock_ = -1;
+    }
+}
+
+TemporaryFolder::~TemporaryFolder() {
+    std::error_code ignored;
+    if (!path_.empty()) fs::remove_all(path_, ignored);
+    if (lock_ >= 0) ::close(lock_);
+}
+
+int open_temporary(const fs::path& name, fs::path* made) {
+    for (;;) {
+        std::string pattern = name.string() + std::string(kTemporaryMark) + "XXXXXX";
+        const int descriptor = ::mkostemp(pattern.data(), O_CLOEXEC);
+        if (descriptor < 0) return -1;
+        *made = pattern;
+        if (is_ours(descriptor)) return descriptor;
+        ::close(descriptor);
+        ::unlink(made->c_str());
+    }
+}
+
+void clear_left_over(const fs::path& folder) {
+    std::error_code status;
+    std::vector<fs::path> found;
+    for (fs::directory_iterator entry(folder, status), end; !status && entry != end;
+         entry.increment(status)) {
+        if (is_temporary(entry->path().filename().string())) found.push_back(entry->path());
+    }
+    for (const fs::path& path : found) {
+        const bool is_folder = fs::is_directory(fs::symlink_status(path, status));
+        const int flags = is_folder ? O_RDONLY | O_DIRECTORY : O_RDWR;
+        const int held = ::open(path.c_str(), flags | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+        if (held < 0) continue;
+        if (lock(held) == Lock::kHeld) fs::remove_all(path, status);
+        ::close(held);
+    }
+}
+
+}  // namespace openfab

@@ -1,0 +1,78 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "base/units.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <utility>
+
+namespace openfab {
+
+namespace {
+
+using Unit = std::pair<std::string_view, double>;
+
+template <size_t N>
+Result<double> parse_quantity(std::string_view text, const std::array<Unit, N>& units,
+                              const char* what, const char* example) {
+    double number = 0;
+    const char* begin = text.data();
+    const char* end = begin + text.size();
+    auto [rest, status] = std::from_chars(begin, end, number);
+    if (status != std::errc() || !std::isfinite(number)) {
+        return usage_error(fmt::format("`{}` is not {}; write it as `{}`", text, what, example));
+    }
+    std::string_view unit(rest, static_cast<size_t>(end - rest));
+    while (!unit.empty() && unit.front() == ' ')
+        unit.remove_prefix(1);
+    for (const Unit& candidate : units) {
+        if (candidate.first == unit) return number * candidate.second;
+    }
+    if (unit.empty())
+        return usage_error(fmt::format("`{}` has no unit; write it as `{}`", text, example));
+    return usage_error(
+        fmt::format("`{}` has the unknown unit `{}`; write it as `{}`", text, unit, example));
+}
+
+}  // namespace
+
+Result<double> parse_length_mm(std::string_view text) {
+    static constexpr std::array<Unit, 5> kUnits{
+        {{"mm", 1.0}, {"um", 1e-3}, {"cm", 10.0}, {"m", 1000.0}, {"in", 25.4}}};
+    return parse_quantity(text, kUnits, "a length", "0.1mm");
+}
+
+Result<int64_t> parse_bytes(std::string_view text) {
+    static constexpr std::array<Unit, 7> kUnits{{{"B", 1.0},
+                                                 {"kB", 1e3},
+                                                 {"MB", 1e6},
+                                                 {"GB", 1e9},
+                                                 {"KiB", 1024.0},
+                                                 {"MiB", 1048576.0},
+                                                 {"GiB", 1073741824.0}}};
+    Result<double> bytes = parse_quantity(text, kUnits, "a size", "1.5GB");
+    if (!bytes) return bytes.error();
+    if (*bytes < 0 || *bytes > 1e15)
+        return usage_error(fmt::format("`{}` is no usable size of memory", text));
+    return static_cast<int64_t>(std::llround(*bytes));
+}
+
+std::string format_bytes(int64_t bytes) {
+    const double size = static_cast<double>(bytes);
+    if (size >= 1e9) return fmt::format("{:.2f} GB", size * 1e-9);
+    if (size >= 1e6) return fmt::format("{:.0f} MB", size * 1e-6);
+    if (size >= 1e3) return fmt::format("{:.0f} kB", size * 1e-3);
+    return fmt::format("{} B", bytes);
+}
+
+std::string format_seconds(double seconds) {
+    if (seconds < 60) return fmt::format("{:.1f} s", seconds);
+    const int64_t whole = std::llround(seconds);
+    if (whole < 3600) return fmt::format("{} min {:02d} s", whole / 60, whole % 60);
+    return fmt::format("{} h {:02d} min", whole / 3600, whole % 3600 / 60);
+}
+
+}  // namespace openfab

@@ -1,0 +1,25 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Quantities as people type them: "27um", "0.1mm", "3mm:5mm", "1.5GB", "600x300".
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "base/result.h"
+
+namespace openfab {
+
+/// A length with its unit (um, mm, cm, m, in) in millimetres. A bare number is an error that says
+/// so.
+Result<double> parse_length_mm(std::string_view text);
+/// A size in bytes: B, kB, MB, GB (powers of 1000), KiB, MiB, GiB.
+Result<int64_t> parse_bytes(std::string_view text);
+/// "1.5 GB", "300 MB", "12 kB".
+std::string format_bytes(int64_t bytes);
+/// "2 h 05 min", "3 min 20 s", "4.2 s".
+std::string format_seconds(double seconds);
+
+}  // namespace openfab

@@ -1,0 +1,18 @@
+# Copyright 2026 The OpenFab Authors
+# SPDX-License-Identifier: Apache-2.0
+# Print binaries run on machines that have nothing installed, so compressors, parsers and hashes are linked statically where
+# the system offers an archive.
+function(openfab_static_library target header archive shared)
+    find_library(${target}_FILE NAMES ${archive} ${shared})
+    find_path(${target}_INCLUDE ${header})
+    if(NOT ${target}_FILE OR NOT ${target}_INCLUDE)
+        message(FATAL_ERROR "${shared} was not found: run scripts/setup")
+    endif()
+    add_library(${target} INTERFACE)
+    target_include_directories(${target} SYSTEM INTERFACE ${${target}_INCLUDE})
+    target_link_libraries(${target} INTERFACE ${${target}_FILE})
+endfunction()
+openfab_static_library(openfab_deflate libdeflate.h libdeflate.a deflate)
+openfab_static_library(openfab_expat expat.h libexpat.a expat)
+openfab_static_library(openfab_zlib zlib.h libz.a z)
+openfab_static_library(openfab_zstd zstd.h libzstd.a zstd)

@@ -1,0 +1,343 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "compiler/check/check.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "compiler/check/check_state.h"
+
+namespace openfab::sema {
+
+namespace {
+
+constexpr int32_t kMaxSlots = 256;  // a world has 64 materials
+
+std::string annotation_text(const ast::Expr& expr) {
+    if (expr.kind == ast::ExprKind::kStringLiteral) return std::string(expr.text);
+    if (expr.kind == ast::ExprKind::kUnary) {
+        return std::string(expr.text) + annotation_text(*expr.args[0]);
+    }
+    return std::string(expr.text);
+}
+
+std::string varying_list(const std::vector<ir::Varying>& list) {
+    std::string out;
+    for (const ir::Varying& v : list) {
+        out += fmt::format("{}`{} {}`", out.empty() ? "" : ", ", v.type_name, v.name);
+    }
+    return out;
+}
+
+int32_t find_varying(const std::vector<ir::Varying>& list, std::string_view name) {
+    for (size_t i = 0; i < list.size(); ++i) {
+        if (list[i].name == name) return static_cast<int32_t>(i);
+    }
+    return -1;
+}
+
+}  // namespace
+
+const Symbol* Checker::find(std::string_view name) const {
+    for (auto scope = scopes_.rbegin(); scope != scopes_.rend(); ++scope) {
+        const auto found = scope->find(name);
+        if (found != scope->end()) return found->second;
+    }
+    return nullptr;
+}
+
+bool Checker::declare(const Symbol* symbol) {
+    const auto [known, fresh] = scopes_.back().emplace(symbol->name, symbol);
+    if (!fresh) {
+        diag::Diagnostic& d = sink_->report(symbol->span, diag::kRedeclared, symbol->name);
+        if (known->second->span.file != 0) d.note(known->second->span, "the first one is here");
+    }
+    return fresh;
+}
+
+// --- fablets
+
+void Checker::check_fablet(const ast::Fablet& from, Fablet* to) {
+    fablet_ = to;
+    to->ir.name = from.name;
+    to->ir.span = from.span;
+    const size_t file_functions = visible_functions_.size();
+    scopes_.emplace_back();
+    to->void_material = std::make_unique<Symbol>();
+    to->void_material->kind = SymbolKind::kVoid;
+    to->void_material->name = "VOID";
+    to->void_material->type = {Base::kMaterial, 1};
+    to->void_material->is_const = true;
+    declare(to->void_material.get());
+    scopes_.emplace_back();
+    find_point_members(from, to);
+    check_scope(from.scope, &from, to, &to->constants, &to->functions);
+    check_recursion(to->functions);
+    check_stages(from, to);
+    // A fablet that names no material still takes its place from other parts: all of it is VOID.
+    if (to->ir.slot_count == 0) to->ir.void_slot = to->ir.slot_count++;
+    scopes_.pop_back();
+    scopes_.pop_back();
+    visible_functions_.resize(file_functions);
+    fablet_ = nullptr;
+}
+
+/// What `nearest` gives beyond the three that are always there: the nearest inputs of the volume
+/// stage. Functions see them before the stage itself is checked.
+void Checker::find_point_members(const ast::Fablet& from, Fablet* to) {
+    to->point_members = common_point_members();
+    for (const ast::Stage& stage : from.stages) {
+        if (stage.surface) continue;
+        for (const ast::Variable& v : stage.varyings) {
+            const Type type = find_type(v.type.text);
+            if (v.nearest && v.extents.empty() && type.is_numeric()) {
+                to->point_members.push_back({std::string(v.name), type, v.span});
+            }
+        }
+        return;
+    }
+}
+
+/// Gives a uniform its place among those of its kind; false where it cannot be one.
+bool Checker::place_uniform(const ast::Variable& v, const Type& type, ir::Uniform* uniform,
+                            Fablet* to) {
+    Type element = type;
+    if (type.is_array()) {
+        uniform->array_length = type.length();
+        element = type.element();
+    }
+    const auto place = [&](openfab_uniform_kind kind, int32_t* count) {
+        uniform->kind = kind;
+        uniform->first_index = *count;
+        *count += uniform->array_length;
+    };
+    if (element.is(Base::kTexture2D)) {
+        place(OPENFAB_UNIFORM_TEXTURE2D, &to->ir.texture_count);
+    } else if (element.is(Base::kTexture3D)) {
+        place(OPENFAB_UNIFORM_TEXTURE3D, &to->ir.texture_count);
+    } else if (element.is(Base::kObject)) {
+        place(OPENFAB_UNIFORM_OBJECT, &to->ir.object_count);
+    } else if (element.is(Base::kMaterial)) {
+        const bool fitted = to->ir.slot_count <= kMaxSlots;
+        place(OPENFAB_UNIFORM_MATERIAL, &to->ir.slot_count);
+        if (fitted && to->ir.slot_count > kMaxSlots) {
+            sink_->report(v.span, diag::kTooComplex,
+                          fmt::format("more than {} uniforms of type `Material`", kMaxSlots));
+        }
+    } else if (element.is_arithmetic()) {
+        uniform->type = component_type(element);
+        uniform->components = static_cast<int32_t>(least_components(element));
+        uniform->first_index = to->ir.uniform_value_count;
+        to->ir.uniform_value_count += uniform->components * uniform->array_length;
+    } else {
+        diag::Diagnostic& d =
+            sink_->report(v.type.span, diag::kBadDeclaration,
+                          fmt::format("a uniform cannot have type `{}`", type_name(type)));
+        if (element.is_array()) d.help("a uniform array has one dimension");
+        if (element.is(Base::kStruct)) d.help("declare the members as uniforms of their own");
+        return false;
+    }
+    return true;
+}
+
+void Checker::check_uniform(const ast::Variable& v, Fablet* to) {
+    ir::Uniform uniform;
+    uniform.name = v.name;
+    uniform.type_name = v.type.text;
+    uniform.span = v.span;
+    auto symbol = std::make_unique<Symbol>();
+    symbol->kind = SymbolKind::kUniform;
+    symbol->name = v.name;
+    symbol->span = v.span;
+    symbol->type = declared_type(v);
+    symbol->index = static_cast<int32_t>(to->uniforms.size());
+    if (!symbol->type.is_error() && !place_uniform(v, symbol->type, &uniform, to)) {
+        symbol->type = {};
+    }
+    Type element = symbol->type;
+    if (element.is_array()) element = element.element();
+    if (v.init != nullptr && element.is_arithmetic()) {
+        place_ = Place::kGlobal;
+        symbol->init = initializer(*v.init, symbol->type);
+    } else if (v.init != nullptr && !symbol->type.is_error()) {
+        sink_->report(
+            v.init->span, diag::kBadDeclaration,
+            fmt::format("a uniform of type `{}` has no default: the world binds it", v.type.text));
+    }
+    for (const ast::Annotation& a : v.annotations) {
+        uniform.annotations.emplace_back(a.name,
+                                         a.value == nullptr ? "" : annotation_text(*a.value));
+    }
+    declare(symbol.get());
+    to->ir.uniforms.push_back(std::move(uniform));
+    to->uniforms.push_back(std::move(symbol));
+}
+
+void Checker::check_stages(const ast::Fablet& from, Fablet* to) {
+    const ast::Stage* surface = nullptr;
+    const ast::Stage* volume = nullptr;
+    for (const ast::Stage& stage : from.stages) {
+        const ast::Stage** known = stage.surface ? &surface : &volume;
+        if (*known != nullptr) {
+            sink_->report(stage.span, diag::kRedeclared, stage.surface ? "@Surface" : "@Volume")
+                .note((*known)->span, "the first one is here");
+            continue;
+        }
+        *known = &stage;
+    }
+    if (surface != nullptr) {
+        to->ir.has_surface = true;
+        to->surface.span = surface->span;
+        scopes_.emplace_back();
+        for (const ast::Variable& v : surface->varyings)
+            check_varying(v, *surface, to);
+        check_stage_body(*surface, &to->surface, Place::kSurface, kFloat3Type);
+        scopes_.pop_back();
+    }
+    if (volume == nullptr) {
+        if (from.name.empty()) return;
+        diag::Diagnostic& d = sink_->report(from.span, diag::kMissingStage, from.name);
+        d.help("write `@Volume(@varying { VolumeAttributes attr }) { … }`");
+        for (const auto& f : to->functions) {
+            if (f->name == "Volume" || f->name == "volume" || f->name == "main") {
+                d.note(f->span, fmt::format("`{}` is an ordinary function here", f->name));
+            }
+        }
+        return;
+    }
+    to->volume.span = volume->span;
+    scopes_.emplace_back();
+    for (const ast::Variable& v : volume->varyings)
+        check_varying(v, *volume, to);
+    check_stage_body(*volume, &to->volume, Place::kVolume, {Base::kComposition, 1});
+    scopes_.pop_back();
+}
+
+void Checker::check_stage_body(const ast::Stage& from, Stage* to, Place place, const Type& result) {
+    place_ = place;
+    stage_span_ = from.span;
+    return_type_ = result;
+    loops_ = 0;
+    if (from.body != nullptr) to->body = block(*from.body);
+}
+
+void Checker::check_varying(const ast::Variable& v, const ast::Stage& stage, Fablet* to) {
+    const Type type = declared_type(v);
+    Stage* owner = stage.surface ? &to->surface : &to->volume;
+    if (type.is_attributes()) {
+        if (type.is(Base::kSurfaceAttributes) != stage.surface) {
+            sink_
+                ->report(v.type.span, diag::kStageMismatch, v.type.text,
+                         stage.surface ? "in a surface stage" : "in a volume stage")
+                .note(stage.span, "the stage is declared here")
+                .help(stage.surface ? "here it is `SurfaceAttributes`"
+                                    : "here it is `VolumeAttributes`");
+            return add_stage_symbol(owner, SymbolKind::kAttributes, v, {}, 0);
+        }
+        return add_stage_symbol(owner, SymbolKind::kAttributes, v, type, 0);
+    }
+    if (!type.is_numeric()) {
+        if (!type.is_error()) {
+            sink_
+                ->report(v.type.span, diag::kBadDeclaration,
+                         fmt::format("a varying cannot have type `{}`", type_name(type)))
+                .help("a surface carries scalars and vectors");
+        }
+        return add_stage_symbol(owner, SymbolKind::kLocal, v, {}, 0);
+    }
+    if (stage.surface) return check_surface_varying(v, type, to);
+    check_nearest(v, type, to);
+}
+
+ir::Varying Checker::varying(const ast::Variable& v, const Type& type) const {
+    ir::Varying out;
+    out.name = v.name;
+    out.type_name = v.type.text;
+    out.type = component_type(type);
+    out.components = type.size;
+    out.span = v.span;
+    return out;
+}
+
+void Checker::add_stage_symbol(Stage* stage, SymbolKind kind, const ast::Variable& v,
+                               const Type& type, size_t index) {
+    auto symbol = std::make_unique<Symbol>();
+    symbol->kind = kind;
+    symbol->name = v.name;
+    symbol->type = type;
+    symbol->span = v.span;
+    symbol->index = static_cast<int32_t>(index);
+    symbol->is_const = v.is_const;
+    declare(symbol.get());
+    stage->symbols.push_back(std::move(symbol));
+}
+
+void Checker::check_surface_varying(const ast::Variable& v, const Type& type, Fablet* to) {
+    if (v.nearest) {
+        sink_->report(v.span, diag::kStageMismatch, "@nearest", "in a surface stage")
+            .note(to->surface.span, "stage declared `@Surface` here")
+            .help("the surface stage runs on the surface: leave `@nearest` out");
+    }
+    if (v.is_in && v.is_out) {
+        sink_->report(v.span, diag::kBadDeclaration, "a varying cannot be `inout`")
+            .help("declare an input and an `out` of another name");
+    }
+    if (v.is_out) {
+        if (v.init != nullptr) {
+            sink_->report(v.init->span, diag::kBadDeclaration,
+                          "an output has no default: assign it in the stage");
+        }
+        add_stage_symbol(&to->surface, SymbolKind::kSurfaceOutput, v, type,
+                         to->ir.surface_outputs.size());
+        to->ir.surface_outputs.push_back(varying(v, type));
+        return;
+    }
+    auto fallback = std::make_unique<Symbol>();
+    fallback->span = v.span;
+    fallback->type = type;
+    if (v.init != nullptr) {
+        place_ = Place::kGlobal;
+        fallback->init = initializer(*v.init, type);
+    }
+    add_stage_symbol(&to->surface, SymbolKind::kSurfaceInput, v, type,
+                     to->ir.surface_inputs.size());
+    to->ir.surface_inputs.push_back(varying(v, type));
+    to->surface_inputs.push_back(std::move(fallback));
+}
+
+void Checker::check_nearest(const ast::Variable& v, const Type& type, Fablet* to) {
+    if (v.is_out) {
+        sink_->report(v.span, diag::kStageMismatch, "out", "varying in a volume stage")
+            .note(to->volume.span, "stage declared `@Volume` here")
+            .help("the volume stage returns its result, a `MaterialComposition`");
+    } else if (!v.nearest) {
+        sink_->report(v.span, diag::kMissingNearest, v.name)
+            .help(fmt::format("in the volume a varying comes from the nearest surface point: write "
+                              "`@nearest {} {}`",
+                              v.type.text, v.name));
+    }
+    if (v.init != nullptr) {
+        sink_->report(v.init->span, diag::kBadDeclaration, "a `@nearest` varying has no default")
+            .help("give the input of the surface stage that it comes from a default");
+    }
+    ir::Varying nearest = varying(v, type);
+    const std::vector<ir::Varying>& outputs = to->ir.surface_outputs;
+    nearest.source = find_varying(outputs, v.name);
+    if (nearest.source < 0) nearest.source = find_varying(outputs, std::string(v.name) + "Out");
+    if (nearest.source >= 0) {
+        const ir::Varying& output = outputs[static_cast<size_t>(nearest.source)];
+        if (output.type != nearest.type || output.components != nearest.components) {
+            sink_
+                ->report(v.type.span, diag::kVaryingMismatch, v.type.text, v.name, output.type_name,
+                         output.name)
+                .note(output.span,
+                      fmt::format("`out {} {}` is declared here", output.type_name, output.name))
+                .help("the outputs of the surface stage are " + varying_list(outputs));
+        }
+    }
+    add_stage_symbol(&to->volume, SymbolKind::kNearest, v, type, to->ir.nearest.size());
+    to->ir.nearest.push_back(std::move(nearest));
+}
+
+}  // namespace openfab::sema

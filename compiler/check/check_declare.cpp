@@ -1,0 +1,380 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+#include <set>
+
+#include "compiler/check/check_state.h"
+#include "compiler/check/habits.h"
+#include "compiler/diag/suggest.h"
+
+namespace openfab::sema {
+
+namespace {
+
+/// A struct or a constant of a scope, in the order in which they were written.
+struct Item {
+    const ast::Struct* record = nullptr;
+    const ast::Variable* constant = nullptr;
+    uint32_t place() const { return record != nullptr ? record->span.begin : constant->span.begin; }
+};
+
+std::vector<Item> items_of(const ast::Scope& scope) {
+    std::vector<Item> out;
+    for (const ast::Struct& record : scope.structs)
+        out.push_back({&record, nullptr});
+    for (const ast::Variable& v : scope.constants)
+        out.push_back({nullptr, &v});
+    std::stable_sort(out.begin(), out.end(),
+                     [](const Item& a, const Item& b) { return a.place() < b.place(); });
+    return out;
+}
+
+using Names = std::set<std::string_view>;
+
+bool mentions(const ast::Expr* expr, const Names& names) {
+    if (expr == nullptr) return false;
+    if (expr->kind == ast::ExprKind::kName && names.count(expr->text) != 0) return true;
+    return std::any_of(expr->args.begin(), expr->args.end(),
+                       [&](const ast::ExprPtr& arg) { return mentions(arg.get(), names); });
+}
+
+void check_defaults_order(const Function& f, diag::Sink* sink) {
+    bool seen = false;
+    for (const auto& p : f.parameters) {
+        if (seen && p->fallback == nullptr && !p->type.is_error()) {
+            sink->report(p->span, diag::kBadDeclaration,
+                         fmt::format("`{}` needs a default: one before it has one", p->name));
+        }
+        seen = seen || p->fallback != nullptr;
+    }
+}
+
+}  // namespace
+
+/// Structs and constants may need each other and so go in the order in which they are written;
+/// functions may stand anywhere. What a uniform or a function is needed for therefore comes after
+/// those.
+void Checker::check_scope(const ast::Scope& from, const ast::Fablet* fablet, Fablet* to,
+                          std::vector<std::unique_ptr<Symbol>>* constants,
+                          std::vector<std::unique_ptr<Function>>* functions) {
+    Names later;
+    for (const ast::Function& f : from.functions)
+        later.insert(f.name);
+    if (fablet != nullptr) {
+        for (const ast::Variable& v : fablet->uniforms)
+            later.insert(v.name);
+    }
+    std::vector<const ast::Variable*> late;
+    for (const Item& item : items_of(from)) {
+        if (item.record != nullptr) {
+            declare_struct(*item.record);
+        } else if (mentions(item.constant->init.get(), later)) {
+            later.insert(item.constant->name);
+            late.push_back(item.constant);
+        } else {
+            check_constant(*item.constant, constants);
+        }
+    }
+    if (fablet != nullptr) {
+        for (const ast::Variable& v : fablet->uniforms)
+            check_uniform(v, to);
+    }
+    declare_functions(from.functions, functions);
+    for (const ast::Variable* v : late)
+        check_constant(*v, constants);
+    check_functions(from.functions, *functions);
+}
+
+// --- types
+
+Type Checker::declared_type(const ast::TypeRef& ref) {
+    const Symbol* symbol = find(ref.text);
+    if (symbol != nullptr && symbol->kind == SymbolKind::kType) return symbol->type;
+    const Type found = find_type(ref.text);
+    if (!found.is_error()) return found;
+    diag::Diagnostic& d = sink_->report(ref.span, diag::kUnknownType, ref.text);
+    if (const std::string help = habit_of_type(ref.text); !help.empty()) {
+        d.help(help);
+        const std::string ours = renamed_type(ref.text);
+        if (!ours.empty()) d.replace(ref.span, ours);
+        return {};
+    }
+    std::vector<std::string> names = type_names();
+    for (const auto& name : types_)
+        names.push_back(name->name);
+    const std::string near = diag::suggest(ref.text, names);
+    if (!near.empty()) {
+        d.did_you_mean(ref.span, near);
+    } else {
+        d.help(
+            "OPENFL.md lists the types in section 3: `bool`, `int`, `uint`, `float`, `float3`, "
+            "`Material`, `MaterialComposition` and others");
+    }
+    return {};
+}
+
+std::optional<int32_t> Checker::constant_int(const ast::Expr& expr, const char* what) {
+    const ExprPtr value = convert(expression(expr), kIntType);
+    if (value->type.is_error()) return std::nullopt;
+    const std::optional<uint32_t> bits = known_bits(*value);
+    if (!bits) {
+        sink_->report(expr.span, diag::kNotConstant, what);
+        return std::nullopt;
+    }
+    return static_cast<int32_t>(*bits);
+}
+
+std::optional<int> Checker::extent(const ast::Variable& v, size_t dimension) {
+    const ast::Expr* expr = v.extents[dimension].get();
+    std::optional<int32_t> count;
+    if (expr != nullptr) {
+        count = constant_int(*expr, "the size of an array");
+        if (!count) return std::nullopt;
+    } else if (dimension == 0 && v.init != nullptr && v.init->kind == ast::ExprKind::kInitList) {
+        count = static_cast<int32_t>(v.init->args.size());
+    } else {
+        sink_
+            ->report(v.array_span, diag::kBadDeclaration,
+                     fmt::format("array `{}` has no size", v.name))
+            .help("only the outermost size can be left out, and only with an initializer list");
+        return std::nullopt;
+    }
+    if (*count < 1 || *count > kMaxComponents) {
+        sink_->report(expr != nullptr ? expr->span : v.array_span, diag::kOutOfRange, "array size",
+                      *count, 1, kMaxComponents);
+        return std::nullopt;
+    }
+    return *count;
+}
+
+Type Checker::declared_type(const ast::Variable& v) {
+    Type type = declared_type(v.type);
+    if (type.is_error() || v.extents.empty()) return type;
+    if (type == kVoidType || type.is_attributes()) {
+        sink_->report(v.type.span, diag::kBadDeclaration,
+                      fmt::format("an array cannot have elements of type `{}`", v.type.text));
+        return {};
+    }
+    if (v.extents.size() > static_cast<size_t>(kMaxDimensions)) {
+        sink_->report(v.array_span, diag::kTooComplex,
+                      fmt::format("an array has at most {} dimensions", kMaxDimensions));
+        return {};
+    }
+    for (size_t i = v.extents.size(); i-- > 0;) {
+        const std::optional<int> count = extent(v, i);
+        if (!count) return {};
+        type = array_of(type, *count);
+        if (least_components(type) > kMaxComponents) {
+            sink_->report(v.array_span, diag::kTooComplex,
+                          fmt::format("`{}` has more than {} components", v.name, kMaxComponents));
+            return {};
+        }
+    }
+    return type;
+}
+
+/// A struct that is wrong is known all the same, as a type about which nothing more is said.
+void Checker::declare_struct(const ast::Struct& from) {
+    auto record = std::make_unique<StructType>();
+    record->name = from.name;
+    record->span = from.span;
+    bool ok = true;
+    for (const ast::Variable& v : from.members) {
+        const Type type = declared_type(v);
+        const auto known = std::find_if(record->members.begin(), record->members.end(),
+                                        [&](const StructMember& m) { return m.name == v.name; });
+        if (known != record->members.end()) {
+            sink_->report(v.span, diag::kRedeclared, v.name)
+                .note(known->span, "the first one is here");
+        } else if (type == kVoidType || type.is_attributes()) {
+            sink_->report(v.type.span, diag::kBadDeclaration,
+                          fmt::format("a member cannot have type `{}`", v.type.text));
+            ok = false;
+        } else if (v.init != nullptr) {
+            sink_->report(v.init->span, diag::kBadDeclaration, "a member has no first value")
+                .help("give the variable one: `{ … }` with a value for each member");
+        } else {
+            record->members.push_back({std::string(v.name), type, v.span});
+        }
+    }
+    if (from.members.empty()) {
+        sink_->report(from.span, diag::kBadDeclaration,
+                      fmt::format("struct `{}` has no members", from.name));
+        ok = false;
+    }
+    Type type{Base::kStruct, 1};
+    type.record = record.get();
+    if (ok && least_components(type) > kMaxComponents) {
+        sink_->report(from.span, diag::kTooComplex,
+                      fmt::format("`{}` has more than {} components", from.name, kMaxComponents));
+        ok = false;
+    }
+    auto symbol = std::make_unique<Symbol>();
+    symbol->kind = SymbolKind::kType;
+    symbol->name = from.name;
+    symbol->span = from.span;
+    symbol->is_const = true;
+    if (ok) symbol->type = type;
+    declare(symbol.get());
+    types_.push_back(std::move(symbol));
+    program_->structs.push_back(std::move(record));
+}
+
+// --- constants and functions
+
+void Checker::check_constant(const ast::Variable& v, std::vector<std::unique_ptr<Symbol>>* to) {
+    place_ = Place::kGlobal;
+    auto symbol = std::make_unique<Symbol>();
+    symbol->kind = SymbolKind::kConstant;
+    symbol->name = v.name;
+    symbol->span = v.span;
+    symbol->is_const = true;
+    symbol->type = declared_type(v);
+    const Type& type = symbol->type;
+    const bool computed = type == kVoidType || type.is_attributes() ||
+                          contains(type, Base::kSurfacePoint) || contains(type, Base::kComposition);
+    if (!type.is_error() && computed) {
+        sink_->report(v.type.span, diag::kBadDeclaration,
+                      fmt::format("a constant cannot have type `{}`", type_name(type)));
+        symbol->type = {};
+    } else if (!type.is_error() && !v.is_const) {
+        sink_
+            ->report(v.span, diag::kBadDeclaration,
+                     fmt::format("`{}` is outside a function and not `const`", v.name))
+            .help(type.is_handle() || contains(type, Base::kMaterial)
+                      ? fmt::format("the world binds it: `@uniform {{ {} {}; }}`", v.type.text,
+                                    v.name)
+                      : "nothing is kept from voxel to voxel: write `const`, or make it a uniform, "
+                        "`@uniform { … }`");
+    } else if (!type.is_error() && v.init == nullptr) {
+        sink_->report(v.span, diag::kBadDeclaration,
+                      fmt::format("constant `{}` has no value", v.name));
+        symbol->type = {};
+    }
+    if (v.init != nullptr && !symbol->type.is_error()) {
+        symbol->init = initializer(*v.init, symbol->type);
+        if (symbol->init->type.is_error()) {
+            symbol->type = {};
+        } else {
+            symbol->known = known_bits(*symbol->init);
+        }
+    }
+    declare(symbol.get());
+    to->push_back(std::move(symbol));
+}
+
+std::unique_ptr<Symbol> Checker::parameter(const ast::Variable& v) {
+    auto symbol = std::make_unique<Symbol>();
+    symbol->kind = SymbolKind::kParameter;
+    symbol->name = v.name;
+    symbol->span = v.span;
+    symbol->is_const = v.is_const;
+    symbol->is_in = v.is_in || !v.is_out;
+    symbol->is_out = v.is_out;
+    symbol->type = declared_type(v);
+    const Type& type = symbol->type;
+    if (type.is(Base::kVoid) || (v.is_out && (type.is_attributes() || type.is_handle()))) {
+        sink_->report(v.type.span, diag::kBadDeclaration,
+                      fmt::format("{} parameter cannot have type `{}`", v.is_out ? "an `out`" : "a",
+                                  v.type.text));
+        symbol->type = {};
+    } else if (v.init != nullptr && v.is_out) {
+        sink_->report(v.init->span, diag::kBadDeclaration, "an `out` parameter has no default");
+    } else if (v.init != nullptr && !type.is_error()) {
+        place_ = Place::kGlobal;
+        auto fallback = std::make_unique<Symbol>();
+        fallback->kind = SymbolKind::kConstant;
+        fallback->name = v.name;
+        fallback->span = v.span;
+        fallback->type = type;
+        fallback->init = initializer(*v.init, type);
+        symbol->fallback = std::move(fallback);
+    }
+    return symbol;
+}
+
+void Checker::declare_functions(const std::vector<ast::Function>& from,
+                                std::vector<std::unique_ptr<Function>>* to) {
+    for (const ast::Function& f : from) {
+        auto function = std::make_unique<Function>();
+        function->name = f.name;
+        function->span = f.span;
+        function->return_type = declared_type(f.return_type);
+        if (function->return_type.is_attributes()) {
+            sink_->report(f.return_type.span, diag::kBadDeclaration,
+                          fmt::format("a function cannot return `{}`", f.return_type.text));
+            function->return_type = {};
+        }
+        for (const ast::Variable& v : f.parameters)
+            function->parameters.push_back(parameter(v));
+        check_defaults_order(*function, sink_);
+        for (const Function* known : visible_functions_) {
+            if (known->name != f.name || !same_parameters(*known, *function)) continue;
+            sink_->report(f.span, diag::kRedeclared, f.name)
+                .note(known->span, "the first one is here, with the same parameters");
+        }
+        visible_functions_.push_back(function.get());
+        to->push_back(std::move(function));
+    }
+}
+
+void Checker::check_functions(const std::vector<ast::Function>& from,
+                              const std::vector<std::unique_ptr<Function>>& to) {
+    const size_t first = to.size() - from.size();  // before them: those of modules
+    for (size_t i = 0; i < from.size(); ++i) {
+        place_ = Place::kFunction;
+        function_ = to[first + i].get();
+        return_type_ = function_->return_type;
+        loops_ = switches_ = 0;
+        scopes_.emplace_back();
+        for (const auto& p : function_->parameters)
+            declare(p.get());
+        // The parameters and the body's own names share a scope, as in HLSL.
+        function_->body = std::make_unique<Stmt>();
+        function_->body->span = from[i].body->span;
+        for (const ast::StmtPtr& child : from[i].body->body) {
+            if (child->kind == ast::StmtKind::kDeclaration) {
+                declaration(*child, &function_->body->body);
+            } else {
+                function_->body->body.push_back(statement(*child));
+            }
+        }
+        scopes_.pop_back();
+        function_ = nullptr;
+    }
+}
+
+namespace {
+
+enum class Visit : uint8_t { kOpen, kDone };
+
+/// Reports the first call that closes a ring, for every ring that a search from `f` meets.
+void visit_calls(const Function* f, std::map<const Function*, Visit>* visits, diag::Sink* sink) {
+    (*visits)[f] = Visit::kOpen;
+    for (const Function::CallSite& call : f->calls) {
+        const auto known = visits->find(call.function);
+        if (known == visits->end()) {
+            visit_calls(call.function, visits, sink);
+        } else if (known->second == Visit::kOpen) {
+            sink->report(call.span, diag::kRecursion, call.function->name)
+                .note(call.function->span,
+                      fmt::format("`{}` is declared here", call.function->name))
+                .help("OpenFL has no recursion: write a loop");
+        }
+    }
+    (*visits)[f] = Visit::kDone;
+}
+
+}  // namespace
+
+void Checker::check_recursion(const std::vector<std::unique_ptr<Function>>& functions) {
+    std::map<const Function*, Visit> visits;
+    for (const auto& f : functions) {
+        if (visits.count(f.get()) == 0) visit_calls(f.get(), &visits, sink_);
+    }
+}
+
+}  // namespace openfab::sema

@@ -1,0 +1,735 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string>
+
+#include "compiler/check/check_state.h"
+#include "compiler/check/habits.h"
+#include "compiler/diag/suggest.h"
+
+namespace openfab::sema {
+
+namespace {
+
+struct OpName {
+    std::string_view text;
+    ir::Op op;
+};
+constexpr OpName kBinaryOps[] = {
+    {"+", ir::Op::kAdd},  {"-", ir::Op::kSub},    {"*", ir::Op::kMul},   {"/", ir::Op::kDiv},
+    {"%", ir::Op::kMod},  {"&", ir::Op::kBitAnd}, {"|", ir::Op::kBitOr}, {"^", ir::Op::kBitXor},
+    {"<<", ir::Op::kShl}, {">>", ir::Op::kShr},   {"==", ir::Op::kEq},   {"!=", ir::Op::kNe},
+    {"<", ir::Op::kLt},   {"<=", ir::Op::kLe},    {">", ir::Op::kGt},    {">=", ir::Op::kGe},
+};
+
+ir::Op binary_op(std::string_view text) {
+    for (const OpName& candidate : kBinaryOps) {
+        if (candidate.text == text) return candidate.op;
+    }
+    return ir::Op::kAdd;
+}
+
+bool is_comparison(ir::Op op) {
+    return op >= ir::Op::kEq && op <= ir::Op::kGe;
+}
+bool is_bitwise(ir::Op op) {
+    return op >= ir::Op::kBitAnd && op <= ir::Op::kShr;
+}
+
+struct AttributeInfo {
+    std::string_view name;
+    Attribute id;
+    Type type;
+    bool surface;
+    bool volume;
+};
+constexpr AttributeInfo kAttributes[] = {
+    {"p", Attribute::kP, kFloat3Type, true, false},
+    {"n", Attribute::kN, kFloat3Type, true, false},
+    {"ng", Attribute::kNg, kFloat3Type, true, false},
+    {"uv", Attribute::kUv, {Base::kFloat, 2}, true, false},
+    {"dpdu", Attribute::kDpdu, kFloat3Type, true, false},
+    {"dpdv", Attribute::kDpdv, kFloat3Type, true, false},
+    {"voxelCenter", Attribute::kVoxelCenter, kFloat3Type, false, true},
+    {"voxelSize", Attribute::kVoxelSize, kFloat3Type, false, true},
+    {"buildPosition", Attribute::kBuildPosition, kFloat3Type, false, true},
+    {"instance", Attribute::kInstance, kIntType, true, true},
+};
+
+/// 0 to 3, or -1; `set` becomes 1 for xyzw, 2 for rgba.
+int lane_of(char c, int* set) {
+    constexpr std::string_view kXyzw = "xyzw";
+    constexpr std::string_view kRgba = "rgba";
+    if (const size_t at = kXyzw.find(c); at != std::string_view::npos) {
+        *set = 1;
+        return static_cast<int>(at);
+    }
+    *set = 2;
+    const size_t at = kRgba.find(c);
+    return at == std::string_view::npos ? -1 : static_cast<int>(at);
+}
+
+std::string both(const Type& a, const Type& b) {
+    return fmt::format("`{}` and `{}`", type_name(a), type_name(b));
+}
+
+}  // namespace
+
+ExprPtr Checker::make(ExprKind kind, const Type& type, const source::Span& span) const {
+    auto out = std::make_unique<Expr>();
+    out->kind = kind;
+    out->type = type;
+    out->span = span;
+    return out;
+}
+
+ExprPtr Checker::expression(const ast::Expr& expr) {
+    switch (expr.kind) {
+        case ast::ExprKind::kBad:
+            return poison(expr.span);
+        case ast::ExprKind::kBoolLiteral:
+        case ast::ExprKind::kIntLiteral:
+        case ast::ExprKind::kUintLiteral:
+        case ast::ExprKind::kFloatLiteral: {
+            const Type type = expr.kind == ast::ExprKind::kBoolLiteral   ? kBoolType
+                              : expr.kind == ast::ExprKind::kIntLiteral  ? kIntType
+                              : expr.kind == ast::ExprKind::kUintLiteral ? kUintType
+                                                                         : kFloatType;
+            ExprPtr out = make(ExprKind::kConstant, type, expr.span);
+            out->bits = expr.bits;
+            return out;
+        }
+        case ast::ExprKind::kStringLiteral:
+            sink_->report(expr.span, diag::kNotAValue, expr.text, "string")
+                .help("strings are allowed only in `printf`, `assert` and annotations");
+            return poison(expr.span);
+        case ast::ExprKind::kInitList:
+            sink_->report(expr.span, diag::kNotAValue, "{ }", "list")
+                .help(
+                    "a list initializes or assigns a variable; elsewhere name the type: `float3(1, "
+                    "2, 3)`");
+            return poison(expr.span);
+        case ast::ExprKind::kName:
+            return name(expr);
+        case ast::ExprKind::kUnary:
+            return unary(expr);
+        case ast::ExprKind::kPrefix:
+        case ast::ExprKind::kPostfix:
+            return increment(expr);
+        case ast::ExprKind::kBinary:
+            return binary(expr);
+        case ast::ExprKind::kConditional:
+            return conditional(expr);
+        case ast::ExprKind::kAssign:
+            return assign(expr);
+        case ast::ExprKind::kComma:
+            return comma(expr);
+        case ast::ExprKind::kIndex:
+            return index(expr);
+        case ast::ExprKind::kMember:
+            return member(expr);
+        case ast::ExprKind::kCall:
+            return call(expr);
+        case ast::ExprKind::kCast:
+            return cast(expr);
+    }
+    return poison(expr.span);
+}
+
+ExprPtr Checker::name(const ast::Expr& expr) {
+    const Symbol* symbol = find(expr.text);
+    if (symbol != nullptr) {
+        if (symbol->type.is_error()) return poison(expr.span);
+        if (symbol->kind == SymbolKind::kType) {
+            sink_->report(expr.span, diag::kNotAValue, expr.text, "type");
+            return poison(expr.span);
+        }
+        if (symbol->kind == SymbolKind::kVoid && fablet_->ir.void_slot < 0) {
+            fablet_->ir.void_slot = fablet_->ir.slot_count++;
+        }
+        ExprPtr out = make(ExprKind::kVariable, symbol->type, expr.span);
+        out->symbol = symbol;
+        return out;
+    }
+    if (!find_type(expr.text).is_error()) {
+        sink_->report(expr.span, diag::kNotAValue, expr.text, "type");
+        return poison(expr.span);
+    }
+    if (!overloads(expr.text).empty() || find_intrinsic(expr.text) != nullptr) {
+        sink_->report(expr.span, diag::kNotAValue, expr.text, "function");
+        return poison(expr.span);
+    }
+    diag::Diagnostic& d = sink_->report(expr.span, diag::kUnknownName, expr.text);
+    if (const std::string help = help_for_name(expr.text); !help.empty()) {
+        d.help(help);
+        return poison(expr.span);
+    }
+    std::vector<std::string> names;
+    for (const Scope& scope : scopes_) {
+        for (const auto& [text, symbol_] : scope)
+            names.push_back(text);
+    }
+    names.insert(names.end(), {"true", "false"});
+    const std::string near = diag::suggest(expr.text, names);
+    if (!near.empty()) d.did_you_mean(expr.span, near);
+    return poison(expr.span);
+}
+
+bool Checker::is_type_name(std::string_view name) const {
+    const Symbol* symbol = find(name);
+    if (symbol != nullptr) return symbol->kind == SymbolKind::kType;
+    return !find_type(name).is_error();
+}
+
+/// The attributes of the stage or function, or null.
+const Symbol* Checker::attributes() const {
+    for (const Scope& scope : scopes_) {
+        for (const auto& [text, symbol] : scope) {
+            if (symbol->type.is_attributes()) return symbol;
+        }
+    }
+    return nullptr;
+}
+
+/// Of a word from elsewhere, or of what the surface stage has and the volume stage asks for.
+std::string Checker::help_for_name(std::string_view name) const {
+    const std::string habit = habit_of_name(name);
+    if (!habit.empty()) return habit;
+    for (const AttributeInfo& info : kAttributes) {
+        if (info.name != name) continue;
+        const Symbol* symbol = attributes();
+        if (symbol == nullptr) break;
+        const bool here = symbol->type.is(Base::kSurfaceAttributes) ? info.surface : info.volume;
+        if (here) return fmt::format("write `{}.{}`", symbol->name, name);
+    }
+    if (name == "attr" && (place_ == Place::kVolume || place_ == Place::kSurface)) {
+        return place_ == Place::kVolume
+                   ? "declare it: `@Volume(@varying { VolumeAttributes attr })`"
+                   : "declare it: `@Surface(@varying { SurfaceAttributes attr })`";
+    }
+    if (place_ != Place::kVolume) return "";
+    for (const auto* list : {&fablet_->ir.surface_outputs, &fablet_->ir.surface_inputs}) {
+        for (const ir::Varying& v : *list) {
+            if (v.name != name) continue;
+            return fmt::format(
+                "the surface stage has it: add `@nearest {} {}` to the varyings of this one",
+                v.type_name, v.name);
+        }
+    }
+    if (name == "uv")
+        return "texture coordinates come from the mesh: add `@nearest float2 uv` to the varyings";
+    return "";
+}
+
+ExprPtr Checker::bad_operand(const ast::Expr& expr, const std::string& types) {
+    diag::Diagnostic& d = sink_->report(expr.text_span, diag::kBadOperand, expr.text, types);
+    if (types.find("`Material`") != std::string::npos) {
+        d.help(
+            "a material is not a number: `mc.Set(m, 0.5)` sets how much of it a composition holds, "
+            "`mc.Add(m, 0.5)` adds more");
+    } else if (types.find("`MaterialComposition`") != std::string::npos) {
+        d.help("compositions support `a + b`, `a * s`, `lerp(a, b, t)` and `over(a, b)`");
+    } else if (expr.text == "^" && types.find("float") != std::string::npos) {
+        d.help("a power is written `pow(x, y)`");
+    }
+    return poison(expr.span);
+}
+
+ExprPtr Checker::unary(const ast::Expr& expr) {
+    ExprPtr operand = expression(*expr.args[0]);
+    if (operand->type.is_error()) return poison(expr.span);
+    const Type given = operand->type;
+    Type type = given;
+    ir::Op op = ir::Op::kNeg;
+    if (expr.text == "!") {
+        type.base = Base::kBool;
+        op = ir::Op::kNot;
+    } else if (given.base == Base::kBool) {
+        type.base = Base::kInt;
+    }
+    if (expr.text == "~") op = ir::Op::kBitNot;
+    const bool matrix = given.is_matrix() && (expr.text == "-" || expr.text == "+");
+    if (!(given.is_numeric() || matrix) || (expr.text == "~" && !type.is_integer())) {
+        return bad_operand(expr, fmt::format("`{}`", type_name(given)));
+    }
+    operand = convert(std::move(operand), type);
+    if (expr.text == "+") return operand;
+    ExprPtr out = make(ExprKind::kUnary, type, expr.span);
+    out->op = op;
+    out->args.push_back(std::move(operand));
+    return out;
+}
+
+Type Checker::common_type(const Type& a, const Type& b) const {
+    Type out;
+    out.base = std::max(a.base, b.base);  // bool < int < uint < float
+    if (a.is_matrix() || b.is_matrix()) {
+        out.rows = a.is_matrix() ? a.rows : b.rows;
+        out.size = a.is_matrix() ? a.size : b.size;
+        return out;
+    }
+    out.size = a.size == 1 || b.size == 1 ? std::max(a.size, b.size) : std::min(a.size, b.size);
+    return out;
+}
+
+ExprPtr Checker::binary(const ast::Expr& expr) {
+    if (expr.text == "&&" || expr.text == "||") return logical(expr);
+    const bool pointer = (expr.text == "*" || expr.text == "&") &&
+                         expr.args[0]->kind == ast::ExprKind::kName &&
+                         is_type_name(expr.args[0]->text);
+    if (pointer) {
+        sink_->report(expr.args[0]->span, diag::kNotAValue, expr.args[0]->text, "type")
+            .help("there are no pointers or references; an `out` parameter gives a value back");
+        return poison(expr.span);
+    }
+    ExprPtr left = expression(*expr.args[0]);
+    ExprPtr right = expression(*expr.args[1]);
+    if (left->type.is_error() || right->type.is_error()) return poison(expr.span);
+    const Type a = left->type;
+    const Type b = right->type;
+    if (a.is(Base::kComposition) || b.is(Base::kComposition)) {
+        return composition_binary(expr, std::move(left), std::move(right));
+    }
+    ir::Op op = binary_op(expr.text);
+    const bool equality = op == ir::Op::kEq || op == ir::Op::kNe;
+    const bool materials = a.is(Base::kMaterial) && b.is(Base::kMaterial) && equality;
+    if (a.is_matrix() || b.is_matrix())
+        return matrix_binary(expr, std::move(left), std::move(right));
+    if (!materials && !(a.is_numeric() && b.is_numeric())) return bad_operand(expr, both(a, b));
+    Type type = materials ? a : common_type(a, b);
+    if (type.base == Base::kBool && !equality) type.base = Base::kInt;
+    if (is_bitwise(op) && !type.is_integer()) return bad_operand(expr, both(a, b));
+    check_operator_habits(expr, *left, *right);
+    ExprPtr out =
+        make(ExprKind::kBinary, is_comparison(op) ? Type{Base::kBool, type.size} : type, expr.span);
+    out->op = op;
+    out->args.push_back(convert(std::move(left), type));
+    out->args.push_back(convert(std::move(right), type));
+    return out;
+}
+
+/// Component by component, as in HLSL; a scalar goes with each.
+ExprPtr Checker::matrix_binary(const ast::Expr& expr, ExprPtr left, ExprPtr right) {
+    const Type a = left->type;
+    const Type b = right->type;
+    const bool fits = (a.is_matrix() && b.is_scalar()) || (b.is_matrix() && a.is_scalar()) ||
+                      (a.is_matrix() && b.is_matrix() && a.rows == b.rows && a.size == b.size);
+    const ir::Op op = binary_op(expr.text);
+    if (!fits || is_bitwise(op) || is_comparison(op)) {
+        diag::Diagnostic& d =
+            sink_->report(expr.text_span, diag::kBadOperand, expr.text, both(a, b));
+        if (expr.text == "*") d.help("the product of linear algebra is `mul(a, b)`");
+        return poison(expr.span);
+    }
+    const Type type = common_type(a, b);
+    ExprPtr out = make(ExprKind::kBinary, type, expr.span);
+    out->op = op;
+    out->args.push_back(convert(std::move(left), type));
+    out->args.push_back(convert(std::move(right), type));
+    return out;
+}
+
+/// a + b, a * s, s * a; the amounts of every material.
+ExprPtr Checker::composition_binary(const ast::Expr& expr, ExprPtr left, ExprPtr right) {
+    const std::string types = both(left->type, right->type);
+    if (expr.text == "*" && right->type.is(Base::kComposition)) std::swap(left, right);
+    const bool sum =
+        expr.text == "+" && right->type.is(Base::kComposition) && left->type.is(Base::kComposition);
+    const bool product = expr.text == "*" && right->type.is_scalar();
+    if (!sum && !product) return bad_operand(expr, types);
+    if (product) right = convert(std::move(right), kFloatType);
+    ExprPtr out = make(ExprKind::kBinary, left->type, expr.span);
+    out->op = sum ? ir::Op::kAdd : ir::Op::kMul;
+    out->args.push_back(std::move(left));
+    out->args.push_back(std::move(right));
+    return out;
+}
+
+ExprPtr Checker::logical(const ast::Expr& expr) {
+    ExprPtr out =
+        make(expr.text == "&&" ? ExprKind::kAndThen : ExprKind::kOrElse, kBoolType, expr.span);
+    for (const ast::ExprPtr& arg : expr.args)
+        out->args.push_back(condition(*arg));
+    return out;
+}
+
+ExprPtr Checker::conditional(const ast::Expr& expr) {
+    ExprPtr test = condition(*expr.args[0]);
+    ExprPtr yes = expression(*expr.args[1]);
+    ExprPtr no = expression(*expr.args[2]);
+    if (test->type.is_error() || yes->type.is_error() || no->type.is_error()) {
+        return poison(expr.span);
+    }
+    Type type = yes->type;
+    if (type != no->type || type == kVoidType) {
+        const bool numbers = type.is_numeric() && no->type.is_numeric();
+        const bool scaled = (type.is_matrix() && no->type.is_scalar()) ||
+                            (type.is_scalar() && no->type.is_matrix());
+        if (!numbers && !scaled) return bad_operand(expr, both(type, no->type));
+        type = common_type(type, no->type);
+    }
+    if (type.is_attributes()) {
+        return bad_operand(expr, both(type, no->type));
+    }
+    ExprPtr out = make(ExprKind::kConditional, type, expr.span);
+    out->args.push_back(std::move(test));
+    out->args.push_back(convert(std::move(yes), type));
+    out->args.push_back(convert(std::move(no), type));
+    return out;
+}
+
+bool Checker::assignable(const Expr& target) {
+    switch (target.kind) {
+        case ExprKind::kError:
+            return false;
+        case ExprKind::kSwizzle: {
+            for (int i = 0; i < target.type.size; ++i) {
+                for (int j = 0; j < i; ++j) {
+                    if (target.lanes[i] != target.lanes[j]) continue;
+                    sink_->report(target.span, diag::kNotAssignable,
+                                  "a swizzle that names a component twice");
+                    return false;
+                }
+            }
+            return assignable(*target.args[0]);
+        }
+        case ExprKind::kIndex:
+        case ExprKind::kMember:
+            return assignable(*target.args[0]);
+        case ExprKind::kVariable:
+            break;
+        case ExprKind::kAttribute: {
+            const bool surface = place_ == Place::kSurface;
+            sink_->report(target.span, diag::kNotAssignable, "a stage attribute")
+                .help(surface ? "attributes are read-only; the displacement that the stage returns "
+                                "moves the surface"
+                              : "attributes are read-only; work on a copy: `float3 p = "
+                                "attr.voxelCenter;`");
+            return false;
+        }
+        case ExprKind::kGet:
+            sink_->report(target.span, diag::kNotAssignable, "the result of `Get`")
+                .help("write `mc.Set(m, amount)`");
+            return false;
+        default:
+            sink_->report(target.span, diag::kNotAssignable, "this expression");
+            return false;
+    }
+    const Symbol& symbol = *target.symbol;
+    const char* what = nullptr;
+    if (symbol.kind == SymbolKind::kUniform) what = "uniform";
+    if (symbol.kind == SymbolKind::kVoid) what = "built-in material";
+    if (symbol.kind == SymbolKind::kAttributes) what = "stage's attributes";
+    if (symbol.kind == SymbolKind::kConstant || symbol.is_const) what = "constant";
+    if (what == nullptr) return true;
+    diag::Diagnostic& d = sink_->report(target.span, diag::kNotAssignable,
+                                        fmt::format("`{}`, a {},", symbol.name, what));
+    if (symbol.span.file != 0)
+        d.note(symbol.span, fmt::format("`{}` is declared here", symbol.name));
+    if (symbol.kind == SymbolKind::kUniform && symbol.type.is_arithmetic()) {
+        d.help(fmt::format("the world sets a uniform; work on a copy: `{0} copy = {1};`",
+                           type_name(symbol.type), symbol.name));
+    }
+    return false;
+}
+
+ExprPtr Checker::assign(const ast::Expr& expr) {
+    ExprPtr target = expression(*expr.args[0]);
+    const Type type = target->type;
+    const bool plain = expr.text == "=";
+    const bool list = plain && expr.args[1]->kind == ast::ExprKind::kInitList;
+    ExprPtr value = list ? initializer(*expr.args[1], type) : expression(*expr.args[1]);
+    if (type.is_error() || value->type.is_error()) return poison(expr.span);
+    if (!assignable(*target)) return poison(expr.span);
+    ExprPtr out = make(ExprKind::kAssign, type, expr.span);
+    if (plain) {
+        value = convert(std::move(value), type);
+        out->operand_type = type;
+    } else {
+        out->compound = true;
+        out->op = binary_op(expr.text.substr(0, expr.text.size() - 1));
+        const bool mixture = type.is(Base::kComposition);
+        if (type.is_matrix() && !is_bitwise(out->op) && value->type.is_arithmetic() &&
+            (value->type.is_scalar() ||
+             (value->type.rows == type.rows && value->type.size == type.size))) {
+            out->operand_type = type;
+            out->args.push_back(std::move(target));
+            out->args.push_back(convert(std::move(value), type));
+            return out;
+        }
+        const bool sum = mixture && out->op == ir::Op::kAdd && value->type == type;
+        const bool product = mixture && out->op == ir::Op::kMul && value->type.is_scalar();
+        if (!sum && !product && !(type.is_numeric() && value->type.is_numeric())) {
+            return bad_operand(expr, both(type, value->type));
+        }
+        Type common = mixture ? type : common_type(type, value->type);
+        if (common.base == Base::kBool) common.base = Base::kInt;
+        if (is_bitwise(out->op) && !common.is_integer()) {
+            return bad_operand(expr, both(type, value->type));
+        }
+        // The operation may be wider than the target, and the way back is then a narrowing one.
+        if (!mixture && value->type.base == Base::kFloat && type.base != Base::kFloat) {
+            sink_->report(expr.span, diag::kNarrowing, "float", type_name(type))
+                .help(fmt::format("write the conversion: `a = {}(a {} b)`", type_name(type),
+                                  expr.text.substr(0, expr.text.size() - 1)));
+        }
+        common.size = type.size;
+        out->operand_type = common;
+        value = convert(std::move(value), product ? kFloatType : common);
+    }
+    if (value->type.is_error()) return poison(expr.span);
+    out->args.push_back(std::move(target));
+    out->args.push_back(std::move(value));
+    return out;
+}
+
+ExprPtr Checker::increment(const ast::Expr& expr) {
+    ExprPtr target = expression(*expr.args[0]);
+    if (target->type.is_error()) return poison(expr.span);
+    if (!target->type.is_numeric() || target->type.base == Base::kBool) {
+        return bad_operand(expr, fmt::format("`{}`", type_name(target->type)));
+    }
+    if (!assignable(*target)) return poison(expr.span);
+    ExprPtr out = make(ExprKind::kIncrement, target->type, expr.span);
+    out->op = expr.text == "++" ? ir::Op::kAdd : ir::Op::kSub;
+    out->postfix = expr.kind == ast::ExprKind::kPostfix;
+    out->args.push_back(std::move(target));
+    return out;
+}
+
+ExprPtr Checker::index(const ast::Expr& expr) {
+    ExprPtr object = expression(*expr.args[0]);
+    ExprPtr at = expression(*expr.args[1]);
+    if (object->type.is_error() || at->type.is_error()) return poison(expr.span);
+    const Type type = object->type;
+    if (!type.is_array() && !type.is_matrix() && !type.is_vector()) {
+        diag::Diagnostic& d = sink_->report(expr.text_span, diag::kBadOperand, "[ ]",
+                                            fmt::format("`{}`", type_name(type)));
+        if (type.is(Base::kComposition)) {
+            d.help("`mc.Get(m)` is the amount of a material, `mc.Set(m, x)` sets it");
+        } else if (type.is(Base::kTexture2D) || type.is(Base::kTexture3D)) {
+            d.help("a texture is read with `Sample1` to `Sample4`");
+        }
+        return poison(expr.span);
+    }
+    if (at->type != kUintType) at = convert(std::move(at), kIntType);
+    if (at->type.is_error()) return poison(expr.span);
+    if (const std::optional<uint32_t> bits = known_bits(*at)) {
+        const auto index = static_cast<int32_t>(*bits);
+        if (index < 0 || index >= type.length()) {
+            sink_->report(expr.args[1]->span, diag::kOutOfRange, "index", index, 0,
+                          type.length() - 1);
+            return poison(expr.span);
+        }
+    }
+    ExprPtr out = make(ExprKind::kIndex, type.element(), expr.span);
+    out->args.push_back(std::move(object));
+    out->args.push_back(std::move(at));
+    return out;
+}
+
+ExprPtr Checker::member(const ast::Expr& expr) {
+    ExprPtr object = expression(*expr.args[0]);
+    if (object->type.is_error()) return poison(expr.span);
+    if (object->type.is_numeric()) return swizzle(expr, std::move(object));
+    if (object->type.is_matrix()) return matrix_swizzle(expr, std::move(object));
+    if (object->type.is_attributes()) return attribute_member(expr, std::move(object));
+    if (object->type.is(Base::kStruct)) {
+        const StructType& record = *object->type.record;
+        return struct_member(expr, std::move(object), record.members);
+    }
+    if (object->type.is(Base::kSurfacePoint)) {
+        return struct_member(expr, std::move(object),
+                             fablet_ != nullptr ? fablet_->point_members : common_point_members());
+    }
+    diag::Diagnostic& d =
+        sink_->report(expr.text_span, diag::kUnknownMember, type_name(object->type), expr.text);
+    if (object->type.is(Base::kComposition)) {
+        d.help("`mc.Get(m)` is the amount of a material, `mc.Set(m, x)` sets it");
+    }
+    return poison(expr.span);
+}
+
+ExprPtr Checker::struct_member(const ast::Expr& expr, ExprPtr object,
+                               const std::vector<StructMember>& members) {
+    std::vector<std::string> names;
+    std::string all;
+    for (size_t i = 0; i < members.size(); ++i) {
+        if (members[i].name == expr.text) {
+            if (members[i].type.is_error()) return poison(expr.span);
+            ExprPtr out = make(ExprKind::kMember, members[i].type, expr.span);
+            out->bits = static_cast<uint32_t>(i);
+            out->args.push_back(std::move(object));
+            return out;
+        }
+        names.push_back(members[i].name);
+        all += fmt::format("{}`{}`", all.empty() ? "" : ", ", members[i].name);
+    }
+    const std::string near = diag::suggest(expr.text, names);
+    diag::Diagnostic& d =
+        sink_->report(expr.text_span, diag::kUnknownMember, type_name(object->type), expr.text);
+    if (near.empty()) {
+        d.help("it has " + all);
+    } else {
+        d.did_you_mean(expr.text_span, near);
+    }
+    if (near.empty() && object->type.is(Base::kSurfacePoint)) {
+        d.help(
+            "the volume stage's `@nearest` varyings are members too, in functions of the fablet");
+    }
+    return poison(expr.span);
+}
+
+ExprPtr Checker::attribute_member(const ast::Expr& expr, ExprPtr object) {
+    const bool surface = object->type.is(Base::kSurfaceAttributes);
+    std::vector<std::string> names;
+    std::string list;
+    for (const AttributeInfo& info : kAttributes) {
+        if (surface ? !info.surface : !info.volume) continue;
+        if (info.name == expr.text) {
+            ExprPtr out = make(ExprKind::kAttribute, info.type, expr.span);
+            out->attribute = info.id;
+            return out;
+        }
+        names.emplace_back(info.name);
+        list += fmt::format("{}`{}`", list.empty() ? "" : ", ", info.name);
+    }
+    const std::string near = diag::suggest(expr.text, names);
+    diag::Diagnostic& d =
+        sink_->report(expr.text_span, diag::kUnknownMember, type_name(object->type), expr.text);
+    if (const std::string help = habit_of_attribute(expr.text, surface); !help.empty()) {
+        d.help(help);
+    } else if (near.empty()) {
+        d.help("it has " + list);
+    } else {
+        d.did_you_mean(expr.text_span, near);
+    }
+    return poison(expr.span);
+}
+
+ExprPtr Checker::swizzle(const ast::Expr& expr, ExprPtr object) {
+    ExprPtr out = make(ExprKind::kSwizzle, object->type, expr.span);
+    const std::string_view text = expr.text;
+    int first_set = 0;
+    bool ok = text.size() <= 4;
+    for (size_t i = 0; i < text.size() && ok; ++i) {
+        int set = 0;
+        const int lane = lane_of(text[i], &set);
+        if (i == 0) first_set = set;
+        ok = lane >= 0 && lane < object->type.size && set == first_set;
+        out->lanes[i] = static_cast<uint8_t>(lane);
+    }
+    if (!ok) {
+        const std::string_view set = first_set == 2 ? "rgba" : "xyzw";
+        sink_->report(expr.text_span, diag::kBadSwizzle, text, type_name(object->type))
+            .help(fmt::format("its components are `{}`",
+                              set.substr(0, static_cast<size_t>(object->type.size))));
+        return poison(expr.span);
+    }
+    out->type.size = static_cast<int>(text.size());
+    out->args.push_back(std::move(object));
+    return out;
+}
+
+/// `_m01` counts rows and columns from 0, `_12` from 1; up to four in a row make a vector.
+ExprPtr Checker::matrix_swizzle(const ast::Expr& expr, ExprPtr object) {
+    const Type matrix = object->type;
+    ExprPtr out = make(ExprKind::kSwizzle, {matrix.base, 0}, expr.span);
+    const bool zero_based = expr.text.substr(0, 2) == "_m";
+    const std::string_view mark = zero_based ? "_m" : "_";
+    const size_t step = mark.size() + 2;
+    bool ok = expr.text.size() % step == 0 && expr.text.size() <= 4 * step;
+    for (size_t i = 0; ok && i < expr.text.size(); i += step) {
+        const int row = expr.text[i + mark.size()] - (zero_based ? '0' : '1');
+        const int column = expr.text[i + mark.size() + 1] - (zero_based ? '0' : '1');
+        ok = expr.text.substr(i, mark.size()) == mark && row >= 0 && row < matrix.rows &&
+             column >= 0 && column < matrix.size;
+        if (!ok) break;
+        out->lanes[static_cast<size_t>(out->type.size++)] =
+            static_cast<uint8_t>(row * matrix.size + column);
+    }
+    if (!ok) {
+        sink_->report(expr.text_span, diag::kBadSwizzle, expr.text, type_name(matrix))
+            .help("write `[row][column]`, `._m01` counted from 0, or `._12` counted from 1");
+        return poison(expr.span);
+    }
+    out->args.push_back(std::move(object));
+    return out;
+}
+
+ExprPtr Checker::cast(const ast::Expr& expr) {
+    const Type type = declared_type(ast::TypeRef{expr.text, expr.text_span});
+    ExprPtr value = expression(*expr.args[0]);
+    if (type.is_error() || value->type.is_error()) return poison(expr.span);
+    const Type from = value->type;
+    const bool numbers = !contains(type, Base::kMaterial) && !contains(type, Base::kComposition);
+    if (type.is(Base::kStruct) && from.is_scalar() && numbers) {
+        // `(Pair)0`: every component.
+        ExprPtr out = make(ExprKind::kConvert, type, expr.span);
+        out->args.push_back(std::move(value));
+        return out;
+    }
+    return convert_explicitly(std::move(value), type);
+}
+
+namespace {
+
+/// True where a value can become one of another type, if only by losing something.
+bool converts(const Type& from, const Type& to) {
+    if (!from.is_arithmetic() || !to.is_arithmetic()) return false;
+    if (from.is_scalar()) return true;
+    if (from.is_matrix() != to.is_matrix()) return false;
+    return from.size >= to.size && from.rows >= to.rows;
+}
+
+}  // namespace
+
+ExprPtr Checker::convert_explicitly(ExprPtr value, const Type& to) {
+    const Type from = value->type;
+    if (from.is_error() || from == to) return value;
+    if (!converts(from, to)) {
+        diag::Diagnostic& d =
+            sink_->report(value->span, diag::kNoConversion, type_name(from), type_name(to));
+        help_with_conversion(from, to, &d);
+        return poison(value->span);
+    }
+    ExprPtr out = make(ExprKind::kConvert, to, value->span);
+    out->args.push_back(std::move(value));
+    return out;
+}
+
+ExprPtr Checker::convert(ExprPtr value, const Type& to) {
+    const Type from = value->type;
+    if (from.is_error() || to.is_error() || from == to) return value;
+    const source::Span span = value->span;
+    check_division(*value, to);
+    ExprPtr out = convert_explicitly(std::move(value), to);
+    if (out->type.is_error()) return out;
+    if (from.is_matrix()) {
+        if (from.size == to.size && from.rows == to.rows) return out;
+        sink_->report(span, diag::kNarrowing, type_name(from), type_name(to))
+            .help(fmt::format("write the conversion: `({})`", type_name(to)))
+            .insert_before(span, type_name(to) + "(")
+            .insert_after(span, ")");
+    } else if (from.base == Base::kBool && to.base == Base::kBool && to.is_scalar()) {
+        sink_->report(span, diag::kNarrowing, type_name(from), type_name(to))
+            .help("write `all(…)` or `any(…)`");
+    } else if (from.size > to.size) {
+        const std::string_view lanes =
+            std::string_view("xyzw").substr(0, static_cast<size_t>(to.size));
+        sink_->report(span, diag::kNarrowing, type_name(from), type_name(to))
+            .help(fmt::format("write which components are meant: `.{}`", lanes))
+            .insert_before(span, "(")
+            .insert_after(span, fmt::format(").{}", lanes));
+    } else if (from.base == Base::kFloat && to.is_integer()) {
+        sink_->report(span, diag::kNarrowing, type_name(from), type_name(to))
+            .help(fmt::format("write the conversion: `{}(…)`", type_name(to)))
+            .insert_before(span, type_name(to) + "(")
+            .insert_after(span, ")");
+    }
+    return out;
+}
+
+}  // namespace openfab::sema

@@ -1,0 +1,119 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include "compiler/check/check_state.h"
+
+namespace openfab::sema {
+
+namespace {
+
+/// The types that a list of values for something of type `to` gives one by one; empty where it has
+/// no parts.
+std::vector<Type> parts_of(const Type& to, size_t count) {
+    if (to.is(Base::kStruct)) {
+        std::vector<Type> out;
+        for (const StructMember& member : to.record->members)
+            out.push_back(member.type);
+        return out;
+    }
+    if (to.is_matrix() && count == static_cast<size_t>(to.matrix_components())) {
+        return std::vector<Type>(count, to.element().element());
+    }
+    if (to.is_array() || to.is_matrix() || to.is_vector()) {
+        return std::vector<Type>(static_cast<size_t>(to.length()), to.element());
+    }
+    return {};
+}
+
+/// The scalars of a value in a row; false where it holds what is no number.
+bool scalars_of(const Type& type, std::vector<Type>* out) {
+    if (type.is_error()) return false;
+    if (type.is_scalar()) {
+        out->push_back(type);
+        return true;
+    }
+    if (!type.is(Base::kStruct) && !type.is_array() && !type.is_arithmetic()) return false;
+    for (const Type& part : parts_of(type, 0)) {
+        if (!scalars_of(part, out)) return false;
+    }
+    return true;
+}
+
+}  // namespace
+
+ExprPtr Checker::initializer(const ast::Expr& expr, const Type& to) {
+    if (expr.kind == ast::ExprKind::kInitList) return list(expr, to);
+    return convert(expression(expr), to);
+}
+
+ExprPtr Checker::list(const ast::Expr& expr, const Type& to) {
+    if (to.is_error()) return poison(expr.span);
+    if (expr.args.empty()) {
+        // All zero, and a composition empty; but there is no material or texture of none.
+        for (Base base : {Base::kMaterial, Base::kTexture2D, Base::kTexture3D, Base::kObject,
+                          Base::kSurfaceAttributes, Base::kVolumeAttributes}) {
+            if (!contains(to, base)) continue;
+            sink_->report(expr.span, diag::kNoConversion, "{ }", type_name(to));
+            return poison(expr.span);
+        }
+        return make(ExprKind::kConstruct, to, expr.span);
+    }
+    if (to.is_scalar() && expr.args.size() == 1) return initializer(*expr.args[0], to);
+    const std::vector<Type> parts = parts_of(to, expr.args.size());
+    if (parts.size() == expr.args.size()) return list_of(expr, to, parts);
+    // As in HLSL a list may also give all components in a row.
+    std::vector<ExprPtr> values;
+    std::vector<Type> wanted;
+    size_t given = 0;
+    if (!flatten(expr, to, &values)) return poison(expr.span);
+    bool numbers = scalars_of(to, &wanted);
+    for (const ExprPtr& value : values) {
+        std::vector<Type> scalars;
+        numbers = scalars_of(value->type, &scalars) && numbers;
+        given += scalars.size();
+    }
+    const bool one_base = numbers && contains(to, wanted[0].base) && !contains(to, Base::kStruct);
+    if (!one_base || given != wanted.size() || parts.empty()) {
+        if (parts.empty()) {
+            sink_->report(expr.span, diag::kNoConversion, "{ … }", type_name(to));
+        } else {
+            sink_->report(expr.span, diag::kArgumentCount, type_name(to),
+                          fmt::format("a list of {} values", parts.size()),
+                          static_cast<int>(expr.args.size()));
+        }
+        return poison(expr.span);
+    }
+    ExprPtr out = make(ExprKind::kConstruct, to, expr.span);
+    for (ExprPtr& value : values) {
+        Type type = value->type;
+        type.base = wanted[0].base;
+        out->args.push_back(convert(std::move(value), type));
+        if (out->args.back()->type.is_error()) return poison(expr.span);
+    }
+    return out;
+}
+
+ExprPtr Checker::list_of(const ast::Expr& expr, const Type& to, const std::vector<Type>& parts) {
+    ExprPtr out = make(ExprKind::kConstruct, to, expr.span);
+    bool ok = true;
+    for (size_t i = 0; i < parts.size(); ++i) {
+        out->args.push_back(initializer(*expr.args[i], parts[i]));
+        ok = ok && !out->args.back()->type.is_error();
+    }
+    return ok ? std::move(out) : poison(expr.span);
+}
+
+bool Checker::flatten(const ast::Expr& expr, const Type& to, std::vector<ExprPtr>* out) {
+    for (const ast::ExprPtr& item : expr.args) {
+        if (item->kind == ast::ExprKind::kInitList) {
+            if (!flatten(*item, to, out)) return false;
+            continue;
+        }
+        out->push_back(expression(*item));
+        if (out->back()->type.is_error()) return false;
+    }
+    return true;
+}
+
+}  // namespace openfab::sema

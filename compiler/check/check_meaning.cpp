@@ -1,0 +1,122 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Warnings about what is allowed but hardly meant, and help with conversions that are not allowed.
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "compiler/check/check_state.h"
+
+namespace openfab::sema {
+
+namespace {
+
+bool is_order(std::string_view op) {
+    return op == "<" || op == "<=" || op == ">" || op == ">=";
+}
+
+}  // namespace
+
+/// True of `k = 2` that does not stand in brackets of its own, which say that it is meant.
+bool Checker::is_bare_assignment(const ast::Expr& expr) {
+    return expr.kind == ast::ExprKind::kAssign && expr.text == "=" &&
+           expr.span.begin == expr.args[0]->span.begin;
+}
+
+/// Warns of a statement that computes something and does nothing with it; a call may be there for
+/// whatever it will do one day.
+void Checker::check_used(const ast::Expr& from, const Expr& expr) {
+    if (expr.type.is_error() || from.kind == ast::ExprKind::kComma ||
+        from.kind == ast::ExprKind::kCall || side_effect(expr) != nullptr) {
+        return;
+    }
+    diag::Diagnostic& d = sink_->report(from.span, diag::kUnusedValue);
+    if (from.kind == ast::ExprKind::kBinary && from.text == "==") {
+        d.help("`=` assigns").replace(from.text_span, "=");
+    }
+}
+
+/// `a, b` is `b`; of `a` somebody should have had something.
+ExprPtr Checker::comma(const ast::Expr& expr) {
+    std::vector<const ast::Expr*> parts;  // from the last to the first
+    const ast::Expr* at = &expr;
+    for (; at->kind == ast::ExprKind::kComma; at = at->args[0].get())
+        parts.push_back(at->args[1].get());
+    ExprPtr out = expression(*at);
+    bool numbers = out->type.is_numeric();
+    const bool unused = !out->type.is_error() && side_effect(*out) == nullptr;
+    for (auto part = parts.rbegin(); part != parts.rend(); ++part) {
+        ExprPtr second = expression(**part);
+        numbers = numbers && second->type.is_numeric();
+        ExprPtr both = make(ExprKind::kComma, second->type, expr.span);
+        both->args.push_back(std::move(out));
+        both->args.push_back(std::move(second));
+        out = std::move(both);
+    }
+    if (unused) {
+        diag::Diagnostic& d = sink_->report(at->span, diag::kUnusedValue);
+        const size_t count = parts.size() + 1;
+        if (numbers && count <= 4) {
+            d.help(fmt::format("`a, b` evaluates to `b`; a vector is written `float{}(…)`", count));
+        } else {
+            d.help("`a, b` evaluates to `b`");
+        }
+    }
+    return out;
+}
+
+/// Warns of what means something else in mathematics: `2^3`, `0 < x < 1`.
+void Checker::check_operator_habits(const ast::Expr& expr, const Expr& left, const Expr& right) {
+    const auto literal = [](const ast::Expr& part) {
+        return part.kind == ast::ExprKind::kIntLiteral && part.text.find('x') == std::string::npos;
+    };
+    if (expr.text == "^" && literal(*expr.args[0]) && literal(*expr.args[1])) {
+        sink_->report(expr.text_span, diag::kXorPower, static_cast<int>(left.bits ^ right.bits))
+            .help(fmt::format("a power is written `pow({}, {})`", expr.args[0]->text,
+                              expr.args[1]->text));
+    }
+    const ast::Expr& inner = *expr.args[0];
+    const bool chained = is_order(expr.text) && inner.kind == ast::ExprKind::kBinary &&
+                         is_order(inner.text) && inner.span.begin == inner.args[0]->span.begin;
+    if (!chained) return;
+    sink_->report(expr.text_span, diag::kChainedComparison, expr.text)
+        .help(
+            fmt::format("`a {0} b {1} c` compares the result of `a {0} b`, 0 or 1, with `c`; write "
+                        "`a {0} b && b {1} c`",
+                        inner.text, expr.text));
+}
+
+void Checker::help_with_conversion(const Type& from, const Type& to, diag::Diagnostic* d) const {
+    if (to.is(Base::kComposition)) {
+        d->help(from.is(Base::kMaterial)
+                    ? "use a composition: `MaterialComposition mc; mc.Set(material, 1);`"
+                    : "declare a `MaterialComposition mc`, fill it with `mc.Set(material, "
+                      "amount)`, and use that");
+    } else if (from.is_vector() && to.is_vector() && from.size < to.size) {
+        const char* rest = to.size - from.size == 1 ? "0" : "0, 0";
+        d->help(fmt::format("add the missing components: `{}(v, {})`", type_name(to), rest));
+    } else if (from.is(Base::kSurfacePoint)) {
+        d->help("use one of its members, such as `.position`, `.normal` or `.distance`");
+    }
+}
+
+/// Warns of `1 / 2` where a float is wanted: 0. Of known numbers only; `i / 4` may be meant.
+void Checker::check_division(const Expr& value, const Type& to) {
+    const bool division = value.kind == ExprKind::kBinary && value.op == ir::Op::kDiv &&
+                          value.type.is_scalar() && value.type.is_integer();
+    if (!division || to.base != Base::kFloat) return;
+    const std::optional<uint32_t> a = known_bits(*value.args[0]);
+    const std::optional<uint32_t> b = known_bits(*value.args[1]);
+    if (!a || !b || *b == 0) return;
+    const bool is_signed = value.type.base == Base::kInt;
+    const int64_t x = is_signed ? static_cast<int32_t>(*a) : int64_t{*a};
+    const int64_t y = is_signed ? static_cast<int32_t>(*b) : int64_t{*b};
+    if (x % y == 0) return;
+    sink_
+        ->report(value.span, diag::kIntegerDivision, static_cast<int>(x), static_cast<int>(y),
+                 static_cast<int>(x / y))
+        .help(fmt::format("write `{0}.0 / {1}`, or `float({0} / {1})` if that is intended", x, y));
+}
+
+}  // namespace openfab::sema

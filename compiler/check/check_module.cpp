@@ -1,0 +1,111 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include "compiler/check/check_state.h"
+
+namespace openfab::sema {
+
+namespace {
+
+/// What a module keeps to itself.
+bool is_private(std::string_view name) {
+    return name.substr(0, 1) == "_";
+}
+
+/// A name that a file sees, and the import that it is from.
+struct Origin {
+    size_t import = 0;
+    source::Span span;
+};
+
+}  // namespace
+
+bool same_parameters(const Function& a, const Function& b) {
+    if (a.parameters.size() != b.parameters.size()) return false;
+    for (size_t i = 0; i < a.parameters.size(); ++i) {
+        if (a.parameters[i]->type != b.parameters[i]->type) return false;
+    }
+    return true;
+}
+
+Program check(const std::vector<Unit>& units, const CheckOptions& options, diag::Sink* sink) {
+    return Checker(sink).run(units, options);
+}
+
+Program Checker::run(const std::vector<Unit>& units, const CheckOptions& options) {
+    Program program;
+    program_ = &program;
+    std::vector<Exports> done;
+    for (const Unit& unit : units)
+        check_unit(unit, &done, &program);
+    const ast::File& file = *units.back().file;
+    const bool empty = done.back().names.empty() && done.back().functions.empty();
+    if (file.fablets.empty() && (options.need_fablet || empty) && sink_->errors() == 0) {
+        sink_->report(file.end, diag::kNoFablet);
+    }
+    return program;
+}
+
+void Checker::check_unit(const Unit& unit, std::vector<Exports>* done, Program* program) {
+    const ast::File& file = *unit.file;
+    scopes_.assign(1, {});
+    visible_functions_.clear();
+    imported_functions_.clear();
+    bring_in(unit, *done);
+    scopes_.emplace_back();
+    check_scope(file.scope, nullptr, nullptr, &program->constants, &program->functions);
+    done->push_back({scopes_.back(), visible_functions_});
+    check_file_fablets(file, program);
+    check_recursion(program->functions);
+}
+
+/// Everything that the modules of `unit` show, as an outermost scope.
+void Checker::bring_in(const Unit& unit, const std::vector<Exports>& done) {
+    std::map<std::string, Origin, std::less<>> known;
+    const auto clash = [&](const std::string& name, size_t import, const source::Span& span) {
+        const Origin& first = known.at(name);
+        const std::vector<ast::Import>& imports = unit.file->imports;
+        sink_
+            ->report(imports[import].span, diag::kModuleClash, name, imports[first.import].name,
+                     imports[import].name)
+            .note(first.span, "the first one is here")
+            .note(span, "the second one is here");
+    };
+    for (size_t i = 0; i < unit.imports.size(); ++i) {
+        const Exports& module = done[unit.imports[i]];
+        for (const auto& [name, symbol] : module.names) {
+            if (is_private(name)) continue;
+            const bool fresh = known.try_emplace(name, Origin{i, symbol->span}).second;
+            const auto [at, added] = scopes_.back().emplace(name, symbol);
+            if (!fresh && (added || at->second != symbol)) clash(name, i, symbol->span);
+        }
+        for (const Function* f : module.functions) {
+            if (is_private(f->name)) continue;
+            known.try_emplace(f->name, Origin{i, f->span});
+            bool again = false;
+            bool other = scopes_.back().count(f->name) != 0;
+            for (const Function* g : imported_functions_) {
+                again = again || f == g;
+                other = other || (f->name == g->name && same_parameters(*f, *g));
+            }
+            if (other && !again) clash(f->name, i, f->span);
+            if (!again) imported_functions_.push_back(f);
+        }
+    }
+}
+
+void Checker::check_file_fablets(const ast::File& file, Program* program) {
+    std::map<std::string_view, source::Span> names;
+    for (const ast::Fablet& fablet : file.fablets) {
+        const auto [known, fresh] = names.emplace(fablet.name, fablet.span);
+        if (!fresh && !fablet.name.empty()) {
+            sink_->report(fablet.span, diag::kRedeclared, fablet.name)
+                .note(known->second, "the first one is here");
+        }
+        program->fablets.emplace_back();
+        check_fablet(fablet, &program->fablets.back());
+    }
+}
+
+}  // namespace openfab::sema

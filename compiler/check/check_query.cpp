@@ -1,0 +1,126 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Queries of surfaces: `distance(p)`, `nearest(p)`, `distance_to(object, p)`; and look-ups in
+// volumes, which take a point too.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "compiler/check/check_state.h"
+
+namespace openfab::sema {
+
+namespace {
+
+bool is_point(const Type& type) {
+    return type.is_numeric() && type.size == 3;
+}
+
+bool is_sample(std::string_view name) {
+    return name.size() == 7 && name.substr(0, 6) == "Sample" && name[6] >= '1' && name[6] <= '4';
+}
+
+}  // namespace
+
+bool Checker::is_query(std::string_view name) {
+    return name == "nearest" || name == "distance_to" || name == "distanceTo";
+}
+
+/// A query asks in the volume stage; reports where it does not.
+bool Checker::query_is_in_volume(const ast::Expr& callee, const char* help) {
+    if (place_ == Place::kSurface) {
+        diag::Diagnostic& d = sink_->report(callee.span, diag::kStageMismatch, callee.text,
+                                            "called in a surface stage");
+        d.note(stage_span_, "stage declared `@Surface` here");
+        if (help != nullptr) d.help(help);
+    } else if (place_ == Place::kGlobal) {
+        sink_->report(callee.span, diag::kStageMismatch, callee.text, "called outside a stage");
+    }
+    return place_ == Place::kVolume || place_ == Place::kFunction;
+}
+
+ExprPtr Checker::distance_query(const ast::Expr& expr, std::vector<ExprPtr> args) {
+    const ast::Expr& callee = *expr.args[0];
+    if (!query_is_in_volume(callee,
+                            "with one argument it asks for the distance to the surface; with two "
+                            "it is the distance between points")) {
+        return poison(expr.span);
+    }
+    if (!is_point(args[0]->type)) {
+        sink_->report(callee.span, diag::kNoOverload, "distance", type_list(args))
+            .help(
+                "with one argument it takes a point, a `float3`; the distance between two points "
+                "takes both");
+        return poison(expr.span);
+    }
+    ExprPtr out = make(ExprKind::kDistance, kFloatType, expr.span);
+    out->args.push_back(convert(std::move(args[0]), kFloat3Type));
+    return any_error(out->args) ? poison(expr.span) : std::move(out);
+}
+
+/// `nearest(p)` or `distance_to(object, p)`.
+ExprPtr Checker::surface_query(const ast::Expr& expr, std::vector<ExprPtr> args) {
+    const ast::Expr& callee = *expr.args[0];
+    if (!query_is_in_volume(callee, nullptr)) return poison(expr.span);
+    const bool nearest = callee.text == "nearest";
+    const size_t count = nearest ? 1 : 2;
+    if (args.size() != count) {
+        wrong_count(expr, callee.text,
+                    nearest ? "1 argument, a point" : "2 arguments, an object and a point",
+                    args.size());
+        return poison(expr.span);
+    }
+    if (!is_point(args.back()->type) || (!nearest && !args[0]->type.is(Base::kObject))) {
+        sink_->report(callee.span, diag::kNoOverload, callee.text, type_list(args))
+            .help(nearest ? "it takes a point, a `float3`"
+                          : "it takes an `Object` and a point, a `float3`");
+        return poison(expr.span);
+    }
+    ExprPtr out = make(nearest ? ExprKind::kNearestPoint : ExprKind::kDistanceTo,
+                       nearest ? Type{Base::kSurfacePoint} : kFloatType, expr.span);
+    args.back() = convert(std::move(args.back()), kFloat3Type);
+    out->args = std::move(args);
+    return any_error(out->args) ? poison(expr.span) : std::move(out);
+}
+
+/// Sample1 to Sample4 of (p, channel), with a last width or without.
+ExprPtr Checker::volume_method(const ast::Expr& expr, ExprPtr texture, std::vector<ExprPtr> args) {
+    const ast::Expr& callee = *expr.args[0];
+    const std::string_view name = callee.text;
+    if (!is_sample(name)) {
+        sink_->report(callee.text_span, diag::kUnknownMember, "ImageTexture3D", name)
+            .help("it has `Sample1` to `Sample4`, which read that many channels");
+        return poison(expr.span);
+    }
+    if (place_ == Place::kGlobal) {
+        sink_->report(callee.text_span, diag::kStageMismatch, name, "called outside a stage");
+        return poison(expr.span);
+    }
+    const bool numbers = std::all_of(args.begin(), args.end(),
+                                     [](const ExprPtr& arg) { return arg->type.is_numeric(); });
+    if (!args.empty() && (!numbers || !is_point(args[0]->type))) {
+        sink_->report(callee.text_span, diag::kNoOverload, name, type_list(args))
+            .help(fmt::format("`{0}(p, channel)` of a point `float3 p` in mm, with a last `width` "
+                              "or without",
+                              name));
+        return poison(expr.span);
+    }
+    if (args.size() != 2 && args.size() != 3) {
+        wrong_count(expr, name, "a point, a channel and perhaps a width: 2 or 3 arguments",
+                    args.size());
+        return poison(expr.span);
+    }
+    ExprPtr out = make(ExprKind::kSample, {Base::kFloat, name[6] - '0'}, expr.span);
+    ExprPtr width = make(ExprKind::kConstant, kFloatType, expr.span);
+    width->bits = 0x3f800000u;  // 1
+    if (args.size() == 3) width = convert(std::move(args[2]), kFloatType);
+    out->args.push_back(std::move(texture));
+    out->args.push_back(convert(std::move(args[1]), kIntType));
+    out->args.push_back(std::move(width));
+    out->args.push_back(convert(std::move(args[0]), kFloat3Type));
+    return any_error(out->args) ? poison(expr.span) : std::move(out);
+}
+
+}  // namespace openfab::sema

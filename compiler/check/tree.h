@@ -1,0 +1,205 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// The checked tree: names resolved, types known, every implicit conversion written out. Made by
+// `check`, read by `translate`.
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "compiler/check/builtins.h"
+#include "compiler/check/type.h"
+#include "compiler/ir/ir.h"
+#include "compiler/source/span.h"
+
+namespace openfab::sema {
+
+struct Expr;
+struct Stmt;
+struct Function;
+using ExprPtr = std::unique_ptr<Expr>;
+using StmtPtr = std::unique_ptr<Stmt>;
+
+enum class SymbolKind : uint8_t {
+    kUniform,   ///< index: place in Fablet::uniforms
+    kConstant,  ///< init
+    kLocal,
+    kParameter,
+    kSurfaceInput,   ///< index: place among the inputs; the fablet may change its own copy
+    kSurfaceOutput,  ///< index: place among the outputs
+    kNearest,        ///< index: place among the nearest inputs
+    kAttributes,     ///< `attr`
+    kVoid,           ///< the built-in material VOID
+    kType,           ///< a struct's name; type
+};
+
+struct Symbol {
+    SymbolKind kind = SymbolKind::kLocal;
+    std::string name;
+    Type type;
+    source::Span span;
+    bool is_const = false;
+    bool is_in = true;    ///< parameter: the value comes in
+    bool is_out = false;  ///< parameter: the value goes back
+    int32_t index = 0;
+    ExprPtr init;
+    std::unique_ptr<Symbol> fallback;  ///< of a parameter: its default, as a constant
+    std::optional<uint32_t> known;     ///< a scalar constant's bits, where they are known by now
+};
+
+enum class ExprKind : uint8_t {
+#define OPENFAB_SEMA_EXPR(name) k##name,
+#include "compiler/check/nodes.def"
+};
+
+/// Members of SurfaceAttributes and VolumeAttributes.
+enum class Attribute : uint8_t {
+    kP,
+    kN,
+    kNg,
+    kUv,
+    kDpdu,
+    kDpdv,
+    kInstance,
+    kVoxelCenter,
+    kVoxelSize,
+    kBuildPosition,
+};
+
+/// Functions of matrices.
+enum class MatrixOp : uint8_t { kMul, kTranspose, kDeterminant, kInverse };
+
+/// By kind:
+///   Constant     bits, one component
+///   Variable     symbol
+///   Attribute    attribute
+///   Convert      args {value} to `type`: components, a scalar broadcast (to all of a struct or an
+///                array too), or the first components; of a matrix the upper left ones
+///   Unary        op kNeg, kNot, kBitNot; args {operand}
+///   Binary       op; args {left, right}, of one type
+///   AndThen      args {left, right}, scalar bools; OrElse the same
+///   Conditional  args {condition, if true, if false}
+///   Swizzle      lanes[0 .. type.size), components in a row; args {vector or matrix}
+///   Member       bits: place of the member; args {struct or SurfacePoint}
+///   Index        args {array, matrix or vector; index}. A varying index is clamped to the range
+///   Construct    args, whose components in a row are the value's; without args all are 0
+///   Assign       args {target, value}; with `compound` op is applied in `operand_type`, the type
+///                that the value already has
+///   Increment    args {target}, op kAdd or kSub; `postfix`: the value is the old one
+///   Comma        args {first, second}
+///   Intrinsic    intrinsic, args
+///   Matrix       matrix_op, args
+///   Call         function; args, one per parameter and of its type, targets for `out`
+///   Sample       args {texture, channel, width, coordinates: a float2 or two floats, of an
+///                ImageTexture3D a float3}; type.size channels
+///   Distance     args {point}; NearestPoint the same; DistanceTo args {object, point}
+///   Set, Add     args {composition, material, weight}
+///   Get          args {composition, material}
+///   Clear        args {composition}; Total the same
+///   Over         args {above, below}
+///   Print        text: the format, one conversion per component; args {values}; with `is_assert`
+///                args {condition, values}
+struct Expr {
+    ExprKind kind = ExprKind::kError;
+    Type type;
+    source::Span span;
+    std::vector<ExprPtr> args;
+    uint32_t bits = 0;
+    ir::Op op = ir::Op::kAdd;
+    std::array<uint8_t, 4> lanes{};
+    bool compound = false;
+    bool postfix = false;
+    Type operand_type;
+    Attribute attribute = Attribute::kP;
+    Intrinsic intrinsic = Intrinsic::kAbs;
+    MatrixOp matrix_op = MatrixOp::kMul;
+    bool is_assert = false;
+    std::string text;
+    const Symbol* symbol = nullptr;
+    const Function* function = nullptr;
+};
+
+enum class StmtKind : uint8_t {
+#define OPENFAB_SEMA_STMT(name) k##name,
+#include "compiler/check/nodes.def"
+};
+
+/// By kind:
+///   Block       body
+///   Declare     symbol, expr? (its first value)
+///   Expression  expr
+///   If          expr, body {then, else?}
+///   Loop        init?, expr? (condition), step?, body {one}; `test_last` for do … while; `bound`
+///   Return      expr?
+///   Switch      expr, body {one per section}, labels
+struct Stmt {
+    StmtKind kind = StmtKind::kBlock;
+    source::Span span;
+    ExprPtr expr;
+    ExprPtr step;
+    StmtPtr init;
+    std::vector<StmtPtr> body;
+    std::unique_ptr<Symbol> symbol;
+    bool test_last = false;
+    int32_t bound = 0;  ///< most trips, as `@bound` states; 0 without
+    struct Labels {
+        std::vector<uint32_t> values;
+        bool is_default = false;
+    };
+    std::vector<Labels> labels;  ///< of each section of a Switch; no value is there twice
+};
+
+struct Function {
+    std::string name;
+    source::Span span;
+    Type return_type;
+    std::vector<std::unique_ptr<Symbol>> parameters;
+    StmtPtr body;
+    struct CallSite {
+        const Function* function;
+        source::Span span;
+    };
+    std::vector<CallSite> calls;
+};
+
+/// True where a call could not tell them apart.
+bool same_parameters(const Function& a, const Function& b);
+
+struct Stage {
+    source::Span span;
+    std::vector<std::unique_ptr<Symbol>> symbols;  ///< varyings and attributes
+    StmtPtr body;
+};
+
+struct Fablet {
+    ir::Fablet
+        ir;  ///< all but the stages' instructions and the defaults, which `translate` fills in
+    std::vector<std::unique_ptr<Symbol>> uniforms;  ///< one per ir.uniforms; init is the default
+    std::vector<std::unique_ptr<Symbol>>
+        surface_inputs;  ///< defaults only, one per ir.surface_inputs
+    std::vector<std::unique_ptr<Symbol>> constants;
+    std::vector<std::unique_ptr<Function>> functions;
+    std::unique_ptr<Symbol> void_material;
+    std::vector<StructMember> point_members;  ///< of a SurfacePoint
+    Stage surface;
+    Stage volume;
+};
+
+struct Program {  ///< what stands outside fablets is of the program and of its modules
+    std::vector<std::unique_ptr<Symbol>> constants;
+    std::vector<std::unique_ptr<Function>> functions;
+    std::vector<std::unique_ptr<StructType>> structs;  ///< all, those of fablets and blocks too
+    std::vector<Fablet> fablets;
+};
+
+/// Places of the members that every SurfacePoint has; behind them come the fablet's nearest inputs.
+enum PointMember : uint32_t { kPointPosition = 0, kPointNormal = 1, kPointDistance = 2 };
+
+/// Those three.
+std::vector<StructMember> common_point_members();
+
+}  // namespace openfab::sema

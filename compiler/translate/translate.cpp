@@ -1,0 +1,162 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "compiler/translate/translate.h"
+
+#include <fmt/format.h>
+
+#include <string>
+#include <utility>
+
+#include "compiler/translate/translate_state.h"
+
+namespace openfab::sema {
+
+using ir::ValueId;
+
+namespace {
+
+std::string component_name(const std::string& name, int32_t components, int32_t i) {
+    return components == 1 ? name : fmt::format("{}.{}", name, "xyzw"[i]);
+}
+
+/// The input that all components of output `index` copy in order, or -1.
+int32_t copied_input(const ir::Fablet& fablet, int32_t index) {
+    const ir::Varying& output = fablet.surface_outputs[static_cast<size_t>(index)];
+    int32_t source = -1;
+    for (const ir::Output& out : fablet.surface.outputs) {
+        if (out.kind != OPENFAB_ARG_SURFACE_OUT || out.a != index) continue;
+        const ir::Instr& instr = fablet.surface.instrs[out.value];
+        const bool copy = instr.op == ir::Op::kInput && instr.kind == OPENFAB_ARG_SURFACE_IN &&
+                          instr.b == out.b && (out.b == 0 || instr.a == source);
+        if (!copy) return -1;
+        source = instr.a;
+    }
+    if (source < 0) return -1;
+    const ir::Varying& input = fablet.surface_inputs[static_cast<size_t>(source)];
+    return input.type == output.type && input.components == output.components ? source : -1;
+}
+
+std::vector<uint32_t> default_bits(const Fablet& fablet, const Symbol& symbol, diag::Sink* sink) {
+    if (symbol.init == nullptr) return {};
+    ir::Stage scratch;
+    StageTranslator translator(fablet, ir::StageKind::kVolume, &scratch, sink);
+    std::vector<uint32_t> bits = translator.constant_bits(*symbol.init);
+    if (bits.empty()) sink->report(symbol.init->span, diag::kNotConstant, "a default");
+    return bits;
+}
+
+ir::Fablet translate_fablet(const Fablet& fablet, const TranslateOptions& options,
+                            diag::Sink* sink) {
+    ir::Fablet out = fablet.ir;
+    for (size_t i = 0; i < fablet.uniforms.size(); ++i) {
+        out.uniforms[i].default_bits = default_bits(fablet, *fablet.uniforms[i], sink);
+    }
+    for (size_t i = 0; i < fablet.surface_inputs.size(); ++i) {
+        out.surface_inputs[i].default_bits = default_bits(fablet, *fablet.surface_inputs[i], sink);
+    }
+    if (out.has_surface) {
+        StageTranslator(fablet, ir::StageKind::kSurface, &out.surface, sink)
+            .run(fablet.surface, options);
+        for (size_t i = 0; i < out.surface_outputs.size(); ++i) {
+            out.surface_outputs[i].source = copied_input(out, static_cast<int32_t>(i));
+        }
+    }
+    StageTranslator(fablet, ir::StageKind::kVolume, &out.volume, sink).run(fablet.volume, options);
+    return out;
+}
+
+}  // namespace
+
+ir::Module translate(const Program& program, const TranslateOptions& options, diag::Sink* sink) {
+    ir::Module module;
+    for (const Fablet& fablet : program.fablets) {
+        module.fablets.push_back(translate_fablet(fablet, options, sink));
+    }
+    return module;
+}
+
+std::vector<uint32_t> StageTranslator::constant_bits(const Expr& expr) {
+    live_ = emit_.boolean(true);
+    std::vector<uint32_t> bits;
+    for (ValueId value : expression(expr)) {
+        if (!emit_.is_constant(value)) return {};
+        bits.push_back(emit_.instr(value).bits);
+    }
+    return bits;
+}
+
+void StageTranslator::run(const Stage& stage, const TranslateOptions& options) {
+    stage_->kind = kind_;
+    options_ = options;
+    live_ = emit_.boolean(true);
+    for (const auto& symbol : stage.symbols)
+        add_stage_symbol(*symbol);
+    const bool surface = kind_ == ir::StageKind::kSurface;
+    const Type result = surface ? kFloat3Type : Type{Base::kComposition, 1};
+    frame_.returned = add_flag();
+    frame_.result = add_variable({zero(result), {}});
+    statements(stage.body->body);
+    check_returned(stage.span, surface ? "the `@Surface` stage" : "the `@Volume` stage");
+    if (surface) {
+        finish_surface(stage);
+    } else {
+        finish_volume();
+    }
+    if (!gave_up_) ir::drop_dead_values(stage_);
+}
+
+void StageTranslator::add_stage_symbol(const Symbol& symbol) {
+    if (symbol.kind == SymbolKind::kAttributes) return;
+    emit_.set_span(symbol.span);
+    Variable v;
+    if (symbol.kind == SymbolKind::kSurfaceOutput) {
+        v.value = zero(symbol.type);
+        v.assigned.assign(v.value.size(), emit_.boolean(false));
+    } else {
+        const int32_t kind =
+            symbol.kind == SymbolKind::kNearest ? OPENFAB_ARG_NEAREST : OPENFAB_ARG_SURFACE_IN;
+        for (int32_t i = 0; i < symbol.type.size; ++i) {
+            v.value.push_back(emit_.input(component_type(symbol.type), kind, symbol.index, i));
+        }
+    }
+    frame_.variables[&symbol] = add_variable(std::move(v));
+}
+
+void StageTranslator::add_output(std::string name, int32_t kind, int32_t a, int32_t b,
+                                 ValueId value) {
+    stage_->outputs.push_back({std::move(name), kind, a, b, value});
+}
+
+void StageTranslator::finish_surface(const Stage& stage) {
+    const Value& displacement = variables_[frame_.result].value;
+    for (int32_t axis = 0; axis < 3; ++axis) {
+        add_output(component_name("displacement", 3, axis), OPENFAB_ARG_POSITION, 0, axis,
+                   displacement[static_cast<size_t>(axis)]);
+    }
+    for (const auto& symbol : stage.symbols) {
+        if (symbol->kind != SymbolKind::kSurfaceOutput) continue;
+        const Variable& v = variables_[variable_of(*symbol)];
+        check_assigned(v, *symbol);
+        for (int32_t i = 0; i < symbol->type.size; ++i) {
+            add_output(component_name(symbol->name, symbol->type.size, i), OPENFAB_ARG_SURFACE_OUT,
+                       symbol->index, i, v.value[static_cast<size_t>(i)]);
+        }
+    }
+}
+
+void StageTranslator::finish_volume() {
+    const Value& amounts = variables_[frame_.result].value;
+    for (const ir::Uniform& u : fablet_.ir.uniforms) {
+        if (u.kind != OPENFAB_UNIFORM_MATERIAL) continue;
+        for (int32_t i = 0; i < u.array_length; ++i) {
+            const int32_t slot = u.first_index + i;
+            add_output(u.array_length == 1 ? u.name : fmt::format("{}[{}]", u.name, i),
+                       OPENFAB_ARG_WEIGHT, slot, 0, amounts[static_cast<size_t>(slot)]);
+        }
+    }
+    const int32_t slot = fablet_.ir.void_slot;
+    if (slot >= 0)
+        add_output("VOID", OPENFAB_ARG_WEIGHT, slot, 0, amounts[static_cast<size_t>(slot)]);
+}
+
+}  // namespace openfab::sema

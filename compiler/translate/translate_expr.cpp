@@ -1,0 +1,374 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "compiler/ir/arithmetic.h"
+#include "compiler/translate/translate_state.h"
+
+namespace openfab::sema {
+
+using ir::Op;
+using ir::ValueId;
+
+/// Appends the IR type of each component of a value.
+void StageTranslator::add_components(const Type& type, std::vector<ir::Type>* out) const {
+    if (type.is_array()) {
+        const Type element = type.element();
+        for (int i = 0; i < type.length(); ++i)
+            add_components(element, out);
+        return;
+    }
+    switch (type.base) {
+        case Base::kError:
+        case Base::kVoid:
+        case Base::kSurfaceAttributes:  // there is one of each stage, and nothing to keep
+        case Base::kVolumeAttributes:
+            return;
+        case Base::kStruct:
+            for (const StructMember& member : type.record->members)
+                add_components(member.type, out);
+            return;
+        case Base::kSurfacePoint:
+            for (const StructMember& member : fablet_.point_members)
+                add_components(member.type, out);
+            return;
+        case Base::kComposition:
+            out->insert(out->end(), static_cast<size_t>(fablet_.ir.slot_count), ir::Type::kFloat);
+            return;
+        default:
+            out->insert(out->end(), static_cast<size_t>(least_components(type)),
+                        component_type(type));
+    }
+}
+
+std::vector<ir::Type> StageTranslator::components(const Type& type) const {
+    std::vector<ir::Type> out;
+    add_components(type, &out);
+    return out;
+}
+
+size_t StageTranslator::component_count(const Type& type) const {
+    if (type.is_arithmetic()) return static_cast<size_t>(least_components(type));
+    return components(type).size();
+}
+
+Value StageTranslator::zero(const Type& type) {
+    Value out;
+    for (ir::Type component : components(type))
+        out.push_back(emit_.constant(component, 0));
+    return out;
+}
+
+/// For a variable without a first value; of a composition all have one, since it starts empty.
+Value StageTranslator::unassigned(const Type& type) {
+    if (type.is_array()) {
+        const Value one = unassigned(type.element());
+        Value out;
+        for (int i = 0; i < type.length(); ++i)
+            out.insert(out.end(), one.begin(), one.end());
+        return out;
+    }
+    if (type.is(Base::kStruct)) {
+        Value out;
+        for (const StructMember& member : type.record->members) {
+            const Value part = unassigned(member.type);
+            out.insert(out.end(), part.begin(), part.end());
+        }
+        return out;
+    }
+    return Value(component_count(type), emit_.boolean(type.base == Base::kComposition));
+}
+
+StageTranslator::VariableId StageTranslator::variable_of(const Symbol& symbol) const {
+    return frame_.variables.at(&symbol);
+}
+
+Value StageTranslator::expression(const Expr& expr) {
+    if (gave_up_) return zero(expr.type);
+    emit_.set_span(expr.span);
+    switch (expr.kind) {
+        case ExprKind::kError:
+            return zero(expr.type);
+        case ExprKind::kConstant:
+            return {emit_.constant(component_type(expr.type), expr.bits)};
+        case ExprKind::kVariable:
+            return variable(expr);
+        case ExprKind::kAttribute:
+            return attribute(expr);
+        case ExprKind::kConvert:
+            return convert(expression(*expr.args[0]), expr.args[0]->type, expr.type);
+        case ExprKind::kUnary: {
+            Value value = expression(*expr.args[0]);
+            emit_.set_span(expr.span);
+            for (ValueId& v : value)
+                v = emit_.unary(expr.op, v);
+            return value;
+        }
+        case ExprKind::kBinary: {
+            const Value a = expression(*expr.args[0]);
+            const Value b = expression(*expr.args[1]);
+            emit_.set_span(expr.span);
+            return binary_values(expr.op, a, b);
+        }
+        case ExprKind::kAndThen:
+        case ExprKind::kOrElse:
+            return logical(expr);
+        case ExprKind::kConditional:
+            return conditional(expr);
+        case ExprKind::kSwizzle:
+        case ExprKind::kMember:
+        case ExprKind::kIndex: {
+            const Target at = target(expr);
+            return read(at, expr);
+        }
+        case ExprKind::kConstruct: {
+            if (expr.args.empty()) return zero(expr.type);
+            Value out;
+            for (const ExprPtr& arg : expr.args) {
+                const Value part = expression(*arg);
+                out.insert(out.end(), part.begin(), part.end());
+            }
+            return out;
+        }
+        case ExprKind::kAssign:
+            return assign(expr);
+        case ExprKind::kIncrement:
+            return increment(expr);
+        case ExprKind::kComma:
+            expression(*expr.args[0]);
+            return expression(*expr.args[1]);
+        case ExprKind::kIntrinsic:
+            return intrinsic(expr);
+        case ExprKind::kMatrix:
+            return matrix(expr);
+        case ExprKind::kCall:
+            return inline_call(expr);
+        case ExprKind::kSample:
+            return sample(expr);
+        case ExprKind::kDistance:
+            return distance(expr);
+        case ExprKind::kNearestPoint:
+            return nearest_point(expr);
+        case ExprKind::kDistanceTo:
+            return distance_to(expr);
+        case ExprKind::kSet:
+        case ExprKind::kAdd:
+        case ExprKind::kGet:
+        case ExprKind::kClear:
+        case ExprKind::kTotal:
+            return composition(expr);
+        case ExprKind::kOver:
+            return over(expr);
+        case ExprKind::kPrint:
+            return print(expr);
+    }
+    return zero(expr.type);
+}
+
+Value StageTranslator::variable(const Expr& expr) {
+    const Symbol& symbol = *expr.symbol;
+    switch (symbol.kind) {
+        case SymbolKind::kUniform: {
+            const ir::Uniform& u = fablet_.ir.uniforms[static_cast<size_t>(symbol.index)];
+            Value out;
+            if (u.kind != OPENFAB_UNIFORM_VALUE) {
+                for (int32_t i = 0; i < u.array_length; ++i) {
+                    out.push_back(
+                        emit_.constant(ir::Type::kInt, static_cast<uint32_t>(u.first_index + i)));
+                }
+                return out;
+            }
+            for (int32_t i = 0; i < u.components * u.array_length; ++i) {
+                out.push_back(emit_.input(u.type, OPENFAB_ARG_UNIFORM, u.first_index + i, 0));
+            }
+            return out;
+        }
+        case SymbolKind::kConstant:
+            return constant(symbol);
+        case SymbolKind::kVoid:
+            return {emit_.constant(ir::Type::kInt, static_cast<uint32_t>(fablet_.ir.void_slot))};
+        case SymbolKind::kAttributes:
+            return {};
+        default:
+            break;
+    }
+    return read(target(expr), expr);
+}
+
+/// A table is computed once: what comes out constant is kept.
+Value StageTranslator::constant(const Symbol& symbol) {
+    const std::vector<ir::Type> types = components(symbol.type);
+    const auto known = constants_.find(&symbol);
+    if (known != constants_.end()) {
+        Value out;
+        for (size_t i = 0; i < types.size(); ++i)
+            out.push_back(emit_.constant(types[i], known->second[i]));
+        return out;
+    }
+    Value out = expression(*symbol.init);
+    std::vector<uint32_t> bits;
+    for (ValueId value : out) {
+        if (!emit_.is_constant(value)) return out;
+        bits.push_back(emit_.instr(value).bits);
+    }
+    constants_.emplace(&symbol, std::move(bits));
+    return out;
+}
+
+// --- attributes
+
+Value StageTranslator::frame_vector(int32_t first) {
+    Value out;
+    for (int32_t i = 0; i < 3; ++i) {
+        out.push_back(emit_.input(ir::Type::kFloat, OPENFAB_ARG_FRAME, first + i, 0));
+    }
+    return out;
+}
+
+/// In the order of operations that abi/fablet_table.h states.
+Value StageTranslator::voxel_center() {
+    const Value center = frame_vector(OPENFAB_FRAME_CENTER);
+    const Value origin = frame_vector(OPENFAB_FRAME_ORIGIN);
+    const Value step_i = frame_vector(OPENFAB_FRAME_STEP_I);
+    const Value step_j = frame_vector(OPENFAB_FRAME_STEP_J);
+    const Value step_k = frame_vector(OPENFAB_FRAME_STEP_K);
+    Value at;
+    for (int32_t axis = 0; axis < 3; ++axis) {
+        at.push_back(emit_.input(ir::Type::kFloat, ir::kVoxelCoord, axis, 0));
+    }
+    Value out;
+    for (size_t c = 0; c < 3; ++c) {
+        ValueId sum = emit_.binary(Op::kAdd, emit_.binary(Op::kMul, at[0], step_i[c]),
+                                   emit_.binary(Op::kMul, at[1], step_j[c]));
+        sum = emit_.binary(Op::kAdd, sum, emit_.binary(Op::kMul, at[2], step_k[c]));
+        sum = emit_.binary(Op::kAdd, sum, origin[c]);
+        out.push_back(emit_.binary(Op::kAdd, sum, center[c]));
+    }
+    return out;
+}
+
+Value StageTranslator::attribute(const Expr& expr) {
+    const auto surface = [&](openfab_surface_attr which, int32_t components) {
+        Value out;
+        for (int32_t i = 0; i < components; ++i) {
+            out.push_back(emit_.input(ir::Type::kFloat, OPENFAB_ARG_SURFACE_ATTR, which, i));
+        }
+        return out;
+    };
+    switch (expr.attribute) {
+        case Attribute::kP:
+            return binary_values(Op::kAdd, surface(OPENFAB_SURFACE_P, 3),
+                                 frame_vector(OPENFAB_FRAME_CENTER));
+        case Attribute::kN:
+            return surface(OPENFAB_SURFACE_N, 3);
+        case Attribute::kNg:
+            return surface(OPENFAB_SURFACE_NG, 3);
+        case Attribute::kUv:
+            return surface(OPENFAB_SURFACE_UV, 2);
+        case Attribute::kDpdu:
+            return surface(OPENFAB_SURFACE_DPDU, 3);
+        case Attribute::kDpdv:
+            return surface(OPENFAB_SURFACE_DPDV, 3);
+        case Attribute::kInstance:
+            return {emit_.input(ir::Type::kInt, OPENFAB_ARG_INSTANCE, 0, 0)};
+        case Attribute::kVoxelCenter:
+            return voxel_center();
+        case Attribute::kVoxelSize:
+            return frame_vector(OPENFAB_FRAME_VOXEL_SIZE);
+        case Attribute::kBuildPosition: {
+            Value at;
+            for (int32_t axis = 0; axis < 3; ++axis) {
+                at.push_back(emit_.input(ir::Type::kFloat, ir::kVoxelCoord, axis, 0));
+            }
+            return binary_values(
+                Op::kAdd, frame_vector(OPENFAB_FRAME_BUILD_ORIGIN),
+                binary_values(Op::kMul, at, frame_vector(OPENFAB_FRAME_VOXEL_SIZE)));
+        }
+    }
+    return zero(expr.type);
+}
+
+// --- operators
+
+Value StageTranslator::convert(const Value& from, const Type& from_type, const Type& to) {
+    Value out;
+    const std::vector<ir::Type> types = components(to);
+    for (size_t i = 0; i < types.size(); ++i) {
+        size_t source = from_type.is_scalar() ? 0 : i;
+        if (from_type.is_matrix() && to.is_matrix()) {
+            const auto columns = static_cast<size_t>(to.size);
+            source = i / columns * static_cast<size_t>(from_type.size) + i % columns;
+        }
+        out.push_back(emit_.convert(from[source], types[i]));
+    }
+    return out;
+}
+
+/// Component by component; a `b` of one component goes with each of `a`.
+Value StageTranslator::binary_values(Op op, const Value& a, const Value& b) {
+    Value out;
+    for (size_t i = 0; i < a.size(); ++i) {
+        const ValueId right = b[b.size() == 1 ? 0 : i];
+        out.push_back(emit_.binary(op, a[i], right));
+    }
+    return out;
+}
+
+Value StageTranslator::logical(const Expr& expr) {
+    const bool is_and = expr.kind == ExprKind::kAndThen;
+    const ValueId left = scalar(*expr.args[0]);
+    if (is_and ? emit_.is_false(left) : emit_.is_true(left)) return {left};
+    ValueId right = 0;
+    const auto run_right = [&] { right = scalar(*expr.args[1]); };
+    branch(is_and ? left : emit_.logical_not(left), run_right, [] {});
+    emit_.set_span(expr.span);
+    return {is_and ? emit_.logical_and(left, right) : emit_.logical_or(left, right)};
+}
+
+Value StageTranslator::conditional(const Expr& expr) {
+    const ValueId test = scalar(*expr.args[0]);
+    Value yes;
+    Value no;
+    branch(
+        test, [&] { yes = expression(*expr.args[1]); }, [&] { no = expression(*expr.args[2]); });
+    if (yes.empty()) return no;
+    if (no.empty()) return yes;
+    emit_.set_span(expr.span);
+    Value out;
+    for (size_t i = 0; i < yes.size(); ++i)
+        out.push_back(emit_.select(test, yes[i], no[i]));
+    return out;
+}
+
+// --- assignment
+
+Value StageTranslator::assign(const Expr& expr) {
+    const Type& type = expr.args[0]->type;
+    Value value = expression(*expr.args[1]);
+    const Target to = target(*expr.args[0]);
+    if (expr.compound) {
+        Value old = read(to, *expr.args[0]);
+        emit_.set_span(expr.span);
+        const bool number = type.is_arithmetic();
+        if (number) old = convert(old, type, expr.operand_type);
+        value = binary_values(expr.op, old, value);
+        if (number) value = convert(value, expr.operand_type, type);
+    }
+    store(to, value);
+    return value;
+}
+
+Value StageTranslator::increment(const Expr& expr) {
+    const Target to = target(*expr.args[0]);
+    const Value old = read(to, *expr.args[0]);
+    emit_.set_span(expr.span);
+    const ir::Type type = component_type(expr.type);
+    const ValueId one = emit_.convert(emit_.constant(ir::Type::kInt, 1), type);
+    const Value value = binary_values(expr.op, old, {one});
+    store(to, value);
+    return expr.postfix ? old : value;
+}
+
+}  // namespace openfab::sema

@@ -1,0 +1,334 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Loops: unrolled where their trips are constant and that stays small, else real ones. A real loop
+// is translated as `if (test) do { body; step; } while (test)`, since every trip costs a pass over
+// memory. What one attempt has emitted and reported is undone before the next.
+#include <algorithm>
+#include <utility>
+
+#include "compiler/translate/loop_bounds.h"
+#include "compiler/translate/proof.h"
+#include "compiler/translate/translate_state.h"
+
+namespace openfab::sema {
+
+using ir::ValueId;
+
+namespace {
+
+// A real loop costs about as much compile time as a few hundred instructions, and at run time a
+// load and a store of each variable for each trip.
+constexpr int kFewTrips = 16;
+constexpr size_t kManyOperations = 4000;  // for few trips
+constexpr size_t kFewOperations = 1500;   // for more
+// Where a stage is as long as this, what is left of its loops stays loops.
+constexpr size_t kMostUnrolled = 12000;
+// Kernels more for what cuts a stage in phases.
+constexpr size_t kManyKernels = 16;
+
+// Inputs that no run has: whether an earlier trip of a loop, or any trip, has assigned a variable.
+// Only messages hang on them, so that they are dropped with what else no output needs.
+constexpr int32_t kEarlierTrip = -1;
+constexpr int32_t kSomeTrip = -2;
+
+size_t kernels_of(ir::Op op) {
+    if (op == ir::Op::kLoop) return kManyKernels / 2;
+    return op == ir::Op::kQuery || op == ir::Op::kPrint ? 1 : 0;
+}
+
+const Symbol* base_symbol(const Expr& target) {
+    const Expr* expr = &target;
+    while (expr->kind != ExprKind::kVariable) {
+        if (expr->args.empty()) return nullptr;
+        expr = expr->args[0].get();
+    }
+    return expr->symbol;
+}
+
+/// The symbols that a statement assigns, as far as one sees: what calls and built-ins write turns
+/// up when the loop is translated.
+class AssignedSymbols {
+  public:
+    void visit(const Stmt& stmt) {
+        if (stmt.kind == StmtKind::kReturn) returns = true;
+        for (const ExprPtr* expr : {&stmt.expr, &stmt.step}) {
+            if (*expr != nullptr) visit(**expr);
+        }
+        if (stmt.init != nullptr) visit(*stmt.init);
+        for (const StmtPtr& child : stmt.body)
+            visit(*child);
+    }
+
+    void visit(const Expr& expr) {
+        if (expr.kind == ExprKind::kAssign || expr.kind == ExprKind::kIncrement ||
+            expr.kind == ExprKind::kSet || expr.kind == ExprKind::kAdd ||
+            expr.kind == ExprKind::kClear) {
+            add(*expr.args[0]);
+        }
+        if (expr.kind == ExprKind::kCall && expr.function != nullptr) {
+            for (size_t i = 0; i < expr.args.size(); ++i) {
+                if (expr.function->parameters[i]->is_out) add(*expr.args[i]);
+            }
+        }
+        for (const ExprPtr& arg : expr.args)
+            visit(*arg);
+    }
+
+    std::vector<const Symbol*> symbols;
+    bool returns = false;
+
+  private:
+    void add(const Expr& target) {
+        const Symbol* symbol = base_symbol(target);
+        if (symbol != nullptr) symbols.push_back(symbol);
+    }
+};
+
+}  // namespace
+
+StageTranslator::Attempt StageTranslator::attempt() const {
+    return {emit_.size(), stage_->prints.size(), sink_->mark(), variables_, open_, frame_,
+            live_,        inline_depth_};
+}
+
+/// Back to where an attempt began, all but what was reported.
+void StageTranslator::take_back(const Attempt& start) {
+    emit_.forget_after(start.instructions);
+    stage_->prints.resize(start.prints);
+    variables_ = start.variables;
+    open_ = start.open;
+    frame_ = start.frame;
+    live_ = start.live;
+    inline_depth_ = start.inline_depth;
+}
+
+void StageTranslator::undo(const Attempt& start) {
+    take_back(start);
+    sink_->undo(start.reported);
+    gave_up_ = false;
+}
+
+bool StageTranslator::holds(ValueId fact) const {
+    const auto implied = [&](ValueId condition) { return emit_.implies(condition, fact); };
+    if (implied(live_) || std::any_of(outer_live_.begin(), outer_live_.end(), implied)) return true;
+    std::vector<ValueId> given = outer_live_;
+    given.push_back(live_);
+    return follows(*stage_, given, fact);
+}
+
+/// `assigned`, or by a trip of which no more is known.
+ValueId StageTranslator::assigned_by_a_trip(ValueId assigned, int32_t which) {
+    if (emit_.is_true(assigned)) return assigned;
+    const ValueId unknown = emit_.input(ir::Type::kBool, which, real_loops_++, 0);
+    return emit_.logical_or(assigned, unknown);
+}
+
+/// True of what only an earlier trip can have assigned.
+bool StageTranslator::unassigned_in_first_trip(ValueId assigned) const {
+    const ir::Instr& instr = emit_.instr(assigned);
+    if (instr.op == ir::Op::kInput) return instr.kind == kEarlierTrip;
+    return instr.op == ir::Op::kOr && unassigned_in_first_trip(instr.args[0]) &&
+           unassigned_in_first_trip(instr.args[1]);
+}
+
+/// True where the first trip of all open loops gets to the present place, if there is one.
+bool StageTranslator::first_trip_comes_here() const {
+    if (outer_live_.empty()) return false;
+    return emit_.is_true(live_) && std::all_of(outer_live_.begin() + 1, outer_live_.end(),
+                                               [&](ValueId guard) { return emit_.is_true(guard); });
+}
+
+void StageTranslator::loop(const Stmt& stmt) {
+    if (stmt.init != nullptr) {
+        // Not a block: what it declares lives through the loop.
+        for (const StmtPtr& child : stmt.init->body)
+            statement(*child);
+    }
+    if (gave_up_) return;
+    const Attempt start = attempt();
+    if (unroll(stmt)) return;
+    undo(start);
+    run_loop(stmt);
+}
+
+bool StageTranslator::stays_small(size_t begin, int trips) {
+    const size_t size = emit_.operations() - emit_.operations(begin);
+    size_t kernels = 0;
+    for (size_t id = begin; id < emit_.size(); ++id) {
+        kernels += kernels_of(emit_.instr(static_cast<ValueId>(id)).op);
+    }
+    if (kernels > kManyKernels) return false;
+    if (emit_.operations() > kMostUnrolled) return false;
+    return size <= (trips <= kFewTrips ? kManyOperations : kFewOperations);
+}
+
+/// False where a test is no constant or the result would be long.
+bool StageTranslator::unroll(const Stmt& stmt) {
+    const size_t begin = emit_.size();
+    const Frame outer = frame_;
+    frame_.in_loop = true;
+    frame_.broken = add_flag();
+    frame_.continued = add_flag();
+    std::vector<ValueId> pending;
+    bool done = false;
+    for (int trips = 0; !gave_up_; ++trips) {
+        if (stmt.bound > 0 && trips == stmt.bound) {
+            done = true;
+            break;
+        }
+        if (stmt.expr != nullptr && !(stmt.test_last && trips == 0)) {
+            const ValueId test = scalar(*stmt.expr);
+            if (!emit_.is_constant(test)) break;
+            done = emit_.is_false(test);
+            if (done) break;
+        }
+        if (trips == kMaxUnrolledTrips || !stays_small(begin, trips)) break;
+        const size_t outside = variables_.size();
+        statement(*stmt.body[0]);
+        variables_.resize(outside);
+        set_flag(frame_.continued, emit_.boolean(false));
+        if (!skip_where_exited(&pending)) {
+            done = !gave_up_;
+            break;
+        }
+        if (stmt.step != nullptr) expression(*stmt.step);
+    }
+    if (!done) return false;
+    unwind(pending);
+    frame_.in_loop = outer.in_loop;
+    frame_.broken = outer.broken;
+    frame_.continued = outer.continued;
+    return true;
+}
+
+std::set<StageTranslator::VariableId> StageTranslator::guess_changed(const Stmt& stmt) const {
+    AssignedSymbols assigned;
+    assigned.visit(stmt);
+    std::set<VariableId> out;
+    for (const Symbol* symbol : assigned.symbols) {
+        const auto found = frame_.variables.find(symbol);
+        if (found != frame_.variables.end() && found->second < variables_.size()) {
+            out.insert(found->second);
+        }
+    }
+    if (assigned.returns) out.insert({frame_.result, frame_.returned});
+    return out;
+}
+
+void StageTranslator::run_loop(const Stmt& stmt) {
+    ValueId guard = live_;
+    bool certain = true;  // the first trip runs wherever the loop is reached
+    if (stmt.expr != nullptr && !stmt.test_last) {
+        const ValueId test = scalar(*stmt.expr);
+        certain = emit_.is_true(test);
+        guard = emit_.logical_and(live_, test);
+    }
+    std::set<VariableId> changed = guess_changed(stmt);
+    const Attempt start = attempt();
+    for (;;) {
+        RealLoop made = make_loop(stmt, guard, changed);
+        bool complete = true;
+        for (const auto& item : made.changes) {
+            if (changed.insert(item.first).second) complete = false;
+        }
+        if (gave_up_) return take_back(start);
+        if (complete) return finish_loop(stmt, made, guard, certain);
+        undo(start);
+    }
+}
+
+/// One attempt: the loop from its head up to its end, which is not emitted yet. Leaves the
+/// variables as they were.
+StageTranslator::RealLoop StageTranslator::make_loop(const Stmt& stmt, ValueId guard,
+                                                     const std::set<VariableId>& changed) {
+    RealLoop made;
+    // Before the loop, whose variables stand at its head.
+    for (const VariableId id : changed) {
+        Value& assigned = made.assigned_before[id];
+        for (const ValueId before : variables_[id].assigned)
+            assigned.push_back(assigned_by_a_trip(before, kEarlierTrip));
+    }
+    made.loop = emit_.loop(guard);
+    open_.push_back({{}, variables_.size(), live_});
+    outer_live_.push_back(guard);
+    live_ = emit_.boolean(true);
+    for (const VariableId id : changed) {
+        Variable v = variables_[id];
+        for (ValueId& value : v.value) {
+            value = emit_.loop_var(made.loop, static_cast<int32_t>(made.vars++), value);
+        }
+        // Nothing that has returned starts another trip.
+        if (id == frame_.returned) v.value[0] = variables_[id].value[0];
+        v.assigned = made.assigned_before.at(id);
+        set(id, std::move(v));
+    }
+    const ValueId counter = stmt.bound > 0
+                                ? emit_.loop_var(made.loop, static_cast<int32_t>(made.vars),
+                                                 emit_.constant(ir::Type::kInt, 0))
+                                : ir::kNoValue;
+    // The variables' first values must come before the loop.
+    const Frame outer = frame_;
+    frame_.in_loop = true;
+    frame_.broken = add_flag();
+    frame_.continued = add_flag();
+    const VariableId go = add_flag();
+    statement(*stmt.body[0]);
+    set_flag(frame_.continued, emit_.boolean(false));
+    std::vector<ValueId> pending;
+    if (skip_where_exited(&pending)) {
+        if (stmt.step != nullptr) expression(*stmt.step);
+        set_flag(go, stmt.expr != nullptr ? scalar(*stmt.expr) : emit_.boolean(true));
+    }
+    unwind(pending);
+    made.again = flag(go);
+    if (counter != ir::kNoValue) {
+        made.count = emit_.binary(ir::Op::kAdd, counter, emit_.constant(ir::Type::kInt, 1));
+        const ValueId limit = emit_.constant(ir::Type::kInt, static_cast<uint32_t>(stmt.bound));
+        made.again = emit_.logical_and(made.again, emit_.binary(ir::Op::kLt, made.count, limit));
+    }
+    frame_.in_loop = outer.in_loop;
+    frame_.broken = outer.broken;
+    frame_.continued = outer.continued;
+    outer_live_.pop_back();
+    made.changes = leave();
+    return made;
+}
+
+void StageTranslator::finish_loop(const Stmt& stmt, const RealLoop& made, ValueId guard,
+                                  bool certain) {
+    std::vector<ValueId> next;
+    for (const auto& item : made.changes)
+        next.insert(next.end(), item.second.value.begin(), item.second.value.end());
+    if (made.count != ir::kNoValue) next.push_back(made.count);
+    if (!emit_.is_false(made.again) && stmt.bound == 0 &&
+        !trips_at_most(*stage_, made.loop, made.again, next, kMaxTrips)) {
+        const Expr* test = stmt.expr.get();
+        sink_->report(test != nullptr ? test->span : stmt.span, diag::kLoopUnbounded)
+            .help(
+                "compare a counter with a constant or with something of known range, `min(n, 64)`; "
+                "or "
+                "write `@bound(n)` before the loop, which then stops after n trips");
+    }
+    const ValueId end = emit_.end_loop(made.loop, made.again, next);
+    int32_t number = 0;
+    for (const auto& item : made.changes) {
+        Variable v = variables_[item.first];
+        for (size_t i = 0; i < v.value.size(); ++i, ++number) {
+            v.value[i] = emit_.loop_result(end, number);
+        }
+        for (size_t i = 0; i < v.assigned.size(); ++i) {
+            const ValueId trip = item.second.assigned[i];
+            if (trip == made.assigned_before.at(item.first)[i]) continue;  // by no trip
+            if (!always(trip)) {
+                v.assigned[i] = assigned_by_a_trip(v.assigned[i], kSomeTrip);
+            } else {
+                const ValueId ran = certain ? emit_.boolean(true) : guard;
+                v.assigned[i] = emit_.logical_or(v.assigned[i], ran);
+            }
+        }
+        set(item.first, std::move(v));
+    }
+}
+
+}  // namespace openfab::sema

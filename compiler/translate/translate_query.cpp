@@ -1,0 +1,108 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Queries of surfaces. What is asked at the voxel's centre of the part's own surface comes from
+// inputs that the runtime finds for whole blocks; everything else is a Query under the condition
+// that its place is reached.
+
+#include "compiler/translate/translate_state.h"
+
+namespace openfab::sema {
+
+using ir::Op;
+using ir::ValueId;
+
+namespace {
+
+constexpr int32_t kOwnSurface = -1;
+
+}  // namespace
+
+/// False after a message: the function was called from a surface stage.
+bool StageTranslator::asks_in_volume(const Expr& expr, const char* name) {
+    if (kind_ != ir::StageKind::kSurface) return true;
+    sink_->report(expr.span, diag::kStageMismatch, name, "called in a surface stage")
+        .note(fablet_.surface.span, "stage declared `@Surface` here, which calls this function");
+    return false;
+}
+
+/// A point in part space as a query takes it: relative to the part's centre. Of the voxel's centre
+/// to the bit what its own query uses.
+Value StageTranslator::local_point(const Value& point) {
+    if (point == voxel_center()) {
+        Value local;
+        for (const ValueId coordinate : point)
+            local.push_back(emit_.instr(coordinate).args[0]);
+        return local;
+    }
+    return binary_values(Op::kSub, point, frame_vector(OPENFAB_FRAME_CENTER));
+}
+
+ValueId StageTranslator::query(int32_t object, ValueId guard, const Value& point) {
+    const Value local = local_point(point);
+    return emit_.query(object, {guard, local[0], local[1], local[2]});
+}
+
+Value StageTranslator::distance(const Expr& expr) {
+    const Value point = expression(*expr.args[0]);
+    if (!asks_in_volume(expr, "distance") || gave_up_) return zero(expr.type);
+    emit_.set_span(expr.span);
+    if (point == voxel_center()) return {emit_.input(ir::Type::kFloat, OPENFAB_ARG_DISTANCE, 0, 0)};
+    if (emit_.is_false(live_)) return zero(expr.type);
+    return {emit_.query_result(query(kOwnSurface, live_, point), ir::Type::kFloat,
+                               OPENFAB_QUERY_DISTANCE, 0, 0)};
+}
+
+Value StageTranslator::nearest_point(const Expr& expr) {
+    const Value point = expression(*expr.args[0]);
+    if (!asks_in_volume(expr, "nearest") || gave_up_ || emit_.is_false(live_))
+        return zero(expr.type);
+    emit_.set_span(expr.span);
+    const bool at_centre = point == voxel_center();
+    const ValueId asked = query(kOwnSurface, live_, point);
+    const auto result = [&](ir::Type type, openfab_query_result kind, int32_t a, int32_t b) {
+        return emit_.query_result(asked, type, kind, a, b);
+    };
+    Value out;
+    for (int32_t axis = 0; axis < 3; ++axis)
+        out.push_back(result(ir::Type::kFloat, OPENFAB_QUERY_POSITION, 0, axis));
+    out = binary_values(Op::kAdd, out, frame_vector(OPENFAB_FRAME_CENTER));
+    for (int32_t axis = 0; axis < 3; ++axis)
+        out.push_back(result(ir::Type::kFloat, OPENFAB_QUERY_NORMAL, 0, axis));
+    out.push_back(at_centre ? emit_.input(ir::Type::kFloat, OPENFAB_ARG_DISTANCE, 0, 0)
+                            : result(ir::Type::kFloat, OPENFAB_QUERY_DISTANCE, 0, 0));
+    for (size_t k = 0; k < fablet_.ir.nearest.size(); ++k) {
+        const ir::Varying& varying = fablet_.ir.nearest[k];
+        const auto input = static_cast<int32_t>(k);
+        for (int32_t c = 0; c < varying.components; ++c) {
+            out.push_back(at_centre ? emit_.input(varying.type, OPENFAB_ARG_NEAREST, input, c)
+                                    : result(varying.type, OPENFAB_QUERY_ATTRIBUTE, input, c));
+        }
+    }
+    return out;
+}
+
+/// Where the object varies, each that it may be is asked by those who mean it.
+Value StageTranslator::distance_to(const Expr& expr) {
+    const ValueId object = scalar(*expr.args[0]);
+    const Value point = expression(*expr.args[1]);
+    if (!asks_in_volume(expr, "distance_to") || gave_up_) return zero(expr.type);
+    emit_.set_span(expr.span);
+    const std::vector<int32_t> objects = possible_indices(object, fablet_.ir.object_count);
+    Value out = zero(expr.type);
+    for (const int32_t index : objects) {
+        const ValueId here =
+            objects.size() == 1
+                ? emit_.boolean(true)
+                : emit_.binary(Op::kEq, object,
+                               emit_.constant(ir::Type::kInt, static_cast<uint32_t>(index)));
+        const ValueId guard = emit_.logical_and(live_, here);
+        if (emit_.is_false(guard)) continue;
+        const ValueId value = emit_.query_result(query(index, guard, point), ir::Type::kFloat,
+                                                 OPENFAB_QUERY_DISTANCE, 0, 0);
+        out[0] = emit_.select(here, value, out[0]);
+    }
+    return out;
+}
+
+}  // namespace openfab::sema

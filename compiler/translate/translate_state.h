@@ -1,0 +1,255 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// The translator of one stage, private to compiler/translate: statements and calls in
+// translate_stmt.cpp, expressions in translate_expr.cpp, built-in functions in
+// translate_builtin.cpp.
+//
+// Control flow. There is one straight line of instructions. A branch is translated under a scope
+// that records which variables it changes; afterwards each becomes a select of the two values.
+// `live` is the condition under which the current place is reached; texture look-ups take it as
+// their guard. Inside a real loop it begins anew with each trip. `return`, `break` and `continue`
+// set a bool variable, and what follows them in the same block is translated as a branch that is
+// taken where none of them is set.
+
+#include <functional>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "compiler/diag/sink.h"
+#include "compiler/translate/emitter.h"
+#include "compiler/translate/translate.h"
+
+namespace openfab::sema {
+
+/// Components of a value: of a composition one per slot, of a material or texture its index.
+using Value = std::vector<ir::ValueId>;
+
+class StageTranslator {
+  public:
+    StageTranslator(const Fablet& fablet, ir::StageKind kind, ir::Stage* out, diag::Sink* sink)
+        : fablet_(fablet), kind_(kind), emit_(out), stage_(out), sink_(sink) {}
+
+    /// The stage's own body with its outputs.
+    void run(const Stage& stage, const TranslateOptions& options);
+    /// A value outside a stage, such as a uniform's default: empty unless all its components are
+    /// constants.
+    std::vector<uint32_t> constant_bits(const Expr& expr);
+
+  private:
+    using VariableId = size_t;
+    /// A variable's components, and for each whether it has been assigned, as a bool value.
+    struct Variable {
+        Value value;
+        Value assigned;
+    };
+    /// What a branch changed: each variable's state before it or, once left, after it.
+    using Changes = std::map<VariableId, Variable>;
+    /// Components of a variable or value, where `condition` holds.
+    struct Place {
+        ir::ValueId condition = 0;
+        std::vector<size_t> lanes;
+    };
+    /// What an assignment writes or an expression picks: one of several places, of which just one
+    /// condition holds. Without places after an error.
+    struct Target {
+        const Symbol* symbol = nullptr;  ///< the variable, or null: `value`
+        Value value;
+        std::vector<Place> places;
+    };
+    /// A branch that is open: what it has changed so far, and what held outside.
+    struct Branch {
+        Changes before;
+        size_t variables = 0;
+        ir::ValueId live = 0;
+    };
+    /// One function that is being inlined, or the stage's body.
+    struct Frame {
+        std::map<const Symbol*, VariableId> variables;
+        VariableId result = 0;
+        VariableId returned = 0;
+        bool in_loop = false;
+        VariableId broken = 0;
+        VariableId continued = 0;
+    };
+
+    /// One section of a `switch`.
+    struct Section {
+        ir::ValueId condition = 0;
+        const Stmt* stmt = nullptr;
+    };
+
+    /// What one way to translate a loop may have to be taken back to.
+    struct Attempt {
+        size_t instructions = 0;
+        size_t prints = 0;
+        diag::Sink::Mark reported;
+        std::vector<Variable> variables;
+        std::vector<Branch> open;
+        Frame frame;
+        ir::ValueId live = 0;
+        int inline_depth = 0;
+    };
+    /// A real loop, all but its end. The variables come in the order of `changes`.
+    struct RealLoop {
+        ir::ValueId loop = 0;
+        ir::ValueId again = 0;
+        ir::ValueId count = ir::kNoValue;  ///< of trips, after the variables; with @bound
+        size_t vars = 0;                   ///< components
+        Changes changes;
+        std::map<VariableId, Value> assigned_before;  ///< at the start of any trip
+    };
+
+    // translate_stmt.cpp
+    VariableId add_variable(Variable v);
+    VariableId add_flag();
+    void set(VariableId id, Variable v);
+    void set_flag(VariableId id, ir::ValueId value);
+    ir::ValueId flag(VariableId id) const { return variables_[id].value[0]; }
+    void enter(ir::ValueId condition);
+    Changes leave();
+    void merge(ir::ValueId condition, const Changes& yes, const Changes& no);
+    void branch(ir::ValueId condition, const std::function<void()>& yes,
+                const std::function<void()>& no);
+    ir::ValueId exited();
+    bool skip_where_exited(std::vector<ir::ValueId>* pending);
+    void unwind(const std::vector<ir::ValueId>& pending);
+    void statement(const Stmt& stmt);
+    void statements(const std::vector<StmtPtr>& list);
+    void declare(const Stmt& stmt);
+    void return_statement(const Stmt& stmt);
+    Value inline_call(const Expr& expr);
+    void add_stage_symbol(const Symbol& symbol);
+    void finish_surface(const Stage& stage);
+    void finish_volume();
+    void add_output(std::string name, int32_t kind, int32_t a, int32_t b, ir::ValueId value);
+    /// True where a condition holds on every path, by folding or by proof.
+    bool always(ir::ValueId condition) const;
+    void check_returned(const source::Span& span, const std::string& what);
+    void check_assigned(const Variable& v, const Symbol& symbol);
+
+    // translate_loop.cpp
+    Attempt attempt() const;
+    void take_back(const Attempt& start);
+    void undo(const Attempt& start);
+    /// True where `fact` holds whenever the present place is reached.
+    bool holds(ir::ValueId fact) const;
+    ir::ValueId assigned_by_a_trip(ir::ValueId assigned, int32_t which);
+    bool unassigned_in_first_trip(ir::ValueId assigned) const;
+    bool first_trip_comes_here() const;
+    void loop(const Stmt& stmt);
+    bool stays_small(size_t begin, int trips);
+    bool unroll(const Stmt& stmt);
+    std::set<VariableId> guess_changed(const Stmt& stmt) const;
+    void run_loop(const Stmt& stmt);
+    RealLoop make_loop(const Stmt& stmt, ir::ValueId guard, const std::set<VariableId>& changed);
+    void finish_loop(const Stmt& stmt, const RealLoop& made, ir::ValueId guard, bool certain);
+
+    // translate_expr.cpp
+    Value expression(const Expr& expr);
+    ir::ValueId scalar(const Expr& expr) { return expression(expr)[0]; }
+    Value variable(const Expr& expr);
+    Value attribute(const Expr& expr);
+    Value voxel_center();
+    Value frame_vector(int32_t first);
+    Value convert(const Value& from, const Type& from_type, const Type& to);
+    Value binary_values(ir::Op op, const Value& a, const Value& b);
+    Value logical(const Expr& expr);
+    Value conditional(const Expr& expr);
+    Value assign(const Expr& expr);
+    Value increment(const Expr& expr);
+    Value constant(const Symbol& symbol);
+    void add_components(const Type& type, std::vector<ir::Type>* out) const;
+    std::vector<ir::Type> components(const Type& type) const;
+    size_t component_count(const Type& type) const;
+    Value zero(const Type& type);
+    Value unassigned(const Type& type);
+    VariableId variable_of(const Symbol& symbol) const;
+
+    // translate_place.cpp
+    std::pair<size_t, size_t> member_range(const Type& type, size_t index) const;
+    ir::ValueId index_is(ir::ValueId index, int k, int count);
+    void pick_element(const Expr& expr, Target* target);
+    Target target(const Expr& expr);
+    void check_read(const Target& target, const source::Span& span);
+    void take_as_assigned(const Target& target);
+    Value read(const Target& target, const Expr& expr);
+    void store(const Target& target, const Value& value);
+    std::vector<int32_t> possible_indices(ir::ValueId value, int32_t all) const;
+
+    // translate_matrix.cpp
+    Value product(const Value& a, const Value& b, size_t inner);
+    ir::ValueId determinant(const Value& m, size_t n);
+    Value inverse(const Value& m, size_t n);
+    Value matrix(const Expr& expr);
+
+    // translate_print.cpp
+    Value print(const Expr& expr);
+
+    // translate_switch.cpp
+    void switch_statement(const Stmt& stmt);
+    void switch_sections(const std::vector<Section>& sections, size_t at);
+
+    // translate_builtin.cpp
+    Value intrinsic(const Expr& expr);
+    ir::ValueId component_intrinsic(const Expr& expr, const std::vector<ir::ValueId>& args);
+    ir::ValueId clamp(ir::ValueId x, ir::ValueId lo, ir::ValueId hi);
+    ir::ValueId dot(const Value& a, const Value& b);
+    ir::ValueId sum(const Value& amounts);
+    Value geometric(const Expr& expr, const std::vector<Value>& args);
+    Value sample(const Expr& expr);
+
+    // translate_functions.cpp
+    static bool is_function_intrinsic(Intrinsic id);
+    Value function_call(const Expr& expr);
+    ir::ValueId function_of_component(Intrinsic id, ir::ValueId x, ir::ValueId y);
+    ir::ValueId uint_constant(uint32_t value);
+    ir::ValueId float_bits(ir::ValueId x);
+    ir::ValueId exchange_bits(ir::ValueId x, uint32_t mask, uint32_t width);
+    ir::ValueId reverse_bits(ir::ValueId x);
+    ir::ValueId count_bits(ir::ValueId x);
+    Value several_results(const Expr& expr);
+    std::array<ir::ValueId, 2> mantissa_and_exponent(ir::ValueId x);
+    Value refract(const std::vector<Value>& args);
+    Value derivatives(const Expr& expr, const Value& x);
+    ir::ValueId noise_value(ir::Op op, int32_t which, const Value& p, ir::ValueId seed);
+    Value noise(const Expr& expr, const std::vector<Value>& args);
+    ir::ValueId octaves(const Expr& expr, const std::vector<Value>& args);
+    Value curl(const std::vector<Value>& args);
+    Value hash(const Expr& expr, const std::vector<Value>& args);
+
+    // translate_query.cpp
+    bool asks_in_volume(const Expr& expr, const char* name);
+    Value local_point(const Value& point);
+    ir::ValueId query(int32_t object, ir::ValueId guard, const Value& point);
+    Value distance(const Expr& expr);
+    Value nearest_point(const Expr& expr);
+    Value distance_to(const Expr& expr);
+
+    Value composition(const Expr& expr);
+    Value over(const Expr& expr);
+
+    bool too_complex(const source::Span& span);
+
+    const Fablet& fablet_;
+    ir::StageKind kind_;
+    Emitter emit_;
+    ir::Stage* stage_;
+    diag::Sink* sink_;
+    std::vector<Variable> variables_;
+    std::vector<Branch> open_;
+    Frame frame_;
+    ir::ValueId live_ = 0;
+    std::vector<ir::ValueId> outer_live_;  ///< what holds around each real loop that is open
+    std::map<const Symbol*, std::vector<uint32_t>> constants_;  ///< tables, by component
+    TranslateOptions options_;
+    int inline_depth_ = 0;
+    size_t steps_ = 0;
+    int32_t real_loops_ = 0;
+    bool gave_up_ = false;
+};
+
+}  // namespace openfab::sema

@@ -1,0 +1,270 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "compiler/translate/proof.h"
+#include "compiler/translate/translate_state.h"
+
+namespace openfab::sema {
+
+using ir::ValueId;
+
+namespace {
+
+constexpr int kMaxInlineDepth = 64;
+
+}  // namespace
+
+// --- variables and branches
+
+StageTranslator::VariableId StageTranslator::add_variable(Variable v) {
+    variables_.push_back(std::move(v));
+    return variables_.size() - 1;
+}
+
+StageTranslator::VariableId StageTranslator::add_flag() {
+    return add_variable({{emit_.boolean(false)}, {}});
+}
+
+void StageTranslator::set(VariableId id, Variable v) {
+    if (!open_.empty()) open_.back().before.try_emplace(id, variables_[id]);
+    variables_[id] = std::move(v);
+}
+
+void StageTranslator::set_flag(VariableId id, ValueId value) {
+    set(id, {{value}, {}});
+}
+
+void StageTranslator::enter(ValueId condition) {
+    open_.push_back({{}, variables_.size(), live_});
+    live_ = emit_.logical_and(live_, condition);
+}
+
+StageTranslator::Changes StageTranslator::leave() {
+    Branch branch = std::move(open_.back());
+    open_.pop_back();
+    live_ = branch.live;
+    Changes after;
+    for (auto& [id, before] : branch.before) {
+        if (id >= branch.variables) continue;  // declared inside: nothing outside sees it
+        after.emplace(id, std::exchange(variables_[id], std::move(before)));
+    }
+    variables_.resize(branch.variables);
+    return after;
+}
+
+void StageTranslator::merge(ValueId condition, const Changes& yes, const Changes& no) {
+    Changes all = yes;
+    for (const auto& [id, v] : no)
+        all.emplace(id, v);
+    for (const auto& item : all) {
+        const VariableId id = item.first;
+        const Variable& a = yes.count(id) != 0 ? yes.at(id) : variables_[id];
+        const Variable& b = no.count(id) != 0 ? no.at(id) : variables_[id];
+        Variable merged;
+        for (size_t i = 0; i < a.value.size(); ++i) {
+            merged.value.push_back(emit_.select(condition, a.value[i], b.value[i]));
+            if (a.assigned.empty() && b.assigned.empty()) continue;
+            const ValueId yes_set = a.assigned.empty() ? emit_.boolean(true) : a.assigned[i];
+            const ValueId no_set = b.assigned.empty() ? emit_.boolean(true) : b.assigned[i];
+            merged.assigned.push_back(emit_.select(condition, yes_set, no_set));
+        }
+        set(id, std::move(merged));
+    }
+}
+
+void StageTranslator::branch(ValueId condition, const std::function<void()>& yes,
+                             const std::function<void()>& no) {
+    if (emit_.is_constant(condition)) return emit_.is_true(condition) ? yes() : no();
+    enter(condition);
+    yes();
+    const Changes yes_changes = leave();
+    enter(emit_.logical_not(condition));
+    no();
+    const Changes no_changes = leave();
+    merge(condition, yes_changes, no_changes);
+}
+
+ValueId StageTranslator::exited() {
+    ValueId out = flag(frame_.returned);
+    if (!frame_.in_loop) return out;
+    out = emit_.logical_or(out, flag(frame_.broken));
+    return emit_.logical_or(out, flag(frame_.continued));
+}
+
+/// Between two statements: false where nothing gets to the second one. Where some do, what follows
+/// becomes a branch, which `unwind` closes.
+bool StageTranslator::skip_where_exited(std::vector<ValueId>* pending) {
+    const ValueId exit = exited();
+    if (always(exit) || gave_up_) return false;
+    if (emit_.is_false(exit)) return true;
+    pending->push_back(exit);
+    enter(emit_.logical_not(exit));
+    // Known to be false in here; merging brings the old values back where they were true.
+    set_flag(frame_.returned, emit_.boolean(false));
+    if (frame_.in_loop) {
+        set_flag(frame_.broken, emit_.boolean(false));
+        set_flag(frame_.continued, emit_.boolean(false));
+    }
+    return true;
+}
+
+void StageTranslator::unwind(const std::vector<ValueId>& pending) {
+    for (auto exit = pending.rbegin(); exit != pending.rend(); ++exit) {
+        const Changes changes = leave();
+        merge(*exit, {}, changes);
+    }
+}
+
+bool StageTranslator::too_complex(const source::Span& span) {
+    if (gave_up_) return true;
+    const bool steps = ++steps_ > kMaxSteps;
+    if (!steps && emit_.operations() <= kMaxOperations) return false;
+    sink_
+        ->report(
+            span, diag::kTooComplex,
+            fmt::format("the stage comes to more than {} {}", steps ? kMaxSteps : kMaxOperations,
+                        steps ? "statements" : "operations"))
+        .help("functions are inlined and short loops unrolled: make the innermost ones smaller");
+    gave_up_ = true;
+    return true;
+}
+
+// --- statements
+
+void StageTranslator::statements(const std::vector<StmtPtr>& list) {
+    std::vector<ValueId> pending;
+    for (const StmtPtr& child : list) {
+        if (!skip_where_exited(&pending)) break;
+        statement(*child);
+    }
+    unwind(pending);
+}
+
+void StageTranslator::statement(const Stmt& stmt) {
+    if (too_complex(stmt.span)) return;
+    switch (stmt.kind) {
+        case StmtKind::kBlock:
+            return statements(stmt.body);
+        case StmtKind::kDeclare:
+            return declare(stmt);
+        case StmtKind::kExpression:
+            expression(*stmt.expr);
+            return;
+        case StmtKind::kIf:
+            return branch(
+                scalar(*stmt.expr), [&] { statement(*stmt.body[0]); },
+                [&] {
+                    if (stmt.body.size() > 1) statement(*stmt.body[1]);
+                });
+        case StmtKind::kLoop:
+            return loop(stmt);
+        case StmtKind::kBreak:
+            return set_flag(frame_.broken, emit_.boolean(true));
+        case StmtKind::kContinue:
+            return set_flag(frame_.continued, emit_.boolean(true));
+        case StmtKind::kReturn:
+            return return_statement(stmt);
+        case StmtKind::kSwitch:
+            return switch_statement(stmt);
+    }
+}
+
+void StageTranslator::declare(const Stmt& stmt) {
+    // Before it is built: a composition has a component for each material.
+    if (least_components(stmt.symbol->type, fablet_.ir.slot_count) > kMaxComponents) {
+        sink_->report(
+            stmt.span, diag::kTooComplex,
+            fmt::format("`{}` has more than {} components, those of each material counted",
+                        stmt.symbol->name, kMaxComponents));
+        gave_up_ = true;
+        return;
+    }
+    Variable v;
+    if (stmt.expr != nullptr) {
+        v.value = expression(*stmt.expr);
+    } else {
+        v.value = zero(stmt.symbol->type);
+        v.assigned = unassigned(stmt.symbol->type);
+    }
+    frame_.variables[stmt.symbol.get()] = add_variable(std::move(v));
+}
+
+void StageTranslator::return_statement(const Stmt& stmt) {
+    if (stmt.expr != nullptr) {
+        Value value = expression(*stmt.expr);
+        if (!value.empty()) set(frame_.result, {std::move(value), {}});
+    }
+    set_flag(frame_.returned, emit_.boolean(true));
+}
+
+// --- calls
+
+bool StageTranslator::always(ValueId condition) const {
+    return emit_.is_true(condition) || follows(*stage_, {}, condition);
+}
+
+void StageTranslator::check_assigned(const Variable& v, const Symbol& symbol) {
+    const bool all =
+        std::all_of(v.assigned.begin(), v.assigned.end(), [&](ValueId set) { return always(set); });
+    if (!all && !gave_up_) sink_->report(symbol.span, diag::kOutputUnassigned, symbol.name);
+}
+
+void StageTranslator::check_returned(const source::Span& span, const std::string& what) {
+    if (always(flag(frame_.returned)) || gave_up_) return;
+    sink_->report(span, diag::kMissingReturn, what);
+}
+
+Value StageTranslator::inline_call(const Expr& expr) {
+    const Function& f = *expr.function;
+    if (too_complex(expr.span)) return zero(expr.type);
+    if (++inline_depth_ > kMaxInlineDepth) {
+        sink_->report(expr.span, diag::kTooComplex,
+                      fmt::format("calls nested deeper than {} levels", kMaxInlineDepth));
+        gave_up_ = true;
+        --inline_depth_;
+        return zero(expr.type);
+    }
+    std::vector<Variable> arguments;
+    std::vector<Target> targets(f.parameters.size());
+    for (size_t i = 0; i < f.parameters.size(); ++i) {
+        const Symbol& p = *f.parameters[i];
+        Variable v;
+        if (p.is_out) {
+            targets[i] = target(*expr.args[i]);
+            v.value = p.is_in ? read(targets[i], *expr.args[i]) : zero(p.type);
+        } else {
+            v.value = expression(*expr.args[i]);
+        }
+        if (!p.is_in) v.assigned = unassigned(p.type);
+        arguments.push_back(std::move(v));
+    }
+    const size_t outside = variables_.size();
+    Frame caller = std::exchange(frame_, Frame{});
+    for (size_t i = 0; i < f.parameters.size(); ++i) {
+        frame_.variables[f.parameters[i].get()] = add_variable(std::move(arguments[i]));
+    }
+    frame_.returned = add_flag();
+    frame_.result = add_variable({zero(f.return_type), {}});
+    statements(f.body->body);
+    if (f.return_type != kVoidType) check_returned(f.span, fmt::format("`{}`", f.name));
+    Value result = variables_[frame_.result].value;
+    std::vector<Value> results;
+    for (const auto& p : f.parameters) {
+        const Variable& v = variables_[frame_.variables[p.get()]];
+        if (p->is_out) check_assigned(v, *p);
+        results.push_back(v.value);
+    }
+    frame_ = std::move(caller);
+    variables_.resize(outside);
+    for (size_t i = 0; i < f.parameters.size(); ++i) {
+        if (f.parameters[i]->is_out) store(targets[i], results[i]);
+    }
+    --inline_depth_;
+    return result;
+}
+
+}  // namespace openfab::sema

@@ -1,0 +1,48 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "compiler/translate/translate_state.h"
+
+namespace openfab::sema {
+
+using ir::Op;
+using ir::ValueId;
+
+/// Sections exclude each other, since none runs into the next: a chain of branches, of which
+/// `default`, wherever it stands, is the last: what is left where no other section runs. `break`
+/// leaves the chain as it leaves a loop; `continue` goes on to the loop around it.
+void StageTranslator::switch_statement(const Stmt& stmt) {
+    const ValueId selector = scalar(*stmt.expr);
+    if (gave_up_) return;
+    std::vector<Section> sections;
+    const Stmt* otherwise = nullptr;
+    for (size_t i = 0; i < stmt.labels.size(); ++i) {
+        if (stmt.labels[i].is_default) {
+            otherwise = stmt.body[i].get();
+            continue;
+        }
+        ValueId here = emit_.boolean(false);
+        for (uint32_t value : stmt.labels[i].values) {
+            const ValueId label = emit_.constant(emit_.type(selector), value);
+            here = emit_.logical_or(here, emit_.binary(Op::kEq, selector, label));
+        }
+        sections.push_back({here, stmt.body[i].get()});
+    }
+    if (otherwise != nullptr) sections.push_back({emit_.boolean(true), otherwise});
+    const Frame outer = frame_;
+    frame_.in_loop = true;
+    frame_.broken = add_flag();
+    if (!outer.in_loop) frame_.continued = add_flag();
+    switch_sections(sections, 0);
+    frame_.in_loop = outer.in_loop;
+    frame_.broken = outer.broken;
+    frame_.continued = outer.continued;
+}
+
+void StageTranslator::switch_sections(const std::vector<Section>& sections, size_t at) {
+    if (at == sections.size() || gave_up_) return;
+    branch(
+        sections[at].condition, [&] { statements(sections[at].stmt->body); },
+        [&] { switch_sections(sections, at + 1); });
+}
+
+}  // namespace openfab::sema

@@ -1,0 +1,212 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mesh/check/mesh_intersections.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "mesh/check/mesh_edges.h"
+#include "mesh/check/triangle_tree.h"
+
+namespace openfab::scene {
+namespace {
+
+constexpr int64_t kMostFound = 100'000;
+constexpr int64_t kMostTests = 20'000'000;
+constexpr int64_t kMostBoxes = 400'000'000;
+
+/// A plane through three points, for the sides on which others are.
+class Plane {
+  public:
+    Plane(const Vec3d& a, const Vec3d& b, const Vec3d& c) : a_(a) {
+        const Vec3d u = b - a;
+        const Vec3d v = c - a;
+        const auto minor = [](double p, double q, double r, double s, double* size) {
+            const double first = p * q, second = r * s;
+            *size = std::fabs(first) + std::fabs(second);
+            return first - second;
+        };
+        normal_.x = minor(u.y, v.z, u.z, v.y, &size_.x);
+        normal_.y = minor(u.z, v.x, u.x, v.z, &size_.y);
+        normal_.z = minor(u.x, v.y, u.y, v.x, &size_.z);
+    }
+
+    /// The side of `p` where rounding cannot have changed it, else 0 (Shewchuk 1997: the error is
+    /// below 7.8e-16 of the sum of absolute products).
+    int side(const Vec3d& p) const {
+        const Vec3d w = p - a_;
+        const double volume = w.x * normal_.x + w.y * normal_.y + w.z * normal_.z;
+        const double size =
+            std::fabs(w.x) * size_.x + std::fabs(w.y) * size_.y + std::fabs(w.z) * size_.z;
+        constexpr double kError = 1e-15;
+        return volume > kError * size ? 1 : volume < -kError * size ? -1 : 0;
+    }
+
+  private:
+    Vec3d a_;
+    Vec3d normal_;
+    Vec3d size_;  ///< sums of what the normal is a difference of
+};
+
+using Corners = std::array<Vec3d, 3>;
+
+class Search {
+  public:
+    explicit Search(const Mesh& mesh) : mesh_(mesh), tree_(mesh) {}
+
+    Intersections run() {
+        tree_.for_each_pair([&](int32_t t, int32_t other) {
+            if (++boxes_ > kMostBoxes) out_.all = false;
+            if (cross(t, other)) found(t, other);
+            return out_.all;
+        });
+        return out_;
+    }
+
+  private:
+    void found(int32_t t, int32_t other) {
+        if (++out_.pairs == kMostFound) out_.all = false;
+        if (out_.first >= 0 && std::pair(out_.first, out_.second) < std::pair(t, other)) return;
+        out_.first = t;
+        out_.second = other;
+        out_.place = place_;
+    }
+
+    Corners corners(int32_t t) const {
+        const auto& v = mesh_.triangles[static_cast<size_t>(t)];
+        return {mesh_.positions[static_cast<size_t>(v[0])],
+                mesh_.positions[static_cast<size_t>(v[1])],
+                mesh_.positions[static_cast<size_t>(v[2])]};
+    }
+
+    /// Neighbours over an edge are passed over: they touch all along it.
+    bool cross(int32_t a, int32_t b) {
+        const auto& va = mesh_.triangles[static_cast<size_t>(a)];
+        const auto& vb = mesh_.triangles[static_cast<size_t>(b)];
+        int shared = 0;
+        size_t at_a = 0;
+        size_t at_b = 0;
+        for (size_t i = 0; i < 3; ++i) {
+            for (size_t j = 0; j < 3; ++j) {
+                if (va[i] != vb[j]) continue;
+                ++shared;
+                at_a = i;
+                at_b = j;
+            }
+        }
+        if (shared > 1) return false;
+        if (++tests_ > kMostTests) {
+            out_.all = false;
+            return false;
+        }
+        const Corners of_a = corners(a);
+        const Corners of_b = corners(b);
+        const Sides sides_a = sides(of_b, of_a);
+        if (on_one(sides_a, shared == 1 ? at_a : 3)) return false;
+        const Sides sides_b = sides(of_a, of_b);
+        if (on_one(sides_b, shared == 1 ? at_b : 3)) return false;
+        if (shared == 1) {
+            return edge_through(of_a, sides_a, (at_a + 1) % 3, b, of_b) ||
+                   edge_through(of_b, sides_b, (at_b + 1) % 3, a, of_a);
+        }
+        for (size_t i = 0; i < 3; ++i) {
+            if (edge_through(of_a, sides_a, i, b, of_b) || edge_through(of_b, sides_b, i, a, of_a))
+                return true;
+        }
+        return false;
+    }
+
+    /// The sides of a triangle's plane on which three points surely are.
+    using Sides = std::array<int, 3>;
+    static Sides sides(const Corners& t, const Corners& points) {
+        const Plane plane(t[0], t[1], t[2]);
+        return {plane.side(points[0]), plane.side(points[1]), plane.side(points[2])};
+    }
+    /// Whether all corners, but for one that both have, are surely on one side.
+    static bool on_one(const Sides& sides, size_t shared) {
+        const int side = sides[shared == 0 ? 1 : 0];
+        for (size_t i = 0; i < 3; ++i) {
+            if (i != shared && sides[i] != side) return false;
+        }
+        return side != 0;
+    }
+
+    /// Whether edge `edge` of the triangle `from`, whose corners are on those sides of triangle
+    /// `t`, goes through it.
+    bool edge_through(const Corners& from, const Sides& at, size_t edge, int32_t t,
+                      const Corners& triangle) {
+        const int before = at[edge];
+        if (before == 0 || at[(edge + 1) % 3] != -before) return false;
+        const Vec3d& p = from[edge];
+        const Vec3d& q = from[(edge + 1) % 3];
+        int passed = 0;
+        int unsure = 0;
+        size_t border = 0;
+        for (size_t i = 0; i < 3; ++i) {
+            const int side = Plane(p, triangle[i], triangle[(i + 1) % 3]).side(q);
+            passed |= side > 0 ? 1 : side < 0 ? 2 : 0;
+            if (side != 0) continue;
+            ++unsure;
+            border = i;
+        }
+        if (passed == 3 || unsure > 1) return false;
+        // Through the triangle's border within rounding: a crossing if it goes through the
+        // neighbour's plane in the same direction, else it only touches there.
+        if (unsure == 1) {
+            const int32_t neighbour = neighbour_at(t, border);
+            if (neighbour < 0 || goes_through_plane(p, q, corners(neighbour)) != before)
+                return false;
+        }
+        const Vec3d n = openfab::cross(triangle[1] - triangle[0], triangle[2] - triangle[0]);
+        place_ = p + (q - p) * (dot(n, triangle[0] - p) / dot(n, q - p));
+        return true;
+    }
+
+    /// The side on which p is, if q is surely on the other one; else 0.
+    static int goes_through_plane(const Vec3d& p, const Vec3d& q, const Corners& t) {
+        const Plane plane(t[0], t[1], t[2]);
+        const int side = plane.side(p);
+        return side != 0 && plane.side(q) == -side ? side : 0;
+    }
+
+    /// The one other triangle at an edge, if it runs along it the other way; else -1.
+    int32_t neighbour_at(int32_t t, size_t edge) {
+        if (neighbours_.empty()) find_neighbours();
+        return neighbours_[static_cast<size_t>(t)][edge];
+    }
+
+    void find_neighbours() {
+        neighbours_.assign(mesh_.triangles.size(), {-1, -1, -1});
+        const std::vector<Edge> edges = sorted_edges(mesh_);
+        const auto place = [&](const Edge& e) -> int32_t& {
+            const auto t = static_cast<size_t>(e.triangle);
+            size_t i = 0;
+            while (mesh_.triangles[t][i] != (e.forward ? e.a : e.b) ||
+                   mesh_.triangles[t][(i + 1) % 3] != (e.forward ? e.b : e.a))
+                ++i;
+            return neighbours_[t][i];
+        };
+        for_each_edge(edges, [&](const Edge* first, const Edge* last) {
+            if (last - first != 2 || first[0].forward == first[1].forward) return;
+            place(first[0]) = first[1].triangle;
+            place(first[1]) = first[0].triangle;
+        });
+    }
+
+    const Mesh& mesh_;
+    TriangleTree tree_;
+    Intersections out_;
+    std::vector<std::array<int32_t, 3>> neighbours_;  ///< made when they are first needed
+    Vec3d place_;
+    int64_t tests_ = 0;
+    int64_t boxes_ = 0;
+};
+
+}  // namespace
+
+Intersections find_intersections(const Mesh& mesh) {
+    return Search(mesh).run();
+}
+
+}  // namespace openfab::scene

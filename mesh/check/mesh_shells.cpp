@@ -1,0 +1,175 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mesh/check/mesh_shells.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+#include <tuple>
+
+#include "mesh/check/triangle_tree.h"
+
+namespace openfab::scene {
+namespace {
+
+const Vec3d& at(const Mesh& mesh, int32_t vertex) {
+    return mesh.positions[static_cast<size_t>(vertex)];
+}
+
+/// Shell of each triangle: triangles that share an edge are of one shell, numbered by their lowest
+/// triangle.
+std::vector<int32_t> find_shells(size_t triangles, const std::vector<Edge>& edges) {
+    std::vector<int32_t> parent(triangles);
+    std::iota(parent.begin(), parent.end(), 0);
+    const auto root = [&](int32_t t) {
+        while (parent[static_cast<size_t>(t)] != t) {
+            parent[static_cast<size_t>(t)] =
+                parent[static_cast<size_t>(parent[static_cast<size_t>(t)])];
+            t = parent[static_cast<size_t>(t)];
+        }
+        return t;
+    };
+    for_each_edge(edges, [&](const Edge* first, const Edge* last) {
+        for (const Edge* e = first + 1; e < last; ++e) {
+            const int32_t a = root(first->triangle);
+            const int32_t b = root(e->triangle);
+            parent[static_cast<size_t>(std::max(a, b))] = std::min(a, b);
+        }
+    });
+    for (size_t t = 0; t < parent.size(); ++t)
+        parent[t] = root(static_cast<int32_t>(t));
+    return parent;
+}
+
+/// Side of p from the line a b in the y z plane, p being moved by (e, e^2): never 0 unless a and b
+/// coincide there. Equal for both triangles at an edge, since it is worked out from the lower end.
+int side_yz(const Vec3d& a, const Vec3d& b, const Vec3d& p) {
+    const bool swapped = std::tie(b.y, b.z) < std::tie(a.y, a.z);
+    const Vec3d& lo = swapped ? b : a;
+    const Vec3d& hi = swapped ? a : b;
+    const double dy = hi.y - lo.y;
+    const double dz = hi.z - lo.z;
+    double side = dy * (p.z - lo.z) - dz * (p.y - lo.y);
+    if (side == 0) side = 0 - dz;
+    if (side == 0) side = dy;
+    return side == 0 ? 0 : (side > 0) != swapped ? 1 : -1;
+}
+
+/// Winding number at p of all triangles outside `shell`, by a ray along +x.
+int winding_of_others(const Mesh& mesh, const TriangleTree& tree,
+                      const std::vector<int32_t>& shells, int32_t shell, const Vec3d& p) {
+    int winding = 0;
+    Box3d ray;
+    ray.add(p);
+    ray.hi.x = std::numeric_limits<double>::max();
+    tree.for_each_in(ray, [&](int32_t t) {
+        if (shells[static_cast<size_t>(t)] == shell) return true;
+        const auto& v = mesh.triangles[static_cast<size_t>(t)];
+        const Vec3d& a = at(mesh, v[0]);
+        const Vec3d& b = at(mesh, v[1]);
+        const Vec3d& c = at(mesh, v[2]);
+        const int side = side_yz(a, b, p);
+        if (side == 0 || side_yz(b, c, p) != side || side_yz(c, a, p) != side) return true;
+        const Vec3d n = cross(b - a, c - a);
+        // The plane's x over p is a.x - (n.y dy + n.z dz) / n.x.
+        if (n.x != 0 && a.x - (n.y * (p.y - a.y) + n.z * (p.z - a.z)) / n.x > p.x) winding += side;
+        return true;
+    });
+    return winding;
+}
+
+/// Turns the triangles of shells whose lowest triangle is marked.
+void flip_shells(Mesh* mesh, const std::vector<int32_t>& shell_of,
+                 const std::vector<bool>& marked) {
+    for (size_t t = 0; t < mesh->triangles.size(); ++t) {
+        if (!marked[static_cast<size_t>(shell_of[t])]) continue;
+        std::swap(mesh->triangles[t][1], mesh->triangles[t][2]);
+        for (MeshAttribute& a : mesh->attributes) {
+            if (!a.is_int) std::swap(a.corners[t][1], a.corners[t][2]);
+        }
+    }
+}
+
+/// A shell, by its lowest triangle.
+struct Shell {
+    int32_t triangle = 0;
+    double volume = 0;
+    int winding = 0;  ///< of the others around it
+};
+
+std::vector<Shell> measure_shells(const Mesh& mesh, const std::vector<int32_t>& shell_of) {
+    std::vector<double> volume(shell_of.size());
+    for (size_t t = 0; t < shell_of.size(); ++t) {
+        const auto& v = mesh.triangles[t];
+        volume[static_cast<size_t>(shell_of[t])] +=
+            dot(at(mesh, v[0]), cross(at(mesh, v[1]), at(mesh, v[2])));
+    }
+    std::vector<Shell> shells;
+    for (size_t t = 0; t < shell_of.size(); ++t) {
+        if (shell_of[t] == static_cast<int32_t>(t))
+            shells.push_back({static_cast<int32_t>(t), volume[t], 0});
+    }
+    if (shells.size() < 2) return shells;
+    const TriangleTree tree(mesh);
+    for (Shell& shell : shells) {
+        const auto first = static_cast<size_t>(shell.triangle);
+        shell.winding = winding_of_others(mesh, tree, shell_of, shell.triangle,
+                                          at(mesh, mesh.triangles[first][0]));
+    }
+    return shells;
+}
+
+std::string count_of(int64_t n, const char* what) {
+    return n == 1 ? fmt::format("a {}", what) : fmt::format("{} {}s", n, what);
+}
+
+}  // namespace
+
+void orient_shells(MeshSource* source, const std::vector<Edge>& edges) {
+    Mesh& mesh = source->mesh;
+    MeshChecks& checks = source->checks;
+    const std::vector<int32_t> shell_of = find_shells(mesh.triangles.size(), edges);
+    std::vector<Shell> shells = measure_shells(mesh, shell_of);
+    const auto outermost = [](const Shell& s) { return s.winding == 0; };
+    const bool all = std::any_of(shells.begin(), shells.end(), outermost) &&
+                     std::all_of(shells.begin(), shells.end(),
+                                 [&](const Shell& s) { return !outermost(s) || s.volume < 0; });
+    std::vector<bool> flip(mesh.triangles.size());
+    int32_t turned = -1;
+    int32_t nested = -1;
+    for (Shell& shell : shells) {
+        if (all || (outermost(shell) && shell.volume < 0)) {
+            flip[static_cast<size_t>(shell.triangle)] = true;
+            shell.volume = 0 - shell.volume;
+            shell.winding = all ? 0 - shell.winding : 0;
+            ++checks.turned;
+            if (turned < 0) turned = shell.triangle;
+        }
+        if (shell.winding <= 0) continue;
+        if (shell.volume < 0) {
+            ++checks.cavities;
+        } else {
+            ++checks.nested;
+            if (nested < 0) nested = shell.triangle;
+        }
+    }
+    checks.shells = static_cast<int64_t>(shells.size());
+    if (turned >= 0) {
+        flip_shells(&mesh, shell_of, flip);
+        source->warnings.push_back(
+            fmt::format("{}: mesh `{}` has {} inside out (clockwise seen from outside); turned",
+                        source->origin.str(turned), mesh.name, count_of(checks.turned, "shell")));
+    }
+    if (nested >= 0) {
+        const Vec3d& p = at(mesh, mesh.triangles[static_cast<size_t>(nested)][0]);
+        source->warnings.push_back(
+            fmt::format("{}: mesh `{}` has {} inside another that cuts nothing out, at {}; for a "
+                        "hollow, turn its triangles round",
+                        source->origin.str(nested), mesh.name, count_of(checks.nested, "shell"),
+                        source->place(p)));
+    }
+}
+
+}  // namespace openfab::scene

@@ -1,0 +1,56 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Puts a mesh together out of the parts that a scene file holds, whose attributes may differ.
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mesh/model/mesh_memory.h"
+#include "mesh/model/mesh_source.h"
+
+namespace openfab::scene {
+
+class MeshAssembly {
+  public:
+    static constexpr size_t kMostAttributes = 64;
+
+    /// Makes room for what will come.
+    void reserve(const MeshCounts& counts);
+
+    /// Vertices from here on are never welded to earlier ones.
+    void begin_part() { ++part_; }
+
+    int32_t add_vertex(const Vec3d& position);
+
+    /// A float attribute by its name; none if it is there with another number of components,
+    /// or would be one too many (64).
+    std::optional<size_t> attribute(const std::string& name, int32_t components);
+
+    /// A value of it, for corners to refer to; -1 if a component is not finite.
+    int32_t add_value(size_t attribute, const double* components);
+
+    void add_triangle(const std::array<int32_t, 3>& vertices, int32_t group);
+
+    /// The values of an attribute at the corners of the last triangle.
+    void set_corners(size_t attribute, const std::array<int32_t, 3>& values);
+
+    size_t triangles() const { return source_.mesh.triangles.size(); }
+    size_t vertices() const { return source_.mesh.positions.size(); }
+    std::vector<std::string>& warnings() { return source_.warnings; }
+    int64_t group_bytes() const { return source_.group_bytes(); }
+    int32_t group_index(const FaceGroup& group) { return source_.group_index(group); }
+
+    /// The whole; corners without a value are -1.
+    MeshSource finish(const std::string& file, double unit_mm);
+
+  private:
+    MeshSource source_;
+    MeshCounts reserved_;
+    int32_t part_ = 0;
+};
+
+}  // namespace openfab::scene

@@ -1,0 +1,34 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mesh/model/mesh_source.h"
+
+#include <fmt/format.h>
+
+namespace openfab::scene {
+
+std::string MeshOrigin::str(int32_t triangle) const {
+    if (triangle < 0 || static_cast<size_t>(triangle) >= lines.size()) return file;
+    return fmt::format("{}:{}:1", file, lines[static_cast<size_t>(triangle)]);
+}
+
+std::string MeshSource::place(const Vec3d& mm) const {
+    std::string text = fmt::format("({:.6g}, {:.6g}, {:.6g}) mm", mm.x, mm.y, mm.z);
+    if (unit_mm <= 0 || unit_mm == 1) return text;
+    const Vec3d file = mm * (1 / unit_mm);
+    return text + fmt::format(" (in the file ({:.6g}, {:.6g}, {:.6g}))", file.x, file.y, file.z);
+}
+
+int32_t MeshSource::group_index(const FaceGroup& group) {
+    const auto [it, fresh] = group_indices_.emplace(group, static_cast<int32_t>(groups.size()));
+    if (fresh) {
+        groups.push_back(group);
+        constexpr size_t kNode = 64;  // of the map
+        size_t bytes = 2 * sizeof(FaceGroup) + kNode + 2 * group.material.size();
+        for (const std::string& name : group.names)
+            bytes += 2 * (sizeof name + name.size());
+        group_bytes_ += static_cast<int64_t>(bytes);
+    }
+    return it->second;
+}
+
+}  // namespace openfab::scene

@@ -1,0 +1,84 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// A mesh on its way in: what its file says, and what checking it brought to light.
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "mesh/model/mesh.h"
+
+namespace openfab::scene {
+
+/// The names that a face goes by.
+struct FaceGroup {
+    std::vector<std::string> names;  ///< OBJ `g`, STL solid, glTF node, 3MF object
+    std::string material;            ///< OBJ `usemtl`, glTF material, 3MF base material
+    auto operator<=>(const FaceGroup&) const = default;
+};
+
+/// Where triangle t comes from, for messages: `path:line:column`.
+struct MeshOrigin {
+    std::string file;
+    std::vector<int32_t> lines;  ///< by triangle; empty where there is no file
+    std::string str(int32_t triangle) const;
+};
+
+/// How often edges are used, counting each undirected edge once.
+struct EdgeCounts {
+    int64_t open = 0;          ///< one triangle
+    int64_t non_manifold = 0;  ///< three or more
+    int64_t inconsistent = 0;  ///< two, in the same direction
+    int32_t triangle = -1;     ///< a triangle at the first bad edge, in order of triangles
+    Vec3d from, to;            ///< that edge
+    int64_t bad() const { return open + non_manifold + inconsistent; }
+    bool fine() const { return bad() == 0; }
+};
+
+/// What was found in a mesh, as counts.
+struct MeshChecks {
+    EdgeCounts edges;
+    int64_t equal_corners = 0;      ///< triangles with two equal corners; left out
+    int64_t duplicates = 0;         ///< triangles over the corners of another one; left out
+    int64_t without_area = 0;       ///< triangles whose corners are in a line; kept
+    int64_t shells = 0;             ///< connected by edges
+    int64_t turned = 0;             ///< shells that were inside out
+    int64_t cavities = 0;           ///< shells that bound a hollow
+    int64_t nested = 0;             ///< shells inside others that bound no hollow
+    int64_t intersections = -1;     ///< pairs of triangles that cross; -1: not looked for
+    bool all_intersections = true;  ///< false: there may be more than those counted
+};
+
+/// A mesh as its file has it.
+struct MeshSource {
+    /// In the file's unit. Corners of float attributes may be -1 where a face has no value.
+    Mesh mesh;
+    MeshOrigin origin;
+    double unit_mm = 0;  ///< as the file or its format says; 0 if it says nothing, and once the
+                         ///< mesh is in mm what it was taken for
+    std::vector<FaceGroup> groups;        ///< no two equal
+    std::vector<int32_t> face_groups;     ///< by triangle, index in groups; empty without groups
+    std::vector<int32_t> part_of_vertex;  ///< vertices of different parts are never welded; may be
+                                          ///< empty: one part
+    std::vector<std::filesystem::path> files;  ///< read besides the mesh file
+    std::vector<std::string> warnings;
+    MeshChecks checks;
+
+    /// A place in mm for messages, and where it is not the same, as the file has it.
+    std::string place(const Vec3d& mm) const;
+
+    /// The index of `group`, added if it is new.
+    int32_t group_index(const FaceGroup& group);
+    /// What the groups take; names may be long, and one may be in many groups.
+    int64_t group_bytes() const { return group_bytes_; }
+
+  private:
+    int64_t group_bytes_ = 0;
+    std::map<FaceGroup, int32_t> group_indices_;
+};
+
+}  // namespace openfab::scene

@@ -1,0 +1,26 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "base/vec.h"
+
+namespace openfab::scene {
+
+/// Comparisons of corners that triangulate may make for the concave polygons of one file, a few
+/// seconds of them. Polygons whose corners are spread take some dozens a corner.
+constexpr int64_t kTriangulationEffort = 200'000'000;
+constexpr const char* kTooMuchEffort =
+    "the concave polygons up to here have too many corners; split them into triangles where the "
+    "mesh is made";
+
+/// Splits a polygon of n >= 3 corners, nearly flat, into n - 2 triangles of corner numbers that
+/// keep its direction: a fan from corner 0 if it is convex, else ears clipped in order. Depends on
+/// the corners alone. *effort goes down by the comparisons of corners, n^2 at most; where none is
+/// left, there are no triangles.
+std::vector<std::array<int32_t, 3>> triangulate(const std::vector<Vec3d>& corners, int64_t* effort);
+
+}  // namespace openfab::scene

@@ -1,0 +1,88 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// The container of glTF 2.0: its JSON, its buffers wherever they are, and arrays of numbers out of
+// them.
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/json.h"
+#include "base/result.h"
+#include "mesh/model/mesh.h"
+
+namespace openfab::scene {
+
+/// Numbers of an accessor, normalised ones already between 0 (or -1) and 1.
+struct GltfArray {
+    size_t components = 1;  ///< 1 to 4; matrices are refused
+    std::vector<double> values;
+    size_t count() const { return values.size() / components; }
+};
+
+class GltfFile {
+  public:
+    /// `.gltf` text or `.glb`; buffers are read when they are asked for. Errors: no glTF 2.0, cut
+    /// short, an extension required that is not known here, or a file that does not fit into
+    /// `memory_bytes` beside `bytes`.
+    static Result<GltfFile> open(std::string_view bytes, const std::string& file,
+                                 int64_t memory_bytes = kReadingBytes);
+
+    /// What is left of memory_bytes by the tree and by the buffers that were read.
+    int64_t memory_left() const { return memory_left_; }
+
+    const JsonValue& root() const { return root_; }
+
+    /// One of `accessors`, whose numbers are of an unsigned integer type if `indices`.
+    Result<GltfArray> array(int64_t accessor, bool indices);
+
+    /// The bytes of one of `images`: of its file, its data, or its buffer view.
+    Result<std::string> image(const JsonValue& image);
+
+    /// root()[key][index]; null after an error, which is kept for error().
+    const JsonValue* item(const char* key, int64_t index, const char* asked_by);
+    /// object[key] as a whole number, `otherwise` where it is absent; 0 after an error.
+    int64_t integer(const JsonValue& object, const char* key, int64_t otherwise,
+                    int64_t most = 1LL << 40);
+    /// object[key] as `count` numbers; none where it is absent.
+    std::optional<std::vector<double>> numbers(const JsonValue& object, const char* key,
+                                               size_t count);
+    /// object[key] as text, empty where it is absent.
+    static std::string text(const JsonValue& object, const char* key);
+
+    bool ok() const { return error_.empty(); }
+    Error error() const { return user_error(error_); }
+    void fail(const JsonValue& at, const std::string& what);
+
+    /// Files read besides this one.
+    const std::vector<std::filesystem::path>& files() const { return files_; }
+
+  private:
+    struct View {
+        std::string_view bytes;
+        size_t stride = 0;  ///< 0: packed
+    };
+
+    Result<void> check_version();
+    const std::string* buffer(int64_t index);
+    std::string load_uri(const JsonValue& at, const std::string& uri);
+    View view(int64_t index, int64_t offset, const JsonValue& asked_by);
+    void read_values(const View& view, size_t count, int64_t type, bool normalized,
+                     const JsonValue& at, GltfArray* out);
+    void apply_sparse(const JsonValue& sparse, int64_t type, bool normalized, GltfArray* out);
+
+    std::string file_;
+    int64_t memory_left_ = 0;
+    JsonValue root_;
+    std::optional<std::string> binary_;  ///< the chunk of a .glb
+    std::vector<std::optional<std::string>> buffers_;
+    std::vector<std::filesystem::path> files_;
+    std::string error_;
+};
+
+}  // namespace openfab::scene

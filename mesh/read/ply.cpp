@@ -1,0 +1,635 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mesh/read/ply.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+#include "base/color.h"
+#include "base/scan_number.h"
+#include "mesh/model/mesh_memory.h"
+#include "mesh/model/polygon.h"
+#include "mesh/read/ply_header.h"
+
+namespace openfab::scene {
+namespace {
+
+constexpr int64_t kMostCorners = 4096;
+constexpr size_t kMostTriangles = 200'000'000;
+
+static_assert(std::endian::native == std::endian::little);
+
+/// The values behind the head, one after another.
+class Values {
+  public:
+    Values(std::string_view bytes, const PlyHeader& header)
+        : bytes_(bytes), header_(header), at_(header.body), line_(header.body_line) {}
+
+    /// What is wrong, empty where nothing is.
+    std::string next(PlyType type, double* out) {
+        return header_.ascii ? next_ascii(type, out) : next_binary(type, out);
+    }
+    /// At most this many values can follow.
+    size_t most_left(PlyType type) const {
+        return (bytes_.size() - at_) / (header_.ascii ? 1 : ply_type_bytes(type));
+    }
+    int32_t line() const { return line_; }
+
+    /// The next `count` things of `size` bytes, as they lie in the file; null where there are not
+    /// so many, or where they are no little-endian numbers.
+    const char* look(size_t count, size_t size) const {
+        if (header_.ascii || header_.big_endian || (bytes_.size() - at_) / size < count)
+            return nullptr;
+        return bytes_.data() + at_;
+    }
+    void pass(size_t bytes) { at_ += bytes; }
+
+  private:
+    std::string next_binary(PlyType type, double* out) {
+        const size_t size = ply_type_bytes(type);
+        if (bytes_.size() - at_ < size) return "the file ends here; it was cut short";
+        char raw[8] = {};
+        std::memcpy(raw, bytes_.data() + at_, size);
+        if (header_.big_endian) std::reverse(raw, raw + size);
+        at_ += size;
+        const auto as = [&]<typename T>(T value) {
+            std::memcpy(&value, raw, sizeof value);
+            return static_cast<double>(value);
+        };
+        switch (type) {
+            case PlyType::kInt8:
+                *out = as(int8_t{});
+                break;
+            case PlyType::kUint8:
+                *out = as(uint8_t{});
+                break;
+            case PlyType::kInt16:
+                *out = as(int16_t{});
+                break;
+            case PlyType::kUint16:
+                *out = as(uint16_t{});
+                break;
+            case PlyType::kInt32:
+                *out = as(int32_t{});
+                break;
+            case PlyType::kUint32:
+                *out = as(uint32_t{});
+                break;
+            case PlyType::kFloat32:
+                *out = as(float{});
+                break;
+            case PlyType::kFloat64:
+                *out = as(double{});
+                break;
+        }
+        return {};
+    }
+
+    std::string next_ascii(PlyType type, double* out) {
+        while (at_ < bytes_.size() && is_space(bytes_[at_]))
+            line_ += bytes_[at_++] == '\n';
+        const size_t start = at_;
+        while (at_ < bytes_.size() && !is_space(bytes_[at_]))
+            ++at_;
+        const std::string_view token = bytes_.substr(start, at_ - start);
+        if (token.empty()) return "the file ends here; it was cut short";
+        if (!is_ply_integer(type)) {
+            if (token == "nan" || token == "-nan" || token == "NaN") {
+                *out = NAN;
+                return {};
+            }
+            return scan_number(token, out);
+        }
+        static constexpr int64_t kLeast[] = {-128, 0, -32768, 0, INT32_MIN, 0};
+        static constexpr int64_t kMost[] = {127, 255, 32767, 65535, INT32_MAX, UINT32_MAX};
+        int64_t value = 0;
+        const auto t = static_cast<size_t>(type);
+        std::string wrong = scan_integer(token, kLeast[t], kMost[t], &value);
+        *out = static_cast<double>(value);
+        return wrong;
+    }
+
+    static bool is_space(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
+
+    std::string_view bytes_;
+    const PlyHeader& header_;
+    size_t at_;
+    int32_t line_;
+};
+
+/// One scalar property of all vertices or faces.
+struct Column {
+    const PlyProperty* property = nullptr;
+    std::vector<double> values;
+    int64_t odd = -1;  ///< the first one that is not finite
+};
+
+/// Some columns that are one attribute.
+struct Vector {
+    std::string name;
+    size_t columns = 1;
+};
+
+struct Parts {
+    const char* attribute;
+    std::array<const char*, 4> names;  ///< up to the first nullptr
+};
+
+constexpr Parts kKnown[] = {{"n", {"nx", "ny", "nz"}},
+                            {"n", {"normal_x", "normal_y", "normal_z"}},
+                            {"uv", {"u", "v"}},
+                            {"uv", {"s", "t"}},
+                            {"uv", {"texture_u", "texture_v"}},
+                            {"uv", {"texture_s", "texture_t"}},
+                            {"color", {"red", "green", "blue"}},
+                            {"color", {"r", "g", "b"}},
+                            {"color", {"diffuse_red", "diffuse_green", "diffuse_blue"}}};
+
+/// Ends of names of parts; at least two of them make a vector.
+constexpr std::array<const char*, 4> kSuffixes[] = {
+    {"_x", "_y", "_z", "_w"}, {"_0", "_1", "_2", "_3"}, {"_r", "_g", "_b", "_a"}, {"_u", "_v"}};
+
+/// The attribute that starts with columns[at]; all parts are of one type.
+Vector vector_at(const std::vector<Column>& columns, size_t at) {
+    const auto is = [&](size_t i, const std::string& name) {
+        return at + i < columns.size() && columns[at + i].property->name == name &&
+               columns[at + i].property->type == columns[at].property->type;
+    };
+    for (const auto& [attribute, names] : kKnown) {
+        size_t found = 0;
+        while (found < names.size() && names[found] != nullptr && is(found, names[found]))
+            ++found;
+        if (found == names.size() || names[found] == nullptr) return {attribute, found};
+    }
+    const std::string& first = columns[at].property->name;
+    for (const auto& suffixes : kSuffixes) {
+        if (first.size() < 3 || !first.ends_with(suffixes[0])) continue;
+        const std::string stem = first.substr(0, first.size() - 2);
+        size_t found = 0;
+        while (found < suffixes.size() && suffixes[found] != nullptr &&
+               is(found, stem + suffixes[found]))
+            ++found;
+        if (found >= 2) return {stem, found};
+    }
+    return {first, 1};
+}
+
+class PlyReader {
+  public:
+    PlyReader(const PlyHeader& header, std::string_view bytes, const std::string& file,
+              int64_t memory_bytes)
+        : header_(header), values_(bytes, header), file_(file), memory_bytes_(memory_bytes) {
+        out_.origin.file = file;
+    }
+
+    Result<MeshSource> read() {
+        for (const char* needed : {"vertex", "face"}) {
+            const auto it = std::find_if(header_.elements.begin(), header_.elements.end(),
+                                         [&](const PlyElement& e) { return e.name == needed; });
+            if (it == header_.elements.end())
+                return user_error(fmt::format(
+                    "{}: the file has no element `{}`; a mesh needs `vertex` and `face` (triangle "
+                    "strips and points are not supported)",
+                    file_, needed));
+        }
+        for (const PlyElement& element : header_.elements) {
+            if (element.properties.empty()) continue;
+            const Result<void> done = element.name == "vertex" ? vertices(element)
+                                      : element.name == "face" ? faces(element)
+                                                               : skip(element);
+            if (!done) return done.error();
+        }
+        if (Result<void> fine = check_corners(); !fine) return fine.error();
+        if (Result<void> done = triangulate_faces(); !done) return done.error();
+        return std::move(out_);
+    }
+
+  private:
+    /// What was read, before it becomes triangles.
+    int64_t read_bytes() const {
+        constexpr size_t kFace = sizeof(size_t) + sizeof(int32_t);
+        size_t bytes = out_.mesh.positions.size() * sizeof(Vec3d) + face_ends_.size() * kFace +
+                       face_corners_.size() * sizeof(int64_t) + list_.size() * sizeof(double) +
+                       uv_corners_.size() * sizeof(int32_t) + uvs_.size() * sizeof(float);
+        for (const std::vector<Column>* columns : {&vertex_columns_, &face_columns_}) {
+            for (const Column& column : *columns)
+                bytes += column.values.size() * sizeof(double);
+        }
+        return static_cast<int64_t>(bytes);
+    }
+
+    /// Looked at now and then: a few elements more do not matter.
+    Result<void> check_memory(int64_t element) const {
+        if (element % 1024 != 0) return Ok{};
+        const int64_t needed = growing_bytes(read_bytes());
+        if (needed <= memory_bytes_) return Ok{};
+        return too_large_to_read(file_, static_cast<int64_t>(face_ends_.size()), needed,
+                                 memory_bytes_);
+    }
+
+    /// What the triangles and attributes take, besides what was read.
+    Result<void> check_mesh_memory() const {
+        MeshCounts counts;
+        counts.vertices = static_cast<int64_t>(out_.mesh.positions.size());
+        counts.triangles = static_cast<int64_t>(out_.mesh.triangles.size() + face_corners_.size() -
+                                                2 * face_ends_.size());
+        const auto faces = static_cast<int64_t>(face_ends_.size());
+        counts.values = static_cast<int64_t>(uvs_.size()) +
+                        static_cast<int64_t>(vertex_columns_.size()) * counts.vertices +
+                        static_cast<int64_t>(face_columns_.size()) * (faces + counts.triangles);
+        counts.attributes = static_cast<int64_t>(vertex_columns_.size() + face_columns_.size()) + 2;
+        const int64_t needed = read_bytes() + growing_bytes(mesh_bytes(counts));
+        if (needed <= memory_bytes_) return Ok{};
+        return too_large_to_read(file_, counts.triangles, needed, memory_bytes_);
+    }
+
+    Error error(const PlyElement& element, int64_t index, const std::string& what) const {
+        return user_error(header_.ascii
+                              ? fmt::format("{}:{}:1: {}", file_, values_.line(), what)
+                              : fmt::format("{}: {} {}: {}", file_, element.name, index, what));
+    }
+
+    /// The values of a list; `most` of them.
+    std::string list(const PlyProperty& property, int64_t most, std::vector<double>* out) {
+        double length = 0;
+        if (std::string wrong = values_.next(property.count_type, &length); !wrong.empty())
+            return wrong;
+        if (length < 0 || length > static_cast<double>(most) ||
+            length > static_cast<double>(values_.most_left(property.type))) {
+            return fmt::format("the list `{}` is {} long", property.name.substr(0, 40), length);
+        }
+        // Twice: the list grows, and is copied then.
+        if (2 * length * sizeof(double) > static_cast<double>(memory_bytes_))
+            return fmt::format("the list `{}` of {} values takes more memory than is allowed",
+                               property.name.substr(0, 40), length);
+        out->resize(static_cast<size_t>(length));
+        for (double& value : *out) {
+            if (std::string wrong = values_.next(property.type, &value); !wrong.empty())
+                return wrong;
+        }
+        return {};
+    }
+
+    /// Reads a property that nothing here uses.
+    std::string pass_over(const PlyProperty& property) {
+        if (property.is_list) return list(property, INT32_MAX, &list_);
+        double ignored = 0;
+        return values_.next(property.type, &ignored);
+    }
+
+    Result<void> skip(const PlyElement& element) {
+        for (int64_t i = 0; i < element.count; ++i) {
+            for (const PlyProperty& property : element.properties) {
+                if (const std::string wrong = pass_over(property); !wrong.empty())
+                    return error(element, i, wrong);
+            }
+        }
+        return Ok{};
+    }
+
+    std::string scalar(Column* column) {
+        double value = 0;
+        std::string wrong = values_.next(column->property->type, &value);
+        if (!is_position(value, 0, 0)) {
+            if (column->odd < 0) column->odd = static_cast<int64_t>(column->values.size());
+            value = 0;
+        }
+        column->values.push_back(value);
+        return wrong;
+    }
+
+    static std::vector<Column> columns_of(const PlyElement& element) {
+        std::vector<Column> columns;
+        for (const PlyProperty& property : element.properties) {
+            const bool position =
+                element.name == "vertex" &&
+                (property.name == "x" || property.name == "y" || property.name == "z");
+            if (!property.is_list && !position) columns.push_back({&property, {}, -1});
+        }
+        return columns;
+    }
+
+    Result<void> vertices(const PlyElement& element) {
+        vertex_columns_ = columns_of(element);
+        int axes = 0;
+        for (const PlyProperty& property : element.properties) {
+            if (property.name.size() == 1 && property.name[0] >= 'x' && property.name[0] <= 'z')
+                axes += !property.is_list;
+        }
+        if (axes != 3) return user_error(fmt::format("{}: vertices have no x, y and z", file_));
+        if (is_plain(element)) return plain_vertices(element);
+        for (int64_t i = 0; i < element.count; ++i) {
+            Vec3d p;
+            size_t column = 0;
+            for (const PlyProperty& property : element.properties) {
+                std::string wrong;
+                if (property.is_list) {
+                    wrong = pass_over(property);
+                } else if (column < vertex_columns_.size() &&
+                           vertex_columns_[column].property == &property) {
+                    wrong = scalar(&vertex_columns_[column++]);
+                } else {
+                    wrong = values_.next(property.type, &p[property.name[0] - 'x']);
+                }
+                if (!wrong.empty()) return error(element, i, wrong);
+            }
+            if (Result<void> fits = check_memory(i); !fits) return fits;
+            if (!is_position(p.x, p.y, p.z))
+                return error(element, i, "the position is not finite or too large");
+            out_.mesh.positions.push_back(p);
+        }
+        return Ok{};
+    }
+
+    /// Vertices of x, y, z as floats and nothing else, as most large files have them.
+    bool is_plain(const PlyElement& element) const {
+        if (element.properties.size() != 3) return false;
+        for (size_t a = 0; a < 3; ++a) {
+            const PlyProperty& p = element.properties[a];
+            if (p.name != std::string(1, static_cast<char>('x' + a)) || p.type != PlyType::kFloat32)
+                return false;
+        }
+        return values_.look(static_cast<size_t>(element.count), 12) != nullptr;
+    }
+
+    Result<void> plain_vertices(const PlyElement& element) {
+        const auto count = static_cast<size_t>(element.count);
+        const char* from = values_.look(count, 12);
+        values_.pass(count * 12);
+        if (static_cast<int64_t>(count * sizeof(Vec3d)) > memory_bytes_) {
+            return too_large_to_read(file_, 0, static_cast<int64_t>(count * sizeof(Vec3d)),
+                                     memory_bytes_);
+        }
+        out_.mesh.positions.resize(count);
+        for (size_t i = 0; i < count; ++i) {
+            float p[3];
+            std::memcpy(p, from + 12 * i, sizeof p);
+            if (!is_position(p[0], p[1], p[2]))
+                return error(element, static_cast<int64_t>(i),
+                             "the position is not finite or too large");
+            out_.mesh.positions[i] = {p[0], p[1], p[2]};
+        }
+        return Ok{};
+    }
+
+    /// Reads faces that are triangles, with nothing but their corners; false, having read nothing,
+    /// where they are not.
+    bool plain_triangles(const PlyElement& element) {
+        const PlyProperty& p = element.properties[0];
+        if (element.properties.size() != 1 || p.count_type != PlyType::kUint8 ||
+            (p.type != PlyType::kInt32 && p.type != PlyType::kUint32))
+            return false;
+        const auto count = static_cast<size_t>(element.count);
+        const char* from = values_.look(count, 13);
+        if (from == nullptr || count > kMostTriangles) return false;
+        if (static_cast<int64_t>(count * sizeof(std::array<int32_t, 3>)) > memory_bytes_)
+            return false;  // told of by the longer way, which looks at what it takes
+        std::vector<std::array<int32_t, 3>> triangles(count);
+        bool plain = true;
+        for (size_t i = 0; i < count && plain; ++i) {
+            std::memcpy(triangles[i].data(), from + 13 * i + 1, 12);
+            const auto& t = triangles[i];
+            // Numbers above the largest int, or below 0, are told of by the longer way.
+            plain = from[13 * i] == 3 && (t[0] | t[1] | t[2]) >= 0;
+        }
+        if (!plain) return false;
+        values_.pass(count * 13);
+        out_.mesh.triangles = std::move(triangles);
+        return true;
+    }
+
+    Result<void> faces(const PlyElement& element) {
+        face_columns_ = columns_of(element);
+        const PlyProperty* corners = nullptr;
+        const PlyProperty* uvs = nullptr;
+        for (const PlyProperty& p : element.properties) {
+            if (p.is_list && (p.name == "vertex_indices" || p.name == "vertex_index")) corners = &p;
+            if (p.is_list && p.name == "texcoord") uvs = &p;
+        }
+        if (corners == nullptr || !is_ply_integer(corners->type))
+            return user_error(fmt::format("{}: faces have no list `vertex_indices`", file_));
+        if (plain_triangles(element)) return Ok{};
+        for (int64_t i = 0; i < element.count; ++i) {
+            size_t column = 0;
+            std::vector<double> uv;
+            for (const PlyProperty& property : element.properties) {
+                std::string wrong;
+                if (&property == corners) {
+                    wrong = list(property, kMostCorners, &list_);
+                    // What a list that was cut short holds was never read.
+                    if (!wrong.empty()) return error(element, i, wrong);
+                    for (double v : list_)
+                        face_corners_.push_back(static_cast<int64_t>(v));
+                    face_ends_.push_back(face_corners_.size());
+                    if (wrong.empty() && list_.size() < 3)
+                        wrong = "a face with fewer than 3 corners";
+                } else if (&property == uvs) {
+                    wrong = list(property, kMostCorners * 2, &uv);
+                } else if (property.is_list) {
+                    wrong = pass_over(property);
+                } else {
+                    wrong = scalar(&face_columns_[column++]);
+                }
+                if (!wrong.empty()) return error(element, i, wrong);
+            }
+            face_lines_.push_back(values_.line());
+            if (Result<void> fits = check_memory(i); !fits) return fits;
+            if (uvs != nullptr) add_face_uvs(uv);
+        }
+        has_face_uvs_ = uvs != nullptr;
+        return Ok{};
+    }
+
+    /// Two numbers a corner, or none at all, which is kept as -1 in uv_corners_.
+    void add_face_uvs(const std::vector<double>& uv) {
+        const size_t begin = face_ends_.size() > 1 ? face_ends_[face_ends_.size() - 2] : 0;
+        const size_t corners = face_ends_.back() - begin;
+        const bool whole =
+            uv.size() == corners * 2 &&
+            std::all_of(uv.begin(), uv.end(), [](double v) { return is_position(v, 0, 0); });
+        for (size_t c = 0; c < corners; ++c) {
+            uv_corners_.push_back(whole ? static_cast<int32_t>(uvs_.size() / 2) : -1);
+            if (!whole) continue;
+            uvs_.push_back(static_cast<float>(uv[c * 2]));
+            uvs_.push_back(static_cast<float>(uv[c * 2 + 1]));
+        }
+    }
+
+    Result<void> check_corners() const {
+        if (face_corners_.size() > kMostTriangles)
+            return user_error(fmt::format("{}: too many faces", file_));
+        const auto count = static_cast<int64_t>(out_.mesh.positions.size());
+        for (size_t t = 0; t < out_.mesh.triangles.size(); ++t) {
+            for (const int32_t v : out_.mesh.triangles[t]) {
+                if (v >= count)
+                    return user_error(
+                        fmt::format("{}: face {}: the face asks for vertex {}, but there are {}",
+                                    file_, t, v, count));
+            }
+        }
+        for (size_t f = 0, c = 0; f < face_ends_.size(); ++f) {
+            for (; c < face_ends_[f]; ++c) {
+                if (face_corners_[c] >= 0 && face_corners_[c] < count) continue;
+                const std::string what = fmt::format(
+                    "the face asks for vertex {}, but there are {}", face_corners_[c], count);
+                return user_error(header_.ascii
+                                      ? fmt::format("{}:{}:1: {}", file_, face_lines_[f], what)
+                                      : fmt::format("{}: face {}: {}", file_, f, what));
+            }
+        }
+        return Ok{};
+    }
+
+    /// Faces that plain_triangles took are triangles already.
+    Result<void> triangulate_faces() {
+        if (Result<void> fits = check_mesh_memory(); !fits) return fits;
+        int64_t effort = kTriangulationEffort;
+        std::vector<int32_t> face_of;  // by triangle
+        MeshAttribute uv;
+        uv.name = "uv";
+        uv.components = 2;
+        size_t begin = 0;
+        std::vector<Vec3d> points;
+        for (size_t f = 0; f < face_ends_.size(); ++f) {
+            const size_t count = face_ends_[f] - begin;
+            points.clear();
+            for (size_t c = begin; c < face_ends_[f]; ++c)
+                points.push_back(out_.mesh.positions[static_cast<size_t>(face_corners_[c])]);
+            const auto add = [&](const std::array<int32_t, 3>& t) {
+                const auto at = [&](size_t k) { return begin + static_cast<size_t>(t[k]); };
+                const auto vertex = [&](size_t k) {
+                    return static_cast<int32_t>(face_corners_[at(k)]);
+                };
+                out_.mesh.triangles.push_back({vertex(0), vertex(1), vertex(2)});
+                if (has_face_uvs_)
+                    uv.corners.push_back(
+                        {uv_corners_[at(0)], uv_corners_[at(1)], uv_corners_[at(2)]});
+                face_of.push_back(static_cast<int32_t>(f));
+            };
+            if (count == 3) {
+                add({0, 1, 2});
+            } else {
+                const std::vector<std::array<int32_t, 3>> triangles = triangulate(points, &effort);
+                if (triangles.empty())
+                    return user_error(
+                        header_.ascii
+                            ? fmt::format("{}:{}:1: {}", file_, face_lines_[f], kTooMuchEffort)
+                            : fmt::format("{}: face {}: {}", file_, f, kTooMuchEffort));
+                for (const auto& t : triangles)
+                    add(t);
+            }
+            begin = face_ends_[f];
+        }
+        if (header_.ascii) {
+            for (int32_t f : face_of)
+                out_.origin.lines.push_back(face_lines_[static_cast<size_t>(f)]);
+        }
+        if (has_face_uvs_) {
+            uv.values = std::move(uvs_);
+            out_.mesh.attributes.push_back(std::move(uv));
+        }
+        add_attributes(vertex_columns_, "vertex", out_.mesh.triangles);
+        std::vector<std::array<int32_t, 3>> by_face;
+        if (!face_columns_.empty()) {
+            for (int32_t f : face_of)
+                by_face.push_back({f, f, f});
+        }
+        add_attributes(face_columns_, "face", by_face);
+        return Ok{};
+    }
+
+    /// `corners` picks the row of each triangle's corners.
+    void add_attributes(const std::vector<Column>& columns, const char* element,
+                        const std::vector<std::array<int32_t, 3>>& corners) {
+        for (size_t at = 0; at < columns.size();) {
+            const Vector vector = vector_at(columns, at);
+            const auto first = columns.begin() + static_cast<std::ptrdiff_t>(at);
+            const std::vector<Column> parts(first,
+                                            first + static_cast<std::ptrdiff_t>(vector.columns));
+            at += vector.columns;
+            if (std::string why = objection(vector, parts, element); !why.empty()) {
+                out_.warnings.push_back(
+                    fmt::format("{}: property `{}` of element `{}` {}; left out", file_,
+                                vector.name, element, why));
+                continue;
+            }
+            const bool is_int = std::string_view(element) == "face" &&
+                                is_ply_integer(parts[0].property->type) && vector.name != "color";
+            out_.mesh.attributes.push_back(is_int ? int_attribute(vector, parts, corners)
+                                                  : float_attribute(vector, parts, corners));
+        }
+    }
+
+    std::string objection(const Vector& vector, const std::vector<Column>& parts,
+                          const char* element) const {
+        if (out_.mesh.find(vector.name) != nullptr)
+            return "has the name of an attribute that the mesh has already";
+        for (const Column& part : parts) {
+            if (part.odd >= 0)
+                return fmt::format("is not finite or too large at {} {}", element, part.odd);
+        }
+        return {};
+    }
+
+    static MeshAttribute int_attribute(const Vector& vector, const std::vector<Column>& parts,
+                                       const std::vector<std::array<int32_t, 3>>& rows) {
+        MeshAttribute a;
+        a.name = vector.name;
+        a.is_int = true;
+        a.components = static_cast<int32_t>(parts.size());
+        for (const auto& row : rows) {
+            for (const Column& part : parts) {
+                const double value = part.values[static_cast<size_t>(row[0])];
+                a.faces.push_back(static_cast<int32_t>(static_cast<int64_t>(value)));
+            }
+        }
+        return a;
+    }
+
+    static MeshAttribute float_attribute(const Vector& vector, const std::vector<Column>& parts,
+                                         const std::vector<std::array<int32_t, 3>>& corners) {
+        MeshAttribute a;
+        a.name = vector.name;
+        a.components = static_cast<int32_t>(parts.size());
+        a.corners = corners;
+        const bool srgb = vector.name == "color" && parts[0].property->type == PlyType::kUint8;
+        for (size_t row = 0; row < parts[0].values.size(); ++row) {
+            for (const Column& part : parts) {
+                const double value = part.values[row];
+                a.values.push_back(
+                    static_cast<float>(srgb ? texture::srgb_to_linear(value / 255) : value));
+            }
+        }
+        return a;
+    }
+
+    const PlyHeader& header_;
+    Values values_;
+    const std::string& file_;
+    int64_t memory_bytes_;
+    MeshSource out_;
+    std::vector<Column> vertex_columns_, face_columns_;
+    std::vector<int64_t> face_corners_;  ///< of all faces, one after another
+    std::vector<size_t> face_ends_;      ///< into face_corners_
+    std::vector<int32_t> face_lines_;
+    std::vector<int32_t> uv_corners_;  ///< as face_corners_
+    std::vector<float> uvs_;
+    bool has_face_uvs_ = false;
+    std::vector<double> list_;
+};
+
+}  // namespace
+
+Result<MeshSource> parse_ply(std::string_view bytes, const std::string& file,
+                             int64_t memory_bytes) {
+    const Result<PlyHeader> header = parse_ply_header(bytes, file);
+    if (!header) return header.error();
+    return PlyReader(*header, bytes, file, memory_bytes).read();
+}
+
+}  // namespace openfab::scene

@@ -1,0 +1,98 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mesh/read/xml.h"
+
+#include <expat.h>
+#include <fmt/format.h>
+
+#include <memory>
+#include <type_traits>
+
+namespace openfab::scene {
+namespace {
+
+constexpr int kDeepest = 64;
+
+std::string_view without_prefix(std::string_view name) {
+    const size_t colon = name.rfind(':');
+    return colon == std::string_view::npos ? name : name.substr(colon + 1);
+}
+
+struct Parse {
+    XML_Parser parser = nullptr;
+    XmlHandler* handler = nullptr;
+    int depth = 0;
+    std::string wrong;  ///< with its place
+
+    void stop(const std::string& what) {
+        if (wrong.empty()) wrong = at_place(what);
+        XML_StopParser(parser, XML_FALSE);
+    }
+    std::string at_place(const std::string& what) const {
+        return fmt::format("{}:{}: {}", XML_GetCurrentLineNumber(parser),
+                           XML_GetCurrentColumnNumber(parser) + 1, what);
+    }
+};
+
+void on_start(void* data, const char* name, const char** attributes) {
+    auto* parse = static_cast<Parse*>(data);
+    if (!parse->wrong.empty()) return;
+    if (++parse->depth > kDeepest) return parse->stop("elements are nested too deep");
+    const std::string wrong =
+        parse->handler->start(without_prefix(name), XmlAttributes(attributes));
+    if (!wrong.empty()) parse->stop(wrong);
+}
+
+void on_end(void* data, const char* name) {
+    auto* parse = static_cast<Parse*>(data);
+    if (!parse->wrong.empty()) return;
+    --parse->depth;
+    parse->handler->end(without_prefix(name));
+}
+
+void on_document_type(void* data, const char*, const char*, const char*, int) {
+    static_cast<Parse*>(data)->stop("a document type, which has no place here");
+}
+
+}  // namespace
+
+const char* XmlAttributes::find(std::string_view name) const {
+    for (const char** p = pairs_; *p != nullptr; p += 2) {
+        if (without_prefix(p[0]) == name) return p[1];
+    }
+    return nullptr;
+}
+
+const char* XmlAttributes::find_exact(std::string_view name) const {
+    for (const char** p = pairs_; *p != nullptr; p += 2) {
+        if (p[0] == name) return p[1];
+    }
+    return nullptr;
+}
+
+Result<void> parse_xml(std::string_view text, const std::string& file, XmlHandler* handler) {
+    const std::unique_ptr<std::remove_pointer_t<XML_Parser>, decltype(&XML_ParserFree)> parser(
+        XML_ParserCreate(nullptr), &XML_ParserFree);
+    if (parser == nullptr) return outside_error("out of memory");
+    Parse parse{parser.get(), handler, 0, {}};
+    XML_SetUserData(parser.get(), &parse);
+    XML_SetElementHandler(parser.get(), on_start, on_end);
+    XML_SetStartDoctypeDeclHandler(parser.get(), on_document_type);
+    // In pieces, as the length is an int.
+    constexpr size_t kPiece = 1 << 24;
+    for (size_t at = 0;; at += kPiece) {
+        const std::string_view piece = text.substr(at, kPiece);
+        const bool last = at + kPiece >= text.size();
+        const XML_Status status =
+            XML_Parse(parser.get(), piece.data(), static_cast<int>(piece.size()), last);
+        if (status != XML_STATUS_OK) {
+            const XML_Error code = XML_GetErrorCode(parser.get());
+            return user_error(
+                file + ":" +
+                (parse.wrong.empty() ? parse.at_place(XML_ErrorString(code)) : parse.wrong));
+        }
+        if (last) return Ok{};
+    }
+}
+
+}  // namespace openfab::scene

@@ -1,0 +1,170 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mesh/read/zip_file.h"
+
+#include <fmt/format.h>
+#include <libdeflate.h>
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <memory>
+#include <optional>
+
+namespace openfab::scene {
+namespace {
+
+/// Text of meshes packs to a tenth, that of blanks or of one vertex over and over to a hundredth; a
+/// large entry beyond this was made to fill the memory of whoever reads it.
+constexpr uint64_t kTightest = 200;
+constexpr uint64_t kLargeEntry = 32'000'000;
+constexpr size_t kEndSize = 22;  ///< end of central directory, without its comment
+constexpr size_t kLongestComment = 65535;
+constexpr size_t kCentralSize = 46;
+constexpr size_t kLocalSize = 30;
+
+static_assert(std::endian::native == std::endian::little, "ZIP is read as it lies in memory");
+
+/// A number at a place that may lie behind the end, where it is 0.
+template <typename T>
+T number_at(std::string_view bytes, uint64_t at) {
+    T value = 0;
+    if (at <= bytes.size() && bytes.size() - at >= sizeof value)
+        std::memcpy(&value, bytes.data() + at, sizeof value);
+    return value;
+}
+
+std::optional<uint64_t> find_end(std::string_view bytes) {
+    if (bytes.size() < kEndSize) return {};
+    const size_t least = bytes.size() - std::min(bytes.size(), kEndSize + kLongestComment);
+    for (size_t at = bytes.size() - kEndSize + 1; at-- > least;) {
+        if (number_at<uint32_t>(bytes, at) == 0x06054b50) return at;
+    }
+    return {};
+}
+
+/// Sizes and offset that did not fit 32 bits stand in an extra field, in this order.
+void read_zip64(std::string_view extra, uint64_t* size, uint64_t* compressed, uint64_t* offset) {
+    while (extra.size() >= 4) {
+        const auto kind = number_at<uint16_t>(extra, 0);
+        const size_t length = std::min<size_t>(number_at<uint16_t>(extra, 2), extra.size() - 4);
+        if (kind == 1) {
+            const std::string_view field = extra.substr(4, length);
+            uint64_t at = 0;
+            for (uint64_t* value : {size, compressed, offset}) {
+                if (*value != 0xffffffff) continue;
+                *value = number_at<uint64_t>(field, at);
+                at += 8;
+            }
+        }
+        extra.remove_prefix(4 + length);
+    }
+}
+
+}  // namespace
+
+std::string ZipFile::key(std::string_view name) {
+    while (name.starts_with('/'))
+        name.remove_prefix(1);
+    std::string out(name);
+    for (char& c : out)
+        c = c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c == '\\' ? '/' : c;
+    return out;
+}
+
+Result<ZipFile> ZipFile::open(std::string_view bytes, const std::string& file) {
+    ZipFile out;
+    out.bytes_ = bytes;
+    out.file_ = file;
+    const std::optional<uint64_t> end = find_end(bytes);
+    if (!end)
+        return user_error(fmt::format(
+            "{}: no ZIP archive, or one that was cut short: it has no directory", file));
+    uint64_t count = number_at<uint16_t>(bytes, *end + 10);
+    uint64_t at = number_at<uint32_t>(bytes, *end + 16);
+    if ((count == 0xffff || at == 0xffffffff) && *end >= 20 &&
+        number_at<uint32_t>(bytes, *end - 20) == 0x07064b50) {
+        const auto end64 = number_at<uint64_t>(bytes, *end - 20 + 8);
+        count = number_at<uint64_t>(bytes, end64 + 32);
+        at = number_at<uint64_t>(bytes, end64 + 48);
+    }
+    for (uint64_t i = 0; i < count; ++i) {
+        if (number_at<uint32_t>(bytes, at) != 0x02014b50 || bytes.size() - at < kCentralSize)
+            return user_error(fmt::format("{}: the archive's directory is damaged", file));
+        Entry entry;
+        entry.encrypted = (number_at<uint16_t>(bytes, at + 8) & 1) != 0;
+        entry.method = number_at<uint16_t>(bytes, at + 10);
+        entry.checksum = number_at<uint32_t>(bytes, at + 16);
+        entry.compressed = number_at<uint32_t>(bytes, at + 20);
+        entry.size = number_at<uint32_t>(bytes, at + 24);
+        const size_t name = number_at<uint16_t>(bytes, at + 28);
+        const size_t extra = number_at<uint16_t>(bytes, at + 30);
+        const size_t comment = number_at<uint16_t>(bytes, at + 32);
+        entry.offset = number_at<uint32_t>(bytes, at + 42);
+        if (bytes.size() - at - kCentralSize < name + extra + comment)
+            return user_error(fmt::format("{}: the archive's directory is damaged", file));
+        read_zip64(bytes.substr(at + kCentralSize + name, extra), &entry.size, &entry.compressed,
+                   &entry.offset);
+        out.entries_.emplace(key(bytes.substr(at + kCentralSize, name)), entry);
+        at += kCentralSize + name + extra + comment;
+    }
+    return out;
+}
+
+bool ZipFile::has(const std::string& name) const {
+    return entries_.count(key(name)) != 0;
+}
+
+Result<std::string> ZipFile::read(const std::string& name, int64_t limit) const {
+    const auto error = [&](const std::string& what) {
+        return user_error(fmt::format("{}: `{}` in the archive {}", file_, name, what));
+    };
+    const auto it = entries_.find(key(name));
+    if (it == entries_.end()) return error("is missing");
+    const Entry& entry = it->second;
+    if (entry.encrypted) return error("is encrypted, which is not supported");
+    if (entry.method != 0 && entry.method != 8)
+        return error(
+            fmt::format("is packed by method {}; stored and deflated are supported", entry.method));
+    const uint64_t start = entry.offset + kLocalSize +
+                           number_at<uint16_t>(bytes_, entry.offset + 26) +
+                           number_at<uint16_t>(bytes_, entry.offset + 28);
+    if (entry.offset >= bytes_.size() || number_at<uint32_t>(bytes_, entry.offset) != 0x04034b50 ||
+        start > bytes_.size() || entry.compressed > bytes_.size() - start)
+        return error("is damaged, or the archive was cut short");
+    const std::string_view packed = bytes_.substr(start, entry.compressed);
+    if (limit < 0 || entry.size > static_cast<uint64_t>(limit)) {
+        return error(
+            fmt::format("unpacks to {} MB, and {} MB are allowed; allow more with "
+                        "`--memory`",
+                        entry.size / 1'000'000 + 1, std::max<int64_t>(limit, 0) / 1'000'000));
+    }
+    // Deflate makes nothing more than 1032 times smaller: a size beyond that is a lie.
+    if (entry.size > packed.size() * 1032 + 64 ||
+        (entry.method == 0 && entry.size != packed.size()))
+        return error("is damaged: it cannot be as large as it says");
+    if (entry.size > kLargeEntry && entry.size / kTightest > packed.size()) {
+        return error(
+            fmt::format("unpacks to {} times its size, as no mesh does; pack it again if "
+                        "that is meant",
+                        entry.size / std::max<size_t>(packed.size(), 1)));
+    }
+    std::string out(entry.size, '\0');
+    if (entry.method == 0) {
+        out = packed;
+    } else {
+        const std::unique_ptr<libdeflate_decompressor, decltype(&libdeflate_free_decompressor)>
+            decompressor(libdeflate_alloc_decompressor(), &libdeflate_free_decompressor);
+        if (decompressor == nullptr) return outside_error("out of memory");
+        size_t size = 0;
+        if (libdeflate_deflate_decompress(decompressor.get(), packed.data(), packed.size(),
+                                          out.data(), out.size(), &size) != LIBDEFLATE_SUCCESS ||
+            size != out.size())
+            return error("is damaged");
+    }
+    if (libdeflate_crc32(0, out.data(), out.size()) != entry.checksum)
+        return error("is damaged: its checksum is wrong");
+    return out;
+}
+
+}  // namespace openfab::scene

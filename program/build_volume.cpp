@@ -1,0 +1,77 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "program/build_volume.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace openfab::print {
+
+namespace {
+
+std::string room_of(const scene::Printer& printer) {
+    const Vec3d& room = printer.build_volume_mm;
+    return fmt::format("`{}` builds {:.5g} x {:.5g} x {:.5g} mm", printer.name, room.x, room.y,
+                       room.z);
+}
+
+/// The part whose mesh reaches farthest along an axis, up or down.
+const scene::Part* farthest(const std::vector<scene::Part>& parts, int axis, bool up) {
+    const scene::Part* found = nullptr;
+    double most = 0;
+    for (const scene::Part& part : parts) {
+        for (const Vec3d& p : part.mesh->positions) {
+            const double at = part.local_to_build.apply(p)[axis] * (up ? 1 : -1);
+            if (found != nullptr && at <= most) continue;
+            most = at;
+            found = &part;
+        }
+    }
+    return found;
+}
+
+}  // namespace
+
+Box3d tray_box(const scene::Printer& printer, scene::Tray tray) {
+    const Vec3d& room = printer.build_volume_mm;
+    Box3d box{{0, 0, 0}, room};
+    for (int a = 0; a < 2 && tray == scene::Tray::kCenter; ++a) {
+        box.lo[a] = -room[a] / 2;
+        box.hi[a] = room[a] / 2;
+    }
+    return box;
+}
+
+Result<void> check_build_volume(const backends::PrintInfo& info, const scene::Printer& printer,
+                                const std::vector<scene::Part>& parts, scene::Tray tray) {
+    const Vec3d& room = printer.build_volume_mm;
+    for (int a = 0; a < 3; ++a) {
+        const double size = info.size[a] * info.pitch_mm[a];
+        // The grid is rounded out to whole voxels.
+        if (size <= room[a] + 2 * info.pitch_mm[a]) continue;
+        return user_error(fmt::format(
+            "the print is {:.5g} mm along {}, {:.4g} mm too much: {}; place it closer together, or "
+            "choose another `--printer`",
+            size, "xyz"[a], size - room[a], room_of(printer)));
+    }
+    if (tray == scene::Tray::kAnywhere) return {};
+    const Box3d box = tray_box(printer, tray);
+    for (int a = 0; a < 3; ++a) {
+        const double from = box.lo[a];
+        const double lo = info.origin_mm[a], hi = lo + info.size[a] * info.pitch_mm[a];
+        const double below = from - lo, above = hi - box.hi[a];
+        if (std::max(below, above) <= info.pitch_mm[a]) continue;
+        const bool up = above > below;
+        const scene::Part* part = farthest(parts, a, up);
+        return user_error(
+            fmt::format("`{}` (number {} of the build) is {:.4g} mm outside the tray along {}{}: "
+                        "{}, from {:.5g} to "
+                        "{:.5g} mm there; move it, or leave `tray` out of the world",
+                        part->name, part->instance, std::max(below, above), up ? '+' : '-',
+                        "xyz"[a], room_of(printer), from, box.hi[a]));
+    }
+    return {};
+}
+
+}  // namespace openfab::print

@@ -1,0 +1,133 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "program/estimate.h"
+
+#include <fmt/format.h>
+#include <rapidjson/prettywriter.h>
+#include <rapidjson/stringbuffer.h>
+
+#include <cmath>
+
+#include "backends/common/output_file.h"
+#include "backends/common/tee_sink.h"
+#include "base/say.h"
+#include "base/text.h"
+#include "base/units.h"
+#include "program/outputs.h"
+
+namespace openfab::print {
+
+namespace {
+
+/// Voxels of the coarse print: a second of work or less.
+constexpr double kSampleVoxels = 4e6;
+
+Result<void> sample(slab::PrintInput input, slab::PrintOptions pipeline,
+                    const backends::PrintInfo& info, const std::atomic<bool>& interrupt,
+                    Estimate* out) {
+    const double voxels = static_cast<double>(out->set_up.voxels_total);
+    const double coarser = std::max(1.0, std::cbrt(voxels / kSampleVoxels));
+    pipeline.slices.reset();
+    if (info.slice_end - info.slice_begin < info.size.z) {
+        pipeline.z_range_mm =
+            Vec2<double>{info.slice_begin * info.pitch_mm.z, info.slice_end * info.pitch_mm.z};
+    }
+    input.pitch_mm = input.pitch_mm * coarser;
+    Result<std::unique_ptr<slab::Print>> print =
+        slab::Print::create(std::move(input), std::move(pipeline));
+    if (!print) return print.error();
+    backends::NullSink sink;
+    if (Result<void> done = (*print)->run(sink, nullptr, interrupt, &out->sample); !done)
+        return done;
+    const Vec3d& pitch = (*print)->info().pitch_mm;
+    out->sample_voxel_ml = pitch.x * pitch.y * pitch.z * 1e-3;
+    return {};
+}
+
+}  // namespace
+
+Result<Estimate> make_estimate(const slab::Print& print, slab::PrintInput input,
+                               const slab::PrintOptions& pipeline, const Options& options,
+                               const scene::Printer& printer, const std::atomic<bool>& interrupt) {
+    Estimate out;
+    out.set_up = print.estimate();
+    out.memory_bytes = out.set_up.memory_bytes + preview_bytes(options);
+    out.slices = print.info().slice_end - print.info().slice_begin;
+    out.print_seconds = printer.layer_time_s * out.slices;
+    if (!options.estimate) return out;
+    if (Result<void> done = sample(std::move(input), pipeline, print.info(), interrupt, &out);
+        !done)
+        return done.error();
+    return out;
+}
+
+void show_estimate(const Estimate& e, const backends::PrintInfo& info) {
+    const Vec3i& size = e.set_up.size;
+    say(fmt::format("{} x {} x {} voxels, {:.1f} million; {:.3f} x {:.3f} x {:.3f} mm\n", size.x,
+                    size.y, size.z, static_cast<double>(e.set_up.voxels_total) * 1e-6,
+                    size.x * info.pitch_mm.x, size.y * info.pitch_mm.y, size.z * info.pitch_mm.z));
+    say(fmt::format("memory {}, time about {}\n", format_bytes(e.memory_bytes),
+                    format_seconds(e.set_up.seconds)));
+    if (e.print_seconds > 0) {
+        say(fmt::format("{} slices, {} on `{}`\n", e.slices, format_seconds(e.print_seconds),
+                        printable(info.printer)));
+    }
+    for (size_t code = 1; code < e.sample.voxels_by_code.size(); ++code) {
+        const backends::SliceMaterial& material = info.materials[code - 1];
+        const double ml = static_cast<double>(e.sample.voxels_by_code[code]) * e.sample_voxel_ml;
+        say(fmt::format("{}: about {:.3g} ml, {:.3g} g\n", printable(material.name), ml,
+                        ml * material.density_g_cm3));
+    }
+    for (const std::string& overlap : e.sample.overlaps)
+        warn(overlap);
+}
+
+Result<void> write_estimate(const std::string& file, const Estimate& e,
+                            const backends::PrintInfo& info) {
+    rapidjson::StringBuffer buffer;
+    rapidjson::PrettyWriter<rapidjson::StringBuffer> w(buffer);
+    w.SetMaxDecimalPlaces(6);
+    w.SetIndent(' ', 2);
+    w.StartObject();
+    const auto text = [&](const char* key, const std::string& value) {
+        w.Key(key);
+        w.String(valid_utf8(value).c_str());
+    };
+    const auto number = [&](const char* key, double value) {
+        w.Key(key);
+        w.Double(value);
+    };
+    text("title", info.title);
+    text("printer", info.printer);
+    w.Key("estimate");
+    w.Bool(true);
+    w.Key("voxels_total");
+    w.Int64(e.set_up.voxels_total);
+    w.Key("slices");
+    w.Int(e.slices);
+    w.Key("memory_bytes");
+    w.Int64(e.memory_bytes);
+    number("seconds_total", e.set_up.seconds);
+    if (e.print_seconds > 0) number("print_seconds", e.print_seconds);
+    for (const bool mass : {false, true}) {
+        w.Key(mass ? "g_by_material" : "ml_by_material");
+        w.StartObject();
+        for (size_t code = 1; code < e.sample.voxels_by_code.size(); ++code) {
+            const backends::SliceMaterial& material = info.materials[code - 1];
+            number(valid_utf8(material.name).c_str(),
+                   static_cast<double>(e.sample.voxels_by_code[code]) * e.sample_voxel_ml *
+                       (mass ? material.density_g_cm3 : 1));
+        }
+        w.EndObject();
+    }
+    w.Key("warnings");
+    w.StartArray();
+    for (const std::string& warning : e.sample.warnings)
+        w.String(valid_utf8(warning).c_str());
+    w.EndArray();
+    w.EndObject();
+    return backends::write_whole_file(file,
+                                      std::string(buffer.GetString(), buffer.GetSize()) + "\n");
+}
+
+}  // namespace openfab::print

@@ -1,0 +1,165 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "program/job.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "base/near_miss.h"
+#include "base/text.h"
+#include "mesh/load/load_mesh.h"
+#include "program/build_volume.h"
+#include "program/outputs.h"
+#include "runtime/part/bind.h"
+#include "world/world.h"
+
+namespace openfab::print {
+
+namespace {
+
+bool is_world(const std::string& input) {
+    return input.ends_with(".json");
+}
+
+scene::FileRules file_rules(const Options& options) {
+    return {{options.allow.begin(), options.allow.end()}, options.memory_bytes};
+}
+
+std::string title_of(const std::string& input) {
+    std::string name = std::filesystem::path(input).filename().string();
+    for (const std::string suffix : {".fab.json", ".json"}) {
+        if (name.size() > suffix.size() && name.ends_with(suffix))
+            return name.substr(0, name.size() - suffix.size());
+    }
+    return scene::is_mesh_file(name) ? std::filesystem::path(name).stem().string() : name;
+}
+
+Result<scene::Printer> printer_of(const Options& options, const scene::World& world,
+                                  std::vector<std::string>* notes) {
+    std::string name = options.printer.empty() ? world.printer : options.printer;
+    const bool chosen = !name.empty() && (is_world(options.input) || !options.printer.empty());
+    if (name.empty()) name = "generic";
+    Result<scene::Printer> printer = scene::load_printer(name);
+    if (!printer) return printer;
+    Result<std::string> format = choose_format(options, *printer);
+    if (!format) return format.error();
+    if (is_mesh_format(*format)) {
+        if (!options.mesh_pitch_mm && !pitch_is_given(options)) {
+            notes->push_back(fmt::format(
+                "the meshes are made from voxels of {} mm; `--mesh-pitch` sets another size",
+                kMeshPitchMm * options.draft));
+        }
+        return printer;
+    }
+    const bool pitch_given = options.voxel_mm || (options.dpi && options.layer_mm);
+    if (!chosen && !pitch_given) {
+        notes->push_back(fmt::format(
+            "no printer was named: `{}` prints voxels of {} x {} x {} mm; `--printer` and "
+            "`--voxel` set another pitch",
+            printer->name, printer->pitch_mm.x, printer->pitch_mm.y, printer->pitch_mm.z));
+    }
+    return printer;
+}
+
+Result<void> check_materials(const scene::World& world, const scene::Printer& printer) {
+    // 64 is what packed slices hold, whatever the printer.
+    const size_t most = static_cast<size_t>(std::min(printer.max_materials, 64));
+    if (world.materials.size() <= most) return {};
+    return user_error(fmt::format("the world has {} materials, but `{}` prints at most {} at once",
+                                  world.materials.size(), printer.name, most));
+}
+
+/// The code of the support material, 0 where the print has none. The printer's own is added to the
+/// materials, unless the world has one of its name.
+Result<int32_t> choose_support(const Options& options, const scene::World& world,
+                               const scene::Printer& printer,
+                               std::vector<backends::SliceMaterial>* materials) {
+    scene::SupportChoice choice = world.support;
+    const bool named =
+        !options.support.empty() && options.support != "on" && options.support != "off";
+    if (!options.support.empty()) {
+        choice.on = options.support != "off";
+        if (named) choice.material = options.support;
+    }
+    if (!choice.on.value_or(!printer.makes_support)) return 0;
+    std::vector<std::string> names;
+    for (const backends::SliceMaterial& material : *materials)
+        names.push_back(material.name);
+    if (!choice.material.empty()) {
+        const auto found = std::find(names.begin(), names.end(), choice.material);
+        if (found != names.end()) return static_cast<int32_t>(found - names.begin()) + 1;
+        return user_error(
+            fmt::format("`--support {}`: write on, off, or a material of the world; {}",
+                        choice.material, suggest(choice.material, names)));
+    }
+    const scene::SupportMaterial& own = printer.support_material;
+    const backends::SliceMaterial added{own.name, own.key, own.preview, own.density_g_cm3,
+                                        own.channel};
+    for (size_t m = 0; m < materials->size(); ++m) {
+        const backends::SliceMaterial& material = (*materials)[m];
+        if (material.name == added.name) return static_cast<int32_t>(m) + 1;
+        if (material.key != added.key) continue;
+        return user_error(fmt::format(
+            "material `{}` has the key colour of what `{}` makes support of; change it, "
+            "or name the material of support with `support` in the world",
+            material.name, printer.name));
+    }
+    materials->push_back(added);
+    return static_cast<int32_t>(materials->size());
+}
+
+std::vector<std::filesystem::path> inputs_of(const Options& options, const scene::World& world) {
+    std::vector<std::filesystem::path> inputs = world.files;
+    for (const auto& [name, fablet] : world.fablets)
+        inputs.push_back(fablet.source);
+    inputs.insert(inputs.end(), options.inputs.begin(), options.inputs.end());
+    if (!options.printer.empty()) inputs.emplace_back(options.printer);
+    inputs.emplace_back("/proc/self/exe");
+    return inputs;
+}
+
+}  // namespace
+
+Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets) {
+    Result<scene::World> world =
+        is_world(options.input) ? scene::load_world(options.input, file_rules(options))
+                                : scene::make_quick_world(options.input, fablets, {},
+                                                          options.settings, options.memory_bytes);
+    if (!world) return world.error();
+    Job job;
+    Result<scene::Printer> printer = printer_of(options, *world, &job.notes);
+    if (!printer) return printer.error();
+    job.printer = std::move(*printer);
+    job.tray = world->tray;
+    if (options.crop_tray) {
+        // A world that does not say where the tray is counts from its corner.
+        if (job.tray == scene::Tray::kAnywhere) job.tray = scene::Tray::kCorner;
+        const Box3d tray = tray_box(job.printer, job.tray);
+        job.input.crop_mm = Box3d{tray.lo, {tray.hi.x, tray.hi.y, tray.lo.z}};
+    }
+    if (Result<void> fine = check_materials(*world, job.printer); !fine) return fine.error();
+    Result<std::vector<scene::Part>> parts =
+        scene::bind(*world, fablets, {options.settings, options.memory_bytes});
+    if (!parts) return parts.error();
+    job.input.parts = std::move(*parts);
+    for (const scene::Material& material : world->materials) {
+        job.input.materials.push_back({material.name, material.key, material.preview,
+                                       material.density_g_cm3, material.channel});
+    }
+    Result<int32_t> support = choose_support(options, *world, job.printer, &job.input.materials);
+    if (!support) return support.error();
+    job.input.support_code = *support;
+    Result<std::string> format = choose_format(options, job.printer);
+    if (!format) return format.error();
+    job.input.pitch_mm = print_pitch(options, job.printer.pitch_mm, is_mesh_format(*format));
+    job.input.printer = job.printer.name;
+    job.input.title = valid_utf8(title_of(options.input));
+    job.input.warnings = world->warnings;
+    job.files = world->files;
+    job.inputs = inputs_of(options, *world);
+    return job;
+}
+
+}  // namespace openfab::print

@@ -1,0 +1,323 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "program/options.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <charconv>
+#include <functional>
+#include <string_view>
+#include <utility>
+
+#include "base/command_line.h"
+#include "base/units.h"
+
+namespace openfab::print {
+
+namespace {
+
+constexpr const char* kExamples = R"(Examples:
+  {0} card.fab.json -o slices                    a folder of PNGs for the world's printer
+  {0} card.fab.json -o card.ofr --draft 4        a quick look, at four times the pitch
+  {0} card.fab.json -o card.ofr --preview card.png,light=transmitted
+  {0} card.fab.json -o card.3mf --mesh-pitch 0.2mm   a mesh per material
+  {0} part.obj -o part.ofr --voxel 0.1mm --set part.scale=2.5
+  {0} card.fab.json -o card.ofr --resume         what is left of a print that was cut short
+  {0} card.fab.json -o - | openfab verify -      a stream of slices
+
+Lengths have units (27um, 0.1mm, 1in), sizes too (300MB). Exit codes: 0 done, 1 the input is wrong,
+2 usage, 3 disk or pipe failed (whole slices stay), 4 a bug in OpenFab, 130 interrupted.
+)";
+
+template <typename T>
+bool parse_number(std::string_view text, T* value) {
+    auto [rest, status] = std::from_chars(text.data(), text.data() + text.size(), *value);
+    return status == std::errc() && rest == text.data() + text.size() && !text.empty();
+}
+
+Error bad_value(const char* option, std::string_view text, const char* what, const char* example) {
+    return usage_error(
+        fmt::format("`{}`: `{}` is {}; write `{} {}`", option, text, what, option, example));
+}
+
+Result<Vec2<double>> parse_dpi(const std::string& text) {
+    const size_t x = text.find('x');
+    Vec2<double> dpi;
+    const std::string_view all(text);
+    const bool fine =
+        x == std::string::npos
+            ? parse_number(all, &dpi.x) && parse_number(all, &dpi.y)
+            : parse_number(all.substr(0, x), &dpi.x) && parse_number(all.substr(x + 1), &dpi.y);
+    if (!fine || !(dpi.x >= 1 && dpi.y >= 1 && dpi.x <= 1e5 && dpi.y <= 1e5)) {
+        return bad_value("--dpi", text, "not a resolution between 1 and 100000 dpi", "600x300");
+    }
+    return dpi;
+}
+
+Result<double> parse_pitch(const char* option, const std::string& text) {
+    Result<double> mm = parse_length_mm(text);
+    if (!mm) return usage_error(fmt::format("`{}`: {}", option, mm.error().message));
+    if (!(*mm >= 1e-4 && *mm <= 100))
+        return bad_value(option, text, "outside 0.1um to 100mm", "0.1mm");
+    return mm;
+}
+
+/// `A:B` with A < B.
+template <typename T>
+Result<Vec2<T>> parse_range(const char* option, const std::string& text, const char* example,
+                            const std::function<Result<T>(const std::string&)>& parse) {
+    const size_t colon = text.find(':');
+    if (colon == std::string::npos) return bad_value(option, text, "not a range", example);
+    Result<T> from = parse(text.substr(0, colon));
+    if (!from) return from.error();
+    Result<T> to = parse(text.substr(colon + 1));
+    if (!to) return to.error();
+    if (!(*from >= 0 && *from < *to))
+        return bad_value(option, text, "an empty or negative range", example);
+    return Vec2<T>{*from, *to};
+}
+
+Result<Vec2<double>> parse_z(const std::string& text) {
+    return parse_range<double>("--z", text, "3mm:5mm",
+                               [](const std::string& part) -> Result<double> {
+                                   Result<double> mm = parse_length_mm(part);
+                                   if (!mm) return usage_error("`--z`: " + mm.error().message);
+                                   return mm;
+                               });
+}
+
+Result<Vec2<int32_t>> parse_slices(const std::string& text) {
+    return parse_range<int32_t>("--slices", text, "0:64",
+                                [&](const std::string& part) -> Result<int32_t> {
+                                    int32_t value = 0;
+                                    if (!parse_number(std::string_view(part), &value))
+                                        return bad_value("--slices", text, "not a range", "0:64");
+                                    return value;
+                                });
+}
+
+/// Texts as typed, before they are understood.
+struct Raw {
+    std::string seed, voxel, mesh_pitch, dpi, layer, z, slices, memory, progress = "auto",
+                                                                        png = "rgba", isa = "avx2";
+    std::vector<std::string> previews;
+    std::string crop = "parts";
+    bool no_cull = false;
+};
+
+void declare(CLI::App& app, Options& o, Raw& raw) {
+    app.add_option("INPUT", o.input,
+                   "a world (.fab.json), or a mesh (.obj, .stl, …) where there is only one fablet")
+        ->required();
+    app.add_option("-o,--output", o.output,
+                   "a folder (png), a file (.ofr, .3mf, .stl), or - for standard output (ofr)")
+        ->type_name("OUT");
+    app.add_option("--format", o.format,
+                   "ofr, png, 3mf or stl (default: by OUT's extension, else the printer's own)")
+        ->type_name("FORMAT");
+    app.add_option("--printer", o.printer,
+                   "connex500, j750, j750_hq, generic, or a .printer.json file")
+        ->type_name("PRINTER");
+    app.add_option("--voxel", raw.voxel, "print cubic voxels of this size")->type_name("LENGTH");
+    app.add_option("--dpi", raw.dpi, "resolution along x and y, as 600x300")->type_name("DPI");
+    app.add_option("--layer", raw.layer, "thickness of a slice")->type_name("LENGTH");
+    app.add_option("--mesh-pitch", raw.mesh_pitch,
+                   "size of the voxels that 3mf and stl are made from (default: 0.1mm)")
+        ->type_name("LENGTH");
+    app.add_option("--draft", o.draft, "multiply the pitch by N, for a quick look")
+        ->check(CLI::Range(1, 1000))
+        ->type_name("N");
+    app.add_option("--crop", raw.crop,
+                   "size of a slice: parts (their bounding box) or tray (the whole tray)")
+        ->check(CLI::IsMember({"parts", "tray"}));
+    app.add_option("--z", raw.z, "print only the heights A:B above the lowest slice")
+        ->type_name("A:B");
+    app.add_option("--slices", raw.slices, "print only the slices A:B, B excluded")
+        ->type_name("A:B");
+    app.add_option("--set", o.settings,
+                   "OBJECT.UNIFORM=VALUE overrides the world's value (repeatable)")
+        ->allow_extra_args(false)
+        ->type_name("SETTING");
+    app.add_option("--allow", o.allow,
+                   "a folder that the world may read besides its own (repeatable)")
+        ->allow_extra_args(false)
+        ->type_name("FOLDER");
+    app.add_option(
+        "--dither", o.dither,
+        "blue_noise unless told, floyd_steinberg, decorrelated, or majority (the largest amount; "
+        "what meshes have unless told)");
+    app.add_option(
+           "--support", o.support,
+           "on, off, or the material of the world to make it of (default: as the world says, else "
+           "on where the printer's front end makes none)")
+        ->type_name("CHOICE");
+    app.add_option("--seed", raw.seed, "seed of the dither")->type_name("N");
+    app.add_option("--preview", raw.previews,
+                   "FILE.png[,view=front|back|section|slice:N|model:TURN:TILT][,light=transmitted]["
+                   ",cut=x|y|xy]")
+        ->allow_extra_args(false)
+        ->type_name("PICTURE");
+    app.add_option("--png", raw.png, "rgba or indexed")->check(CLI::IsMember({"rgba", "indexed"}));
+    app.add_flag("--flip-x", o.flip_x, "mirror PNG slices, for front ends that mirror them back");
+    app.add_option("--memory", raw.memory, "memory budget of the whole process (default: 1.5GB)")
+        ->type_name("SIZE");
+    app.add_option("--threads", o.threads, "worker threads (default: all cores)")
+        ->check(CLI::Range(1, 1024))
+        ->type_name("N");
+    app.add_option("--stats", o.stats_file, "write statistics of the print to this file, as JSON")
+        ->type_name("FILE");
+    app.add_option("--progress", raw.progress,
+                   "on stderr: auto, plain, json (an object per line) or none")
+        ->check(CLI::IsMember({"auto", "plain", "json", "none"}));
+    app.add_flag("--estimate", o.estimate,
+                 "report voxels, memory, time and materials; print nothing");
+    app.add_flag("--dry-run", o.dry_run, "check and set up everything; print nothing");
+    app.add_flag("--resume", o.resume,
+                 "continue after the last whole slice of a print that was cut short");
+    app.add_option("--groups-in-flight", o.groups_in_flight, "")
+        ->group("")
+        ->check(CLI::Range(1, 1024));
+    app.add_flag("--no-cull", raw.no_cull, "")->group("");
+    app.add_option("--isa", raw.isa, "")->group("")->check(CLI::IsMember({"sse41", "avx2"}));
+}
+
+Result<void> understand_grid(const Raw& raw, Options* o) {
+    if (!raw.voxel.empty() && (!raw.dpi.empty() || !raw.layer.empty())) {
+        return usage_error("`--voxel` and `--dpi`/`--layer` both set the pitch; give one of them");
+    }
+    if (!raw.voxel.empty()) {
+        Result<double> mm = parse_pitch("--voxel", raw.voxel);
+        if (!mm) return mm.error();
+        o->voxel_mm = *mm;
+    }
+    if (!raw.dpi.empty()) {
+        Result<Vec2<double>> dpi = parse_dpi(raw.dpi);
+        if (!dpi) return dpi.error();
+        o->dpi = *dpi;
+    }
+    if (!raw.layer.empty()) {
+        Result<double> mm = parse_pitch("--layer", raw.layer);
+        if (!mm) return mm.error();
+        o->layer_mm = *mm;
+    }
+    if (!raw.mesh_pitch.empty()) {
+        if (pitch_is_given(*o)) {
+            return usage_error(
+                "`--mesh-pitch` and `--voxel`, `--dpi` or `--layer` both set the pitch; give one "
+                "of them");
+        }
+        Result<double> mm = parse_pitch("--mesh-pitch", raw.mesh_pitch);
+        if (!mm) return mm.error();
+        o->mesh_pitch_mm = *mm;
+    }
+    if (!raw.z.empty() && !raw.slices.empty())
+        return usage_error("give one of `--z` and `--slices`");
+    if (!raw.z.empty()) {
+        Result<Vec2<double>> range = parse_z(raw.z);
+        if (!range) return range.error();
+        o->z_range_mm = *range;
+    }
+    if (!raw.slices.empty()) {
+        Result<Vec2<int32_t>> range = parse_slices(raw.slices);
+        if (!range) return range.error();
+        o->slices = *range;
+    }
+    return {};
+}
+
+Result<void> understand_rest(const Raw& raw, Options* o) {
+    if (!raw.memory.empty()) {
+        Result<int64_t> bytes = parse_bytes(raw.memory);
+        if (!bytes) return usage_error("`--memory`: " + bytes.error().message);
+        o->memory_bytes = *bytes;
+    }
+    for (const std::string& text : o->settings) {
+        const size_t equals = text.find('=');
+        if (equals != std::string::npos && equals > 0 && equals + 1 < text.size()) continue;
+        return usage_error(fmt::format(
+            "`--set`: `{}` is not a setting; write `--set OBJECT.UNIFORM=VALUE`", text));
+    }
+    if (!raw.seed.empty() && !parse_number(std::string_view(raw.seed), &o->seed)) {
+        return bad_value("--seed", raw.seed, "not a whole number from 0 to 2^64 - 1", "7");
+    }
+    for (const std::string& text : raw.previews) {
+        Result<preview::PreviewSpec> spec = preview::parse_preview(text);
+        if (!spec) return spec.error();
+        o->previews.push_back(std::move(*spec));
+    }
+    o->progress = raw.progress == "plain"  ? report::ProgressMode::kPlain
+                  : raw.progress == "json" ? report::ProgressMode::kJson
+                  : raw.progress == "none" ? report::ProgressMode::kNone
+                                           : report::ProgressMode::kAuto;
+    o->crop_tray = raw.crop == "tray";
+    o->png_indexed = raw.png == "indexed";
+    o->culling = !raw.no_cull;
+    o->isa = raw.isa == "sse41" ? OPENFAB_ISA_SSE41 : OPENFAB_ISA_AVX2;
+    const auto known = {"ofr", "png", "3mf", "stl"};
+    if (!o->format.empty() && std::find(known.begin(), known.end(), o->format) == known.end()) {
+        return usage_error(fmt::format(
+            "there is no output format `{}`; choose from ofr, png, 3mf, stl", o->format));
+    }
+    if (o->output == "-" && !o->format.empty() && o->format != "ofr") {
+        return usage_error(fmt::format("{} cannot go to standard output; use `--format ofr`",
+                                       o->format == "png" ? "png slices are a folder and"
+                                                          : o->format + " is finished last and"));
+    }
+    if (o->resume && (o->output.empty() || o->output == "-")) {
+        return usage_error(
+            "`--resume` continues a file or folder of slices; write `-o OUT` with the name of the "
+            "one that was cut short");
+    }
+    const bool writes_nothing = o->estimate || o->dry_run;
+    if (o->output.empty() && o->previews.empty() && o->stats_file.empty() && !writes_nothing) {
+        return usage_error("no output given; write `-o OUT` or `--preview FILE.png`");
+    }
+    return {};
+}
+
+}  // namespace
+
+Result<Options> parse_options(int argc, const char* const* argv, const std::string& program) {
+    Options options;
+    Raw raw;
+    CLI::App app("Prints a fab world: slices for a printer, an .ofr file or stream, pictures.",
+                 program);
+    app.footer(fmt::format(fmt::runtime(kExamples), program));
+    app.get_formatter()->column_width(28);
+    declare(app, options, raw);
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::CallForHelp&) {
+        options.help = true;
+        options.text = app.help();
+        return options;
+    } catch (const CLI::ParseError& error) {
+        return command_line_error(app, error, program);
+    }
+    if (Result<void> done = understand_grid(raw, &options); !done) return done.error();
+    if (Result<void> done = understand_rest(raw, &options); !done) return done.error();
+    return options;
+}
+
+bool pitch_is_given(const Options& options) {
+    return options.voxel_mm || options.dpi || options.layer_mm;
+}
+
+Vec3d print_pitch(const Options& options, const Vec3d& printer_pitch_mm, bool to_meshes) {
+    Vec3d pitch = printer_pitch_mm;
+    if (to_meshes && !pitch_is_given(options)) {
+        const double mm = options.mesh_pitch_mm.value_or(kMeshPitchMm);
+        pitch = {mm, mm, mm};
+    }
+    if (options.voxel_mm) pitch = {*options.voxel_mm, *options.voxel_mm, *options.voxel_mm};
+    if (options.dpi) {
+        pitch.x = 25.4 / options.dpi->x;
+        pitch.y = 25.4 / options.dpi->y;
+    }
+    if (options.layer_mm) pitch.z = *options.layer_mm;
+    return pitch * static_cast<double>(options.draft);
+}
+
+}  // namespace openfab::print

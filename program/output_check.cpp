@@ -1,0 +1,160 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "program/output_check.h"
+
+#include <fmt/format.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <optional>
+#include <tuple>
+
+#include "backends/boundary/mesh_sink.h"
+#include "backends/raster/png_sink.h"
+
+namespace openfab::print {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// What tells files apart: device and number, and for what is not there yet its name in the folder
+/// of that number.
+struct Identity {
+    dev_t device = 0;
+    ino_t number = 0;
+    std::string name;
+    bool operator==(const Identity&) const = default;
+};
+
+std::optional<struct stat> status_of(const fs::path& path) {
+    struct stat status {};
+    if (::stat(path.c_str(), &status) != 0) return {};
+    return status;
+}
+
+/// Nothing for pipes and devices, and where the folder is not there either.
+std::optional<Identity> identity_of(fs::path path) {
+    // A link that leads to nothing yet is where the file would be made.
+    constexpr int kMostLinks = 40;
+    for (int links = 0; links < kMostLinks; ++links) {
+        if (const auto status = status_of(path)) {
+            if (!S_ISREG(status->st_mode) && !S_ISDIR(status->st_mode)) return {};
+            return Identity{status->st_dev, status->st_ino, {}};
+        }
+        std::error_code none;
+        const fs::path target = fs::read_symlink(path, none);
+        if (none) break;
+        path = target.is_absolute() ? target : path.parent_path() / target;
+    }
+    // `out/` and `out` are one.
+    path = path.lexically_normal();
+    if (!path.has_filename()) path = path.parent_path();
+    const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+    if (const auto status = status_of(folder))
+        return Identity{status->st_dev, status->st_ino, path.filename().string()};
+    // Folders that are to be made: what they are called decides.
+    std::error_code ignored;
+    return Identity{0, 0, fs::weakly_canonical(path, ignored).string()};
+}
+
+Error clash(const NamedOutput& output, const std::string& with) {
+    return user_error(fmt::format("`{} {}` would overwrite {}; name another output", output.option,
+                                  output.path.string(), with));
+}
+
+std::string described(const fs::path& input) {
+    return fmt::format("`{}`, which is an input", input.string());
+}
+
+/// Of a folder of slices: what of the inputs and other outputs is, or would be, one of its files.
+Result<void> check_folder(const NamedOutput& folder, const std::vector<NamedOutput>& outputs,
+                          const std::vector<fs::path>& inputs) {
+    std::vector<fs::path> others = inputs;
+    for (const NamedOutput& output : outputs)
+        others.push_back(output.path);
+    const auto what = [&](size_t i) {
+        return i < inputs.size() ? described(inputs[i])
+                                 : fmt::format("`{} {}`", outputs[i - inputs.size()].option,
+                                               outputs[i - inputs.size()].path.string());
+    };
+    const std::optional<Identity> there = identity_of(folder.path);
+    for (size_t i = 0; i < others.size(); ++i) {
+        const fs::path plain = others[i].lexically_normal();
+        if (!raster::is_folder_file(plain.filename().string())) continue;
+        const fs::path above = plain.has_parent_path() ? plain.parent_path() : fs::path(".");
+        if (there && identity_of(above) == there) return clash(folder, what(i));
+    }
+    // Names in the folder may be links to what has other names elsewhere.
+    std::error_code status;
+    for (fs::directory_iterator entry(folder.path, status), end; !status && entry != end;
+         entry.increment(status)) {
+        if (!raster::is_folder_file(entry->path().filename().string())) continue;
+        const std::optional<Identity> file = identity_of(entry->path());
+        for (size_t i = 0; i < others.size() && file; ++i) {
+            if (identity_of(others[i]) == file) return clash(folder, what(i));
+        }
+    }
+    return {};
+}
+
+}  // namespace
+
+std::vector<NamedOutput> outputs_of(const Options& options, const std::string& format,
+                                    const std::vector<backends::SliceMaterial>& materials) {
+    std::vector<NamedOutput> out;
+    // Written beside its place, and then moved there; into pipes and devices directly.
+    const auto whole = [&](const char* option, const fs::path& path) {
+        out.push_back({option, path});
+        if (identity_of(path)) out.push_back({option, path.string() + ".part"});
+    };
+    if (format == "stl") {
+        backends::PrintInfo info;
+        info.materials = materials;
+        for (size_t m = 0; m < materials.size(); ++m)
+            whole("-o", boundary::stl_path(options.output, info, m));
+    } else if (format == "3mf") {
+        whole("-o", options.output);
+    } else if (!options.output.empty() && options.output != "-") {
+        out.push_back({"-o", options.output});
+    }
+    if (!options.stats_file.empty()) whole("--stats", options.stats_file);
+    for (const preview::PreviewSpec& spec : options.previews)
+        whole("--preview", spec.file);
+    return out;
+}
+
+Result<void> check_outputs(const std::vector<NamedOutput>& outputs,
+                           const std::vector<fs::path>& inputs) {
+    std::vector<std::optional<Identity>> made;
+    for (const NamedOutput& output : outputs) {
+        made.push_back(identity_of(output.path));
+        if (!made.back()) continue;
+        for (const fs::path& input : inputs) {
+            if (identity_of(input) == made.back()) return clash(output, described(input));
+        }
+        for (size_t i = 0; i + 1 < made.size(); ++i) {
+            if (made[i] != made.back()) continue;
+            return user_error(fmt::format("`{} {}` and `{} {}` are one file; name another output",
+                                          outputs[i].option, outputs[i].path.string(),
+                                          output.option, output.path.string()));
+        }
+    }
+    return {};
+}
+
+Result<void> check_outputs(const Options& options, const std::string& format,
+                           const std::vector<backends::SliceMaterial>& materials,
+                           const std::vector<fs::path>& inputs) {
+    const std::vector<NamedOutput> outputs = outputs_of(options, format, materials);
+    if (Result<void> apart = check_outputs(outputs, inputs); !apart) return apart;
+    if (format != "png") return {};
+    const auto folder = std::find_if(outputs.begin(), outputs.end(), [](const NamedOutput& output) {
+        return output.option == "-o";
+    });
+    std::vector<NamedOutput> others = outputs;
+    std::erase_if(others, [](const NamedOutput& output) { return output.option == "-o"; });
+    return check_folder(*folder, others, inputs);
+}
+
+}  // namespace openfab::print

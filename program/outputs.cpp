@@ -1,0 +1,143 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "program/outputs.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <utility>
+#include <vector>
+
+#include "backends/boundary/mesh_sink.h"
+#include "backends/common/tee_sink.h"
+#include "backends/ofr/ofr_sink.h"
+#include "backends/preview/preview.h"
+#include "backends/raster/png_sink.h"
+
+namespace openfab::print {
+
+namespace {
+
+Result<std::unique_ptr<backends::SliceSink>> open_format(const Options& options,
+                                                         const scene::Printer& printer,
+                                                         const std::string& format) {
+    if (format.empty())
+        return std::unique_ptr<backends::SliceSink>(std::make_unique<backends::NullSink>());
+    if (options.resume && !can_be_resumed(options, format)) {
+        return usage_error(fmt::format(
+            "`--resume` cannot continue `{}`: {}", options.output,
+            is_mesh_format(format)
+                ? "a mesh is closed by its last slice, so nothing is left of one that was cut "
+                  "short; print an .ofr file, and make meshes of it with `openfab export`"
+                : "it is not a file that keeps what was written"));
+    }
+    if (format == "ofr") {
+        return options.resume ? ofr::OfrSink::resume(options.output)
+                              : ofr::OfrSink::create(options.output);
+    }
+    if (is_mesh_format(format)) {
+        return std::unique_ptr<backends::SliceSink>(std::make_unique<boundary::MeshSink>(
+            format == "stl" ? boundary::make_stl_writer(options.output)
+                            : boundary::make_threemf_writer(options.output)));
+    }
+    raster::PngOptions png;
+    png.indexed = options.png_indexed;
+    png.flip_x = options.flip_x;
+    png.front_end_makes_support = printer.makes_support;
+    png.handoff = printer.handoff;
+    return options.resume ? raster::PngSink::resume(options.output, std::move(png))
+                          : raster::PngSink::create(options.output, std::move(png));
+}
+
+/// `.gcode`, `.tif`, `.7z`, but not the `.2` of `ball_v1.2`.
+bool looks_like_file(const std::string& extension) {
+    constexpr size_t kLongest = 1 + 6;
+    const auto is_letter = [](unsigned char c) { return std::isalpha(c) != 0; };
+    const auto is_word = [](unsigned char c) { return std::isalnum(c) != 0; };
+    return extension.size() > 1 && extension.size() <= kLongest &&
+           std::all_of(extension.begin() + 1, extension.end(), is_word) &&
+           std::any_of(extension.begin() + 1, extension.end(), is_letter);
+}
+
+Result<std::string> name_format(const Options& options, const scene::Printer& printer) {
+    if (options.output.empty()) return std::string();
+    if (!options.format.empty()) return options.format;
+    if (options.output == "-") return std::string("ofr");
+    const std::filesystem::path path(options.output);
+    const std::string extension = path.filename().has_filename() ? path.extension().string() : "";
+    for (const char* known : {".ofr", ".stl", ".3mf"}) {
+        if (extension == known) return std::string(known + 1);
+    }
+    if (extension == ".png") {
+        return usage_error(
+            fmt::format("`-o {}`: png slices fill a folder; write `-o {}` with `--format png`, or "
+                        "`--preview {}` for a "
+                        "picture",
+                        options.output, path.stem().string(), options.output));
+    }
+    std::error_code ignored;
+    if (looks_like_file(extension) && !std::filesystem::is_directory(path, ignored)) {
+        return usage_error(fmt::format(
+            "`-o {0}`: there is no output format `{1}`; choose from .ofr, .3mf, .stl, or a folder "
+            "of png slices, `-o {2}`; a folder of this very name is `-o {0}/`",
+            options.output, extension.substr(1), (path.parent_path() / path.stem()).string()));
+    }
+    return printer.native_format;
+}
+
+}  // namespace
+
+bool is_mesh_format(const std::string& format) {
+    return format == "stl" || format == "3mf";
+}
+
+Result<std::string> choose_format(const Options& options, const scene::Printer& printer) {
+    Result<std::string> format = name_format(options, printer);
+    if (format && options.mesh_pitch_mm && !is_mesh_format(*format)) {
+        return usage_error(
+            "`--mesh-pitch` is for the formats stl and 3mf; `--voxel` sets the pitch of slices");
+    }
+    return format;
+}
+
+bool can_be_resumed(const Options& options, const std::string& format) {
+    if (format == "png") return true;
+    std::error_code ignored;
+    const std::filesystem::file_status there = std::filesystem::status(options.output, ignored);
+    return format == "ofr" && options.output != "-" &&
+           (!std::filesystem::exists(there) || !std::filesystem::is_other(there));
+}
+
+int64_t output_bytes_per_column(const std::string& format) {
+    return is_mesh_format(format) ? boundary::kMesherBytesPerColumn : 0;
+}
+
+int64_t encode_bytes_per_column(const Options& options, const std::string& format) {
+    if (format != "png") return 0;
+    return options.png_indexed ? 1 : 4;  // the pixels; what they are packed into is far less
+}
+
+Result<std::unique_ptr<backends::SliceSink>> open_output(const Options& options,
+                                                         const scene::Printer& printer) {
+    Result<std::string> format = choose_format(options, printer);
+    if (!format) return format.error();
+    Result<std::unique_ptr<backends::SliceSink>> sink = open_format(options, printer, *format);
+    if (!sink || options.previews.empty()) return sink;
+    std::vector<std::unique_ptr<backends::SliceObserver>> observers;
+    for (const preview::PreviewSpec& spec : options.previews)
+        observers.push_back(preview::make_preview(spec));
+    return std::unique_ptr<backends::SliceSink>(
+        std::make_unique<backends::TeeSink>(std::move(*sink), std::move(observers)));
+}
+
+int64_t preview_bytes(const Options& options) {
+    // Pictures are drawn one after the other, so what is needed for drawing counts once.
+    int64_t bytes = options.previews.empty() ? 0 : preview::kDrawBytes;
+    for (const preview::PreviewSpec& spec : options.previews)
+        bytes += preview::gathered_bytes(spec);
+    return bytes;
+}
+
+}  // namespace openfab::print

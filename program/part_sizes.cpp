@@ -1,0 +1,101 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "program/part_sizes.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace openfab::print {
+
+namespace {
+
+/// Lines of a kind; thousands of instances have one fault.
+constexpr size_t kMostLines = 4;
+
+/// Sizes of placed parts; each mesh is gone through once.
+class Ruler {
+  public:
+    explicit Ruler(const Vec3d& pitch_mm) : pitch_mm_(pitch_mm) {}
+
+    Vec3d voxels(const scene::Part& part) {
+        const Box3d& box = box_of(part);
+        Box3d placed;
+        for (int corner = 0; corner < 8; ++corner) {
+            placed.add(part.local_to_build.apply({(corner & 1) != 0 ? box.hi.x : box.lo.x,
+                                                  (corner & 2) != 0 ? box.hi.y : box.lo.y,
+                                                  (corner & 4) != 0 ? box.hi.z : box.lo.z}));
+        }
+        const Vec3d size = placed.size();
+        return {size.x / pitch_mm_.x, size.y / pitch_mm_.y, size.z / pitch_mm_.z};
+    }
+
+  private:
+    const Box3d& box_of(const scene::Part& part) {
+        const auto [at, fresh] = boxes_.try_emplace(part.mesh.get());
+        for (size_t i = 0; fresh && i < part.mesh->positions.size(); ++i)
+            at->second.add(part.mesh->positions[i]);
+        return at->second;
+    }
+
+    Vec3d pitch_mm_;
+    // Looked up alone, never walked: the order of pointers must not show.
+    std::map<const scene::PartMesh*, Box3d> boxes_;
+};
+
+std::string describe(const scene::Part& part, const Vec3d& voxels) {
+    return fmt::format("`{}` (number {} of the build) is {:.3g} x {:.3g} x {:.3g} voxels",
+                       part.name, part.instance, voxels.x, voxels.y, voxels.z);
+}
+
+}  // namespace
+
+std::string part_sizes(const std::vector<scene::Part>& parts, const Vec3d& pitch_mm) {
+    Ruler ruler(pitch_mm);
+    std::string text;
+    for (size_t i = 0; i < std::min(parts.size(), kMostLines); ++i)
+        text += fmt::format("{}{}", i == 0 ? "" : "; ", describe(parts[i], ruler.voxels(parts[i])));
+    if (parts.size() > kMostLines)
+        text += fmt::format("; and {} more parts", parts.size() - kMostLines);
+    return text;
+}
+
+std::vector<std::string> thin_part_warnings(const std::vector<scene::Part>& parts,
+                                            const Vec3d& pitch_mm) {
+    Ruler ruler(pitch_mm);
+    std::vector<std::string> warnings;
+    size_t thin = 0;
+    for (const scene::Part& part : parts) {
+        // A surface stage may make it as thick as it likes, unless the world bounds it.
+        const double grows =
+            part.fablet->has_surface != 0 ? 2 * static_cast<double>(part.max_displacement_mm) : 0;
+        const Vec3d voxels = ruler.voxels(part);
+        bool vanishes = false;
+        for (int a = 0; a < 3; ++a)
+            vanishes = vanishes || voxels[a] + grows / pitch_mm[a] < 1;
+        if (!vanishes || ++thin > kMostLines) continue;
+        warnings.push_back(describe(part, voxels) +
+                           "; what is thinner than a voxel prints only where it holds the centre "
+                           "of one");
+    }
+    if (thin > kMostLines)
+        warnings.push_back(
+            fmt::format("{} more parts are thinner than a voxel", thin - kMostLines));
+    return warnings;
+}
+
+std::string nothing_printed(const slab::PrintStatistics& statistics, const std::string& sizes) {
+    if (!statistics.complete || statistics.voxels_solid > 0) return {};
+    std::string text = "nothing was printed: no voxel has any material; " + sizes;
+    if (statistics.weights_not_usable > 0) {
+        text += fmt::format(
+            "; {} amounts of materials were negative or not a number, which count "
+            "as 0",
+            statistics.weights_not_usable);
+    }
+    return text;
+}
+
+}  // namespace openfab::print

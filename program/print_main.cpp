@@ -1,0 +1,179 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "program/print_main.h"
+
+#include <fmt/format.h>
+
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "abi/kernel_call.h"
+#include "base/say.h"
+#include "base/text.h"
+#include "base/units.h"
+#include "program/build_volume.h"
+#include "program/estimate.h"
+#include "program/interrupt.h"
+#include "program/job.h"
+#include "program/options.h"
+#include "program/output_check.h"
+#include "program/outputs.h"
+#include "program/part_sizes.h"
+#include "program/progress.h"
+#include "program/statistics.h"
+#include "runtime/pipeline/print.h"
+
+namespace openfab::print {
+
+namespace {
+
+bool quiet(const Options& options) {
+    return options.progress == report::ProgressMode::kNone;
+}
+
+slab::PrintOptions pipeline_options(const Options& options, const std::string& format,
+                                    const std::atomic<bool>& interrupt) {
+    slab::PrintOptions result;
+    result.interrupt = &interrupt;
+    result.reserved_bytes = preview_bytes(options);
+    result.memory_bytes = options.memory_bytes - result.reserved_bytes;
+    result.threads = options.threads;
+    // A mesh of dithered voxels would be one of specks, which no printer of meshes prints.
+    if (is_mesh_format(format)) result.dither = "majority";
+    if (!options.dither.empty()) result.dither = options.dither;
+    result.seed = options.seed;
+    result.z_range_mm = options.z_range_mm;
+    result.slices = options.slices;
+    result.culling = options.culling;
+    result.groups_in_flight = options.groups_in_flight;
+    result.isa = abi::best_isa(options.isa);
+    result.sink_bytes_per_column = output_bytes_per_column(format);
+    result.encode_bytes_per_column = encode_bytes_per_column(options, format);
+    return result;
+}
+
+void show_summary(const slab::PrintStatistics& statistics, const backends::PrintInfo& info,
+                  const Options& options) {
+    const double ml = info.pitch_mm.x * info.pitch_mm.y * info.pitch_mm.z * 1e-3;
+    std::string materials;
+    for (size_t m = 0; m < info.materials.size() && m + 1 < statistics.voxels_by_code.size(); ++m) {
+        materials += fmt::format(", {} {:.2f} ml", printable(info.materials[m].name),
+                                 static_cast<double>(statistics.voxels_by_code[m + 1]) * ml);
+    }
+    const double rate = statistics.seconds_total > 0
+                            ? static_cast<double>(slab::voxels_printed(statistics)) * 1e-6 /
+                                  statistics.seconds_total
+                            : 0;
+    for (const std::string& overlap : statistics.overlaps)
+        warn(overlap);
+    const std::string kept =
+        statistics.slices_kept > 0 ? fmt::format(" ({} resumed)", statistics.slices_kept) : "";
+    const std::string& output = options.output.empty() ? info.title : options.output;
+    say(fmt::format("{}: {} slices{} in {}, {:.1f} M voxels/s{}\n",
+                    output == "-" ? "standard output" : printable(output), statistics.slices, kept,
+                    format_seconds(statistics.seconds_total), rate, materials));
+}
+
+/// Where a print ended early for reasons that pass, how it is resumed.
+Error add_resume_hint(Error error, const Options& options, const std::string& format) {
+    const bool passes = error.code == ErrorCode::kOutside || error.code == ErrorCode::kInterrupted;
+    if (passes && can_be_resumed(options, format))
+        error.message += "; the same command with `--resume` continues from there";
+    return error;
+}
+
+/// Runs the print into its outputs. Statistics are written, and pictures drawn, also where it ended
+/// early.
+Result<void> run(slab::Print* print, const Options& options, const std::string& format,
+                 const scene::Printer& printer, const std::string& sizes,
+                 const std::atomic<bool>& interrupt, report::Progress& progress) {
+    Result<std::unique_ptr<backends::SliceSink>> sink = open_output(options, printer);
+    if (!sink) return sink.error();
+    slab::PrintStatistics statistics;
+    Result<void> done = print->run(
+        **sink, [&](const slab::ProgressEvent& event) { progress.update(event); }, interrupt,
+        &statistics);
+    progress.end();
+    statistics.layer_time_s = printer.layer_time_s;
+    if (const std::string nothing = nothing_printed(statistics, sizes); !nothing.empty()) {
+        statistics.warnings.push_back(nothing);
+        if (!quiet(options)) warn(nothing);
+    }
+    Result<void> written;
+    if (!options.stats_file.empty()) {
+        written = report::write_statistics(options.stats_file, statistics, print->info());
+    }
+    if (!done) return add_resume_hint(done.error(), options, format);
+    if (!quiet(options)) show_summary(statistics, print->info(), options);
+    return written;
+}
+
+Result<void> print(int argc, char** argv, const openfab_fablet_list& fablets) {
+    const std::string path = argc > 0 ? argv[0] : "print";
+    Result<Options> options = parse_options(argc, argv, path.substr(path.find_last_of('/') + 1));
+    if (!options) return options.error();
+    if (options->help) {
+        show(options->text);
+        return {};
+    }
+    return run_print(*options, fablets, install_interrupt());
+}
+
+}  // namespace
+
+Result<void> run_print(const Options& options, const openfab_fablet_list& fablets,
+                       const std::atomic<bool>& interrupt,
+                       std::vector<std::filesystem::path>* files) {
+    Result<Job> job = load_job(options, fablets);
+    if (!job) return job.error();
+    if (files != nullptr) *files = job->files;
+    // A wrong name of an output is told before the work, not after.
+    Result<std::string> format = choose_format(options, job->printer);
+    if (!format) return format.error();
+    if (Result<void> apart = check_outputs(options, *format, job->input.materials, job->inputs);
+        !apart)
+        return apart.error();
+    for (std::string& thin : thin_part_warnings(job->input.parts, job->input.pitch_mm))
+        job->input.warnings.push_back(std::move(thin));
+    if (!quiet(options)) {
+        for (const std::string& text : job->notes)
+            note(text);
+        for (const std::string& warning : job->input.warnings)
+            warn(warning);
+    }
+    report::Progress progress(options.progress, stderr);
+    slab::PrintOptions pipeline = pipeline_options(options, *format, interrupt);
+    // An estimate evaluates some voxels only; what they would print says nothing.
+    if (!options.estimate && !options.dry_run)
+        pipeline.print_line = [&progress](const std::string& line) { progress.print_line(line); };
+    Result<std::unique_ptr<slab::Print>> print = slab::Print::create(job->input, pipeline);
+    if (!print) return print.error();
+    const backends::PrintInfo& info = (*print)->info();
+    if (Result<void> fits = check_build_volume(info, job->printer, job->input.parts, job->tray);
+        !fits)
+        return fits.error();
+    if (options.estimate || options.dry_run) {
+        Result<Estimate> estimate = make_estimate(**print, std::move(job->input), pipeline, options,
+                                                  job->printer, interrupt);
+        if (!estimate) return estimate.error();
+        show_estimate(*estimate, info);
+        if (options.stats_file.empty()) return {};
+        return write_estimate(options.stats_file, *estimate, info);
+    }
+    const std::string sizes = part_sizes(job->input.parts, job->input.pitch_mm);
+    job->input = {};
+    return run(print->get(), options, *format, job->printer, sizes, interrupt, progress);
+}
+
+int finish(const Result<void>& done) {
+    const Result<void> written = done ? written_out() : done;
+    return written ? 0 : say_error(written.error());
+}
+
+int print_main(int argc, char** argv, const openfab_fablet_list& fablets) {
+    prepare_streams();
+    return finish(print(argc, argv, fablets));
+}
+
+}  // namespace openfab::print

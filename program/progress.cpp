@@ -1,0 +1,141 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "program/progress.h"
+
+#include <fmt/format.h>
+#include <rapidjson/stringbuffer.h>
+#include <rapidjson/writer.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <algorithm>
+
+#include "base/text.h"
+#include "base/units.h"
+
+namespace openfab::report {
+
+namespace {
+
+// Often enough to look alive, seldom enough to cost nothing and to keep logs short.
+constexpr double kBarSeconds = 0.1;
+constexpr double kPlainSeconds = 5;
+constexpr double kJsonSeconds = 0.25;
+
+/// Voxels a second since the first event, or since the start of the process where there is no
+/// other.
+double rate(const slab::ProgressEvent& event, const slab::ProgressEvent& start) {
+    const bool later = event.voxels_done > start.voxels_done && event.seconds > start.seconds;
+    const double seconds = later ? event.seconds - start.seconds : event.seconds;
+    const int64_t voxels = later ? event.voxels_done - start.voxels_done : event.voxels_done;
+    return seconds > 0 ? static_cast<double>(voxels) / seconds : 0;
+}
+
+double seconds_left(const slab::ProgressEvent& event, const slab::ProgressEvent& start) {
+    const double per_second = rate(event, start);
+    return per_second > 0 ? static_cast<double>(event.voxels_total - event.voxels_done) / per_second
+                          : 0;
+}
+
+double share_done(const slab::ProgressEvent& event) {
+    return event.slices_total > 0 ? static_cast<double>(event.slices_done) / event.slices_total : 1;
+}
+
+/// For text that is fit for a terminal, or is the bar's own control codes. What cannot be written is
+/// passed over: a print does not end with whoever watched it.
+void put(std::FILE* stream, const std::string& text) {
+    (void)std::fwrite(text.data(), 1, text.size(), stream);
+}
+
+int terminal_columns(std::FILE* stream) {
+    winsize size{};
+    return ::ioctl(::fileno(stream), TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
+}
+
+}  // namespace
+
+Progress::Progress(ProgressMode mode, std::FILE* stream)
+    : style_(mode == ProgressMode::kPlain      ? Style::kPlain
+             : mode == ProgressMode::kJson     ? Style::kJson
+             : mode == ProgressMode::kNone     ? Style::kNone
+             : ::isatty(::fileno(stream)) != 0 ? Style::kBar
+                                               : Style::kPlain),
+      stream_(stream) {}
+
+std::string Progress::describe(const slab::ProgressEvent& event, const slab::ProgressEvent& start) {
+    std::string text = fmt::format("slice {} of {}  {:.0f} %", event.slices_done,
+                                   event.slices_total, share_done(event) * 100);
+    // Of the first slice it is not known how long it took: compiling and setting up came before.
+    if (event.slices_done == start.slices_done && event.slices_done < event.slices_total)
+        return text;
+    text += fmt::format("  {:.1f} M voxels/s", rate(event, start) * 1e-6);
+    if (event.slices_done < event.slices_total)
+        text += "  " + format_seconds(seconds_left(event, start)) + " left";
+    return text;
+}
+
+void Progress::update(const slab::ProgressEvent& event) {
+    if (start_.slices_done == 0) start_ = event;
+    const bool last = event.slices_done >= event.slices_total;
+    if (style_ == Style::kNone || (event.seconds < due_seconds_ && !last)) return;
+    switch (style_) {
+        case Style::kBar:
+            due_seconds_ = event.seconds + kBarSeconds;
+            show_bar(event);
+            break;
+        case Style::kPlain:
+            due_seconds_ = event.seconds + kPlainSeconds;
+            put(stream_, describe(event, start_) + "\n");
+            break;
+        case Style::kJson:
+            due_seconds_ = event.seconds + kJsonSeconds;
+            show_json(event);
+            break;
+        case Style::kNone:
+            break;
+    }
+    std::fflush(stream_);
+}
+
+void Progress::show_bar(const slab::ProgressEvent& event) {
+    const std::string text = describe(event, start_);
+    const int room = terminal_columns(stream_) - static_cast<int>(text.size()) - 5;
+    const int width = std::clamp(room, 0, 40);
+    const int full = static_cast<int>(share_done(event) * width);
+    std::string bar;
+    if (width > 3) bar = fmt::format("[{:=<{}}{:<{}}] ", "", full, "", width - full);
+    put(stream_, fmt::format("\r{}{}\x1b[K", bar, text));
+    bar_shown_ = true;
+}
+
+void Progress::show_json(const slab::ProgressEvent& event) {
+    put(stream_,
+        fmt::format("{{\"event\": \"progress\", \"slices_done\": {}, \"slices_total\": {}, "
+                    "\"voxels_done\": {}, "
+                    "\"voxels_total\": {}, \"seconds\": {:.3f}, \"mvoxels_per_second\": {:.3f}, "
+                    "\"seconds_left\": {:.1f}}}\n",
+                    event.slices_done, event.slices_total, event.voxels_done, event.voxels_total,
+                    event.seconds, rate(event, start_) * 1e-6, seconds_left(event, start_)));
+}
+
+void Progress::print_line(const std::string& line) {
+    end();
+    std::string text = printable(line) + '\n';
+    if (style_ == Style::kJson) {
+        rapidjson::StringBuffer quoted;
+        rapidjson::Writer<rapidjson::StringBuffer> writer(quoted);
+        writer.String(line.c_str(), static_cast<rapidjson::SizeType>(line.size()));
+        text = fmt::format("{{\"event\": \"print\", \"line\": {}}}\n", quoted.GetString());
+    }
+    put(stream_, text);
+    std::fflush(stream_);
+}
+
+void Progress::end() {
+    if (!bar_shown_) return;
+    put(stream_, "\r\x1b[K");
+    std::fflush(stream_);
+    bar_shown_ = false;
+}
+
+}  // namespace openfab::report

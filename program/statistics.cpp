@@ -1,0 +1,171 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "program/statistics.h"
+
+#include <fmt/format.h>
+#include <rapidjson/prettywriter.h>
+#include <rapidjson/stringbuffer.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+
+#include "base/text.h"
+
+namespace openfab::report {
+
+namespace {
+
+using Writer = rapidjson::PrettyWriter<rapidjson::StringBuffer>;
+
+void write(Writer& w, const std::string& text) {
+    const std::string valid = valid_utf8(text);
+    w.String(valid.c_str(), static_cast<rapidjson::SizeType>(valid.size()));
+}
+void write(Writer& w, const char* key, int64_t value) {
+    w.Key(key);
+    w.Int64(value);
+}
+void write(Writer& w, const char* key, double value) {
+    w.Key(key);
+    w.Double(value);
+}
+void write(Writer& w, const char* key, const std::string& value) {
+    w.Key(key);
+    write(w, value);
+}
+
+double rate(int64_t voxels, double seconds) {
+    return seconds > 0 ? static_cast<double>(voxels) / seconds * 1e-6 : 0;
+}
+
+void write_materials(Writer& w, const slab::PrintStatistics& s, const backends::PrintInfo& info) {
+    const double voxel_ml = info.pitch_mm.x * info.pitch_mm.y * info.pitch_mm.z * 1e-3;
+    w.Key("voxels_by_material");
+    w.StartObject();
+    for (size_t code = 1; code < s.voxels_by_code.size(); ++code) {
+        write(w, valid_utf8(info.materials[code - 1].name).c_str(), s.voxels_by_code[code]);
+    }
+    w.EndObject();
+    w.Key("ml_by_material");
+    w.StartObject();
+    for (size_t code = 1; code < s.voxels_by_code.size(); ++code) {
+        write(w, valid_utf8(info.materials[code - 1].name).c_str(),
+              static_cast<double>(s.voxels_by_code[code]) * voxel_ml);
+    }
+    w.EndObject();
+    w.Key("g_by_material");
+    w.StartObject();
+    for (size_t code = 1; code < s.voxels_by_code.size(); ++code) {
+        write(w, valid_utf8(info.materials[code - 1].name).c_str(),
+              static_cast<double>(s.voxels_by_code[code]) * voxel_ml *
+                  info.materials[code - 1].density_g_cm3);
+    }
+    w.EndObject();
+}
+
+void write_times(Writer& w, const slab::PrintStatistics& s) {
+    write(w, "slices", int64_t{s.slices});
+    if (s.slices_kept > 0) write(w, "slices_kept", int64_t{s.slices_kept});
+    if (s.layer_time_s > 0) write(w, "print_seconds", s.layer_time_s * s.slices);
+    write(w, "seconds_total", s.seconds_total);
+    write(w, "seconds_first_slice", s.seconds_first_slice);
+    w.Key("seconds_by_phase");
+    w.StartObject();
+    for (const auto& [phase, seconds] : s.seconds_by_phase)
+        write(w, phase.c_str(), seconds);
+    w.EndObject();
+    write(w, "mvoxels_per_second", rate(slab::voxels_printed(s), s.seconds_total));
+    write(w, "msolid_per_second", rate(s.voxels_solid - s.voxels_solid_kept, s.seconds_total));
+    write(w, "peak_rss_bytes", s.peak_rss_bytes);
+    write(w, "threads", int64_t{s.threads});
+}
+
+void write_work(Writer& w, const slab::PrintStatistics& s) {
+    w.Key("blocks");
+    w.StartObject();
+    write(w, "total", s.blocks_total);
+    write(w, "filled", s.blocks_filled);
+    write(w, "evaluated", s.blocks_evaluated);
+    w.EndObject();
+    w.Key("queries");
+    w.StartObject();
+    write(w, "asked", s.queries_asked);
+    write(w, "skipped", s.queries_skipped);
+    w.EndObject();
+    w.Key("cache");
+    w.StartObject();
+    write(w, "hits", s.cache_hits);
+    write(w, "misses", s.cache_misses);
+    write(w, "evictions", s.cache_evictions);
+    write(w, "peak_bytes", s.cache_peak_bytes);
+    w.EndObject();
+    write(w, "weights_not_usable", s.weights_not_usable);
+    write(w, "displacements_not_finite", s.displacements_not_finite);
+    write(w, "displacements_cut", s.displacements_cut);
+}
+
+}  // namespace
+
+std::string statistics_json(const slab::PrintStatistics& s, const backends::PrintInfo& info) {
+    rapidjson::StringBuffer buffer;
+    Writer w(buffer);
+    w.SetMaxDecimalPlaces(6);
+    w.SetIndent(' ', 2);
+    w.StartObject();
+    write(w, "title", info.title);
+    write(w, "printer", info.printer);
+    w.Key("complete");
+    w.Bool(s.complete);
+    // As text: JSON readers keep 53 bits of a number.
+    write(w, "hash", fmt::format("{:016x}", s.hash));
+    w.Key("size_voxels");
+    w.SetFormatOptions(rapidjson::kFormatSingleLineArray);
+    w.StartArray();
+    for (int a = 0; a < 3; ++a)
+        w.Int(info.size[a]);
+    w.EndArray();
+    w.Key("pitch_mm");
+    w.StartArray();
+    for (int a = 0; a < 3; ++a)
+        w.Double(info.pitch_mm[a]);
+    w.EndArray();
+    w.SetFormatOptions(rapidjson::kFormatDefault);
+    write(w, "voxels_total", s.voxels_total);
+    write(w, "voxels_solid", s.voxels_solid);
+    if (info.support_code != 0) {
+        write(w, "voxels_support", s.voxels_support);
+        write(w, "support_material",
+              info.materials[static_cast<size_t>(info.support_code - 1)].name);
+    }
+    write_materials(w, s, info);
+    write_times(w, s);
+    write_work(w, s);
+    w.Key("warnings");
+    w.StartArray();
+    for (const std::string& warning : s.warnings)
+        write(w, warning);
+    w.EndArray();
+    w.EndObject();
+    return std::string(buffer.GetString(), buffer.GetSize()) + "\n";
+}
+
+Result<void> write_statistics(const std::filesystem::path& file,
+                              const slab::PrintStatistics& statistics,
+                              const backends::PrintInfo& info) {
+    const std::string text = statistics_json(statistics, info);
+    std::FILE* out = std::fopen(file.c_str(), "wb");
+    if (out == nullptr) {
+        return outside_error(
+            fmt::format("{}: cannot be written: {}", file.string(), std::strerror(errno)));
+    }
+    const bool written = std::fwrite(text.data(), 1, text.size(), out) == text.size();
+    const int write_error = errno;
+    if (std::fclose(out) != 0 || !written) {
+        return outside_error(fmt::format("{}: cannot be written: {}", file.string(),
+                                         std::strerror(written ? errno : write_error)));
+    }
+    return {};
+}
+
+}  // namespace openfab::report

@@ -1,0 +1,252 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/dither/band.h"
+
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstring>
+
+#include "abi/voxel_hash.h"
+#include "base/clock.h"
+#include "runtime/dither/support_fill.h"
+
+namespace openfab::slab {
+
+namespace {
+
+// 0x00 or 0xff in byte z for each bit z.
+uint64_t spread(uint8_t bits) {
+    const uint64_t each = (bits * 0x0101010101010101u) & 0x8040201008040201u;
+    return ((each + 0x7f7f7f7f7f7f7f7fu) >> 7 & 0x0101010101010101u) * 255u;
+}
+
+// Bit z where byte z is OPENFAB_CODE_MIXED, the one code with its top bit set.
+uint8_t mixed_bits(uint64_t codes) {
+    return static_cast<uint8_t>(((codes >> 7 & 0x0101010101010101u) * 0x0102040810204080u) >> 56);
+}
+
+uint64_t load8(const uint8_t* p) {
+    uint64_t v;
+    std::memcpy(&v, p, 8);
+    return v;
+}
+
+}  // namespace
+
+void RowBand::reset(int32_t row_index, int32_t block_columns, int32_t first, int32_t end) {
+    if (blocks != block_columns) {
+        blocks = block_columns;
+        codes.assign(static_cast<size_t>(width()) * 64, 0);
+        mixed.assign(static_cast<size_t>(mixed_stride()) * 8, 0);
+        tile.assign(static_cast<size_t>(blocks), -1);
+    } else if (first_block < end_block) {
+        for (int32_t y = 0; y < 8; ++y) {
+            std::memset(codes_at(8 * first_block, y), 0,
+                        static_cast<size_t>(end_block - first_block) * 64);
+            std::memset(mixed_row(y) + 8 * first_block, 0,
+                        static_cast<size_t>(end_block - first_block) * 8);
+        }
+        std::fill(tile.begin() + first_block, tile.begin() + end_block, -1);
+    }
+    row = row_index;
+    first_block = first;
+    end_block = end;
+    any_mixed = false;
+    tile_count = 0;
+    fractions.clear();
+}
+
+void RowBand::fill(int32_t block, const uint8_t* owned, uint8_t code) {
+    const uint64_t all = code * 0x0101010101010101u;
+    for (int32_t y = 0; y < 8; ++y) {
+        uint8_t* out = codes_at(8 * block, y);
+        if (load8(owned + y * 8) == ~uint64_t{0}) {
+            std::memset(out, code, 64);
+            continue;
+        }
+        for (int32_t x = 0; x < 8; ++x, out += 8) {
+            const uint8_t bits = owned[y * 8 + x];
+            if (bits == 0) continue;
+            const uint64_t mask = spread(bits);
+            const uint64_t value = (load8(out) & ~mask) | (all & mask);
+            std::memcpy(out, &value, 8);
+        }
+    }
+}
+
+void RowBand::merge(int32_t block, const uint8_t* owned, const uint8_t* block_codes,
+                    const uint16_t* tile_values, int32_t channels) {
+    const size_t voxel_values = static_cast<size_t>(channels) * 8;
+    bool has_mixed = false;
+    for (int32_t y = 0; y < 8; ++y) {
+        uint8_t* out = codes_at(8 * block, y);
+        uint8_t* out_mixed = mixed_row(y) + 8 * block;
+        for (int32_t x = 0; x < 8; ++x, out += 8) {
+            const uint8_t bits = owned[y * 8 + x];
+            if (bits == 0) continue;
+            const uint64_t mask = spread(bits);
+            const uint64_t given = load8(block_codes + (y * 8 + x) * 8);
+            const uint64_t value = (load8(out) & ~mask) | (given & mask);
+            std::memcpy(out, &value, 8);
+            const auto voxels = static_cast<uint8_t>(mixed_bits(given) & bits);
+            out_mixed[x] = static_cast<uint8_t>(out_mixed[x] | voxels);
+            has_mixed = has_mixed || voxels != 0;
+        }
+    }
+    if (!has_mixed) return;
+    any_mixed = true;
+    const size_t tile_values_count = 64 * voxel_values;
+    int32_t& index = tile[static_cast<size_t>(block)];
+    if (index < 0) {
+        // The whole tile: fractions of voxels that are not mixed are never looked at.
+        index = tile_count++;
+        fractions.insert(fractions.end(), tile_values, tile_values + tile_values_count);
+        return;
+    }
+    // Another part had voxels of this block before: take ours only.
+    uint16_t* into = &fractions[static_cast<size_t>(index) * tile_values_count];
+    for (size_t v = 0; v < 64; ++v) {
+        for (size_t i = 0; i < voxel_values; ++i) {
+            if (owned[v] >> (i % 8) & 1)
+                into[v * voxel_values + i] = tile_values[v * voxel_values + i];
+        }
+    }
+}
+
+size_t RowBand::bytes() const {
+    return codes.capacity() + mixed.capacity() + tile.capacity() * 4 + fractions.capacity() * 2;
+}
+
+bool GroupPlanes::reset(int32_t grid_width, int32_t grid_height, int32_t voxel_bits) {
+    const int64_t before = plane_bytes;
+    bits = voxel_bits;
+    width = grid_width;
+    height = grid_height;
+    row_bytes = (int64_t{grid_width} * bits + 7) / 8;
+    plane_bytes = row_bytes * grid_height;
+    const auto bytes = static_cast<size_t>(plane_bytes) * 8;
+    if (data == nullptr || plane_bytes != before) {
+        data.reset(static_cast<uint8_t*>(std::calloc(bytes, 1)));
+        return data != nullptr;
+    }
+    tbb::this_task_arena::isolate([&] {
+        constexpr size_t kPiece = size_t{4} << 20;
+        tbb::parallel_for(tbb::blocked_range<size_t>(0, bytes, kPiece), [&](const auto& piece) {
+            std::memset(data.get() + piece.begin(), 0, piece.size());
+        });
+    });
+    return true;
+}
+
+GroupDither::GroupDither(const openfab_stage_set& set, openfab_isa isa, DitherRule rule,
+                         uint64_t seed, const Vec3i& size, const SupportFill* support)
+    : calls_(set, isa), support_(support) {
+    setup_ = {rule, isa, abi::fold_seed(seed), calls_.channels(), (size.x + 7) / 8 * 8};
+    // Never cleared again: errors of voxels that are not mixed are not taken, they must only be
+    // finite.
+    errors_.assign(error_count(setup_), 0.0f);
+    nothing_mixed_.assign(static_cast<size_t>(setup_.width + 2 * kRowMargin), 0);
+}
+
+void GroupDither::begin(int32_t group, uint8_t slices, GroupPlanes* planes) {
+    z_ = 8 * group;
+    slices_ = slices;
+    planes_ = planes;
+    held_ = nullptr;
+}
+
+int GroupDither::add(RowBand* band, RowBand** released) {
+    const uint8_t* nothing = nothing_mixed_.data() + kRowMargin;
+    const bool adjacent = held_ != nullptr && held_->row + 1 == band->row;
+    int status = 0;
+    if (held_ != nullptr) status = finish_held(adjacent ? band->mixed_row(0) : nothing);
+    if (status == 0 && band->any_mixed)
+        dither_rows(band, 0, 7, adjacent ? held_->mixed_row(7) : nothing, band->mixed_row(7));
+    *released = held_;
+    held_ = band;
+    return status;
+}
+
+int GroupDither::end(RowBand** released) {
+    const int status = held_ != nullptr ? finish_held(nothing_mixed_.data() + kRowMargin) : 0;
+    *released = held_;
+    held_ = nullptr;
+    return status;
+}
+
+int GroupDither::finish_held(const uint8_t* below) {
+    if (held_->any_mixed) dither_rows(held_, 7, 1, held_->mixed_row(6), below);
+    double start = seconds_now();
+    if (support_ != nullptr && support_->on()) {
+        add_support(*support_, z_, planes_->height, held_);
+        const double filled = seconds_now();
+        seconds_support += filled - start;
+        start = filled;
+    }
+    // Bytes of a row; a block takes as many as a voxel has bits.
+    const int32_t bits = planes_->bits;
+    const int32_t first = bits * held_->first_block;
+    const int32_t end =
+        static_cast<int32_t>(std::min<int64_t>(bits * held_->end_block, planes_->row_bytes));
+    const int status = pack_held(first, end);
+    seconds_pack += seconds_now() - start;
+    return status;
+}
+
+/// Bytes [first, end) of each row.
+int GroupDither::pack_held(int32_t first, int32_t end) {
+    const int32_t bits = planes_->bits, y = 8 * held_->row;
+    const int32_t rows = std::min(8, planes_->height - y);
+    if (end <= first || rows <= 0) return 0;
+    uint8_t* to = planes_->data.get() + y * planes_->row_bytes + first;
+    if (!std::has_single_bit(slices_)) {
+        return calls_.pack(bits, held_->codes_at(8 * held_->first_block, 0), 8 * held_->width(),
+                           end - first, rows, to, planes_->row_bytes, planes_->plane_bytes);
+    }
+    const int32_t z = std::countr_zero(slices_);
+    to += z * planes_->plane_bytes;
+    for (int32_t row = 0; row < rows; ++row, to += planes_->row_bytes) {
+        const uint8_t* from = held_->codes_at(8 * held_->first_block, row) + z;
+        for (int32_t b = 0; b < end - first; ++b) {
+            to[b] = bits == 8 ? from[8 * b]
+                              : static_cast<uint8_t>(from[16 * b] | from[16 * b + 8] << 4);
+        }
+    }
+    return 0;
+}
+
+// `above` is the row over the first, `below` the one under the last.
+void GroupDither::dither_rows(RowBand* band, int32_t first, int32_t count, const uint8_t* above,
+                              const uint8_t* below) {
+    const double start = seconds_now();
+    for (int32_t b = band->first_block; b < band->end_block; ++b) {
+        if (band->tile[static_cast<size_t>(b)] < 0) continue;
+        int32_t end = b + 1;
+        while (end < band->end_block && band->tile[static_cast<size_t>(end)] >= 0)
+            ++end;
+        std::array<DitherRow, 8> rows;
+        for (int32_t i = 0; i < count; ++i) {
+            const int32_t y = first + i;
+            DitherRow& row = rows[static_cast<size_t>(i)];
+            row.fractions = band->fractions.data();
+            row.tiles = &band->tile[static_cast<size_t>(b)];
+            row.blocks = end - b;
+            row.first_x = 8 * b;
+            row.above = (i == 0 ? above : band->mixed_row(y - 1)) + row.first_x;
+            row.here = band->mixed_row(y) + row.first_x;
+            row.below = (i + 1 == count ? below : band->mixed_row(y + 1)) + row.first_x;
+            row.y = 8 * band->row + y;
+            row.z = z_;
+            row.codes = band->codes_at(row.first_x, y);
+        }
+        slab::dither_rows(setup_, rows.data(), count, errors_.data());
+        b = end;
+    }
+    seconds_dither += seconds_now() - start;
+}
+
+}  // namespace openfab::slab

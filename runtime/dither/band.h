@@ -1,0 +1,107 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Rows of blocks on their way from the volume stage to packed slices. A RowBand is one row of
+// blocks (8 voxels in y) of a group of 8 slices with codes everywhere and fractions only for blocks
+// that hold a mixed voxel. Bands are made independently, in any order; GroupDither takes them in
+// +y, one voxel row behind, because how a voxel is dithered depends on which voxels of the next row
+// are mixed.
+
+#include <cstdint>
+#include <cstdlib>
+#include <memory>
+#include <vector>
+
+#include "abi/stages.h"
+#include "base/vec.h"
+#include "runtime/dither/dither_row.h"
+
+namespace openfab::slab {
+
+struct RowBand {
+    int32_t row = 0;                         ///< block row: voxels y = 8 row .. 8 row + 7
+    int32_t blocks = 0;                      ///< block columns of the grid
+    int32_t first_block = 0, end_block = 0;  ///< the columns that anything was written to
+    bool any_mixed = false;
+    std::vector<uint8_t> codes;       ///< (z 8, x 8 blocks, y 8)
+    std::vector<uint8_t> mixed;       ///< [y][kRowMargin + x + kRowMargin], bit z
+    std::vector<int32_t> tile;        ///< per block column; -1: no fractions
+    std::vector<uint16_t> fractions;  ///< tiles
+    int32_t tile_count = 0;
+
+    int32_t width() const { return 8 * blocks; }
+    int32_t mixed_stride() const { return width() + 2 * kRowMargin; }
+    uint8_t* codes_at(int32_t x, int32_t y) {
+        return &codes[(static_cast<size_t>(y) * width() + x) * 8];
+    }
+    const uint8_t* mixed_row(int32_t y) const {
+        return &mixed[static_cast<size_t>(y) * mixed_stride() + kRowMargin];
+    }
+    uint8_t* mixed_row(int32_t y) {
+        return &mixed[static_cast<size_t>(y) * mixed_stride() + kRowMargin];
+    }
+
+    /// All void. `first` and `end` bound the block columns that will be written; what a band of the
+    /// same grid held before is cleared.
+    void reset(int32_t row_index, int32_t block_columns, int32_t first, int32_t end);
+
+    /// One material in the owned voxels of a block (64 bytes, bit z of byte y * 8 + x).
+    void fill(int32_t block, const uint8_t* owned, uint8_t code);
+
+    /// The owned voxels of an evaluated block: codes and fractions as `normalise` gives them.
+    void merge(int32_t block, const uint8_t* owned, const uint8_t* block_codes,
+               const uint16_t* tile_values, int32_t channels);
+    size_t bytes() const;
+};
+
+/// 8 packed slices of the grid. Plane z starts at z * plane_bytes.
+struct GroupPlanes {
+    int32_t bits = 4;               ///< a voxel
+    int32_t width = 0, height = 0;  ///< voxels
+    int64_t row_bytes = 0, plane_bytes = 0;
+    /// 8 planes. Of a tray they are 200 MB: pages come when they are written, by whoever does.
+    std::unique_ptr<uint8_t, decltype(&std::free)> data{nullptr, &std::free};
+
+    /// All voxels void. Memory is kept where the size is the same; false where there is none.
+    [[nodiscard]] bool reset(int32_t grid_width, int32_t grid_height, int32_t voxel_bits);
+};
+
+struct SupportFill;
+
+class GroupDither {
+  public:
+    /// `size` of the grid in voxels; memory is kept from group to group. `support`, if any, takes
+    /// the voxels that are left void.
+    GroupDither(const openfab_stage_set& set, openfab_isa isa, DitherRule rule, uint64_t seed,
+                const Vec3i& size, const SupportFill* support = nullptr);
+
+    /// Slices 8 group .. 8 group + 7 into `planes`, which was reset. Of those not in `slices`, by
+    /// bit, nothing may be written.
+    void begin(int32_t group, uint8_t slices, GroupPlanes* planes);
+    /// The next row of blocks; rows may be left out where nothing is printed. The band is taken
+    /// over, and the one before it is given back for reuse. `status` is 0 or a Halide error code.
+    int add(RowBand* band, RowBand** released);
+    /// After the last band.
+    int end(RowBand** released);
+
+    double seconds_dither = 0, seconds_support = 0, seconds_pack = 0;
+
+  private:
+    void dither_rows(RowBand* band, int32_t first, int32_t count, const uint8_t* above,
+                     const uint8_t* below);
+    int finish_held(const uint8_t* below);
+    int pack_held(int32_t first, int32_t end);
+
+    StageCalls calls_;
+    DitherSetup setup_;
+    const SupportFill* support_;
+    int32_t z_ = 0;
+    uint8_t slices_ = 0;
+    GroupPlanes* planes_ = nullptr;
+    RowBand* held_ = nullptr;
+    std::vector<float> errors_;
+    std::vector<uint8_t> nothing_mixed_;
+};
+
+}  // namespace openfab::slab

@@ -1,0 +1,359 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/part/bind.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <tuple>
+
+#include "base/json.h"
+#include "base/near_miss.h"
+#include "mesh/load/load_mesh.h"
+#include "mesh/model/mesh_memory.h"
+#include "runtime/part/part_mesh.h"
+#include "runtime/part/uniforms.h"
+#include "texture/cache.h"
+#include "texture/volume.h"
+#include "world/uniform_values.h"
+
+namespace openfab::scene {
+namespace {
+
+const openfab_fablet* find_fablet(const openfab_fablet_list& list, const std::string& name) {
+    for (int32_t i = 0; i < list.count; ++i) {
+        if (name == list.fablets[i]->name) return list.fablets[i];
+    }
+    return nullptr;
+}
+
+std::vector<std::string> fablet_names(const openfab_fablet_list& list) {
+    std::vector<std::string> names;
+    for (int32_t i = 0; i < list.count; ++i)
+        names.emplace_back(list.fablets[i]->name);
+    return names;
+}
+
+/// A --set, taken apart.
+struct SetValue {
+    std::string object;
+    std::string uniform;
+    UniformBinding binding;
+};
+
+Result<SetValue> parse_set(const std::string& text) {
+    const size_t equals = text.find('=');
+    const size_t dot = equals == std::string::npos ? equals : text.rfind('.', equals);
+    if (dot == std::string::npos || dot == 0 || dot + 1 == equals || equals + 1 == text.size()) {
+        return usage_error(fmt::format("--set {}: not of the form OBJECT.UNIFORM=VALUE", text));
+    }
+    SetValue out;
+    out.object = text.substr(0, dot);
+    out.uniform = text.substr(dot + 1, equals - dot - 1);
+    const std::string value = text.substr(equals + 1);
+    JsonValue json;
+    if (Result<JsonValue> parsed = parse_json(value, "--set");
+        parsed && !parsed->is(JsonValue::Kind::kNull)) {
+        json = std::move(*parsed);
+    } else {
+        // A bare word is a name; what starts like other JSON is a slip.
+        if (std::string_view("[{\"-+.0123456789").find(value[0]) != std::string_view::npos) {
+            return usage_error(fmt::format("--set {}: the value is neither JSON nor a name", text));
+        }
+        json.kind = JsonValue::Kind::kString;
+        json.text = value;
+    }
+    const Place place{fmt::format("--set {}", text), 0, 0};
+    Result<UniformBinding> binding =
+        uniform_binding(json, place, fmt::format("uniform `{}`", out.uniform));
+    if (!binding)
+        return usage_error(
+            fmt::format("--set {}: the value is not a number, a name or an array of these", text));
+    out.binding = std::move(*binding);
+    out.binding.place = place;
+    return out;
+}
+
+class WorldBinder {
+  public:
+    WorldBinder(const World& world, const openfab_fablet_list& fablets, int64_t memory_bytes)
+        : world_(world), fablets_(fablets), memory_bytes_(memory_bytes) {}
+
+    Result<std::vector<Part>> run(const BindOptions& options) {
+        if (Result<void> sets = read_sets(options); !sets) return sets.error();
+        memory_left_ = options.memory_bytes;
+        for (const Mesh& mesh : world_.meshes)
+            memory_left_ -= mesh_bytes(counts_of(mesh));
+        std::vector<Part> parts;
+        parts.reserve(world_.build.size());
+        for (size_t i = 0; i < world_.build.size(); ++i) {
+            Result<Part> part = bind_placement(world_.build[i], static_cast<int32_t>(i));
+            if (!part) return part.error();
+            if (memory_left_ < 0) {
+                return user_error(fmt::format(
+                    "{}: the parts up to this one, `{}`, take more memory than the {} MB that are "
+                    "allowed; allow more with `--memory`, or give placements the same scale and "
+                    "fewer uniforms of their own",
+                    world_.build[i].place.str(), part->name, options.memory_bytes / 1'000'000));
+            }
+            parts.push_back(std::move(*part));
+        }
+        return parts;
+    }
+
+  private:
+    Result<void> read_sets(const BindOptions& options) {
+        std::vector<std::string> objects;
+        for (const Object& object : world_.objects)
+            objects.push_back(object.name);
+        for (const std::string& text : options.sets) {
+            Result<SetValue> set = parse_set(text);
+            if (!set) return set.error();
+            if (std::find(objects.begin(), objects.end(), set->object) == objects.end()) {
+                return user_error(fmt::format("--set {}: no object is called `{}`; {}", text,
+                                              set->object, suggest(set->object, objects)));
+            }
+            sets_[set->object].insert_or_assign(set->uniform, std::move(set->binding));
+        }
+        return Ok{};
+    }
+
+    Result<const openfab_fablet*> fablet_of(const Object& object) const {
+        const FabletRef& ref = world_.fablets.at(object.fablet);
+        const openfab_fablet* fablet = find_fablet(fablets_, ref.fablet);
+        if (fablet == nullptr) {
+            return user_error(fmt::format("{}: fablet `{}` is not in this print; {}",
+                                          ref.place.str(), ref.fablet,
+                                          suggest(ref.fablet, fablet_names(fablets_))));
+        }
+        if (fablet->abi_version != OPENFAB_ABI_VERSION) {
+            return user_error(fmt::format(
+                "fablet `{}` was compiled for version {} of the runtime, this is {}; build it "
+                "again",
+                ref.fablet, fablet->abi_version, OPENFAB_ABI_VERSION));
+        }
+        return fablet;
+    }
+
+    Result<Part> bind_placement(const Placement& placement, int32_t instance) {
+        const Object& object = world_.objects[static_cast<size_t>(placement.object)];
+        const Result<const openfab_fablet*> fablet = fablet_of(object);
+        if (!fablet) return fablet.error();
+        UniformBindings bindings = object.uniforms;
+        for (const auto& [name, binding] : placement.overrides)
+            bindings.insert_or_assign(name, binding);
+        if (const auto sets = sets_.find(object.name); sets != sets_.end()) {
+            for (const auto& [name, binding] : sets->second)
+                bindings.insert_or_assign(name, binding);
+        }
+        Result<BoundUniforms> uniforms =
+            bind_uniforms(world_, **fablet, bindings, object.name, object.place);
+        if (!uniforms) return uniforms.error();
+
+        Part part;
+        part.name = object.name;
+        part.fablet = *fablet;
+        part.uniform_values = std::move(uniforms->values);
+        part.slot_material = std::move(uniforms->slot_material);
+        part.max_displacement_mm = static_cast<float>(object.max_displacement_mm);
+        part.priority = object.priority;
+        part.support = object.support;
+        part.instance = instance;
+        for (size_t i = 0; i < uniforms->textures.size(); ++i) {
+            Result<std::shared_ptr<const texture::Pyramid>> pyramid =
+                open_texture(uniforms->textures[i], uniforms->texture_is_volume[i]);
+            if (!pyramid) return pyramid.error();
+            part.textures.push_back(std::move(*pyramid));
+        }
+        for (const int32_t place : uniforms->objects) {
+            const std::vector<int32_t>& placed = placements_of(place);
+            memory_left_ -= static_cast<int64_t>(placed.size() * sizeof(int32_t));
+            if (memory_left_ < 0) return part;  // told of by run
+            part.objects.push_back(placed);
+        }
+        memory_left_ -= static_cast<int64_t>(sizeof part + part.name.size() +
+                                             part.uniform_values.size() * sizeof(uint32_t));
+        const Result<PolarFactors> polar = polar_factors(placement.transform.m);
+        if (!polar)
+            return user_error(fmt::format("{}: {}", placement.place.str(), polar.error().message));
+        if (memory_left_ < 0) return part;
+        Result<std::shared_ptr<const PartMesh>> mesh = part_mesh(object, **fablet, polar->s);
+        if (mesh && *mesh == nullptr) return part;
+        if (!mesh) return mesh.error();
+        part.mesh = std::move(*mesh);
+        part.local_to_build =
+            part_local_to_build(*polar, placement.transform.t, part.mesh->center_part_mm);
+        return part;
+    }
+
+    const std::vector<int32_t>& placements_of(int32_t object) {
+        if (placements_.empty()) {
+            placements_.resize(world_.objects.size());
+            for (size_t i = 0; i < world_.build.size(); ++i)
+                placements_[static_cast<size_t>(world_.build[i].object)].push_back(
+                    static_cast<int32_t>(i));
+        }
+        return placements_[static_cast<size_t>(object)];
+    }
+
+    Result<std::shared_ptr<const texture::Pyramid>> open_texture(int32_t index, bool volume) {
+        auto& known = textures_[{index, volume}];
+        if (known != nullptr) return known;
+        const Texture& texture = world_.textures[static_cast<size_t>(index)];
+        static constexpr const char* kSpaces[] = {"auto", "srgb", "linear", "data"};
+        const texture::ImageOptions options{kSpaces[static_cast<size_t>(texture.space)],
+                                            texture.luminance};
+        const auto wrap = static_cast<int32_t>(texture.wrap);
+        const auto filter = static_cast<int32_t>(texture.filter);
+        const texture::ReadLimits limits{memory_bytes_, world_.roots};
+        Result<std::shared_ptr<const texture::Pyramid>> pyramid =
+            volume ? texture::get_volume(texture.file,
+                                         {options, texture.origin_mm, texture.spacing_mm}, wrap,
+                                         filter, limits)
+                   : texture::get_pyramid(texture.file, options, wrap, filter, limits);
+        if (!pyramid) {
+            return Error{pyramid.error().code,
+                         fmt::format("{}: texture `{}`: {}", texture.place.str(), texture.name,
+                                     pyramid.error().message)};
+        }
+        known = *pyramid;
+        return known;
+    }
+
+    Result<std::shared_ptr<const PartMesh>> part_mesh(const Object& object,
+                                                      const openfab_fablet& fablet,
+                                                      const std::array<double, 9>& s) {
+        auto& known = meshes_[{object.mesh, &fablet, s}];
+        if (known != nullptr) return known;
+        memory_left_ -= part_mesh_bytes(world_.meshes[static_cast<size_t>(object.mesh)], fablet);
+        if (memory_left_ < 0) return known;  // run says that it is too much
+        Result<std::shared_ptr<const PartMesh>> made =
+            make_part_mesh(world_.meshes[static_cast<size_t>(object.mesh)], fablet, s);
+        if (!made)
+            return user_error(fmt::format("{}: {}", object.mesh_place.str(), made.error().message));
+        known = *made;
+        return known;
+    }
+
+    const World& world_;
+    const openfab_fablet_list& fablets_;
+    int64_t memory_bytes_;
+    int64_t memory_left_ = 0;
+    std::vector<std::vector<int32_t>> placements_;  ///< by object; empty until one is asked for
+    std::map<std::string, UniformBindings> sets_;
+    std::map<std::pair<int32_t, bool>, std::shared_ptr<const texture::Pyramid>> textures_;
+    // Looked up alone, never walked: the order of pointers must not show.
+    std::map<std::tuple<int32_t, const openfab_fablet*, std::array<double, 9>>,
+             std::shared_ptr<const PartMesh>>
+        meshes_;
+};
+
+/// Distinct, bright colours: hue steps by the golden ratio, so that any number of them stay apart.
+Rgba8 generated_color(size_t index) {
+    const double hue = static_cast<double>(index) * 0.6180339887498949;
+    const double h = (hue - std::floor(hue)) * 6;
+    const auto channel = [&](double offset) {
+        double k = h + offset;
+        k -= std::floor(k / 6) * 6;
+        const double value = std::min(std::max(std::min(k, 4 - k), 0.0), 1.0);
+        return static_cast<uint8_t>(40 + 200 * (1 - value));
+    };
+    return {channel(5), channel(3), channel(1), 255};
+}
+
+/// The files that are set for textures become textures of these names.
+Result<void> add_textures(const openfab_fablet& fablet, const std::vector<std::string>& sets,
+                          const Place& place, World* world) {
+    for (const std::string& text : sets) {
+        const Result<SetValue> set = parse_set(text);
+        if (!set) return set.error();
+        const auto* names = std::get_if<std::vector<std::string>>(&set->binding.value);
+        const bool texture = std::any_of(
+            fablet.uniforms, fablet.uniforms + fablet.uniform_count, [&](const openfab_uniform& u) {
+                return set->uniform == u.name &&
+                       (u.kind == OPENFAB_UNIFORM_TEXTURE2D || u.kind == OPENFAB_UNIFORM_TEXTURE3D);
+            });
+        for (size_t i = 0; names != nullptr && texture && i < names->size(); ++i) {
+            const std::string& name = (*names)[i];
+            const bool known = std::any_of(world->textures.begin(), world->textures.end(),
+                                           [&](const Texture& t) { return t.name == name; });
+            std::error_code ignored;
+            if (!known && !std::filesystem::exists(name, ignored)) {
+                return user_error(fmt::format("--set {}: there is no file `{}`", text, name));
+            }
+            if (known) continue;
+            Texture added;
+            added.name = name;
+            added.file = name;
+            added.place = place;
+            world->textures.push_back(std::move(added));
+            world->files.push_back(name);
+        }
+    }
+    return Ok{};
+}
+
+}  // namespace
+
+Result<std::vector<Part>> bind(const World& world, const openfab_fablet_list& fablets,
+                               const BindOptions& options) {
+    return WorldBinder(world, fablets, options.memory_bytes).run(options);
+}
+
+Result<World> make_quick_world(const std::filesystem::path& mesh,
+                               const openfab_fablet_list& fablets, const std::string& fablet,
+                               const std::vector<std::string>& sets, int64_t memory_bytes) {
+    const openfab_fablet* found =
+        fablet.empty() && fablets.count == 1 ? fablets.fablets[0] : find_fablet(fablets, fablet);
+    if (found == nullptr) {
+        const std::vector<std::string> names = fablet_names(fablets);
+        return user_error(
+            fablet.empty()
+                ? fmt::format("this print has {} fablets and a mesh names none; write a world",
+                              fablets.count)
+                : fmt::format("no fablet is called `{}`; {}", fablet, suggest(fablet, names)));
+    }
+    World world;
+    world.file = mesh;
+    world.files = {mesh};
+    world.printer = "generic";
+    MeshOptions options;
+    options.name = mesh.stem().string();
+    options.memory_bytes = memory_bytes;
+    Result<LoadedMesh> loaded = load_mesh(mesh, options);
+    if (!loaded) return loaded.error();
+    world.files.insert(world.files.end(), loaded->files.begin(), loaded->files.end());
+    for (std::string& warning : loaded->warnings)
+        world.warnings.push_back(std::move(warning));
+    world.meshes.push_back(std::move(loaded->mesh));
+
+    const Place place{mesh.string(), 0, 0};
+    world.fablets[found->name] = {found->source_name, found->name, place, place};
+    Object object;
+    object.name = options.name;
+    object.fablet = found->name;
+    object.place = object.mesh_place = place;
+    for (int32_t i = 0; i < found->uniform_count; ++i) {
+        const openfab_uniform& u = found->uniforms[i];
+        if (u.kind != OPENFAB_UNIFORM_MATERIAL) continue;
+        std::vector<std::string> names;
+        for (int32_t k = 0; k < u.array_length; ++k) {
+            Material material;
+            material.name = u.array_length == 1 ? u.name : fmt::format("{}[{}]", u.name, k);
+            material.key = material.preview = generated_color(world.materials.size());
+            material.place = place;
+            names.push_back(material.name);
+            world.materials.push_back(std::move(material));
+        }
+        object.uniforms[u.name] = {names, false, place};
+    }
+    if (Result<void> added = add_textures(*found, sets, place, &world); !added)
+        return added.error();
+    world.objects.push_back(std::move(object));
+    world.build.push_back({0, {}, {}, place});
+    return world;
+}
+
+}  // namespace openfab::scene

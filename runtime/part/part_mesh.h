@@ -1,0 +1,34 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// From a mesh to the part-local mesh that the pipeline runs on, its attributes laid out as a fablet
+// asks for them.
+
+#include <array>
+#include <memory>
+
+#include "base/polar.h"
+#include "base/result.h"
+#include "mesh/model/mesh.h"
+#include "runtime/part/part.h"
+
+namespace openfab::scene {
+
+/// Applies S to the mesh, moves it to the centre of its box, and resolves the surface inputs and
+/// @nearest attributes of `fablet`. Normals are those of the mesh (attribute "n") taken through the
+/// inverse of S, else the geometric ones, flat. Fails where the mesh lacks an attribute that has no
+/// default, or has it with another type; the message names the mesh and lists what it has.
+Result<std::shared_ptr<const PartMesh>> make_part_mesh(const Mesh& mesh,
+                                                       const openfab_fablet& fablet,
+                                                       const std::array<double, 9>& s);
+
+/// What make_part_mesh makes at most.
+int64_t part_mesh_bytes(const Mesh& mesh, const openfab_fablet& fablet);
+
+/// Sets part->mesh's companion: local_to_build = R and t such that part-local points land where M
+/// and t put them.
+Affine3d part_local_to_build(const PolarFactors& polar, const Vec3d& translation_mm,
+                             const Vec3d& center_part_mm);
+
+}  // namespace openfab::scene

@@ -1,0 +1,296 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/part/uniforms.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <memory>
+
+#include "abi/kernel_call.h"
+#include "base/near_miss.h"
+
+namespace openfab::scene {
+namespace {
+
+size_t value_count(const openfab_uniform& u) {
+    return static_cast<size_t>(u.components) * static_cast<size_t>(u.array_length);
+}
+
+const char* what_fits(openfab_scalar_type scalar) {
+    switch (scalar) {
+        case OPENFAB_BOOL:
+            return "true or false";
+        case OPENFAB_INT:
+            return "a whole number from -2147483648 to 2147483647";
+        case OPENFAB_UINT:
+            return "a whole number from 0 to 4294967295";
+        case OPENFAB_FLOAT:
+            return "a number";
+    }
+    return "a number";
+}
+
+/// The 32-bit pattern of a number, if the type holds it.
+bool to_bits(double value, bool boolean, openfab_scalar_type scalar, uint32_t* bits) {
+    if (boolean != (scalar == OPENFAB_BOOL)) return false;
+    switch (scalar) {
+        case OPENFAB_BOOL:
+            *bits = value != 0 ? 1 : 0;
+            return true;
+        case OPENFAB_INT:
+            if (value != std::floor(value) || value < -2147483648.0 || value > 2147483647.0)
+                return false;
+            *bits = static_cast<uint32_t>(static_cast<int32_t>(value));
+            return true;
+        case OPENFAB_UINT:
+            if (value != std::floor(value) || value < 0 || value > 4294967295.0) return false;
+            *bits = static_cast<uint32_t>(value);
+            return true;
+        case OPENFAB_FLOAT:
+            if (!(std::fabs(value) <= static_cast<double>(std::numeric_limits<float>::max())))
+                return false;
+            *bits = std::bit_cast<uint32_t>(static_cast<float>(value));
+            return true;
+    }
+    return false;
+}
+
+class Binder {
+  public:
+    Binder(const World& world, const openfab_fablet& fablet, const UniformBindings& bindings,
+           const std::string& object, const Place& object_place)
+        : world_(world),
+          fablet_(fablet),
+          bindings_(bindings),
+          object_(object),
+          object_place_(object_place) {}
+
+    Result<BoundUniforms> run() {
+        out_.values.assign(static_cast<size_t>(fablet_.uniform_value_count), 0);
+        out_.textures.assign(static_cast<size_t>(fablet_.texture_count), -1);
+        out_.texture_is_volume.assign(static_cast<size_t>(fablet_.texture_count), false);
+        out_.objects.assign(static_cast<size_t>(fablet_.object_count), -1);
+        out_.slot_material.assign(static_cast<size_t>(fablet_.slot_count), 0);
+        if (Result<void> known = check_names(); !known) return known.error();
+        for (int32_t i = 0; i < fablet_.uniform_count; ++i) {
+            const openfab_uniform& u = fablet_.uniforms[i];
+            const auto it = bindings_.find(u.name);
+            const Result<void> bound =
+                it == bindings_.end() ? take_default(u) : bind_one(u, it->second);
+            if (!bound) return bound.error();
+        }
+        derive_uniforms(fablet_, &out_.values);
+        return std::move(out_);
+    }
+
+  private:
+    Error at(const Place& place, const std::string& what) const {
+        return user_error(fmt::format("{}: {}", place.str(), what));
+    }
+
+    Result<void> check_names() const {
+        std::vector<std::string> known;
+        for (int32_t i = 0; i < fablet_.uniform_count; ++i)
+            known.emplace_back(fablet_.uniforms[i].name);
+        for (const auto& [name, binding] : bindings_) {
+            if (std::find(known.begin(), known.end(), name) != known.end()) continue;
+            return at(binding.place, fmt::format("fablet `{}` has no uniform `{}`; {}",
+                                                 fablet_.name, name, suggest(name, known)));
+        }
+        return Ok{};
+    }
+
+    Result<void> take_default(const openfab_uniform& u) {
+        if (u.kind != OPENFAB_UNIFORM_VALUE || u.default_bits == nullptr) {
+            return at(object_place_,
+                      fmt::format("object `{}` does not bind `{}` of fablet `{}`; give it {}",
+                                  object_, declaration(u), fablet_.name, what_is_needed(u)));
+        }
+        std::copy_n(u.default_bits, value_count(u), out_.values.begin() + u.first_index);
+        return Ok{};
+    }
+
+    static std::string what_is_needed(const openfab_uniform& u) {
+        const size_t n = value_count(u);
+        if (u.kind == OPENFAB_UNIFORM_OBJECT)
+            return n == 1 ? "the name of an object" : fmt::format("the names of {} objects", n);
+        if (u.kind == OPENFAB_UNIFORM_TEXTURE2D || u.kind == OPENFAB_UNIFORM_TEXTURE3D)
+            return n == 1 ? "the name of a texture" : fmt::format("the names of {} textures", n);
+        if (u.kind == OPENFAB_UNIFORM_MATERIAL) {
+            return n == 1 ? "the name of a material" : fmt::format("the names of {} materials", n);
+        }
+        return n == 1 ? what_fits(u.scalar)
+                      : fmt::format("an array of {} {}", n,
+                                    u.scalar == OPENFAB_BOOL ? "booleans" : "numbers");
+    }
+
+    std::string found(const UniformBinding& b) const {
+        if (const auto* names = std::get_if<std::vector<std::string>>(&b.value)) {
+            return names->size() == 1 ? fmt::format("the string `{}`", (*names)[0])
+                                      : fmt::format("{} strings", names->size());
+        }
+        const auto& numbers = std::get<std::vector<double>>(b.value);
+        if (numbers.size() != 1)
+            return fmt::format("{} {}", numbers.size(), b.boolean ? "booleans" : "numbers");
+        return b.boolean ? (numbers[0] != 0 ? "true" : "false")
+                         : fmt::format("the number {:.9g}", numbers[0]);
+    }
+
+    Error mismatch(const openfab_uniform& u, const UniformBinding& b) const {
+        return at(b.place, fmt::format("`{}` of fablet `{}` is given {}; it takes {}",
+                                       declaration(u), fablet_.name, found(b), what_is_needed(u)));
+    }
+
+    Error beyond(const openfab_uniform& u, const UniformBinding& b, double value) const {
+        const bool low = value < u.limits[0];
+        return at(b.place, fmt::format("`{}` of fablet `{}` is given {:.9g}; its `{}` is {:.9g}",
+                                       declaration(u), fablet_.name, value, low ? "min" : "max",
+                                       u.limits[low ? 0 : 1]));
+    }
+
+    Result<void> bind_one(const openfab_uniform& u, const UniformBinding& b) {
+        if (u.kind != OPENFAB_UNIFORM_VALUE) return bind_names(u, b);
+        const auto* numbers = std::get_if<std::vector<double>>(&b.value);
+        if (numbers == nullptr || numbers->size() != value_count(u)) return mismatch(u, b);
+        for (size_t i = 0; i < numbers->size(); ++i) {
+            uint32_t bits = 0;
+            if (!to_bits((*numbers)[i], b.boolean, u.scalar, &bits)) {
+                if (numbers->size() == 1 || b.boolean != (u.scalar == OPENFAB_BOOL))
+                    return mismatch(u, b);
+                return at(b.place,
+                          fmt::format(
+                              "`{}` of fablet `{}` is given {:.9g} as value {}; each must be {}",
+                              declaration(u), fablet_.name, (*numbers)[i], i, what_fits(u.scalar)));
+            }
+            if (u.limits != nullptr &&
+                !((*numbers)[i] >= u.limits[0] && (*numbers)[i] <= u.limits[1])) {
+                return beyond(u, b, (*numbers)[i]);
+            }
+            out_.values[static_cast<size_t>(u.first_index) + i] = bits;
+        }
+        return Ok{};
+    }
+
+    Result<void> bind_names(const openfab_uniform& u, const UniformBinding& b) {
+        const auto* names = std::get_if<std::vector<std::string>>(&b.value);
+        if (names == nullptr || names->size() != static_cast<size_t>(u.array_length))
+            return mismatch(u, b);
+        for (size_t i = 0; i < names->size(); ++i) {
+            const size_t index = static_cast<size_t>(u.first_index) + i;
+            const Result<void> one = bind_name(u, b, (*names)[i], index);
+            if (!one) return one;
+        }
+        return Ok{};
+    }
+
+    /// What the world calls so: "texture", "material", "object", or null.
+    const char* kind_of(const std::string& name) const {
+        if (find(world_.textures, name) >= 0) return "texture";
+        if (find(world_.materials, name) >= 0) return "material";
+        return find(world_.objects, name) >= 0 ? "object" : nullptr;
+    }
+
+    static std::string with_article(const std::string& kind) {
+        return (kind == "object" ? "an " : "a ") + kind;
+    }
+
+    template <typename Thing>
+    Error unknown(const openfab_uniform& u, const UniformBinding& b, const std::string& name,
+                  const char* kind, const std::vector<Thing>& things) const {
+        if (const char* other = kind_of(name); other != nullptr) {
+            return at(
+                b.place,
+                fmt::format("`{}` is {}, but `{}` of fablet `{}` takes the name of {}", name,
+                            with_article(other), declaration(u), fablet_.name, with_article(kind)));
+        }
+        std::vector<std::string> known;
+        for (const Thing& thing : things)
+            known.push_back(thing.name);
+        return at(b.place, fmt::format("no {} is called `{}`, for `{}` of fablet `{}`; {}", kind,
+                                       name, declaration(u), fablet_.name, suggest(name, known)));
+    }
+
+    template <typename Thing>
+    static int32_t find(const std::vector<Thing>& things, const std::string& name) {
+        for (size_t i = 0; i < things.size(); ++i) {
+            if (things[i].name == name) return static_cast<int32_t>(i);
+        }
+        return -1;
+    }
+
+    Result<void> bind_name(const openfab_uniform& u, const UniformBinding& b,
+                           const std::string& name, size_t index) {
+        if (u.kind == OPENFAB_UNIFORM_MATERIAL) {
+            const int32_t place = find(world_.materials, name);
+            if (place < 0 && name != kVoidName)
+                return unknown(u, b, name, "material", world_.materials);
+            out_.slot_material[index] = static_cast<uint8_t>(place + 1);
+        } else if (u.kind == OPENFAB_UNIFORM_OBJECT) {
+            const int32_t place = find(world_.objects, name);
+            if (place < 0) return unknown(u, b, name, "object", world_.objects);
+            const bool placed = std::any_of(world_.build.begin(), world_.build.end(),
+                                            [&](const Placement& p) { return p.object == place; });
+            if (!placed) {
+                return at(b.place, fmt::format("object `{}` is given to `{}` of fablet `{}`, but "
+                                               "stands nowhere; add it to `build`",
+                                               name, declaration(u), fablet_.name));
+            }
+            out_.objects[index] = place;
+        } else {
+            const int32_t place = find(world_.textures, name);
+            if (place < 0) return unknown(u, b, name, "texture", world_.textures);
+            out_.textures[index] = place;
+            out_.texture_is_volume[index] = u.kind == OPENFAB_UNIFORM_TEXTURE3D;
+        }
+        return Ok{};
+    }
+
+    const World& world_;
+    const openfab_fablet& fablet_;
+    const UniformBindings& bindings_;
+    const std::string& object_;
+    const Place& object_place_;
+    BoundUniforms out_;
+};
+
+}  // namespace
+
+std::string declaration(const openfab_uniform& u) {
+    return u.array_length == 1 ? fmt::format("{} {}", u.type_name, u.name)
+                               : fmt::format("{} {}[{}]", u.type_name, u.name, u.array_length);
+}
+
+void derive_uniforms(const openfab_fablet& fablet, std::vector<uint32_t>* values) {
+    const openfab_kernel& kernel = fablet.derived;
+    if (fablet.derived_count == 0) return;
+    const auto count = static_cast<size_t>(fablet.uniform_value_count);
+    values->resize(count + static_cast<size_t>(fablet.derived_count));
+    abi::KernelCall call(kernel, abi::best_isa());
+    const auto buffers =
+        std::make_unique<abi::KernelBuffer[]>(static_cast<size_t>(kernel.arg_count));
+    for (int32_t i = 0; i < kernel.arg_count; ++i) {
+        const openfab_arg& arg = kernel.args[i];
+        const auto a = static_cast<size_t>(arg.a);
+        if (arg.kind == OPENFAB_ARG_UNIFORM) {
+            call.set(i, &(*values)[a]);
+        } else {
+            abi::KernelBuffer& buffer = buffers[static_cast<size_t>(i)];
+            buffer.set_dense(abi::halide_type(arg.scalar), &(*values)[count + a], {1});
+            call.set(i, buffer.raw());
+        }
+    }
+    // It reads scalars and writes single values: there is nothing that can fail.
+    call.run();
+}
+
+Result<BoundUniforms> bind_uniforms(const World& world, const openfab_fablet& fablet,
+                                    const UniformBindings& bindings, const std::string& object,
+                                    const Place& object_place) {
+    return Binder(world, fablet, bindings, object, object_place).run();
+}
+
+}  // namespace openfab::scene

@@ -1,0 +1,128 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/pipeline/check.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "abi/stage_table.h"
+#include "runtime/dither/dither_rule.h"
+
+namespace openfab::slab {
+
+namespace {
+
+bool common_argument(openfab_arg_kind kind) {
+    return kind == OPENFAB_ARG_UNIFORM || kind == OPENFAB_ARG_TEXTURE ||
+           kind == OPENFAB_ARG_FRAME || kind == OPENFAB_ARG_INSTANCE ||
+           kind == OPENFAB_ARG_BLOCKS || kind == OPENFAB_ARG_BLOCK_SIZE;
+}
+
+bool volume_argument(openfab_arg_kind kind) {
+    return common_argument(kind) || (kind >= OPENFAB_ARG_NEAREST && kind <= OPENFAB_ARG_WEIGHT);
+}
+
+bool phase_argument(openfab_arg_kind kind) {
+    return volume_argument(kind) || (kind >= OPENFAB_ARG_GROUPS && kind <= OPENFAB_ARG_STATE_OUT);
+}
+
+bool bounds_argument(openfab_arg_kind kind) {
+    return common_argument(kind) ||
+           (kind >= OPENFAB_ARG_NEAREST_LO && kind <= OPENFAB_ARG_WEIGHT_HI);
+}
+
+bool demand_argument(openfab_arg_kind kind) {
+    return common_argument(kind) || kind == OPENFAB_ARG_DEMAND;
+}
+
+Result<void> check_kernel(const scene::Part& part, const char* name, const openfab_kernel& kernel,
+                          bool (*fits)(openfab_arg_kind)) {
+    for (int32_t i = 0; i < kernel.arg_count; ++i) {
+        const openfab_arg& arg = kernel.args[i];
+        const bool slot_fits =
+            (arg.kind != OPENFAB_ARG_WEIGHT && arg.kind != OPENFAB_ARG_WEIGHT_LO &&
+             arg.kind != OPENFAB_ARG_WEIGHT_HI) ||
+            arg.a < part.fablet->slot_count;
+        if (!fits(arg.kind) || !slot_fits) {
+            return internal_error(fmt::format(
+                "fablet `{}`: argument {} of kernel {} has kind {}, which it cannot have",
+                part.fablet->name, i, name, static_cast<int>(arg.kind)));
+        }
+    }
+    if (kernel.arg_count > 0 && kernel.fn[OPENFAB_ISA_SSE41] == nullptr &&
+        kernel.fn[OPENFAB_ISA_AVX2] == nullptr) {
+        return internal_error(
+            fmt::format("fablet `{}` has no code for kernel {}", part.fablet->name, name));
+    }
+    return {};
+}
+
+Result<void> check_part(const scene::Part& part, size_t materials) {
+    const openfab_fablet& fablet = *part.fablet;
+    if (fablet.abi_version != OPENFAB_ABI_VERSION) {
+        return internal_error(fmt::format(
+            "fablet `{}` was compiled for version {} of the kernel interface; this is {}",
+            fablet.name, fablet.abi_version, OPENFAB_ABI_VERSION));
+    }
+    if (part.slot_material.size() != static_cast<size_t>(fablet.slot_count)) {
+        return internal_error(fmt::format("object `{}`: {} of {} material slots are bound",
+                                          part.name, part.slot_material.size(), fablet.slot_count));
+    }
+    for (uint8_t code : part.slot_material) {
+        if (code > materials)
+            return internal_error(
+                fmt::format("object `{}` uses material code {}", part.name, code));
+    }
+    const openfab_phases& phases = fablet.volume_phases;
+    for (int32_t k = 0; k < (phases.step_count > 0 ? phases.kernel_count : 0); ++k) {
+        if (const auto r = check_kernel(part, "volume", phases.kernels[k], phase_argument); !r)
+            return r.error();
+    }
+    if (phases.step_count == 0) {
+        if (const auto r = check_kernel(part, "volume", fablet.volume, volume_argument); !r)
+            return r.error();
+    }
+    if (const auto r = check_kernel(part, "volume_demand", fablet.volume_demand, demand_argument);
+        !r)
+        return r.error();
+    return check_kernel(part, "volume_bounds", fablet.volume_bounds, bounds_argument);
+}
+
+}  // namespace
+
+Result<void> check_input(const PrintInput& input, const PrintOptions& options) {
+    if (!find_dither(options.dither)) {
+        return usage_error(
+            fmt::format("there is no dither `{}`; one of: {}", options.dither, dither_names()));
+    }
+    if (options.threads < 0 || options.threads > 1024) {
+        return usage_error(fmt::format(
+            "--threads {} is not possible: 1 to 1024, or 0 for all cores", options.threads));
+    }
+    if (input.materials.size() > OPENFAB_MAX_MATERIALS) {
+        std::string names;
+        for (const auto& m : input.materials)
+            names += (names.empty() ? "" : ", ") + m.name;
+        return user_error(
+            fmt::format("this print uses {} materials, and at most {} are possible: {}",
+                        input.materials.size(), OPENFAB_MAX_MATERIALS, names));
+    }
+    if (input.support_code < 0 ||
+        input.support_code > static_cast<int32_t>(input.materials.size())) {
+        return internal_error(fmt::format("support has the material code {}, which there is not",
+                                          input.support_code));
+    }
+    for (int a = 0; a < 3; ++a) {
+        if (!(input.pitch_mm[a] > 0) || !std::isfinite(input.pitch_mm[a])) {
+            return user_error(fmt::format("a voxel of {} x {} x {} mm is not possible",
+                                          input.pitch_mm.x, input.pitch_mm.y, input.pitch_mm.z));
+        }
+    }
+    for (const scene::Part& part : input.parts) {
+        if (const auto r = check_part(part, input.materials.size()); !r) return r.error();
+    }
+    return {};
+}
+
+}  // namespace openfab::slab

@@ -1,0 +1,144 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/pipeline/grid.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "runtime/surface/map_box.h"
+
+namespace openfab::slab {
+
+namespace {
+
+// Strides of a packed slice fit 32 bits in kernels, and voxel indices stay exact in float.
+constexpr double kLargestSide = 1 << 24;
+constexpr int64_t kLargestSliceBytes = std::numeric_limits<int32_t>::max();
+
+double snapped(double position_vox) {
+    return std::floor(256.0 * position_vox + 0.5) / 256.0;
+}
+
+std::string size_of(const Box3d& box) {
+    const Vec3d size = box.size();
+    return fmt::format("{:.6g} x {:.6g} x {:.6g} mm", size.x, size.y, size.z);
+}
+
+/// The part that reaches farthest, and how much of that its displacement does.
+std::string largest_part(const std::vector<scene::Part>& parts,
+                         const std::vector<std::shared_ptr<const surface::Surface>>& surfaces) {
+    Box3d all;
+    std::vector<Box3d> boxes;
+    for (size_t i = 0; i < parts.size(); ++i) {
+        boxes.push_back(surfaces[i]->exact_box(parts[i].local_to_build));
+        all.add(boxes.back());
+    }
+    const auto reach = [&](const Box3d& box) {
+        const Vec3d from = box.lo - all.center(), to = box.hi - all.center();
+        return std::max({-from.x, -from.y, to.x, to.y, -from.z, to.z});
+    };
+    size_t worst = 0;
+    for (size_t i = 1; i < boxes.size(); ++i) {
+        if (reach(boxes[i]) > reach(boxes[worst])) worst = i;
+    }
+    Box3d plain;
+    for (const Vec3d& p : parts[worst].mesh->positions)
+        plain.add(parts[worst].local_to_build.apply(p));
+    const Vec3d more = boxes[worst].size() - plain.size();
+    std::string text =
+        fmt::format("object `{}` reaches farthest: it is {}", parts[worst].name, size_of(plain));
+    constexpr double kSmall_mm = 1e-3;  // rounding
+    const double most = std::max({more.x, more.y, more.z});
+    if (most > kSmall_mm) {
+        text += fmt::format(
+            " before its displacement, and {} after; look at what its surface stage "
+            "returns, or bound it by `max_displacement_mm`",
+            size_of(boxes[worst]));
+    }
+    return text;
+}
+
+bool contains(const Box3d& outer, const Box3d& inner) {
+    for (int a = 0; a < 3; ++a) {
+        if (inner.lo[a] < outer.lo[a] || inner.hi[a] > outer.hi[a]) return false;
+    }
+    return true;
+}
+
+}  // namespace
+
+Result<scene::Grid> make_grid(const std::vector<scene::Part>& parts,
+                              const std::vector<std::shared_ptr<const surface::Surface>>& surfaces,
+                              const Vec3d& pitch_mm, int32_t bits,
+                              const std::optional<Box3d>& crop_mm) {
+    Box3d box = crop_mm.value_or(Box3d{});
+    bool any = false;
+    std::map<const surface::Surface*, Box3f> bounds;
+    for (size_t i = 0; i < parts.size(); ++i) {
+        const auto [known, fresh] = bounds.try_emplace(surfaces[i].get());
+        if (fresh) {
+            for (const surface::Patch& patch : surfaces[i]->patches()) {
+                if ((patch.use & surface::kForCoverage) != 0) known->second.add(patch.bounds);
+            }
+        }
+        // Of many parts few are at the border; the others need not be looked at closely.
+        if (known->second.empty()) continue;
+        any = true;
+        if (contains(box, surface::map_box(parts[i].local_to_build, known->second))) continue;
+        box.add(surfaces[i]->exact_box(parts[i].local_to_build));
+    }
+    if (!any) return user_error("there is nothing to print: no part has a surface");
+    scene::Grid grid;
+    grid.pitch_mm = pitch_mm;
+    for (int a = 0; a < 3; ++a) {
+        const double lo = std::floor(snapped(box.lo[a] / pitch_mm[a]));
+        const double hi = std::ceil(snapped(box.hi[a] / pitch_mm[a]));
+        const double size = std::max(hi - lo, 1.0);
+        if (!(size <= kLargestSide) || !(std::fabs(lo) <= 1e9)) {
+            return user_error(
+                fmt::format("the parts span {:.6g} mm along {}: {:.6g} voxels of {} mm; at most "
+                            "{:.0f} are possible; {}",
+                            box.hi[a] - box.lo[a], "xyz"[a], size, pitch_mm[a], kLargestSide,
+                            largest_part(parts, surfaces)));
+        }
+        grid.origin_mm[a] = lo * pitch_mm[a];
+        grid.size[a] = static_cast<int32_t>(size);
+    }
+    const int64_t slice_bytes = (int64_t{grid.size.x} * bits + 7) / 8 * grid.size.y;
+    if (slice_bytes > kLargestSliceBytes) {
+        return user_error(
+            fmt::format("a slice of {} x {} voxels is too large: at most {} voxels are possible; "
+                        "{}",
+                        grid.size.x, grid.size.y, 8 / bits * kLargestSliceBytes,
+                        largest_part(parts, surfaces)));
+    }
+    return grid;
+}
+
+Result<Vec2<int32_t>> slice_range(const scene::Grid& grid, const PrintOptions& options) {
+    Vec2<int32_t> range{0, grid.size.z};
+    if (options.slices) {
+        range = *options.slices;
+        if (range.x < 0 || range.y > grid.size.z || range.x >= range.y) {
+            return user_error(
+                fmt::format("--slices {}:{} is outside the print, which has slices 0:{}", range.x,
+                            range.y, grid.size.z));
+        }
+    } else if (options.z_range_mm) {
+        const Vec2<double> z = *options.z_range_mm;
+        const double top = grid.size.z * grid.pitch_mm.z;
+        if (!(z.x < z.y) || !(z.y > 0) || !(z.x < top)) {
+            return user_error(fmt::format(
+                "--z {}mm:{}mm holds no slice: the print is {:.6g} mm high", z.x, z.y, top));
+        }
+        range.x = static_cast<int32_t>(std::floor(std::max(z.x, 0.0) / grid.pitch_mm.z));
+        range.y =
+            static_cast<int32_t>(std::min<double>(std::ceil(z.y / grid.pitch_mm.z), grid.size.z));
+    }
+    return range;
+}
+
+}  // namespace openfab::slab

@@ -1,0 +1,240 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/pipeline/group.h"
+
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_pipeline.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <cstring>
+#include <map>
+
+#include "base/clock.h"
+
+namespace openfab::slab {
+
+GroupRun::GroupRun(const GroupSetup& setup)
+    : setup_(setup),
+      dither_(*setup.stages, setup.isa, setup.dither, setup.seed, setup.size, &setup.support) {}
+
+int GroupRun::run(uint8_t slices, Pool<BlockEvaluator>* evaluators, const StopFlags& stop) {
+    if (!planes_.reset(setup_.size.x, setup_.size.y, setup_.bits))
+        return halide_error_code_out_of_memory;
+    slices_ = slices * 0x0101010101010101u;
+    int status = 0;
+    int32_t first = setup_.size.y, end = 0;
+    for (const auto& active : active_) {
+        first = std::min(first, active->cull.first_y());
+        end = std::max(end, active->cull.end_y());
+    }
+    const int32_t rows = (setup_.size.y + 7) / 8;
+    for (int32_t row = 0; setup_.support.on() && row < rows; ++row) {
+        const Vec2<int32_t> blocks = support_blocks(setup_.support, row, 8 * group_);
+        if (blocks.x >= blocks.y) continue;
+        first = std::min(first, row);
+        end = std::max(end, row + 1);
+    }
+    if (first < end) status = run_rows(first, end, evaluators, stop);
+    if (status == 0 && stop.requested()) status = kStopped;
+    times.dither = dither_.seconds_dither;
+    times.support = dither_.seconds_support;
+    times.pack = dither_.seconds_pack;
+    return status;
+}
+
+int GroupRun::begin(int32_t group, Pool<BlockEvaluator>* evaluators) {
+    group_ = group;
+    blocks_to_evaluate_ = 0;
+    // By part, since each has its own size: memory that any of them could have next would grow to
+    // that of the largest for all.
+    std::map<int32_t, std::unique_ptr<ActivePart>> kept;
+    for (auto& active : active_)
+        kept[active->part->index] = std::move(active);
+    active_.clear();
+    for (int32_t index : setup_.order) {
+        const PrintPart& part = *(*setup_.parts)[static_cast<size_t>(index)];
+        if (part.box.lo.z >= 8 * group + 8 || part.box.hi.z <= 8 * group) continue;
+        std::unique_ptr<ActivePart>& known = kept[index];
+        if (known == nullptr) known = std::make_unique<ActivePart>();
+        known->part = &part;
+        active_.push_back(std::move(known));
+    }
+    std::atomic<int64_t> room = kCompositionBytes;
+    std::atomic<int> status = 0;
+    // Isolated as rows are. One part after the other would leave the first group to one thread.
+    tbb::this_task_arena::isolate([&] {
+        tbb::parallel_for(
+            tbb::blocked_range<size_t>(0, active_.size(), 1),
+            [&](const tbb::blocked_range<size_t>& range) {
+                for (size_t i = range.begin(); i < range.end() && status.load() == 0; ++i) {
+                    BlockEvaluator* evaluator = take_evaluator(evaluators);
+                    const int result = begin_part(active_[i].get(), evaluator, &room);
+                    evaluators->give(evaluator);
+                    if (result != 0) status.store(result);
+                }
+            },
+            tbb::simple_partitioner());
+    });
+    std::erase_if(active_, [](const auto& active) { return !active->covers(); });
+    for (const auto& active : active_) {
+        times.coverage += active->seconds_coverage;
+        blocks_to_evaluate_ += active->cull.blocks_to_evaluate();
+    }
+    return status.load();
+}
+
+int GroupRun::begin_part(ActivePart* active, BlockEvaluator* evaluator,
+                         std::atomic<int64_t>* room) const {
+    const PrintPart& part = *active->part;
+    const double start = seconds_now();
+    part.voxeliser->coverage(group_, &active->mask);
+    active->seconds_coverage = seconds_now() - start;
+    if (!active->covers()) return 0;
+    return active->cull.run(part, group_, active->mask, setup_.culling, evaluator, room);
+}
+
+BlockEvaluator* GroupRun::take_evaluator(Pool<BlockEvaluator>* evaluators) const {
+    return evaluators->take([&] {
+        return std::make_unique<BlockEvaluator>(*setup_.stages, setup_.isa, setup_.parts->size());
+    });
+}
+
+int GroupRun::run_rows(int32_t first, int32_t end, Pool<BlockEvaluator>* evaluators,
+                       const StopFlags& stop) {
+    std::atomic<int> status{0};
+    int32_t next = first;
+    dither_.begin(group_, static_cast<uint8_t>(slices_), &planes_);
+    std::vector<Row*>
+        in_order;  // rows handed to the dither, in its order; it gives their bands back one late
+    const auto release = [&](const RowBand* band) {
+        if (band == nullptr) return;
+        rows_.give(in_order.front());
+        in_order.erase(in_order.begin());
+    };
+    const auto source = [&](tbb::flow_control& control) {
+        if (next >= end || status.load() != 0 || stop.requested()) {
+            control.stop();
+            return int32_t{0};
+        }
+        return next++;
+    };
+    const auto evaluate = [&](int32_t row) {
+        Row* scratch = rows_.take([] { return std::make_unique<Row>(); });
+        BlockEvaluator* evaluator = take_evaluator(evaluators);
+        const int result = evaluate_row(row, scratch, evaluator);
+        evaluators->give(evaluator);
+        if (result != 0) status.store(result);
+        return scratch;
+    };
+    const auto dither = [&](Row* scratch) {
+        in_order.push_back(scratch);
+        if (!scratch->prints.empty()) prints_.append(&scratch->prints);
+        if (!scratch->overlaps.empty()) {
+            overlaps_.add(scratch->overlaps);
+            scratch->overlaps.clear();
+        }
+        if (status.load() != 0) return;
+        RowBand* released = nullptr;
+        const int result = dither_.add(&scratch->band, &released);
+        if (result != 0) status.store(result);
+        release(released);
+    };
+    // Isolated: a thread that waits here must not begin another group, which would keep this one
+    // from its end.
+    tbb::this_task_arena::isolate([&] {
+        tbb::parallel_pipeline(
+            static_cast<size_t>(setup_.rows_in_flight),
+            tbb::make_filter<void, int32_t>(tbb::filter_mode::serial_in_order, source) &
+                tbb::make_filter<int32_t, Row*>(tbb::filter_mode::parallel, evaluate) &
+                tbb::make_filter<Row*, void>(tbb::filter_mode::serial_in_order, dither));
+    });
+    RowBand* released = nullptr;
+    const int result = dither_.end(&released);
+    for (Row* row : in_order)
+        rows_.give(row);
+    return status.load() != 0 ? status.load() : result;
+}
+
+int GroupRun::evaluate_row(int32_t row, Row* scratch, BlockEvaluator* evaluator) const {
+    const int32_t columns = (setup_.size.x + 7) / 8;
+    int32_t first = columns, end = 0;
+    int32_t parts = 0;
+    for (const auto& active : active_) {
+        if (row < active->cull.first_y() || row >= active->cull.end_y()) continue;
+        first = std::min(first, active->cull.first_x());
+        end = std::max(end, active->cull.end_x());
+        ++parts;
+    }
+    int32_t written_first = std::min(first, end), written_end = end;
+    if (setup_.support.on()) {
+        const Vec2<int32_t> blocks = support_blocks(setup_.support, row, 8 * group_);
+        if (blocks.x < blocks.y) {
+            written_first = end > first ? std::min(first, blocks.x) : blocks.x;
+            written_end = std::min(std::max(end, blocks.y), columns);
+        }
+    }
+    scratch->band.reset(row, columns, written_first, written_end);
+    scratch->many = parts > 1;
+    if (scratch->many) scratch->claims.reset(columns, first, end);
+    for (const auto& active : active_) {
+        if (row < active->cull.first_y() || row >= active->cull.end_y()) continue;
+        const int status = evaluate_part(*active, scratch, evaluator);
+        if (status != 0) return status;
+    }
+    return 0;
+}
+
+int GroupRun::evaluate_part(const ActivePart& active, Row* scratch,
+                            BlockEvaluator* evaluator) const {
+    RowBand& band = scratch->band;
+    std::vector<OwnedBlock>& pending = scratch->pending;
+    PointPrints* prints = &scratch->prints;
+    pending.clear();
+    if (scratch->many) scratch->claims.begin_part(*active.part->part, active.part->index);
+    const voxel::GroupMask& mask = active.mask;
+    const uint8_t* rows = &mask.mask[static_cast<size_t>(8 * band.row - mask.y0) * mask.width];
+    for (int32_t b = active.cull.first_x(); b < active.cull.end_x(); ++b) {
+        const int32_t composition = active.cull.at(b, band.row);
+        if (composition == PartCull::kNotCovered) continue;
+        OwnedBlock block;
+        block.block = b;
+        uint64_t any = 0;
+        for (int32_t y = 0; y < 8; ++y) {
+            uint64_t columns;
+            std::memcpy(&columns, rows + static_cast<size_t>(y) * mask.width + (8 * b - mask.x0),
+                        8);
+            columns &= slices_;
+            if (scratch->many) columns = scratch->claims.take(b, y, columns);
+            std::memcpy(&block.owned[static_cast<size_t>(y * 8)], &columns, 8);
+            any |= columns;
+        }
+        if (scratch->many)
+            scratch->claims.end_block(b, {8 * b, 8 * band.row, 8 * group_}, &scratch->overlaps);
+        if (any == 0) continue;
+        if (composition >= 0) {
+            const PartCull::Constant& constant = active.cull.constant(composition);
+            if (constant.mixed) {
+                band.merge(b, block.owned.data(), constant.codes.data(), constant.tile.data(),
+                           evaluator->channels());
+            } else if (constant.code != 0) {
+                band.fill(b, block.owned.data(), constant.code);
+            }
+            continue;
+        }
+        pending.push_back(block);
+        if (static_cast<int32_t>(pending.size()) < BlockEvaluator::kBatch) continue;
+        if (setup_.interrupt != nullptr && setup_.interrupt->load()) return kStopped;
+        const int status =
+            evaluator->evaluate(*active.part, group_, pending.data(), BlockEvaluator::kBatch,
+                                active.cull.finer(), &band, prints);
+        if (status != 0) return status;
+        pending.clear();
+    }
+    if (pending.empty()) return 0;
+    return evaluator->evaluate(*active.part, group_, pending.data(),
+                               static_cast<int32_t>(pending.size()), active.cull.finer(), &band,
+                               prints);
+}
+
+}  // namespace openfab::slab

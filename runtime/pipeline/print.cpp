@@ -1,0 +1,677 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/pipeline/print.h"
+
+#include <fmt/format.h>
+#include <tbb/global_control.h>
+#include <tbb/info.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_pipeline.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <semaphore>
+
+#include "abi/halide_hooks.h"
+#include "base/clock.h"
+#include "runtime/pipeline/check.h"
+#include "runtime/pipeline/grid.h"
+#include "runtime/pipeline/group.h"
+#include "runtime/pipeline/made_from.h"
+#include "runtime/pipeline/plan.h"
+#include "runtime/pipeline/slice_totals.h"
+
+namespace openfab::slab {
+
+namespace {
+
+/// Slices of one group, encoded, waiting for their turn.
+struct FinishedSlices {
+    int32_t first = 0, end = 0;
+    int status = 0;
+    std::string kernel_error;
+    Result<void> surfaces;  ///< an error where a surface kernel has failed
+    struct Slice {
+        int32_t z = 0;
+        SliceTotals totals;
+        std::vector<uint8_t> bytes;
+    };
+    std::vector<Slice> slices;
+    PointPrints prints;
+};
+
+int64_t solid_of(const SliceTotals& totals) {
+    return std::accumulate(totals.by_code.begin() + 1, totals.by_code.end(), int64_t{0});
+}
+
+/// Takes finished groups in order, one thread at a time, and hands their slices to the sink.
+class Delivery {
+  public:
+    Delivery(backends::SliceSink& sink, const std::function<void(const ProgressEvent&)>& progress,
+             const std::atomic<bool>& interrupt, const backends::PrintInfo& info,
+             const std::function<void(const std::string&)>& print_line)
+        : sink_(sink),
+          progress_(progress),
+          info_(info),
+          print_line_(print_line),
+          stop_{interrupt} {}
+
+    /// True once nothing more is to be printed: interrupted, or something failed.
+    bool stopped() const { return stop_.requested(); }
+    const StopFlags& stop_flags() const { return stop_; }
+
+    void deliver(FinishedSlices group) {
+        if (failed_ || ended_) return;
+        if (group.status != 0) {
+            ended_ = true;
+            stop_.failed.store(true);
+            if (group.status == GroupRun::kStopped) return;
+            fail(internal_error(fmt::format("slices {} to {}: a kernel failed with code {}: {}",
+                                            group.first, group.end - 1, group.status,
+                                            group.kernel_error)));
+            return;
+        }
+        if (!show(group.prints)) return;
+        if (!group.surfaces) return fail(group.surfaces.error());
+        for (const FinishedSlices::Slice& slice : group.slices) {
+            if (slice.z < info_.slice_begin + kept_) {
+                if (!is_as_kept(slice)) return;
+                continue;
+            }
+            const double start = seconds_now();
+            const Result<void> written = sink_.commit(slice.z, slice.bytes);
+            seconds_commit_ += seconds_now() - start;
+            if (!written) {
+                fail(written.error());
+                return;
+            }
+            if (slices_ == kept_) first_slice_ = process_age_seconds();
+            ++slices_;
+            totals_.add(slice.totals);
+            report();
+        }
+    }
+
+    /// Counts a slice that an earlier print has written; false once nothing more is to be done.
+    bool keep(const backends::SliceView& slice) {
+        const SliceTotals totals = count_slice(slice, info_.bits);
+        last_kept_[static_cast<size_t>(slice.z & 7)] = totals.hash;
+        totals_.add(totals);
+        ++slices_;
+        kept_ = slices_;
+        return !stop_.requested();
+    }
+    int32_t kept() const { return kept_; }
+    void begin_after_kept() {
+        solid_kept_ = solid_of(totals_);
+        if (info_.support_code != 0)
+            solid_kept_ -= totals_.by_code[static_cast<size_t>(info_.support_code)];
+    }
+    int64_t solid_kept() const { return solid_kept_; }
+
+    void fail(Error error) {
+        failed_ = true;
+        stop_.failed.store(true);
+        error_ = std::move(error);
+    }
+
+    bool failed() const { return failed_; }
+    const Error& error() const { return error_; }
+    int32_t slices() const { return slices_; }
+    const SliceTotals& totals() const { return totals_; }
+    double first_slice() const { return first_slice_; }
+    double seconds_commit() const { return seconds_commit_; }
+
+    /// Says how many lines of each print were left out.
+    void end_prints() {
+        if (!print_line_) return;
+        for (const auto& [print, count] : prints_.left_out()) {
+            print_line_(fmt::format("{}:{}: {} more line{} not shown", print->source, print->line,
+                                    count, count == 1 ? "" : "s"));
+        }
+    }
+
+  private:
+    /// Prints what the group's voxels had to say; false at an assertion that did not hold.
+    bool show(PointPrints& prints) {
+        if (prints.empty()) return true;
+        const size_t shown = prints_.lines().size();
+        prints_.append(&prints);
+        for (size_t i = shown; i < prints_.lines().size(); ++i) {
+            const PointPrints::Line& line = prints_.lines()[i];
+            if (line.print->is_assert != 0) {
+                fail(user_error(line.text));
+                return false;
+            }
+            if (print_line_) print_line_(line.text);
+        }
+        return true;
+    }
+
+    /// What is resumed must be what this print makes: the kept slices of the first group are
+    /// made again to see it.
+    bool is_as_kept(const FinishedSlices::Slice& slice) {
+        if (slice.totals.hash == last_kept_[static_cast<size_t>(slice.z & 7)]) return true;
+        fail(user_error(fmt::format(
+            "slice {} differs from the one already written: the program or an input has changed "
+            "since; start over without `--resume`",
+            slice.z)));
+        return false;
+    }
+
+    void report() {
+        if (!progress_) return;
+        const int64_t slice_voxels = int64_t{info_.size.x} * info_.size.y;
+        ProgressEvent event;
+        event.slices_done = slices_;
+        event.slices_total = info_.slice_end - info_.slice_begin;
+        event.voxels_done = slices_ * slice_voxels;
+        event.voxels_total = event.slices_total * slice_voxels;
+        event.seconds = process_age_seconds();
+        progress_(event);
+    }
+
+    backends::SliceSink& sink_;
+    const std::function<void(const ProgressEvent&)>& progress_;
+    const backends::PrintInfo& info_;
+    const std::function<void(const std::string&)>& print_line_;
+    PointPrints prints_;
+    StopFlags stop_;
+    bool failed_ = false, ended_ = false;
+    Error error_;
+    int32_t slices_ = 0;  ///< kept ones included
+    int32_t kept_ = 0;
+    std::array<uint64_t, 8> last_kept_{};  ///< hashes, by z modulo 8
+    int64_t solid_kept_ = 0;
+    SliceTotals totals_;
+    double first_slice_ = 0, seconds_commit_ = 0;
+};
+
+Error interrupted_early() {
+    return Error{ErrorCode::kInterrupted, "interrupted before the first slice"};
+}
+
+class PrintJob final : public Print {
+  public:
+    PrintJob(PrintInput input, PrintOptions options)
+        : input_(std::move(input)), options_(std::move(options)) {}
+
+    Result<void> set_up();
+    const backends::PrintInfo& info() const override { return info_; }
+    PrintEstimate estimate() const override;
+    Result<void> run(backends::SliceSink& sink,
+                     const std::function<void(const ProgressEvent&)>& progress,
+                     const std::atomic<bool>& interrupt, PrintStatistics* statistics) override;
+
+  private:
+    bool owns_surface(size_t part) const { return owners_[part] == static_cast<int32_t>(part); }
+    void place_parts(const std::shared_ptr<nearest::PatchCache>& trees, size_t crossing_bytes);
+    Result<void> surface_status() const;
+    Result<void> take_up(backends::SliceSink& sink, Delivery* delivery);
+    Result<void> set_up_support();
+    int32_t model_materials() const;
+    void print_groups(backends::SliceSink& sink, Delivery* delivery);
+    void print_first_group(int32_t group, const backends::SliceSink& sink, Delivery* delivery);
+    FinishedSlices print_group(int32_t group, const backends::SliceSink& sink, Delivery* delivery);
+    FinishedSlices print_slices(int32_t first, int32_t end, int begun, GroupRun* run,
+                                const backends::SliceSink& sink, Delivery* delivery);
+    void encode(const backends::SliceSink& sink, const GroupRun& run, FinishedSlices* finished);
+    void fill_statistics(const Delivery& delivery, PrintStatistics* statistics);
+
+    PrintInput input_;
+    PrintOptions options_;
+    scene::Grid grid_;
+    Vec2<int32_t> range_;
+    backends::PrintInfo info_;
+    std::vector<int32_t> owners_;  ///< by part: the first one with its surface
+    std::vector<std::shared_ptr<const surface::Surface>> surfaces_;  ///< by part
+    std::vector<std::unique_ptr<PrintPart>> parts_;
+    GroupSetup setup_;
+    std::unique_ptr<const support::DepthMap> support_;
+    MemoryPlan plan_;
+    int32_t threads_ = 1;
+    double seconds_set_up_ = 0;
+    Pool<GroupRun> runs_;
+    Pool<BlockEvaluator> evaluators_;
+    std::optional<std::counting_semaphore<>> encoders_;  ///< that may still begin
+    std::mutex encode_mutex_;
+    double seconds_encode_ = 0, seconds_count_ = 0;
+};
+
+Result<void> PrintJob::set_up() {
+    const double start = seconds_now();
+    threads_ = options_.threads > 0 ? options_.threads : tbb::info::default_concurrency();
+    options_.isa = abi::best_isa(options_.isa);
+    if (const Result<void> checked = check_input(input_, options_); !checked)
+        return checked.error();
+
+    const int64_t textures = texture_bytes(input_.parts);
+    surface::SurfaceOptions surface_options;
+    surface_options.micro_edge_mm =
+        std::cbrt(input_.pitch_mm.x * input_.pitch_mm.y * input_.pitch_mm.z);
+    surface_options.isa = options_.isa;
+    surface_options.infer_identity = options_.infer_identity;
+    surface_options.stop = options_.interrupt;
+    owners_ = surface_owners(input_.parts);
+    size_t displaced = 0, displaced_parts = 0;
+    for (size_t i = 0; i < owners_.size(); ++i) {
+        if (input_.parts[i].fablet->has_surface == 0) continue;
+        ++displaced_parts;
+        displaced += owns_surface(i) ? 1 : 0;
+    }
+    const int64_t before = resident_bytes();
+    CacheBudgets budgets = cache_budgets(options_, before, textures, displaced, displaced_parts);
+    surface_options.cache_bytes = budgets.micropolygons;
+    if (const Result<void> split = split_meshes(owners_, surface_options, &input_.parts); !split)
+        return split.error();
+    auto surfaces = make_surfaces(input_.parts, owners_, surface_options);
+    if (!surfaces) return surfaces.error();
+    surfaces_ = std::move(*surfaces);
+    if (options_.interrupted()) return interrupted_early();
+
+    Result<scene::Grid> grid =
+        make_grid(input_.parts, surfaces_, input_.pitch_mm,
+                  voxel_bits(static_cast<int32_t>(input_.materials.size())), input_.crop_mm);
+    if (options_.interrupted()) return interrupted_early();
+    if (!grid) return grid.error();
+    if (const Result<void> diced = surface_status(); !diced) return diced.error();
+    grid_ = *grid;
+    Result<Vec2<int32_t>> range = slice_range(grid_, options_);
+    if (!range) return range.error();
+    range_ = *range;
+
+    for (size_t i = 0; i < input_.parts.size(); ++i) {
+        parts_.push_back(std::make_unique<PrintPart>(input_.parts[i]));
+        parts_.back()->index = static_cast<int32_t>(i);
+        parts_.back()->surface = surfaces_[i];
+        setup_.order.push_back(static_cast<int32_t>(i));
+    }
+    const std::shared_ptr<nearest::PatchCache> trees = nearest::make_patch_cache(budgets.trees);
+    const size_t pinned = most_pinned(options_, threads_);
+    nearest::set_most_pinned(trees.get(), pinned);
+    place_parts(trees, budgets.crossings);
+    connect_targets(parts_, options_.isa, trees);
+    if (options_.interrupted()) return interrupted_early();
+    std::sort(setup_.order.begin(), setup_.order.end(), [&](int32_t a, int32_t b) {
+        const int32_t pa = parts_[static_cast<size_t>(a)]->part->priority;
+        const int32_t pb = parts_[static_cast<size_t>(b)]->part->priority;
+        return pa != pb ? pa > pb : a > b;
+    });
+    setup_.parts = &parts_;
+    setup_.stages = find_stage_set(model_materials());
+    setup_.bits = voxel_bits(static_cast<int32_t>(input_.materials.size()));
+    setup_.isa = options_.isa;
+    setup_.dither = *find_dither(options_.dither);
+    setup_.seed = options_.seed;
+    setup_.size = grid_.size;
+    setup_.culling = options_.culling;
+    setup_.interrupt = options_.interrupt;
+
+    if (const Result<void> made = set_up_support(); !made) return made.error();
+    if (options_.interrupted()) return interrupted_early();
+    const int64_t columns = int64_t{grid_.size.x} * grid_.size.y;
+    const int64_t encode = options_.encode_bytes_per_column * columns;
+    int32_t encoders = encode == 0 ? threads_
+                                   : static_cast<int32_t>(std::clamp<int64_t>(
+                                         options_.memory_bytes / 3 / encode, 1, threads_));
+    MemoryNeeds needs =
+        memory_needs(parts_, grid_.size, setup_.stages->materials, setup_.bits, pinned);
+    const bool dices = std::any_of(surfaces_.begin(), surfaces_.end(),
+                                   [](const auto& surface) { return !surface->identity(); });
+    const auto bytes_of = [&](const CacheBudgets& caches) {
+        size_t sum = 0;
+        for (size_t i = 0; i < surfaces_.size(); ++i) {
+            if (surfaces_[i]->identity()) continue;
+            sum += caches.crossings + (owns_surface(i) ? caches.micropolygons : 0);
+        }
+        return static_cast<int64_t>(sum) + (dices ? resident_trees(caches.trees) : 0);
+    };
+    needs.fixed += textures + options_.sink_bytes_per_column * columns;
+    const int32_t groups = (range_.y + 7) / 8 - range_.x / 8;
+    const auto plan_with = [&](const CacheBudgets& caches) {
+        MemoryNeeds all = needs;
+        all.fixed += bytes_of(caches) + encode * encoders;
+        return make_plan(all, options_, threads_, groups);
+    };
+    Result<MemoryPlan> plan = plan_with(budgets);
+    if (!plan) {
+        budgets = least_caches(displaced, displaced_parts);
+        for (const auto& surface : surfaces_)
+            surface->set_cache_bytes(budgets.micropolygons);
+        plan = plan_with(budgets);
+    }
+    for (; !plan && encoders > 1; plan = plan_with(budgets))
+        --encoders;
+    encoders_.emplace(encoders);
+    if (!plan) return plan.error();
+    plan_ = *plan;
+    if (dices) {
+        // What the plan leaves over: a slab needs the trees of the one before, and making them
+        // again takes longer than anything else.
+        const int64_t over = (options_.memory_bytes - plan_.total_bytes) / 3;
+        plan_.total_bytes += resident_trees(static_cast<size_t>(over));
+        nearest::set_budget(trees.get(), budgets.trees + static_cast<size_t>(over));
+    }
+    setup_.rows_in_flight = plan_.rows_in_flight;
+
+    info_.size = grid_.size;
+    info_.pitch_mm = grid_.pitch_mm;
+    info_.origin_mm = grid_.origin_mm;
+    info_.slice_begin = range_.x;
+    info_.slice_end = range_.y;
+    info_.bits = setup_.bits;
+    info_.materials = input_.materials;
+    info_.support_code = input_.support_code;
+    info_.printer = input_.printer;
+    info_.title = input_.title;
+    info_.seed = options_.seed;
+    info_.made_from = made_from(input_, options_);
+    seconds_set_up_ = seconds_now() - start;
+    return {};
+}
+
+/// Stages see the materials that fablets can name: support, where it is the last material and none
+/// of theirs, is put in when they are done.
+int32_t PrintJob::model_materials() const {
+    const auto all = static_cast<int32_t>(input_.materials.size());
+    if (input_.support_code != all) return all;
+    for (const scene::Part& part : input_.parts) {
+        for (const uint8_t code : part.slot_material) {
+            if (code == all) return all;
+        }
+    }
+    return all - 1;
+}
+
+Result<void> PrintJob::set_up_support() {
+    if (input_.support_code == 0) return {};
+    std::vector<support::SupportedPart> supported;
+    for (const auto& part : parts_) {
+        if (part->part->support)
+            supported.push_back({part->part, part->surface.get(), part->patches.get(), part->box});
+    }
+    Result<support::DepthMap> map =
+        support::DepthMap::create(supported, grid_, options_.memory_bytes - resident_bytes());
+    if (!map) return map.error();
+    support_ = std::make_unique<const support::DepthMap>(std::move(*map));
+    setup_.support = {support_.get(), static_cast<uint8_t>(input_.support_code)};
+    return {};
+}
+
+// Side by side: those that own their surface first, since the others take from them.
+void PrintJob::place_parts(const std::shared_ptr<nearest::PatchCache>& trees,
+                           size_t crossing_bytes) {
+    for (const bool owners : {true, false}) {
+        tbb::parallel_for(size_t{0}, parts_.size(), [&](size_t i) {
+            if (owns_surface(i) != owners) return;
+            parts_[i]->place(grid_, options_.isa, trees, crossing_bytes,
+                             *parts_[static_cast<size_t>(owners_[i])]);
+        });
+    }
+}
+
+PrintEstimate PrintJob::estimate() const {
+    // Voxels of the grid a second and thread; what a print of one evaluated layer around a culled
+    // core reaches.
+    constexpr double kTypicalRate = 15e6;
+    PrintEstimate estimate;
+    estimate.size = grid_.size;
+    estimate.voxels_total = int64_t{grid_.size.x} * grid_.size.y * (range_.y - range_.x);
+    estimate.memory_bytes = plan_.total_bytes;
+    estimate.seconds = static_cast<double>(estimate.voxels_total) / (kTypicalRate * threads_);
+    return estimate;
+}
+
+Result<void> PrintJob::run(backends::SliceSink& sink,
+                           const std::function<void(const ProgressEvent&)>& progress,
+                           const std::atomic<bool>& interrupt, PrintStatistics* statistics) {
+    Delivery delivery(sink, progress, interrupt, info_, options_.print_line);
+    if (const Result<void> begun = take_up(sink, &delivery); !begun) {
+        delivery.fail(begun.error());
+    } else {
+        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
+                                        static_cast<size_t>(threads_));
+        tbb::task_arena arena(threads_);
+        arena.execute([&] { print_groups(sink, &delivery); });
+    }
+    delivery.end_prints();
+    const bool complete = !delivery.failed() && delivery.slices() == range_.y - range_.x;
+
+    backends::PrintTotals totals;
+    totals.complete = complete;
+    const SliceTotals& counted = delivery.totals();
+    totals.voxels_by_code.assign(
+        counted.by_code.begin(),
+        counted.by_code.begin() + static_cast<std::ptrdiff_t>(input_.materials.size() + 1));
+    totals.voxels_solid = solid_of(counted);
+    totals.hash = counted.hash;
+    totals.tight = counted.tight;
+    const Result<void> finished = sink.finish(totals);
+    if (!finished && !delivery.failed()) delivery.fail(finished.error());
+
+    fill_statistics(delivery, statistics);
+    statistics->complete = complete && !delivery.failed();
+    statistics->voxels_by_code = totals.voxels_by_code;
+    if (input_.support_code != 0) {
+        statistics->voxels_support =
+            totals.voxels_by_code[static_cast<size_t>(input_.support_code)];
+    }
+    statistics->voxels_solid = totals.voxels_solid - statistics->voxels_support;
+    if (delivery.failed()) return delivery.error();
+    if (!complete) {
+        return Error{ErrorCode::kInterrupted,
+                     fmt::format("interrupted after {} of {} slices; what was written is kept",
+                                 delivery.slices(), range_.y - range_.x)};
+    }
+    return {};
+}
+
+/// Begins, and counts what an earlier print has left.
+Result<void> PrintJob::take_up(backends::SliceSink& sink, Delivery* delivery) {
+    if (const Result<void> begun = sink.begin(info_); !begun) return begun;
+    const Result<int32_t> kept =
+        sink.take_up([&](const backends::SliceView& slice) { return delivery->keep(slice); });
+    if (!kept) return kept.error();
+    delivery->begin_after_kept();
+    return {};
+}
+
+/// A patch whose kernel failed has come back empty, in whichever group it was first needed.
+Result<void> PrintJob::surface_status() const {
+    for (size_t i = 0; i < surfaces_.size(); ++i) {
+        if (!owns_surface(i)) continue;
+        const Result<void> status = surfaces_[i]->status();
+        if (status) continue;
+        return Error{status.error().code,
+                     fmt::format("part `{}`: {}", input_.parts[i].name, status.error().message)};
+    }
+    return {};
+}
+
+void PrintJob::print_groups(backends::SliceSink& sink, Delivery* delivery) {
+    if (delivery->slices() == range_.y - range_.x) return;
+    // With the group of the last slice that is kept.
+    int32_t next = (range_.x + std::max(delivery->kept() - 1, 0)) / 8;
+    const int32_t end = (range_.y + 7) / 8;
+    // The first group alone: all threads work on its rows, and the first slices come soon.
+    if (next < end) print_first_group(next++, sink, delivery);
+    const auto source = [&](tbb::flow_control& control) {
+        if (next >= end || delivery->stopped()) {
+            control.stop();
+            return int32_t{0};
+        }
+        return next++;
+    };
+    const auto print = [&](int32_t group) {
+        return std::make_shared<FinishedSlices>(print_group(group, sink, delivery));
+    };
+    const auto deliver = [&](const std::shared_ptr<FinishedSlices>& finished) {
+        delivery->deliver(std::move(*finished));
+    };
+    // A group's token is free again when its slices are written, which holds back the others if the
+    // sink is slow.
+    using Finished = std::shared_ptr<FinishedSlices>;
+    tbb::parallel_pipeline(
+        static_cast<size_t>(plan_.groups_in_flight),
+        tbb::make_filter<void, int32_t>(tbb::filter_mode::serial_in_order, source) &
+            tbb::make_filter<int32_t, Finished>(tbb::filter_mode::parallel, print) &
+            tbb::make_filter<Finished, void>(tbb::filter_mode::serial_in_order, deliver));
+}
+
+void PrintJob::print_first_group(int32_t group, const backends::SliceSink& sink,
+                                 Delivery* delivery) {
+    GroupRun* run = runs_.take([&] { return std::make_unique<GroupRun>(setup_); });
+    const int begun = run->begin(group, &evaluators_);
+    int32_t first = std::max(8 * group, range_.x);
+    const int32_t end = std::min(8 * group + 8, range_.y);
+    // What fablets print comes in an order that goes through a group column by column.
+    const bool speaks = std::any_of(parts_.begin(), parts_.end(), [](const auto& p) {
+        return p->part->fablet->volume_phases.print_count > 0;
+    });
+    if (first + 1 < end && run->blocks_to_evaluate() > options_.most_blocks_at_first && !speaks) {
+        delivery->deliver(print_slices(first, first + 1, begun, run, sink, delivery));
+        ++first;
+    }
+    delivery->deliver(print_slices(first, end, begun, run, sink, delivery));
+    runs_.give(run);
+}
+
+FinishedSlices PrintJob::print_group(int32_t group, const backends::SliceSink& sink,
+                                     Delivery* delivery) {
+    GroupRun* run = runs_.take([&] { return std::make_unique<GroupRun>(setup_); });
+    const int begun = run->begin(group, &evaluators_);
+    FinishedSlices finished =
+        print_slices(std::max(8 * group, range_.x), std::min(8 * group + 8, range_.y), begun, run,
+                     sink, delivery);
+    runs_.give(run);
+    return finished;
+}
+
+// Slices [first, end) of the group that `run` has begun, which gave the status `begun`.
+FinishedSlices PrintJob::print_slices(int32_t first, int32_t end, int begun, GroupRun* run,
+                                      const backends::SliceSink& sink, Delivery* delivery) {
+    FinishedSlices finished;
+    finished.first = first;
+    finished.end = end;
+    const auto slices = static_cast<uint8_t>(((1 << (end - first)) - 1) << (first & 7));
+    finished.status = begun != 0 ? begun : run->run(slices, &evaluators_, delivery->stop_flags());
+    if (!run->prints().empty()) finished.prints.append(&run->prints());
+    if (finished.status != 0) {
+        finished.kernel_error = abi::take_kernel_error();
+    } else if (finished.surfaces = surface_status(); !finished.surfaces) {
+        // What was printed with an empty patch must not be kept.
+    } else if (delivery->stopped()) {
+        finished.status = GroupRun::kStopped;
+    } else {
+        encode(sink, *run, &finished);
+    }
+    return finished;
+}
+
+void PrintJob::encode(const backends::SliceSink& sink, const GroupRun& run,
+                      FinishedSlices* finished) {
+    const GroupPlanes& planes = run.planes();
+    const int32_t first = finished->first, end = finished->end;
+    finished->slices.resize(static_cast<size_t>(end - first));
+    tbb::this_task_arena::isolate([&] {
+        tbb::parallel_for(first, end, [&](int32_t z) {
+            FinishedSlices::Slice& slice = finished->slices[static_cast<size_t>(z - first)];
+            backends::SliceView view;
+            view.z = z;
+            view.data = planes.data.get() + (z & 7) * planes.plane_bytes;
+            view.row_bytes = static_cast<size_t>(planes.row_bytes);
+            view.width = planes.width;
+            view.height = planes.height;
+            const double start = seconds_now();
+            slice.z = z;
+            slice.totals = count_slice(view, info_.bits);
+            const double counted = seconds_now();
+            encoders_->acquire();
+            slice.bytes = sink.encode(view);
+            encoders_->release();
+            const std::lock_guard lock(encode_mutex_);
+            seconds_count_ += counted - start;
+            seconds_encode_ += seconds_now() - counted;
+        });
+    });
+}
+
+void PrintJob::fill_statistics(const Delivery& delivery, PrintStatistics* s) {
+    *s = {};
+    s->tight = delivery.totals().tight;
+    if (!s->tight.empty()) {
+        const Vec3i size = s->tight.size();
+        s->voxels_total = int64_t{size.x} * size.y * size.z;
+    }
+    s->slices = delivery.slices();
+    s->slices_kept = delivery.kept();
+    s->voxels_solid_kept = delivery.solid_kept();
+    s->hash = delivery.totals().hash;
+    s->threads = threads_;
+    s->warnings = input_.warnings;
+    EvaluationCounts sum;
+    for (const auto& e : evaluators_.all()) {
+        const nearest::QueryCounts queries = e->query_counts();
+        s->queries_asked += queries.asked;
+        s->queries_skipped += queries.skipped;
+        s->blocks_total += e->counts.total;
+        s->blocks_filled += e->counts.filled;
+        s->blocks_evaluated += e->counts.evaluated;
+        s->weights_not_usable += e->counts.unusable;
+        sum.seconds_bounds += e->counts.seconds_bounds;
+        sum.seconds_nearest += e->counts.seconds_nearest;
+        sum.seconds_volume += e->counts.seconds_volume;
+        sum.seconds_normalise += e->counts.seconds_normalise;
+    }
+    GroupTimes times;
+    Overlaps overlaps;
+    for (const auto& r : runs_.all()) {
+        times.coverage += r->times.coverage;
+        times.dither += r->times.dither;
+        times.support += r->times.support;
+        times.pack += r->times.pack;
+        overlaps.add(r->overlaps());
+    }
+    for (std::string& line : overlaps.report(input_.parts, grid_))
+        s->overlaps.push_back(std::move(line));
+    s->warnings.insert(s->warnings.end(), s->overlaps.begin(), s->overlaps.end());
+    s->seconds_by_phase = {{"set_up", seconds_set_up_},
+                           {"coverage", times.coverage},
+                           {"volume_bounds", sum.seconds_bounds},
+                           {"nearest", sum.seconds_nearest},
+                           {"volume", sum.seconds_volume},
+                           {"normalise", sum.seconds_normalise},
+                           {"dither", times.dither},
+                           {"support", times.support},
+                           {"pack", times.pack},
+                           {"count", seconds_count_},
+                           {"encode", seconds_encode_},
+                           {"commit", delivery.seconds_commit()}};
+    for (size_t i = 0; i < surfaces_.size(); ++i) {
+        if (!owns_surface(i)) continue;
+        const surface::SurfaceCounts counts = surfaces_[i]->counts();
+        s->cache_hits += counts.cache_hits;
+        s->cache_misses += counts.cache_misses;
+        s->cache_evictions += counts.cache_evictions;
+        s->cache_peak_bytes += counts.cache_peak_bytes;
+        s->displacements_not_finite += counts.not_finite;
+        s->displacements_cut += counts.cut_to_bound;
+    }
+    s->peak_rss_bytes = peak_resident_bytes();
+    s->seconds_first_slice = delivery.first_slice();
+    s->seconds_total = process_age_seconds();
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Print>> Print::create(PrintInput input, PrintOptions options) {
+    auto job = std::make_unique<PrintJob>(std::move(input), std::move(options));
+    const Result<void> made = job->set_up();
+    if (!made) return made.error();
+    return std::unique_ptr<Print>(std::move(job));
+}
+
+}  // namespace openfab::slab

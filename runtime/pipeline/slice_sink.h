@@ -1,0 +1,93 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// The interface between the slab loop and whatever takes the slices: files, folders, pictures.
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/result.h"
+#include "base/vec.h"
+
+namespace openfab::backends {
+
+struct SliceMaterial {
+    std::string name;
+    std::array<uint8_t, 4> key{};
+    std::array<uint8_t, 4> preview{};
+    double density_g_cm3 = 0;
+    std::string channel;
+};
+
+/// What is known before the first slice.
+struct PrintInfo {
+    Vec3i size;  ///< voxels of the grid along x, y, z
+    Vec3d pitch_mm;
+    Vec3d origin_mm;                       ///< lowest corner of the grid in build space
+    int32_t slice_begin = 0;               ///< first slice that will be written
+    int32_t slice_end = 0;                 ///< one past the last
+    int32_t bits = 4;                      ///< bits a voxel in packed rows: 4 or 8
+    std::vector<SliceMaterial> materials;  ///< code 1 is materials[0]; code 0 is void
+    int32_t support_code = 0;  ///< of the material that supports parts; 0: none or not known
+    std::string printer;
+    std::string title;  ///< the world's or mesh's name
+    uint64_t seed = 0;
+    /// What else decides the voxels, as names and short texts (settings, hashes): equal where, with
+    /// all of the above, the print is the same. Empty where that is not known.
+    std::vector<std::pair<std::string, std::string>> made_from;
+};
+
+/// One slice of packed material codes. Row 0 is the lowest y; in a row, x rises; at 4 bits a byte
+/// holds voxel 2n in its low and 2n+1 in its high half; a row takes row_bytes = ceil(size.x * bits
+/// / 8) and the unused half is 0.
+struct SliceView {
+    int32_t z = 0;
+    const uint8_t* data = nullptr;
+    size_t row_bytes = 0;
+    int32_t width = 0;
+    int32_t height = 0;
+
+    uint8_t code(int32_t x, int32_t y, int32_t bits) const {
+        const uint8_t* row = data + static_cast<size_t>(y) * row_bytes;
+        return bits == 8 ? row[x] : static_cast<uint8_t>((row[x >> 1] >> ((x & 1) * 4)) & 15);
+    }
+};
+
+/// What is known at the end, for manifests and indexes.
+struct PrintTotals {
+    bool complete = false;  ///< false: interrupted or failed; what was written stays valid
+    int64_t voxels_solid = 0;
+    std::vector<int64_t> voxels_by_code;  ///< [0] void inside the grid
+    uint64_t hash = 0;  ///< of all slices, independent of format (slab/print_hash.h)
+    Box3i tight;        ///< printed voxels, hi exclusive
+};
+
+/// Slices arrive in order of z. `encode` is called from worker threads, for different slices at
+/// once, and touches no shared state; `commit` is called from one thread, in order, with what
+/// `encode` gave.
+class SliceSink {
+  public:
+    virtual ~SliceSink() = default;
+    virtual Result<void> begin(const PrintInfo& info) = 0;
+    /// Called once after begin: shows the whole slices that an earlier print, cut short, has left
+    /// in this output, in order from the first, and returns how many; the print goes on after them.
+    /// Where `show` returns false that is an error (kInterrupted). After an error the output is as
+    /// it was, also when finish has been called. Most outputs begin anew and have none.
+    virtual Result<int32_t> take_up(const std::function<bool(const SliceView&)>& show) {
+        (void)show;
+        return 0;
+    }
+    /// Compresses or draws one slice. Must not fail for valid input.
+    virtual std::vector<uint8_t> encode(const SliceView& slice) const = 0;
+    virtual Result<void> commit(int32_t z, const std::vector<uint8_t>& bytes) = 0;
+    /// Called once after the last commit, also when the print ended early; then `totals.complete`
+    /// is false.
+    virtual Result<void> finish(const PrintTotals& totals) = 0;
+};
+
+}  // namespace openfab::backends

@@ -1,0 +1,191 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/segments/driver.h"
+
+#include <algorithm>
+#include <cstring>
+
+namespace openfab::phases {
+
+namespace {
+
+// Of a second-level cache of 512 KiB to 2 MiB, what is left beside the stage's own buffers.
+constexpr size_t kStateBytes = 256u << 10;
+constexpr size_t kGroupBytes = kLanes * sizeof(uint32_t);
+
+bool is_output(openfab_arg_kind kind) {
+    return kind == OPENFAB_ARG_STATE_OUT || kind == OPENFAB_ARG_WEIGHT ||
+           kind == OPENFAB_ARG_POSITION || kind == OPENFAB_ARG_SURFACE_OUT ||
+           kind == OPENFAB_ARG_SURFACE_STATUS;
+}
+
+void grow(auto* values, size_t count) {
+    if (values->size() < count) values->resize(count);
+}
+
+}  // namespace
+
+int32_t group_limit(const openfab_phases& phases) {
+    const size_t one = static_cast<size_t>(std::max(phases.state_count, 1)) * kGroupBytes;
+    const size_t blocks = kStateBytes / (one * kBlockGroups);
+    return static_cast<int32_t>(std::clamp<size_t>(blocks, 1, 64)) * kBlockGroups;
+}
+
+void Driver::bind_kernel(const openfab_kernel& kernel, openfab_isa isa, Arguments* arguments,
+                         Kernel* out) {
+    const auto count = static_cast<size_t>(kernel.arg_count);
+    out->fn = kernel.fn[isa] != nullptr ? kernel.fn[isa] : kernel.fn[OPENFAB_ISA_SSE41];
+    out->args.resize(count);
+    if (out->buffer_count < count) {
+        out->buffers = std::make_unique<abi::KernelBuffer[]>(count);
+        out->buffer_count = count;
+    }
+    out->outputs.clear();
+    out->first_output = count;
+    const int32_t places = groups_ * kLanes;
+    for (size_t i = 0; i < count; ++i) {
+        const openfab_arg& arg = kernel.args[i];
+        abi::KernelBuffer& buffer = out->buffers[i];
+        if (is_output(arg.kind)) {
+            out->first_output = std::min(out->first_output, i);
+            Output output;
+            output.compact = compact_.data() + out->outputs.size() * static_cast<size_t>(places);
+            output.direct = true;
+            if (arg.kind == OPENFAB_ARG_STATE_OUT) {
+                output.place.data = states_[arg.a];
+                for (size_t k = 0; k < i; ++k) {
+                    const openfab_arg& read = kernel.args[k];
+                    if (read.kind == OPENFAB_ARG_STATE && read.a == arg.a) output.direct = false;
+                }
+            } else {
+                output.place = arguments->output(arg);
+                output.direct = output.place.block_stride == kBlockGroups * kLanes;
+            }
+            out->outputs.push_back(output);
+            out->args[i] = buffer.raw();
+        } else if (arg.kind == OPENFAB_ARG_GROUPS) {
+            out->args[i] = buffer.raw();
+        } else if (arg.kind == OPENFAB_ARG_STATE) {
+            buffer.set_dense(abi::halide_type(arg.scalar), states_[arg.a], {places});
+            out->args[i] = buffer.raw();
+        } else {
+            out->args[i] = const_cast<void*>(arguments->input(arg));
+        }
+    }
+}
+
+void Driver::bind(const openfab_phases& phases, openfab_isa isa, Arguments* arguments) {
+    const auto places = static_cast<size_t>(groups_) * kLanes;
+    grow(&memory_, static_cast<size_t>(phases.state_count) * places);
+    states_ = States(memory_.data(), places);
+    size_t outputs = 0;
+    for (int32_t k = 0; k < phases.kernel_count; ++k) {
+        const openfab_kernel& kernel = phases.kernels[k];
+        const auto count = std::count_if(kernel.args, kernel.args + kernel.arg_count,
+                                         [](const openfab_arg& a) { return is_output(a.kind); });
+        outputs = std::max(outputs, static_cast<size_t>(count));
+    }
+    grow(&compact_, outputs * places);
+    grow(&kernels_, static_cast<size_t>(phases.kernel_count));
+    for (int32_t k = 0; k < phases.kernel_count; ++k)
+        bind_kernel(phases.kernels[k], isa, arguments, &kernels_[static_cast<size_t>(k)]);
+}
+
+int Driver::run_kernel(const openfab_kernel& kernel, Kernel* bound) {
+    const std::vector<int32_t>& list = lists_[depth_];
+    const auto listed = static_cast<int32_t>(list.size());
+    const bool all = listed == groups_;
+    for (size_t i = 0; i < bound->args.size(); ++i) {
+        const openfab_arg& arg = kernel.args[i];
+        abi::KernelBuffer& buffer = bound->buffers[i];
+        if (arg.kind == OPENFAB_ARG_GROUPS) {
+            buffer.set_dense(abi::halide_type(OPENFAB_INT), list.data(), {listed});
+        } else if (i >= bound->first_output) {
+            const Output& output = bound->outputs[i - bound->first_output];
+            const uint32_t* to = all && output.direct ? output.place.data : output.compact;
+            buffer.set_dense(abi::halide_type(arg.scalar), to, {kLanes, listed});
+        }
+    }
+    const int status = bound->fn(bound->args.data());
+    if (status != 0) return status;
+    for (const Output& output : bound->outputs) {
+        if (all && output.direct) continue;
+        const uint32_t* from = output.compact;
+        for (const int32_t group : list) {
+            uint32_t* to = output.place.data + (group / kBlockGroups) * output.place.block_stride +
+                           (group % kBlockGroups) * kLanes;
+            std::memcpy(to, from, kGroupBytes);
+            from += kLanes;
+        }
+    }
+    return 0;
+}
+
+void Driver::narrow(const std::vector<int32_t>& from, int32_t active,
+                    std::vector<int32_t>* to) const {
+    const uint32_t* values = states_[active];
+    // `to` may be `from`: it is written no farther than it has been read.
+    if (to->size() < from.size()) to->resize(from.size());
+    size_t kept = 0;
+    for (const int32_t group : from) {
+        const uint32_t* lanes = values + static_cast<ptrdiff_t>(group) * kLanes;
+        uint32_t any = 0;
+        for (int32_t l = 0; l < kLanes; ++l)
+            any |= lanes[l];
+        (*to)[kept] = group;
+        kept += any != 0 ? 1 : 0;
+    }
+    to->resize(kept);
+}
+
+int Driver::run(const openfab_phases& phases, openfab_isa isa, std::span<const uint8_t> wanted,
+                Arguments* arguments, Handler* handler) {
+    groups_ = static_cast<int32_t>(wanted.size());
+    bind(phases, isa, arguments);
+    depth_ = 0;
+    grow(&lists_, 1);
+    lists_[0].clear();
+    for (int32_t g = 0; g < groups_; ++g) {
+        uint32_t* live = states_[0] + static_cast<ptrdiff_t>(g) * kLanes;
+        for (int32_t l = 0; l < kLanes; ++l)
+            live[l] = wanted[static_cast<size_t>(g)] >> l & 1u;
+        if (wanted[static_cast<size_t>(g)] != 0) lists_[0].push_back(g);
+    }
+    if (lists_[0].empty()) return 0;
+    for (int32_t at = 0; at < phases.step_count;) {
+        const openfab_step& step = phases.steps[at++];
+        int status = 0;
+        switch (step.kind) {
+            case OPENFAB_STEP_KERNEL:
+                status = run_kernel(phases.kernels[step.a], &kernels_[static_cast<size_t>(step.a)]);
+                break;
+            case OPENFAB_STEP_LOOP:
+                grow(&lists_, depth_ + 2);
+                narrow(lists_[depth_], step.a, &lists_[depth_ + 1]);
+                if (lists_[depth_ + 1].empty()) {
+                    at = step.b;
+                } else {
+                    ++depth_;
+                }
+                break;
+            case OPENFAB_STEP_LOOP_END:
+                narrow(lists_[depth_], step.a, &lists_[depth_]);
+                if (lists_[depth_].empty()) {
+                    --depth_;
+                } else {
+                    at = step.b;
+                }
+                break;
+            case OPENFAB_STEP_QUERY:
+                status = handler->query(phases.queries[step.a], lists_[depth_], states_);
+                break;
+            case OPENFAB_STEP_PRINT:
+                handler->print(phases.prints[step.a], lists_[depth_], states_);
+                break;
+        }
+        if (status != 0) return status;
+    }
+    return 0;
+}
+
+}  // namespace openfab::phases

@@ -1,0 +1,45 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// What a phased stage asks of the world around its kernels: answers to nearest-surface queries, and
+// a place for prints. Called once per step with the groups that the step is about, never per voxel.
+
+#include <cstdint>
+#include <span>
+
+#include "abi/fablet_table.h"
+
+namespace openfab::phases {
+
+constexpr int32_t kLanes = 8;
+
+/// The state of a batch: for each state number an array of 32-bit values, 8 for each group.
+class States {
+  public:
+    States() = default;
+    States(uint32_t* values, size_t stride) : values_(values), stride_(stride) {}
+    /// Values of one state; those of group g start at 8 * g.
+    uint32_t* operator[](int32_t state) const {
+        return values_ + static_cast<size_t>(state) * stride_;
+    }
+
+  private:
+    uint32_t* values_ = nullptr;
+    size_t stride_ = 0;
+};
+
+class Handler {
+  public:
+    virtual ~Handler() = default;
+    /// Reads guard and point of the 8 places of each listed group and writes every output of each:
+    /// 0 where the guard is 0, and nothing is asked there. Returns 0, or a code that ends the
+    /// print.
+    virtual int query(const openfab_query& query, std::span<const int32_t> groups,
+                      const States& states) = 0;
+    /// Prints for the places of the listed groups, in this order, whose guard is not 0.
+    virtual void print(const openfab_print& print, std::span<const int32_t> groups,
+                       const States& states) = 0;
+};
+
+}  // namespace openfab::phases

@@ -1,0 +1,80 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// How far up each column of voxels needs support: the depth map of the OpenFab paper, section 5.1,
+// seen from above along z.
+//
+// A part whose surface is displaced nowhere gives each column the highest voxel that it covers,
+// exactly. Any other gives its base triangles grown by their displacement bounds, rounded up: what
+// it covers is always below. A column has the highest of all parts.
+
+#include <cstdint>
+#include <vector>
+
+#include "base/result.h"
+#include "base/vec.h"
+#include "runtime/part/part.h"
+#include "runtime/surface/surface.h"
+#include "runtime/voxel/patch_index.h"
+
+namespace openfab::support {
+
+/// A part that asks for support below it.
+struct SupportedPart {
+    const scene::Part* part = nullptr;
+    const surface::Surface* surface = nullptr;
+    const voxel::PatchIndex* patches = nullptr;  ///< of the surface
+    Box3i box;                                   ///< voxels that it may cover, within the grid
+};
+
+class DepthMap {
+  public:
+    /// Columns along a tile's side. Tiles keep as many bytes a column as their heights differ by: 0
+    /// where all are equal, else 1, 2 or 4 above the lowest.
+    static constexpr int32_t kTile = 32;
+
+    /// Parts side by side in tbb's current arena. Refuses what would take more than `most_bytes`.
+    static Result<DepthMap> create(const std::vector<SupportedPart>& parts, const scene::Grid& grid,
+                                   int64_t most_bytes);
+
+    /// A voxel of column (x, y) that nothing is printed in is support if its z is below this.
+    int32_t top(int32_t x, int32_t y) const;
+    /// Tops of columns [x, x + count) of row y.
+    void tops(int32_t x, int32_t y, int32_t count, int32_t* out) const;
+
+    /// The range of tops in a tile.
+    struct Range {
+        int32_t lo = 0, hi = 0;
+    };
+    /// Of the tile of column (32 tile_x, y).
+    Range tile_range(int32_t tile_x, int32_t y) const {
+        const Tile& tile = tiles_[tile_number(tile_x, y / kTile)];
+        return {tile.lo, tile.hi};
+    }
+    int32_t tiles_x() const { return tiles_x_; }
+    /// The greatest top of the rows of row y's tiles.
+    int32_t highest(int32_t y) const { return highest_[static_cast<size_t>(y / kTile)]; }
+    int64_t bytes() const;
+
+  private:
+    struct Tile {
+        int32_t lo = 0, hi = 0;
+        int32_t width = 0;   ///< bytes a column
+        uint32_t first = 0;  ///< in the heights of its row of tiles
+    };
+    DepthMap(const Vec3i& size);
+    size_t tile_number(int32_t tile_x, int32_t tile_y) const {
+        return static_cast<size_t>(tile_y) * static_cast<size_t>(tiles_x_) +
+               static_cast<size_t>(tile_x);
+    }
+    void keep(int32_t tile_y, const std::vector<int32_t>& tops);
+
+    Vec3i size_;
+    int32_t tiles_x_ = 0, tiles_y_ = 0;
+    std::vector<Tile> tiles_;
+    std::vector<int32_t> highest_;               ///< [tile row]
+    std::vector<std::vector<uint8_t>> heights_;  ///< [tile row]: tiles, in them rows of 32 columns
+};
+
+}  // namespace openfab::support

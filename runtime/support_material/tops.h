@@ -1,0 +1,49 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Tops of a few rows of columns while the depth map is made.
+
+#include <algorithm>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "runtime/support_material/depth_map.h"
+
+namespace openfab::support {
+
+/// Columns [x0, x1) x [y0, y1) of the grid.
+struct Columns {
+    int32_t x0 = 0, y0 = 0, x1 = 0, y1 = 0;
+
+    bool empty() const { return x0 >= x1 || y0 >= y1; }
+    int32_t width() const { return x1 - x0; }
+    size_t count() const { return static_cast<size_t>(width()) * static_cast<size_t>(y1 - y0); }
+};
+
+/// Rows of tops over the whole width of the grid.
+struct TopRows {
+    int32_t width = 0, y0 = 0;
+    std::vector<int32_t> top;
+
+    void raise(int32_t x, int32_t y, int32_t to) {
+        int32_t& t =
+            top[static_cast<size_t>(y - y0) * static_cast<size_t>(width) + static_cast<size_t>(x)];
+        t = std::max(t, to);
+    }
+};
+
+/// Working memory of one thread.
+class ColumnScratch;
+std::shared_ptr<ColumnScratch> make_column_scratch();
+
+/// Of a part with an identity surface: the highest voxel that it covers in each column.
+void raise_to_covered(const SupportedPart& part, const scene::Grid& grid, const Columns& columns,
+                      ColumnScratch* scratch, TopRows* rows);
+
+/// Of any part: the highest voxel that what its patches may reach has its centre in.
+void raise_to_reach(const SupportedPart& part, const scene::Grid& grid, const Columns& columns,
+                    TopRows* rows);
+
+}  // namespace openfab::support

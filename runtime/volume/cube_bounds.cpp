@@ -1,0 +1,294 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/volume/cube_bounds.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+namespace openfab::slab {
+
+namespace {
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+/// How much farther than the nearest surface point that of a middle may be, in halves of the cube's
+/// diagonal: closer costs more than what it settles.
+constexpr float kOff = 0.03f;
+
+}  // namespace
+
+int64_t CubeBounds::most_bytes(const PrintPart& part, int64_t cubes) {
+    // Numbers of an entry: its corner and distances; every component low and high, as it comes and
+    // as the kernel reads it; every weight low and high. Lists that grow by doubling hold twice.
+    const int64_t components = part.nearest.floats() + part.nearest.ints();
+    const int64_t numbers = 2 * 5 + components * (2 * 2 + 2) + 2 * int64_t{part.slots()};
+    constexpr int64_t kPoint =
+        (2 * sizeof(nearest::PointGroup) + sizeof(nearest::PointBounds)) / 8 + 4;
+    return int64_t{kBlocks * sizeof(nearest::BlockBounds) + 3 * kKnownMiddles * sizeof(Middle)} +
+           cubes * (nearest::BoxBounds::kMostCases * 4 * numbers + int64_t{2 * sizeof(size_t)} +
+                    2 * (kPoint + int64_t{sizeof(Middle)}));
+}
+
+CubeBounds::Middle& CubeBounds::known_middle(int32_t size, const Vec3i& lowest) {
+    const auto level = static_cast<size_t>(std::countr_zero(static_cast<uint32_t>(size / 16)));
+    const auto x = static_cast<uint32_t>(lowest.x) / static_cast<uint32_t>(size),
+               y = static_cast<uint32_t>(lowest.y) / static_cast<uint32_t>(size);
+    static_assert(kKnownMiddles == 1 << 10);
+    return known_[level * kKnownMiddles + ((y & 15) << 6 | (x & 63))];
+}
+
+// Distances of the cubes' middles, about, in the order of operations of a voxel's centre. A cube is
+// asked for by every group that it crosses, so what was found is kept.
+void CubeBounds::find_middles(const PrintPart& part, int32_t size, std::span<const Vec3i> lowest,
+                              nearest::Engine::Scratch* scratch) {
+    known_.resize(3 * kKnownMiddles);
+    middles_.resize(lowest.size());
+    missing_.clear();
+    for (size_t i = 0; i < lowest.size(); ++i) {
+        const Middle& known = known_middle(size, lowest[i]);
+        if (known.part == &part && known.lowest == lowest[i]) {
+            middles_[i] = known;
+        } else {
+            missing_.push_back(i);
+        }
+    }
+    const size_t groups = (missing_.size() + 7) / 8;
+    points_.resize(groups);
+    near_.resize(groups);
+    bounds_.resize(groups);
+    const float half = 0.5f * static_cast<float>(size);
+    for (size_t i = 0; i < 8 * groups; ++i) {
+        // Lanes that are left over ask what the last one does.
+        const Vec3i& corner = lowest[missing_[std::min(i, missing_.size() - 1)]];
+        const float x = static_cast<float>(corner.x) + half;
+        const float y = static_cast<float>(corner.y) + half;
+        const float z = static_cast<float>(corner.z) + half;
+        for (size_t a = 0; a < 3; ++a) {
+            points_[i / 8].p[a][i % 8] = ((x * part.frame[OPENFAB_FRAME_STEP_I + a] +
+                                           y * part.frame[OPENFAB_FRAME_STEP_J + a]) +
+                                          z * part.frame[OPENFAB_FRAME_STEP_K + a]) +
+                                         part.frame[OPENFAB_FRAME_ORIGIN + a];
+        }
+        // What is known there is mostly the cube below.
+        const Middle& below = known_middle(size, corner);
+        for (size_t a = 0; a < 3; ++a)
+            near_[i / 8].p[a][i % 8] =
+                below.part == &part ? below.point[static_cast<int>(a)] : kInfinity;
+    }
+    part.engine->bound_points(points_, near_, kOff * half * part.voxel_diagonal_mm, scratch,
+                              bounds_.data());
+    for (size_t i = 0; i < missing_.size(); ++i) {
+        const nearest::PointBounds& b = bounds_[i / 8];
+        const size_t l = i % 8;
+        Middle& found = middles_[missing_[i]];
+        found = {&part, lowest[missing_[i]], b.low[l], b.high[l], {}, {}};
+        for (int a = 0; a < 3; ++a) {
+            found.at[a] = points_[i / 8].p[a][l];
+            found.point[a] = b.point[a][l];
+        }
+        known_middle(size, found.lowest) = found;
+    }
+}
+
+// What distances the voxels of a cube may have, whose outer ones are so many voxels from its
+// middle: none is farther than from the surface point that was found, which is farthest from a
+// corner.
+CubeBounds::Range CubeBounds::around_middle(const PrintPart& part, const Middle& middle,
+                                            float voxels) {
+    const float low = middle.low, high = middle.high;
+    // The slack is for the rounding of these distances and of a voxel's own.
+    const float slack = high * 0x1p-13f + part.largest_coordinate_mm * 0x1p-17f;
+    const Vec3f way = middle.at - middle.point;
+    float square = dot(way, way);
+    for (const size_t step : {OPENFAB_FRAME_STEP_I, OPENFAB_FRAME_STEP_J, OPENFAB_FRAME_STEP_K}) {
+        const float* s = &part.frame[step];
+        const Vec3f step_mm{s[0], s[1], s[2]};
+        const float along = dot(way, step_mm), length2 = dot(step_mm, step_mm);
+        square += voxels * (2 * std::fabs(along) + voxels * length2);
+    }
+    const float reach = voxels * part.voxel_diagonal_mm + slack;
+    // The smaller; the first where the point is not known.
+    return {low > reach ? low - reach : 0.0f, std::min(high + reach, std::sqrt(square) + slack)};
+}
+
+// Only voxels inside the part count, where the distance is negative; given are unsigned ones.
+void CubeBounds::add_entry(const Vec3i& corner, const nearest::NearestCase& of, float distance_lo,
+                           float distance_hi) {
+    corners_.insert(corners_.end(), {corner.x, corner.y, corner.z});
+    distance_lo_.push_back(0.0f - distance_hi);
+    distance_hi_.push_back(0.0f - distance_lo);
+    if (!of.float_lo.empty()) {
+        for (const std::vector<float>* v : {&of.float_lo, &of.float_hi})
+            case_floats_.insert(case_floats_.end(), v->begin(), v->end());
+    }
+    if (!of.int_lo.empty()) {
+        for (const std::vector<int32_t>* v : {&of.int_lo, &of.int_hi})
+            case_ints_.insert(case_ints_.end(), v->begin(), v->end());
+    }
+}
+
+// From entry after entry to component after component.
+void CubeBounds::lay_out(const PrintPart& part) {
+    const size_t n = distance_lo_.size();
+    const auto transpose = [n](size_t components, const auto& from, auto* lo, auto* hi) {
+        lo->resize(components * n);
+        hi->resize(components * n);
+        for (size_t i = 0; i < n && !from.empty(); ++i) {
+            for (size_t c = 0; c < components; ++c) {
+                (*lo)[c * n + i] = from[2 * components * i + c];
+                (*hi)[c * n + i] = from[2 * components * i + components + c];
+            }
+        }
+    };
+    transpose(static_cast<size_t>(part.nearest.floats()), case_floats_, &float_lo_, &float_hi_);
+    transpose(static_cast<size_t>(part.nearest.ints()), case_ints_, &int_lo_, &int_hi_);
+}
+
+void CubeBounds::begin(const PrintPart& part) {
+    first_entry_.assign(1, 0);
+    corners_.clear();
+    distance_lo_.clear();
+    distance_hi_.clear();
+    case_floats_.clear();
+    case_ints_.clear();
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    for (std::vector<float>* v : {&unknown_.float_lo, &unknown_.float_hi})
+        v->assign(static_cast<size_t>(part.nearest.floats()), nan);
+    unknown_.int_lo.assign(static_cast<size_t>(part.nearest.ints()),
+                           std::numeric_limits<int32_t>::min());
+    unknown_.int_hi.assign(static_cast<size_t>(part.nearest.ints()),
+                           std::numeric_limits<int32_t>::max());
+}
+
+void CubeBounds::add_middles(const PrintPart& part, int32_t size, std::span<const Vec3i> lowest,
+                             nearest::Engine::Scratch* scratch) {
+    find_middles(part, size, lowest, scratch);
+    for (size_t i = 0; i < lowest.size(); ++i) {
+        const Range d = around_middle(part, middles_[i], 0.5f * static_cast<float>(size - 1));
+        add_entry(lowest[i], unknown_, d.low, d.high);
+        first_entry_.push_back(distance_lo_.size());
+    }
+}
+
+template <typename Visit>
+void CubeBounds::each_block(const PrintPart& part, std::span<const Vec3i> blocks,
+                            nearest::Engine::Scratch* scratch, const Visit& visit) {
+    blocks_.resize(kBlocks);
+    for (size_t first = 0; first < blocks.size(); first += kBlocks) {
+        const auto some = blocks.subspan(first, std::min(kBlocks, blocks.size() - first));
+        part.engine->bound_blocks(some, scratch, blocks_.data());
+        for (size_t i = 0; i < some.size(); ++i)
+            visit(some[i], blocks_[i]);
+    }
+}
+
+void CubeBounds::add_cases(const PrintPart& part, int32_t size, std::span<const Vec3i> lowest,
+                           nearest::Engine::Scratch* scratch) {
+    for (const Vec3i& corner : lowest) {
+        box_.clear();
+        box_.distance_hi = kInfinity;
+        if (part.bounds.any()) part.engine->bounds(corner, size, scratch, &box_);
+        for (int32_t k = 0; k < box_.count; ++k) {
+            const nearest::NearestCase& one = box_.cases[static_cast<size_t>(k)];
+            add_entry(corner, one, one.distance_lo, box_.distance_hi);
+        }
+        if (box_.count == 0) add_entry(corner, unknown_, 0.0f, box_.distance_hi);
+        first_entry_.push_back(distance_lo_.size());
+    }
+}
+
+// Intervals of what the queries can give in each cube, then of the weights.
+int CubeBounds::bound(const PrintPart& part, int32_t size, std::span<const Vec3i> lowest,
+                      QueryBounds from, const Tools& tools) {
+    begin(part);
+    if (from == QueryBounds::kCases || !part.bounds.any()) {
+        add_cases(part, size, lowest, tools.scratch);
+    } else if (size > 8) {
+        add_middles(part, size, lowest, tools.scratch);
+    } else {
+        each_block(part, lowest, tools.scratch,
+                   [&](const Vec3i& block, const nearest::BlockBounds& of) {
+                       add_entry(block, unknown_, *std::ranges::min_element(of.low),
+                                 *std::ranges::max_element(of.high));
+                       first_entry_.push_back(distance_lo_.size());
+                   });
+    }
+    lay_out(part);
+    return run_kernel(part, size, tools);
+}
+
+int CubeBounds::bound_pieces(const PrintPart& part, std::span<const Vec3i> blocks,
+                             const Tools& tools) {
+    begin(part);
+    const nearest::BlockPieces& pieces = part.engine->pieces();
+    each_block(part, blocks, tools.scratch,
+               [&](const Vec3i& block, const nearest::BlockBounds& of) {
+                   for (size_t p = 0; p < kPieces; ++p) {
+                       add_entry(block + pieces.lowest[p], unknown_, of.low[p], of.high[p]);
+                       first_entry_.push_back(distance_lo_.size());
+                   }
+               });
+    lay_out(part);
+    // The kernel knows cubes alone; one that holds a piece will do.
+    return run_kernel(part, std::max({pieces.size.x, pieces.size.y, pieces.size.z}), tools);
+}
+
+int CubeBounds::run_kernel(const PrintPart& part, int32_t size, const Tools& tools) {
+    const size_t n = distance_lo_.size();
+    // A slot that the fablet never sets may have no output; then it is 0.
+    for (std::vector<float>* v : {&weight_lo_, &weight_hi_})
+        v->assign(static_cast<size_t>(part.slots()) * n, 0.0f);
+
+    const openfab_kernel& kernel = part.part->fablet->volume_bounds;
+    KernelArguments& arguments = *tools.arguments;
+    arguments.begin(kernel, part, corners_.data(), static_cast<int32_t>(n), size);
+    for (int32_t i = 0; i < kernel.arg_count; ++i) {
+        const openfab_arg& arg = kernel.args[i];
+        const auto slot = static_cast<size_t>(arg.a) * n;
+        const bool lo = arg.kind == OPENFAB_ARG_NEAREST_LO;
+        switch (arg.kind) {
+            case OPENFAB_ARG_DISTANCE_LO:
+                arguments.set_list(i, distance_lo_.data());
+                break;
+            case OPENFAB_ARG_DISTANCE_HI:
+                arguments.set_list(i, distance_hi_.data());
+                break;
+            case OPENFAB_ARG_WEIGHT_LO:
+                arguments.set_list(i, &weight_lo_[slot]);
+                break;
+            case OPENFAB_ARG_WEIGHT_HI:
+                arguments.set_list(i, &weight_hi_[slot]);
+                break;
+            case OPENFAB_ARG_NEAREST_LO:
+            case OPENFAB_ARG_NEAREST_HI: {
+                const size_t first = part.nearest.place(arg.a, arg.b) * n;
+                if (part.nearest.is_float(arg.a)) {
+                    arguments.set_list(i, lo ? &float_lo_[first] : &float_hi_[first]);
+                } else {
+                    arguments.set_list(i, lo ? &int_lo_[first] : &int_hi_[first]);
+                }
+                break;
+            }
+            default:
+                break;
+        }
+    }
+    return arguments.run(tools.isa);
+}
+
+bool CubeBounds::one_composition(size_t cube, std::vector<float>* weights) const {
+    const size_t n = distance_lo_.size();
+    const size_t first = first_entry_[cube];
+    for (size_t s = 0; s < weights->size(); ++s) {
+        (*weights)[s] = weight_lo_[s * n + first];
+        for (size_t e = first; e < first_entry_[cube + 1]; ++e) {
+            // False for NaN, too.
+            if (!(weight_lo_[s * n + e] == (*weights)[s] && weight_hi_[s * n + e] == (*weights)[s]))
+                return false;
+        }
+    }
+    return true;
+}
+
+}  // namespace openfab::slab

@@ -1,0 +1,218 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/volume/cull.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "base/clock.h"
+
+namespace openfab::slab {
+
+namespace {
+
+// More different compositions than this and the rest is evaluated: finding one among them would
+// cost more than it saves.
+constexpr size_t kMostConstants = 256;
+
+constexpr int32_t kSides[] = {8, 4, 2, 1};  // of cubes, in blocks
+
+// Largest multiple of `side` that is not above `value`.
+int32_t align_down(int32_t value, int32_t side) {
+    return value >= 0 ? value / side * side : -((-value + side - 1) / side * side);
+}
+
+/// Whether cubes are bounded by about the distances of some of their points. These are queries; of
+/// a displaced surface they would dice patches that no voxel asks for, which costs more than what
+/// they settle beyond the cases of patches that are not diced.
+bool points_tell(const PrintPart& part) {
+    return part.bounds.distance && part.surface->identity();
+}
+
+}  // namespace
+
+void PartCull::mark_covered(const voxel::GroupMask& mask) {
+    first_x_ = mask.x0 / 8;
+    first_y_ = mask.y0 / 8;
+    blocks_x_ = mask.width / 8;
+    blocks_y_ = mask.height / 8;
+    blocks_.assign(static_cast<size_t>(blocks_x_) * blocks_y_, kNotCovered);
+    for (int32_t y = 0; y < mask.height; ++y) {
+        const uint8_t* row = &mask.mask[static_cast<size_t>(y) * mask.width];
+        int32_t* out = &blocks_[static_cast<size_t>(y / 8) * blocks_x_];
+        for (int32_t b = 0; b < blocks_x_; ++b) {
+            uint64_t columns;
+            std::memcpy(&columns, row + 8 * b, 8);
+            if (columns != 0) out[b] = kEvaluate;
+        }
+    }
+}
+
+bool PartCull::any_covered(const CullCube& cube, int32_t side) const {
+    for (int32_t y = std::max(cube.y, first_y_); y < std::min(cube.y + side, end_y()); ++y) {
+        for (int32_t x = std::max(cube.x, first_x_); x < std::min(cube.x + side, end_x()); ++x) {
+            if (at(x, y) == kEvaluate) return true;
+        }
+    }
+    return false;
+}
+
+int PartCull::run(const PrintPart& part, int32_t group, const voxel::GroupMask& mask, bool cull,
+                  BlockEvaluator* evaluator, std::atomic<int64_t>* room) {
+    mark_covered(mask);
+    constants_.clear();
+    finer_ = false;
+    evaluator->counts.total += std::count(blocks_.begin(), blocks_.end(), kEvaluate);
+    if (!cull || part.part->fablet->volume_bounds.arg_count == 0 || blocks_.empty()) return 0;
+    const double start = seconds_now();
+    std::vector<CullCube> open, cubes;
+    for (int32_t y = align_down(first_y_, kSides[0]); y < end_y(); y += kSides[0]) {
+        for (int32_t x = align_down(first_x_, kSides[0]); x < end_x(); x += kSides[0])
+            open.push_back({x, y});
+    }
+    const bool points = points_tell(part);
+    const bool cases = !points || part.bounds.attributes;
+    int status = 0;
+    for (int32_t side : kSides) {
+        cubes.clear();
+        for (const CullCube& c : open) {
+            if (any_covered(c, side)) cubes.push_back(c);
+        }
+        open.clear();
+        if (cubes.empty()) break;
+        if (points)
+            status = settle(part, group, side, QueryBounds::kDistance, evaluator, room, &cubes);
+        if (status == 0 && cases)
+            status = settle(part, group, side, QueryBounds::kCases, evaluator, room, &cubes);
+        if (status != 0) break;
+        const int32_t half = side / 2;
+        if (half == 0) break;
+        for (const CullCube& c : cubes) {
+            for (const CullCube& quarter : {c, CullCube{c.x + half, c.y}, CullCube{c.x, c.y + half},
+                                            CullCube{c.x + half, c.y + half}}) {
+                open.push_back(quarter);
+            }
+        }
+    }
+    if (status == 0) status = try_finer(part, group, evaluator);
+    evaluator->counts.filled +=
+        std::count_if(blocks_.begin(), blocks_.end(), [](int32_t b) { return b >= 0; });
+    evaluator->counts.seconds_bounds += seconds_now() - start;
+    return status;
+}
+
+int PartCull::settle(const PrintPart& part, int32_t group, int32_t side, QueryBounds from,
+                     BlockEvaluator* evaluator, std::atomic<int64_t>* room,
+                     std::vector<CullCube>* cubes) {
+    CubeBounds& bounds = evaluator->cube_bounds();
+    std::vector<float> weights(static_cast<size_t>(part.slots()));
+    // Groups are in grid voxels, so a cube holds the whole group whatever its side.
+    const int32_t z = align_down(group, side) * 8 - part.base.z;
+    size_t left = 0;
+    for (size_t first = 0; first < cubes->size(); first += kMostCubes) {
+        const size_t count = std::min(kMostCubes, cubes->size() - first);
+        lowest_.clear();
+        for (size_t i = first; i < first + count; ++i) {
+            const CullCube& c = (*cubes)[i];
+            lowest_.push_back({8 * c.x - part.base.x, 8 * c.y - part.base.y, z});
+        }
+        if (const int status =
+                bounds.bound(part, 8 * side, lowest_, from, evaluator->bound_tools(part));
+            status != 0)
+            return status;
+        for (size_t i = 0; i < count; ++i) {
+            const CullCube cube = (*cubes)[first + i];
+            int32_t index = kEvaluate;
+            if (bounds.one_composition(i, &weights)) {
+                const int status = add_constant(part, weights.data(), evaluator, room, &index);
+                if (status != 0) return status;
+            }
+            if (index == kEvaluate) {
+                (*cubes)[left++] = cube;
+            } else {
+                fill(cube, side, index);
+            }
+        }
+    }
+    cubes->resize(left);
+    return 0;
+}
+
+void PartCull::fill(const CullCube& cube, int32_t side, int32_t composition) {
+    finer_ = true;
+    for (int32_t y = std::max(cube.y, first_y_); y < std::min(cube.y + side, end_y()); ++y) {
+        for (int32_t x = std::max(cube.x, first_x_); x < std::min(cube.x + side, end_x()); ++x) {
+            int32_t& block =
+                blocks_[static_cast<size_t>((y - first_y_) * blocks_x_ + (x - first_x_))];
+            if (block == kEvaluate) block = composition;
+        }
+    }
+}
+
+// Where not one cube was filled, pieces of some blocks tell whether any are worth a look.
+int PartCull::try_finer(const PrintPart& part, int32_t group, BlockEvaluator* evaluator) {
+    constexpr size_t kTried = 8;
+    if (!points_tell(part)) {
+        finer_ = false;
+        return 0;
+    }
+    if (finer_) return 0;
+    const size_t step = std::max<size_t>(blocks_.size() / kTried, 1);
+    lowest_.clear();
+    for (size_t from = 0; from < blocks_.size(); from += step) {
+        size_t i = from;
+        while (i < std::min(from + step, blocks_.size()) && blocks_[i] != kEvaluate)
+            ++i;
+        if (i == std::min(from + step, blocks_.size())) continue;
+        const auto at = static_cast<int32_t>(i);
+        lowest_.push_back({8 * (first_x_ + at % blocks_x_) - part.base.x,
+                           8 * (first_y_ + at / blocks_x_) - part.base.y, 8 * group - part.base.z});
+    }
+    if (lowest_.empty()) return 0;
+    CubeBounds& bounds = evaluator->cube_bounds();
+    const int status = bounds.bound_pieces(part, lowest_, evaluator->bound_tools(part));
+    std::vector<float> weights(static_cast<size_t>(part.slots()));
+    for (size_t i = 0; i < CubeBounds::kPieces * lowest_.size() && status == 0 && !finer_; ++i)
+        finer_ = bounds.one_composition(i, &weights);
+    return status;
+}
+
+int PartCull::add_constant(const PrintPart& part, const float* weights, BlockEvaluator* evaluator,
+                           std::atomic<int64_t>* room, int32_t* index) {
+    const auto slots = static_cast<size_t>(part.slots());
+    for (size_t i = constants_.size(); i-- > 0;) {
+        if (std::equal(weights, weights + slots, constants_[i].weights.begin())) {
+            *index = static_cast<int32_t>(i);
+            return 0;
+        }
+    }
+    const auto codes = static_cast<int64_t>(sizeof(Constant) + 512 + slots * sizeof(float));
+    const int64_t bytes = codes + evaluator->tile_values() * int64_t{sizeof(uint16_t)};
+    if (constants_.size() == kMostConstants) return 0;
+    if (room->fetch_sub(bytes) < bytes) {
+        room->fetch_add(bytes);
+        return 0;
+    }
+    Constant added;
+    added.weights.assign(weights, weights + slots);
+    added.codes.resize(512);
+    added.tile.resize(static_cast<size_t>(evaluator->tile_values()));
+    const int status =
+        evaluator->constant_block(part, weights, added.codes.data(), added.tile.data());
+    added.code = added.codes[0];
+    added.mixed = added.code == OPENFAB_CODE_MIXED;
+    if (!added.mixed) {
+        added.codes = {};
+        added.tile = {};
+        room->fetch_add(bytes - codes);
+    }
+    *index = static_cast<int32_t>(constants_.size());
+    constants_.push_back(std::move(added));
+    return status;
+}
+
+int64_t PartCull::blocks_to_evaluate() const {
+    return std::count(blocks_.begin(), blocks_.end(), kEvaluate);
+}
+
+}  // namespace openfab::slab

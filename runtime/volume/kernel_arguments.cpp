@@ -1,0 +1,77 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/volume/kernel_arguments.h"
+
+namespace openfab::slab {
+
+const void* part_argument(const PrintPart& part, const openfab_arg& arg,
+                          abi::KernelBuffer* buffer) {
+    const auto a = static_cast<size_t>(arg.a);
+    switch (arg.kind) {
+        case OPENFAB_ARG_UNIFORM:
+            return &part.part->uniform_values[a];
+        case OPENFAB_ARG_FRAME:
+            return &part.frame[a];
+        case OPENFAB_ARG_INSTANCE:
+            return &part.part->instance;
+        case OPENFAB_ARG_TEXTURE: {
+            const texture::Pyramid& pyramid = *part.part->textures[a];
+            if (arg.b == OPENFAB_TEXTURE_INFO) {
+                buffer->set_dense(abi::halide_type(OPENFAB_INT), pyramid.info().data(),
+                                  {static_cast<int32_t>(pyramid.info().size())});
+            } else {
+                const std::span<const float> values =
+                    arg.b == OPENFAB_TEXTURE_TEXELS ? pyramid.texels() : pyramid.minmax();
+                buffer->set_dense(abi::halide_type(OPENFAB_FLOAT), values.data(),
+                                  {static_cast<int32_t>(values.size())});
+            }
+            return buffer->raw();
+        }
+        default:
+            return nullptr;
+    }
+}
+
+void KernelArguments::begin(const openfab_kernel& kernel, const PrintPart& part,
+                            const int32_t* corners, int32_t n, int32_t block_size) {
+    kernel_ = &kernel;
+    n_ = n;
+    block_size_ = block_size;
+    const auto count = static_cast<size_t>(kernel.arg_count);
+    args_.assign(count, nullptr);
+    if (buffer_count_ < count) {
+        buffers_ = std::make_unique<abi::KernelBuffer[]>(count);
+        buffer_count_ = count;
+    }
+    for (size_t i = 0; i < count; ++i) {
+        const openfab_arg& arg = kernel.args[i];
+        if (arg.kind == OPENFAB_ARG_BLOCK_SIZE) {
+            args_[i] = &block_size_;
+        } else if (arg.kind == OPENFAB_ARG_BLOCKS) {
+            buffers_[i].set_dense(abi::halide_type(OPENFAB_INT), corners, {3, n});
+            args_[i] = buffers_[i].raw();
+        } else {
+            args_[i] = const_cast<void*>(part_argument(part, arg, &buffers_[i]));
+        }
+    }
+}
+
+void KernelArguments::set_blocks(int32_t i, const void* data, int32_t stride) {
+    const auto place = static_cast<size_t>(i);
+    buffers_[place].set_blocks(abi::halide_type(kernel_->args[i].scalar), data, n_, stride);
+    args_[place] = buffers_[place].raw();
+}
+
+void KernelArguments::set_list(int32_t i, const void* data) {
+    const auto place = static_cast<size_t>(i);
+    buffers_[place].set_dense(abi::halide_type(kernel_->args[i].scalar), data, {n_});
+    args_[place] = buffers_[place].raw();
+}
+
+int KernelArguments::run(openfab_isa isa) {
+    openfab_kernel_fn fn =
+        kernel_->fn[isa] != nullptr ? kernel_->fn[isa] : kernel_->fn[OPENFAB_ISA_SSE41];
+    return fn(args_.data());
+}
+
+}  // namespace openfab::slab

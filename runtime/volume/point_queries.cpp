@@ -1,0 +1,212 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/volume/point_queries.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+namespace openfab::slab {
+namespace {
+
+using nearest::PointAnswer;
+using nearest::PointGroup;
+using phases::kLanes;
+
+constexpr float kAnywhere = std::numeric_limits<float>::infinity();
+
+/// The 8 places of a group in one state.
+float* floats(const phases::States& states, int32_t state, int32_t group) {
+    return reinterpret_cast<float*>(states[state]) + kLanes * group;
+}
+
+PointGroup points_of(const openfab_query& query, int32_t group, const phases::States& states,
+                     uint32_t mask) {
+    PointGroup out;
+    for (size_t a = 0; a < 3; ++a)
+        std::copy_n(floats(states, query.point[a], group), kLanes, out.p[a]);
+    out.mask = mask;
+    return out;
+}
+
+/// Negative inside. Taken from 0, so that a point on the surface has +0.
+float with_sign(float distance, bool inside) {
+    return inside ? 0.0f - distance : distance;
+}
+
+}  // namespace
+
+void PointQueries::begin(const PrintPart& part, const int32_t* corners, const uint8_t* owned) {
+    part_ = &part;
+    corners_ = corners;
+    owned_ = owned;
+    values_.resize(static_cast<size_t>(part.nearest.floats()));
+    flat_.resize(static_cast<size_t>(part.nearest.ints()));
+}
+
+nearest::QueryCounts PointQueries::counts() const {
+    nearest::QueryCounts sum;
+    for (const Own& own : own_) {
+        if (own.scratch != nullptr) sum.add(own.scratch->counts);
+    }
+    return sum;
+}
+
+uint32_t PointQueries::wanted(const openfab_query& query, int32_t group,
+                              const phases::States& states) const {
+    const uint32_t* guard = states[query.guard] + kLanes * group;
+    uint32_t mask = 0;
+    for (uint32_t l = 0; l < kLanes; ++l)
+        mask |= (guard[l] != 0 ? 1u : 0u) << l;
+    return mask & owned_[group];
+}
+
+/// Of the group's voxels, in the order of operations that abi/fablet_table.h gives.
+PointGroup PointQueries::centres(int32_t group) const {
+    const int32_t* corner = corners_ + static_cast<ptrdiff_t>(3 * (group / 64));
+    const float x = static_cast<float>(corner[0] + group % 8) + 0.5f;
+    const float y = static_cast<float>(corner[1] + group / 8 % 8) + 0.5f;
+    PointGroup out;
+    for (size_t a = 0; a < 3; ++a) {
+        const auto at = [&](size_t base) { return part_->frame[base + a]; };
+        for (int32_t l = 0; l < kLanes; ++l) {
+            const float z = static_cast<float>(corner[2] + l) + 0.5f;
+            out.p[a][l] = ((x * at(OPENFAB_FRAME_STEP_I) + y * at(OPENFAB_FRAME_STEP_J)) +
+                           z * at(OPENFAB_FRAME_STEP_K)) +
+                          at(OPENFAB_FRAME_ORIGIN);
+        }
+    }
+    return out;
+}
+
+void PointQueries::ask(const nearest::Engine& engine, int32_t part,
+                       const std::vector<PointGroup>& points) {
+    Own& own = own_[static_cast<size_t>(part)];
+    if (own.scratch == nullptr) own.scratch = engine.make_scratch();
+    answers_.resize(points.size());
+    engine.query_points(points, kAnywhere, own.scratch.get(), answers_.data());
+}
+
+int PointQueries::answer(const openfab_query& query, std::span<const int32_t> groups,
+                         const phases::States& states) {
+    groups_.clear();
+    points_.clear();
+    for (const int32_t group : groups) {
+        if (const uint32_t mask = wanted(query, group, states); mask != 0) {
+            groups_.push_back(group);
+            points_.push_back(points_of(query, group, states, mask));
+            continue;
+        }
+        for (int32_t i = 0; i < query.output_count; ++i)
+            std::fill_n(states[query.outputs[i].state] + kLanes * group, kLanes, 0u);
+    }
+    if (groups_.empty()) return 0;
+    if (query.object < 0) {
+        answer_own(query, states);
+    } else {
+        answer_object(query, states);
+    }
+    return 0;
+}
+
+void PointQueries::answer_own(const openfab_query& query, const phases::States& states) {
+    ask(*part_->engine, part_->owner, points_);
+    for (size_t k = 0; k < groups_.size(); ++k) {
+        if (part_->points.sign) write_distance(query, k, states);
+        write_surface(query, groups_[k], states, answers_[k]);
+    }
+}
+
+void PointQueries::write_distance(const openfab_query& query, size_t place,
+                                  const phases::States& states) {
+    const int32_t group = groups_[place];
+    const PointGroup& points = points_[place];
+    const PointAnswer& answer = answers_[place];
+    const PointGroup centre = centres(group);
+    uint32_t at_centre = 0;
+    for (size_t l = 0; l < kLanes; ++l) {
+        const bool same = points.p[0][l] == centre.p[0][l] && points.p[1][l] == centre.p[1][l] &&
+                          points.p[2][l] == centre.p[2][l];
+        at_centre |= (same ? 1u : 0u) << l;
+    }
+    // Coverage snaps vertices to 1/256 of a voxel.
+    const float slack = part_->largest_pitch_mm * 0x1p-7f;
+    PointGroup elsewhere = points;
+    elsewhere.mask &= ~at_centre;
+    const uint32_t inside =
+        at_centre | part_->winding->inside(elsewhere, answer, {&centre, owned_[group], slack},
+                                           &own_[static_cast<size_t>(part_->owner)].memory);
+    for (int32_t i = 0; i < query.output_count; ++i) {
+        const openfab_query_output& out = query.outputs[i];
+        if (out.kind != OPENFAB_QUERY_DISTANCE) continue;
+        float* to = floats(states, out.state, group);
+        for (size_t l = 0; l < kLanes; ++l) {
+            const float d = with_sign(std::sqrt(answer.distance2[l]), (inside >> l & 1u) != 0);
+            to[l] = (points.mask >> l & 1u) != 0 ? d : 0.0f;
+        }
+    }
+}
+
+/// Positions, normals and attributes.
+void PointQueries::write_surface(const openfab_query& query, int32_t group,
+                                 const phases::States& states, const PointAnswer& answer) {
+    nearest::PointTargets targets;
+    std::fill(values_.begin(), values_.end(), nullptr);
+    std::fill(flat_.begin(), flat_.end(), nullptr);
+    bool any = false;
+    for (int32_t i = 0; i < query.output_count; ++i) {
+        const openfab_query_output& out = query.outputs[i];
+        float* to = floats(states, out.state, group);
+        any = any || out.kind != OPENFAB_QUERY_DISTANCE;
+        if (out.kind == OPENFAB_QUERY_POSITION) targets.position[out.b] = to;
+        if (out.kind == OPENFAB_QUERY_NORMAL) targets.normal[out.b] = to;
+        if (out.kind != OPENFAB_QUERY_ATTRIBUTE) continue;
+        const size_t place = part_->nearest.place(out.a, out.b);
+        if (part_->nearest.is_float(out.a)) {
+            values_[place] = to;
+        } else {
+            flat_[place] = states[out.state] + kLanes * group;
+        }
+    }
+    if (!any) return;
+    targets.values = values_.data();
+    targets.flat = flat_.data();
+    part_->attributes->read_points(answer, targets,
+                                   &own_[static_cast<size_t>(part_->owner)].attributes);
+}
+
+void PointQueries::answer_object(const openfab_query& query, const phases::States& states) {
+    least_.resize(groups_.size());
+    for (auto& least : least_)
+        least.fill(kAnywhere);
+    for (const QueryTarget& target : part_->targets[static_cast<size_t>(query.object)]) {
+        moved_ = points_;
+        for (PointGroup& group : moved_) {
+            for (size_t l = 0; l < kLanes; ++l) {
+                const Vec3d p{group.p[0][l], group.p[1][l], group.p[2][l]};
+                const Vec3f q = vec_cast<float>(target.to_local.apply(p));
+                for (size_t a = 0; a < 3; ++a)
+                    group.p[a][l] = q[static_cast<int>(a)];
+            }
+        }
+        ask(*target.engine, target.part, moved_);
+        nearest::Winding::Memory* memory = &own_[static_cast<size_t>(target.part)].memory;
+        for (size_t k = 0; k < moved_.size(); ++k) {
+            const uint32_t inside = target.winding->inside(moved_[k], answers_[k], {}, memory);
+            for (size_t l = 0; l < kLanes; ++l) {
+                const float d = std::sqrt(answers_[k].distance2[l]);
+                least_[k][l] = std::min(least_[k][l], with_sign(d, (inside >> l & 1u) != 0));
+            }
+        }
+    }
+    for (size_t k = 0; k < groups_.size(); ++k) {
+        for (int32_t i = 0; i < query.output_count; ++i) {
+            float* to = floats(states, query.outputs[i].state, groups_[k]);
+            for (size_t l = 0; l < kLanes; ++l)
+                to[l] = (points_[k].mask >> l & 1u) != 0 ? least_[k][l] : 0.0f;
+        }
+    }
+}
+
+}  // namespace openfab::slab

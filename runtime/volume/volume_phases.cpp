@@ -1,0 +1,78 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/volume/volume_phases.h"
+
+#include <algorithm>
+
+namespace openfab::slab {
+
+namespace {
+
+constexpr int32_t kBlockValues = 512;
+constexpr int32_t kBlockGroups = phases::kBlockGroups;
+
+}  // namespace
+
+int VolumePhases::run(const PrintPart& part, openfab_isa isa, const int32_t* corners,
+                      const uint8_t* owned, int32_t n, const Input& input, float* weights,
+                      PointPrints* prints) {
+    const openfab_phases& phases = part.part->fablet->volume_phases;
+    part_ = &part;
+    inputs_ = &input;
+    prints_ = prints;
+    weights_ = weights;
+    const int32_t most = phases::group_limit(phases) / kBlockGroups;
+    for (first_ = 0; first_ < n; first_ += count_) {
+        count_ = std::min(most, n - first_);
+        corners_ = corners + static_cast<ptrdiff_t>(3 * first_);
+        const uint8_t* wanted = owned + static_cast<ptrdiff_t>(kBlockGroups * first_);
+        buffers_used_ = 0;
+        queries_.begin(part, corners_, wanted);
+        const int status = driver_.run(
+            phases, isa, {wanted, static_cast<size_t>(kBlockGroups * count_)}, this, this);
+        prints_->end_batch();
+        if (status != 0) return status;
+    }
+    return 0;
+}
+
+abi::KernelBuffer* VolumePhases::next_buffer() {
+    if (buffers_used_ == buffers_.size()) buffers_.push_back(std::make_unique<abi::KernelBuffer>());
+    return buffers_[buffers_used_++].get();
+}
+
+const void* VolumePhases::input(const openfab_arg& arg) {
+    if (arg.kind == OPENFAB_ARG_BLOCKS) {
+        abi::KernelBuffer* buffer = next_buffer();
+        buffer->set_dense(abi::halide_type(OPENFAB_INT), corners_, {3, count_});
+        return buffer->raw();
+    }
+    if (arg.kind <= OPENFAB_ARG_INSTANCE) {
+        abi::KernelBuffer* buffer = arg.kind == OPENFAB_ARG_TEXTURE ? next_buffer() : nullptr;
+        return part_argument(*part_, arg, buffer);
+    }
+    const auto* values = static_cast<const uint32_t*>((*inputs_)(arg));
+    abi::KernelBuffer* buffer = next_buffer();
+    buffer->set_dense(abi::halide_type(arg.scalar),
+                      values + static_cast<ptrdiff_t>(kBlockValues) * first_,
+                      {kBlockValues * count_});
+    return buffer->raw();
+}
+
+phases::OutputPlace VolumePhases::output(const openfab_arg& arg) {
+    const ptrdiff_t stride = ptrdiff_t{kBlockValues} * part_->slots();
+    float* values = weights_ + stride * first_ + ptrdiff_t{kBlockValues} * arg.a;
+    return {reinterpret_cast<uint32_t*>(values), stride};
+}
+
+int VolumePhases::query(const openfab_query& query, std::span<const int32_t> groups,
+                        const phases::States& states) {
+    return queries_.answer(query, groups, states);
+}
+
+void VolumePhases::print(const openfab_print& print, std::span<const int32_t> groups,
+                         const phases::States& states) {
+    prints_->add(*part_, part_->part->fablet->volume_phases, corners_, print, groups, states);
+}
+
+}  // namespace openfab::slab

@@ -1,0 +1,244 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "texture/cache.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <spawn.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <csignal>
+#include <cstdlib>
+#include <system_error>
+#include <vector>
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include "base/input_file.h"
+#include "base/own_folder.h"
+#include "texture/helper.h"
+#include "texture/pyramid_file.h"
+
+extern char** environ;
+
+namespace openfab::texture {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string reason(int code) {
+    return std::generic_category().message(code);
+}
+
+bool is_program(const fs::path& file) {
+    std::error_code ignored;
+    return fs::is_regular_file(file, ignored) && ::access(file.c_str(), X_OK) == 0;
+}
+
+std::string environment(const char* name) {
+    const char* value = std::getenv(name);
+    return value != nullptr ? value : "";
+}
+
+struct HelperResult {
+    int status = -1;       ///< as from waitpid
+    std::string messages;  ///< what it wrote to stderr, at most 16 KB
+};
+
+/// Runs a program without a shell, its stdout on our stderr (our stdout is data), its stderr read.
+Result<HelperResult> run_helper(const std::vector<std::string>& arguments) {
+    int ends[2];
+    if (::pipe2(ends, O_CLOEXEC) != 0) return outside_error("cannot make a pipe: " + reason(errno));
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
+    posix_spawn_file_actions_adddup2(&actions, 2, 1);
+    posix_spawn_file_actions_adddup2(&actions, ends[1], 2);
+    std::vector<char*> argv;
+    for (const std::string& argument : arguments)
+        argv.push_back(const_cast<char*>(argument.c_str()));
+    argv.push_back(nullptr);
+    pid_t child = -1;
+    const int trouble = ::posix_spawn(&child, argv[0], &actions, nullptr, argv.data(), environ);
+    posix_spawn_file_actions_destroy(&actions);
+    ::close(ends[1]);
+    HelperResult result;
+    char buffer[4096];
+    while (trouble == 0) {
+        const ssize_t got = ::read(ends[0], buffer, sizeof buffer);
+        if (got < 0 && errno == EINTR) continue;
+        if (got <= 0) break;
+        constexpr size_t kMost = 16384;
+        if (result.messages.size() < kMost)
+            result.messages.append(buffer, static_cast<size_t>(got));
+    }
+    ::close(ends[0]);
+    if (trouble != 0)
+        return outside_error(fmt::format("cannot start {}: {}", arguments[0], reason(trouble)));
+    while (::waitpid(child, &result.status, 0) < 0) {
+        if (errno != EINTR)
+            return outside_error("cannot wait for the texture helper: " + reason(errno));
+    }
+    return result;
+}
+
+/// The helper's own words without what it puts around them.
+std::string trimmed(std::string text) {
+    while (!text.empty() && (text.back() == '\n' || text.back() == '\r' || text.back() == ' '))
+        text.pop_back();
+    constexpr std::string_view kPrefix = "error: ";
+    if (text.starts_with(kPrefix)) text.erase(0, kPrefix.size());
+    return text;
+}
+
+Result<void> make_with_helper(const fs::path& image, const ImageOptions& options,
+                              const fs::path& out, const ReadLimits& limits,
+                              const std::vector<std::string>& more) {
+    const fs::path helper = find_helper();
+    if (helper.empty()) {
+        return outside_error(
+            fmt::format("{} must be converted, and the program that does it, `openfab`, was not "
+                        "found beside this one or on the "
+                        "PATH; put it there, or set OPENFAB_HELPER to it",
+                        image.string()));
+    }
+    std::vector<std::string> arguments = {helper.string(), "texture", as_argument(image), "-o",
+                                          out.string(),    "--space", options.space};
+    if (options.luminance) arguments.emplace_back("--luminance");
+    arguments.push_back(fmt::format("--memory={}B", limits.memory_bytes));
+    for (const fs::path& root : limits.roots)
+        arguments.push_back("--below=" + root.string());
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    Result<HelperResult> result = run_helper(arguments);
+    if (!result) return result.error();
+    const std::string messages = trimmed(result->messages);
+    if (WIFEXITED(result->status) && WEXITSTATUS(result->status) == 0) return Ok{};
+    if (WIFEXITED(result->status) && !messages.empty()) {
+        return WEXITSTATUS(result->status) == exit_code(ErrorCode::kUserInput)
+                   ? user_error(messages)
+                   : outside_error(messages);
+    }
+    const int signal = WIFSIGNALED(result->status) ? WTERMSIG(result->status) : 0;
+    if (signal == SIGINT) return Error{ErrorCode::kInterrupted, "interrupted"};
+    return outside_error(fmt::format(
+        "cannot convert {}: {} {}", image.string(), helper.string(),
+        signal != 0 ? fmt::format("was ended by signal {}", signal)
+                    : fmt::format("failed with exit code {}", WEXITSTATUS(result->status))));
+}
+
+/// Where the cache is to be; empty where nothing says so.
+fs::path wanted_cache() {
+    if (const std::string own = environment("OPENFAB_CACHE"); !own.empty()) return own;
+    if (const std::string xdg = environment("XDG_CACHE_HOME"); !xdg.empty())
+        return fs::path(xdg) / "openfab";
+    if (const std::string home = environment("HOME"); !home.empty())
+        return fs::path(home) / ".cache" / "openfab";
+    return {};
+}
+
+/// The link that leads to the running program; false where the program is not there any more.
+bool find_self(fs::path* out) {
+    struct stat running {};
+    struct stat named {};
+    std::error_code unknown;
+    *out = fs::read_symlink("/proc/self/exe", unknown);
+    return !unknown && ::stat("/proc/self/exe", &running) == 0 &&
+           ::stat(out->c_str(), &named) == 0 && running.st_dev == named.st_dev &&
+           running.st_ino == named.st_ino;
+}
+
+}  // namespace
+
+Result<std::shared_ptr<const Pyramid>> find_or_make(uint64_t key, const fs::path& image,
+                                                    const ImageOptions& options, int32_t wrap,
+                                                    int32_t filter, const ReadLimits& limits,
+                                                    const std::vector<std::string>& more) {
+    const Result<fs::path> cache = cache_folder();
+    std::unique_ptr<TemporaryFolder> own;
+    fs::path file;
+    if (cache) {
+        file = *cache / cache_name(key);
+        if (Result<std::shared_ptr<const Pyramid>> cached = Pyramid::open(file, wrap, filter))
+            return cached;
+        clear_left_over(*cache);
+    } else {
+        // The mapping stays when the file goes.
+        Result<std::unique_ptr<TemporaryFolder>> made = TemporaryFolder::create();
+        if (!made) return made.error();
+        own = std::move(*made);
+        file = own->path() / cache_name(key);
+    }
+    if (Result<void> made = make_with_helper(image, options, file, limits, more); !made)
+        return made.error();
+    return Pyramid::open(file, wrap, filter);
+}
+
+Result<fs::path> cache_folder(const std::string& part) {
+    fs::path wanted = wanted_cache();
+    if (wanted.empty()) return user_error("neither HOME nor XDG_CACHE_HOME is set");
+    if (!part.empty()) wanted /= part;
+    Result<fs::path> folder = own_folder(wanted);
+    if (folder) return folder;
+    return Error{folder.error().code, fmt::format("the folder `{}` is not used: {}",
+                                                  wanted.string(), folder.error().message)};
+}
+
+Result<uint64_t> content_key(const fs::path& image, const ImageOptions& options) {
+    const Result<InputFile> file = InputFile::open(image);
+    const auto unreadable = [&](const Error& error) {
+        return Error{error.code, fmt::format("cannot read {}: {}", image.string(), error.message)};
+    };
+    if (!file) return unreadable(file.error());
+    XXH3_state_t state;
+    XXH3_64bits_reset(&state);
+    std::vector<char> buffer(1 << 20);
+    for (int64_t at = 0;;) {
+        const Result<size_t> got = file->read(at, buffer.data(), buffer.size());
+        if (!got) return unreadable(got.error());
+        if (*got == 0) break;
+        XXH3_64bits_update(&state, buffer.data(), *got);
+        at += static_cast<int64_t>(*got);
+    }
+    const std::string suffix =
+        fmt::format("|{}|{}|{}", options.space, options.luminance ? 1 : 0, kFileVersion);
+    XXH3_64bits_update(&state, suffix.data(), suffix.size());
+    return static_cast<uint64_t>(XXH3_64bits_digest(&state));
+}
+
+std::string cache_name(uint64_t key) {
+    return fmt::format("{:016x}.oftx", key);
+}
+
+fs::path find_helper() {
+    fs::path self;
+    if (find_self(&self) && is_program(self.parent_path() / "openfab"))
+        return self.parent_path() / "openfab";
+    if (const std::string chosen = environment("OPENFAB_HELPER");
+        !chosen.empty() && is_program(chosen))
+        return chosen;
+    const std::string folders = environment("PATH");
+    size_t at = 0;
+    while (at <= folders.size()) {
+        const size_t end = std::min(folders.find(':', at), folders.size());
+        const fs::path folder = folders.substr(at, end - at);
+        // A relative one may be the folder of somebody's world.
+        if (folder.is_absolute() && is_program(folder / "openfab")) return folder / "openfab";
+        at = end + 1;
+    }
+    return {};
+}
+
+Result<std::shared_ptr<const Pyramid>> get_pyramid(const fs::path& image,
+                                                   const ImageOptions& options, int32_t wrap,
+                                                   int32_t filter, const ReadLimits& limits) {
+    const Result<uint64_t> key = content_key(image, options);
+    if (!key) return key.error();
+    return find_or_make(*key, image, options, wrap, filter, limits);
+}
+
+}  // namespace openfab::texture

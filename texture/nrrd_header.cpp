@@ -1,0 +1,60 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "texture/nrrd_header.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace openfab::texture {
+
+namespace {
+
+constexpr int64_t kLongest = 1 << 20;
+
+}  // namespace
+
+std::string NrrdHeader::field(const std::string& name) const {
+    const auto found = fields.find(name);
+    return found == fields.end() ? std::string() : found->second;
+}
+
+std::string NrrdHeader::data_file() const {
+    const std::string name = field("data file");
+    return name.empty() ? field("datafile") : name;
+}
+
+Result<NrrdHeader> read_nrrd_header(const InputFile& file) {
+    std::string bytes(static_cast<size_t>(std::min(file.bytes(), kLongest)), '\0');
+    const Result<size_t> got = file.read(0, bytes.data(), bytes.size());
+    if (!got) return got.error();
+    bytes.resize(*got);
+    if (bytes.compare(0, 4, "NRRD") != 0) return user_error("it is no NRRD file");
+    NrrdHeader header;
+    size_t at = bytes.find('\n');
+    while (at != std::string::npos && at + 1 < bytes.size()) {
+        const size_t begin = at + 1;
+        at = bytes.find('\n', begin);
+        std::string line =
+            bytes.substr(begin, (at == std::string::npos ? bytes.size() : at) - begin);
+        if (!line.empty() && line.back() == '\r') line.pop_back();
+        if (line.empty()) break;
+        const size_t colon = line.find(": ");
+        if (line[0] != '#' && colon != std::string::npos)
+            header.fields[line.substr(0, colon)] = line.substr(colon + 2);
+    }
+    header.begin = static_cast<int64_t>(at == std::string::npos ? bytes.size() : at + 1);
+    return header;
+}
+
+Result<InputFile> open_data_file(const std::filesystem::path& file, const std::string& name,
+                                 const ReadLimits& limits) {
+    std::vector<std::filesystem::path> roots = limits.roots;
+    if (roots.empty()) roots.push_back(reading_root(file.parent_path()));
+    Result<InputFile> opened = InputFile::open(file.parent_path() / name, roots);
+    if (opened) return opened;
+    return Error{opened.error().code, fmt::format("its data file `{}` cannot be read: {}", name,
+                                                  opened.error().message)};
+}
+
+}  // namespace openfab::texture

@@ -1,0 +1,91 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// A filtered texture pyramid (`.oftx`), memory-mapped. `openfab texture` (OpenImageIO) makes it
+// once per image; it is cached by content hash. Generated code and the interpreter read the same
+// arrays.
+//
+//   texels   float, linear values, level after level; within a level row-major from the BOTTOM row
+//            (v = 0), channels interleaved: texels[offset + (y * width + x) * channels + c]
+//   info     int32: [0] channels, [1] levels, [2] wrap (scene::Wrap), [3] filter (scene::Filter),
+//            [4..7] reserved 0, then for each level 4 values: texel offset, width, height,
+//            min-max offset.
+//            A volume has the value of a texel at texels[offset + ((z * height + y) * width + x) *
+//            channels + c]; [4] is 1, the header is followed by 6 floats as bits, the lowest corner
+//            and the size in mm (kVolumeInfoHeader in all), and a level has 5 values: texel offset,
+//            width, height, depth, min-max offset. Filter kFilterFinest reads level 0 alone.
+//   minmax   float: for each level l, per texel and channel the least and greatest level-0 value
+//            under it: minmax[offset + ((y * width + x) * channels + c) * 2 + {0, 1}]; level 0
+//            holds its texel twice
+// Level 0 is the image; level l+1 has ceil(n / 2) texels a side, down to 1 x 1, each the mean over
+// its share of the level below (for odd n a share takes in fractions of texels); its min-max covers
+// every texel that the share touches.
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "base/result.h"
+#include "texture/pyramid_layout.h"
+
+namespace openfab::texture {
+
+constexpr int32_t kInfoHeader = 8;
+constexpr int32_t kInfoPerLevel = 4;
+constexpr int32_t kVolumeInfoHeader = 14;
+constexpr int32_t kVolumeInfoPerLevel = 5;
+// Of scene::Wrap and scene::Filter: what is compared with.
+constexpr int32_t kWrapRepeat = 1;
+constexpr int32_t kWrapMirror = 2;
+constexpr int32_t kWrapBlack = 3;
+constexpr int32_t kFilterTrilinear = 0;
+constexpr int32_t kFilterNearest = 2;
+constexpr int32_t kFilterFinest = 3;  ///< trilinear, of look-up tables
+
+class Pyramid {
+  public:
+    /// Maps a file; wrap and filter come from the world, not from the file.
+    static Result<std::shared_ptr<const Pyramid>> open(const std::filesystem::path& file,
+                                                       int32_t wrap, int32_t filter);
+    /// From memory: level 0 given (bottom row first, interleaved), the rest made here. For tests
+    /// and small pictures. Null where the size is not possible or `level0` has another number of
+    /// values.
+    static std::shared_ptr<const Pyramid> from_texels(int32_t width, int32_t height,
+                                                      int32_t channels,
+                                                      std::span<const float> level0, int32_t wrap,
+                                                      int32_t filter);
+    /// The same of a volume.
+    static std::shared_ptr<const Pyramid> from_volume(const Vec3i& size, int32_t channels,
+                                                      const VolumePlace& place,
+                                                      std::span<const float> level0, int32_t wrap,
+                                                      int32_t filter);
+    ~Pyramid();
+    Pyramid(const Pyramid&) = delete;
+    Pyramid& operator=(const Pyramid&) = delete;
+
+    std::span<const float> texels() const { return texels_; }
+    std::span<const int32_t> info() const { return info_; }
+    std::span<const float> minmax() const { return minmax_; }
+    int32_t channels() const { return info_[0]; }
+    int32_t levels() const { return info_[1]; }
+    bool is_volume() const { return info_[4] != 0; }
+
+  private:
+    Pyramid() = default;
+    static std::shared_ptr<const Pyramid> fill(const PyramidLayout& layout,
+                                               std::span<const float> level0, int32_t wrap,
+                                               int32_t filter);
+
+    std::vector<int32_t> info_;
+    std::vector<float> owned_;
+    void* mapping_ = nullptr;
+    size_t mapping_bytes_ = 0;
+    std::span<const float> texels_;
+    std::span<const float> minmax_;
+};
+
+}  // namespace openfab::texture

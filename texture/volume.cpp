@@ -1,0 +1,177 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "texture/volume.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <string_view>
+#include <system_error>
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include "base/input_file.h"
+#include "texture/helper.h"
+#include "texture/nrrd_header.h"
+#include "texture/pyramid_file.h"
+
+namespace openfab::texture {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_digit(char c) {
+    return c >= '0' && c <= '9';
+}
+
+/// `%d` and `%04d` as one `%`.
+std::string plain_pattern(std::string_view text) {
+    std::string out;
+    for (size_t i = 0; i < text.size(); ++i) {
+        size_t end = i + 1;
+        while (text[i] == '%' && end < text.size() && is_digit(text[end]))
+            ++end;
+        const bool number = text[i] == '%' && end < text.size() && text[end] == 'd';
+        out += text[i];
+        if (number) i = end;
+    }
+    return out;
+}
+
+/// All places of the name at which what was matched so far may end, moved on by one sign of the
+/// pattern at a time: the work is the product of both lengths, whatever the pattern.
+bool matches(std::string_view pattern, std::string_view name) {
+    std::vector<char> ends(name.size() + 1, 0), next(name.size() + 1);
+    ends[0] = 1;
+    for (const char sign : pattern) {
+        std::fill(next.begin(), next.end(), 0);
+        for (size_t n = 0; n <= name.size(); ++n) {
+            if (sign == '*') {
+                next[n] = ends[n] != 0 || (n > 0 && next[n - 1] != 0);
+            } else if (n > 0 && sign == '%') {
+                next[n] = is_digit(name[n - 1]) && (ends[n - 1] != 0 || next[n - 1] != 0);
+            } else if (n > 0 && ends[n - 1] != 0) {
+                next[n] = sign == '#' ? is_digit(name[n - 1]) : sign == name[n - 1];
+            }
+        }
+        ends.swap(next);
+    }
+    return ends[name.size()] != 0;
+}
+
+/// Numbers by value, so that slice 10 follows slice 9.
+bool comes_before(const fs::path& left, const fs::path& right) {
+    const std::string a = left.filename().string(), b = right.filename().string();
+    size_t i = 0, j = 0;
+    while (i < a.size() && j < b.size()) {
+        if (!is_digit(a[i]) || !is_digit(b[j])) {
+            if (a[i] != b[j]) return a[i] < b[j];
+            ++i, ++j;
+            continue;
+        }
+        const auto number = [](const std::string& s, size_t* at) {
+            while (*at < s.size() && s[*at] == '0')
+                ++*at;
+            const size_t begin = *at;
+            while (*at < s.size() && is_digit(s[*at]))
+                ++*at;
+            return std::string_view(s).substr(begin, *at - begin);
+        };
+        const std::string_view x = number(a, &i), y = number(b, &j);
+        if (x.size() != y.size()) return x.size() < y.size();
+        if (x != y) return x < y;
+    }
+    if (a.size() - i != b.size() - j) return a.size() - i < b.size() - j;
+    return a < b;
+}
+
+std::string three(const std::array<double, 3>& v) {
+    return fmt::format("{:.17g},{:.17g},{:.17g}", v[0], v[1], v[2]);
+}
+
+}  // namespace
+
+Result<std::vector<fs::path>> volume_files(const fs::path& source) {
+    std::error_code trouble;
+    if (fs::is_regular_file(source, trouble)) return std::vector<fs::path>{source};
+    const bool folder = fs::is_directory(source, trouble);
+    const fs::path place = folder ? source : source.parent_path();
+    const std::string pattern = folder ? "*" : plain_pattern(source.filename().string());
+    std::vector<fs::path> files;
+    if (folder || pattern.find_first_of("*#%") != std::string::npos) {
+        for (fs::directory_iterator it(place.empty() ? fs::path(".") : place, trouble), end;
+             !trouble && it != end; it.increment(trouble)) {
+            const std::string name = it->path().filename().string();
+            std::error_code ignored;
+            if (name[0] != '.' && it->is_regular_file(ignored) && matches(pattern, name))
+                files.push_back(it->path());
+        }
+    }
+    if (files.empty()) {
+        return user_error(fmt::format("cannot read {}: {}", source.string(),
+                                      folder ? "the folder is empty" : "no such file"));
+    }
+    std::sort(files.begin(), files.end(), comes_before);
+    return files;
+}
+
+namespace {
+
+/// Which file the header of a detached NRRD says that its data are in; empty of any other file.
+std::string data_file_of(const fs::path& file) {
+    const Result<InputFile> opened = InputFile::open(file);
+    if (!opened) return {};
+    const Result<NrrdHeader> header = read_nrrd_header(*opened);
+    return header ? header->data_file() : std::string();
+}
+
+}  // namespace
+
+std::optional<fs::path> detached_data(const fs::path& file) {
+    const std::string name = data_file_of(file);
+    return name.empty() ? std::nullopt : std::optional<fs::path>(file.parent_path() / name);
+}
+
+Result<uint64_t> volume_key(const fs::path& source, const VolumeOptions& options,
+                            const ReadLimits& limits) {
+    const Result<std::vector<fs::path>> files = volume_files(source);
+    if (!files) return files.error();
+    std::string text = fmt::format(
+        "volume, first row lowest|{}|{}|{}", options.origin_mm ? three(*options.origin_mm) : "",
+        options.spacing_mm ? three(*options.spacing_mm) : "", files->size());
+    for (const fs::path& file : *files) {
+        const Result<uint64_t> key = content_key(file, options.image);
+        if (!key) return key.error();
+        text += fmt::format("|{:016x}", *key);
+    }
+    if (const std::string name = data_file_of(files->front());
+        files->size() == 1 && !name.empty()) {
+        // Opened, and found to be allowed, before a byte of it is read.
+        const Result<InputFile> data = open_data_file(files->front(), name, limits);
+        if (!data) {
+            return Error{data.error().code,
+                         fmt::format("cannot read {}: {}", source.string(), data.error().message)};
+        }
+        const Result<uint64_t> key = content_key(data->name(), options.image);
+        if (!key) return key.error();
+        text += fmt::format("|{:016x}", *key);
+    }
+    // What kind of file it is shows in its name alone where a format has no signature.
+    text += "|" + files->front().extension().string();
+    return static_cast<uint64_t>(XXH3_64bits(text.data(), text.size()));
+}
+
+Result<std::shared_ptr<const Pyramid>> get_volume(const fs::path& source,
+                                                  const VolumeOptions& options, int32_t wrap,
+                                                  int32_t filter, const ReadLimits& limits) {
+    const Result<uint64_t> key = volume_key(source, options, limits);
+    if (!key) return key.error();
+    std::vector<std::string> more = {"--volume"};
+    if (options.origin_mm) more.push_back("--origin=" + three(*options.origin_mm));
+    if (options.spacing_mm) more.push_back("--spacing=" + three(*options.spacing_mm));
+    return find_or_make(*key, source, options.image, wrap, filter, limits, more);
+}
+
+}  // namespace openfab::texture

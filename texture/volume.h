@@ -1,0 +1,48 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Pyramids of volumes (ImageTexture3D): found, named and cached as those of pictures
+// (texture/cache.h), made by `openfab texture FILE -o OUT --volume`.
+
+#include <array>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "texture/cache.h"
+
+namespace openfab::texture {
+
+/// How a volume is read; part of the cache's key.
+struct VolumeOptions {
+    ImageOptions image;
+    /// The volume's lowest corner and the size of a texel, mm; else as the file says, else 0 and 1.
+    std::optional<std::array<double, 3>> origin_mm;
+    std::optional<std::array<double, 3>> spacing_mm;
+};
+
+/// The files that make up a volume: the one that is named, or every file of a folder, or every file
+/// whose name fits a pattern: `*` stands for anything, `#` for a digit, `%d` and `%04d` for a
+/// number. Slices come in the order of their names, with numbers in them by value, the first one at
+/// the bottom. Errors: nothing there.
+Result<std::vector<std::filesystem::path>> volume_files(const std::filesystem::path& source);
+
+/// Where the header of a detached NRRD says that its data are, the first bytes of `file` being one;
+/// none of any other file.
+std::optional<std::filesystem::path> detached_data(const std::filesystem::path& file);
+
+/// Hash of all bytes of the files, of a header's data, of the options and of the version of the
+/// file format.
+Result<uint64_t> volume_key(const std::filesystem::path& source, const VolumeOptions& options,
+                            const ReadLimits& limits = {});
+
+/// As get_pyramid.
+Result<std::shared_ptr<const Pyramid>> get_volume(const std::filesystem::path& source,
+                                                  const VolumeOptions& options, int32_t wrap,
+                                                  int32_t filter, const ReadLimits& limits = {});
+
+}  // namespace openfab::texture

@@ -1,0 +1,74 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// What stands where: the `build` of a world and its `groups`, flattened to placements of objects.
+
+#include <array>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "base/json.h"
+#include "world/json_reader.h"
+#include "world/world.h"
+#include "world/world_files.h"
+
+namespace openfab::scene {
+
+/// Placements that a world may come to.
+constexpr size_t kMostPlacements = 100'000;
+
+class BuildReader {
+  public:
+    /// The world's meshes and objects have been read; world->build is to be filled.
+    BuildReader(JsonReader* json, WorldFiles* files, World* world, int64_t memory_bytes);
+
+    /// `groups` and `arrange` may be null.
+    void read(const JsonValue* groups, const JsonValue& build, const JsonValue* arrange);
+
+  private:
+    struct Group {
+        const JsonValue* items = nullptr;
+        enum { kUnread, kBeingRead, kRead } state = kUnread;
+        std::vector<Placement> placements;  ///< in the group's own space
+    };
+    /// A placement's own part of the transform.
+    struct Local {
+        Affine3d transform;
+        bool on_bed = false;
+    };
+
+    std::vector<Placement> items(const JsonValue& list, const std::string& what);
+    std::vector<std::vector<Placement>> each_item(const JsonValue& list, const std::string& what);
+    void placement(const JsonValue& value, const std::string& what, std::vector<Placement>* out);
+    std::vector<Placement> subject(const JsonValue& value, const std::string& what);
+    const std::vector<Placement>* group(const JsonValue& name, const std::string& what);
+    void override_group(const JsonValue& value, const std::string& what,
+                        std::vector<Placement>* placements);
+    Local transform(const JsonValue& value, const std::string& what);
+    Affine3d matrix(const JsonValue& value, const std::string& what);
+    void grid(const JsonValue& value, const std::string& what, std::vector<Placement>* placements);
+    void copies(const JsonValue& value, const std::string& what,
+                std::vector<Placement>* placements);
+    void arrange(const JsonValue& value, std::vector<std::vector<Placement>>* items);
+    bool room_for(const JsonValue& value, size_t count);
+    bool memory_for(const JsonValue& value, const std::vector<Placement>& placements,
+                    size_t copies);
+
+    Box3d box(const std::vector<Placement>& placements);
+    const Box3d& turned_box(int32_t mesh, const std::array<double, 9>& m);
+
+    JsonReader& json_;
+    WorldFiles& files_;
+    World& world_;
+    std::map<std::string, int32_t> objects_;  ///< worlds may have a hundred thousand placements
+    std::map<std::string, Group> groups_;
+    int depth_ = 0;    ///< groups being read
+    size_t made_ = 0;  ///< placements of all groups and of the build
+    int64_t memory_bytes_;
+    double made_bytes_ = 0;
+    std::map<std::pair<int32_t, std::array<double, 9>>, Box3d> boxes_;
+};
+
+}  // namespace openfab::scene

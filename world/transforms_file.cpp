@@ -1,0 +1,78 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "world/transforms_file.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "base/json.h"
+#include "base/polar.h"
+#include "base/scan_number.h"
+
+namespace openfab::scene {
+namespace {
+
+constexpr size_t kLargestFile = 256'000'000;
+constexpr std::string_view kBlanks = " \t\r,;";
+
+/// The numbers of a line, or what is wrong with one.
+std::string numbers_of(std::string_view line, std::vector<double>* out) {
+    out->clear();
+    line = line.substr(0, line.find('#'));
+    for (;;) {
+        const size_t start = line.find_first_not_of(kBlanks);
+        if (start == std::string_view::npos) return {};
+        line.remove_prefix(start);
+        const std::string_view token = line.substr(0, line.find_first_of(kBlanks));
+        line.remove_prefix(token.size());
+        double value = 0;
+        if (std::string wrong = scan_number(token, &value); !wrong.empty()) return wrong;
+        if (!(std::fabs(value) <= kFarthest_mm))
+            return fmt::format("`{}` is beyond {:.0f}", token.substr(0, 40), kFarthest_mm);
+        if (out->size() == 12) return "there are more than 12 numbers";
+        out->push_back(value);
+    }
+}
+
+}  // namespace
+
+Affine3d affine_of_rows(const std::vector<double>& n) {
+    return {{n[0], n[1], n[2], n[4], n[5], n[6], n[8], n[9], n[10]}, {n[3], n[7], n[11]}};
+}
+
+Result<std::vector<Affine3d>> parse_transforms(std::string_view text,
+                                               const std::filesystem::path& file, size_t most) {
+    std::vector<Affine3d> out;
+    std::vector<double> n;
+    for (size_t line = 1; !text.empty(); ++line) {
+        const std::string_view row = text.substr(0, text.find('\n'));
+        text.remove_prefix(std::min(row.size() + 1, text.size()));
+        const auto fail = [&](const std::string& what) {
+            return user_error(fmt::format("{}:{}:1: {}", file.string(), line, what));
+        };
+        if (const std::string wrong = numbers_of(row, &n); !wrong.empty()) return fail(wrong);
+        if (n.empty()) continue;
+        if (n.size() != 3 && n.size() != 12)
+            return fail(
+                fmt::format("a transform of {} numbers; it has 3, a translation, or 12, a "
+                            "3 x 4 matrix row by row",
+                            n.size()));
+        if (out.size() == most) return fail(fmt::format("more than {} transforms", most));
+        out.push_back(n.size() == 3 ? Affine3d{Affine3d{}.m, {n[0], n[1], n[2]}}
+                                    : affine_of_rows(n));
+        if (const Result<PolarFactors> polar = polar_factors(out.back().m); !polar)
+            return fail(polar.error().message);
+    }
+    if (out.empty())
+        return user_error(fmt::format("{}: the file holds no transform", file.string()));
+    return out;
+}
+
+Result<std::vector<Affine3d>> read_transforms(const std::filesystem::path& file, size_t most) {
+    const Result<std::string> text = read_text_file(file, kLargestFile);
+    if (!text) return text.error();
+    return parse_transforms(*text, file, most);
+}
+
+}  // namespace openfab::scene

@@ -1,0 +1,479 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "world/world.h"
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <set>
+#include <unordered_map>
+
+#include "base/json.h"
+#include "base/near_miss.h"
+#include "mesh/load/load_mesh.h"
+#include "mesh/model/mesh_memory.h"
+#include "mesh/model/primitives.h"
+#include "world/build_reader.h"
+#include "world/json_reader.h"
+#include "world/uniform_values.h"
+#include "world/world_files.h"
+
+namespace openfab::scene {
+namespace {
+
+using Kind = JsonValue::Kind;
+namespace fs = std::filesystem;
+
+constexpr size_t kLargestWorld = 256'000'000;
+constexpr size_t kMostMaterials = 64;
+constexpr double kLargestPrimitive_mm = 1e5;
+
+class WorldReader {
+  public:
+    WorldReader(const fs::path& file, const FileRules& rules)
+        : file_(file),
+          json_(file.string()),
+          files_(file, rules, &json_),
+          memory_left_(rules.memory_bytes) {
+        world_.file = file;
+    }
+
+    Result<World> read() {
+        Result<std::string> text = read_text_file(file_, kLargestWorld);
+        if (!text) return text.error();
+        const Result<JsonValue> root = parse_json(*text, file_.string(), memory_left_);
+        if (!root) return root.error();
+        text = std::string();
+        memory_left_ -= json_bytes(*root);
+        root_ = &*root;
+        // In the order in which one refers to another; in the file they may stand in any.
+        if (json_.object(*root, world_keys("world"), "the world")) {
+            version(root->find("openfab")->value);
+            if (const JsonMember* m = root->find("$schema")) json_.string(m->value, "`$schema`");
+            if (const JsonMember* m = root->find("printer")) printer(m->value);
+            if (const JsonMember* m = root->find("tray"))
+                world_.tray = static_cast<Tray>(
+                    json_.choice(m->value, "`tray`", {"anywhere", "corner", "center"}));
+            section(*root, "fablets", &WorldReader::fablet);
+            section(*root, "materials", &WorldReader::material);
+            if (const JsonMember* m = root->find("support")) support(m->value);
+            section(*root, "textures", &WorldReader::texture);
+            section(*root, "meshes", &WorldReader::mesh);
+            load_meshes();
+            section(*root, "objects", &WorldReader::object);
+            const JsonMember* groups = root->find("groups");
+            const JsonMember* arrange = root->find("arrange");
+            BuildReader(&json_, &files_, &world_, memory_left_)
+                .read(groups != nullptr ? &groups->value : nullptr, root->find("build")->value,
+                      arrange != nullptr ? &arrange->value : nullptr);
+        }
+        if (!json_.ok()) return json_.error();
+        world_.files = files_.take();
+        world_.roots = files_.roots();
+        return std::move(world_);
+    }
+
+  private:
+    void version(const JsonValue& value) {
+        const double version = json_.number(value, "`openfab`", 0, 1e9);
+        if (json_.ok() && version != 1) {
+            json_.fail(value,
+                       fmt::format("the world's version is {:.6g}; this program reads version 1",
+                                   version));
+        }
+    }
+
+    /// A profile's name, or a file's path, which counts from the world's folder as all do.
+    void printer(const JsonValue& value) {
+        world_.printer = json_.string(value, "`printer`");
+        if (world_.printer.ends_with(".json")) {
+            world_.printer = files_.existing(value, "the printer").string();
+        }
+    }
+
+    /// On, off, or the material that it is made of, which turns it on.
+    void support(const JsonValue& value) {
+        world_.support.place = json_.place(value);
+        if (value.is(Kind::kString)) {
+            world_.support.on = true;
+            std::unordered_map<std::string, int32_t> materials;
+            for (const Material& material : world_.materials)
+                materials.emplace(material.name, static_cast<int32_t>(materials.size()));
+            if (reference(value, "`support`", "material", materials) >= 0)
+                world_.support.material = value.text;
+        } else if (value.is(Kind::kBool)) {
+            world_.support.on = json_.boolean(value, "`support`");
+        } else {
+            json_.fail(value, "`support` is neither true, false nor the name of a material");
+        }
+    }
+
+    void section(const JsonValue& root, const char* key,
+                 void (WorldReader::*read_one)(const JsonMember&)) {
+        const JsonMember* found = root.find(key);
+        if (found == nullptr || !json_.named_things(found->value, key)) return;
+        for (const JsonMember& member : found->value.members) {
+            if (!json_.ok()) return;
+            (this->*read_one)(member);
+        }
+    }
+
+    static std::optional<std::array<double, 3>> three(const std::vector<double>& v) {
+        if (v.size() != 3) return std::nullopt;
+        return std::array<double, 3>{v[0], v[1], v[2]};
+    }
+
+    /// A number for all axes, or one each.
+    std::optional<std::array<double, 3>> spacing(const JsonValue& value, const std::string& what) {
+        std::vector<double> sizes;
+        if (value.is(JsonValue::Kind::kArray)) {
+            sizes = json_.numbers(value, what, 3, 1e6);
+        } else {
+            sizes.assign(3, json_.number(value, what, 1e-6, 1e6));
+        }
+        for (const double size : sizes) {
+            if (json_.ok() && !(size >= 1e-6)) json_.fail(value, what + " must be above 0");
+        }
+        return three(sizes);
+    }
+
+    void fablet(const JsonMember& m) {
+        const std::string what = fmt::format("fablet `{}`", m.key);
+        if (!json_.object(m.value, world_keys("fablet"), what)) return;
+        FabletRef ref;
+        ref.source = files_.path(m.value.find("source")->value, "the source of " + what);
+        ref.fablet = json_.string(m.value.find("fablet")->value, "`fablet` of " + what);
+        ref.place = json_.place(m.value.find("fablet")->value);
+        ref.source_place = json_.place(m.value.find("source")->value);
+        fablet_places_.emplace(m.key, static_cast<int32_t>(fablet_places_.size()));
+        world_.fablets.emplace(m.key, std::move(ref));
+    }
+
+    void material(const JsonMember& m) {
+        const std::string what = fmt::format("material `{}`", m.key);
+        if (!json_.object(m.value, world_keys("material"), what)) return;
+        Material material;
+        material.name = m.key;
+        const JsonValue& key = m.value.find("key")->value;
+        material.key = material.preview = json_.color(key, "`key` of " + what, false);
+        for (const Material& other : world_.materials) {
+            if (other.key == material.key) {
+                json_.fail(key, fmt::format("{} has the key colour of material `{}`; keys tell "
+                                            "materials apart in slices "
+                                            "and must differ",
+                                            what, other.name));
+            }
+        }
+        if (const JsonMember* p = m.value.find("preview")) {
+            material.preview = json_.color(p->value, "`preview` of " + what, true);
+        }
+        if (const JsonMember* p = m.value.find("density_g_cm3")) {
+            material.density_g_cm3 =
+                json_.number(p->value, "`density_g_cm3` of " + what, 0.001, 30);
+        }
+        if (const JsonMember* p = m.value.find("channel")) {
+            material.channel = json_.string(p->value, "`channel` of " + what);
+        }
+        material.place = json_.place(m.value);
+        if (world_.materials.size() == kMostMaterials) {
+            json_.fail(m.value, fmt::format("more than {} materials; a world has at most that many",
+                                            kMostMaterials));
+        }
+        world_.materials.push_back(std::move(material));
+    }
+
+    void texture(const JsonMember& m) {
+        const std::string what = fmt::format("texture `{}`", m.key);
+        if (!json_.object(m.value, world_keys("texture"), what)) return;
+        Texture texture;
+        texture.name = m.key;
+        texture.file = files_.images(m.value.find("file")->value, "the file of " + what);
+        const auto choice = [&](const char* key, const std::vector<std::string>& choices,
+                                size_t otherwise) {
+            const JsonMember* p = m.value.find(key);
+            return p == nullptr
+                       ? otherwise
+                       : json_.choice(p->value, fmt::format("`{}` of {}", key, what), choices);
+        };
+        texture.wrap = static_cast<Wrap>(choice("wrap", {"clamp", "repeat", "mirror", "black"}, 1));
+        texture.filter =
+            static_cast<Filter>(choice("filter", {"trilinear", "anisotropic", "nearest"}, 1));
+        texture.space = static_cast<Space>(choice("space", {"auto", "srgb", "linear", "data"}, 0));
+        texture.luminance = choice("channels", {"all", "luminance"}, 0) == 1;
+        if (const JsonMember* p = m.value.find("origin_mm"))
+            texture.origin_mm = three(json_.numbers(p->value, "`origin_mm` of " + what, 3, 1e6));
+        if (const JsonMember* p = m.value.find("spacing_mm"))
+            texture.spacing_mm = spacing(p->value, "`spacing_mm` of " + what);
+        texture.place = json_.place(m.value.find("file")->value);
+        world_.textures.push_back(std::move(texture));
+    }
+
+    double unit_mm(const JsonValue& value, const std::string& what) {
+        static const std::vector<std::string> kNames = {"mm", "cm", "m", "um", "in"};
+        static constexpr double kSizes[] = {1, 10, 1000, 0.001, 25.4};
+        return kSizes[json_.choice(value, "`unit` of " + what, kNames)];
+    }
+
+    void mesh(const JsonMember& m) {
+        const std::string what = fmt::format("mesh `{}`", m.key);
+        if (!json_.object(m.value, world_keys("mesh"), what)) return;
+        const JsonMember* source = nullptr;
+        for (const char* key : {"file", "box", "sphere", "cylinder", "plane"}) {
+            const JsonMember* p = m.value.find(key);
+            if (p == nullptr) continue;
+            if (source != nullptr) {
+                return json_.fail_at(
+                    p->line, p->column,
+                    fmt::format("{} has `{}` and `{}`; it is one of them", what, source->key, key));
+            }
+            source = p;
+        }
+        if (source == nullptr) {
+            return json_.fail(
+                m.value,
+                fmt::format("{} has no `file`; give one, or a `box`, `sphere`, `cylinder` or "
+                            "`plane` in mm",
+                            what));
+        }
+        if (source->key == "file") {
+            mesh_file(m, source->value, what);
+        } else {
+            for (const char* key : {"unit", "up", "groups", "groups_attribute"}) {
+                if (const JsonMember* p = m.value.find(key)) {
+                    return json_.fail_at(
+                        p->line, p->column,
+                        fmt::format("`{}` of {} goes with a `file`; a {} is in mm and has its own "
+                                    "`face` numbers",
+                                    key, what, source->key));
+                }
+            }
+            primitive(*source, what);
+        }
+        if (json_.ok()) {
+            world_.meshes.back().name = m.key;
+            mesh_places_.emplace(m.key, static_cast<int32_t>(world_.meshes.size() - 1));
+        }
+    }
+
+    bool take_memory(const JsonValue& value, int64_t bytes) {
+        memory_left_ -= bytes;
+        if (memory_left_ >= 0) return true;
+        json_.fail(value,
+                   "the meshes of this world up to here take more memory than is allowed; "
+                   "allow more with `--memory`");
+        return false;
+    }
+
+    void primitive(const JsonMember& source, const std::string& what) {
+        const std::string name = fmt::format("`{}` of {}", source.key, what);
+        const auto sizes = [&](size_t count) {
+            std::vector<double> out =
+                json_.numbers(source.value, name, count, kLargestPrimitive_mm);
+            for (size_t i = 0; i < count && json_.ok(); ++i) {
+                if (!(out[i] > 0))
+                    json_.fail(source.value.items[i], name + " has a size that is not above 0 mm");
+            }
+            return out;
+        };
+        Mesh mesh;
+        if (source.key == "box") {
+            const std::vector<double> s = sizes(3);
+            mesh = make_box({s[0], s[1], s[2]});
+        } else if (source.key == "sphere") {
+            mesh = make_sphere(json_.number(source.value, name, 1e-6, kLargestPrimitive_mm));
+        } else if (source.key == "cylinder") {
+            const std::vector<double> s = sizes(2);
+            mesh = make_cylinder(s[0], s[1]);
+        } else {
+            const std::vector<double> s = sizes(2);
+            mesh = make_plane(s[0], s[1]);
+        }
+        if (!take_memory(source.value, mesh_bytes(counts_of(mesh)))) return;
+        world_.meshes.push_back(std::move(mesh));
+    }
+
+    /// Objects are read after the meshes; a mesh that one of them repairs is the same for all.
+    bool any_object_repairs(const std::string& mesh) {
+        const JsonMember* objects = root_->find("objects");
+        if (objects == nullptr) return false;
+        if (!repaired_) {
+            repaired_.emplace();
+            for (const JsonMember& object : objects->value.members) {
+                const JsonMember* of = object.value.find("mesh");
+                const JsonMember* repair = object.value.find("repair");
+                if (of != nullptr && repair != nullptr && repair->value.text == "winding")
+                    repaired_->insert(of->value.text);
+            }
+        }
+        return repaired_->count(mesh) != 0;
+    }
+
+    void mesh_file(const JsonMember& m, const JsonValue& value, const std::string& what) {
+        const fs::path file = files_.existing(value, "the file of " + what);
+        if (json_.ok() && !is_mesh_file(file)) {
+            json_.fail(value,
+                       fmt::format(
+                           "{} is `{}`, which does not have the extension of a mesh; supported: {}",
+                           what, file.filename().string(), mesh_formats()));
+        }
+        MeshOptions options;
+        options.name = m.key;
+        options.repair = any_object_repairs(m.key);
+        if (const JsonMember* p = m.value.find("unit")) options.unit_mm = unit_mm(p->value, what);
+        if (const JsonMember* p = m.value.find("up")) {
+            options.y_up = json_.choice(p->value, "`up` of " + what, {"z", "y"}) == 1;
+            if (json_.ok() && format_says_up(file)) {
+                json_.fail(p->value, fmt::format("`up` of {}: glTF has y up by its format, and the "
+                                                 "mesh stands already; leave it out",
+                                                 what));
+            }
+        }
+        if (const JsonMember* p = m.value.find("groups_attribute")) {
+            options.groups_attribute = json_.string(p->value, "`groups_attribute` of " + what);
+            const std::string& name = options.groups_attribute;
+            if (json_.ok() && (name.empty() || name == "uv" || name == "n" || name == "color")) {
+                json_.fail(
+                    p->value,
+                    fmt::format(
+                        "`groups_attribute` of {} is `{}`, a name that is taken; choose another",
+                        what, name));
+            }
+        }
+        if (const JsonMember* p = m.value.find("groups")) {
+            options.groups.emplace();
+            if (!json_.named_things(p->value, "groups")) return;
+            for (const JsonMember& group : p->value.members) {
+                (*options.groups)[group.key] =
+                    json_.integer(group.value, fmt::format("group `{}` of {}", group.key, what),
+                                  INT32_MIN, INT32_MAX);
+            }
+        }
+        if (!json_.ok()) return;
+        mesh_files_.push_back({world_.meshes.size(), file, std::move(options), &value});
+        world_.meshes.emplace_back();
+    }
+
+    /// All files that `meshes` names, side by side; what they have to say comes in their order.
+    void load_meshes() {
+        if (!json_.ok()) return;
+        std::vector<std::optional<Result<LoadedMesh>>> loaded(mesh_files_.size());
+        // The largest first, so that no thread waits long for the last.
+        std::vector<std::pair<uintmax_t, size_t>> order;
+        for (size_t i = 0; i < loaded.size(); ++i) {
+            std::error_code unknown;
+            order.emplace_back(fs::file_size(mesh_files_[i].file, unknown), i);
+        }
+        std::sort(order.rbegin(), order.rend());
+        std::atomic<size_t> next{0};
+        std::atomic<int64_t> kept{0};
+        const auto load = [&](size_t i, int64_t memory_bytes) {
+            mesh_files_[i].options.memory_bytes = memory_bytes;
+            loaded[i].emplace(load_mesh(mesh_files_[i].file, mesh_files_[i].options));
+            if (*loaded[i]) kept += mesh_bytes(counts_of((*loaded[i])->mesh));
+        };
+        // Each gets its share of half of what is left. Whatever does not fit is read alone.
+        constexpr int kMostAtOnce = 16;
+        const auto shares = static_cast<int64_t>(std::min<size_t>(loaded.size(), kMostAtOnce));
+        const int64_t half = memory_left_ / 2;
+        if (shares > 1) {
+            tbb::task_arena arena(std::min(tbb::this_task_arena::max_concurrency(), kMostAtOnce));
+            arena.execute([&] {
+                tbb::parallel_for(size_t{0}, loaded.size(), [&](size_t) {
+                    const size_t i = order[next++].second;
+                    if (kept < half) load(i, half / shares);
+                });
+            });
+        }
+        for (size_t i = 0; i < loaded.size(); ++i) {
+            if (!loaded[i] || !*loaded[i]) load(i, memory_left_ - kept);
+            Result<LoadedMesh>& mesh = *loaded[i];
+            if (!mesh) return json_.fail_with(mesh.error());
+            for (const fs::path& other : mesh->files)
+                files_.also(*mesh_files_[i].value, other);
+            for (std::string& warning : mesh->warnings)
+                world_.warnings.push_back(std::move(warning));
+            world_.meshes[mesh_files_[i].place] = std::move(mesh->mesh);
+        }
+        if (!mesh_files_.empty()) take_memory(*mesh_files_.back().value, kept);
+    }
+
+    /// The place of a thing by the name that `value` gives; -1 after an error.
+    int32_t reference(const JsonValue& value, const std::string& what, const char* kind,
+                      const std::unordered_map<std::string, int32_t>& places) {
+        const std::string name = json_.string(value, what);
+        if (!json_.ok()) return -1;
+        const auto it = places.find(name);
+        if (it != places.end()) return it->second;
+        std::vector<std::string> names(places.size());
+        for (const auto& [known, place] : places)
+            names[static_cast<size_t>(place)] = known;
+        json_.fail(value,
+                   fmt::format("no {} is called `{}`; {}", kind, name, suggest(name, names)));
+        return -1;
+    }
+
+    void object(const JsonMember& m) {
+        const std::string what = fmt::format("object `{}`", m.key);
+        if (!json_.object(m.value, world_keys("object"), what)) return;
+        Object object;
+        object.name = m.key;
+        object.mesh =
+            reference(m.value.find("mesh")->value, "`mesh` of " + what, "mesh", mesh_places_);
+        const JsonValue& fablet = m.value.find("fablet")->value;
+        if (reference(fablet, "`fablet` of " + what, "fablet", fablet_places_) >= 0)
+            object.fablet = fablet.text;
+        if (const JsonMember* p = m.value.find("priority")) {
+            object.priority =
+                json_.integer(p->value, "`priority` of " + what, -1'000'000, 1'000'000);
+        }
+        if (const JsonMember* p = m.value.find("max_displacement_mm")) {
+            object.max_displacement_mm =
+                json_.number(p->value, "`max_displacement_mm` of " + what, 0, 1e4);
+        }
+        if (const JsonMember* p = m.value.find("uniforms"))
+            object.uniforms = read_uniforms(p->value, what, &json_);
+        if (const JsonMember* p = m.value.find("support")) {
+            object.support = json_.boolean(p->value, "`support` of " + what);
+        }
+        if (const JsonMember* p = m.value.find("repair")) {
+            // Done when the mesh was read.
+            json_.choice(p->value, "`repair` of " + what, {"winding"});
+        }
+        object.place = json_.place(fablet);
+        object.mesh_place = json_.place(m.value.find("mesh")->value);
+        world_.objects.push_back(std::move(object));
+    }
+
+    fs::path file_;
+    const JsonValue* root_ = nullptr;  ///< while read runs
+    JsonReader json_;
+    WorldFiles files_;
+    World world_;
+    int64_t memory_left_;
+    std::unordered_map<std::string, int32_t> mesh_places_, fablet_places_;
+    std::optional<std::set<std::string>> repaired_;  ///< meshes, once one was looked for
+    struct MeshFile {
+        size_t place = 0;  ///< in world_.meshes
+        fs::path file;
+        MeshOptions options;
+        const JsonValue* value = nullptr;
+    };
+    std::vector<MeshFile> mesh_files_;
+};
+
+}  // namespace
+
+std::string Place::str() const {
+    if (line <= 0) return file;
+    return fmt::format("{}:{}:{}", file, line, column);
+}
+
+Result<World> load_world(const fs::path& file, const FileRules& rules) {
+    return WorldReader(file, rules).read();
+}
+
+}  // namespace openfab::scene

@@ -1,0 +1,133 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// A fab world as it is written (`NAME.fab.json`), checked for form and references, with its meshes
+// loaded. Nothing in here knows compiled fablets: scene/bind.h joins the two.
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <map>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "base/result.h"
+#include "base/vec.h"
+#include "mesh/model/mesh.h"
+#include "world/printer.h"
+
+namespace openfab::scene {
+
+/// A place in a text file, one-based; kept with everything that a later check may complain about.
+struct Place {
+    std::string file;
+    int32_t line = 0;
+    int32_t column = 0;
+    /// `file:line:column`
+    std::string str() const;
+};
+
+using Rgba8 = std::array<uint8_t, 4>;
+
+struct Material {
+    std::string name;
+    Rgba8 key{};      ///< opaque slice colour, unique in the world
+    Rgba8 preview{};  ///< colour with alpha for pictures
+    double density_g_cm3 = 1.18;
+    std::string channel;  ///< printer channel, may be empty
+    Place place;
+};
+
+enum class Wrap : int32_t { kClamp = 0, kRepeat = 1, kMirror = 2, kBlack = 3 };
+enum class Filter : int32_t { kTrilinear = 0, kAnisotropic = 1, kNearest = 2 };
+enum class Space { kAuto, kSrgb, kLinear, kData };
+
+struct Texture {
+    std::string name;
+    std::filesystem::path file;
+    Wrap wrap = Wrap::kRepeat;
+    Filter filter = Filter::kAnisotropic;
+    Space space = Space::kAuto;
+    bool luminance = false;  ///< one channel of three, Rec. 709 weights after linearising
+    /// Of a volume, where the file does not say, or to overrule it: lowest corner, size of a texel.
+    std::optional<std::array<double, 3>> origin_mm, spacing_mm;
+    Place place;
+};
+
+/// A uniform as bound in the world: numbers, or the name of a texture or material.
+struct UniformBinding {
+    std::variant<std::vector<double>, std::vector<std::string>> value;
+    bool boolean = false;  ///< the numbers were written as true/false
+    Place place;
+};
+using UniformBindings = std::map<std::string, UniformBinding>;
+
+struct FabletRef {
+    std::filesystem::path source;
+    std::string fablet;  ///< name of the fablet in the source
+    Place place;         ///< of that name
+    Place source_place;
+};
+
+struct Object {
+    std::string name;
+    int32_t mesh = 0;      ///< index in World::meshes
+    std::string fablet;    ///< name in World::fablets
+    int32_t priority = 0;  ///< higher wins
+    double max_displacement_mm = std::numeric_limits<double>::infinity();
+    UniformBindings uniforms;
+    bool support = true;  ///< it asks for support below it
+    Place place;          ///< of its fablet's name
+    Place mesh_place;
+};
+
+struct Placement {
+    int32_t object = 0;  ///< index in World::objects
+    Affine3d transform;  ///< mesh space (mm) to build space (mm)
+    UniformBindings overrides;
+    Place place;
+};
+
+/// What a world says of support.
+struct SupportChoice {
+    std::optional<bool> on;  ///< absent: as the printer's profile says
+    std::string material;    ///< of the world; empty: the profile's
+    Place place;
+};
+
+/// Where the world's x = y = 0 is on the printer's tray.
+enum class Tray { kAnywhere, kCorner, kCenter };
+
+struct World {
+    std::filesystem::path file;
+    std::map<std::string, FabletRef> fablets;
+    std::vector<Material> materials;
+    std::vector<Texture> textures;
+    std::vector<Mesh> meshes;
+    std::vector<Object> objects;
+    std::vector<Placement> build;
+    Tray tray = Tray::kAnywhere;
+    SupportChoice support;
+    std::string printer;  ///< name or file, empty where the world names none
+    std::vector<std::string> warnings;
+    std::vector<std::filesystem::path> files;  ///< what it is made from, the world itself first
+    /// Folders below which files may name others (base/input_file.h); none: below their own.
+    std::vector<std::filesystem::path> roots;
+};
+
+/// Which files a world may name.
+struct FileRules {
+    /// Folders besides the world's own, or the project's that it is in (world_files.h).
+    std::vector<std::filesystem::path> allowed;
+    /// What the world may take while it is read, and its meshes; more is an error.
+    int64_t memory_bytes = kReadingBytes;
+};
+
+/// Reads a world and the meshes it names. Every error names file:line:column.
+Result<World> load_world(const std::filesystem::path& file, const FileRules& rules = {});
+
+}  // namespace openfab::scene

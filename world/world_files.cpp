@@ -1,0 +1,91 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "world/world_files.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+
+#include "base/input_file.h"
+#include "texture/volume.h"
+
+namespace openfab::scene {
+namespace {
+
+namespace fs = std::filesystem;
+
+}  // namespace
+
+WorldFiles::WorldFiles(const fs::path& world, const FileRules& rules, JsonReader* json)
+    : folder_(world.parent_path()), json_(*json) {
+    roots_.push_back(reading_root(folder_));
+    for (const fs::path& folder : rules.allowed)
+        roots_.push_back(without_links(folder));
+    files_.push_back(world);
+}
+
+bool WorldFiles::allowed(const fs::path& path) const {
+    const fs::path place = without_links(path);
+    return std::any_of(roots_.begin(), roots_.end(),
+                       [&](const fs::path& root) { return is_below(place, root); });
+}
+
+void WorldFiles::check(const JsonValue& value, const std::string& what, const fs::path& path) {
+    if (!json_.ok() || allowed(path)) return;
+    json_.fail(value, fmt::format("{} is `{}`, which is not below the world's folder; put it "
+                                  "there, or allow it with `--allow {}`",
+                                  what, path.string(), without_links(path).parent_path().string()));
+}
+
+fs::path WorldFiles::path(const JsonValue& value, const std::string& what) {
+    const std::string text = json_.string(value, what);
+    if (json_.ok() && (text.empty() || text.find('\0') != std::string::npos))
+        json_.fail(value, fmt::format("{} is no file name", what));
+    const fs::path path = folder_ / text;
+    check(value, what, path);
+    return path;
+}
+
+fs::path WorldFiles::existing(const JsonValue& value, const std::string& what) {
+    fs::path path = this->path(value, what);
+    std::error_code ignored;
+    if (json_.ok() && !fs::is_regular_file(path, ignored)) {
+        json_.fail(
+            value,
+            fmt::format("{} `{}` {}; paths count from the world's folder", what, path.string(),
+                        fs::exists(path, ignored) ? "is not a file" : "does not exist"));
+    }
+    files_.push_back(path);
+    return path;
+}
+
+fs::path WorldFiles::images(const JsonValue& value, const std::string& what) {
+    const fs::path path = this->path(value, what);
+    std::error_code ignored;
+    const bool many = fs::is_directory(path, ignored) ||
+                      path.filename().string().find_first_of("*#%") != std::string::npos;
+    std::vector<fs::path> slices = {path};
+    if (!json_.ok()) return path;
+    if (!many || fs::is_regular_file(path, ignored)) {
+        existing(value, what);
+    } else if (Result<std::vector<fs::path>> found = texture::volume_files(path)) {
+        slices = std::move(*found);
+        for (const fs::path& slice : slices)
+            also(value, slice);
+    } else {
+        json_.fail(value, fmt::format("{} `{}` names no file; paths count from the world's folder",
+                                      what, path.string()));
+    }
+    if (!json_.ok() || slices.size() > 1) return path;
+    // What is wrong with a header is told when it is read.
+    if (const std::optional<fs::path> data = texture::detached_data(slices[0])) also(value, *data);
+    return path;
+}
+
+void WorldFiles::also(const JsonValue& value, const fs::path& file) {
+    check(value, fmt::format("`{}`, which it reads,", file.filename().string()), file);
+    files_.push_back(file);
+}
+
+}  // namespace openfab::scene

@@ -1,0 +1,43 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "world/world_keys.h"
+
+#include <cstdlib>
+
+namespace openfab::scene {
+
+const std::vector<KeySet>& world_key_sets() {
+    static const std::vector<KeySet> sets = {
+        {"world",
+         {"$schema", "openfab", "printer", "tray", "support", "fablets", "materials", "textures",
+          "meshes", "objects", "groups", "arrange", "build"},
+         {"openfab", "fablets", "meshes", "objects", "build"}},
+        {"fablet", {"source", "fablet"}, {"source", "fablet"}},
+        {"material", {"key", "preview", "density_g_cm3", "channel"}, {"key"}},
+        {"texture",
+         {"file", "wrap", "filter", "space", "channels", "origin_mm", "spacing_mm"},
+         {"file"}},
+        {"mesh",
+         {"file", "unit", "up", "groups", "groups_attribute", "box", "sphere", "cylinder", "plane"},
+         {}},
+        {"object",
+         {"mesh", "fablet", "priority", "max_displacement_mm", "uniforms", "support", "repair"},
+         {"mesh", "fablet"}},
+        {"placement",
+         {"object", "group", "scale", "rotate_deg", "translate_mm", "matrix", "on_bed", "grid",
+          "transforms", "uniforms"},
+         {}},
+        {"arrange", {"columns", "spacing_mm"}, {"columns", "spacing_mm"}},
+        {"grid", {"count", "spacing_mm", "step_mm"}, {"count"}},
+    };
+    return sets;
+}
+
+const KeySet& world_keys(std::string_view kind) {
+    for (const KeySet& set : world_key_sets()) {
+        if (set.kind == kind) return set;
+    }
+    std::abort();  // a kind that the table above lacks
+}
+
+}  // namespace openfab::scene
