@@ -2,35 +2,53 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program/interrupt.h"
 
+#include <unistd.h>
+
 #include <csignal>
+#include <cstring>
 
 namespace openfab::print {
 
 namespace {
 
-// A signal handler has no other way to anything: the one mutable global, set once and only ever to
-// true.
-std::atomic<bool> interrupted{false};
-static_assert(std::atomic<bool>::is_always_lock_free, "a handler must not wait");
+// A signal handler has no other way to anything than globals.
+std::atomic<bool> interrupted{false};  // once set, it stays
+std::atomic<bool> keeps_slices{false};
+std::atomic<int> exit_code_at_once{0};
+std::atomic<const char*> text_at_once{""};
+static_assert(std::atomic<bool>::is_always_lock_free &&
+                  std::atomic<const char*>::is_always_lock_free,
+              "a handler must not wait");
 
 void on_signal(int) {
-    interrupted.store(true);
+    if (keeps_slices.load() && !interrupted.exchange(true)) return;
+    const char* const text = text_at_once.load();
+    // Nothing is left to do about a message that cannot be written.
+    [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, text, std::strlen(text));
+    _exit(exit_code_at_once.load());
 }
 
 }  // namespace
 
-const std::atomic<bool>& install_interrupt() {
+const std::atomic<bool>& install_interrupt(int exit_code, const char* text) {
+    exit_code_at_once.store(exit_code);
+    text_at_once.store(text);
     struct sigaction action {};
     action.sa_handler = on_signal;
-    // After the first signal the default action is back, so that a second one ends a process that
-    // hangs.
-    action.sa_flags = static_cast<int>(SA_RESETHAND);
     sigemptyset(&action.sa_mask);
     sigaction(SIGINT, &action, nullptr);
     sigaction(SIGTERM, &action, nullptr);
     std::signal(SIGPIPE, SIG_IGN);
     std::signal(SIGXFSZ, SIG_IGN);
     return interrupted;
+}
+
+KeepSlices::KeepSlices() {
+    keeps_slices.store(true);
+}
+
+KeepSlices::~KeepSlices() {
+    keeps_slices.store(false);
 }
 
 }  // namespace openfab::print

@@ -88,6 +88,7 @@ Error add_resume_hint(Error error, const Options& options, const std::string& fo
 Result<void> run(slab::Print* print, const Options& options, const std::string& format,
                  const scene::Printer& printer, const std::string& sizes,
                  const std::atomic<bool>& interrupt, report::Progress& progress) {
+    const KeepSlices keep_slices;
     Result<std::unique_ptr<backends::SliceSink>> sink = open_output(options, printer);
     if (!sink) return sink.error();
     slab::PrintStatistics statistics;
@@ -117,7 +118,9 @@ Result<void> print(int argc, char** argv, const openfab_fablet_list& fablets) {
         show(options->text);
         return {};
     }
-    return run_print(*options, fablets, install_interrupt());
+    return run_print(*options, fablets,
+                     install_interrupt(exit_code(ErrorCode::kInterrupted),
+                                       "error: interrupted before the first slice\n"));
 }
 
 }  // namespace

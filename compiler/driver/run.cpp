@@ -69,7 +69,13 @@ class Snapshot {
 class Run {
   public:
     Run(const RunOptions& options, const CommonOptions& common, const print::Options& print)
-        : options_(options), common_(common), print_(print), stop_(print::install_interrupt()) {
+        : options_(options),
+          common_(common),
+          print_(print),
+          stop_(options.watch
+                    ? print::install_interrupt(kExitDone, "")
+                    : print::install_interrupt(exit_code(ErrorCode::kInterrupted),
+                                               "error: interrupted before the first slice\n")) {
         if (print_.isa == OPENFAB_ISA_AVX2) print_.isa = abi::best_isa();
         compile_.emplace(options_.compilation);
         compile_->target = print_.isa == OPENFAB_ISA_AVX2 ? "avx2" : "sse41";

@@ -36,6 +36,22 @@ int64_t rounded_up(int64_t bytes) {
     return (bytes + kResidentSpread + bytes / 64 + unit - 1) / unit * unit;
 }
 
+// Measured with a mesh of 1.28 M displaced triangles. Of a base triangle: sides, corners and classes,
+// and a patch for itself. Of a patch that is diced: the search for the box of a print, the index, and
+// while it is made the tree.
+constexpr int64_t kTriangleBytes = 140;
+constexpr int64_t kPatchBytes = 48;
+constexpr int64_t kPatchTreeBytes = 340;
+
+Error too_small(int64_t needed, const PrintOptions& options, int32_t threads) {
+    return user_error(
+        fmt::format("a memory budget of {} is too small: this print needs at least {} with {} "
+                    "thread{}; raise `--memory`{}",
+                    format_bytes(options.memory_bytes + options.reserved_bytes),
+                    format_bytes(rounded_up(needed + options.reserved_bytes)), threads,
+                    threads == 1 ? "" : "s", threads == 1 ? "" : ", or lower `--threads`"));
+}
+
 /// `each` byte of a displaced surface.
 CacheBudgets share_out(size_t each, size_t crossings, size_t surfaces, size_t parts) {
     CacheBudgets budgets;
@@ -58,6 +74,24 @@ int64_t texture_bytes(const std::vector<scene::Part>& parts) {
         }
     }
     return bytes;
+}
+
+int64_t surface_bytes(const scene::Part& part) {
+    if (part.fablet->has_surface == 0) return 0;
+    return static_cast<int64_t>(part.mesh->triangles.size()) * kTriangleBytes;
+}
+
+int64_t tree_bytes(const surface::Surface& surface, bool asked) {
+    const auto diced = std::count_if(
+        surface.patches().begin(), surface.patches().end(),
+        [](const surface::Patch& p) { return p.kind != surface::PatchKind::kIdentity; });
+    return static_cast<int64_t>(diced) * (asked ? kPatchBytes + kPatchTreeBytes : kPatchBytes);
+}
+
+Result<void> check_room(int64_t bytes, const PrintOptions& options, int32_t threads) {
+    const int64_t needed = resident_bytes() + bytes;
+    if (bytes > 0 && needed > options.memory_bytes) return too_small(needed, options, threads);
+    return {};
 }
 
 CacheBudgets cache_budgets(const PrintOptions& options, int64_t resident, int64_t textures,
@@ -140,14 +174,7 @@ Result<MemoryPlan> make_plan(const MemoryNeeds& needs, const PrintOptions& optio
                in_flight * (needs.per_group + (plan.rows_in_flight + 1) * needs.per_row) +
                threads * needs.per_thread;
     };
-    if (total(1) > options.memory_bytes) {
-        return user_error(
-            fmt::format("a memory budget of {} is too small: this print needs at least {} with {} "
-                        "thread{}; raise `--memory`{}",
-                        format_bytes(options.memory_bytes + options.reserved_bytes),
-                        format_bytes(rounded_up(total(1) + options.reserved_bytes)), threads,
-                        threads == 1 ? "" : "s", threads == 1 ? "" : ", or lower `--threads`"));
-    }
+    if (total(1) > options.memory_bytes) return too_small(total(1), options, threads);
     plan.groups_in_flight = std::clamp(most, 1, std::max(groups, 1));
     while (plan.groups_in_flight > 1 && total(plan.groups_in_flight) > options.memory_bytes)
         --plan.groups_in_flight;

@@ -21,6 +21,15 @@ namespace openfab::slab {
 /// become resident.
 int64_t texture_bytes(const std::vector<scene::Part>& parts);
 
+/// What setting up the surface of a part takes at least, by counts, before any of it is there. For
+/// one whose fablet displaces nothing, nothing.
+int64_t surface_bytes(const scene::Part& part);
+/// The same for the box of a print, the index of patches and, where anything is asked for, the trees
+/// over a surface that is set up.
+int64_t tree_bytes(const surface::Surface& surface, bool asked);
+/// Refuses what cannot be had beside what is resident, before it is asked for.
+Result<void> check_room(int64_t bytes, const PrintOptions& options, int32_t threads);
+
 /// Of one displaced surface and, the crossings, of one part that has it, in bytes.
 struct CacheBudgets {
     size_t micropolygons = 0;  ///< surface::SurfaceOptions, each surface

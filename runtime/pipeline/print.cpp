@@ -267,10 +267,20 @@ Result<void> PrintJob::set_up() {
     surface_options.cache_bytes = budgets.micropolygons;
     if (const Result<void> split = split_meshes(owners_, surface_options, &input_.parts); !split)
         return split.error();
+    int64_t room = 0;
+    for (size_t i = 0; i < owners_.size(); ++i)
+        room += owns_surface(i) ? surface_bytes(input_.parts[i]) : 0;
+    if (const Result<void> fits = check_room(room, options_, threads_); !fits) return fits.error();
     auto surfaces = make_surfaces(input_.parts, owners_, surface_options);
     if (!surfaces) return surfaces.error();
     surfaces_ = std::move(*surfaces);
     if (options_.interrupted()) return interrupted_early();
+    room = 0;
+    for (size_t i = 0; i < owners_.size(); ++i) {
+        if (owns_surface(i))
+            room += tree_bytes(*surfaces_[i], asks_surface(*input_.parts[i].fablet));
+    }
+    if (const Result<void> fits = check_room(room, options_, threads_); !fits) return fits.error();
 
     Result<scene::Grid> grid =
         make_grid(input_.parts, surfaces_, input_.pitch_mm,

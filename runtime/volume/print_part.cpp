@@ -64,6 +64,16 @@ PointNeeds point_needs(const openfab_phases& phases) {
     return needs;
 }
 
+QueryNeeds volume_needs(const openfab_fablet& fablet) {
+    const openfab_phases& phases = fablet.volume_phases;
+    return phases.step_count == 0 ? query_needs(fablet.volume) : query_needs(phases);
+}
+
+bool asks_surface(const openfab_fablet& fablet) {
+    return volume_needs(fablet).any() || query_needs(fablet.volume_bounds).any() ||
+           point_needs(fablet.volume_phases).any;
+}
+
 NearestIndex::NearestIndex(const openfab_fablet& fablet) {
     for (int32_t i = 0; i < fablet.nearest_count; ++i) {
         const openfab_varying& input = fablet.nearest[i];
@@ -141,12 +151,12 @@ void PrintPart::place(const scene::Grid& grid, openfab_isa isa,
     for (uint8_t material : part->slot_material)
         slot_material.push_back(material);
     const openfab_phases& phases = part->fablet->volume_phases;
-    volume = phases.step_count == 0 ? query_needs(part->fablet->volume) : query_needs(phases);
+    volume = volume_needs(*part->fablet);
     bounds = query_needs(part->fablet->volume_bounds);
     points = point_needs(phases);
     largest_pitch_mm =
         static_cast<float>(std::max({grid.pitch_mm.x, grid.pitch_mm.y, grid.pitch_mm.z}));
-    if (!volume.any() && !bounds.any() && !points.any) return;
+    if (!asks_surface(*part->fablet)) return;
     trees = owns ? nearest::make_block_index(
                        *surface, {.cache = trees_of_patches, .widest = widest_queries(isa)}, along)
                  : first.trees;

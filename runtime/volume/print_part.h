@@ -38,6 +38,11 @@ struct PointNeeds {
 
 PointNeeds point_needs(const openfab_phases& phases);
 
+/// What the volume stage asks of the surface at voxels.
+QueryNeeds volume_needs(const openfab_fablet& fablet);
+/// Whether parts with this fablet need trees over their surface.
+bool asks_surface(const openfab_fablet& fablet);
+
 /// Place of each component of a @nearest input among the flattened float or other components, the
 /// order of surface::MicroMesh.
 class NearestIndex {

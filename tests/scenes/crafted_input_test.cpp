@@ -7,7 +7,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <cstring>
 #include <filesystem>
+#include <optional>
 #include <ostream>
 #include <string>
 #include <vector>
@@ -157,6 +163,110 @@ TEST_P(CraftedInput, IsPrintedOrRefusedWithinTheBudget) {
 
 INSTANTIATE_TEST_SUITE_P(All, CraftedInput, ::testing::ValuesIn(crafted_inputs()),
                          [](const auto& tested) { return std::string(tested.param.name); });
+
+/// A fine ball whose triangles are all displaced: 4 n^2 of them, as binary STL.
+std::string fine_ball(int n) {
+    constexpr float kRadius_mm = 10;
+    const auto corner = [&](int row, int column) {
+        // One point each, whatever the column: the ball is closed.
+        if (row % n == 0) return std::array<float, 3>{0, 0, row == 0 ? kRadius_mm : -kRadius_mm};
+        const double theta = M_PI * row / n, phi = M_PI * (column % (2 * n)) / n;
+        return std::array<float, 3>{
+            kRadius_mm * static_cast<float>(std::sin(theta) * std::cos(phi)),
+            kRadius_mm * static_cast<float>(std::sin(theta) * std::sin(phi)),
+            kRadius_mm * static_cast<float>(std::cos(theta))};
+    };
+    std::string stl(84, '\0');
+    uint32_t count = 0;
+    const auto add = [&](const std::array<std::array<float, 3>, 3>& corners) {
+        stl.append(12, '\0');  // no normal
+        stl.append(reinterpret_cast<const char*>(corners.data()), sizeof corners);
+        stl.append(2, '\0');
+        ++count;
+    };
+    for (int row = 0; row < n; ++row) {
+        for (int column = 0; column < 2 * n; ++column) {
+            const auto a = corner(row, column), b = corner(row + 1, column),
+                       c = corner(row + 1, column + 1), d = corner(row, column + 1);
+            if (row < n - 1) add({a, b, c});
+            if (row > 0) add({a, c, d});
+        }
+    }
+    std::memcpy(stl.data() + 80, &count, sizeof count);
+    return stl;
+}
+
+/// A world of that ball, and the program that prints it.
+class FineBall : public ::testing::Test {
+  protected:
+    void SetUp() override {
+        scratch_.write("ball.stl", fine_ball(400));
+        scratch_.write("bumpy.fl", R"(
+fablet Bumpy {
+    @uniform { Material core, shell; }
+    @Surface(@varying { SurfaceAttributes attr }) { return attr.n * (0.5 * noise(attr.p)); }
+    @Volume(@varying { VolumeAttributes attr }) {
+        MaterialComposition mc;
+        float t = smoothstep(0, 1, -distance(attr.voxelCenter));
+        mc.Set(core, t);
+        mc.Set(shell, 1 - t);
+        return mc;
+    }
+})");
+        scratch_.write("w.fab.json", R"({"openfab": 1, "printer": "j750",
+            "fablets": {"b": {"source": "bumpy.fl", "fablet": "Bumpy"}},
+            "materials": {"w": {"key": "#ffffff"}, "k": {"key": "#000000"}},
+            "meshes": {"m": {"file": "ball.stl", "unit": "mm"}},
+            "objects": {"o": {"mesh": "m", "fablet": "b", "uniforms": {"core": "w", "shell": "k"}}},
+            "build": [{"object": "o"}]})");
+        const Outcome built =
+            run({OPENFAB_BIN_DIR "/openflc", "build", (scratch_ / "bumpy.fl").string(), "-o",
+                 (scratch_ / "print").string()});
+        ASSERT_EQ(built.exit_code, 0) << built.err;
+    }
+
+    Outcome print(const std::string& memory, RunOptions options = {}) {
+        options.folder = scratch_.path();
+        return run({(scratch_ / "print").string(), "w.fab.json", "-o", "out.ofr", "--threads", "2",
+                    "--memory", memory},
+                   options);
+    }
+
+    const ScratchFolder scratch_;
+};
+
+TEST_F(FineBall, IsRefusedBeforeItsTreesTakeMoreThanIsAllowed) {
+    const Outcome outcome = print(std::to_string(kMemoryMb) + "MB");
+#ifndef OPENFAB_SANITIZED
+    EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
+    EXPECT_THAT(outcome.err, HasSubstr("is too small: this print needs at least"));
+    EXPECT_LE(outcome.peak_rss_bytes, (kMemoryMb + kSlackMb) << 20);
+#endif
+    EXPECT_TRUE(outcome.exit_code == 0 || outcome.exit_code == 1) << outcome.err;
+}
+
+/// Reading, checking, displacement bounds, trees, the first slab: wherever it is.
+TEST_F(FineBall, ASignalEndsAnyPhaseSoon) {
+    using Clock = std::chrono::steady_clock;
+    for (const int after_ms : {20, 100, 250, 500, 1000, 2000}) {
+        SCOPED_TRACE(after_ms);
+        std::optional<Clock::time_point> sent;
+        RunOptions options;
+        options.signal = SIGTERM;
+        options.interrupt_when = [&](int elapsed_ms, const Outcome&) {
+            if (elapsed_ms < after_ms) return false;
+            sent = Clock::now();
+            return true;
+        };
+        const Outcome outcome = print("4GB", options);
+        const std::chrono::duration<double> took = Clock::now() - sent.value_or(Clock::now());
+        EXPECT_TRUE(outcome.exit_code == 130 || outcome.exit_code == 128 + SIGTERM)
+            << outcome.exit_code << '\n'
+            << outcome.err;
+        // 2 s on a machine that does nothing else.
+        EXPECT_LE(took.count(), 8.0);
+    }
+}
 
 }  // namespace
 }  // namespace openfab::testing
