@@ -43,14 +43,8 @@ constexpr int64_t kTriangleBytes = 140;
 constexpr int64_t kPatchBytes = 48;
 constexpr int64_t kPatchTreeBytes = 340;
 
-Error too_small(int64_t needed, const PrintOptions& options, int32_t threads) {
-    return user_error(
-        fmt::format("a memory budget of {} is too small: this print needs at least {} with {} "
-                    "thread{}; raise `--memory`{}",
-                    format_bytes(options.memory_bytes + options.reserved_bytes),
-                    format_bytes(rounded_up(needed + options.reserved_bytes)), threads,
-                    threads == 1 ? "" : "s", threads == 1 ? "" : ", or lower `--threads`"));
-}
+// Less than this is taken, and the plan then says to the megabyte what would do.
+constexpr int64_t kWorthRefusing = 200 << 20;
 
 /// `each` byte of a displaced surface.
 CacheBudgets share_out(size_t each, size_t crossings, size_t surfaces, size_t parts) {
@@ -88,10 +82,14 @@ int64_t tree_bytes(const surface::Surface& surface, bool asked) {
     return static_cast<int64_t>(diced) * (asked ? kPatchBytes + kPatchTreeBytes : kPatchBytes);
 }
 
-Result<void> check_room(int64_t bytes, const PrintOptions& options, int32_t threads) {
+Result<void> check_room(int64_t bytes, const PrintOptions& options) {
     const int64_t needed = resident_bytes() + bytes;
-    if (bytes > 0 && needed > options.memory_bytes) return too_small(needed, options, threads);
-    return {};
+    if (bytes < kWorthRefusing || needed <= options.memory_bytes) return {};
+    return user_error(fmt::format(
+        "a memory budget of {} is too small: the displaced surfaces of this print take about {} to "
+        "set up; raise `--memory`, or print simpler meshes",
+        format_bytes(options.memory_bytes + options.reserved_bytes),
+        format_bytes(rounded_up(needed + options.reserved_bytes))));
 }
 
 CacheBudgets cache_budgets(const PrintOptions& options, int64_t resident, int64_t textures,
@@ -174,7 +172,14 @@ Result<MemoryPlan> make_plan(const MemoryNeeds& needs, const PrintOptions& optio
                in_flight * (needs.per_group + (plan.rows_in_flight + 1) * needs.per_row) +
                threads * needs.per_thread;
     };
-    if (total(1) > options.memory_bytes) return too_small(total(1), options, threads);
+    if (total(1) > options.memory_bytes) {
+        return user_error(
+            fmt::format("a memory budget of {} is too small: this print needs at least {} with {} "
+                        "thread{}; raise `--memory`{}",
+                        format_bytes(options.memory_bytes + options.reserved_bytes),
+                        format_bytes(rounded_up(total(1) + options.reserved_bytes)), threads,
+                        threads == 1 ? "" : "s", threads == 1 ? "" : ", or lower `--threads`"));
+    }
     plan.groups_in_flight = std::clamp(most, 1, std::max(groups, 1));
     while (plan.groups_in_flight > 1 && total(plan.groups_in_flight) > options.memory_bytes)
         --plan.groups_in_flight;

@@ -27,8 +27,8 @@ int64_t surface_bytes(const scene::Part& part);
 /// The same for the box of a print, the index of patches and, where anything is asked for, the trees
 /// over a surface that is set up.
 int64_t tree_bytes(const surface::Surface& surface, bool asked);
-/// Refuses what cannot be had beside what is resident, before it is asked for.
-Result<void> check_room(int64_t bytes, const PrintOptions& options, int32_t threads);
+/// Refuses what is large and cannot be had beside what is resident, before it is asked for.
+Result<void> check_room(int64_t bytes, const PrintOptions& options);
 
 /// Of one displaced surface and, the crossings, of one part that has it, in bytes.
 struct CacheBudgets {

@@ -270,7 +270,7 @@ Result<void> PrintJob::set_up() {
     int64_t room = 0;
     for (size_t i = 0; i < owners_.size(); ++i)
         room += owns_surface(i) ? surface_bytes(input_.parts[i]) : 0;
-    if (const Result<void> fits = check_room(room, options_, threads_); !fits) return fits.error();
+    if (const Result<void> fits = check_room(room, options_); !fits) return fits.error();
     auto surfaces = make_surfaces(input_.parts, owners_, surface_options);
     if (!surfaces) return surfaces.error();
     surfaces_ = std::move(*surfaces);
@@ -280,7 +280,7 @@ Result<void> PrintJob::set_up() {
         if (owns_surface(i))
             room += tree_bytes(*surfaces_[i], asks_surface(*input_.parts[i].fablet));
     }
-    if (const Result<void> fits = check_room(room, options_, threads_); !fits) return fits.error();
+    if (const Result<void> fits = check_room(room, options_); !fits) return fits.error();
 
     Result<scene::Grid> grid =
         make_grid(input_.parts, surfaces_, input_.pitch_mm,
