@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <vector>
 
 namespace openfab {
 namespace {
@@ -33,17 +34,18 @@ size_t edits(std::string_view a, std::string_view b) {
     return cost.back();
 }
 
-constexpr size_t kLongestName =
-    200;  // quadratic cost, and nobody misspells more than this by a letter
+// Quadratic cost, and nobody misspells more than this by a letter.
+constexpr size_t kLongestName = 200;
 
 }  // namespace
 
-std::string near_miss(std::string_view name, const std::vector<std::string>& candidates) {
-    if (name.size() > kLongestName) return {};
-    size_t best = std::max<size_t>(1, name.size() / 3) + 1;
+std::string near_miss(std::string_view name, std::span<const std::string> candidates) {
+    if (name.empty() || name.size() > kLongestName) return {};
+    size_t best = (name.size() == 2 ? 1 : name.size() / 3) + 1;
     const std::string* found = nullptr;
     for (const std::string& candidate : candidates) {
         if (candidate.size() > kLongestName) continue;
+        if (found != nullptr && candidate == *found) continue;  // listed twice
         const size_t distance = edits(name, candidate);
         if (distance < best) {
             best = distance;
@@ -55,7 +57,7 @@ std::string near_miss(std::string_view name, const std::vector<std::string>& can
     return found != nullptr ? *found : std::string();
 }
 
-std::string suggest(std::string_view name, const std::vector<std::string>& candidates) {
+std::string suggest(std::string_view name, std::span<const std::string> candidates) {
     if (candidates.empty()) return "there are none";
     const std::string near = near_miss(name, candidates);
     if (!near.empty()) return fmt::format("did you mean `{}`?", near);

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <string>
 
+#include "base/near_miss.h"
 #include "compiler/check/check_state.h"
 #include "compiler/check/habits.h"
-#include "compiler/diag/suggest.h"
 
 namespace openfab::sema {
 
@@ -187,7 +187,7 @@ ExprPtr Checker::unknown_function(const ast::Expr& expr) {
     }
     for (const std::string& type : type_names())
         names.push_back(type);
-    const std::string near = diag::suggest(callee.text, names);
+    const std::string near = near_miss(callee.text, names);
     if (!near.empty()) {
         d.did_you_mean(callee.span, near);
     } else {
@@ -373,7 +373,7 @@ ExprPtr Checker::texture_method(const ast::Expr& expr, ExprPtr texture, std::vec
         const std::vector<std::string> names = {"Sample1", "Sample2", "Sample3", "Sample4"};
         diag::Diagnostic& d =
             sink_->report(callee.text_span, diag::kUnknownMember, "ImageTexture2D", name);
-        const std::string near = diag::suggest(name, names);
+        const std::string near = near_miss(name, names);
         if (near.empty()) {
             d.help("it has `Sample1` to `Sample4`, which read that many channels");
         } else {
@@ -439,7 +439,7 @@ ExprPtr Checker::composition_method(const ast::Expr& expr, ExprPtr object,
         if (m.name == callee.text) method = &m;
     }
     if (method == nullptr) {
-        const std::string near = diag::suggest(callee.text, names);
+        const std::string near = near_miss(callee.text, names);
         diag::Diagnostic& d = sink_->report(callee.text_span, diag::kUnknownMember,
                                             "MaterialComposition", callee.text);
         if (callee.text == "Normalize" || callee.text == "normalize") {

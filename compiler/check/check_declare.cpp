@@ -6,9 +6,9 @@
 #include <iterator>
 #include <set>
 
+#include "base/near_miss.h"
 #include "compiler/check/check_state.h"
 #include "compiler/check/habits.h"
-#include "compiler/diag/suggest.h"
 
 namespace openfab::sema {
 
@@ -105,7 +105,7 @@ Type Checker::declared_type(const ast::TypeRef& ref) {
     std::vector<std::string> names = type_names();
     for (const auto& name : types_)
         names.push_back(name->name);
-    const std::string near = diag::suggest(ref.text, names);
+    const std::string near = near_miss(ref.text, names);
     if (!near.empty()) {
         d.did_you_mean(ref.span, near);
     } else {

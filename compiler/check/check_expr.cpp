@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <string>
 
+#include "base/near_miss.h"
 #include "compiler/check/check_state.h"
 #include "compiler/check/habits.h"
-#include "compiler/diag/suggest.h"
 
 namespace openfab::sema {
 
@@ -172,7 +172,7 @@ ExprPtr Checker::name(const ast::Expr& expr) {
             names.push_back(text);
     }
     names.insert(names.end(), {"true", "false"});
-    const std::string near = diag::suggest(expr.text, names);
+    const std::string near = near_miss(expr.text, names);
     if (!near.empty()) d.did_you_mean(expr.span, near);
     return poison(expr.span);
 }
@@ -567,7 +567,7 @@ ExprPtr Checker::struct_member(const ast::Expr& expr, ExprPtr object,
         names.push_back(members[i].name);
         all += fmt::format("{}`{}`", all.empty() ? "" : ", ", members[i].name);
     }
-    const std::string near = diag::suggest(expr.text, names);
+    const std::string near = near_miss(expr.text, names);
     diag::Diagnostic& d =
         sink_->report(expr.text_span, diag::kUnknownMember, type_name(object->type), expr.text);
     if (near.empty()) {
@@ -596,7 +596,7 @@ ExprPtr Checker::attribute_member(const ast::Expr& expr, ExprPtr object) {
         names.emplace_back(info.name);
         list += fmt::format("{}`{}`", list.empty() ? "" : ", ", info.name);
     }
-    const std::string near = diag::suggest(expr.text, names);
+    const std::string near = near_miss(expr.text, names);
     diag::Diagnostic& d =
         sink_->report(expr.text_span, diag::kUnknownMember, type_name(object->type), expr.text);
     if (const std::string help = habit_of_attribute(expr.text, surface); !help.empty()) {

@@ -8,8 +8,9 @@
 #include <cctype>
 #include <cstdlib>
 #include <map>
-#include <numeric>
+#include <optional>
 
+#include "base/near_miss.h"
 #include "compiler/lower/default_schedules.h"
 
 namespace openfab::lower {
@@ -162,10 +163,10 @@ class Parser {
         std::vector<std::string> names;
         for (const Rule& rule : kRules)
             names.emplace_back(rule.name);
-        const std::optional<std::string> near = near_miss(name.text, names);
+        const std::string near = near_miss(name.text, names);
         return fail(name, fmt::format("no directive is called `{}`", name.text),
-                    near ? fmt::format("did you mean `{}`?", *near)
-                         : fmt::format("there are {}", fmt::join(names, ", ")));
+                    !near.empty() ? fmt::format("did you mean `{}`?", near)
+                                  : fmt::format("there are {}", fmt::join(names, ", ")));
     }
 
     Schedule out_;
@@ -175,20 +176,6 @@ class Parser {
     size_t at_ = 0;
     size_t end_ = 0;
 };
-
-size_t edit_distance(std::string_view a, std::string_view b) {
-    std::vector<size_t> row(b.size() + 1);
-    std::iota(row.begin(), row.end(), size_t{0});
-    for (size_t i = 0; i < a.size(); ++i) {
-        size_t diagonal = row[0]++;
-        for (size_t j = 0; j < b.size(); ++j) {
-            const size_t change = diagonal + (a[i] == b[j] ? 0 : 1);
-            diagonal = row[j + 1];
-            row[j + 1] = std::min({change, row[j] + 1, diagonal + 1});
-        }
-    }
-    return row.back();
-}
 
 Schedule must_parse(const EmbeddedSchedule& file) {
     std::variant<Schedule, ScheduleFault> parsed =
@@ -216,22 +203,6 @@ const Schedule& default_schedule(std::string_view kernel, std::string_view targe
     }();
     const auto special = parsed.find(fmt::format("{}.{}.sched", kernel, target));
     return special != parsed.end() ? special->second : parsed.at(fmt::format("{}.sched", kernel));
-}
-
-std::optional<std::string> near_miss(std::string_view name, const std::vector<std::string>& names) {
-    constexpr size_t kMostEdits = 2;
-    size_t best = kMostEdits + 1;
-    std::optional<std::string> found;
-    for (const std::string& candidate : names) {
-        const size_t distance = edit_distance(name, candidate);
-        if (distance < best) {
-            best = distance;
-            found = candidate;
-        } else if (distance == best) {
-            found.reset();
-        }
-    }
-    return found;
 }
 
 }  // namespace openfab::lower

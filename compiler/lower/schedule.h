@@ -18,7 +18,6 @@
 //   store_at(func, var)                 store_root()
 
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -66,8 +65,5 @@ std::variant<Schedule, ScheduleFault> parse_schedule(std::string path, std::stri
 /// The built-in schedule of a kernel ("volume") for a target ("avx2"): `<kernel>.<target>.sched` if
 /// there is one, else `<kernel>.sched`.
 const Schedule& default_schedule(std::string_view kernel, std::string_view target);
-
-/// The nearest of `names` if it is within two edits of `name` and no other is as near.
-std::optional<std::string> near_miss(std::string_view name, const std::vector<std::string>& names);
 
 }  // namespace openfab::lower

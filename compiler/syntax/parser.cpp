@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "compiler/diag/suggest.h"
+#include "base/near_miss.h"
 #include "compiler/syntax/habits.h"
 #include "compiler/syntax/parser_state.h"
 
@@ -232,7 +232,7 @@ std::string_view Parser::marker_word(std::initializer_list<const char*> known) {
             if (word.text == candidate) return word.text;
         }
         const std::vector<std::string> candidates(known.begin(), known.end());
-        const std::string near = diag::suggest(word.text, candidates);
+        const std::string near = near_miss(word.text, candidates);
         diag::Diagnostic& d =
             sink_->report(span_to_previous(begin), diag::kUnknownMarker, word.text);
         if (near.empty()) {

@@ -6,7 +6,6 @@
 
 #include "compiler/diag/json.h"
 #include "compiler/diag/render.h"
-#include "compiler/diag/suggest.h"
 
 namespace openfab::diag {
 namespace {
@@ -127,19 +126,6 @@ TEST(Diagnostics, IdsAreUniqueAndInKebabCase) {
         EXPECT_TRUE(seen.insert(text).second) << text;
         EXPECT_EQ(text.find_first_not_of("abcdefghijklmnopqrstuvwxyz-"), std::string::npos) << text;
     }
-}
-
-TEST(Suggest, TheOneNearName) {
-    const std::vector<std::string> names = {"Set",       "Get",    "voxelCenter",
-                                            "voxelSize", "length", "a"};
-    EXPECT_EQ(suggest("set", names), "Set");
-    EXPECT_EQ(suggest("voxelCentre", names), "voxelCenter");
-    EXPECT_EQ(suggest("lenght", names), "length");
-    EXPECT_EQ(suggest("Bet", names), "");  // Set and Get are as near
-    EXPECT_EQ(suggest("q", names), "");
-    EXPECT_EQ(suggest("thickness", names), "");
-    EXPECT_EQ(suggest("", names), "");
-    EXPECT_EQ(suggest(std::string(100000, 'x'), names), "");
 }
 
 }  // namespace

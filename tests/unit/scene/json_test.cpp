@@ -14,7 +14,6 @@
 #include <random>
 
 #include "base/caret.h"
-#include "base/near_miss.h"
 #include "tests/support/meshes/temp_folder.h"
 
 namespace openfab::scene {
@@ -226,15 +225,6 @@ TEST(Caret, PointsAtTheToken) {
                   "^~~~~\nhelp: do this; and that\n");
     EXPECT_EQ(render_error(user_error("no place: 3:4 here")), "error: no place: 3:4 here\n");
     EXPECT_EQ(render_error(user_error("/nowhere/x:1:2: oh")), "/nowhere/x:1:2: error: oh\n");
-}
-
-TEST(NearMiss, IsUniqueOrNothing) {
-    EXPECT_EQ(near_miss("scael", {"scale", "matrix"}), "scale");
-    EXPECT_EQ(near_miss("materail", {"material", "materials"}), "material");
-    EXPECT_EQ(near_miss("ab", {"ac", "ad"}), "");
-    EXPECT_EQ(near_miss("zzz", {"scale", "matrix"}), "");
-    EXPECT_EQ(suggest("zzz", {"a", "b"}), "known: `a`, `b`");
-    EXPECT_EQ(suggest("zzz", {}), "there are none");
 }
 
 }  // namespace
