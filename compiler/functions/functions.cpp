@@ -123,6 +123,26 @@ bool is_noise(Op op) {
     return op == Op::kNoise || op == Op::kSimplex || op == Op::kCellular;
 }
 
+/// True where the result follows from the arguments.
+bool is_operation(Op op) {
+    switch (op) {
+        case Op::kConst:
+        case Op::kInput:
+        case Op::kSample:
+        case Op::kSampleBound:
+        case Op::kLoop:
+        case Op::kLoopVar:
+        case Op::kLoopEnd:
+        case Op::kLoopResult:
+        case Op::kQuery:
+        case Op::kQueryResult:
+        case Op::kPrint:
+            return false;
+        default:
+            return true;
+    }
+}
+
 }  // namespace
 
 uint32_t evaluate(const ir::Instr& instr, std::span<const uint32_t> args) {
@@ -134,6 +154,21 @@ uint32_t evaluate(const ir::Instr& instr, std::span<const uint32_t> args) {
     }
     const float x = ir::as_float(args[0]);
     return ir::as_bits(elementary<Plain>(instr.op, x, args.size() > 1 ? ir::as_float(args[1]) : x));
+}
+
+std::optional<uint32_t> fold(const ir::Stage& stage, const ir::Instr& instr) {
+    if (!is_operation(instr.op) || instr.args.empty()) return std::nullopt;
+    std::vector<uint32_t> bits;
+    for (const ir::ValueId arg : instr.args) {
+        if (stage.instrs[arg].op != Op::kConst) return std::nullopt;
+        bits.push_back(stage.instrs[arg].bits);
+    }
+    if (instr.op == Op::kDerivative) return 0;  // what is constant does not change
+    if (ir::is_function(instr.op)) return evaluate(instr, bits);
+    const ir::Type type = stage.instrs[instr.args[instr.op == Op::kSelect ? 1 : 0]].type;
+    if (instr.op == Op::kConvert) return ir::eval_convert(type, instr.type, bits[0]);
+    bits.resize(3, 0);
+    return ir::eval(instr.op, type, bits[0], bits[1], bits[2]);
 }
 
 ir::ValueId expand(const ir::Instr& instr, ir::Builder* builder) {

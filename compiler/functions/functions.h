@@ -8,6 +8,7 @@
 // and special values.
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -17,6 +18,10 @@ namespace openfab::functions {
 
 /// Bits of one function's result; `args` are the bits of its arguments.
 uint32_t evaluate(const ir::Instr& instr, std::span<const uint32_t> args);
+
+/// The bits of an operation's or a function's result where all its arguments are constants of the
+/// stage. Empty elsewhere, and for what does more than compute: look-ups, loops, queries, prints.
+std::optional<uint32_t> fold(const ir::Stage& stage, const ir::Instr& instr);
 
 /// Appends the primitive operations of `instr`, whose arguments are values of the stage that
 /// `builder` writes; the result's value.

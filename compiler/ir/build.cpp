@@ -39,11 +39,11 @@ bool gives_bool(Op op) {
     }
 }
 
-Instr make_const(Type type, uint32_t bits) {
+Instr make(Op op, Type type, std::vector<ValueId> args) {
     Instr instr;
-    instr.op = Op::kConst;
+    instr.op = op;
     instr.type = type;
-    instr.bits = bits;
+    instr.args = std::move(args);
     return instr;
 }
 
@@ -77,120 +77,108 @@ ValueId Builder::append(Instr instr) {
     return static_cast<ValueId>(stage_->instrs.size() - 1);
 }
 
+ValueId Builder::constant(Type type, uint32_t bits) {
+    Instr instr = make(Op::kConst, type, {});
+    instr.bits = bits;
+    return add(std::move(instr));
+}
+
 ValueId Builder::constant(float value) {
-    return append(make_const(Type::kFloat, std::bit_cast<uint32_t>(value)));
+    return constant(Type::kFloat, std::bit_cast<uint32_t>(value));
 }
 
 ValueId Builder::constant(int32_t value) {
-    return append(make_const(Type::kInt, static_cast<uint32_t>(value)));
+    return constant(Type::kInt, static_cast<uint32_t>(value));
 }
 
 ValueId Builder::constant(uint32_t value) {
-    return append(make_const(Type::kUint, value));
+    return constant(Type::kUint, value);
 }
 
 ValueId Builder::constant(bool value) {
-    return append(make_const(Type::kBool, value ? 1 : 0));
+    return constant(Type::kBool, value ? 1u : 0u);
 }
 
 ValueId Builder::input(Type type, int32_t kind, int32_t a, int32_t b) {
-    Instr instr;
-    instr.op = Op::kInput;
-    instr.type = type;
+    Instr instr = make(Op::kInput, type, {});
     instr.kind = kind;
     instr.a = a;
     instr.b = b;
-    return append(std::move(instr));
+    return add(std::move(instr));
 }
 
 ValueId Builder::emit(Op op, std::vector<ValueId> args) {
-    Instr instr;
-    instr.op = op;
-    if (gives_bool(op)) {
-        instr.type = Type::kBool;
-    } else if (op == Op::kSample || op == Op::kSampleBound) {
-        instr.type = Type::kFloat;
-    } else if (op == Op::kSelect) {
-        instr.type = type(args[1]);
-    } else {
-        instr.type = type(args[0]);
-    }
-    instr.args = std::move(args);
-    return append(std::move(instr));
+    const Type operands = type(args[op == Op::kSelect ? 1 : 0]);
+    return add(make(op, gives_bool(op) ? Type::kBool : operands, std::move(args)));
 }
 
 ValueId Builder::convert(ValueId value, Type to) {
-    if (type(value) == to) return value;
-    Instr instr;
-    instr.op = Op::kConvert;
-    instr.type = to;
-    instr.args = {value};
-    return append(std::move(instr));
+    return type(value) == to ? value : add(make(Op::kConvert, to, {value}));
+}
+
+ValueId Builder::bit_cast(ValueId value, Type to) {
+    return type(value) == to ? value : add(make(Op::kBitCast, to, {value}));
+}
+
+ValueId Builder::select(ValueId condition, ValueId if_true, ValueId if_false) {
+    return emit(Op::kSelect, {condition, if_true, if_false});
+}
+
+ValueId Builder::function(Op op, int32_t which, std::vector<ValueId> args) {
+    Instr instr = make(op, op == Op::kHash ? Type::kUint : Type::kFloat, std::move(args));
+    instr.a = which;
+    return add(std::move(instr));
+}
+
+ValueId Builder::sample(int32_t texture, int32_t channel, std::vector<ValueId> args) {
+    Instr instr = make(Op::kSample, Type::kFloat, std::move(args));
+    instr.a = texture;
+    instr.b = channel;
+    return add(std::move(instr));
+}
+
+ValueId Builder::query(int32_t object, ValueId guard, const std::array<ValueId, 3>& point) {
+    Instr instr = make(Op::kQuery, Type::kBool, {guard, point[0], point[1], point[2]});
+    instr.a = object;
+    return add(std::move(instr));
+}
+
+ValueId Builder::query_result(ValueId query, Type type, openfab_query_result kind, int32_t a,
+                              int32_t b) {
+    Instr instr = make(Op::kQueryResult, type, {query});
+    instr.kind = kind;
+    instr.a = a;
+    instr.b = b;
+    return add(std::move(instr));
 }
 
 ValueId Builder::loop(ValueId guard) {
-    return emit(Op::kLoop, {guard});
+    return append(make(Op::kLoop, Type::kBool, {guard}));
 }
 
 ValueId Builder::loop_var(ValueId loop, int32_t number, ValueId first) {
-    Instr instr;
-    instr.op = Op::kLoopVar;
-    instr.type = type(first);
+    Instr instr = make(Op::kLoopVar, type(first), {loop, first});
     instr.a = number;
-    instr.args = {loop, first};
     return append(std::move(instr));
 }
 
 ValueId Builder::loop_end(ValueId loop, ValueId again, const std::vector<ValueId>& next) {
-    Instr instr;
-    instr.op = Op::kLoopEnd;
-    instr.type = Type::kBool;
-    instr.args = {loop, again};
+    Instr instr = make(Op::kLoopEnd, Type::kBool, {loop, again});
     instr.args.insert(instr.args.end(), next.begin(), next.end());
     return append(std::move(instr));
 }
 
 ValueId Builder::loop_result(ValueId loop_end, int32_t number) {
-    Instr instr;
-    instr.op = Op::kLoopResult;
+    const ValueId next = instr(loop_end).args[static_cast<size_t>(number) + kLoopEndNext];
+    Instr result = make(Op::kLoopResult, type(next), {loop_end});
+    result.a = number;
+    return append(std::move(result));
+}
+
+ValueId Builder::print(int32_t number, std::vector<ValueId> args) {
+    Instr instr = make(Op::kPrint, Type::kBool, std::move(args));
     instr.a = number;
-    instr.type = type(stage_->instrs[loop_end].args[static_cast<size_t>(number) + kLoopEndNext]);
-    instr.args = {loop_end};
     return append(std::move(instr));
-}
-
-ValueId Builder::query(int32_t object, ValueId guard, const std::array<ValueId, 3>& point) {
-    Instr instr;
-    instr.op = Op::kQuery;
-    instr.type = Type::kBool;
-    instr.a = object;
-    instr.args = {guard, point[0], point[1], point[2]};
-    return append(std::move(instr));
-}
-
-ValueId Builder::query_result(ValueId query, Type type, openfab_query_result kind, int32_t a,
-                              int32_t b) {
-    Instr instr;
-    instr.op = Op::kQueryResult;
-    instr.type = type;
-    instr.kind = kind;
-    instr.a = a;
-    instr.b = b;
-    instr.args = {query};
-    return append(std::move(instr));
-}
-
-ValueId Builder::bit_cast(ValueId value, Type to) {
-    if (type(value) == to) return value;
-    Instr instr;
-    instr.op = Op::kBitCast;
-    instr.type = to;
-    instr.args = {value};
-    return append(std::move(instr));
-}
-
-ValueId Builder::select(ValueId condition, ValueId if_true, ValueId if_false) {
-    return emit(Op::kSelect, {condition, if_true, if_false});
 }
 
 }  // namespace openfab::ir

@@ -11,6 +11,7 @@
 #include <array>
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "abi/fablet_table.h"
@@ -220,33 +221,59 @@ void drop_dead_values(Stage* stage);
 /// The instruction that ends the loop of each Loop, by the Loop's id; kNoValue elsewhere.
 std::vector<ValueId> loop_ends(const Stage& stage);
 
-/// Appends instructions; folds nothing.
+/// Appends instructions to a stage, each as it is asked for. The front end's Emitter
+/// (compiler/translate) is one that folds constants and keeps one of each value.
 class Builder {
   public:
     explicit Builder(Stage* stage) : stage_(stage) {}
+    virtual ~Builder() = default;
+
+    /// Of the instructions that follow.
     void set_span(const source::Span& span) { span_ = span; }
+
+    ValueId constant(Type type, uint32_t bits);
     ValueId constant(float value);
     ValueId constant(int32_t value);
     ValueId constant(uint32_t value);
     ValueId constant(bool value);
     ValueId input(Type type, int32_t kind, int32_t a, int32_t b);
-    /// The result type is the operands', bool for comparisons.
+    /// An operation that needs no more than its arguments. The result type is the operands', bool
+    /// for comparisons.
     ValueId emit(Op op, std::vector<ValueId> args);
+    ValueId unary(Op op, ValueId a) { return emit(op, {a}); }
+    ValueId binary(Op op, ValueId a, ValueId b) { return emit(op, {a, b}); }
     ValueId convert(ValueId value, Type to);
     ValueId bit_cast(ValueId value, Type to);
     ValueId select(ValueId condition, ValueId if_true, ValueId if_false);
+    /// A function or a Derivative; `which` is Instr::a.
+    ValueId function(Op op, int32_t which, std::vector<ValueId> args);
+    /// A look-up in a picture or a volume; args as of Op::kSample.
+    ValueId sample(int32_t texture, int32_t channel, std::vector<ValueId> args);
+    ValueId query(int32_t object, ValueId guard, const std::array<ValueId, 3>& point);
+    ValueId query_result(ValueId query, Type type, openfab_query_result kind, int32_t a, int32_t b);
+
+    /// Loops and prints. Two that look alike are two.
     ValueId loop(ValueId guard);
     ValueId loop_var(ValueId loop, int32_t number, ValueId first);
     /// `next`: one value for each variable of the loop.
-    ValueId loop_end(ValueId loop, ValueId again, const std::vector<ValueId>& next);
+    virtual ValueId loop_end(ValueId loop, ValueId again, const std::vector<ValueId>& next);
     ValueId loop_result(ValueId loop_end, int32_t number);
-    ValueId query(int32_t object, ValueId guard, const std::array<ValueId, 3>& point);
-    ValueId query_result(ValueId query, Type type, openfab_query_result kind, int32_t a, int32_t b);
+    /// `number`: the place in Stage::prints; `args` as of Op::kPrint.
+    ValueId print(int32_t number, std::vector<ValueId> args);
+
+    /// Appends an instruction as it is.
     ValueId append(Instr instr);
-    Type type(ValueId value) const { return stage_->instrs[value].type; }
+
+    const Instr& instr(ValueId value) const { return stage_->instrs[value]; }
+    Type type(ValueId value) const { return instr(value).type; }
+
+  protected:
+    /// Gives the value of an instruction that does nothing beside: here by appending it.
+    virtual ValueId add(Instr instr) { return append(std::move(instr)); }
+
+    Stage* stage_;
 
   private:
-    Stage* stage_;
     source::Span span_;
 };
 

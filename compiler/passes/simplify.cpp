@@ -72,20 +72,6 @@ class Simplifier {
         return never ? stage_->instrs[var].args[1] : id;
     }
 
-    static bool has_arithmetic(Op op) {
-        switch (op) {
-            case Op::kSampleBound:
-            case Op::kLoop:
-            case Op::kLoopEnd:
-            case Op::kQuery:
-            case Op::kQueryResult:
-            case Op::kPrint:
-                return false;
-            default:
-                return true;
-        }
-    }
-
     static void make_constant(Instr* instr, uint32_t bits) {
         instr->op = Op::kConst;
         instr->bits = bits;
@@ -98,27 +84,13 @@ class Simplifier {
             return is_const(instr.args[0], 0) ? std::optional<uint32_t>(0) : std::nullopt;
         }
         if (instr.op == Op::kQueryResult && is_const(arg(instr, 0).args[0], 0)) return 0;
-        if (instr.args.empty() || !has_arithmetic(instr.op)) return std::nullopt;
-        for (size_t k = 0; k < instr.args.size(); ++k) {
-            if (!is_const(arg(instr, k))) return fold_partly(instr);
-        }
-        if (ir::is_function(instr.op)) {
-            std::vector<uint32_t> bits;
-            for (size_t k = 0; k < instr.args.size(); ++k)
-                bits.push_back(arg(instr, k).bits);
-            return functions::evaluate(instr, bits);
-        }
-        const uint32_t a = arg(instr, 0).bits;
-        const uint32_t b = instr.args.size() > 1 ? arg(instr, 1).bits : 0;
-        const uint32_t c = instr.args.size() > 2 ? arg(instr, 2).bits : 0;
-        if (instr.op == Op::kConvert) return ir::eval_convert(arg(instr, 0).type, instr.type, a);
-        const size_t typed = instr.op == Op::kSelect ? 1 : 0;
-        return ir::eval(instr.op, arg(instr, typed).type, a, b, c);
+        const std::optional<uint32_t> bits = functions::fold(*stage_, instr);
+        return bits ? bits : fold_partly(instr);
     }
 
     /// A constant although one argument is none.
     std::optional<uint32_t> fold_partly(const Instr& instr) const {
-        if (instr.args.size() != 2 || !has_arithmetic(instr.op)) return std::nullopt;
+        if (instr.args.size() != 2) return std::nullopt;
         const bool zero = is_const(instr.args[0], 0) || is_const(instr.args[1], 0);
         const bool one = is_const(instr.args[0], 1) || is_const(instr.args[1], 1);
         if (instr.op == Op::kAnd && zero) return 0;
@@ -129,7 +101,6 @@ class Simplifier {
     }
 
     std::optional<ValueId> identity(const Instr& instr) const {
-        if (!has_arithmetic(instr.op)) return std::nullopt;
         if (instr.op == Op::kConvert && arg(instr, 0).type == instr.type) return instr.args[0];
         if (instr.op == Op::kSelect) return identity_of_select(instr);
         if (instr.op == Op::kNot && arg(instr, 0).op == Op::kNot) return arg(instr, 0).args[0];

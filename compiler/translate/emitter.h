@@ -2,13 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Appends IR instructions, each distinct one once, and folds what is constant, so that loop
+// The builder of the front end: folds what is constant and keeps one of each value, so that loop
 // counters, `if`s on constants and path conditions come out in their plain form. No folding changes
 // a bit of any result.
 
-#include <array>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <tuple>
 #include <vector>
 
@@ -16,50 +16,20 @@
 
 namespace openfab::sema {
 
-class Emitter {
+class Emitter : public ir::Builder {
   public:
-    explicit Emitter(ir::Stage* stage) : stage_(stage), builder_(stage) {}
+    using ir::Builder::Builder;
 
-    void set_span(const source::Span& span) { builder_.set_span(span); }
-    ir::ValueId constant(ir::Type type, uint32_t bits);
-    ir::ValueId constant(float value);
-    ir::ValueId boolean(bool value) { return constant(ir::Type::kBool, value ? 1 : 0); }
-    ir::ValueId input(ir::Type type, int32_t kind, int32_t a, int32_t b);
-    ir::ValueId sample(int32_t texture, int32_t channel, const std::array<ir::ValueId, 4>& args);
-
-    /// Of an ImageTexture3D: args {guard, x, y, z, width}.
-    ir::ValueId sample_volume(int32_t texture, int32_t channel,
-                              const std::array<ir::ValueId, 5>& args);
-    ir::ValueId query(int32_t object, const std::array<ir::ValueId, 4>& args);
-    ir::ValueId query_result(ir::ValueId query, ir::Type type, openfab_query_result kind, int32_t a,
-                             int32_t b);
-
-    void print(int32_t number, std::vector<ir::ValueId> args);
-
-    ir::ValueId unary(ir::Op op, ir::ValueId a);
-    ir::ValueId binary(ir::Op op, ir::ValueId a, ir::ValueId b);
-    ir::ValueId convert(ir::ValueId value, ir::Type to);
-    ir::ValueId bit_cast(ir::ValueId value, ir::Type to);
-    /// A function of the IR or a Derivative; `which` is Instr::a.
-    ir::ValueId function(ir::Op op, int32_t which, std::vector<ir::ValueId> args);
-    /// Loops, as of ir::Instr; what is emitted between `loop` and `end_loop` is of no use after it.
-    ir::ValueId loop(ir::ValueId guard) { return builder_.loop(guard); }
-    ir::ValueId loop_var(ir::ValueId loop, int32_t number, ir::ValueId first) {
-        return builder_.loop_var(loop, number, first);
-    }
-    ir::ValueId end_loop(ir::ValueId loop, ir::ValueId again, const std::vector<ir::ValueId>& next);
-    ir::ValueId loop_result(ir::ValueId end, int32_t number) {
-        return builder_.loop_result(end, number);
-    }
+    /// What was emitted since `loop` is of no use after it, and is not found again.
+    ir::ValueId loop_end(ir::ValueId loop, ir::ValueId again,
+                         const std::vector<ir::ValueId>& next) override;
     /// Removes all instructions from number `size` on.
     void forget_after(size_t size);
-    ir::ValueId select(ir::ValueId condition, ir::ValueId if_true, ir::ValueId if_false);
-    ir::ValueId logical_and(ir::ValueId a, ir::ValueId b);
-    ir::ValueId logical_or(ir::ValueId a, ir::ValueId b);
-    ir::ValueId logical_not(ir::ValueId a);
 
-    const ir::Instr& instr(ir::ValueId value) const { return stage_->instrs[value]; }
-    ir::Type type(ir::ValueId value) const { return instr(value).type; }
+    ir::ValueId logical_and(ir::ValueId a, ir::ValueId b) { return binary(ir::Op::kAnd, a, b); }
+    ir::ValueId logical_or(ir::ValueId a, ir::ValueId b) { return binary(ir::Op::kOr, a, b); }
+    ir::ValueId logical_not(ir::ValueId a) { return unary(ir::Op::kNot, a); }
+
     bool is_constant(ir::ValueId value) const { return instr(value).op == ir::Op::kConst; }
     bool is_true(ir::ValueId value) const { return is_constant(value) && instr(value).bits != 0; }
     bool is_false(ir::ValueId value) const { return is_constant(value) && instr(value).bits == 0; }
@@ -74,14 +44,18 @@ class Emitter {
   private:
     using Key =
         std::tuple<ir::Op, ir::Type, uint32_t, int32_t, int32_t, int32_t, std::vector<ir::ValueId>>;
-    ir::ValueId add(ir::Instr instr);
+
+    ir::ValueId add(ir::Instr instr) override;
+    std::optional<ir::ValueId> simplified(const ir::Instr& made);
+    std::optional<ir::ValueId> simplified_and(ir::ValueId a, ir::ValueId b);
+    std::optional<ir::ValueId> simplified_or(ir::ValueId a, ir::ValueId b);
+    std::optional<ir::ValueId> simplified_select(ir::ValueId condition, ir::ValueId if_true,
+                                                 ir::ValueId if_false);
     void forget_from(ir::ValueId first);
     size_t cost(const ir::Instr& instr);
     bool is_one_of(ir::Op op, ir::ValueId value, ir::ValueId part) const;
     bool are_opposite(ir::ValueId a, ir::ValueId b) const;
 
-    ir::Stage* stage_;
-    ir::Builder builder_;
     std::map<Key, ir::ValueId> known_;
     std::vector<size_t> sums_;  ///< operations up to each instruction, as far as asked for
     std::map<std::tuple<ir::Op, int32_t, size_t>, size_t> function_sizes_;

@@ -76,7 +76,7 @@ ir::Module translate(const Program& program, const TranslateOptions& options, di
 }
 
 std::vector<uint32_t> StageTranslator::constant_bits(const Expr& expr) {
-    live_ = emit_.boolean(true);
+    live_ = emit_.constant(true);
     std::vector<uint32_t> bits;
     for (ValueId value : expression(expr)) {
         if (!emit_.is_constant(value)) return {};
@@ -88,7 +88,7 @@ std::vector<uint32_t> StageTranslator::constant_bits(const Expr& expr) {
 void StageTranslator::run(const Stage& stage, const TranslateOptions& options) {
     stage_->kind = kind_;
     options_ = options;
-    live_ = emit_.boolean(true);
+    live_ = emit_.constant(true);
     for (const auto& symbol : stage.symbols)
         add_stage_symbol(*symbol);
     const bool surface = kind_ == ir::StageKind::kSurface;
@@ -111,7 +111,7 @@ void StageTranslator::add_stage_symbol(const Symbol& symbol) {
     Variable v;
     if (symbol.kind == SymbolKind::kSurfaceOutput) {
         v.value = zero(symbol.type);
-        v.assigned.assign(v.value.size(), emit_.boolean(false));
+        v.assigned.assign(v.value.size(), emit_.constant(false));
     } else {
         const int32_t kind =
             symbol.kind == SymbolKind::kNearest ? OPENFAB_ARG_NEAREST : OPENFAB_ARG_SURFACE_IN;

@@ -224,15 +224,15 @@ Value StageTranslator::sample(const Expr& expr) {
     for (int32_t index : textures) {
         const ValueId here =
             textures.size() == 1
-                ? emit_.boolean(true)
+                ? emit_.constant(true)
                 : emit_.binary(Op::kEq, texture,
                                emit_.constant(ir::Type::kInt, static_cast<uint32_t>(index)));
         const ValueId guard = emit_.logical_and(live_, here);
+        Value args = {guard};
+        args.insert(args.end(), at.begin(), at.end());
+        args.push_back(width);
         for (int32_t i = 0; i < expr.type.size; ++i) {
-            const ValueId value =
-                at.size() == 3
-                    ? emit_.sample_volume(index, first + i, {guard, at[0], at[1], at[2], width})
-                    : emit_.sample(index, first + i, {guard, at[0], at[1], width});
+            const ValueId value = emit_.sample(index, first + i, args);
             out[static_cast<size_t>(i)] = emit_.select(here, value, out[static_cast<size_t>(i)]);
         }
     }

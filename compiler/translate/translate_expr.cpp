@@ -78,7 +78,7 @@ Value StageTranslator::unassigned(const Type& type) {
         }
         return out;
     }
-    return Value(component_count(type), emit_.boolean(type.base == Base::kComposition));
+    return Value(component_count(type), emit_.constant(type.base == Base::kComposition));
 }
 
 StageTranslator::VariableId StageTranslator::variable_of(const Symbol& symbol) const {

@@ -187,7 +187,7 @@ bool StageTranslator::unroll(const Stmt& stmt) {
         const size_t outside = variables_.size();
         statement(*stmt.body[0]);
         variables_.resize(outside);
-        set_flag(frame_.continued, emit_.boolean(false));
+        set_flag(frame_.continued, emit_.constant(false));
         if (!skip_where_exited(&pending)) {
             done = !gave_up_;
             break;
@@ -252,7 +252,7 @@ StageTranslator::RealLoop StageTranslator::make_loop(const Stmt& stmt, ValueId g
     made.loop = emit_.loop(guard);
     open_.push_back({{}, variables_.size(), live_});
     outer_live_.push_back(guard);
-    live_ = emit_.boolean(true);
+    live_ = emit_.constant(true);
     for (const VariableId id : changed) {
         Variable v = variables_[id];
         for (ValueId& value : v.value) {
@@ -274,11 +274,11 @@ StageTranslator::RealLoop StageTranslator::make_loop(const Stmt& stmt, ValueId g
     frame_.continued = add_flag();
     const VariableId go = add_flag();
     statement(*stmt.body[0]);
-    set_flag(frame_.continued, emit_.boolean(false));
+    set_flag(frame_.continued, emit_.constant(false));
     std::vector<ValueId> pending;
     if (skip_where_exited(&pending)) {
         if (stmt.step != nullptr) expression(*stmt.step);
-        set_flag(go, stmt.expr != nullptr ? scalar(*stmt.expr) : emit_.boolean(true));
+        set_flag(go, stmt.expr != nullptr ? scalar(*stmt.expr) : emit_.constant(true));
     }
     unwind(pending);
     made.again = flag(go);
@@ -310,7 +310,7 @@ void StageTranslator::finish_loop(const Stmt& stmt, const RealLoop& made, ValueI
                 "or "
                 "write `@bound(n)` before the loop, which then stops after n trips");
     }
-    const ValueId end = emit_.end_loop(made.loop, made.again, next);
+    const ValueId end = emit_.loop_end(made.loop, made.again, next);
     int32_t number = 0;
     for (const auto& item : made.changes) {
         Variable v = variables_[item.first];
@@ -323,7 +323,7 @@ void StageTranslator::finish_loop(const Stmt& stmt, const RealLoop& made, ValueI
             if (!always(trip)) {
                 v.assigned[i] = assigned_by_a_trip(v.assigned[i], kSomeTrip);
             } else {
-                const ValueId ran = certain ? emit_.boolean(true) : guard;
+                const ValueId ran = certain ? emit_.constant(true) : guard;
                 v.assigned[i] = emit_.logical_or(v.assigned[i], ran);
             }
         }

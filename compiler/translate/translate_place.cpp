@@ -39,7 +39,7 @@ ValueId StageTranslator::index_is(ValueId index, int k, int count) {
     const auto number = [&](int value) {
         return emit_.constant(type, static_cast<uint32_t>(value));
     };
-    if (count == 1) return emit_.boolean(true);
+    if (count == 1) return emit_.constant(true);
     if (k == count - 1) return emit_.binary(Op::kGe, index, number(k));
     return emit_.binary(k == 0 ? Op::kLe : Op::kEq, index, number(k));
 }
@@ -96,7 +96,7 @@ StageTranslator::Target StageTranslator::target(const Expr& expr) {
         } else {
             out.value = expression(expr);
         }
-        out.places.push_back({emit_.boolean(true), {}});
+        out.places.push_back({emit_.constant(true), {}});
         out.places[0].lanes.resize(variable ? component_count(expr.type) : out.value.size());
         std::iota(out.places[0].lanes.begin(), out.places[0].lanes.end(), size_t{0});
         return out;
@@ -159,7 +159,7 @@ void StageTranslator::take_as_assigned(const Target& target) {
     Variable& v = variables_[variable_of(*target.symbol)];
     for (const Place& place : target.places) {
         for (const size_t lane : place.lanes)
-            v.assigned[lane] = emit_.boolean(true);
+            v.assigned[lane] = emit_.constant(true);
     }
 }
 
@@ -189,7 +189,8 @@ void StageTranslator::store(const Target& target, const Value& value) {
             const size_t lane = place.lanes[i];
             v.value[lane] = emit_.select(place.condition, value[i], v.value[lane]);
             if (v.assigned.empty()) continue;
-            v.assigned[lane] = emit_.select(place.condition, emit_.boolean(true), v.assigned[lane]);
+            v.assigned[lane] =
+                emit_.select(place.condition, emit_.constant(true), v.assigned[lane]);
         }
     }
     set(id, std::move(v));

@@ -40,7 +40,7 @@ Value StageTranslator::local_point(const Value& point) {
 
 ValueId StageTranslator::query(int32_t object, ValueId guard, const Value& point) {
     const Value local = local_point(point);
-    return emit_.query(object, {guard, local[0], local[1], local[2]});
+    return emit_.query(object, guard, {local[0], local[1], local[2]});
 }
 
 Value StageTranslator::distance(const Expr& expr) {
@@ -93,7 +93,7 @@ Value StageTranslator::distance_to(const Expr& expr) {
     for (const int32_t index : objects) {
         const ValueId here =
             objects.size() == 1
-                ? emit_.boolean(true)
+                ? emit_.constant(true)
                 : emit_.binary(Op::kEq, object,
                                emit_.constant(ir::Type::kInt, static_cast<uint32_t>(index)));
         const ValueId guard = emit_.logical_and(live_, here);

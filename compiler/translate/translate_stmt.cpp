@@ -26,7 +26,7 @@ StageTranslator::VariableId StageTranslator::add_variable(Variable v) {
 }
 
 StageTranslator::VariableId StageTranslator::add_flag() {
-    return add_variable({{emit_.boolean(false)}, {}});
+    return add_variable({{emit_.constant(false)}, {}});
 }
 
 void StageTranslator::set(VariableId id, Variable v) {
@@ -68,8 +68,8 @@ void StageTranslator::merge(ValueId condition, const Changes& yes, const Changes
         for (size_t i = 0; i < a.value.size(); ++i) {
             merged.value.push_back(emit_.select(condition, a.value[i], b.value[i]));
             if (a.assigned.empty() && b.assigned.empty()) continue;
-            const ValueId yes_set = a.assigned.empty() ? emit_.boolean(true) : a.assigned[i];
-            const ValueId no_set = b.assigned.empty() ? emit_.boolean(true) : b.assigned[i];
+            const ValueId yes_set = a.assigned.empty() ? emit_.constant(true) : a.assigned[i];
+            const ValueId no_set = b.assigned.empty() ? emit_.constant(true) : b.assigned[i];
             merged.assigned.push_back(emit_.select(condition, yes_set, no_set));
         }
         set(id, std::move(merged));
@@ -104,10 +104,10 @@ bool StageTranslator::skip_where_exited(std::vector<ValueId>* pending) {
     pending->push_back(exit);
     enter(emit_.logical_not(exit));
     // Known to be false in here; merging brings the old values back where they were true.
-    set_flag(frame_.returned, emit_.boolean(false));
+    set_flag(frame_.returned, emit_.constant(false));
     if (frame_.in_loop) {
-        set_flag(frame_.broken, emit_.boolean(false));
-        set_flag(frame_.continued, emit_.boolean(false));
+        set_flag(frame_.broken, emit_.constant(false));
+        set_flag(frame_.continued, emit_.constant(false));
     }
     return true;
 }
@@ -163,9 +163,9 @@ void StageTranslator::statement(const Stmt& stmt) {
         case StmtKind::kLoop:
             return loop(stmt);
         case StmtKind::kBreak:
-            return set_flag(frame_.broken, emit_.boolean(true));
+            return set_flag(frame_.broken, emit_.constant(true));
         case StmtKind::kContinue:
-            return set_flag(frame_.continued, emit_.boolean(true));
+            return set_flag(frame_.continued, emit_.constant(true));
         case StmtKind::kReturn:
             return return_statement(stmt);
         case StmtKind::kSwitch:
@@ -198,7 +198,7 @@ void StageTranslator::return_statement(const Stmt& stmt) {
         Value value = expression(*stmt.expr);
         if (!value.empty()) set(frame_.result, {std::move(value), {}});
     }
-    set_flag(frame_.returned, emit_.boolean(true));
+    set_flag(frame_.returned, emit_.constant(true));
 }
 
 // --- calls

@@ -20,14 +20,14 @@ void StageTranslator::switch_statement(const Stmt& stmt) {
             otherwise = stmt.body[i].get();
             continue;
         }
-        ValueId here = emit_.boolean(false);
+        ValueId here = emit_.constant(false);
         for (uint32_t value : stmt.labels[i].values) {
             const ValueId label = emit_.constant(emit_.type(selector), value);
             here = emit_.logical_or(here, emit_.binary(Op::kEq, selector, label));
         }
         sections.push_back({here, stmt.body[i].get()});
     }
-    if (otherwise != nullptr) sections.push_back({emit_.boolean(true), otherwise});
+    if (otherwise != nullptr) sections.push_back({emit_.constant(true), otherwise});
     const Frame outer = frame_;
     frame_.in_loop = true;
     frame_.broken = add_flag();

@@ -101,28 +101,21 @@ class Functions {
     }
 
     void noise(Op op, size_t axes, int32_t which) {
-        ir::Instr instr;
-        instr.op = op;
-        instr.type = Type::kFloat;
-        instr.a = which;
-        instr.args.assign(x_.begin(), x_.begin() + static_cast<ptrdiff_t>(axes));
+        std::vector<ValueId> args(x_.begin(), x_.begin() + static_cast<ptrdiff_t>(axes));
         if (op == Op::kNoise && (which & ir::kPeriodic) != 0) {
-            instr.args.insert(instr.args.end(), periods_.begin(),
-                              periods_.begin() + static_cast<ptrdiff_t>(axes));
+            args.insert(args.end(), periods_.begin(),
+                        periods_.begin() + static_cast<ptrdiff_t>(axes));
         }
-        instr.args.push_back(seed_);
-        output(ir::spelling(op), b_.append(instr));
+        args.push_back(seed_);
+        output(ir::spelling(op), b_.function(op, which, args));
     }
 
     void hash(size_t words, int32_t which) {
-        ir::Instr instr;
-        instr.op = Op::kHash;
-        instr.type = Type::kUint;
-        instr.a = which;
+        std::vector<ValueId> args;
         for (size_t k = 0; k + 1 < words; ++k)
-            instr.args.push_back(b_.bit_cast(periods_[k], Type::kUint));
-        instr.args.push_back(seed_);
-        output("hash", b_.append(instr));
+            args.push_back(b_.bit_cast(periods_[k], Type::kUint));
+        args.push_back(seed_);
+        output("hash", b_.function(Op::kHash, which, args));
     }
 
     void check() const {

@@ -66,11 +66,7 @@ class Generator {
                 ++made;
             } else if (draw == 3 && random_() % 2 == 0) {
                 const ValueId guard = pick(Type::kBool);
-                ir::Instr print;
-                print.op = Op::kPrint;
-                print.type = Type::kBool;
-                print.args = {guard, pick(Type::kFloat), pick(Type::kInt)};
-                b_.append(std::move(print));
+                b_.print(0, {guard, pick(Type::kFloat), pick(Type::kInt)});
             } else {
                 made += add_operation() ? 1 : 0;
             }

@@ -19,7 +19,6 @@ namespace openfab::testing {
 
 namespace {
 
-using ir::Op;
 using ir::Type;
 
 constexpr int32_t kArgs = 9;  // u, v, width, du and dv along three axes
@@ -31,14 +30,10 @@ ir::Stage make_stage() {
     ir::Stage stage;
     stage.kind = ir::StageKind::kSurface;
     ir::Builder b(&stage);
-    ir::Instr sample;
-    sample.op = Op::kSample;
-    sample.type = Type::kFloat;
-    sample.args = {b.constant(true)};
-    for (int32_t k = 0; k < kArgs; ++k) {
-        sample.args.push_back(b.input(Type::kFloat, OPENFAB_ARG_SURFACE_IN, 0, k));
-    }
-    const ir::ValueId x = b.append(sample);
+    std::vector<ir::ValueId> args = {b.constant(true)};
+    for (int32_t k = 0; k < kArgs; ++k)
+        args.push_back(b.input(Type::kFloat, OPENFAB_ARG_SURFACE_IN, 0, k));
+    const ir::ValueId x = b.sample(0, 0, args);
     const ir::ValueId zero = b.constant(0.0f);
     stage.outputs = {{"x", OPENFAB_ARG_POSITION, 0, 0, x},
                      {"y", OPENFAB_ARG_POSITION, 0, 1, zero},

@@ -26,15 +26,6 @@ constexpr int32_t kWraps = 4;
 constexpr int32_t kFilters = 3;
 constexpr int32_t kInputs = 9;  // u, v, width, du and dv along three axes
 
-ValueId look_up(ir::Builder* b, int32_t channel, const std::vector<ValueId>& args) {
-    ir::Instr sample;
-    sample.op = Op::kSample;
-    sample.type = Type::kFloat;
-    sample.b = channel;
-    sample.args = args;
-    return b->append(sample);
-}
-
 /// Arguments of a look-up at varying places; a bool input is the guard.
 std::vector<ValueId> make_args(ir::Builder* b, int32_t inputs = kInputs) {
     std::vector<ValueId> args = {b->input(Type::kBool, OPENFAB_ARG_NEAREST, 1, 0)};
@@ -51,7 +42,7 @@ ir::Stage make_stage(ir::StageKind kind, const std::vector<int32_t>& channels,
     const std::vector<ValueId> args = make_args(&b, inputs);
     for (const int32_t channel : channels) {
         stage.outputs.push_back({"channel " + std::to_string(channel), OPENFAB_ARG_WEIGHT, channel,
-                                 0, look_up(&b, channel, args)});
+                                 0, b.sample(0, channel, args)});
     }
     return stage;
 }
@@ -64,9 +55,9 @@ ValueId look_up_twice(ir::Builder* b, std::vector<ValueId> args) {
                         {x, args[static_cast<size_t>(1 + k % 3)]});
         return x;
     };
-    const ValueId first = look_up(b, 0, args);
+    const ValueId first = b->sample(0, 0, args);
     args[1] = b->emit(Op::kAdd, {args[1], stir(first)});
-    const ValueId second = look_up(b, 1, args);
+    const ValueId second = b->sample(0, 1, args);
     return b->emit(Op::kAdd, {stir(second), first});
 }
 

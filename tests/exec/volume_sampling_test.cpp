@@ -53,13 +53,8 @@ ir::Stage make_stage(ir::StageKind kind, bool with_footprint) {
     for (int32_t k = 0; k < (with_footprint ? kArgs : 4); ++k)
         args.push_back(b.input(Type::kFloat, from, 0, k));
     for (const int32_t channel : {0, 1, 3}) {
-        ir::Instr sample;
-        sample.op = Op::kSample;
-        sample.type = Type::kFloat;
-        sample.b = channel;
-        sample.args = args;
         stage.outputs.push_back({"channel " + std::to_string(channel), OPENFAB_ARG_WEIGHT, channel,
-                                 0, b.append(sample)});
+                                 0, b.sample(0, channel, args)});
     }
     return stage;
 }
@@ -121,22 +116,12 @@ ir::Stage make_mixed_stage() {
     std::vector<ir::ValueId> args = {b.input(Type::kBool, OPENFAB_ARG_NEAREST, 1, 0)};
     for (int32_t k = 0; k < kArgs; ++k)
         args.push_back(b.input(Type::kFloat, OPENFAB_ARG_NEAREST, 0, k));
-    ir::Instr sample;
-    sample.op = Op::kSample;
-    sample.type = Type::kFloat;
-    sample.args = args;
-    const ir::ValueId red = b.append(sample);
-    sample.b = 1;
-    const ir::ValueId green = b.append(sample);
-    ir::Instr picture;
-    picture.op = Op::kSample;
-    picture.type = Type::kFloat;
-    picture.a = 1;
-    picture.args = {args[0], red, green, b.constant(0.0f)};
-    const ir::ValueId found = b.append(picture);
-    sample.args[1] = b.emit(Op::kAdd, {sample.args[1], found});
+    const ir::ValueId red = b.sample(0, 0, args);
+    const ir::ValueId green = b.sample(0, 1, args);
+    const ir::ValueId found = b.sample(1, 0, {args[0], red, green, b.constant(0.0f)});
+    args[1] = b.emit(Op::kAdd, {args[1], found});
     stage.outputs = {{"found", OPENFAB_ARG_WEIGHT, 0, 0, found},
-                     {"moved", OPENFAB_ARG_WEIGHT, 1, 0, b.append(sample)}};
+                     {"moved", OPENFAB_ARG_WEIGHT, 1, 0, b.sample(0, 1, args)}};
     return stage;
 }
 
@@ -159,13 +144,10 @@ ir::Stage make_displacing_stage() {
     ir::Stage stage;
     stage.kind = ir::StageKind::kSurface;
     ir::Builder b(&stage);
-    ir::Instr sample;
-    sample.op = Op::kSample;
-    sample.type = Type::kFloat;
-    sample.args = {b.constant(true)};
+    std::vector<ir::ValueId> args = {b.constant(true)};
     for (int32_t k = 0; k < kArgs; ++k)
-        sample.args.push_back(b.input(Type::kFloat, OPENFAB_ARG_SURFACE_IN, 0, k));
-    const ir::ValueId x = b.append(sample);
+        args.push_back(b.input(Type::kFloat, OPENFAB_ARG_SURFACE_IN, 0, k));
+    const ir::ValueId x = b.sample(0, 0, args);
     const ir::ValueId zero = b.constant(0.0f);
     stage.outputs = {{"x", OPENFAB_ARG_POSITION, 0, 0, x},
                      {"y", OPENFAB_ARG_POSITION, 0, 1, zero},

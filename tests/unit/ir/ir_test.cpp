@@ -70,11 +70,7 @@ Fablet sampler() {
     b.emit(Op::kNot, {b.emit(Op::kOr, {t, t})});
     b.convert(i, Type::kUint);
     const ValueId s = b.select(t, x, c);
-    Instr sample;
-    sample.op = Op::kSample;
-    sample.b = 2;
-    sample.args = {t, x, x, x};
-    b.append(sample);
+    b.sample(0, 2, {t, x, x, x});
     f.volume.outputs = {{"m", OPENFAB_ARG_WEIGHT, 0, 0, s}, {"VOID", OPENFAB_ARG_WEIGHT, 1, 0, x}};
     return f;
 }

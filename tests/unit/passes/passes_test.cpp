@@ -68,7 +68,7 @@ TEST(Simplify, DropsLookUpsThatNoPathReaches) {
     ir::Stage stage = stage_of(ir::StageKind::kVolume);
     ir::Builder b(&stage);
     const ValueId u = b.constant(0.5f);
-    const ValueId sample = b.emit(Op::kSample, {b.constant(false), u, u, u});
+    const ValueId sample = b.sample(0, 0, {b.constant(false), u, u, u});
     stage.outputs = {{"s", OPENFAB_ARG_WEIGHT, 0, 0, sample}};
     simplify(&stage);
     EXPECT_EQ(stage.instrs[stage.outputs[0].value].op, Op::kConst);
@@ -96,7 +96,7 @@ float derivative_of(const std::function<ValueId(ir::Builder&, ValueId)>& f) {
     ir::Builder b(&stage);
     const ValueId x = b.input(Type::kFloat, OPENFAB_ARG_NEAREST, 0, 0);
     const ValueId sample =
-        b.emit(Op::kSample, {b.constant(true), f(b, x), b.constant(0.0f), b.constant(1.0f)});
+        b.sample(0, 0, {b.constant(true), f(b, x), b.constant(0.0f), b.constant(1.0f)});
     stage.outputs = {{"s", OPENFAB_ARG_WEIGHT, 0, 0, sample}};
     attach_footprints(&stage);
     EXPECT_EQ(ir::verify(stage), "");
