@@ -10,33 +10,13 @@
 
 namespace openfab::driver {
 
-namespace {
-
-const ir::Stage& stage_of(const passes::KernelStages& stages, ir::StageKind kind) {
-    switch (kind) {
-        case ir::StageKind::kSurface:
-            return stages.surface;
-        case ir::StageKind::kSurfaceBounds:
-            return stages.surface_bounds;
-        case ir::StageKind::kVolume:
-            return stages.volume;
-        case ir::StageKind::kVolumeDemand:
-            return stages.volume_demand;
-        default:
-            break;
-    }
-    return stages.volume_bounds;
-}
-
-}  // namespace
-
 int emit_lowered(const ir::Fablet& fablet, ir::StageKind stage, const std::string& form) {
     const passes::PipelineResult result = run_passes(fablet, {});
     if (form == "ir" && result.fault.empty()) {
-        show(ir::print(stage_of(result.stages, stage)));
+        show(ir::print(result.stages.of(stage)));
         return kExitDone;
     }
-    const ir::Stage& chosen = stage_of(result.stages, stage);
+    const ir::Stage& chosen = result.stages.of(stage);
     if (result.fault.empty() && chosen.outputs.empty()) {
         return fail(
             fmt::format("the stage has no such kernel: {}",

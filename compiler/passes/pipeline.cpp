@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <iterator>
 
 #include "compiler/passes/attach_footprints.h"
 #include "compiler/passes/bound_displacement.h"
@@ -23,69 +24,8 @@ namespace openfab::passes {
 
 namespace {
 
-class Runner {
-  public:
-    Runner(const PipelineOptions& options, PipelineResult* result)
-        : options_(options), result_(result) {}
-
-    const PipelineOptions& options() const { return options_; }
-    bool enabled(const char* pass) const { return !options_.disabled.contains(pass); }
-
-    template <typename Pass>
-    void run(const char* name, ir::Stage* stage, Pass&& pass) {
-        if (!enabled(name) || !result_->fault.empty()) return;
-        const auto begin = std::chrono::steady_clock::now();
-        pass(stage);
-        const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - begin;
-        add_time(name, spent.count());
-        const std::string fault = ir::verify(*stage);
-        if (!fault.empty()) result_->fault = std::string("after ") + name + ": " + fault;
-        if (options_.after) options_.after(name, *stage);
-    }
-
-    void cut(const ir::Stage& stage, PhasedStage* out) {
-        if (!needs_phases(stage)) return;
-        ir::Stage copy = stage;
-        ir::drop_dead_values(&copy);
-        const auto begin = std::chrono::steady_clock::now();
-        *out = cut_phases(copy);
-        const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - begin;
-        add_time("cut_phases", spent.count());
-        for (ir::Stage& kernel : out->kernels) {
-            run("cut_phases", &kernel, [](ir::Stage* /*stage*/) {});
-            clean(&kernel);
-        }
-    }
-
-    void clean(ir::Stage* stage) {
-        run("simplify", stage, simplify);
-        run("eliminate_common_values", stage, eliminate_common_values);
-        run("eliminate_dead_values", stage, eliminate_dead_values);
-    }
-
-    /// After all that asks what a function is; before hoisting, which may move parts of one.
-    void write_out(ir::Stage* stage) {
-        const bool any =
-            std::any_of(stage->instrs.begin(), stage->instrs.end(),
-                        [](const ir::Instr& instr) { return ir::is_function(instr.op); });
-        run("expand_functions", stage, expand_functions);
-        if (any) clean(stage);
-    }
-
-  private:
-    void add_time(const char* name, double seconds) {
-        for (PassTime& time : result_->times) {
-            if (time.pass == name) {
-                time.seconds += seconds;
-                return;
-            }
-        }
-        result_->times.push_back({name, seconds});
-    }
-
-    const PipelineOptions& options_;
-    PipelineResult* result_;
-};
+using ir::Stage;
+using ir::StageKind;
 
 /// A query takes about 0.1 us (docs/measurements). So many operations, on eight voxels at once, stay
 /// below that; more of them would be felt, in compiling first.
@@ -93,115 +33,257 @@ constexpr size_t kMostDemand = 400;
 // An interval form has two outputs for each material.
 constexpr size_t kMostBoundsOutputs = 192;
 
-void drop_above(size_t most, ir::Stage* stage) {
-    if (kernel_operations(*stage) <= most && stage->outputs.size() <= kMostBoundsOutputs) return;
+/// One fablet on its way.
+struct Work {
+    const PipelineOptions& options;
+    KernelStages& stages;
+    UniformHoister hoister;
+    size_t& longest;
+};
+
+/// The stages that a pass wrote; none where there was nothing for it to do.
+using Written = std::vector<Stage*>;
+
+template <void (*rewrite)(Stage*)>
+Written rewrites(Work* /*work*/, Stage* stage) {
+    rewrite(stage);
+    return {stage};
+}
+
+/// From the volume or the surface stage, which it leaves alone.
+template <Stage (*form)(const Stage&), Stage KernelStages::*kSource>
+Written forms(Work* work, Stage* stage) {
+    *stage = form(work->stages.*kSource);
+    return {stage};
+}
+
+Written volume_bounds(Work* work, Stage* stage) {
+    // A block that is filled at once would not print.
+    if (!work->stages.volume.prints.empty()) return {};
+    return forms<form_volume_bounds, &KernelStages::volume>(work, stage);
+}
+
+Written expand(Work* /*work*/, Stage* stage) {
+    const bool any = std::any_of(stage->instrs.begin(), stage->instrs.end(),
+                                 [](const ir::Instr& instr) { return ir::is_function(instr.op); });
+    if (!any) return {};
+    expand_functions(stage);
+    return {stage};
+}
+
+Written drop_long(Work* work, Stage* stage) {
+    const bool demand = stage->kind == StageKind::kVolumeDemand;
+    const size_t most = demand ? kMostDemand : work->options.longest_bounds;
+    if (kernel_operations(*stage) <= most && stage->outputs.size() <= kMostBoundsOutputs) return {};
     stage->instrs.clear();
     stage->outputs.clear();
+    return {stage};
 }
+
+Written measure(Work* work, Stage* stage) {
+    work->longest = std::max(work->longest, kernel_operations(*stage));
+    return {};
+}
+
+Written uniforms(Work* work, Stage* stage) {
+    const UniformHoister before = work->hoister;
+    const Stage whole = *stage;
+    work->hoister.hoist(stage);
+    // One kernel computes all that is derived, and no pieces of it can.
+    if (needs_splitting(work->hoister.derived())) {
+        work->hoister = before;
+        *stage = whole;
+    }
+    ir::drop_dead_values(stage);
+    work->stages.derived = work->hoister.derived();
+    return {stage};
+}
+
+Written cut(Work* work, Stage* stage) {
+    if (!needs_phases(*stage)) return {};
+    const bool volume = stage->kind == StageKind::kVolume;
+    PhasedStage& out = volume ? work->stages.volume_phases : work->stages.surface_phases;
+    Stage live = *stage;
+    ir::drop_dead_values(&live);
+    out = cut_phases(live);
+    Written kernels;
+    for (Stage& kernel : out.kernels)
+        kernels.push_back(&kernel);
+    return kernels;
+}
+
+/// The stages of a fablet, in the order in which a pass gets them.
+struct Place {
+    StageKind kind;
+    Stage KernelStages::*stage;
+};
+constexpr Place kPlaces[] = {
+    {StageKind::kVolume, &KernelStages::volume},
+    {StageKind::kVolumeBounds, &KernelStages::volume_bounds},
+    {StageKind::kVolumeDemand, &KernelStages::volume_demand},
+    {StageKind::kSurface, &KernelStages::surface},
+    {StageKind::kSurfaceBounds, &KernelStages::surface_bounds},
+};
+
+constexpr unsigned on(StageKind kind) {
+    return 1u << static_cast<unsigned>(kind);
+}
+constexpr unsigned kSurface = on(StageKind::kSurface);
+constexpr unsigned kSurfaceBounds = on(StageKind::kSurfaceBounds);
+constexpr unsigned kVolume = on(StageKind::kVolume);
+constexpr unsigned kVolumeBounds = on(StageKind::kVolumeBounds);
+constexpr unsigned kVolumeDemand = on(StageKind::kVolumeDemand);
+constexpr unsigned kGiven = kVolume | kSurface;
+constexpr unsigned kFormed = kVolumeBounds | kVolumeDemand | kSurfaceBounds;
+
+constexpr bool kOptional = true;
+constexpr bool kRequired = false;
+
+enum class Cleaning {
+    kNone,
+    kIs,      ///< the pass cleans
+    kFollows  ///< what it wrote is cleaned
+};
+
+struct Pass {
+    const char* name;
+    bool optional;
+    Cleaning cleaning;
+    unsigned stages;
+    Written (*run)(Work* work, Stage* stage);
+};
+
+/// All passes, in order.
+constexpr Pass kPasses[] = {
+    // First, and again after each pass that leaves work for them. Common values after simplifying,
+    // which makes more of them equal; dead ones last, since both leave some.
+    {"simplify", kOptional, Cleaning::kIs, kGiven, rewrites<simplify>},
+    {"eliminate_common_values", kOptional, Cleaning::kIs, kGiven,
+     rewrites<eliminate_common_values>},
+    {"eliminate_dead_values", kOptional, Cleaning::kIs, kGiven, rewrites<eliminate_dead_values>},
+
+    // Before bounds and demand: how widely a look-up filters decides on what it may find, and
+    // footprints use nearest inputs too. While functions are whole, whose derivatives are known.
+    {"attach_footprints", kRequired, Cleaning::kFollows, kGiven, rewrites<attach_footprints>},
+
+    // While functions are whole: the interval of one is known, that of its operations useless.
+    {"form_volume_bounds", kOptional, Cleaning::kFollows, kVolumeBounds, volume_bounds},
+    // Before bound_displacement, whose quotients have no useful interval; its effect is known.
+    {"form_surface_bounds", kOptional, Cleaning::kFollows, kSurfaceBounds,
+     forms<form_surface_bounds, &KernelStages::surface>},
+    // Any time after the footprints.
+    {"form_demand", kOptional, Cleaning::kFollows, kVolumeDemand,
+     forms<form_demand, &KernelStages::volume>},
+
+    {"bound_displacement", kRequired, Cleaning::kFollows, kSurface, rewrites<bound_displacement>},
+
+    // While functions are whole: one moves as a whole or stays.
+    {"hoist_invariants", kOptional, Cleaning::kNone, kGiven, rewrites<hoist_invariants>},
+
+    // After all that asks what a function is.
+    {"expand_functions", kRequired, Cleaning::kFollows, kGiven | kFormed, expand},
+
+    // Once functions are written out, which most of the operations are.
+    {"drop_long_bounds", kRequired, Cleaning::kNone, kFormed, drop_long},
+    {"measure_stages", kRequired, Cleaning::kNone, kGiven, measure},
+
+    // After functions are written out, of which parts move too. A stage that is too long does not
+    // get here.
+    {"hoist_uniforms", kOptional, Cleaning::kNone, kGiven | kFormed, uniforms},
+
+    // Last: kernels between steps are straight-line code, and no pass above knows of states.
+    {"cut_phases", kRequired, Cleaning::kFollows, kGiven, cut},
+};
+
+class Runner {
+  public:
+    Runner(const ir::Fablet& fablet, const PipelineOptions& options, PipelineResult* result)
+        : work_{options, result->stages, UniformHoister(fablet.uniform_value_count),
+                result->longest},
+          has_surface_(fablet.has_surface),
+          result_(*result) {}
+
+    void run() {
+        for (const Pass& pass : kPasses) {
+            if (result_.longest > kMostOperations) return;
+            for (const Place& place : kPlaces) {
+                if ((pass.stages & on(place.kind)) != 0 && exists(place.kind))
+                    run(pass, &(result_.stages.*place.stage));
+            }
+        }
+    }
+
+  private:
+    bool exists(StageKind kind) const {
+        return has_surface_ || (on(kind) & (kSurface | kSurfaceBounds)) == 0;
+    }
+
+    void run(const Pass& pass, Stage* stage) {
+        const bool off = pass.optional && work_.options.disabled.contains(pass.name);
+        if (off || !result_.fault.empty()) return;
+        const auto begin = std::chrono::steady_clock::now();
+        const Written written = pass.run(&work_, stage);
+        const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - begin;
+        add_time(pass.name, spent.count());
+        if (written.empty()) finish(pass, *stage);
+        for (Stage* of : written) {
+            finish(pass, *of);
+            if (pass.cleaning == Cleaning::kFollows) clean(of);
+        }
+    }
+
+    void clean(Stage* stage) {
+        for (const Pass& pass : kPasses) {
+            if (pass.cleaning == Cleaning::kIs) run(pass, stage);
+        }
+    }
+
+    void finish(const Pass& pass, const Stage& stage) {
+        const std::string fault = ir::verify(stage);
+        if (!fault.empty()) result_.fault = std::string("after ") + pass.name + ": " + fault;
+        if (work_.options.after) work_.options.after(pass.name, stage);
+    }
+
+    void add_time(const char* name, double seconds) {
+        for (PassTime& time : result_.times) {
+            if (time.pass == name) {
+                time.seconds += seconds;
+                return;
+            }
+        }
+        result_.times.push_back({name, seconds});
+    }
+
+    Work work_;
+    const bool has_surface_;
+    PipelineResult& result_;
+};
 
 }  // namespace
 
+const Stage& KernelStages::of(StageKind kind) const {
+    const Place* place = std::find_if(std::begin(kPlaces), std::end(kPlaces),
+                                      [&](const Place& p) { return p.kind == kind; });
+    return place == std::end(kPlaces) ? derived : this->*place->stage;
+}
+
 const std::vector<PassName>& pass_names() {
-    static const std::vector<PassName> names = {
-        {"simplify", true},
-        {"eliminate_common_values", true},
-        {"eliminate_dead_values", true},
-        {"attach_footprints", false},
-        {"form_surface_bounds", true},
-        {"form_volume_bounds", true},
-        {"form_demand", true},
-        {"bound_displacement", false},
-        {"expand_functions", false},
-        {"hoist_invariants", true},
-        {"hoist_uniforms", true},
-        {"cut_phases", false},
-    };
+    static const std::vector<PassName> names = [] {
+        std::vector<PassName> out;
+        for (const Pass& pass : kPasses)
+            out.push_back({pass.name, pass.optional});
+        return out;
+    }();
     return names;
 }
 
-namespace {
-
-void run_volume(const ir::Fablet& fablet, Runner& runner, KernelStages* stages) {
-    stages->volume = fablet.volume;
-    runner.clean(&stages->volume);
-    runner.run("attach_footprints", &stages->volume, attach_footprints);
-    runner.clean(&stages->volume);
-    // After the footprints: the interval of a look-up depends on how widely it filters.
-    // A block that is filled at once would not print.
-    if (stages->volume.prints.empty()) {
-        runner.run("form_volume_bounds", &stages->volume_bounds,
-                   [&](ir::Stage* out) { *out = form_volume_bounds(stages->volume); });
-    }
-    runner.clean(&stages->volume_bounds);
-    runner.write_out(&stages->volume_bounds);
-    drop_above(runner.options().longest_bounds, &stages->volume_bounds);
-    // After the footprints, which use the nearest inputs too.
-    runner.run("form_demand", &stages->volume_demand,
-               [&](ir::Stage* out) { *out = form_demand(stages->volume); });
-    if (!stages->volume_demand.outputs.empty()) {
-        runner.clean(&stages->volume_demand);
-        runner.write_out(&stages->volume_demand);
-        drop_above(kMostDemand, &stages->volume_demand);
-    }
-    // Before functions are written out: a function moves as a whole or stays.
-    runner.run("hoist_invariants", &stages->volume, hoist_invariants);
-    runner.write_out(&stages->volume);
-}
-
-void run_surface(const ir::Fablet& fablet, Runner& runner, KernelStages* stages) {
-    stages->surface = fablet.surface;
-    runner.clean(&stages->surface);
-    runner.run("attach_footprints", &stages->surface, attach_footprints);
-    runner.clean(&stages->surface);
-    // Before bound_displacement, whose quotients have no useful interval: the pass knows their
-    // effect.
-    runner.run("form_surface_bounds", &stages->surface_bounds,
-               [&](ir::Stage* out) { *out = form_surface_bounds(stages->surface); });
-    runner.clean(&stages->surface_bounds);
-    runner.write_out(&stages->surface_bounds);
-    drop_above(runner.options().longest_bounds, &stages->surface_bounds);
-    runner.run("bound_displacement", &stages->surface, bound_displacement);
-    runner.clean(&stages->surface);
-    // Before functions are written out: a function moves as a whole or stays.
-    runner.run("hoist_invariants", &stages->surface, hoist_invariants);
-    runner.write_out(&stages->surface);
-}
-
-/// Last: parts of functions move too.
-void run_derived(const ir::Fablet& fablet, Runner& runner, KernelStages* stages) {
-    UniformHoister hoister(fablet.uniform_value_count);
-    for (ir::Stage* stage : {&stages->volume, &stages->volume_bounds, &stages->volume_demand,
-                             &stages->surface, &stages->surface_bounds}) {
-        const UniformHoister before = hoister;
-        const ir::Stage whole = *stage;
-        runner.run("hoist_uniforms", stage, [&](ir::Stage* of) { hoister.hoist(of); });
-        // One kernel computes all that is derived, and no pieces of it can.
-        if (needs_splitting(hoister.derived())) {
-            hoister = before;
-            *stage = whole;
-        }
-        runner.run("eliminate_dead_values", stage, eliminate_dead_values);
-    }
-    stages->derived = hoister.derived();
-}
-
-}  // namespace
-
 PipelineResult run_pipeline(const ir::Fablet& fablet, const PipelineOptions& options) {
     PipelineResult result;
-    KernelStages& stages = result.stages;
-    Runner runner(options, &result);
-    stages.surface_bounds.kind = ir::StageKind::kSurfaceBounds;
-    stages.volume_bounds.kind = ir::StageKind::kVolumeBounds;
-    stages.volume_demand.kind = ir::StageKind::kVolumeDemand;
-    stages.surface.kind = ir::StageKind::kSurface;
-    run_volume(fablet, runner, &stages);
-    if (fablet.has_surface) run_surface(fablet, runner, &stages);
-    result.longest = std::max(kernel_operations(stages.volume), kernel_operations(stages.surface));
-    if (result.longest > kMostOperations) return result;
-    run_derived(fablet, runner, &stages);
-    runner.cut(stages.volume, &stages.volume_phases);
-    if (fablet.has_surface) runner.cut(stages.surface, &stages.surface_phases);
+    for (const Place& place : kPlaces)
+        (result.stages.*place.stage).kind = place.kind;
+    result.stages.volume = fablet.volume;
+    if (fablet.has_surface) result.stages.surface = fablet.surface;
+    Runner(fablet, options, &result).run();
     return result;
 }
 

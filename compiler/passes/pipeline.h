@@ -3,9 +3,9 @@
 #pragma once
 
 // The middle of the compiler: from the IR that the front end makes to one stage per kernel.
-// pipeline.cpp is the ordered list of passes. Every pass but attach_footprints and
-// bound_displacement, which complete the meaning of a stage, and expand_functions, without which
-// there is no code, can be switched off and no output changes by a bit.
+// pipeline.cpp has the table of passes, in order. Those that are optional can be switched off, and
+// no output changes by a bit; the others complete the meaning of a stage, or there is no code
+// without them.
 
 #include <functional>
 #include <set>
@@ -18,7 +18,7 @@
 namespace openfab::passes {
 
 struct PipelineOptions {
-    std::set<std::string> disabled;  ///< names of passes
+    std::set<std::string> disabled;  ///< names of optional passes
     /// Operations of an interval form. It is several times as long as its stage, and compiling
     /// takes some milliseconds for each; beyond this nothing is culled and the output is the same.
     size_t longest_bounds = 2000;
@@ -39,6 +39,9 @@ struct KernelStages {
     /// Where a stage must be cut: what is compiled in its place. No steps otherwise.
     PhasedStage surface_phases;
     PhasedStage volume_phases;
+
+    /// The stage of one kernel; not of phases.
+    const ir::Stage& of(ir::StageKind kind) const;
 };
 
 struct PassTime {
@@ -57,7 +60,7 @@ struct PipelineResult {
     std::string fault;  ///< a bug of ours: what ir::verify found, and after which pass; else empty
 };
 
-/// Names in order, and whether a pass can be switched off.
+/// All passes in order, and whether one can be switched off.
 struct PassName {
     const char* name;
     bool optional;
