@@ -202,8 +202,7 @@ const char* spelling(Op op);
 int arity(Op op);
 const char* spelling(Type type);
 
-/// Text of a fablet, one instruction a line; `read` (compiler/ir/read.h) of it gives the same
-/// fablet back, all but spans.
+/// Text of a fablet, one instruction a line. It holds all but spans.
 std::string print(const Fablet& fablet);
 std::string print(const Stage& stage);
 

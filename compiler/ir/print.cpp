@@ -133,14 +133,6 @@ const char* kind_name(int32_t kind) {
     return nullptr;
 }
 
-std::optional<int32_t> kind_from_name(std::string_view name) {
-    for (int32_t kind = 0; kind <= kVoxelCoordHi; ++kind) {
-        const char* candidate = kind_name(kind);
-        if (candidate != nullptr && name == candidate) return kind;
-    }
-    return std::nullopt;
-}
-
 const char* stage_name(StageKind kind) {
     return kStageNames[static_cast<size_t>(kind)];
 }

@@ -2,13 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// What the printer and the reader of the IR's text share: the names of inputs and outputs, of
-// stages and of uniform kinds, and how the bits of a constant are written.
+// The words of the IR's text: names of inputs and outputs, of stages and of uniform kinds, and how
+// the bits of a constant are written.
 
 #include <cstdint>
-#include <optional>
 #include <string>
-#include <string_view>
 
 #include "compiler/ir/ir.h"
 
@@ -16,7 +14,6 @@ namespace openfab::ir {
 
 /// Name of an openfab_arg_kind or of kVoxelCoord and its like; null where there is none.
 const char* kind_name(int32_t kind);
-std::optional<int32_t> kind_from_name(std::string_view name);
 const char* stage_name(StageKind kind);
 const char* uniform_kind_name(openfab_uniform_kind kind);
 const char* query_result_name(int32_t kind);
@@ -26,6 +23,5 @@ bool has_a(Op op);
 /// `true`, `-3`, `7`, `0.1`: the shortest text that reads back to the same bits; NaN as
 /// `nan:0x7fc00000`.
 std::string constant_text(Type type, uint32_t bits);
-std::optional<uint32_t> constant_bits(Type type, std::string_view text);
 
 }  // namespace openfab::ir

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <limits>
 
-#include "compiler/ir/read.h"
 #include "compiler/ir/text.h"
+#include "tests/support/ir/read.h"
 
 namespace openfab::ir {
 namespace {

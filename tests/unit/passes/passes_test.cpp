@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <functional>
@@ -12,12 +13,8 @@
 #include "compiler/interp/evaluate.h"
 #include "compiler/passes/attach_footprints.h"
 #include "compiler/passes/bound_displacement.h"
-#include "compiler/passes/eliminate_common_values.h"
-#include "compiler/passes/eliminate_dead_values.h"
 #include "compiler/passes/form_surface_bounds.h"
-#include "compiler/passes/hoist_uniforms.h"
 #include "compiler/passes/pipeline.h"
-#include "compiler/passes/simplify.h"
 
 namespace openfab::passes {
 
@@ -43,51 +40,6 @@ ir::Stage stage_of(ir::StageKind kind) {
     ir::Stage stage;
     stage.kind = kind;
     return stage;
-}
-
-TEST(Simplify, FoldsConstantsAndKeepsSignedZero) {
-    ir::Stage stage = stage_of(ir::StageKind::kVolume);
-    ir::Builder b(&stage);
-    const ValueId x = b.input(Type::kFloat, OPENFAB_ARG_DISTANCE, 0, 0);
-    const ValueId two = b.emit(Op::kAdd, {b.constant(1.0f), b.constant(1.0f)});
-    const ValueId kept = b.emit(Op::kAdd, {x, b.constant(0.0f)});
-    const ValueId same = b.emit(Op::kMul, {x, b.constant(1.0f)});
-    stage.outputs = {{"two", OPENFAB_ARG_WEIGHT, 0, 0, two},
-                     {"kept", OPENFAB_ARG_WEIGHT, 1, 0, kept},
-                     {"same", OPENFAB_ARG_WEIGHT, 2, 0, same}};
-    simplify(&stage);
-    eliminate_dead_values(&stage);
-    ASSERT_EQ(ir::verify(stage), "");
-    EXPECT_EQ(stage.instrs[stage.outputs[0].value].op, Op::kConst);
-    // -0 + 0 is 0, not -0.
-    EXPECT_EQ(stage.instrs[stage.outputs[1].value].op, Op::kAdd);
-    EXPECT_EQ(stage.instrs[stage.outputs[2].value].op, Op::kInput);
-}
-
-TEST(Simplify, DropsLookUpsThatNoPathReaches) {
-    ir::Stage stage = stage_of(ir::StageKind::kVolume);
-    ir::Builder b(&stage);
-    const ValueId u = b.constant(0.5f);
-    const ValueId sample = b.sample(0, 0, {b.constant(false), u, u, u});
-    stage.outputs = {{"s", OPENFAB_ARG_WEIGHT, 0, 0, sample}};
-    simplify(&stage);
-    EXPECT_EQ(stage.instrs[stage.outputs[0].value].op, Op::kConst);
-}
-
-TEST(EliminateCommonValues, KeepsOneOfEach) {
-    ir::Stage stage = stage_of(ir::StageKind::kVolume);
-    ir::Builder b(&stage);
-    const auto sum = [&] {
-        const ValueId x = b.input(Type::kFloat, OPENFAB_ARG_DISTANCE, 0, 0);
-        return b.emit(Op::kAdd, {x, b.constant(2.0f)});
-    };
-    const ValueId product = b.emit(Op::kMul, {sum(), sum()});
-    stage.outputs = {{"p", OPENFAB_ARG_WEIGHT, 0, 0, product}};
-    eliminate_common_values(&stage);
-    eliminate_dead_values(&stage);
-    EXPECT_EQ(stage.instrs.size(), 4u);
-    const ir::Instr& last = stage.instrs.back();
-    EXPECT_EQ(last.args[0], last.args[1]);
 }
 
 /// u = f(uv.x) sampled; the value of the first derivative argument at x = 3, dx = 0.25.
@@ -214,60 +166,48 @@ TEST(FormSurfaceBounds, BoundsWhatTheStageReturns) {
     EXPECT_TRUE(std::isnan(ends(kNan, kNan)[1]));
 }
 
-TEST(HoistUniforms, ComputesOnceWhatSeveralStagesTakeFromUniforms) {
-    ir::Stage volume = stage_of(ir::StageKind::kVolume);
-    {
-        ir::Builder b(&volume);
-        const ValueId u = b.input(Type::kFloat, OPENFAB_ARG_UNIFORM, 0, 0);
-        const ValueId d = b.input(Type::kFloat, OPENFAB_ARG_DISTANCE, 0, 0);
-        const ValueId root = b.emit(Op::kSqrt, {b.emit(Op::kMul, {u, b.constant(3.0f)})});
-        const ValueId w = b.emit(Op::kMul, {b.emit(Op::kAdd, {root, d}), u});
-        volume.outputs = {{"w", OPENFAB_ARG_WEIGHT, 0, 0, w},
-                          {"v", OPENFAB_ARG_WEIGHT, 1, 0, root}};
-    }
-    ir::Stage surface = stage_of(ir::StageKind::kSurface);
-    {
-        ir::Builder b(&surface);
-        const ValueId u = b.input(Type::kFloat, OPENFAB_ARG_UNIFORM, 0, 0);
-        const ValueId product = b.emit(Op::kMul, {u, b.constant(3.0f)});
-        const ValueId x = b.emit(Op::kAdd, {b.input(Type::kFloat, OPENFAB_ARG_SURFACE_IN, 0, 0),
-                                            b.emit(Op::kSqrt, {product})});
-        surface.outputs = {{"x", OPENFAB_ARG_POSITION, 0, 0, x},
-                           {"y", OPENFAB_ARG_POSITION, 0, 1, product}};
-    }
-    UniformHoister hoister(4);
-    for (ir::Stage* stage : {&volume, &surface}) {
-        hoister.hoist(stage);
-        eliminate_dead_values(stage);
-        EXPECT_EQ(ir::verify(*stage), "");
-    }
-    EXPECT_EQ(ir::print(hoister.derived()),
-              "  stage derived\n"
-              "    %0 = input float uniform 0 0\n"
-              "    %1 = const float 3\n"
-              "    %2 = mul float %0 %1\n"
-              "    %3 = sqrt float %2\n"
-              "    output derived_0 derived 0 0 %3\n"
-              "    output derived_1 derived 1 0 %2\n");
-    // u itself, d, the derived value; sum and product.
-    EXPECT_EQ(volume.instrs.size(), 5u) << ir::print(volume);
-    EXPECT_EQ(surface.instrs.size(), 4u) << ir::print(surface);
-    EXPECT_EQ(surface.instrs[surface.outputs[1].value].a, 5);
-}
-
 TEST(Pipeline, LeavesOutWhatIsSwitchedOff) {
     ir::Fablet fablet;
     fablet.volume = stage_of(ir::StageKind::kVolume);
     ir::Builder b(&fablet.volume);
     const ValueId d = b.input(Type::kFloat, OPENFAB_ARG_DISTANCE, 0, 0);
-    fablet.volume.outputs = {{"w", OPENFAB_ARG_WEIGHT, 0, 0, d}};
-    EXPECT_EQ(run_pipeline(fablet).stages.volume_bounds.outputs.size(), 2u);
+    const ValueId x = b.input(Type::kFloat, ir::kVoxelCoord, 0, 0);
+    const ValueId near = b.emit(Op::kLt, {x, b.constant(1.0f)});
+    const ValueId w = b.select(near, d, b.constant(0.0f));
+    fablet.volume.outputs = {{"w", OPENFAB_ARG_WEIGHT, 0, 0, w}};
+    const KernelStages all = run_pipeline(fablet).stages;
+    EXPECT_EQ(all.volume_bounds.outputs.size(), 2u);
+    EXPECT_EQ(all.volume_demand.outputs.size(), 1u);
     PipelineOptions options;
-    options.disabled = {"form_volume_bounds"};
+    options.disabled = {"form_volume_bounds", "form_demand"};
     const PipelineResult result = run_pipeline(fablet, options);
     EXPECT_EQ(result.fault, "");
     EXPECT_TRUE(result.stages.volume_bounds.outputs.empty());
+    EXPECT_TRUE(result.stages.volume_demand.outputs.empty());
     EXPECT_TRUE(result.stages.surface.outputs.empty());
+}
+
+/// So that the order of the table is the order of the stages that `after` is told of.
+TEST(Pipeline, RunsPassesInTheOrderOfTheirNames) {
+    ir::Fablet fablet;
+    fablet.volume = stage_of(ir::StageKind::kVolume);
+    ir::Builder b(&fablet.volume);
+    const ValueId d = b.input(Type::kFloat, OPENFAB_ARG_DISTANCE, 0, 0);
+    fablet.volume.outputs = {{"w", OPENFAB_ARG_WEIGHT, 0, 0, d}};
+    std::vector<std::string> first_told;
+    PipelineOptions options;
+    options.after = [&](const std::string& pass, const ir::Stage& /*stage*/) {
+        if (std::find(first_told.begin(), first_told.end(), pass) == first_told.end())
+            first_told.push_back(pass);
+    };
+    run_pipeline(fablet, options);
+    std::vector<std::string> names;
+    for (const PassName& pass : pass_names()) {
+        // Those of a surface have nothing to run on.
+        const std::string name = pass.name;
+        if (name != "form_surface_bounds" && name != "bound_displacement") names.push_back(name);
+    }
+    EXPECT_EQ(first_told, names);
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "compiler/ir/read.h"
+#include "tests/support/ir/read.h"
 
 #include <fmt/format.h>
 
@@ -46,6 +46,29 @@ std::optional<T> number(std::string_view text, int base = 10) {
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, base);
     if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
     return value;
+}
+
+std::optional<uint32_t> constant_bits(Type type, std::string_view text) {
+    switch (type) {
+        case Type::kBool:
+            if (text == "true") return 1;
+            if (text == "false") return 0;
+            return std::nullopt;
+        case Type::kInt: {
+            const std::optional<int32_t> value = number<int32_t>(text);
+            if (!value) return std::nullopt;
+            return static_cast<uint32_t>(*value);
+        }
+        case Type::kUint:
+            return number<uint32_t>(text);
+        case Type::kFloat:
+            break;
+    }
+    if (text.substr(0, 6) == "nan:0x") return number<uint32_t>(text.substr(6), 16);
+    float value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+    return std::bit_cast<uint32_t>(value);
 }
 
 class Reader {
@@ -216,10 +239,13 @@ class Reader {
 
     void read_stage() {
         const std::string name = next();
-        for (StageKind kind : {StageKind::kSurface, StageKind::kSurfaceBounds, StageKind::kVolume,
-                               StageKind::kVolumeBounds}) {
+        for (StageKind kind :
+             {StageKind::kSurface, StageKind::kSurfaceBounds, StageKind::kSurfacePhase,
+              StageKind::kVolume, StageKind::kVolumeBounds, StageKind::kVolumeDemand,
+              StageKind::kVolumePhase, StageKind::kDerived}) {
             if (name != stage_name(kind)) continue;
-            const bool surface = kind == StageKind::kSurface || kind == StageKind::kSurfaceBounds;
+            const bool surface =
+                kind <= StageKind::kSurfaceBounds || kind == StageKind::kSurfacePhase;
             stage_ = surface ? &fablet_.surface : &fablet_.volume;
             stage_->kind = kind;
             fablet_.has_surface = fablet_.has_surface || surface;
@@ -276,27 +302,12 @@ class Reader {
 
 }  // namespace
 
-std::optional<uint32_t> constant_bits(Type type, std::string_view text) {
-    switch (type) {
-        case Type::kBool:
-            if (text == "true") return 1;
-            if (text == "false") return 0;
-            return std::nullopt;
-        case Type::kInt: {
-            const std::optional<int32_t> value = number<int32_t>(text);
-            if (!value) return std::nullopt;
-            return static_cast<uint32_t>(*value);
-        }
-        case Type::kUint:
-            return number<uint32_t>(text);
-        case Type::kFloat:
-            break;
+std::optional<int32_t> kind_from_name(std::string_view name) {
+    for (int32_t kind = 0; kind <= kVoxelCoordHi; ++kind) {
+        const char* candidate = kind_name(kind);
+        if (candidate != nullptr && name == candidate) return kind;
     }
-    if (text.substr(0, 6) == "nan:0x") return number<uint32_t>(text.substr(6), 16);
-    float value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
-    return std::bit_cast<uint32_t>(value);
+    return std::nullopt;
 }
 
 std::optional<Fablet> read(std::string_view text, std::string* fault) {
