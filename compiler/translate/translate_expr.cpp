@@ -110,7 +110,7 @@ Value StageTranslator::expression(const Expr& expr) {
             const Value a = expression(*expr.args[0]);
             const Value b = expression(*expr.args[1]);
             emit_.set_span(expr.span);
-            return binary_values(expr.op, a, b);
+            return formulas_.binary(expr.op, a, b);
         }
         case ExprKind::kAndThen:
         case ExprKind::kOrElse:
@@ -259,8 +259,8 @@ Value StageTranslator::attribute(const Expr& expr) {
     };
     switch (expr.attribute) {
         case Attribute::kP:
-            return binary_values(Op::kAdd, surface(OPENFAB_SURFACE_P, 3),
-                                 frame_vector(OPENFAB_FRAME_CENTER));
+            return formulas_.binary(Op::kAdd, surface(OPENFAB_SURFACE_P, 3),
+                                    frame_vector(OPENFAB_FRAME_CENTER));
         case Attribute::kN:
             return surface(OPENFAB_SURFACE_N, 3);
         case Attribute::kNg:
@@ -282,9 +282,9 @@ Value StageTranslator::attribute(const Expr& expr) {
             for (int32_t axis = 0; axis < 3; ++axis) {
                 at.push_back(emit_.input(ir::Type::kFloat, ir::kVoxelCoord, axis, 0));
             }
-            return binary_values(
+            return formulas_.binary(
                 Op::kAdd, frame_vector(OPENFAB_FRAME_BUILD_ORIGIN),
-                binary_values(Op::kMul, at, frame_vector(OPENFAB_FRAME_VOXEL_SIZE)));
+                formulas_.binary(Op::kMul, at, frame_vector(OPENFAB_FRAME_VOXEL_SIZE)));
         }
     }
     return zero(expr.type);
@@ -302,16 +302,6 @@ Value StageTranslator::convert(const Value& from, const Type& from_type, const T
             source = i / columns * static_cast<size_t>(from_type.size) + i % columns;
         }
         out.push_back(emit_.convert(from[source], types[i]));
-    }
-    return out;
-}
-
-/// Component by component; a `b` of one component goes with each of `a`.
-Value StageTranslator::binary_values(Op op, const Value& a, const Value& b) {
-    Value out;
-    for (size_t i = 0; i < a.size(); ++i) {
-        const ValueId right = b[b.size() == 1 ? 0 : i];
-        out.push_back(emit_.binary(op, a[i], right));
     }
     return out;
 }
@@ -353,7 +343,7 @@ Value StageTranslator::assign(const Expr& expr) {
         emit_.set_span(expr.span);
         const bool number = type.is_arithmetic();
         if (number) old = convert(old, type, expr.operand_type);
-        value = binary_values(expr.op, old, value);
+        value = formulas_.binary(expr.op, old, value);
         if (number) value = convert(value, expr.operand_type, type);
     }
     store(to, value);
@@ -366,7 +356,7 @@ Value StageTranslator::increment(const Expr& expr) {
     emit_.set_span(expr.span);
     const ir::Type type = component_type(expr.type);
     const ValueId one = emit_.convert(emit_.constant(ir::Type::kInt, 1), type);
-    const Value value = binary_values(expr.op, old, {one});
+    const Value value = formulas_.binary(expr.op, old, {one});
     store(to, value);
     return expr.postfix ? old : value;
 }

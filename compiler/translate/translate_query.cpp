@@ -35,7 +35,7 @@ Value StageTranslator::local_point(const Value& point) {
             local.push_back(emit_.instr(coordinate).args[0]);
         return local;
     }
-    return binary_values(Op::kSub, point, frame_vector(OPENFAB_FRAME_CENTER));
+    return formulas_.binary(Op::kSub, point, frame_vector(OPENFAB_FRAME_CENTER));
 }
 
 ValueId StageTranslator::query(int32_t object, ValueId guard, const Value& point) {
@@ -66,7 +66,7 @@ Value StageTranslator::nearest_point(const Expr& expr) {
     Value out;
     for (int32_t axis = 0; axis < 3; ++axis)
         out.push_back(result(ir::Type::kFloat, OPENFAB_QUERY_POSITION, 0, axis));
-    out = binary_values(Op::kAdd, out, frame_vector(OPENFAB_FRAME_CENTER));
+    out = formulas_.binary(Op::kAdd, out, frame_vector(OPENFAB_FRAME_CENTER));
     for (int32_t axis = 0; axis < 3; ++axis)
         out.push_back(result(ir::Type::kFloat, OPENFAB_QUERY_NORMAL, 0, axis));
     out.push_back(at_centre ? emit_.input(ir::Type::kFloat, OPENFAB_ARG_DISTANCE, 0, 0)

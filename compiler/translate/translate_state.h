@@ -21,12 +21,10 @@
 
 #include "compiler/diag/sink.h"
 #include "compiler/translate/emitter.h"
+#include "compiler/translate/formulas.h"
 #include "compiler/translate/translate.h"
 
 namespace openfab::sema {
-
-/// Components of a value: of a composition one per slot, of a material or texture its index.
-using Value = std::vector<ir::ValueId>;
 
 class StageTranslator {
   public:
@@ -156,7 +154,6 @@ class StageTranslator {
     Value voxel_center();
     Value frame_vector(int32_t first);
     Value convert(const Value& from, const Type& from_type, const Type& to);
-    Value binary_values(ir::Op op, const Value& a, const Value& b);
     Value logical(const Expr& expr);
     Value conditional(const Expr& expr);
     Value assign(const Expr& expr);
@@ -181,9 +178,6 @@ class StageTranslator {
     std::vector<int32_t> possible_indices(ir::ValueId value, int32_t all) const;
 
     // translate_matrix.cpp
-    Value product(const Value& a, const Value& b, size_t inner);
-    ir::ValueId determinant(const Value& m, size_t n);
-    Value inverse(const Value& m, size_t n);
     Value matrix(const Expr& expr);
 
     // translate_print.cpp
@@ -195,31 +189,13 @@ class StageTranslator {
 
     // translate_builtin.cpp
     Value intrinsic(const Expr& expr);
-    ir::ValueId component_intrinsic(const Expr& expr, const std::vector<ir::ValueId>& args);
-    ir::ValueId clamp(ir::ValueId x, ir::ValueId lo, ir::ValueId hi);
-    ir::ValueId dot(const Value& a, const Value& b);
-    ir::ValueId sum(const Value& amounts);
-    Value geometric(const Expr& expr, const std::vector<Value>& args);
     Value sample(const Expr& expr);
 
     // translate_functions.cpp
     static bool is_function_intrinsic(Intrinsic id);
     Value function_call(const Expr& expr);
-    ir::ValueId function_of_component(Intrinsic id, ir::ValueId x, ir::ValueId y);
-    ir::ValueId uint_constant(uint32_t value);
-    ir::ValueId float_bits(ir::ValueId x);
-    ir::ValueId exchange_bits(ir::ValueId x, uint32_t mask, uint32_t width);
-    ir::ValueId reverse_bits(ir::ValueId x);
-    ir::ValueId count_bits(ir::ValueId x);
     Value several_results(const Expr& expr);
-    std::array<ir::ValueId, 2> mantissa_and_exponent(ir::ValueId x);
-    Value refract(const std::vector<Value>& args);
     Value derivatives(const Expr& expr, const Value& x);
-    ir::ValueId noise_value(ir::Op op, int32_t which, const Value& p, ir::ValueId seed);
-    Value noise(const Expr& expr, const std::vector<Value>& args);
-    ir::ValueId octaves(const Expr& expr, const std::vector<Value>& args);
-    Value curl(const std::vector<Value>& args);
-    Value hash(const Expr& expr, const std::vector<Value>& args);
 
     // translate_query.cpp
     bool asks_in_volume(const Expr& expr, const char* name);
@@ -237,6 +213,7 @@ class StageTranslator {
     const Fablet& fablet_;
     ir::StageKind kind_;
     Emitter emit_;
+    Formulas formulas_{&emit_};
     ir::Stage* stage_;
     diag::Sink* sink_;
     std::vector<Variable> variables_;
