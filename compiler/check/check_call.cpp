@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <string>
 
-#include "base/near_miss.h"
 #include "compiler/check/check_state.h"
 #include "compiler/check/habits.h"
 
@@ -187,14 +186,9 @@ ExprPtr Checker::unknown_function(const ast::Expr& expr) {
     }
     for (const std::string& type : type_names())
         names.push_back(type);
-    const std::string near = near_miss(callee.text, names);
-    if (!near.empty()) {
-        d.did_you_mean(callee.span, near);
-    } else {
-        d.help(
-            "library functions need an `import`; OPENFL.md lists the built-in functions in section "
-            "8");
-    }
+    d.suggest(callee.span, callee.text, names,
+              "library functions need an `import`; OPENFL.md lists the built-in functions in "
+              "section 8");
     return poison(expr.span);
 }
 
@@ -358,64 +352,9 @@ ExprPtr Checker::method(const ast::Expr& expr) {
     }
     std::vector<ExprPtr> args = arguments(expr);
     if (any_error(args)) return poison(expr.span);
-    if (type.is(Base::kTexture3D)) return volume_method(expr, std::move(object), std::move(args));
-    return type.is(Base::kTexture2D) ? texture_method(expr, std::move(object), std::move(args))
-                                     : composition_method(expr, std::move(object), std::move(args));
-}
-
-/// Sample1 to Sample4 of (u, v, channel), (uv, channel), each with a last width or without.
-ExprPtr Checker::texture_method(const ast::Expr& expr, ExprPtr texture, std::vector<ExprPtr> args) {
-    const ast::Expr& callee = *expr.args[0];
-    const std::string_view name = callee.text;
-    const bool known =
-        name.size() == 7 && name.substr(0, 6) == "Sample" && name[6] >= '1' && name[6] <= '4';
-    if (!known) {
-        const std::vector<std::string> names = {"Sample1", "Sample2", "Sample3", "Sample4"};
-        diag::Diagnostic& d =
-            sink_->report(callee.text_span, diag::kUnknownMember, "ImageTexture2D", name);
-        const std::string near = near_miss(name, names);
-        if (near.empty()) {
-            d.help("it has `Sample1` to `Sample4`, which read that many channels");
-        } else {
-            d.did_you_mean(callee.text_span, near);
-        }
-        return poison(expr.span);
-    }
-    if (place_ == Place::kGlobal) {
-        sink_->report(callee.text_span, diag::kStageMismatch, name, "called outside a stage");
-        return poison(expr.span);
-    }
-    const bool numbers = std::all_of(args.begin(), args.end(),
-                                     [](const ExprPtr& arg) { return arg->type.is_numeric(); });
-    const bool pair = !args.empty() && args[0]->type.size == 2;
-    const size_t coordinates = pair ? 1 : 2;
-    const bool scalar_uv =
-        args.size() >= 2 && args[0]->type.is_scalar() && args[1]->type.is_scalar();
-    if (!args.empty() && (!numbers || (!pair && !scalar_uv))) {
-        sink_->report(callee.text_span, diag::kNoOverload, name, type_list(args))
-            .help(fmt::format(
-                "`{0}(u, v, channel)` or `{0}(uv, channel)`, with a last `width` or without",
-                name));
-        return poison(expr.span);
-    }
-    if (args.size() != coordinates + 1 && args.size() != coordinates + 2) {
-        wrong_count(expr, name,
-                    pair ? "uv, a channel and perhaps a width: 2 or 3 arguments"
-                         : "u, v, a channel and perhaps a width: 3 or 4 arguments",
-                    args.size());
-        return poison(expr.span);
-    }
-    ExprPtr out = make(ExprKind::kSample, {Base::kFloat, name[6] - '0'}, expr.span);
-    ExprPtr width = make(ExprKind::kConstant, kFloatType, expr.span);
-    width->bits = 0x3f800000u;  // 1
-    if (args.size() == coordinates + 2) width = convert(std::move(args.back()), kFloatType);
-    out->args.push_back(std::move(texture));
-    out->args.push_back(convert(std::move(args[coordinates]), kIntType));
-    out->args.push_back(std::move(width));
-    for (size_t i = 0; i < coordinates; ++i) {
-        out->args.push_back(convert(std::move(args[i]), {Base::kFloat, pair ? 2 : 1}));
-    }
-    return any_error(out->args) ? poison(expr.span) : std::move(out);
+    return type.is(Base::kComposition)
+               ? composition_method(expr, std::move(object), std::move(args))
+               : look_up(expr, std::move(object), std::move(args));
 }
 
 ExprPtr Checker::composition_method(const ast::Expr& expr, ExprPtr object,
@@ -439,15 +378,13 @@ ExprPtr Checker::composition_method(const ast::Expr& expr, ExprPtr object,
         if (m.name == callee.text) method = &m;
     }
     if (method == nullptr) {
-        const std::string near = near_miss(callee.text, names);
         diag::Diagnostic& d = sink_->report(callee.text_span, diag::kUnknownMember,
                                             "MaterialComposition", callee.text);
         if (callee.text == "Normalize" || callee.text == "normalize") {
             d.help("the result of the stage is scaled to a sum of 1 automatically");
-        } else if (near.empty()) {
-            d.help("it has `Set`, `Add`, `Get`, `Clear` and `Total`");
         } else {
-            d.did_you_mean(callee.text_span, near);
+            d.suggest(callee.text_span, callee.text, names,
+                      "it has `Set`, `Add`, `Get`, `Clear` and `Total`");
         }
         return poison(expr.span);
     }

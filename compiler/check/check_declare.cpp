@@ -6,7 +6,6 @@
 #include <iterator>
 #include <set>
 
-#include "base/near_miss.h"
 #include "compiler/check/check_state.h"
 #include "compiler/check/habits.h"
 
@@ -105,14 +104,9 @@ Type Checker::declared_type(const ast::TypeRef& ref) {
     std::vector<std::string> names = type_names();
     for (const auto& name : types_)
         names.push_back(name->name);
-    const std::string near = near_miss(ref.text, names);
-    if (!near.empty()) {
-        d.did_you_mean(ref.span, near);
-    } else {
-        d.help(
-            "OPENFL.md lists the types in section 3: `bool`, `int`, `uint`, `float`, `float3`, "
-            "`Material`, `MaterialComposition` and others");
-    }
+    d.suggest(ref.span, ref.text, names,
+              "OPENFL.md lists the types in section 3: `bool`, `int`, `uint`, `float`, `float3`, "
+              "`Material`, `MaterialComposition` and others");
     return {};
 }
 

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <string>
 
-#include "base/near_miss.h"
 #include "compiler/check/check_state.h"
 #include "compiler/check/habits.h"
 
@@ -172,8 +171,7 @@ ExprPtr Checker::name(const ast::Expr& expr) {
             names.push_back(text);
     }
     names.insert(names.end(), {"true", "false"});
-    const std::string near = near_miss(expr.text, names);
-    if (!near.empty()) d.did_you_mean(expr.span, near);
+    d.suggest(expr.span, expr.text, names, "");
     return poison(expr.span);
 }
 
@@ -567,15 +565,10 @@ ExprPtr Checker::struct_member(const ast::Expr& expr, ExprPtr object,
         names.push_back(members[i].name);
         all += fmt::format("{}`{}`", all.empty() ? "" : ", ", members[i].name);
     }
-    const std::string near = near_miss(expr.text, names);
     diag::Diagnostic& d =
-        sink_->report(expr.text_span, diag::kUnknownMember, type_name(object->type), expr.text);
-    if (near.empty()) {
-        d.help("it has " + all);
-    } else {
-        d.did_you_mean(expr.text_span, near);
-    }
-    if (near.empty() && object->type.is(Base::kSurfacePoint)) {
+        sink_->report(expr.text_span, diag::kUnknownMember, type_name(object->type), expr.text)
+            .suggest(expr.text_span, expr.text, names, "it has " + all);
+    if (d.fix.empty() && object->type.is(Base::kSurfacePoint)) {
         d.help(
             "the volume stage's `@nearest` varyings are members too, in functions of the fablet");
     }
@@ -596,15 +589,12 @@ ExprPtr Checker::attribute_member(const ast::Expr& expr, ExprPtr object) {
         names.emplace_back(info.name);
         list += fmt::format("{}`{}`", list.empty() ? "" : ", ", info.name);
     }
-    const std::string near = near_miss(expr.text, names);
     diag::Diagnostic& d =
         sink_->report(expr.text_span, diag::kUnknownMember, type_name(object->type), expr.text);
     if (const std::string help = habit_of_attribute(expr.text, surface); !help.empty()) {
         d.help(help);
-    } else if (near.empty()) {
-        d.help("it has " + list);
     } else {
-        d.did_you_mean(expr.text_span, near);
+        d.suggest(expr.text_span, expr.text, names, "it has " + list);
     }
     return poison(expr.span);
 }

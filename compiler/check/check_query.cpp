@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Queries of surfaces: `distance(p)`, `nearest(p)`, `distance_to(object, p)`; and look-ups in
-// volumes, which take a point too.
+// pictures and volumes.
 
 #include <fmt/format.h>
 
@@ -85,42 +85,61 @@ ExprPtr Checker::surface_query(const ast::Expr& expr, std::vector<ExprPtr> args)
     return any_error(out->args) ? poison(expr.span) : std::move(out);
 }
 
-/// Sample1 to Sample4 of (p, channel), with a last width or without.
-ExprPtr Checker::volume_method(const ast::Expr& expr, ExprPtr texture, std::vector<ExprPtr> args) {
+/// Sample1 to Sample4 of a picture, (u, v, channel) or (uv, channel), or of a volume, (p, channel);
+/// each with a last width or without.
+ExprPtr Checker::look_up(const ast::Expr& expr, ExprPtr texture, std::vector<ExprPtr> args) {
     const ast::Expr& callee = *expr.args[0];
     const std::string_view name = callee.text;
-    if (!is_sample(name)) {
-        sink_->report(callee.text_span, diag::kUnknownMember, "ImageTexture3D", name)
-            .help("it has `Sample1` to `Sample4`, which read that many channels");
-        return poison(expr.span);
-    }
+    if (!is_sample(name)) return unknown_look_up(expr, texture->type);
     if (place_ == Place::kGlobal) {
         sink_->report(callee.text_span, diag::kStageMismatch, name, "called outside a stage");
         return poison(expr.span);
     }
+    const bool volume = texture->type.is(Base::kTexture3D);
+    const int axes = volume ? 3 : 2;
     const bool numbers = std::all_of(args.begin(), args.end(),
                                      [](const ExprPtr& arg) { return arg->type.is_numeric(); });
-    if (!args.empty() && (!numbers || !is_point(args[0]->type))) {
+    const bool vector = !args.empty() && args[0]->type.size == axes;
+    const bool scalars =
+        !volume && args.size() >= 2 && args[0]->type.is_scalar() && args[1]->type.is_scalar();
+    if (!args.empty() && (!numbers || (!vector && !scalars))) {
         sink_->report(callee.text_span, diag::kNoOverload, name, type_list(args))
-            .help(fmt::format("`{0}(p, channel)` of a point `float3 p` in mm, with a last `width` "
-                              "or without",
-                              name));
+            .help(volume ? fmt::format("`{0}(p, channel)` of a point `float3 p` in mm, with a last "
+                                       "`width` or without",
+                                       name)
+                         : fmt::format("`{0}(u, v, channel)` or `{0}(uv, channel)`, with a last "
+                                       "`width` or without",
+                                       name));
         return poison(expr.span);
     }
-    if (args.size() != 2 && args.size() != 3) {
-        wrong_count(expr, name, "a point, a channel and perhaps a width: 2 or 3 arguments",
+    const size_t coordinates = volume || vector ? 1 : 2;
+    if (args.size() != coordinates + 1 && args.size() != coordinates + 2) {
+        wrong_count(expr, name,
+                    volume   ? "a point, a channel and perhaps a width: 2 or 3 arguments"
+                    : vector ? "uv, a channel and perhaps a width: 2 or 3 arguments"
+                             : "u, v, a channel and perhaps a width: 3 or 4 arguments",
                     args.size());
         return poison(expr.span);
     }
     ExprPtr out = make(ExprKind::kSample, {Base::kFloat, name[6] - '0'}, expr.span);
     ExprPtr width = make(ExprKind::kConstant, kFloatType, expr.span);
     width->bits = 0x3f800000u;  // 1
-    if (args.size() == 3) width = convert(std::move(args[2]), kFloatType);
+    if (args.size() == coordinates + 2) width = convert(std::move(args.back()), kFloatType);
     out->args.push_back(std::move(texture));
-    out->args.push_back(convert(std::move(args[1]), kIntType));
+    out->args.push_back(convert(std::move(args[coordinates]), kIntType));
     out->args.push_back(std::move(width));
-    out->args.push_back(convert(std::move(args[0]), kFloat3Type));
+    for (size_t i = 0; i < coordinates; ++i)
+        out->args.push_back(convert(std::move(args[i]), {Base::kFloat, vector ? axes : 1}));
     return any_error(out->args) ? poison(expr.span) : std::move(out);
+}
+
+ExprPtr Checker::unknown_look_up(const ast::Expr& expr, const Type& texture) {
+    const ast::Expr& callee = *expr.args[0];
+    const std::vector<std::string> names = {"Sample1", "Sample2", "Sample3", "Sample4"};
+    sink_->report(callee.text_span, diag::kUnknownMember, type_name(texture), callee.text)
+        .suggest(callee.text_span, callee.text, names,
+                 "it has `Sample1` to `Sample4`, which read that many channels");
+    return poison(expr.span);
 }
 
 }  // namespace openfab::sema

@@ -146,7 +146,6 @@ class Checker {
     ExprPtr user_call(const ast::Expr& expr, const std::vector<const Function*>& candidates,
                       std::vector<ExprPtr> args);
     ExprPtr method(const ast::Expr& expr);
-    ExprPtr texture_method(const ast::Expr& expr, ExprPtr texture, std::vector<ExprPtr> args);
     ExprPtr composition_method(const ast::Expr& expr, ExprPtr object, std::vector<ExprPtr> args);
     ExprPtr unknown_function(const ast::Expr& expr);
 
@@ -165,7 +164,8 @@ class Checker {
     bool query_is_in_volume(const ast::Expr& callee, const char* help);
     ExprPtr distance_query(const ast::Expr& expr, std::vector<ExprPtr> args);
     ExprPtr surface_query(const ast::Expr& expr, std::vector<ExprPtr> args);
-    ExprPtr volume_method(const ast::Expr& expr, ExprPtr texture, std::vector<ExprPtr> args);
+    ExprPtr look_up(const ast::Expr& expr, ExprPtr texture, std::vector<ExprPtr> args);
+    ExprPtr unknown_look_up(const ast::Expr& expr, const Type& texture);
 
     // check_matrix.cpp
     ExprPtr matrix_call(const ast::Expr& expr, MatrixOp op, std::vector<ExprPtr> args);

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -88,10 +89,10 @@ struct Diagnostic {
     Diagnostic& insert_after(const source::Span& at, std::string text) {
         return replace({at.file, at.end, at.end}, std::move(text));
     }
-    /// The unique near miss of the word at `at`.
-    Diagnostic& did_you_mean(const source::Span& at, const std::string& word) {
-        return help("did you mean `" + word + "`?").replace(at, word);
-    }
+    /// Offers the one of `names` that the word at `at` nearly is; where there is none, says
+    /// `otherwise`, unless that is empty.
+    Diagnostic& suggest(const source::Span& at, std::string_view word,
+                        std::span<const std::string> names, std::string otherwise);
 };
 
 }  // namespace openfab::diag

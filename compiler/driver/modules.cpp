@@ -8,7 +8,6 @@
 #include <filesystem>
 
 #include "base/input_file.h"
-#include "base/near_miss.h"
 #include "compiler/driver/library_modules.h"
 #include "compiler/syntax/parser.h"
 
@@ -137,16 +136,11 @@ void Modules::report_unknown(const ast::Import& import, uint32_t from) {
     const std::vector<std::string> library = library_modules();
     std::vector<std::string> names = modules_beside(sources_->folder(from));
     names.insert(names.end(), library.begin(), library.end());
-    const std::string near = near_miss(import.name, names);
-    diag::Diagnostic& d = sink_->report(import.span, diag::kUnknownModule, import.name);
-    if (!near.empty()) {
-        d.did_you_mean(import.span, near);
-        return;
-    }
-    d.help(
-        fmt::format("it is neither a file `{}.fl` beside this one nor one of the standard "
-                    "library, which has {}",
-                    import.name, listed(library)));
+    sink_->report(import.span, diag::kUnknownModule, import.name)
+        .suggest(import.span, import.name, names,
+                 fmt::format("it is neither a file `{}.fl` beside this one nor one of the standard "
+                             "library, which has {}",
+                             import.name, listed(library)));
 }
 
 }  // namespace openfab::driver

@@ -8,8 +8,6 @@
 #include <charconv>
 #include <functional>
 
-#include "base/near_miss.h"
-
 namespace openfab::lower {
 
 namespace {
@@ -73,10 +71,8 @@ class Chain {
         std::vector<std::string> names;
         for (const auto& [name, var] : func.vars)
             names.push_back(name);
-        const std::string near = near_miss(word.text, names);
         return fail(word, fmt::format("`{}` has no var `{}`", func.name, word.text),
-                    !near.empty() ? fmt::format("did you mean `{}`?", near)
-                                  : fmt::format("it has {}", fmt::join(names, ", ")));
+                    near_or_all(word.text, names, "it has"));
     }
 
     bool vars(size_t first, size_t count, std::vector<Var>* out) {
@@ -261,10 +257,8 @@ ScheduleFault unknown_func(const Kernel& kernel, int32_t line, const ScheduleWor
     std::vector<std::string> names;
     for (const NamedFunc& func : kernel.funcs)
         names.push_back(func.name);
-    const std::string near = near_miss(word.text, names);
     return fault_at(line, word, fmt::format("this kernel has no func `{}`", word.text),
-                    !near.empty() ? fmt::format("did you mean `{}`?", near)
-                                  : fmt::format("it has {}", fmt::join(names, ", ")));
+                    near_or_all(word.text, names, "it has"));
 }
 
 NamedFunc* Chain::find_func(const ScheduleWord& word) {

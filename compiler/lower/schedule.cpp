@@ -163,10 +163,8 @@ class Parser {
         std::vector<std::string> names;
         for (const Rule& rule : kRules)
             names.emplace_back(rule.name);
-        const std::string near = near_miss(name.text, names);
         return fail(name, fmt::format("no directive is called `{}`", name.text),
-                    !near.empty() ? fmt::format("did you mean `{}`?", near)
-                                  : fmt::format("there are {}", fmt::join(names, ", ")));
+                    near_or_all(name.text, names, "there are"));
     }
 
     Schedule out_;
@@ -189,6 +187,13 @@ Schedule must_parse(const EmbeddedSchedule& file) {
 }
 
 }  // namespace
+
+std::string near_or_all(std::string_view word, std::span<const std::string> names,
+                        const char* all) {
+    const std::string near = near_miss(word, names);
+    return near.empty() ? fmt::format("{} {}", all, fmt::join(names, ", "))
+                        : fmt::format("did you mean `{}`?", near);
+}
 
 std::variant<Schedule, ScheduleFault> parse_schedule(std::string path, std::string_view text) {
     return Parser(std::move(path), text).run();

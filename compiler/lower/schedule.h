@@ -18,6 +18,7 @@
 //   store_at(func, var)                 store_root()
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -58,6 +59,9 @@ struct Schedule {
     std::string text;
     std::vector<ScheduleLine> lines;
 };
+
+/// How to mend an unknown word: "did you mean `x`?", else "it has x, y", where `all` is "it has".
+std::string near_or_all(std::string_view word, std::span<const std::string> names, const char* all);
 
 /// Checks form, directive names and argument counts. Funcs and vars are checked when it is applied.
 std::variant<Schedule, ScheduleFault> parse_schedule(std::string path, std::string_view text);
