@@ -74,12 +74,16 @@ class KernelBuffer {
     halide_dimension_t dims_[kMaxDimensions]{};
 };
 
+/// The function for an instruction set; the one for SSE4.1 where there is none for it.
+inline openfab_kernel_fn function_for(const openfab_kernel_fn* by_isa, openfab_isa isa) {
+    return by_isa[isa] != nullptr ? by_isa[isa] : by_isa[OPENFAB_ISA_SSE41];
+}
+
 /// The argument array of one kernel.
 class KernelCall {
   public:
     KernelCall(const openfab_kernel& kernel, openfab_isa isa)
-        : fn_(kernel.fn[isa] != nullptr ? kernel.fn[isa] : kernel.fn[OPENFAB_ISA_SSE41]),
-          args_(static_cast<size_t>(kernel.arg_count)) {}
+        : fn_(function_for(kernel.fn, isa)), args_(static_cast<size_t>(kernel.arg_count)) {}
 
     /// `pointer` must outlive the calls: a halide_buffer_t* or the address of a 32-bit scalar.
     void set(int32_t index, const void* pointer) {

@@ -12,10 +12,6 @@ constexpr halide_type_t kUint16{halide_type_uint, 16, 1};
 constexpr halide_type_t kUint64{halide_type_uint, 64, 1};
 constexpr halide_type_t kUint8{halide_type_uint, 8, 1};
 
-openfab_kernel_fn pick(const openfab_kernel_fn* by_isa, openfab_isa isa) {
-    return by_isa[isa] != nullptr ? by_isa[isa] : by_isa[OPENFAB_ISA_SSE41];
-}
-
 }  // namespace
 
 const openfab_stage_set* find_stage_set(int32_t materials) {
@@ -38,7 +34,7 @@ int StageCalls::normalise(const float* weights, int32_t slots, const int32_t* sl
     void* args[6];
     for (size_t i = 0; i < 6; ++i)
         args[i] = buffers[i].raw();
-    return pick(set_.normalise, isa_)(args);
+    return abi::function_for(set_.normalise, isa_)(args);
 }
 
 int StageCalls::pack(int32_t bits, const uint8_t* codes, int64_t code_stride, int32_t bytes,
@@ -52,7 +48,8 @@ int StageCalls::pack(int32_t bits, const uint8_t* codes, int64_t code_stride, in
     out.set_dim(2, 8, static_cast<int32_t>(plane_stride));
     out.set(kUint8, planes, 3);
     void* args[2] = {in.raw(), out.raw()};
-    return pick(bits == 4 ? openfab_stage_table.pack4 : openfab_stage_table.pack8, isa_)(args);
+    return abi::function_for(bits == 4 ? openfab_stage_table.pack4 : openfab_stage_table.pack8,
+                             isa_)(args);
 }
 
 }  // namespace openfab::slab

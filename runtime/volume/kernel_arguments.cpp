@@ -69,9 +69,7 @@ void KernelArguments::set_list(int32_t i, const void* data) {
 }
 
 int KernelArguments::run(openfab_isa isa) {
-    openfab_kernel_fn fn =
-        kernel_->fn[isa] != nullptr ? kernel_->fn[isa] : kernel_->fn[OPENFAB_ISA_SSE41];
-    return fn(args_.data());
+    return abi::function_for(kernel_->fn, isa)(args_.data());
 }
 
 }  // namespace openfab::slab
