@@ -39,9 +39,6 @@ class OfrReader {
     int64_t slice_bytes() const { return static_cast<int64_t>(row_bytes_) * info_.size.y; }
     /// Valid until the next call of next().
     const backends::SliceView& slice() const { return view_; }
-    /// How often each code occurs in slice(); the unused half of an odd row's last byte counts as
-    /// void.
-    const std::vector<int64_t>& slice_counts() const { return slice_counts_; }
     /// Of all slices so far: voxels by code, and the print's hash (runtime/pipeline/print_hash.h).
     const std::vector<int64_t>& counts() const { return counts_; }
     uint64_t hash() const { return hash_; }

@@ -226,19 +226,6 @@ std::variant<LoadedKernel, Fault> compile_in_memory(const KernelRequest& request
     }
 }
 
-std::optional<Fault> compile_runtime(const std::string& path) {
-    // Without strict_float: there is no arithmetic in it, and Halide 21 refuses its own runtime
-    // with that flag.
-    Target target = target_of(OPENFAB_ISA_SSE41, true);
-    target.set_features({Target::NoRuntime, Target::StrictFloat}, false);
-    try {
-        Halide::compile_standalone_runtime(path, target);
-    } catch (const Halide::Error& error) {
-        return internal_fault(error.what());
-    }
-    return std::nullopt;
-}
-
 std::variant<std::string, Fault> emit_text(const KernelRequest& request, TextForm form) {
     if (form == TextForm::kHalide) {
         try {

@@ -45,9 +45,6 @@ struct LoadedKernel {
 /// abi/halide_hooks.h.
 std::variant<LoadedKernel, Fault> compile_in_memory(const KernelRequest& request);
 
-/// Writes a Halide runtime for all instruction sets.
-std::optional<Fault> compile_runtime(const std::string& path);
-
 enum class TextForm { kHalide, kStmt, kLlvm, kAsm };
 
 /// The kernel as text; kHalide is the list of Funcs with their loop order.
