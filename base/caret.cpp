@@ -89,8 +89,8 @@ size_t token_end(const std::string& line, size_t at) {
     return end;
 }
 
-/// The line with a caret below it, each fit for a terminal.
-std::string caret_lines(std::string line, int number, int column) {
+/// The line with a caret below the token at `column`.
+std::string token_caret(std::string line, int number, int column) {
     std::replace(line.begin(), line.end(), '\t', ' ');  // so that the caret stays true
     size_t at = 0;
     for (int c = 1; at < line.size(); ++at) {
@@ -99,14 +99,17 @@ std::string caret_lines(std::string line, int number, int column) {
     const size_t end = at < line.size() ? token_end(line, at) : at;
     const std::string before = printable(line.substr(0, at));
     const std::string token = printable(line.substr(at, end - at));
-    const std::string digits = std::to_string(number);
-    return fmt::format(" {} | {}{}{}\n {} | {}^{}\n", digits, before, token,
-                       printable(line.substr(end)), std::string(digits.size(), ' '),
-                       std::string(code_points(before), ' '),
-                       std::string(std::max<size_t>(code_points(token), 1) - 1, '~'));
+    return caret_lines(before + token + printable(line.substr(end)), number,
+                       code_points(before) + 1, std::max<size_t>(code_points(token), 1));
 }
 
 }  // namespace
+
+std::string caret_lines(std::string_view line, int64_t number, size_t column, size_t length) {
+    const std::string digits = std::to_string(number);
+    return fmt::format(" {} | {}\n {} | {}^{}\n", digits, line, std::string(digits.size(), ' '),
+                       std::string(column - 1, ' '), std::string(length - 1, '~'));
+}
 
 std::string render_error(const Error& error) {
     Location where;
@@ -122,7 +125,7 @@ std::string render_error(const Error& error) {
                                    where.column, printable(what));
     std::string line;
     if (read_line(where.file, where.line, &line))
-        text += caret_lines(std::move(line), where.line, where.column);
+        text += token_caret(std::move(line), where.line, where.column);
     if (!help.empty()) text += fmt::format("help: {}\n", printable(help));
     return text;
 }

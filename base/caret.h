@@ -5,11 +5,20 @@
 // How an Error is shown to a person: with the source line and a caret where its message names a
 // place in a text file.
 
+#include <cstdint>
 #include <string>
+#include <string_view>
 
 #include "base/result.h"
 
 namespace openfab {
+
+/// A source line and the line below it with a caret at `column`, which counts code points from 1,
+/// and a tail of `length - 1`. `line` is fit for a terminal; `length` is at least 1.
+///
+///      7 |         "scael": 2
+///        |         ^~~~~~~
+std::string caret_lines(std::string_view line, int64_t number, size_t column, size_t length);
 
 /// For a message `path:line:col: what; what would be right` whose file can be read:
 ///

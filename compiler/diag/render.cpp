@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include "base/caret.h"
 #include "compiler/diag/json.h"
 
 namespace openfab::diag {
@@ -63,10 +64,7 @@ void print_caret(const source::Span& span, const source::SourceManager& sources,
         last = last - cut + 1;
     }
     last = std::max(std::min(last, shown + 1), column + 1);
-    const std::string number = fmt::format(" {}", at.line);
-    fmt::format_to(std::back_inserter(*out), "{} | {}\n", number, line);
-    fmt::format_to(std::back_inserter(*out), "{} | {}^{}\n", std::string(number.size(), ' '),
-                   std::string(column - 1, ' '), std::string(last - column - 1, '~'));
+    *out += caret_lines(line, at.line, column, last - column);
 }
 
 std::string place(const source::Span& span, const source::SourceManager& sources) {
