@@ -110,15 +110,15 @@ Result<Printer> parse_printer(std::string_view text, const std::string& name) {
 
 std::vector<std::string> printer_names() {
     std::vector<std::string> names;
-    for (const PrinterProfile& profile : printer_profiles())
-        names.emplace_back(profile.name);
+    for (const EmbeddedText& profile : kPrinterProfiles)
+        names.emplace_back(profile.name.substr(0, profile.name.size() - kSuffix.size()));
     return names;
 }
 
 Result<Printer> load_printer(const std::string& name_or_path) {
-    for (const PrinterProfile& profile : printer_profiles()) {
-        if (profile.name == name_or_path)
-            return parse_printer(profile.text, name_or_path + std::string(kSuffix));
+    const std::string file = name_or_path + std::string(kSuffix);
+    for (const EmbeddedText& profile : kPrinterProfiles) {
+        if (profile.name == file) return parse_printer(profile.text, file);
     }
     if (!name_or_path.ends_with(kSuffix)) {
         return user_error(

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <iterator>
 
 #include "base/input_file.h"
 #include "compiler/driver/library_modules.h"
@@ -17,11 +18,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const EmbeddedModule* find_in_library(std::string_view name) {
-    for (const EmbeddedModule& module : kEmbeddedModules) {
-        if (module.name != nullptr && module.name == name) return &module;
-    }
-    return nullptr;
+constexpr std::string_view kSuffix = ".fl";
+
+const EmbeddedText* find_in_library(const std::string& name) {
+    const std::string file = name + std::string(kSuffix);
+    const EmbeddedText* module =
+        std::find_if(std::begin(kLibraryModules), std::end(kLibraryModules),
+                     [&](const EmbeddedText& text) { return text.name == file; });
+    return module == std::end(kLibraryModules) ? nullptr : module;
 }
 
 std::string listed(const std::vector<std::string>& names) {
@@ -46,10 +50,8 @@ std::vector<std::string> modules_beside(const fs::path& folder) {
 
 std::vector<std::string> library_modules() {
     std::vector<std::string> out;
-    for (const EmbeddedModule& module : kEmbeddedModules) {
-        if (module.name != nullptr) out.emplace_back(module.name);
-    }
-    std::sort(out.begin(), out.end());
+    for (const EmbeddedText& module : kLibraryModules)
+        out.emplace_back(module.name.substr(0, module.name.size() - kSuffix.size()));
     return out;
 }
 
@@ -93,14 +95,14 @@ std::optional<uint32_t> Modules::find(const ast::Import& import, uint32_t from, 
         if (!file) sink_->report(import.span, diag::kBadModule, name, "cannot be read").help(fault);
         return file;
     }
-    const EmbeddedModule* module = find_in_library(name);
+    const EmbeddedText* module = find_in_library(name);
     if (module == nullptr) {
         report_unknown(import, from);
         return std::nullopt;
     }
     *key = "library " + name;
     if (const auto known = known_.find(*key); known != known_.end()) return known->second.file;
-    return sources_->add("stdlib/" + name + ".fl", module->text);
+    return sources_->add("stdlib/" + name + ".fl", std::string(module->text));
 }
 
 std::optional<size_t> Modules::import(const ast::Import& import, uint32_t from) {

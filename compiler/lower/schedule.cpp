@@ -175,7 +175,7 @@ class Parser {
     size_t end_ = 0;
 };
 
-Schedule must_parse(const EmbeddedSchedule& file) {
+Schedule must_parse(const EmbeddedText& file) {
     std::variant<Schedule, ScheduleFault> parsed =
         parse_schedule(fmt::format("schedules/{}", file.name), file.text);
     if (const auto* fault = std::get_if<ScheduleFault>(&parsed)) {
@@ -202,8 +202,8 @@ std::variant<Schedule, ScheduleFault> parse_schedule(std::string path, std::stri
 const Schedule& default_schedule(std::string_view kernel, std::string_view target) {
     static const std::map<std::string, Schedule> parsed = [] {
         std::map<std::string, Schedule> out;
-        for (const EmbeddedSchedule& file : kEmbeddedSchedules)
-            out[file.name] = must_parse(file);
+        for (const EmbeddedText& file : kSchedules)
+            out[std::string(file.name)] = must_parse(file);
         return out;
     }();
     const auto special = parsed.find(fmt::format("{}.{}.sched", kernel, target));

@@ -10,10 +10,12 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "tools/openfab/stock_texts.h"
+
 namespace openfab::tool {
 
 std::string_view stock_text(std::string_view name) {
-    for (const StockText& text : stock_texts()) {
+    for (const EmbeddedText& text : kStockTexts) {
         if (text.name == name) return text.text;
     }
     std::abort();  // a name that tools/openfab/CMakeLists.txt lacks

@@ -8,18 +8,10 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "base/result.h"
 
 namespace openfab::tool {
-
-struct StockText {
-    std::string_view name;  ///< of the file
-    std::string_view text;
-};
-
-const std::vector<StockText>& stock_texts();
 
 /// By its file's name; there must be one.
 std::string_view stock_text(std::string_view name);
