@@ -154,11 +154,11 @@ TEST(LongTrianglesTest, DicedPiecesLeaveNoCrack) {
             scene::Part part = hand_part(mesh, mode);
             if (open_edges(triangles(*part.mesh)) != 0) continue;
             surface::SurfaceOptions options;
-            options.micro_edge_mm = 4 * kMicroEdge_mm;
+            options.micro_edge_mm = 8 * kMicroEdge_mm;
             part.mesh = split(part, options.micro_edge_mm);
             const auto made = surface::Surface::create(part, options);
             ASSERT_TRUE(made) << made.error().message;
-            EXPECT_EQ(testing::open_edges(triangles_of(**made, surface::kForCoverage)), 0);
+            EXPECT_EQ(testing::open_edges(testing::triangles_of(**made, surface::kForCoverage)), 0);
         }
     }
 }
