@@ -41,6 +41,17 @@ WeightSteps weight_steps(const float* const position[3], const std::array<float,
     return out;
 }
 
+/// A patch that has the triangle, all zeros.
+std::shared_ptr<const surface::MicroMesh> blank(int32_t triangle, size_t floats, size_t ints) {
+    const size_t triangles = static_cast<size_t>(triangle) + 1;
+    auto mesh = std::make_shared<surface::MicroMesh>();
+    mesh->positions.resize(1);
+    mesh->triangles.assign(triangles, {0, 0, 0});
+    mesh->vertex_attributes.resize(floats);
+    mesh->triangle_attributes.resize(triangles * ints);
+    return mesh;
+}
+
 }  // namespace
 
 AttributeReader::AttributeReader(const surface::Surface& surface,
@@ -108,6 +119,11 @@ AttributeReader::Source AttributeReader::find(int32_t patch, int32_t triangle,
     if (scratch->patch_ != patch) {
         scratch->micro_ = surface_.micro(patch);
         scratch->patch_ = patch;
+        // A surface that is stopped has none left; whoever asks throws the answer away.
+        if (scratch->micro_->triangles.empty()) {
+            scratch->micro_ = blank(triangle, floats, ints);
+            scratch->patch_ = -1;
+        }
     }
     const surface::MicroMesh& mesh = *scratch->micro_;
     const std::array<int32_t, 3>& corners = mesh.triangles[static_cast<size_t>(triangle)];

@@ -8,14 +8,21 @@
 // A ray runs from the point along +x of part-local space; the point is moved by an infinitesimal
 // (e, e², e³), as in voxel/crossings.h, so that no ray meets an edge and no point lies on the
 // surface. Inside is a winding number above zero (rules 14 and 16).
+//
+// A ray through a displaced surface would dice what lies on its way, all over the part, for each
+// point anew. So the number follows, where it can, from one that is known close by: it changes
+// where the segment between the two points passes through the surface. A segment that touches an
+// edge, or ends on a triangle's plane, is not decided; then there is the ray.
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <vector>
 
 #include "base/vec.h"
 #include "runtime/nearest/engine.h"
+#include "runtime/nearest/triangle_runs.h"
 #include "runtime/surface/surface.h"
 
 namespace openfab::nearest {
@@ -23,22 +30,25 @@ namespace openfab::nearest {
 class Winding {
   public:
     /// The surface must outlive it. `closed`: every coverage edge has its opposite, as for all
-    /// parts; off, nothing is concluded from distances.
+    /// parts; off, nothing is concluded from one point for another.
     explicit Winding(const surface::Surface& surface, bool closed = true);
 
-    /// Winding number of p, whose coordinates are finite. About 0.3 µs where patches are whole
-    /// triangles; a displaced patch that the ray meets is diced, and its triangles walked.
+    /// Winding number of p, whose coordinates are finite, by a ray. About 0.3 µs where patches are
+    /// whole triangles; a displaced patch that the ray meets is diced.
     int32_t number(const Vec3f& p) const;
 
-    /// A point of which the side is known.
+    /// A number of which only this is known: it is above zero.
+    static constexpr int32_t kAboveZero = std::numeric_limits<int32_t>::max();
+    /// A point of which the winding number is known.
     struct Known {
         Vec3f p;
         float distance_mm = -1;  ///< to the surface, unsigned; -1: nothing is known
-        bool inside = false;
+        int32_t number = 0;
     };
     /// What a thread knows from the group before; never changes an answer.
     struct Memory {
         std::array<Known, 8> known;
+        TriangleRuns runs;
     };
     /// Points that are inside, one for each lane, where `mask` has its bit.
     struct Centres {
@@ -49,26 +59,41 @@ class Winding {
 
     /// Which asking lanes with an answer are inside. `answers` are the group's own, unbounded: two
     /// points closer together than either is to the surface are on one side of it, so that most
-    /// need no ray.
+    /// need no look at it.
     uint32_t inside(const PointGroup& group, const PointAnswer& answers, const Centres& centres,
                     Memory* memory) const;
 
   private:
-    /// Box in (y, z), and the end along x. `link` as in hierarchy.h: leaves hold 1 to 4 triangles,
-    /// or one patch (count 0).
+    /// `link` as in hierarchy.h: leaves hold 1 to 4 triangles, or one diced patch (count 0), by its
+    /// place in diced_.
     struct Node {
-        float y_lo, y_hi, z_lo, z_hi, x_hi;
+        Box3f box;
         uint32_t link;
     };
+    /// A patch that is diced, and its box, much closer than its bounds, once it has been.
+    struct Diced {
+        int32_t patch;
+        uint8_t state;  ///< atomic
+        Box3f box;
+    };
+    enum : uint8_t { kUnknown, kBeingWritten, kKnown };
     struct Item;
+    struct Paths;
+    using Numbers = std::array<int32_t, 8>;
+
     void build(size_t node, Item* first, Item* last);
     bool one_side(const Vec3f& p, float distance, const Known& known) const;
+    Numbers numbers(const PointGroup& group, const std::array<Known, 8>& known,
+                    TriangleRuns* runs) const;
+    void follow(Paths* paths, TriangleRuns* runs) const;
+    void follow(size_t diced, Paths* paths, TriangleRuns* runs) const;
 
     const surface::Surface& surface_;
     const bool closed_;
     float largest_ = 0;
     std::vector<Node> nodes_;
     std::vector<std::array<Vec3f, 3>> triangles_;  ///< in leaf order
+    mutable std::vector<Diced> diced_;
 };
 
 }  // namespace openfab::nearest

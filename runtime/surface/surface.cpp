@@ -109,10 +109,11 @@ std::shared_ptr<const MicroMesh> DicedSurface::micro(int32_t patch) const {
     // One triangle is cheaper to make than to find.
     const bool cached = table_.patches[static_cast<size_t>(patch)].kind != PatchKind::kIdentity;
     if (cached) {
+        if (stop_ != nullptr && stop_->load(std::memory_order_relaxed))
+            return std::make_shared<MicroMesh>();
         if (std::shared_ptr<const MicroMesh> found = cache_.find(patch)) return found;
     }
     auto mesh = std::make_shared<MicroMesh>();
-    if (cached && stop_ != nullptr && stop_->load(std::memory_order_relaxed)) return mesh;
     std::unique_ptr<Dicer> dicer = take_dicer();
     const int error = dicer->dice(patch, mesh.get());
     micro_triangles_ += static_cast<int64_t>(mesh->triangles.size());

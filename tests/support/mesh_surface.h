@@ -88,8 +88,9 @@ class MeshSurface final : public surface::Surface {
     const surface::PatchRanges& ranges() const override { return ranges_; }
     bool identity() const override { return identity_; }
     std::shared_ptr<const surface::MicroMesh> micro(int32_t patch) const override {
-        ++made_;
         auto out = std::make_shared<surface::MicroMesh>();
+        if (stopped_ && !identity_) return out;
+        ++made_;
         const size_t first = static_cast<size_t>(patch) * static_cast<size_t>(per_patch_);
         const size_t end =
             std::min(mesh_.triangles.size(), first + static_cast<size_t>(per_patch_));
@@ -129,6 +130,8 @@ class MeshSurface final : public surface::Surface {
     surface::SurfaceCounts counts() const override { return {}; }
     Result<void> status() const override { return {}; }
     int64_t times_made() const { return made_; }
+    /// From here on, patches that are diced come back empty, as those of a print that is stopped.
+    void stop() { stopped_ = true; }
 
   private:
     TriangleMesh mesh_;
@@ -137,6 +140,7 @@ class MeshSurface final : public surface::Surface {
     std::vector<surface::Patch> patches_;
     surface::PatchRanges ranges_;
     mutable std::atomic<int64_t> made_{0};
+    bool stopped_ = false;
 };
 
 /// Frame of an unrotated part whose voxel (0, 0, 0) has its centre half a pitch from `origin`.

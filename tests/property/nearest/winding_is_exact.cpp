@@ -166,6 +166,125 @@ TEST(WindingIsExact, SignsOfDeterminantsNearZero) {
     EXPECT_GT(volumes, 100);
 }
 
+/// Both in one mesh, the second moved.
+TriangleMesh together(TriangleMesh a, const TriangleMesh& b, const Vec3f& offset) {
+    const auto first = static_cast<int32_t>(a.positions.size());
+    for (const Vec3f& p : b.positions)
+        a.add(p + offset);
+    for (std::array<int32_t, 3> t : b.triangles) {
+        for (int32_t& v : t)
+            v += first;
+        a.triangles.push_back(t);
+    }
+    return a;
+}
+
+/// Groups of points whose number nothing but the points before can tell: distances say nothing.
+class Walk {
+  public:
+    Walk(const TriangleMesh& mesh, int per_patch)
+        : surface_(mesh, per_patch, 0.25f),
+          winding_(surface_),
+          triangles_(lattice_triangles(mesh)) {}
+
+    void ask(const PointGroup& group) {
+        PointAnswer answer{};
+        const uint32_t got = winding_.inside(group, answer, {}, &memory_);
+        for (uint32_t l = 0; l < 8; ++l) {
+            const Vec3f p{group.p[0][l], group.p[1][l], group.p[2][l]};
+            const int32_t want = reference_number(triangles_, p);
+            ASSERT_EQ((got >> l & 1u) != 0, want > 0) << p.x << " " << p.y << " " << p.z;
+            ASSERT_EQ(memory_.known[l].number, want) << p.x << " " << p.y << " " << p.z;
+            above_one_ += want > 1 ? 1 : 0;
+            outside_ += want <= 0 ? 1 : 0;
+        }
+    }
+
+    int above_one() const { return above_one_; }
+    int outside() const { return outside_; }
+
+  private:
+    const MeshSurface surface_;
+    const Winding winding_;
+    const std::vector<reference::SnappedTriangle> triangles_;
+    Winding::Memory memory_;
+    int above_one_ = 0, outside_ = 0;
+};
+
+/// Row by row as blocks ask, `step` apart from `lo` on; then as many anywhere, on the same lattice.
+void walk(const TriangleMesh& mesh, const Vec3f& lo, float step, const Vec3i& size, Walk* out) {
+    const auto at = [&](int32_t i, int axis) { return lo[axis] + static_cast<float>(i) * step; };
+    for (int32_t z = 0; z < size.z; z += 8) {
+        for (int32_t y = 0; y < size.y; ++y) {
+            for (int32_t x = 0; x < size.x; ++x) {
+                PointGroup group;
+                for (int l = 0; l < 8; ++l)
+                    group.p[0][l] = at(x, 0), group.p[1][l] = at(y, 1),
+                    group.p[2][l] = at(z + l, 2);
+                out->ask(group);
+                if (::testing::Test::HasFatalFailure()) return;
+            }
+        }
+    }
+    std::mt19937 random(11);
+    for (int g = 0; g < 500; ++g) {
+        PointGroup group;
+        for (int l = 0; l < 8; ++l) {
+            for (int a = 0; a < 3; ++a)
+                group.p[a][l] =
+                    at(static_cast<int32_t>(random() % static_cast<uint32_t>(size[a])), a);
+            const Vec3f& v = mesh.positions[random() % mesh.positions.size()];
+            if (l == 3) group.p[0][l] = v.x, group.p[1][l] = v.y, group.p[2][l] = v.z;
+        }
+        out->ask(group);
+        if (::testing::Test::HasFatalFailure()) return;
+    }
+}
+
+TEST(WindingIsExact, NumbersFollowFromPointsBefore) {
+    TriangleMesh torus = testing::make_torus(40, 20, 2.0, 0.8);
+    round_mesh(&torus, 20);
+    const TriangleMesh tori = together(torus, torus, {1, 0.5f, 0.25f});
+    {
+        Walk rows(tori, 12);
+        walk(tori, {-3, -1, -1}, 0.09375f, {70, 24, 24}, &rows);
+        EXPECT_GT(rows.above_one(), 100);
+        EXPECT_GT(rows.outside(), 100);
+    }
+    // Points on vertices, edges and planes.
+    TriangleMesh ball = testing::make_ball(6, [](const Vec3d& d) { return 1.5 + 0.3 * d.x * d.y; });
+    round_mesh(&ball, 3);
+    const TriangleMesh cells = testing::make_cells({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}}, 1.0f);
+    for (const TriangleMesh& mesh :
+         {together(ball, ball, {0.5f, 0.25f, 0.125f}), together(cells, cells, {0.5f, 0, 0.25f})}) {
+        Walk rows(mesh, 5);
+        walk(mesh, {-2, -2, -2}, 0.125f, {32, 32, 32}, &rows);
+        EXPECT_GT(rows.above_one(), 100);
+        EXPECT_GT(rows.outside(), 100);
+    }
+}
+
+TEST(WindingIsExact, StepsLookOnlyAtWhatTheyPass) {
+    const MeshSurface surface(testing::make_torus(240, 120, 20.0, 8.0), 32, 0.25f);
+    const Winding winding(surface);
+    Winding::Memory memory;
+    const PointAnswer nothing{};
+    int groups = 0;
+    for (int y = 0; y < 4; ++y) {
+        for (int x = 0; x < 600; ++x, ++groups) {
+            PointGroup group;
+            for (int l = 0; l < 8; ++l) {
+                group.p[0][l] = -29 + 0.1f * static_cast<float>(x);
+                group.p[1][l] = 0.1f * static_cast<float>(y);
+                group.p[2][l] = 0.1f * static_cast<float>(l);
+            }
+            winding.inside(group, nothing, {}, &memory);
+        }
+    }
+    // A third of it for the boxes of patches, once. Rays would meet up to four sheets each.
+    EXPECT_LT(surface.times_made(), groups / 2);
+}
+
 TEST(WindingIsExact, ConclusionsFromDistancesChangeNothing) {
     std::mt19937 random(9);
     for (const TriangleMesh& mesh :

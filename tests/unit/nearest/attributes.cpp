@@ -151,6 +151,26 @@ TEST(Attributes, OfFewerVoxelsThanWereQueriedAreTheSameThereAndNothingElsewhere)
     EXPECT_GT(left_out, 100);
 }
 
+TEST(Attributes, OfASurfaceThatIsStoppedAreNothing) {
+    MeshSurface surface(testing::make_ball(4, [](const Vec3d&) { return 1.0; }), 12);
+    const auto frame = testing::make_test_frame({0.1f, 0.1f, 0.1f}, {});
+    const auto engine = make_block_engine(surface, frame);
+    const auto scratch = engine->make_scratch();
+    BlockAnswer answer;
+    engine->query({{4, 4, 0}}, scratch.get(), &answer);
+    const AttributeReader reader(surface, frame);
+    AttributeReader::Scratch reader_scratch;
+    Arrays out;
+    surface.stop();
+    reader.read(answer, nullptr, out.targets(), &reader_scratch);
+    for (size_t v = 0; v < kBlockVoxels; ++v) {
+        ASSERT_GE(answer.patch[v], 0);
+        ASSERT_EQ(out.values[0][v], 0.0f);
+        ASSERT_EQ(out.gradients[0][v], 0.0f);
+        ASSERT_EQ(out.flat[v], 0u);
+    }
+}
+
 TEST(Attributes, ATriangleWithoutAreaHasNoGradient) {
     TriangleMesh mesh;
     for (const Vec3f& p : {Vec3f{0, 0, 0}, Vec3f{1, 0, 0}, Vec3f{2, 0, 0}})
