@@ -497,6 +497,7 @@ void Parser::parse_member(ast::Fablet* fablet, ast::Scope* scope) {
     }
     if (at_identifier() && at_identifier(1) && peek(2).is("(")) return parse_function(scope);
     const bool is_const = accept("const");
+    if (is_const) parse_static();
     if (at("struct")) {
         ast::Struct record;
         const bool ok = parse_struct(&record, &scope->constants, is_const);
@@ -610,6 +611,7 @@ bool Parser::parse_declarator(const ast::TypeRef& type, ast::Variable* out) {
         diag::Diagnostic* d = expected("a name");
         if (d == nullptr) return false;
         if (at("[")) d->help("the size of an array follows its name: `float a[3]`");
+        if (at("const")) d->help("`const` stands before the type: `const float a = 1`");
         if (peek().kind == TokenKind::kInt || peek().kind == TokenKind::kFloat) {
             d->help("a vector is written `float3(1, 2, 3)`, a decimal point is `.`");
         }
