@@ -90,6 +90,18 @@ ValueId Emitter::input(ir::Type type, int32_t kind, int32_t a, int32_t b) {
     return add(std::move(instr));
 }
 
+ValueId Emitter::unknown(ir::Type type, int32_t kind, int32_t a, int32_t b,
+                         std::vector<ValueId> args) {
+    ir::Instr instr;
+    instr.op = Op::kInput;
+    instr.type = type;
+    instr.kind = kind;
+    instr.a = a;
+    instr.b = b;
+    instr.args = std::move(args);
+    return add(std::move(instr));
+}
+
 ValueId Emitter::sample(int32_t texture, int32_t channel, const std::array<ValueId, 4>& args) {
     ir::Instr instr;
     instr.op = Op::kSample;

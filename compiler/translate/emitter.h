@@ -16,6 +16,17 @@
 
 namespace openfab::sema {
 
+/// Inputs that no run has. Only messages hang on them, so that they are dropped with what else no
+/// output needs.
+enum Unknown : int32_t {
+    kEarlierTrip = -1,  ///< an earlier trip of a loop has assigned a variable
+    kSomeTrip = -2,     ///< any trip has
+    // Of a function that is looked at by itself:
+    kArgument = -3,    ///< a component of its parameters
+    kCallResult = -4,  ///< what it gets of another one
+    kChange = -5,      ///< a derivative
+};
+
 class Emitter {
   public:
     explicit Emitter(ir::Stage* stage) : stage_(stage), builder_(stage) {}
@@ -25,6 +36,9 @@ class Emitter {
     ir::ValueId constant(float value);
     ir::ValueId boolean(bool value) { return constant(ir::Type::kBool, value ? 1 : 0); }
     ir::ValueId input(ir::Type type, int32_t kind, int32_t a, int32_t b);
+    /// What is not known but follows from `args` alone: the same input for the same values.
+    ir::ValueId unknown(ir::Type type, int32_t kind, int32_t a, int32_t b,
+                        std::vector<ir::ValueId> args);
     ir::ValueId sample(int32_t texture, int32_t channel, const std::array<ir::ValueId, 4>& args);
 
     /// Of an ImageTexture3D: args {guard, x, y, z, width}.

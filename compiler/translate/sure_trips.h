@@ -1,0 +1,77 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// What a real loop surely does: its counters are followed from trip to trip for as long as their
+// values and the loop's condition are known when compiled. This is how `for (int i = 0; i < 300;
+// ++i) a[i] = x;` is found to assign all of `a`, at any number of trips, upwards or downwards and
+// in nested loops, while a `break` ends what is known.
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "compiler/check/tree.h"
+#include "compiler/translate/emitter.h"
+
+namespace openfab::sema {
+
+/// A read in a loop of what an earlier trip may have to assign: as bools, where it is reached, and
+/// of each place that it may be of, where it is that one and whether its components are assigned.
+struct DoubtfulRead {
+    struct Place {
+        ir::ValueId condition = 0;
+        std::vector<ir::ValueId> assigned;
+    };
+    const Symbol* symbol = nullptr;
+    source::Span span;
+    ir::ValueId reached = 0;
+    std::vector<Place> places;
+};
+
+class SureTrips {
+  public:
+    /// Of a loop that has ended: `again` and `next` are the condition and the next values that its
+    /// LoopEnd has. `facts` are the bools that will be asked about.
+    SureTrips(const ir::Stage& stage, ir::ValueId loop, ir::ValueId again,
+              const std::vector<ir::ValueId>& next, const std::vector<ir::ValueId>& facts);
+
+    /// A condition on values from before the loop, emitted behind it: where it holds and the first
+    /// trip runs, some trip ends with `fact`. False where nothing is known.
+    ir::ValueId some_gives(ir::ValueId fact, Emitter* emit) const;
+
+    /// True where each trip that may run finds assigned what it reads, by itself or by those before
+    /// it; `by_trips` holds what a trip gives under what stands for "by an earlier one".
+    bool always_assigned(const DoubtfulRead& read,
+                         const std::map<ir::ValueId, ir::ValueId>& by_trips);
+
+  private:
+    using Bits = std::optional<uint32_t>;
+    /// `value == number` or the like: a trip where they are equal is worth a look.
+    using Test = std::pair<ir::ValueId, uint32_t>;
+
+    const ir::Instr& at(ir::ValueId id) const { return stage_.instrs[id]; }
+    bool is_variable(ir::ValueId id) const;
+    std::vector<Test> tests(ir::ValueId fact) const;
+    std::vector<ir::ValueId> needed_for(std::vector<ir::ValueId> roots) const;
+    void follow(ir::ValueId again, const std::vector<ir::ValueId>& roots);
+    std::vector<size_t> candidates(ir::ValueId fact) const;
+    Bits known(ir::ValueId value, size_t trip, int depth) const;
+    bool assigned_in(ir::ValueId value, size_t trip, int depth,
+                     const std::map<ir::ValueId, ir::ValueId>& by_trips) const;
+    ir::ValueId exactly(ir::ValueId value, size_t trip, int depth, Emitter* emit) const;
+    ir::ValueId at_least(ir::ValueId value, size_t trip, int depth, Emitter* emit) const;
+
+    const ir::Stage& stage_;
+    const ir::ValueId loop_;
+    const std::vector<ir::ValueId>& next_;
+    std::vector<std::map<int32_t, uint32_t>> trips_;  ///< of each trip: its counters' values
+    size_t sure_ = 0;                                 ///< trips that surely run; others may
+    size_t looks_ = size_t{1} << 16;  ///< more that reads may take
+    bool all_ = false;                                ///< there are no other trips
+    std::map<Test, size_t> first_;                    ///< the first trip in which they are equal
+};
+
+}  // namespace openfab::sema
