@@ -321,7 +321,9 @@ void Parser::parse_uniforms(ast::Fablet* fablet) {
     while (!at("}") && !at_end()) {
         const size_t before = at_;
         if (!at_identifier()) {
-            expected("a uniform's type");
+            diag::Diagnostic* d = expected("a uniform's type");
+            if (d != nullptr && at("const"))
+                d->help("no stage changes a uniform: leave out `const`");
             skip_to_statement_end();
         } else if (!parse_variables(false, &fablet->uniforms)) {
             skip_to_statement_end();
@@ -555,6 +557,7 @@ void Parser::parse_function(ast::Scope* scope) {
 
 bool Parser::parse_parameter(ast::Function* function) {
     ast::Variable v;
+    refuse_static();
     parse_direction(&v);
     if (!at_identifier()) {
         expected("a parameter's type");
@@ -573,8 +576,18 @@ bool Parser::parse_parameter(ast::Function* function) {
     return ok;
 }
 
+/// Over a `static` that says nothing where it stands.
+void Parser::refuse_static() {
+    const source::Span word = peek().span;
+    if (!parse_static()) return;
+    sink_->report(word, diag::kBadDeclaration, "only a constant or a function can be `static`")
+        .help("leave out `static`")
+        .replace(word, "");
+}
+
 /// `type a = 1, b;` with its semicolon.
 bool Parser::parse_variables(bool is_const, std::vector<ast::Variable>* out) {
+    refuse_static();
     const ast::TypeRef type{peek().text, peek().span};
     take();
     return parse_declarators(type, is_const, out);

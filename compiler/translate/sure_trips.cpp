@@ -7,6 +7,7 @@
 #include <set>
 
 #include "compiler/ir/arithmetic.h"
+#include "compiler/translate/proof.h"
 
 namespace openfab::sema {
 
@@ -16,10 +17,12 @@ using ir::ValueId;
 
 namespace {
 
-constexpr int kDepth = 8;              // of formulas that are looked through
-constexpr size_t kMaxTests = 16;      // of one formula
+constexpr int kDepth = 8;               // of formulas that are looked through
+constexpr size_t kMaxSame = 64;         // trips in which an index is the same
+constexpr size_t kMaxTests = 16;        // of one formula
 constexpr size_t kMaxPlaces = 1 << 22;  // of a read, all trips together
-constexpr size_t kMaxSteps = 1 << 17;  // instructions that are followed, all trips together
+constexpr size_t kLooksOfProof = 64;    // that a diagram takes as long as
+constexpr size_t kMaxSteps = 1 << 17;   // instructions that are followed, all trips together
 
 bool is_comparison(Op op) {
     return op >= Op::kEq && op <= Op::kGe;
@@ -135,7 +138,10 @@ void SureTrips::follow(ValueId again, const std::vector<ValueId>& roots) {
             if (bits) now.emplace(id, *bits);
         }
         for (const ValueId root : roots) {
-            if (const Bits bits = bits_of(root)) first_.try_emplace({root, *bits}, trips_.size());
+            const Bits bits = bits_of(root);
+            if (!bits) continue;
+            std::vector<size_t>& equal = trips_where_[{root, *bits}];
+            if (equal.size() < kMaxSame) equal.push_back(trips_.size());
         }
         if (sure) ++sure_;
         trips_.push_back(state);
@@ -151,15 +157,18 @@ void SureTrips::follow(ValueId again, const std::vector<ValueId>& roots) {
     }
 }
 
-std::vector<size_t> SureTrips::candidates(ValueId fact) const {
-    std::vector<size_t> out = {0, sure_ - 1};
+/// Trips below `end` in which `fact` may become true.
+std::vector<size_t> SureTrips::candidates(ValueId fact, size_t end) const {
+    std::set<size_t> out;
+    if (end > 0) out = {0, end - 1};
     for (const Test& test : tests(fact)) {
-        const auto found = first_.find(test);
-        if (found != first_.end() && found->second < sure_) out.push_back(found->second);
+        const auto found = trips_where_.find(test);
+        if (found == trips_where_.end()) continue;
+        for (const size_t trip : found->second) {
+            if (trip < end) out.insert(trip);
+        }
     }
-    std::sort(out.begin(), out.end());
-    out.erase(std::unique(out.begin(), out.end()), out.end());
-    return out;
+    return {out.begin(), out.end()};
 }
 
 SureTrips::Bits SureTrips::known(ValueId value, size_t trip, int depth) const {
@@ -190,18 +199,27 @@ ValueId SureTrips::exactly(ValueId value, size_t trip, int depth, Emitter* emit)
     }
     if (instr.op == Op::kConvert) return emit->convert(args[0], instr.type);
     if (instr.op == Op::kBitCast) return emit->bit_cast(args[0], instr.type);
+    if (instr.op == Op::kAnd) return emit->logical_and(args[0], args[1]);
+    if (instr.op == Op::kOr) return emit->logical_or(args[0], args[1]);
     return args.size() == 1 ? emit->unary(instr.op, args[0])
                             : emit->binary(instr.op, args[0], args[1]);
 }
 
-/// A condition from before the loop that `value` surely holds under, in a trip.
-ValueId SureTrips::at_least(ValueId value, size_t trip, int depth, Emitter* emit) const {
+/// A condition from before the loop that `value` surely holds under, in a trip. What `by_trips`
+/// knows holds where a trip before this one gave it.
+ValueId SureTrips::at_least(ValueId value, size_t trip, int depth, const ByTrips& by_trips,
+                            Emitter* emit) const {
     if (const Bits bits = known(value, trip, depth)) return emit->boolean(*bits != 0);
+    if (depth == 0) return emit->boolean(false);
+    if (const auto earlier = by_trips.find(value); earlier != by_trips.end()) {
+        return some_gives(earlier->second, trip, emit);
+    }
     const Instr instr = at(value);
     // Whatever it was that assigned before counts without this loop.
     if (instr.op == Op::kInput && instr.kind == kEarlierTrip) return emit->boolean(false);
-    if (depth == 0) return emit->boolean(false);
-    const auto part = [&](size_t i) { return at_least(instr.args[i], trip, depth - 1, emit); };
+    const auto part = [&](size_t i) {
+        return at_least(instr.args[i], trip, depth - 1, by_trips, emit);
+    };
     if (value >= loop_ && instr.op == Op::kAnd) return emit->logical_and(part(0), part(1));
     if (instr.op == Op::kOr) return emit->logical_or(part(0), part(1));
     if (value >= loop_ && instr.op == Op::kSelect) {
@@ -213,45 +231,36 @@ ValueId SureTrips::at_least(ValueId value, size_t trip, int depth, Emitter* emit
     return same != ir::kNoValue ? same : emit->boolean(false);
 }
 
-ValueId SureTrips::some_gives(ValueId fact, Emitter* emit) const {
+ValueId SureTrips::some_gives(ValueId fact, size_t end, Emitter* emit) const {
     ValueId out = emit->boolean(false);
-    for (const size_t trip : candidates(fact)) {
-        out = emit->logical_or(out, at_least(fact, trip, kDepth, emit));
+    for (const size_t trip : candidates(fact, end)) {
+        out = emit->logical_or(out, at_least(fact, trip, kDepth, {}, emit));
         if (emit->is_true(out)) break;
     }
     return out;
 }
 
-/// That a trip runs is enough for those before it to have run to their end.
-bool SureTrips::assigned_in(ValueId value, size_t trip, int depth,
-                            const std::map<ValueId, ValueId>& by_trips) const {
-    if (const Bits bits = known(value, trip, depth)) return *bits != 0;
-    const auto earlier = by_trips.find(value);
-    if (earlier != by_trips.end()) {
-        if (depth == 0) return false;
-        std::vector<size_t> trips = {0};
-        for (const Test& test : tests(earlier->second)) {
-            const auto found = first_.find(test);
-            if (found != first_.end()) trips.push_back(found->second);
-        }
-        return std::any_of(trips.begin(), trips.end(), [&](size_t t) {
-            return t < trip && known(earlier->second, t, kDepth).value_or(0) != 0;
-        });
-    }
-    const Instr& instr = at(value);
-    if (depth == 0 || instr.type != ir::Type::kBool) return false;
-    const auto part = [&](size_t i) {
-        return assigned_in(instr.args[i], trip, depth - 1, by_trips);
-    };
-    if (instr.op == Op::kAnd) return part(0) && part(1);
-    if (instr.op == Op::kOr) return part(0) || part(1);
-    if (instr.op != Op::kSelect) return false;
-    const Bits test = known(instr.args[0], trip, depth);
-    return test ? part(*test != 0 ? 1 : 2) : part(1) && part(2);
+ValueId SureTrips::some_gives(ValueId fact, Emitter* emit) const {
+    return some_gives(fact, sure_, emit);
 }
 
-bool SureTrips::always_assigned(const DoubtfulRead& read,
-                                const std::map<ValueId, ValueId>& by_trips) {
+/// That a trip runs is enough for those before it to have run to their end.
+bool SureTrips::is_assigned(const DoubtfulRead::Place& place, size_t trip, const ByTrips& by_trips,
+                            Emitter* emit) {
+    ValueId here = exactly(place.condition, trip, kDepth, emit);
+    if (here == ir::kNoValue) here = emit->boolean(true);
+    for (const ValueId assigned : place.assigned) {
+        if (looks_ == 0) return false;
+        --looks_;
+        const ValueId fact = at_least(assigned, trip, kDepth, by_trips, emit);
+        if (emit->is_true(fact) || emit->implies(here, fact)) continue;
+        looks_ -= std::min(looks_, kLooksOfProof);
+        if (!follows(stage_, {here}, fact)) return false;
+    }
+    return true;
+}
+
+bool SureTrips::always_assigned(const DoubtfulRead& read, const ByTrips& by_trips, Emitter* emit) {
     if (!all_ || trips_.size() * read.places.size() > kMaxPlaces) return false;
     for (size_t trip = 0; trip < trips_.size(); ++trip) {
         if (known(read.reached, trip, kDepth) == Bits(0)) continue;
@@ -265,12 +274,7 @@ bool SureTrips::always_assigned(const DoubtfulRead& read,
                 if (index->second && *index->second != at(condition.args[1]).bits) continue;
             }
             if (known(place.condition, trip, kDepth) == Bits(0)) continue;
-            for (const ValueId assigned : place.assigned) {
-                if (looks_-- == 0 || !assigned_in(assigned, trip, kDepth, by_trips)) {
-                    looks_ = std::max(looks_, size_t{1});
-                    return false;
-                }
-            }
+            if (!is_assigned(place, trip, by_trips, emit)) return false;
         }
     }
     return true;

@@ -42,10 +42,12 @@ class SureTrips {
     /// trip runs, some trip ends with `fact`. False where nothing is known.
     ir::ValueId some_gives(ir::ValueId fact, Emitter* emit) const;
 
+    /// What a trip gives under what stands for "an earlier trip gave it".
+    using ByTrips = std::map<ir::ValueId, ir::ValueId>;
+
     /// True where each trip that may run finds assigned what it reads, by itself or by those before
-    /// it; `by_trips` holds what a trip gives under what stands for "by an earlier one".
-    bool always_assigned(const DoubtfulRead& read,
-                         const std::map<ir::ValueId, ir::ValueId>& by_trips);
+    /// it. What is emitted is of no use.
+    bool always_assigned(const DoubtfulRead& read, const ByTrips& by_trips, Emitter* emit);
 
   private:
     using Bits = std::optional<uint32_t>;
@@ -57,21 +59,23 @@ class SureTrips {
     std::vector<Test> tests(ir::ValueId fact) const;
     std::vector<ir::ValueId> needed_for(std::vector<ir::ValueId> roots) const;
     void follow(ir::ValueId again, const std::vector<ir::ValueId>& roots);
-    std::vector<size_t> candidates(ir::ValueId fact) const;
+    std::vector<size_t> candidates(ir::ValueId fact, size_t end) const;
     Bits known(ir::ValueId value, size_t trip, int depth) const;
-    bool assigned_in(ir::ValueId value, size_t trip, int depth,
-                     const std::map<ir::ValueId, ir::ValueId>& by_trips) const;
     ir::ValueId exactly(ir::ValueId value, size_t trip, int depth, Emitter* emit) const;
-    ir::ValueId at_least(ir::ValueId value, size_t trip, int depth, Emitter* emit) const;
+    ir::ValueId at_least(ir::ValueId value, size_t trip, int depth, const ByTrips& by_trips,
+                         Emitter* emit) const;
+    ir::ValueId some_gives(ir::ValueId fact, size_t end, Emitter* emit) const;
+    bool is_assigned(const DoubtfulRead::Place& place, size_t trip, const ByTrips& by_trips,
+                     Emitter* emit);
 
     const ir::Stage& stage_;
     const ir::ValueId loop_;
     const std::vector<ir::ValueId>& next_;
-    std::vector<std::map<int32_t, uint32_t>> trips_;  ///< of each trip: its counters' values
-    size_t sure_ = 0;                                 ///< trips that surely run; others may
-    size_t looks_ = size_t{1} << 16;  ///< more that reads may take
-    bool all_ = false;                                ///< there are no other trips
-    std::map<Test, size_t> first_;                    ///< the first trip in which they are equal
+    std::vector<std::map<int32_t, uint32_t>> trips_;   ///< of each trip: its counters' values
+    size_t sure_ = 0;                                  ///< trips that surely run; others may
+    size_t looks_ = size_t{1} << 16;                   ///< more that reads may take
+    bool all_ = false;                                 ///< there are no other trips
+    std::map<Test, std::vector<size_t>> trips_where_;  ///< the first ones in which they are equal
 };
 
 }  // namespace openfab::sema

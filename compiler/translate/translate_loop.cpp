@@ -373,11 +373,14 @@ void StageTranslator::report_doubts(const RealLoop& made, SureTrips* trips) {
             by_trips.emplace(before[i], made.changes.at(id).assigned[i]);
     }
     std::set<const Symbol*> reported;
+    const size_t size = emit_.size();
     for (const DoubtfulRead& read : made.doubts) {
-        if (reported.count(read.symbol) != 0 || trips->always_assigned(read, by_trips)) continue;
+        if (reported.count(read.symbol) != 0) continue;
+        if (trips->always_assigned(read, by_trips, &emit_)) continue;
         reported.insert(read.symbol);
         report_maybe(*read.symbol, read.span);
     }
+    emit_.forget_after(size);
 }
 
 }  // namespace openfab::sema
