@@ -104,8 +104,9 @@ StmtPtr Checker::switch_statement(const ast::Stmt& stmt) {
     out->expr = expression(*stmt.expr);
     Type type = out->expr->type;
     if (!type.is_error() && !(type.is_scalar() && type.base != Base::kFloat)) {
-        sink_->report(stmt.expr->span, diag::kBadOperand, "switch",
-                      fmt::format("`{}`", type_name(type)));
+        diag::Diagnostic& d = sink_->report(stmt.expr->span, diag::kBadOperand, "switch",
+                                            fmt::format("`{}`", type_name(type)));
+        if (type == kFloatType) d.help("convert it on purpose: `switch (int(x))`");
         type = {};
     }
     if (type.base == Base::kBool) type = kIntType;

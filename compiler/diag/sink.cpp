@@ -26,17 +26,26 @@ const char* id_text(Id id) {
     return kIds[static_cast<size_t>(id)];
 }
 
-Diagnostic& Sink::add(Id id, Severity severity, const source::Span& span, std::string message) {
-    const bool known = std::any_of(kept_.begin(), kept_.end(), [&](const Diagnostic& d) {
-        return d.id == id && d.span == span;
+bool Sink::count(const Diagnostic& d) {
+    const bool known = std::any_of(kept_.begin(), kept_.end(), [&](const Diagnostic& other) {
+        return other.id == d.id && other.span == d.span;
     });
-    if (!known) ++(severity == Severity::kError ? errors_ : warnings_);
-    if (known || kept_.size() >= kMaxKept) {
+    if (!known) ++(d.severity == Severity::kError ? errors_ : warnings_);
+    return !known && kept_.size() < kMaxKept;
+}
+
+Diagnostic& Sink::add(Id id, Severity severity, const source::Span& span, std::string message) {
+    Diagnostic d{id, severity, span, std::move(message), {}, {}, {}};
+    if (!count(d)) {
         dropped_ = {};
         return dropped_;
     }
-    kept_.push_back({id, severity, span, std::move(message), {}, {}, {}});
+    kept_.push_back(std::move(d));
     return kept_.back();
+}
+
+void Sink::take(Diagnostic d) {
+    if (count(d)) kept_.push_back(std::move(d));
 }
 
 void Sink::undo(const Mark& mark) {

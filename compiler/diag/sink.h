@@ -28,6 +28,9 @@ class Sink {
                    fmt::vformat(what.format, fmt::make_format_args(args...)));
     }
 
+    /// Adds what another sink holds, by the same rule.
+    void take(Diagnostic d);
+
     /// Messages about `file`, a module, get a note at the import that brought it in.
     void set_origin(uint32_t file, const source::Span& import, std::string note);
 
@@ -48,6 +51,8 @@ class Sink {
   private:
     Diagnostic& add(Id id, Severity severity, const source::Span& span, std::string message);
 
+    /// Counts a message; true where it is to be kept.
+    bool count(const Diagnostic& d);
     void add_origins(Diagnostic* d) const;
 
     std::vector<Diagnostic> kept_;

@@ -106,7 +106,7 @@ ast::StmtPtr Parser::parse_for() {
     take();
     if (at_declaration()) {
         out->init = stmt(ast::StmtKind::kDeclaration);
-        const bool is_const = accept("const");
+        const bool is_const = parse_local_qualifiers();
         if (!parse_variables(is_const, &out->init->variables)) skip_to_statement_end();
     } else if (!accept(";")) {
         out->init = stmt(ast::StmtKind::kExpression);
@@ -212,6 +212,22 @@ bool Parser::at_declaration() const {
     return at("const") || (at_identifier() && (at_identifier(1) || peek(1).is("const")));
 }
 
+/// `const` and `static` before a local variable's type, in any order; true where it is `const`.
+bool Parser::parse_local_qualifiers() {
+    const source::Span first = peek().span;
+    const bool is_static = parse_static();
+    const bool is_const = accept("const");
+    if (is_const) parse_static();
+    if (is_static && !is_const) {
+        sink_
+            ->report(first, diag::kBadDeclaration,
+                     "`static` without `const`: nothing is kept from voxel to voxel")
+            .help("leave out `static`, or write `static const` for what does not change")
+            .replace(first, "");
+    }
+    return is_const;
+}
+
 /// After a forgotten semicolon at the end of a line nothing is skipped: what follows is a
 /// statement.
 bool Parser::on_fresh_line() const {
@@ -239,8 +255,7 @@ ast::StmtPtr Parser::parse_simple() {
         ok = parse_struct(out->record.get(), &out->variables, false);
     } else if (at_declaration()) {
         out->kind = ast::StmtKind::kDeclaration;
-        parse_static();
-        const bool is_const = accept("const");
+        const bool is_const = parse_local_qualifiers();
         if (!at_identifier()) {
             expected("a type");
             ok = false;

@@ -321,7 +321,9 @@ void Parser::parse_uniforms(ast::Fablet* fablet) {
     while (!at("}") && !at_end()) {
         const size_t before = at_;
         if (!at_identifier()) {
-            expected("a uniform's type");
+            diag::Diagnostic* d = expected("a uniform's type");
+            if (d != nullptr && at("const"))
+                d->help("no stage changes a uniform: leave out `const`");
             skip_to_statement_end();
         } else if (!parse_variables(false, &fablet->uniforms)) {
             skip_to_statement_end();
@@ -497,6 +499,7 @@ void Parser::parse_member(ast::Fablet* fablet, ast::Scope* scope) {
     }
     if (at_identifier() && at_identifier(1) && peek(2).is("(")) return parse_function(scope);
     const bool is_const = accept("const");
+    if (is_const) parse_static();
     if (at("struct")) {
         ast::Struct record;
         const bool ok = parse_struct(&record, &scope->constants, is_const);
@@ -554,6 +557,7 @@ void Parser::parse_function(ast::Scope* scope) {
 
 bool Parser::parse_parameter(ast::Function* function) {
     ast::Variable v;
+    refuse_static();
     parse_direction(&v);
     if (!at_identifier()) {
         expected("a parameter's type");
@@ -572,8 +576,18 @@ bool Parser::parse_parameter(ast::Function* function) {
     return ok;
 }
 
+/// Over a `static` that says nothing where it stands.
+void Parser::refuse_static() {
+    const source::Span word = peek().span;
+    if (!parse_static()) return;
+    sink_->report(word, diag::kBadDeclaration, "only a constant or a function can be `static`")
+        .help("leave out `static`")
+        .replace(word, "");
+}
+
 /// `type a = 1, b;` with its semicolon.
 bool Parser::parse_variables(bool is_const, std::vector<ast::Variable>* out) {
+    refuse_static();
     const ast::TypeRef type{peek().text, peek().span};
     take();
     return parse_declarators(type, is_const, out);
@@ -610,6 +624,7 @@ bool Parser::parse_declarator(const ast::TypeRef& type, ast::Variable* out) {
         diag::Diagnostic* d = expected("a name");
         if (d == nullptr) return false;
         if (at("[")) d->help("the size of an array follows its name: `float a[3]`");
+        if (at("const")) d->help("`const` stands before the type: `const float a = 1`");
         if (peek().kind == TokenKind::kInt || peek().kind == TokenKind::kFloat) {
             d->help("a vector is written `float3(1, 2, 3)`, a decimal point is `.`");
         }

@@ -96,6 +96,8 @@ class Parser {
     bool parse_parameter(ast::Function* function);
     bool parse_struct(ast::Struct* out, std::vector<ast::Variable>* variables, bool is_const);
     bool parse_static();
+    bool parse_local_qualifiers();
+    void refuse_static();
     void parse_direction(ast::Variable* variable);
     bool parse_variables(bool is_const, std::vector<ast::Variable>* out);
     bool parse_declarators(const ast::TypeRef& type, bool is_const,

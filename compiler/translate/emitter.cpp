@@ -67,6 +67,18 @@ ValueId Emitter::add(ir::Instr instr) {
     return id;
 }
 
+ValueId Emitter::unknown(ir::Type type, int32_t kind, int32_t a, int32_t b,
+                         std::vector<ValueId> args) {
+    ir::Instr instr;
+    instr.op = Op::kInput;
+    instr.type = type;
+    instr.kind = kind;
+    instr.a = a;
+    instr.b = b;
+    instr.args = std::move(args);
+    return add(std::move(instr));
+}
+
 /// An earlier value that is the same, or a constant.
 std::optional<ValueId> Emitter::simplified(const ir::Instr& made) {
     const std::vector<ValueId>& args = made.args;

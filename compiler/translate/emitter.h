@@ -16,6 +16,17 @@
 
 namespace openfab::sema {
 
+/// Inputs that no run has. Only messages hang on them, so that they are dropped with what else no
+/// output needs.
+enum Unknown : int32_t {
+    kEarlierTrip = -1,  ///< an earlier trip of a loop has assigned a variable
+    kSomeTrip = -2,     ///< any trip has
+    // Of a function that is looked at by itself:
+    kArgument = -3,    ///< a component of its parameters
+    kCallResult = -4,  ///< what it gets of another one
+    kChange = -5,      ///< a derivative
+};
+
 class Emitter : public ir::Builder {
   public:
     using ir::Builder::Builder;
@@ -23,6 +34,9 @@ class Emitter : public ir::Builder {
     /// What was emitted since `loop` is of no use after it, and is not found again.
     ir::ValueId loop_end(ir::ValueId loop, ir::ValueId again,
                          const std::vector<ir::ValueId>& next) override;
+    /// What is not known but follows from `args` alone: the same input for the same values.
+    ir::ValueId unknown(ir::Type type, int32_t kind, int32_t a, int32_t b,
+                        std::vector<ir::ValueId> args);
     /// Removes all instructions from number `size` on.
     void forget_after(size_t size);
 

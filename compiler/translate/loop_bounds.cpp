@@ -38,7 +38,9 @@ class Analysis {
     Analysis(const ir::Stage& stage, ValueId loop, const std::vector<ValueId>& next)
         : stage_(stage), loop_(loop), next_(next) {}
 
-    bool run(ValueId again, int limit) {
+    bool run(ValueId again, const std::vector<ValueId>& tests, int limit) {
+        for (const ValueId test : tests)
+            assume(test, true);
         assume(again, true);
         // The condition is a conjunction: one part that ends the loop is enough.
         return std::any_of(facts_.begin(), facts_.end(), [&](const auto& fact) {
@@ -253,9 +255,34 @@ class Analysis {
             }
             case Op::kConvert:
                 return converted(instr, depth);
+            case Op::kLoopVar:
+                return is_float ? std::nullopt : counter(value, depth);
             default:
                 return std::nullopt;
         }
+    }
+
+    /// A counter of a loop around, between what the tests compare it with.
+    std::optional<Range> counter(ValueId value, int depth) const {
+        const bool is_uint = at(value).type == Type::kUint;
+        Range out{is_uint ? 0 : -kIntEnd, (is_uint ? kUintEnd : kIntEnd) - 1};
+        bool known = false;
+        for (const auto& [fact, truth] : facts_) {
+            const Instr& test = at(fact);
+            if (test.op < Op::kLt || test.op > Op::kGe) continue;
+            const bool left = test.args[0] == value;
+            if (!left && test.args[1] != value) continue;
+            const std::optional<Range> other = range(test.args[left ? 1 : 0], depth - 1);
+            if (!other) continue;
+            const Op op = truth ? test.op : opposite(test.op);
+            const Op from_here = left ? op : mirrored(op);
+            known = true;
+            if (from_here == Op::kLt) out.hi = std::min(out.hi, other->hi - 1);
+            if (from_here == Op::kLe) out.hi = std::min(out.hi, other->hi);
+            if (from_here == Op::kGt) out.lo = std::max(out.lo, other->lo + 1);
+            if (from_here == Op::kGe) out.lo = std::max(out.lo, other->lo);
+        }
+        return known && out.lo <= out.hi ? std::optional<Range>(out) : std::nullopt;
     }
 
     /// min(a, b) = a < b ? a : b gives b where a is a NaN, and is never above a b that is none.
@@ -321,8 +348,8 @@ class Analysis {
 }  // namespace
 
 bool trips_at_most(const ir::Stage& stage, ValueId loop, ValueId again,
-                   const std::vector<ValueId>& next, int limit) {
-    return Analysis(stage, loop, next).run(again, limit);
+                   const std::vector<ValueId>& next, const std::vector<ValueId>& tests, int limit) {
+    return Analysis(stage, loop, next).run(again, tests, limit);
 }
 
 }  // namespace openfab::sema

@@ -13,8 +13,10 @@
 namespace openfab::sema {
 
 /// True where the loop surely runs at most `limit` times. It is not ended yet: `again` is its
-/// condition and `next` holds the next value of each LoopVar, as LoopEnd will have them.
+/// condition and `next` holds the next value of each LoopVar, as LoopEnd will have them. `tests`
+/// hold in each of its trips: those of the loops around it.
 bool trips_at_most(const ir::Stage& stage, ir::ValueId loop, ir::ValueId again,
-                   const std::vector<ir::ValueId>& next, int limit);
+                   const std::vector<ir::ValueId>& next, const std::vector<ir::ValueId>& tests,
+                   int limit);
 
 }  // namespace openfab::sema

@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include <memory>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -45,8 +47,54 @@ std::vector<uint32_t> default_bits(const Fablet& fablet, const Symbol& symbol, d
     return bits;
 }
 
+using Functions = std::vector<std::unique_ptr<Function>>;
+
+/// True of what a function's own text is to blame for, whatever it is called with; that a variable
+/// may lack a value is better known where the arguments are.
+bool is_of_text(diag::Id id, bool called) {
+    return id == diag::Id::kMissingReturn || id == diag::Id::kOutputUnassigned ||
+           id == diag::Id::kUninitialized || (id == diag::Id::kMaybeUninitialized && !called);
+}
+
+/// Looks at each function by itself, so that it is checked even where nothing calls it. `steps`
+/// counts those of all of them.
+void check_functions(const Fablet& fablet, const Functions& functions,
+                     const std::set<const Function*>& called, size_t* steps, diag::Sink* sink) {
+    for (const auto& f : functions) {
+        if (*steps > kMaxSteps) {
+            sink->report(f->span, diag::kTooComplex,
+                         fmt::format("the functions up to here come to more than {} statements",
+                                     kMaxSteps))
+                .help("short loops are unrolled: make the innermost ones smaller");
+            return;
+        }
+        ir::Stage scratch;
+        diag::Sink found;
+        StageTranslator translator(fablet, ir::StageKind::kVolume, &scratch, &found);
+        translator.run(*f);
+        *steps += translator.steps();
+        for (diag::Diagnostic& d : found.sorted()) {
+            if (is_of_text(d.id, called.count(f.get()) != 0)) sink->take(std::move(d));
+        }
+    }
+}
+
+/// What functions outside fablets see: one of each, which might be any.
+Fablet no_fablet() {
+    Fablet out;
+    out.ir.slot_count = out.ir.texture_count = out.ir.object_count = 1;
+    out.ir.void_slot = 0;
+    out.point_members = common_point_members();
+    return out;
+}
+
 ir::Fablet translate_fablet(const Fablet& fablet, const TranslateOptions& options,
-                            diag::Sink* sink) {
+                            std::set<const Function*>* called, diag::Sink* sink) {
+    const auto run = [&](ir::StageKind kind, const Stage& stage, ir::Stage* to) {
+        StageTranslator translator(fablet, kind, to, sink);
+        translator.run(stage, options);
+        called->insert(translator.inlined().begin(), translator.inlined().end());
+    };
     ir::Fablet out = fablet.ir;
     for (size_t i = 0; i < fablet.uniforms.size(); ++i) {
         out.uniforms[i].default_bits = default_bits(fablet, *fablet.uniforms[i], sink);
@@ -55,13 +103,12 @@ ir::Fablet translate_fablet(const Fablet& fablet, const TranslateOptions& option
         out.surface_inputs[i].default_bits = default_bits(fablet, *fablet.surface_inputs[i], sink);
     }
     if (out.has_surface) {
-        StageTranslator(fablet, ir::StageKind::kSurface, &out.surface, sink)
-            .run(fablet.surface, options);
+        run(ir::StageKind::kSurface, fablet.surface, &out.surface);
         for (size_t i = 0; i < out.surface_outputs.size(); ++i) {
             out.surface_outputs[i].source = copied_input(out, static_cast<int32_t>(i));
         }
     }
-    StageTranslator(fablet, ir::StageKind::kVolume, &out.volume, sink).run(fablet.volume, options);
+    run(ir::StageKind::kVolume, fablet.volume, &out.volume);
     return out;
 }
 
@@ -69,9 +116,14 @@ ir::Fablet translate_fablet(const Fablet& fablet, const TranslateOptions& option
 
 ir::Module translate(const Program& program, const TranslateOptions& options, diag::Sink* sink) {
     ir::Module module;
+    std::set<const Function*> called;
     for (const Fablet& fablet : program.fablets) {
-        module.fablets.push_back(translate_fablet(fablet, options, sink));
+        module.fablets.push_back(translate_fablet(fablet, options, &called, sink));
     }
+    size_t steps = 0;
+    for (const Fablet& fablet : program.fablets)
+        check_functions(fablet, fablet.functions, called, &steps, sink);
+    check_functions(no_fablet(), program.functions, called, &steps, sink);
     return module;
 }
 

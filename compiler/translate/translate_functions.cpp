@@ -81,6 +81,14 @@ Value StageTranslator::several_results(const Expr& expr) {
 }
 
 Value StageTranslator::derivatives(const Expr& expr, const Value& x) {
+    if (alone_) {
+        Value unknown;
+        for (const ValueId v : x) {
+            const auto which = static_cast<int32_t>(expr.intrinsic);
+            unknown.push_back(emit_.unknown(ir::Type::kFloat, kChange, which, 0, {v}));
+        }
+        return unknown;
+    }
     if (kind_ != ir::StageKind::kSurface) {
         sink_->report(expr.span, diag::kStageMismatch, "ddx", "called in a volume stage")
             .note(fablet_.volume.span, "stage declared `@Volume` here, which calls this function");

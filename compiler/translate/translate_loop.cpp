@@ -9,6 +9,7 @@
 
 #include "compiler/translate/loop_bounds.h"
 #include "compiler/translate/proof.h"
+#include "compiler/translate/sure_trips.h"
 #include "compiler/translate/translate_state.h"
 
 namespace openfab::sema {
@@ -27,14 +28,18 @@ constexpr size_t kMostUnrolled = 12000;
 // Kernels more for what cuts a stage in phases.
 constexpr size_t kManyKernels = 16;
 
-// Inputs that no run has: whether an earlier trip of a loop, or any trip, has assigned a variable.
-// Only messages hang on them, so that they are dropped with what else no output needs.
-constexpr int32_t kEarlierTrip = -1;
-constexpr int32_t kSomeTrip = -2;
-
 size_t kernels_of(ir::Op op) {
     if (op == ir::Op::kLoop) return kManyKernels / 2;
     return op == ir::Op::kQuery || op == ir::Op::kPrint ? 1 : 0;
+}
+
+/// True of an expression of variables that costs nothing to compute again.
+bool is_plain(const Expr& expr) {
+    const bool arithmetic = expr.kind == ExprKind::kBinary || expr.kind == ExprKind::kUnary ||
+                            expr.kind == ExprKind::kConvert;
+    if (!arithmetic) return expr.kind == ExprKind::kVariable || expr.kind == ExprKind::kConstant;
+    return std::all_of(expr.args.begin(), expr.args.end(),
+                       [](const ExprPtr& arg) { return is_plain(*arg); });
 }
 
 const Symbol* base_symbol(const Expr& target) {
@@ -89,7 +94,7 @@ class AssignedSymbols {
 
 StageTranslator::Attempt StageTranslator::attempt() const {
     return {emit_.size(), stage_->prints.size(), sink_->mark(), variables_, open_, frame_,
-            live_,        inline_depth_};
+            live_,        inline_depth_,         doubts_.size()};
 }
 
 /// Back to where an attempt began, all but what was reported.
@@ -101,6 +106,7 @@ void StageTranslator::take_back(const Attempt& start) {
     frame_ = start.frame;
     live_ = start.live;
     inline_depth_ = start.inline_depth;
+    doubts_.resize(start.doubts);
 }
 
 void StageTranslator::undo(const Attempt& start) {
@@ -109,18 +115,19 @@ void StageTranslator::undo(const Attempt& start) {
     gave_up_ = false;
 }
 
-bool StageTranslator::holds(ValueId fact) const {
-    const auto implied = [&](ValueId condition) { return emit_.implies(condition, fact); };
-    if (implied(live_) || std::any_of(outer_live_.begin(), outer_live_.end(), implied)) return true;
+bool StageTranslator::holds(ValueId fact, ValueId and_where) const {
     std::vector<ValueId> given = outer_live_;
     given.push_back(live_);
-    return follows(*stage_, given, fact);
+    given.push_back(and_where);
+    return std::any_of(given.begin(), given.end(),
+                       [&](ValueId condition) { return emit_.implies(condition, fact); }) ||
+           follows(*stage_, given, fact);
 }
 
 /// `assigned`, or by a trip of which no more is known.
 ValueId StageTranslator::assigned_by_a_trip(ValueId assigned, int32_t which) {
     if (emit_.is_true(assigned)) return assigned;
-    const ValueId unknown = emit_.input(ir::Type::kBool, which, real_loops_++, 0);
+    const ValueId unknown = emit_.input(ir::Type::kBool, which, unknowns_++, 0);
     return emit_.logical_or(assigned, unknown);
 }
 
@@ -249,6 +256,7 @@ StageTranslator::RealLoop StageTranslator::make_loop(const Stmt& stmt, ValueId g
         for (const ValueId before : variables_[id].assigned)
             assigned.push_back(assigned_by_a_trip(before, kEarlierTrip));
     }
+    const std::vector<DoubtfulRead> outer_doubts = std::exchange(doubts_, {});
     made.loop = emit_.loop(guard);
     open_.push_back({{}, variables_.size(), live_});
     outer_live_.push_back(guard);
@@ -273,7 +281,10 @@ StageTranslator::RealLoop StageTranslator::make_loop(const Stmt& stmt, ValueId g
     frame_.broken = add_flag();
     frame_.continued = add_flag();
     const VariableId go = add_flag();
+    const bool tested = stmt.expr != nullptr && !stmt.test_last && is_plain(*stmt.expr);
+    if (tested) tests_.push_back(scalar(*stmt.expr));
     statement(*stmt.body[0]);
+    if (tested) tests_.pop_back();
     set_flag(frame_.continued, emit_.constant(false));
     std::vector<ValueId> pending;
     if (skip_where_exited(&pending)) {
@@ -292,6 +303,7 @@ StageTranslator::RealLoop StageTranslator::make_loop(const Stmt& stmt, ValueId g
     frame_.continued = outer.continued;
     outer_live_.pop_back();
     made.changes = leave();
+    made.doubts = std::exchange(doubts_, outer_doubts);
     return made;
 }
 
@@ -302,7 +314,7 @@ void StageTranslator::finish_loop(const Stmt& stmt, const RealLoop& made, ValueI
         next.insert(next.end(), item.second.value.begin(), item.second.value.end());
     if (made.count != ir::kNoValue) next.push_back(made.count);
     if (!emit_.is_false(made.again) && stmt.bound == 0 &&
-        !trips_at_most(*stage_, made.loop, made.again, next, kMaxTrips)) {
+        !trips_at_most(*stage_, made.loop, made.again, next, tests_, kMaxTrips)) {
         const Expr* test = stmt.expr.get();
         sink_->report(test != nullptr ? test->span : stmt.span, diag::kLoopUnbounded)
             .help(
@@ -311,24 +323,64 @@ void StageTranslator::finish_loop(const Stmt& stmt, const RealLoop& made, ValueI
                 "write `@bound(n)` before the loop, which then stops after n trips");
     }
     const ValueId end = emit_.loop_end(made.loop, made.again, next);
+    const ValueId ran = certain ? emit_.constant(true) : guard;
+    std::vector<ValueId> by_trips = assigned_by_trips(made, next);
     int32_t number = 0;
+    size_t component = 0;
     for (const auto& item : made.changes) {
         Variable v = variables_[item.first];
         for (size_t i = 0; i < v.value.size(); ++i, ++number) {
             v.value[i] = emit_.loop_result(end, number);
         }
-        for (size_t i = 0; i < v.assigned.size(); ++i) {
-            const ValueId trip = item.second.assigned[i];
-            if (trip == made.assigned_before.at(item.first)[i]) continue;  // by no trip
-            if (!always(trip)) {
-                v.assigned[i] = assigned_by_a_trip(v.assigned[i], kSomeTrip);
-            } else {
-                const ValueId ran = certain ? emit_.constant(true) : guard;
-                v.assigned[i] = emit_.logical_or(v.assigned[i], ran);
-            }
+        for (ValueId& assigned : v.assigned) {
+            const ValueId surely = by_trips[component++];
+            if (surely == ir::kNoValue) continue;  // by no trip
+            assigned = emit_.logical_or(assigned, emit_.logical_and(ran, surely));
+            if (!emit_.is_true(surely)) assigned = assigned_by_a_trip(assigned, kSomeTrip);
         }
         set(item.first, std::move(v));
     }
+}
+
+/// Of each component that has to be assigned, in the order of `changes`: the condition under which
+/// the trips surely assign it where the first one runs; kNoValue where no trip does. Reports what
+/// trips read that none before them surely assigned.
+std::vector<ValueId> StageTranslator::assigned_by_trips(const RealLoop& made,
+                                                        const std::vector<ValueId>& next) {
+    std::vector<ValueId> out;
+    std::vector<ValueId> open;
+    for (const auto& [id, v] : made.changes) {
+        for (size_t i = 0; i < v.assigned.size(); ++i) {
+            const ValueId trip = v.assigned[i];
+            const bool none = trip == made.assigned_before.at(id)[i];
+            out.push_back(none ? ir::kNoValue : always(trip) ? emit_.constant(true) : trip);
+            if (!none) open.push_back(trip);
+        }
+    }
+    if (open.empty() && made.doubts.empty()) return out;
+    SureTrips trips(*stage_, made.loop, made.again, next, open);
+    report_doubts(made, &trips);
+    for (ValueId& value : out) {
+        if (value != ir::kNoValue && !emit_.is_true(value)) value = trips.some_gives(value, &emit_);
+    }
+    return out;
+}
+
+void StageTranslator::report_doubts(const RealLoop& made, SureTrips* trips) {
+    std::map<ValueId, ValueId> by_trips;
+    for (const auto& [id, before] : made.assigned_before) {
+        for (size_t i = 0; i < before.size(); ++i)
+            by_trips.emplace(before[i], made.changes.at(id).assigned[i]);
+    }
+    std::set<const Symbol*> reported;
+    const size_t size = emit_.size();
+    for (const DoubtfulRead& read : made.doubts) {
+        if (reported.count(read.symbol) != 0) continue;
+        if (trips->always_assigned(read, by_trips, &emit_)) continue;
+        reported.insert(read.symbol);
+        report_maybe(*read.symbol, read.span);
+    }
+    emit_.forget_after(size);
 }
 
 }  // namespace openfab::sema

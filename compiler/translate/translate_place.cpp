@@ -137,21 +137,39 @@ void StageTranslator::check_read(const Target& target, const source::Span& span)
             const ValueId assigned = v.assigned[lane];
             unset = unset || emit_.is_false(assigned) ||
                     (first_trip && unassigned_in_first_trip(assigned));
-            maybe = maybe || !(emit_.is_true(assigned) || holds(assigned));
+            maybe = maybe || !(emit_.is_true(assigned) || holds(assigned, place.condition));
         }
         never = never && unset;
     }
     if (never) {
         sink_->report(span, diag::kUninitialized, symbol.name)
             .note(symbol.span, fmt::format("`{}` is declared here", symbol.name));
+    } else if (maybe && !outer_live_.empty()) {
+        return doubt(target, span);
     } else if (maybe) {
-        sink_->report(span, diag::kMaybeUninitialized, symbol.name)
-            .note(symbol.span, fmt::format("`{}` is declared here", symbol.name))
-            .help("give it a value where it is declared");
+        report_maybe(symbol, span);
     } else {
         return;
     }
     take_as_assigned(target);
+}
+
+void StageTranslator::report_maybe(const Symbol& symbol, const source::Span& span) {
+    sink_->report(span, diag::kMaybeUninitialized, symbol.name)
+        .note(symbol.span, fmt::format("`{}` is declared here", symbol.name))
+        .help("give it a value where it is declared");
+}
+
+/// What the trips of a loop assign is known at its end only.
+void StageTranslator::doubt(const Target& target, const source::Span& span) {
+    const Variable& v = variables_[variable_of(*target.symbol)];
+    DoubtfulRead read{target.symbol, span, live_, {}};
+    for (const Place& place : target.places) {
+        read.places.push_back({place.condition, {}});
+        for (const size_t lane : place.lanes)
+            read.places.back().assigned.push_back(v.assigned[lane]);
+    }
+    doubts_.push_back(std::move(read));
 }
 
 /// What was reported of a variable is not said again where it is read next.

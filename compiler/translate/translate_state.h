@@ -22,6 +22,7 @@
 #include "compiler/diag/sink.h"
 #include "compiler/translate/emitter.h"
 #include "compiler/translate/formulas.h"
+#include "compiler/translate/sure_trips.h"
 #include "compiler/translate/translate.h"
 
 namespace openfab::sema {
@@ -36,6 +37,13 @@ class StageTranslator {
     /// A value outside a stage, such as a uniform's default: empty unless all its components are
     /// constants.
     std::vector<uint32_t> constant_bits(const Expr& expr);
+    /// A function by itself, for whatever it may be called with: only what is reported of its paths
+    /// is of use.
+    void run(const Function& function);
+    /// The functions that were called on the way.
+    const std::set<const Function*>& inlined() const { return inlined_; }
+    /// The statements and calls that were translated.
+    size_t steps() const { return steps_; }
 
   private:
     using VariableId = size_t;
@@ -90,6 +98,7 @@ class StageTranslator {
         Frame frame;
         ir::ValueId live = 0;
         int inline_depth = 0;
+        size_t doubts = 0;
     };
     /// A real loop, all but its end. The variables come in the order of `changes`.
     struct RealLoop {
@@ -99,6 +108,7 @@ class StageTranslator {
         size_t vars = 0;                   ///< components
         Changes changes;
         std::map<VariableId, Value> assigned_before;  ///< at the start of any trip
+        std::vector<DoubtfulRead> doubts;
     };
 
     // translate_stmt.cpp
@@ -120,6 +130,9 @@ class StageTranslator {
     void declare(const Stmt& stmt);
     void return_statement(const Stmt& stmt);
     Value inline_call(const Expr& expr);
+    Value run_body(const Function& f, std::vector<Variable> arguments, std::vector<Value>* results);
+    Value call_result(const Function& f, const Type& type, int32_t number,
+                      const std::vector<Variable>& arguments);
     void add_stage_symbol(const Symbol& symbol);
     void finish_surface(const Stage& stage);
     void finish_volume();
@@ -134,7 +147,7 @@ class StageTranslator {
     void take_back(const Attempt& start);
     void undo(const Attempt& start);
     /// True where `fact` holds whenever the present place is reached.
-    bool holds(ir::ValueId fact) const;
+    bool holds(ir::ValueId fact, ir::ValueId and_where) const;
     ir::ValueId assigned_by_a_trip(ir::ValueId assigned, int32_t which);
     bool unassigned_in_first_trip(ir::ValueId assigned) const;
     bool first_trip_comes_here() const;
@@ -144,6 +157,9 @@ class StageTranslator {
     std::set<VariableId> guess_changed(const Stmt& stmt) const;
     void run_loop(const Stmt& stmt);
     RealLoop make_loop(const Stmt& stmt, ir::ValueId guard, const std::set<VariableId>& changed);
+    std::vector<ir::ValueId> assigned_by_trips(const RealLoop& made,
+                                               const std::vector<ir::ValueId>& next);
+    void report_doubts(const RealLoop& made, SureTrips* trips);
     void finish_loop(const Stmt& stmt, const RealLoop& made, ir::ValueId guard, bool certain);
 
     // translate_expr.cpp
@@ -172,6 +188,8 @@ class StageTranslator {
     void pick_element(const Expr& expr, Target* target);
     Target target(const Expr& expr);
     void check_read(const Target& target, const source::Span& span);
+    void doubt(const Target& target, const source::Span& span);
+    void report_maybe(const Symbol& symbol, const source::Span& span);
     void take_as_assigned(const Target& target);
     Value read(const Target& target, const Expr& expr);
     void store(const Target& target, const Value& value);
@@ -220,12 +238,17 @@ class StageTranslator {
     std::vector<Branch> open_;
     Frame frame_;
     ir::ValueId live_ = 0;
+    std::vector<ir::ValueId> tests_;       ///< of the real loops that are open, in this trip
+    std::vector<DoubtfulRead> doubts_;     ///< of the innermost real loop
     std::vector<ir::ValueId> outer_live_;  ///< what holds around each real loop that is open
     std::map<const Symbol*, std::vector<uint32_t>> constants_;  ///< tables, by component
     TranslateOptions options_;
+    bool alone_ = false;  ///< a function by itself, which calls others without looking into them
+    std::map<const Function*, int32_t> callees_;
+    std::set<const Function*> inlined_;
     int inline_depth_ = 0;
     size_t steps_ = 0;
-    int32_t real_loops_ = 0;
+    int32_t unknowns_ = 0;
     bool gave_up_ = false;
 };
 

@@ -242,6 +242,29 @@ Value StageTranslator::inline_call(const Expr& expr) {
         if (!p.is_in) v.assigned = unassigned(p.type);
         arguments.push_back(std::move(v));
     }
+    std::vector<Value> results;
+    Value result;
+    if (alone_) {
+        result = call_result(f, f.return_type, 0, arguments);
+        for (size_t i = 0; i < f.parameters.size(); ++i) {
+            const Symbol& p = *f.parameters[i];
+            const auto number = static_cast<int32_t>(i) + 1;
+            results.push_back(p.is_out ? call_result(f, p.type, number, arguments) : Value{});
+        }
+    } else {
+        inlined_.insert(&f);
+        result = run_body(f, std::move(arguments), &results);
+    }
+    for (size_t i = 0; i < f.parameters.size(); ++i) {
+        if (f.parameters[i]->is_out) store(targets[i], results[i]);
+    }
+    --inline_depth_;
+    return result;
+}
+
+/// What the body returns; `results` is what its parameters hold at its end.
+Value StageTranslator::run_body(const Function& f, std::vector<Variable> arguments,
+                                std::vector<Value>* results) {
     const size_t outside = variables_.size();
     Frame caller = std::exchange(frame_, Frame{});
     for (size_t i = 0; i < f.parameters.size(); ++i) {
@@ -252,19 +275,50 @@ Value StageTranslator::inline_call(const Expr& expr) {
     statements(f.body->body);
     if (f.return_type != kVoidType) check_returned(f.span, fmt::format("`{}`", f.name));
     Value result = variables_[frame_.result].value;
-    std::vector<Value> results;
     for (const auto& p : f.parameters) {
         const Variable& v = variables_[frame_.variables[p.get()]];
         if (p->is_out) check_assigned(v, *p);
-        results.push_back(v.value);
+        results->push_back(v.value);
     }
     frame_ = std::move(caller);
     variables_.resize(outside);
-    for (size_t i = 0; i < f.parameters.size(); ++i) {
-        if (f.parameters[i]->is_out) store(targets[i], results[i]);
-    }
-    --inline_depth_;
     return result;
+}
+
+// --- functions by themselves
+
+void StageTranslator::run(const Function& function) {
+    alone_ = true;
+    live_ = emit_.constant(true);
+    std::vector<Variable> arguments;
+    for (const auto& p : function.parameters) {
+        Variable v;
+        for (const ir::Type type : components(p->type)) {
+            v.value.push_back(p->is_in ? emit_.input(type, kArgument, unknowns_++, 0)
+                                       : emit_.constant(type, 0));
+        }
+        if (!p->is_in) v.assigned = unassigned(p->type);
+        arguments.push_back(std::move(v));
+    }
+    std::vector<Value> results;
+    run_body(function, std::move(arguments), &results);
+}
+
+/// Functions have no state: of the same arguments comes the same. `number` is 0 for what `f`
+/// returns, then counts its parameters.
+Value StageTranslator::call_result(const Function& f, const Type& type, int32_t number,
+                                   const std::vector<Variable>& arguments) {
+    const auto callee = static_cast<int32_t>(callees_.size());
+    const int32_t known = callees_.emplace(&f, callee).first->second;
+    std::vector<ValueId> values = {emit_.constant(ir::Type::kInt, static_cast<uint32_t>(number))};
+    for (const Variable& argument : arguments)
+        values.insert(values.end(), argument.value.begin(), argument.value.end());
+    Value out;
+    for (const ir::Type component : components(type)) {
+        const auto place = static_cast<int32_t>(out.size());
+        out.push_back(emit_.unknown(component, kCallResult, known, place, values));
+    }
+    return out;
 }
 
 }  // namespace openfab::sema

@@ -172,7 +172,17 @@ constexpr Case kVariables[] = {
      " default: v = 2; } } mc.Set(m, v);",
      ""},
     {"float v; int i = 0; @bound(300) while (i < n) { v = x; ++i; } if (n > 0) mc.Set(m, v);", ""},
-    {"float a[300]; for (int i = 0; i < 300; ++i) a[i] = i; mc.Set(m, a[n]);",
+    {"float a[300]; for (int i = 0; i < 300; ++i) a[i] = i; mc.Set(m, a[n]);", ""},
+    {"float a[300]; for (int i = 0; i < 299; ++i) a[i] = i; mc.Set(m, a[n]);",
+     " maybe-uninitialized"},
+    {"float a[300]; for (int i = 0; i < 300; ++i) { if (x > i) break; a[i] = i; }"
+     " mc.Set(m, a[n]);",
+     " maybe-uninitialized"},
+    {"float a[300]; for (int i = 0; i < 300; ++i) { a[i] = i; if (x > i) break; }"
+     " mc.Set(m, a[0]);",
+     ""},
+    {"float a[300]; for (int i = 0; i < 300; ++i) { a[i] = i; if (x > i) break; }"
+     " mc.Set(m, a[1]);",
      " maybe-uninitialized"},
     {"float s; for (int i = 0; i < min(n, 8); ++i) s = i; mc.Set(m, s);", " maybe-uninitialized"},
     {"float s; for (int i = 0; i < 300; ++i) if (x > i) s = i; mc.Set(m, s);",
@@ -180,7 +190,12 @@ constexpr Case kVariables[] = {
     {"float3 b; float d = 9; for (int i = 0; i < 300; ++i) if (i < d) { d = x; b = i; }"
      " mc.Set(m, b.x);",
      " maybe-uninitialized"},
-    {"float p; for (int i = 0; i < 300; ++i) { if (i > 0) mc.Add(m, p); p = x; }",
+    {"float p; for (int i = 0; i < 300; ++i) { if (i > 0) mc.Add(m, p); p = x; }", ""},
+    {"float p; for (int i = 0; i < 300; ++i) { if (i > 0) mc.Add(m, p); if (i > 0) p = x; }",
+     " maybe-uninitialized"},
+    {"float p; for (int i = 0; i < 300; ++i) { if (i > 1) mc.Add(m, p); if (i % 2 == 1) p = x; }",
+     ""},
+    {"float p; for (int i = 0; i < 300; ++i) { if (i > n) mc.Add(m, p); p = x; }",
      " maybe-uninitialized"},
     {"float p; for (int i = 0; i < 3; ++i) { if (i > 0) mc.Add(m, p); p = x; }", ""},
     {"float s; if (n > 3) s = 1; mc.Set(m, s);", " maybe-uninitialized"},
