@@ -19,8 +19,8 @@ Error error_at(SourceLocation location, std::string what, std::string help) {
     return {ErrorCode::kUserInput, std::move(what), std::move(help), std::move(location)};
 }
 
-Error error_at(SourceLocation location, Complaint complaint) {
-    return error_at(std::move(location), std::move(complaint.what), std::move(complaint.help));
+Error Complaint::at(SourceLocation location) const {
+    return error_at(std::move(location), what, help);
 }
 
 Error with_context(const Error& error, const std::string& before) {

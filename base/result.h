@@ -44,6 +44,8 @@ struct Complaint {
         : what(std::move(what)), help(std::move(help)) {}
     Complaint(const char* what) : what(what) {}
     bool empty() const { return what.empty(); }
+    /// It as a user's mistake, once the place is known.
+    Error at(SourceLocation location) const;
 };
 
 /// Exit code of a program that ends with this error: 1 user input, 2 usage, 3 outside world, 4 bug,
@@ -79,7 +81,6 @@ inline Error internal_error(std::string message) {
 
 /// A user's mistake at a place in a file.
 Error error_at(SourceLocation location, std::string what, std::string help = {});
-Error error_at(SourceLocation location, Complaint complaint);
 
 /// The error with words before its message, such as `cannot read x.png: `; its place, if it has
 /// one, goes into the message.

@@ -249,18 +249,14 @@ class PlyReader {
     }
 
     Error error(const PlyElement& element, int64_t index, const Complaint& wrong) const {
-        return error_at(
-            header_.ascii
-                ? SourceLocation{file_, values_.line(), 1}
-                : SourceLocation{fmt::format("{}: {} {}", file_, element.name, index), 0, 0},
-            wrong);
+        return header_.ascii
+                   ? wrong.at({file_, values_.line(), 1})
+                   : wrong.at({fmt::format("{}: {} {}", file_, element.name, index), 0, 0});
     }
 
     Error face_error(size_t face, const Complaint& wrong) const {
-        return error_at(header_.ascii
-                            ? SourceLocation{file_, face_lines_[face], 1}
-                            : SourceLocation{fmt::format("{}: face {}", file_, face), 0, 0},
-                        wrong);
+        return header_.ascii ? wrong.at({file_, face_lines_[face], 1})
+                             : wrong.at({fmt::format("{}: face {}", file_, face), 0, 0});
     }
 
     /// The values of a list; `most` of them.

@@ -91,7 +91,7 @@ Result<void> parse_xml(std::string_view text, const std::string& file, XmlHandle
         if (status != XML_STATUS_OK) {
             const XML_Error code = XML_GetErrorCode(parser.get());
             parse.keep(XML_ErrorString(code));
-            return error_at(parse.location, parse.wrong);
+            return parse.wrong.at(parse.location);
         }
         if (last) return Ok{};
     }
