@@ -207,7 +207,7 @@ Result<void> TableBuilder::bound_tiles() {
                                                               patch.lattice[2], patch.lattice[3]});
                           }
                           if (const abi::KernelStatus status = batch.evaluate(); !status.ok()) {
-                              error = status;
+                              error.store(status);
                               return;
                           }
                           for (size_t k = range.begin(); k < range.end(); ++k) {
@@ -398,7 +398,7 @@ Result<void> classify(const scene::Part& part, const SurfaceOptions& options,
                           for (int32_t t = range.begin(); t < range.end(); ++t)
                               batch.add_triangle(t);
                           if (const abi::KernelStatus status = batch.evaluate(); !status.ok()) {
-                              error = status;
+                              error.store(status);
                               return;
                           }
                           for (int32_t t = range.begin(); t < range.end(); ++t) {

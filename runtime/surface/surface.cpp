@@ -119,7 +119,7 @@ std::shared_ptr<const MicroMesh> DicedSurface::micro(int32_t patch) const {
     not_finite_ += dicer->not_finite();
     cut_to_bound_ += dicer->cut_to_bound();
     give_back(std::move(dicer));
-    if (!error.ok()) error_ = error;
+    if (!error.ok()) error_.store(error);
     if (!cached) return mesh;
     return cache_.insert(patch, std::move(mesh));
 }
