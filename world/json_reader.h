@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "base/check.h"
 #include "base/json.h"
 #include "base/result.h"
 #include "world/world.h"
@@ -25,13 +26,17 @@ class JsonReader {
     explicit JsonReader(std::string file) : file_(std::move(file)) {}
 
     bool ok() const { return !error_.has_value(); }
-    const Error& error() const { return *error_; }
-
-    Place place(const JsonValue& value) const { return {file_, value.line, value.column}; }
-    void fail(const JsonValue& value, const std::string& what) {
-        fail_at(value.line, value.column, what);
+    const Error& error() const {
+        OPENFAB_CHECK(!ok());
+        return *error_;
     }
-    void fail_at(int32_t line, int32_t column, const std::string& what);
+
+    SourceLocation place(const JsonValue& value) const { return {file_, value.line, value.column}; }
+    void fail(const JsonValue& value, const std::string& what, const std::string& help = {}) {
+        fail_at(value.line, value.column, what, help);
+    }
+    void fail_at(int32_t line, int32_t column, const std::string& what,
+                 const std::string& help = {});
     /// An error that names its own place.
     void fail_with(const Error& error);
 

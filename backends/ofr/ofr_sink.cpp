@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "backends/common/same_print.h"
+#include "base/check.h"
 #include "base/units.h"
 
 namespace openfab::ofr {
@@ -28,7 +29,7 @@ Result<std::unique_ptr<backends::SliceSink>> OfrSink::resume(const std::string& 
 
 Error OfrSink::with_slices_kept(const Error& error) const {
     std::string message =
-        fmt::format("{}; {} whole slices were written before", error.message, entries_.size());
+        fmt::format("{}; {} whole slices were written before", error.text(), entries_.size());
     const auto left = static_cast<double>(info_.slice_end - info_.slice_begin) -
                       static_cast<double>(entries_.size());
     if (!entries_.empty() && left > 0) {
@@ -131,6 +132,7 @@ std::vector<uint8_t> OfrSink::encode(const backends::SliceView& slice) const {
 
 Result<void> OfrSink::commit(int32_t z, const std::vector<uint8_t>& bytes) {
     if (bytes.empty()) return internal_error(fmt::format("slice {} could not be compressed", z));
+    OPENFAB_CHECK(entries_.empty() || entries_.back().z + 1 == z);
     const int64_t offset = file_.bytes_written();
     if (Result<void> written = file_.write(bytes); !written) {
         broken_ = true;

@@ -16,6 +16,7 @@
 #include <semaphore>
 
 #include "abi/halide_hooks.h"
+#include "base/check.h"
 #include "base/clock.h"
 #include "runtime/pipeline/check.h"
 #include "runtime/pipeline/grid.h"
@@ -31,7 +32,7 @@ namespace {
 /// Slices of one group, encoded, waiting for their turn.
 struct FinishedSlices {
     int32_t first = 0, end = 0;
-    int status = 0;
+    abi::KernelStatus status;
     std::string kernel_error;
     Result<void> surfaces;  ///< an error where a surface kernel has failed
     struct Slice {
@@ -65,12 +66,12 @@ class Delivery {
 
     void deliver(FinishedSlices group) {
         if (failed_ || ended_) return;
-        if (group.status != 0) {
+        if (!group.status.ok()) {
             ended_ = true;
             stop_.failed.store(true);
-            if (group.status == GroupRun::kStopped) return;
+            if (group.status.is_stopped()) return;
             fail(internal_error(fmt::format("slices {} to {}: a kernel failed with code {}: {}",
-                                            group.first, group.end - 1, group.status,
+                                            group.first, group.end - 1, group.status.code(),
                                             group.kernel_error)));
             return;
         }
@@ -81,6 +82,7 @@ class Delivery {
                 if (!is_as_kept(slice)) return;
                 continue;
             }
+            OPENFAB_CHECK_EQ(slice.z, info_.slice_begin + slices_);  // the sink takes them in order
             const double start = seconds_now();
             const Result<void> written = sink_.commit(slice.z, slice.bytes);
             seconds_commit_ += seconds_now() - start;
@@ -97,6 +99,7 @@ class Delivery {
 
     /// Counts a slice that an earlier print has written; false once nothing more is to be done.
     bool keep(const backends::SliceView& slice) {
+        OPENFAB_CHECK_EQ(slice.z, info_.slice_begin + slices_);
         const SliceTotals totals = count_slice(slice, info_.bits);
         last_kept_[static_cast<size_t>(slice.z & 7)] = totals.hash;
         totals_.add(totals);
@@ -216,7 +219,7 @@ class PrintJob final : public Print {
     void print_groups(backends::SliceSink& sink, Delivery* delivery);
     void print_first_group(int32_t group, const backends::SliceSink& sink, Delivery* delivery);
     FinishedSlices print_group(int32_t group, const backends::SliceSink& sink, Delivery* delivery);
-    FinishedSlices print_slices(int32_t first, int32_t end, int begun, GroupRun* run,
+    FinishedSlices print_slices(int32_t first, int32_t end, abi::KernelStatus begun, GroupRun* run,
                                 const backends::SliceSink& sink, Delivery* delivery);
     void encode(const backends::SliceSink& sink, const GroupRun& run, FinishedSlices* finished);
     void fill_statistics(const Delivery& delivery, PrintStatistics* statistics);
@@ -495,8 +498,7 @@ Result<void> PrintJob::surface_status() const {
         if (!owns_surface(i)) continue;
         const Result<void> status = surfaces_[i]->status();
         if (status) continue;
-        return Error{status.error().code,
-                     fmt::format("part `{}`: {}", input_.parts[i].name, status.error().message)};
+        return with_context(status.error(), fmt::format("part `{}`: ", input_.parts[i].name));
     }
     return {};
 }
@@ -534,7 +536,7 @@ void PrintJob::print_groups(backends::SliceSink& sink, Delivery* delivery) {
 void PrintJob::print_first_group(int32_t group, const backends::SliceSink& sink,
                                  Delivery* delivery) {
     GroupRun* run = runs_.take([&] { return std::make_unique<GroupRun>(setup_); });
-    const int begun = run->begin(group, &evaluators_);
+    const abi::KernelStatus begun = run->begin(group, &evaluators_);
     int32_t first = std::max(8 * group, range_.x);
     const int32_t end = std::min(8 * group + 8, range_.y);
     // What fablets print comes in an order that goes through a group column by column.
@@ -552,7 +554,7 @@ void PrintJob::print_first_group(int32_t group, const backends::SliceSink& sink,
 FinishedSlices PrintJob::print_group(int32_t group, const backends::SliceSink& sink,
                                      Delivery* delivery) {
     GroupRun* run = runs_.take([&] { return std::make_unique<GroupRun>(setup_); });
-    const int begun = run->begin(group, &evaluators_);
+    const abi::KernelStatus begun = run->begin(group, &evaluators_);
     FinishedSlices finished =
         print_slices(std::max(8 * group, range_.x), std::min(8 * group + 8, range_.y), begun, run,
                      sink, delivery);
@@ -561,20 +563,21 @@ FinishedSlices PrintJob::print_group(int32_t group, const backends::SliceSink& s
 }
 
 // Slices [first, end) of the group that `run` has begun, which gave the status `begun`.
-FinishedSlices PrintJob::print_slices(int32_t first, int32_t end, int begun, GroupRun* run,
-                                      const backends::SliceSink& sink, Delivery* delivery) {
+FinishedSlices PrintJob::print_slices(int32_t first, int32_t end, abi::KernelStatus begun,
+                                      GroupRun* run, const backends::SliceSink& sink,
+                                      Delivery* delivery) {
     FinishedSlices finished;
     finished.first = first;
     finished.end = end;
     const auto slices = static_cast<uint8_t>(((1 << (end - first)) - 1) << (first & 7));
-    finished.status = begun != 0 ? begun : run->run(slices, &evaluators_, delivery->stop_flags());
+    finished.status = begun.ok() ? run->run(slices, &evaluators_, delivery->stop_flags()) : begun;
     if (!run->prints().empty()) finished.prints.append(&run->prints());
-    if (finished.status != 0) {
+    if (!finished.status.ok()) {
         finished.kernel_error = abi::take_kernel_error();
     } else if (finished.surfaces = surface_status(); !finished.surfaces) {
         // What was printed with an empty patch must not be kept.
     } else if (delivery->stopped()) {
-        finished.status = GroupRun::kStopped;
+        finished.status = abi::KernelStatus::stopped();
     } else {
         encode(sink, *run, &finished);
     }

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <limits>
 
+#include "base/check.h"
+
 namespace openfab::surface {
 
 namespace {
@@ -106,6 +108,7 @@ void BoundsBatch::add_evaluator(Item* item, int32_t triangle) const {
     for (int32_t i = 0; i < item->evaluators; ++i) {
         if (item->evaluator[static_cast<size_t>(i)] == triangle) return;
     }
+    OPENFAB_CHECK_LT(static_cast<size_t>(item->evaluators), item->evaluator.size());
     item->evaluator[static_cast<size_t>(item->evaluators++)] = triangle;
 }
 
@@ -281,9 +284,9 @@ Range<float> BoundsBatch::float_argument(const Item& item, const openfab_arg& ar
     return linear(item, {uv[0], uv[2], uv[4]});
 }
 
-int BoundsBatch::evaluate() {
+abi::KernelStatus BoundsBatch::evaluate() {
     const size_t n = items_.size();
-    if (n == 0) return 0;
+    if (n == 0) return {};
     for (size_t i = 0; i < batched_.size(); ++i) {
         if (batched_[i] == 0) continue;
         const openfab_arg& arg = kernel_.args[i];

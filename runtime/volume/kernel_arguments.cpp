@@ -2,6 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/volume/kernel_arguments.h"
 
+#include <algorithm>
+
+#include "base/check.h"
+
 namespace openfab::slab {
 
 const void* part_argument(const PrintPart& part, const openfab_arg& arg,
@@ -68,8 +72,10 @@ void KernelArguments::set_list(int32_t i, const void* data) {
     args_[place] = buffers_[place].raw();
 }
 
-int KernelArguments::run(openfab_isa isa) {
-    return abi::function_for(kernel_->fn, isa)(args_.data());
+abi::KernelStatus KernelArguments::run(openfab_isa isa) {
+    OPENFAB_CHECK(kernel_ != nullptr);
+    OPENFAB_DCHECK(std::find(args_.begin(), args_.end(), nullptr) == args_.end());
+    return abi::KernelStatus::of_code(abi::function_for(kernel_->fn, isa)(args_.data()));
 }
 
 }  // namespace openfab::slab

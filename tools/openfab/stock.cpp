@@ -10,15 +10,15 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "base/check.h"
 #include "tools/openfab/stock_texts.h"
 
 namespace openfab::tool {
 
 std::string_view stock_text(std::string_view name) {
-    for (const EmbeddedText& text : kStockTexts) {
-        if (text.name == name) return text.text;
-    }
-    std::abort();  // a name that tools/openfab/CMakeLists.txt lacks
+    const auto* const found = std::ranges::find(kStockTexts, name, &EmbeddedText::name);
+    OPENFAB_CHECK(found != std::end(kStockTexts));  // tools/openfab/CMakeLists.txt has all names
+    return found->text;
 }
 
 bool is_stock_fablet(std::string_view name) {

@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "base/input_file.h"
+#include "base/text.h"
 #include "texture/pyramid_file.h"
 #include "tools/texture/decoder.h"
 #include "tools/texture/still_image.h"
@@ -78,7 +79,7 @@ class StackReader final : public VolumeReader {
 
     Error named(size_t file, const Error& error) const {
         if (files_.size() == 1) return error;
-        return {error.code, fmt::format("{}: {}", files_[file].filename().string(), error.message)};
+        return with_context(error, files_[file].filename().string() + ": ");
     }
 
     /// Makes a slice the page that is read.
@@ -119,9 +120,7 @@ MadeReader open_any(const std::vector<fs::path>& files, const texture::ImageOpti
     const std::string_view begin(head.data(), *got);
     if (begin.starts_with("NRRD")) return open_nrrd(files[0], limits);
     if (begin == "\x93NUMPY") return open_npy(files[0]);
-    std::string kind = files[0].extension().string();
-    std::transform(kind.begin(), kind.end(), kind.begin(),
-                   [](unsigned char c) { return std::tolower(c); });
+    const std::string kind = lower_ascii(files[0].extension().string());
     if (kind == ".cube") return open_cube(files[0], limits);
     if (kind == ".nrrd" || kind == ".nhdr") return user_error("it is no NRRD file");
     if (kind == ".npy") return user_error("it is no NPY file");
@@ -150,7 +149,7 @@ Result<void> fill(VolumeReader* volume, texture::PyramidWriter* writer) {
 Result<void> convert(const fs::path& source, const fs::path& out,
                      const texture::VolumeOptions& options, const texture::ReadLimits& limits) {
     const auto bad = [&](const Error& error) {
-        return Error{error.code, fmt::format("cannot read {}: {}", source.string(), error.message)};
+        return with_context(error, fmt::format("cannot read {}: ", source.string()));
     };
     const Result<std::vector<fs::path>> files = texture::volume_files(source);
     if (!files) return files.error();

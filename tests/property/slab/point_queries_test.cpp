@@ -72,7 +72,7 @@ struct Scene {
         options.micro_edge_mm = 0.4;
         const std::vector<int32_t> owners = surface_owners(parts);
         auto surfaces = make_surfaces(parts, owners, options);
-        ASSERT_TRUE(surfaces) << surfaces.error().message;
+        ASSERT_TRUE(surfaces) << surfaces.error().text();
         const auto trees = nearest::make_patch_cache(1 << 20);
         for (size_t i = 0; i < parts.size(); ++i) {
             print.push_back(std::make_unique<PrintPart>(parts[i]));
@@ -220,8 +220,8 @@ void check(Scene* scene, const std::vector<int32_t>& targets, uint32_t seed) {
         Batch batch(part, seed + round);
         const phases::States states(batch.values.data(), 1024);
         queries.begin(part, batch.corners.data(), batch.owned.data());
-        ASSERT_EQ(queries.answer(kQueries[0], batch.groups, states), 0);
-        ASSERT_EQ(queries.answer(kQueries[1], batch.groups, states), 0);
+        ASSERT_TRUE(queries.answer(kQueries[0], batch.groups, states).ok());
+        ASSERT_TRUE(queries.answer(kQueries[1], batch.groups, states).ok());
         for (size_t v = 0; v < 1024; ++v) {
             if (v / 8 % 9 == 4) {
                 ASSERT_EQ(batch.values[kDistance * 1024 + v], 77u) << "a group that was not listed";
