@@ -24,23 +24,6 @@ void report_schedule(const lower::ScheduleFault& fault, uint32_t file,
 
 }  // namespace
 
-void add_back_end_options(CLI::App* command, BackEndOptions* options) {
-    std::vector<std::string> all;
-    std::vector<std::string> optional;
-    for (const passes::PassName& pass : passes::pass_names()) {
-        all.emplace_back(pass.name);
-        if (pass.optional) optional.emplace_back(pass.name);
-    }
-    command->add_option("--schedule", options->schedule,
-                        "schedule file that replaces the built-in one of the kernel it is named "
-                        "after: volume.sched, surface.avx2.sched, …");
-    command->add_option("--no-pass", options->disabled, "leave a pass out")
-        ->check(CLI::IsMember(optional));
-    command->add_option("--dump-after", options->dump_after, "print each stage after a pass")
-        ->check(CLI::IsMember(all));
-    command->add_flag("--time-passes", options->time_passes, "print the seconds of each pass");
-}
-
 passes::PipelineResult run_passes(const ir::Fablet& fablet, const BackEndOptions& options) {
     passes::PipelineOptions pipeline;
     pipeline.disabled.insert(options.disabled.begin(), options.disabled.end());

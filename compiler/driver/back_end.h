@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// What `build` and `emit` share: options of the passes, and schedules of the user's.
+// What `build` and `emit` share: the passes as asked for, and schedules of the user's.
 
 #include <string>
 #include <vector>
@@ -12,15 +12,6 @@
 #include "compiler/passes/pipeline.h"
 
 namespace openfab::driver {
-
-struct BackEndOptions {
-    std::string schedule;               ///< path; empty: the built-in ones
-    std::vector<std::string> disabled;  ///< passes
-    std::string dump_after;             ///< pass; empty: none
-    bool time_passes = false;
-};
-
-void add_back_end_options(CLI::App* command, BackEndOptions* options);
 
 /// Runs the pipeline with dumps and times to stderr as asked.
 passes::PipelineResult run_passes(const ir::Fablet& fablet, const BackEndOptions& options);

@@ -20,13 +20,6 @@ namespace fs = std::filesystem;
 
 using Clock = std::chrono::steady_clock;
 
-struct BuildOptions {
-    CompilationOptions compilation;
-    std::string output;
-    std::string compiler = "cc";
-    std::string linker = "c++";
-};
-
 double seconds_since(Clock::time_point begin) {
     return std::chrono::duration<double>(Clock::now() - begin).count();
 }
@@ -117,24 +110,8 @@ class Build {
 
 }  // namespace
 
-void add_build(CLI::App& app, const CommonOptions& common, Action* action) {
-    CLI::App* command =
-        app.add_subcommand("build", "Compile fablets to a self-contained print program");
-    auto options = std::make_shared<BuildOptions>();
-    command->add_option("FILE.fl", options->compilation.files, "OpenFL files")->required();
-    command->add_option("-o,--output", options->output, "the program to write")->required();
-    command
-        ->add_option("--target", options->compilation.target,
-                     "instruction sets; both give the same bits")
-        ->check(CLI::IsMember({"sse41", "avx2", "both"}))
-        ->capture_default_str();
-    command->add_option("--cc", options->compiler, "C compiler")->capture_default_str();
-    command->add_option("--linker", options->linker, "C++ compiler driver that links")
-        ->capture_default_str();
-    add_compilation_options(command, &options->compilation);
-    command->callback([options, &common, action] {
-        *action = [options, &common] { return Build(*options, common).run(); };
-    });
+int build(const BuildOptions& options, const CommonOptions& common) {
+    return Build(options, common).run();
 }
 
 }  // namespace openfab::driver

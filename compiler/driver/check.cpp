@@ -14,8 +14,6 @@
 
 namespace openfab::driver {
 
-namespace {
-
 int check(const std::vector<std::string>& files, const CommonOptions& common) {
     int exit_code = kExitDone;
     source::SourceManager sources;
@@ -33,23 +31,12 @@ int check(const std::vector<std::string>& files, const CommonOptions& common) {
     return exit_code;
 }
 
-}  // namespace
-
 int unread_exit_code(const std::filesystem::path& file) {
     std::error_code unknown;
     const bool folder = std::filesystem::is_directory(file, unknown);
     const uintmax_t size = folder ? 0 : std::filesystem::file_size(file, unknown);
     const bool large = !unknown && size > source::SourceManager::kMaxFileBytes;
     return folder || large ? kExitUserInput : kExitOutside;
-}
-
-void add_check(CLI::App& app, const CommonOptions& common, Action* action) {
-    CLI::App* command =
-        app.add_subcommand("check", "Check fablets and modules, and report errors and warnings");
-    auto files = std::make_shared<std::vector<std::string>>();
-    command->add_option("FILE.fl", *files, "OpenFL files")->required();
-    command->callback(
-        [files, &common, action] { *action = [files, &common] { return check(*files, common); }; });
 }
 
 }  // namespace openfab::driver

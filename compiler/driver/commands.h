@@ -2,23 +2,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The subcommands of openflc. Each add_ function declares one on the command line; when it is the
-// one that was given it sets `*action`, which main then runs and whose result is the exit code
-// (0 done, 1 the user's input is wrong, 2 usage, 3 the outside world, 4 a bug). Results go to
-// stdout, everything for a person to stderr.
+// The commands of openflc. Each returns the exit code: 0 done, 1 the user's input is wrong, 2 usage,
+// 3 the outside world, 4 a bug. Results go to stdout, everything for a person to stderr.
 
-#include <CLI/CLI.hpp>
-#include <functional>
+#include <filesystem>
 #include <string>
+#include <vector>
 
 #include "base/result.h"
 #include "compiler/diag/sink.h"
+#include "compiler/driver/options.h"
 #include "compiler/ir/ir.h"
 #include "compiler/source/source_manager.h"
 
 namespace openfab::driver {
-
-using Action = std::function<int()>;
 
 constexpr int kExitDone = 0;
 constexpr int kExitUserInput = exit_code(ErrorCode::kUserInput);
@@ -30,16 +27,21 @@ constexpr int kExitBug = exit_code(ErrorCode::kInternal);
 /// is the user's mistake, all else the world's failure. (check.cpp)
 int unread_exit_code(const std::filesystem::path& file);
 
-/// What every command takes.
-struct CommonOptions {
-    bool json_diagnostics = false;
-};
+/// `check`: reports what is wrong with files.
+int check(const std::vector<std::string>& files, const CommonOptions& common);
 
-void add_check(CLI::App& app, const CommonOptions& common, Action* action);
-void add_describe(CLI::App& app, const CommonOptions& common, Action* action);
-void add_emit(CLI::App& app, const CommonOptions& common, Action* action);
-void add_build(CLI::App& app, const CommonOptions& common, Action* action);  // build.cpp
-void add_run(CLI::App& app, const CommonOptions& common, Action* action);    // run.cpp
+/// `describe`: prints the interface of a file's fablets as JSON. (describe.cpp)
+int describe_file(const std::string& file, const CommonOptions& common);
+
+/// `emit`: prints a stage in one of the compiler's forms. (emit.cpp)
+int emit(const EmitOptions& options, const CommonOptions& common);
+
+/// `build`: writes a print program. (build.cpp)
+int build(const BuildOptions& options, const CommonOptions& common);
+
+/// `run`: compiles in memory and prints. `words` are those that are not options of ours: OpenFL
+/// files, and the command line of the print. (run.cpp)
+int run(RunOptions options, const CommonOptions& common, const std::vector<std::string>& words);
 
 /// `emit --as ir|halide|stmt|llvm|asm` of one stage, as the passes leave it, of one fablet, to
 /// stdout; exit code. (emit_halide.cpp)

@@ -116,12 +116,4 @@ lower::ProgramOptions Compilation::program_options() const {
     return program;
 }
 
-void add_compilation_options(CLI::App* command, CompilationOptions* options) {
-    command->add_option("--jobs", options->threads, "kernels compiled at once; 0: all cores")
-        ->check(CLI::Range(0, 1024));
-    command->add_flag("--prints", options->prints, "compile `printf` and `assert` in");
-    command->add_flag("--time", options->time, "print the seconds of each phase");
-    add_back_end_options(command, &options->back_end);
-}
-
 }  // namespace openfab::driver

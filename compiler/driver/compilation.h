@@ -15,15 +15,6 @@
 
 namespace openfab::driver {
 
-struct CompilationOptions {
-    std::vector<std::string> files;
-    std::string target = "both";  ///< sse41, avx2 or both
-    int threads = 0;              ///< kernels compiled at once; 0: all cores
-    bool time = false;            ///< seconds of each phase to stderr
-    bool prints = false;          ///< `printf` and `assert` do something
-    BackEndOptions back_end;
-};
-
 class Compilation {
   public:
     /// The options must outlive this object.
@@ -64,8 +55,5 @@ class Compilation {
     std::vector<lower::FabletUnit> fablets_;
     UserSchedule schedule_;
 };
-
-/// The options that `build` and `run` share.
-void add_compilation_options(CLI::App* command, CompilationOptions* options);
 
 }  // namespace openfab::driver

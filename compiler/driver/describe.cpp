@@ -83,7 +83,13 @@ std::string json_fablet(const ir::Fablet& f) {
         json_list(f.nearest, nearest), f.void_slot >= 0);
 }
 
-int run_describe(const std::string& file, const CommonOptions& common) {
+}  // namespace
+
+std::string describe(const ir::Module& module) {
+    return fmt::format("{{\"fablets\":{}}}\n", json_list(module.fablets, json_fablet));
+}
+
+int describe_file(const std::string& file, const CommonOptions& common) {
     source::SourceManager sources;
     diag::Sink sink;
     std::string fault;
@@ -93,22 +99,6 @@ int run_describe(const std::string& file, const CommonOptions& common) {
     if (!module) return kExitUserInput;
     write_out(printable_json(describe(*module)));
     return kExitDone;
-}
-
-}  // namespace
-
-std::string describe(const ir::Module& module) {
-    return fmt::format("{{\"fablets\":{}}}\n", json_list(module.fablets, json_fablet));
-}
-
-void add_describe(CLI::App& app, const CommonOptions& common, Action* action) {
-    CLI::App* command =
-        app.add_subcommand("describe", "Print fablets, uniforms and varyings as JSON");
-    auto file = std::make_shared<std::string>();
-    command->add_option("FILE.fl", *file, "an OpenFL file")->required();
-    command->callback([file, &common, action] {
-        *action = [file, &common] { return run_describe(*file, common); };
-    });
 }
 
 }  // namespace openfab::driver

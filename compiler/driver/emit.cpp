@@ -15,14 +15,6 @@ namespace openfab::driver {
 
 namespace {
 
-struct EmitOptions {
-    std::string file;
-    std::string stage;
-    std::string form = "ir";
-    std::string fablet;
-    bool prints = false;
-};
-
 std::string tokens_text(const source::SourceManager& sources,
                         const std::vector<syntax::Token>& tokens) {
     std::string out;
@@ -65,6 +57,8 @@ const ir::Fablet* find_fablet(const ir::Module& module, const std::string& name,
     return nullptr;
 }
 
+}  // namespace
+
 int emit(const EmitOptions& options, const CommonOptions& common) {
     if (options.form == "tokens" || options.form == "ast") return emit_syntax(options, common);
     source::SourceManager sources;
@@ -94,35 +88,11 @@ int emit(const EmitOptions& options, const CommonOptions& common) {
         show(ir::print(surface ? fablet->surface : fablet->volume));
         return kExitDone;
     }
-#ifdef OPENFAB_WITH_BACK_END
     const ir::StageKind kind =
         demand    ? ir::StageKind::kVolumeDemand
         : surface ? (bounds ? ir::StageKind::kSurfaceBounds : ir::StageKind::kSurface)
                   : (bounds ? ir::StageKind::kVolumeBounds : ir::StageKind::kVolume);
     return emit_lowered(*fablet, kind, options.form);
-#else
-    return fail("this openflc was built without its back end", kExitUsage);
-#endif
-}
-
-}  // namespace
-
-void add_emit(CLI::App& app, const CommonOptions& common, Action* action) {
-    CLI::App* command = app.add_subcommand("emit", "Print a stage in one of the compiler's forms");
-    auto options = std::make_shared<EmitOptions>();
-    command->add_option("FILE.fl", options->file, "an OpenFL file")->required();
-    command->add_option("--stage", options->stage, "the stage to print")
-        ->check(CLI::IsMember(
-            {"surface", "surface_bounds", "volume", "volume_bounds", "volume_demand"}));
-    command->add_option("--as", options->form, "the form to print it in")
-        ->check(CLI::IsMember({"tokens", "ast", "ir", "halide", "stmt", "llvm", "asm"}))
-        ->capture_default_str();
-    command->add_option("--fablet", options->fablet,
-                        "the fablet to print, if the file has several");
-    command->add_flag("--prints", options->prints, "compile `printf` and `assert` in");
-    command->callback([options, &common, action] {
-        *action = [options, &common] { return emit(*options, common); };
-    });
 }
 
 }  // namespace openfab::driver

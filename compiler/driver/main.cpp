@@ -5,13 +5,19 @@
 
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <memory>
 #include <string>
+#include <vector>
 
 #include "base/command_line.h"
 #include "base/say.h"
 #include "base/text.h"
 #include "compiler/diag/render.h"
 #include "compiler/driver/commands.h"
+#include "compiler/passes/pipeline.h"
+#include "program/options.h"
 
 namespace openfab::driver {
 
@@ -28,7 +34,110 @@ int fail(const std::string& what, int code) {
 
 namespace {
 
-int run(int argc, char** argv) {
+using Action = std::function<int()>;
+
+// Each add_ function declares a command; when it is the one that was given it sets `*action`.
+
+void add_check(CLI::App& app, const CommonOptions& common, Action* action) {
+    CLI::App* command =
+        app.add_subcommand("check", "Check fablets and modules, and report errors and warnings");
+    auto files = std::make_shared<std::vector<std::string>>();
+    command->add_option("FILE.fl", *files, "OpenFL files")->required();
+    command->callback(
+        [files, &common, action] { *action = [files, &common] { return check(*files, common); }; });
+}
+
+void add_describe(CLI::App& app, const CommonOptions& common, Action* action) {
+    CLI::App* command =
+        app.add_subcommand("describe", "Print fablets, uniforms and varyings as JSON");
+    auto file = std::make_shared<std::string>();
+    command->add_option("FILE.fl", *file, "an OpenFL file")->required();
+    command->callback([file, &common, action] {
+        *action = [file, &common] { return describe_file(*file, common); };
+    });
+}
+
+void add_emit(CLI::App& app, const CommonOptions& common, Action* action) {
+    CLI::App* command = app.add_subcommand("emit", "Print a stage in one of the compiler's forms");
+    auto options = std::make_shared<EmitOptions>();
+    command->add_option("FILE.fl", options->file, "an OpenFL file")->required();
+    command->add_option("--stage", options->stage, "the stage to print")
+        ->check(CLI::IsMember(
+            {"surface", "surface_bounds", "volume", "volume_bounds", "volume_demand"}));
+    command->add_option("--as", options->form, "the form to print it in")
+        ->check(CLI::IsMember({"tokens", "ast", "ir", "halide", "stmt", "llvm", "asm"}))
+        ->capture_default_str();
+    command->add_option("--fablet", options->fablet,
+                        "the fablet to print, if the file has several");
+    command->add_flag("--prints", options->prints, "compile `printf` and `assert` in");
+    command->callback([options, &common, action] {
+        *action = [options, &common] { return emit(*options, common); };
+    });
+}
+
+void add_compilation_options(CLI::App* command, CompilationOptions* options) {
+    std::vector<std::string> all;
+    std::vector<std::string> optional;
+    for (const passes::PassName& pass : passes::pass_names()) {
+        all.emplace_back(pass.name);
+        if (pass.optional) optional.emplace_back(pass.name);
+    }
+    command->add_option("--jobs", options->threads, "kernels compiled at once; 0: all cores")
+        ->check(CLI::Range(0, 1024));
+    command->add_flag("--prints", options->prints, "compile `printf` and `assert` in");
+    command->add_flag("--time", options->time, "print the seconds of each phase");
+    command->add_option("--schedule", options->back_end.schedule,
+                        "schedule file that replaces the built-in one of the kernel it is named "
+                        "after: volume.sched, surface.avx2.sched, …");
+    command->add_option("--no-pass", options->back_end.disabled, "leave a pass out")
+        ->check(CLI::IsMember(optional));
+    command
+        ->add_option("--dump-after", options->back_end.dump_after, "print each stage after a pass")
+        ->check(CLI::IsMember(all));
+    command->add_flag("--time-passes", options->back_end.time_passes,
+                      "print the seconds of each pass");
+}
+
+void add_build(CLI::App& app, const CommonOptions& common, Action* action) {
+    CLI::App* command =
+        app.add_subcommand("build", "Compile fablets to a self-contained print program");
+    auto options = std::make_shared<BuildOptions>();
+    command->add_option("FILE.fl", options->compilation.files, "OpenFL files")->required();
+    command->add_option("-o,--output", options->output, "the program to write")->required();
+    command
+        ->add_option("--target", options->compilation.target,
+                     "instruction sets; both give the same bits")
+        ->check(CLI::IsMember({"sse41", "avx2", "both"}))
+        ->capture_default_str();
+    command->add_option("--cc", options->compiler, "C compiler")->capture_default_str();
+    command->add_option("--linker", options->linker, "C++ compiler driver that links")
+        ->capture_default_str();
+    add_compilation_options(command, &options->compilation);
+    command->callback([options, &common, action] {
+        *action = [options, &common] { return build(*options, common); };
+    });
+}
+
+void add_run(CLI::App& app, const CommonOptions& common, Action* action) {
+    CLI::App* command = app.add_subcommand(
+        "run", "Compile fablets in memory and print: FILE.fl WORLD.fab.json -o OUT …");
+    auto options = std::make_shared<RunOptions>();
+    command->add_flag("--watch", options->watch,
+                      "print again whenever a fablet, the world, a mesh or an image changes");
+    add_compilation_options(command, &options->compilation);
+    // Words that are not ours stay here, in order.
+    command->allow_extras()->fallthrough(false);
+    const std::vector<const char*> ask = {"run", "--help"};
+    const Result<print::Options> help = print::parse_options(2, ask.data(), "openflc run FILE.fl");
+    if (help) command->footer("Everything else is for the print:\n\n" + help->text);
+    command->callback([options, &common, action, command] {
+        *action = [options, &common, words = command->remaining()] {
+            return run(*options, common, words);
+        };
+    });
+}
+
+int openflc_main(int argc, char** argv) {
     CLI::App app{"The OpenFL compiler: fablets in, kernels or a print program out.", "openflc"};
     app.require_subcommand(1);
     CommonOptions common;
@@ -41,12 +150,8 @@ int run(int argc, char** argv) {
     add_check(app, common, &action);
     add_describe(app, common, &action);
     add_emit(app, common, &action);
-#ifdef OPENFAB_WITH_BACK_END
     add_build(app, common, &action);
-#endif
-#ifdef OPENFAB_WITH_PRINT
     add_run(app, common, &action);
-#endif
     // Last, so that the commands above do not take it over.
     app.footer(
         "Examples:\n"
@@ -73,5 +178,5 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
     openfab::prepare_streams();
-    return openfab::driver::run(argc, argv);
+    return openfab::driver::openflc_main(argc, argv);
 }

@@ -35,11 +35,6 @@ using Clock = std::chrono::steady_clock;
 
 constexpr auto kPollInterval = std::chrono::milliseconds(100);
 
-struct RunOptions {
-    CompilationOptions compilation;
-    bool watch = false;
-};
-
 /// The state of files at one moment: when each was last written.
 class Snapshot {
   public:
@@ -163,7 +158,8 @@ class Run {
     std::unique_ptr<lower::LoadedProgram> program_;
 };
 
-/// Splits the words that are not options of ours: OpenFL files, and the command line of the print.
+}  // namespace
+
 int run(RunOptions options, const CommonOptions& common, const std::vector<std::string>& words) {
     std::vector<const char*> rest = {"openflc run"};
     for (const std::string& word : words) {
@@ -182,27 +178,6 @@ int run(RunOptions options, const CommonOptions& common, const std::vector<std::
     if (!print) return print::finish(print.error());
     Run program(options, common, *print);
     return options.watch ? program.watch() : program.once();
-}
-
-}  // namespace
-
-void add_run(CLI::App& app, const CommonOptions& common, Action* action) {
-    CLI::App* command = app.add_subcommand(
-        "run", "Compile fablets in memory and print: FILE.fl WORLD.fab.json -o OUT …");
-    auto options = std::make_shared<RunOptions>();
-    command->add_flag("--watch", options->watch,
-                      "print again whenever a fablet, the world, a mesh or an image changes");
-    add_compilation_options(command, &options->compilation);
-    // Words that are not ours stay here, in order.
-    command->allow_extras()->fallthrough(false);
-    const std::vector<const char*> ask = {"run", "--help"};
-    const Result<print::Options> help = print::parse_options(2, ask.data(), "openflc run FILE.fl");
-    if (help) command->footer("Everything else is for the print:\n\n" + help->text);
-    command->callback([options, &common, action, command] {
-        *action = [options, &common, words = command->remaining()] {
-            return run(*options, common, words);
-        };
-    });
 }
 
 }  // namespace openfab::driver

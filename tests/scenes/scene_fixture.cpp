@@ -8,7 +8,6 @@
 #include <regex>
 
 #include "backends/ofr/ofr_reader.h"
-#include "tests/support/tested_isas.h"
 
 namespace openfab::testing {
 
@@ -66,23 +65,8 @@ int64_t least_memory_mb(const Outcome& refused) {
     return found ? std::stoll(match[1]) : 0;
 }
 
-void build_fablets(const std::filesystem::path& source, const std::filesystem::path& binary,
-                   const RunOptions& options, const std::vector<std::string>& more) {
-    std::vector<std::string> argv{program("openflc").string(),
-                                  "build",
-                                  source.string(),
-                                  "-o",
-                                  binary.string(),
-                                  "--target",
-                                  tested_target()};
-    argv.insert(argv.end(), more.begin(), more.end());
-    const Outcome built = run(argv, options);
-    ASSERT_EQ(built.exit_code, 0) << built.err;
-}
-
 void PostcardScene::SetUpTestSuite() {
     scratch_ = new ScratchFolder;
-    build_fablets(gallery_postcard() / "magic_postcard.fl", binary(), environment());
 }
 
 void PostcardScene::TearDownTestSuite() {
@@ -91,7 +75,7 @@ void PostcardScene::TearDownTestSuite() {
 }
 
 std::filesystem::path PostcardScene::binary() {
-    return scratch() / "postcard-print";
+    return print_program("postcard");
 }
 
 RunOptions PostcardScene::environment() {

@@ -51,12 +51,12 @@ double statistic(const std::filesystem::path& file, const std::string& name);
 /// What a refusal for too little memory says would do, MB; fails the test where it says nothing.
 int64_t least_memory_mb(const Outcome& refused);
 
-/// `openflc build` of a file of fablets; fails the test where it fails.
-void build_fablets(const std::filesystem::path& source, const std::filesystem::path& binary,
-                   const RunOptions& options, const std::vector<std::string>& more = {});
+/// A print program that the build has made (tests/scenes/CMakeLists.txt).
+inline std::filesystem::path print_program(const std::string& name) {
+    return std::filesystem::path(OPENFAB_PRINT_PROGRAMS) / name;
+}
 
-/// The postcard's print binary, built once for the process into the scratch folder of
-/// `PostcardScene`.
+/// The postcard's print program, and a scratch folder that tests share.
 class PostcardScene : public ::testing::Test {
   protected:
     static void SetUpTestSuite();

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "abi/fablet_table.h"
@@ -17,11 +16,6 @@ inline std::vector<openfab_isa> tested_isas() {
 #else
     return {OPENFAB_ISA_SSE41, OPENFAB_ISA_AVX2};
 #endif
-}
-
-/// The same as a value of `openflc build --target`.
-inline std::string tested_target() {
-    return tested_isas().size() == 1 ? "sse41" : "both";
 }
 
 }  // namespace openfab::testing

@@ -2,24 +2,44 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The commands of `openfab`. Each add_ function declares one; when it is the one that was given, it
-// sets `*action`, which main then runs, and whose error, if any, main reports.
+// The commands of `openfab`. main.cpp alone knows how their command lines are written, and reports
+// their errors.
 
-#include <CLI/CLI.hpp>
-#include <functional>
+#include <cstdint>
 #include <string>
+#include <vector>
 
 #include "base/result.h"
+#include "program/options.h"
+#include "tools/openfab/import.h"
 
 namespace openfab::tool {
 
-using Action = std::function<Result<void>()>;
+struct ImportArguments {
+    std::string file, folder, unit, up, size, picture_size, repair;
+    ImportOptions import;
+};
 
-void add_new(CLI::App& app, Action* action);
-void add_import(CLI::App& app, Action* action);
-void add_info(CLI::App& app, Action* action);
-void add_verify(CLI::App& app, Action* action);
-void add_export(CLI::App& app, Action* action);
+struct ExportOptions {
+    std::string file;
+    std::string memory;
+    print::Options print;  ///< output, format, previews, png_indexed, flip_x
+    std::vector<std::string> previews;
+    std::string png = "rgba";
+    int32_t slice = -1;
+};
+
+/// `new`: makes a folder, whose last part names the fablet.
+Result<void> make_folder(const std::string& path);
+/// `import`: makes a world of a mesh.
+Result<void> run_import(ImportArguments arguments);
+/// `info` of an .ofr file, a folder of slices, a world or a mesh; `memory` as memory_of reads it.
+Result<void> info(const std::string& file, const std::vector<std::string>& allow,
+                  const std::string& memory);
+/// `verify`: checks every slice of an .ofr file.
+Result<void> verify(const std::string& file, const std::string& memory);
+/// `export`: writes an .ofr file as something else.
+Result<void> run_export(ExportOptions options);
 
 /// `openfab print …`: compiles what changed and becomes the print binary; returns the exit code
 /// where that fails. It reads the print binary's own options, so it is no CLI11 command.

@@ -24,15 +24,6 @@ namespace openfab::tool {
 
 namespace {
 
-struct ExportOptions {
-    std::string file;
-    std::string memory;
-    print::Options print;  ///< output, format, previews, png_indexed, flip_x
-    std::vector<std::string> previews;
-    std::string png = "rgba";
-    int32_t slice = -1;
-};
-
 /// The printer that the file names, for support and hand-off notes; a file of one that is not known
 /// here has none.
 scene::Printer printer_of(const backends::PrintInfo& info) {
@@ -121,6 +112,8 @@ Result<void> check_apart(const ExportOptions& options, const backends::PrintInfo
                                 {options.file == "-" ? "/dev/stdin" : options.file});
 }
 
+}  // namespace
+
 Result<void> run_export(ExportOptions options) {
     options.print.png_indexed = options.png == "indexed";
     for (const std::string& text : options.previews) {
@@ -151,34 +144,6 @@ Result<void> run_export(ExportOptions options) {
     if (Result<void> apart = check_apart(options, (*reader)->info()); !apart) return apart;
     if (options.slice >= 0) return export_slice(options, reader->get());
     return export_all(options, reader->get());
-}
-
-}  // namespace
-
-void add_export(CLI::App& app, Action* action) {
-    CLI::App* command = app.add_subcommand(
-        "export", "write an .ofr file as a folder of PNGs, as meshes, or as pictures");
-    auto options = std::make_shared<ExportOptions>();
-    command->add_option("FILE", options->file, "an .ofr file, or - for standard input")->required();
-    command->add_option("-o,--output", options->print.output,
-                        "a folder, or an .ofr, .3mf or .stl file; with --slice a .png file");
-    command
-        ->add_option("--format", options->print.format,
-                     "png, ofr, 3mf or stl (default: by the output's extension, else png)")
-        ->check(CLI::IsMember({"png", "ofr", "3mf", "stl"}));
-    command->add_option("--slice", options->slice, "write only slice N, as one picture")
-        ->check(CLI::NonNegativeNumber);
-    command->add_option("--png", options->png, "rgba or indexed")
-        ->check(CLI::IsMember({"rgba", "indexed"}));
-    command->add_flag("--flip-x", options->print.flip_x,
-                      "mirror the slices, for front ends that mirror them back");
-    command
-        ->add_option("--preview", options->previews,
-                     "FILE.png[,view=front|back|section|slice:N|model:TURN:TILT][,light="
-                     "transmitted][,cut=x|y|xy]")
-        ->allow_extra_args(false);
-    add_memory_option(command, &options->memory);
-    command->callback([options, action] { *action = [options] { return run_export(*options); }; });
 }
 
 }  // namespace openfab::tool

@@ -22,11 +22,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Arguments {
-    std::string file, folder, unit, up, size, picture_size, repair;
-    ImportOptions import;
-};
-
 std::optional<double> unit_mm(const std::string& name) {
     static const std::pair<const char*, double> kUnits[] = {
         {"mm", 1}, {"cm", 10}, {"m", 1000}, {"um", 0.001}, {"in", 25.4}};
@@ -72,7 +67,9 @@ Result<void> write_all(const fs::path& mesh, const scene::LoadedMesh& loaded, co
     return write_file(world, import.world);
 }
 
-Result<void> run_import(Arguments arguments) {
+}  // namespace
+
+Result<void> run_import(ImportArguments arguments) {
     const fs::path mesh = arguments.file;
     if (!scene::is_mesh_file(mesh)) {
         return usage_error(fmt::format("`{}` does not have the extension of a mesh; supported: {}",
@@ -127,44 +124,6 @@ Result<void> run_import(Arguments arguments) {
     say(fmt::format("made {} with the fablet `{}`\nprint it: openfab print {} -o {}.ofr\n",
                     world.string(), import->fablet, world.string(), mesh.stem().string()));
     return {};
-}
-
-}  // namespace
-
-void add_import(CLI::App& app, Action* action) {
-    CLI::App* command =
-        app.add_subcommand("import", "make a world of a mesh, its colours and its pictures");
-    auto a = std::make_shared<Arguments>();
-    command->add_option("FILE", a->file, "a mesh: " + scene::mesh_formats())->required();
-    command->add_option("-o,--output", a->folder, "the folder to make")->required();
-    command->add_option(
-        "--fablet", a->import.fablet,
-        "solid, textured, mapped, painted, graded, shell, lattice or relief; else what fits "
-        "the mesh");
-    command->add_option("--picture", a->import.picture,
-                        "an image for textured, mapped or relief, instead of the mesh's own");
-    command
-        ->add_option("--mapping", a->import.mapping,
-                     "how a picture lies on the mesh: uv, by its texture coordinates; planar, from "
-                     "one side; box, on six sides; triplanar, blended between them")
-        ->check(CLI::IsMember({"uv", "planar", "box", "triplanar"}));
-    command
-        ->add_option("--side", a->import.side,
-                     "planar from the front (-y), right, back, left, top or bottom; else the "
-                     "largest")
-        ->check(CLI::IsMember({"front", "right", "back", "left", "top", "bottom"}));
-    command->add_option("--picture-size", a->picture_size,
-                        "of a mapped picture, which then repeats, as 20mm; else as large as the "
-                        "mesh");
-    command->add_option("--size", a->size, "of its longest side, as 60mm; else as it is");
-    command->add_option("--unit", a->unit, "of the file's numbers: mm, cm, m, um or in")
-        ->check(CLI::IsMember({"mm", "cm", "m", "um", "in"}));
-    command->add_option("--up", a->up, "the axis of the file that points up: z, or y")
-        ->check(CLI::IsMember({"z", "y"}));
-    command->add_option("--repair", a->repair, "winding: close a mesh that is open or inconsistent")
-        ->check(CLI::IsMember({"winding"}));
-    command->add_option("--printer", a->import.printer, "generic unless told");
-    command->callback([a, action] { *action = [a] { return run_import(*a); }; });
 }
 
 }  // namespace openfab::tool

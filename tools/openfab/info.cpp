@@ -255,6 +255,8 @@ Result<void> info_of_mesh(const std::string& file) {
     return {};
 }
 
+}  // namespace
+
 Result<void> info(const std::string& file, const std::vector<std::string>& allow,
                   const std::string& memory) {
     std::error_code status;
@@ -262,26 +264,6 @@ Result<void> info(const std::string& file, const std::vector<std::string>& allow
     if (file.ends_with(".json")) return info_of_world(file, allow);
     if (scene::is_mesh_file(file)) return info_of_mesh(file);
     return info_of_ofr(file, memory);
-}
-
-}  // namespace
-
-void add_info(CLI::App& app, Action* action) {
-    CLI::App* command =
-        app.add_subcommand("info", "describe an .ofr file, a folder of slices, a world or a mesh");
-    auto file = std::make_shared<std::string>();
-    command->add_option("FILE", *file, "an .ofr file, a folder of slices, a .fab.json or a mesh")
-        ->required();
-    auto allow = std::make_shared<std::vector<std::string>>();
-    command
-        ->add_option("--allow", *allow,
-                     "a folder that a world may read besides its own (repeatable)")
-        ->allow_extra_args(false);
-    auto memory = std::make_shared<std::string>();
-    add_memory_option(command, memory.get());
-    command->callback([file, allow, memory, action] {
-        *action = [file, allow, memory] { return info(*file, *allow, *memory); };
-    });
 }
 
 }  // namespace openfab::tool

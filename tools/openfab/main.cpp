@@ -3,10 +3,16 @@
 
 // `openfab`: what most people type.
 
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <memory>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "base/command_line.h"
 #include "base/say.h"
+#include "mesh/load/load_mesh.h"
 #include "tools/openfab/commands.h"
 
 namespace openfab::tool {
@@ -22,6 +28,112 @@ constexpr const char* kFooter = R"(Examples:
   openfab verify card.ofr                      check every slice
   openfab export card.ofr -o slices            an .ofr as a folder of PNGs
 )";
+
+using Action = std::function<Result<void>()>;
+
+// Each add_ function declares a command; when it is the one that was given it sets `*action`.
+
+void add_memory_option(CLI::App* command, std::string* text) {
+    command->add_option("--memory", *text, "memory budget of the whole process (default: 1.5GB)")
+        ->type_name("SIZE");
+}
+
+void add_new(CLI::App& app, Action* action) {
+    CLI::App* command = app.add_subcommand("new", "make a folder with a fablet and a world");
+    auto name = std::make_shared<std::string>();
+    command->add_option("NAME", *name, "the folder; its last part names the fablet")->required();
+    command->callback([name, action] { *action = [name] { return make_folder(*name); }; });
+}
+
+void add_import(CLI::App& app, Action* action) {
+    CLI::App* command =
+        app.add_subcommand("import", "make a world of a mesh, its colours and its pictures");
+    auto a = std::make_shared<ImportArguments>();
+    command->add_option("FILE", a->file, "a mesh: " + scene::mesh_formats())->required();
+    command->add_option("-o,--output", a->folder, "the folder to make")->required();
+    command->add_option(
+        "--fablet", a->import.fablet,
+        "solid, textured, mapped, painted, graded, shell, lattice or relief; else what fits "
+        "the mesh");
+    command->add_option("--picture", a->import.picture,
+                        "an image for textured, mapped or relief, instead of the mesh's own");
+    command
+        ->add_option("--mapping", a->import.mapping,
+                     "how a picture lies on the mesh: uv, by its texture coordinates; planar, from "
+                     "one side; box, on six sides; triplanar, blended between them")
+        ->check(CLI::IsMember({"uv", "planar", "box", "triplanar"}));
+    command
+        ->add_option("--side", a->import.side,
+                     "planar from the front (-y), right, back, left, top or bottom; else the "
+                     "largest")
+        ->check(CLI::IsMember({"front", "right", "back", "left", "top", "bottom"}));
+    command->add_option("--picture-size", a->picture_size,
+                        "of a mapped picture, which then repeats, as 20mm; else as large as the "
+                        "mesh");
+    command->add_option("--size", a->size, "of its longest side, as 60mm; else as it is");
+    command->add_option("--unit", a->unit, "of the file's numbers: mm, cm, m, um or in")
+        ->check(CLI::IsMember({"mm", "cm", "m", "um", "in"}));
+    command->add_option("--up", a->up, "the axis of the file that points up: z, or y")
+        ->check(CLI::IsMember({"z", "y"}));
+    command->add_option("--repair", a->repair, "winding: close a mesh that is open or inconsistent")
+        ->check(CLI::IsMember({"winding"}));
+    command->add_option("--printer", a->import.printer, "generic unless told");
+    command->callback([a, action] { *action = [a] { return run_import(*a); }; });
+}
+
+void add_info(CLI::App& app, Action* action) {
+    CLI::App* command =
+        app.add_subcommand("info", "describe an .ofr file, a folder of slices, a world or a mesh");
+    auto file = std::make_shared<std::string>();
+    command->add_option("FILE", *file, "an .ofr file, a folder of slices, a .fab.json or a mesh")
+        ->required();
+    auto allow = std::make_shared<std::vector<std::string>>();
+    command
+        ->add_option("--allow", *allow,
+                     "a folder that a world may read besides its own (repeatable)")
+        ->allow_extra_args(false);
+    auto memory = std::make_shared<std::string>();
+    add_memory_option(command, memory.get());
+    command->callback([file, allow, memory, action] {
+        *action = [file, allow, memory] { return info(*file, *allow, *memory); };
+    });
+}
+
+void add_verify(CLI::App& app, Action* action) {
+    CLI::App* command = app.add_subcommand("verify", "check every slice of an .ofr file");
+    auto file = std::make_shared<std::string>();
+    command->add_option("FILE", *file, "an .ofr file, or - for standard input")->required();
+    auto memory = std::make_shared<std::string>();
+    add_memory_option(command, memory.get());
+    command->callback(
+        [file, memory, action] { *action = [file, memory] { return verify(*file, *memory); }; });
+}
+
+void add_export(CLI::App& app, Action* action) {
+    CLI::App* command = app.add_subcommand(
+        "export", "write an .ofr file as a folder of PNGs, as meshes, or as pictures");
+    auto options = std::make_shared<ExportOptions>();
+    command->add_option("FILE", options->file, "an .ofr file, or - for standard input")->required();
+    command->add_option("-o,--output", options->print.output,
+                        "a folder, or an .ofr, .3mf or .stl file; with --slice a .png file");
+    command
+        ->add_option("--format", options->print.format,
+                     "png, ofr, 3mf or stl (default: by the output's extension, else png)")
+        ->check(CLI::IsMember({"png", "ofr", "3mf", "stl"}));
+    command->add_option("--slice", options->slice, "write only slice N, as one picture")
+        ->check(CLI::NonNegativeNumber);
+    command->add_option("--png", options->png, "rgba or indexed")
+        ->check(CLI::IsMember({"rgba", "indexed"}));
+    command->add_flag("--flip-x", options->print.flip_x,
+                      "mirror the slices, for front ends that mirror them back");
+    command
+        ->add_option("--preview", options->previews,
+                     "FILE.png[,view=front|back|section|slice:N|model:TURN:TILT][,light="
+                     "transmitted][,cut=x|y|xy]")
+        ->allow_extra_args(false);
+    add_memory_option(command, &options->memory);
+    command->callback([options, action] { *action = [options] { return run_export(*options); }; });
+}
 
 int tool_main(int argc, char** argv) {
     prepare_streams();

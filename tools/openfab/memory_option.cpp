@@ -7,11 +7,6 @@
 
 namespace openfab::tool {
 
-void add_memory_option(CLI::App* command, std::string* text) {
-    command->add_option("--memory", *text, "memory budget of the whole process (default: 1.5GB)")
-        ->type_name("SIZE");
-}
-
 Result<int64_t> memory_of(const std::string& text) {
     if (text.empty()) return print::Options().memory_bytes;
     Result<int64_t> bytes = parse_bytes(text);

@@ -4,15 +4,12 @@
 
 // `--memory` of the commands that read prints.
 
-#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <string>
 
 #include "base/result.h"
 
 namespace openfab::tool {
-
-void add_memory_option(CLI::App* command, std::string* text);
 
 /// Empty: as much as a print takes unless told.
 Result<int64_t> memory_of(const std::string& text);

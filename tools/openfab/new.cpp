@@ -38,6 +38,8 @@ std::string fablet_name(const std::string& name) {
     return out;
 }
 
+}  // namespace
+
 Result<void> make_folder(const std::string& path) {
     const fs::path folder = fs::path(path).lexically_normal();
     std::string name = folder.filename().string();
@@ -69,15 +71,6 @@ Result<void> make_folder(const std::string& path) {
     say(fmt::format("made {}\nprint it: openfab print {} -o {}.ofr --preview {}.png,view=section\n",
                     world.string(), world.string(), name, name));
     return {};
-}
-
-}  // namespace
-
-void add_new(CLI::App& app, Action* action) {
-    CLI::App* command = app.add_subcommand("new", "make a folder with a fablet and a world");
-    auto name = std::make_shared<std::string>();
-    command->add_option("NAME", *name, "the folder; its last part names the fablet")->required();
-    command->callback([name, action] { *action = [name] { return make_folder(*name); }; });
 }
 
 }  // namespace openfab::tool

@@ -15,8 +15,6 @@
 
 namespace openfab::tool {
 
-namespace {
-
 Result<void> verify(const std::string& file, const std::string& memory) {
     const Result<int64_t> bytes = memory_of(memory);
     if (!bytes) return bytes.error();
@@ -30,18 +28,6 @@ Result<void> verify(const std::string& file, const std::string& memory) {
     say(fmt::format("{}: all {} slices are whole, hash {:016x}\n", printable(file),
                     (*reader)->whole_slices(), (*reader)->hash()));
     return {};
-}
-
-}  // namespace
-
-void add_verify(CLI::App& app, Action* action) {
-    CLI::App* command = app.add_subcommand("verify", "check every slice of an .ofr file");
-    auto file = std::make_shared<std::string>();
-    command->add_option("FILE", *file, "an .ofr file, or - for standard input")->required();
-    auto memory = std::make_shared<std::string>();
-    add_memory_option(command, memory.get());
-    command->callback(
-        [file, memory, action] { *action = [file, memory] { return verify(*file, *memory); }; });
 }
 
 }  // namespace openfab::tool

@@ -314,10 +314,10 @@ TriangleMesh make_blob(int n) {
     });
 }
 
-/// The bunny with each triangle in n² and a fine displacement along vertex normals.
-TriangleMesh make_bunny(int32_t n) {
+/// Spot, a cow, with each triangle in n² and a fine displacement along vertex normals.
+TriangleMesh make_spot(int32_t n) {
     TriangleMesh m = testing::subdivide(
-        testing::read_obj(OPENFAB_SOURCE_DIR "/../shared/data/meshes/bunny.obj", 50.0), n);
+        testing::read_obj(OPENFAB_SOURCE_DIR "/tests/data/meshes/spot.obj", 50.0), n);
     std::vector<Vec3f> normals(m.positions.size());
     for (const auto& t : m.triangles) {
         const auto at = [&](size_t k) { return m.positions[static_cast<size_t>(t[k])]; };
@@ -338,8 +338,8 @@ int usage() {
     std::fprintf(stderr,
                  "usage: bench_nearest [--rounds N] [--voxels N] [--max-triangles N] [--no-embree] "
                  "[--mesh NAME]\n"
-                 "  meshes: blob70k blob280k bunny59k bunny105k bunny323k bunny422k; with "
-                 "--max-triangles over 1115062 also blob1100k bunny1100k\n");
+                 "  meshes: blob70k blob280k spot53k spot94k spot287k spot375k; with "
+                 "--max-triangles over 989664 also blob1100k spot990k\n");
     return 2;
 }
 
@@ -384,11 +384,11 @@ int main(int argc, char** argv) {
     };
     if (wanted("blob70k", 69312)) run_mesh("blob70k", make_blob(76), options);
     if (wanted("blob280k", 277248)) run_mesh("blob280k", make_blob(152), options);
-    if (wanted("bunny59k", 59382)) run_mesh("bunny59k", make_bunny(3), options);
-    if (wanted("bunny105k", 105568)) run_mesh("bunny105k", make_bunny(4), options);
-    if (wanted("bunny323k", 323302)) run_mesh("bunny323k", make_bunny(7), options);
-    if (wanted("bunny422k", 422272)) run_mesh("bunny422k", make_bunny(8), options);
-    if (wanted("bunny1100k", 1115062)) run_mesh("bunny1100k", make_bunny(13), options);
+    if (wanted("spot53k", 52704)) run_mesh("spot53k", make_spot(3), options);
+    if (wanted("spot94k", 93696)) run_mesh("spot94k", make_spot(4), options);
+    if (wanted("spot287k", 286944)) run_mesh("spot287k", make_spot(7), options);
+    if (wanted("spot375k", 374784)) run_mesh("spot375k", make_spot(8), options);
+    if (wanted("spot990k", 989664)) run_mesh("spot990k", make_spot(13), options);
     if (wanted("blob1100k", 1108992)) run_mesh("blob1100k", make_blob(304), options);
     return 0;
 }

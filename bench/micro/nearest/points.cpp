@@ -175,9 +175,8 @@ int run(int argc, char** argv) {
     };
     run_mesh("blob70k", blob(76), groups, rounds);
     run_mesh("blob280k", blob(152), groups, rounds);
-    run_mesh("bunny",
-             testing::read_obj(OPENFAB_SOURCE_DIR "/../shared/data/meshes/bunny.obj", 50.0), groups,
-             rounds);
+    run_mesh("spot", testing::read_obj(OPENFAB_SOURCE_DIR "/tests/data/meshes/spot.obj", 50.0),
+             groups, rounds);
     return 0;
 }
 

@@ -89,7 +89,6 @@ TEST(Openflc, DataGoesToStdoutAndDiagnosticsToStderr) {
     EXPECT_NE(json.find(R"("help":["did you mean `thickness`?"])"), std::string::npos) << json;
 }
 
-#ifdef OPENFAB_WITH_BACK_END
 TEST(Openflc, AScheduleThatIsWrongIsADiagnosticOnItsLine) {
     const std::string path = ::testing::TempDir() + "/volume.sched";
     std::ofstream(path, std::ios::binary) << "# a comment\nwhatever this is\n";
@@ -100,6 +99,5 @@ TEST(Openflc, AScheduleThatIsWrongIsADiagnosticOnItsLine) {
     EXPECT_NE(out.text.find(" [schedule-illegal]\n 2 | whatever this is\n"), std::string::npos)
         << out.text;
 }
-#endif
 
 }  // namespace

@@ -9,13 +9,13 @@
 #include <atomic>
 #include <cmath>
 
+#include "abi/kernel_call.h"
 #include "compiler/diag/render.h"
 #include "compiler/driver/frontend.h"
 #include "runtime/pipeline/print.h"
 #include "tests/support/reference/column_scan.h"
 #include "tests/support/reference/pipeline.h"
 #include "tests/support/slab/box_print.h"
-#include "tests/support/tested_isas.h"
 
 namespace openfab::testing {
 
@@ -38,7 +38,7 @@ Compiled compile(const std::filesystem::path& file) {
         return compiled;
     }
     compiled.module = std::move(*module);
-    auto loaded = lower::load_module(compiled.module, {.isas = tested_isas()});
+    auto loaded = lower::load_module(compiled.module, {.isas = {abi::best_isa()}});
     if (std::holds_alternative<lower::Fault>(loaded)) {
         ADD_FAILURE() << std::get<lower::Fault>(loaded).internal;
         return compiled;

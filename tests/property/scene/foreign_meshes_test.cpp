@@ -67,30 +67,18 @@ std::vector<fs::path> meshes_below(const fs::path& folder) {
     return files;
 }
 
-TEST(ForeignMeshes, OfTheSharedData) {
-    const fs::path data = fs::path(OPENFAB_SOURCE_DIR) / "../shared/data";
-    if (!fs::exists(data)) GTEST_SKIP() << "the shared meshes are not here";
+TEST(ForeignMeshes, OfTheRepository) {
+    const fs::path data = fs::path(OPENFAB_SOURCE_DIR) / "tests/data";
     Tally whole;
     for (const fs::path& file : meshes_below(data / "meshes"))
         look_at(file, &whole);
-    EXPECT_EQ(whole.printable, 7);
+    EXPECT_EQ(whole.printable, 4);
     EXPECT_EQ(whole.refused + whole.unread, 0);
     Tally broken;
     for (const fs::path& file : meshes_below(data / "broken_meshes"))
         look_at(file, &broken);
     EXPECT_EQ(broken.refused, 5);
     EXPECT_EQ(broken.printable + broken.unread, 0);
-}
-
-TEST(ForeignMeshes, OfAssimp) {
-    const fs::path folder = "/usr/share/assimp/models";
-    if (!fs::exists(folder)) GTEST_SKIP() << "the package assimp-testmodels is not installed";
-    Tally tally;
-    for (const fs::path& file : meshes_below(folder))
-        look_at(file, &tally);
-    EXPECT_GT(tally.printable, 20);
-    EXPECT_GT(tally.refused, 10);
-    EXPECT_GT(tally.unread, 10);
 }
 
 /// OFF as OBJ text: corners count from 0 there, from 1 here.
@@ -129,30 +117,22 @@ std::string obj_of_off(const fs::path& off) {
     return obj;
 }
 
-TEST(ForeignMeshes, OfCgal) {
-    const fs::path archive = "/usr/share/doc/libcgal-dev/data.tar.gz";
-    if (!fs::exists(archive)) GTEST_SKIP() << "the package libcgal-demo is not installed";
+// By hand: OPENFAB_MESHES names a folder, such as that of a package of meshes, and every mesh below
+// it is looked at.
+TEST(ForeignMeshes, OfAFolderThatIsNamed) {
+    const char* named = std::getenv("OPENFAB_MESHES");
+    if (named == nullptr) return;
     testing::TempFolder folder;
-    const std::string command =
-        "tar -xzf " + archive.string() + " -C " + folder.path().string() + " data/meshes";
-    ASSERT_EQ(std::system(command.c_str()), 0);
-    std::vector<fs::path> offs;
-    for (const auto& entry : fs::recursive_directory_iterator(folder.path())) {
-        if (entry.path().extension() == ".off") offs.push_back(entry.path());
-    }
-    std::sort(offs.begin(), offs.end());
-    EXPECT_GT(offs.size(), 100u);
     Tally tally;
-    for (const fs::path& off : offs) {
-#ifdef OPENFAB_SANITIZED
-        if (fs::file_size(off) > 300'000) continue;
-#endif
-        look_at(folder.write(off.stem().string() + ".obj", obj_of_off(off)), &tally);
+    for (const auto& entry : fs::recursive_directory_iterator(named)) {
+        const fs::path& file = entry.path();
+        if (file.extension() == ".off")
+            look_at(folder.write(file.stem().string() + ".obj", obj_of_off(file)), &tally);
     }
-    for (const fs::path& file : meshes_below(folder.path() / "data"))
+    for (const fs::path& file : meshes_below(named))
         look_at(file, &tally);
-    EXPECT_GT(tally.printable, 50);
-    EXPECT_GT(tally.refused, 10);
+    printf("%d printable, %d refused, %d unread\n", tally.printable, tally.refused, tally.unread);
+    EXPECT_GT(tally.printable + tally.refused + tally.unread, 0);
 }
 
 }  // namespace

@@ -205,9 +205,7 @@ TriangleMesh make_blob(int n, double diameter_mm) {
 
 TriangleMesh make_mesh() {
     if (!whole()) return make_blob(kSanitized ? 8 : 20, kSanitized ? 1.5 : 5);
-    const TriangleMesh bunny =
-        testing::read_obj(OPENFAB_SOURCE_DIR "/../shared/data/meshes/bunny.obj", 50.0);
-    return bunny.triangles.empty() ? make_blob(76, 50) : bunny;
+    return testing::read_obj(OPENFAB_SOURCE_DIR "/tests/data/meshes/spot.obj", 50.0);
 }
 
 void check(bool displaced, const Vec3d& pitch) {

@@ -1,0 +1,54 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// What the command lines of openflc say; main.cpp alone knows how they are written.
+
+#include <string>
+#include <vector>
+
+namespace openfab::driver {
+
+/// What every command takes.
+struct CommonOptions {
+    bool json_diagnostics = false;
+};
+
+struct BackEndOptions {
+    std::string schedule;               ///< path; empty: the built-in ones
+    std::vector<std::string> disabled;  ///< passes
+    std::string dump_after;             ///< pass; empty: none
+    bool time_passes = false;
+};
+
+/// What `build` and `run` share.
+struct CompilationOptions {
+    std::vector<std::string> files;
+    std::string target = "both";  ///< sse41, avx2 or both
+    int threads = 0;              ///< kernels compiled at once; 0: all cores
+    bool time = false;            ///< seconds of each phase to stderr
+    bool prints = false;          ///< `printf` and `assert` do something
+    BackEndOptions back_end;
+};
+
+struct BuildOptions {
+    CompilationOptions compilation;
+    std::string output;
+    std::string compiler = "cc";
+    std::string linker = "c++";
+};
+
+struct RunOptions {
+    CompilationOptions compilation;
+    bool watch = false;
+};
+
+struct EmitOptions {
+    std::string file;
+    std::string stage;
+    std::string form = "ir";
+    std::string fablet;
+    bool prints = false;
+};
+
+}  // namespace openfab::driver
