@@ -118,11 +118,15 @@ std::string json_one(const Diagnostic& d, const source::SourceManager& sources) 
 std::string render_text(const Sink& sink, const source::SourceManager& sources) {
     std::string out;
     size_t errors = 0;
-    size_t shown = 0;
+    size_t warnings = 0;
     for (const Diagnostic& d : sink.sorted()) {
-        if (d.severity == Severity::kError && ++errors > kMaxShown) break;
-        if (++shown > 2 * kMaxShown) break;
-        print_one(d, sources, &out);
+        // Many warnings must not hide an error behind them.
+        size_t& shown = d.severity == Severity::kError ? errors : warnings;
+        if (++shown <= kMaxShown) print_one(d, sources, &out);
+    }
+    if (sink.warnings() > kMaxShown) {
+        out += fmt::format("left out {} of {} warnings\n", sink.warnings() - kMaxShown,
+                           sink.warnings());
     }
     if (sink.errors() > kMaxShown) {
         out += fmt::format("stopped after {} of {} errors\n", kMaxShown, sink.errors());

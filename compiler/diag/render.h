@@ -11,7 +11,7 @@
 
 namespace openfab::diag {
 
-/// Errors that are shown before the rest is only counted.
+/// Errors, and warnings, that are shown before the rest is only counted.
 constexpr size_t kMaxShown = 20;
 
 /// Sorted by position:

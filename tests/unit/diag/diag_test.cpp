@@ -92,6 +92,18 @@ TEST(Render, StopsAfterTwentyErrors) {
     EXPECT_NE(text.find("stopped after 20 of 50 errors\n"), std::string::npos);
 }
 
+TEST(Render, ShowsAnErrorBehindManyWarnings) {
+    Page p(std::string(100, 'x'));
+    for (uint32_t i = 0; i < 50; ++i)
+        p.sink.report(p.span(i, i + 1), kNarrowing, "float", "int");
+    p.sink.report(p.span(60, 61), kUnknownName, "x");
+    const std::string text = p.text();
+    EXPECT_NE(text.find("card.fl:1:20:"), std::string::npos);
+    EXPECT_EQ(text.find("card.fl:1:21:"), std::string::npos);
+    EXPECT_NE(text.find("card.fl:1:61: error:"), std::string::npos);
+    EXPECT_NE(text.find("left out 30 of 50 warnings\n"), std::string::npos);
+}
+
 TEST(Sink, HoldsNoMoreThanItsLimit) {
     Page p("x");
     for (uint32_t i = 0; i < Sink::kMaxKept + 10; ++i)
