@@ -30,18 +30,21 @@ function(openfab_test_program name)
 endfunction()
 
 # openfab_test_entry(NAME COMMAND … [COST s] [TIMEOUT s]): one line of ctest's. Its labels are the folder of tests/ that it is in
-# and what it costs: `fast`, or `whole` where whole programs run. COST is seconds on two cores; the longest start first.
+# and what it costs: `fast`, or `whole` where whole programs run. COST is seconds on two cores, 1 in folders that are quick and
+# 10 in others unless told; the longest start first.
 function(openfab_test_entry name)
     cmake_parse_arguments(arg "" "COST;TIMEOUT" "COMMAND" ${ARGN})
-    if(NOT arg_COST)
-        set(arg_COST 1)
-    endif()
     if(NOT arg_TIMEOUT)
         set(arg_TIMEOUT 1200)
     endif()
     file(RELATIVE_PATH folder ${CMAKE_SOURCE_DIR}/tests ${CMAKE_CURRENT_SOURCE_DIR})
     string(REGEX REPLACE "/.*" "" folder ${folder})
     set(labels ${folder})
+    if(NOT arg_COST AND folder MATCHES "^(unit|lang|golden|support)$")
+        set(arg_COST 1)
+    elseif(NOT arg_COST)
+        set(arg_COST 10)
+    endif()
     if(folder MATCHES "^(programs|scenes)$")
         list(APPEND labels whole)
     elseif(arg_COST LESS 5)
