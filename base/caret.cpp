@@ -16,41 +16,6 @@
 namespace openfab {
 namespace {
 
-struct Location {
-    std::string file;
-    int line = 0;
-    int column = 0;
-    std::string rest;
-};
-
-/// Reads digits at `at`, followed by a colon; moves behind it. 0 where there are none.
-int number_and_colon(std::string_view text, size_t* at) {
-    int value = 0;
-    size_t i = *at;
-    while (i < text.size() && std::isdigit(static_cast<unsigned char>(text[i])) &&
-           value < 100'000'000) {
-        value = value * 10 + (text[i++] - '0');
-    }
-    if (i == *at || i >= text.size() || text[i] != ':') return 0;
-    *at = i + 1;
-    return value;
-}
-
-/// Finds the first `:line:col: `; a path may hold colons itself.
-bool split_location(const std::string& message, Location* out) {
-    for (size_t colon = message.find(':'); colon != std::string::npos;
-         colon = message.find(':', colon + 1)) {
-        size_t at = colon + 1;
-        const int line = number_and_colon(message, &at);
-        if (line == 0) continue;
-        const int column = number_and_colon(message, &at);
-        if (column == 0 || at >= message.size() || message[at] != ' ') continue;
-        *out = {message.substr(0, colon), line, column, message.substr(at + 1)};
-        return true;
-    }
-    return false;
-}
-
 bool read_line(const std::string& file, int line, std::string* out) {
     constexpr size_t kLongestLine = 400;  // a minified file would fill the screen
     const Result<InputFile> opened = InputFile::open(file);
@@ -109,21 +74,14 @@ std::string caret_lines(std::string line, int number, int column) {
 }  // namespace
 
 std::string render_error(const Error& error) {
-    Location where;
-    if (!split_location(error.message, &where))
-        return fmt::format("error: {}\n", printable(error.message));
-    std::string what = where.rest;
-    std::string help;
-    if (const size_t semicolon = what.find("; "); semicolon != std::string::npos) {
-        help = what.substr(semicolon + 2);
-        what.resize(semicolon);
-    }
-    std::string text = fmt::format("{}:{}:{}: error: {}\n", printable(where.file), where.line,
-                                   where.column, printable(what));
+    const SourceLocation& at = error.location;
+    if (at.line <= 0) return fmt::format("error: {}\n", printable(error.text()));
+    std::string text =
+        fmt::format("{}: error: {}\n", printable(at.str()), printable(error.message));
     std::string line;
-    if (read_line(where.file, where.line, &line))
-        text += caret_lines(std::move(line), where.line, where.column);
-    if (!help.empty()) text += fmt::format("help: {}\n", printable(help));
+    if (read_line(at.file, at.line, &line))
+        text += caret_lines(std::move(line), at.line, at.column);
+    if (!error.help.empty()) text += fmt::format("help: {}\n", printable(error.help));
     return text;
 }
 

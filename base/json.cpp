@@ -8,6 +8,7 @@
 #include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <unordered_map>
 
 #include "base/input_file.h"
@@ -108,9 +109,8 @@ class TreeBuilder {
         member.key = std::move(text);
         token(&member.line, &member.column);
         if (const JsonMember* first = same_key(member.key)) {
-            return fail(member.line, member.column,
-                        fmt::format("duplicate key `{}`; it is first given at line {}", member.key,
-                                    first->line));
+            return fail(member.line, member.column, fmt::format("duplicate key `{}`", member.key),
+                        fmt::format("it is first given at line {}", first->line));
         }
         memory_left_ -= static_cast<int64_t>(member.key.size());
         open_.back()->members.push_back(std::move(member));
@@ -122,7 +122,7 @@ class TreeBuilder {
     // NOLINTEND(readability-identifier-naming)
 
     JsonValue& root() { return root_; }
-    const std::string& error() const { return error_; }
+    const std::optional<Error>& error() const { return error_; }
 
   private:
     static constexpr std::string_view kBlanks = " \t\r\n";
@@ -139,16 +139,16 @@ class TreeBuilder {
         positions_.find(start, line, column);
         return start;
     }
-    bool fail(int32_t line, int32_t column, const std::string& what) {
-        if (error_.empty()) error_ = fmt::format("{}:{}:{}: {}", name_, line, column, what);
+    bool fail(int32_t line, int32_t column, const std::string& what, const std::string& help = {}) {
+        if (!error_) error_ = error_at({name_, line, column}, what, help);
         return false;
     }
-    bool fail_at(size_t offset, const std::string& what) {
+    bool fail_at(size_t offset, const std::string& what, const std::string& help = {}) {
         int32_t line = 0;
         int32_t column = 0;
         // From the start: the place may lie before the last token.
         Positions(text_).find(offset, &line, &column);
-        return fail(line, column, what);
+        return fail(line, column, what, help);
     }
     /// A value of text_bytes of its own, at the token that was just read.
     JsonValue* add(Kind kind, size_t text_bytes = 0, std::string_view* read = nullptr) {
@@ -168,10 +168,10 @@ class TreeBuilder {
         // Lists double as they grow, and are copied when they do.
         memory_left_ -= static_cast<int64_t>(text_bytes + 3 * sizeof(JsonMember));
         if (memory_left_ < 0) {
-            fail(fresh.line, fresh.column,
-                 fmt::format("more than {} values, which take more memory than is allowed; "
-                             "allow more with `--memory`",
-                             values_));
+            fail(
+                fresh.line, fresh.column,
+                fmt::format("more than {} values, which take more memory than is allowed", values_),
+                "allow more with `--memory`");
             return nullptr;
         }
         if (open_.empty()) {
@@ -192,17 +192,18 @@ class TreeBuilder {
         if (v == nullptr) return false;
         const std::string_view digits = read.substr(read.starts_with('-') ? 1 : 0);
         if (digits.size() > 1 && digits[0] == '0' && digits[1] >= '0' && digits[1] <= '9')
-            return fail(v->line, v->column, "not valid JSON; a number with a zero before it");
+            return fail(v->line, v->column, "not valid JSON", "a number with a zero before it");
         const Decimal kind = read_decimal(read, &v->number);
         if (kind == Decimal::kFine) return true;
-        return fail(v->line, v->column,
-                    kind == Decimal::kTooLarge
-                        ? too_large(read)
-                        : fmt::format("not valid JSON; `{}` is no number", read.substr(0, 40)));
+        if (kind == Decimal::kTooLarge)
+            return fail(v->line, v->column, too_large(read), kLargestNumber);
+        return fail(v->line, v->column, "not valid JSON",
+                    fmt::format("`{}` is no number", read.substr(0, 40)));
     }
+    static constexpr const char* kLargestNumber = "at most 1.8e308 is possible";
     static std::string too_large(std::string_view read) {
-        return fmt::format("the number `{}{}` is too large; at most 1.8e308 is possible",
-                           read.substr(0, 40), read.size() > 40 ? "…" : "");
+        return fmt::format("the number `{}{}` is too large", read.substr(0, 40),
+                           read.size() > 40 ? "…" : "");
     }
     bool start(Kind kind) {
         JsonValue* v = add(kind);
@@ -241,7 +242,7 @@ class TreeBuilder {
     JsonValue root_;
     std::vector<JsonValue*> open_;
     std::vector<std::unordered_map<std::string, size_t>> keys_;  ///< as open_: places of its keys
-    std::string error_;
+    std::optional<Error> error_;
 };
 
 /// What should have stood where the parser stopped, by its own words for it.
@@ -273,31 +274,33 @@ bool TreeBuilder::parse_error(size_t read, const std::string&,
     const std::string_view rest = text_.substr(start);
     const size_t word = std::min(rest.find_first_of(" \t\r\n,:[]{}\""), rest.size());
     const std::string_view shown = rest.substr(0, std::clamp<size_t>(word, 1, 40));
-    if (why.id == kTooLarge) return fail_at(start, too_large(rest.substr(0, word)));
+    if (why.id == kTooLarge) return fail_at(start, too_large(rest.substr(0, word)), kLargestNumber);
     if (const size_t reason = what.find(kInString); reason != what.npos) {
         if (what.find("missing closing quote") != what.npos)
-            return fail_at(start, "not valid JSON; the string has no closing quote");
+            return fail_at(start, "not valid JSON", "the string has no closing quote");
         const size_t from = reason + kInString.size();
-        return fail_at(read - 1, fmt::format("not valid JSON; in a string: {}",
-                                             what.substr(from, what.find("; last read") - from)));
+        return fail_at(
+            read - 1, "not valid JSON",
+            fmt::format("in a string: {}", what.substr(from, what.find("; last read") - from)));
     }
     const size_t before = text_.substr(0, start).find_last_not_of(kBlanks);
     if ((rest.starts_with('}') || rest.starts_with(']')) && before != text_.npos &&
         text_[before] == ',') {
-        return fail_at(before,
-                       fmt::format("not valid JSON; a comma before `{}`, where nothing follows "
-                                   "that it would separate; delete it",
-                                   rest[0]));
+        return fail_at(
+            before, "not valid JSON",
+            fmt::format(
+                "a comma before `{}`, where nothing follows that it would separate; delete it",
+                rest[0]));
     }
     if (rest.starts_with("//") || rest.starts_with("/*") || rest.starts_with('#'))
-        return fail_at(start, "not valid JSON, which has no comments; delete this one");
+        return fail_at(start, "not valid JSON, which has no comments", "delete this one");
     if (rest.starts_with('\''))
-        return fail_at(start, "not valid JSON; strings stand in double quotes");
+        return fail_at(start, "not valid JSON", "strings stand in double quotes");
     if (rest.empty())
-        return fail_at(
-            start, fmt::format("not valid JSON; the file ends where {} should be", expected(what)));
-    return fail_at(start,
-                   fmt::format("not valid JSON; `{}` where {} should be", shown, expected(what)));
+        return fail_at(start, "not valid JSON",
+                       fmt::format("the file ends where {} should be", expected(what)));
+    return fail_at(start, "not valid JSON",
+                   fmt::format("`{}` where {} should be", shown, expected(what)));
 }
 
 }  // namespace
@@ -348,15 +351,14 @@ Result<JsonValue> parse_json(std::string_view text, const std::string& name, int
         int32_t line = 0;
         int32_t column = 0;
         Positions(text).find(nul, &line, &column);
-        return user_error(
-            fmt::format("{}:{}:{}: a zero byte; the file is not text", name, line, column));
+        return error_at({name, line, column}, "a zero byte", "the file is not text");
     }
     const char* furthest = text.data();
     TreeBuilder builder(text, &furthest, name, memory_bytes);
     const bool whole =
         nlohmann::json::sax_parse(TextIterator(text.data(), &furthest),
                                   TextIterator(text.data() + text.size(), &furthest), &builder);
-    if (!builder.error().empty()) return user_error(builder.error());
+    if (builder.error()) return *builder.error();
     if (!whole) return internal_error(fmt::format("{}: the JSON parser gave no reason", name));
     return std::move(builder.root());
 }
@@ -367,8 +369,7 @@ Result<std::string> read_text_file(const std::filesystem::path& file, size_t lim
     Result<std::string> text =
         opened ? opened->read_all(static_cast<int64_t>(limit)) : opened.error();
     if (!text) {
-        return Error{text.error().code,
-                     fmt::format("cannot read {}: {}", file.string(), text.error().message)};
+        return with_context(text.error(), fmt::format("cannot read {}: ", file.string()));
     }
     return text;
 }

@@ -46,7 +46,7 @@ struct JsonMember {
 /// What a tree takes, the value itself included.
 int64_t json_bytes(const JsonValue& value);
 
-/// Errors are `name:line:column: …`. At most 32 levels deep and a million values, and a tree that
+/// Errors have a place in `name`. At most 32 levels deep and a million values, and a tree that
 /// with the text takes no more than `memory_bytes`. Numbers are the nearest doubles.
 Result<JsonValue> parse_json(std::string_view text, const std::string& name,
                              int64_t memory_bytes = std::numeric_limits<int64_t>::max());

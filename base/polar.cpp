@@ -56,9 +56,8 @@ Result<PolarFactors> polar_factors(const Matrix& m) {
     const double det = determinant(m);
     if (std::fabs(det) < 1e-12 || std::fabs(det) < 1e-9 * largest * largest * largest) {
         return user_error(
-            fmt::format("the transform flattens the object: its determinant is {:.3g}; no scale "
-                        "may be 0 or nearly so",
-                        det));
+            fmt::format("the transform flattens the object: its determinant is {:.3g}", det),
+            "no scale may be 0 or nearly so");
     }
     // Newton's iteration for the orthogonal polar factor (Higham 1986): quadratic once near,
     // halving before, so the number of steps is bounded by the logarithm of the scale.

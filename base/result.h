@@ -10,9 +10,11 @@
 #include <utility>
 #include <variant>
 
+#include "base/source_location.h"
+
 namespace openfab {
 
-/// What kind of trouble; the exit code of a program follows from it (kExitCodes below).
+/// What kind of trouble; the exit code of a program follows from it (exit_code below).
 enum class ErrorCode {
     kUserInput,    ///< a file, option or value that the user gave is wrong
     kUsage,        ///< the command line is wrong
@@ -21,11 +23,29 @@ enum class ErrorCode {
     kInterrupted,  ///< Ctrl-C
 };
 
+/// What went wrong, for a person. All parts are lower case and without a final stop.
 struct Error {
     ErrorCode code = ErrorCode::kInternal;
-    /// One complete message, lower case, no final stop: `path:line:col: what was found; what would
-    /// be right`.
-    std::string message;
+    std::string message;      ///< what was found
+    std::string help;         ///< what would be right, or a way out; may be empty
+    SourceLocation location;  ///< in a text file; empty where it is in none
+
+    /// All of it in one line: `path:line:column: message; help`.
+    std::string text() const;
+};
+
+/// What is wrong with a part of a file, while its place is not known yet; empty where nothing is.
+struct Complaint {
+    std::string what;
+    std::string help;
+
+    Complaint() = default;
+    Complaint(std::string what, std::string help = {})
+        : what(std::move(what)), help(std::move(help)) {}
+    Complaint(const char* what) : what(what) {}
+    bool empty() const { return what.empty(); }
+    /// It as a user's mistake, once the place is known.
+    Error at(SourceLocation location) const;
 };
 
 /// Exit code of a program that ends with this error: 1 user input, 2 usage, 3 outside world, 4 bug,
@@ -46,18 +66,25 @@ constexpr int exit_code(ErrorCode code) {
     return 4;
 }
 
-inline Error user_error(std::string message) {
-    return {ErrorCode::kUserInput, std::move(message)};
+inline Error user_error(std::string message, std::string help = {}) {
+    return {ErrorCode::kUserInput, std::move(message), std::move(help), {}};
 }
 inline Error usage_error(std::string message) {
-    return {ErrorCode::kUsage, std::move(message)};
+    return {ErrorCode::kUsage, std::move(message), {}, {}};
 }
 inline Error outside_error(std::string message) {
-    return {ErrorCode::kOutside, std::move(message)};
+    return {ErrorCode::kOutside, std::move(message), {}, {}};
 }
 inline Error internal_error(std::string message) {
-    return {ErrorCode::kInternal, std::move(message)};
+    return {ErrorCode::kInternal, std::move(message), {}, {}};
 }
+
+/// A user's mistake at a place in a file.
+Error error_at(SourceLocation location, std::string what, std::string help = {});
+
+/// The error with words before its message, such as `cannot read x.png: `; its place, if it has
+/// one, goes into the message.
+Error with_context(const Error& error, const std::string& before);
 
 template <typename T>
 class [[nodiscard]] Result {

@@ -58,7 +58,7 @@ Result<Vec2<double>> parse_dpi(const std::string& text) {
 
 Result<double> parse_pitch(const char* option, const std::string& text) {
     Result<double> mm = parse_length_mm(text);
-    if (!mm) return usage_error(fmt::format("`{}`: {}", option, mm.error().message));
+    if (!mm) return usage_error(fmt::format("`{}`: {}", option, mm.error().text()));
     if (!(*mm >= 1e-4 && *mm <= 100))
         return bad_value(option, text, "outside 0.1um to 100mm", "0.1mm");
     return mm;
@@ -83,7 +83,7 @@ Result<Vec2<double>> parse_z(const std::string& text) {
     return parse_range<double>("--z", text, "3mm:5mm",
                                [](const std::string& part) -> Result<double> {
                                    Result<double> mm = parse_length_mm(part);
-                                   if (!mm) return usage_error("`--z`: " + mm.error().message);
+                                   if (!mm) return usage_error("`--z`: " + mm.error().text());
                                    return mm;
                                });
 }
@@ -230,7 +230,7 @@ Result<void> understand_grid(const Raw& raw, Options* o) {
 Result<void> understand_rest(const Raw& raw, Options* o) {
     if (!raw.memory.empty()) {
         Result<int64_t> bytes = parse_bytes(raw.memory);
-        if (!bytes) return usage_error("`--memory`: " + bytes.error().message);
+        if (!bytes) return usage_error("`--memory`: " + bytes.error().text());
         o->memory_bytes = *bytes;
     }
     for (const std::string& text : o->settings) {

@@ -79,7 +79,8 @@ void show_summary(const slab::PrintStatistics& statistics, const backends::Print
 Error add_resume_hint(Error error, const Options& options, const std::string& format) {
     const bool passes = error.code == ErrorCode::kOutside || error.code == ErrorCode::kInterrupted;
     if (passes && can_be_resumed(options, format))
-        error.message += "; the same command with `--resume` continues from there";
+        error.help += std::string(error.help.empty() ? "" : "; ") +
+                      "the same command with `--resume` continues from there";
     return error;
 }
 

@@ -96,6 +96,20 @@ std::string trimmed(std::string text) {
     return text;
 }
 
+/// What the helper said is wrong, taken apart as it was put together: `message; help`.
+Error helper_error(int exit_status, std::string message) {
+    std::string help;
+    if (const size_t end = message.find("; "); end != std::string::npos) {
+        help = message.substr(end + 2);
+        message.resize(end);
+    }
+    return {exit_status == exit_code(ErrorCode::kUserInput) ? ErrorCode::kUserInput
+                                                            : ErrorCode::kOutside,
+            std::move(message),
+            std::move(help),
+            {}};
+}
+
 Result<void> make_with_helper(const fs::path& image, const ImageOptions& options,
                               const fs::path& out, const ReadLimits& limits,
                               const std::vector<std::string>& more) {
@@ -119,9 +133,7 @@ Result<void> make_with_helper(const fs::path& image, const ImageOptions& options
     const std::string messages = trimmed(result->messages);
     if (WIFEXITED(result->status) && WEXITSTATUS(result->status) == 0) return Ok{};
     if (WIFEXITED(result->status) && !messages.empty()) {
-        return WEXITSTATUS(result->status) == exit_code(ErrorCode::kUserInput)
-                   ? user_error(messages)
-                   : outside_error(messages);
+        return helper_error(WEXITSTATUS(result->status), messages);
     }
     const int signal = WIFSIGNALED(result->status) ? WTERMSIG(result->status) : 0;
     if (signal == SIGINT) return Error{ErrorCode::kInterrupted, "interrupted"};
@@ -184,14 +196,14 @@ Result<fs::path> cache_folder(const std::string& part) {
     if (!part.empty()) wanted /= part;
     Result<fs::path> folder = own_folder(wanted);
     if (folder) return folder;
-    return Error{folder.error().code, fmt::format("the folder `{}` is not used: {}",
-                                                  wanted.string(), folder.error().message)};
+    return with_context(folder.error(),
+                        fmt::format("the folder `{}` is not used: ", wanted.string()));
 }
 
 Result<uint64_t> content_key(const fs::path& image, const ImageOptions& options) {
     const Result<InputFile> file = InputFile::open(image);
     const auto unreadable = [&](const Error& error) {
-        return Error{error.code, fmt::format("cannot read {}: {}", image.string(), error.message)};
+        return with_context(error, fmt::format("cannot read {}: ", image.string()));
     };
     if (!file) return unreadable(file.error());
     XXH3_state_t state;

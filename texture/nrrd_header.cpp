@@ -53,8 +53,7 @@ Result<InputFile> open_data_file(const std::filesystem::path& file, const std::s
     if (roots.empty()) roots.push_back(reading_root(file.parent_path()));
     Result<InputFile> opened = InputFile::open(file.parent_path() / name, roots);
     if (opened) return opened;
-    return Error{opened.error().code, fmt::format("its data file `{}` cannot be read: {}", name,
-                                                  opened.error().message)};
+    return with_context(opened.error(), fmt::format("its data file `{}` cannot be read: ", name));
 }
 
 }  // namespace openfab::texture

@@ -18,8 +18,7 @@ Result<std::shared_ptr<const Pyramid>> Pyramid::open(const std::filesystem::path
                                                      int32_t wrap, int32_t filter) {
     const Result<InputFile> opened = InputFile::open(file);
     if (!opened) {
-        return Error{opened.error().code,
-                     fmt::format("cannot read {}: {}", file.string(), opened.error().message)};
+        return with_context(opened.error(), fmt::format("cannot read {}: ", file.string()));
     }
     if (opened->bytes() == 0)
         return user_error(fmt::format("{} is no .oftx file: it is empty", file.string()));
@@ -33,12 +32,10 @@ Result<std::shared_ptr<const Pyramid>> Pyramid::open(const std::filesystem::path
     pyramid->mapping_ = mapping;
     pyramid->mapping_bytes_ = bytes;
     Result<PyramidView> view = parse_pyramid_file(mapping, bytes);
-    if (!view) return user_error(fmt::format("{} {}", file.string(), view.error().message));
+    if (!view) return with_context(view.error(), file.string() + " ");
     // Read and not taken from the mapping, whose pages would all count as memory of the print.
-    if (Result<void> whole = check_pyramid_file(*opened); !whole) {
-        return Error{whole.error().code,
-                     fmt::format("{} {}", file.string(), whole.error().message)};
-    }
+    if (Result<void> whole = check_pyramid_file(*opened); !whole)
+        return with_context(whole.error(), file.string() + " ");
     pyramid->info_ = pyramid_info(view->layout, wrap, filter);
     pyramid->texels_ = {view->texels, static_cast<size_t>(view->layout.texel_floats)};
     pyramid->minmax_ = {view->minmax, static_cast<size_t>(view->layout.minmax_floats)};

@@ -191,7 +191,7 @@ Result<void> check_pyramid_file(const InputFile& file) {
     Header header{};
     for (int64_t at = 0;;) {
         const Result<size_t> got = file.read(at, buffer.data(), buffer.size());
-        if (!got) return Error{got.error().code, "cannot be read: " + got.error().message};
+        if (!got) return with_context(got.error(), "cannot be read: ");
         if (*got == 0) break;
         if (at == 0) {
             if (*got < sizeof header) return user_error("is no .oftx file: it is too short");
@@ -229,13 +229,12 @@ Result<PyramidView> parse_pyramid_file(const void* data, size_t bytes) {
     std::memcpy(&h, data, sizeof h);
     if (std::memcmp(h.magic, kMagic, sizeof kMagic) != 0) return user_error("is no .oftx file");
     if (h.version != kFileVersion) {
-        return user_error(
-            fmt::format("is an .oftx file of version {}; this program reads version {}", h.version,
-                        kFileVersion));
+        return user_error(fmt::format("is an .oftx file of version {}", h.version),
+                          fmt::format("this program reads version {}", kFileVersion));
     }
     const auto* start = static_cast<const std::byte*>(data);
     Result<PyramidLayout> layout = layout_of(h, start + sizeof h, bytes - sizeof h);
-    if (!layout) return user_error("is damaged: " + layout.error().message);
+    if (!layout) return with_context(layout.error(), "is damaged: ");
     Header expected = header_for(*layout, h.content_key);
     expected.checksum = h.checksum;
     if (std::memcmp(&h, &expected, sizeof h) != 0)

@@ -160,23 +160,21 @@ Result<PyramidLayout> pyramid_layout(int32_t width, int32_t height, int32_t chan
     if (width < 1 || height < 1)
         return user_error(fmt::format("the picture is empty ({} x {})", width, height));
     if (width > kLargestSide || height > kLargestSide) {
-        return user_error(
-            fmt::format("the picture is {} x {}; at most {} pixels a side are possible", width,
-                        height, kLargestSide));
+        return user_error(fmt::format("the picture is {} x {}", width, height),
+                          fmt::format("at most {} pixels a side are possible", kLargestSide));
     }
     if (channels < 1 || channels > 4) {
-        return user_error(
-            fmt::format("the picture has {} channels; 1 to 4 are possible", channels));
+        return user_error(fmt::format("the picture has {} channels", channels),
+                          "1 to 4 are possible");
     }
     PyramidLayout layout;
     layout.channels = channels;
     add_levels(width, height, 1, &layout);
     if (layout.minmax_floats > std::numeric_limits<int32_t>::max()) {
         return user_error(
-            fmt::format("the picture is {} x {} with {} channels, which is too large; scale it "
-                        "down, or read one channel of it "
-                        "with \"channels\": \"luminance\"",
-                        layout.levels[0].width, layout.levels[0].height, channels));
+            fmt::format("the picture is {} x {} with {} channels, which is too large",
+                        layout.levels[0].width, layout.levels[0].height, channels),
+            "scale it down, or read one channel of it with \"channels\": \"luminance\"");
     }
     return layout;
 }
@@ -187,8 +185,8 @@ Result<PyramidLayout> volume_layout(const Vec3i& size, int32_t channels, const V
     for (int a = 0; a < 3; ++a) {
         if (size[a] < 1) return user_error(fmt::format("the volume is empty ({})", shape));
         if (size[a] > kLargestSide)
-            return user_error(fmt::format("the volume is {}; at most {} texels a side are possible",
-                                          shape, kLargestSide));
+            return user_error(fmt::format("the volume is {}", shape),
+                              fmt::format("at most {} texels a side are possible", kLargestSide));
         texels *= size[a];
         const auto k = static_cast<size_t>(a);
         if (!(place.extent[k] > 0) || !std::isfinite(place.extent[k]) ||
@@ -198,7 +196,8 @@ Result<PyramidLayout> volume_layout(const Vec3i& size, int32_t channels, const V
         }
     }
     if (channels < 1 || channels > 4) {
-        return user_error(fmt::format("the volume has {} channels; 1 to 4 are possible", channels));
+        return user_error(fmt::format("the volume has {} channels", channels),
+                          "1 to 4 are possible");
     }
     constexpr int64_t kMostTexels = int64_t{1} << 30;
     PyramidLayout layout;
@@ -207,8 +206,8 @@ Result<PyramidLayout> volume_layout(const Vec3i& size, int32_t channels, const V
     if (texels < kMostTexels) add_levels(size.x, size.y, size.z, &layout);
     if (texels >= kMostTexels || layout.minmax_floats > std::numeric_limits<int32_t>::max()) {
         return user_error(
-            fmt::format("the volume is {} with {} channels, which is too large; scale it down",
-                        shape, channels));
+            fmt::format("the volume is {} with {} channels, which is too large", shape, channels),
+            "scale it down");
     }
     return layout;
 }

@@ -151,8 +151,7 @@ Result<uint64_t> volume_key(const fs::path& source, const VolumeOptions& options
         // Opened, and found to be allowed, before a byte of it is read.
         const Result<InputFile> data = open_data_file(files->front(), name, limits);
         if (!data) {
-            return Error{data.error().code,
-                         fmt::format("cannot read {}: {}", source.string(), data.error().message)};
+            return with_context(data.error(), fmt::format("cannot read {}: ", source.string()));
         }
         const Result<uint64_t> key = content_key(data->name(), options.image);
         if (!key) return key.error();

@@ -35,8 +35,8 @@ Vec3d one_or_three(const JsonValue& value, const std::string& what, double least
     const std::vector<double> n = json->numbers(value, what, 3, most);
     for (size_t i = 0; i < 3 && json->ok(); ++i) {
         if (n[i] < least)
-            json->fail(value.items[i], fmt::format("{} has {:.6g}; at least {:.6g} is possible",
-                                                   what, n[i], least));
+            json->fail(value.items[i], fmt::format("{} has {:.6g}", what, n[i]),
+                       fmt::format("at least {:.6g} is possible", least));
     }
     return {n[0], n[1], n[2]};
 }
@@ -96,8 +96,10 @@ std::vector<std::vector<Placement>> BuildReader::each_item(const JsonValue& list
     std::vector<std::vector<Placement>> out;
     if (!json_.ok()) return out;
     if (!list.is(Kind::kArray) || list.items.empty()) {
-        json_.fail(list, fmt::format("`{}` is {}; it must be an array of one or more placements",
-                                     what, list.is(Kind::kArray) ? "empty" : list.kind_name()));
+        json_.fail(
+            list,
+            fmt::format("`{}` is {}", what, list.is(Kind::kArray) ? "empty" : list.kind_name()),
+            "it must be an array of one or more placements");
         return out;
     }
     size_t count = 0;
@@ -142,8 +144,8 @@ void BuildReader::arrange(const JsonValue& value, std::vector<std::vector<Placem
 bool BuildReader::room_for(const JsonValue& value, size_t count) {
     if (!json_.ok()) return false;
     if (count <= kMostPlacements) return true;
-    json_.fail(value, fmt::format("this makes {} placements; at most {} are possible", count,
-                                  kMostPlacements));
+    json_.fail(value, fmt::format("this makes {} placements", count),
+               fmt::format("at most {} are possible", kMostPlacements));
     return false;
 }
 
@@ -168,9 +170,12 @@ bool BuildReader::memory_for(const JsonValue& value, const std::vector<Placement
     }
     made_bytes_ += bytes * static_cast<double>(copies);
     if (made_bytes_ <= static_cast<double>(memory_bytes_)) return true;
-    json_.fail(value, fmt::format("the placements so far, with their uniforms, take {:.0f} MB, and "
-                                  "{:.0f} MB are allowed; allow more with `--memory`",
-                                  made_bytes_ / 1e6, static_cast<double>(memory_bytes_) / 1e6));
+    json_.fail(
+        value,
+        fmt::format(
+            "the placements so far, with their uniforms, take {:.0f} MB, and {:.0f} MB are allowed",
+            made_bytes_ / 1e6, static_cast<double>(memory_bytes_) / 1e6),
+        "allow more with `--memory`");
     return false;
 }
 
@@ -187,9 +192,9 @@ void BuildReader::placement(const JsonValue& value, const std::string& what,
     const JsonMember* many = value.find("grid");
     const JsonMember* file = value.find("transforms");
     if (many != nullptr && file != nullptr) {
-        return json_.fail_at(
-            file->line, file->column,
-            fmt::format("{} has `grid` and `transforms`; it is one or the other", what));
+        return json_.fail_at(file->line, file->column,
+                             fmt::format("{} has `grid` and `transforms`", what),
+                             "it is one or the other");
     }
     if (many != nullptr) grid(many->value, what, &placed);
     if (file != nullptr) copies(file->value, what, &placed);
@@ -208,9 +213,11 @@ std::vector<Placement> BuildReader::subject(const JsonValue& value, const std::s
     const JsonMember* object = value.find("object");
     const JsonMember* of_group = value.find("group");
     if ((object != nullptr) == (of_group != nullptr)) {
-        json_.fail(value, fmt::format("{} has {}; it places one of the two", what,
-                                      object != nullptr ? "an `object` and a `group`"
-                                                        : "no `object` and no `group`"));
+        json_.fail(value,
+                   fmt::format("{} has {}", what,
+                               object != nullptr ? "an `object` and a `group`"
+                                                 : "no `object` and no `group`"),
+                   "it places one of the two");
         return {};
     }
     const JsonMember* uniforms = value.find("uniforms");
@@ -226,8 +233,8 @@ std::vector<Placement> BuildReader::subject(const JsonValue& value, const std::s
     const std::string name = json_.string(object->value, fmt::format("`object` of {}", what));
     const auto found = objects_.find(name);
     if (json_.ok() && found == objects_.end())
-        json_.fail(object->value, fmt::format("no object is called `{}`; {}", name,
-                                              suggest(name, object_names(world_))));
+        json_.fail(object->value, fmt::format("no object is called `{}`", name),
+                   suggest(name, object_names(world_)));
     if (!json_.ok()) return {};
     Placement placement;
     placement.object = found->second;
@@ -244,10 +251,8 @@ const std::vector<Placement>* BuildReader::group(const JsonValue& value, const s
         std::vector<std::string> names;
         for (const auto& [known, group] : groups_)
             names.push_back(known);
-        json_.fail(value,
-                   names.empty()
-                       ? fmt::format("no group is called `{}`; the world has no `groups`", name)
-                       : fmt::format("no group is called `{}`; {}", name, suggest(name, names)));
+        json_.fail(value, fmt::format("no group is called `{}`", name),
+                   names.empty() ? "the world has no `groups`" : suggest(name, names));
         return nullptr;
     }
     Group& group = found->second;
@@ -290,9 +295,10 @@ void BuildReader::override_group(const JsonValue& value, const std::string& what
             const std::string& name = world_.objects[static_cast<size_t>(p.object)].name;
             if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
         }
-        return json_.fail_with(user_error(fmt::format(
-            "{}: uniform `{}` of {} names no object of the group; write `OBJECT.UNIFORM`, {}",
-            binding.place.str(), key, what, suggest(object, names))));
+        return json_.fail_with(
+            error_at(binding.place,
+                     fmt::format("uniform `{}` of {} names no object of the group", key, what),
+                     "write `OBJECT.UNIFORM`, " + suggest(object, names)));
     }
 }
 
@@ -306,9 +312,8 @@ BuildReader::Local BuildReader::transform(const JsonValue& value, const std::str
         const JsonMember* p = value.find(key);
         if (p == nullptr) continue;
         if (matrix != nullptr) {
-            json_.fail_at(
-                p->line, p->column,
-                fmt::format("{} has `matrix` and `{}`; it is one or the other", what, key));
+            json_.fail_at(p->line, p->column, fmt::format("{} has `matrix` and `{}`", what, key),
+                          "it is one or the other");
             return out;
         }
         const std::string name = fmt::format("`{}` of {}", key, what);
@@ -335,13 +340,13 @@ BuildReader::Local BuildReader::transform(const JsonValue& value, const std::str
     if (const JsonMember* p = value.find("on_bed")) {
         out.on_bed = json_.boolean(p->value, fmt::format("`on_bed` of {}", what));
         if (out.on_bed && height_given && matrix == nullptr)
-            json_.fail(p->value, fmt::format("{} has a height in `translate_mm` and is `on_bed`; "
-                                             "give `translate_mm` two numbers",
-                                             what));
+            json_.fail(p->value,
+                       fmt::format("{} has a height in `translate_mm` and is `on_bed`", what),
+                       "give `translate_mm` two numbers");
     }
     if (!json_.ok()) return out;
     if (const Result<PolarFactors> polar = polar_factors(out.transform.m); !polar)
-        json_.fail(*culprit, polar.error().message);
+        json_.fail(*culprit, polar.error().message, polar.error().help);
     return out;
 }
 
@@ -370,9 +375,11 @@ void BuildReader::grid(const JsonValue& value, const std::string& what,
     const JsonMember* spacing = value.find("spacing_mm");
     const JsonMember* step = value.find("step_mm");
     if ((spacing != nullptr) == (step != nullptr)) {
-        return json_.fail(value, fmt::format("{} needs `spacing_mm`, the room between copies, or "
-                                             "`step_mm`, from one to the next; one of the two",
-                                             name));
+        return json_.fail(value,
+                          fmt::format("{} needs `spacing_mm`, the room between copies, or "
+                                      "`step_mm`, from one to the next",
+                                      name),
+                          "one of the two");
     }
     const JsonValue& counts = value.find("count")->value;
     const bool three = counts.is(Kind::kArray) && counts.items.size() == 3;

@@ -9,8 +9,9 @@
 
 namespace openfab::scene {
 
-void JsonReader::fail_at(int32_t line, int32_t column, const std::string& what) {
-    if (!error_) error_ = user_error(fmt::format("{}:{}:{}: {}", file_, line, column, what));
+void JsonReader::fail_at(int32_t line, int32_t column, const std::string& what,
+                         const std::string& help) {
+    if (!error_) error_ = error_at({file_, line, column}, what, help);
 }
 
 void JsonReader::fail_with(const Error& error) {
@@ -19,20 +20,19 @@ void JsonReader::fail_with(const Error& error) {
 
 bool JsonReader::object(const JsonValue& value, const KeySet& set, const std::string& what) {
     if (!value.is(JsonValue::Kind::kObject)) {
-        fail(value, fmt::format("{} is {}; it must be an object", what, value.kind_name()));
+        fail(value, fmt::format("{} is {}", what, value.kind_name()), "it must be an object");
         return false;
     }
     const std::vector<std::string> known(set.keys.begin(), set.keys.end());
     for (const JsonMember& member : value.members) {
         if (std::find(known.begin(), known.end(), member.key) != known.end()) continue;
-        fail_at(member.line, member.column,
-                fmt::format("unknown key `{}` in {}; {}", member.key, what,
-                            suggest(member.key, known)));
+        fail_at(member.line, member.column, fmt::format("unknown key `{}` in {}", member.key, what),
+                suggest(member.key, known));
         return false;
     }
     for (std::string_view key : set.required) {
         if (value.find(key) != nullptr) continue;
-        fail(value, fmt::format("{} has no `{}`; it is required", what, key));
+        fail(value, fmt::format("{} has no `{}`", what, key), "it is required");
         return false;
     }
     return true;
@@ -40,14 +40,14 @@ bool JsonReader::object(const JsonValue& value, const KeySet& set, const std::st
 
 bool JsonReader::named_things(const JsonValue& value, const std::string& key) {
     if (!value.is(JsonValue::Kind::kObject)) {
-        fail(value,
-             fmt::format("`{}` is {}; it must be an object of names", key, value.kind_name()));
+        fail(value, fmt::format("`{}` is {}", key, value.kind_name()),
+             "it must be an object of names");
         return false;
     }
     for (const JsonMember& member : value.members) {
         if (member.key.empty()) {
-            fail_at(member.line, member.column,
-                    fmt::format("an empty name in `{}`; give it one", key));
+            fail_at(member.line, member.column, fmt::format("an empty name in `{}`", key),
+                    "give it one");
             return false;
         }
     }
@@ -56,25 +56,25 @@ bool JsonReader::named_things(const JsonValue& value, const std::string& key) {
 
 std::string JsonReader::string(const JsonValue& value, const std::string& what) {
     if (value.is(JsonValue::Kind::kString)) return value.text;
-    fail(value, fmt::format("{} is {}; it must be a string", what, value.kind_name()));
+    fail(value, fmt::format("{} is {}", what, value.kind_name()), "it must be a string");
     return {};
 }
 
 bool JsonReader::boolean(const JsonValue& value, const std::string& what) {
     if (value.is(JsonValue::Kind::kBool)) return value.boolean;
-    fail(value, fmt::format("{} is {}; it must be true or false", what, value.kind_name()));
+    fail(value, fmt::format("{} is {}", what, value.kind_name()), "it must be true or false");
     return false;
 }
 
 double JsonReader::number(const JsonValue& value, const std::string& what, double least,
                           double most) {
     if (!value.is(JsonValue::Kind::kNumber)) {
-        fail(value, fmt::format("{} is {}; it must be a number", what, value.kind_name()));
+        fail(value, fmt::format("{} is {}", what, value.kind_name()), "it must be a number");
         return least;
     }
     if (!(value.number >= least && value.number <= most)) {
-        fail(value, fmt::format("{} is {:.6g}; it must be between {:.6g} and {:.6g}", what,
-                                value.number, least, most));
+        fail(value, fmt::format("{} is {:.6g}", what, value.number),
+             fmt::format("it must be between {:.6g} and {:.6g}", least, most));
         return least;
     }
     return value.number;
@@ -84,7 +84,7 @@ int32_t JsonReader::integer(const JsonValue& value, const std::string& what, int
                             int32_t most) {
     const double number = this->number(value, what, least, most);
     if (number != std::floor(number)) {
-        fail(value, fmt::format("{} is {:.6g}; it must be a whole number", what, number));
+        fail(value, fmt::format("{} is {:.6g}", what, number), "it must be a whole number");
         return least;
     }
     return static_cast<int32_t>(number);
@@ -97,7 +97,8 @@ std::vector<double> JsonReader::numbers(const JsonValue& value, const std::strin
         const std::string found = value.is(JsonValue::Kind::kArray)
                                       ? fmt::format("an array of {}", value.items.size())
                                       : value.kind_name();
-        fail(value, fmt::format("{} is {}; it must be an array of {} numbers", what, found, count));
+        fail(value, fmt::format("{} is {}", what, found),
+             fmt::format("it must be an array of {} numbers", count));
         return out;
     }
     for (size_t i = 0; i < count; ++i) {
@@ -115,8 +116,9 @@ std::array<uint8_t, 4> JsonReader::color(const JsonValue& value, const std::stri
     const bool digits = length_fits && text[0] == '#' &&
                         text.find_first_not_of("0123456789abcdefABCDEF", 1) == std::string::npos;
     if (!digits) {
-        fail(value, fmt::format("{} is `{}`; write it as {}", what, text,
-                                alpha ? "#rrggbb or #rrggbbaa" : "#rrggbb (it is opaque)"));
+        fail(value, fmt::format("{} is `{}`", what, text),
+             fmt::format("write it as {}",
+                         alpha ? "#rrggbb or #rrggbbaa" : "#rrggbb (it is opaque)"));
         return out;
     }
     for (size_t i = 0; i * 2 + 1 < text.size(); ++i) {
@@ -131,7 +133,7 @@ size_t JsonReader::choice(const JsonValue& value, const std::string& what,
     const auto it = std::find(choices.begin(), choices.end(), text);
     if (it != choices.end()) return static_cast<size_t>(it - choices.begin());
     if (value.is(JsonValue::Kind::kString)) {
-        fail(value, fmt::format("{} is `{}`; {}", what, text, suggest(text, choices)));
+        fail(value, fmt::format("{} is `{}`", what, text), suggest(text, choices));
     }
     return 0;
 }

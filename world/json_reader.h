@@ -27,11 +27,12 @@ class JsonReader {
     bool ok() const { return !error_.has_value(); }
     const Error& error() const { return *error_; }
 
-    Place place(const JsonValue& value) const { return {file_, value.line, value.column}; }
-    void fail(const JsonValue& value, const std::string& what) {
-        fail_at(value.line, value.column, what);
+    SourceLocation place(const JsonValue& value) const { return {file_, value.line, value.column}; }
+    void fail(const JsonValue& value, const std::string& what, const std::string& help = {}) {
+        fail_at(value.line, value.column, what, help);
     }
-    void fail_at(int32_t line, int32_t column, const std::string& what);
+    void fail_at(int32_t line, int32_t column, const std::string& what,
+                 const std::string& help = {});
     /// An error that names its own place.
     void fail_with(const Error& error);
 

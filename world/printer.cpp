@@ -31,8 +31,8 @@ void read_pitch(const JsonValue& root, JsonReader* json, Printer* out) {
     const JsonMember* dpi = root.find("dpi");
     const JsonMember* layer = root.find("layer_um");
     if ((pitch != nullptr) == (dpi != nullptr) || (dpi != nullptr) != (layer != nullptr)) {
-        return json->fail(
-            root, "the printer's pitch is not clear; give `pitch_mm`, or `dpi` and `layer_um`");
+        return json->fail(root, "the printer's pitch is not clear",
+                          "give `pitch_mm`, or `dpi` and `layer_um`");
     }
     if (pitch != nullptr) {
         const std::vector<double> n = json->numbers(pitch->value, "`pitch_mm`", 3, 1000);

@@ -45,24 +45,22 @@ Result<std::vector<Affine3d>> parse_transforms(std::string_view text,
                                                const std::filesystem::path& file, size_t most) {
     std::vector<Affine3d> out;
     std::vector<double> n;
-    for (size_t line = 1; !text.empty(); ++line) {
+    for (int32_t line = 1; !text.empty(); ++line) {
         const std::string_view row = text.substr(0, text.find('\n'));
         text.remove_prefix(std::min(row.size() + 1, text.size()));
-        const auto fail = [&](const std::string& what) {
-            return user_error(fmt::format("{}:{}:1: {}", file.string(), line, what));
+        const auto fail = [&](const std::string& what, const std::string& help = {}) {
+            return error_at({file.string(), line, 1}, what, help);
         };
         if (const std::string wrong = numbers_of(row, &n); !wrong.empty()) return fail(wrong);
         if (n.empty()) continue;
         if (n.size() != 3 && n.size() != 12)
-            return fail(
-                fmt::format("a transform of {} numbers; it has 3, a translation, or 12, a "
-                            "3 x 4 matrix row by row",
-                            n.size()));
+            return fail(fmt::format("a transform of {} numbers", n.size()),
+                        "it has 3, a translation, or 12, a 3 x 4 matrix row by row");
         if (out.size() == most) return fail(fmt::format("more than {} transforms", most));
         out.push_back(n.size() == 3 ? Affine3d{Affine3d{}.m, {n[0], n[1], n[2]}}
                                     : affine_of_rows(n));
         if (const Result<PolarFactors> polar = polar_factors(out.back().m); !polar)
-            return fail(polar.error().message);
+            return fail(polar.error().message, polar.error().help);
     }
     if (out.empty())
         return user_error(fmt::format("{}: the file holds no transform", file.string()));

@@ -41,7 +41,7 @@ bool flatten(const JsonValue& value, int depth, UniformBinding* out, bool* first
 
 }  // namespace
 
-Result<UniformBinding> uniform_binding(const JsonValue& value, const Place& place,
+Result<UniformBinding> uniform_binding(const JsonValue& value, const SourceLocation& place,
                                        const std::string& what) {
     UniformBinding out;
     out.place = place;
@@ -51,15 +51,15 @@ Result<UniformBinding> uniform_binding(const JsonValue& value, const Place& plac
     if (!flatten(value, 0, &out, &first, &kind, &culprit)) {
         const bool mixed = !first && culprit->kind != kind && !culprit->is(Kind::kArray) &&
                            !culprit->is(Kind::kObject);
-        return user_error(fmt::format(
-            "{}: {} {}; it must be a number, a boolean, the name of a texture or material, or an "
-            "array of these",
-            Place{place.file, culprit->line, culprit->column}.str(), what,
-            mixed ? "mixes kinds of values" : fmt::format("holds {}", culprit->kind_name())));
+        return error_at(
+            {place.file, culprit->line, culprit->column},
+            fmt::format(
+                "{} {}", what,
+                mixed ? "mixes kinds of values" : fmt::format("holds {}", culprit->kind_name())),
+            "it must be a number, a boolean, the name of a texture or material, or an array of "
+            "these");
     }
-    if (first)
-        return user_error(
-            fmt::format("{}: {} is an empty array; give its values", place.str(), what));
+    if (first) return error_at(place, what + " is an empty array", "give its values");
     return out;
 }
 

@@ -14,7 +14,7 @@
 namespace openfab::scene {
 
 /// A uniform's value; `what` names it in the error, which starts with a place in place.file.
-Result<UniformBinding> uniform_binding(const JsonValue& value, const Place& place,
+Result<UniformBinding> uniform_binding(const JsonValue& value, const SourceLocation& place,
                                        const std::string& what);
 
 /// An object of them, by name; `what` is whose they are.

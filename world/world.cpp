@@ -81,9 +81,8 @@ class WorldReader {
     void version(const JsonValue& value) {
         const double version = json_.number(value, "`openfab`", 0, 1e9);
         if (json_.ok() && version != 1) {
-            json_.fail(value,
-                       fmt::format("the world's version is {:.6g}; this program reads version 1",
-                                   version));
+            json_.fail(value, fmt::format("the world's version is {:.6g}", version),
+                       "this program reads version 1");
         }
     }
 
@@ -162,10 +161,9 @@ class WorldReader {
         material.key = material.preview = json_.color(key, "`key` of " + what, false);
         for (const Material& other : world_.materials) {
             if (other.key == material.key) {
-                json_.fail(key, fmt::format("{} has the key colour of material `{}`; keys tell "
-                                            "materials apart in slices "
-                                            "and must differ",
-                                            what, other.name));
+                json_.fail(key,
+                           fmt::format("{} has the key colour of material `{}`", what, other.name),
+                           "keys tell materials apart in slices and must differ");
             }
         }
         if (const JsonMember* p = m.value.find("preview")) {
@@ -180,8 +178,8 @@ class WorldReader {
         }
         material.place = json_.place(m.value);
         if (world_.materials.size() == kMostMaterials) {
-            json_.fail(m.value, fmt::format("more than {} materials; a world has at most that many",
-                                            kMostMaterials));
+            json_.fail(m.value, fmt::format("more than {} materials", kMostMaterials),
+                       "a world has at most that many");
         }
         world_.materials.push_back(std::move(material));
     }
@@ -226,18 +224,15 @@ class WorldReader {
             const JsonMember* p = m.value.find(key);
             if (p == nullptr) continue;
             if (source != nullptr) {
-                return json_.fail_at(
-                    p->line, p->column,
-                    fmt::format("{} has `{}` and `{}`; it is one of them", what, source->key, key));
+                return json_.fail_at(p->line, p->column,
+                                     fmt::format("{} has `{}` and `{}`", what, source->key, key),
+                                     "it is one of them");
             }
             source = p;
         }
         if (source == nullptr) {
-            return json_.fail(
-                m.value,
-                fmt::format("{} has no `file`; give one, or a `box`, `sphere`, `cylinder` or "
-                            "`plane` in mm",
-                            what));
+            return json_.fail(m.value, fmt::format("{} has no `file`", what),
+                              "give one, or a `box`, `sphere`, `cylinder` or `plane` in mm");
         }
         if (source->key == "file") {
             mesh_file(m, source->value, what);
@@ -245,10 +240,8 @@ class WorldReader {
             for (const char* key : {"unit", "up", "groups", "groups_attribute"}) {
                 if (const JsonMember* p = m.value.find(key)) {
                     return json_.fail_at(
-                        p->line, p->column,
-                        fmt::format("`{}` of {} goes with a `file`; a {} is in mm and has its own "
-                                    "`face` numbers",
-                                    key, what, source->key));
+                        p->line, p->column, fmt::format("`{}` of {} goes with a `file`", key, what),
+                        fmt::format("a {} is in mm and has its own `face` numbers", source->key));
                 }
             }
             primitive(*source, what);
@@ -262,8 +255,7 @@ class WorldReader {
     bool take_memory(const JsonValue& value, int64_t bytes) {
         memory_left_ -= bytes;
         if (memory_left_ >= 0) return true;
-        json_.fail(value,
-                   "the meshes of this world up to here take more memory than is allowed; "
+        json_.fail(value, "the meshes of this world up to here take more memory than is allowed",
                    "allow more with `--memory`");
         return false;
     }
@@ -316,9 +308,9 @@ class WorldReader {
         const fs::path file = files_.existing(value, "the file of " + what);
         if (json_.ok() && !is_mesh_file(file)) {
             json_.fail(value,
-                       fmt::format(
-                           "{} is `{}`, which does not have the extension of a mesh; supported: {}",
-                           what, file.filename().string(), mesh_formats()));
+                       fmt::format("{} is `{}`, which does not have the extension of a mesh", what,
+                                   file.filename().string()),
+                       fmt::format("supported: {}", mesh_formats()));
         }
         MeshOptions options;
         options.name = m.key;
@@ -327,20 +319,22 @@ class WorldReader {
         if (const JsonMember* p = m.value.find("up")) {
             options.y_up = json_.choice(p->value, "`up` of " + what, {"z", "y"}) == 1;
             if (json_.ok() && format_says_up(file)) {
-                json_.fail(p->value, fmt::format("`up` of {}: glTF has y up by its format, and the "
-                                                 "mesh stands already; leave it out",
-                                                 what));
+                json_.fail(
+                    p->value,
+                    fmt::format(
+                        "`up` of {}: glTF has y up by its format, and the mesh stands already",
+                        what),
+                    "leave it out");
             }
         }
         if (const JsonMember* p = m.value.find("groups_attribute")) {
             options.groups_attribute = json_.string(p->value, "`groups_attribute` of " + what);
             const std::string& name = options.groups_attribute;
             if (json_.ok() && (name.empty() || name == "uv" || name == "n" || name == "color")) {
-                json_.fail(
-                    p->value,
-                    fmt::format(
-                        "`groups_attribute` of {} is `{}`, a name that is taken; choose another",
-                        what, name));
+                json_.fail(p->value,
+                           fmt::format("`groups_attribute` of {} is `{}`, a name that is taken",
+                                       what, name),
+                           "choose another");
             }
         }
         if (const JsonMember* p = m.value.find("groups")) {
@@ -411,8 +405,7 @@ class WorldReader {
         std::vector<std::string> names(places.size());
         for (const auto& [known, place] : places)
             names[static_cast<size_t>(place)] = known;
-        json_.fail(value,
-                   fmt::format("no {} is called `{}`; {}", kind, name, suggest(name, names)));
+        json_.fail(value, fmt::format("no {} is called `{}`", kind, name), suggest(name, names));
         return -1;
     }
 
@@ -466,11 +459,6 @@ class WorldReader {
 };
 
 }  // namespace
-
-std::string Place::str() const {
-    if (line <= 0) return file;
-    return fmt::format("{}:{}:{}", file, line, column);
-}
 
 Result<World> load_world(const fs::path& file, const FileRules& rules) {
     return WorldReader(file, rules).read();

@@ -22,14 +22,7 @@
 
 namespace openfab::scene {
 
-/// A place in a text file, one-based; kept with everything that a later check may complain about.
-struct Place {
-    std::string file;
-    int32_t line = 0;
-    int32_t column = 0;
-    /// `file:line:column`
-    std::string str() const;
-};
+// Locations are kept with everything that a later check may complain about.
 
 using Rgba8 = std::array<uint8_t, 4>;
 
@@ -39,7 +32,7 @@ struct Material {
     Rgba8 preview{};  ///< colour with alpha for pictures
     double density_g_cm3 = 1.18;
     std::string channel;  ///< printer channel, may be empty
-    Place place;
+    SourceLocation place;
 };
 
 enum class Wrap : int32_t { kClamp = 0, kRepeat = 1, kMirror = 2, kBlack = 3 };
@@ -55,22 +48,22 @@ struct Texture {
     bool luminance = false;  ///< one channel of three, Rec. 709 weights after linearising
     /// Of a volume, where the file does not say, or to overrule it: lowest corner, size of a texel.
     std::optional<std::array<double, 3>> origin_mm, spacing_mm;
-    Place place;
+    SourceLocation place;
 };
 
 /// A uniform as bound in the world: numbers, or the name of a texture or material.
 struct UniformBinding {
     std::variant<std::vector<double>, std::vector<std::string>> value;
     bool boolean = false;  ///< the numbers were written as true/false
-    Place place;
+    SourceLocation place;
 };
 using UniformBindings = std::map<std::string, UniformBinding>;
 
 struct FabletRef {
     std::filesystem::path source;
-    std::string fablet;  ///< name of the fablet in the source
-    Place place;         ///< of that name
-    Place source_place;
+    std::string fablet;    ///< name of the fablet in the source
+    SourceLocation place;  ///< of that name
+    SourceLocation source_place;
 };
 
 struct Object {
@@ -80,23 +73,23 @@ struct Object {
     int32_t priority = 0;  ///< higher wins
     double max_displacement_mm = std::numeric_limits<double>::infinity();
     UniformBindings uniforms;
-    bool support = true;  ///< it asks for support below it
-    Place place;          ///< of its fablet's name
-    Place mesh_place;
+    bool support = true;   ///< it asks for support below it
+    SourceLocation place;  ///< of its fablet's name
+    SourceLocation mesh_place;
 };
 
 struct Placement {
     int32_t object = 0;  ///< index in World::objects
     Affine3d transform;  ///< mesh space (mm) to build space (mm)
     UniformBindings overrides;
-    Place place;
+    SourceLocation place;
 };
 
 /// What a world says of support.
 struct SupportChoice {
     std::optional<bool> on;  ///< absent: as the printer's profile says
     std::string material;    ///< of the world; empty: the profile's
-    Place place;
+    SourceLocation place;
 };
 
 /// Where the world's x = y = 0 is on the printer's tray.
@@ -127,7 +120,7 @@ struct FileRules {
     int64_t memory_bytes = kReadingBytes;
 };
 
-/// Reads a world and the meshes it names. Every error names file:line:column.
+/// Reads a world and the meshes it names. Every error has a place.
 Result<World> load_world(const std::filesystem::path& file, const FileRules& rules = {});
 
 }  // namespace openfab::scene

@@ -33,9 +33,11 @@ bool WorldFiles::allowed(const fs::path& path) const {
 
 void WorldFiles::check(const JsonValue& value, const std::string& what, const fs::path& path) {
     if (!json_.ok() || allowed(path)) return;
-    json_.fail(value, fmt::format("{} is `{}`, which is not below the world's folder; put it "
-                                  "there, or allow it with `--allow {}`",
-                                  what, path.string(), without_links(path).parent_path().string()));
+    json_.fail(
+        value,
+        fmt::format("{} is `{}`, which is not below the world's folder", what, path.string()),
+        fmt::format("put it there, or allow it with `--allow {}`",
+                    without_links(path).parent_path().string()));
 }
 
 fs::path WorldFiles::path(const JsonValue& value, const std::string& what) {
@@ -51,10 +53,10 @@ fs::path WorldFiles::existing(const JsonValue& value, const std::string& what) {
     fs::path path = this->path(value, what);
     std::error_code ignored;
     if (json_.ok() && !fs::is_regular_file(path, ignored)) {
-        json_.fail(
-            value,
-            fmt::format("{} `{}` {}; paths count from the world's folder", what, path.string(),
-                        fs::exists(path, ignored) ? "is not a file" : "does not exist"));
+        json_.fail(value,
+                   fmt::format("{} `{}` {}", what, path.string(),
+                               fs::exists(path, ignored) ? "is not a file" : "does not exist"),
+                   "paths count from the world's folder");
     }
     files_.push_back(path);
     return path;
@@ -74,8 +76,8 @@ fs::path WorldFiles::images(const JsonValue& value, const std::string& what) {
         for (const fs::path& slice : slices)
             also(value, slice);
     } else {
-        json_.fail(value, fmt::format("{} `{}` names no file; paths count from the world's folder",
-                                      what, path.string()));
+        json_.fail(value, fmt::format("{} `{}` names no file", what, path.string()),
+                   "paths count from the world's folder");
     }
     if (!json_.ok() || slices.size() > 1) return path;
     // What is wrong with a header is told when it is read.

@@ -125,7 +125,7 @@ Result<void> OfrReader::read_header() {
     if (sum != checksum(header)) return error("the header is damaged: its checksum is wrong");
     Result<backends::PrintInfo> info =
         read_header_fields(std::span<const uint8_t>(header).subspan(kPreambleBytes), version);
-    if (!info) return error(info.error().message);
+    if (!info) return error(info.error().text());
     info_ = std::move(*info);
     row_bytes_ = backends::packed_row_bytes(info_.size.x, info_.bits);
     counts_.assign(info_.materials.size() + 1, 0);
@@ -156,7 +156,7 @@ Result<bool> OfrReader::next() {
 
 Result<void> OfrReader::read_slice(std::span<const uint8_t> head_bytes) {
     Result<SliceHead> head = read_slice_head(head_bytes);
-    if (!head) return slice_error(head.error().message);
+    if (!head) return slice_error(head.error().text());
     if (head->z != info_.slice_begin + whole_slices()) {
         return slice_error(fmt::format("slice {} stands in its place", head->z));
     }

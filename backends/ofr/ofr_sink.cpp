@@ -28,7 +28,7 @@ Result<std::unique_ptr<backends::SliceSink>> OfrSink::resume(const std::string& 
 
 Error OfrSink::with_slices_kept(const Error& error) const {
     std::string message =
-        fmt::format("{}; {} whole slices were written before", error.message, entries_.size());
+        fmt::format("{}; {} whole slices were written before", error.text(), entries_.size());
     const auto left = static_cast<double>(info_.slice_end - info_.slice_begin) -
                       static_cast<double>(entries_.size());
     if (!entries_.empty() && left > 0) {

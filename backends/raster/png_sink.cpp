@@ -337,7 +337,7 @@ Error PngSink::with_slices_kept(const Error& error, size_t slice_bytes) const {
     return {
         error.code,
         fmt::format("{}; {} whole slices were written before, the rest takes about {}",
-                    error.message, written_.size(),
+                    error.text(), written_.size(),
                     format_bytes(static_cast<int64_t>(left * static_cast<double>(slice_bytes))))};
 }
 

@@ -61,10 +61,10 @@ int run(int argc, char** argv) {
     } catch (const CLI::CallForHelp&) {
         show(app.help());
     } catch (const CLI::ParseError& error) {
-        return fail(command_line_error(app, error, "openflc").message, kExitUsage);
+        return fail(command_line_error(app, error, "openflc").text(), kExitUsage);
     }
     const Result<void> written = written_out();
-    return written || code != kExitDone ? code : fail(written.error().message, kExitOutside);
+    return written || code != kExitDone ? code : fail(written.error().text(), kExitOutside);
 }
 
 }  // namespace

@@ -29,7 +29,7 @@ std::optional<uint32_t> SourceManager::load(const std::filesystem::path& path, s
     const std::string name = given.starts_with("./") ? given.substr(2) : given;
     const Result<InputFile> file = InputFile::open(path, roots);
     if (!file) {
-        *fault = name + ": cannot be opened: " + file.error().message;
+        *fault = name + ": cannot be opened: " + file.error().text();
         return std::nullopt;
     }
     if (file->bytes() > static_cast<int64_t>(kMaxFileBytes)) {
@@ -38,7 +38,7 @@ std::optional<uint32_t> SourceManager::load(const std::filesystem::path& path, s
     }
     Result<std::string> text = file->read_all(kMaxFileBytes);
     if (!text) {
-        *fault = name + ": cannot be read: " + text.error().message;
+        *fault = name + ": cannot be read: " + text.error().text();
         return std::nullopt;
     }
     const std::filesystem::path folder = path.parent_path();

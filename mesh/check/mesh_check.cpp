@@ -202,10 +202,11 @@ Result<void> check_size(const Mesh& mesh, const MeshOrigin& origin,
     const double largest = std::max({size.x, size.y, size.z});
     constexpr double kMost = 1e5;
     if (!(largest < kMost) || !(length(box.center()) < kMost)) {
-        return user_error(fmt::format(
-            "{}: mesh `{}` is {:.4g} x {:.4g} x {:.4g} mm or lies as far from its origin; at "
-            "most 100 m are possible, check its `unit`",
-            origin.str(0), mesh.name, size.x, size.y, size.z));
+        return error_at(
+            origin.location(0),
+            fmt::format("mesh `{}` is {:.4g} x {:.4g} x {:.4g} mm or lies as far from its origin",
+                        mesh.name, size.x, size.y, size.z),
+            "at most 100 m are possible, check its `unit`");
     }
     if (largest < 1 || largest > 1000) {
         warnings->push_back(
@@ -230,13 +231,13 @@ std::string list_edges(const EdgeCounts& counts) {
 }
 
 Error not_closed(const MeshSource& source, const EdgeCounts& counts) {
-    return user_error(fmt::format(
-        "{}: mesh `{}` is not a closed surface: {}, one from {} to {}; "
+    return error_at(
+        source.origin.location(counts.triangle),
+        fmt::format("mesh `{}` is not a closed surface: {}, one from {} to {}", source.mesh.name,
+                    list_edges(counts), source.place(counts.from), source.place(counts.to)),
         "close it so that each edge has two triangles that run along it in opposite directions, or "
         "let `\"repair\": \"winding\"` of its object do that "
-        "(`openfab import --repair winding` writes it)",
-        source.origin.str(counts.triangle), source.mesh.name, list_edges(counts),
-        source.place(counts.from), source.place(counts.to)));
+        "(`openfab import --repair winding` writes it)");
 }
 
 /// Closes a mesh and tells what that took.

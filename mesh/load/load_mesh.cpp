@@ -127,10 +127,11 @@ class Groups {
             const auto it = options_.groups->find(name);
             if (it == options_.groups->end()) continue;
             if (found != nullptr && value != it->second) {
-                return user_error(fmt::format(
-                    "{}: the face is in group `{}` ({}) and in `{}` ({}) of \"groups\"; a face has "
-                    "one value",
-                    source_.origin.str(triangle), *found, value, name, it->second));
+                return error_at(
+                    source_.origin.location(triangle),
+                    fmt::format("the face is in group `{}` ({}) and in `{}` ({}) of \"groups\"",
+                                *found, value, name, it->second),
+                    "a face has one value");
             }
             value = it->second;
             found = &name;
@@ -139,9 +140,11 @@ class Groups {
         std::string list;
         for (const std::string& name : names)
             list += fmt::format("{}`{}`", list.empty() ? "" : ", ", name);
-        return user_error(fmt::format(
-            "{}: the face is in group {}, which \"groups\" of mesh `{}` does not map; {}",
-            source_.origin.str(triangle), list, options_.name, all_names()));
+        return error_at(
+            source_.origin.location(triangle),
+            fmt::format("the face is in group {}, which \"groups\" of mesh `{}` does not map", list,
+                        options_.name),
+            all_names());
     }
 
     std::string all_names() const {
@@ -285,7 +288,7 @@ Result<LoadedMesh> finish(MeshSource source, const MeshOptions& options, bool to
     Result<void> fine = prepare_mesh(&source, options.repair);
     if (!fine) {
         if (!tolerant) return fine.error();
-        out.refusal = fine.error().message;
+        out.refusal = fine.error().text();
     }
     if (tolerant || source.mesh.triangles.size() <= kMostChecked) look_for_intersections(&source);
     std::move(source.warnings.begin(), source.warnings.end(), std::back_inserter(out.warnings));

@@ -6,9 +6,9 @@
 
 namespace openfab::scene {
 
-std::string MeshOrigin::str(int32_t triangle) const {
-    if (triangle < 0 || static_cast<size_t>(triangle) >= lines.size()) return file;
-    return fmt::format("{}:{}:1", file, lines[static_cast<size_t>(triangle)]);
+SourceLocation MeshOrigin::location(int32_t triangle) const {
+    if (triangle < 0 || static_cast<size_t>(triangle) >= lines.size()) return {file, 0, 0};
+    return {file, lines[static_cast<size_t>(triangle)], 1};
 }
 
 std::string MeshSource::place(const Vec3d& mm) const {

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "base/source_location.h"
 #include "mesh/model/mesh.h"
 
 namespace openfab::scene {
@@ -21,11 +22,12 @@ struct FaceGroup {
     auto operator<=>(const FaceGroup&) const = default;
 };
 
-/// Where triangle t comes from, for messages: `path:line:column`.
+/// Where triangles come from, for messages.
 struct MeshOrigin {
     std::string file;
     std::vector<int32_t> lines;  ///< by triangle; empty where there is no file
-    std::string str(int32_t triangle) const;
+    SourceLocation location(int32_t triangle) const;
+    std::string str(int32_t triangle) const { return location(triangle).str(); }
 };
 
 /// How often edges are used, counting each undirected edge once.

@@ -13,9 +13,8 @@ namespace openfab::scene {
 /// Comparisons of corners that triangulate may make for the concave polygons of one file, a few
 /// seconds of them. Polygons whose corners are spread take some dozens a corner.
 constexpr int64_t kTriangulationEffort = 200'000'000;
-constexpr const char* kTooMuchEffort =
-    "the concave polygons up to here have too many corners; split them into triangles where the "
-    "mesh is made";
+constexpr const char* kTooMuchEffort = "the concave polygons up to here have too many corners";
+constexpr const char* kSplitPolygons = "split them into triangles where the mesh is made";
 
 /// Splits a polygon of n >= 3 corners, nearly flat, into n - 2 triangles of corner numbers that
 /// keep its direction: a fan from corner 0 if it is convex, else ears clipped in order. Depends on

@@ -189,7 +189,7 @@ class GltfReader {
 
     bool mark_visited(int64_t index, const JsonValue& node) {
         if (visited_[static_cast<size_t>(index)]) {
-            gltf_.fail(node, fmt::format("node {} has two parents; nodes must be a tree", index));
+            gltf_.fail(node, fmt::format("node {} has two parents", index), "nodes must be a tree");
             return false;
         }
         visited_[static_cast<size_t>(index)] = true;
@@ -233,8 +233,8 @@ class GltfReader {
         mesh_.begin_part();
         if (mesh_.group_bytes() > gltf_.memory_left())
             return gltf_.fail(node,
-                              "the names of nodes and materials take more memory than is "
-                              "allowed; allow more with `--memory`");
+                              "the names of nodes and materials take more memory than is allowed",
+                              "allow more with `--memory`");
         for (const JsonValue& primitive : primitives->value.items) {
             group.material = material_of(primitive);
             if (gltf_.ok()) add_primitive(primitive, transform, mesh_.group_index(group));
@@ -291,8 +291,8 @@ class GltfReader {
         Result<GltfArray> array = gltf_.array(gltf_.integer(attributes, key, 0), false);
         if (!array || !gltf_.ok()) return {};
         if (components != 0 && array->components != components) {
-            gltf_.fail(attributes, fmt::format("{} has {} components; it must have {}", key,
-                                               array->components, components));
+            gltf_.fail(attributes, fmt::format("{} has {} components", key, array->components),
+                       fmt::format("it must have {}", components));
             return {};
         }
         return std::move(*array);

@@ -167,16 +167,16 @@ Result<void> GltfFile::check_version() {
         // Quantised accessors are read as they are; materials do not matter to a mesh.
         if (name.text == "KHR_mesh_quantization" || name.text.starts_with("KHR_materials_"))
             continue;
-        return user_error(fmt::format(
-            "{}:{}:{}: the file requires `{}`, which is not supported; export it without "
-            "compression and extensions",
-            file_, name.line, name.column, name.text.substr(0, 60)));
+        return error_at(
+            {file_, name.line, name.column},
+            fmt::format("the file requires `{}`, which is not supported", name.text.substr(0, 60)),
+            "export it without compression and extensions");
     }
     return Ok{};
 }
 
-void GltfFile::fail(const JsonValue& at, const std::string& what) {
-    if (error_.empty()) error_ = fmt::format("{}:{}:{}: {}", file_, at.line, at.column, what);
+void GltfFile::fail(const JsonValue& at, const std::string& what, const std::string& help) {
+    if (!error_) error_ = error_at({file_, at.line, at.column}, what, help);
 }
 
 std::string GltfFile::text(const JsonValue& object, const char* key) {
@@ -228,7 +228,7 @@ std::string GltfFile::load_uri(const JsonValue& at, const std::string& uri) {
         constexpr std::string_view kMark = ";base64,";
         const size_t mark = uri.find(kMark);
         if (uri.size() / 4 * 3 > allowed) {
-            fail(at, "the data take more memory than is allowed; allow more with `--memory`");
+            fail(at, "the data take more memory than is allowed", "allow more with `--memory`");
             return {};
         }
         std::string bytes = mark == std::string::npos
@@ -252,7 +252,7 @@ std::string GltfFile::load_uri(const JsonValue& at, const std::string& uri) {
     // Nor may a link lead out of it.
     Result<std::string> bytes = read_text_file(path, allowed, {reading_root(folder)});
     if (!bytes) {
-        fail(at, bytes.error().message);
+        fail(at, bytes.error().message, bytes.error().help);
         return {};
     }
     files_.push_back(path);
@@ -377,9 +377,8 @@ Result<GltfArray> GltfFile::array(int64_t accessor, bool indices) {
     const std::string shape = text(*value, "type");
     const auto* found = std::find(std::begin(kShapes), std::end(kShapes), shape);
     if (found == std::end(kShapes))
-        fail(*value, fmt::format("the accessor's type is `{}`; SCALAR and VEC2 to VEC4 are "
-                                 "supported",
-                                 shape.substr(0, 20)));
+        fail(*value, fmt::format("the accessor's type is `{}`", shape.substr(0, 20)),
+             "SCALAR and VEC2 to VEC4 are supported");
     out.components = static_cast<size_t>(found - std::begin(kShapes)) + 1;
     const int64_t type = integer(*value, "componentType", 0);
     const int64_t count = integer(*value, "count", 0);

@@ -55,9 +55,9 @@ class GltfFile {
     /// object[key] as text, empty where it is absent.
     static std::string text(const JsonValue& object, const char* key);
 
-    bool ok() const { return error_.empty(); }
-    Error error() const { return user_error(error_); }
-    void fail(const JsonValue& at, const std::string& what);
+    bool ok() const { return !error_.has_value(); }
+    const Error& error() const { return *error_; }
+    void fail(const JsonValue& at, const std::string& what, const std::string& help = {});
 
     /// Files read besides this one.
     const std::vector<std::filesystem::path>& files() const { return files_; }
@@ -82,7 +82,7 @@ class GltfFile {
     std::optional<std::string> binary_;  ///< the chunk of a .glb
     std::vector<std::optional<std::string>> buffers_;
     std::vector<std::filesystem::path> files_;
-    std::string error_;
+    std::optional<Error> error_;
 };
 
 }  // namespace openfab::scene

@@ -34,13 +34,13 @@ class ObjReader {
         : text_(text), file_(file), memory_bytes_(memory_bytes) {}
 
     Result<MeshSource> read() {
-        while (at_ < text_.size() && error_.empty()) {
+        while (at_ < text_.size() && !error_) {
             read_line();
             const int64_t needed = growing_bytes(mesh_bytes(counts()));
             if (needed > memory_bytes_)
                 return too_large_to_read(file_, counts().triangles, needed, memory_bytes_);
         }
-        if (!error_.empty()) return user_error(error_);
+        if (error_) return *error_;
         add_attributes();
         out_.mesh = std::move(mesh_);
         out_.origin = {file_, std::move(lines_)};
@@ -160,11 +160,8 @@ class ObjReader {
             if (tokens_.size() > 1) material_ = rest_of_line(tokens_[1]);
             group_.reset();
         } else if (!is_ignored(word)) {
-            fail(word,
-                 fmt::format(
-                     "unknown statement `{}`; this is no OBJ file, or one with free-form surfaces, "
-                     "which are not supported",
-                     word.substr(0, 40)));
+            fail(word, fmt::format("unknown statement `{}`", word.substr(0, 40)),
+                 "this is no OBJ file, or one with free-form surfaces, which are not supported");
         }
     }
 
@@ -184,8 +181,8 @@ class ObjReader {
         return std::string(text_.substr(start, end - start));
     }
 
-    void fail(std::string_view token, const std::string& what) {
-        if (!error_.empty()) return;
+    void fail(std::string_view token, const std::string& what, const std::string& help = {}) {
+        if (error_) return;
         const auto offset = static_cast<size_t>(token.data() - text_.data());
         const size_t line_start = text_.rfind('\n', offset == 0 ? 0 : offset - 1);
         const size_t start =
@@ -195,7 +192,7 @@ class ObjReader {
             column += (static_cast<unsigned char>(text_[i]) & 0xC0) != 0x80;
         const auto extra = std::count(text_.begin() + static_cast<ptrdiff_t>(line_start_),
                                       text_.begin() + static_cast<ptrdiff_t>(offset), '\n');
-        error_ = fmt::format("{}:{}:{}: {}", file_, token_line_ + extra, column, what);
+        error_ = error_at({file_, static_cast<int32_t>(token_line_ + extra), column}, what, help);
     }
 
     bool number(std::string_view token, double* out) {
@@ -217,10 +214,9 @@ class ObjReader {
     }
 
     void wrong_count(size_t least, size_t most) {
-        fail(tokens_[0],
-             fmt::format(
-                 "`{}` has {} numbers; it takes {}", tokens_[0], tokens_.size() - 1,
-                 least == most ? fmt::format("{}", least) : fmt::format("{} to {}", least, most)));
+        fail(tokens_[0], fmt::format("`{}` has {} numbers", tokens_[0], tokens_.size() - 1),
+             fmt::format("it takes {}", least == most ? fmt::format("{}", least)
+                                                      : fmt::format("{} to {}", least, most)));
     }
 
     void vertex() {
@@ -244,8 +240,8 @@ class ObjReader {
         const auto [end, code] =
             std::from_chars(digits.data(), digits.data() + digits.size(), value);
         if (code != std::errc() || end != digits.data() + digits.size()) {
-            fail(token, fmt::format("`{}` is no corner; write it as v, v/vt, v//vn or v/vt/vn",
-                                    token.substr(0, 40)));
+            fail(token, fmt::format("`{}` is no corner", token.substr(0, 40)),
+                 "write it as v, v/vt, v//vn or v/vt/vn");
             return false;
         }
         const auto n = static_cast<int64_t>(count);
@@ -277,8 +273,8 @@ class ObjReader {
     void face() {
         const size_t count = tokens_.size() - 1;
         if (count < 3)
-            return fail(tokens_[0],
-                        fmt::format("a face with {} corners; it needs 3 or more", count));
+            return fail(tokens_[0], fmt::format("a face with {} corners", count),
+                        "it needs 3 or more");
         if (count > kMostCorners)
             return fail(tokens_[0], fmt::format("a face with more than {} corners", kMostCorners));
         if (mesh_.triangles.size() >= kMostElements) return fail(tokens_[0], "too many faces");
@@ -298,7 +294,7 @@ class ObjReader {
         for (const Corner& c : corners_)
             points.push_back(mesh_.positions[static_cast<size_t>(c.v)]);
         const std::vector<std::array<int32_t, 3>> triangles = triangulate(points, &effort_);
-        if (triangles.empty()) return fail(tokens_[0], kTooMuchEffort);
+        if (triangles.empty()) return fail(tokens_[0], kTooMuchEffort, kSplitPolygons);
         for (const auto& t : triangles)
             add_triangle(t);
     }
@@ -346,7 +342,7 @@ class ObjReader {
     int32_t line_ = 1;
     int32_t token_line_ = 1;
     std::vector<std::string_view> tokens_;
-    std::string error_;
+    std::optional<Error> error_;
 
     MeshSource out_;
     Mesh mesh_;

@@ -31,7 +31,7 @@ class Values {
         : bytes_(bytes), header_(header), at_(header.body), line_(header.body_line) {}
 
     /// What is wrong, empty where nothing is.
-    std::string next(PlyType type, double* out) {
+    Complaint next(PlyType type, double* out) {
         return header_.ascii ? next_ascii(type, out) : next_binary(type, out);
     }
     /// At most this many values can follow.
@@ -50,9 +50,9 @@ class Values {
     void pass(size_t bytes) { at_ += bytes; }
 
   private:
-    std::string next_binary(PlyType type, double* out) {
+    Complaint next_binary(PlyType type, double* out) {
         const size_t size = ply_type_bytes(type);
-        if (bytes_.size() - at_ < size) return "the file ends here; it was cut short";
+        if (bytes_.size() - at_ < size) return {"the file ends here", "it was cut short"};
         char raw[8] = {};
         std::memcpy(raw, bytes_.data() + at_, size);
         if (header_.big_endian) std::reverse(raw, raw + size);
@@ -90,14 +90,14 @@ class Values {
         return {};
     }
 
-    std::string next_ascii(PlyType type, double* out) {
+    Complaint next_ascii(PlyType type, double* out) {
         while (at_ < bytes_.size() && is_space(bytes_[at_]))
             line_ += bytes_[at_++] == '\n';
         const size_t start = at_;
         while (at_ < bytes_.size() && !is_space(bytes_[at_]))
             ++at_;
         const std::string_view token = bytes_.substr(start, at_ - start);
-        if (token.empty()) return "the file ends here; it was cut short";
+        if (token.empty()) return {"the file ends here", "it was cut short"};
         if (!is_ply_integer(type)) {
             if (token == "nan" || token == "-nan" || token == "NaN") {
                 *out = NAN;
@@ -248,16 +248,21 @@ class PlyReader {
         return too_large_to_read(file_, counts.triangles, needed, memory_bytes_);
     }
 
-    Error error(const PlyElement& element, int64_t index, const std::string& what) const {
-        return user_error(header_.ascii
-                              ? fmt::format("{}:{}:1: {}", file_, values_.line(), what)
-                              : fmt::format("{}: {} {}: {}", file_, element.name, index, what));
+    Error error(const PlyElement& element, int64_t index, const Complaint& wrong) const {
+        return header_.ascii
+                   ? wrong.at({file_, values_.line(), 1})
+                   : wrong.at({fmt::format("{}: {} {}", file_, element.name, index), 0, 0});
+    }
+
+    Error face_error(size_t face, const Complaint& wrong) const {
+        return header_.ascii ? wrong.at({file_, face_lines_[face], 1})
+                             : wrong.at({fmt::format("{}: face {}", file_, face), 0, 0});
     }
 
     /// The values of a list; `most` of them.
-    std::string list(const PlyProperty& property, int64_t most, std::vector<double>* out) {
+    Complaint list(const PlyProperty& property, int64_t most, std::vector<double>* out) {
         double length = 0;
-        if (std::string wrong = values_.next(property.count_type, &length); !wrong.empty())
+        if (Complaint wrong = values_.next(property.count_type, &length); !wrong.empty())
             return wrong;
         if (length < 0 || length > static_cast<double>(most) ||
             length > static_cast<double>(values_.most_left(property.type))) {
@@ -269,14 +274,13 @@ class PlyReader {
                                property.name.substr(0, 40), length);
         out->resize(static_cast<size_t>(length));
         for (double& value : *out) {
-            if (std::string wrong = values_.next(property.type, &value); !wrong.empty())
-                return wrong;
+            if (Complaint wrong = values_.next(property.type, &value); !wrong.empty()) return wrong;
         }
         return {};
     }
 
     /// Reads a property that nothing here uses.
-    std::string pass_over(const PlyProperty& property) {
+    Complaint pass_over(const PlyProperty& property) {
         if (property.is_list) return list(property, INT32_MAX, &list_);
         double ignored = 0;
         return values_.next(property.type, &ignored);
@@ -285,16 +289,16 @@ class PlyReader {
     Result<void> skip(const PlyElement& element) {
         for (int64_t i = 0; i < element.count; ++i) {
             for (const PlyProperty& property : element.properties) {
-                if (const std::string wrong = pass_over(property); !wrong.empty())
+                if (const Complaint wrong = pass_over(property); !wrong.empty())
                     return error(element, i, wrong);
             }
         }
         return Ok{};
     }
 
-    std::string scalar(Column* column) {
+    Complaint scalar(Column* column) {
         double value = 0;
-        std::string wrong = values_.next(column->property->type, &value);
+        Complaint wrong = values_.next(column->property->type, &value);
         if (!is_position(value, 0, 0)) {
             if (column->odd < 0) column->odd = static_cast<int64_t>(column->values.size());
             value = 0;
@@ -327,7 +331,7 @@ class PlyReader {
             Vec3d p;
             size_t column = 0;
             for (const PlyProperty& property : element.properties) {
-                std::string wrong;
+                Complaint wrong;
                 if (property.is_list) {
                     wrong = pass_over(property);
                 } else if (column < vertex_columns_.size() &&
@@ -418,7 +422,7 @@ class PlyReader {
             size_t column = 0;
             std::vector<double> uv;
             for (const PlyProperty& property : element.properties) {
-                std::string wrong;
+                Complaint wrong;
                 if (&property == corners) {
                     wrong = list(property, kMostCorners, &list_);
                     // What a list that was cut short holds was never read.
@@ -475,11 +479,8 @@ class PlyReader {
         for (size_t f = 0, c = 0; f < face_ends_.size(); ++f) {
             for (; c < face_ends_[f]; ++c) {
                 if (face_corners_[c] >= 0 && face_corners_[c] < count) continue;
-                const std::string what = fmt::format(
-                    "the face asks for vertex {}, but there are {}", face_corners_[c], count);
-                return user_error(header_.ascii
-                                      ? fmt::format("{}:{}:1: {}", file_, face_lines_[f], what)
-                                      : fmt::format("{}: face {}: {}", file_, f, what));
+                return face_error(f, fmt::format("the face asks for vertex {}, but there are {}",
+                                                 face_corners_[c], count));
             }
         }
         return Ok{};
@@ -515,11 +516,7 @@ class PlyReader {
                 add({0, 1, 2});
             } else {
                 const std::vector<std::array<int32_t, 3>> triangles = triangulate(points, &effort);
-                if (triangles.empty())
-                    return user_error(
-                        header_.ascii
-                            ? fmt::format("{}:{}:1: {}", file_, face_lines_[f], kTooMuchEffort)
-                            : fmt::format("{}: face {}: {}", file_, f, kTooMuchEffort));
+                if (triangles.empty()) return face_error(f, {kTooMuchEffort, kSplitPolygons});
                 for (const auto& t : triangles)
                     add(t);
             }

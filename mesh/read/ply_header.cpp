@@ -61,7 +61,7 @@ class HeaderReader {
             }
             if (!done) return done.error();
         }
-        return error("the head has no `end_header`; the file was cut short");
+        return error("the head has no `end_header`", "the file was cut short");
     }
 
   private:
@@ -87,8 +87,8 @@ class HeaderReader {
 
     static std::string_view shown(std::string_view word) { return word.substr(0, 40); }
 
-    Error error(const std::string& what) const {
-        return user_error(fmt::format("{}:{}:1: {}", file_, line_, what));
+    Error error(const std::string& what, const std::string& help = {}) const {
+        return error_at({file_, line_, 1}, what, help);
     }
 
     Result<void> format() {

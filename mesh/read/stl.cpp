@@ -100,9 +100,8 @@ class Words {
 
     int32_t line() const { return line_; }
 
-    Error error(const std::string& what) const {
-        return user_error(
-            fmt::format("{}:{}:{}: {}", file_, line_, start_ - line_start_ + 1, what));
+    Error error(const std::string& what, const std::string& help = {}) const {
+        return error_at({file_, line_, static_cast<int32_t>(start_ - line_start_) + 1}, what, help);
     }
 
   private:
@@ -162,10 +161,10 @@ class AsciiReader {
     Result<void> expect(std::string_view wanted) {
         const std::string_view word = words_.next();
         if (equal_ignoring_case(word, wanted)) return Ok{};
-        return words_.error(
-            word.empty()
-                ? fmt::format("the file ends where `{}` should be; it was cut short", wanted)
-                : fmt::format("`{}` where `{}` should be", word.substr(0, 40), wanted));
+        if (word.empty())
+            return words_.error(fmt::format("the file ends where `{}` should be", wanted),
+                                "it was cut short");
+        return words_.error(fmt::format("`{}` where `{}` should be", word.substr(0, 40), wanted));
     }
 
     Result<Vec3d> numbers() {

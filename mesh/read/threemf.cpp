@@ -31,7 +31,7 @@ class Relationships : public XmlHandler {
   public:
     std::string model;
 
-    std::string start(std::string_view name, const XmlAttributes& a) override {
+    Complaint start(std::string_view name, const XmlAttributes& a) override {
         const char* type = a.find("Type");
         const char* target = a.find("Target");
         if (name == "Relationship" && type != nullptr && target != nullptr && model.empty() &&

@@ -55,14 +55,14 @@ class ModelReader : public XmlHandler {
 
     ThreemfModel model;
 
-    std::string start(std::string_view name, const XmlAttributes& a) override {
-        std::string wrong = read(name, a);
+    Complaint start(std::string_view name, const XmlAttributes& a) override {
+        Complaint wrong = read(name, a);
         if (wrong.empty() && memory_bytes_ < 0)
-            wrong = "the model takes more memory than is allowed; allow more with `--memory`";
+            return {"the model takes more memory than is allowed", "allow more with `--memory`"};
         return wrong;
     }
 
-    std::string read(std::string_view name, const XmlAttributes& a) {
+    Complaint read(std::string_view name, const XmlAttributes& a) {
         using Kind = ThreemfGroup::Kind;
         wrong_.clear();
         if (name == "vertex") return vertex(a);
@@ -122,10 +122,11 @@ class ModelReader : public XmlHandler {
         memory_bytes_ -= static_cast<int64_t>(sizeof(T) + kNode + name.size());
     }
 
-    static std::string too_long(const std::string& name) {
+    static Complaint too_long(const std::string& name) {
         constexpr size_t kLongest = 1000;
         if (name.size() <= kLongest) return {};
-        return fmt::format("a name of {} bytes; at most {} are possible", name.size(), kLongest);
+        return {fmt::format("a name of {} bytes", name.size()),
+                fmt::format("at most {} are possible", kLongest)};
     }
 
     double number(const XmlAttributes& a, const char* key) {
@@ -160,7 +161,7 @@ class ModelReader : public XmlHandler {
         return value != nullptr ? value : "";
     }
 
-    std::string root(const XmlAttributes& a) {
+    Complaint root(const XmlAttributes& a) {
         static constexpr std::pair<std::string_view, double> kUnits[] = {
             {"micron", 0.001}, {"millimeter", 1}, {"centimeter", 10},
             {"inch", 25.4},    {"foot", 304.8},   {"meter", 1000}};
@@ -181,15 +182,14 @@ class ModelReader : public XmlHandler {
                               known.find("/production/") != std::string_view::npos ||
                               known.find("/trianglesets/") != std::string_view::npos;
             if (!fine)
-                return fmt::format(
-                    "the file requires the extension `{}`, which is not supported; "
-                    "export it as plain meshes",
-                    known.empty() ? prefix : known.substr(0, 120));
+                return {fmt::format("the file requires the extension `{}`, which is not supported",
+                                    known.empty() ? prefix : known.substr(0, 120)),
+                        "export it as plain meshes"};
         }
         return {};
     }
 
-    std::string begin_group(const XmlAttributes& a, ThreemfGroup::Kind kind) {
+    Complaint begin_group(const XmlAttributes& a, ThreemfGroup::Kind kind) {
         const int64_t id = needed_integer(a, "id");
         if (!wrong_.empty()) return wrong_;
         const auto [it, fresh] = model.groups.try_emplace(id);
@@ -200,14 +200,14 @@ class ModelReader : public XmlHandler {
         return {};
     }
 
-    std::string begin_multi(const XmlAttributes& a) {
-        std::string wrong = begin_group(a, ThreemfGroup::Kind::kMulti);
+    Complaint begin_multi(const XmlAttributes& a) {
+        Complaint wrong = begin_group(a, ThreemfGroup::Kind::kMulti);
         if (wrong.empty()) wrong = integers(text(a, "pids"), &group_->layers);
         // Each triangle looks at all of them.
         constexpr size_t kMostLayers = 16;
         if (wrong.empty() && group_->layers.size() > kMostLayers)
-            wrong = fmt::format("multiproperties of {} layers; at most {} are possible",
-                                group_->layers.size(), kMostLayers);
+            return {fmt::format("multiproperties of {} layers", group_->layers.size()),
+                    fmt::format("at most {} are possible", kMostLayers)};
         return wrong;
     }
 
@@ -223,7 +223,7 @@ class ModelReader : public XmlHandler {
 
     bool in(ThreemfGroup::Kind kind) const { return group_ != nullptr && group_->kind == kind; }
 
-    std::string base(const XmlAttributes& a) {
+    Complaint base(const XmlAttributes& a) {
         if (!in(ThreemfGroup::Kind::kMaterials)) return {};
         std::string name = text(a, "name");
         if (name.empty()) name = fmt::format("material {}", group_->names.size());
@@ -231,28 +231,28 @@ class ModelReader : public XmlHandler {
         return too_long(add(&group_->names, std::move(name), length));
     }
 
-    std::string color(const XmlAttributes& a) {
+    Complaint color(const XmlAttributes& a) {
         if (!in(ThreemfGroup::Kind::kColors)) return {};
         std::array<double, 3> value{};
         const std::string written = text(a, "color");
         if (!parse_color(written, &value))
-            return fmt::format("`{}` is no colour; write it as #rrggbb", written.substr(0, 40));
+            return {fmt::format("`{}` is no colour", written.substr(0, 40)), "write it as #rrggbb"};
         add(&group_->values, value);
         return {};
     }
 
-    std::string coordinate(const XmlAttributes& a) {
+    Complaint coordinate(const XmlAttributes& a) {
         if (!in(ThreemfGroup::Kind::kCoordinates)) return {};
         add(&group_->values, {number(a, "u"), number(a, "v"), 0});
         return wrong_;
     }
 
-    std::string multi(const XmlAttributes& a) {
+    Complaint multi(const XmlAttributes& a) {
         if (!in(ThreemfGroup::Kind::kMulti)) return {};
         return integers(text(a, "pindices"), &add(&group_->picks, {}));
     }
 
-    std::string begin_object(const XmlAttributes& a) {
+    Complaint begin_object(const XmlAttributes& a) {
         const int64_t id = needed_integer(a, "id");
         const int64_t group = integer(a, "pid", -1);
         const int64_t property = integer(a, "pindex", 0);
@@ -262,20 +262,20 @@ class ModelReader : public XmlHandler {
         object_ = &it->second;
         object_->name = text(a, "name");
         take<ThreemfObject>(object_->name);
-        if (std::string wrong = too_long(object_->name); !wrong.empty()) return wrong;
+        if (Complaint wrong = too_long(object_->name); !wrong.empty()) return wrong;
         if (const char* type = a.find("type")) object_->type = type;
         object_->group = group;
         object_->property = property;
         return {};
     }
 
-    std::string vertex(const XmlAttributes& a) {
+    Complaint vertex(const XmlAttributes& a) {
         if (object_ == nullptr) return {};
         add(&object_->vertices, {number(a, "x"), number(a, "y"), number(a, "z")});
         return wrong_;
     }
 
-    std::string triangle(const XmlAttributes& a) {
+    Complaint triangle(const XmlAttributes& a) {
         if (object_ == nullptr) return {};
         ThreemfTriangle t;
         t.vertices = {static_cast<int32_t>(needed_integer(a, "v1")),
@@ -290,7 +290,7 @@ class ModelReader : public XmlHandler {
         return wrong_;
     }
 
-    std::string placement(const XmlAttributes& a, std::vector<ThreemfPlacement>* out) {
+    Complaint placement(const XmlAttributes& a, std::vector<ThreemfPlacement>* out) {
         ThreemfPlacement p;
         p.object = needed_integer(a, "objectid");
         p.path = text(a, "path");

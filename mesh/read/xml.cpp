@@ -3,10 +3,10 @@
 #include "mesh/read/xml.h"
 
 #include <expat.h>
-#include <fmt/format.h>
 
 #include <memory>
 #include <type_traits>
+#include <utility>
 
 namespace openfab::scene {
 namespace {
@@ -22,15 +22,19 @@ struct Parse {
     XML_Parser parser = nullptr;
     XmlHandler* handler = nullptr;
     int depth = 0;
-    std::string wrong;  ///< with its place
+    SourceLocation location;  ///< of the file; where it stopped, once it did
+    Complaint wrong;
 
-    void stop(const std::string& what) {
-        if (wrong.empty()) wrong = at_place(what);
+    void stop(Complaint why) {
+        keep(std::move(why));
         XML_StopParser(parser, XML_FALSE);
     }
-    std::string at_place(const std::string& what) const {
-        return fmt::format("{}:{}: {}", XML_GetCurrentLineNumber(parser),
-                           XML_GetCurrentColumnNumber(parser) + 1, what);
+    /// The first complaint, at the place where the parser is.
+    void keep(Complaint why) {
+        if (!wrong.empty()) return;
+        wrong = std::move(why);
+        location.line = static_cast<int32_t>(XML_GetCurrentLineNumber(parser));
+        location.column = static_cast<int32_t>(XML_GetCurrentColumnNumber(parser)) + 1;
     }
 };
 
@@ -38,9 +42,8 @@ void on_start(void* data, const char* name, const char** attributes) {
     auto* parse = static_cast<Parse*>(data);
     if (!parse->wrong.empty()) return;
     if (++parse->depth > kDeepest) return parse->stop("elements are nested too deep");
-    const std::string wrong =
-        parse->handler->start(without_prefix(name), XmlAttributes(attributes));
-    if (!wrong.empty()) parse->stop(wrong);
+    Complaint wrong = parse->handler->start(without_prefix(name), XmlAttributes(attributes));
+    if (!wrong.empty()) parse->stop(std::move(wrong));
 }
 
 void on_end(void* data, const char* name) {
@@ -74,7 +77,7 @@ Result<void> parse_xml(std::string_view text, const std::string& file, XmlHandle
     const std::unique_ptr<std::remove_pointer_t<XML_Parser>, decltype(&XML_ParserFree)> parser(
         XML_ParserCreate(nullptr), &XML_ParserFree);
     if (parser == nullptr) return outside_error("out of memory");
-    Parse parse{parser.get(), handler, 0, {}};
+    Parse parse{parser.get(), handler, 0, {file, 0, 0}, {}};
     XML_SetUserData(parser.get(), &parse);
     XML_SetElementHandler(parser.get(), on_start, on_end);
     XML_SetStartDoctypeDeclHandler(parser.get(), on_document_type);
@@ -87,9 +90,8 @@ Result<void> parse_xml(std::string_view text, const std::string& file, XmlHandle
             XML_Parse(parser.get(), piece.data(), static_cast<int>(piece.size()), last);
         if (status != XML_STATUS_OK) {
             const XML_Error code = XML_GetErrorCode(parser.get());
-            return user_error(
-                file + ":" +
-                (parse.wrong.empty() ? parse.at_place(XML_ErrorString(code)) : parse.wrong));
+            parse.keep(XML_ErrorString(code));
+            return parse.wrong.at(parse.location);
         }
         if (last) return Ok{};
     }

@@ -28,11 +28,11 @@ class XmlHandler {
   public:
     virtual ~XmlHandler() = default;
     /// `name` without its namespace prefix. Returns what is wrong, empty where nothing is.
-    virtual std::string start(std::string_view name, const XmlAttributes& attributes) = 0;
+    virtual Complaint start(std::string_view name, const XmlAttributes& attributes) = 0;
     virtual void end(std::string_view name) = 0;
 };
 
-/// Errors are `file:line:column: …`. Document types are refused: nothing here needs one, and
+/// Errors have a place in `file`. Document types are refused: nothing here needs one, and
 /// entities are how small files become large ones.
 Result<void> parse_xml(std::string_view text, const std::string& file, XmlHandler* handler);
 

@@ -65,7 +65,7 @@ Result<SetValue> parse_set(const std::string& text) {
         json.kind = JsonValue::Kind::kString;
         json.text = value;
     }
-    const Place place{fmt::format("--set {}", text), 0, 0};
+    const SourceLocation place{fmt::format("--set {}", text), 0, 0};
     Result<UniformBinding> binding =
         uniform_binding(json, place, fmt::format("uniform `{}`", out.uniform));
     if (!binding)
@@ -92,11 +92,13 @@ class WorldBinder {
             Result<Part> part = bind_placement(world_.build[i], static_cast<int32_t>(i));
             if (!part) return part.error();
             if (memory_left_ < 0) {
-                return user_error(fmt::format(
-                    "{}: the parts up to this one, `{}`, take more memory than the {} MB that are "
-                    "allowed; allow more with `--memory`, or give placements the same scale and "
-                    "fewer uniforms of their own",
-                    world_.build[i].place.str(), part->name, options.memory_bytes / 1'000'000));
+                return error_at(
+                    world_.build[i].place,
+                    fmt::format("the parts up to this one, `{}`, take more memory than the {} MB "
+                                "that are allowed",
+                                part->name, options.memory_bytes / 1'000'000),
+                    "allow more with `--memory`, or give placements the same scale and fewer "
+                    "uniforms of their own");
             }
             parts.push_back(std::move(*part));
         }
@@ -124,9 +126,8 @@ class WorldBinder {
         const FabletRef& ref = world_.fablets.at(object.fablet);
         const openfab_fablet* fablet = find_fablet(fablets_, ref.fablet);
         if (fablet == nullptr) {
-            return user_error(fmt::format("{}: fablet `{}` is not in this print; {}",
-                                          ref.place.str(), ref.fablet,
-                                          suggest(ref.fablet, fablet_names(fablets_))));
+            return error_at(ref.place, fmt::format("fablet `{}` is not in this print", ref.fablet),
+                            suggest(ref.fablet, fablet_names(fablets_)));
         }
         if (fablet->abi_version != OPENFAB_ABI_VERSION) {
             return user_error(fmt::format(
@@ -176,8 +177,7 @@ class WorldBinder {
         memory_left_ -= static_cast<int64_t>(sizeof part + part.name.size() +
                                              part.uniform_values.size() * sizeof(uint32_t));
         const Result<PolarFactors> polar = polar_factors(placement.transform.m);
-        if (!polar)
-            return user_error(fmt::format("{}: {}", placement.place.str(), polar.error().message));
+        if (!polar) return error_at(placement.place, polar.error().message, polar.error().help);
         if (memory_left_ < 0) return part;
         Result<std::shared_ptr<const PartMesh>> mesh = part_mesh(object, **fablet, polar->s);
         if (mesh && *mesh == nullptr) return part;
@@ -214,9 +214,10 @@ class WorldBinder {
                                          filter, limits)
                    : texture::get_pyramid(texture.file, options, wrap, filter, limits);
         if (!pyramid) {
-            return Error{pyramid.error().code,
-                         fmt::format("{}: texture `{}`: {}", texture.place.str(), texture.name,
-                                     pyramid.error().message)};
+            Error error =
+                with_context(pyramid.error(), fmt::format("texture `{}`: ", texture.name));
+            error.location = texture.place;
+            return error;
         }
         known = *pyramid;
         return known;
@@ -231,8 +232,7 @@ class WorldBinder {
         if (memory_left_ < 0) return known;  // run says that it is too much
         Result<std::shared_ptr<const PartMesh>> made =
             make_part_mesh(world_.meshes[static_cast<size_t>(object.mesh)], fablet, s);
-        if (!made)
-            return user_error(fmt::format("{}: {}", object.mesh_place.str(), made.error().message));
+        if (!made) return error_at(object.mesh_place, made.error().message, made.error().help);
         known = *made;
         return known;
     }
@@ -265,7 +265,7 @@ Rgba8 generated_color(size_t index) {
 
 /// The files that are set for textures become textures of these names.
 Result<void> add_textures(const openfab_fablet& fablet, const std::vector<std::string>& sets,
-                          const Place& place, World* world) {
+                          const SourceLocation& place, World* world) {
     for (const std::string& text : sets) {
         const Result<SetValue> set = parse_set(text);
         if (!set) return set.error();
@@ -329,7 +329,7 @@ Result<World> make_quick_world(const std::filesystem::path& mesh,
         world.warnings.push_back(std::move(warning));
     world.meshes.push_back(std::move(loaded->mesh));
 
-    const Place place{mesh.string(), 0, 0};
+    const SourceLocation place{mesh.string(), 0, 0};
     world.fablets[found->name] = {found->source_name, found->name, place, place};
     Object object;
     object.name = options.name;

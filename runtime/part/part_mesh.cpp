@@ -116,17 +116,18 @@ Result<PartAttribute> resolve(const Mesh& mesh, const openfab_fablet& fablet,
             fill_default(varying, mesh.triangles.size(), &out);
             return out;
         }
-        return user_error(fmt::format(
-            "mesh `{}` has no attribute `{}`, which fablet `{}` reads as `{} {}`; {}", mesh.name,
-            varying.name, fablet.name, varying.type_name, varying.name, list_of_attributes(mesh)));
+        return user_error(
+            fmt::format("mesh `{}` has no attribute `{}`, which fablet `{}` reads as `{} {}`",
+                        mesh.name, varying.name, fablet.name, varying.type_name, varying.name),
+            list_of_attributes(mesh));
     }
     if (attribute->is_int != (varying.scalar != OPENFAB_FLOAT) ||
         attribute->components != varying.components) {
-        return user_error(fmt::format(
-            "attribute `{}` of mesh `{}` is {}, but fablet `{}` reads `{} {}`; give both "
-            "the same type",
-            varying.name, mesh.name, type_of(*attribute), fablet.name, varying.type_name,
-            varying.name));
+        return user_error(
+            fmt::format("attribute `{}` of mesh `{}` is {}, but fablet `{}` reads `{} {}`",
+                        varying.name, mesh.name, type_of(*attribute), fablet.name,
+                        varying.type_name, varying.name),
+            "give both the same type");
     }
     copy_attribute(*attribute, &out);
     return out;

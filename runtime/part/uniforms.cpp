@@ -62,7 +62,7 @@ bool to_bits(double value, bool boolean, openfab_scalar_type scalar, uint32_t* b
 class Binder {
   public:
     Binder(const World& world, const openfab_fablet& fablet, const UniformBindings& bindings,
-           const std::string& object, const Place& object_place)
+           const std::string& object, const SourceLocation& object_place)
         : world_(world),
           fablet_(fablet),
           bindings_(bindings),
@@ -88,27 +88,25 @@ class Binder {
     }
 
   private:
-    Error at(const Place& place, const std::string& what) const {
-        return user_error(fmt::format("{}: {}", place.str(), what));
-    }
-
     Result<void> check_names() const {
         std::vector<std::string> known;
         for (int32_t i = 0; i < fablet_.uniform_count; ++i)
             known.emplace_back(fablet_.uniforms[i].name);
         for (const auto& [name, binding] : bindings_) {
             if (std::find(known.begin(), known.end(), name) != known.end()) continue;
-            return at(binding.place, fmt::format("fablet `{}` has no uniform `{}`; {}",
-                                                 fablet_.name, name, suggest(name, known)));
+            return error_at(binding.place,
+                            fmt::format("fablet `{}` has no uniform `{}`", fablet_.name, name),
+                            suggest(name, known));
         }
         return Ok{};
     }
 
     Result<void> take_default(const openfab_uniform& u) {
         if (u.kind != OPENFAB_UNIFORM_VALUE || u.default_bits == nullptr) {
-            return at(object_place_,
-                      fmt::format("object `{}` does not bind `{}` of fablet `{}`; give it {}",
-                                  object_, declaration(u), fablet_.name, what_is_needed(u)));
+            return error_at(object_place_,
+                            fmt::format("object `{}` does not bind `{}` of fablet `{}`", object_,
+                                        declaration(u), fablet_.name),
+                            fmt::format("give it {}", what_is_needed(u)));
         }
         std::copy_n(u.default_bits, value_count(u), out_.values.begin() + u.first_index);
         return Ok{};
@@ -141,15 +139,18 @@ class Binder {
     }
 
     Error mismatch(const openfab_uniform& u, const UniformBinding& b) const {
-        return at(b.place, fmt::format("`{}` of fablet `{}` is given {}; it takes {}",
-                                       declaration(u), fablet_.name, found(b), what_is_needed(u)));
+        return error_at(
+            b.place,
+            fmt::format("`{}` of fablet `{}` is given {}", declaration(u), fablet_.name, found(b)),
+            fmt::format("it takes {}", what_is_needed(u)));
     }
 
     Error beyond(const openfab_uniform& u, const UniformBinding& b, double value) const {
         const bool low = value < u.limits[0];
-        return at(b.place, fmt::format("`{}` of fablet `{}` is given {:.9g}; its `{}` is {:.9g}",
-                                       declaration(u), fablet_.name, value, low ? "min" : "max",
-                                       u.limits[low ? 0 : 1]));
+        return error_at(
+            b.place,
+            fmt::format("`{}` of fablet `{}` is given {:.9g}", declaration(u), fablet_.name, value),
+            fmt::format("its `{}` is {:.9g}", low ? "min" : "max", u.limits[low ? 0 : 1]));
     }
 
     Result<void> bind_one(const openfab_uniform& u, const UniformBinding& b) {
@@ -161,10 +162,10 @@ class Binder {
             if (!to_bits((*numbers)[i], b.boolean, u.scalar, &bits)) {
                 if (numbers->size() == 1 || b.boolean != (u.scalar == OPENFAB_BOOL))
                     return mismatch(u, b);
-                return at(b.place,
-                          fmt::format(
-                              "`{}` of fablet `{}` is given {:.9g} as value {}; each must be {}",
-                              declaration(u), fablet_.name, (*numbers)[i], i, what_fits(u.scalar)));
+                return error_at(b.place,
+                                fmt::format("`{}` of fablet `{}` is given {:.9g} as value {}",
+                                            declaration(u), fablet_.name, (*numbers)[i], i),
+                                fmt::format("each must be {}", what_fits(u.scalar)));
             }
             if (u.limits != nullptr &&
                 !((*numbers)[i] >= u.limits[0] && (*numbers)[i] <= u.limits[1])) {
@@ -202,7 +203,7 @@ class Binder {
     Error unknown(const openfab_uniform& u, const UniformBinding& b, const std::string& name,
                   const char* kind, const std::vector<Thing>& things) const {
         if (const char* other = kind_of(name); other != nullptr) {
-            return at(
+            return error_at(
                 b.place,
                 fmt::format("`{}` is {}, but `{}` of fablet `{}` takes the name of {}", name,
                             with_article(other), declaration(u), fablet_.name, with_article(kind)));
@@ -210,8 +211,10 @@ class Binder {
         std::vector<std::string> known;
         for (const Thing& thing : things)
             known.push_back(thing.name);
-        return at(b.place, fmt::format("no {} is called `{}`, for `{}` of fablet `{}`; {}", kind,
-                                       name, declaration(u), fablet_.name, suggest(name, known)));
+        return error_at(b.place,
+                        fmt::format("no {} is called `{}`, for `{}` of fablet `{}`", kind, name,
+                                    declaration(u), fablet_.name),
+                        suggest(name, known));
     }
 
     template <typename Thing>
@@ -235,9 +238,11 @@ class Binder {
             const bool placed = std::any_of(world_.build.begin(), world_.build.end(),
                                             [&](const Placement& p) { return p.object == place; });
             if (!placed) {
-                return at(b.place, fmt::format("object `{}` is given to `{}` of fablet `{}`, but "
-                                               "stands nowhere; add it to `build`",
-                                               name, declaration(u), fablet_.name));
+                return error_at(
+                    b.place,
+                    fmt::format("object `{}` is given to `{}` of fablet `{}`, but stands nowhere",
+                                name, declaration(u), fablet_.name),
+                    "add it to `build`");
             }
             out_.objects[index] = place;
         } else {
@@ -253,7 +258,7 @@ class Binder {
     const openfab_fablet& fablet_;
     const UniformBindings& bindings_;
     const std::string& object_;
-    const Place& object_place_;
+    const SourceLocation& object_place_;
     BoundUniforms out_;
 };
 
@@ -289,7 +294,7 @@ void derive_uniforms(const openfab_fablet& fablet, std::vector<uint32_t>* values
 
 Result<BoundUniforms> bind_uniforms(const World& world, const openfab_fablet& fablet,
                                     const UniformBindings& bindings, const std::string& object,
-                                    const Place& object_place) {
+                                    const SourceLocation& object_place) {
     return Binder(world, fablet, bindings, object, object_place).run();
 }
 

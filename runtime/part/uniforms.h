@@ -26,7 +26,7 @@ struct BoundUniforms {
 /// messages.
 Result<BoundUniforms> bind_uniforms(const World& world, const openfab_fablet& fablet,
                                     const UniformBindings& bindings, const std::string& object,
-                                    const Place& object_place);
+                                    const SourceLocation& object_place);
 
 /// Appends to the uniform values what kernels read that follows from them
 /// (openfab_fablet::derived).

@@ -495,8 +495,7 @@ Result<void> PrintJob::surface_status() const {
         if (!owns_surface(i)) continue;
         const Result<void> status = surfaces_[i]->status();
         if (status) continue;
-        return Error{status.error().code,
-                     fmt::format("part `{}`: {}", input_.parts[i].name, status.error().message)};
+        return with_context(status.error(), fmt::format("part `{}`: ", input_.parts[i].name));
     }
     return {};
 }

@@ -174,7 +174,7 @@ TEST_F(BadInput, CtrlCKeepsWholeSlices) {
             options);
     EXPECT_EQ(outcome.exit_code, kInterrupted) << outcome.err;
     auto reader = ofr::OfrReader::open(file.string());
-    ASSERT_TRUE(reader) << reader.error().message;
+    ASSERT_TRUE(reader) << reader.error().text();
     int slices = 0;
     for (;;) {
         Result<bool> more = (*reader)->next();

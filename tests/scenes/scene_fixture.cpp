@@ -18,7 +18,7 @@ Voxels read_ofr(const std::filesystem::path& file) {
     Voxels voxels;
     auto reader = ofr::OfrReader::open(file.string());
     if (!reader) {
-        ADD_FAILURE() << reader.error().message;
+        ADD_FAILURE() << reader.error().text();
         return voxels;
     }
     const backends::PrintInfo& info = (*reader)->info();
@@ -32,7 +32,7 @@ Voxels read_ofr(const std::filesystem::path& file) {
     for (;;) {
         Result<bool> more = (*reader)->next();
         if (!more) {
-            ADD_FAILURE() << more.error().message;
+            ADD_FAILURE() << more.error().text();
             return voxels;
         }
         if (!*more) return voxels;

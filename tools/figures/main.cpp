@@ -33,7 +33,7 @@ std::string read_whole(const std::filesystem::path& path) {
 bool write(const std::filesystem::path& path, const std::string& bytes) {
     if (read_whole(path) == bytes) return true;
     const Result<void> written = backends::write_whole_file(path, bytes);
-    if (!written) fmt::print(stderr, "openfab-figures: {}\n", written.error().message);
+    if (!written) fmt::print(stderr, "openfab-figures: {}\n", written.error().text());
     return static_cast<bool>(written);
 }
 

@@ -39,7 +39,7 @@ std::optional<double> unit_mm(const std::string& name) {
 Result<void> read_length(const char* option, const std::string& text, std::optional<double>* mm) {
     if (text.empty()) return {};
     const Result<double> length = parse_length_mm(text);
-    if (!length) return usage_error(fmt::format("`{}`: {}", option, length.error().message));
+    if (!length) return usage_error(fmt::format("`{}`: {}", option, length.error().text()));
     if (!(*length > 0)) return usage_error(fmt::format("`{}` must be above 0", option));
     *mm = *length;
     return {};

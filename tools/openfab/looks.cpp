@@ -96,7 +96,7 @@ void read_picture(std::string_view line, const fs::path& file, Look* look, Looks
                                 : Result<std::string>(user_error("not below the mesh's folder"));
     if (!bytes) {
         out->notes.push_back(fmt::format("the picture `{}` of material `{}` is left out: {}", line,
-                                         look->name, bytes.error().message));
+                                         look->name, bytes.error().text()));
         return;
     }
     picture.name = path.filename().string();
@@ -120,7 +120,7 @@ Result<Looks> obj_looks(std::string_view text, const fs::path& file) {
                 : Result<std::string>(user_error("not below the mesh's folder"));
         if (!found) {
             out.notes.push_back(fmt::format("the material library `{}` is left out: {}",
-                                            library.string(), found.error().message));
+                                            library.string(), found.error().text()));
             continue;
         }
         parse_mtl(*found, path, &out);

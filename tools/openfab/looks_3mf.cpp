@@ -44,7 +44,7 @@ class Materials : public scene::XmlHandler {
     std::map<std::string, Texture> textures;                  ///< by id
     std::vector<std::pair<std::string, std::string>> groups;  ///< id of group, id of texture
 
-    std::string start(std::string_view name, const scene::XmlAttributes& a) override {
+    Complaint start(std::string_view name, const scene::XmlAttributes& a) override {
         const auto text = [&](const char* key) {
             const char* found = a.find(key);
             return std::string(found != nullptr ? found : "");
@@ -92,7 +92,7 @@ Result<Looks> threemf_looks(std::string_view bytes, const std::string& file) {
             const std::filesystem::path path = texture->second.path;
             look.picture = Picture{path.filename().string(), *picture, texture->second.clamp};
         } else {
-            out.notes.push_back(picture.error().message);
+            out.notes.push_back(picture.error().text());
         }
         out.looks.push_back(std::move(look));
     }

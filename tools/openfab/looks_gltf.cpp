@@ -45,7 +45,7 @@ std::optional<Picture> picture_of(GltfFile* gltf, const JsonValue& info, const s
     if (image == nullptr) return {};
     Result<std::string> bytes = gltf->image(*image);
     if (!bytes) {
-        notes->push_back(bytes.error().message);
+        notes->push_back(bytes.error().text());
         return {};
     }
     Picture out;

@@ -15,7 +15,7 @@ void add_memory_option(CLI::App* command, std::string* text) {
 Result<int64_t> memory_of(const std::string& text) {
     if (text.empty()) return print::Options().memory_bytes;
     Result<int64_t> bytes = parse_bytes(text);
-    if (!bytes) return usage_error("`--memory`: " + bytes.error().message);
+    if (!bytes) return usage_error("`--memory`: " + bytes.error().text());
     return bytes;
 }
 

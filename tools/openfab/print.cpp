@@ -98,10 +98,10 @@ Result<Sources> sources_of(const print::Options& options, const std::string& fab
     for (const auto& [name, ref] : world->fablets) {
         std::error_code ignored;
         if (!std::filesystem::exists(ref.source, ignored)) {
-            return user_error(
-                fmt::format("{}: the source `{}` of fablet `{}` does not exist; paths "
-                            "count from the world's folder",
-                            ref.source_place.str(), ref.source.string(), name));
+            return error_at(ref.source_place,
+                            fmt::format("the source `{}` of fablet `{}` does not exist",
+                                        ref.source.string(), name),
+                            "paths count from the world's folder");
         }
         if (std::find(files.begin(), files.end(), ref.source) == files.end())
             files.push_back(ref.source);

@@ -96,8 +96,8 @@ Result<uint64_t> program_hash(const std::vector<fs::path>& sources, const fs::pa
     std::set<fs::path> folders;
     for (const fs::path& source : sources) {
         if (Result<void> added = hash.add_content(source); !added) {
-            return Error{added.error().code, fmt::format("cannot read the fablet source `{}`: {}",
-                                                         source.string(), added.error().message)};
+            return with_context(added.error(), fmt::format("cannot read the fablet source `{}`: ",
+                                                           source.string()));
         }
         const fs::path folder = source.parent_path();
         folders.insert(folder.empty() ? "." : folder);
@@ -170,9 +170,9 @@ Result<void> seal(const fs::path& program) {
         return outside_error(fmt::format("cannot write `{}`: {}", program.string(), reason));
     };
     const Result<InputFile> made = InputFile::open(program);
-    if (!made) return trouble(made.error().message);
+    if (!made) return trouble(made.error().text());
     const Result<std::string> bytes = made->read_all(kLargestProgram);
-    if (!bytes) return trouble(bytes.error().message);
+    if (!bytes) return trouble(bytes.error().text());
     const uint64_t hash = hash_of(*bytes);
     std::ofstream out(program, std::ios::binary | std::ios::app);
     out << kSeal << std::string_view(reinterpret_cast<const char*>(&hash), sizeof hash);
@@ -244,7 +244,7 @@ Result<PrintProgram> print_program(const std::vector<fs::path>& sources, bool qu
         if (Result<PrintProgram> found = open_program(*cache / name)) return found;
         clear_left_over(*cache);
     } else if (!quiet) {
-        note(fmt::format("nothing is kept for the next print: {}", cache.error().message));
+        note(fmt::format("nothing is kept for the next print: {}", cache.error().text()));
     }
     if (!quiet) say(fmt::format("compiling {} ...\n", sources.front().filename().string()));
     // In a folder of its own, so that two prints at once do not see each other's half-written
@@ -264,7 +264,7 @@ Result<PrintProgram> print_program(const std::vector<fs::path>& sources, bool qu
     Result<PrintProgram> program = open_program(cache ? *cache / name : made);
     if (!program) {
         return outside_error(
-            fmt::format("cannot read the program that was compiled: {}", program.error().message));
+            fmt::format("cannot read the program that was compiled: {}", program.error().text()));
     }
     // Without a cache it is run although it has gone from its folder.
     if (!cache) program->path.clear();

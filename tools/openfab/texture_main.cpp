@@ -99,7 +99,7 @@ int main(int argc, char** argv) {
     if (const openfab::Result<int64_t> bytes = openfab::parse_bytes(memory); bytes) {
         limits.memory_bytes = *bytes;
     } else if (!memory.empty()) {
-        done = openfab::usage_error("`--memory`: " + bytes.error().message);
+        done = openfab::usage_error("`--memory`: " + bytes.error().text());
     }
     std::error_code none;
     if (done && std::filesystem::equivalent(image, output, none)) {

@@ -43,7 +43,7 @@ Placement placement_for(int32_t width, int32_t height, int orientation) {
 Result<void> convert(const std::filesystem::path& image, const std::filesystem::path& out,
                      const ImageOptions& options, const texture::ReadLimits& limits) {
     const auto bad = [&](const Error& error) {
-        return Error{error.code, fmt::format("cannot read {}: {}", image.string(), error.message)};
+        return with_context(error, fmt::format("cannot read {}: ", image.string()));
     };
     const Result<std::unique_ptr<StillImage>> in = StillImage::open(image, limits.memory_bytes);
     if (!in) return bad(in.error());

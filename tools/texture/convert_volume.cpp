@@ -78,7 +78,7 @@ class StackReader final : public VolumeReader {
 
     Error named(size_t file, const Error& error) const {
         if (files_.size() == 1) return error;
-        return {error.code, fmt::format("{}: {}", files_[file].filename().string(), error.message)};
+        return with_context(error, files_[file].filename().string() + ": ");
     }
 
     /// Makes a slice the page that is read.
@@ -150,7 +150,7 @@ Result<void> fill(VolumeReader* volume, texture::PyramidWriter* writer) {
 Result<void> convert(const fs::path& source, const fs::path& out,
                      const texture::VolumeOptions& options, const texture::ReadLimits& limits) {
     const auto bad = [&](const Error& error) {
-        return Error{error.code, fmt::format("cannot read {}: {}", source.string(), error.message)};
+        return with_context(error, fmt::format("cannot read {}: ", source.string()));
     };
     const Result<std::vector<fs::path>> files = texture::volume_files(source);
     if (!files) return files.error();

@@ -35,14 +35,14 @@ int main(int argc, char** argv) {
     auto print =
         slab::Print::create(tests::make_input(card, {25.4 / 600, 25.4 / 300, 0.027}), options);
     if (!print) {
-        std::fprintf(stderr, "%s\n", print.error().message.c_str());
+        std::fprintf(stderr, "%s\n", print.error().text().c_str());
         return exit_code(print.error().code);
     }
     NullSink sink;
     const std::atomic<bool> interrupt{false};
     slab::PrintStatistics statistics;
     const Result<void> run = (*print)->run(sink, {}, interrupt, &statistics);
-    if (!run) std::fprintf(stderr, "%s\n", run.error().message.c_str());
+    if (!run) std::fprintf(stderr, "%s\n", run.error().text().c_str());
     std::fputs(report::statistics_json(statistics, (*print)->info()).c_str(), stdout);
     return run ? 0 : exit_code(run.error().code);
 }

@@ -91,7 +91,7 @@ void print_file(const std::string& file, Clock::duration patience, std::atomic<u
         ++*printed;
         return;
     }
-    fmt::print(stderr, "{}\n", done.error().message);
+    fmt::print(stderr, "{}\n", done.error().text());
     // Nobody but us is to blame for these.
     if (done.error().code == ErrorCode::kInternal) std::abort();
 }
@@ -102,7 +102,7 @@ void convert(const Sample& sample, const std::string& file, std::atomic<uint64_t
                                   ? tools::make_pyramid_file(file, out, {})
                                   : tools::make_volume_file(file, out, {});
     if (!made) {
-        fmt::print(stderr, "{}\n", made.error().message);
+        fmt::print(stderr, "{}\n", made.error().text());
         return;
     }
     const auto opened = texture::Pyramid::open(out, 0, 0);

@@ -21,7 +21,7 @@ namespace {
 template <typename T>
 bool answered(const Result<T>& result) {
     if (result) return true;
-    if (result.error().code == ErrorCode::kInternal || result.error().message.empty()) std::abort();
+    if (result.error().code == ErrorCode::kInternal || result.error().text().empty()) std::abort();
     return false;
 }
 

@@ -50,7 +50,7 @@ Ready set_up(const std::string& stl, size_t threads) {
     scene::MeshOptions options;
     options.name = "ring";
     auto loaded = scene::parse_mesh(stl, "ring.stl", options);
-    EXPECT_TRUE(loaded) << loaded.error().message;
+    EXPECT_TRUE(loaded) << loaded.error().text();
     out.mesh = std::move(loaded->mesh);
     const scene::Part part = testing::make_part(testing::empty_fablet(), out.mesh);
     const scene::Grid grid = testing::grid_around(part, {0.4, 0.4, 0.4});

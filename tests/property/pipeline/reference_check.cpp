@@ -73,13 +73,13 @@ Printed print(const std::vector<scene::Part>& parts, const Vec3d& pitch_mm, uint
     options.memory_bytes += tests::kSanitizerBytes;
     auto made = slab::Print::create(std::move(input), options);
     if (!made) {
-        ADD_FAILURE() << made.error().message;
+        ADD_FAILURE() << made.error().text();
         return out;
     }
     tests::MemorySink sink;
     const std::atomic<bool> interrupt{false};
     const Result<void> ran = (*made)->run(sink, nullptr, interrupt, &out.statistics);
-    if (!ran) ADD_FAILURE() << ran.error().message;
+    if (!ran) ADD_FAILURE() << ran.error().text();
     out.grid = {sink.info.origin_mm, sink.info.pitch_mm, sink.info.size};
     out.codes = sink.codes();
     return out;

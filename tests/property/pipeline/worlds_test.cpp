@@ -36,9 +36,9 @@ void expect_world(const std::string& rest, const Vec3d& pitch_mm, uint64_t seed,
     ASSERT_NE(compiled.program, nullptr);
     const testing::TempFolder folder;
     const Result<scene::World> world = scene::load_world(folder.write("w.fab.json", kHead + rest));
-    ASSERT_TRUE(world) << world.error().message;
+    ASSERT_TRUE(world) << world.error().text();
     const Result<std::vector<scene::Part>> parts = scene::bind(*world, compiled.program->fablets());
-    ASSERT_TRUE(parts) << parts.error().message;
+    ASSERT_TRUE(parts) << parts.error().text();
     EXPECT_EQ(parts->size(), count);
     std::vector<const ir::Fablet*> sources;
     for (const scene::Part& part : *parts)

@@ -40,14 +40,14 @@ void look_at(const fs::path& file, Tally* tally) {
     if (!told) {
         ++tally->unread;
         EXPECT_EQ(told.error().code, ErrorCode::kUserInput);
-        EXPECT_NE(told.error().message.find(file.filename().string()), std::string::npos)
-            << told.error().message;
+        EXPECT_NE(told.error().text().find(file.filename().string()), std::string::npos)
+            << told.error().text();
         return;
     }
     if (!loaded) {
         ++tally->refused;
-        EXPECT_NE(loaded.error().message.find("mesh `part`"), std::string::npos);
-        EXPECT_EQ(told->refusal, loaded.error().message);
+        EXPECT_NE(loaded.error().text().find("mesh `part`"), std::string::npos);
+        EXPECT_EQ(told->refusal, loaded.error().text());
         return;
     }
     ++tally->printable;

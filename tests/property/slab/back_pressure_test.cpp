@@ -92,7 +92,7 @@ TEST(BackPressure, ASlowSinkIsWaitedForWithABoundAndNoSooner) {
         sink.slow_z_ = 8;
         sink.expected_ = 8 + 8 * groups;
         const Result<PrintStatistics> printed = print_into(&sink, with_groups(groups));
-        ASSERT_TRUE(printed) << printed.error().message;
+        ASSERT_TRUE(printed) << printed.error().text();
         EXPECT_TRUE(sink.reached_) << groups << ": the pipeline stood still behind a slow sink";
         EXPECT_EQ(sink.encoded_then_, sink.expected_) << groups << ": more waits than may";
         EXPECT_LE(sink.most_waiting_, 8 * groups);
@@ -108,7 +108,7 @@ TEST(BackPressure, AsManySlicesAreEncodedAtOnceAsTheBudgetHasRoomFor) {
     options.encode_bytes_per_column = options.memory_bytes / 4 / (20 * 25);
     sink.alone_for_ = 2ms;
     const Result<PrintStatistics> printed = print_into(&sink, options);
-    ASSERT_TRUE(printed) << printed.error().message;
+    ASSERT_TRUE(printed) << printed.error().text();
     EXPECT_EQ(sink.most_encoding_, 1);
     CountingSink free;
     free.alone_for_ = 20s;
@@ -121,7 +121,7 @@ TEST(BackPressure, UnlessToldAsManyGroupsWaitAsThereAreThreads) {
     sink.slow_z_ = 8;
     sink.expected_ = 8 + 8 * 3;
     const Result<PrintStatistics> printed = print_into(&sink, with_groups(0));
-    ASSERT_TRUE(printed) << printed.error().message;
+    ASSERT_TRUE(printed) << printed.error().text();
     EXPECT_EQ(sink.encoded_then_, sink.expected_);
 }
 
@@ -132,7 +132,7 @@ TEST(BackPressure, AFastSinkIsNotKeptWaitingForSlicesThatAreMade) {
     PrintOptions options = with_groups(3);
     options.threads = 1;
     const Result<PrintStatistics> printed = print_into(&sink, options);
-    ASSERT_TRUE(printed) << printed.error().message;
+    ASSERT_TRUE(printed) << printed.error().text();
     EXPECT_GT(printed->slices, 64);
     EXPECT_LE(sink.most_waiting_, 8);
 }

@@ -43,7 +43,7 @@ void expect_reference(const std::vector<BoxPart>& boxes, uint64_t seed) {
     slab::PrintOptions options;
     options.seed = seed;
     const Printed printed = tests::print_boxes(boxes, options);
-    ASSERT_TRUE(printed.ok) << printed.error.message;
+    ASSERT_TRUE(printed.ok) << printed.error.text();
     const std::vector<uint8_t> codes = printed.sink.codes();
     const std::vector<uint8_t> expected = tests::reference_codes(boxes, printed.sink.info, seed);
     ASSERT_EQ(codes.size(), expected.size());
@@ -83,7 +83,7 @@ TEST(BoxPrint, EveryDitherIsTheReference) {
         options.seed = 4;
         options.dither = dither;
         const Printed printed = tests::print_boxes(assembly(), options);
-        ASSERT_TRUE(printed.ok) << printed.error.message;
+        ASSERT_TRUE(printed.ok) << printed.error.text();
         EXPECT_EQ(printed.sink.codes(), tests::reference_codes(assembly(), printed.sink.info, 4,
                                                                *slab::find_dither(dither)))
             << dither;
@@ -103,7 +103,7 @@ TEST(BoxPrint, ManyMaterialsAreTheReference) {
             slab::PrintOptions options;
             options.dither = dither;
             const Printed printed = tests::print_boxes(boxes, options, tests::kPitch, materials);
-            ASSERT_TRUE(printed.ok) << printed.error.message;
+            ASSERT_TRUE(printed.ok) << printed.error.text();
             EXPECT_EQ(printed.sink.info.bits, 8);
             const std::vector<uint8_t> codes = printed.sink.codes();
             ASSERT_EQ(codes, tests::reference_codes(boxes, printed.sink.info, 0,
@@ -139,7 +139,7 @@ TEST(BoxPrint, SpareMaterialsChangeNoVoxel) {
 void expect_one_output(slab::PrintOptions options, size_t materials) {
     options.threads = 1;
     const Printed reference = tests::print_boxes(assembly(), options, tests::kPitch, materials);
-    ASSERT_TRUE(reference.ok) << reference.error.message;
+    ASSERT_TRUE(reference.ok) << reference.error.text();
     for (int32_t threads : {2, 4}) {
         for (openfab_isa isa : {OPENFAB_ISA_SSE41, OPENFAB_ISA_AVX2}) {
             options.threads = threads;
@@ -148,7 +148,7 @@ void expect_one_output(slab::PrintOptions options, size_t materials) {
             options.culling = isa == OPENFAB_ISA_AVX2;
             const Printed printed =
                 tests::print_boxes(assembly(), options, tests::kPitch, materials);
-            ASSERT_TRUE(printed.ok) << printed.error.message;
+            ASSERT_TRUE(printed.ok) << printed.error.text();
             EXPECT_EQ(printed.statistics.hash, reference.statistics.hash)
                 << options.dither << ", " << materials << " materials, " << threads
                 << " threads, isa " << isa;
@@ -177,7 +177,7 @@ TEST(BoxPrint, OneOutputWhateverTheSettings) {
     slab::PrintOptions plain;
     plain.threads = 1;
     const Printed reference = tests::print_boxes(assembly(), plain);
-    ASSERT_TRUE(reference.ok) << reference.error.message;
+    ASSERT_TRUE(reference.ok) << reference.error.text();
     struct Case {
         int32_t threads, groups;
         bool culling;
@@ -197,7 +197,7 @@ TEST(BoxPrint, OneOutputWhateverTheSettings) {
         options.isa = c.isa;
         options.memory_bytes = c.memory + tests::kSanitizerBytes;
         const Printed printed = tests::print_boxes(assembly(), options);
-        ASSERT_TRUE(printed.ok) << printed.error.message;
+        ASSERT_TRUE(printed.ok) << printed.error.text();
         EXPECT_EQ(printed.statistics.hash, reference.statistics.hash)
             << c.threads << " threads, " << c.groups << " groups, culling " << c.culling << ", isa "
             << c.isa;
@@ -212,7 +212,7 @@ void expect_first_slice_changes_nothing(size_t materials) {
         return tests::print_boxes(assembly(), options, tests::kPitch, materials);
     };
     const Printed whole = print({});
-    ASSERT_TRUE(whole.ok) << whole.error.message;
+    ASSERT_TRUE(whole.ok) << whole.error.text();
     const int32_t n = whole.sink.info.size.z;
     ASSERT_GT(whole.statistics.blocks_evaluated, 0);
     for (const Vec2<int32_t>& range : {Vec2<int32_t>{11, n}, Vec2<int32_t>{12, n},
@@ -224,7 +224,7 @@ void expect_first_slice_changes_nothing(size_t materials) {
         for (int32_t threads : {1, 2}) {
             options.threads = threads;
             const Printed two_steps = print(options);
-            ASSERT_TRUE(two_steps.ok) << two_steps.error.message;
+            ASSERT_TRUE(two_steps.ok) << two_steps.error.text();
             EXPECT_EQ(two_steps.sink.z, one_step.sink.z);
             EXPECT_EQ(two_steps.sink.slices, one_step.sink.slices);
             EXPECT_EQ(two_steps.statistics.hash, one_step.statistics.hash);
@@ -250,7 +250,7 @@ TEST(BoxPrint, AFirstSliceOfEightBitsByItselfChangesNothing) {
 
 TEST(BoxPrint, PartsOfTheSlicesAddUpToTheWhole) {
     const Printed whole = tests::print_boxes(assembly());
-    ASSERT_TRUE(whole.ok) << whole.error.message;
+    ASSERT_TRUE(whole.ok) << whole.error.text();
     const int32_t n = whole.sink.info.size.z;
     uint64_t hash = 0;
     std::vector<std::vector<uint8_t>> slices;
@@ -259,7 +259,7 @@ TEST(BoxPrint, PartsOfTheSlicesAddUpToTheWhole) {
         slab::PrintOptions options;
         options.slices = range;
         const Printed part = tests::print_boxes(assembly(), options);
-        ASSERT_TRUE(part.ok) << part.error.message;
+        ASSERT_TRUE(part.ok) << part.error.text();
         EXPECT_EQ(part.sink.info.slice_begin, range.x);
         EXPECT_EQ(part.sink.info.slice_end, range.y);
         EXPECT_EQ(part.sink.z.front(), range.x);

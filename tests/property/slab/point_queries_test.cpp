@@ -72,7 +72,7 @@ struct Scene {
         options.micro_edge_mm = 0.4;
         const std::vector<int32_t> owners = surface_owners(parts);
         auto surfaces = make_surfaces(parts, owners, options);
-        ASSERT_TRUE(surfaces) << surfaces.error().message;
+        ASSERT_TRUE(surfaces) << surfaces.error().text();
         const auto trees = nearest::make_patch_cache(1 << 20);
         for (size_t i = 0; i < parts.size(); ++i) {
             print.push_back(std::make_unique<PrintPart>(parts[i]));

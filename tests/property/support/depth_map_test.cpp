@@ -93,7 +93,7 @@ std::vector<Affine3d> transforms() {
 void expect_columns(const Standing& part, const scene::Grid& grid, const std::string& what) {
     const std::vector<int32_t> expected = column_tops(part.inside(grid), grid.size);
     const Result<DepthMap> map = map_of({&part}, grid);
-    ASSERT_TRUE(map) << map.error().message;
+    ASSERT_TRUE(map) << map.error().text();
     const std::vector<int32_t> tops = all_tops(*map, grid.size);
     int64_t low = 0, high = 0;
     for (size_t i = 0; i < tops.size(); ++i) {
@@ -248,7 +248,7 @@ TEST(DepthMap, RefusesWhatDoesNotFit) {
     const Result<DepthMap> refused = map_of({&part}, grid, bytes / 2);
     ASSERT_FALSE(refused);
     EXPECT_EQ(refused.error().code, ErrorCode::kUserInput);
-    EXPECT_NE(refused.error().message.find("--support off"), std::string::npos);
+    EXPECT_NE(refused.error().text().find("--support off"), std::string::npos);
 }
 
 TEST(DepthMap, IsTheSameForAnyNumberOfThreads) {

@@ -29,7 +29,7 @@ Printed print(slab::PrintInput input, slab::PrintOptions options) {
     options.memory_bytes += tests::kSanitizerBytes;
     auto made = slab::Print::create(std::move(input), options);
     if (!made) {
-        ADD_FAILURE() << made.error().message;
+        ADD_FAILURE() << made.error().text();
         return out;
     }
     const std::atomic<bool> interrupt{false};

@@ -27,7 +27,7 @@ class Dicing : public ::testing::TestWithParam<testing::Scenario> {
     std::unique_ptr<Surface> create(const scene::Part& part, SurfaceOptions options = {}) {
         options.micro_edge_mm = GetParam().micro_edge_mm;
         auto made = Surface::create(part, options);
-        EXPECT_TRUE(made.has_value()) << made.error().message;
+        EXPECT_TRUE(made.has_value()) << made.error().text();
         return std::move(*made);
     }
 };

@@ -70,7 +70,7 @@ TEST_F(MeshOutput, HasTheVolumeOfTheVoxels) {
 
     const Voxels voxels = read_ofr(scratch() / "card.ofr");
     Result<scene::LoadedMesh> mesh = scene::load_mesh(scratch() / "card.3mf", {});
-    ASSERT_TRUE(mesh) << mesh.error().message;
+    ASSERT_TRUE(mesh) << mesh.error().text();
     const scene::MeshAttribute* face = mesh->mesh.find("face");
     ASSERT_NE(face, nullptr);
     std::map<std::string, double> six_volumes;

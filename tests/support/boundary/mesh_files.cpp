@@ -21,7 +21,7 @@ Vec3i half_voxels(const Vec3d& mm, const backends::PrintInfo& info) {
 CollectedMeshes read_threemf_meshes(const std::string& bytes, const backends::PrintInfo& info) {
     const Result<scene::MeshSource> source = scene::parse_threemf(bytes, "print.3mf");
     if (!source) {
-        ADD_FAILURE() << source.error().message;
+        ADD_FAILURE() << source.error().text();
         return {};
     }
     CollectedMeshes meshes;

@@ -15,7 +15,7 @@ namespace {
 template <typename T>
 T need(Result<T> result) {
     if (!result) {
-        std::fprintf(stderr, "test part: %s\n", result.error().message.c_str());
+        std::fprintf(stderr, "test part: %s\n", result.error().text().c_str());
         std::abort();
     }
     return std::move(*result);

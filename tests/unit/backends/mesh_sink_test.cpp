@@ -88,7 +88,7 @@ TEST_F(MeshFiles, A3mfCanBePrinted) {
     SamplePrint print = exact_sample({40, 30, 20});
     ASSERT_TRUE(write(print, "part.3mf"));
     Result<scene::LoadedMesh> mesh = scene::load_mesh(scratch_ / "part.3mf", {});
-    ASSERT_TRUE(mesh) << mesh.error().message;
+    ASSERT_TRUE(mesh) << mesh.error().text();
     EXPECT_TRUE(mesh->checks.edges.fine());
     EXPECT_EQ(mesh->checks.turned, 0);
     EXPECT_EQ(mesh->unit_note, "as the file says");
@@ -248,7 +248,7 @@ TEST_F(MeshFiles, TheLetterFIsNotMirrored) {
     ASSERT_TRUE(write(print, "f.3mf"));
     EXPECT_EQ(check_meshes(block_of(print), read_threemf(print, "f.3mf")), "");
     Result<scene::LoadedMesh> mesh = scene::load_mesh(scratch_ / "f.3mf", {});
-    ASSERT_TRUE(mesh) << mesh.error().message;
+    ASSERT_TRUE(mesh) << mesh.error().text();
     double top = 0, right_at_top = 0, right_at_bottom = 0;
     for (const Vec3d& p : mesh->mesh.positions)
         top = std::max(top, p.y);
@@ -288,7 +288,7 @@ TEST_F(MeshFiles, APrintThatEndsEarlyLeavesWhatWasThere) {
         Result<void> done = write(exact_sample({20, 20, 20}), name, false);
         ASSERT_FALSE(done);
         EXPECT_EQ(done.error().code, ErrorCode::kInterrupted);
-        EXPECT_THAT(done.error().message, HasSubstr("none was written"));
+        EXPECT_THAT(done.error().text(), HasSubstr("none was written"));
     }
     EXPECT_THAT(files(), UnorderedElementsAre("part.3mf", "part_white.stl"));
     EXPECT_EQ(read_file(scratch_ / "part.3mf"), "earlier");
@@ -308,7 +308,7 @@ TEST_F(MeshFiles, MaterialsWithoutVoxelsHaveNoMesh) {
         Result<void> done = write(print, name);
         ASSERT_FALSE(done);
         EXPECT_EQ(done.error().code, ErrorCode::kUserInput);
-        EXPECT_THAT(done.error().message, HasSubstr("no material"));
+        EXPECT_THAT(done.error().text(), HasSubstr("no material"));
     }
     EXPECT_THAT(files(), UnorderedElementsAre("part.3mf", "part_white.stl", "part_clear__x_.stl"));
 }
@@ -331,7 +331,7 @@ TEST_F(MeshFiles, WhatCannotBeWrittenIsTold) {
         Result<void> done = write(exact_sample({4, 4, 4}), name);
         ASSERT_FALSE(done);
         EXPECT_EQ(done.error().code, ErrorCode::kUserInput);
-        EXPECT_THAT(done.error().message, HasSubstr("folder"));
+        EXPECT_THAT(done.error().text(), HasSubstr("folder"));
     }
     for (const char* name : {"none/part.stl", "none/part.3mf"}) {
         Result<void> done = write(exact_sample({4, 4, 4}), name);
@@ -346,7 +346,7 @@ TEST_F(MeshFiles, TooFineForItsPlace) {
     print.info.origin_mm = {500, 0, 0};
     Result<void> done = write(print, "part.3mf");
     ASSERT_FALSE(done);
-    EXPECT_THAT(done.error().message, HasSubstr("--mesh-pitch"));
+    EXPECT_THAT(done.error().text(), HasSubstr("--mesh-pitch"));
     EXPECT_THAT(files(), UnorderedElementsAre());
 }
 
@@ -364,7 +364,7 @@ TEST_F(MeshFiles, AFullDiskLeavesNothing) {
             ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
             ASSERT_FALSE(done) << limit << name;
             EXPECT_EQ(done.error().code, ErrorCode::kOutside);
-            EXPECT_THAT(done.error().message, HasSubstr("File too large"));
+            EXPECT_THAT(done.error().text(), HasSubstr("File too large"));
             EXPECT_THAT(files(), UnorderedElementsAre()) << limit << name;
         }
     }
@@ -393,9 +393,9 @@ TEST_F(MeshFiles, LargePackages) {
     const std::string bytes = read_file(scratch_ / "large.zip");
     EXPECT_THAT(bytes, HasSubstr(std::string("\x01\x00\x10\x00", 4)));  // sizes of 8 bytes each
     Result<scene::ZipFile> zip = scene::ZipFile::open(bytes, "large.zip");
-    ASSERT_TRUE(zip) << zip.error().message;
+    ASSERT_TRUE(zip) << zip.error().text();
     Result<std::string> read = zip->read("model");
-    ASSERT_TRUE(read) << read.error().message;
+    ASSERT_TRUE(read) << read.error().text();
     EXPECT_EQ(*read, text + text);
 }
 

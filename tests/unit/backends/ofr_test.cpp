@@ -24,9 +24,9 @@ class Ofr : public ::testing::Test {
 
     void write(const SamplePrint& print, bool complete = true) {
         Result<std::unique_ptr<backends::SliceSink>> sink = ofr::OfrSink::create(file());
-        ASSERT_TRUE(sink) << sink.error().message;
+        ASSERT_TRUE(sink) << sink.error().text();
         Result<void> done = print.send(sink->get(), complete);
-        ASSERT_TRUE(done) << done.error().message;
+        ASSERT_TRUE(done) << done.error().text();
     }
 
     struct Read {
@@ -38,7 +38,7 @@ class Ofr : public ::testing::Test {
         Read result;
         Result<std::unique_ptr<ofr::OfrReader>> reader = ofr::OfrReader::open(path);
         if (!reader) {
-            result.error = reader.error().message;
+            result.error = reader.error().text();
             EXPECT_EQ(reader.error().code, ErrorCode::kUserInput);
             return result;
         }
@@ -46,7 +46,7 @@ class Ofr : public ::testing::Test {
             Result<bool> more = (*reader)->next();
             if (!more) {
                 EXPECT_EQ(more.error().code, ErrorCode::kUserInput);
-                result.error = more.error().message;
+                result.error = more.error().text();
                 return result;
             }
             if (!*more) return result;
@@ -93,7 +93,7 @@ TEST_F(Ofr, RoundTrip) {
         EXPECT_EQ(info.materials[1].channel, "B");
 
         Result<backends::PrintTotals> totals = ofr::OfrReader::read_totals(file());
-        ASSERT_TRUE(totals) << totals.error().message;
+        ASSERT_TRUE(totals) << totals.error().text();
         EXPECT_EQ(totals->voxels_solid, print.totals().voxels_solid);
         EXPECT_EQ(totals->voxels_by_code, print.totals().voxels_by_code);
         EXPECT_EQ(totals->hash, print.totals().hash);
@@ -184,19 +184,19 @@ TEST_F(Ofr, IsReadFromAPipe) {
 TEST_F(Ofr, AFullDiskIsTheOutsidesFault) {
     const SamplePrint print = make_sample({31, 17, 6});
     Result<std::unique_ptr<backends::SliceSink>> sink = ofr::OfrSink::create("/dev/full");
-    ASSERT_TRUE(sink) << sink.error().message;
+    ASSERT_TRUE(sink) << sink.error().text();
     Result<void> done = print.send(sink->get());
     ASSERT_FALSE(done);
     EXPECT_EQ(done.error().code, ErrorCode::kOutside);
-    EXPECT_THAT(done.error().message, HasSubstr("/dev/full"));
-    EXPECT_THAT(done.error().message, HasSubstr("No space left"));
+    EXPECT_THAT(done.error().text(), HasSubstr("/dev/full"));
+    EXPECT_THAT(done.error().text(), HasSubstr("No space left"));
 }
 
 TEST_F(Ofr, RefusesAFolderAndAMissingFolder) {
     Result<std::unique_ptr<backends::SliceSink>> folder =
         ofr::OfrSink::create(scratch_.path().string());
     ASSERT_FALSE(folder);
-    EXPECT_THAT(folder.error().message, HasSubstr("is a folder"));
+    EXPECT_THAT(folder.error().text(), HasSubstr("is a folder"));
     Result<std::unique_ptr<backends::SliceSink>> missing =
         ofr::OfrSink::create(file("no/such/print.ofr"));
     ASSERT_FALSE(missing);

@@ -197,9 +197,9 @@ TEST_F(PngSlices, NobodysFilesAreLost) {
     Result<void> done = write(make_sample({6, 5, 3}), {});
     ASSERT_FALSE(done);
     EXPECT_EQ(done.error().code, ErrorCode::kUserInput);
-    EXPECT_THAT(done.error().message, HasSubstr("letter.txt"));
+    EXPECT_THAT(done.error().text(), HasSubstr("letter.txt"));
     scratch_.write("plain", "a file");
-    EXPECT_THAT(write(make_sample({6, 5, 3}), {}, "plain").error().message, HasSubstr("is a file"));
+    EXPECT_THAT(write(make_sample({6, 5, 3}), {}, "plain").error().text(), HasSubstr("is a file"));
 }
 
 TEST_F(PngSlices, AFolderThatCannotBeMadeIsTheOutsidesFault) {

@@ -24,12 +24,12 @@ class Preview : public ::testing::Test {
     ReadPng draw(const SamplePrint& print, const std::string& settings) {
         Result<preview::PreviewSpec> spec =
             preview::parse_preview((scratch_ / "picture.png").string() + settings);
-        EXPECT_TRUE(spec) << spec.error().message;
+        EXPECT_TRUE(spec) << spec.error().text();
         std::vector<std::unique_ptr<backends::SliceObserver>> observers;
         observers.push_back(preview::make_preview(*spec));
         backends::TeeSink sink(std::make_unique<backends::NullSink>(), std::move(observers));
         Result<void> done = print.send(&sink);
-        EXPECT_TRUE(done) << done.error().message;
+        EXPECT_TRUE(done) << done.error().text();
         return read_png(scratch_ / "picture.png");
     }
     /// Reads a picture of the letter, 5 x 7 cells, as text: `#` where it is covered (dark where
@@ -209,7 +209,7 @@ TEST_F(Preview, ASliceThatIsNotPrintedIsRefused) {
     ASSERT_TRUE(spec);
     Result<void> done = preview::make_preview(*spec)->begin(make_letter_f(4, 3).info);
     ASSERT_FALSE(done);
-    EXPECT_THAT(done.error().message, HasSubstr("slices 0 to 2"));
+    EXPECT_THAT(done.error().text(), HasSubstr("slices 0 to 2"));
 }
 
 TEST(PreviewSpec, Settings) {

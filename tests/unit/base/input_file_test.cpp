@@ -26,7 +26,7 @@ class InputFileTest : public ::testing::Test {
     std::string error_of(const fs::path& file, bool anywhere = false) {
         const Result<InputFile> opened =
             InputFile::open(file, anywhere ? std::vector<fs::path>{} : std::vector{root_});
-        return opened ? "no error" : opened.error().message;
+        return opened ? "no error" : opened.error().text();
     }
 
     testing::TempFolder folder_;
@@ -42,7 +42,7 @@ TEST_F(InputFileTest, OpensRegularFilesAlone) {
     const Result<InputFile> none = InputFile::open(root_ / "none.txt");
     ASSERT_FALSE(none);
     EXPECT_EQ(none.error().code, ErrorCode::kUserInput);
-    EXPECT_EQ(none.error().message, "No such file or directory");
+    EXPECT_EQ(none.error().text(), "No such file or directory");
 }
 
 TEST_F(InputFileTest, StaysBelowItsRootsWhateverTheName) {
@@ -66,7 +66,7 @@ TEST_F(InputFileTest, ReadsNoMoreThanItMay) {
     ASSERT_TRUE(file);
     EXPECT_EQ(file->bytes(), 3);
     EXPECT_EQ(*file->read_all(3), "own");
-    EXPECT_THAT(file->read_all(2).error().message, HasSubstr("it is larger than 2 B"));
+    EXPECT_THAT(file->read_all(2).error().text(), HasSubstr("it is larger than 2 B"));
     // The system tells no size of these.
     const Result<InputFile> endless = InputFile::open("/proc/self/maps");
     ASSERT_TRUE(endless);
@@ -95,7 +95,7 @@ TEST(OwnFolder, IsMadeForOneselfAndClearedOfWhatDied) {
     const testing::TempFolder folder;
     const fs::path place = folder.path() / "a/b";
     const Result<fs::path> own = own_folder(place);
-    ASSERT_TRUE(own) << own.error().message;
+    ASSERT_TRUE(own) << own.error().text();
     EXPECT_EQ(fs::status(place).permissions(), fs::perms(0700));
     EXPECT_EQ(fs::status(place.parent_path()).permissions(), fs::perms(0700));
     const fs::path left = place / "openfab.tmp-abcdef";
@@ -112,11 +112,11 @@ TEST(OwnFolder, IsMadeForOneselfAndClearedOfWhatDied) {
     }
     EXPECT_EQ(std::distance(fs::directory_iterator(place), {}), 1) << "another kind of name stays";
     fs::permissions(folder.path() / "a", fs::perms(0770));
-    EXPECT_THAT(own_folder(place).error().message, HasSubstr("above it (mode 770)"));
+    EXPECT_THAT(own_folder(place).error().text(), HasSubstr("above it (mode 770)"));
     if (::geteuid() == 0) {
         fs::permissions(folder.path() / "a", fs::perms(0700));
         ASSERT_EQ(::chown(place.c_str(), 12345, 12345), 0);
-        EXPECT_THAT(own_folder(place).error().message, HasSubstr("belongs to another user"));
+        EXPECT_THAT(own_folder(place).error().text(), HasSubstr("belongs to another user"));
     }
 }
 

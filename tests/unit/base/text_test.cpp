@@ -77,7 +77,7 @@ TEST(Text, TheCaretStandsBelowItsTokenBehindEscapes) {
     scratch.write("w.json", "{\"\x1b[31m\": \"b\x9b\", \"c\": 1}\n");
     const std::string file = (scratch / "w.json").string();
     // Bytes that continue nothing are in no column of their own.
-    EXPECT_EQ(render_error(user_error(file + ":1:11: what; help\x1b")),
+    EXPECT_EQ(render_error(error_at({file, 1, 11}, "what", "help\x1b")),
               file + ":1:11: error: what\n" +
                   " 1 | {\"\\x1b[31m\": \"b\\x9b\", \"c\": 1}\n"
                   "   |              ^~~~~~~\n"
@@ -86,11 +86,11 @@ TEST(Text, TheCaretStandsBelowItsTokenBehindEscapes) {
 
 // The place may be made up by whoever named a file.
 TEST(Text, APlaceInAPipeOrFarOutIsNotLookedUp) {
-    EXPECT_EQ(render_error(user_error("/dev/zero:1:1: oh")), "/dev/zero:1:1: error: oh\n");
+    EXPECT_EQ(render_error(error_at({"/dev/zero", 1, 1}, "oh")), "/dev/zero:1:1: error: oh\n");
     const testing::ScratchFolder scratch;
     scratch.write("short", "ab\n");
     const std::string file = (scratch / "short").string();
-    const std::string text = render_error(user_error(file + ":1:99999999: oh"));
+    const std::string text = render_error(error_at({file, 1, 99999999}, "oh"));
     EXPECT_LT(text.size(), 2 * file.size() + 200);
 }
 

@@ -19,7 +19,7 @@ Result<Options> parse(std::vector<const char*> arguments) {
 
 TEST(PrintOptions, Defaults) {
     const Result<Options> options = parse({"w.fab.json", "-o", "out"});
-    ASSERT_TRUE(options) << options.error().message;
+    ASSERT_TRUE(options) << options.error().text();
     EXPECT_EQ(options->input, "w.fab.json");
     EXPECT_EQ(options->output, "out");
     EXPECT_EQ(options->memory_bytes, 1'500'000'000);
@@ -49,7 +49,7 @@ TEST(PrintOptions, Everything) {
                                            "--isa",      "sse41",
                                            "--estimate", "--png",
                                            "indexed"});
-    ASSERT_TRUE(options) << options.error().message;
+    ASSERT_TRUE(options) << options.error().text();
     EXPECT_EQ(options->output, "-");
     EXPECT_EQ(options->dpi->x, 600);
     EXPECT_EQ(options->dpi->y, 300);
@@ -128,7 +128,7 @@ TEST(PrintOptions, MistakesAreUsageErrorsThatNameTheOption) {
         const Result<Options> options = parse(arguments);
         ASSERT_FALSE(options) << expected;
         EXPECT_EQ(options.error().code, ErrorCode::kUsage);
-        EXPECT_THAT(options.error().message, HasSubstr(expected));
+        EXPECT_THAT(options.error().text(), HasSubstr(expected));
     }
 }
 
@@ -164,7 +164,7 @@ TEST(PrintOutputs, Format) {
     EXPECT_EQ(*format({"-o", "a.stl"}, "png"), "stl");
     EXPECT_EQ(*format({"-o", "a.3mf", "--mesh-pitch", "0.2mm"}, "png"), "3mf");
     EXPECT_EQ(*format({"-o", "a", "--format", "3mf"}, "png"), "3mf");
-    EXPECT_THAT(format({"-o", "a.ofr", "--mesh-pitch", "0.2mm"}, "png").error().message,
+    EXPECT_THAT(format({"-o", "a.ofr", "--mesh-pitch", "0.2mm"}, "png").error().text(),
                 HasSubstr("--voxel"));
 }
 

@@ -30,7 +30,7 @@ class OutputCheck : public ::testing::Test {
         const Result<void> done = check_outputs(options, format, materials, inputs);
         if (done) return "";
         EXPECT_EQ(done.error().code, ErrorCode::kUserInput);
-        return done.error().message;
+        return done.error().text();
     }
     std::string output(const fs::path& output, const std::string& format) const {
         Options options;

@@ -94,10 +94,10 @@ class Resume : public ::testing::Test {
     int whole_slices(const std::string& name) {
         const Result<std::unique_ptr<ofr::OfrReader>> reader = ofr::OfrReader::open(path(name));
         if (!reader) {
-            EXPECT_THAT(reader.error().message, ::testing::AnyOf(HasSubstr("too short"),
-                                                                 HasSubstr("cut short in the "
-                                                                           "header"),
-                                                                 HasSubstr("cannot open")));
+            EXPECT_THAT(reader.error().text(), ::testing::AnyOf(HasSubstr("too short"),
+                                                                HasSubstr("cut short in the "
+                                                                          "header"),
+                                                                HasSubstr("cannot open")));
             return 0;
         }
         Result<bool> more = true;

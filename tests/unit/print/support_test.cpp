@@ -85,7 +85,7 @@ class SupportOption : public ::testing::Test {
         Voxels out;
         const Result<std::unique_ptr<ofr::OfrReader>> reader = ofr::OfrReader::open(path(name));
         if (!reader) {
-            ADD_FAILURE() << reader.error().message;
+            ADD_FAILURE() << reader.error().text();
             return out;
         }
         out.info = (*reader)->info();
@@ -261,7 +261,7 @@ TEST_F(SupportOption, IsAClosedMeshOfItsOwn) {
     EXPECT_EQ(support.filename(), "part_support.stl");
     // Where voxels touch along an edge, an STL has four triangles there, as many each way.
     const Result<scene::MeshSource> read = scene::parse_stl(read_file(support), "part_support.stl");
-    ASSERT_TRUE(read) << read.error().message;
+    ASSERT_TRUE(read) << read.error().text();
     EXPECT_EQ(read->mesh.triangles.size(), meshes.at(3).triangles.size());
     CollectedMesh mesh;
     std::map<std::array<Vec3i, 2>, int, EdgeOrder> edges;

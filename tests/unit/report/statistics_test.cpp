@@ -70,7 +70,7 @@ TEST(StatisticsFile, AnUnwritablePlaceIsNamed) {
     const Result<void> r = write_statistics("/nowhere/at/all/stats.json", {}, info());
     ASSERT_FALSE(r.has_value());
     EXPECT_EQ(r.error().code, ErrorCode::kOutside);
-    EXPECT_NE(r.error().message.find("/nowhere/at/all/stats.json"), std::string::npos);
+    EXPECT_NE(r.error().text().find("/nowhere/at/all/stats.json"), std::string::npos);
     EXPECT_FALSE(write_statistics("/dev/full", {}, info()).has_value());
 }
 

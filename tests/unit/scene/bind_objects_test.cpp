@@ -58,7 +58,7 @@ class BindObjectsTest : public ::testing::Test {
     std::string error_with(const std::string& from, const std::string& to) {
         const Result<std::vector<Part>> parts = bind_with(from, to);
         if (parts) return "no error";
-        return parts.error().message.substr((folder_.path() / "w.fab.json").string().size() + 1);
+        return parts.error().text().substr((folder_.path() / "w.fab.json").string().size() + 1);
     }
 
     testing::TempFolder folder_;
@@ -68,7 +68,7 @@ class BindObjectsTest : public ::testing::Test {
 
 TEST_F(BindObjectsTest, FindsEveryPlacementAndMayGoRound) {
     const Result<std::vector<Part>> parts = bind_with("", "");
-    ASSERT_TRUE(parts) << parts.error().message;
+    ASSERT_TRUE(parts) << parts.error().text();
     using Places = std::vector<std::vector<int32_t>>;
     EXPECT_EQ((*parts)[1].objects, (Places{{0, 2}, {0, 2}, {1}}));
     EXPECT_EQ((*parts)[0].objects, (Places{{1}, {0, 2}, {1}}));

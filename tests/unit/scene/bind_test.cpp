@@ -98,9 +98,8 @@ class BindTest : public ::testing::Test {
             bind_text(text.replace(at, from.size(), to), options);
         if (parts) return "no error";
         const std::string file = (folder_.path() / "w.fab.json").string();
-        return parts.error().message.starts_with(file)
-                   ? parts.error().message.substr(file.size() + 1)
-                   : parts.error().message;
+        return parts.error().text().starts_with(file) ? parts.error().text().substr(file.size() + 1)
+                                                      : parts.error().text();
     }
     static float as_float(uint32_t bits) { return std::bit_cast<float>(bits); }
 
@@ -112,7 +111,7 @@ class BindTest : public ::testing::Test {
 
 TEST_F(BindTest, LaysEverythingOut) {
     const Result<std::vector<Part>> parts = bind_text(kWorld);
-    ASSERT_TRUE(parts) << parts.error().message;
+    ASSERT_TRUE(parts) << parts.error().text();
     ASSERT_EQ(parts->size(), 3u);
     const Part& part = (*parts)[0];
     EXPECT_EQ(part.name, "thing");
@@ -147,7 +146,7 @@ TEST_F(BindTest, SetsWinOverTheWorld) {
     const BindOptions options{{"thing.gain=8", "thing.border=[3, 4]", "thing.inverted=false",
                                "thing.skin=red", "thing.palette=[\"red\", \"blue\"]"}};
     const Result<std::vector<Part>> parts = bind_text(kWorld, options);
-    ASSERT_TRUE(parts) << parts.error().message;
+    ASSERT_TRUE(parts) << parts.error().text();
     for (const Part& part : *parts) {
         EXPECT_EQ(as_float(part.uniform_values[2]), 8.0f);
         EXPECT_EQ(as_float(part.uniform_values[1]), 4.0f);
@@ -156,7 +155,7 @@ TEST_F(BindTest, SetsWinOverTheWorld) {
     }
     const auto error_of = [&](const char* set) {
         const Result<std::vector<Part>> failed = bind_text(kWorld, {{set}});
-        return failed ? "no error" : failed.error().message;
+        return failed ? "no error" : failed.error().text();
     };
     EXPECT_EQ(error_of("gain=8"), "--set gain=8: not of the form OBJECT.UNIFORM=VALUE");
     EXPECT_EQ(error_of("thing.gain="), "--set thing.gain=: not of the form OBJECT.UNIFORM=VALUE");
@@ -249,7 +248,7 @@ TEST_F(BindTest, MakesAQuickWorldOfAMesh) {
     const std::filesystem::path file = folder_.write(
         "tetra.obj", "v 0 0 0\nv 9 0 0\nv 0 9 0\nv 0 0 9\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n");
     const Result<World> world = make_quick_world(file, list_);
-    ASSERT_TRUE(world) << world.error().message;
+    ASSERT_TRUE(world) << world.error().text();
     EXPECT_EQ(world->printer, "generic");
     ASSERT_EQ(world->materials.size(), 3u);
     EXPECT_EQ(world->materials[0].name, "skin");
@@ -259,14 +258,13 @@ TEST_F(BindTest, MakesAQuickWorldOfAMesh) {
         keys.insert(m.key);
     EXPECT_EQ(keys.size(), 3u);
     const Result<std::vector<Part>> parts = bind(*world, list_, {{"tetra.gain=2"}});
-    ASSERT_TRUE(parts) << parts.error().message;
+    ASSERT_TRUE(parts) << parts.error().text();
     EXPECT_EQ((*parts)[0].slot_material, (std::vector<uint8_t>{1, 2, 3, 0}));
     EXPECT_EQ(as_float((*parts)[0].uniform_values[2]), 2.0f);
     EXPECT_FALSE(make_quick_world(folder_.path() / "none.obj", list_));
     const Result<World> step = make_quick_world(folder_.write("x.step", "solid"), list_);
     ASSERT_FALSE(step);
-    EXPECT_NE(step.error().message.find("does not have the extension of a mesh"),
-              std::string::npos);
+    EXPECT_NE(step.error().text().find("does not have the extension of a mesh"), std::string::npos);
     EXPECT_FALSE(make_quick_world(file, list_, "Other"));
 }
 

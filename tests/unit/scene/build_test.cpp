@@ -36,7 +36,7 @@ class BuildTest : public ::testing::Test {
     std::vector<Placement> placements(const std::string& groups, const std::string& build) {
         Result<World> world = load(groups, build);
         if (!world) {
-            ADD_FAILURE() << world.error().message;
+            ADD_FAILURE() << world.error().text();
             return {};
         }
         return world->build;
@@ -45,9 +45,8 @@ class BuildTest : public ::testing::Test {
         const Result<World> world = load(groups, build);
         if (world) return "no error";
         const std::string file = (folder_.path() / "w.fab.json").string();
-        return world.error().message.starts_with(file)
-                   ? world.error().message.substr(file.size() + 1)
-                   : world.error().message;
+        return world.error().text().starts_with(file) ? world.error().text().substr(file.size() + 1)
+                                                      : world.error().text();
     }
 
     testing::TempFolder folder_;
@@ -116,7 +115,7 @@ TEST_F(BuildTest, ArrangedItemsStandInRows) {
     std::string text = world_text("", build);
     text.insert(text.find("\"build\""), R"("arrange": {"columns": 2, "spacing_mm": 3}, )");
     const Result<World> world = load_world(folder_.write("w.fab.json", text));
-    ASSERT_TRUE(world) << world.error().message;
+    ASSERT_TRUE(world) << world.error().text();
     ASSERT_EQ(world->build.size(), 4u);
     // Boxes of 2 x 4 and balls of 2: the second row begins behind the deeper one.
     EXPECT_EQ(world->build[0].transform.t, (Vec3d{1, 2, 0}));
@@ -127,7 +126,7 @@ TEST_F(BuildTest, ArrangedItemsStandInRows) {
     EXPECT_NEAR(world->build[3].transform.t.z, 0, 1e-12);
     text.insert(text.find("\"build\""), R"("tray": "center", )");
     const Result<World> centred = load_world(folder_.write("w.fab.json", text));
-    ASSERT_TRUE(centred) << centred.error().message;
+    ASSERT_TRUE(centred) << centred.error().text();
     // 9 wide, 9 deep.
     EXPECT_NEAR(centred->build[0].transform.t.x, 1 - 4.5, 1e-12);
     EXPECT_NEAR(centred->build[0].transform.t.y, 2 - 4.5, 1e-12);
@@ -298,7 +297,7 @@ TEST_F(BuildTest, SurvivesDamage) {
         const Result<World> world = load_world(folder_.write("w.fab.json", damaged));
         whole += world ? 1 : 0;
         if (!world) {
-            EXPECT_FALSE(world.error().message.empty());
+            EXPECT_FALSE(world.error().text().empty());
         }
     }
     EXPECT_GT(whole, 0);

@@ -111,7 +111,7 @@ std::string swapped(const std::string& glb, const std::string& from, std::string
 
 TEST(Gltf, PlacesNodesInMillimetresWithZUp) {
     const Result<LoadedMesh> loaded = parse_bytes(box_glb(), "a.glb");
-    ASSERT_TRUE(loaded) << loaded.error().message;
+    ASSERT_TRUE(loaded) << loaded.error().text();
     const Mesh& mesh = loaded->mesh;
     EXPECT_EQ(loaded->unit_mm, 1000);
     EXPECT_EQ(loaded->unit_note, "as the file says");
@@ -145,7 +145,7 @@ TEST(Gltf, PlacesNodesInMillimetresWithZUp) {
     MeshOptions options;
     options.groups = {{"left", 4}, {"right", 5}};
     const Result<LoadedMesh> mapped = parse_bytes(box_glb(), "a.glb", options);
-    ASSERT_TRUE(mapped) << mapped.error().message;
+    ASSERT_TRUE(mapped) << mapped.error().text();
     EXPECT_EQ(mapped->mesh.find("face")->faces[11], 4);
     EXPECT_EQ(mapped->mesh.find("face")->faces[12], 5);
 }
@@ -156,7 +156,7 @@ TEST(Gltf, AppliesRotationsBeforeTranslations) {
         box_glb(R"("nodes": [{"mesh": 0, "rotation": [0, 0.7071067811865476, 0, 0.7071067811865476],
             "scale": [0.01, 0.02, 0.03], "translation": [0, 1, 0]}])"),
         "a.glb");
-    ASSERT_TRUE(loaded) << loaded.error().message;
+    ASSERT_TRUE(loaded) << loaded.error().text();
     Box3d box;
     for (const Vec3d& p : loaded->mesh.positions)
         box.add(p);
@@ -172,7 +172,7 @@ TEST(Gltf, ReadsTextWithBuffersBesideItOrInIt) {
         "a.gltf", gltf_json(b, fmt::format(R"({{"uri": "my%20box.bin", "byteLength": {}}})",
                                            b.bytes.size())));
     const Result<LoadedMesh> loaded = load_mesh(file, {});
-    ASSERT_TRUE(loaded) << loaded.error().message;
+    ASSERT_TRUE(loaded) << loaded.error().text();
     EXPECT_NEAR(testing::signed_volume(loaded->mesh), 12000, 1e-6);
     EXPECT_EQ(loaded->files, (std::vector<std::filesystem::path>{folder.path() / "my box.bin"}));
     for (const char* uri : {"../b.bin", "/etc/passwd", "http://x/b.bin", "none.bin"}) {
@@ -190,7 +190,7 @@ TEST(Gltf, ReadsTextWithBuffersBesideItOrInIt) {
             fmt::format(R"({{"uri": "{}", "byteLength": {}}})", uri, b.bytes.size());
         const auto led = load_mesh(folder.write("b.gltf", gltf_json(b, buffer)), {});
         ASSERT_FALSE(led);
-        EXPECT_NE(led.error().message.find(why), std::string::npos) << led.error().message;
+        EXPECT_NE(led.error().text().find(why), std::string::npos) << led.error().text();
     }
     // A triangle as base64: three positions of 12 bytes.
     const std::string flat = R"({"asset": {"version": "2.0"}, "nodes": [{"mesh": 0}],
@@ -223,7 +223,7 @@ TEST(Gltf, ReadsStripsFansAndSparseAccessors) {
              {"attributes": {"POSITION": 0}, "indices": 5},
              {"attributes": {"POSITION": 0}, "mode": 0})"}) {
         const Result<LoadedMesh> loaded = parse_bytes(glb(json(primitives), b.bytes), "a.glb");
-        ASSERT_TRUE(loaded) << loaded.error().message;
+        ASSERT_TRUE(loaded) << loaded.error().text();
         EXPECT_EQ(loaded->mesh.triangles.size(), 4u);
         EXPECT_NEAR(testing::signed_volume(loaded->mesh), 1e9 / 6, 1);
     }

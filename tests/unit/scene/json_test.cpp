@@ -21,13 +21,13 @@ namespace {
 
 std::string error_of(std::string_view text) {
     const Result<JsonValue> parsed = parse_json(text, "f.json");
-    return parsed ? "no error" : parsed.error().message;
+    return parsed ? "no error" : parsed.error().text();
 }
 
 TEST(Json, KnowsWhereEveryTokenStands) {
     const Result<JsonValue> root = parse_json(
         "{\n  \"a\" : [1, -2.5e1 , \"x\"],\n\t\"\xC3\xA4\":{\"b\":true},\"c\":null}\n", "f");
-    ASSERT_TRUE(root) << root.error().message;
+    ASSERT_TRUE(root) << root.error().text();
     ASSERT_EQ(root->members.size(), 3u);
     const JsonMember& a = root->members[0];
     EXPECT_EQ(a.line, 2);
@@ -150,7 +150,7 @@ TEST(Json, ReadsNumbersToTheBit) {
     for (const std::string& text : texts)
         list += (list.empty() ? "[" : ",") + text;
     const Result<JsonValue> root = parse_json(list + "]", "f");
-    ASSERT_TRUE(root) << root.error().message;
+    ASSERT_TRUE(root) << root.error().text();
     ASSERT_EQ(root->items.size(), texts.size());
     for (size_t i = 0; i < texts.size(); ++i) {
         const double wanted = std::strtod(texts[i].c_str(), nullptr);
@@ -166,7 +166,7 @@ TEST(Json, ReadsLongNumbersAtOnce) {
         const auto start = std::chrono::steady_clock::now();
         const Result<JsonValue> root = parse_json(text, "f");
         const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
-        ASSERT_TRUE(root) << root.error().message;
+        ASSERT_TRUE(root) << root.error().text();
         EXPECT_EQ(bits_of(root->number), bits_of(std::strtod(text.c_str(), nullptr)));
         EXPECT_LT(took.count(),
                   1);  // a few milliseconds; it grows with the square where it is wrong
@@ -190,7 +190,7 @@ TEST(Json, KeepsToItsMemory) {
     EXPECT_TRUE(parse_json(text, "f", 100'000'000));
     const Result<JsonValue> refused = parse_json(text, "f", 10'000'000);
     ASSERT_FALSE(refused);
-    EXPECT_NE(refused.error().message.find("values, which take more memory than is allowed"),
+    EXPECT_NE(refused.error().text().find("values, which take more memory than is allowed"),
               std::string::npos);
 }
 
@@ -219,12 +219,13 @@ TEST(Json, SurvivesEveryTruncation) {
 TEST(Caret, PointsAtTheToken) {
     const testing::TempFolder folder;
     const std::string file = folder.write("w.json", "{\n\t\"\xC3\xA4\": \"b c\"\n}\n").string();
-    EXPECT_EQ(render_error(user_error(file + ":2:7: what is wrong; do this; and that")),
+    EXPECT_EQ(render_error(error_at({file, 2, 7}, "what is wrong", "do this; and that")),
               file +
                   ":2:7: error: what is wrong\n 2 |  \"\xC3\xA4\": \"b c\"\n   |       "
                   "^~~~~\nhelp: do this; and that\n");
-    EXPECT_EQ(render_error(user_error("no place: 3:4 here")), "error: no place: 3:4 here\n");
-    EXPECT_EQ(render_error(user_error("/nowhere/x:1:2: oh")), "/nowhere/x:1:2: error: oh\n");
+    EXPECT_EQ(render_error(user_error("no place: 3:4: here; or there")),
+              "error: no place: 3:4: here; or there\n");
+    EXPECT_EQ(render_error(error_at({"/nowhere/x", 1, 2}, "oh")), "/nowhere/x:1:2: error: oh\n");
 }
 
 }  // namespace

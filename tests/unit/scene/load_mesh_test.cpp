@@ -46,7 +46,7 @@ TEST(LoadMesh, StandsUpWhatHasYUp) {
     MeshOptions options;
     options.y_up = true;
     const Result<LoadedMesh> mesh = parse_bytes(text, "a.obj", options);
-    ASSERT_TRUE(mesh) << mesh.error().message;
+    ASSERT_TRUE(mesh) << mesh.error().text();
     EXPECT_EQ(mesh->mesh.positions,
               (std::vector<Vec3d>{{0, 0, 0}, {5, 0, 0}, {0, 0, 7}, {0, -9, 0}}));
     EXPECT_EQ(mesh->checks.turned, 0);

@@ -26,7 +26,7 @@ inline Result<LoadedMesh> parse_bytes(const std::string& bytes, const std::strin
 
 inline std::string parse_error(const std::string& bytes, const std::string& file) {
     const Result<LoadedMesh> loaded = parse_bytes(bytes, file);
-    return loaded ? "no error" : loaded.error().message;
+    return loaded ? "no error" : loaded.error().text();
 }
 
 template <typename T>
@@ -66,7 +66,7 @@ inline void survive_damage(const std::string& bytes, const std::string& file, in
         }
         const Result<LoadedMesh> loaded = parse_bytes(damaged, file);
         if (!loaded) {
-            EXPECT_FALSE(loaded.error().message.empty());
+            EXPECT_FALSE(loaded.error().text().empty());
             continue;
         }
         ++meshes;

@@ -87,7 +87,7 @@ Mesh repaired(Mesh mesh) {
     MeshSource source = source_of(std::move(mesh));
     EXPECT_FALSE(count_edges(source.mesh).fine());
     Result<void> done = prepare_mesh(&source, true);
-    EXPECT_TRUE(done) << done.error().message;
+    EXPECT_TRUE(done) << done.error().text();
     EXPECT_TRUE(count_edges(source.mesh).fine());
     return source.mesh;
 }
@@ -213,7 +213,7 @@ TEST(MeshRepair, RandomDamage) {
         }
         MeshSource source = source_of(mesh);
         Result<void> done = prepare_mesh(&source, true);
-        ASSERT_TRUE(done) << done.error().message;
+        ASSERT_TRUE(done) << done.error().text();
         ASSERT_TRUE(count_edges(source.mesh).fine());
         for (int i = 0; i < 20; ++i) {
             const double w = winding(source.mesh, random_point(11));
@@ -267,7 +267,7 @@ TEST(MeshRepair, FlatSheetsAreStillRefused) {
     MeshSource source = source_of(sheet);
     Result<void> done = prepare_mesh(&source, true);
     ASSERT_FALSE(done);
-    EXPECT_THAT(done.error().message, HasSubstr("encloses no volume"));
+    EXPECT_THAT(done.error().text(), HasSubstr("encloses no volume"));
 }
 
 /// One object that asks for it is enough.
@@ -296,9 +296,9 @@ TEST(MeshRepair, IsAskedForByAnObject) {
     folder.write("f.fl", "");
     const Result<World> refused = load("");
     ASSERT_FALSE(refused);
-    EXPECT_THAT(refused.error().message, HasSubstr(R"(`"repair": "winding"`)"));
+    EXPECT_THAT(refused.error().text(), HasSubstr(R"(`"repair": "winding"`)"));
     const Result<World> world = load(R"(, "repair": "winding")");
-    ASSERT_TRUE(world) << world.error().message;
+    ASSERT_TRUE(world) << world.error().text();
     ASSERT_EQ(world->meshes.size(), 1u);
     EXPECT_TRUE(count_edges(world->meshes[0]).fine());
     ASSERT_EQ(world->warnings.size(), 1u);
@@ -316,10 +316,10 @@ TEST(MeshRepair, SharedBrokenMeshes) {
         Result<LoadedMesh> mesh = load_mesh(entry.path(), options);
         if (options.name == "alligator_flat") {
             ASSERT_FALSE(mesh);
-            EXPECT_THAT(mesh.error().message, HasSubstr("encloses no volume"));
+            EXPECT_THAT(mesh.error().text(), HasSubstr("encloses no volume"));
             continue;
         }
-        ASSERT_TRUE(mesh) << mesh.error().message;
+        ASSERT_TRUE(mesh) << mesh.error().text();
         EXPECT_TRUE(count_edges(mesh->mesh).fine()) << entry.path();
         Box3d box;
         for (const Vec3d& p : mesh->mesh.positions)

@@ -63,7 +63,7 @@ Result<LoadedMesh> parse(const std::string& text, const MeshOptions& o = options
 
 std::string error_of(const std::string& text, const MeshOptions& o = options()) {
     const Result<LoadedMesh> loaded = parse(text, o);
-    return loaded ? "no error" : loaded.error().message;
+    return loaded ? "no error" : loaded.error().text();
 }
 
 std::string replaced(std::string text, const std::string& from, const std::string& to) {
@@ -77,7 +77,7 @@ TEST(Obj, ReadsPositionsAttributesAndGroups) {
     o.groups = {{"front", 0}, {"back", 1}, {"sides", 2}};
     o.unit_mm = 25.4;
     const Result<LoadedMesh> loaded = parse(kCube, o);
-    ASSERT_TRUE(loaded) << loaded.error().message;
+    ASSERT_TRUE(loaded) << loaded.error().text();
     const Mesh& mesh = loaded->mesh;
     EXPECT_EQ(mesh.positions.size(), 8u);
     EXPECT_EQ(mesh.positions[6], (Vec3d{254, 254, 254}));
@@ -166,7 +166,7 @@ TEST(Obj, WeldsEqualPositionsOnlyWhereTheMeshIsOpen) {
         text += "f -3 -2 -1\n";
     }
     const Result<LoadedMesh> loaded = parse(text);
-    ASSERT_TRUE(loaded) << loaded.error().message;
+    ASSERT_TRUE(loaded) << loaded.error().text();
     EXPECT_EQ(loaded->mesh.positions.size(), 8u);
     // Two cubes that touch along an edge stay two shells with edges of their own.
     std::string two = kCube;
@@ -179,7 +179,7 @@ TEST(Obj, WeldsEqualPositionsOnlyWhereTheMeshIsOpen) {
     second +=
         "f 9 12 11 10\nf 13 14 15 16\nf 9 10 14 13\nf 10 11 15 14\nf 11 12 16 15\nf 12 9 13 16\n";
     const Result<LoadedMesh> both = parse(two + second);
-    ASSERT_TRUE(both) << both.error().message;
+    ASSERT_TRUE(both) << both.error().text();
     EXPECT_EQ(both->mesh.positions.size(), 16u);
 }
 
@@ -379,7 +379,7 @@ TEST(Obj, SplitsQuadsThatShareADiagonalApart) {
     // same two triangles.
     const Result<LoadedMesh> pillow =
         parse("v 0 0 0\nv 9 0 3\nv 9 9 0\nv 0 9 3\nf 1 2 3 4\nf 1 4 3 2\n");
-    ASSERT_TRUE(pillow) << pillow.error().message;
+    ASSERT_TRUE(pillow) << pillow.error().text();
     EXPECT_TRUE(count_edges(pillow->mesh).fine());
     EXPECT_EQ(pillow->mesh.triangles.size(), 4u);
 }
@@ -409,7 +409,7 @@ TEST(Obj, ReadsTheSharedMeshes) {
     for (const auto& [name, triangles] : closed) {
         const Result<LoadedMesh> loaded =
             load_mesh(data / "meshes" / (std::string(name) + ".obj"), o);
-        ASSERT_TRUE(loaded) << loaded.error().message;
+        ASSERT_TRUE(loaded) << loaded.error().text();
         EXPECT_EQ(loaded->mesh.triangles.size(), triangles) << name;
         EXPECT_GT(testing::signed_volume(loaded->mesh), 0) << name;
     }
@@ -423,7 +423,7 @@ TEST(Obj, ReadsTheSharedMeshes) {
         const Result<LoadedMesh> loaded =
             load_mesh(data / "broken_meshes" / (std::string(name) + ".obj"), o);
         ASSERT_FALSE(loaded) << name;
-        EXPECT_NE(loaded.error().message.find(counts), std::string::npos) << loaded.error().message;
+        EXPECT_NE(loaded.error().text().find(counts), std::string::npos) << loaded.error().text();
     }
 }
 

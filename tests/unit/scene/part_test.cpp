@@ -42,7 +42,7 @@ TEST(Rotation, TurnsAboutXThenYThenZ) {
 
 void expect_polar(const Matrix& m) {
     const Result<scene::PolarFactors> polar = scene::polar_factors(m);
-    ASSERT_TRUE(polar) << polar.error().message;
+    ASSERT_TRUE(polar) << polar.error().text();
     for (size_t i = 0; i < 3; ++i) {
         for (size_t j = 0; j < 3; ++j) {
             double rtr = 0;
@@ -248,7 +248,7 @@ TEST(Part, ResolvesAttributesOrNamesTheMesh) {
     const Matrix s{1, 0, 0, 0, 1, 0, 0, 0, 1};
     const scene::Mesh card = testing::card(4, 2, 1);
     const auto mesh = scene::make_part_mesh(card, fablet, s);
-    ASSERT_TRUE(mesh) << mesh.error().message;
+    ASSERT_TRUE(mesh) << mesh.error().text();
     EXPECT_EQ((*mesh)->inputs[0].corner_values.size(), 12u * 6);
     EXPECT_EQ((*mesh)->inputs[0].corner_values, (*mesh)->corner_uv);
     EXPECT_EQ((*mesh)->inputs[1].face_values,
@@ -257,7 +257,7 @@ TEST(Part, ResolvesAttributesOrNamesTheMesh) {
     const auto lacking = scene::make_part_mesh(testing::without(card, "face"), fablet, s);
     ASSERT_FALSE(lacking);
     EXPECT_EQ(
-        lacking.error().message,
+        lacking.error().text(),
         "mesh `card` has no attribute `face`, which fablet `Card` reads as `int face`; it has `uv` "
         "(float2), `n` (float3)");
 
@@ -266,7 +266,7 @@ TEST(Part, ResolvesAttributesOrNamesTheMesh) {
     wrong.attributes.back().name = "uv";
     const auto mistyped = scene::make_part_mesh(wrong, fablet, s);
     ASSERT_FALSE(mistyped);
-    EXPECT_NE(mistyped.error().message.find("is float3, but fablet `Card` reads `float2 uv`"),
+    EXPECT_NE(mistyped.error().text().find("is float3, but fablet `Card` reads `float2 uv`"),
               std::string::npos);
 }
 

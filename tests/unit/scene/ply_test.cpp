@@ -108,7 +108,7 @@ std::string cube_ply(Kind kind) {
 TEST(Ply, ReadsAllThreeForms) {
     for (Kind kind : {Kind::kAscii, Kind::kLittle, Kind::kBig}) {
         const Result<LoadedMesh> loaded = parse_bytes(cube_ply(kind), "a.ply");
-        ASSERT_TRUE(loaded) << loaded.error().message;
+        ASSERT_TRUE(loaded) << loaded.error().text();
         const Mesh& mesh = loaded->mesh;
         EXPECT_TRUE(loaded->warnings.empty());
         EXPECT_EQ(mesh.triangles.size(), 12u);
@@ -198,7 +198,7 @@ std::string corners_only(Kind kind, uint8_t corners_of_last = 3, int32_t last = 
 TEST(Ply, ReadsCornersAlone) {
     for (Kind kind : {Kind::kAscii, Kind::kLittle, Kind::kBig}) {
         const Result<LoadedMesh> loaded = parse_bytes(corners_only(kind), "a.ply");
-        ASSERT_TRUE(loaded) << loaded.error().message;
+        ASSERT_TRUE(loaded) << loaded.error().text();
         EXPECT_EQ(loaded->mesh.triangles, (std::vector<std::array<int32_t, 3>>{
                                               {0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}));
         EXPECT_EQ(loaded->mesh.positions,
@@ -222,7 +222,7 @@ TEST(Ply, ReadsCornersAlone) {
 TEST(Ply, LeavesOutWhatIsNoAttribute) {
     const std::string text = cube_ply(Kind::kAscii);
     const Result<LoadedMesh> nan = parse_bytes(replaced(text, " 24.5 ", " nan "), "a.ply");
-    ASSERT_TRUE(nan) << nan.error().message;
+    ASSERT_TRUE(nan) << nan.error().text();
     EXPECT_EQ(nan->mesh.find("temperature"), nullptr);
     EXPECT_EQ(nan->warnings, (std::vector<std::string>{
                                  "a.ply: property `temperature` of element `vertex` is not finite "

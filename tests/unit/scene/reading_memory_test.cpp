@@ -39,7 +39,7 @@ std::string refusal(const std::string& bytes, const std::string& file,
     std::string message;
     {
         const Result<LoadedMesh> loaded = load_mesh(path, options);
-        message = loaded ? "no error" : loaded.error().message;
+        message = loaded ? "no error" : loaded.error().text();
     }
     EXPECT_LE(meter.peak_bytes(), memory_bytes + 2 * kMegabyte) << file;
     EXPECT_LT(meter.seconds(), kSoon) << file;
@@ -329,7 +329,7 @@ TEST(ReadingMemory, EstimatesWhatPreparingTakes) {
         const auto file = folder.write(c.stl ? "a.stl" : "a.obj", bytes);
         const testing::Meter meter;
         Result<LoadedMesh> loaded = load_mesh(file, options);
-        ASSERT_TRUE(loaded) << loaded.error().message;
+        ASSERT_TRUE(loaded) << loaded.error().text();
         const double share =
             static_cast<double>(meter.peak_bytes()) /
             static_cast<double>(loaded->peak_bytes + static_cast<int64_t>(bytes.size()));
@@ -351,7 +351,7 @@ std::string world_refusal(const std::string& text, int64_t memory_bytes = 50 * k
     std::string message;
     {
         const Result<World> world = load_world(file, {{}, memory_bytes});
-        message = world ? "no error" : world.error().message;
+        message = world ? "no error" : world.error().text();
     }
     EXPECT_LE(meter.peak_bytes(), memory_bytes + 4 * kMegabyte);
     EXPECT_LT(meter.seconds(), kSoon);

@@ -41,7 +41,7 @@ TEST(Stl, ReadsBinaryFilesAndTheirExtraBytes) {
     // Files of some programs start with "solid" and are binary all the same.
     for (const char* head : {"made by a test", "solid of some program"}) {
         const Result<LoadedMesh> loaded = parse_bytes(binary_stl(testing::cube(10), head), "a.STL");
-        ASSERT_TRUE(loaded) << loaded.error().message;
+        ASSERT_TRUE(loaded) << loaded.error().text();
         EXPECT_EQ(loaded->mesh.positions.size(), 8u);
         EXPECT_NEAR(testing::signed_volume(loaded->mesh), 1000, 1e-9);
         ASSERT_NE(loaded->mesh.find("attribute"), nullptr);
@@ -57,7 +57,7 @@ TEST(Stl, ReadsAsciiFilesWithSolidsAsGroups) {
         p.x += 20;
     const std::string text = ascii_stl(testing::cube(10), "a big one") + ascii_stl(second, "b");
     const Result<LoadedMesh> loaded = parse_bytes(text, "a.stl");
-    ASSERT_TRUE(loaded) << loaded.error().message;
+    ASSERT_TRUE(loaded) << loaded.error().text();
     EXPECT_NEAR(testing::signed_volume(loaded->mesh), 1125, 1e-9);
     ASSERT_NE(loaded->mesh.find("face"), nullptr);
     EXPECT_EQ(loaded->mesh.find("face")->faces[0], 0);
@@ -68,7 +68,7 @@ TEST(Stl, ReadsAsciiFilesWithSolidsAsGroups) {
     options.groups = {{"a big one", 7}, {"b", -3}};
     options.groups_attribute = "kind";
     const Result<LoadedMesh> mapped = parse_bytes(text, "a.stl", options);
-    ASSERT_TRUE(mapped) << mapped.error().message;
+    ASSERT_TRUE(mapped) << mapped.error().text();
     EXPECT_EQ(mapped->mesh.find("kind")->faces[0], 7);
     EXPECT_EQ(mapped->mesh.find("kind")->faces[23], -3);
 }

@@ -71,7 +71,7 @@ std::string two_boxes() {
 
 TEST(Threemf, PlacesComponentsInTheFilesUnit) {
     const Result<LoadedMesh> loaded = parse_bytes(package(two_boxes()), "a.3mf");
-    ASSERT_TRUE(loaded) << loaded.error().message;
+    ASSERT_TRUE(loaded) << loaded.error().text();
     const Mesh& mesh = loaded->mesh;
     EXPECT_EQ(loaded->unit_mm, 10);
     EXPECT_EQ(mesh.triangles.size(), 24u);
@@ -101,7 +101,7 @@ TEST(Threemf, ReadsColorsAndTextureCoordinates) {
     for (size_t at = 0; (at = model.find(R"( pid="5" p1="1")", at)) != std::string::npos;)
         model.erase(at, 15);
     const Result<LoadedMesh> loaded = parse_bytes(package(model), "a.3mf");
-    ASSERT_TRUE(loaded) << loaded.error().message;
+    ASSERT_TRUE(loaded) << loaded.error().text();
     const auto value = [&](const char* name, size_t triangle, size_t corner, size_t component) {
         const MeshAttribute& a = *loaded->mesh.find(name);
         return a
@@ -129,7 +129,7 @@ TEST(Threemf, FindsObjectsInOtherParts) {
 </components></object></resources><build><item objectid="1"/></build></model>)";
     const Result<LoadedMesh> loaded =
         parse_bytes(package(root, {{"3D/Objects/a.model", other}}), "a.3mf");
-    ASSERT_TRUE(loaded) << loaded.error().message;
+    ASSERT_TRUE(loaded) << loaded.error().text();
     EXPECT_NEAR(testing::signed_volume(loaded->mesh), 6000, 1e-6);
     EXPECT_NE(
         parse_error(package(root), "a.3mf").find("`/3D/Objects/a.model` in the archive is missing"),

@@ -56,9 +56,8 @@ class WorldTest : public ::testing::Test {
         const Result<World> world = load(text);
         if (world) return "no error";
         const std::string file = (folder_.path() / "w.fab.json").string();
-        return world.error().message.starts_with(file)
-                   ? world.error().message.substr(file.size() + 1)
-                   : world.error().message;
+        return world.error().text().starts_with(file) ? world.error().text().substr(file.size() + 1)
+                                                      : world.error().text();
     }
     /// kWorld with one piece of text replaced, loaded.
     std::string error_with(const std::string& from, const std::string& to) {
@@ -77,7 +76,7 @@ TEST_F(WorldTest, SaysWhetherAndOfWhatSupportIs) {
         const size_t at = text.find("\"printer\"");
         text.insert(at, support);
         const Result<World> world = load(text);
-        EXPECT_TRUE(world) << world.error().message;
+        EXPECT_TRUE(world) << world.error().text();
         return world->support;
     };
     EXPECT_FALSE(with("").on.has_value());
@@ -94,7 +93,7 @@ TEST_F(WorldTest, SaysWhetherAndOfWhatSupportIs) {
 
 TEST_F(WorldTest, IsReadWhole) {
     const Result<World> world = load(kWorld);
-    ASSERT_TRUE(world) << world.error().message;
+    ASSERT_TRUE(world) << world.error().text();
     EXPECT_EQ(world->printer, "j750");
     EXPECT_EQ(world->fablets.at("f").fablet, "F");
     EXPECT_EQ(world->fablets.at("f").source, folder_.path() / "f.fl");
@@ -225,7 +224,7 @@ TEST_F(WorldTest, NamesThePlaceOfWhatIsWrong) {
     EXPECT_EQ(error_of("[]"), "1:1: the world is an array; it must be an object");
     EXPECT_EQ(error_of(R"({"openfab":1,"fablets":{},"meshes":{},"objects":{},"build":[]})"),
               "1:60: `build` is empty; it must be an array of one or more placements");
-    EXPECT_NE(load_world(folder_.path() / "none.fab.json").error().message.find("No such file"),
+    EXPECT_NE(load_world(folder_.path() / "none.fab.json").error().text().find("No such file"),
               std::string::npos);
     EXPECT_EQ(load_world(folder_.path() / "none.fab.json").error().code, ErrorCode::kUserInput);
     EXPECT_FALSE(load_world(folder_.path()));
@@ -286,7 +285,7 @@ TEST_F(WorldTest, DataOfADetachedVolumeAreFilesOfTheWorld) {
     std::string text = kWorld;
     const Result<World> world =
         load(text.replace(text.find("photo.png"), std::string("photo.png").size(), "scan.nhdr"));
-    ASSERT_TRUE(world) << world.error().message;
+    ASSERT_TRUE(world) << world.error().text();
     // So that --watch looks at them too.
     EXPECT_EQ(std::count(world->files.begin(), world->files.end(), folder_.path() / "scan.raw"), 1);
     EXPECT_EQ(world->roots, std::vector{without_links(folder_.path())});
@@ -305,7 +304,7 @@ TEST(WorldSchema, KnowsTheKeysOfTheLoader) {
     const Result<std::string> text = read_text_file(file, 1'000'000);
     ASSERT_TRUE(text);
     const Result<JsonValue> root = parse_json(*text, file.string());
-    ASSERT_TRUE(root) << root.error().message;
+    ASSERT_TRUE(root) << root.error().text();
     for (const KeySet& set : world_key_sets()) {
         const JsonValue* kind = &*root;
         if (set.kind != "world") {
@@ -331,7 +330,7 @@ TEST(Printer, HasTheProfilesOfTheDesign) {
     EXPECT_EQ(printer_names(),
               (std::vector<std::string>{"connex500", "generic", "j750", "j750_hq"}));
     const Result<Printer> j750 = load_printer("j750");
-    ASSERT_TRUE(j750) << j750.error().message;
+    ASSERT_TRUE(j750) << j750.error().text();
     EXPECT_EQ(j750->pitch_mm, (Vec3d{25.4 / 600, 25.4 / 300, 0.027}));
     EXPECT_EQ(j750->native_format, "png");
     EXPECT_EQ(load_printer("j750_hq")->pitch_mm.z, 0.014);
@@ -341,7 +340,7 @@ TEST(Printer, HasTheProfilesOfTheDesign) {
         EXPECT_EQ(load_printer(name)->name, name);
         EXPECT_FALSE(load_printer(name)->handoff.empty());
     }
-    EXPECT_EQ(load_printer("j75").error().message,
+    EXPECT_EQ(load_printer("j75").error().text(),
               "no printer is called `j75`, and it is no path of a .printer.json file; did you mean "
               "`j750`?");
 }
@@ -354,13 +353,13 @@ TEST(Printer, IsReadFromAFile) {
                    R"({"name": "mine", "pitch_mm": [0.2, 0.2, 0.05], "max_materials": 3})")
             .string();
     const Result<Printer> mine = load_printer(good);
-    ASSERT_TRUE(mine) << mine.error().message;
+    ASSERT_TRUE(mine) << mine.error().text();
     EXPECT_EQ(mine->name, "mine");
     EXPECT_EQ(mine->max_materials, 3);
     const auto error_of = [&](const char* text) {
         const std::string file = folder.write("b.printer.json", text).string();
         const Result<Printer> printer = load_printer(file);
-        return printer ? "no error" : printer.error().message.substr(file.size() + 1);
+        return printer ? "no error" : printer.error().text().substr(file.size() + 1);
     };
     EXPECT_EQ(error_of(R"({"name": "x"})"),
               "1:1: the printer's pitch is not clear; give `pitch_mm`, or `dpi` and `layer_um`");
@@ -381,7 +380,7 @@ TEST(Printer, IsReadFromAFile) {
                                 R"({"name": "x", "pitch_mm": [1, 1, 1], "makes_support": false,
                        "support_material": {"name": "wax", "key": "#112233", "density_g_cm3": 0.9}})")
                          .string());
-    ASSERT_TRUE(supporting) << supporting.error().message;
+    ASSERT_TRUE(supporting) << supporting.error().text();
     EXPECT_FALSE(supporting->makes_support);
     EXPECT_EQ(supporting->support_material.name, "wax");
     EXPECT_EQ(supporting->support_material.key, (Rgba8{0x11, 0x22, 0x33, 0xff}));

@@ -27,7 +27,7 @@ void expect_refused(const slab::PrintInput& input, const slab::PrintOptions& opt
     const auto print = slab::Print::create(input, options);
     ASSERT_FALSE(print.has_value()) << text;
     EXPECT_EQ(print.error().code, code);
-    EXPECT_THAT(print.error().message, HasSubstr(text));
+    EXPECT_THAT(print.error().text(), HasSubstr(text));
 }
 
 TEST(PrintRefuses, AnUnknownDitherAndListsWhatThereIs) {
@@ -60,7 +60,7 @@ TEST(PrintRefuses, TooSmallABudgetAndNamesTheLeast) {
 int64_t least_budget(const slab::PrintInput& input, const slab::PrintOptions& options) {
     const auto print = slab::Print::create(input, options);
     if (print) return 0;
-    const std::string& text = print.error().message;
+    const std::string& text = print.error().text();
     const std::string before = "this print needs at least ";
     const size_t begin = text.find(before) + before.size();
     const Result<int64_t> bytes =
@@ -163,7 +163,7 @@ TEST(Print, GridStandsOnWholePitches) {
 TEST(Print, StatisticsOfASolidBox) {
     const Printed printed = tests::print_boxes(
         {{{0.3, 0.3, 0.3}, {0.6, 0.3, 0.9}, &tests::solid_fablet()}}, {}, {0.1, 0.1, 0.1});
-    ASSERT_TRUE(printed.ok) << printed.error.message;
+    ASSERT_TRUE(printed.ok) << printed.error.text();
     const slab::PrintStatistics& s = printed.statistics;
     EXPECT_EQ(s.voxels_total, 6 * 3 * 9);
     EXPECT_EQ(s.voxels_solid, 6 * 3 * 9);
@@ -191,7 +191,7 @@ TEST(Print, AFailingSinkEndsItWithWholeSlicesKept) {
         const Result<void> run = (*print)->run(sink, {}, false, &statistics);
         ASSERT_FALSE(run.has_value());
         EXPECT_EQ(run.error().code, ErrorCode::kOutside);
-        EXPECT_EQ(run.error().message, "the disk is full");
+        EXPECT_EQ(run.error().text(), "the disk is full");
         EXPECT_EQ(sink.slices.size(), 19u);
         EXPECT_EQ(sink.finished, 1);
         EXPECT_FALSE(sink.totals.complete);
@@ -232,7 +232,7 @@ TEST(Print, AFailingKernelNamesTheSlices) {
         tests::print_boxes({{{0.013, 0.021, 0.019}, {1, 1, 1}, &tests::broken_fablet()}});
     EXPECT_FALSE(printed.ok);
     EXPECT_EQ(printed.error.code, ErrorCode::kInternal);
-    EXPECT_THAT(printed.error.message, HasSubstr("slices 0 to 7: a kernel failed with code -7"));
+    EXPECT_THAT(printed.error.text(), HasSubstr("slices 0 to 7: a kernel failed with code -7"));
     EXPECT_EQ(printed.sink.finished, 1);
 }
 

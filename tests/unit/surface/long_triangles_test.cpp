@@ -19,7 +19,7 @@ std::shared_ptr<const PartMesh> split(const scene::Part& part, double s) {
     surface::SurfaceOptions options;
     options.micro_edge_mm = s;
     const auto mesh = surface::mesh_to_dice(part, options);
-    EXPECT_TRUE(mesh) << mesh.error().message;
+    EXPECT_TRUE(mesh) << mesh.error().text();
     return *mesh;
 }
 

@@ -28,7 +28,7 @@ std::unique_ptr<Surface> create(const scene::Part& part, double s) {
     SurfaceOptions options;
     options.micro_edge_mm = s;
     auto made = Surface::create(part, options);
-    EXPECT_TRUE(made.has_value()) << made.error().message;
+    EXPECT_TRUE(made.has_value()) << made.error().text();
     return std::move(*made);
 }
 
@@ -36,7 +36,7 @@ std::string failure(const scene::Part& part, double s) {
     SurfaceOptions options;
     options.micro_edge_mm = s;
     const auto made = Surface::create(part, options);
-    return made ? "" : made.error().message;
+    return made ? "" : made.error().text();
 }
 
 scene::Part hand_part(const scene::Mesh& mesh, testing::HandMode mode, float amplitude,
@@ -208,7 +208,7 @@ TEST(SurfaceTest, AFailingKernelIsReported) {
     EXPECT_TRUE(surface->status());
     EXPECT_EQ(surface->micro(0)->triangles.size(), 0u);
     ASSERT_FALSE(surface->status());
-    EXPECT_NE(surface->status().error().message.find("-7"), std::string::npos);
+    EXPECT_NE(surface->status().error().text().find("-7"), std::string::npos);
     fablet.surface_bounds.fn[OPENFAB_ISA_SSE41] = failing_kernel;
     EXPECT_NE(failure(part, 0.5).find("-7"), std::string::npos);
 }

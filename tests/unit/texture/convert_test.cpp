@@ -45,7 +45,7 @@ class ConvertTest : public ::testing::Test {
                                              const ImageOptions& options = {}) {
         const std::filesystem::path out = folder_.path() / "out.oftx";
         const Result<void> made = make_pyramid_file(file, out, options);
-        EXPECT_TRUE(made) << made.error().message;
+        EXPECT_TRUE(made) << made.error().text();
         const auto opened = Pyramid::open(out, 0, 0);
         EXPECT_TRUE(opened);
         return opened ? *opened : nullptr;
@@ -138,7 +138,7 @@ TEST_F(ConvertTest, SaysWhyAnImageCannotBeRead) {
     const auto error_of = [&](const std::filesystem::path& file) {
         const Result<void> made = make_pyramid_file(file, out, {});
         EXPECT_FALSE(std::filesystem::exists(out));
-        return made ? "no error" : made.error().message;
+        return made ? "no error" : made.error().text();
     };
     EXPECT_NE(error_of(folder_.write("text.png", "no picture")).find("cannot read"),
               std::string::npos);
@@ -167,14 +167,14 @@ TEST_F(ConvertTest, SaysWhyAnImageCannotBeRead) {
 TEST_F(ConvertTest, FindsThePyramidInTheCacheTheSecondTime) {
     const auto file = image<uint8_t>("g.png", 2, 2, 1, {0, 64, 128, 255});
     const auto first = texture::get_pyramid(file, {"auto", false}, 1, 0);
-    ASSERT_TRUE(first) << first.error().message;
+    ASSERT_TRUE(first) << first.error().text();
     EXPECT_EQ((*first)->texels()[0], decoded(128));
     ::unsetenv("OPENFAB_HELPER");
     EXPECT_TRUE(texture::get_pyramid(file, {"auto", false}, 2, 1)) << "must not need the helper";
     // Other options and other bytes are other pyramids.
     const auto other = texture::get_pyramid(file, {"data", false}, 1, 0);
     ASSERT_FALSE(other);
-    EXPECT_NE(other.error().message.find("`openfab`, was not found"), std::string::npos);
+    EXPECT_NE(other.error().text().find("`openfab`, was not found"), std::string::npos);
     ::setenv("OPENFAB_HELPER", OPENFAB_TEST_HELPER, 1);
     EXPECT_TRUE(texture::get_pyramid(file, {"data", true}, 1, 0));
     std::set<uint64_t> keys;
@@ -197,11 +197,12 @@ TEST_F(ConvertTest, PassesTheHelpersReasonOn) {
     const auto failed = texture::get_pyramid(bad, {"auto", false}, 0, 0);
     ASSERT_FALSE(failed);
     EXPECT_EQ(failed.error().code, ErrorCode::kUserInput);
-    EXPECT_TRUE(failed.error().message.starts_with("cannot read " + bad.string() + ": "))
-        << failed.error().message;
+    EXPECT_TRUE(failed.error().text().starts_with("cannot read " + bad.string() + ": "))
+        << failed.error().text();
     EXPECT_NE(texture::get_pyramid(folder_.path() / "none.png", {}, 0, 0)
                   .error()
-                  .message.find("No such file"),
+                  .text()
+                  .find("No such file"),
               std::string::npos);
     EXPECT_FALSE(texture::get_pyramid(folder_.path(), {}, 0, 0));
     // Where there can be no cache, it is made without one.

@@ -38,6 +38,6 @@ int main(int argc, char** argv) {
         is_volume ? openfab::tools::make_volume_file(args[1], args[3], volume, limits)
                   : openfab::tools::make_pyramid_file(args[1], args[3], volume.image, limits);
     if (done) return 0;
-    fmt::print(stderr, "error: {}\n", done.error().message);
+    fmt::print(stderr, "error: {}\n", done.error().text());
     return openfab::exit_code(done.error().code);
 }

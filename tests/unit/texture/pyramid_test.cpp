@@ -110,7 +110,7 @@ class PyramidFile : public ::testing::Test {
     }
     std::string error_of(const std::string& bytes) {
         const auto opened = Pyramid::open(folder_.write("q.oftx", bytes), 0, 0);
-        return opened ? "no error" : opened.error().message;
+        return opened ? "no error" : opened.error().text();
     }
 
     testing::TempFolder folder_;
@@ -121,7 +121,7 @@ class PyramidFile : public ::testing::Test {
 
 TEST_F(PyramidFile, HoldsTheSameBitsAsMemory) {
     const auto mapped = Pyramid::open(file_, 3, 2);
-    ASSERT_TRUE(mapped) << mapped.error().message;
+    ASSERT_TRUE(mapped) << mapped.error().text();
     const auto memory = Pyramid::from_texels(9, 5, 3, level0_, 3, 2);
     const auto equal = [](auto a, auto b) {
         return std::equal(a.begin(), a.end(), b.begin(), b.end());

@@ -92,13 +92,13 @@ class StrangersFiles : public ::testing::Test {
     std::string error_of(const fs::path& file, int64_t memory = kMemory) {
         const Result<void> made =
             make_pyramid_file(file, folder_.path() / "out.oftx", {}, {memory, {}});
-        return made ? "no error" : made.error().message;
+        return made ? "no error" : made.error().text();
     }
     /// Of a header in the folder `world`.
     std::string error_of_volume(const std::string& name, int64_t memory = kMemory) {
         const Result<void> made = make_volume_file(folder_.path() / "world" / name,
                                                    folder_.path() / "out.oftx", {}, {memory, {}});
-        return made ? "no error" : made.error().message;
+        return made ? "no error" : made.error().text();
     }
     fs::path header(const std::string& name, const std::string& more,
                     const std::string& sizes = "2 2 2") {
@@ -130,7 +130,7 @@ TEST_F(StrangersFiles, WhatIsNoFileIsNotOpened) {
     EXPECT_THAT(error_of("/dev/zero"), HasSubstr("it is a device, not a file"));
     const Result<uint64_t> key = texture::content_key(pipe, {});
     ASSERT_FALSE(key);
-    EXPECT_THAT(key.error().message, HasSubstr("it is a pipe"));
+    EXPECT_THAT(key.error().text(), HasSubstr("it is a pipe"));
 }
 
 TEST_F(StrangersFiles, SizesAreKnownBeforeMemoryIsTaken) {
@@ -196,7 +196,7 @@ TEST_F(StrangersFiles, DataFilesLieBelowTheFolderOfTheirHeader) {
         const auto volume = texture::get_volume(file, {}, 0, 0);
         ASSERT_FALSE(volume);
         EXPECT_EQ(volume.error().code, ErrorCode::kUserInput);
-        EXPECT_THAT(volume.error().message, HasSubstr("its data file `" + data + "` cannot"));
+        EXPECT_THAT(volume.error().text(), HasSubstr("its data file `" + data + "` cannot"));
     }
     header("h.nhdr", raw + "own.raw");
     EXPECT_EQ(error_of_volume("h.nhdr"), "no error");
@@ -209,7 +209,7 @@ TEST_F(StrangersFiles, DataBesideAHeaderAreInTheKeyOfTheCache) {
     const fs::path file = header("h.nhdr", "encoding: raw\ndata file: d.raw");
     folder_.write("world/d.raw", "\x01\x01\x01\x01\x01\x01\x01\x01");
     const auto first = texture::get_volume(file, {}, 0, 0);
-    ASSERT_TRUE(first) << first.error().message;
+    ASSERT_TRUE(first) << first.error().text();
     EXPECT_FLOAT_EQ((*first)->texels()[0], 1.0f / 255);
     folder_.write("world/d.raw", "\x02\x02\x02\x02\x02\x02\x02\x02");
     const auto second = texture::get_volume(file, {}, 0, 0);
@@ -280,11 +280,11 @@ TEST_F(StrangersFiles, ACacheThatOthersCanWriteIsNotUsed) {
     fs::permissions(cache, fs::perms(0777));
     const Result<fs::path> folder = texture::cache_folder();
     ASSERT_FALSE(folder);
-    EXPECT_THAT(folder.error().message,
+    EXPECT_THAT(folder.error().text(),
                 HasSubstr("cache` is not used: others can write it (mode 777)"));
     const auto before = fs::last_write_time(cache);
     const auto made = texture::get_pyramid(file, {"data", false}, 0, 0);
-    ASSERT_TRUE(made) << made.error().message;
+    ASSERT_TRUE(made) << made.error().text();
     EXPECT_FLOAT_EQ((*made)->texels()[0], 128.0f / 255) << "the file has gone, the mapping has not";
     EXPECT_EQ(fs::last_write_time(cache), before);
     // Nor is one below a folder that others can change.

@@ -50,17 +50,17 @@ class VolumeTest : public ::testing::Test {
                                              const VolumeOptions& options = {}) {
         const std::filesystem::path out = folder_.path() / "out.oftx";
         const Result<void> made = make_volume_file(file, out, options);
-        EXPECT_TRUE(made) << made.error().message;
+        EXPECT_TRUE(made) << made.error().text();
         const auto opened = Pyramid::open(out, 1, 0);
-        EXPECT_TRUE(opened) << opened.error().message;
+        EXPECT_TRUE(opened) << opened.error().text();
         return opened ? *opened : nullptr;
     }
     std::string trouble(const std::filesystem::path& file, const VolumeOptions& options = {}) {
         const Result<void> made = make_volume_file(file, folder_.path() / "out.oftx", options);
         if (made) return "no error";
         const std::string start = "cannot read " + file.string() + ": ";
-        return made.error().message.starts_with(start) ? made.error().message.substr(start.size())
-                                                       : made.error().message;
+        return made.error().text().starts_with(start) ? made.error().text().substr(start.size())
+                                                      : made.error().text();
     }
     static Vec3i size(const Pyramid& p) { return {p.info()[15], p.info()[16], p.info()[17]}; }
     static std::vector<float> level0(const Pyramid& p) {
@@ -302,7 +302,7 @@ TEST_F(VolumeTest, ComesFromTheCacheAndTheHelper) {
     VolumeOptions options;
     options.origin_mm = {{-1.5, 0, 0}};
     const auto made = texture::get_volume(file, options, 2, 1);
-    ASSERT_TRUE(made) << made.error().message;
+    ASSERT_TRUE(made) << made.error().text();
     EXPECT_EQ(level0(**made), values);
     EXPECT_EQ(place(**made)[0], -1.5f);
     ::unsetenv("OPENFAB_HELPER");

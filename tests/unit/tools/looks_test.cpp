@@ -35,7 +35,7 @@ TEST(Looks, OfAMaterialLibrary) {
     const fs::path mesh =
         folder.write("robot.obj", "mtllib robot.mtl\nmtllib ../up.mtl\nv 0 0 0\n");
     const Result<Looks> looks = read_looks(mesh);
-    ASSERT_TRUE(looks) << looks.error().message;
+    ASSERT_TRUE(looks) << looks.error().text();
     ASSERT_EQ(looks->looks.size(), 5u);
     const Look& body = looks->looks[0];
     EXPECT_EQ(body.name, "body one");
@@ -62,7 +62,7 @@ TEST(Looks, OfGltf) {
         "textures": [{"source": 0, "sampler": 0}], "samplers": [{"wrapS": 33071}],
         "images": [{"uri": "data:image/png;base64,aGVsbG8=", "name": "face"}]})";
     const Result<Looks> looks = gltf_looks(text, "a.gltf");
-    ASSERT_TRUE(looks) << looks.error().message;
+    ASSERT_TRUE(looks) << looks.error().text();
     ASSERT_EQ(looks->looks.size(), 3u);
     EXPECT_EQ(looks->looks[0].picture->bytes, "hello");
     EXPECT_TRUE(looks->looks[0].picture->clamp);
@@ -97,7 +97,7 @@ Looks two_looks() {
 
 TEST(Import, BindsPicturesByGroup) {
     const Result<Import> import = make_import(two_groups(), two_looks(), "cube.obj", {});
-    ASSERT_TRUE(import) << import.error().message;
+    ASSERT_TRUE(import) << import.error().text();
     EXPECT_EQ(import->fablet, "textured");
     ASSERT_EQ(import->files.size(), 2u);
     EXPECT_EQ(import->files[0].name, "a_b___.png");
@@ -114,7 +114,7 @@ TEST(Import, GivesEveryGroupAMaterialOfItsOwn) {
     Looks looks = two_looks();
     looks.looks[0].color = looks.looks[1].color;  // the same colour, and yet two keys
     const Result<Import> import = make_import(two_groups(), looks, "cube.obj", options);
-    ASSERT_TRUE(import) << import.error().message;
+    ASSERT_TRUE(import) << import.error().text();
     EXPECT_THAT(import->world, HasSubstr("\"front \\\"x\\\"\": {\"key\": \"#ff0000\""));
     EXPECT_THAT(import->world,
                 HasSubstr("\"rest\": {\"key\": \"#ff0001\", \"preview\": \"#ff0000ff\""));
@@ -130,7 +130,7 @@ TEST(Import, RefusesWhatTheMeshLacks) {
     }
     mesh.mesh = testing::without(mesh.mesh, "uv");
     options.fablet = "textured";
-    EXPECT_THAT(make_import(mesh, two_looks(), "cube.obj", options).error().message,
+    EXPECT_THAT(make_import(mesh, two_looks(), "cube.obj", options).error().text(),
                 HasSubstr("no texture coordinates"));
     options.fablet.clear();
     EXPECT_EQ(make_import(mesh, two_looks(), "cube.obj", options)->fablet, "solid");
@@ -149,14 +149,14 @@ TEST(Import, WritesWorldsOfEveryStockFabletThatLoad) {
         ImportOptions options;
         options.fablet = fablet;
         const Result<Import> import = make_import(mesh, two_looks(), "cube.obj", options);
-        ASSERT_TRUE(import) << import.error().message;
+        ASSERT_TRUE(import) << import.error().text();
         for (const ImportedFile& file : import->files)
             folder.write(file.name, file.bytes);
         folder.write("cube.obj",
                      "v 0 0 0\nv 9 0 0\nv 0 9 0\nv 0 0 9\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n");
         const Result<scene::World> world =
             scene::load_world(folder.write("cube.fab.json", import->world));
-        EXPECT_TRUE(world) << fablet << ": " << world.error().message;
+        EXPECT_TRUE(world) << fablet << ": " << world.error().text();
     }
 }
 
