@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "abi/fablet_table.h"
+#include "abi/kernel_status.h"
 
 namespace openfab::abi {
 
@@ -86,8 +87,7 @@ class KernelCall {
         args_[static_cast<size_t>(index)] = const_cast<void*>(pointer);
     }
     bool exists() const { return fn_ != nullptr; }
-    /// 0, or Halide's error code.
-    int run() { return fn_(args_.data()); }
+    KernelStatus run() { return KernelStatus::of_code(fn_(args_.data())); }
 
   private:
     openfab_kernel_fn fn_;

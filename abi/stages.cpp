@@ -25,9 +25,10 @@ const openfab_stage_set* find_stage_set(int32_t materials) {
     return nullptr;
 }
 
-int StageCalls::normalise(const float* weights, int32_t slots, const int32_t* slot_material,
-                          const uint8_t* owned, int32_t n, uint16_t* fractions, uint8_t* codes,
-                          int32_t* unusable) {
+abi::KernelStatus StageCalls::normalise(const float* weights, int32_t slots,
+                                        const int32_t* slot_material, const uint8_t* owned,
+                                        int32_t n, uint16_t* fractions, uint8_t* codes,
+                                        int32_t* unusable) {
     abi::KernelBuffer buffers[6];
     buffers[0].set_dense(kFloat, weights, {8, 8, 8, slots, n});
     buffers[1].set_dense(kInt32, slot_material, {slots});
@@ -38,11 +39,12 @@ int StageCalls::normalise(const float* weights, int32_t slots, const int32_t* sl
     void* args[6];
     for (size_t i = 0; i < 6; ++i)
         args[i] = buffers[i].raw();
-    return pick(set_.normalise, isa_)(args);
+    return abi::KernelStatus::of_code(pick(set_.normalise, isa_)(args));
 }
 
-int StageCalls::pack(int32_t bits, const uint8_t* codes, int64_t code_stride, int32_t bytes,
-                     int32_t rows, uint8_t* planes, int64_t row_stride, int64_t plane_stride) {
+abi::KernelStatus StageCalls::pack(int32_t bits, const uint8_t* codes, int64_t code_stride,
+                                   int32_t bytes, int32_t rows, uint8_t* planes, int64_t row_stride,
+                                   int64_t plane_stride) {
     abi::KernelBuffer in, out;
     in.set_dim(0, 8 / bits * bytes, 1);
     in.set_dim(1, rows, static_cast<int32_t>(code_stride / 8));
@@ -52,7 +54,9 @@ int StageCalls::pack(int32_t bits, const uint8_t* codes, int64_t code_stride, in
     out.set_dim(2, 8, static_cast<int32_t>(plane_stride));
     out.set(kUint8, planes, 3);
     void* args[2] = {in.raw(), out.raw()};
-    return pick(bits == 4 ? openfab_stage_table.pack4 : openfab_stage_table.pack8, isa_)(args);
+    const openfab_kernel_fn* pack =
+        bits == 4 ? openfab_stage_table.pack4 : openfab_stage_table.pack8;
+    return abi::KernelStatus::of_code(pick(pack, isa_)(args));
 }
 
 }  // namespace openfab::slab

@@ -29,16 +29,15 @@ class StageCalls {
     int32_t tile_values() const { return 512 * channels(); }
 
     /// `weights`: n blocks of `slots` x 512 floats; `owned`: 64 bytes a block; `fractions`:
-    /// tile_values() a block; `codes`: 512 a block; `unusable`: 8 a block. All calls return 0 or
-    /// Halide's error code.
-    int normalise(const float* weights, int32_t slots, const int32_t* slot_material,
-                  const uint8_t* owned, int32_t n, uint16_t* fractions, uint8_t* codes,
-                  int32_t* unusable);
+    /// tile_values() a block; `codes`: 512 a block; `unusable`: 8 a block.
+    abi::KernelStatus normalise(const float* weights, int32_t slots, const int32_t* slot_material,
+                                const uint8_t* owned, int32_t n, uint16_t* fractions,
+                                uint8_t* codes, int32_t* unusable);
 
     /// `codes` (z 8, x 8 / bits * bytes, y rows) with rows `code_stride` bytes apart; `planes`
     /// likewise.
-    int pack(int32_t bits, const uint8_t* codes, int64_t code_stride, int32_t bytes, int32_t rows,
-             uint8_t* planes, int64_t row_stride, int64_t plane_stride);
+    abi::KernelStatus pack(int32_t bits, const uint8_t* codes, int64_t code_stride, int32_t bytes,
+                           int32_t rows, uint8_t* planes, int64_t row_stride, int64_t plane_stride);
 
   private:
     const openfab_stage_set& set_;

@@ -159,26 +159,27 @@ void GroupDither::begin(int32_t group, uint8_t slices, GroupPlanes* planes) {
     held_ = nullptr;
 }
 
-int GroupDither::add(RowBand* band, RowBand** released) {
+abi::KernelStatus GroupDither::add(RowBand* band, RowBand** released) {
     const uint8_t* nothing = nothing_mixed_.data() + kRowMargin;
     const bool adjacent = held_ != nullptr && held_->row + 1 == band->row;
-    int status = 0;
+    abi::KernelStatus status;
     if (held_ != nullptr) status = finish_held(adjacent ? band->mixed_row(0) : nothing);
-    if (status == 0 && band->any_mixed)
+    if (status.ok() && band->any_mixed)
         dither_rows(band, 0, 7, adjacent ? held_->mixed_row(7) : nothing, band->mixed_row(7));
     *released = held_;
     held_ = band;
     return status;
 }
 
-int GroupDither::end(RowBand** released) {
-    const int status = held_ != nullptr ? finish_held(nothing_mixed_.data() + kRowMargin) : 0;
+abi::KernelStatus GroupDither::end(RowBand** released) {
+    const abi::KernelStatus status =
+        held_ != nullptr ? finish_held(nothing_mixed_.data() + kRowMargin) : abi::KernelStatus();
     *released = held_;
     held_ = nullptr;
     return status;
 }
 
-int GroupDither::finish_held(const uint8_t* below) {
+abi::KernelStatus GroupDither::finish_held(const uint8_t* below) {
     if (held_->any_mixed) dither_rows(held_, 7, 1, held_->mixed_row(6), below);
     double start = seconds_now();
     if (support_ != nullptr && support_->on()) {
@@ -192,16 +193,16 @@ int GroupDither::finish_held(const uint8_t* below) {
     const int32_t first = bits * held_->first_block;
     const int32_t end =
         static_cast<int32_t>(std::min<int64_t>(bits * held_->end_block, planes_->row_bytes));
-    const int status = pack_held(first, end);
+    const abi::KernelStatus status = pack_held(first, end);
     seconds_pack += seconds_now() - start;
     return status;
 }
 
 /// Bytes [first, end) of each row.
-int GroupDither::pack_held(int32_t first, int32_t end) {
+abi::KernelStatus GroupDither::pack_held(int32_t first, int32_t end) {
     const int32_t bits = planes_->bits, y = 8 * held_->row;
     const int32_t rows = std::min(8, planes_->height - y);
-    if (end <= first || rows <= 0) return 0;
+    if (end <= first || rows <= 0) return {};
     uint8_t* to = planes_->data.get() + y * planes_->row_bytes + first;
     if (!std::has_single_bit(slices_)) {
         return calls_.pack(bits, held_->codes_at(8 * held_->first_block, 0), 8 * held_->width(),
@@ -216,7 +217,7 @@ int GroupDither::pack_held(int32_t first, int32_t end) {
                               : static_cast<uint8_t>(from[16 * b] | from[16 * b + 8] << 4);
         }
     }
-    return 0;
+    return {};
 }
 
 // `above` is the row over the first, `below` the one under the last.

@@ -80,18 +80,18 @@ class GroupDither {
     /// bit, nothing may be written.
     void begin(int32_t group, uint8_t slices, GroupPlanes* planes);
     /// The next row of blocks; rows may be left out where nothing is printed. The band is taken
-    /// over, and the one before it is given back for reuse. `status` is 0 or a Halide error code.
-    int add(RowBand* band, RowBand** released);
+    /// over, and the one before it is given back for reuse.
+    abi::KernelStatus add(RowBand* band, RowBand** released);
     /// After the last band.
-    int end(RowBand** released);
+    abi::KernelStatus end(RowBand** released);
 
     double seconds_dither = 0, seconds_support = 0, seconds_pack = 0;
 
   private:
     void dither_rows(RowBand* band, int32_t first, int32_t count, const uint8_t* above,
                      const uint8_t* below);
-    int finish_held(const uint8_t* below);
-    int pack_held(int32_t first, int32_t end);
+    abi::KernelStatus finish_held(const uint8_t* below);
+    abi::KernelStatus pack_held(int32_t first, int32_t end);
 
     StageCalls calls_;
     DitherSetup setup_;

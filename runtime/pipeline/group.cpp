@@ -18,11 +18,12 @@ GroupRun::GroupRun(const GroupSetup& setup)
     : setup_(setup),
       dither_(*setup.stages, setup.isa, setup.dither, setup.seed, setup.size, &setup.support) {}
 
-int GroupRun::run(uint8_t slices, Pool<BlockEvaluator>* evaluators, const StopFlags& stop) {
+abi::KernelStatus GroupRun::run(uint8_t slices, Pool<BlockEvaluator>* evaluators,
+                                const StopFlags& stop) {
     if (!planes_.reset(setup_.size.x, setup_.size.y, setup_.bits))
-        return halide_error_code_out_of_memory;
+        return abi::KernelStatus::of_code(halide_error_code_out_of_memory);
     slices_ = slices * 0x0101010101010101u;
-    int status = 0;
+    abi::KernelStatus status;
     int32_t first = setup_.size.y, end = 0;
     for (const auto& active : active_) {
         first = std::min(first, active->cull.first_y());
@@ -36,14 +37,14 @@ int GroupRun::run(uint8_t slices, Pool<BlockEvaluator>* evaluators, const StopFl
         end = std::max(end, row + 1);
     }
     if (first < end) status = run_rows(first, end, evaluators, stop);
-    if (status == 0 && stop.requested()) status = kStopped;
+    if (status.ok() && stop.requested()) status = abi::KernelStatus::stopped();
     times.dither = dither_.seconds_dither;
     times.support = dither_.seconds_support;
     times.pack = dither_.seconds_pack;
     return status;
 }
 
-int GroupRun::begin(int32_t group, Pool<BlockEvaluator>* evaluators) {
+abi::KernelStatus GroupRun::begin(int32_t group, Pool<BlockEvaluator>* evaluators) {
     group_ = group;
     blocks_to_evaluate_ = 0;
     // By part, since each has its own size: memory that any of them could have next would grow to
@@ -61,17 +62,17 @@ int GroupRun::begin(int32_t group, Pool<BlockEvaluator>* evaluators) {
         active_.push_back(std::move(known));
     }
     std::atomic<int64_t> room = kCompositionBytes;
-    std::atomic<int> status = 0;
+    std::atomic<abi::KernelStatus> status{abi::KernelStatus{}};
     // Isolated as rows are. One part after the other would leave the first group to one thread.
     tbb::this_task_arena::isolate([&] {
         tbb::parallel_for(
             tbb::blocked_range<size_t>(0, active_.size(), 1),
             [&](const tbb::blocked_range<size_t>& range) {
-                for (size_t i = range.begin(); i < range.end() && status.load() == 0; ++i) {
+                for (size_t i = range.begin(); i < range.end() && status.load().ok(); ++i) {
                     BlockEvaluator* evaluator = take_evaluator(evaluators);
-                    const int result = begin_part(active_[i].get(), evaluator, &room);
+                    const abi::KernelStatus result = begin_part(active_[i].get(), evaluator, &room);
                     evaluators->give(evaluator);
-                    if (result != 0) status.store(result);
+                    if (!result.ok()) status.store(result);
                 }
             },
             tbb::simple_partitioner());
@@ -84,13 +85,13 @@ int GroupRun::begin(int32_t group, Pool<BlockEvaluator>* evaluators) {
     return status.load();
 }
 
-int GroupRun::begin_part(ActivePart* active, BlockEvaluator* evaluator,
-                         std::atomic<int64_t>* room) const {
+abi::KernelStatus GroupRun::begin_part(ActivePart* active, BlockEvaluator* evaluator,
+                                       std::atomic<int64_t>* room) const {
     const PrintPart& part = *active->part;
     const double start = seconds_now();
     part.voxeliser->coverage(group_, &active->mask);
     active->seconds_coverage = seconds_now() - start;
-    if (!active->covers()) return 0;
+    if (!active->covers()) return {};
     return active->cull.run(part, group_, active->mask, setup_.culling, evaluator, room);
 }
 
@@ -100,9 +101,9 @@ BlockEvaluator* GroupRun::take_evaluator(Pool<BlockEvaluator>* evaluators) const
     });
 }
 
-int GroupRun::run_rows(int32_t first, int32_t end, Pool<BlockEvaluator>* evaluators,
-                       const StopFlags& stop) {
-    std::atomic<int> status{0};
+abi::KernelStatus GroupRun::run_rows(int32_t first, int32_t end, Pool<BlockEvaluator>* evaluators,
+                                     const StopFlags& stop) {
+    std::atomic<abi::KernelStatus> status{abi::KernelStatus{}};
     int32_t next = first;
     dither_.begin(group_, static_cast<uint8_t>(slices_), &planes_);
     std::vector<Row*>
@@ -113,7 +114,7 @@ int GroupRun::run_rows(int32_t first, int32_t end, Pool<BlockEvaluator>* evaluat
         in_order.erase(in_order.begin());
     };
     const auto source = [&](tbb::flow_control& control) {
-        if (next >= end || status.load() != 0 || stop.requested()) {
+        if (next >= end || !status.load().ok() || stop.requested()) {
             control.stop();
             return int32_t{0};
         }
@@ -122,9 +123,9 @@ int GroupRun::run_rows(int32_t first, int32_t end, Pool<BlockEvaluator>* evaluat
     const auto evaluate = [&](int32_t row) {
         Row* scratch = rows_.take([] { return std::make_unique<Row>(); });
         BlockEvaluator* evaluator = take_evaluator(evaluators);
-        const int result = evaluate_row(row, scratch, evaluator);
+        const abi::KernelStatus result = evaluate_row(row, scratch, evaluator);
         evaluators->give(evaluator);
-        if (result != 0) status.store(result);
+        if (!result.ok()) status.store(result);
         return scratch;
     };
     const auto dither = [&](Row* scratch) {
@@ -134,10 +135,10 @@ int GroupRun::run_rows(int32_t first, int32_t end, Pool<BlockEvaluator>* evaluat
             overlaps_.add(scratch->overlaps);
             scratch->overlaps.clear();
         }
-        if (status.load() != 0) return;
+        if (!status.load().ok()) return;
         RowBand* released = nullptr;
-        const int result = dither_.add(&scratch->band, &released);
-        if (result != 0) status.store(result);
+        const abi::KernelStatus result = dither_.add(&scratch->band, &released);
+        if (!result.ok()) status.store(result);
         release(released);
     };
     // Isolated: a thread that waits here must not begin another group, which would keep this one
@@ -150,13 +151,14 @@ int GroupRun::run_rows(int32_t first, int32_t end, Pool<BlockEvaluator>* evaluat
                 tbb::make_filter<Row*, void>(tbb::filter_mode::serial_in_order, dither));
     });
     RowBand* released = nullptr;
-    const int result = dither_.end(&released);
+    const abi::KernelStatus result = dither_.end(&released);
     for (Row* row : in_order)
         rows_.give(row);
-    return status.load() != 0 ? status.load() : result;
+    return status.load().ok() ? result : status.load();
 }
 
-int GroupRun::evaluate_row(int32_t row, Row* scratch, BlockEvaluator* evaluator) const {
+abi::KernelStatus GroupRun::evaluate_row(int32_t row, Row* scratch,
+                                         BlockEvaluator* evaluator) const {
     const int32_t columns = (setup_.size.x + 7) / 8;
     int32_t first = columns, end = 0;
     int32_t parts = 0;
@@ -179,14 +181,14 @@ int GroupRun::evaluate_row(int32_t row, Row* scratch, BlockEvaluator* evaluator)
     if (scratch->many) scratch->claims.reset(columns, first, end);
     for (const auto& active : active_) {
         if (row < active->cull.first_y() || row >= active->cull.end_y()) continue;
-        const int status = evaluate_part(*active, scratch, evaluator);
-        if (status != 0) return status;
+        const abi::KernelStatus status = evaluate_part(*active, scratch, evaluator);
+        if (!status.ok()) return status;
     }
-    return 0;
+    return {};
 }
 
-int GroupRun::evaluate_part(const ActivePart& active, Row* scratch,
-                            BlockEvaluator* evaluator) const {
+abi::KernelStatus GroupRun::evaluate_part(const ActivePart& active, Row* scratch,
+                                          BlockEvaluator* evaluator) const {
     RowBand& band = scratch->band;
     std::vector<OwnedBlock>& pending = scratch->pending;
     PointPrints* prints = &scratch->prints;
@@ -224,14 +226,15 @@ int GroupRun::evaluate_part(const ActivePart& active, Row* scratch,
         }
         pending.push_back(block);
         if (static_cast<int32_t>(pending.size()) < BlockEvaluator::kBatch) continue;
-        if (setup_.interrupt != nullptr && setup_.interrupt->load()) return kStopped;
-        const int status =
+        if (setup_.interrupt != nullptr && setup_.interrupt->load())
+            return abi::KernelStatus::stopped();
+        const abi::KernelStatus status =
             evaluator->evaluate(*active.part, group_, pending.data(), BlockEvaluator::kBatch,
                                 active.cull.finer(), &band, prints);
-        if (status != 0) return status;
+        if (!status.ok()) return status;
         pending.clear();
     }
-    if (pending.empty()) return 0;
+    if (pending.empty()) return {};
     return evaluator->evaluate(*active.part, group_, pending.data(),
                                static_cast<int32_t>(pending.size()), active.cull.finer(), &band,
                                prints);

@@ -90,15 +90,13 @@ class GroupRun {
     /// For the compositions that fill whole blocks of one group, over all its parts.
     static constexpr int64_t kCompositionBytes = 8 << 20;
 
-    /// Coverage and culling of slices [8 group, 8 group + 8). Returns 0 or a Halide error code.
-    int begin(int32_t group, Pool<BlockEvaluator>* evaluators);
+    /// Coverage and culling of slices [8 group, 8 group + 8).
+    abi::KernelStatus begin(int32_t group, Pool<BlockEvaluator>* evaluators);
     /// Blocks that culling left: what printing slices of the group costs, however few.
     int64_t blocks_to_evaluate() const { return blocks_to_evaluate_; }
     /// Prints some slices of the group that was begun into planes(), those of bit z & 7 in
-    /// `slices`; what the planes of the others hold then means nothing. Returns 0, a Halide error
-    /// code, or kStopped.
-    int run(uint8_t slices, Pool<BlockEvaluator>* evaluators, const StopFlags& stop);
-    static constexpr int kStopped = -1'000'000;
+    /// `slices`; what the planes of the others hold then means nothing.
+    abi::KernelStatus run(uint8_t slices, Pool<BlockEvaluator>* evaluators, const StopFlags& stop);
 
     const GroupPlanes& planes() const { return planes_; }
     /// What the group's voxels printed, to be taken.
@@ -126,12 +124,14 @@ class GroupRun {
         PointPrints prints;
     };
 
-    int begin_part(ActivePart* active, BlockEvaluator* evaluator, std::atomic<int64_t>* room) const;
+    abi::KernelStatus begin_part(ActivePart* active, BlockEvaluator* evaluator,
+                                 std::atomic<int64_t>* room) const;
     BlockEvaluator* take_evaluator(Pool<BlockEvaluator>* evaluators) const;
-    int evaluate_row(int32_t row, Row* scratch, BlockEvaluator* evaluator) const;
-    int evaluate_part(const ActivePart& active, Row* scratch, BlockEvaluator* evaluator) const;
-    int run_rows(int32_t first, int32_t end, Pool<BlockEvaluator>* evaluators,
-                 const StopFlags& stop);
+    abi::KernelStatus evaluate_row(int32_t row, Row* scratch, BlockEvaluator* evaluator) const;
+    abi::KernelStatus evaluate_part(const ActivePart& active, Row* scratch,
+                                    BlockEvaluator* evaluator) const;
+    abi::KernelStatus run_rows(int32_t first, int32_t end, Pool<BlockEvaluator>* evaluators,
+                               const StopFlags& stop);
 
     const GroupSetup& setup_;
     int32_t group_ = 0;

@@ -31,7 +31,7 @@ namespace {
 /// Slices of one group, encoded, waiting for their turn.
 struct FinishedSlices {
     int32_t first = 0, end = 0;
-    int status = 0;
+    abi::KernelStatus status;
     std::string kernel_error;
     Result<void> surfaces;  ///< an error where a surface kernel has failed
     struct Slice {
@@ -65,12 +65,12 @@ class Delivery {
 
     void deliver(FinishedSlices group) {
         if (failed_ || ended_) return;
-        if (group.status != 0) {
+        if (!group.status.ok()) {
             ended_ = true;
             stop_.failed.store(true);
-            if (group.status == GroupRun::kStopped) return;
+            if (group.status.is_stopped()) return;
             fail(internal_error(fmt::format("slices {} to {}: a kernel failed with code {}: {}",
-                                            group.first, group.end - 1, group.status,
+                                            group.first, group.end - 1, group.status.code(),
                                             group.kernel_error)));
             return;
         }
@@ -216,7 +216,7 @@ class PrintJob final : public Print {
     void print_groups(backends::SliceSink& sink, Delivery* delivery);
     void print_first_group(int32_t group, const backends::SliceSink& sink, Delivery* delivery);
     FinishedSlices print_group(int32_t group, const backends::SliceSink& sink, Delivery* delivery);
-    FinishedSlices print_slices(int32_t first, int32_t end, int begun, GroupRun* run,
+    FinishedSlices print_slices(int32_t first, int32_t end, abi::KernelStatus begun, GroupRun* run,
                                 const backends::SliceSink& sink, Delivery* delivery);
     void encode(const backends::SliceSink& sink, const GroupRun& run, FinishedSlices* finished);
     void fill_statistics(const Delivery& delivery, PrintStatistics* statistics);
@@ -533,7 +533,7 @@ void PrintJob::print_groups(backends::SliceSink& sink, Delivery* delivery) {
 void PrintJob::print_first_group(int32_t group, const backends::SliceSink& sink,
                                  Delivery* delivery) {
     GroupRun* run = runs_.take([&] { return std::make_unique<GroupRun>(setup_); });
-    const int begun = run->begin(group, &evaluators_);
+    const abi::KernelStatus begun = run->begin(group, &evaluators_);
     int32_t first = std::max(8 * group, range_.x);
     const int32_t end = std::min(8 * group + 8, range_.y);
     // What fablets print comes in an order that goes through a group column by column.
@@ -551,7 +551,7 @@ void PrintJob::print_first_group(int32_t group, const backends::SliceSink& sink,
 FinishedSlices PrintJob::print_group(int32_t group, const backends::SliceSink& sink,
                                      Delivery* delivery) {
     GroupRun* run = runs_.take([&] { return std::make_unique<GroupRun>(setup_); });
-    const int begun = run->begin(group, &evaluators_);
+    const abi::KernelStatus begun = run->begin(group, &evaluators_);
     FinishedSlices finished =
         print_slices(std::max(8 * group, range_.x), std::min(8 * group + 8, range_.y), begun, run,
                      sink, delivery);
@@ -560,20 +560,21 @@ FinishedSlices PrintJob::print_group(int32_t group, const backends::SliceSink& s
 }
 
 // Slices [first, end) of the group that `run` has begun, which gave the status `begun`.
-FinishedSlices PrintJob::print_slices(int32_t first, int32_t end, int begun, GroupRun* run,
-                                      const backends::SliceSink& sink, Delivery* delivery) {
+FinishedSlices PrintJob::print_slices(int32_t first, int32_t end, abi::KernelStatus begun,
+                                      GroupRun* run, const backends::SliceSink& sink,
+                                      Delivery* delivery) {
     FinishedSlices finished;
     finished.first = first;
     finished.end = end;
     const auto slices = static_cast<uint8_t>(((1 << (end - first)) - 1) << (first & 7));
-    finished.status = begun != 0 ? begun : run->run(slices, &evaluators_, delivery->stop_flags());
+    finished.status = begun.ok() ? run->run(slices, &evaluators_, delivery->stop_flags()) : begun;
     if (!run->prints().empty()) finished.prints.append(&run->prints());
-    if (finished.status != 0) {
+    if (!finished.status.ok()) {
         finished.kernel_error = abi::take_kernel_error();
     } else if (finished.surfaces = surface_status(); !finished.surfaces) {
         // What was printed with an empty patch must not be kept.
     } else if (delivery->stopped()) {
-        finished.status = GroupRun::kStopped;
+        finished.status = abi::KernelStatus::stopped();
     } else {
         encode(sink, *run, &finished);
     }

@@ -91,7 +91,7 @@ void Driver::bind(const openfab_phases& phases, openfab_isa isa, Arguments* argu
         bind_kernel(phases.kernels[k], isa, arguments, &kernels_[static_cast<size_t>(k)]);
 }
 
-int Driver::run_kernel(const openfab_kernel& kernel, Kernel* bound) {
+abi::KernelStatus Driver::run_kernel(const openfab_kernel& kernel, Kernel* bound) {
     const std::vector<int32_t>& list = lists_[depth_];
     const auto listed = static_cast<int32_t>(list.size());
     const bool all = listed == groups_;
@@ -106,8 +106,8 @@ int Driver::run_kernel(const openfab_kernel& kernel, Kernel* bound) {
             buffer.set_dense(abi::halide_type(arg.scalar), to, {kLanes, listed});
         }
     }
-    const int status = bound->fn(bound->args.data());
-    if (status != 0) return status;
+    const abi::KernelStatus status = abi::KernelStatus::of_code(bound->fn(bound->args.data()));
+    if (!status.ok()) return status;
     for (const Output& output : bound->outputs) {
         if (all && output.direct) continue;
         const uint32_t* from = output.compact;
@@ -118,7 +118,7 @@ int Driver::run_kernel(const openfab_kernel& kernel, Kernel* bound) {
             from += kLanes;
         }
     }
-    return 0;
+    return {};
 }
 
 void Driver::narrow(const std::vector<int32_t>& from, int32_t active,
@@ -138,8 +138,9 @@ void Driver::narrow(const std::vector<int32_t>& from, int32_t active,
     to->resize(kept);
 }
 
-int Driver::run(const openfab_phases& phases, openfab_isa isa, std::span<const uint8_t> wanted,
-                Arguments* arguments, Handler* handler) {
+abi::KernelStatus Driver::run(const openfab_phases& phases, openfab_isa isa,
+                              std::span<const uint8_t> wanted, Arguments* arguments,
+                              Handler* handler) {
     groups_ = static_cast<int32_t>(wanted.size());
     bind(phases, isa, arguments);
     depth_ = 0;
@@ -151,10 +152,10 @@ int Driver::run(const openfab_phases& phases, openfab_isa isa, std::span<const u
             live[l] = wanted[static_cast<size_t>(g)] >> l & 1u;
         if (wanted[static_cast<size_t>(g)] != 0) lists_[0].push_back(g);
     }
-    if (lists_[0].empty()) return 0;
+    if (lists_[0].empty()) return {};
     for (int32_t at = 0; at < phases.step_count;) {
         const openfab_step& step = phases.steps[at++];
-        int status = 0;
+        abi::KernelStatus status;
         switch (step.kind) {
             case OPENFAB_STEP_KERNEL:
                 status = run_kernel(phases.kernels[step.a], &kernels_[static_cast<size_t>(step.a)]);
@@ -183,9 +184,9 @@ int Driver::run(const openfab_phases& phases, openfab_isa isa, std::span<const u
                 handler->print(phases.prints[step.a], lists_[depth_], states_);
                 break;
         }
-        if (status != 0) return status;
+        if (!status.ok()) return status;
     }
-    return 0;
+    return {};
 }
 
 }  // namespace openfab::phases

@@ -42,10 +42,10 @@ int32_t group_limit(const openfab_phases& phases);
 class Driver {
   public:
     /// `wanted`: a byte for each group, bit l for lane l. Outputs of groups without a wanted place
-    /// are not written; those of unwanted places beside wanted ones are of no use. Returns 0, or
-    /// what a kernel or the handler returned.
-    int run(const openfab_phases& phases, openfab_isa isa, std::span<const uint8_t> wanted,
-            Arguments* arguments, Handler* handler);
+    /// are not written; those of unwanted places beside wanted ones are of no use. Ends with the
+    /// first kernel or answer of the handler that fails.
+    abi::KernelStatus run(const openfab_phases& phases, openfab_isa isa,
+                          std::span<const uint8_t> wanted, Arguments* arguments, Handler* handler);
 
   private:
     struct Output {
@@ -65,7 +65,7 @@ class Driver {
     void bind(const openfab_phases& phases, openfab_isa isa, Arguments* arguments);
     void bind_kernel(const openfab_kernel& kernel, openfab_isa isa, Arguments* arguments,
                      Kernel* out);
-    int run_kernel(const openfab_kernel& kernel, Kernel* bound);
+    abi::KernelStatus run_kernel(const openfab_kernel& kernel, Kernel* bound);
     /// Keeps of `from` the groups with a lane at work.
     void narrow(const std::vector<int32_t>& from, int32_t active, std::vector<int32_t>* to) const;
 

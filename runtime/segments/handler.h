@@ -9,6 +9,7 @@
 #include <span>
 
 #include "abi/fablet_table.h"
+#include "abi/kernel_status.h"
 
 namespace openfab::phases {
 
@@ -33,10 +34,9 @@ class Handler {
   public:
     virtual ~Handler() = default;
     /// Reads guard and point of the 8 places of each listed group and writes every output of each:
-    /// 0 where the guard is 0, and nothing is asked there. Returns 0, or a code that ends the
-    /// print.
-    virtual int query(const openfab_query& query, std::span<const int32_t> groups,
-                      const States& states) = 0;
+    /// 0 where the guard is 0, and nothing is asked there. A failure ends the print.
+    virtual abi::KernelStatus query(const openfab_query& query, std::span<const int32_t> groups,
+                                    const States& states) = 0;
     /// Prints for the places of the listed groups, in this order, whose guard is not 0.
     virtual void print(const openfab_print& print, std::span<const int32_t> groups,
                        const States& states) = 0;

@@ -281,9 +281,9 @@ Range<float> BoundsBatch::float_argument(const Item& item, const openfab_arg& ar
     return linear(item, {uv[0], uv[2], uv[4]});
 }
 
-int BoundsBatch::evaluate() {
+abi::KernelStatus BoundsBatch::evaluate() {
     const size_t n = items_.size();
-    if (n == 0) return 0;
+    if (n == 0) return {};
     for (size_t i = 0; i < batched_.size(); ++i) {
         if (batched_[i] == 0) continue;
         const openfab_arg& arg = kernel_.args[i];

@@ -45,8 +45,7 @@ class BoundsBatch {
     void add_tile(int32_t triangle, const Tile& tile);
     /// The whole triangle, with its own gradients only: to decide whether it is an identity.
     void add_triangle(int32_t triangle);
-    /// 0, or the kernel's error code.
-    int evaluate();
+    abi::KernelStatus evaluate();
 
     /// The interval of the displacement is exactly zero.
     bool still(int32_t i) const;

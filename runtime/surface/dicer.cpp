@@ -8,8 +8,6 @@
 
 namespace openfab::surface {
 
-namespace {}  // namespace
-
 Dicer::Dicer(const scene::Part& part, const BaseMesh& base, const PatchTable& table,
              const StaticArgs& args, const NearestLayout& nearest, openfab_isa isa)
     : part_(part),
@@ -18,7 +16,7 @@ Dicer::Dicer(const scene::Part& part, const BaseMesh& base, const PatchTable& ta
       nearest_(nearest),
       batch_(part, base, args, nearest, isa) {}
 
-int Dicer::dice(int32_t index, MicroMesh* out) {
+abi::KernelStatus Dicer::dice(int32_t index, MicroMesh* out) {
     out->positions.clear();
     out->triangles.clear();
     out->vertex_attributes.clear();
@@ -30,10 +28,10 @@ int Dicer::dice(int32_t index, MicroMesh* out) {
     switch (patch.kind) {
         case PatchKind::kIdentity:
             dice_identity(patch.triangle, out);
-            return 0;
+            return {};
         case PatchKind::kFan:
             dice_fan(patch, out);
-            return 0;
+            return {};
         case PatchKind::kLattice:
             batch_.add_tile(patch.triangle, {patch.lattice[0], patch.lattice[1], patch.lattice[2],
                                              patch.lattice[3]});
@@ -62,7 +60,7 @@ int Dicer::dice(int32_t index, MicroMesh* out) {
             }
             break;
     }
-    if (const int error = batch_.evaluate()) return error;
+    if (const abi::KernelStatus error = batch_.evaluate(); !error.ok()) return error;
     if (patch.kind == PatchKind::kLattice) {
         dice_tile(patch, out);
     } else if (seam->side >= 0) {
@@ -70,7 +68,7 @@ int Dicer::dice(int32_t index, MicroMesh* out) {
     } else {
         dice_vertex(*seam, out);
     }
-    return 0;
+    return {};
 }
 
 void Dicer::dice_identity(int32_t triangle, MicroMesh* out) const {

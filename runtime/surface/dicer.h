@@ -18,8 +18,8 @@ class Dicer {
     Dicer(const scene::Part& part, const BaseMesh& base, const PatchTable& table,
           const StaticArgs& args, const NearestLayout& nearest, openfab_isa isa);
 
-    /// Replaces `out`. 0, or the surface kernel's error code; then `out` is empty.
-    int dice(int32_t patch, MicroMesh* out);
+    /// Replaces `out`; it is empty where the surface kernel failed.
+    abi::KernelStatus dice(int32_t patch, MicroMesh* out);
 
     /// Displacements of the last patch that were not finite or were cut to the user's bound.
     int64_t not_finite() const { return batch_.not_finite; }

@@ -344,7 +344,7 @@ void MicroBatch::fill_argument(const Run& run, size_t index) {
     }
 }
 
-int MicroBatch::evaluate() {
+abi::KernelStatus MicroBatch::evaluate() {
     not_finite = cut_to_bound = 0;
     for (const Run& run : runs_)
         fill_positions(run);
@@ -352,7 +352,7 @@ int MicroBatch::evaluate() {
         std::copy_n(place_[static_cast<size_t>(axis)].begin(), size_,
                     result_[static_cast<size_t>(axis)].begin());
     }
-    if (evaluated_ == 0) return 0;
+    if (evaluated_ == 0) return {};
     for (const Run& run : runs_) {
         if (!run.displaced) break;
         if (needs_normal_) fill_normals(run);
@@ -370,14 +370,14 @@ int MicroBatch::evaluate() {
         buffers_[i].set_dense(abi::halide_type(scalar), data, {evaluated_});
     }
     const bool phased = part_.fablet->surface_phases.step_count > 0;
-    const int error = phased ? run_phases() : call_.run();
-    if (error == 0) read_results();
+    const abi::KernelStatus error = phased ? run_phases() : call_.run();
+    if (error.ok()) read_results();
     return error;
 }
 
 /// The buffers of the batch have room for whole groups (see `grow`); places past the end are not
 /// asked for.
-int MicroBatch::run_phases() {
+abi::KernelStatus MicroBatch::run_phases() {
     const int32_t groups = (evaluated_ + phases::kLanes - 1) / phases::kLanes;
     wanted_.assign(static_cast<size_t>(groups), 255);
     const int32_t rest = evaluated_ % phases::kLanes;
@@ -409,9 +409,10 @@ phases::OutputPlace MicroBatch::output(const openfab_arg& arg) {
 }
 
 /// The language has queries in the volume stage only.
-int MicroBatch::query(const openfab_query& /*query*/, std::span<const int32_t> /*groups*/,
-                      const phases::States& /*states*/) {
-    return -1;
+abi::KernelStatus MicroBatch::query(const openfab_query& /*query*/,
+                                    std::span<const int32_t> /*groups*/,
+                                    const phases::States& /*states*/) {
+    return abi::KernelStatus::of_code(halide_error_code_generic_error);
 }
 
 /// Surface stages do not print: a patch is evaluated as often as the cache needs it.

@@ -35,9 +35,8 @@ class MicroBatch : private phases::Arguments, private phases::Handler {
     /// Points [i0, i1] of a side, counted from its lower end.
     int32_t add_side(int32_t side, int32_t i0, int32_t i1);
     int32_t add_corner(int32_t corner);
-    /// Fills positions and, where something is displaced, runs the kernel. 0, or the kernel's error
-    /// code.
-    int evaluate();
+    /// Fills positions and, where something is displaced, runs the kernel.
+    abi::KernelStatus evaluate();
 
     int32_t size() const { return size_; }
     Vec3f position(int32_t i) const {
@@ -90,11 +89,11 @@ class MicroBatch : private phases::Arguments, private phases::Handler {
     Corners normal_corners(int32_t triangle, int32_t axis) const;
     Corners uv_corners(int32_t triangle, int32_t axis) const;
     void read_results();
-    int run_phases();
+    abi::KernelStatus run_phases();
     const void* input(const openfab_arg& arg) override;
     phases::OutputPlace output(const openfab_arg& arg) override;
-    int query(const openfab_query& query, std::span<const int32_t> groups,
-              const phases::States& states) override;
+    abi::KernelStatus query(const openfab_query& query, std::span<const int32_t> groups,
+                            const phases::States& states) override;
     void print(const openfab_print& print, std::span<const int32_t> groups,
                const phases::States& states) override;
     size_t argument_index(const openfab_arg& arg) const;

@@ -194,7 +194,7 @@ Result<void> TableBuilder::bound_tiles() {
     for (int32_t p = 0; p < table_.first_seam; ++p) {
         if (table_.patches[static_cast<size_t>(p)].kind == PatchKind::kLattice) tiles.push_back(p);
     }
-    std::atomic<int> error{0};
+    std::atomic<abi::KernelStatus> error{abi::KernelStatus{}};
     std::atomic<int32_t> unbounded{std::numeric_limits<int32_t>::max()};
     const size_t floats = nearest_.floats.size(), ints = nearest_.ints.size();
     tbb::parallel_for(tbb::blocked_range<size_t>(0, tiles.size(), kBoundsBatch),
@@ -206,8 +206,8 @@ Result<void> TableBuilder::bound_tiles() {
                               batch.add_tile(patch.triangle, {patch.lattice[0], patch.lattice[1],
                                                               patch.lattice[2], patch.lattice[3]});
                           }
-                          if (const int code = batch.evaluate()) {
-                              error = code;
+                          if (const abi::KernelStatus status = batch.evaluate(); !status.ok()) {
+                              error.store(status);
                               return;
                           }
                           for (size_t k = range.begin(); k < range.end(); ++k) {
@@ -233,9 +233,9 @@ Result<void> TableBuilder::bound_tiles() {
                               }
                           }
                       });
-    if (error != 0) {
+    if (!error.load().ok()) {
         return internal_error(fmt::format("surface_bounds of fablet `{}` failed with code {}",
-                                          part_.fablet->name, error.load()));
+                                          part_.fablet->name, error.load().code()));
     }
     if (unbounded != std::numeric_limits<int32_t>::max()) return no_bound(unbounded);
     return {};
@@ -390,15 +390,15 @@ Result<void> classify(const scene::Part& part, const SurfaceOptions& options,
     }
     base->set_factors(options.micro_edge_mm);
     if (!copies || !options.infer_identity) return {};
-    std::atomic<int> error{0};
+    std::atomic<abi::KernelStatus> error{abi::KernelStatus{}};
     tbb::parallel_for(tbb::blocked_range<int32_t>(0, base->triangle_count(), kBoundsBatch),
                       [&](const auto& range) {
                           if (options.stopped()) return;
                           BoundsBatch batch(part, *base, args, nearest, options.isa);
                           for (int32_t t = range.begin(); t < range.end(); ++t)
                               batch.add_triangle(t);
-                          if (const int code = batch.evaluate()) {
-                              error = code;
+                          if (const abi::KernelStatus status = batch.evaluate(); !status.ok()) {
+                              error.store(status);
                               return;
                           }
                           for (int32_t t = range.begin(); t < range.end(); ++t) {
@@ -407,9 +407,9 @@ Result<void> classify(const scene::Part& part, const SurfaceOptions& options,
                                   c = TriangleClass::kIdentity;
                           }
                       });
-    if (error != 0) {
+    if (!error.load().ok()) {
         return internal_error(fmt::format("surface_bounds of fablet `{}` failed with code {}",
-                                          fablet.name, error.load()));
+                                          fablet.name, error.load().code()));
     }
     return {};
 }

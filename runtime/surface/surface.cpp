@@ -85,7 +85,7 @@ class DicedSurface final : public Surface {
     mutable std::vector<std::unique_ptr<Dicer>>
         dicers_;  ///< idle; as many as threads ever diced at once
     mutable std::atomic<int64_t> micro_triangles_{0}, not_finite_{0}, cut_to_bound_{0};
-    mutable std::atomic<int> error_{0};
+    mutable std::atomic<abi::KernelStatus> error_{abi::KernelStatus{}};
 };
 
 std::unique_ptr<Dicer> DicedSurface::take_dicer() const {
@@ -114,12 +114,12 @@ std::shared_ptr<const MicroMesh> DicedSurface::micro(int32_t patch) const {
     auto mesh = std::make_shared<MicroMesh>();
     if (cached && stop_ != nullptr && stop_->load(std::memory_order_relaxed)) return mesh;
     std::unique_ptr<Dicer> dicer = take_dicer();
-    const int error = dicer->dice(patch, mesh.get());
+    const abi::KernelStatus error = dicer->dice(patch, mesh.get());
     micro_triangles_ += static_cast<int64_t>(mesh->triangles.size());
     not_finite_ += dicer->not_finite();
     cut_to_bound_ += dicer->cut_to_bound();
     give_back(std::move(dicer));
-    if (error != 0) error_ = error;
+    if (!error.ok()) error_.store(error);
     if (!cached) return mesh;
     return cache_.insert(patch, std::move(mesh));
 }
@@ -205,9 +205,10 @@ SurfaceCounts DicedSurface::counts() const {
 }
 
 Result<void> DicedSurface::status() const {
-    if (error_ == 0) return {};
+    const abi::KernelStatus error = error_.load();
+    if (error.ok()) return {};
     return internal_error(fmt::format("the surface kernel of fablet `{}` failed with code {}",
-                                      part_.fablet->name, error_.load()));
+                                      part_.fablet->name, error.code()));
 }
 
 }  // namespace

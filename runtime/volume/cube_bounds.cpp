@@ -199,8 +199,9 @@ void CubeBounds::add_cases(const PrintPart& part, int32_t size, std::span<const 
 }
 
 // Intervals of what the queries can give in each cube, then of the weights.
-int CubeBounds::bound(const PrintPart& part, int32_t size, std::span<const Vec3i> lowest,
-                      QueryBounds from, const Tools& tools) {
+abi::KernelStatus CubeBounds::bound(const PrintPart& part, int32_t size,
+                                    std::span<const Vec3i> lowest, QueryBounds from,
+                                    const Tools& tools) {
     begin(part);
     if (from == QueryBounds::kCases || !part.bounds.any()) {
         add_cases(part, size, lowest, tools.scratch);
@@ -218,8 +219,8 @@ int CubeBounds::bound(const PrintPart& part, int32_t size, std::span<const Vec3i
     return run_kernel(part, size, tools);
 }
 
-int CubeBounds::bound_pieces(const PrintPart& part, std::span<const Vec3i> blocks,
-                             const Tools& tools) {
+abi::KernelStatus CubeBounds::bound_pieces(const PrintPart& part, std::span<const Vec3i> blocks,
+                                           const Tools& tools) {
     begin(part);
     const nearest::BlockPieces& pieces = part.engine->pieces();
     each_block(part, blocks, tools.scratch,
@@ -234,7 +235,7 @@ int CubeBounds::bound_pieces(const PrintPart& part, std::span<const Vec3i> block
     return run_kernel(part, std::max({pieces.size.x, pieces.size.y, pieces.size.z}), tools);
 }
 
-int CubeBounds::run_kernel(const PrintPart& part, int32_t size, const Tools& tools) {
+abi::KernelStatus CubeBounds::run_kernel(const PrintPart& part, int32_t size, const Tools& tools) {
     const size_t n = distance_lo_.size();
     // A slot that the fablet never sets may have no output; then it is 0.
     for (std::vector<float>* v : {&weight_lo_, &weight_hi_})

@@ -37,13 +37,13 @@ class CubeBounds {
     /// Of memory that so many cubes of the part can take.
     static int64_t most_bytes(const PrintPart& part, int64_t cubes);
 
-    /// Cubes of `size` voxels a side, by their lowest voxels, part-relative. Returns 0 or a Halide
-    /// error code.
-    int bound(const PrintPart& part, int32_t size, std::span<const Vec3i> lowest, QueryBounds from,
-              const Tools& tools);
+    /// Cubes of `size` voxels a side, by their lowest voxels, part-relative.
+    abi::KernelStatus bound(const PrintPart& part, int32_t size, std::span<const Vec3i> lowest,
+                            QueryBounds from, const Tools& tools);
     /// By kDistance the pieces of blocks (nearest::Engine::pieces): those of block i are cubes
     /// i * kPieces to i * kPieces + kPieces - 1.
-    int bound_pieces(const PrintPart& part, std::span<const Vec3i> blocks, const Tools& tools);
+    abi::KernelStatus bound_pieces(const PrintPart& part, std::span<const Vec3i> blocks,
+                                   const Tools& tools);
     static constexpr size_t kPieces = std::tuple_size_v<decltype(nearest::BlockPieces::lowest)>;
     /// True where all cases of a cube give every slot the same single weight, which is then in
     /// `weights`: one for each slot.
@@ -81,7 +81,7 @@ class CubeBounds {
     void add_entry(const Vec3i& corner, const nearest::NearestCase& of, float distance_lo,
                    float distance_hi);
     void lay_out(const PrintPart& part);
-    int run_kernel(const PrintPart& part, int32_t size, const Tools& tools);
+    abi::KernelStatus run_kernel(const PrintPart& part, int32_t size, const Tools& tools);
 
     /// What the kernel bounds: an entry for each case of each cube; those of cube i are
     /// entries first_entry_[i] … first_entry_[i + 1].

@@ -57,13 +57,13 @@ bool PartCull::any_covered(const CullCube& cube, int32_t side) const {
     return false;
 }
 
-int PartCull::run(const PrintPart& part, int32_t group, const voxel::GroupMask& mask, bool cull,
-                  BlockEvaluator* evaluator, std::atomic<int64_t>* room) {
+abi::KernelStatus PartCull::run(const PrintPart& part, int32_t group, const voxel::GroupMask& mask,
+                                bool cull, BlockEvaluator* evaluator, std::atomic<int64_t>* room) {
     mark_covered(mask);
     constants_.clear();
     finer_ = false;
     evaluator->counts.total += std::count(blocks_.begin(), blocks_.end(), kEvaluate);
-    if (!cull || part.part->fablet->volume_bounds.arg_count == 0 || blocks_.empty()) return 0;
+    if (!cull || part.part->fablet->volume_bounds.arg_count == 0 || blocks_.empty()) return {};
     const double start = seconds_now();
     std::vector<CullCube> open, cubes;
     for (int32_t y = align_down(first_y_, kSides[0]); y < end_y(); y += kSides[0]) {
@@ -72,7 +72,7 @@ int PartCull::run(const PrintPart& part, int32_t group, const voxel::GroupMask& 
     }
     const bool points = points_tell(part);
     const bool cases = !points || part.bounds.attributes;
-    int status = 0;
+    abi::KernelStatus status;
     for (int32_t side : kSides) {
         cubes.clear();
         for (const CullCube& c : open) {
@@ -82,9 +82,9 @@ int PartCull::run(const PrintPart& part, int32_t group, const voxel::GroupMask& 
         if (cubes.empty()) break;
         if (points)
             status = settle(part, group, side, QueryBounds::kDistance, evaluator, room, &cubes);
-        if (status == 0 && cases)
+        if (status.ok() && cases)
             status = settle(part, group, side, QueryBounds::kCases, evaluator, room, &cubes);
-        if (status != 0) break;
+        if (!status.ok()) break;
         const int32_t half = side / 2;
         if (half == 0) break;
         for (const CullCube& c : cubes) {
@@ -94,16 +94,16 @@ int PartCull::run(const PrintPart& part, int32_t group, const voxel::GroupMask& 
             }
         }
     }
-    if (status == 0) status = try_finer(part, group, evaluator);
+    if (status.ok()) status = try_finer(part, group, evaluator);
     evaluator->counts.filled +=
         std::count_if(blocks_.begin(), blocks_.end(), [](int32_t b) { return b >= 0; });
     evaluator->counts.seconds_bounds += seconds_now() - start;
     return status;
 }
 
-int PartCull::settle(const PrintPart& part, int32_t group, int32_t side, QueryBounds from,
-                     BlockEvaluator* evaluator, std::atomic<int64_t>* room,
-                     std::vector<CullCube>* cubes) {
+abi::KernelStatus PartCull::settle(const PrintPart& part, int32_t group, int32_t side,
+                                   QueryBounds from, BlockEvaluator* evaluator,
+                                   std::atomic<int64_t>* room, std::vector<CullCube>* cubes) {
     CubeBounds& bounds = evaluator->cube_bounds();
     std::vector<float> weights(static_cast<size_t>(part.slots()));
     // Groups are in grid voxels, so a cube holds the whole group whatever its side.
@@ -116,16 +116,17 @@ int PartCull::settle(const PrintPart& part, int32_t group, int32_t side, QueryBo
             const CullCube& c = (*cubes)[i];
             lowest_.push_back({8 * c.x - part.base.x, 8 * c.y - part.base.y, z});
         }
-        if (const int status =
+        if (const abi::KernelStatus status =
                 bounds.bound(part, 8 * side, lowest_, from, evaluator->bound_tools(part));
-            status != 0)
+            !status.ok())
             return status;
         for (size_t i = 0; i < count; ++i) {
             const CullCube cube = (*cubes)[first + i];
             int32_t index = kEvaluate;
             if (bounds.one_composition(i, &weights)) {
-                const int status = add_constant(part, weights.data(), evaluator, room, &index);
-                if (status != 0) return status;
+                const abi::KernelStatus status =
+                    add_constant(part, weights.data(), evaluator, room, &index);
+                if (!status.ok()) return status;
             }
             if (index == kEvaluate) {
                 (*cubes)[left++] = cube;
@@ -135,7 +136,7 @@ int PartCull::settle(const PrintPart& part, int32_t group, int32_t side, QueryBo
         }
     }
     cubes->resize(left);
-    return 0;
+    return {};
 }
 
 void PartCull::fill(const CullCube& cube, int32_t side, int32_t composition) {
@@ -150,13 +151,14 @@ void PartCull::fill(const CullCube& cube, int32_t side, int32_t composition) {
 }
 
 // Where not one cube was filled, pieces of some blocks tell whether any are worth a look.
-int PartCull::try_finer(const PrintPart& part, int32_t group, BlockEvaluator* evaluator) {
+abi::KernelStatus PartCull::try_finer(const PrintPart& part, int32_t group,
+                                      BlockEvaluator* evaluator) {
     constexpr size_t kTried = 8;
     if (!points_tell(part)) {
         finer_ = false;
-        return 0;
+        return {};
     }
-    if (finer_) return 0;
+    if (finer_) return {};
     const size_t step = std::max<size_t>(blocks_.size() / kTried, 1);
     lowest_.clear();
     for (size_t from = 0; from < blocks_.size(); from += step) {
@@ -168,36 +170,38 @@ int PartCull::try_finer(const PrintPart& part, int32_t group, BlockEvaluator* ev
         lowest_.push_back({8 * (first_x_ + at % blocks_x_) - part.base.x,
                            8 * (first_y_ + at / blocks_x_) - part.base.y, 8 * group - part.base.z});
     }
-    if (lowest_.empty()) return 0;
+    if (lowest_.empty()) return {};
     CubeBounds& bounds = evaluator->cube_bounds();
-    const int status = bounds.bound_pieces(part, lowest_, evaluator->bound_tools(part));
+    const abi::KernelStatus status =
+        bounds.bound_pieces(part, lowest_, evaluator->bound_tools(part));
     std::vector<float> weights(static_cast<size_t>(part.slots()));
-    for (size_t i = 0; i < CubeBounds::kPieces * lowest_.size() && status == 0 && !finer_; ++i)
+    for (size_t i = 0; i < CubeBounds::kPieces * lowest_.size() && status.ok() && !finer_; ++i)
         finer_ = bounds.one_composition(i, &weights);
     return status;
 }
 
-int PartCull::add_constant(const PrintPart& part, const float* weights, BlockEvaluator* evaluator,
-                           std::atomic<int64_t>* room, int32_t* index) {
+abi::KernelStatus PartCull::add_constant(const PrintPart& part, const float* weights,
+                                         BlockEvaluator* evaluator, std::atomic<int64_t>* room,
+                                         int32_t* index) {
     const auto slots = static_cast<size_t>(part.slots());
     for (size_t i = constants_.size(); i-- > 0;) {
         if (std::equal(weights, weights + slots, constants_[i].weights.begin())) {
             *index = static_cast<int32_t>(i);
-            return 0;
+            return {};
         }
     }
     const auto codes = static_cast<int64_t>(sizeof(Constant) + 512 + slots * sizeof(float));
     const int64_t bytes = codes + evaluator->tile_values() * int64_t{sizeof(uint16_t)};
-    if (constants_.size() == kMostConstants) return 0;
+    if (constants_.size() == kMostConstants) return {};
     if (room->fetch_sub(bytes) < bytes) {
         room->fetch_add(bytes);
-        return 0;
+        return {};
     }
     Constant added;
     added.weights.assign(weights, weights + slots);
     added.codes.resize(512);
     added.tile.resize(static_cast<size_t>(evaluator->tile_values()));
-    const int status =
+    const abi::KernelStatus status =
         evaluator->constant_block(part, weights, added.codes.data(), added.tile.data());
     added.code = added.codes[0];
     added.mixed = added.code == OPENFAB_CODE_MIXED;

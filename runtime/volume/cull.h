@@ -43,9 +43,9 @@ class PartCull {
 
     /// `cull` off: every covered block is evaluated. `room`: bytes that compositions may still
     /// take, of this part and those that are culled beside it; when it is used up, blocks of others
-    /// are evaluated. Returns 0 or a Halide error code.
-    int run(const PrintPart& part, int32_t group, const voxel::GroupMask& mask, bool cull,
-            BlockEvaluator* evaluator, std::atomic<int64_t>* room);
+    /// are evaluated.
+    abi::KernelStatus run(const PrintPart& part, int32_t group, const voxel::GroupMask& mask,
+                          bool cull, BlockEvaluator* evaluator, std::atomic<int64_t>* room);
 
     /// Rectangle of blocks that the mask covers.
     int32_t first_x() const { return first_x_; }
@@ -66,14 +66,16 @@ class PartCull {
   private:
     void mark_covered(const voxel::GroupMask& mask);
     bool any_covered(const CullCube& cube, int32_t side) const;
-    int add_constant(const PrintPart& part, const float* weights, BlockEvaluator* evaluator,
-                     std::atomic<int64_t>* room, int32_t* index);
+    abi::KernelStatus add_constant(const PrintPart& part, const float* weights,
+                                   BlockEvaluator* evaluator, std::atomic<int64_t>* room,
+                                   int32_t* index);
     /// Bounds the cubes and fills those that can hold one composition only; the others replace
-    /// them. Returns 0 or a Halide error code.
-    int settle(const PrintPart& part, int32_t group, int32_t side, QueryBounds from,
-               BlockEvaluator* evaluator, std::atomic<int64_t>* room, std::vector<CullCube>* cubes);
+    /// them.
+    abi::KernelStatus settle(const PrintPart& part, int32_t group, int32_t side, QueryBounds from,
+                             BlockEvaluator* evaluator, std::atomic<int64_t>* room,
+                             std::vector<CullCube>* cubes);
     void fill(const CullCube& cube, int32_t side, int32_t composition);
-    int try_finer(const PrintPart& part, int32_t group, BlockEvaluator* evaluator);
+    abi::KernelStatus try_finer(const PrintPart& part, int32_t group, BlockEvaluator* evaluator);
 
     int32_t first_x_ = 0, first_y_ = 0, blocks_x_ = 0, blocks_y_ = 0;
     std::vector<int32_t> blocks_;

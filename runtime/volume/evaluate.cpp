@@ -88,30 +88,32 @@ void BlockEvaluator::prepare(const PrintPart& part) {
 }
 
 // Finds which of the owned voxels look at their nearest surface point: all, where the fablet has no
-// kernel that tells. 0 or a Halide error code.
-int BlockEvaluator::find_demand(const PrintPart& part, int32_t n) {
+// kernel that tells.
+abi::KernelStatus BlockEvaluator::find_demand(const PrintPart& part, int32_t n) {
     const auto bytes = static_cast<size_t>(64 * n);
     std::copy_n(owned_.begin(), bytes, demand_.begin());
     const openfab_kernel& kernel = part.part->fablet->volume_demand;
-    if (kernel.arg_count == 0) return 0;
+    if (kernel.arg_count == 0) return {};
     arguments_.begin(kernel, part, corners_.data(), n, 8);
     for (int32_t i = 0; i < kernel.arg_count; ++i) {
         if (kernel.args[i].kind == OPENFAB_ARG_DEMAND) arguments_.set_blocks(i, demanded_.data());
     }
-    if (const int status = arguments_.run(isa_); status != 0) return status;
+    if (const abi::KernelStatus status = arguments_.run(isa_); !status.ok()) return status;
     for (size_t byte = 0; byte < bytes; ++byte) {
         uint32_t bits = 0;
         for (size_t z = 0; z < 8; ++z)
             bits |= static_cast<uint32_t>(demanded_[8 * byte + z] & 1) << z;
         demand_[byte] &= static_cast<uint8_t>(bits);
     }
-    return 0;
+    return {};
 }
 
 // Pieces that hold one composition whatever a query would say need none: for any distance in the
-// interval the volume kernel gives that composition. 0 or a Halide error code.
-int BlockEvaluator::settle_pieces(const PrintPart& part, int32_t n) {
-    if (const int status = cube_bounds_.bound_pieces(part, blocks_, bound_tools(part)); status != 0)
+// interval the volume kernel gives that composition.
+abi::KernelStatus BlockEvaluator::settle_pieces(const PrintPart& part, int32_t n) {
+    if (const abi::KernelStatus status =
+            cube_bounds_.bound_pieces(part, blocks_, bound_tools(part));
+        !status.ok())
         return status;
     piece_weights_.resize(static_cast<size_t>(part.slots()));
     const nearest::BlockPieces& pieces = part.engine->pieces();
@@ -122,26 +124,28 @@ int BlockEvaluator::settle_pieces(const PrintPart& part, int32_t n) {
             settled_[block] |= 1u << p;
             settled_distance_[block][p] = cube_bounds_.distance_of(cube);
             uint8_t& code = settled_code_[block][p];
-            if (const int status = find_settled_code(part, &code); status != 0) return status;
+            if (const abi::KernelStatus status = find_settled_code(part, &code); !status.ok())
+                return status;
             each_column(pieces, p, [&](size_t column, uint8_t bits) {
                 demand_[64 * block + column] &= static_cast<uint8_t>(~bits);
                 if (code != OPENFAB_CODE_MIXED) coded_[64 * block + column] |= bits;
             });
         }
     }
-    return 0;
+    return {};
 }
 
 // The code of what piece_weights_ say, from what is known of the part or by normalising a block of
-// it. 0 or a Halide error code.
-int BlockEvaluator::find_settled_code(const PrintPart& part, uint8_t* code) {
+// it.
+abi::KernelStatus BlockEvaluator::find_settled_code(const PrintPart& part, uint8_t* code) {
     constexpr size_t kMostKnown = 8;
     if (known_part_ != &part) known_codes_.clear();
     known_part_ = &part;
     const auto known = std::ranges::find(known_codes_, piece_weights_, &KnownCode::weights);
     *code = known != known_codes_.end() ? known->code : uint8_t{OPENFAB_CODE_MIXED};
-    if (known != known_codes_.end() || known_codes_.size() == kMostKnown) return 0;
-    const int status = constant_block(part, piece_weights_.data(), codes_.data(), tiles_.data());
+    if (known != known_codes_.end() || known_codes_.size() == kMostKnown) return {};
+    const abi::KernelStatus status =
+        constant_block(part, piece_weights_.data(), codes_.data(), tiles_.data());
     if (std::ranges::count(unusable_.begin(), unusable_.begin() + 8, 0) == 8) *code = codes_[0];
     known_codes_.push_back({piece_weights_, *code});
     return status;
@@ -238,7 +242,8 @@ const void* BlockEvaluator::input(const PrintPart& part, const openfab_arg& arg)
     }
 }
 
-int BlockEvaluator::run_volume(const PrintPart& part, int32_t n, PointPrints* prints) {
+abi::KernelStatus BlockEvaluator::run_volume(const PrintPart& part, int32_t n,
+                                             PointPrints* prints) {
     const openfab_kernel& kernel = part.part->fablet->volume;
     const int32_t slots = part.slots();
     const auto written = static_cast<int32_t>(
@@ -264,7 +269,7 @@ int BlockEvaluator::run_volume(const PrintPart& part, int32_t n, PointPrints* pr
     return arguments_.run(isa_);
 }
 
-int BlockEvaluator::normalise(const PrintPart& part, int32_t n) {
+abi::KernelStatus BlockEvaluator::normalise(const PrintPart& part, int32_t n) {
     uint8_t slices = 0;
     for (size_t i = 0; i < static_cast<size_t>(64 * n); ++i)
         slices |= owned_[i];
@@ -276,7 +281,7 @@ int BlockEvaluator::normalise(const PrintPart& part, int32_t n) {
     }
     // Packing a column costs about an eighth of what it saves.
     if (8 * columns_.size() < 7 * static_cast<size_t>(64 * n)) return normalise_columns(part, n);
-    const int status =
+    const abi::KernelStatus status =
         calls_.normalise(weights_.data(), part.slots(), part.slot_material.data(), owned_.data(), n,
                          tiles_.data(), codes_.data(), unusable_.data());
     for (int32_t i = 0; i < 8 * n; ++i)
@@ -285,10 +290,10 @@ int BlockEvaluator::normalise(const PrintPart& part, int32_t n) {
 }
 
 // As normalise, of blocks made up of what is packed_owned_ and packed_weights_.
-int BlockEvaluator::normalise_packed(const PrintPart& part, int32_t n) {
+abi::KernelStatus BlockEvaluator::normalise_packed(const PrintPart& part, int32_t n) {
     packed_codes_.resize(kBatchValues);
     packed_tiles_.resize(tiles_.size());
-    const int status = calls_.normalise(
+    const abi::KernelStatus status = calls_.normalise(
         packed_weights_.data(), part.slots(), part.slot_material.data(), packed_owned_.data(), n,
         packed_tiles_.data(), packed_codes_.data(), unusable_.data());
     for (int32_t i = 0; i < 8 * n; ++i)
@@ -299,7 +304,7 @@ int BlockEvaluator::normalise_packed(const PrintPart& part, int32_t n) {
 // Where one slice of the blocks is all that is asked for (the first of a large print), it goes
 // through the kernel as a slice of a block that is made up of eight of them. What it writes for
 // other slices of a tile is what was there before: nobody looks at it.
-int BlockEvaluator::normalise_slice(const PrintPart& part, int32_t n, int32_t z) {
+abi::KernelStatus BlockEvaluator::normalise_slice(const PrintPart& part, int32_t n, int32_t z) {
     const auto slots = static_cast<size_t>(part.slots()),
                channels = static_cast<size_t>(calls_.channels());
     const int32_t packed = (n + 7) / 8;
@@ -321,7 +326,7 @@ int BlockEvaluator::normalise_slice(const PrintPart& part, int32_t n, int32_t z)
                 to[8 * v] = from[8 * v];
         }
     }
-    const int status = normalise_packed(part, packed);
+    const abi::KernelStatus status = normalise_packed(part, packed);
     for (size_t i = 0; i < static_cast<size_t>(n); ++i) {
         const uint8_t* codes = &packed_codes_[at(i) * kBlockValues] + i % 8;
         for (size_t v = 0; v < 64; ++v)
@@ -336,7 +341,7 @@ int BlockEvaluator::normalise_slice(const PrintPart& part, int32_t n, int32_t z)
 
 // Where the codes of many voxels are known, the columns that have others go through the kernel as
 // blocks made up of them.
-int BlockEvaluator::normalise_columns(const PrintPart& part, int32_t n) {
+abi::KernelStatus BlockEvaluator::normalise_columns(const PrintPart& part, int32_t n) {
     const auto slots = static_cast<size_t>(part.slots()),
                tile_column = 8 * static_cast<size_t>(calls_.channels());
     const size_t packed = (columns_.size() + 63) / 64;
@@ -351,7 +356,9 @@ int BlockEvaluator::normalise_columns(const PrintPart& part, int32_t n) {
                         8 * sizeof(float));
         }
     }
-    const int status = columns_.empty() ? 0 : normalise_packed(part, static_cast<int32_t>(packed));
+    const abi::KernelStatus status = columns_.empty()
+                                         ? abi::KernelStatus()
+                                         : normalise_packed(part, static_cast<int32_t>(packed));
     for (size_t i = 0; i < columns_.size(); ++i) {
         const size_t to = columns_[i];
         std::memcpy(&codes_[8 * to], &packed_codes_[8 * i], 8);
@@ -374,8 +381,9 @@ int BlockEvaluator::normalise_columns(const PrintPart& part, int32_t n) {
     return status;
 }
 
-int BlockEvaluator::evaluate(const PrintPart& part, int32_t group, const OwnedBlock* blocks,
-                             int32_t n, bool finer, RowBand* band, PointPrints* prints) {
+abi::KernelStatus BlockEvaluator::evaluate(const PrintPart& part, int32_t group,
+                                           const OwnedBlock* blocks, int32_t n, bool finer,
+                                           RowBand* band, PointPrints* prints) {
     const double start = seconds_now();
     prepare(part);
     blocks_.clear();
@@ -391,9 +399,10 @@ int BlockEvaluator::evaluate(const PrintPart& part, int32_t group, const OwnedBl
     settled_.fill(0);
     coded_.fill(0);
     if (part.volume.any()) {
-        if (const int status = find_demand(part, n); status != 0) return status;
+        if (const abi::KernelStatus status = find_demand(part, n); !status.ok()) return status;
         if (finer && part.bounds.distance) {
-            if (const int status = settle_pieces(part, n); status != 0) return status;
+            if (const abi::KernelStatus status = settle_pieces(part, n); !status.ok())
+                return status;
         } else {
             prepare_queries(part, n);
         }
@@ -410,11 +419,11 @@ int BlockEvaluator::evaluate(const PrintPart& part, int32_t group, const OwnedBl
         advance(flat_targets_);
     }
     const double queried = seconds_now();
-    int status = run_volume(part, n, prints);
+    abi::KernelStatus status = run_volume(part, n, prints);
     const double evaluated = seconds_now();
-    if (status != 0) return status;
+    if (!status.ok()) return status;
     status = normalise(part, n);
-    if (status != 0) return status;
+    if (!status.ok()) return status;
     for (int32_t i = 0; i < n; ++i) {
         const auto place = static_cast<size_t>(i);
         band->merge(blocks[i].block, blocks[i].owned.data(), &codes_[place * kBlockValues],
@@ -424,11 +433,11 @@ int BlockEvaluator::evaluate(const PrintPart& part, int32_t group, const OwnedBl
     counts.seconds_nearest += queried - start;
     counts.seconds_volume += evaluated - queried;
     counts.seconds_normalise += seconds_now() - evaluated;
-    return 0;
+    return {};
 }
 
-int BlockEvaluator::constant_block(const PrintPart& part, const float* weights, uint8_t* codes,
-                                   uint16_t* tile) {
+abi::KernelStatus BlockEvaluator::constant_block(const PrintPart& part, const float* weights,
+                                                 uint8_t* codes, uint16_t* tile) {
     grow(&weights_, static_cast<size_t>(part.slots()) * kBatchValues);
     for (int32_t s = 0; s < part.slots(); ++s) {
         std::fill_n(weights_.begin() + static_cast<std::ptrdiff_t>(s * 512), kBlockValues,

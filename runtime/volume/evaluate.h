@@ -42,14 +42,14 @@ class BlockEvaluator {
 
     /// Evaluates up to kBatch blocks of block row `row` in group `group` and merges them into the
     /// band; what the fablet prints goes to `prints`. `finer`: pieces that can hold one
-    /// composition only ask no queries, which changes nothing else. Returns 0 or a Halide error
-    /// code.
-    int evaluate(const PrintPart& part, int32_t group, const OwnedBlock* blocks, int32_t n,
-                 bool finer, RowBand* band, PointPrints* prints);
+    /// composition only ask no queries, which changes nothing else.
+    abi::KernelStatus evaluate(const PrintPart& part, int32_t group, const OwnedBlock* blocks,
+                               int32_t n, bool finer, RowBand* band, PointPrints* prints);
 
     /// One composition for a whole block: codes and fractions as the volume kernel's weights would
     /// give them. `weights`: one for each slot; `codes`: 512, `tile`: StageCalls::tile_values().
-    int constant_block(const PrintPart& part, const float* weights, uint8_t* codes, uint16_t* tile);
+    abi::KernelStatus constant_block(const PrintPart& part, const float* weights, uint8_t* codes,
+                                     uint16_t* tile);
 
     nearest::Engine::Scratch* scratch(const PrintPart& part);
     /// Queries asked by this thread, over all parts.
@@ -67,18 +67,18 @@ class BlockEvaluator {
 
   private:
     void prepare(const PrintPart& part);
-    int find_demand(const PrintPart& part, int32_t n);
-    int settle_pieces(const PrintPart& part, int32_t n);
-    int find_settled_code(const PrintPart& part, uint8_t* code);
+    abi::KernelStatus find_demand(const PrintPart& part, int32_t n);
+    abi::KernelStatus settle_pieces(const PrintPart& part, int32_t n);
+    abi::KernelStatus find_settled_code(const PrintPart& part, uint8_t* code);
     void fill_settled(const PrintPart& part, int32_t place);
     void prepare_queries(const PrintPart& part, int32_t n);
     void query(const PrintPart& part, int32_t place);
     void clear_inputs(const PrintPart& part, int32_t place);
-    int run_volume(const PrintPart& part, int32_t n, PointPrints* prints);
-    int normalise(const PrintPart& part, int32_t n);
-    int normalise_slice(const PrintPart& part, int32_t n, int32_t z);
-    int normalise_columns(const PrintPart& part, int32_t n);
-    int normalise_packed(const PrintPart& part, int32_t n);
+    abi::KernelStatus run_volume(const PrintPart& part, int32_t n, PointPrints* prints);
+    abi::KernelStatus normalise(const PrintPart& part, int32_t n);
+    abi::KernelStatus normalise_slice(const PrintPart& part, int32_t n, int32_t z);
+    abi::KernelStatus normalise_columns(const PrintPart& part, int32_t n);
+    abi::KernelStatus normalise_packed(const PrintPart& part, int32_t n);
     const void* input(const PrintPart& part, const openfab_arg& arg) const;
 
     StageCalls calls_;

@@ -68,10 +68,10 @@ void KernelArguments::set_list(int32_t i, const void* data) {
     args_[place] = buffers_[place].raw();
 }
 
-int KernelArguments::run(openfab_isa isa) {
+abi::KernelStatus KernelArguments::run(openfab_isa isa) {
     openfab_kernel_fn fn =
         kernel_->fn[isa] != nullptr ? kernel_->fn[isa] : kernel_->fn[OPENFAB_ISA_SSE41];
-    return fn(args_.data());
+    return abi::KernelStatus::of_code(fn(args_.data()));
 }
 
 }  // namespace openfab::slab

@@ -32,8 +32,7 @@ class KernelArguments {
     /// A buffer of one value for each cube.
     void set_list(int32_t i, const void* data);
 
-    /// 0, or Halide's error code.
-    int run(openfab_isa isa);
+    abi::KernelStatus run(openfab_isa isa);
 
   private:
     const openfab_kernel* kernel_ = nullptr;

@@ -88,8 +88,8 @@ void PointQueries::ask(const nearest::Engine& engine, int32_t part,
     engine.query_points(points, kAnywhere, own.scratch.get(), answers_.data());
 }
 
-int PointQueries::answer(const openfab_query& query, std::span<const int32_t> groups,
-                         const phases::States& states) {
+abi::KernelStatus PointQueries::answer(const openfab_query& query, std::span<const int32_t> groups,
+                                       const phases::States& states) {
     groups_.clear();
     points_.clear();
     for (const int32_t group : groups) {
@@ -101,13 +101,13 @@ int PointQueries::answer(const openfab_query& query, std::span<const int32_t> gr
         for (int32_t i = 0; i < query.output_count; ++i)
             std::fill_n(states[query.outputs[i].state] + kLanes * group, kLanes, 0u);
     }
-    if (groups_.empty()) return 0;
+    if (groups_.empty()) return {};
     if (query.object < 0) {
         answer_own(query, states);
     } else {
         answer_object(query, states);
     }
-    return 0;
+    return {};
 }
 
 void PointQueries::answer_own(const openfab_query& query, const phases::States& states) {

@@ -32,8 +32,8 @@ class PointQueries {
     /// The distance of a point with a NaN, or farther than nearest::kFarthestPoint, is +infinity,
     /// all else there 0. The sign at the voxel's own centre is the coverage bit, elsewhere that of
     /// nearest::Winding. The distance to an object is the least, signed, over its placements.
-    int answer(const openfab_query& query, std::span<const int32_t> groups,
-               const phases::States& states);
+    abi::KernelStatus answer(const openfab_query& query, std::span<const int32_t> groups,
+                             const phases::States& states);
 
     nearest::QueryCounts counts() const;
 

@@ -13,9 +13,9 @@ constexpr int32_t kBlockGroups = phases::kBlockGroups;
 
 }  // namespace
 
-int VolumePhases::run(const PrintPart& part, openfab_isa isa, const int32_t* corners,
-                      const uint8_t* owned, int32_t n, const Input& input, float* weights,
-                      PointPrints* prints) {
+abi::KernelStatus VolumePhases::run(const PrintPart& part, openfab_isa isa, const int32_t* corners,
+                                    const uint8_t* owned, int32_t n, const Input& input,
+                                    float* weights, PointPrints* prints) {
     const openfab_phases& phases = part.part->fablet->volume_phases;
     part_ = &part;
     inputs_ = &input;
@@ -28,12 +28,12 @@ int VolumePhases::run(const PrintPart& part, openfab_isa isa, const int32_t* cor
         const uint8_t* wanted = owned + static_cast<ptrdiff_t>(kBlockGroups * first_);
         buffers_used_ = 0;
         queries_.begin(part, corners_, wanted);
-        const int status = driver_.run(
+        const abi::KernelStatus status = driver_.run(
             phases, isa, {wanted, static_cast<size_t>(kBlockGroups * count_)}, this, this);
         prints_->end_batch();
-        if (status != 0) return status;
+        if (!status.ok()) return status;
     }
-    return 0;
+    return {};
 }
 
 abi::KernelBuffer* VolumePhases::next_buffer() {
@@ -65,8 +65,8 @@ phases::OutputPlace VolumePhases::output(const openfab_arg& arg) {
     return {reinterpret_cast<uint32_t*>(values), stride};
 }
 
-int VolumePhases::query(const openfab_query& query, std::span<const int32_t> groups,
-                        const phases::States& states) {
+abi::KernelStatus VolumePhases::query(const openfab_query& query, std::span<const int32_t> groups,
+                                      const phases::States& states) {
     return queries_.answer(query, groups, states);
 }
 

@@ -25,17 +25,18 @@ class VolumePhases : private phases::Arguments, private phases::Handler {
     explicit VolumePhases(size_t parts) : queries_(parts) {}
 
     /// n blocks: `corners` 3 part-relative indices, `owned` 64 bytes each. Amounts go to
-    /// weights[block][slot][512]. Returns 0 or an error code.
-    int run(const PrintPart& part, openfab_isa isa, const int32_t* corners, const uint8_t* owned,
-            int32_t n, const Input& input, float* weights, PointPrints* prints);
+    /// weights[block][slot][512].
+    abi::KernelStatus run(const PrintPart& part, openfab_isa isa, const int32_t* corners,
+                          const uint8_t* owned, int32_t n, const Input& input, float* weights,
+                          PointPrints* prints);
 
     nearest::QueryCounts query_counts() const { return queries_.counts(); }
 
   private:
     const void* input(const openfab_arg& arg) override;
     phases::OutputPlace output(const openfab_arg& arg) override;
-    int query(const openfab_query& query, std::span<const int32_t> groups,
-              const phases::States& states) override;
+    abi::KernelStatus query(const openfab_query& query, std::span<const int32_t> groups,
+                            const phases::States& states) override;
     void print(const openfab_print& print, std::span<const int32_t> groups,
                const phases::States& states) override;
     abi::KernelBuffer* next_buffer();

@@ -200,8 +200,8 @@ class PhaseHost : public phases::Arguments, public phases::Handler {
     phases::OutputPlace output(const openfab_arg& arg) override {
         return {results_[static_cast<size_t>(arg.a)].data()};
     }
-    int query(const openfab_query& query, std::span<const int32_t> groups,
-              const phases::States& states) override {
+    abi::KernelStatus query(const openfab_query& query, std::span<const int32_t> groups,
+                            const phases::States& states) override {
         for (const int32_t group : groups) {
             for (int32_t i = 8 * group; i < 8 * group + 8; ++i) {
                 const auto at = [&](int32_t k) { return std::bit_cast<float>(states[k][i]); };
@@ -214,7 +214,7 @@ class PhaseHost : public phases::Arguments, public phases::Handler {
                 }
             }
         }
-        return 0;
+        return {};
     }
     void print(const openfab_print& /*print*/, std::span<const int32_t> /*groups*/,
                const phases::States& /*states*/) override {}
@@ -290,7 +290,7 @@ StageResults CompiledStage::run(openfab_isa isa, const StageInputs& inputs) cons
         }
         call.set(k, buffer.raw());
     }
-    EXPECT_EQ(call.run(), 0);
+    EXPECT_TRUE(call.run().ok());
     for (auto& result : results) {
         EXPECT_EQ(result.back(), kUnwritten) << "written past the end";
         result.pop_back();
@@ -305,7 +305,7 @@ StageResults CompiledStage::run_phases(const openfab_phases& phases, openfab_isa
     PhaseHost host(inputs, count, &results);
     phases::Driver driver;
     const std::vector<uint8_t> wanted((count + 7) / 8, 255);
-    EXPECT_EQ(driver.run(phases, isa, wanted, &host, &host), 0);
+    EXPECT_TRUE(driver.run(phases, isa, wanted, &host, &host).ok());
     for (auto& result : results) {
         EXPECT_EQ(result.back(), kUnwritten) << "written past the end";
         result.resize(count);

@@ -54,11 +54,11 @@ void dither_and_pack(benchmark::State& state) {
     for (auto _ : state) {
         dither.begin(0, 255, &planes);
         slab::RowBand* released = nullptr;
-        int status = 0;
+        bool ok = true;
         for (int32_t i = 0; i < 2; ++i)
-            status |= dither.add(&bands[i], &released);
-        status |= dither.end(&released);
-        if (status != 0) state.SkipWithError("a kernel failed");
+            ok = dither.add(&bands[i], &released).ok() && ok;
+        ok = dither.end(&released).ok() && ok;
+        if (!ok) state.SkipWithError("a kernel failed");
     }
     state.SetItemsProcessed(state.iterations() * 2 * kBlocks * 512);
 }
@@ -71,8 +71,10 @@ void pack(benchmark::State& state) {
     std::vector<uint8_t> codes(static_cast<size_t>(kBlocks) * 512, 1),
         planes(static_cast<size_t>(kBlocks) * 256);
     for (auto _ : state) {
-        if (calls.pack(4, codes.data(), kBlocks * 64, 4 * kBlocks, 8, planes.data(), 4 * kBlocks,
-                       32 * kBlocks) != 0) {
+        if (!calls
+                 .pack(4, codes.data(), kBlocks * 64, 4 * kBlocks, 8, planes.data(), 4 * kBlocks,
+                       32 * kBlocks)
+                 .ok()) {
             state.SkipWithError("a kernel failed");
         }
     }
@@ -96,8 +98,10 @@ void normalise(benchmark::State& state) {
     std::vector<uint16_t> fractions(static_cast<size_t>(calls.tile_values()) * n);
     std::vector<int32_t> unusable(8 * n);
     for (auto _ : state) {
-        if (calls.normalise(weights.data(), materials, slots.data(), owned.data(), n,
-                            fractions.data(), codes.data(), unusable.data()) != 0) {
+        if (!calls
+                 .normalise(weights.data(), materials, slots.data(), owned.data(), n,
+                            fractions.data(), codes.data(), unusable.data())
+                 .ok()) {
             state.SkipWithError("a kernel failed");
         }
     }

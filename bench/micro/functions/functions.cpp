@@ -85,7 +85,7 @@ class Compiled {
     }
     double run() {
         return seconds([&] {
-            if (call_->run() != 0) std::exit(4);
+            if (!call_->run().ok()) std::exit(4);
         });
     }
     const std::vector<float>& weights() const { return weights_[0]; }

@@ -153,7 +153,7 @@ class Compiled {
     double run(const Batch& batch) {
         std::memcpy(inputs_.data(), batch.data(), batch.size() * sizeof(float));
         const double begin = processor_seconds();
-        if (call_->run() != 0) std::exit(4);
+        if (!call_->run().ok()) std::exit(4);
         return processor_seconds() - begin;
     }
 

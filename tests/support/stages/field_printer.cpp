@@ -72,9 +72,9 @@ std::vector<uint8_t> print_field(const FractionField& field, uint64_t seed, open
                 const Block block = make_block(field, bx, by, bz);
                 band.merge(bx, block.owned, block.codes, block.tile.data(), field.channels);
             }
-            EXPECT_EQ(dither.add(&band, &released), 0);
+            EXPECT_TRUE(dither.add(&band, &released).ok());
         }
-        EXPECT_EQ(dither.end(&released), 0);
+        EXPECT_TRUE(dither.end(&released).ok());
         for (int32_t z = 0; z < 8 && 8 * bz + z < field.size.z; ++z) {
             for (int32_t y = 0; y < field.size.y; ++y) {
                 const uint8_t* row =

@@ -22,9 +22,10 @@ TEST(Pack, SameBytesAsTheTwinForEveryWidth) {
             // A byte more a row than is written, to see that nothing is written beyond.
             std::vector<uint8_t> planes(static_cast<size_t>(bytes + 1) * rows * 8, 0xee);
             slab::StageCalls calls(*slab::find_stage_set(1), isa);
-            ASSERT_EQ(calls.pack(4, codes.data(), width * 8, bytes, rows, planes.data(), bytes + 1,
-                                 (bytes + 1) * rows),
-                      0);
+            ASSERT_TRUE(calls
+                            .pack(4, codes.data(), width * 8, bytes, rows, planes.data(), bytes + 1,
+                                  (bytes + 1) * rows)
+                            .ok());
             for (int32_t z = 0; z < 8; ++z) {
                 for (int32_t y = 0; y < rows; ++y) {
                     std::vector<uint8_t> row_codes;
@@ -50,9 +51,10 @@ TEST(Pack, EightBitsAreTheCodes) {
                 c = static_cast<uint8_t>(random() % 65);
             std::vector<uint8_t> planes(static_cast<size_t>(width + 1) * rows * 8, 0xee);
             slab::StageCalls calls(*slab::find_stage_set(64), isa);
-            ASSERT_EQ(calls.pack(8, codes.data(), width * 8, width, rows, planes.data(), width + 1,
-                                 (width + 1) * rows),
-                      0);
+            ASSERT_TRUE(calls
+                            .pack(8, codes.data(), width * 8, width, rows, planes.data(), width + 1,
+                                  (width + 1) * rows)
+                            .ok());
             size_t i = 0;
             for (int32_t z = 0; z < 8; ++z) {
                 for (int32_t y = 0; y < rows; ++y) {

@@ -1,0 +1,33 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+namespace openfab::abi {
+
+/// How a generated kernel ended, or a chain of calls, which ends with the first that is not well.
+/// Generated code itself returns an int (abi/fablet_table.h), which is taken in where it is called.
+class [[nodiscard]] KernelStatus {
+  public:
+    /// All went well.
+    constexpr KernelStatus() = default;
+    /// What generated code returned: 0, or a Halide error code.
+    static constexpr KernelStatus of_code(int code) {
+        return {code == 0 ? Kind::kOk : Kind::kFailed, code};
+    }
+    /// Nothing failed, but the print was told to end before all was done.
+    static constexpr KernelStatus stopped() { return {Kind::kStopped, 0}; }
+
+    constexpr bool ok() const { return kind_ == Kind::kOk; }
+    constexpr bool is_stopped() const { return kind_ == Kind::kStopped; }
+    /// The error code of a failure, else 0.
+    constexpr int code() const { return code_; }
+
+  private:
+    enum class Kind { kOk, kStopped, kFailed };
+    constexpr KernelStatus(Kind kind, int code) : kind_(kind), code_(code) {}
+
+    Kind kind_ = Kind::kOk;
+    int code_ = 0;
+};
+
+}  // namespace openfab::abi
