@@ -12,6 +12,7 @@
 
 #include "abi/fablet_table.h"
 #include "abi/kernel_status.h"
+#include "base/check.h"
 
 namespace openfab::abi {
 
@@ -49,6 +50,7 @@ class KernelBuffer {
         set(type, data, d);
     }
     void set_dim(int d, int32_t extent, int32_t stride, int32_t min = 0) {
+        OPENFAB_DCHECK(d >= 0 && d < kMaxDimensions);
         dims_[d] = halide_dimension_t(min, extent, stride);
     }
     void set(halide_type_t type, const void* data, int dimensions) {
@@ -84,10 +86,14 @@ class KernelCall {
 
     /// `pointer` must outlive the calls: a halide_buffer_t* or the address of a 32-bit scalar.
     void set(int32_t index, const void* pointer) {
+        OPENFAB_CHECK_LT(static_cast<size_t>(index), args_.size());
         args_[static_cast<size_t>(index)] = const_cast<void*>(pointer);
     }
     bool exists() const { return fn_ != nullptr; }
-    KernelStatus run() { return KernelStatus::of_code(fn_(args_.data())); }
+    KernelStatus run() {
+        OPENFAB_CHECK(exists());
+        return KernelStatus::of_code(fn_(args_.data()));
+    }
 
   private:
     openfab_kernel_fn fn_;

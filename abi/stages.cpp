@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "abi/stages.h"
 
+#include "base/check.h"
+
 namespace openfab::slab {
 
 namespace {
@@ -13,7 +15,9 @@ constexpr halide_type_t kUint64{halide_type_uint, 64, 1};
 constexpr halide_type_t kUint8{halide_type_uint, 8, 1};
 
 openfab_kernel_fn pick(const openfab_kernel_fn* by_isa, openfab_isa isa) {
-    return by_isa[isa] != nullptr ? by_isa[isa] : by_isa[OPENFAB_ISA_SSE41];
+    const openfab_kernel_fn fn = by_isa[isa] != nullptr ? by_isa[isa] : by_isa[OPENFAB_ISA_SSE41];
+    OPENFAB_CHECK(fn != nullptr);
+    return fn;
 }
 
 }  // namespace
@@ -45,6 +49,7 @@ abi::KernelStatus StageCalls::normalise(const float* weights, int32_t slots,
 abi::KernelStatus StageCalls::pack(int32_t bits, const uint8_t* codes, int64_t code_stride,
                                    int32_t bytes, int32_t rows, uint8_t* planes, int64_t row_stride,
                                    int64_t plane_stride) {
+    OPENFAB_CHECK(bits == 4 || bits == 8);
     abi::KernelBuffer in, out;
     in.set_dim(0, 8 / bits * bytes, 1);
     in.set_dim(1, rows, static_cast<int32_t>(code_stride / 8));

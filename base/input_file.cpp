@@ -12,6 +12,7 @@
 #include <system_error>
 #include <utility>
 
+#include "base/check.h"
 #include "base/units.h"
 
 namespace openfab {
@@ -102,6 +103,7 @@ std::string InputFile::name() const {
 }
 
 Result<size_t> InputFile::read(int64_t at, void* to, size_t bytes) const {
+    OPENFAB_CHECK_GE(at, 0);
     size_t done = 0;
     while (done < bytes) {
         const ssize_t got = ::pread(descriptor_, static_cast<char*>(to) + done, bytes - done,

@@ -11,6 +11,7 @@
 #include <optional>
 #include <unordered_map>
 
+#include "base/check.h"
 #include "base/input_file.h"
 #include "base/scan_number.h"
 
@@ -179,6 +180,7 @@ class TreeBuilder {
             return &root_;
         }
         JsonValue& parent = *open_.back();
+        OPENFAB_CHECK(parent.is(Kind::kArray) || !parent.members.empty());
         if (parent.is(Kind::kArray)) {
             parent.items.push_back(std::move(fresh));
             return &parent.items.back();
@@ -218,6 +220,7 @@ class TreeBuilder {
         return true;
     }
     bool end() {
+        OPENFAB_CHECK(!open_.empty());
         open_.pop_back();
         keys_.pop_back();
         return true;

@@ -13,6 +13,8 @@
 #include <utility>
 #include <vector>
 
+#include "base/check.h"
+
 namespace openfab {
 
 /// Values by key, least recently used out first, never more bytes than the budget. What somebody
@@ -29,6 +31,7 @@ class LruCache {
 
     /// `shard_bytes`: a shard should hold many values, or sharding wastes the budget.
     LruCache(size_t budget_bytes, size_t shard_bytes) {
+        OPENFAB_CHECK_GT(shard_bytes, 0u);
         const size_t count = std::clamp<size_t>(budget_bytes / shard_bytes, 1, kMostShards);
         shard_budget_ = budget_bytes / count;
         for (size_t i = 0; i < count; ++i)
@@ -60,6 +63,7 @@ class LruCache {
     /// Keeps the value, of value->bytes(), if it fits. Where another thread was first, its value is
     /// returned and this one dropped.
     std::shared_ptr<const Value> insert(const Key& key, std::shared_ptr<const Value> value) {
+        OPENFAB_DCHECK(value != nullptr);
         const size_t bytes = value->bytes() + kEntryOverhead;
         Shard& shard = shard_of(key);
         // What is evicted is freed after the lock is let go.
@@ -111,6 +115,7 @@ class LruCache {
 
     void make_room(Shard* shard, size_t bytes, std::list<Entry>* dropped) {
         while (shard->bytes + bytes > shard_budget_) {
+            OPENFAB_CHECK(!shard->entries.empty());
             const auto last = std::prev(shard->entries.end());
             shard->bytes -= last->bytes;
             shard->places.erase(last->key);

@@ -5,11 +5,11 @@
 // Result<T>: a value or an Error. It mirrors std::expected, which C++20 does not have. Our code
 // throws nothing; set-up code returns Result, and the caller adds context on the way up.
 
-#include <cstdlib>
 #include <string>
 #include <utility>
 #include <variant>
 
+#include "base/check.h"
 #include "base/source_location.h"
 
 namespace openfab {
@@ -97,17 +97,20 @@ class [[nodiscard]] Result {
 
     /// The value; the process aborts if there is none, so check first.
     T& value() {
-        return has_value() ? *std::get_if<0>(&state_) : (std::abort(), *std::get_if<0>(&state_));
+        OPENFAB_CHECK(has_value());
+        return *std::get_if<0>(&state_);
     }
     const T& value() const {
-        return has_value() ? *std::get_if<0>(&state_) : (std::abort(), *std::get_if<0>(&state_));
+        OPENFAB_CHECK(has_value());
+        return *std::get_if<0>(&state_);
     }
     T& operator*() { return value(); }
     const T& operator*() const { return value(); }
     T* operator->() { return &value(); }
     const T* operator->() const { return &value(); }
     const Error& error() const {
-        return has_value() ? (std::abort(), *std::get_if<1>(&state_)) : *std::get_if<1>(&state_);
+        OPENFAB_CHECK(!has_value());
+        return *std::get_if<1>(&state_);
     }
 
   private:
@@ -125,7 +128,10 @@ class [[nodiscard]] Result<void> {
 
     bool has_value() const { return !failed_; }
     explicit operator bool() const { return !failed_; }
-    const Error& error() const { return failed_ ? error_ : (std::abort(), error_); }
+    const Error& error() const {
+        OPENFAB_CHECK(failed_);
+        return error_;
+    }
 
   private:
     bool failed_ = false;

@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "base/check.h"
+
 namespace openfab::scene {
 namespace {
 
@@ -39,6 +41,7 @@ std::array<double, 9> product(const std::array<double, 9>& a, const std::array<d
 }  // namespace
 
 SinCos sin_cos_degrees(double degrees) {
+    OPENFAB_CHECK(std::isfinite(degrees));
     const double turned = std::fmod(degrees, 360.0);  // exact
     const double quarter = std::floor(turned / 90.0 + 0.5);
     const double x = (turned - quarter * 90.0) * kRadiansPerDegree;  // the difference is exact

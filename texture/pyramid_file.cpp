@@ -16,6 +16,7 @@
 #include <system_error>
 #include <vector>
 
+#include "base/check.h"
 #include "base/hash.h"
 #include "base/own_folder.h"
 #include "texture/pyramid.h"
@@ -169,6 +170,7 @@ void PyramidWriter::wrote(int64_t bytes) {
 }
 
 Result<void> PyramidWriter::finish() {
+    OPENFAB_CHECK(!temporary_.empty());  // once
     fill_pyramid(layout_, texels_, minmax_, [&](int64_t bytes) { wrote(kReadForOne * bytes); });
     Checksum checksum;
     const auto* start = static_cast<const std::byte*>(mapping_);

@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "base/check.h"
 #include "base/json.h"
 #include "base/result.h"
 #include "world/world.h"
@@ -25,7 +26,10 @@ class JsonReader {
     explicit JsonReader(std::string file) : file_(std::move(file)) {}
 
     bool ok() const { return !error_.has_value(); }
-    const Error& error() const { return *error_; }
+    const Error& error() const {
+        OPENFAB_CHECK(!ok());
+        return *error_;
+    }
 
     SourceLocation place(const JsonValue& value) const { return {file_, value.line, value.column}; }
     void fail(const JsonValue& value, const std::string& what, const std::string& help = {}) {

@@ -6,6 +6,7 @@
 
 #include <cmath>
 
+#include "base/check.h"
 #include "base/json.h"
 #include "base/polar.h"
 #include "base/scan_number.h"
@@ -38,6 +39,7 @@ std::string numbers_of(std::string_view line, std::vector<double>* out) {
 }  // namespace
 
 Affine3d affine_of_rows(const std::vector<double>& n) {
+    OPENFAB_CHECK_EQ(n.size(), 12u);
     return {{n[0], n[1], n[2], n[4], n[5], n[6], n[8], n[9], n[10]}, {n[3], n[7], n[11]}};
 }
 

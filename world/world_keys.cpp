@@ -2,7 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "world/world_keys.h"
 
-#include <cstdlib>
+#include <algorithm>
+
+#include "base/check.h"
 
 namespace openfab::scene {
 
@@ -34,10 +36,10 @@ const std::vector<KeySet>& world_key_sets() {
 }
 
 const KeySet& world_keys(std::string_view kind) {
-    for (const KeySet& set : world_key_sets()) {
-        if (set.kind == kind) return set;
-    }
-    std::abort();  // a kind that the table above lacks
+    const std::vector<KeySet>& sets = world_key_sets();
+    const auto found = std::ranges::find(sets, kind, &KeySet::kind);
+    OPENFAB_CHECK(found != sets.end());  // the table above has all kinds
+    return *found;
 }
 
 }  // namespace openfab::scene

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "backends/common/tee_sink.h"
+#include "base/check.h"
 
 namespace openfab::boundary {
 
@@ -61,6 +62,7 @@ std::vector<uint8_t> MeshSink::encode(const backends::SliceView& slice) const {
 }
 
 Result<void> MeshSink::commit(int32_t z, const std::vector<uint8_t>& bytes) {
+    OPENFAB_CHECK(mesher_ != nullptr);  // begun, and not finished
     const backends::SliceView slice{z, bytes.data(),
                                     backends::packed_row_bytes(info_.size.x, info_.bits),
                                     info_.size.x, info_.size.y};

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "backends/boundary/fans.h"
+#include "base/check.h"
 
 namespace openfab::boundary {
 
@@ -81,6 +82,7 @@ Mesher::Mesher(int32_t width, int32_t height, int32_t first_slice, MeshReceiver*
       pending_(256) {}
 
 Result<void> Mesher::add(const backends::SliceView& slice, int32_t bits) {
+    OPENFAB_CHECK_EQ(slice.z, first_slice_ + z_);
     layer(z_).fill(slice, bits);
     return step();
 }

@@ -7,6 +7,8 @@
 
 #include <algorithm>
 
+#include "base/check.h"
+
 namespace openfab::boundary {
 
 namespace {
@@ -111,6 +113,7 @@ Result<void> Package::end_packed(const TextSum& sum) {
 }
 
 Result<void> Package::close() {
+    OPENFAB_CHECK(zip_ != nullptr);
     return checked(zipClose(std::exchange(zip_, nullptr), nullptr), "closing");
 }
 

@@ -4,6 +4,8 @@
 
 #include <cstring>
 
+#include "base/check.h"
+
 namespace openfab::backends {
 
 Result<void> TeeSink::begin(const PrintInfo& info) {
@@ -36,6 +38,7 @@ std::vector<uint8_t> TeeSink::encode(const SliceView& slice) const {
 
 Result<void> TeeSink::commit(int32_t z, const std::vector<uint8_t>& bytes) {
     const size_t raw = row_bytes_ * static_cast<size_t>(height_);
+    OPENFAB_CHECK_GE(bytes.size(), raw);
     const std::vector<uint8_t> encoded(bytes.begin() + static_cast<std::ptrdiff_t>(raw),
                                        bytes.end());
     // The sink first: a picture shows no slice that could not be written.

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "backends/common/same_print.h"
+#include "base/check.h"
 #include "base/units.h"
 
 namespace openfab::ofr {
@@ -131,6 +132,7 @@ std::vector<uint8_t> OfrSink::encode(const backends::SliceView& slice) const {
 
 Result<void> OfrSink::commit(int32_t z, const std::vector<uint8_t>& bytes) {
     if (bytes.empty()) return internal_error(fmt::format("slice {} could not be compressed", z));
+    OPENFAB_CHECK(entries_.empty() || entries_.back().z + 1 == z);
     const int64_t offset = file_.bytes_written();
     if (Result<void> written = file_.write(bytes); !written) {
         broken_ = true;

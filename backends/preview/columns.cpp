@@ -4,6 +4,8 @@
 
 #include <cstring>
 
+#include "base/check.h"
+
 namespace openfab::preview {
 
 ColumnGrid ColumnGrid::make(const Vec3i& size) {
@@ -39,6 +41,7 @@ SightColumns::SightColumns(const ColumnGrid& grid, int32_t bits, bool from_above
       history_(z_.size(), 0) {}
 
 void SightColumns::add_row(int32_t z, int32_t row, const PaddedRow& codes) {
+    OPENFAB_CHECK(latest_ < 0 || z == latest_ || z == latest_ + 1);
     latest_ = z;
     for (int32_t g = 0; g < groups_.per_row(); ++g) {
         ColumnGroups::Group& group = groups_.at(row, g);

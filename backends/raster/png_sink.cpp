@@ -16,6 +16,7 @@
 #include "backends/common/same_print.h"
 #include "backends/common/tee_sink.h"
 #include "backends/raster/png_encode.h"
+#include "base/check.h"
 #include "base/units.h"
 
 namespace openfab::raster {
@@ -343,6 +344,7 @@ Error PngSink::with_slices_kept(const Error& error, size_t slice_bytes) const {
 
 Result<void> PngSink::commit(int32_t z, const std::vector<uint8_t>& bytes) {
     if (bytes.empty()) return internal_error(fmt::format("slice {} could not be compressed", z));
+    OPENFAB_CHECK(z >= 0 && z < info_.size.z);
     const std::filesystem::path file = folder_ / slice_file_name(z, info_.size.z);
     if (Result<void> written = backends::write_whole_file(file, bytes); !written) {
         broken_ = true;

@@ -8,6 +8,7 @@
 #include <bit>
 #include <tuple>
 
+#include "base/check.h"
 #include "mesh/check/mesh_edges.h"
 #include "mesh/check/mesh_repair.h"
 #include "mesh/check/mesh_shells.h"
@@ -79,6 +80,8 @@ std::vector<int32_t> lowest_equal(const std::vector<Vec3d>& positions,
 int64_t drop_others(MeshSource* source, const std::vector<bool>& keep) {
     Mesh& mesh = source->mesh;
     std::vector<int32_t>& lines = source->origin.lines;
+    OPENFAB_CHECK_EQ(keep.size(), mesh.triangles.size());
+    OPENFAB_CHECK(lines.empty() || lines.size() == keep.size());
     size_t kept = 0;
     for (size_t t = 0; t < keep.size(); ++t) {
         if (!keep[t]) continue;

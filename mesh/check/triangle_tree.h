@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/check.h"
 #include "base/vec.h"
 #include "mesh/model/mesh.h"
 
@@ -32,6 +33,7 @@ class TriangleTree {
             const Node& node = nodes_[static_cast<size_t>(stack[--depth])];
             if (!node.box.overlaps(box)) continue;
             if (!node.leaf) {
+                OPENFAB_CHECK_LE(depth + 2, 64);
                 stack[depth++] = node.first + 1;
                 stack[depth++] = node.first;
                 continue;

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "mesh/model/mesh_assembly.h"
 
+#include "base/check.h"
 #include "base/scan_number.h"
 
 namespace openfab::scene {
@@ -40,6 +41,7 @@ std::optional<size_t> MeshAssembly::attribute(const std::string& name, int32_t c
 }
 
 int32_t MeshAssembly::add_value(size_t attribute, const double* components) {
+    OPENFAB_CHECK_LT(attribute, source_.mesh.attributes.size());
     MeshAttribute& a = source_.mesh.attributes[attribute];
     const auto n = static_cast<size_t>(a.components);
     for (size_t c = 0; c < n; ++c) {
@@ -56,6 +58,8 @@ void MeshAssembly::add_triangle(const std::array<int32_t, 3>& vertices, int32_t 
 }
 
 void MeshAssembly::set_corners(size_t attribute, const std::array<int32_t, 3>& values) {
+    OPENFAB_CHECK_LT(attribute, source_.mesh.attributes.size());
+    OPENFAB_CHECK_GT(triangles(), 0u);  // they are those of the last triangle
     MeshAttribute& a = source_.mesh.attributes[attribute];
     a.corners.resize(triangles(), kNone);
     a.corners.back() = values;

@@ -8,6 +8,8 @@
 #include <numeric>
 #include <utility>
 
+#include "base/check.h"
+
 namespace openfab::scene {
 namespace {
 
@@ -128,6 +130,7 @@ class Ring {
 std::vector<std::array<int32_t, 3>> triangulate(const std::vector<Vec3d>& corners,
                                                 int64_t* effort) {
     const size_t n = corners.size();
+    OPENFAB_CHECK_GE(n, 3u);
     std::vector<std::array<int32_t, 3>> out;
     const Vec3d normal = area_vector(corners);
     bool convex = true;

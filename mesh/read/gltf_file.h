@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/check.h"
 #include "base/json.h"
 #include "base/result.h"
 #include "mesh/model/mesh.h"
@@ -56,7 +57,10 @@ class GltfFile {
     static std::string text(const JsonValue& object, const char* key);
 
     bool ok() const { return !error_.has_value(); }
-    const Error& error() const { return *error_; }
+    const Error& error() const {
+        OPENFAB_CHECK(!ok());
+        return *error_;
+    }
     void fail(const JsonValue& at, const std::string& what, const std::string& help = {});
 
     /// Files read besides this one.

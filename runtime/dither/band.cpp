@@ -11,6 +11,7 @@
 #include <cstring>
 
 #include "abi/voxel_hash.h"
+#include "base/check.h"
 #include "base/clock.h"
 #include "runtime/dither/support_fill.h"
 
@@ -122,6 +123,7 @@ size_t RowBand::bytes() const {
 }
 
 bool GroupPlanes::reset(int32_t grid_width, int32_t grid_height, int32_t voxel_bits) {
+    OPENFAB_CHECK(voxel_bits == 4 || voxel_bits == 8);
     const int64_t before = plane_bytes;
     bits = voxel_bits;
     width = grid_width;
@@ -146,6 +148,7 @@ GroupDither::GroupDither(const openfab_stage_set& set, openfab_isa isa, DitherRu
                          uint64_t seed, const Vec3i& size, const SupportFill* support)
     : calls_(set, isa), support_(support) {
     setup_ = {rule, isa, abi::fold_seed(seed), calls_.channels(), (size.x + 7) / 8 * 8};
+    OPENFAB_CHECK_LE(setup_.channels, OPENFAB_MAX_MATERIALS + 1);
     // Never cleared again: errors of voxels that are not mixed are not taken, they must only be
     // finite.
     errors_.assign(error_count(setup_), 0.0f);
@@ -153,13 +156,16 @@ GroupDither::GroupDither(const openfab_stage_set& set, openfab_isa isa, DitherRu
 }
 
 void GroupDither::begin(int32_t group, uint8_t slices, GroupPlanes* planes) {
+    OPENFAB_CHECK(held_ == nullptr);  // the group before was ended
+    OPENFAB_CHECK_NE(slices, 0);
     z_ = 8 * group;
     slices_ = slices;
     planes_ = planes;
-    held_ = nullptr;
 }
 
 abi::KernelStatus GroupDither::add(RowBand* band, RowBand** released) {
+    OPENFAB_CHECK(planes_ != nullptr);
+    if (held_ != nullptr) OPENFAB_CHECK_LT(held_->row, band->row);
     const uint8_t* nothing = nothing_mixed_.data() + kRowMargin;
     const bool adjacent = held_ != nullptr && held_->row + 1 == band->row;
     abi::KernelStatus status;

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <memory>
 
+#include "base/check.h"
 #include "runtime/nearest/chunks.h"
 #include "runtime/nearest/engine.h"
 #include "runtime/nearest/kernel.h"
@@ -23,7 +24,7 @@ void Growing<T>::grow() {
     const size_t larger = capacity == 0 ? 256 : capacity * 2;
     // Not realloc: it would lose the alignment of Lanes.
     T* moved = static_cast<T*>(std::aligned_alloc(64, larger * sizeof(T)));
-    if (moved == nullptr) std::abort();
+    OPENFAB_CHECK(moved != nullptr);
     std::copy(data, data + capacity, moved);
     std::free(data);
     data = moved;

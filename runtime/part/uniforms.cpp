@@ -11,6 +11,7 @@
 #include <memory>
 
 #include "abi/kernel_call.h"
+#include "base/check.h"
 #include "base/near_miss.h"
 
 namespace openfab::scene {
@@ -289,7 +290,7 @@ void derive_uniforms(const openfab_fablet& fablet, std::vector<uint32_t>* values
         }
     }
     // It reads scalars and writes single values: there is nothing that can fail.
-    call.run();
+    OPENFAB_CHECK(call.run().ok());
 }
 
 Result<BoundUniforms> bind_uniforms(const World& world, const openfab_fablet& fablet,

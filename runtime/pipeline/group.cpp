@@ -10,6 +10,7 @@
 #include <cstring>
 #include <map>
 
+#include "base/check.h"
 #include "base/clock.h"
 
 namespace openfab::slab {
@@ -22,6 +23,7 @@ abi::KernelStatus GroupRun::run(uint8_t slices, Pool<BlockEvaluator>* evaluators
                                 const StopFlags& stop) {
     if (!planes_.reset(setup_.size.x, setup_.size.y, setup_.bits))
         return abi::KernelStatus::of_code(halide_error_code_out_of_memory);
+    OPENFAB_CHECK_NE(slices, 0);
     slices_ = slices * 0x0101010101010101u;
     abi::KernelStatus status;
     int32_t first = setup_.size.y, end = 0;
@@ -110,6 +112,7 @@ abi::KernelStatus GroupRun::run_rows(int32_t first, int32_t end, Pool<BlockEvalu
         in_order;  // rows handed to the dither, in its order; it gives their bands back one late
     const auto release = [&](const RowBand* band) {
         if (band == nullptr) return;
+        OPENFAB_CHECK(!in_order.empty() && band == &in_order.front()->band);
         rows_.give(in_order.front());
         in_order.erase(in_order.begin());
     };

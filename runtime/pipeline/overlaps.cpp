@@ -8,6 +8,8 @@
 #include <bit>
 #include <tuple>
 
+#include "base/check.h"
+
 namespace openfab::slab {
 
 namespace {
@@ -85,6 +87,7 @@ void RowClaims::begin_part(const scene::Part& part, int32_t index) {
 }
 
 uint64_t RowClaims::take(int32_t block, int32_t y, uint64_t voxels) {
+    OPENFAB_DCHECK(index_ >= 0);  // a part was begun
     uint64_t& claimed = claimed_[place(block, y)];
     const uint64_t left = voxels & ~claimed;
     shared_ += std::popcount(voxels & claimed & ~explained_[place(block, y)]);

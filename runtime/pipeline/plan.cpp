@@ -9,6 +9,7 @@
 #include <set>
 
 #include "abi/stages.h"
+#include "base/check.h"
 #include "base/clock.h"
 #include "base/units.h"
 #include "runtime/pipeline/group.h"
@@ -183,6 +184,7 @@ Result<MemoryPlan> make_plan(const MemoryNeeds& needs, const PrintOptions& optio
     plan.groups_in_flight = std::clamp(most, 1, std::max(groups, 1));
     while (plan.groups_in_flight > 1 && total(plan.groups_in_flight) > options.memory_bytes)
         --plan.groups_in_flight;
+    OPENFAB_CHECK_GE(plan.groups_in_flight, 1);
     plan.total_bytes = total(plan.groups_in_flight);
     return plan;
 }

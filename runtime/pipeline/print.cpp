@@ -16,6 +16,7 @@
 #include <semaphore>
 
 #include "abi/halide_hooks.h"
+#include "base/check.h"
 #include "base/clock.h"
 #include "runtime/pipeline/check.h"
 #include "runtime/pipeline/grid.h"
@@ -81,6 +82,7 @@ class Delivery {
                 if (!is_as_kept(slice)) return;
                 continue;
             }
+            OPENFAB_CHECK_EQ(slice.z, info_.slice_begin + slices_);  // the sink takes them in order
             const double start = seconds_now();
             const Result<void> written = sink_.commit(slice.z, slice.bytes);
             seconds_commit_ += seconds_now() - start;
@@ -97,6 +99,7 @@ class Delivery {
 
     /// Counts a slice that an earlier print has written; false once nothing more is to be done.
     bool keep(const backends::SliceView& slice) {
+        OPENFAB_CHECK_EQ(slice.z, info_.slice_begin + slices_);
         const SliceTotals totals = count_slice(slice, info_.bits);
         last_kept_[static_cast<size_t>(slice.z & 7)] = totals.hash;
         totals_.add(totals);

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include "base/check.h"
+
 namespace openfab::phases {
 
 namespace {
@@ -170,6 +172,7 @@ abi::KernelStatus Driver::run(const openfab_phases& phases, openfab_isa isa,
                 }
                 break;
             case OPENFAB_STEP_LOOP_END:
+                OPENFAB_CHECK_GT(depth_, 0u);
                 narrow(lists_[depth_], step.a, &lists_[depth_]);
                 if (lists_[depth_].empty()) {
                     --depth_;
@@ -186,6 +189,7 @@ abi::KernelStatus Driver::run(const openfab_phases& phases, openfab_isa isa,
         }
         if (!status.ok()) return status;
     }
+    OPENFAB_CHECK_EQ(depth_, 0u);  // every loop was left
     return {};
 }
 

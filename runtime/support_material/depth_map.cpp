@@ -8,6 +8,7 @@
 #include <atomic>
 #include <cstring>
 
+#include "base/check.h"
 #include "base/units.h"
 #include "runtime/support_material/tops.h"
 
@@ -92,6 +93,7 @@ Result<DepthMap> DepthMap::create(const std::vector<SupportedPart>& parts, const
 /// `tops`: [y][x] of the row's tiles.
 void DepthMap::keep(int32_t tile_y, const std::vector<int32_t>& tops) {
     const size_t stride = static_cast<size_t>(tiles_x_) * kTile;
+    OPENFAB_CHECK_EQ(tops.size(), stride * kTile);
     std::vector<uint8_t>& heights = heights_[static_cast<size_t>(tile_y)];
     size_t bytes = 0;
     for (const bool measure : {true, false}) {

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <limits>
 
+#include "base/check.h"
+
 namespace openfab::surface {
 
 namespace {
@@ -106,6 +108,7 @@ void BoundsBatch::add_evaluator(Item* item, int32_t triangle) const {
     for (int32_t i = 0; i < item->evaluators; ++i) {
         if (item->evaluator[static_cast<size_t>(i)] == triangle) return;
     }
+    OPENFAB_CHECK_LT(static_cast<size_t>(item->evaluators), item->evaluator.size());
     item->evaluator[static_cast<size_t>(item->evaluators++)] = triangle;
 }
 

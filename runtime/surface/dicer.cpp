@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "base/check.h"
 #include "runtime/surface/lattice.h"
 
 namespace openfab::surface {
@@ -23,6 +24,7 @@ abi::KernelStatus Dicer::dice(int32_t index, MicroMesh* out) {
     out->triangle_attributes.clear();
     batch_.clear();
     batch_.not_finite = batch_.cut_to_bound = 0;
+    OPENFAB_CHECK_LT(static_cast<size_t>(index), table_.patches.size());
     const Patch& patch = table_.patches[static_cast<size_t>(index)];
     const Seam* seam = nullptr;
     switch (patch.kind) {

@@ -6,6 +6,8 @@
 #include <bit>
 #include <cmath>
 
+#include "base/check.h"
+
 namespace openfab::surface {
 
 namespace {
@@ -99,6 +101,8 @@ void MicroBatch::push_edge_point(const Run& run, int32_t index, int32_t side, in
 }
 
 void MicroBatch::finish_run(Run run) {
+    // The kernel is run on the displaced ones, which are in front.
+    OPENFAB_CHECK(!run.displaced || evaluated_ == size_);
     run.edge_end = static_cast<int32_t>(edge_points_.size());
     size_ += run.count;
     if (run.displaced) evaluated_ = size_;

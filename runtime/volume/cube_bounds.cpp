@@ -7,6 +7,8 @@
 #include <cmath>
 #include <limits>
 
+#include "base/check.h"
+
 namespace openfab::slab {
 
 namespace {
@@ -237,6 +239,7 @@ abi::KernelStatus CubeBounds::bound_pieces(const PrintPart& part, std::span<cons
 
 abi::KernelStatus CubeBounds::run_kernel(const PrintPart& part, int32_t size, const Tools& tools) {
     const size_t n = distance_lo_.size();
+    OPENFAB_CHECK_EQ(first_entry_.back(), n);
     // A slot that the fablet never sets may have no output; then it is 0.
     for (std::vector<float>* v : {&weight_lo_, &weight_hi_})
         v->assign(static_cast<size_t>(part.slots()) * n, 0.0f);

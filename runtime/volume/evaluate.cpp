@@ -8,6 +8,7 @@
 #include <cstring>
 #include <limits>
 
+#include "base/check.h"
 #include "base/clock.h"
 
 namespace openfab::slab {
@@ -384,6 +385,8 @@ abi::KernelStatus BlockEvaluator::normalise_columns(const PrintPart& part, int32
 abi::KernelStatus BlockEvaluator::evaluate(const PrintPart& part, int32_t group,
                                            const OwnedBlock* blocks, int32_t n, bool finer,
                                            RowBand* band, PointPrints* prints) {
+    OPENFAB_CHECK_GT(n, 0);
+    OPENFAB_CHECK_LE(n, kBatch);
     const double start = seconds_now();
     prepare(part);
     blocks_.clear();

@@ -2,6 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/volume/kernel_arguments.h"
 
+#include <algorithm>
+
+#include "base/check.h"
+
 namespace openfab::slab {
 
 const void* part_argument(const PrintPart& part, const openfab_arg& arg,
@@ -69,6 +73,8 @@ void KernelArguments::set_list(int32_t i, const void* data) {
 }
 
 abi::KernelStatus KernelArguments::run(openfab_isa isa) {
+    OPENFAB_CHECK(kernel_ != nullptr);
+    OPENFAB_DCHECK(std::ranges::find(args_, nullptr) == args_.end());
     openfab_kernel_fn fn =
         kernel_->fn[isa] != nullptr ? kernel_->fn[isa] : kernel_->fn[OPENFAB_ISA_SSE41];
     return abi::KernelStatus::of_code(fn(args_.data()));

@@ -10,6 +10,8 @@
 #include <cstring>
 #include <utility>
 
+#include "base/check.h"
+
 namespace openfab::slab {
 
 namespace {
@@ -127,6 +129,7 @@ void PointPrints::end_batch() {
 }
 
 void PointPrints::append(PointPrints* later) {
+    OPENFAB_CHECK(later->pending_.empty());  // its batches were ended
     for (Line& line : later->lines_) {
         Count& count = count_of(line.print);
         if (count.kept == kMostLines) continue;

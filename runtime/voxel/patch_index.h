@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "base/check.h"
 #include "base/vec.h"
 #include "runtime/surface/map_box.h"
 #include "runtime/surface/surface.h"
@@ -40,6 +41,7 @@ class PatchIndex {
             const Node& node = nodes_[static_cast<size_t>(stack[--depth])];
             if (!meets(node.box)) continue;
             if (node.child > 0) {
+                OPENFAB_CHECK_LE(depth + 2, kDeepest);
                 stack[depth++] = node.child;
                 stack[depth++] = node.child + 1;
                 continue;

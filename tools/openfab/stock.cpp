@@ -10,13 +10,15 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "base/check.h"
+
 namespace openfab::tool {
 
 std::string_view stock_text(std::string_view name) {
-    for (const StockText& text : stock_texts()) {
-        if (text.name == name) return text.text;
-    }
-    std::abort();  // a name that tools/openfab/CMakeLists.txt lacks
+    const auto& texts = stock_texts();
+    const auto found = std::ranges::find(texts, name, &StockText::name);
+    OPENFAB_CHECK(found != std::end(texts));  // tools/openfab/CMakeLists.txt has all names
+    return found->text;
 }
 
 bool is_stock_fablet(std::string_view name) {
