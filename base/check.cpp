@@ -26,8 +26,8 @@ std::string_view in_source(std::string_view file) {
 
 void check_failed(const char* file, int line, const char* expression, const std::string& values) {
     // Not by say.h: whatever else is broken, this is written.
-    fmt::print(stderr, "{}:{}: internal error: `{}` does not hold{}{}\n", in_source(file), line, expression,
-               values.empty() ? "" : ": ", values);
+    fmt::print(stderr, "{}:{}: internal error: `{}` does not hold{}{}\n", in_source(file), line,
+               expression, values.empty() ? "" : ": ", values);
     (void)std::fflush(stderr);
     std::abort();
 }

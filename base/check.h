@@ -46,10 +46,9 @@ template <typename A, typename B>
 }  // namespace check_detail
 }  // namespace openfab
 
-#define OPENFAB_CHECK(condition)   \
-    (static_cast<bool>(condition)  \
-         ? static_cast<void>(0)    \
-         : ::openfab::check_failed(__FILE__, __LINE__, #condition))
+#define OPENFAB_CHECK(condition)                         \
+    (static_cast<bool>(condition) ? static_cast<void>(0) \
+                                  : ::openfab::check_failed(__FILE__, __LINE__, #condition))
 
 #define OPENFAB_CHECK_OP(a, op, b)                                                            \
     do {                                                                                      \

@@ -15,4 +15,24 @@ uint64_t xxh3(std::span<const uint8_t> bytes, uint64_t seed) {
                 : XXH3_64bits_withSeed(bytes.data(), bytes.size(), seed);
 }
 
+struct Hasher::State {
+    XXH3_state_t xxh3;
+};
+
+void Hasher::Delete::operator()(State* state) const {
+    delete state;
+}
+
+Hasher::Hasher() : state_(new State) {
+    XXH3_64bits_reset(&state_->xxh3);
+}
+
+void Hasher::add_bytes(const void* data, size_t bytes) {
+    XXH3_64bits_update(&state_->xxh3, data, bytes);
+}
+
+uint64_t Hasher::value() const {
+    return XXH3_64bits_digest(&state_->xxh3);
+}
+
 }  // namespace openfab

@@ -7,12 +7,13 @@
 #include <algorithm>
 #include <vector>
 
+#include "base/text.h"
+
 namespace openfab {
 namespace {
 
 /// Optimal string alignment distance; letters compare without case, so that `Uv` is near `uv`.
 size_t edits(std::string_view a, std::string_view b) {
-    const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; };
     const size_t width = b.size() + 1;
     std::vector<size_t> cost((a.size() + 1) * width);
     for (size_t i = 0; i <= a.size(); ++i) {
@@ -22,11 +23,11 @@ size_t edits(std::string_view a, std::string_view b) {
                 here = i + j;
                 continue;
             }
-            const bool same = lower(a[i - 1]) == lower(b[j - 1]);
+            const bool same = lower_ascii(a[i - 1]) == lower_ascii(b[j - 1]);
             here = std::min({cost[(i - 1) * width + j] + 1, cost[i * width + j - 1] + 1,
                              cost[(i - 1) * width + j - 1] + (same ? 0 : 1)});
-            if (i > 1 && j > 1 && lower(a[i - 1]) == lower(b[j - 2]) &&
-                lower(a[i - 2]) == lower(b[j - 1])) {
+            if (i > 1 && j > 1 && lower_ascii(a[i - 1]) == lower_ascii(b[j - 2]) &&
+                lower_ascii(a[i - 2]) == lower_ascii(b[j - 1])) {
                 here = std::min(here, cost[(i - 2) * width + j - 2] + 1);
             }
         }

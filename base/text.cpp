@@ -126,4 +126,10 @@ std::string valid_utf8(std::string_view text) {
     return out;
 }
 
+std::string lower_ascii(std::string text) {
+    for (char& c : text)
+        c = lower_ascii(c);
+    return text;
+}
+
 }  // namespace openfab

@@ -20,6 +20,12 @@ std::string printable_lines(std::string_view text);
 /// JSON text whose strings hold no such code points raw, but as `\u202e`: the same JSON.
 std::string printable_json(std::string_view json);
 
+/// `A` to `Z` as small letters, whatever the locale says; all else as it is.
+constexpr char lower_ascii(char c) {
+    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+}
+std::string lower_ascii(std::string text);
+
 /// Bytes that are not UTF-8 become U+FFFD, as JSON needs it.
 std::string valid_utf8(std::string_view text);
 

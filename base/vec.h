@@ -84,6 +84,7 @@ struct Box3 {
     }
     Vec3<T> center() const { return (lo + hi) * T(0.5); }
     Vec3<T> size() const { return hi - lo; }
+    T longest_side() const { return std::max({size().x, size().y, size().z}); }
     bool overlaps(const Box3& b) const {
         for (int a = 0; a < 3; ++a) {
             if (lo[a] > b.hi[a] || hi[a] < b.lo[a]) return false;

@@ -16,9 +16,7 @@
 #include <system_error>
 #include <vector>
 
-#define XXH_INLINE_ALL
-#include <xxhash.h>
-
+#include "base/hash.h"
 #include "base/input_file.h"
 #include "base/own_folder.h"
 #include "texture/helper.h"
@@ -206,20 +204,19 @@ Result<uint64_t> content_key(const fs::path& image, const ImageOptions& options)
         return with_context(error, fmt::format("cannot read {}: ", image.string()));
     };
     if (!file) return unreadable(file.error());
-    XXH3_state_t state;
-    XXH3_64bits_reset(&state);
+    Hasher hasher;
     std::vector<char> buffer(1 << 20);
     for (int64_t at = 0;;) {
         const Result<size_t> got = file->read(at, buffer.data(), buffer.size());
         if (!got) return unreadable(got.error());
         if (*got == 0) break;
-        XXH3_64bits_update(&state, buffer.data(), *got);
+        hasher.add_bytes(buffer.data(), *got);
         at += static_cast<int64_t>(*got);
     }
     const std::string suffix =
         fmt::format("|{}|{}|{}", options.space, options.luminance ? 1 : 0, kFileVersion);
-    XXH3_64bits_update(&state, suffix.data(), suffix.size());
-    return static_cast<uint64_t>(XXH3_64bits_digest(&state));
+    hasher.add_bytes(suffix.data(), suffix.size());
+    return hasher.value();
 }
 
 std::string cache_name(uint64_t key) {

@@ -9,9 +9,7 @@
 #include <string_view>
 #include <system_error>
 
-#define XXH_INLINE_ALL
-#include <xxhash.h>
-
+#include "base/hash.h"
 #include "base/input_file.h"
 #include "texture/helper.h"
 #include "texture/nrrd_header.h"
@@ -159,7 +157,7 @@ Result<uint64_t> volume_key(const fs::path& source, const VolumeOptions& options
     }
     // What kind of file it is shows in its name alone where a format has no signature.
     text += "|" + files->front().extension().string();
-    return static_cast<uint64_t>(XXH3_64bits(text.data(), text.size()));
+    return xxh3(text);
 }
 
 Result<std::shared_ptr<const Pyramid>> get_volume(const fs::path& source,

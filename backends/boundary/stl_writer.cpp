@@ -11,6 +11,7 @@
 
 #include "backends/boundary/mesh_sink.h"
 #include "backends/boundary/part_file.h"
+#include "base/text.h"
 
 namespace openfab::boundary {
 
@@ -32,12 +33,6 @@ std::string file_name_of(const std::string& name) {
         out += fine ? c : '_';
     }
     return out;
-}
-
-std::string lower_case(std::string text) {
-    for (char& c : text)
-        c = c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c;
-    return text;
 }
 
 class StlWriter final : public MeshWriter {
@@ -162,7 +157,7 @@ std::filesystem::path stl_path(const std::filesystem::path& path, const backends
     bool taken = false;
     for (size_t m = 0; m < info.materials.size() && !taken; ++m)
         taken =
-            m != material && lower_case(file_name_of(info.materials[m].name)) == lower_case(name);
+            m != material && lower_ascii(file_name_of(info.materials[m].name)) == lower_ascii(name);
     const std::string suffix = taken ? fmt::format("{}_{}", name, material + 1) : name;
     return path.parent_path() /
            fmt::format("{}_{}{}", path.stem().string(), suffix,

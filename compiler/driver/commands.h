@@ -11,6 +11,7 @@
 #include <functional>
 #include <string>
 
+#include "base/result.h"
 #include "compiler/diag/sink.h"
 #include "compiler/ir/ir.h"
 #include "compiler/source/source_manager.h"
@@ -20,10 +21,10 @@ namespace openfab::driver {
 using Action = std::function<int()>;
 
 constexpr int kExitDone = 0;
-constexpr int kExitUserInput = 1;
-constexpr int kExitUsage = 2;
-constexpr int kExitOutside = 3;
-constexpr int kExitBug = 4;
+constexpr int kExitUserInput = exit_code(ErrorCode::kUserInput);
+constexpr int kExitUsage = exit_code(ErrorCode::kUsage);
+constexpr int kExitOutside = exit_code(ErrorCode::kOutside);
+constexpr int kExitBug = exit_code(ErrorCode::kInternal);
 
 /// The exit code for a source that cannot be read: a folder, or what is larger than a source may be,
 /// is the user's mistake, all else the world's failure. (check.cpp)

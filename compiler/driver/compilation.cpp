@@ -9,9 +9,7 @@
 #include <filesystem>
 #include <optional>
 
-#define XXH_INLINE_ALL
-#include <xxhash.h>
-
+#include "base/hash.h"
 #include "base/say.h"
 #include "compiler/driver/frontend.h"
 
@@ -68,7 +66,7 @@ namespace {
 /// hashes are the same to the bit, so that one may go on where another was cut short.
 uint64_t hash_of(const ir::Fablet& fablet) {
     const std::string text = fmt::format("abi {}\n", OPENFAB_ABI_VERSION) + ir::print(fablet);
-    return XXH3_64bits(text.data(), text.size());
+    return xxh3(text);
 }
 
 }  // namespace

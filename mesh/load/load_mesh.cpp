@@ -9,6 +9,7 @@
 #include <set>
 
 #include "base/json.h"
+#include "base/text.h"
 #include "mesh/check/mesh_check.h"
 #include "mesh/check/mesh_intersections.h"
 #include "mesh/model/mesh_memory.h"
@@ -40,9 +41,7 @@ constexpr Format kFormats[] = {{".obj", parse_obj},  {".stl", parse_stl},
                                {".glb", parse_gltf}, {".3mf", parse_threemf}};
 
 const Format* find_format(const fs::path& file) {
-    std::string extension = file.extension().string();
-    for (char& c : extension)
-        c = c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c;
+    const std::string extension = lower_ascii(file.extension().string());
     for (const Format& format : kFormats) {
         if (extension == format.extension) return &format;
     }

@@ -10,6 +10,7 @@
 
 #include "base/affine.h"
 #include "base/scan_number.h"
+#include "base/text.h"
 #include "mesh/model/mesh_assembly.h"
 #include "mesh/model/mesh_memory.h"
 #include "mesh/read/gltf_file.h"
@@ -36,10 +37,7 @@ std::string attribute_name(const std::string& gltf) {
     constexpr std::string_view kTexture = "TEXCOORD_";
     if (gltf.starts_with(kTexture)) return "uv" + gltf.substr(kTexture.size());
     if (!gltf.starts_with('_') || gltf.size() == 1) return {};
-    std::string name = gltf.substr(1);
-    for (char& c : name)
-        c = c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c;
-    return name;
+    return lower_ascii(gltf.substr(1));
 }
 
 class GltfReader {

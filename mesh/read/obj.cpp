@@ -10,6 +10,7 @@
 #include <unordered_set>
 
 #include "base/scan_number.h"
+#include "base/text.h"
 #include "mesh/model/mesh_memory.h"
 #include "mesh/model/polygon.h"
 
@@ -105,7 +106,7 @@ class ObjReader {
         for (const char c : line) {
             const bool letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
             if (letter) {
-                words.back() += static_cast<char>(c | 0x20);
+                words.back() += lower_ascii(c);
             } else if (is_blank(c) || c == ':' || c == '=' || c == '.') {
                 if (!words.back().empty()) words.emplace_back();
             } else {

@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include "base/scan_number.h"
+#include "base/text.h"
 #include "mesh/model/mesh_memory.h"
 
 namespace openfab::scene {
@@ -118,8 +119,7 @@ class Words {
 bool equal_ignoring_case(std::string_view word, std::string_view lower) {
     if (word.size() != lower.size()) return false;
     for (size_t i = 0; i < word.size(); ++i) {
-        const char c = word[i] >= 'A' && word[i] <= 'Z' ? static_cast<char>(word[i] + 32) : word[i];
-        if (c != lower[i]) return false;
+        if (lower_ascii(word[i]) != lower[i]) return false;
     }
     return true;
 }

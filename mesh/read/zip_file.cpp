@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "mesh/read/zip_file.h"
 
+#include "base/text.h"
+
 #include <fmt/format.h>
 #include <libdeflate.h>
 
@@ -68,7 +70,7 @@ std::string ZipFile::key(std::string_view name) {
         name.remove_prefix(1);
     std::string out(name);
     for (char& c : out)
-        c = c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c == '\\' ? '/' : c;
+        c = c == '\\' ? '/' : lower_ascii(c);
     return out;
 }
 

@@ -29,11 +29,6 @@ constexpr size_t kCellTriangles = 64;
 /// chunk would be large, too.
 constexpr float kLarge = 1.0f / 8;
 
-float longest_side(const Box3f& box) {
-    const Vec3f size = box.size();
-    return std::max({size.x, size.y, size.z});
-}
-
 /// get(patch) of all patches, added up.
 template <typename Sum, typename Add>
 Sum over_all(const std::vector<surface::Patch>& patches, const Sum& none, const Add& add) {
@@ -67,9 +62,9 @@ Chunks::Chunks(const surface::Surface& surface, std::span<const uint64_t> along)
     whole_ = over_all(all, Box3f{}, [](const surface::Patch& patch, Box3f* sum) {
         if ((patch.use & surface::kForQuery) != 0 && !patch.bounds.empty()) sum->add(patch.bounds);
     });
-    const float large = kLarge * longest_side(whole_);
+    const float large = kLarge * whole_.longest_side();
     const Count fit = over_all(all, Count{}, [&](const surface::Patch& patch, Count* sum) {
-        sum->n += is_whole(patch) && longest_side(patch.bounds) <= large ? 1 : 0;
+        sum->n += is_whole(patch) && patch.bounds.longest_side() <= large ? 1 : 0;
     });
     const bool worth_it = fit.n >= kLeastTriangles;
     std::vector<uint64_t> found, kept;
@@ -92,7 +87,7 @@ Chunks::~Chunks() {
 std::vector<uint64_t> Chunks::share_out(std::span<const uint64_t> along, float large) {
     const std::vector<surface::Patch>& all = surface_.patches();
     const auto fits = [&](const surface::Patch& patch) {
-        return is_whole(patch) && longest_side(patch.bounds) <= large;
+        return is_whole(patch) && patch.bounds.longest_side() <= large;
     };
     for (size_t i = 0; i < all.size(); ++i) {
         const auto patch = static_cast<int32_t>(i);

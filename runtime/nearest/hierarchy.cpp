@@ -154,11 +154,6 @@ class Builder {
         return ring;
     }
 
-    static float longest_side(const Box3f& box) {
-        const Vec3f size = box.size();
-        return std::max({size.x, size.y, size.z});
-    }
-
     struct Part {
         size_t begin, end;
         Extent extent;
@@ -227,7 +222,7 @@ class Builder {
         // Large triangles, as those of a card, stand alone: a box around several of them would span
         // the part, and bounds of a cube, which come from boxes, would tell nothing.
         constexpr float kLargeLeaf = 1.0f / 8;
-        if (longest_side(box) > kLargeLeaf * longest_side(whole_)) return false;
+        if (box.longest_side() > kLargeLeaf * whole_.longest_side()) return false;
         for (size_t i = begin; i < end; ++i) {
             if (is_patch(items_[i])) return false;
         }

@@ -5,31 +5,19 @@
 #include <fmt/format.h>
 
 #include <map>
-#include <type_traits>
 
-#define XXH_INLINE_ALL
-#include <xxhash.h>
+#include "base/hash.h"
 
 namespace openfab::slab {
 
 namespace {
 
-class Hash {
+/// With the kinds of lists that a print is made from.
+class Hash : public Hasher {
   public:
-    Hash() { XXH3_64bits_reset(&state_); }
-
-    void add(const void* data, size_t bytes) { XXH3_64bits_update(&state_, data, bytes); }
-    template <typename T>
-    void add(const T& value) {
-        static_assert(std::has_unique_object_representations_v<T> || std::is_floating_point_v<T>,
-                      "no bytes without a meaning");
-        add(&value, sizeof value);
-    }
+    using Hasher::add;
     void add(const Vec3d& v) { add(v.x), add(v.y), add(v.z); }
-    void add(const std::string& text) {
-        add(text.size());
-        add(text.data(), text.size());
-    }
+    void add(const std::string& text) { add_text(text); }
     template <typename T>
     void add_all(const T& list) {
         add(list.size());
@@ -41,25 +29,21 @@ class Hash {
     void add_all(const std::vector<Vec3<T>>& list) {
         static_assert(sizeof(Vec3<T>) == 3 * sizeof(T));
         add(list.size());
-        add(list.data(), list.size() * sizeof list[0]);
+        add_bytes(list.data(), list.size() * sizeof list[0]);
     }
-    uint64_t value() const { return XXH3_64bits_digest(&state_); }
     std::string text() const { return fmt::format("{:016x}", value()); }
-
-  private:
-    XXH3_state_t state_;
 };
 
 void add_floats(Hash* hash, std::span<const float> values) {
     hash->add(values.size());
-    hash->add(values.data(), values.size_bytes());
+    hash->add_bytes(values.data(), values.size_bytes());
 }
 
 uint64_t hash_of(const scene::PartMesh& mesh) {
     Hash hash;
     hash.add_all(mesh.positions);
     hash.add(mesh.triangles.size());
-    hash.add(mesh.triangles.data(), mesh.triangles.size() * sizeof mesh.triangles[0]);
+    hash.add_bytes(mesh.triangles.data(), mesh.triangles.size() * sizeof mesh.triangles[0]);
     hash.add(mesh.center_part_mm);
     for (const auto* attributes : {&mesh.inputs, &mesh.nearest_attributes}) {
         hash.add(attributes->size());
@@ -79,7 +63,7 @@ uint64_t hash_of(const scene::PartMesh& mesh) {
 uint64_t hash_of(const texture::Pyramid& pyramid) {
     Hash hash;
     const std::span<const int32_t> info = pyramid.info();
-    hash.add(info.data(), info.size_bytes());
+    hash.add_bytes(info.data(), info.size_bytes());
     const int32_t header = pyramid.is_volume() ? texture::kVolumeInfoHeader : texture::kInfoHeader;
     const int32_t* level = info.data() + header;
     size_t values = static_cast<size_t>(level[1]) * static_cast<size_t>(level[2]) *

@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "base/check.h"
+#include "base/grow.h"
 
 namespace openfab::phases {
 
@@ -19,10 +20,6 @@ bool is_output(openfab_arg_kind kind) {
     return kind == OPENFAB_ARG_STATE_OUT || kind == OPENFAB_ARG_WEIGHT ||
            kind == OPENFAB_ARG_POSITION || kind == OPENFAB_ARG_SURFACE_OUT ||
            kind == OPENFAB_ARG_SURFACE_STATUS;
-}
-
-void grow(auto* values, size_t count) {
-    if (values->size() < count) values->resize(count);
 }
 
 }  // namespace

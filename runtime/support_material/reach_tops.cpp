@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <array>
 #include <cmath>
-#include <limits>
 
+#include "base/infinity.h"
 #include "runtime/support_material/tops.h"
 #include "runtime/surface/map_box.h"
 #include "runtime/voxel/crossings.h"
@@ -20,8 +20,6 @@ using surface::Reach;
 constexpr double kSlack = 1;
 // Steeper planes bound nothing that the polygon's own height does not.
 constexpr double kSteepest = 1e4;
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 double sample(int32_t voxel) {
     return 256.0 * voxel + 128;

@@ -8,12 +8,12 @@
 #include <limits>
 
 #include "base/check.h"
+#include "base/infinity.h"
 
 namespace openfab::slab {
 
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
 /// How much farther than the nearest surface point that of a middle may be, in halves of the cube's
 /// diagonal: closer costs more than what it settles.
 constexpr float kOff = 0.03f;

@@ -6,16 +6,16 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
-#include <limits>
 
 #include "base/check.h"
 #include "base/clock.h"
+#include "base/grow.h"
+#include "base/infinity.h"
 
 namespace openfab::slab {
 
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr size_t kBlockValues = nearest::kBlockVoxels;
 constexpr size_t kBatchValues = kBlockValues * BlockEvaluator::kBatch;
 
@@ -27,10 +27,6 @@ void each_column(const nearest::BlockPieces& pieces, size_t piece, const auto& v
         for (int32_t x = from.x; x < to.x; ++x)
             visit(static_cast<size_t>(8 * y + x), bits);
     }
-}
-
-void grow(auto* values, size_t count) {
-    if (values->size() < count) values->resize(count);
 }
 
 }  // namespace

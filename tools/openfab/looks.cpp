@@ -10,6 +10,7 @@
 #include "base/input_file.h"
 #include "base/json.h"
 #include "base/scan_number.h"
+#include "base/text.h"
 
 namespace openfab::tool {
 
@@ -129,10 +130,7 @@ Result<Looks> obj_looks(std::string_view text, const fs::path& file) {
 }
 
 std::string lower_extension(const fs::path& file) {
-    std::string text = file.extension().string();
-    for (char& c : text)
-        c = c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c;
-    return text;
+    return lower_ascii(file.extension().string());
 }
 
 }  // namespace

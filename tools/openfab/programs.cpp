@@ -6,7 +6,6 @@
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
-#include <xxhash.h>
 
 #include <algorithm>
 #include <cctype>
@@ -41,41 +40,25 @@ constexpr int64_t kLargestProgram = int64_t{1} << 32;
 constexpr std::string_view kSeal = "OFPRINT1";
 constexpr size_t kSealBytes = 16;
 
-struct HashDelete {
-    void operator()(XXH3_state_t* state) const { XXH3_freeState(state); }
-};
-
 /// A running hash of names and contents.
-class Hash {
+class SourcesHash : public Hasher {
   public:
-    Hash() : state_(XXH3_createState()) { XXH3_64bits_reset(state_.get()); }
-
-    void add(const std::string& text) {
-        add_number(text.size());
-        XXH3_64bits_update(state_.get(), text.data(), text.size());
-    }
-    void add_number(uint64_t number) { XXH3_64bits_update(state_.get(), &number, sizeof(number)); }
     Result<void> add_content(const fs::path& file, const std::vector<fs::path>& roots = {}) {
         const Result<InputFile> opened = InputFile::open(file, roots);
         if (!opened) return opened.error();
         const Result<std::string> content = opened->read_all(kLargestSource);
         if (!content) return content.error();
-        add(file.filename().string());
-        add(*content);
+        add_text(file.filename().string());
+        add_text(*content);
         return {};
     }
     /// Size and time instead of the content: for files that only a build of OpenFab changes.
     void add_stamp(const fs::path& file) {
         std::error_code status;
-        add(file.filename().string());
-        add_number(fs::file_size(file, status));
-        add_number(
-            static_cast<uint64_t>(fs::last_write_time(file, status).time_since_epoch().count()));
+        add_text(file.filename().string());
+        add(uint64_t{fs::file_size(file, status)});
+        add(static_cast<uint64_t>(fs::last_write_time(file, status).time_since_epoch().count()));
     }
-    uint64_t value() const { return XXH3_64bits_digest(state_.get()); }
-
-  private:
-    std::unique_ptr<XXH3_state_t, HashDelete> state_;
 };
 
 /// Files of a folder with one of the extensions, sorted; none where there is no such folder.
@@ -92,7 +75,7 @@ std::vector<fs::path> files_of(const fs::path& folder, const std::set<std::strin
 }
 
 Result<uint64_t> program_hash(const std::vector<fs::path>& sources, const fs::path& programs) {
-    Hash hash;
+    SourcesHash hash;
     std::set<fs::path> folders;
     for (const fs::path& source : sources) {
         if (Result<void> added = hash.add_content(source); !added) {
@@ -107,7 +90,7 @@ Result<uint64_t> program_hash(const std::vector<fs::path>& sources, const fs::pa
     for (const fs::path& folder : folders) {
         for (const fs::path& module : files_of(folder, {".fl"})) {
             if (!hash.add_content(module, {reading_root(folder)}))
-                hash.add("unreadable " + module.filename().string());
+                hash.add_text("unreadable " + module.filename().string());
         }
     }
     hash.add_stamp(programs / "openflc");
@@ -146,22 +129,12 @@ Result<int> run_program(const std::vector<std::string>& arguments) {
 }
 
 ErrorCode code_of_exit(int status) {
-    switch (status) {
-        case 1:
-            return ErrorCode::kUserInput;
-        case 2:
-            return ErrorCode::kInternal;  // our own call of the compiler is wrong
-        case 3:
-            return ErrorCode::kOutside;
-        case 130:
-            return ErrorCode::kInterrupted;
-        default:
-            return ErrorCode::kInternal;
+    // Not kUsage: our own call of the compiler is wrong then.
+    for (const ErrorCode code :
+         {ErrorCode::kUserInput, ErrorCode::kOutside, ErrorCode::kInterrupted}) {
+        if (status == exit_code(code)) return code;
     }
-}
-
-uint64_t hash_of(std::string_view bytes) {
-    return xxh3({reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size()}, 0);
+    return ErrorCode::kInternal;
 }
 
 /// Appends the seal.
@@ -173,7 +146,7 @@ Result<void> seal(const fs::path& program) {
     if (!made) return trouble(made.error().text());
     const Result<std::string> bytes = made->read_all(kLargestProgram);
     if (!bytes) return trouble(bytes.error().text());
-    const uint64_t hash = hash_of(*bytes);
+    const uint64_t hash = xxh3(*bytes);
     std::ofstream out(program, std::ios::binary | std::ios::app);
     out << kSeal << std::string_view(reinterpret_cast<const char*>(&hash), sizeof hash);
     out.close();
@@ -191,7 +164,7 @@ Result<PrintProgram> open_program(const fs::path& path) {
     const std::string_view end = std::string_view(*bytes).substr(body.size());
     uint64_t hash = 0;
     std::memcpy(&hash, end.data() + kSeal.size(), sizeof hash);
-    if (!end.starts_with(kSeal) || hash != hash_of(body)) return user_error("it is damaged");
+    if (!end.starts_with(kSeal) || hash != xxh3(body)) return user_error("it is damaged");
     if (::access(path.c_str(), X_OK) != 0) return outside_error(std::strerror(errno));
     return PrintProgram{std::move(*file), path};
 }

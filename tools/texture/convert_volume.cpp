@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "base/input_file.h"
+#include "base/text.h"
 #include "texture/pyramid_file.h"
 #include "tools/texture/decoder.h"
 #include "tools/texture/still_image.h"
@@ -119,9 +120,7 @@ MadeReader open_any(const std::vector<fs::path>& files, const texture::ImageOpti
     const std::string_view begin(head.data(), *got);
     if (begin.starts_with("NRRD")) return open_nrrd(files[0], limits);
     if (begin == "\x93NUMPY") return open_npy(files[0]);
-    std::string kind = files[0].extension().string();
-    std::transform(kind.begin(), kind.end(), kind.begin(),
-                   [](unsigned char c) { return std::tolower(c); });
+    const std::string kind = lower_ascii(files[0].extension().string());
     if (kind == ".cube") return open_cube(files[0], limits);
     if (kind == ".nrrd" || kind == ".nhdr") return user_error("it is no NRRD file");
     if (kind == ".npy") return user_error("it is no NPY file");

@@ -16,6 +16,7 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "base/infinity.h"
 #include "runtime/nearest/engine.h"
 #include "runtime/voxel/coverage.h"
 #include "tests/support/mesh_surface.h"
@@ -24,7 +25,6 @@
 namespace openfab::bench {
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
 const Vec3d kPitch{25.4 / 150, 25.4 / 150, 0.06};
 
 struct Block {

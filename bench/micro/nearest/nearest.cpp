@@ -14,6 +14,7 @@
 #include <cstring>
 #include <string>
 
+#include "base/infinity.h"
 #include "bench/micro/nearest/embree_baseline.h"
 #include "runtime/nearest/attributes.h"
 #include "runtime/nearest/engine.h"
@@ -27,7 +28,6 @@ using nearest::BlockQuery;
 using testing::TriangleMesh;
 using Clock = std::chrono::steady_clock;
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
 // 150 x 150 dpi x 60 um.
 const Vec3f kPitch{25.4f / 150, 25.4f / 150, 0.06f};
 

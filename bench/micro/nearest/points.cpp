@@ -15,6 +15,7 @@
 #include <cstring>
 #include <random>
 
+#include "base/infinity.h"
 #include "bench/micro/nearest/embree_baseline.h"
 #include "runtime/nearest/engine.h"
 #include "runtime/nearest/winding.h"
@@ -27,7 +28,6 @@ using nearest::PointAnswer;
 using nearest::PointGroup;
 using testing::TriangleMesh;
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
 const Vec3f kPitch{25.4f / 150, 25.4f / 150, 0.06f};
 
 double thread_seconds() {

@@ -9,6 +9,7 @@
 #include <cstring>
 #include <thread>
 
+#include "base/infinity.h"
 #include "runtime/nearest/engine.h"
 #include "tests/support/mesh_surface.h"
 
@@ -17,8 +18,6 @@ namespace {
 
 using testing::MeshSurface;
 using testing::TriangleMesh;
-
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 struct Asked {
     Vec3f pitch{0.1f, 0.1f, 0.1f};

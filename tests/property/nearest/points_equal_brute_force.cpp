@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "base/infinity.h"
 #include "runtime/nearest/engine.h"
 #include "tests/support/mesh_surface.h"
 
@@ -18,7 +19,6 @@ namespace {
 using testing::MeshSurface;
 using testing::TriangleMesh;
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
 #ifdef OPENFAB_SANITIZED
 constexpr int kGroups = 60;
 #else

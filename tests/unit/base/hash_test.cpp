@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
 #include <vector>
 
@@ -30,6 +31,31 @@ TEST(HashTest, IsTheLibrarysWhateverTheVectors) {
                       XXH3_64bits(bytes.data() + from, count));
         }
     }
+}
+
+TEST(HashTest, InPiecesAsInOne) {
+    std::mt19937 random(6);
+    std::vector<uint8_t> bytes(3000);
+    for (uint8_t& b : bytes)
+        b = static_cast<uint8_t>(random());
+    for (const size_t piece : {1, 7, 240, 1024, 3000}) {
+        Hasher hasher;
+        for (size_t at = 0; at < bytes.size(); at += piece)
+            hasher.add_bytes(bytes.data() + at, std::min(piece, bytes.size() - at));
+        EXPECT_EQ(hasher.value(), xxh3(bytes, 0)) << piece;
+        EXPECT_EQ(hasher.value(), XXH3_64bits(bytes.data(), bytes.size())) << "may be asked twice";
+    }
+    EXPECT_EQ(Hasher().value(), xxh3(std::string_view()));
+}
+
+TEST(HashTest, TextsDoNotRunIntoEachOther) {
+    Hasher one, other, plain;
+    one.add_text("a"), one.add_text("bc");
+    other.add_text("ab"), other.add_text("c");
+    EXPECT_NE(one.value(), other.value());
+    const char layout[] = {1, 0, 0, 0, 0, 0, 0, 0, 'a', 2, 0, 0, 0, 0, 0, 0, 0, 'b', 'c'};
+    plain.add_bytes(layout, sizeof layout);
+    EXPECT_EQ(one.value(), plain.value());
 }
 
 }  // namespace

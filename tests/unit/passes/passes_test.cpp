@@ -9,6 +9,7 @@
 #include <limits>
 #include <map>
 
+#include "base/infinity.h"
 #include "compiler/interp/evaluate.h"
 #include "compiler/passes/attach_footprints.h"
 #include "compiler/passes/bound_displacement.h"
@@ -27,7 +28,6 @@ using ir::Op;
 using ir::Type;
 using ir::ValueId;
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
 class Values : public interp::Environment {

@@ -1,0 +1,14 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+
+namespace openfab {
+
+/// Makes a vector that is kept from call to call at least `count` long; it never shrinks.
+void grow(auto* values, size_t count) {
+    if (values->size() < count) values->resize(count);
+}
+
+}  // namespace openfab
