@@ -20,6 +20,11 @@ namespace openfab::abi {
 /// everything).
 openfab_isa best_isa(openfab_isa limit = OPENFAB_ISA_AVX2);
 
+/// A kernel's code for `isa`, or where there is none, that which every machine can run.
+inline openfab_kernel_fn pick(const openfab_kernel_fn* by_isa, openfab_isa isa) {
+    return by_isa[isa] != nullptr ? by_isa[isa] : by_isa[OPENFAB_ISA_SSE41];
+}
+
 inline halide_type_t halide_type(openfab_scalar_type type) {
     switch (type) {
         case OPENFAB_FLOAT:
@@ -81,8 +86,7 @@ class KernelBuffer {
 class KernelCall {
   public:
     KernelCall(const openfab_kernel& kernel, openfab_isa isa)
-        : fn_(kernel.fn[isa] != nullptr ? kernel.fn[isa] : kernel.fn[OPENFAB_ISA_SSE41]),
-          args_(static_cast<size_t>(kernel.arg_count)) {}
+        : fn_(pick(kernel.fn, isa)), args_(static_cast<size_t>(kernel.arg_count)) {}
 
     /// `pointer` must outlive the calls: a halide_buffer_t* or the address of a 32-bit scalar.
     void set(int32_t index, const void* pointer) {

@@ -14,10 +14,10 @@ constexpr halide_type_t kUint16{halide_type_uint, 16, 1};
 constexpr halide_type_t kUint64{halide_type_uint, 64, 1};
 constexpr halide_type_t kUint8{halide_type_uint, 8, 1};
 
-openfab_kernel_fn pick(const openfab_kernel_fn* by_isa, openfab_isa isa) {
-    const openfab_kernel_fn fn = by_isa[isa] != nullptr ? by_isa[isa] : by_isa[OPENFAB_ISA_SSE41];
+abi::KernelStatus run(const openfab_kernel_fn* by_isa, openfab_isa isa, void** args) {
+    const openfab_kernel_fn fn = abi::pick(by_isa, isa);
     OPENFAB_CHECK(fn != nullptr);
-    return fn;
+    return abi::KernelStatus::of_code(fn(args));
 }
 
 }  // namespace
@@ -43,7 +43,7 @@ abi::KernelStatus StageCalls::normalise(const float* weights, int32_t slots,
     void* args[6];
     for (size_t i = 0; i < 6; ++i)
         args[i] = buffers[i].raw();
-    return abi::KernelStatus::of_code(pick(set_.normalise, isa_)(args));
+    return run(set_.normalise, isa_, args);
 }
 
 abi::KernelStatus StageCalls::pack(int32_t bits, const uint8_t* codes, int64_t code_stride,

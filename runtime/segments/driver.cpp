@@ -33,7 +33,7 @@ int32_t group_limit(const openfab_phases& phases) {
 void Driver::bind_kernel(const openfab_kernel& kernel, openfab_isa isa, Arguments* arguments,
                          Kernel* out) {
     const auto count = static_cast<size_t>(kernel.arg_count);
-    out->fn = kernel.fn[isa] != nullptr ? kernel.fn[isa] : kernel.fn[OPENFAB_ISA_SSE41];
+    out->fn = abi::pick(kernel.fn, isa);
     out->args.resize(count);
     if (out->buffer_count < count) {
         out->buffers = std::make_unique<abi::KernelBuffer[]>(count);

@@ -74,10 +74,8 @@ void KernelArguments::set_list(int32_t i, const void* data) {
 
 abi::KernelStatus KernelArguments::run(openfab_isa isa) {
     OPENFAB_CHECK(kernel_ != nullptr);
-    OPENFAB_DCHECK(std::ranges::find(args_, nullptr) == args_.end());
-    openfab_kernel_fn fn =
-        kernel_->fn[isa] != nullptr ? kernel_->fn[isa] : kernel_->fn[OPENFAB_ISA_SSE41];
-    return abi::KernelStatus::of_code(fn(args_.data()));
+    OPENFAB_DCHECK(std::find(args_.begin(), args_.end(), nullptr) == args_.end());
+    return abi::KernelStatus::of_code(abi::pick(kernel_->fn, isa)(args_.data()));
 }
 
 }  // namespace openfab::slab
