@@ -77,31 +77,34 @@ OutputFile::~OutputFile() {
     if (fd_ >= 0) ::close(fd_);
 }
 
-Result<void> OutputFile::write(std::span<const uint8_t> bytes) {
+template <typename Write>
+Result<void> OutputFile::write_with(std::span<const uint8_t> bytes, const Write& write) {
     while (!bytes.empty()) {
         // Linux writes at most 2 GiB at once.
-        const ssize_t n = ::write(fd_, bytes.data(), std::min<size_t>(bytes.size(), 1U << 30));
+        const ssize_t n = write(bytes.data(), std::min<size_t>(bytes.size(), 1U << 30));
         if (n < 0) {
             if (errno == EINTR) continue;
             return system_error("cannot write to", name_, errno);
         }
-        written_ += n;
         bytes = bytes.subspan(static_cast<size_t>(n));
     }
     return {};
 }
 
+Result<void> OutputFile::write(std::span<const uint8_t> bytes) {
+    return write_with(bytes, [&](const uint8_t* data, size_t size) {
+        const ssize_t n = ::write(fd_, data, size);
+        written_ += std::max<ssize_t>(n, 0);
+        return n;
+    });
+}
+
 Result<void> OutputFile::overwrite(int64_t offset, std::span<const uint8_t> bytes) {
-    while (!bytes.empty()) {
-        const ssize_t n = ::pwrite(fd_, bytes.data(), bytes.size(), offset);
-        if (n < 0) {
-            if (errno == EINTR) continue;
-            return system_error("cannot write to", name_, errno);
-        }
-        offset += n;
-        bytes = bytes.subspan(static_cast<size_t>(n));
-    }
-    return {};
+    return write_with(bytes, [&](const uint8_t* data, size_t size) {
+        const ssize_t n = ::pwrite(fd_, data, size, offset);
+        offset += std::max<ssize_t>(n, 0);
+        return n;
+    });
 }
 
 void OutputFile::cut_back_to(int64_t size) {

@@ -45,6 +45,9 @@ class OutputFile {
   private:
     OutputFile(int fd, std::string name) : fd_(fd), name_(std::move(name)) {}
     static Result<OutputFile> open_locked(const std::string& path);
+    /// All of it by write(data, size), which is asked again until all is written.
+    template <typename Write>
+    Result<void> write_with(std::span<const uint8_t> bytes, const Write& write);
 
     int fd_ = -1;
     int64_t written_ = 0;

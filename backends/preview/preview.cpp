@@ -152,7 +152,9 @@ class Preview : public backends::SliceObserver {
     PaddedRow row_;
 };
 
-class LitPreview : public Preview {
+/// One that every slice goes into, column by column.
+template <typename Columns>
+class ColumnPreview : public Preview {
   public:
     using Preview::Preview;
 
@@ -160,6 +162,14 @@ class LitPreview : public Preview {
         for (int32_t j = 0; j < grid_.height; ++j)
             columns_->add_row(slice.z, j, row_codes(slice, j));
     }
+
+  protected:
+    std::optional<Columns> columns_;
+};
+
+class LitPreview : public ColumnPreview<SightColumns> {
+  public:
+    using ColumnPreview::ColumnPreview;
 
   private:
     Result<void> start() override {
@@ -198,18 +208,11 @@ class LitPreview : public Preview {
         pixel.height_mm = static_cast<float>((back ? -sight.z : sight.z) * info_.pitch_mm.z);
         return pixel;
     }
-
-    std::optional<SightColumns> columns_;
 };
 
-class TransmittedPreview : public Preview {
+class TransmittedPreview : public ColumnPreview<ThicknessColumns> {
   public:
-    using Preview::Preview;
-
-    void observe(const SliceView& slice) override {
-        for (int32_t j = 0; j < grid_.height; ++j)
-            columns_->add_row(slice.z, j, row_codes(slice, j));
-    }
+    using ColumnPreview::ColumnPreview;
 
   private:
     Result<void> start() override {
@@ -239,8 +242,6 @@ class TransmittedPreview : public Preview {
             return pixel;
         });
     }
-
-    std::optional<ThicknessColumns> columns_;
 };
 
 class SlicePreview : public Preview {

@@ -9,6 +9,7 @@
 #include <tuple>
 #include <utility>
 
+#include "mesh/check/disjoint_sets.h"
 #include "mesh/check/mesh_edges.h"
 
 namespace openfab::scene {
@@ -286,23 +287,12 @@ void pair_uses(const Mesh& mesh, const Edge* first, const Edge* last, Pair pair)
 
 /// Gives each fan of triangles around a vertex a vertex of its own; the first keeps the old one.
 void split_vertices(Mesh* mesh) {
-    std::vector<int32_t> parent(mesh->triangles.size() * 3);
-    std::iota(parent.begin(), parent.end(), 0);
-    const auto root = [&](int32_t c) {
-        while (parent[static_cast<size_t>(c)] != c) {
-            parent[static_cast<size_t>(c)] =
-                parent[static_cast<size_t>(parent[static_cast<size_t>(c)])];
-            c = parent[static_cast<size_t>(c)];
-        }
-        return c;
-    };
+    DisjointSets fans(mesh->triangles.size() * 3);  // of corners
     const auto join = [&](const Edge& x, const Edge& y, int32_t vertex) {
         const auto corner = [&](const Edge& e) {
-            return root(e.triangle * 3 +
-                        static_cast<int32_t>(corner_of(*mesh, e.triangle, vertex)));
+            return e.triangle * 3 + static_cast<int32_t>(corner_of(*mesh, e.triangle, vertex));
         };
-        const int32_t a = corner(x), b = corner(y);
-        parent[static_cast<size_t>(std::max(a, b))] = std::min(a, b);
+        fans.join(corner(x), corner(y));
     };
     const std::vector<Edge> edges = sorted_edges(*mesh);
     for_each_edge(edges, [&](const Edge* first, const Edge* last) {
@@ -311,11 +301,11 @@ void split_vertices(Mesh* mesh) {
             join(x, y, x.b);
         });
     });
-    std::vector<int32_t> number(parent.size(), -1);
+    std::vector<int32_t> number(fans.size(), -1);
     std::vector<bool> taken(mesh->positions.size());
     std::vector<std::array<int32_t, 3>> out = mesh->triangles;
-    for (size_t c = 0; c < parent.size(); ++c) {
-        const auto r = static_cast<size_t>(root(static_cast<int32_t>(c)));
+    for (size_t c = 0; c < fans.size(); ++c) {
+        const auto r = static_cast<size_t>(fans.find(static_cast<int32_t>(c)));
         const int32_t vertex = mesh->triangles[c / 3][c % 3];
         if (number[r] < 0) {
             number[r] = vertex;

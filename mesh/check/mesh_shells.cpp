@@ -6,9 +6,9 @@
 
 #include <algorithm>
 #include <limits>
-#include <numeric>
 #include <tuple>
 
+#include "mesh/check/disjoint_sets.h"
 #include "mesh/check/triangle_tree.h"
 
 namespace openfab::scene {
@@ -21,26 +21,15 @@ const Vec3d& at(const Mesh& mesh, int32_t vertex) {
 /// Shell of each triangle: triangles that share an edge are of one shell, numbered by their lowest
 /// triangle.
 std::vector<int32_t> find_shells(size_t triangles, const std::vector<Edge>& edges) {
-    std::vector<int32_t> parent(triangles);
-    std::iota(parent.begin(), parent.end(), 0);
-    const auto root = [&](int32_t t) {
-        while (parent[static_cast<size_t>(t)] != t) {
-            parent[static_cast<size_t>(t)] =
-                parent[static_cast<size_t>(parent[static_cast<size_t>(t)])];
-            t = parent[static_cast<size_t>(t)];
-        }
-        return t;
-    };
+    DisjointSets shells(triangles);
     for_each_edge(edges, [&](const Edge* first, const Edge* last) {
-        for (const Edge* e = first + 1; e < last; ++e) {
-            const int32_t a = root(first->triangle);
-            const int32_t b = root(e->triangle);
-            parent[static_cast<size_t>(std::max(a, b))] = std::min(a, b);
-        }
+        for (const Edge* e = first + 1; e < last; ++e)
+            shells.join(first->triangle, e->triangle);
     });
-    for (size_t t = 0; t < parent.size(); ++t)
-        parent[t] = root(static_cast<int32_t>(t));
-    return parent;
+    std::vector<int32_t> shell_of(triangles);
+    for (size_t t = 0; t < triangles; ++t)
+        shell_of[t] = shells.find(static_cast<int32_t>(t));
+    return shell_of;
 }
 
 /// Side of p from the line a b in the y z plane, p being moved by (e, e^2): never 0 unless a and b

@@ -1,0 +1,38 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Numbers 0 to n - 1 in sets that are joined; each set goes by its lowest number.
+
+#include <algorithm>
+#include <cstdint>
+#include <numeric>
+#include <vector>
+
+namespace openfab::scene {
+
+class DisjointSets {
+  public:
+    explicit DisjointSets(size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0); }
+
+    size_t size() const { return parent_.size(); }
+    /// The lowest number of the set that holds `i`.
+    int32_t find(int32_t i) {
+        while (parent(i) != i) {
+            parent(i) = parent(parent(i));
+            i = parent(i);
+        }
+        return i;
+    }
+    void join(int32_t a, int32_t b) {
+        a = find(a), b = find(b);
+        parent(std::max(a, b)) = std::min(a, b);
+    }
+
+  private:
+    int32_t& parent(int32_t i) { return parent_[static_cast<size_t>(i)]; }
+
+    std::vector<int32_t> parent_;
+};
+
+}  // namespace openfab::scene
