@@ -7,6 +7,7 @@
 
 #include <string>
 
+#include "base/clean_exit.h"
 #include "base/command_line.h"
 #include "base/say.h"
 #include "base/text.h"
@@ -73,5 +74,6 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
     openfab::prepare_streams();
+    openfab::clean_up_on_signals();
     return openfab::driver::run(argc, argv);
 }

@@ -5,6 +5,7 @@
 
 #include <string_view>
 
+#include "base/clean_exit.h"
 #include "base/command_line.h"
 #include "base/say.h"
 #include "tools/openfab/commands.h"
@@ -25,6 +26,7 @@ constexpr const char* kFooter = R"(Examples:
 
 int tool_main(int argc, char** argv) {
     prepare_streams();
+    clean_up_on_signals();
     if (argc > 1 && std::string_view(argv[1]) == "print") return print_command(argc, argv);
     if (argc > 1 && std::string_view(argv[1]) == "texture") return texture_command(argv);
     CLI::App app("OpenFab: programs in, printer slices out.", "openfab");
