@@ -6,9 +6,9 @@
 
 #include <algorithm>
 #include <cctype>
-#include <fstream>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "base/input_file.h"
 #include "base/text.h"
@@ -20,10 +20,23 @@ bool read_line(const std::string& file, int line, std::string* out) {
     constexpr size_t kLongestLine = 400;  // a minified file would fill the screen
     const Result<InputFile> opened = InputFile::open(file);
     if (!opened) return false;
-    std::ifstream in(opened->name(), std::ios::binary);
-    for (int i = 0; i < line; ++i) {
-        if (!std::getline(in, *out)) return false;
+    // In pieces, of which no more than that line is kept: a file may be one line.
+    std::vector<char> piece(1 << 16);
+    int at_line = 1;
+    out->clear();
+    for (int64_t at = 0; at_line <= line && out->size() <= kLongestLine;) {
+        const Result<size_t> got = opened->read(at, piece.data(), piece.size());
+        if (!got || *got == 0) break;
+        std::string_view rest(piece.data(), *got);
+        at += static_cast<int64_t>(*got);
+        while (!rest.empty() && at_line <= line) {
+            const size_t end = std::min(rest.find('\n'), rest.size());
+            if (at_line == line) out->append(rest.substr(0, std::min(end, kLongestLine + 1)));
+            at_line += end < rest.size();
+            rest.remove_prefix(std::min(end + 1, rest.size()));
+        }
     }
+    if (at_line < line || (at_line == line && out->empty())) return false;
     if (!out->empty() && out->back() == '\r') out->pop_back();
     return out->size() <= kLongestLine;
 }

@@ -8,6 +8,7 @@
 #include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <optional>
 #include <unordered_map>
 
@@ -221,9 +222,20 @@ class TreeBuilder {
     }
     bool end() {
         OPENFAB_CHECK(!open_.empty());
+        sort_keys(open_.back());
         open_.pop_back();
         keys_.pop_back();
         return true;
+    }
+    void sort_keys(JsonValue* object) {
+        const std::vector<JsonMember>& members = object->members;
+        if (members.size() < kFewKeys) return;
+        memory_left_ -= static_cast<int64_t>(members.size() * sizeof(int32_t));
+        object->by_key.resize(members.size());
+        std::iota(object->by_key.begin(), object->by_key.end(), 0);
+        std::sort(object->by_key.begin(), object->by_key.end(), [&](int32_t x, int32_t y) {
+            return members[static_cast<size_t>(x)].key < members[static_cast<size_t>(y)].key;
+        });
     }
     const JsonMember* same_key(const std::string& key) {
         const std::vector<JsonMember>& members = open_.back()->members;
@@ -327,6 +339,17 @@ const char* JsonValue::kind_name() const {
 }
 
 const JsonMember* JsonValue::find(std::string_view key) const {
+    // Who adds members to a tree does without the order.
+    if (!members.empty() && by_key.size() == members.size()) {
+        const auto key_of = [&](int32_t place) -> std::string_view {
+            return members[static_cast<size_t>(place)].key;
+        };
+        const auto found = std::partition_point(by_key.begin(), by_key.end(),
+                                                [&](int32_t place) { return key_of(place) < key; });
+        return found != by_key.end() && key_of(*found) == key
+                   ? &members[static_cast<size_t>(*found)]
+                   : nullptr;
+    }
     const auto it = std::find_if(members.begin(), members.end(),
                                  [&](const JsonMember& m) { return m.key == key; });
     return it == members.end() ? nullptr : &*it;
@@ -341,7 +364,8 @@ int64_t json_bytes(const JsonValue& value) {
         bytes += json_bytes(member.value) +
                  static_cast<int64_t>(sizeof member - sizeof member.value + member.key.capacity());
     }
-    bytes += static_cast<int64_t>((value.items.capacity() - value.items.size()) * sizeof value +
+    bytes += static_cast<int64_t>(value.by_key.capacity() * sizeof(int32_t) +
+                                  (value.items.capacity() - value.items.size()) * sizeof value +
                                   (value.members.capacity() - value.members.size()) *
                                       sizeof(JsonMember));
     return bytes;

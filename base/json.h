@@ -27,12 +27,15 @@ struct JsonValue {
     std::string text;
     std::vector<JsonValue> items;
     std::vector<JsonMember> members;
+    std::vector<int32_t> by_key;  ///< places of many members, in order of their keys
     int32_t line = 0;
     int32_t column = 0;  ///< one-based, in code points
 
     bool is(Kind wanted) const { return kind == wanted; }
     /// "a number", "an object", …
     const char* kind_name() const;
+    /// The member of this key. An object of many, asked for many, does not look through all of them
+    /// for each.
     const JsonMember* find(std::string_view key) const;
 };
 

@@ -37,6 +37,8 @@ size_t edits(std::string_view a, std::string_view b) {
 
 // Quadratic cost, and nobody misspells more than this by a letter.
 constexpr size_t kLongestName = 200;
+/// Of candidates: a moment's work where all are that long.
+constexpr size_t kMost = 10'000;
 
 }  // namespace
 
@@ -44,7 +46,7 @@ std::string near_miss(std::string_view name, std::span<const std::string> candid
     if (name.empty() || name.size() > kLongestName) return {};
     size_t best = (name.size() == 2 ? 1 : name.size() / 3) + 1;
     const std::string* found = nullptr;
-    for (const std::string& candidate : candidates) {
+    for (const std::string& candidate : candidates.first(std::min(candidates.size(), kMost))) {
         if (candidate.size() > kLongestName) continue;
         if (found != nullptr && candidate == *found) continue;  // listed twice
         const size_t distance = edits(name, candidate);
@@ -62,12 +64,12 @@ std::string suggest(std::string_view name, std::span<const std::string> candidat
     if (candidates.empty()) return "there are none";
     const std::string near = near_miss(name, candidates);
     if (!near.empty()) return fmt::format("did you mean `{}`?", near);
-    constexpr size_t kMost = 12;
+    constexpr size_t kShown = 12;
     std::string text = "known: ";
-    for (size_t i = 0; i < std::min(kMost, candidates.size()); ++i) {
+    for (size_t i = 0; i < std::min(kShown, candidates.size()); ++i) {
         text += fmt::format("{}`{}`", i == 0 ? "" : ", ", candidates[i]);
     }
-    if (candidates.size() > kMost) text += fmt::format(" and {} more", candidates.size() - kMost);
+    if (candidates.size() > kShown) text += fmt::format(" and {} more", candidates.size() - kShown);
     return text;
 }
 

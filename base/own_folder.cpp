@@ -20,6 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr size_t kLetters = 6;  // of mkstemp and mkdtemp
+constexpr std::string_view kFolderName = "openfab";
 
 std::string reason(int code) {
     return std::generic_category().message(code);
@@ -77,6 +78,47 @@ bool is_temporary(const std::string& name) {
     return mark != std::string::npos && name.size() == mark + kTemporaryMark.size() + kLetters;
 }
 
+bool is_temporary_folder(const std::string& name) {
+    return is_temporary(name) &&
+           name.starts_with(std::string(kFolderName).append(kTemporaryMark)) &&
+           name.size() == kFolderName.size() + kTemporaryMark.size() + kLetters;
+}
+
+bool is_own(int descriptor) {
+    struct stat status {};
+    return ::fstat(descriptor, &status) == 0 && status.st_uid == ::geteuid();
+}
+
+/// Removes what has such a name, is this user's, and is not locked: folders, and files unless
+/// `folders_alone`.
+void clear(const fs::path& folder, bool (*has_name)(const std::string& name), bool folders_alone) {
+    std::error_code status;
+    std::vector<fs::path> found;
+    for (fs::directory_iterator entry(folder, status), end; !status && entry != end;
+         entry.increment(status)) {
+        if (has_name(entry->path().filename().string())) found.push_back(entry->path());
+    }
+    for (const fs::path& path : found) {
+        const bool is_folder = fs::is_directory(fs::symlink_status(path, status));
+        if (folders_alone && !is_folder) continue;
+        const int flags = is_folder ? O_RDONLY | O_DIRECTORY : O_RDWR;
+        const int held = ::open(path.c_str(), flags | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+        if (held < 0) continue;
+        if (is_own(held) && lock(held) == Lock::kHeld) fs::remove_all(path, status);
+        ::close(held);
+    }
+}
+
+/// Whether nobody else can put anything in this user's name there, or in its place.
+bool is_apart(const fs::path& folder) {
+    fs::path at;
+    for (const fs::path& step : folder) {
+        at /= step;
+        if (!check(at, false)) return false;
+    }
+    return true;
+}
+
 }  // namespace
 
 Result<fs::path> own_folder(const fs::path& folder) {
@@ -99,12 +141,20 @@ Result<std::unique_ptr<TemporaryFolder>> TemporaryFolder::create(const fs::path&
     std::error_code status;
     const fs::path parent = place.empty() ? fs::temp_directory_path(status) : place;
     if (status) return outside_error("no folder for temporary files: " + status.message());
+    const fs::path plain = fs::canonical(parent, status);
+    if (!status && is_apart(plain)) clear(plain, is_temporary_folder, true);
     std::unique_ptr<TemporaryFolder> folder(new TemporaryFolder);
     for (;;) {
-        std::string name = (parent / ("openfab" + std::string(kTemporaryMark) + "XXXXXX")).string();
-        if (::mkdtemp(name.data()) == nullptr) {
+        std::string name =
+            (parent / std::string(kFolderName).append(kTemporaryMark).append("XXXXXX")).string();
+        int trouble = 0;
+        folder->at_end_.emplace([&] {
+            trouble = ::mkdtemp(name.data()) == nullptr ? errno : 0;
+            return trouble == 0 ? fs::path(name) : fs::path();
+        });
+        if (trouble != 0) {
             return outside_error(
-                fmt::format("cannot make a folder in `{}`: {}", parent.string(), reason(errno)));
+                fmt::format("cannot make a folder in `{}`: {}", parent.string(), reason(trouble)));
         }
         folder->path_ = name;
         folder->lock_ = ::open(name.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
@@ -133,20 +183,7 @@ int open_temporary(const fs::path& name, fs::path* made) {
 }
 
 void clear_left_over(const fs::path& folder) {
-    std::error_code status;
-    std::vector<fs::path> found;
-    for (fs::directory_iterator entry(folder, status), end; !status && entry != end;
-         entry.increment(status)) {
-        if (is_temporary(entry->path().filename().string())) found.push_back(entry->path());
-    }
-    for (const fs::path& path : found) {
-        const bool is_folder = fs::is_directory(fs::symlink_status(path, status));
-        const int flags = is_folder ? O_RDONLY | O_DIRECTORY : O_RDWR;
-        const int held = ::open(path.c_str(), flags | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
-        if (held < 0) continue;
-        if (lock(held) == Lock::kHeld) fs::remove_all(path, status);
-        ::close(held);
-    }
+    clear(folder, is_temporary, false);
 }
 
 }  // namespace openfab

@@ -7,8 +7,10 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string_view>
 
+#include "base/clean_exit.h"
 #include "base/result.h"
 
 namespace openfab {
@@ -22,10 +24,12 @@ Result<std::filesystem::path> own_folder(const std::filesystem::path& folder);
 /// What temporary names end in: this, and six letters.
 constexpr std::string_view kTemporaryMark = ".tmp-";
 
-/// A folder for a while, which nobody else can look into. Its maker holds a lock on it.
+/// A folder for a while, which nobody else can look into. Its maker holds a lock on it, and it goes
+/// with the maker (clean_exit.h).
 class TemporaryFolder {
   public:
-    /// In `place`; empty: in the system's folder for temporary files.
+    /// In `place`; empty: in the system's folder for temporary files. Those that were left there by
+    /// makers that were killed are removed.
     static Result<std::unique_ptr<TemporaryFolder>> create(const std::filesystem::path& place = {});
     /// Removes it with all that it holds.
     ~TemporaryFolder();
@@ -38,6 +42,7 @@ class TemporaryFolder {
     TemporaryFolder() = default;
 
     std::filesystem::path path_;
+    std::optional<RemovedAtEnd> at_end_;
     int lock_ = -1;
 };
 

@@ -7,6 +7,8 @@
 #include <csignal>
 #include <cstring>
 
+#include "base/clean_exit.h"
+
 namespace openfab::print {
 
 namespace {
@@ -25,7 +27,7 @@ void on_signal(int) {
     const char* const text = text_at_once.load();
     // Nothing is left to do about a message that cannot be written.
     [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, text, std::strlen(text));
-    _exit(exit_code_at_once.load());
+    end_cleanly(exit_code_at_once.load());
 }
 
 }  // namespace

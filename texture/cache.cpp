@@ -13,9 +13,11 @@
 #include <cerrno>
 #include <csignal>
 #include <cstdlib>
+#include <optional>
 #include <system_error>
 #include <vector>
 
+#include "base/clean_exit.h"
 #include "base/hash.h"
 #include "base/input_file.h"
 #include "base/own_folder.h"
@@ -65,6 +67,8 @@ Result<HelperResult> run_helper(const std::vector<std::string>& arguments) {
     const int trouble = ::posix_spawn(&child, argv[0], &actions, nullptr, argv.data(), environ);
     posix_spawn_file_actions_destroy(&actions);
     ::close(ends[1]);
+    std::optional<RunningProgram> running;
+    if (trouble == 0) running.emplace(child);
     HelperResult result;
     char buffer[4096];
     while (trouble == 0) {
@@ -78,10 +82,8 @@ Result<HelperResult> run_helper(const std::vector<std::string>& arguments) {
     ::close(ends[0]);
     if (trouble != 0)
         return outside_error(fmt::format("cannot start {}: {}", arguments[0], reason(trouble)));
-    while (::waitpid(child, &result.status, 0) < 0) {
-        if (errno != EINTR)
-            return outside_error("cannot wait for the texture helper: " + reason(errno));
-    }
+    if (!running->wait(&result.status))
+        return outside_error("cannot wait for the texture helper: " + reason(errno));
     return result;
 }
 

@@ -126,7 +126,11 @@ Result<std::unique_ptr<PyramidWriter>> PyramidWriter::create(const std::filesyst
     std::unique_ptr<PyramidWriter> writer(new PyramidWriter);
     writer->file_ = file;
     writer->layout_ = layout;
-    const int fd = open_temporary(file, &writer->temporary_);
+    int fd = -1;
+    writer->at_end_.emplace([&] {
+        fd = open_temporary(file, &writer->temporary_);
+        return writer->temporary_;
+    });
     writer->descriptor_ = fd;
     if (fd < 0) return system_trouble("write", file);
     const Header header = header_for(layout, content_key);
@@ -183,6 +187,7 @@ Result<void> PyramidWriter::finish() {
     std::memcpy(static_cast<std::byte*>(mapping_) + offsetof(Header, checksum), &value,
                 sizeof value);
     if (::rename(temporary_.c_str(), file_.c_str()) != 0) return system_trouble("write", file_);
+    at_end_.reset();
     temporary_.clear();
     return Ok{};
 }

@@ -27,7 +27,9 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 
+#include "base/clean_exit.h"
 #include "base/input_file.h"
 #include "base/result.h"
 #include "texture/pyramid_layout.h"
@@ -64,6 +66,7 @@ class PyramidWriter {
 
     std::filesystem::path file_;
     std::filesystem::path temporary_;
+    std::optional<RemovedAtEnd> at_end_;  ///< of temporary_
     PyramidLayout layout_;
     int descriptor_ = -1;  ///< locked as long as the writer lives
     void* mapping_ = nullptr;

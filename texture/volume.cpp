@@ -98,7 +98,11 @@ Result<std::vector<fs::path>> volume_files(const fs::path& source) {
     const fs::path place = folder ? source : source.parent_path();
     const std::string pattern = folder ? "*" : plain_pattern(source.filename().string());
     std::vector<fs::path> files;
-    if (folder || pattern.find_first_of("*#%") != std::string::npos) {
+    // The work is the product of its length and of all names'.
+    constexpr size_t kLongestPattern = 1000;
+    const bool many = folder || (pattern.find_first_of("*#%") != std::string::npos &&
+                                 pattern.size() <= kLongestPattern);
+    if (many) {
         for (fs::directory_iterator it(place.empty() ? fs::path(".") : place, trouble), end;
              !trouble && it != end; it.increment(trouble)) {
             const std::string name = it->path().filename().string();

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <unordered_map>
 
 #include "base/affine.h"
 #include "base/near_miss.h"
@@ -24,6 +25,8 @@ constexpr double kLargestScale = 1e6;
 /// Groups are flattened one in the other: what may be kept of all of them.
 constexpr size_t kMostMade = 5 * kMostPlacements;
 constexpr int kDeepest = 64;
+/// Vertices that are turned to find boxes, of all placements: seconds.
+constexpr double kMostLookedAt = 1e9;
 
 /// A number for all axes, or one each.
 Vec3d one_or_three(const JsonValue& value, const std::string& what, double least, double most,
@@ -46,6 +49,19 @@ std::vector<std::string> object_names(const World& world) {
     for (const Object& object : world.objects)
         names.push_back(object.name);
     return names;
+}
+
+/// What a placement takes for one of its overrides.
+size_t binding_bytes(const std::string& name, const UniformBinding& binding) {
+    constexpr size_t kNode = 96;  // of the map, and small texts
+    size_t bytes = sizeof binding + kNode + name.size() + binding.place.file.size();
+    if (const auto* numbers = std::get_if<std::vector<double>>(&binding.value))
+        bytes += numbers->size() * sizeof(double);
+    if (const auto* names = std::get_if<std::vector<std::string>>(&binding.value)) {
+        for (const std::string& text : *names)
+            bytes += sizeof text + text.size();
+    }
+    return bytes;
 }
 
 void move(const Vec3d& by, std::vector<Placement>* placements) {
@@ -130,7 +146,7 @@ void BuildReader::arrange(const JsonValue& value, std::vector<std::vector<Placem
             y += depth + spacing;
             depth = 0;
         }
-        const Box3d of = box((*items)[i]);
+        const Box3d of = box(value, (*items)[i]);
         move({x - of.lo.x, y - of.lo.y, 0 - of.lo.z}, &(*items)[i]);
         width = std::max(width, x + of.size().x);
         x += of.size().x + spacing;
@@ -153,22 +169,18 @@ bool BuildReader::room_for(const JsonValue& value, size_t count) {
 bool BuildReader::memory_for(const JsonValue& value, const std::vector<Placement>& placements,
                              size_t copies) {
     if (!json_.ok()) return false;
-    constexpr size_t kBinding = 96;  // of the map, and small texts
     double bytes = 0;
     for (const Placement& p : placements) {
         size_t one = sizeof p + p.place.file.size();
-        for (const auto& [name, binding] : p.overrides) {
-            one += sizeof binding + kBinding + name.size() + binding.place.file.size();
-            if (const auto* numbers = std::get_if<std::vector<double>>(&binding.value))
-                one += numbers->size() * sizeof(double);
-            if (const auto* names = std::get_if<std::vector<std::string>>(&binding.value)) {
-                for (const std::string& text : *names)
-                    one += sizeof text + text.size();
-            }
-        }
+        for (const auto& [name, binding] : p.overrides)
+            one += binding_bytes(name, binding);
         bytes += static_cast<double>(one);
     }
-    made_bytes_ += bytes * static_cast<double>(copies);
+    return take_memory(value, bytes * static_cast<double>(copies));
+}
+
+bool BuildReader::take_memory(const JsonValue& value, double bytes) {
+    made_bytes_ += bytes;
     if (made_bytes_ <= static_cast<double>(memory_bytes_)) return true;
     json_.fail(
         value,
@@ -188,7 +200,7 @@ void BuildReader::placement(const JsonValue& value, const std::string& what,
     if (!json_.ok()) return;
     for (Placement& p : placed)
         p.transform = product(local.transform, p.transform);
-    if (local.on_bed) move({0, 0, 0 - box(placed).lo.z}, &placed);
+    if (local.on_bed) move({0, 0, 0 - box(value, placed).lo.z}, &placed);
     const JsonMember* many = value.find("grid");
     const JsonMember* file = value.find("transforms");
     if (many != nullptr && file != nullptr) {
@@ -279,26 +291,31 @@ const std::vector<Placement>* BuildReader::group(const JsonValue& value, const s
 void BuildReader::override_group(const JsonValue& value, const std::string& what,
                                  std::vector<Placement>* placements) {
     const UniformBindings bindings = read_uniforms(value, what, &json_);
+    std::unordered_map<int32_t, std::vector<size_t>> of_object;
+    std::vector<std::string> names;
+    for (size_t i = 0; i < placements->size(); ++i) {
+        std::vector<size_t>& same = of_object[(*placements)[i].object];
+        if (same.empty())
+            names.push_back(world_.objects[static_cast<size_t>((*placements)[i].object)].name);
+        same.push_back(i);
+    }
     for (const auto& [key, binding] : bindings) {
         const size_t dot = key.rfind('.');
         const std::string object = key.substr(0, dot == std::string::npos ? 0 : dot);
-        const auto found = objects_.find(object);
-        bool used = false;
-        for (Placement& p : *placements) {
-            if (found == objects_.end() || p.object != found->second) continue;
-            p.overrides.insert_or_assign(key.substr(dot + 1), binding);
-            used = true;
+        const auto known = objects_.find(object);
+        const auto found =
+            known == objects_.end() ? of_object.end() : of_object.find(known->second);
+        if (found == of_object.end()) {
+            return json_.fail_with(
+                error_at(binding.place,
+                         fmt::format("uniform `{}` of {} names no object of the group", key, what),
+                         "write `OBJECT.UNIFORM`, " + suggest(object, names)));
         }
-        if (used) continue;
-        std::vector<std::string> names;
-        for (const Placement& p : *placements) {
-            const std::string& name = world_.objects[static_cast<size_t>(p.object)].name;
-            if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
-        }
-        return json_.fail_with(
-            error_at(binding.place,
-                     fmt::format("uniform `{}` of {} names no object of the group", key, what),
-                     "write `OBJECT.UNIFORM`, " + suggest(object, names)));
+        if (!take_memory(value, static_cast<double>(binding_bytes(key, binding)) *
+                                    static_cast<double>(found->second.size())))
+            return;
+        for (const size_t i : found->second)
+            (*placements)[i].overrides.insert_or_assign(key.substr(dot + 1), binding);
     }
 }
 
@@ -397,7 +414,7 @@ void BuildReader::grid(const JsonValue& value, const std::string& what,
     } else {
         by = one_or_three(spacing->value, fmt::format("`spacing_mm` of {}", name), 0, kFarthest_mm,
                           &json_) +
-             (json_.ok() ? box(*placements).size() : Vec3d{});
+             (json_.ok() ? box(value, *placements).size() : Vec3d{});
     }
     if (!json_.ok()) return;
     size_t copies = 1;
@@ -444,10 +461,17 @@ void BuildReader::copies(const JsonValue& value, const std::string& what,
 }
 
 /// Of the meshes as they stand, before any displacement.
-Box3d BuildReader::box(const std::vector<Placement>& placements) {
+Box3d BuildReader::box(const JsonValue& value, const std::vector<Placement>& placements) {
     Box3d out;
     for (const Placement& p : placements) {
         const int32_t mesh = world_.objects[static_cast<size_t>(p.object)].mesh;
+        if (looked_at_ > kMostLookedAt) {
+            json_.fail(value,
+                       "the places of this build are found from boxes of too many turned meshes; "
+                       "turn more of them alike, or give places with `translate_mm` of three "
+                       "numbers");
+            break;
+        }
         const Box3d& turned = turned_box(mesh, p.transform.m);
         if (!turned.empty()) out.add(Box3d{turned.lo + p.transform.t, turned.hi + p.transform.t});
     }
@@ -458,6 +482,8 @@ const Box3d& BuildReader::turned_box(int32_t mesh, const std::array<double, 9>& 
     const auto [known, fresh] = boxes_.try_emplace({mesh, m});
     if (fresh) {
         const Affine3d turn{m, {}};
+        looked_at_ +=
+            static_cast<double>(world_.meshes[static_cast<size_t>(mesh)].positions.size());
         for (const Vec3d& p : world_.meshes[static_cast<size_t>(mesh)].positions)
             known->second.add(turn.apply_vector(p));
     }

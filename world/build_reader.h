@@ -55,8 +55,9 @@ class BuildReader {
     bool room_for(const JsonValue& value, size_t count);
     bool memory_for(const JsonValue& value, const std::vector<Placement>& placements,
                     size_t copies);
+    bool take_memory(const JsonValue& value, double bytes);
 
-    Box3d box(const std::vector<Placement>& placements);
+    Box3d box(const JsonValue& value, const std::vector<Placement>& placements);
     const Box3d& turned_box(int32_t mesh, const std::array<double, 9>& m);
 
     JsonReader& json_;
@@ -69,6 +70,7 @@ class BuildReader {
     int64_t memory_bytes_;
     double made_bytes_ = 0;
     std::map<std::pair<int32_t, std::array<double, 9>>, Box3d> boxes_;
+    double looked_at_ = 0;  ///< vertices, for boxes_
 };
 
 }  // namespace openfab::scene

@@ -50,6 +50,14 @@ bool JsonReader::named_things(const JsonValue& value, const std::string& key) {
                     "give it one");
             return false;
         }
+        // Messages, and what is kept for them, have it again and again.
+        constexpr size_t kLongest = 1000;
+        if (member.key.size() > kLongest) {
+            fail_at(member.line, member.column,
+                    fmt::format("a name of {} bytes in `{}`; at most {} are possible",
+                                member.key.size(), key, kLongest));
+            return false;
+        }
     }
     return true;
 }

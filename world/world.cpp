@@ -30,6 +30,8 @@ namespace fs = std::filesystem;
 
 constexpr size_t kLargestWorld = 256'000'000;
 constexpr size_t kMostMaterials = 64;
+/// Each placement looks for its own among them.
+constexpr size_t kMostTextures = 4096;
 constexpr double kLargestPrimitive_mm = 1e5;
 
 class WorldReader {
@@ -207,6 +209,10 @@ class WorldReader {
         if (const JsonMember* p = m.value.find("spacing_mm"))
             texture.spacing_mm = spacing(p->value, "`spacing_mm` of " + what);
         texture.place = json_.place(m.value.find("file")->value);
+        if (world_.textures.size() == kMostTextures) {
+            json_.fail(m.value, fmt::format("more than {} textures; a world has at most that many",
+                                            kMostTextures));
+        }
         world_.textures.push_back(std::move(texture));
     }
 

@@ -58,8 +58,29 @@ fs::path WorldFiles::existing(const JsonValue& value, const std::string& what) {
                                fs::exists(path, ignored) ? "is not a file" : "does not exist"),
                    "paths count from the world's folder");
     }
-    files_.push_back(path);
+    add(value, path);
     return path;
+}
+
+/// A small world may name a large file many times, and folders of many files: both end.
+void WorldFiles::add(const JsonValue& value, const fs::path& file) {
+    constexpr size_t kMostFiles = 200'000;
+    constexpr double kMostAgain = 2e9;
+    files_.push_back(file);
+    if (files_.size() > kMostFiles)
+        json_.fail(value, fmt::format("the world names more than {} files", kMostFiles));
+    if (!json_.ok() || known_.insert(without_links(file)).second) return;
+    std::error_code unknown;
+    const uintmax_t bytes = fs::file_size(file, unknown);
+    read_again_bytes_ += unknown ? 0 : static_cast<double>(bytes);
+    if (read_again_bytes_ > kMostAgain) {
+        json_.fail(
+            value,
+            fmt::format("the world reads files that it has read before, here `{}`, more than "
+                        "2 GB of them",
+                        file.filename().string()),
+            "name a file once, and what is made of it again");
+    }
 }
 
 fs::path WorldFiles::images(const JsonValue& value, const std::string& what) {
@@ -73,8 +94,8 @@ fs::path WorldFiles::images(const JsonValue& value, const std::string& what) {
         existing(value, what);
     } else if (Result<std::vector<fs::path>> found = texture::volume_files(path)) {
         slices = std::move(*found);
-        for (const fs::path& slice : slices)
-            also(value, slice);
+        for (size_t i = 0; i < slices.size() && json_.ok(); ++i)
+            also(value, slices[i]);
     } else {
         json_.fail(value, fmt::format("{} `{}` names no file", what, path.string()),
                    "paths count from the world's folder");
@@ -87,7 +108,7 @@ fs::path WorldFiles::images(const JsonValue& value, const std::string& what) {
 
 void WorldFiles::also(const JsonValue& value, const fs::path& file) {
     check(value, fmt::format("`{}`, which it reads,", file.filename().string()), file);
-    files_.push_back(file);
+    add(value, file);
 }
 
 }  // namespace openfab::scene

@@ -6,6 +6,7 @@
 // only, unless the person who runs it allows more.
 
 #include <filesystem>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -36,11 +37,14 @@ class WorldFiles {
   private:
     bool allowed(const std::filesystem::path& path) const;
     void check(const JsonValue& value, const std::string& what, const std::filesystem::path& path);
+    void add(const JsonValue& value, const std::filesystem::path& file);
 
     std::filesystem::path folder_;
     std::vector<std::filesystem::path> roots_;  ///< without links and dots
     JsonReader& json_;
     std::vector<std::filesystem::path> files_;
+    std::set<std::filesystem::path> known_;  ///< of files_, without links
+    double read_again_bytes_ = 0;
 };
 
 }  // namespace openfab::scene

@@ -1,7 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <cstdio>
@@ -10,6 +9,7 @@
 #include <memory>
 #include <string>
 
+#include "base/own_folder.h"
 #include "compiler/driver/compilation.h"
 
 namespace openfab::driver {
@@ -67,9 +67,9 @@ class Build {
         std::string fault;
         const std::optional<std::vector<std::string>> link_line = read_link_line(&fault);
         if (!link_line) return fail(fault, kExitOutside);
-        const lower::ScratchFolder folder;
-        if (folder.path().empty()) return fail("no temporary folder can be made", kExitOutside);
-        auto compiled = lower::compile_program(compilation_.fablets(), program, folder.path());
+        const Result<std::unique_ptr<TemporaryFolder>> folder = TemporaryFolder::create();
+        if (!folder) return fail(folder.error().text(), kExitOutside);
+        auto compiled = lower::compile_program(compilation_.fablets(), program, (*folder)->path());
         if (auto* trouble = std::get_if<lower::Fault>(&compiled))
             return compilation_.report(*trouble);
         const auto& objects = std::get<lower::ProgramObjects>(compiled);
@@ -85,21 +85,23 @@ class Build {
         // Absolute, since linkers have a meaning for names that begin with `-` or `@`.
         std::error_code error;
         const fs::path output = fs::absolute(options_.output, error);
-        const std::string unfinished = fmt::format("{}.{}.tmp", output.string(), getpid());
+        const auto not_linked = [&](const std::string& why) {
+            return fail(fmt::format("{}: cannot be linked: {}", options_.output, why),
+                        kExitOutside);
+        };
+        const Result<std::unique_ptr<TemporaryFolder>> beside =
+            TemporaryFolder::create(output.parent_path());
+        if (!beside) return not_linked(beside.error().text());
+        const std::string unfinished = ((*beside)->path() / "program").string();
         std::vector<std::string> command = {options_.linker, "-o", unfinished};
         for (const fs::path& object : objects.objects)
             command.push_back(object.string());
         command.insert(command.end(), link_line.begin(), link_line.end());
         command.insert(command.end(), {"-Wl,--gc-sections", "-Wl,--strip-debug"});
         const std::string trouble = lower::run_tool(command);
-        if (trouble.empty()) fs::rename(unfinished, options_.output, error);
-        if (!trouble.empty() || error) {
-            std::error_code ignored;
-            fs::remove(unfinished, ignored);
-            return fail(fmt::format("{}: cannot be linked: {}", options_.output,
-                                    trouble.empty() ? error.message() : trouble),
-                        kExitOutside);
-        }
+        if (!trouble.empty()) return not_linked(trouble);
+        fs::rename(unfinished, options_.output, error);
+        if (error) return not_linked(error.message());
         compilation_.spent("link", seconds_since(begin));
         return kExitDone;
     }

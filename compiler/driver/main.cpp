@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "base/clean_exit.h"
 #include "base/command_line.h"
 #include "base/say.h"
 #include "base/text.h"
@@ -178,5 +179,6 @@ int openflc_main(int argc, char** argv) {
 
 int main(int argc, char** argv) {
     openfab::prepare_streams();
+    openfab::clean_up_on_signals();
     return openfab::driver::openflc_main(argc, argv);
 }

@@ -3,16 +3,17 @@
 #include "compiler/lower/compile.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 #include <mutex>
 #include <sstream>
 
 #include "abi/halide_hooks.h"
+#include "base/own_folder.h"
 #include "compiler/lower/apply_schedule.h"
 #include "compiler/lower/kernel.h"
 #include "texture/look_up.h"
@@ -239,14 +240,12 @@ std::variant<std::string, Fault> emit_text(const KernelRequest& request, TextFor
                                             ? Halide::OutputFileType::llvm_assembly
                                             : Halide::OutputFileType::assembly;
     // Halide writes to files only; the suffix is the one it insists on.
-    std::string name = (std::filesystem::temp_directory_path() / "openflc-XXXXXX").string();
-    const int handle = mkstemp(name.data());
-    if (handle < 0) return internal_fault("no temporary file can be made");
-    close(handle);
+    const Result<std::unique_ptr<TemporaryFolder>> folder = TemporaryFolder::create();
+    if (!folder) return internal_fault(folder.error().message);
+    const std::string name = ((*folder)->path() / "text").string();
     std::optional<Fault> fault = write_module(request, type, name);
     std::ifstream file(name, std::ios::binary);
     std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-    std::filesystem::remove(name);
     if (fault) return *fault;
     return text;
 }

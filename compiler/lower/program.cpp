@@ -8,13 +8,16 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
+#include <cerrno>
 #include <chrono>
 #include <cstring>
 #include <fstream>
 #include <mutex>
 #include <thread>
 
+#include "base/clean_exit.h"
 #include "compiler/lower/abi_header.h"
 
 extern char** environ;
@@ -135,6 +138,8 @@ std::string run_tool(const std::vector<std::string>& command) {
     const int error = posix_spawnp(&child, argv[0], &actions, nullptr, argv.data(), environ);
     posix_spawn_file_actions_destroy(&actions);
     close(pipe_ends[1]);
+    std::optional<RunningProgram> running;
+    if (error == 0) running.emplace(child);
     std::string text;
     std::array<char, 4096> buffer{};
     for (ssize_t n = 0; error == 0 && (n = read(pipe_ends[0], buffer.data(), buffer.size())) > 0;) {
@@ -143,20 +148,9 @@ std::string run_tool(const std::vector<std::string>& command) {
     close(pipe_ends[0]);
     if (error != 0) return fmt::format("{}: {}", command[0], std::strerror(error));
     int status = 0;
-    waitpid(child, &status, 0);
+    if (!running->wait(&status)) return fmt::format("{}: {}", command[0], std::strerror(errno));
     if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return "";
     return text.empty() ? fmt::format("{} failed", command[0]) : text;
-}
-
-ScratchFolder::ScratchFolder() {
-    std::error_code error;
-    std::string name = (fs::temp_directory_path(error) / "openflc-XXXXXX").string();
-    if (!error && mkdtemp(name.data()) != nullptr) path_ = name;
-}
-
-ScratchFolder::~ScratchFolder() {
-    std::error_code ignored;
-    if (!path_.empty()) fs::remove_all(path_, ignored);
 }
 
 }  // namespace openfab::lower

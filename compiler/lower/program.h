@@ -51,18 +51,4 @@ std::variant<ProgramObjects, Fault> compile_program(const std::vector<FabletUnit
 /// Runs a program with arguments, no shell between; empty on success, else what it wrote to stderr.
 std::string run_tool(const std::vector<std::string>& command);
 
-/// A fresh folder that goes when the object does.
-class ScratchFolder {
-  public:
-    ScratchFolder();
-    ~ScratchFolder();
-    ScratchFolder(const ScratchFolder&) = delete;
-    ScratchFolder& operator=(const ScratchFolder&) = delete;
-    /// Empty if none could be made.
-    const std::filesystem::path& path() const { return path_; }
-
-  private:
-    std::filesystem::path path_;
-};
-
 }  // namespace openfab::lower

@@ -331,7 +331,7 @@ Result<void> prepare_mesh(MeshSource* source, bool repair) {
     if (dropped || repair) renumber(mesh, {});
     if (Result<void> size = check_size(*mesh, origin, &source->warnings); !size) return size;
     count_without_area(source);
-    orient_shells(source, edges);
+    if (Result<void> oriented = orient_shells(source, edges); !oriented) return oriented;
     edges = {};
     double volume = 0;
     Box3d box;

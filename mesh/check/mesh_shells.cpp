@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <limits>
+#include <numeric>
+#include <optional>
 #include <tuple>
 
 #include "mesh/check/disjoint_sets.h"
@@ -13,6 +15,9 @@
 
 namespace openfab::scene {
 namespace {
+
+/// Triangles that rays of all shells meet: seconds.
+constexpr int64_t kMostMet = 300'000'000;
 
 const Vec3d& at(const Mesh& mesh, int32_t vertex) {
     return mesh.positions[static_cast<size_t>(vertex)];
@@ -46,14 +51,17 @@ int side_yz(const Vec3d& a, const Vec3d& b, const Vec3d& p) {
     return side == 0 ? 0 : (side > 0) != swapped ? 1 : -1;
 }
 
-/// Winding number at p of all triangles outside `shell`, by a ray along +x.
+/// Winding number at p of all triangles outside `shell`, by a ray along +x. `*effort` goes down by
+/// the triangles whose boxes it meets, and ends it.
 int winding_of_others(const Mesh& mesh, const TriangleTree& tree,
-                      const std::vector<int32_t>& shells, int32_t shell, const Vec3d& p) {
+                      const std::vector<int32_t>& shells, int32_t shell, const Vec3d& p,
+                      int64_t* effort) {
     int winding = 0;
     Box3d ray;
     ray.add(p);
     ray.hi.x = std::numeric_limits<double>::max();
     tree.for_each_in(ray, [&](int32_t t) {
+        if (--*effort < 0) return false;
         if (shells[static_cast<size_t>(t)] == shell) return true;
         const auto& v = mesh.triangles[static_cast<size_t>(t)];
         const Vec3d& a = at(mesh, v[0]);
@@ -88,7 +96,9 @@ struct Shell {
     int winding = 0;  ///< of the others around it
 };
 
-std::vector<Shell> measure_shells(const Mesh& mesh, const std::vector<int32_t>& shell_of) {
+/// Nothing where that takes too long.
+std::optional<std::vector<Shell>> measure_shells(const Mesh& mesh,
+                                                 const std::vector<int32_t>& shell_of) {
     std::vector<double> volume(shell_of.size());
     for (size_t t = 0; t < shell_of.size(); ++t) {
         const auto& v = mesh.triangles[t];
@@ -102,10 +112,12 @@ std::vector<Shell> measure_shells(const Mesh& mesh, const std::vector<int32_t>& 
     }
     if (shells.size() < 2) return shells;
     const TriangleTree tree(mesh);
+    int64_t effort = kMostMet;
     for (Shell& shell : shells) {
         const auto first = static_cast<size_t>(shell.triangle);
         shell.winding = winding_of_others(mesh, tree, shell_of, shell.triangle,
-                                          at(mesh, mesh.triangles[first][0]));
+                                          at(mesh, mesh.triangles[first][0]), &effort);
+        if (effort < 0) return std::nullopt;
     }
     return shells;
 }
@@ -116,11 +128,18 @@ std::string count_of(int64_t n, const char* what) {
 
 }  // namespace
 
-void orient_shells(MeshSource* source, const std::vector<Edge>& edges) {
+Result<void> orient_shells(MeshSource* source, const std::vector<Edge>& edges) {
     Mesh& mesh = source->mesh;
     MeshChecks& checks = source->checks;
     const std::vector<int32_t> shell_of = find_shells(mesh.triangles.size(), edges);
-    std::vector<Shell> shells = measure_shells(mesh, shell_of);
+    std::optional<std::vector<Shell>> measured = measure_shells(mesh, shell_of);
+    if (!measured) {
+        return user_error(fmt::format(
+            "{}: mesh `{}` has so many shells behind each other along x that it takes too long to "
+            "find which are inside others; unite them, or make it several meshes",
+            source->origin.file, mesh.name));
+    }
+    std::vector<Shell>& shells = *measured;
     const auto outermost = [](const Shell& s) { return s.winding == 0; };
     const bool all = std::any_of(shells.begin(), shells.end(), outermost) &&
                      std::all_of(shells.begin(), shells.end(),
@@ -159,6 +178,7 @@ void orient_shells(MeshSource* source, const std::vector<Edge>& edges) {
                         source->origin.str(nested), mesh.name, count_of(checks.nested, "shell"),
                         source->place(p)));
     }
+    return Ok{};
 }
 
 }  // namespace openfab::scene

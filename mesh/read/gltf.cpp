@@ -225,8 +225,8 @@ class GltfReader {
         const JsonMember* primitives = mesh->find("primitives");
         if (primitives == nullptr) return gltf_.fail(*mesh, "the mesh has no `primitives`");
         FaceGroup group;
-        std::string name = GltfFile::text(node, "name");
-        if (name.empty()) name = GltfFile::text(*mesh, "name");
+        std::string name = name_of(node);
+        if (name.empty()) name = name_of(*mesh);
         if (!name.empty()) group.names.push_back(name);
         mesh_.begin_part();
         if (mesh_.group_bytes() > gltf_.memory_left())
@@ -239,12 +239,22 @@ class GltfReader {
         }
     }
 
+    /// Each node that repeats a mesh has it again.
+    std::string name_of(const JsonValue& thing) {
+        constexpr size_t kLongest = 1000;
+        std::string name = GltfFile::text(thing, "name");
+        if (name.size() <= kLongest) return name;
+        gltf_.fail(thing, fmt::format("a name of {} bytes; at most {} are possible", name.size(),
+                                      kLongest));
+        return {};
+    }
+
     std::string material_of(const JsonValue& primitive) {
         if (primitive.find("material") == nullptr) return {};
         const int64_t index = gltf_.integer(primitive, "material", 0);
         const JsonValue* material = gltf_.item("materials", index, "a mesh");
         if (material == nullptr) return {};
-        const std::string name = GltfFile::text(*material, "name");
+        const std::string name = name_of(*material);
         return name.empty() ? fmt::format("material {}", index) : name;
     }
 

@@ -264,10 +264,13 @@ Result<std::string> GltfFile::image(const JsonValue& image) {
     std::string bytes;
     if (const std::string uri = text(image, "uri"); !uri.empty()) {
         bytes = load_uri(image, uri);
+        memory_left_ += static_cast<int64_t>(bytes.size());
     } else {
         const JsonValue* found = item("bufferViews", integer(image, "bufferView", 0), "an image");
         const int64_t length = found != nullptr ? integer(*found, "byteLength", 0) : 0;
         const View of = found != nullptr ? view(integer(image, "bufferView", 0), 0, image) : View{};
+        if (ok() && length > memory_left_)
+            fail(image, "the image takes more memory than is allowed; allow more with `--memory`");
         if (ok()) bytes = std::string(of.bytes.substr(0, static_cast<size_t>(length)));
     }
     if (!ok()) return error();
@@ -343,6 +346,10 @@ void GltfFile::apply_sparse(const JsonValue& sparse, int64_t type, bool normaliz
     const JsonMember* values = sparse.find("values");
     if (indices == nullptr || values == nullptr)
         return fail(sparse, "`sparse` has no `indices` and `values`");
+    // Each node that repeats the mesh reads them again, and is counted by the accessor's own.
+    if (ok() && count > out->count())
+        return fail(sparse, fmt::format("`sparse` replaces {} elements of an accessor of {}", count,
+                                        out->count()));
     GltfArray places;
     GltfArray replaced;
     replaced.components = out->components;

@@ -34,15 +34,18 @@ class GltfFile {
     static Result<GltfFile> open(std::string_view bytes, const std::string& file,
                                  int64_t memory_bytes = kReadingBytes);
 
-    /// What is left of memory_bytes by the tree and by the buffers that were read.
+    /// What is left of memory_bytes by the tree, by the buffers that were read, and by what others
+    /// take of it.
     int64_t memory_left() const { return memory_left_; }
+    int64_t& memory_left() { return memory_left_; }
 
     const JsonValue& root() const { return root_; }
 
     /// One of `accessors`, whose numbers are of an unsigned integer type if `indices`.
     Result<GltfArray> array(int64_t accessor, bool indices);
 
-    /// The bytes of one of `images`: of its file, its data, or its buffer view.
+    /// The bytes of one of `images`: of its file, its data, or its buffer view. At most
+    /// memory_left(), of which whoever keeps them takes them.
     Result<std::string> image(const JsonValue& image);
 
     /// root()[key][index]; null after an error, which is kept for error().

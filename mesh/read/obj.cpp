@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <map>
 #include <optional>
 #include <unordered_set>
 
@@ -58,7 +59,7 @@ class ObjReader {
         out.triangles = static_cast<int64_t>(mesh_.triangles.size());
         out.values = static_cast<int64_t>(uv_.size() + normals_.size() + colors_.size());
         out.attributes = 3;
-        out.group_bytes = out_.group_bytes();
+        out.group_bytes = out_.group_bytes() + names_bytes_;
         return out;
     }
 
@@ -155,10 +156,12 @@ class ObjReader {
             if (tokens_.size() > kMostCorners)
                 return fail(word, fmt::format("a face in more than {} groups", kMostCorners));
             groups_.assign(tokens_.begin() + 1, tokens_.end());
+            groups_number_ = number_of(groups_, &groups_numbers_);
             group_.reset();
         } else if (word == "usemtl") {
             material_.clear();
             if (tokens_.size() > 1) material_ = rest_of_line(tokens_[1]);
+            material_number_ = number_of(material_, &material_numbers_);
             group_.reset();
         } else if (!is_ignored(word)) {
             fail(word, fmt::format("unknown statement `{}`", word.substr(0, 40)),
@@ -312,8 +315,32 @@ class ObjReader {
         uv_corners_.push_back({at(0).vt, at(1).vt, at(2).vt});
         normal_corners_.push_back({at(0).vn, at(1).vn, at(2).vn});
         lines_.push_back(token_line_);
-        if (!group_) group_ = out_.group_index({groups_, material_});
+        if (!group_) group_ = group_index();
         out_.face_groups.push_back(*group_);
+    }
+
+    /// Statements that change between a few groups do not go through all of their names again.
+    int32_t group_index() {
+        const auto [known, fresh] = group_of_.try_emplace({groups_number_, material_number_}, 0);
+        if (fresh) known->second = out_.group_index({groups_, material_});
+        return known->second;
+    }
+
+    template <typename Names>
+    int32_t number_of(const Names& names, std::map<Names, int32_t>* numbers) {
+        const auto [known, fresh] =
+            numbers->try_emplace(names, static_cast<int32_t>(numbers->size()) + 1);
+        if (fresh) names_bytes_ += kNodeBytes + bytes_of(names);
+        return known->second;
+    }
+    static int64_t bytes_of(const std::string& name) {
+        return static_cast<int64_t>(sizeof name + name.size());
+    }
+    static int64_t bytes_of(const std::vector<std::string>& names) {
+        int64_t bytes = sizeof names;
+        for (const std::string& name : names)
+            bytes += bytes_of(name);
+        return bytes;
     }
 
     void add_float(const char* name, int32_t components, std::vector<float> values,
@@ -355,6 +382,12 @@ class ObjReader {
     std::vector<std::string> groups_;
     std::string material_;
     std::optional<int32_t> group_;  ///< index of the current names among the groups
+    static constexpr int64_t kNodeBytes = 64;
+    std::map<std::vector<std::string>, int32_t> groups_numbers_;  ///< of `g` statements; 0: none
+    std::map<std::string, int32_t> material_numbers_;
+    int32_t groups_number_ = 0, material_number_ = 0;  ///< of the current names
+    std::map<std::pair<int32_t, int32_t>, int32_t> group_of_;
+    int64_t names_bytes_ = 0;  ///< of both tables
 };
 
 }  // namespace

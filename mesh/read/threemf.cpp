@@ -173,6 +173,7 @@ class ThreemfReader {
             mesh_.add_vertex(p);
         }
         const bool mirrored = determinant(transform) < 0;
+        const int32_t names_number = number_of(names);
         std::map<std::string, int32_t> groups;  // by material
         for (const ThreemfTriangle& t : object.triangles) {
             Properties properties;
@@ -186,15 +187,37 @@ class ThreemfReader {
                 v += first;
             if (mirrored) std::swap(corners[1], corners[2]);
             const auto [group_of, fresh] = groups.try_emplace(properties.material, 0);
-            if (fresh) group_of->second = mesh_.group_index({names, properties.material});
+            if (fresh) group_of->second = group_index(names_number, names, properties.material);
             mesh_.add_triangle(corners, group_of->second);
             set(color_, properties.color, mirrored);
             set(uv_, properties.uv, mirrored);
         }
-        if (mesh_.group_bytes() > memory_bytes_)
+        if (mesh_.group_bytes() + names_bytes_ > memory_bytes_)
             fail(
                 "the names of the objects take more memory than is allowed; allow more with "
                 "`--memory`");
+    }
+
+    int32_t number_of(const std::vector<std::string>& names) {
+        const auto [known, fresh] = names_.try_emplace(names, static_cast<int32_t>(names_.size()));
+        constexpr size_t kNode = 64;
+        if (fresh) names_bytes_ += static_cast<int64_t>(sizeof names + kNode);
+        for (size_t i = 0; fresh && i < names.size(); ++i)
+            names_bytes_ += static_cast<int64_t>(sizeof names[i] + names[i].size());
+        return known->second;
+    }
+
+    /// Names are many and long where objects are in each other; they are not gone through again for
+    /// each material.
+    int32_t group_index(int32_t names_number, const std::vector<std::string>& names,
+                        const std::string& material) {
+        const auto [known, fresh] = group_of_.try_emplace({names_number, material}, 0);
+        constexpr size_t kNode = 64;
+        if (fresh) {
+            known->second = mesh_.group_index({names, material});
+            names_bytes_ += static_cast<int64_t>(sizeof material + kNode + material.size());
+        }
+        return known->second;
     }
 
     void set(const std::optional<size_t>& attribute,
@@ -269,6 +292,9 @@ class ThreemfReader {
     std::string file_;
     std::map<std::string, Part> parts_;
     MeshAssembly mesh_;
+    std::map<std::vector<std::string>, int32_t> names_;  ///< of groups, numbered
+    std::map<std::pair<int32_t, std::string>, int32_t> group_of_;
+    int64_t names_bytes_ = 0;           ///< of both
     std::optional<size_t> color_, uv_;  ///< attributes of the mesh
     std::optional<Error> error_;
     int64_t placements_ = 0;

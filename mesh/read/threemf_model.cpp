@@ -175,7 +175,13 @@ class ModelReader : public XmlHandler {
         if (!found) return fmt::format("unknown unit `{}`", unit.substr(0, 40));
         // Extensions that change where the surface is must be known; they are named by prefixes.
         const std::string required = text(a, "requiredextensions");
-        for (std::string_view prefix : words_of(required)) {
+        const std::vector<std::string_view> prefixes = words_of(required);
+        // Each is looked for among all attributes.
+        constexpr size_t kMostExtensions = 64;
+        if (prefixes.size() > kMostExtensions)
+            return fmt::format("the file requires {} extensions; at most {} are possible",
+                               prefixes.size(), kMostExtensions);
+        for (std::string_view prefix : prefixes) {
             const char* address = a.find_exact(fmt::format("xmlns:{}", prefix));
             const std::string_view known = address != nullptr ? address : "";
             const bool fine = known.find("/material/") != std::string_view::npos ||

@@ -12,6 +12,9 @@ namespace openfab::scene {
 namespace {
 
 constexpr int kDeepest = 64;
+/// A tag with its attributes, or a comment. Expat keeps one whole and reads it again from its start
+/// with each piece that comes.
+constexpr int64_t kLongestToken = 32'000'000;
 
 std::string_view without_prefix(std::string_view name) {
     const size_t colon = name.rfind(':');
@@ -94,6 +97,12 @@ Result<void> parse_xml(std::string_view text, const std::string& file, XmlHandle
             return parse.wrong.at(parse.location);
         }
         if (last) return Ok{};
+        const int64_t token = XML_GetCurrentByteIndex(parser.get());
+        if (token >= 0 && static_cast<int64_t>(at + piece.size()) - token > kLongestToken) {
+            return user_error(file + ":" +
+                              parse.at_place(fmt::format("a tag or comment of more than {} MB",
+                                                         kLongestToken / 1'000'000)));
+        }
     }
 }
 

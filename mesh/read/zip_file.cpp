@@ -25,6 +25,8 @@ namespace {
 /// large entry beyond this was made to fill the memory of whoever reads it.
 constexpr uint64_t kTightest = 200;
 constexpr uint64_t kLargeEntry = 32'000'000;
+/// Beyond any file: sums of sizes that are a lie stay numbers.
+constexpr uint64_t kLargest = uint64_t{1} << 46;
 constexpr size_t kEndSize = 22;  ///< end of central directory, without its comment
 constexpr size_t kLongestComment = 65535;
 constexpr size_t kCentralSize = 46;
@@ -95,6 +97,7 @@ Result<ZipFile> ZipFile::open(std::string_view bytes, const std::string& file) {
         count = number_at<uint64_t>(bytes, end64 + 32);
         at = number_at<uint64_t>(bytes, end64 + 48);
     }
+    uint64_t packed = 0, unpacked = 0, largest = 0;
     for (uint64_t i = 0; i < count; ++i) {
         if (number_at<uint32_t>(bytes, at) != 0x02014b50 || bytes.size() - at < kCentralSize)
             return user_error(fmt::format("{}: the archive's directory is damaged", file));
@@ -112,8 +115,24 @@ Result<ZipFile> ZipFile::open(std::string_view bytes, const std::string& file) {
             return user_error(fmt::format("{}: the archive's directory is damaged", file));
         read_zip64(bytes.substr(at + kCentralSize + name, extra), &entry.size, &entry.compressed,
                    &entry.offset);
+        // Entries beside each other fill the file at most; else one lies over another, and a small
+        // file would be large many times.
+        if (entry.compressed > bytes.size() - packed)
+            return user_error(fmt::format(
+                "{}: the archive's directory is damaged: its entries are larger than the file",
+                file));
+        packed += entry.compressed;
+        unpacked += std::min(entry.size, kLargest);
+        largest = std::max(largest, std::min(entry.size, kLargest));
         out.entries_.emplace(key(bytes.substr(at + kCentralSize, name)), entry);
         at += kCentralSize + name + extra + comment;
+    }
+    // One large entry is told of when it is read; many that are just not large would be as much.
+    if (unpacked - largest > kLargeEntry && (unpacked - largest) / kTightest > bytes.size()) {
+        return user_error(
+            fmt::format("{}: the archive unpacks to {} times its size, as no mesh does; pack it "
+                        "again if that is meant",
+                        file, unpacked / bytes.size()));
     }
     return out;
 }

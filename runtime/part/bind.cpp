@@ -11,6 +11,7 @@
 
 #include "base/json.h"
 #include "base/near_miss.h"
+#include "base/units.h"
 #include "mesh/load/load_mesh.h"
 #include "mesh/model/mesh_memory.h"
 #include "runtime/part/part_mesh.h"
@@ -219,8 +220,27 @@ class WorldBinder {
             error.location = texture.place;
             return error;
         }
+        if (Result<void> fits = take_texture(texture, mapped_bytes(**pyramid)); !fits)
+            return fits.error();
         known = *pyramid;
         return known;
+    }
+
+    /// Before the next one is made: all of them are looked at while the print goes on.
+    Result<void> take_texture(const Texture& texture, int64_t bytes) {
+        texture_bytes_ += bytes;
+        if (largest_texture_ == nullptr || bytes > largest_texture_bytes_) {
+            largest_texture_ = &texture;
+            largest_texture_bytes_ = bytes;
+        }
+        if (texture_bytes_ <= memory_bytes_) return Ok{};
+        return error_at(
+            texture.place,
+            fmt::format("the textures up to this one, `{}`, take {} of memory together, more than "
+                        "the {} of `--memory`",
+                        texture.name, format_bytes(texture_bytes_), format_bytes(memory_bytes_)),
+            fmt::format("the largest is `{}` with {}: scale it down, or allow more",
+                        largest_texture_->name, format_bytes(largest_texture_bytes_)));
     }
 
     Result<std::shared_ptr<const PartMesh>> part_mesh(const Object& object,
@@ -241,6 +261,9 @@ class WorldBinder {
     const openfab_fablet_list& fablets_;
     int64_t memory_bytes_;
     int64_t memory_left_ = 0;
+    int64_t texture_bytes_ = 0;  ///< of all that were opened
+    const Texture* largest_texture_ = nullptr;
+    int64_t largest_texture_bytes_ = 0;
     std::vector<std::vector<int32_t>> placements_;  ///< by object; empty until one is asked for
     std::map<std::string, UniformBindings> sets_;
     std::map<std::pair<int32_t, bool>, std::shared_ptr<const texture::Pyramid>> textures_;
@@ -296,6 +319,10 @@ Result<void> add_textures(const openfab_fablet& fablet, const std::vector<std::s
 }
 
 }  // namespace
+
+int64_t mapped_bytes(const texture::Pyramid& pyramid) {
+    return static_cast<int64_t>(pyramid.texels().size_bytes() + pyramid.minmax().size_bytes());
+}
 
 Result<std::vector<Part>> bind(const World& world, const openfab_fablet_list& fablets,
                                const BindOptions& options) {

@@ -21,10 +21,13 @@ struct BindOptions {
     /// `OBJECT.UNIFORM=VALUE` each, in order; VALUE is JSON, or the bare name of a texture or
     /// material. They win over the world, for every placement of the object.
     std::vector<std::string> sets;
-    /// What the world's meshes and those of the parts may take together, and each texture, filtered,
-    /// and the making of it; more is an error.
+    /// What the world's meshes and those of the parts may take together, all textures together,
+    /// filtered, and the making of each; more is an error.
     int64_t memory_bytes = kReadingBytes;
 };
+
+/// What a texture takes once all of it was looked at.
+int64_t mapped_bytes(const texture::Pyramid& pyramid);
 
 /// The parts in build order; slot_material holds 1 + the place in world.materials, or 0 for VOID.
 /// `fablets` must outlive them. Placements with the same mesh, fablet and bits of S share a

@@ -12,6 +12,7 @@
 #include "base/check.h"
 #include "base/clock.h"
 #include "base/units.h"
+#include "runtime/part/bind.h"
 #include "runtime/pipeline/group.h"
 #include "runtime/volume/evaluate.h"
 
@@ -65,7 +66,7 @@ int64_t texture_bytes(const std::vector<scene::Part>& parts) {
     for (const scene::Part& part : parts) {
         for (const auto& t : part.textures) {
             if (t == nullptr || !seen.insert(t.get()).second) continue;
-            bytes += static_cast<int64_t>(t->texels().size_bytes() + t->minmax().size_bytes());
+            bytes += scene::mapped_bytes(*t);
         }
     }
     return bytes;

@@ -6,6 +6,10 @@
 
 #include <gtest/gtest.h>
 
+#include <csignal>
+#include <filesystem>
+#include <iterator>
+
 #include "tests/support/process/process.h"
 
 namespace openfab::testing {
@@ -89,6 +93,45 @@ TEST(BuildCommand, MakesAProgramThatRuns) {
     const Outcome needs = run({"/usr/bin/ldd", program});
     for (const char* unwanted : {"Halide", "LLVM", "OpenImageIO", "not found"}) {
         EXPECT_EQ(needs.out.find(unwanted), std::string::npos) << needs.out;
+    }
+}
+
+size_t count(const std::filesystem::path& folder) {
+    return static_cast<size_t>(std::distance(std::filesystem::directory_iterator(folder),
+                                             std::filesystem::directory_iterator()));
+}
+
+TEST(BuildCommand, LeavesNothingBehindWhenItIsEnded) {
+    for (const int signal : {SIGINT, SIGTERM, SIGKILL}) {
+        SCOPED_TRACE(signal);
+        const ScratchFolder folder;
+        const std::filesystem::path temporary = folder / "temporary";
+        std::filesystem::create_directory(temporary);
+        RunOptions options;
+        options.environment = {{"TMPDIR", temporary.string()}};
+        options.signal = signal;
+        // While kernels are in its folder already.
+        options.interrupt_when = [&](int, const Outcome&) {
+            for (const auto& entry : std::filesystem::directory_iterator(temporary)) {
+                std::error_code gone;
+                if (!std::filesystem::is_empty(entry.path(), gone) && !gone) return true;
+            }
+            return false;
+        };
+        const Outcome out =
+            run({OPENFAB_OPENFLC, "build", kPostcard, "-o", folder / "print"}, options);
+        EXPECT_EQ(out.exit_code, 128 + signal) << out.err;
+        EXPECT_EQ(count(temporary), signal == SIGKILL ? 1u : 0u);
+        EXPECT_EQ(count(folder.path()), 1u);
+        if (signal != SIGKILL) continue;
+        // The next one that has a temporary folder there.
+        options.interrupt_when = nullptr;
+        EXPECT_EQ(
+            run({OPENFAB_OPENFLC, "emit", kPostcard, "--stage", "volume_bounds", "--as", "asm"},
+                options)
+                .exit_code,
+            0);
+        EXPECT_EQ(count(temporary), 0u);
     }
 }
 

@@ -164,6 +164,62 @@ TEST_P(CraftedInput, IsPrintedOrRefusedWithinTheBudget) {
 INSTANTIATE_TEST_SUITE_P(All, CraftedInput, ::testing::ValuesIn(crafted_inputs()),
                          [](const auto& tested) { return std::string(tested.param.name); });
 
+/// A world of many textures, of which each alone is small.
+TEST(Textures, TakeTogetherWhatIsAllowed) {
+    constexpr int kTextures = 40;
+    const ScratchFolder scratch;
+    std::string textures, maps;
+    for (int i = 0; i < kTextures; ++i) {
+        const std::string name = "t" + std::to_string(i);
+        // Each is another picture, or they would be one in the cache.
+        scratch.write(name + ".pgm",
+                      "P5 1024 1024 255\n" + std::string(1 << 20, static_cast<char>(i)));
+        textures += (i > 0 ? ", \"" : "\"") + name + R"(": {"file": ")" + name + R"(.pgm"})";
+        maps += (i > 0 ? ", \"" : "\"") + name + "\"";
+    }
+    scratch.write("large.pgm", "P5 2048 1024 255\n" + std::string(2 << 20, 'x'));
+    scratch.write("many.fl", R"(
+fablet Many {
+    @uniform { Texture2D large; Texture2D maps[40]; Material body; }
+    @Volume(@varying { VolumeAttributes attr }) {
+        MaterialComposition mc;
+        mc.Set(body, large.Sample1(0.5, 0.5, 0) + maps[0].Sample1(0.5, 0.5, 0));
+        return mc;
+    }
+})");
+    const std::string world = R"({"openfab": 1, "printer": "j750",
+        "fablets": {"m": {"source": "many.fl", "fablet": "Many"}},
+        "materials": {"w": {"key": "#ffffff"}},
+        "textures": {"large": {"file": "large.pgm"}, )" +
+                              textures + R"(},
+        "meshes": {"m": {"box": [2, 2, 1]}},
+        "objects": {"o": {"mesh": "m", "fablet": "m",
+                          "uniforms": {"large": "large", "maps": [)" +
+                              maps + R"(], "body": "w"}}},
+        "build": [{"object": "o"}]})";
+    scratch.write("w.fab.json", world);
+    RunOptions options;
+    options.folder = scratch.path();
+    options.environment = {{"OPENFAB_CACHE", (scratch / "cache").string()}};
+    const auto print = [&](const std::string& memory) {
+        return run({OPENFAB_BIN_DIR "/openfab", "print", "w.fab.json", "-o", "out.ofr", "--draft",
+                    "4", "--threads", "2", "--memory", memory},
+                   options);
+    };
+    const Outcome refused = print("300MB");
+    EXPECT_EQ(refused.exit_code, 1);
+    EXPECT_THAT(refused.err,
+                HasSubstr("of memory together, more than the 300 MB of `--memory`; the "
+                          "largest is `large` with 33.6 MB"));
+    // Those behind it were not converted: a small world does not fill the disk either.
+    int64_t kept = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(scratch / "cache"))
+        kept += entry.is_regular_file() ? static_cast<int64_t>(entry.file_size()) : 0;
+    EXPECT_LT(kept, 350'000'000);
+    const Outcome printed = print("1.5GB");
+    EXPECT_EQ(printed.exit_code, 0) << printed.err;
+}
+
 /// A fine ball whose triangles are all displaced: 4 n^2 of them, as binary STL.
 std::string fine_ball(int n) {
     constexpr float kRadius_mm = 10;

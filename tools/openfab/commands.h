@@ -16,7 +16,7 @@
 namespace openfab::tool {
 
 struct ImportArguments {
-    std::string file, folder, unit, up, size, picture_size, repair;
+    std::string file, folder, unit, up, size, picture_size, repair, memory;
     ImportOptions import;
 };
 

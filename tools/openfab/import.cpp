@@ -9,6 +9,10 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <memory>
+#include <set>
+#include <string_view>
+#include <unordered_map>
 
 #include "base/json.h"
 #include "tools/openfab/standing.h"
@@ -21,7 +25,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr size_t kMostMaterials = 64;
-constexpr size_t kLargestPicture = 1'000'000'000;
 
 /// As JSON has it. Names come from files and may hold anything.
 std::string json_text(std::string_view text) {
@@ -55,15 +58,23 @@ std::string number(double value) {
     return text == "-0" ? "0" : text;
 }
 
-/// A name that no other has: as it is, else with a number behind it.
-std::string unique(std::string name, std::vector<std::string>* taken) {
-    if (name.empty()) name = "unnamed";
-    const std::string base = name;
-    for (int i = 2; std::find(taken->begin(), taken->end(), name) != taken->end(); ++i)
-        name = fmt::format("{}_{}", base, i);
-    taken->push_back(name);
-    return name;
-}
+/// Names that differ.
+class Names {
+  public:
+    /// As it is, else with a number behind it.
+    std::string unique(const std::string& wanted) {
+        const std::string base = wanted.empty() ? "unnamed" : wanted;
+        std::string name = base;
+        // Where the last one of this name ended its search, the next begins.
+        for (int& i = next_.try_emplace(base, 2).first->second; !taken_.insert(name).second; ++i)
+            name = fmt::format("{}_{}", base, i);
+        return name;
+    }
+
+  private:
+    std::set<std::string> taken_;
+    std::map<std::string, int> next_;
+};
 
 /// A file's name of letters that no shell or program stumbles over.
 std::string plain_name(const std::string& name) {
@@ -109,7 +120,7 @@ class Importer {
   public:
     Importer(const scene::LoadedMesh& mesh, const Looks& looks, const std::string& file,
              const ImportOptions& options)
-        : mesh_(mesh), looks_(looks), file_(file), options_(options) {
+        : mesh_(mesh), looks_(looks), places_(places_of(looks)), file_(file), options_(options) {
         for (const auto& [name, number] : mesh.groups)
             groups_.push_back(name);
         // A mesh of one material has no groups where the material has no name.
@@ -129,7 +140,8 @@ class Importer {
         std::string source(stock_text(fmt::format("stock_{}.fl", out_.fablet)));
         set_constant("GROUPS", groups_.size(), &source);
         set_constant("MAPS", std::max<size_t>(textures_.size(), 1), &source);
-        out_.files.push_back({source_name(), std::move(source)});
+        out_.files.push_back(
+            {source_name(), std::make_shared<const std::string>(std::move(source))});
         out_.world = world();
         if (!options_.y_up && !scene::format_says_up(file_)) {
             if (const std::string why = why_y_seems_up(mesh_.mesh); !why.empty()) {
@@ -159,8 +171,8 @@ class Importer {
                            [&](const std::string& g) { return look(g).picture.has_value(); });
     }
     Look look(const std::string& group) const {
-        const Look* found = looks_.find(group);
-        return found != nullptr ? *found : Look{};
+        const auto found = places_.find(group);
+        return found != places_.end() ? looks_.looks[found->second] : Look{};
     }
 
     std::string fitting_fablet() {
@@ -224,7 +236,7 @@ class Importer {
 
     std::string add_material(const std::string& name, const std::array<double, 3>& linear) {
         const Key key = key_of(linear);
-        const std::string unique_name = unique(name, &material_names_);
+        const std::string unique_name = material_names_.unique(name);
         materials_.push_back(fmt::format("        {}: {{\"key\": \"{}\", \"preview\": \"{}ff\"}}",
                                          json_text(unique_name), hex(free_key(key, &keys_)),
                                          hex(key)));
@@ -371,35 +383,49 @@ class Importer {
         return {};
     }
 
+    /// The picture that was asked for instead of the mesh's own.
+    Result<SharedBytes> own_picture() {
+        if (own_picture_ == nullptr) {
+            Result<std::string> bytes = scene::read_text_file(
+                options_.picture, static_cast<size_t>(std::max<int64_t>(options_.memory_bytes, 0)));
+            if (!bytes) return bytes.error();
+            own_picture_ = std::make_shared<const std::string>(std::move(*bytes));
+        }
+        return own_picture_;
+    }
+
     /// The place of a look's picture among the textures, -1 where it has none. One that several
     /// have is there once.
     Result<int> add_picture(const Look& of, bool clamp = false) {
         Picture picture;
         if (!options_.picture.empty()) {
-            Result<std::string> bytes = scene::read_text_file(options_.picture, kLargestPicture);
+            const Result<SharedBytes> bytes = own_picture();
             if (!bytes) return bytes.error();
-            picture = {fs::path(options_.picture).filename().string(), std::move(*bytes), false};
+            picture = {fs::path(options_.picture).filename().string(), *bytes, false};
         } else if (of.picture) {
             picture = *of.picture;
         } else {
             return -1;
         }
         picture.clamp = picture.clamp || clamp;
-        for (size_t t = 0; t < pictures_.size(); ++t) {
-            if (pictures_[t].bytes == picture.bytes && pictures_[t].clamp == picture.clamp)
-                return static_cast<int>(t);
-        }
+        const auto [shared, first] = shared_.try_emplace({picture.bytes.get(), picture.clamp}, 0);
+        if (!first) return shared->second;
+        const auto place = static_cast<int>(textures_.size());
+        const auto [equal, fresh] =
+            pictures_[picture.clamp ? 1 : 0].try_emplace(*picture.bytes, place);
+        shared->second = equal->second;
+        if (!fresh) return equal->second;
         const fs::path plain = plain_name(picture.name);
-        const std::string name = unique(plain.stem().string(), &texture_names_);
+        const std::string name = texture_files_.unique(plain.stem().string());
         const std::string file = name + plain.extension().string();
+        texture_names_.push_back(name);
         // A relief is as high as the picture is bright.
         textures_.push_back(
             fmt::format("        {}: {{\"file\": {}, \"wrap\": \"{}\"{}}}", json_text(name),
                         json_text(file), picture.clamp ? "clamp" : "repeat",
                         out_.fablet == "relief" ? ", \"channels\": \"luminance\"" : ""));
         out_.files.push_back({file, picture.bytes});
-        pictures_.push_back(std::move(picture));
-        return static_cast<int>(textures_.size()) - 1;
+        return place;
     }
 
     /// The unit of the file, unless it says it itself.
@@ -464,15 +490,21 @@ class Importer {
 
     const scene::LoadedMesh& mesh_;
     const Looks& looks_;
+    const std::unordered_map<std::string_view, size_t> places_;  ///< of looks_ by name
     const std::string& file_;
     const ImportOptions& options_;
     std::vector<std::string> groups_;  ///< by the mesh's `face` numbers
     Box3d box_;
     double scale_ = 1;
     std::vector<std::string> materials_, textures_, uniforms_;  ///< lines of the world
-    std::vector<std::string> material_names_, texture_names_;
+    std::vector<std::string> texture_names_;
+    Names material_names_, texture_files_;
     std::vector<Key> keys_;
-    std::vector<Picture> pictures_;
+    SharedBytes own_picture_;
+    /// Places among the textures of pictures that repeat and that do not: by what they are, and by
+    /// the bytes that they share.
+    std::array<std::unordered_map<std::string_view, int>, 2> pictures_;
+    std::map<std::pair<const std::string*, bool>, int> shared_;
     Import out_;
 };
 

@@ -25,12 +25,13 @@ struct ImportOptions {
     std::optional<double> picture_mm;  ///< size of one picture; else as large as the mesh
     bool y_up = false;                 ///< of the file; the mesh stands already
     bool repair = false;               ///< the world says `"repair": "winding"`
+    int64_t memory_bytes = scene::kReadingBytes;  ///< that the picture may take
 };
 
 /// A file to be written into the folder.
 struct ImportedFile {
     std::string name;
-    std::string bytes;
+    SharedBytes bytes;
 };
 
 struct Import {

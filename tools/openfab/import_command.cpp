@@ -11,8 +11,10 @@
 #include "base/say.h"
 #include "base/text.h"
 #include "base/units.h"
+#include "mesh/model/mesh_memory.h"
 #include "tools/openfab/commands.h"
 #include "tools/openfab/import.h"
+#include "tools/openfab/memory_option.h"
 #include "tools/openfab/stock.h"
 #include "world/printer.h"
 
@@ -58,7 +60,7 @@ Result<void> write_all(const fs::path& mesh, const scene::LoadedMesh& loaded, co
         if (Result<void> done = copy_into(other, folder / relative); !done) return done;
     }
     for (const ImportedFile& file : import.files) {
-        if (Result<void> done = write_file(folder / file.name, file.bytes); !done) return done;
+        if (Result<void> done = write_file(folder / file.name, *file.bytes); !done) return done;
     }
     if (Result<void> done =
             write_file(folder / "fab_world.schema.json", stock_text("fab_world.schema.json"));
@@ -86,6 +88,8 @@ Result<void> run_import(ImportArguments arguments) {
             read_length("--picture-size", arguments.picture_size, &arguments.import.picture_mm);
         !read)
         return read;
+    const Result<int64_t> memory = memory_of(arguments.memory);
+    if (!memory) return memory.error();
     arguments.import.y_up = arguments.up == "y";
     if (!arguments.up.empty() && scene::format_says_up(mesh)) {
         return usage_error(
@@ -105,9 +109,12 @@ Result<void> run_import(ImportArguments arguments) {
     options.unit_mm = unit_mm(arguments.unit);
     options.y_up = arguments.import.y_up;
     options.repair = arguments.import.repair = !arguments.repair.empty();
+    options.memory_bytes = *memory;
     Result<scene::LoadedMesh> loaded = scene::load_mesh(mesh, options);
     if (!loaded) return loaded.error();
-    Result<Looks> looks = read_looks(mesh);
+    const int64_t left = *memory - scene::mesh_bytes(scene::counts_of(loaded->mesh));
+    arguments.import.memory_bytes = left;
+    Result<Looks> looks = read_looks(mesh, left);
     if (!looks) return looks.error();
     Result<Import> import =
         make_import(*loaded, *looks, mesh.filename().string(), arguments.import);

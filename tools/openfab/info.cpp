@@ -7,12 +7,11 @@
 #include <rapidjson/document.h>
 
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <memory>
 #include <optional>
 
 #include "backends/ofr/ofr_reader.h"
+#include "base/input_file.h"
 #include "base/say.h"
 #include "base/text.h"
 #include "base/units.h"
@@ -62,10 +61,8 @@ Result<std::string> describe_unfinished(ofr::OfrReader* reader) {
                        planned);
 }
 
-Result<void> info_of_ofr(const std::string& file, const std::string& memory) {
-    const Result<int64_t> bytes = memory_of(memory);
-    if (!bytes) return bytes.error();
-    Result<std::unique_ptr<ofr::OfrReader>> reader = ofr::OfrReader::open(file, *bytes);
+Result<void> info_of_ofr(const std::string& file, int64_t memory_bytes) {
+    Result<std::unique_ptr<ofr::OfrReader>> reader = ofr::OfrReader::open(file, memory_bytes);
     if (!reader) return reader.error();
     const backends::PrintInfo& info = (*reader)->info();
     print_grid(info);
@@ -91,14 +88,13 @@ Result<void> info_of_ofr(const std::string& file, const std::string& memory) {
     return {};
 }
 
-/// Nothing where it is no regular file, or larger than any manifest.
+/// Nothing where it cannot be read, or is larger than any manifest.
 std::optional<std::string> read_manifest(const fs::path& file) {
-    constexpr uintmax_t kLargest = 1 << 20;
-    std::error_code status;
-    if (!fs::is_regular_file(file, status) || fs::file_size(file, status) > kLargest) return {};
-    std::ifstream in(file, std::ios::binary);
-    if (!in) return {};
-    return std::string(std::istreambuf_iterator<char>(in), {});
+    constexpr int64_t kLargest = 1 << 20;
+    const Result<InputFile> opened = InputFile::open(file);
+    if (!opened) return {};
+    Result<std::string> text = opened->read_all(kLargest);
+    return text ? std::optional(std::move(*text)) : std::nullopt;
 }
 
 /// `{:…}` of a value where it is there, whatever its kind.
@@ -165,8 +161,10 @@ void print_mesh(const scene::Mesh& mesh, const std::string& indent) {
     }
 }
 
-Result<void> info_of_world(const std::string& file, const std::vector<std::string>& allow) {
-    Result<scene::World> world = scene::load_world(file, {{allow.begin(), allow.end()}});
+Result<void> info_of_world(const std::string& file, const std::vector<std::string>& allow,
+                           int64_t memory_bytes) {
+    Result<scene::World> world =
+        scene::load_world(file, {{allow.begin(), allow.end()}, memory_bytes});
     if (!world) return world.error();
     show(fmt::format("printer    {}\n",
                      world->printer.empty() ? "none named" : printable(world->printer)));
@@ -236,9 +234,10 @@ void print_checks(const scene::MeshChecks& checks) {
     }
 }
 
-Result<void> info_of_mesh(const std::string& file) {
+Result<void> info_of_mesh(const std::string& file, int64_t memory_bytes) {
     scene::MeshOptions options;
     options.name = fs::path(file).stem().string();
+    options.memory_bytes = memory_bytes;
     Result<scene::LoadedMesh> loaded = scene::read_mesh(file, options);
     if (!loaded) return loaded.error();
     show(fmt::format("mesh       {}\n", printable(loaded->mesh.name)));
@@ -259,11 +258,13 @@ Result<void> info_of_mesh(const std::string& file) {
 
 Result<void> info(const std::string& file, const std::vector<std::string>& allow,
                   const std::string& memory) {
+    const Result<int64_t> bytes = memory_of(memory);
+    if (!bytes) return bytes.error();
     std::error_code status;
     if (fs::is_directory(file, status)) return info_of_folder(file);
-    if (file.ends_with(".json")) return info_of_world(file, allow);
-    if (scene::is_mesh_file(file)) return info_of_mesh(file);
-    return info_of_ofr(file, memory);
+    if (file.ends_with(".json")) return info_of_world(file, allow, *bytes);
+    if (scene::is_mesh_file(file)) return info_of_mesh(file, *bytes);
+    return info_of_ofr(file, *bytes);
 }
 
 }  // namespace openfab::tool

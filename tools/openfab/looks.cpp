@@ -18,9 +18,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr size_t kLargestFile = 2'000'000'000;
-constexpr size_t kLargestLibrary = 64'000'000;
-constexpr size_t kLargestPicture = 1'000'000'000;
+constexpr int64_t kLargestFile = 2'000'000'000;
+constexpr int64_t kLargestLibrary = 64'000'000;
+constexpr size_t kMostLibraries = 100;
 constexpr std::string_view kBlanks = " \t\r";
 
 std::string_view trimmed(std::string_view text) {
@@ -59,13 +59,13 @@ fs::path with_slashes(std::string_view name) {
 }
 
 /// The options of a map_Kd line off its front: each has a number of values.
-void take_map_options(std::string_view* line, Picture* picture, std::vector<std::string>* notes) {
+void take_map_options(std::string_view* line, Picture* picture, LooksMaker* out) {
     while (line->starts_with('-')) {
         const std::string_view option = take_word(line);
         if (option == "-clamp") {
             picture->clamp = take_word(line) == "on";
         } else if (option == "-o" || option == "-s" || option == "-t") {
-            notes->push_back(
+            out->note(
                 fmt::format("`{}` of a picture is left out: coordinates stay as they are", option));
             double ignored = 0;
             for (int i = 0; i < 3; ++i) {
@@ -82,9 +82,9 @@ void take_map_options(std::string_view* line, Picture* picture, std::vector<std:
     }
 }
 
-void read_picture(std::string_view line, const fs::path& file, Look* look, Looks* out) {
+void read_picture(std::string_view line, const fs::path& file, Look* look, LooksMaker* out) {
     Picture picture;
-    take_map_options(&line, &picture, &out->notes);
+    take_map_options(&line, &picture, out);
     if (line.empty()) return;
     const fs::path folder = file.parent_path();
     fs::path path = folder / with_slashes(line);
@@ -92,66 +92,29 @@ void read_picture(std::string_view line, const fs::path& file, Look* look, Looks
     // Many libraries name the place where the picture was on another machine.
     if (!fs::exists(path, ignored) || !is_inside(path, folder))
         path = folder / with_slashes(line).filename();
-    Result<std::string> bytes =
-        is_inside(path, folder) ? scene::read_text_file(path, kLargestPicture)
-                                : Result<std::string>(user_error("not below the mesh's folder"));
+    const Result<SharedBytes> bytes =
+        out->picture(without_links(path).string(), [&](int64_t most) -> Result<std::string> {
+            if (!is_inside(path, folder)) return user_error("not below the mesh's folder");
+            return scene::read_text_file(path, static_cast<size_t>(most));
+        });
     if (!bytes) {
-        out->notes.push_back(fmt::format("the picture `{}` of material `{}` is left out: {}", line,
-                                         look->name, bytes.error().text()));
+        out->note(fmt::format("the picture `{}` of material `{}` is left out: {}", line, look->name,
+                              bytes.error().text()));
         return;
     }
     picture.name = path.filename().string();
-    picture.bytes = std::move(*bytes);
+    picture.bytes = *bytes;
     look->picture = std::move(picture);
 }
 
-Result<Looks> obj_looks(std::string_view text, const fs::path& file) {
-    Looks out;
-    std::vector<fs::path> libraries;
-    each_line(text, [&](std::string_view line) {
-        if (take_word(&line) == "mtllib" && !line.empty()) libraries.push_back(with_slashes(line));
-    });
-    std::sort(libraries.begin(), libraries.end());
-    libraries.erase(std::unique(libraries.begin(), libraries.end()), libraries.end());
-    for (const fs::path& library : libraries) {
-        const fs::path path = file.parent_path() / library;
-        const Result<std::string> found =
-            is_inside(path, file.parent_path())
-                ? scene::read_text_file(path, kLargestLibrary)
-                : Result<std::string>(user_error("not below the mesh's folder"));
-        if (!found) {
-            out.notes.push_back(fmt::format("the material library `{}` is left out: {}",
-                                            library.string(), found.error().text()));
-            continue;
-        }
-        parse_mtl(*found, path, &out);
-    }
-    return out;
-}
-
-std::string lower_extension(const fs::path& file) {
-    return lower_ascii(file.extension().string());
-}
-
-}  // namespace
-
-const Look* Looks::find(std::string_view name) const {
-    for (const Look& look : looks) {
-        if (look.name == name) return &look;
-    }
-    return nullptr;
-}
-
-void parse_mtl(std::string_view text, const fs::path& file, Looks* out) {
+/// Of a material library (.mtl): newmtl, Kd, map_Kd with its options. Lines of other things count
+/// for nothing.
+void parse_mtl(std::string_view text, const fs::path& file, LooksMaker* out) {
     Look* look = nullptr;
     each_line(text, [&](std::string_view line) {
         const std::string_view word = take_word(&line);
         if (word == "newmtl") {
-            look = nullptr;
-            if (out->find(line) != nullptr) return;  // the first one counts
-            out->looks.push_back({});
-            look = &out->looks.back();
-            look->name = std::string(line);
+            look = out->add(std::string(line));
         } else if (word == "Kd" && look != nullptr) {
             std::array<double, 3> color{};
             for (double& channel : color) {
@@ -165,14 +128,104 @@ void parse_mtl(std::string_view text, const fs::path& file, Looks* out) {
     });
 }
 
-Result<Looks> read_looks(const fs::path& mesh) {
+Result<Looks> obj_looks(std::string_view text, const fs::path& file, int64_t memory_bytes) {
+    LooksMaker out(&memory_bytes);
+    std::vector<fs::path> libraries;
+    each_line(text, [&](std::string_view line) {
+        if (take_word(&line) == "mtllib" && !line.empty() && libraries.size() <= kMostLibraries)
+            libraries.push_back(with_slashes(line));
+    });
+    if (libraries.size() > kMostLibraries)
+        return user_error(
+            fmt::format("{}: more than {} material libraries", file.string(), kMostLibraries));
+    std::sort(libraries.begin(), libraries.end());
+    libraries.erase(std::unique(libraries.begin(), libraries.end()), libraries.end());
+    for (const fs::path& library : libraries) {
+        const fs::path path = file.parent_path() / library;
+        const auto most = static_cast<size_t>(std::min(out.memory_left(), kLargestLibrary));
+        const Result<std::string> found =
+            is_inside(path, file.parent_path())
+                ? scene::read_text_file(path, most)
+                : Result<std::string>(user_error("not below the mesh's folder"));
+        if (!found) {
+            out.note(fmt::format("the material library `{}` is left out: {}", library.string(),
+                                 found.error().text()));
+            continue;
+        }
+        parse_mtl(*found, path, &out);
+    }
+    return out.finish(file.string());
+}
+
+Error too_much(const std::string& file) {
+    return user_error(
+        fmt::format("{}: its materials and their pictures take more memory than is left beside the "
+                    "mesh; allow more with `--memory`",
+                    file));
+}
+
+std::string lower_extension(const fs::path& file) {
+    return lower_ascii(file.extension().string());
+}
+
+}  // namespace
+
+std::unordered_map<std::string_view, size_t> places_of(const Looks& looks) {
+    std::unordered_map<std::string_view, size_t> places;
+    for (size_t i = 0; i < looks.looks.size(); ++i)
+        places.emplace(looks.looks[i].name, i);
+    return places;
+}
+
+bool LooksMaker::take(size_t bytes) {
+    memory_left_ -= static_cast<int64_t>(bytes);
+    return memory_left_ >= 0;
+}
+
+Look* LooksMaker::add(const std::string& name) {
+    // The list doubles, and is copied when it does; the map has the name again.
+    constexpr size_t kNode = 64;
+    if (memory_left_ < 0 || places_.count(name) != 0) return nullptr;
+    if (!take(3 * sizeof(Look) + kNode + sizeof name + 2 * name.size())) return nullptr;
+    places_.emplace(name, looks_.looks.size());
+    looks_.looks.push_back({});
+    looks_.looks.back().name = name;
+    return &looks_.looks.back();
+}
+
+Result<SharedBytes> LooksMaker::picture(
+    const std::string& key, const std::function<Result<std::string>(int64_t most)>& read) {
+    if (const auto known = pictures_.find(key); known != pictures_.end()) return known->second;
+    Result<std::string> bytes = read(std::max<int64_t>(memory_left_, 0));
+    Result<SharedBytes> found =
+        bytes ? Result<SharedBytes>(std::make_shared<const std::string>(std::move(*bytes)))
+              : Result<SharedBytes>(bytes.error());
+    constexpr size_t kNode = 200;
+    take(kNode + key.size() + (found ? (*found)->size() : found.error().text().size()));
+    return pictures_.emplace(key, std::move(found)).first->second;
+}
+
+void LooksMaker::note(std::string text) {
+    if (take(2 * sizeof text + text.size())) looks_.notes.push_back(std::move(text));
+}
+
+Result<Looks> LooksMaker::finish(const std::string& file) {
+    return memory_left_ >= 0 ? Result<Looks>(std::move(looks_)) : Result<Looks>(too_much(file));
+}
+
+Result<Looks> read_looks(const fs::path& mesh, int64_t memory_bytes) {
     const std::string extension = lower_extension(mesh);
     if (extension == ".stl" || extension == ".ply") return Looks{};
-    const Result<std::string> bytes = scene::read_text_file(mesh, kLargestFile);
+    std::error_code unknown;
+    const uintmax_t size = fs::file_size(mesh, unknown);
+    if (!unknown && static_cast<int64_t>(size) > memory_bytes) return too_much(mesh.string());
+    const Result<std::string> bytes =
+        scene::read_text_file(mesh, static_cast<size_t>(std::min(memory_bytes, kLargestFile)));
     if (!bytes) return bytes.error();
-    if (extension == ".obj") return obj_looks(*bytes, mesh);
-    if (extension == ".3mf") return threemf_looks(*bytes, mesh.string());
-    return gltf_looks(*bytes, mesh.string());
+    memory_bytes -= static_cast<int64_t>(bytes->capacity());
+    if (extension == ".obj") return obj_looks(*bytes, mesh, memory_bytes);
+    if (extension == ".3mf") return threemf_looks(*bytes, mesh.string(), memory_bytes);
+    return gltf_looks(*bytes, mesh.string(), memory_bytes);
 }
 
 }  // namespace openfab::tool

@@ -40,7 +40,8 @@ class Materials : public scene::XmlHandler {
         std::string path;
         bool clamp = false;
     };
-    std::vector<Look> looks;
+    Materials(LooksMaker* out, int64_t* memory_left) : out_(*out), memory_left_(*memory_left) {}
+
     std::map<std::string, Texture> textures;                  ///< by id
     std::vector<std::pair<std::string, std::string>> groups;  ///< id of group, id of texture
 
@@ -49,54 +50,66 @@ class Materials : public scene::XmlHandler {
             const char* found = a.find(key);
             return std::string(found != nullptr ? found : "");
         };
+        // Lists double, and are copied then; nodes of the map take about as much.
+        const auto take = [&](size_t bytes) { memory_left_ -= static_cast<int64_t>(3 * bytes); };
         if (name == "base") {
-            looks.push_back({text("name"), color_of(a.find("displaycolor")), {}, false});
+            if (Look* look = out_.add(text("name"))) look->color = color_of(a.find("displaycolor"));
         } else if (name == "texture2d") {
-            textures[text("id")] = {text("path"), text("tilestyleu") == "clamp"};
+            Texture texture{text("path"), text("tilestyleu") == "clamp"};
+            take(sizeof texture + sizeof(std::string) + texture.path.size() + text("id").size());
+            textures[text("id")] = std::move(texture);
         } else if (name == "texture2dgroup") {
             groups.emplace_back(text("id"), text("texid"));
+            take(sizeof groups[0] + groups.back().first.size() + groups.back().second.size());
         }
-        return {};
+        return memory_left_ < 0
+                   ? "the materials take more memory than is allowed; allow more with `--memory`"
+                   : "";
     }
     void end(std::string_view) override {}
+
+  private:
+    LooksMaker& out_;
+    int64_t& memory_left_;
 };
 
 }  // namespace
 
-Result<Looks> threemf_looks(std::string_view bytes, const std::string& file) {
+Result<Looks> threemf_looks(std::string_view bytes, const std::string& file, int64_t memory_bytes) {
     const Result<scene::ZipFile> zip = scene::ZipFile::open(bytes, file);
     if (!zip) return zip.error();
-    const Result<std::string> relationships = zip->read("_rels/.rels");
+    const Result<std::string> relationships = zip->read("_rels/.rels", memory_bytes);
     if (!relationships) return relationships.error();
     const Result<std::string> model = scene::threemf_model_part(*relationships, file);
     if (!model) return model.error();
-    const Result<std::string> text = zip->read(*model);
+    Result<std::string> text = zip->read(*model, memory_bytes);
     if (!text) return text.error();
-    Materials found;
+    const auto length = static_cast<int64_t>(text->size());
+    memory_bytes -= length;
+    LooksMaker out(&memory_bytes);
+    Materials found(&out, &memory_bytes);
     const Result<void> parsed =
         scene::parse_xml(*text, fmt::format("{}: {}", file, *model), &found);
     if (!parsed) return parsed.error();
-    Looks out;
-    for (Look& look : found.looks) {
-        if (out.find(look.name) == nullptr) out.looks.push_back(std::move(look));
-    }
+    text = std::string();
+    memory_bytes += length;
     for (const auto& [group, id] : found.groups) {
-        Look look;
-        look.name = scene::threemf_texture_name(group);
+        Look* look = out.add(scene::threemf_texture_name(group));
+        if (look == nullptr) continue;
         const auto texture = found.textures.find(id);
-        const Result<std::string> picture =
+        const Result<SharedBytes> picture =
             texture != found.textures.end()
-                ? zip->read(texture->second.path)
-                : Result<std::string>(user_error(fmt::format("{}: no texture {}", file, id)));
+                ? out.picture(scene::ZipFile::key(texture->second.path),
+                              [&](int64_t most) { return zip->read(texture->second.path, most); })
+                : Result<SharedBytes>(user_error(fmt::format("{}: no texture {}", file, id)));
         if (picture) {
             const std::filesystem::path path = texture->second.path;
-            look.picture = Picture{path.filename().string(), *picture, texture->second.clamp};
+            look->picture = Picture{path.filename().string(), *picture, texture->second.clamp};
         } else {
-            out.notes.push_back(picture.error().text());
+            out.note(picture.error().text());
         }
-        out.looks.push_back(std::move(look));
     }
-    return out;
+    return out.finish(file);
 }
 
 }  // namespace openfab::tool

@@ -30,12 +30,12 @@ std::string extension_of(std::string_view bytes) {
 
 /// The picture of a texture of the file.
 std::optional<Picture> picture_of(GltfFile* gltf, const JsonValue& info, const std::string& name,
-                                  std::vector<std::string>* notes) {
+                                  LooksMaker* out) {
     const JsonValue* texture =
         gltf->item("textures", gltf->integer(info, "index", 0), "a material");
     if (texture == nullptr) return {};
     if (gltf->integer(info, "texCoord", 0) != 0) {
-        notes->push_back(
+        out->note(
             fmt::format("the picture of material `{}` uses other coordinates than the "
                         "first; it is read at the first",
                         name));
@@ -43,57 +43,56 @@ std::optional<Picture> picture_of(GltfFile* gltf, const JsonValue& info, const s
     const int64_t source = gltf->integer(*texture, "source", 0);
     const JsonValue* image = gltf->item("images", source, "a texture");
     if (image == nullptr) return {};
-    Result<std::string> bytes = gltf->image(*image);
-    if (!bytes) {
-        notes->push_back(bytes.error().text());
-        return {};
-    }
-    Picture out;
-    out.bytes = std::move(*bytes);
+    const Result<SharedBytes> bytes =
+        out->picture(std::to_string(source), [&](int64_t) { return gltf->image(*image); });
+    if (!bytes) return {};  // which the file has kept
+    Picture picture;
+    picture.bytes = *bytes;
     const std::filesystem::path uri = GltfFile::text(*image, "uri");
     const bool is_file = !uri.empty() && !uri.string().starts_with("data:");
     std::string stem = GltfFile::text(*image, "name");
     if (stem.empty()) stem = fmt::format("picture_{}", source);
-    out.name = is_file ? uri.filename().string() : stem + extension_of(out.bytes);
+    picture.name = is_file ? uri.filename().string() : stem + extension_of(*picture.bytes);
     if (texture->find("sampler") != nullptr) {
         const JsonValue* sampler =
             gltf->item("samplers", gltf->integer(*texture, "sampler", 0), "a texture");
         constexpr int64_t kClampToEdge = 33071, kRepeat = 10497;
-        out.clamp = sampler != nullptr && gltf->integer(*sampler, "wrapS", kRepeat) == kClampToEdge;
+        picture.clamp =
+            sampler != nullptr && gltf->integer(*sampler, "wrapS", kRepeat) == kClampToEdge;
     }
-    return out;
+    return picture;
 }
 
 }  // namespace
 
-Result<Looks> gltf_looks(std::string_view bytes, const std::string& file) {
-    Result<GltfFile> opened = GltfFile::open(bytes, file);
+Result<Looks> gltf_looks(std::string_view bytes, const std::string& file, int64_t memory_bytes) {
+    Result<GltfFile> opened = GltfFile::open(bytes, file, memory_bytes);
     if (!opened) return opened.error();
     GltfFile& gltf = *opened;
-    Looks out;
+    LooksMaker out(&gltf.memory_left());
     const JsonValue* materials = child(&gltf.root(), "materials");
     const size_t count = materials != nullptr ? materials->items.size() : 0;
     for (size_t i = 0; i < count && gltf.ok(); ++i) {
         const JsonValue& material = materials->items[i];
-        Look look;
-        look.name = GltfFile::text(material, "name");
-        if (look.name.empty()) look.name = fmt::format("material {}", i);
-        look.tinted = true;
+        std::string name = GltfFile::text(material, "name");
+        if (name.empty()) name = fmt::format("material {}", i);
+        Look* look = out.add(name);
+        if (look == nullptr) continue;
+        look->tinted = true;
         const JsonValue* pbr = child(&material, "pbrMetallicRoughness");
         if (pbr != nullptr) {
             if (const auto factor = gltf.numbers(*pbr, "baseColorFactor", 4)) {
                 std::array<double, 3> color{};
                 for (size_t c = 0; c < 3; ++c)
                     color[c] = std::clamp((*factor)[c], 0.0, 1.0);
-                look.color = color;
+                look->color = color;
             }
             if (const JsonValue* info = child(pbr, "baseColorTexture"))
-                look.picture = picture_of(&gltf, *info, look.name, &out.notes);
+                look->picture = picture_of(&gltf, *info, name, &out);
         }
-        if (out.find(look.name) == nullptr) out.looks.push_back(std::move(look));
     }
     if (!gltf.ok()) return gltf.error();
-    return out;
+    return out.finish(file);
 }
 
 }  // namespace openfab::tool

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/clean_exit.h"
 #include "base/command_line.h"
 #include "base/say.h"
 #include "mesh/load/load_mesh.h"
@@ -78,6 +79,7 @@ void add_import(CLI::App& app, Action* action) {
     command->add_option("--repair", a->repair, "winding: close a mesh that is open or inconsistent")
         ->check(CLI::IsMember({"winding"}));
     command->add_option("--printer", a->import.printer, "generic unless told");
+    add_memory_option(command, &a->memory);
     command->callback([a, action] { *action = [a] { return run_import(*a); }; });
 }
 
@@ -137,6 +139,7 @@ void add_export(CLI::App& app, Action* action) {
 
 int tool_main(int argc, char** argv) {
     prepare_streams();
+    clean_up_on_signals();
     if (argc > 1 && std::string_view(argv[1]) == "print") return print_command(argc, argv);
     if (argc > 1 && std::string_view(argv[1]) == "texture") return texture_command(argv);
     CLI::App app("OpenFab: programs in, printer slices out.", "openfab");

@@ -18,6 +18,7 @@
 #include <string_view>
 #include <system_error>
 
+#include "base/clean_exit.h"
 #include "base/hash.h"
 #include "base/own_folder.h"
 #include "base/say.h"
@@ -118,10 +119,8 @@ Result<int> run_program(const std::vector<std::string>& arguments) {
             fmt::format("cannot start `{}`: {}", arguments[0], std::strerror(failed)));
     }
     int status = 0;
-    while (waitpid(child, &status, 0) < 0) {
-        if (errno != EINTR)
-            return outside_error(fmt::format("lost `{}`: {}", arguments[0], std::strerror(errno)));
-    }
+    if (!RunningProgram(child).wait(&status))
+        return outside_error(fmt::format("lost `{}`: {}", arguments[0], std::strerror(errno)));
     if (WIFEXITED(status)) return WEXITSTATUS(status);
     if (WTERMSIG(status) == SIGINT) return exit_code(ErrorCode::kInterrupted);
     return outside_error(

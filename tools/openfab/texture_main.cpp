@@ -14,6 +14,7 @@
 #include <filesystem>
 #include <vector>
 
+#include "base/clean_exit.h"
 #include "base/command_line.h"
 #include "base/input_file.h"
 #include "base/say.h"
@@ -50,6 +51,7 @@ class Silence {
 
 int main(int argc, char** argv) {
     openfab::prepare_streams();
+    openfab::clean_up_on_signals();
     std::string image;
     std::string output;
     openfab::texture::VolumeOptions volume;

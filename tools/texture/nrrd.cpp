@@ -7,13 +7,16 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <map>
 #include <sstream>
 #include <string_view>
 
 #include "base/input_file.h"
+#include "base/units.h"
 #include "texture/nrrd_header.h"
 #include "tools/texture/volume_reader.h"
 
@@ -35,6 +38,11 @@ class ByteStream {
         const Result<size_t> got = file_.read(at_, out, bytes);
         if (got) at_ += static_cast<int64_t>(*got);
         return got;
+    }
+    /// Goes on behind so many of them.
+    virtual Result<void> skip(int64_t bytes) {
+        at_ += std::max<int64_t>(bytes, 0);
+        return {};
     }
     /// How many there are at most.
     virtual int64_t left() const { return file_.bytes() - at_; }
@@ -69,6 +77,17 @@ class UnpackedStream final : public ByteStream {
             if (done != Z_OK && !ended_) return user_error(kDamaged);
         }
         return bytes - state_.avail_out;
+    }
+    Result<void> skip(int64_t bytes) override {
+        std::vector<char> unused(kAtOnce);
+        while (bytes > 0) {
+            const auto step = static_cast<size_t>(std::min<int64_t>(bytes, kAtOnce));
+            const Result<size_t> got = next(unused.data(), step);
+            if (!got) return got.error();
+            if (*got < step) return user_error(kDamaged);
+            bytes -= static_cast<int64_t>(step);
+        }
+        return {};
     }
     int64_t left() const override {
         constexpr int64_t kDensest = 1032;  // of deflate, a byte
@@ -225,6 +244,67 @@ std::vector<std::string> words_of(const std::string& text) {
     return out;
 }
 
+/// A whole number, from `least`; nothing where the field is missing, under both its names.
+Result<int64_t> skip_of(const texture::NrrdHeader& header, const char* name, const char* other,
+                        int64_t least) {
+    std::string text = header.field(name);
+    if (text.empty()) text = header.field(other);
+    if (text.empty()) return int64_t{0};
+    int64_t value = 0;
+    const auto [end, wrong] = std::from_chars(text.data(), text.data() + text.size(), value);
+    const bool blank =
+        text.find_first_not_of(" \t", static_cast<size_t>(end - text.data())) == std::string::npos;
+    if (wrong != std::errc() || !blank || value < least) {
+        return user_error(
+            fmt::format("its `{}` is `{}`; a whole number from {} is right", name, text, least));
+    }
+    return value;
+}
+
+/// What stands between the header, or the start of the data's file, and the numbers.
+struct Skipped {
+    int64_t lines = 0;  ///< first, of the file as it is
+    int64_t bytes = 0;  ///< then, of the data unpacked; -1: all but the last that the numbers take
+};
+
+Result<Skipped> skipped_by(const texture::NrrdHeader& header, bool raw) {
+    const Result<int64_t> lines = skip_of(header, "line skip", "lineskip", 0);
+    if (!lines) return lines.error();
+    const Result<int64_t> bytes = skip_of(header, "byte skip", "byteskip", -1);
+    if (!bytes) return bytes.error();
+    if (*bytes < 0 && !raw) {
+        return user_error(
+            "its `byte skip` is -1, which is for the encoding `raw` alone: where other data end "
+            "does not say where they begin");
+    }
+    if (*bytes < 0 && *lines > 0) {
+        return user_error(
+            "it has a `line skip` and a `byte skip` of -1, which counts from the end; give one of "
+            "them");
+    }
+    return Skipped{*lines, *bytes};
+}
+
+/// Where the line begins that `lines` others stand before.
+Result<int64_t> behind_lines(const InputFile& file, int64_t begin, int64_t lines) {
+    std::vector<char> buffer(kAtOnce);
+    for (int64_t at = begin; lines > 0;) {
+        const Result<size_t> got = file.read(at, buffer.data(), buffer.size());
+        if (!got) return got.error();
+        if (*got == 0) return user_error("it has fewer lines than its `line skip`");
+        size_t next = 0;
+        while (lines > 0 && next < *got) {
+            const auto* const end =
+                static_cast<const char*>(std::memchr(buffer.data() + next, '\n', *got - next));
+            next = end == nullptr ? *got : static_cast<size_t>(end - buffer.data()) + 1;
+            lines -= end != nullptr;
+        }
+        at += static_cast<int64_t>(next);
+        if (lines == 0) return at;
+    }
+    return begin;
+}
+
 /// Spacing and origin; an error for axes that are turned.
 Result<void> place(const texture::NrrdHeader& header, size_t first, NrrdReader* reader) {
     const auto field = [&](const char* name) { return words_of(header.field(name)); };
@@ -306,15 +386,30 @@ MadeReader open_nrrd(const fs::path& file, const texture::ReadLimits& limits) {
         return user_error(
             fmt::format("its encoding `{}` is not known; raw, text and gzip are", encoding));
     }
+    // Before memory is asked for: a number takes its bytes, or a figure and a blank.
+    const int64_t needed = reader->text ? 2 * numbers - 1 : numbers * reader->format.bytes;
+    const Result<Skipped> skipped = skipped_by(header, !reader->packed && !reader->text);
+    if (!skipped) return skipped.error();
+    const Result<int64_t> line = behind_lines(*source, begin, skipped->lines);
+    if (!line) return line.error();
+    begin = *line;
+    if (skipped->bytes < 0) begin = std::max(begin, source->bytes() - needed);
     if (reader->packed) {
         reader->stream = std::make_unique<UnpackedStream>(std::move(*source), begin);
     } else {
         reader->stream = std::make_unique<ByteStream>(std::move(*source), begin);
     }
-    // Before memory is asked for: a number takes its bytes, or a figure and a blank.
-    const int64_t needed = reader->text ? 2 * numbers - 1 : numbers * reader->format.bytes;
-    if (reader->stream->left() < needed)
+    const int64_t left = reader->stream->left();
+    if (left < needed || left - needed < skipped->bytes)
         return user_error(reader->packed ? UnpackedStream::kDamaged : "it is cut short");
+    // All that is skipped is unpacked.
+    if (reader->packed && skipped->bytes > limits.memory_bytes) {
+        return user_error(
+            fmt::format("its `byte skip` passes over {} of packed data, more than the {} of "
+                        "`--memory`; write it without them",
+                        format_bytes(skipped->bytes), format_bytes(limits.memory_bytes)));
+    }
+    if (Result<void> done = reader->stream->skip(skipped->bytes); !done) return done.error();
     return std::unique_ptr<VolumeReader>(std::move(reader));
 }
 

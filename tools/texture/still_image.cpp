@@ -110,20 +110,28 @@ Result<std::unique_ptr<StillImage>> StillImage::open(const fs::path& file, int64
                             : image->format_ == "pnm" ? image->file_.bytes()
                                                       : 0;
     if (Result<void> fine = check_memory(2 * at_once, memory_bytes); !fine) return fine.error();
-    image->input_ = OIIO::ImageInput::create(image->format_);
-    if (image->input_ == nullptr) return image->trouble(OIIO::geterror());
-    OIIO::ImageSpec config, spec;
-    // Alpha is one more channel for a fablet; colours must not arrive multiplied by it.
-    config.attribute("oiio:UnassociatedAlpha", 1);
-    if (!image->input_->open(image->file_.name(), spec, config))
-        return image->trouble(image->input_->geterror());
-    if (Result<void> fine = image->fits(); !fine) return fine.error();
+    if (Result<void> opened = image->open_input(); !opened) return opened.error();
     return image;
 }
 
+Result<void> StillImage::open_input() {
+    input_ = OIIO::ImageInput::create(format_);
+    if (input_ == nullptr) return trouble(OIIO::geterror());
+    if (page_file_ != nullptr) input_->set_ioproxy(page_file_.get());
+    OIIO::ImageSpec config, spec;
+    // Alpha is one more channel for a fablet; colours must not arrive multiplied by it.
+    config.attribute("oiio:UnassociatedAlpha", 1);
+    if (!input_->open(file_.name(), spec, config)) return trouble(input_->geterror());
+    subimage_ = 0;
+    return fits();
+}
+
 int StillImage::pages() {
-    // The library finds a page by going through all before it.
     constexpr int kMost = kMostPages + 1;
+    if (format_ == "tiff") {
+        places_ = tiff_pages(file_, kMost);
+        return std::max(static_cast<int>(places_.size()), 1);
+    }
     int pages = 1;
     while (pages < kMost && input_->seek_subimage(pages, 0))
         ++pages;
@@ -132,8 +140,14 @@ int StillImage::pages() {
 }
 
 Result<void> StillImage::go_to(int page) {
+    const bool first = page == 0 && page_file_ == nullptr;
+    if (format_ == "tiff" && !first) {
+        input_.reset();  // before the file that it reads
+        page_file_ = std::make_unique<TiffPage>(file_, places_[static_cast<size_t>(page)]);
+        return open_input();
+    }
     if (!input_->seek_subimage(page, 0)) return trouble(input_->geterror());
-    page_ = page;
+    subimage_ = page;
     return fits();
 }
 
@@ -156,6 +170,13 @@ Result<void> StillImage::fits() const {
         rows = std::max(rows, static_cast<double>(s.get_int_attribute("tiff:RowsPerStrip", 0)));
         rows = std::min(rows, static_cast<double>(s.height));
         whole = 4 * pixels;  // unusual ones are decoded to four bytes a pixel
+        // Pages are not mapped: a strip comes as it is packed, of which libtiff takes no more than
+        // this, whatever its directory says.
+        constexpr double kLoosest = 10, kLeast = 1 << 20;
+        if (page_file_ != nullptr) {
+            whole += std::min(static_cast<double>(file_.bytes()),
+                              std::max(kLoosest * rows * row * stored, kLeast));
+        }
     } else if (format_ == "openexr") {
         rows =
             std::min(std::max(rows, static_cast<double>(kExrRows)), static_cast<double>(s.height));
@@ -180,9 +201,9 @@ Result<void> StillImage::each_row(const std::function<Result<void>(int y, const 
         const int end = std::min(begin + step, s.height);
         const bool read =
             s.tile_width > 0
-                ? input_->read_tiles(page_, 0, s.x, s.x + s.width, s.y + begin, s.y + end, s.z,
+                ? input_->read_tiles(subimage_, 0, s.x, s.x + s.width, s.y + begin, s.y + end, s.z,
                                      s.z + 1, 0, s.nchannels, OIIO::TypeDesc::FLOAT, rows.data())
-                : input_->read_scanlines(page_, 0, s.y + begin, s.y + end, s.z, 0, s.nchannels,
+                : input_->read_scanlines(subimage_, 0, s.y + begin, s.y + end, s.z, 0, s.nchannels,
                                          OIIO::TypeDesc::FLOAT, rows.data());
         if (!read) return trouble(input_->geterror());
         for (int y = begin; y < end; ++y) {

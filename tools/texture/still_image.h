@@ -13,9 +13,11 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "base/input_file.h"
 #include "base/result.h"
+#include "tools/texture/tiff_pages.h"
 
 namespace openfab::tools {
 
@@ -32,6 +34,7 @@ class StillImage {
     const OIIO::ImageSpec& spec() const { return input_->spec(); }
     /// How many pictures it holds; kMostPages + 1 where there are more than that.
     int pages();
+    /// After an error it has no page any more.
     Result<void> go_to(int page);
 
     /// Calls use(y, row) for each row of the page from the top: interleaved floats, integers scaled
@@ -41,6 +44,7 @@ class StillImage {
   private:
     StillImage(InputFile file, int64_t memory_bytes)
         : file_(std::move(file)), memory_bytes_(memory_bytes) {}
+    Result<void> open_input();
     Result<void> fits() const;
     int band_rows() const;
     Error trouble(std::string reason) const;
@@ -48,9 +52,11 @@ class StillImage {
     InputFile file_;
     int64_t memory_bytes_ = 0;
     std::string format_;
-    std::string shown_;  ///< the file's name for people
+    std::string shown_;                    ///< the file's name for people
+    std::vector<uint64_t> places_;         ///< of the pages of a TIFF, once they were counted
+    std::unique_ptr<TiffPage> page_file_;  ///< of a page of a TIFF behind the first
     std::unique_ptr<OIIO::ImageInput> input_;
-    int page_ = 0;
+    int subimage_ = 0;  ///< of input_
 };
 
 /// Whether something that needs so much memory may have it; the error says how much that is.

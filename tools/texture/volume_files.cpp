@@ -11,9 +11,10 @@
 #include <cmath>
 #include <cstring>
 #include <optional>
-#include <sstream>
+#include <string_view>
 
 #include "base/input_file.h"
+#include "base/scan_number.h"
 #include "tools/texture/still_image.h"
 #include "tools/texture/volume_reader.h"
 
@@ -197,6 +198,7 @@ namespace {
 class CubeReader final : public VolumeReader {
   public:
     std::vector<float> values;
+    int64_t rows = 0;  ///< of colours, also those that are too many
     Result<void> read_slice(int32_t z, float* out, const Wrote& wrote) override {
         const int64_t count = slice_floats();
         std::copy_n(values.begin() + z * count, count, out);
@@ -205,50 +207,80 @@ class CubeReader final : public VolumeReader {
     }
 };
 
+/// Takes the next word off a line.
+std::string_view take_word(std::string_view* line) {
+    constexpr std::string_view kBlanks = " \t\r\v\f";
+    line->remove_prefix(std::min(line->find_first_not_of(kBlanks), line->size()));
+    const std::string_view word = line->substr(0, line->find_first_of(kBlanks));
+    line->remove_prefix(word.size());
+    return word;
+}
+
+/// Takes as many numbers off a line as there is room for.
+template <size_t count>
+bool take_numbers(std::string_view* line, std::array<double, count>* out) {
+    return std::all_of(out->begin(), out->end(), [&](double& value) {
+        return scene::scan_number(take_word(line), &value).empty();
+    });
+}
+
 }  // namespace
 
 MadeReader open_cube(const fs::path& file, const texture::ReadLimits& limits) {
+    constexpr int64_t kLongestSide = 256;
     const Result<InputFile> opened = InputFile::open(file);
     if (!opened) return opened.error();
-    // A row of text, its copy, and what it becomes.
-    constexpr int64_t kCopies = 4;
-    if (Result<void> fits = check_memory(kCopies * opened->bytes(), limits.memory_bytes); !fits)
-        return fits.error();
-    Result<std::string> bytes = opened->read_all(opened->bytes());
+    // Its text, and what it may become.
+    constexpr int64_t kMostBytes = 3 * kLongestSide * kLongestSide * kLongestSide * 4;
+    const int64_t needed = opened->bytes() + std::min(2 * opened->bytes(), kMostBytes);
+    if (Result<void> fits = check_memory(needed, limits.memory_bytes); !fits) return fits.error();
+    const Result<std::string> bytes = opened->read_all(opened->bytes());
     if (!bytes) return bytes.error();
-    std::istringstream lines(std::move(*bytes));
     std::array<double, 3> low{0, 0, 0}, high{1, 1, 1};
     auto reader = std::make_unique<CubeReader>();
     int64_t n = 0;
-    std::string line;
-    for (int number = 1; std::getline(lines, line); ++number) {
-        std::istringstream words(line);
-        std::string word;
-        if (!(words >> word) || word[0] == '#' || word == "TITLE") continue;
+    std::string_view text = *bytes;
+    for (int number = 1; !text.empty(); ++number) {
+        std::string_view line = text.substr(0, text.find('\n'));
+        text.remove_prefix(std::min(line.size() + 1, text.size()));
+        const std::string_view word = take_word(&line);
+        if (word.empty() || word[0] == '#' || word == "TITLE") continue;
+        bool fine = true;
         if (word == "LUT_3D_SIZE") {
-            words >> n;
+            std::array<double, 1> size{};
+            fine = take_numbers(&line, &size);
+            if (fine && !(size[0] >= 2 && size[0] <= kLongestSide))
+                return user_error(fmt::format("LUT_3D_SIZE is {:g}; 2 to {} are possible", size[0],
+                                              kLongestSide));
+            n = static_cast<int64_t>(size[0]);
+            reader->values.reserve(static_cast<size_t>(3 * n * n * n));
         } else if (word == "DOMAIN_MIN") {
-            words >> low[0] >> low[1] >> low[2];
+            fine = take_numbers(&line, &low);
         } else if (word == "DOMAIN_MAX") {
-            words >> high[0] >> high[1] >> high[2];
+            fine = take_numbers(&line, &high);
         } else if (word == "LUT_1D_SIZE") {
             return user_error("it holds a 1-D table; a 3-D one is needed");
         } else if (!std::isalpha(static_cast<unsigned char>(word[0]))) {
-            std::istringstream row(line);
-            std::array<float, 3> rgb{};
-            row >> rgb[0] >> rgb[1] >> rgb[2];
-            words.str("");
-            if (!row) return user_error(fmt::format("line {} is not three numbers", number));
-            reader->values.insert(reader->values.end(), rgb.begin(), rgb.end());
+            line = std::string_view(word.data(),
+                                    static_cast<size_t>(line.data() + line.size() - word.data()));
+            std::array<double, 3> rgb{};
+            if (!take_numbers(&line, &rgb))
+                return user_error(fmt::format("line {} is not three numbers", number));
+            if (n == 0)
+                return user_error(
+                    fmt::format("line {} has a colour, and no LUT_3D_SIZE is before it", number));
+            reader->rows += 1;
+            if (reader->rows > n * n * n) continue;
+            for (const double value : rgb)
+                reader->values.push_back(static_cast<float>(value));
             continue;
         }
-        if (!words) return user_error(fmt::format("line {} is not understood", number));
+        if (!fine) return user_error(fmt::format("line {} is not understood", number));
     }
-    if (n < 2 || n > 256)
-        return user_error(fmt::format("LUT_3D_SIZE is {}; 2 to 256 are possible", n));
-    if (static_cast<int64_t>(reader->values.size()) != 3 * n * n * n) {
+    if (n == 0) return user_error("it has no LUT_3D_SIZE");
+    if (reader->rows != n * n * n) {
         return user_error(fmt::format("it has {} rows of colours; LUT_3D_SIZE {} asks for {}",
-                                      reader->values.size() / 3, n, n * n * n));
+                                      reader->rows, n, n * n * n));
     }
     const auto side = static_cast<int32_t>(n);
     reader->size = {side, side, side};

@@ -49,7 +49,7 @@ using MadeReader = Result<std::unique_ptr<VolumeReader>>;
 MadeReader open_stack(const std::vector<std::filesystem::path>& files,
                       const texture::ImageOptions& options, const texture::ReadLimits& limits);
 /// NRRD of 3 dimensions, or of 4 with 1 to 4 channels first; raw, text or gzip, attached or in a
-/// file that open_named_by opens. Unsigned integers of 8 and 16 bits are scaled to 0..1, others are
+/// file of its own, behind a `line skip` and a `byte skip`. Unsigned integers of 8 and 16 bits are scaled to 0..1, others are
 /// taken as they are. "space origin" is the middle of the first texel; axes must not be turned.
 MadeReader open_nrrd(const std::filesystem::path& file, const texture::ReadLimits& limits);
 /// NPY of shape (z, y, x) or (z, y, x, channel), integers as of NRRD.

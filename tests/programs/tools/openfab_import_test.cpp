@@ -330,5 +330,52 @@ TEST_F(OpenfabImport, ANewFolderPrints) {
     EXPECT_EQ(openfab({"new", path("7 toys")}).exit_code, 2);
 }
 
+/// A tetrahedron `copies` times, side by side.
+std::string many_tetrahedra(int copies) {
+    std::string text;
+    for (int i = 0; i < copies; ++i) {
+        const std::string x = std::to_string(2 * (i % 200)),
+                          next = std::to_string(2 * (i % 200) + 1);
+        const std::string y = std::to_string(2 * (i / 200)),
+                          behind = std::to_string(2 * (i / 200) + 1);
+        text += "v " + x + " " + y + " 0\nv " + next + " " + y + " 0\nv " + x + " " + behind +
+                " 0\nv " + x + " " + y + " 1\n";
+        text += "f -4 -2 -3\nf -4 -3 -1\nf -4 -1 -2\nf -3 -2 -1\n";
+    }
+    return text;
+}
+
+TEST_F(OpenfabImport, KeepsToItsMemory) {
+    scratch_.write("many.obj", many_tetrahedra(60'000));
+    scratch_.write("w.fab.json",
+                   R"({"openfab": 1, "fablets": {}, "meshes": {"m": {"file": "many.obj"}},
+        "objects": {}, "build": []})");
+    for (const std::vector<std::string>& command :
+         {std::vector<std::string>{"info", path("many.obj")},
+          {"info", path("w.fab.json")},
+          {"import", path("many.obj"), "-o", path("out")}}) {
+        std::vector<std::string> arguments = command;
+        arguments.insert(arguments.end(), {"--memory", "40MB"});
+        const Outcome refused = openfab(arguments);
+        EXPECT_EQ(refused.exit_code, 1) << refused.err;
+        EXPECT_THAT(refused.err, HasSubstr("allow more with `--memory`"));
+#ifndef OPENFAB_SANITIZED
+        EXPECT_LT(refused.peak_rss_bytes, 80 << 20);
+#endif
+        arguments.back() = "some";
+        EXPECT_EQ(openfab(arguments).exit_code, 2);
+    }
+    EXPECT_EQ(openfab({"info", path("many.obj"), "--memory", "400MB"}).exit_code, 0);
+    const Outcome made =
+        openfab({"import", path("many.obj"), "-o", path("out"), "--memory", "400MB"});
+    EXPECT_EQ(made.exit_code, 0) << made.err;
+    // Pictures count with the mesh.
+    scratch_.write("photo.ppm", std::string(30'000'000, ' '));
+    const Outcome picture = openfab({"import", path("block.obj"), "-o", path("block"), "--fablet",
+                                     "textured", "--memory", "20MB"});
+    EXPECT_EQ(picture.exit_code, 1) << picture.err;
+    EXPECT_THAT(picture.err, HasSubstr("the picture `photo.ppm` of material `photo` is left out"));
+}
+
 }  // namespace
 }  // namespace openfab::testing

@@ -80,6 +80,22 @@ TEST_F(OpenfabPrint, CompilesOnceAndAgainWhenTheSourceChanged) {
     EXPECT_TRUE(read_file(path("a.ofr")) == read_file(path("b.ofr")));
 }
 
+TEST_F(OpenfabPrint, LeavesNoFolderBehindWhenItIsEndedWhileItCompiles) {
+    const fs::path temporary = path("temporary");
+    fs::create_directory(temporary);
+    for (const int signal : {SIGINT, SIGTERM}) {
+        RunOptions options;
+        options.environment = {{"OPENFAB_CACHE", path("cache")}, {"TMPDIR", temporary.string()}};
+        options.signal = signal;
+        options.interrupt_when = [&](int, const Outcome&) { return !fs::is_empty(temporary); };
+        const Outcome out =
+            run({OPENFAB_PROGRAM, "print", path("world.fab.json"), "-o", path("a.ofr")}, options);
+        EXPECT_EQ(out.exit_code, 128 + signal) << out.err;
+        EXPECT_TRUE(fs::is_empty(path("cache") + "/prints"));
+        EXPECT_TRUE(fs::is_empty(temporary)) << "the compiler was told, too";
+    }
+}
+
 TEST_F(OpenfabPrint, LimitsOfAUniformHold) {
     std::string limited = kFablet;
     limited.insert(limited.find("Material body"),

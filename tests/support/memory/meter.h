@@ -5,8 +5,8 @@
 // Counts what a piece of a test allocates. A program that links this has operators new and delete
 // that keep count; what C libraries take by malloc is not in it.
 
-#include <chrono>
 #include <cstdint>
+#include <ctime>
 
 namespace openfab::testing {
 
@@ -15,13 +15,12 @@ class Meter {
     Meter();
     /// The most that was there at once since the meter was made, besides what was there before.
     int64_t peak_bytes() const;
-    double seconds() const {
-        return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-    }
+    /// Since then, of processors, which other programs share.
+    double seconds() const { return static_cast<double>(std::clock() - start_) / CLOCKS_PER_SEC; }
 
   private:
     int64_t before_;
-    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+    std::clock_t start_ = std::clock();
 };
 
 }  // namespace openfab::testing

@@ -7,9 +7,13 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 
+#include "base/caret.h"
+#include "mesh/read/xml.h"
 #include "tests/support/memory/meter.h"
 #include "tests/support/meshes/temp_folder.h"
 #include "tests/support/meshes/zip_archive.h"
@@ -126,6 +130,21 @@ TEST(ReadingMemory, LimitsLayersOfMultiproperties) {
                 "multiproperties of 100000 layers; at most 16 are possible");
 }
 
+TEST(ReadingMemory, LimitsTagsOfXml) {
+    class Nothing : public XmlHandler {
+        std::string start(std::string_view, const XmlAttributes&) override { return {}; }
+        void end(std::string_view) override {}
+    } nothing;
+    // Blanks between tags are no tag.
+    EXPECT_TRUE(parse_xml("<a>" + std::string(80'000'000, ' ') + "<b/></a>", "x", &nothing));
+    const testing::Meter meter;
+    const Result<void> parsed =
+        parse_xml("<a>\n<b c=\"" + std::string(120'000'000, 'c') + "\"/></a>", "x", &nothing);
+    ASSERT_FALSE(parsed);
+    EXPECT_EQ(parsed.error().text(), "x:2:1: a tag or comment of more than 32 MB");
+    EXPECT_LT(meter.seconds(), kSoon);
+}
+
 TEST(ReadingMemory, LimitsNamesOf3mf) {
     // A name is copied for each object that it stands in.
     std::string nested = R"(<object id="1">)" + tetrahedra(1) + "</object>";
@@ -185,12 +204,147 @@ std::string gltf(int nodes, int primitives, int quads, const std::string& more =
     return out + std::string("BIN\0", 4) + bytes;
 }
 
+TEST(ReadingMemory, GoesThroughNamesOf3mfOnceAPlacement) {
+    // Long names of objects in each other, and an object of many materials, placed many times.
+    constexpr int kMaterials = 400, kDeep = 30, kPlaced = 2000;
+    std::string resources = R"(<basematerials id="1">)";
+    for (int i = 0; i < kMaterials; ++i)
+        resources += fmt::format(R"(<base name="m{}" displaycolor="#ffffff"/>)", i);
+    resources += R"(</basematerials><object id="2"><mesh><vertices>)";
+    for (const char* p : {R"(x="0" y="0" z="0")", R"(x="9" y="0" z="0")", R"(x="0" y="9" z="0")"})
+        resources += fmt::format("<vertex {}/>", p);
+    resources += "</vertices><triangles>";
+    for (int i = 0; i < kMaterials; ++i)
+        resources += fmt::format(R"(<triangle v1="0" v2="1" v3="2" pid="1" p1="{}"/>)", i);
+    resources += "</triangles></mesh></object>";
+    for (int i = 0; i < kDeep; ++i)
+        resources += fmt::format(
+            R"(<object id="{}" name="{}{}"><components><component objectid="{}"/></components></object>)",
+            i + 3, std::string(990, 'x'), i, i + 2);
+    std::string build;
+    for (int i = 0; i < kPlaced; ++i)
+        build += fmt::format(R"(<item objectid="{}"/>)", kDeep + 2);
+    EXPECT_SAYS(refusal(threemf(resources, build), "a.3mf", 400 * kMegabyte), "open edges");
+}
+
+TEST(ReadingMemory, LimitsExtensionsOf3mf) {
+    std::string prefixes, attributes;
+    for (int i = 0; i < 100'000; ++i)
+        prefixes += "m ";
+    for (int i = 0; i < 20'000; ++i)
+        attributes += fmt::format(R"( xmlns:a{}="http://x/material/")", i);
+    const std::string model =
+        R"(<model xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02" )" +
+        attributes + R"( xmlns:m="http://x/material/" requiredextensions=")" + prefixes +
+        R"("><resources/><build/></model>)";
+    EXPECT_SAYS(
+        refusal(
+            testing::zip_archive(
+                {{"_rels/.rels",
+                  R"(<Relationships><Relationship Target="/m.model" Id="r0" Type="x/3dmodel"/></Relationships>)"},
+                 {"m.model", model}}),
+            "a.3mf"),
+        "the file requires 100000 extensions; at most 64 are possible");
+}
+
+/// `archive` with `count` more entries in its directory, all of the data of the last.
+std::string overlapping(std::string archive, int count) {
+    const size_t end = archive.size() - 22;
+    uint32_t directory = 0;
+    std::memcpy(&directory, archive.data() + end + 16, 4);
+    size_t last = archive.rfind(std::string("PK\1\2"), end);
+    const std::string entry = archive.substr(last, end - last);
+    std::string out = archive.substr(0, end);
+    for (int i = 0; i < count; ++i) {
+        std::string again = entry;
+        const std::string number = fmt::format("{:05}", i);
+        std::copy(number.begin(), number.end(), again.begin() + 46);  // its name
+        out += again;
+    }
+    std::string tail = archive.substr(end);
+    uint16_t entries = 0;
+    std::memcpy(&entries, tail.data() + 10, 2);
+    entries = static_cast<uint16_t>(entries + count);
+    std::memcpy(tail.data() + 8, &entries, 2);
+    std::memcpy(tail.data() + 10, &entries, 2);
+    const auto size = static_cast<uint32_t>(out.size() - directory);
+    std::memcpy(tail.data() + 12, &size, 4);
+    return out + tail;
+}
+
+TEST(ReadingMemory, RefusesEntriesOf3mfThatLieOverEachOther) {
+    constexpr int kParts = 3000;
+    std::string build;
+    for (int i = 0; i < kParts; ++i)
+        build += fmt::format(R"(<item objectid="1" p:path="/{:05}.model"/>)", i);
+    const auto archive = [&](const std::string& blanks) {
+        return testing::zip_archive(
+            {{"_rels/.rels",
+              R"(<Relationships><Relationship Target="/3d.model" Id="r0" Type="x/3dmodel"/></Relationships>)"},
+             {"3d.model",
+              R"(<model xmlns="c" xmlns:p="p"><resources/><build>)" + build + "</build></model>"},
+             {"part0.model", "<model xmlns=\"c\"><resources><object id=\"1\"/>" + blanks +
+                                 "</resources><build/></model>"}});
+    };
+    EXPECT_SAYS(refusal(overlapping(archive(std::string(20'000'000, ' ')), kParts), "a.3mf"),
+                "its entries are larger than the file");
+    // Side by side they are what they are: 60 times 9 MB in 600 kB.
+    std::vector<std::pair<std::string, std::string>> parts = {{"stored", ""}};
+    for (int i = 0; i < 60; ++i)
+        parts.emplace_back(fmt::format("{}.model", i), std::string(9'000'000, ' '));
+    EXPECT_SAYS(refusal(testing::zip_archive(parts), "a.3mf"), "times its size, as no mesh does");
+}
+
 TEST(ReadingMemory, CountsInstancesOfGltfBeforeItMakesThem) {
     EXPECT_SAYS(refusal(gltf(3000, 1, 60), "a.glb"), "a mesh of 21600000 triangles takes");
     EXPECT_SAYS(refusal(gltf(9000, 1, 60), "a.glb"), "too many triangles");
     // Without a triangle there is work to do, too.
     EXPECT_SAYS(refusal(gltf(3000, 3000, 0), "a.glb"),
                 "the nodes have more than 1000000 primitives");
+}
+
+TEST(ReadingMemory, FindsMembersOfGltfAmongManyAtOnce) {
+    std::string json = R"({"asset":{"version":"2.0"})";
+    for (int i = 0; i < 250'000; ++i)
+        json += fmt::format(R"(,"k{}":0)", i);
+    json += R"(,"nodes":[{"children":[1]})";
+    for (int i = 1; i < 120'000; ++i)
+        json += i + 1 < 120'000 ? fmt::format(R"(,{{"children":[{}]}})", i + 1) : ",{}";
+    EXPECT_SAYS(refusal(json + "]}", "a.gltf", 2000 * kMegabyte), "has no faces");
+}
+
+TEST(ReadingMemory, LimitsWhatGltfRepeatsWithANode) {
+    // Names are copied with each node.
+    std::string json = R"({"asset":{"version":"2.0"},"nodes":[{"mesh":0})";
+    for (int i = 0; i < 100'000; ++i)
+        json += R"(,{"mesh":0})";
+    EXPECT_SAYS(refusal(json + R"(],"meshes":[{"primitives":[],"name":")" +
+                            std::string(1'000'000, 'x') + R"("}]})",
+                        "a.gltf", 400 * kMegabyte),
+                "a name of 1000000 bytes; at most 1000 are possible");
+    // 100,000 times a million numbers that replace the one of an accessor.
+    EXPECT_SAYS(
+        refusal(
+            json +
+                R"(],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"accessors":[{"componentType":5126,"count":1,"type":"VEC3","sparse":{"count":1000000,"indices":{"bufferView":0,"componentType":5121},"values":{"bufferView":1}}}],)"
+                R"("bufferViews":[{"buffer":0,"byteLength":1000000},{"buffer":0,"byteLength":12000000}],"buffers":[{"byteLength":12000000,"uri":"data:;base64,)" +
+                std::string(16'000'000, 'A') + R"("}]})",
+            "a.gltf", 400 * kMegabyte),
+        "`sparse` replaces 1000000 elements of an accessor of 1");
+}
+
+TEST(ReadingMemory, GoesThroughGroupsOfObjOnce) {
+    // Two materials in turn, of faces that are in 4,000 groups; and one with a long name in turns of
+    // two groups.
+    std::string obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\ng";
+    for (int i = 0; i < 4000; ++i)
+        obj += fmt::format(" group_with_a_long_name_{}", i);
+    for (int i = 0; i < 200'000; ++i)
+        obj += i % 2 == 0 ? "\nusemtl a\nf 1 2 3" : "\nusemtl b\nf 1 2 3";
+    obj += "\nusemtl " + std::string(300'000, 'x');
+    for (int i = 0; i < 100'000; ++i)
+        obj += i % 2 == 0 ? "\ng a\nf 1 2 3" : "\ng b\nf 1 2 3";
+    EXPECT_NE(refusal(obj, "a.obj", 400 * kMegabyte), "no error");
 }
 
 TEST(ReadingMemory, CountsWhatTextsBecome) {
@@ -341,12 +495,40 @@ TEST(ReadingMemory, EstimatesWhatPreparingTakes) {
     }
 }
 
+TEST(ReadingMemory, EndsWithManyShellsBehindEachOther) {
+    std::string obj;
+    for (int i = 0; i < 40'000; ++i)
+        obj += fmt::format(
+            "v {0} 0 0\nv {1} 0 0\nv {0} 1 0\nv {0} 0 1\nf -4 -2 -3\nf -4 -3 -1\nf -4 -1 -2\nf -3 "
+            "-2 -1\n",
+            i, i + 0.5);
+    EXPECT_SAYS(refusal(obj, "a.obj", 600 * kMegabyte),
+                "so many shells behind each other along x that it takes too long");
+}
+
+TEST(ReadingMemory, ShowsALineWithoutKeepingALongerOne) {
+    const testing::TempFolder folder;
+    const std::string file =
+        folder.write("w.json", std::string(20'000'000, 'x') + "\n\nshort\n").string();
+    const testing::Meter meter;
+    const auto shown = [&](const std::string& place) {
+        return render_error(user_error(file + place + "it is wrong")).substr(file.size());
+    };
+    EXPECT_EQ(shown(":1:1: "), ":1:1: error: it is wrong\n");
+    EXPECT_EQ(shown(":2:1: "), ":2:1: error: it is wrong\n 2 | \n   | ^\n");
+    EXPECT_EQ(shown(":3:1: "), ":3:1: error: it is wrong\n 3 | short\n   | ^~~~~\n");
+    EXPECT_EQ(shown(":4:1: "), ":4:1: error: it is wrong\n");
+    EXPECT_LT(meter.peak_bytes(), kMegabyte);
+}
+
 /// The message that a world is refused with.
 std::string world_refusal(const std::string& text, int64_t memory_bytes = 50 * kMegabyte) {
     const testing::TempFolder folder;
     const auto file = folder.write("w.fab.json", text);
     for (int i = 0; i < 8; ++i)
         folder.write(fmt::format("{}.stl", i), ball(60, true, false, false));
+    if (text.find("large.stl") != std::string::npos)
+        folder.write("large.stl", ball(100, true, false, false));
     const testing::Meter meter;
     std::string message;
     {
@@ -392,6 +574,60 @@ TEST(ReadingMemory, CountsWhatAWorldHolds) {
     const std::string world = world_of(files + box, object, R"({"object": "o"})");
     EXPECT_EQ(world_refusal(world, 20 * kMegabyte), "no error");
     EXPECT_SAYS(world_refusal(world, 5 * kMegabyte), "triangles takes");
+}
+
+TEST(ReadingMemory, BoundsTheWorkThatAWorldAsksFor) {
+    const std::string box = R"("m": {"box": [1, 1, 1]})";
+    const std::string objects =
+        R"("o": {"mesh": "m", "fablet": "f"}, "p": {"mesh": "m", "fablet": "f"})";
+    // Overrides of a group: of all copies, and many of one object beside many copies of another.
+    std::string all, one;
+    for (int i = 0; i < 100'000; ++i) {
+        if (i < 2000) all += fmt::format(R"({}"o.u{}": 1)", i > 0 ? "," : "", i);
+        one += fmt::format(R"({}"p.u{}": 1)", i > 0 ? "," : "", i);
+    }
+    const auto grouped = [&](const std::string& uniforms) {
+        std::string text =
+            world_of(box, objects, R"({"group": "g", "uniforms": {)" + uniforms + "}}");
+        text.insert(
+            text.find(R"("build")"),
+            R"("groups": {"g": [{"object": "p"}, {"object": "o", "grid": {"count": [300, 300], "step_mm": 2}}]}, )");
+        return text;
+    };
+    EXPECT_SAYS(world_refusal(grouped(all), 200 * kMegabyte),
+                "the placements so far, with their uniforms, take");
+    EXPECT_EQ(world_refusal(grouped(one), 400 * kMegabyte), "no error");
+    // Boxes of turned meshes.
+    std::string turned;
+    for (int i = 0; i < 90'000; ++i)
+        turned += fmt::format(
+            R"({}{{"object": "o", "rotate_deg": [0, 0, {}.5], "translate_mm": [0, 0]}})",
+            i > 0 ? "," : "", i);
+    EXPECT_SAYS(world_refusal(world_of(R"("m": {"file": "large.stl"})",
+                                       R"("o": {"mesh": "m", "fablet": "f"})", turned),
+                              2000 * kMegabyte),
+                "boxes of too many turned meshes");
+    // A file that is read for each of many meshes.
+    std::string again;
+    for (int i = 0; i < 10'000; ++i)
+        again += fmt::format(R"("m{}": {{"file": "0.stl"}},)", i);
+    EXPECT_SAYS(
+        world_refusal(world_of(again + box, objects, R"({"object": "o"})"), 2000 * kMegabyte),
+        "the world reads files that it has read before");
+    // Names, which messages and places have again and again.
+    EXPECT_SAYS(world_refusal(world_of(R"(")" + std::string(1001, 'x') + R"(": {"box": [1, 1, 1]})",
+                                       objects, R"({"object": "o"})")),
+                "a name of 1001 bytes in `meshes`; at most 1000 are possible");
+    // A name that none of many like it is.
+    std::string many;
+    for (int i = 0; i < 150'000; ++i)
+        many += fmt::format(R"({}"{:0>200}": {{"box": [1, 1, 1]}})", i > 0 ? "," : "", i);
+    EXPECT_SAYS(
+        world_refusal(
+            world_of(many, R"("o": {"mesh": ")" + std::string(200, 'x') + R"(", "fablet": "f"})",
+                     R"({"object": "o"})"),
+            2000 * kMegabyte),
+        "no mesh is called");
 }
 
 TEST(ReadingMemory, FindsNamesAmongManyAtOnce) {

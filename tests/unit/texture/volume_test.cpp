@@ -7,8 +7,10 @@
 #include <libdeflate.h>
 #include <stdlib.h>
 
+#include <array>
 #include <bit>
 #include <cmath>
+#include <ctime>
 
 #include "base/color.h"
 #include "tests/support/meshes/temp_folder.h"
@@ -19,6 +21,12 @@ namespace {
 
 using texture::Pyramid;
 using texture::VolumeOptions;
+
+#ifdef OPENFAB_SANITIZED
+constexpr double kSoon = 60;
+#else
+constexpr double kSoon = 10;
+#endif
 
 template <typename T>
 std::string bytes_of(const std::vector<T>& values) {
@@ -36,6 +44,15 @@ std::string npy(const std::string& descr, const std::string& order, const std::s
     out += static_cast<char>(n & 0xff);
     out += static_cast<char>(n >> 8);
     return out + header + data;
+}
+
+std::string gzipped(const std::string& plain) {
+    std::string packed(plain.size() + 100, 0);
+    libdeflate_compressor* c = libdeflate_alloc_compressor(6);
+    packed.resize(
+        libdeflate_gzip_compress(c, plain.data(), plain.size(), packed.data(), packed.size()));
+    libdeflate_free_compressor(c);
+    return packed;
 }
 
 class VolumeTest : public ::testing::Test {
@@ -155,13 +172,9 @@ TEST_F(VolumeTest, NrrdWithItsPlace) {
               values);
 
     const std::string plain = bytes_of(values);
-    std::string packed(1000, 0);
-    libdeflate_compressor* c = libdeflate_alloc_compressor(6);
-    packed.resize(
-        libdeflate_gzip_compress(c, plain.data(), plain.size(), packed.data(), packed.size()));
-    libdeflate_free_compressor(c);
-    EXPECT_EQ(level0(*converted(folder_.write("z.nrrd", header + "encoding: gzip\n\n" + packed))),
-              values);
+    EXPECT_EQ(
+        level0(*converted(folder_.write("z.nrrd", header + "encoding: gzip\n\n" + gzipped(plain)))),
+        values);
     folder_.write("beside.raw", plain);
     EXPECT_EQ(level0(*converted(
                   folder_.write("h.nhdr", header + "encoding: raw\ndata file: beside.raw\n"))),
@@ -181,6 +194,57 @@ TEST_F(VolumeTest, NrrdWithItsPlace) {
               "its axes are turned; write it along x, y and z");
     EXPECT_EQ(trouble(folder_.write("w.nrrd", header + "encoding: bzip2\n\nxx")),
               "its encoding `bzip2` is not known; raw, text and gzip are");
+}
+
+TEST_F(VolumeTest, NrrdBehindWhatItSkips) {
+    const std::string header =
+        "NRRD0005\ntype: float\ndimension: 3\nsizes: 2 2 2\n"
+        "endian: little\n";
+    const std::vector<float> values = {1, 2, 3, 4, 5, 6, 7, 8};
+    const std::string raw = bytes_of(values), junk = "a line\n\nanother\n", seven = "1234567";
+    const std::string numbers = "1 2 3 4 5 6 7 8\n";
+    int number = 0;
+    const auto file = [&](const std::string& fields, const std::string& data) {
+        return folder_.write(std::to_string(++number) + ".nrrd", header + fields + "\n" + data);
+    };
+    for (const auto& [fields, data] : std::vector<std::pair<std::string, std::string>>{
+             {"encoding: raw\nline skip: 3\n", junk + raw},
+             {"encoding: raw\nlineskip: 3\nbyteskip: 7\n", junk + seven + raw},
+             {"encoding: raw\nbyte skip: 7 \n", seven + raw},
+             {"encoding: raw\nbyte skip: -1\n", junk + raw},
+             {"encoding: raw\nbyte skip: -1\nline skip: 0\n", raw},
+             {"encoding: ascii\nline skip: 3\nbyte skip: 7\n", junk + seven + numbers},
+             // Lines are those of the file, bytes those of what is in it.
+             {"encoding: gzip\nline skip: 3\n", junk + gzipped(raw)},
+             {"encoding: gzip\nbyte skip: 7\n", gzipped(seven + raw)}}) {
+        const auto p = converted(file(fields, data));
+        ASSERT_NE(p, nullptr) << fields;
+        EXPECT_EQ(level0(*p), values) << fields;
+    }
+    // In a file of its own.
+    folder_.write("d.raw", junk + raw);
+    EXPECT_EQ(level0(*converted(file("encoding: raw\nline skip: 3\ndata file: d.raw\n", ""))),
+              values);
+    EXPECT_EQ(level0(*converted(file("encoding: raw\nbyte skip: -1\ndata file: d.raw\n", ""))),
+              values);
+
+    EXPECT_EQ(trouble(file("encoding: gzip\nbyte skip: -1\n", gzipped(raw))),
+              "its `byte skip` is -1, which is for the encoding `raw` alone: where other data end "
+              "does not say where they begin");
+    EXPECT_EQ(trouble(file("encoding: raw\nline skip: 1\nbyte skip: -1\n", "\n" + raw)),
+              "it has a `line skip` and a `byte skip` of -1, which counts from the end; give one "
+              "of them");
+    EXPECT_EQ(trouble(file("encoding: raw\nbyte skip: -2\n", raw)),
+              "its `byte skip` is `-2`; a whole number from -1 is right");
+    EXPECT_EQ(trouble(file("encoding: raw\nline skip: some\n", raw)),
+              "its `line skip` is `some`; a whole number from 0 is right");
+    EXPECT_EQ(trouble(file("encoding: raw\nline skip: 4\n", "a\nb\n")),
+              "it has fewer lines than its `line skip`");
+    EXPECT_EQ(trouble(file("encoding: raw\nbyte skip: 1\n", raw)), "it is cut short");
+    EXPECT_EQ(trouble(file("encoding: raw\nbyte skip: 9223372036854775807\n", raw)),
+              "it is cut short");
+    EXPECT_EQ(trouble(file("encoding: gzip\nbyte skip: 7\n", gzipped(raw))),
+              "its compressed data is damaged or of another size than it says");
 }
 
 TEST_F(VolumeTest, CubeTables) {
@@ -204,6 +268,22 @@ TEST_F(VolumeTest, CubeTables) {
               "it holds a 1-D table; a 3-D one is needed");
     EXPECT_EQ(trouble(folder_.write("bad.cube", "LUT_3D_SIZE 2\n0 0\n")),
               "line 2 is not three numbers");
+    EXPECT_EQ(trouble(folder_.write("late.cube", "0 0 0\nLUT_3D_SIZE 2\n")),
+              "line 1 has a colour, and no LUT_3D_SIZE is before it");
+    EXPECT_EQ(trouble(folder_.write("none.cube", "# nothing\n")), "it has no LUT_3D_SIZE");
+    EXPECT_EQ(trouble(folder_.write("side.cube", "LUT_3D_SIZE 257\n")),
+              "LUT_3D_SIZE is 257; 2 to 256 are possible");
+}
+
+TEST_F(VolumeTest, LargeCubeTablesAreReadSoon) {
+    std::string text = "LUT_3D_SIZE 256\n";
+    for (int i = 0; i < 256 * 256 * 256 + 1; ++i)
+        text += "0 1 0\n";
+    const std::clock_t start = std::clock();  // of a processor that other tests share
+    EXPECT_EQ(trouble(folder_.write("large.cube", text)),
+              "it has 16777217 rows of colours; LUT_3D_SIZE 256 asks for 16777216");
+    const double seconds = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+    EXPECT_LT(seconds, kSoon);
 }
 
 TEST_F(VolumeTest, SlicesInOrderOfTheirNumbers) {
@@ -253,6 +333,66 @@ TEST_F(VolumeTest, PagesOfATiff) {
 }
 
 // The rule: x, y and z go up with the place in the file, whatever its format.
+/// Of pages of 2 x 1, each with its number in it; the last one's next is at `behind_last`.
+std::string tiff(size_t pages, bool big_endian, bool large, uint64_t behind_last = 0) {
+    std::string out;
+    const auto put = [&](uint64_t value, size_t bytes) {
+        for (size_t k = 0; k < bytes; ++k)
+            out += static_cast<char>(value >> 8 * (big_endian ? bytes - 1 - k : k) & 0xff);
+    };
+    const size_t place = large ? 8 : 4, entry = large ? 20 : 12, count = large ? 8 : 2;
+    out = big_endian ? "MM" : "II";
+    put(large ? 43 : 42, 2);
+    if (large) put(8, 2), put(0, 2);
+    put(out.size() + place, place);
+    for (size_t page = 0; page < pages; ++page) {
+        const std::array<std::pair<int, uint64_t>, 9> tags = {{{256, 2},
+                                                               {257, 1},
+                                                               {258, 8},
+                                                               {259, 1},
+                                                               {262, 1},
+                                                               {273, 0},
+                                                               {277, 1},
+                                                               {278, 1},
+                                                               {279, 2}}};
+        const size_t data = out.size() + count + tags.size() * entry + place;
+        put(tags.size(), count);
+        for (const auto& [tag, value] : tags) {
+            put(static_cast<uint64_t>(tag), 2);
+            put(4, 2);
+            put(1, place);
+            put(tag == 273 ? data : value, 4);
+            out.append(place - 4, '\0');
+        }
+        put(page + 1 < pages ? data + 2 : behind_last, place);
+        out += std::string(2, static_cast<char>(page % 256));
+    }
+    return out;
+}
+
+TEST_F(VolumeTest, ManyPagesOfATiffAreReadOneByOne) {
+    for (const auto& [big_endian, large] :
+         {std::pair{false, false}, {true, false}, {false, true}, {true, true}}) {
+        SCOPED_TRACE(::testing::Message() << big_endian << large);
+        const std::clock_t start = std::clock();
+        const auto p = converted(folder_.write("many.tif", tiff(2048, big_endian, large)));
+        const double seconds = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+        ASSERT_NE(p, nullptr);
+        EXPECT_EQ(size(*p), (Vec3i{2, 1, 2048}));
+        const std::vector<float> texels = level0(*p);
+        for (size_t page = 0; page < 2048; ++page)
+            ASSERT_FLOAT_EQ(texels[2 * page], static_cast<float>(page % 256) / 255.0f);
+        EXPECT_LT(seconds, kSoon) << "each page goes through all before it";
+    }
+    EXPECT_EQ(trouble(folder_.write("more.tif", tiff(2049, false, false))),
+              "it has more than 2048 pages; write its slices as files of their own");
+    // A directory that comes again is no page.
+    EXPECT_EQ(size(*converted(folder_.write("ring.tif", tiff(5, false, false, 8)))),
+              (Vec3i{2, 1, 5}));
+    EXPECT_EQ(size(*converted(folder_.write("off.tif", tiff(5, false, false, 1 << 30)))),
+              (Vec3i{2, 1, 5}));
+}
+
 TEST_F(VolumeTest, TheSameVolumeInEveryFormat) {
     const std::vector<uint8_t> values = {0,   51,  102, 153,
                                          204, 255, 85,  17};  // x fastest, then y, z

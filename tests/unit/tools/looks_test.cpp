@@ -5,10 +5,15 @@
 
 #include "tools/openfab/looks.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <functional>
+
+#include "tests/support/memory/meter.h"
 #include "tests/support/meshes/meshes.h"
 #include "tests/support/meshes/temp_folder.h"
+#include "tests/support/meshes/zip_archive.h"
 #include "tools/openfab/import.h"
 #include "tools/openfab/stock.h"
 #include "world/world.h"
@@ -42,15 +47,16 @@ TEST(Looks, OfAMaterialLibrary) {
     EXPECT_EQ((*body.color)[0], 1);
     EXPECT_NEAR((*body.color)[2], 0.21404, 1e-5);  // sRGB 0.5 as light
     EXPECT_EQ(body.picture->name, "skin.png");
-    EXPECT_EQ(body.picture->bytes, "skin");
+    EXPECT_EQ(*body.picture->bytes, "skin");
     EXPECT_FALSE(body.picture->clamp);
     EXPECT_FALSE(body.tinted);
-    EXPECT_EQ(looks->find("eye")->picture->bytes, "eye");
-    EXPECT_TRUE(looks->find("eye")->picture->clamp);
-    EXPECT_EQ((*looks->find("eye")->color)[0], 0);
-    EXPECT_FALSE(looks->find("plain")->picture);
-    EXPECT_FALSE(looks->find("lost")->picture);
-    EXPECT_FALSE(looks->find("far")->picture) << "a file outside the mesh's folder was read";
+    const auto named = [&](const char* name) { return looks->looks[places_of(*looks).at(name)]; };
+    EXPECT_EQ(*named("eye").picture->bytes, "eye");
+    EXPECT_TRUE(named("eye").picture->clamp);
+    EXPECT_EQ((*named("eye").color)[0], 0);
+    EXPECT_FALSE(named("plain").picture);
+    EXPECT_FALSE(named("lost").picture);
+    EXPECT_FALSE(named("far").picture) << "a file outside the mesh's folder was read";
     EXPECT_EQ(looks->notes.size(), 4u);  // the shift, gone.png, secret.png, up.mtl
 }
 
@@ -64,7 +70,7 @@ TEST(Looks, OfGltf) {
     const Result<Looks> looks = gltf_looks(text, "a.gltf");
     ASSERT_TRUE(looks) << looks.error().text();
     ASSERT_EQ(looks->looks.size(), 3u);
-    EXPECT_EQ(looks->looks[0].picture->bytes, "hello");
+    EXPECT_EQ(*looks->looks[0].picture->bytes, "hello");
     EXPECT_TRUE(looks->looks[0].picture->clamp);
     EXPECT_TRUE(looks->looks[0].tinted);
     EXPECT_EQ((*looks->looks[0].color)[2], 0.25);
@@ -72,6 +78,105 @@ TEST(Looks, OfGltf) {
     EXPECT_FALSE(gltf_looks(
         R"({"asset": {"version": "2.0"}, "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 3}}}]})",
         "a.gltf"));
+}
+
+#ifdef OPENFAB_SANITIZED
+constexpr double kSoon = 60;
+#else
+constexpr double kSoon = 10;
+#endif
+constexpr int64_t kMegabyte = 1'000'000;
+
+/// What `read` takes and how long it takes are within bounds.
+Result<Looks> within(int64_t memory_bytes, const std::function<Result<Looks>()>& read) {
+    const testing::Meter meter;
+    Result<Looks> looks = read();
+    EXPECT_LE(meter.peak_bytes(), memory_bytes + 2 * kMegabyte);
+    EXPECT_LT(meter.seconds(), kSoon);
+    return looks;
+}
+
+TEST(Looks, HaveAPictureOnceThatManyMaterialsHave) {
+    constexpr int kMaterials = 5000;
+    constexpr int64_t kMost = 40 * kMegabyte;
+    const testing::TempFolder folder;
+    folder.write("large.png", std::string(5'000'000, 'x'));
+    std::string library;
+    for (int i = 0; i < kMaterials; ++i)
+        library += fmt::format("newmtl m{}\nmap_Kd {}large.png\n", i, i % 2 == 0 ? "" : "./");
+    folder.write("a.mtl", library);
+    const fs::path obj = folder.write("a.obj", "mtllib a.mtl\n");
+    Result<Looks> looks = within(kMost, [&] { return read_looks(obj, kMost); });
+    ASSERT_TRUE(looks) << looks.error().text();
+    ASSERT_EQ(looks->looks.size(), size_t{kMaterials});
+    EXPECT_EQ(looks->looks[0].picture->bytes, looks->looks[4999].picture->bytes);
+
+    std::string gltf = R"({"asset": {"version": "2.0"}, "materials": [)";
+    for (int i = 0; i < kMaterials; ++i)
+        gltf += fmt::format(
+            R"({}{{"name": "m{}", "pbrMetallicRoughness": {{"baseColorTexture": {{"index": 0}}}}}})",
+            i > 0 ? "," : "", i);
+    gltf += R"(], "textures": [{"source": 0}], "images": [{"bufferView": 0}],
+        "bufferViews": [{"buffer": 0, "byteLength": 5000000}],
+        "buffers": [{"uri": "large.png", "byteLength": 5000000}]})";
+    const fs::path file = folder.write("a.gltf", gltf);
+    looks = within(kMost, [&] { return read_looks(file, kMost); });
+    ASSERT_TRUE(looks) << looks.error().text();
+    EXPECT_EQ(looks->looks[0].picture->bytes, looks->looks[4999].picture->bytes);
+    EXPECT_FALSE(within(8 * kMegabyte, [&] { return read_looks(file, 8 * kMegabyte); }));
+
+    std::string groups;
+    for (int i = 0; i < kMaterials; ++i)
+        groups += fmt::format(R"(<texture2dgroup id="{}" texid="1"/>)", i + 2);
+    const fs::path threemf = folder.write(
+        "a.3mf",
+        testing::zip_archive(
+            {{"_rels/.rels",
+              R"(<Relationships><Relationship Target="/m.model" Id="r0" Type="x/3dmodel"/></Relationships>)"},
+             {"m.model", R"(<model xmlns="c"><resources><texture2d id="1" path="/l.png"/>)" +
+                             groups + "</resources><build/></model>"},
+             {"l.png", std::string(5'000'000, 'x')}}));
+    looks = within(kMost, [&] { return read_looks(threemf, kMost); });
+    ASSERT_TRUE(looks) << looks.error().text();
+    EXPECT_EQ(looks->looks[0].picture->bytes, looks->looks[4999].picture->bytes);
+}
+
+TEST(Looks, OfManyMaterialsAreFoundAtOnceAndCounted) {
+    const testing::TempFolder folder;
+    std::string library;
+    for (int i = 0; i < 150'000; ++i)
+        library += fmt::format("newmtl a_material_{}\nKd 1 0 0\n", i);
+    folder.write("a.mtl", library);
+    const fs::path obj = folder.write("a.obj", "mtllib a.mtl\n");
+    const Result<Looks> looks =
+        within(200 * kMegabyte, [&] { return read_looks(obj, 200 * kMegabyte); });
+    ASSERT_TRUE(looks) << looks.error().text();
+    EXPECT_EQ(looks->looks.size(), 150'000u);
+    const Result<Looks> refused =
+        within(30 * kMegabyte, [&] { return read_looks(obj, 30 * kMegabyte); });
+    ASSERT_FALSE(refused);
+    EXPECT_THAT(refused.error().text(), HasSubstr("allow more with `--memory`"));
+}
+
+TEST(Import, NamesManyPicturesOfOneName) {
+    constexpr int kPictures = 20'000;
+    scene::LoadedMesh mesh;
+    mesh.mesh = testing::cube(10);
+    Looks looks;
+    for (int i = 0; i < kPictures; ++i) {
+        mesh.groups.emplace_back(std::to_string(i), i);
+        looks.looks.push_back(
+            {std::to_string(i),
+             {},
+             Picture{"a.png", std::make_shared<const std::string>(std::to_string(i)), false},
+             false});
+    }
+    const testing::Meter meter;
+    const Result<Import> import = make_import(mesh, looks, "a.obj", {});
+    ASSERT_TRUE(import) << import.error().text();
+    EXPECT_EQ(import->files[0].name, "a.png");
+    EXPECT_EQ(import->files[kPictures - 1].name, fmt::format("a_{}.png", kPictures));
+    EXPECT_LT(meter.seconds(), kSoon);
 }
 
 /// A cube of two groups, its front and all else.
@@ -89,8 +194,9 @@ scene::LoadedMesh two_groups() {
 
 Looks two_looks() {
     Looks looks;
-    looks.looks.push_back({"front \"x\"", std::array<double, 3>{0.5, 0.5, 0.5},
-                           Picture{"a b/ü.png", "picture", true}, false});
+    looks.looks.push_back(
+        {"front \"x\"", std::array<double, 3>{0.5, 0.5, 0.5},
+         Picture{"a b/ü.png", std::make_shared<const std::string>("picture"), true}, false});
     looks.looks.push_back({"rest", std::array<double, 3>{1, 0, 0}, {}, false});
     return looks;
 }
@@ -101,7 +207,7 @@ TEST(Import, BindsPicturesByGroup) {
     EXPECT_EQ(import->fablet, "textured");
     ASSERT_EQ(import->files.size(), 2u);
     EXPECT_EQ(import->files[0].name, "a_b___.png");
-    EXPECT_THAT(import->files[1].bytes, HasSubstr("const int GROUPS = 2;"));
+    EXPECT_THAT(*import->files[1].bytes, HasSubstr("const int GROUPS = 2;"));
     EXPECT_THAT(import->world, HasSubstr("\"map_of\": [0, -1]"));
     EXPECT_THAT(import->world, HasSubstr("\"tints\": [[1, 1, 1], [1, 0, 0]]"));
     EXPECT_THAT(import->world, HasSubstr("\"wrap\": \"clamp\""));
@@ -151,7 +257,7 @@ TEST(Import, WritesWorldsOfEveryStockFabletThatLoad) {
         const Result<Import> import = make_import(mesh, two_looks(), "cube.obj", options);
         ASSERT_TRUE(import) << import.error().text();
         for (const ImportedFile& file : import->files)
-            folder.write(file.name, file.bytes);
+            folder.write(file.name, *file.bytes);
         folder.write("cube.obj",
                      "v 0 0 0\nv 9 0 0\nv 0 9 0\nv 0 0 9\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n");
         const Result<scene::World> world =

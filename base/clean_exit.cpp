@@ -1,0 +1,166 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "base/clean_exit.h"
+
+#include <fcntl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <mutex>
+#include <system_error>
+#include <thread>
+#include <vector>
+
+namespace openfab {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// How the process is to end: an exit code, or less than 0 a signal. It goes from a handler through a
+/// pipe to a thread, since a handler may not remove files.
+using Ending = int;
+
+std::atomic<int> pipe_to_cleaner{-1};
+static_assert(std::atomic<int>::is_always_lock_free, "a handler must not wait");
+
+struct Listed {
+    std::mutex mutex;
+    std::vector<fs::path> paths;
+    std::vector<pid_t> programs;
+    bool has_cleaner = false;
+};
+
+/// It outlives all that is static: the thread may come to it at any time.
+Listed& listed() {
+    static Listed* const all = new Listed;
+    return *all;
+}
+
+bool has_ended(pid_t child) {
+    siginfo_t info{};
+    const int got = ::waitid(P_PID, static_cast<id_t>(child), &info, WEXITED | WNOHANG | WNOWAIT);
+    return got != 0 || info.si_pid != 0;
+}
+
+/// With the list locked: what is made from here on waits, and is never made.
+void remove_all_listed(const Listed& all) {
+    for (const pid_t child : all.programs)
+        ::kill(child, SIGTERM);
+    // What they write goes, too, so they go first. One that does not want to is left behind.
+    constexpr auto kStep = std::chrono::milliseconds(5);
+    constexpr int kMostSteps = 400;
+    for (int step = 0; step < kMostSteps; ++step) {
+        if (std::all_of(all.programs.begin(), all.programs.end(), has_ended)) break;
+        std::this_thread::sleep_for(kStep);
+    }
+    std::error_code ignored;
+    for (const fs::path& path : all.paths)
+        fs::remove_all(path, ignored);
+}
+
+void clean(int pipe) {
+    Ending how = 0;
+    ssize_t got = 0;
+    while ((got = ::read(pipe, &how, sizeof how)) < 0 && errno == EINTR) {
+    }
+    if (got != sizeof how) return;
+    Listed& all = listed();
+    const std::lock_guard<std::mutex> lock(all.mutex);
+    remove_all_listed(all);
+    if (how >= 0) ::_exit(how);
+    std::signal(-how, SIG_DFL);
+    ::kill(::getpid(), -how);
+    constexpr int kSignalled = 128;
+    ::_exit(kSignalled - how);
+}
+
+/// Nothing to do without one: then the process ends at once, as it would without all this.
+void start_cleaner(Listed* all) {
+    if (all->has_cleaner) return;
+    int ends[2];
+    if (::pipe2(ends, O_CLOEXEC) != 0) return;
+    all->has_cleaner = true;
+    std::thread(clean, ends[0]).detach();
+    pipe_to_cleaner.store(ends[1]);
+}
+
+/// Whether somebody sees to it.
+bool ask_cleaner(Ending how) {
+    const int pipe = pipe_to_cleaner.load();
+    return pipe >= 0 && ::write(pipe, &how, sizeof how) == sizeof how;
+}
+
+void on_signal(int signal) {
+    const int before = errno;
+    if (!ask_cleaner(-signal)) {
+        std::signal(signal, SIG_DFL);
+        ::raise(signal);
+    }
+    errno = before;
+}
+
+}  // namespace
+
+void clean_up_on_signals() {
+    for (const int signal : {SIGINT, SIGTERM}) {
+        struct sigaction before {};
+        struct sigaction action {};
+        if (::sigaction(signal, nullptr, &before) == 0 && before.sa_handler == SIG_IGN) continue;
+        action.sa_handler = on_signal;
+        action.sa_flags = static_cast<int>(SA_RESTART | SA_RESETHAND);
+        sigemptyset(&action.sa_mask);
+        ::sigaction(signal, &action, nullptr);
+    }
+}
+
+void end_cleanly(int exit_code) {
+    if (!ask_cleaner(exit_code)) ::_exit(exit_code);
+}
+
+RemovedAtEnd::RemovedAtEnd(const std::function<fs::path()>& make) {
+    Listed& all = listed();
+    const std::lock_guard<std::mutex> lock(all.mutex);
+    start_cleaner(&all);
+    path_ = make();
+    if (!path_.empty()) all.paths.push_back(path_);
+}
+
+RemovedAtEnd::~RemovedAtEnd() {
+    Listed& all = listed();
+    const std::lock_guard<std::mutex> lock(all.mutex);
+    const auto found = std::find(all.paths.begin(), all.paths.end(), path_);
+    if (found != all.paths.end()) all.paths.erase(found);
+}
+
+RunningProgram::RunningProgram(pid_t child) : child_(child) {
+    Listed& all = listed();
+    const std::lock_guard<std::mutex> lock(all.mutex);
+    start_cleaner(&all);
+    all.programs.push_back(child);
+}
+
+RunningProgram::~RunningProgram() {
+    int status = 0;
+    if (child_ > 0) wait(&status);
+}
+
+bool RunningProgram::wait(int* status) {
+    // Looked at first and taken away under the lock: its number is nobody else's while it is listed.
+    siginfo_t info{};
+    while (::waitid(P_PID, static_cast<id_t>(child_), &info, WEXITED | WNOWAIT) != 0 &&
+           errno == EINTR) {
+    }
+    Listed& all = listed();
+    const std::lock_guard<std::mutex> lock(all.mutex);
+    std::erase(all.programs, child_);
+    const bool found = ::waitpid(child_, status, 0) == child_;
+    child_ = -1;
+    return found;
+}
+
+}  // namespace openfab

@@ -1,0 +1,93 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/texture/tiff_pages.h"
+
+#include <algorithm>
+#include <optional>
+#include <set>
+
+namespace openfab::tools {
+namespace {
+
+/// What the two kinds of TIFF have where.
+struct Kind {
+    bool big_endian = false;
+    int64_t header_at = 4;  ///< the place of the first directory
+    int place_bytes = 4;    ///< of it, and of the next one behind each
+    int count_bytes = 2;    ///< of a directory's entries
+    uint64_t entry_bytes = 12;
+};
+
+std::optional<uint64_t> number_at(const InputFile& file, uint64_t at, int bytes, bool big_endian) {
+    std::array<uint8_t, 8> raw{};
+    const Result<size_t> got =
+        at > static_cast<uint64_t>(file.bytes())
+            ? Result<size_t>(size_t{0})
+            : file.read(static_cast<int64_t>(at), raw.data(), static_cast<size_t>(bytes));
+    if (!got || *got < static_cast<size_t>(bytes)) return {};
+    uint64_t value = 0;
+    for (int k = 0; k < bytes; ++k) {
+        const int shift = 8 * (big_endian ? bytes - 1 - k : k);
+        value |= uint64_t{raw[static_cast<size_t>(k)]} << shift;
+    }
+    return value;
+}
+
+Kind kind_of(const InputFile& file) {
+    std::array<char, 4> head{};
+    (void)file.read(0, head.data(), head.size());
+    Kind kind;
+    kind.big_endian = head[0] == 'M';
+    constexpr char kLarge = '+';  // 43, of files beyond 4 GB; others have 42
+    if (head[kind.big_endian ? 3 : 2] == kLarge) kind = {kind.big_endian, 8, 8, 8, 20};
+    return kind;
+}
+
+}  // namespace
+
+std::vector<uint64_t> tiff_pages(const InputFile& file, size_t most) {
+    const Kind kind = kind_of(file);
+    std::vector<uint64_t> pages;
+    std::set<uint64_t> known;
+    std::optional<uint64_t> next =
+        number_at(file, static_cast<uint64_t>(kind.header_at), kind.place_bytes, kind.big_endian);
+    while (next && *next != 0 && pages.size() < most && known.insert(*next).second) {
+        const uint64_t page = *next;
+        const std::optional<uint64_t> entries =
+            number_at(file, page, kind.count_bytes, kind.big_endian);
+        if (!entries || *entries > static_cast<uint64_t>(file.bytes()) / kind.entry_bytes) break;
+        pages.push_back(page);
+        next = number_at(
+            file, page + static_cast<uint64_t>(kind.count_bytes) + *entries * kind.entry_bytes,
+            kind.place_bytes, kind.big_endian);
+    }
+    return pages;
+}
+
+TiffPage::TiffPage(const InputFile& file, uint64_t place) : IOProxy("", Read), file_(file) {
+    const Kind kind = kind_of(file);
+    header_at_ = kind.header_at;
+    for (int k = 0; k < kind.place_bytes; ++k) {
+        const int shift = 8 * (kind.big_endian ? kind.place_bytes - 1 - k : k);
+        header_place_.push_back(static_cast<char>(place >> shift & 0xff));
+    }
+}
+
+size_t TiffPage::read(void* to, size_t bytes) {
+    const size_t got = pread(to, bytes, m_pos);
+    m_pos += static_cast<int64_t>(got);
+    return got;
+}
+
+size_t TiffPage::pread(void* to, size_t bytes, int64_t at) {
+    if (at < 0) return 0;
+    const Result<size_t> got = file_.read(at, to, bytes);
+    if (!got) return 0;
+    const int64_t end = at + static_cast<int64_t>(*got);
+    const auto place_end = header_at_ + static_cast<int64_t>(header_place_.size());
+    for (int64_t k = std::max(at, header_at_); k < std::min(end, place_end); ++k)
+        static_cast<char*>(to)[k - at] = header_place_[static_cast<size_t>(k - header_at_)];
+    return *got;
+}
+
+}  // namespace openfab::tools
