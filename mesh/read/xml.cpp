@@ -99,9 +99,9 @@ Result<void> parse_xml(std::string_view text, const std::string& file, XmlHandle
         if (last) return Ok{};
         const int64_t token = XML_GetCurrentByteIndex(parser.get());
         if (token >= 0 && static_cast<int64_t>(at + piece.size()) - token > kLongestToken) {
-            return user_error(file + ":" +
-                              parse.at_place(fmt::format("a tag or comment of more than {} MB",
-                                                         kLongestToken / 1'000'000)));
+            parse.keep(
+                fmt::format("a tag or comment of more than {} MB", kLongestToken / 1'000'000));
+            return parse.wrong.at(parse.location);
         }
     }
 }
