@@ -3,6 +3,7 @@
 #include "mesh/read/xml.h"
 
 #include <expat.h>
+#include <fmt/format.h>
 
 #include <memory>
 #include <type_traits>
