@@ -324,5 +324,51 @@ TEST_F(FineBall, ASignalEndsAnyPhaseSoon) {
     }
 }
 
+/// Surfaces of many patches, which take long to print whole.
+class SlowPrint : public ::testing::TestWithParam<std::array<const char*, 2>> {};
+
+TEST_P(SlowPrint, ASignalKeepsWholeSlicesAndEndsItSoon) {
+    using Clock = std::chrono::steady_clock;
+    const auto& [folder, world] = GetParam();
+    const ScratchFolder scratch;
+    std::filesystem::copy(
+        std::filesystem::path(OPENFAB_SOURCE_DIR) / "tests/scenes/crafted" / folder, scratch.path(),
+        std::filesystem::copy_options::recursive);
+    const Outcome built = run({OPENFAB_BIN_DIR "/openflc", "build", (scratch / "disp.fl").string(),
+                               "-o", (scratch / "print").string()});
+    ASSERT_EQ(built.exit_code, 0) << built.err;
+    for (const int after_ms : {500, 3000}) {
+        SCOPED_TRACE(after_ms);
+        std::optional<Clock::time_point> sent;
+        RunOptions options;
+        options.folder = scratch.path();
+        options.signal = SIGTERM;
+        options.interrupt_when = [&](int elapsed_ms, const Outcome&) {
+            if (elapsed_ms < after_ms) return false;
+            sent = Clock::now();
+            return true;
+        };
+        const Outcome outcome = run({(scratch / "print").string(), world, "-o", "out.ofr",
+                                     "--threads", "2", "--memory", "300MB"},
+                                    options);
+        const std::chrono::duration<double> took = Clock::now() - sent.value_or(Clock::now());
+        EXPECT_TRUE(outcome.exit_code == 130 || outcome.exit_code == 128 + SIGTERM)
+            << outcome.exit_code << '\n'
+            << outcome.err;
+        // 2 s on a machine that does nothing else.
+        EXPECT_LE(took.count(), 8.0);
+        if (!std::filesystem::exists(scratch / "out.ofr")) continue;
+        const Outcome info =
+            run({OPENFAB_BIN_DIR "/openfab", "info", (scratch / "out.ofr").string()});
+        EXPECT_EQ(info.exit_code, 0) << info.err;
+        EXPECT_THAT(info.out, HasSubstr("no: "));
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, SlowPrint,
+                         ::testing::Values(std::array{"scrambled_displaced", "w.fab.json"},
+                                           std::array{"long_box", "longbox.fab.json"}),
+                         [](const auto& tested) { return std::string(tested.param[0]); });
+
 }  // namespace
 }  // namespace openfab::testing
