@@ -28,7 +28,7 @@ TEST(Emitter, FoldingKeepsEveryTruthTable) {
     for (int round = 0; round < 200; ++round) {
         ir::Stage stage;
         Emitter emit(&stage);
-        std::vector<ValueId> values = {emit.boolean(false), emit.boolean(true)};
+        std::vector<ValueId> values = {emit.constant(false), emit.constant(true)};
         std::vector<uint32_t> tables = {0x00, 0xff};  // bit k: the value under assignment k
         for (int a = 0; a < kInputs; ++a) {
             values.push_back(emit.input(ir::Type::kBool, OPENFAB_ARG_UNIFORM, a, 0));
@@ -85,7 +85,7 @@ TEST(Emitter, ConstantsFoldAsTheInterpreterEvaluates) {
     EXPECT_EQ(folded(emit.binary(Op::kGt, seven, zero)), 1u);
     EXPECT_EQ(folded(emit.unary(Op::kNeg, emit.constant(0.0f))), 0x80000000u);
     EXPECT_EQ(folded(emit.convert(seven, ir::Type::kFloat)), 0x40e00000u);
-    EXPECT_EQ(folded(emit.select(emit.boolean(false), seven, zero)), 0u);
+    EXPECT_EQ(folded(emit.select(emit.constant(false), seven, zero)), 0u);
 }
 
 TEST(Emitter, FloatsThatLookAlikeStayApart) {
@@ -105,7 +105,7 @@ TEST(Emitter, TheSameInstructionIsMadeOnce) {
     const ValueId x = emit.input(ir::Type::kFloat, OPENFAB_ARG_DISTANCE, 0, 0);
     EXPECT_EQ(emit.binary(Op::kMul, x, x), emit.binary(Op::kMul, x, x));
     EXPECT_EQ(emit.input(ir::Type::kFloat, OPENFAB_ARG_DISTANCE, 0, 0), x);
-    const ValueId yes = emit.boolean(true);
+    const ValueId yes = emit.constant(true);
     const ValueId no = emit.binary(Op::kLt, x, x);
     // Under another guard a look-up is another one.
     EXPECT_NE(emit.sample(0, 0, {yes, x, x, x}), emit.sample(0, 0, {no, x, x, x}));
