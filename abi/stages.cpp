@@ -59,9 +59,7 @@ abi::KernelStatus StageCalls::pack(int32_t bits, const uint8_t* codes, int64_t c
     out.set_dim(2, 8, static_cast<int32_t>(plane_stride));
     out.set(kUint8, planes, 3);
     void* args[2] = {in.raw(), out.raw()};
-    const openfab_kernel_fn* pack =
-        bits == 4 ? openfab_stage_table.pack4 : openfab_stage_table.pack8;
-    return abi::KernelStatus::of_code(pick(pack, isa_)(args));
+    return run(bits == 4 ? openfab_stage_table.pack4 : openfab_stage_table.pack8, isa_, args);
 }
 
 }  // namespace openfab::slab
