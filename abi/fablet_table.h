@@ -14,7 +14,7 @@
  * int32 (0 or 1).
  *
  * Buffer shapes, innermost dimension first; z, x, y are the voxel's index inside its block, 0..7,
- * and n is the place in the list of blocks (volume kernels), patches (surface_bounds) or
+ * and n is the index in the list of blocks (volume kernels), patches (surface_bounds) or
  * micro-vertices (surface):
  *
  *   volume buffers                                   (z 8, x 8, y 8, n)
@@ -55,9 +55,9 @@ enum openfab_uniform_kind {
     OPENFAB_UNIFORM_OBJECT = 4,    /* another object of the world, for distance_to */
 };
 
-/* One `@uniform` declaration. `first_index` is, by kind: the place of component 0 in the object's
+/* One `@uniform` declaration. `first_index` is, by kind: the index of component 0 in the object's
  * array of 32-bit uniform values; the first texture index; the first material slot; the first
- * object. An array of length L takes L times as many. */
+ * object. An array of length L takes L times as many slots. */
 struct openfab_uniform {
     const char* name;
     const char* type_name; /* as written in OpenFL: "float2", "ImageTexture2D" */
@@ -68,8 +68,7 @@ struct openfab_uniform {
     int32_t first_index;
     const uint32_t*
         default_bits; /* components * array_length values, or NULL where the world must bind it */
-    const double*
-        limits; /* least and greatest value of each component, or NULL where it has neither */
+    const double* limits; /* minimum and maximum of each component, or NULL without limits */
 };
 
 /* A varying: an input or output of the surface stage, or a @nearest input of the volume stage. */
@@ -167,22 +166,22 @@ enum openfab_arg_kind {
     OPENFAB_ARG_DISPLACEMENT_HI = 32,
     OPENFAB_ARG_SURFACE_OUT_LO = 33, /* out */
     OPENFAB_ARG_SURFACE_OUT_HI = 34,
-    /* kernels of phases, see openfab_phases */
-    OPENFAB_ARG_GROUPS = 35, /* int32 (m): the groups of 8 places that this call evaluates */
+    /* kernels of segments, see openfab_segments */
+    OPENFAB_ARG_GROUPS = 35, /* int32 (m): the groups of 8 lanes that this call evaluates */
     OPENFAB_ARG_STATE = 36,  /* a = state; read at 8 * group + lane */
     OPENFAB_ARG_STATE_OUT =
         37, /* out, a = state; written at 8 * i + lane for the i-th listed group */
     /* kernel `derived` */
-    OPENFAB_ARG_DERIVED = 38, /* out (1); a = its place after the uniform values */
+    OPENFAB_ARG_DERIVED = 38, /* out (1); a = its index behind the uniform values */
     /* volume_demand */
-    OPENFAB_ARG_DEMAND = 39, /* out (z, x, y, n): whether the voxel looks at a NEAREST,
+    OPENFAB_ARG_DEMAND = 39, /* out (z, x, y, n): whether the voxel reads a NEAREST,
                                 NEAREST_GRAD or DISTANCE input */
 };
 
 struct openfab_arg {
     enum openfab_arg_kind kind;
     enum openfab_scalar_type
-        scalar; /* element type of the buffer or the scalar; bool stands as int32 */
+        scalar; /* element type of the buffer or the scalar; a bool is an int32 */
     int32_t a;
     int32_t b;
 };
@@ -195,7 +194,7 @@ struct openfab_kernel {
     const struct openfab_arg* args;
 };
 
-/* What a query gives (openfab_query). */
+/* The results of a query (openfab_query). */
 enum openfab_query_result {
     OPENFAB_QUERY_DISTANCE = 0,  /* signed, mm */
     OPENFAB_QUERY_POSITION = 1,  /* b = axis, part-local mm */
@@ -210,18 +209,18 @@ struct openfab_query_output {
     int32_t state;
 };
 
-/* A nearest-surface query at any point. Where the guard is 0 nothing is asked and every output is
+/* A nearest-surface query at any point. Where the guard is 0 there is no query and every output is
  * 0. */
 struct openfab_query {
-    int32_t object;   /* -1: the part's own surface; else the place among OPENFAB_UNIFORM_OBJECTs */
+    int32_t object;   /* -1: the part's own surface; else the index among OPENFAB_UNIFORM_OBJECTs */
     int32_t guard;    /* state, int32 0 or 1 */
-    int32_t point[3]; /* states, part-local mm of the asking part */
+    int32_t point[3]; /* states, part-local mm of the querying part */
     int32_t output_count;
     const struct openfab_query_output* outputs;
 };
 
-/* A printf, or an assert that did not hold. */
-struct openfab_print {
+/* A printf, or a failed assert. */
+struct openfab_printf {
     const char* format; /* one conversion for each value */
     int32_t is_assert;
     const char* source; /* file name */
@@ -232,13 +231,13 @@ struct openfab_print {
 };
 
 enum openfab_step_kind {
-    OPENFAB_STEP_KERNEL = 0,   /* a = kernel: runs on the groups of the present list */
+    OPENFAB_STEP_KERNEL = 0,   /* a = kernel: runs on the groups of the current list */
     OPENFAB_STEP_LOOP = 1,     /* a = state `active`, b = step after the loop. Narrows the list to
                                   groups with an active lane */
-    OPENFAB_STEP_LOOP_END = 2, /* a = state `active`, b = the loop's first inner step. As LOOP; goes
-                                  back while any is left, else restores the list of before */
+    OPENFAB_STEP_LOOP_END = 2, /* a = state `active`, b = the loop's first inner step. Like LOOP;
+                                  repeats while any is left, else restores the previous list */
     OPENFAB_STEP_QUERY = 3,    /* a = query */
-    OPENFAB_STEP_PRINT = 4,    /* a = print */
+    OPENFAB_STEP_PRINTF = 4,   /* a = printf */
 };
 
 struct openfab_step {
@@ -247,25 +246,24 @@ struct openfab_step {
     int32_t b;
 };
 
-/* A stage with loops whose trips depend on the place, or with queries at other points than the
- * voxel's centre: a program over lists of groups of 8 places (columns of 8 voxels along z: group
+/* A stage with loops whose trips depend on the lane, or with queries at other points than the
+ * voxel's centre: a program over lists of groups of 8 lanes (columns of 8 voxels along z: group
  * (block * 8 + y) * 8 + x; or 8 micro-vertices). State is one array of 32-bit values for each state
  * number, 8 per group. Kernels take the buffers of the stage as flat arrays that are read at
- * 8 * group + lane; what they give goes to STATE_OUT, WEIGHT, POSITION, … at 8 * i + lane, from
- * where the runtime puts it in its place. Which lanes of a group are at work is the kernels' own
- * affair.
+ * 8 * group + lane; they write STATE_OUT, WEIGHT, POSITION, … at 8 * i + lane, from where the
+ * runtime scatters it. The kernels themselves track which lanes of a group are active.
  *
- * State 0 is the runtime's: a bool, 1 where the place is asked for. Loops, queries and prints do
- * nothing elsewhere; the list begins with the groups that have such a place. */
-struct openfab_phases {
-    int32_t step_count; /* 0: the stage is a single kernel and has no phases */
+ * State 0 is the runtime's: a bool, 1 for lanes to evaluate. Loops, queries and printfs do nothing
+ * for the others; the first list is the groups that have such a lane. */
+struct openfab_segments {
+    int32_t step_count; /* 0: the stage is a single kernel */
     const struct openfab_step* steps;
     int32_t kernel_count;
     const struct openfab_kernel* kernels;
     int32_t query_count;
     const struct openfab_query* queries;
-    int32_t print_count;
-    const struct openfab_print* prints;
+    int32_t printf_count;
+    const struct openfab_printf* printfs;
     int32_t state_count;
     const enum openfab_scalar_type* states; /* type of each */
 };
@@ -297,18 +295,18 @@ struct openfab_fablet {
     struct openfab_kernel volume;
     struct openfab_kernel volume_bounds;
 
-    /* Where one has steps, the stage's single kernel has no code; its arguments are what the
-     * kernels of the phases read of the batch and write. */
-    struct openfab_phases surface_phases;
-    struct openfab_phases volume_phases;
+    /* If one has steps, the stage's single kernel has no code; its arguments are the buffers of the
+     * batch that the segments read and write. */
+    struct openfab_segments surface_segments;
+    struct openfab_segments volume_segments;
 
     /* 32-bit values that follow the uniform values (OPENFAB_ARG_UNIFORM with a from
      * uniform_value_count on) and the kernel that computes them from those, once per object. */
     int32_t derived_count;
     struct openfab_kernel derived;
 
-    /* Which voxels must have their nearest surface point; the inputs of others may be anything. No
-     * arguments where all must. */
+    /* Computes which voxels need their nearest surface point; the inputs of others are undefined.
+     * Without arguments all voxels need it. */
     struct openfab_kernel volume_demand;
 };
 

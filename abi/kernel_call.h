@@ -16,8 +16,8 @@
 
 namespace openfab::abi {
 
-/// The best instruction set that this machine has and `limit` allows (OPENFAB_ISA_AVX2 allows
-/// everything).
+/// Returns the best instruction set that this machine has and `limit` allows (OPENFAB_ISA_AVX2
+/// allows everything).
 openfab_isa best_isa(openfab_isa limit = OPENFAB_ISA_AVX2);
 
 inline halide_type_t halide_type(openfab_scalar_type type) {
@@ -39,7 +39,7 @@ class KernelBuffer {
     KernelBuffer(const KernelBuffer&) = delete;
     KernelBuffer& operator=(const KernelBuffer&) = delete;
 
-    /// Shape (extents[0], …) dense, innermost first.
+    /// Sets a dense shape (extents[0], …), innermost first.
     void set_dense(halide_type_t type, const void* data, std::initializer_list<int32_t> extents) {
         int32_t stride = 1;
         int d = 0;
@@ -60,8 +60,8 @@ class KernelBuffer {
         raw_.dimensions = dimensions;
         raw_.dim = dims_;
     }
-    /// A volume buffer (z 8, x 8, y 8, n) whose blocks are `block_stride` elements apart (512 where
-    /// dense).
+    /// Sets the shape of a volume buffer (z 8, x 8, y 8, n) whose blocks are `block_stride`
+    /// elements apart (512 where dense).
     void set_blocks(halide_type_t type, const void* data, int32_t n, int32_t block_stride = 512) {
         set_dim(0, 8, 1);
         set_dim(1, 8, 8);
@@ -88,10 +88,11 @@ class KernelCall {
     KernelCall(const openfab_kernel& kernel, openfab_isa isa)
         : fn_(function_for(kernel.fn, isa)), args_(static_cast<size_t>(kernel.arg_count)) {}
 
-    /// `pointer` must outlive the calls: a halide_buffer_t* or the address of a 32-bit scalar.
+    /// Sets an argument: a halide_buffer_t* or the address of a 32-bit scalar, which must outlive
+    /// the calls.
     void set(int32_t index, const void* pointer) {
         OPENFAB_CHECK_LT(static_cast<size_t>(index), args_.size());
-        args_[static_cast<size_t>(index)] = const_cast<void*>(pointer);
+        args_[index] = const_cast<void*>(pointer);
     }
     bool exists() const { return fn_ != nullptr; }
     KernelStatus run() {

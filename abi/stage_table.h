@@ -7,15 +7,15 @@
  * Halide's argv convention as the fablets' kernels do (fablet_table.h). M is the set's number of
  * materials; fractions have M + 1 of them, void first.
  *
- * Shapes are innermost dimension first; z is the slice within the group of 8 and always the
- * innermost, stride 1. x and y are the place inside a block of 8 x 8 x 8 unless said otherwise; n
- * is a place in a list of blocks.
+ * Shapes are innermost dimension first; z is the slice within the slab of 8 and always the
+ * innermost, stride 1. x and y are the position inside a block of 8 x 8 x 8 unless stated
+ * otherwise; n is an index in a list of blocks.
  *
  * normalise: amounts to 16-bit fractions; per voxel and independent of all others.
  *   0 weights        float   (z 8, x 8, y 8, slot, n)   slot stride 512, block stride free
  *   1 slot_material  int32   (slot)                     0 void, else the material's code, at most M
- *   2 owned          uint8   (x 8, y 8, n)              bit z: the voxel counts; others are void
- *                                                       and pure
+ *   2 owned          uint8   (x 8, y 8, n)              bit z: the voxel is owned; others are
+ *                                                       void and pure
  *   3 out fractions  uint16  (z 8, m M+1, x 8, y 8, n)  their sum is 65535
  *   4 out codes      uint8   (z 8, x 8, y 8, n)         the material of a pure voxel,
  *                                                       OPENFAB_CODE_MIXED elsewhere
@@ -34,10 +34,10 @@
 extern "C" {
 #endif
 
-/* Stands in `codes` where the dither has yet to choose. */
+/* Marks voxels in `codes` whose material the dither has yet to choose. */
 #define OPENFAB_CODE_MIXED 255
 
-/* Most materials that 4-bit codes can name, and most of all. */
+/* Maximum number of materials with 4-bit codes, and with any. */
 #define OPENFAB_MAX_MATERIALS_4BIT 15
 #define OPENFAB_MAX_MATERIALS 64
 

@@ -4,7 +4,7 @@
 
 #include "base/check.h"
 
-namespace openfab::slab {
+namespace openfab::abi {
 
 namespace {
 
@@ -64,4 +64,4 @@ abi::KernelStatus StageCalls::pack(int32_t bits, const uint8_t* codes, int64_t c
     return abi::KernelStatus::of_code(function_for(pack, isa_)(args));
 }
 
-}  // namespace openfab::slab
+}  // namespace openfab::abi

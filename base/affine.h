@@ -2,13 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// What the nested transforms of scene files need besides Affine3d itself.
+// Composition and determinants of affine transforms, for the nested transforms of scene files.
 
 #include "base/vec.h"
 
-namespace openfab::scene {
+namespace openfab {
 
-/// b first, then a.
+/// Returns the transform that applies b first, then a.
 inline Affine3d product(const Affine3d& a, const Affine3d& b) {
     Affine3d out;
     for (size_t i = 0; i < 3; ++i) {
@@ -21,7 +21,8 @@ inline Affine3d product(const Affine3d& a, const Affine3d& b) {
     return out;
 }
 
-/// Cofactors: the transposed inverse times the determinant; turns normals, but for their length.
+/// Returns the cofactor matrix, the transposed inverse times the determinant; transforms normals
+/// up to their length.
 inline Affine3d cofactors(const Affine3d& a) {
     const auto& m = a.m;
     Affine3d out;
@@ -31,10 +32,10 @@ inline Affine3d cofactors(const Affine3d& a) {
     return out;
 }
 
-/// Negative where the transform mirrors.
+/// Returns the determinant; negative where the transform mirrors.
 inline double determinant(const Affine3d& a) {
     const Affine3d c = cofactors(a);
     return a.m[0] * c.m[0] + a.m[1] * c.m[1] + a.m[2] * c.m[2];
 }
 
-}  // namespace openfab::scene
+}  // namespace openfab

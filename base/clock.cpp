@@ -9,7 +9,7 @@
 #include <cstdio>
 #include <cstring>
 
-namespace openfab::slab {
+namespace openfab {
 
 namespace {
 
@@ -54,7 +54,7 @@ int64_t resident_bytes() {
 }
 
 int64_t peak_resident_bytes() {
-    // What getrusage tells goes back to before the program was loaded: to the memory of the one
+    // getrusage reports a peak from before the program was loaded: that of the one
     // that started it.
     long long kilobytes = 0;
     if (std::FILE* file = std::fopen("/proc/self/status", "r"); file != nullptr) {
@@ -70,4 +70,4 @@ int64_t peak_resident_bytes() {
     return static_cast<int64_t>(usage.ru_maxrss) * 1024;
 }
 
-}  // namespace openfab::slab
+}  // namespace openfab

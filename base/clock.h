@@ -2,24 +2,24 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Clocks and memory of this process.
+// Time and memory of this process.
 
 #include <chrono>
 #include <cstdint>
 
-namespace openfab::slab {
+namespace openfab {
 
-/// For differences only.
+/// Returns a monotonic time; only differences have a meaning.
 inline double seconds_now() {
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
         .count();
 }
 
-/// Since the process started, to the kernel's 10 ms.
+/// Returns the seconds since the process started, to the kernel's 10 ms.
 double process_age_seconds();
 
-/// Resident memory of the process now, and its highest since the program was loaded.
+/// Return the resident memory of the process now, and its peak since the program was loaded.
 int64_t resident_bytes();
 int64_t peak_resident_bytes();
 
-}  // namespace openfab::slab
+}  // namespace openfab

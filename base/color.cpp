@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/color.h"
 
-namespace openfab::texture {
+namespace openfab {
 namespace {
 
 /// Fifth root of a > 0 by Newton's iteration from above, where it falls until rounding stops it.
@@ -27,4 +27,4 @@ double srgb_to_linear(double value) {
     return square * fifth_root(square);  // base^2.4 = base^2 (base^2)^(1/5)
 }
 
-}  // namespace openfab::texture
+}  // namespace openfab

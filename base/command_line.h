@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// What is wrong with a command line, in words of ours: options and commands that are misspelt get
-// the name that was meant.
+// Error messages for command lines in our own words: a misspelt option or command gets the name
+// that was probably meant.
 
 #include <CLI/CLI.hpp>
 
@@ -11,7 +11,7 @@
 
 namespace openfab {
 
-/// `app` has failed to parse; `program` is what its --help is asked of.
+/// Describes why `app` failed to parse; `program` is the command whose --help the message names.
 Error command_line_error(const CLI::App& app, const CLI::ParseError& error,
                          const std::string& program);
 

@@ -7,7 +7,7 @@
 
 namespace openfab {
 
-/// As xxh3, where the machine has AVX2.
+/// Same as xxh3; requires AVX2.
 uint64_t xxh3_avx2(const uint8_t* bytes, size_t count, uint64_t seed);
 
 }  // namespace openfab

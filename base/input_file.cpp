@@ -76,13 +76,13 @@ Result<InputFile> InputFile::open(const fs::path& file, const std::vector<fs::pa
     opened.bytes_ = status.st_size;
     if (roots.empty()) return opened;
     std::error_code unknown;
-    const fs::path place = fs::read_symlink(opened.name(), unknown);
+    const fs::path resolved = fs::read_symlink(opened.name(), unknown);
     if (unknown) return outside_error("the system does not say where it is: " + unknown.message());
     for (const fs::path& root : roots) {
-        if (is_below(place, root)) return opened;
+        if (is_below(resolved, root)) return opened;
     }
-    return user_error(
-        fmt::format("it is `{}`, which is not below `{}`", place.string(), roots.front().string()));
+    return user_error(fmt::format("it is `{}`, which is not below `{}`", resolved.string(),
+                                  roots.front().string()));
 }
 
 InputFile::~InputFile() {

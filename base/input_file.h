@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The one door through which files are opened that a user, a world, or a file that a world names
-// asks for. What comes through is a regular file: a pipe would keep us waiting, a device never
-// ends. Where the name was written by somebody else than the user, the file must also lie below
-// folders that are allowed, once links are resolved.
+// The one place where files are opened that a user, a world, or a file that a world names asks
+// for. Only regular files are opened: a pipe may block, a device never ends. Where the name was
+// written by somebody else than the user, the file must also lie below allowed folders, once links
+// are resolved.
 
 #include <cstddef>
 #include <cstdint>
@@ -20,25 +20,25 @@ namespace openfab {
 /// A file of this name makes its folder a project: files in it and below may name all of it.
 constexpr const char* kProjectFile = "openfab.project";
 
-/// Absolute, without links and dots, also where its end does not exist.
+/// Returns an absolute path without links and dots; its last parts need not exist.
 std::filesystem::path without_links(const std::filesystem::path& path);
 
-/// Whether a path is a folder or something below it; both as of without_links.
+/// Returns whether a path is a folder or lies below it; both as returned by without_links.
 bool is_below(const std::filesystem::path& path, const std::filesystem::path& folder);
 
-/// The folder below which a file in `folder` may name others: the nearest one upwards that is a
-/// project, else `folder` itself; without links. Empty names the working folder.
+/// Returns the folder below which a file in `folder` may name others: the nearest enclosing
+/// project, else `folder` itself; without links. Empty means the working folder.
 std::filesystem::path reading_root(const std::filesystem::path& folder);
 
-/// A name for the command line of a program, which no program takes for an option or for a list
-/// of more arguments.
+/// Returns a name for the command line of a program that no program takes for an option or for a
+/// response file.
 std::string as_argument(const std::filesystem::path& path);
 
 class InputFile {
   public:
-    /// `roots` are folders as of without_links, one of which the opened file must be below; none:
-    /// it may be anywhere. Errors hold the reason alone, without the file's name: kUserInput for
-    /// what is not there, no regular file, or elsewhere, kOutside for what the system refuses.
+    /// Opens a file below one of `roots`, folders as returned by without_links; no roots: anywhere.
+    /// Errors hold the reason alone, without the file's name: kUserInput where the file does not
+    /// exist, is not a regular file or lies elsewhere, kOutside where the system refuses.
     static Result<InputFile> open(const std::filesystem::path& file,
                                   const std::vector<std::filesystem::path>& roots = {});
     ~InputFile();
@@ -48,14 +48,14 @@ class InputFile {
     InputFile& operator=(const InputFile&) = delete;
 
     int descriptor() const { return descriptor_; }
-    /// Its size when it was opened.
+    /// Returns the size when it was opened.
     int64_t bytes() const { return bytes_; }
-    /// A name under which libraries open this very file, whatever becomes of its own name.
+    /// Returns a path by which libraries open this very file, even if it is renamed.
     std::string name() const;
 
-    /// Reads up to `bytes` from place `at`; fewer only where the file ends.
+    /// Reads up to `bytes` at offset `at`; fewer only where the file ends.
     Result<size_t> read(int64_t at, void* to, size_t bytes) const;
-    /// The whole file. A larger one than `most` bytes is a user's error.
+    /// Reads the whole file; more than `most` bytes are a user error.
     Result<std::string> read_all(int64_t most) const;
 
   private:

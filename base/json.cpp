@@ -16,7 +16,7 @@
 #include "base/input_file.h"
 #include "base/scan_number.h"
 
-namespace openfab::scene {
+namespace openfab {
 namespace {
 
 using Kind = JsonValue::Kind;
@@ -24,7 +24,7 @@ using Kind = JsonValue::Kind;
 constexpr size_t kDeepest = 32;
 constexpr size_t kMostValues = 1'000'000;
 
-/// What the parser reads from: the text, and how far it has come, which it tells handlers nothing
+/// The parser's input stream: the text and the position, of which it tells handlers nothing
 /// of.
 class TextIterator {
   public:
@@ -148,7 +148,7 @@ class TreeBuilder {
     bool fail_at(size_t offset, const std::string& what, const std::string& help = {}) {
         int32_t line = 0;
         int32_t column = 0;
-        // From the start: the place may lie before the last token.
+        // From the start: the location may be before the last token.
         Positions(text_).find(offset, &line, &column);
         return fail(line, column, what, help);
     }
@@ -195,13 +195,13 @@ class TreeBuilder {
         if (v == nullptr) return false;
         const std::string_view digits = read.substr(read.starts_with('-') ? 1 : 0);
         if (digits.size() > 1 && digits[0] == '0' && digits[1] >= '0' && digits[1] <= '9')
-            return fail(v->line, v->column, "not valid JSON", "a number with a zero before it");
+            return fail(v->line, v->column, "not valid JSON", "a number with a leading zero");
         const Decimal kind = read_decimal(read, &v->number);
         if (kind == Decimal::kFine) return true;
         if (kind == Decimal::kTooLarge)
             return fail(v->line, v->column, too_large(read), kLargestNumber);
         return fail(v->line, v->column, "not valid JSON",
-                    fmt::format("`{}` is no number", read.substr(0, 40)));
+                    fmt::format("`{}` is not a number", read.substr(0, 40)));
     }
     static constexpr const char* kLargestNumber = "at most 1.8e308 is possible";
     static std::string too_large(std::string_view read) {
@@ -233,18 +233,17 @@ class TreeBuilder {
         memory_left_ -= static_cast<int64_t>(members.size() * sizeof(int32_t));
         object->by_key.resize(members.size());
         std::iota(object->by_key.begin(), object->by_key.end(), 0);
-        std::sort(object->by_key.begin(), object->by_key.end(), [&](int32_t x, int32_t y) {
-            return members[static_cast<size_t>(x)].key < members[static_cast<size_t>(y)].key;
-        });
+        std::sort(object->by_key.begin(), object->by_key.end(),
+                  [&](int32_t x, int32_t y) { return members[x].key < members[y].key; });
     }
     const JsonMember* same_key(const std::string& key) {
         const std::vector<JsonMember>& members = open_.back()->members;
         if (members.size() < kFewKeys) return open_.back()->find(key);
-        std::unordered_map<std::string, size_t>& places = keys_.back();
-        for (size_t i = places.size(); i < members.size(); ++i)
-            places.emplace(members[i].key, i);
-        const auto known = places.find(key);
-        return known == places.end() ? nullptr : &members[known->second];
+        std::unordered_map<std::string, size_t>& indices = keys_.back();
+        for (size_t i = indices.size(); i < members.size(); ++i)
+            indices.emplace(members[i].key, i);
+        const auto known = indices.find(key);
+        return known == indices.end() ? nullptr : &members[known->second];
     }
 
     std::string_view text_;
@@ -256,11 +255,11 @@ class TreeBuilder {
     size_t values_ = 0;
     JsonValue root_;
     std::vector<JsonValue*> open_;
-    std::vector<std::unordered_map<std::string, size_t>> keys_;  ///< as open_: places of its keys
+    std::vector<std::unordered_map<std::string, size_t>> keys_;  ///< as open_: indices of its keys
     std::optional<Error> error_;
 };
 
-/// What should have stood where the parser stopped, by its own words for it.
+/// Returns what the parser expected where it stopped, from its own message.
 std::string expected(std::string_view why) {
     static constexpr std::pair<std::string_view, std::string_view> kWords[] = {
         {"expected string literal", "a key in double quotes"},
@@ -310,7 +309,7 @@ bool TreeBuilder::parse_error(size_t read, const std::string&,
     if (rest.starts_with("//") || rest.starts_with("/*") || rest.starts_with('#'))
         return fail_at(start, "not valid JSON, which has no comments", "delete this one");
     if (rest.starts_with('\''))
-        return fail_at(start, "not valid JSON", "strings stand in double quotes");
+        return fail_at(start, "not valid JSON", "strings are written in double quotes");
     if (rest.empty())
         return fail_at(start, "not valid JSON",
                        fmt::format("the file ends where {} should be", expected(what)));
@@ -341,9 +340,7 @@ const char* JsonValue::kind_name() const {
 const JsonMember* JsonValue::find(std::string_view key) const {
     // Who adds members to a tree does without the order.
     if (!members.empty() && by_key.size() == members.size()) {
-        const auto key_of = [&](int32_t place) -> std::string_view {
-            return members[static_cast<size_t>(place)].key;
-        };
+        const auto key_of = [&](int32_t place) -> std::string_view { return members[place].key; };
         const auto found = std::partition_point(by_key.begin(), by_key.end(),
                                                 [&](int32_t place) { return key_of(place) < key; });
         return found != by_key.end() && key_of(*found) == key
@@ -401,4 +398,4 @@ Result<std::string> read_text_file(const std::filesystem::path& file, size_t lim
     return text;
 }
 
-}  // namespace openfab::scene
+}  // namespace openfab

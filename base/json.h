@@ -15,7 +15,7 @@
 
 #include "base/result.h"
 
-namespace openfab::scene {
+namespace openfab {
 
 struct JsonMember;
 
@@ -46,7 +46,7 @@ struct JsonMember {
     JsonValue value;
 };
 
-/// What a tree takes, the value itself included.
+/// Returns the memory that a tree takes, the value itself included.
 int64_t json_bytes(const JsonValue& value);
 
 /// Errors have a place in `name`. At most 32 levels deep and a million values, and a tree that
@@ -54,8 +54,8 @@ int64_t json_bytes(const JsonValue& value);
 Result<JsonValue> parse_json(std::string_view text, const std::string& name,
                              int64_t memory_bytes = std::numeric_limits<int64_t>::max());
 
-/// The whole file, at most `limit` bytes.
+/// Reads a whole file of at most `limit` bytes.
 Result<std::string> read_text_file(const std::filesystem::path& file, size_t limit,
                                    const std::vector<std::filesystem::path>& roots = {});
 
-}  // namespace openfab::scene
+}  // namespace openfab

@@ -17,11 +17,11 @@
 
 namespace openfab {
 
-/// Values by key, least recently used out first, never more bytes than the budget. What somebody
-/// still holds lives on until it is let go, outside the budget. Sharded by key, so that threads
-/// seldom wait for each other; any thread may call anything.
+/// Least recently used cache of values by key, never more bytes than the budget. A value that is
+/// evicted while somebody holds it lives on, outside the budget. Sharded by key, so that threads
+/// seldom wait for each other; all functions are thread-safe.
 ///
-/// For what can be made again: nothing that is found here ever changes an answer.
+/// Holds only what can be recomputed: a hit or a miss never changes a result.
 template <typename Key, typename Value>
 class LruCache {
   public:
@@ -38,7 +38,7 @@ class LruCache {
             shards_.push_back(std::make_unique<Shard>());
     }
 
-    /// While one thread alone uses it. What is over goes at once.
+    /// Sets the budget and evicts what exceeds it; no other thread may use the cache meanwhile.
     void set_budget(size_t bytes) {
         shard_budget_ = bytes / shards_.size();
         std::list<Entry> dropped;
@@ -46,35 +46,35 @@ class LruCache {
             make_room(shard.get(), 0, &dropped);
     }
 
-    /// Null where there is none.
+    /// Returns the value, or null.
     std::shared_ptr<const Value> find(const Key& key) {
         Shard& shard = shard_of(key);
         const std::lock_guard lock(shard.mutex);
-        const auto place = shard.places.find(key);
-        if (place == shard.places.end()) {
+        const auto found = shard.index.find(key);
+        if (found == shard.index.end()) {
             ++shard.counts.misses;
             return nullptr;
         }
         ++shard.counts.hits;
-        shard.entries.splice(shard.entries.begin(), shard.entries, place->second);
-        return place->second->value;
+        shard.entries.splice(shard.entries.begin(), shard.entries, found->second);
+        return found->second->value;
     }
 
-    /// Keeps the value, of value->bytes(), if it fits. Where another thread was first, its value is
-    /// returned and this one dropped.
+    /// Inserts the value, of value->bytes(), if it fits. Where another thread was first, its value
+    /// is returned and this one dropped.
     std::shared_ptr<const Value> insert(const Key& key, std::shared_ptr<const Value> value) {
         OPENFAB_DCHECK(value != nullptr);
         const size_t bytes = value->bytes() + kEntryOverhead;
         Shard& shard = shard_of(key);
-        // What is evicted is freed after the lock is let go.
+        // Evicted values are freed after the lock is released.
         std::list<Entry> dropped;
         const std::lock_guard lock(shard.mutex);
-        const auto place = shard.places.find(key);
-        if (place != shard.places.end()) return place->second->value;
+        const auto found = shard.index.find(key);
+        if (found != shard.index.end()) return found->second->value;
         if (bytes > shard_budget_) return value;
         make_room(&shard, bytes, &dropped);
         shard.entries.push_front({key, bytes, value});
-        shard.places.emplace(key, shard.entries.begin());
+        shard.index.emplace(key, shard.entries.begin());
         shard.bytes += bytes;
         shard.counts.peak_bytes =
             std::max(shard.counts.peak_bytes, static_cast<int64_t>(shard.bytes));
@@ -106,7 +106,7 @@ class LruCache {
     struct Shard {
         mutable std::mutex mutex;
         std::list<Entry> entries;  ///< most recent first
-        std::unordered_map<Key, typename std::list<Entry>::iterator> places;
+        std::unordered_map<Key, typename std::list<Entry>::iterator> index;
         size_t bytes = 0;
         Counts counts;
     };
@@ -118,7 +118,7 @@ class LruCache {
             OPENFAB_CHECK(!shard->entries.empty());
             const auto last = std::prev(shard->entries.end());
             shard->bytes -= last->bytes;
-            shard->places.erase(last->key);
+            shard->index.erase(last->key);
             dropped->splice(dropped->end(), shard->entries, last);
             ++shard->counts.evictions;
         }

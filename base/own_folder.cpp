@@ -51,7 +51,7 @@ Result<void> check(const fs::path& folder, bool last) {
         return user_error(fmt::format("{} belongs to another user ({})", name, status.st_uid));
     const bool sticky = !last && (status.st_mode & S_ISVTX) != 0;
     if ((status.st_mode & (S_IWGRP | S_IWOTH)) != 0 && !sticky) {
-        return user_error(fmt::format("others can write {} (mode {:o}); `chmod go-w` ends that",
+        return user_error(fmt::format("others can write to {} (mode {:o}); run `chmod go-w` on it",
                                       last ? "it" : name, status.st_mode & 07777));
     }
     return {};
@@ -65,8 +65,8 @@ Lock lock(int descriptor) {
     return errno == EWOULDBLOCK ? Lock::kTaken : Lock::kUnknown;
 }
 
-/// Whether a new file or folder is ours. Between its making and its lock, somebody who clears up
-/// may have taken it for left over.
+/// Returns whether a new file or folder is ours. Between its making and its lock, somebody who
+/// clears up may have taken it for a leftover.
 bool is_ours(int descriptor) {
     struct stat status {};
     return descriptor >= 0 && lock(descriptor) != Lock::kTaken &&
@@ -137,9 +137,9 @@ Result<fs::path> own_folder(const fs::path& folder) {
     return plain;
 }
 
-Result<std::unique_ptr<TemporaryFolder>> TemporaryFolder::create(const fs::path& place) {
+Result<std::unique_ptr<TemporaryFolder>> TemporaryFolder::create(const fs::path& base_folder) {
     std::error_code status;
-    const fs::path parent = place.empty() ? fs::temp_directory_path(status) : place;
+    const fs::path parent = base_folder.empty() ? fs::temp_directory_path(status) : base_folder;
     if (status) return outside_error("no folder for temporary files: " + status.message());
     const fs::path plain = fs::canonical(parent, status);
     if (!status && is_apart(plain)) clear(plain, is_temporary_folder, true);

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Folders that nobody else can write: programs and data that are found in one were put there by
-// this user. And what is made in them for a while, which goes even if its maker dies.
+// Folders that only this user can write, so that programs and data found in one were put there by
+// this user, and temporary files and folders in them, which are cleaned up even after a crash.
 
 #include <filesystem>
 #include <memory>
@@ -15,23 +15,24 @@
 
 namespace openfab {
 
-/// Makes `folder` where it is missing, for this user alone, and checks it: it is this user's, and
-/// neither it nor any folder above can be changed by others than this user and root (folders above
-/// may be sticky, as /tmp is). The folder without links; or, without its name, why it is not to be
-/// used.
+/// Creates `folder` where it is missing, for this user alone, and checks that it belongs to this
+/// user and that only this user and root can change it and the folders above (which may be sticky,
+/// like /tmp). Returns the folder without links; errors say why it must not be used, without its
+/// name.
 Result<std::filesystem::path> own_folder(const std::filesystem::path& folder);
 
-/// What temporary names end in: this, and six letters.
+/// Temporary names end in this and six letters.
 constexpr std::string_view kTemporaryMark = ".tmp-";
 
 /// A folder for a while, which nobody else can look into. Its maker holds a lock on it, and it goes
 /// with the maker (clean_exit.h).
 class TemporaryFolder {
   public:
-    /// In `place`; empty: in the system's folder for temporary files. Those that were left there by
+    /// Creates one in `base_folder`; empty: in the system's folder for temporary files. Those that were left there by
     /// makers that were killed are removed.
-    static Result<std::unique_ptr<TemporaryFolder>> create(const std::filesystem::path& place = {});
-    /// Removes it with all that it holds.
+    static Result<std::unique_ptr<TemporaryFolder>> create(
+        const std::filesystem::path& base_folder = {});
+    /// Removes the folder and its contents.
     ~TemporaryFolder();
     TemporaryFolder(const TemporaryFolder&) = delete;
     TemporaryFolder& operator=(const TemporaryFolder&) = delete;
@@ -46,12 +47,12 @@ class TemporaryFolder {
     int lock_ = -1;
 };
 
-/// A new file `name`.tmp-XXXXXX, open to be read and written, and locked while it is open. Returns
-/// its descriptor and sets `made`; -1 with errno where that fails.
+/// Creates and locks a file `name`.tmp-XXXXXX, open for reading and writing. Returns its descriptor
+/// and sets `made`; returns -1 and sets errno on failure.
 int open_temporary(const std::filesystem::path& name, std::filesystem::path* made);
 
-/// Removes files and folders of temporary names whose makers are gone: those that are not locked.
-/// Only below own_folder.
+/// Removes files and folders of temporary names that no process has locked any more. Only below
+/// own_folder.
 void clear_left_over(const std::filesystem::path& folder);
 
 }  // namespace openfab

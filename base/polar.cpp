@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace openfab::scene {
+namespace openfab {
 namespace {
 
 using Matrix = std::array<double, 9>;
@@ -100,4 +100,4 @@ Result<PolarFactors> polar_factors(const Matrix& m) {
     return PolarFactors{r, s};
 }
 
-}  // namespace openfab::scene
+}  // namespace openfab

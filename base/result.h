@@ -48,8 +48,8 @@ struct Complaint {
     Error at(SourceLocation location) const;
 };
 
-/// Exit code of a program that ends with this error: 1 user input, 2 usage, 3 outside world, 4 bug,
-/// 130 interrupted.
+/// Returns the exit code of a program that ends with this error: 1 user input, 2 usage, 3 outside
+/// world, 4 bug, 130 interrupted.
 constexpr int exit_code(ErrorCode code) {
     switch (code) {
         case ErrorCode::kUserInput:
@@ -95,7 +95,7 @@ class [[nodiscard]] Result {
     bool has_value() const { return state_.index() == 0; }
     explicit operator bool() const { return has_value(); }
 
-    /// The value; the process aborts if there is none, so check first.
+    /// Returns the value; aborts the process if there is none, so check first.
     T& value() {
         OPENFAB_CHECK(has_value());
         return *std::get_if<0>(&state_);

@@ -6,7 +6,7 @@
 
 #include "base/check.h"
 
-namespace openfab::scene {
+namespace openfab {
 namespace {
 
 constexpr double kRadiansPerDegree = 0.017453292519943295;
@@ -73,4 +73,4 @@ Affine3d placement_transform(const Vec3d& scale, const Vec3d& rotate_deg,
     return out;
 }
 
-}  // namespace openfab::scene
+}  // namespace openfab

@@ -3,8 +3,8 @@
 #pragma once
 
 // The one place where programs write text for people, to standard error, and results, to standard
-// output. Names of others cannot command the terminal (text.h), and a message that nobody can read
-// ends nothing: its failure is passed over. A result that cannot be written is an error.
+// output. Foreign names are made printable, so that they cannot control the terminal (text.h). A
+// message that cannot be written is ignored; a result that cannot be written is an error.
 
 #include <string_view>
 
@@ -12,24 +12,24 @@
 
 namespace openfab {
 
-/// The first call of every main. Descriptors 0 to 2 that are closed are opened, so that no output
-/// takes the number of one and gets messages between its bytes; what is read from or written to
-/// them still fails. A closed pipe is an error of the write, not a signal that ends the process.
+/// Must be the first call of every main. Opens those of descriptors 0 to 2 that are closed, so that
+/// no output gets one of these numbers and messages between its bytes; reading and writing them
+/// still fails. Makes a closed pipe an error of the write instead of a signal.
 void prepare_streams();
 
-/// To standard error, lines as they are.
+/// Writes lines to standard error as they are.
 void say(std::string_view text);
-/// One line: `note: message`, `warning: message`.
+/// Write one line to standard error: `note: message`, `warning: message`.
 void note(std::string_view message);
 void warn(std::string_view message);
-/// What Result ends a program with, with its place in a file where it has one (caret.h); the exit
-/// code.
+/// Writes an error, with its source line where it names one (caret.h), and returns the exit code.
 int say_error(const Error& error);
 
-/// To standard output, text for people. Whether all of it could be written, written_out tells.
+/// Writes text for people to standard output; written_out reports failures.
 void show(std::string_view text);
-/// To standard output, bytes for programs, as they are.
+/// Writes bytes for programs to standard output, as they are.
 void write_out(std::string_view data);
+/// Flushes standard output; fails where anything could not be written.
 Result<void> written_out();
 
 }  // namespace openfab

@@ -9,7 +9,7 @@
 #include <cmath>
 #include <limits>
 
-namespace openfab::scene {
+namespace openfab {
 namespace {
 
 /// Compared as doubles: a conversion of what a float cannot hold is undefined.
@@ -17,7 +17,7 @@ bool fits_float(double value) {
     return std::fabs(value) <= std::numeric_limits<float>::max();
 }
 
-/// Of a decimal that no double can hold: whether it is too large, and not too small. Its digits
+/// Returns whether a decimal that no double can hold is too large, not too small. Its digits
 /// decide as well as its exponent: 0.00…01 has none.
 bool is_large(std::string_view text) {
     const size_t exponent = std::min(text.find_first_of("eE"), text.size());
@@ -51,7 +51,7 @@ std::string scan_number(std::string_view token, double* out) {
     std::string_view digits = token;
     if (digits.starts_with('+')) digits.remove_prefix(1);
     const Decimal read = read_decimal(digits, out);
-    if (read == Decimal::kNoNumber) return fmt::format("`{}` is no number", token.substr(0, 40));
+    if (read == Decimal::kNoNumber) return fmt::format("`{}` is not a number", token.substr(0, 40));
     if (read == Decimal::kTooLarge) *out = HUGE_VAL;
     if (!fits_float(*out))
         return fmt::format("`{}` is not finite or too large", token.substr(0, 40));
@@ -62,11 +62,12 @@ std::string scan_integer(std::string_view token, int64_t least, int64_t most, in
     const char* last = token.data() + token.size();
     const auto [end, code] = std::from_chars(token.data(), last, *out);
     if (code == std::errc() && end == last && *out >= least && *out <= most) return {};
-    return fmt::format("`{}` is no whole number from {} to {}", token.substr(0, 40), least, most);
+    return fmt::format("`{}` is not a whole number from {} to {}", token.substr(0, 40), least,
+                       most);
 }
 
 bool is_position(double x, double y, double z) {
     return fits_float(x) && fits_float(y) && fits_float(z);
 }
 
-}  // namespace openfab::scene
+}  // namespace openfab

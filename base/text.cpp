@@ -35,8 +35,8 @@ CodePoint first_code_point(std::string_view text) {
     return {value, bytes};
 }
 
-/// What commands a terminal, reorders the text around it, or is not seen at all. Joiners stay:
-/// scripts and emoji need them.
+/// Code points that control a terminal, reorder the text around them, or are invisible. Joiners
+/// stay: scripts and emoji need them.
 bool misleads(uint32_t c) {
     constexpr struct {
         uint32_t first, last;

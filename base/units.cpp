@@ -56,7 +56,7 @@ Result<int64_t> parse_bytes(std::string_view text) {
     Result<double> bytes = parse_quantity(text, kUnits, "a size", "1.5GB");
     if (!bytes) return bytes.error();
     if (*bytes < 0 || *bytes > 1e15)
-        return usage_error(fmt::format("`{}` is no usable size of memory", text));
+        return usage_error(fmt::format("`{}` is not a usable memory size", text));
     return static_cast<int64_t>(std::llround(*bytes));
 }
 

@@ -12,14 +12,13 @@
 
 namespace openfab {
 
-/// A length with its unit (um, mm, cm, m, in) in millimetres. A bare number is an error that says
-/// so.
+/// Parses a length with its unit (um, mm, cm, m, in) into millimetres. A bare number is an error.
 Result<double> parse_length_mm(std::string_view text);
-/// A size in bytes: B, kB, MB, GB (powers of 1000), KiB, MiB, GiB.
+/// Parses a size in bytes: B, kB, MB, GB (powers of 1000), KiB, MiB, GiB.
 Result<int64_t> parse_bytes(std::string_view text);
-/// "1.5 GB", "300 MB", "12 kB".
+/// Formats a size: "1.5 GB", "300 MB", "12 kB".
 std::string format_bytes(int64_t bytes);
-/// "2 h 05 min", "3 min 20 s", "4.2 s".
+/// Formats a duration: "2 h 05 min", "3 min 20 s", "4.2 s".
 std::string format_seconds(double seconds);
 
 }  // namespace openfab

@@ -61,7 +61,7 @@ constexpr Vec3<To> vec_cast(const Vec3<From>& a) {
     return {static_cast<To>(a.x), static_cast<To>(a.y), static_cast<To>(a.z)};
 }
 
-/// Axis-aligned box; empty (lo > hi) when fresh.
+/// Axis-aligned box; empty (lo > hi) by default.
 template <typename T>
 struct Box3 {
     Vec3<T> lo{std::numeric_limits<T>::max(), std::numeric_limits<T>::max(),

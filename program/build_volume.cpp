@@ -6,21 +6,21 @@
 
 #include <algorithm>
 
-namespace openfab::print {
+namespace openfab::program {
 
 namespace {
 
-std::string room_of(const scene::Printer& printer) {
+std::string room_of(const world::Printer& printer) {
     const Vec3d& room = printer.build_volume_mm;
     return fmt::format("`{}` builds {:.5g} x {:.5g} x {:.5g} mm", printer.name, room.x, room.y,
                        room.z);
 }
 
 /// The part whose mesh reaches farthest along an axis, up or down.
-const scene::Part* farthest(const std::vector<scene::Part>& parts, int axis, bool up) {
-    const scene::Part* found = nullptr;
+const part::Part* farthest(const std::vector<part::Part>& parts, int axis, bool up) {
+    const part::Part* found = nullptr;
     double most = 0;
-    for (const scene::Part& part : parts) {
+    for (const part::Part& part : parts) {
         for (const Vec3d& p : part.mesh->positions) {
             const double at = part.local_to_build.apply(p)[axis] * (up ? 1 : -1);
             if (found != nullptr && at <= most) continue;
@@ -33,18 +33,18 @@ const scene::Part* farthest(const std::vector<scene::Part>& parts, int axis, boo
 
 }  // namespace
 
-Box3d tray_box(const scene::Printer& printer, scene::Tray tray) {
+Box3d tray_box(const world::Printer& printer, world::Tray tray) {
     const Vec3d& room = printer.build_volume_mm;
     Box3d box{{0, 0, 0}, room};
-    for (int a = 0; a < 2 && tray == scene::Tray::kCenter; ++a) {
+    for (int a = 0; a < 2 && tray == world::Tray::kCenter; ++a) {
         box.lo[a] = -room[a] / 2;
         box.hi[a] = room[a] / 2;
     }
     return box;
 }
 
-Result<void> check_build_volume(const backends::PrintInfo& info, const scene::Printer& printer,
-                                const std::vector<scene::Part>& parts, scene::Tray tray) {
+Result<void> check_build_volume(const pipeline::PrintInfo& info, const world::Printer& printer,
+                                const std::vector<part::Part>& parts, world::Tray tray) {
     const Vec3d& room = printer.build_volume_mm;
     for (int a = 0; a < 3; ++a) {
         const double size = info.size[a] * info.pitch_mm[a];
@@ -55,7 +55,7 @@ Result<void> check_build_volume(const backends::PrintInfo& info, const scene::Pr
             "choose another `--printer`",
             size, "xyz"[a], size - room[a], room_of(printer)));
     }
-    if (tray == scene::Tray::kAnywhere) return {};
+    if (tray == world::Tray::kAnywhere) return {};
     const Box3d box = tray_box(printer, tray);
     for (int a = 0; a < 3; ++a) {
         const double from = box.lo[a];
@@ -63,7 +63,7 @@ Result<void> check_build_volume(const backends::PrintInfo& info, const scene::Pr
         const double below = from - lo, above = hi - box.hi[a];
         if (std::max(below, above) <= info.pitch_mm[a]) continue;
         const bool up = above > below;
-        const scene::Part* part = farthest(parts, a, up);
+        const part::Part* part = farthest(parts, a, up);
         return user_error(
             fmt::format("`{}` (number {} of the build) is {:.4g} mm outside the tray along {}{}: "
                         "{}, from {:.5g} to "
@@ -74,4 +74,4 @@ Result<void> check_build_volume(const backends::PrintInfo& info, const scene::Pr
     return {};
 }
 
-}  // namespace openfab::print
+}  // namespace openfab::program

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Whether a print fits the printer.
+// Checks that a print fits the printer.
 
 #include <vector>
 
@@ -12,15 +12,15 @@
 #include "world/printer.h"
 #include "world/world.h"
 
-namespace openfab::print {
+namespace openfab::program {
 
-/// Refuses what is larger than the printer builds, with the excess. Where the world's places are
-/// those of the tray, also what stands beside it or below, and names the part. Elsewhere the
-/// printer's front end puts the print where it fits, its lowest slice on the bed.
-Result<void> check_build_volume(const backends::PrintInfo& info, const scene::Printer& printer,
-                                const std::vector<scene::Part>& parts, scene::Tray tray);
+/// Fails for prints larger than the build volume, with the excess. Where the world's coordinates
+/// are those of the tray, also for parts beside or below it, by name. Otherwise the printer's front
+/// end places the print where it fits, its lowest slice on the bed.
+Result<void> check_build_volume(const pipeline::PrintInfo& info, const world::Printer& printer,
+                                const std::vector<part::Part>& parts, world::Tray tray);
 
-/// What the printer builds, in build space; anywhere is as the corner.
-Box3d tray_box(const scene::Printer& printer, scene::Tray tray);
+/// Returns the build volume in build space; kAnywhere is treated as kCorner.
+Box3d tray_box(const world::Printer& printer, world::Tray tray);
 
-}  // namespace openfab::print
+}  // namespace openfab::program

@@ -15,15 +15,15 @@
 #include "base/units.h"
 #include "program/outputs.h"
 
-namespace openfab::print {
+namespace openfab::program {
 
 namespace {
 
 /// Voxels of the coarse print: a second of work or less.
 constexpr double kSampleVoxels = 4e6;
 
-Result<void> sample(slab::PrintInput input, slab::PrintOptions pipeline,
-                    const backends::PrintInfo& info, const std::atomic<bool>& interrupt,
+Result<void> sample(pipeline::PrintInput input, pipeline::PrintOptions pipeline,
+                    const pipeline::PrintInfo& info, const std::atomic<bool>& interrupt,
                     Estimate* out) {
     const double voxels = static_cast<double>(out->set_up.voxels_total);
     const double coarser = std::max(1.0, std::cbrt(voxels / kSampleVoxels));
@@ -33,8 +33,8 @@ Result<void> sample(slab::PrintInput input, slab::PrintOptions pipeline,
             Vec2<double>{info.slice_begin * info.pitch_mm.z, info.slice_end * info.pitch_mm.z};
     }
     input.pitch_mm = input.pitch_mm * coarser;
-    Result<std::unique_ptr<slab::Print>> print =
-        slab::Print::create(std::move(input), std::move(pipeline));
+    Result<std::unique_ptr<pipeline::PrintJob>> print =
+        pipeline::PrintJob::create(std::move(input), std::move(pipeline));
     if (!print) return print.error();
     backends::NullSink sink;
     if (Result<void> done = (*print)->run(sink, nullptr, interrupt, &out->sample); !done)
@@ -46,9 +46,9 @@ Result<void> sample(slab::PrintInput input, slab::PrintOptions pipeline,
 
 }  // namespace
 
-Result<Estimate> make_estimate(const slab::Print& print, slab::PrintInput input,
-                               const slab::PrintOptions& pipeline, const Options& options,
-                               const scene::Printer& printer, const std::atomic<bool>& interrupt) {
+Result<Estimate> make_estimate(const pipeline::PrintJob& print, pipeline::PrintInput input,
+                               const pipeline::PrintOptions& pipeline, const Options& options,
+                               const world::Printer& printer, const std::atomic<bool>& interrupt) {
     Estimate out;
     out.set_up = print.estimate();
     out.memory_bytes = out.set_up.memory_bytes + preview_bytes(options);
@@ -61,7 +61,7 @@ Result<Estimate> make_estimate(const slab::Print& print, slab::PrintInput input,
     return out;
 }
 
-void show_estimate(const Estimate& e, const backends::PrintInfo& info) {
+void show_estimate(const Estimate& e, const pipeline::PrintInfo& info) {
     const Vec3i& size = e.set_up.size;
     say(fmt::format("{} x {} x {} voxels, {:.1f} million; {:.3f} x {:.3f} x {:.3f} mm\n", size.x,
                     size.y, size.z, static_cast<double>(e.set_up.voxels_total) * 1e-6,
@@ -73,7 +73,7 @@ void show_estimate(const Estimate& e, const backends::PrintInfo& info) {
                         printable(info.printer)));
     }
     for (size_t code = 1; code < e.sample.voxels_by_code.size(); ++code) {
-        const backends::SliceMaterial& material = info.materials[code - 1];
+        const pipeline::SliceMaterial& material = info.materials[code - 1];
         const double ml = static_cast<double>(e.sample.voxels_by_code[code]) * e.sample_voxel_ml;
         say(fmt::format("{}: about {:.3g} ml, {:.3g} g\n", printable(material.name), ml,
                         ml * material.density_g_cm3));
@@ -83,7 +83,7 @@ void show_estimate(const Estimate& e, const backends::PrintInfo& info) {
 }
 
 Result<void> write_estimate(const std::string& file, const Estimate& e,
-                            const backends::PrintInfo& info) {
+                            const pipeline::PrintInfo& info) {
     rapidjson::StringBuffer buffer;
     rapidjson::PrettyWriter<rapidjson::StringBuffer> w(buffer);
     w.SetMaxDecimalPlaces(6);
@@ -113,7 +113,7 @@ Result<void> write_estimate(const std::string& file, const Estimate& e,
         w.Key(mass ? "g_by_material" : "ml_by_material");
         w.StartObject();
         for (size_t code = 1; code < e.sample.voxels_by_code.size(); ++code) {
-            const backends::SliceMaterial& material = info.materials[code - 1];
+            const pipeline::SliceMaterial& material = info.materials[code - 1];
             number(valid_utf8(material.name).c_str(),
                    static_cast<double>(e.sample.voxels_by_code[code]) * e.sample_voxel_ml *
                        (mass ? material.density_g_cm3 : 1));
@@ -130,4 +130,4 @@ Result<void> write_estimate(const std::string& file, const Estimate& e,
                                       std::string(buffer.GetString(), buffer.GetSize()) + "\n");
 }
 
-}  // namespace openfab::print
+}  // namespace openfab::program

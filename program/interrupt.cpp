@@ -9,7 +9,7 @@
 
 #include "base/clean_exit.h"
 
-namespace openfab::print {
+namespace openfab::program {
 
 namespace {
 
@@ -45,12 +45,12 @@ const std::atomic<bool>& install_interrupt(int exit_code, const char* text) {
     return interrupted;
 }
 
-KeepSlices::KeepSlices() {
+DeferredInterrupt::DeferredInterrupt() {
     keeps_slices.store(true);
 }
 
-KeepSlices::~KeepSlices() {
+DeferredInterrupt::~DeferredInterrupt() {
     keeps_slices.store(false);
 }
 
-}  // namespace openfab::print
+}  // namespace openfab::program

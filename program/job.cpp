@@ -15,7 +15,7 @@
 #include "runtime/part/bind.h"
 #include "world/world.h"
 
-namespace openfab::print {
+namespace openfab::program {
 
 namespace {
 
@@ -23,7 +23,7 @@ bool is_world(const std::string& input) {
     return input.ends_with(".json");
 }
 
-scene::FileRules file_rules(const Options& options) {
+world::FileRules file_rules(const Options& options) {
     return {{options.allow.begin(), options.allow.end()}, options.memory_bytes};
 }
 
@@ -33,15 +33,15 @@ std::string title_of(const std::string& input) {
         if (name.size() > suffix.size() && name.ends_with(suffix))
             return name.substr(0, name.size() - suffix.size());
     }
-    return scene::is_mesh_file(name) ? std::filesystem::path(name).stem().string() : name;
+    return mesh::is_mesh_file(name) ? std::filesystem::path(name).stem().string() : name;
 }
 
-Result<scene::Printer> printer_of(const Options& options, const scene::World& world,
+Result<world::Printer> printer_of(const Options& options, const world::World& world,
                                   std::vector<std::string>* notes) {
     std::string name = options.printer.empty() ? world.printer : options.printer;
     const bool chosen = !name.empty() && (is_world(options.input) || !options.printer.empty());
     if (name.empty()) name = "generic";
-    Result<scene::Printer> printer = scene::load_printer(name);
+    Result<world::Printer> printer = world::load_printer(name);
     if (!printer) return printer;
     Result<std::string> format = choose_format(options, *printer);
     if (!format) return format.error();
@@ -63,7 +63,7 @@ Result<scene::Printer> printer_of(const Options& options, const scene::World& wo
     return printer;
 }
 
-Result<void> check_materials(const scene::World& world, const scene::Printer& printer) {
+Result<void> check_materials(const world::World& world, const world::Printer& printer) {
     // 64 is what packed slices hold, whatever the printer.
     const size_t most = static_cast<size_t>(std::min(printer.max_materials, 64));
     if (world.materials.size() <= most) return {};
@@ -73,10 +73,10 @@ Result<void> check_materials(const scene::World& world, const scene::Printer& pr
 
 /// The code of the support material, 0 where the print has none. The printer's own is added to the
 /// materials, unless the world has one of its name.
-Result<int32_t> choose_support(const Options& options, const scene::World& world,
-                               const scene::Printer& printer,
-                               std::vector<backends::SliceMaterial>* materials) {
-    scene::SupportChoice choice = world.support;
+Result<int32_t> choose_support(const Options& options, const world::World& world,
+                               const world::Printer& printer,
+                               std::vector<pipeline::SliceMaterial>* materials) {
+    world::SupportChoice choice = world.support;
     const bool named =
         !options.support.empty() && options.support != "on" && options.support != "off";
     if (!options.support.empty()) {
@@ -85,7 +85,7 @@ Result<int32_t> choose_support(const Options& options, const scene::World& world
     }
     if (!choice.on.value_or(!printer.makes_support)) return 0;
     std::vector<std::string> names;
-    for (const backends::SliceMaterial& material : *materials)
+    for (const pipeline::SliceMaterial& material : *materials)
         names.push_back(material.name);
     if (!choice.material.empty()) {
         const auto found = std::find(names.begin(), names.end(), choice.material);
@@ -94,23 +94,23 @@ Result<int32_t> choose_support(const Options& options, const scene::World& world
             fmt::format("`--support {}`: write on, off, or a material of the world; {}",
                         choice.material, suggest(choice.material, names)));
     }
-    const scene::SupportMaterial& own = printer.support_material;
-    const backends::SliceMaterial added{own.name, own.key, own.preview, own.density_g_cm3,
+    const world::SupportMaterial& own = printer.support_material;
+    const pipeline::SliceMaterial added{own.name, own.key, own.preview, own.density_g_cm3,
                                         own.channel};
     for (size_t m = 0; m < materials->size(); ++m) {
-        const backends::SliceMaterial& material = (*materials)[m];
+        const pipeline::SliceMaterial& material = (*materials)[m];
         if (material.name == added.name) return static_cast<int32_t>(m) + 1;
         if (material.key != added.key) continue;
         return user_error(fmt::format(
-            "material `{}` has the key colour of what `{}` makes support of; change it, "
-            "or name the material of support with `support` in the world",
+            "material `{}` has the key colour of the support material of `{}`; change it, "
+            "or choose another support material with `support` in the world",
             material.name, printer.name));
     }
     materials->push_back(added);
     return static_cast<int32_t>(materials->size());
 }
 
-std::vector<std::filesystem::path> inputs_of(const Options& options, const scene::World& world) {
+std::vector<std::filesystem::path> inputs_of(const Options& options, const world::World& world) {
     std::vector<std::filesystem::path> inputs = world.files;
     for (const auto& [name, fablet] : world.fablets)
         inputs.push_back(fablet.source);
@@ -123,28 +123,28 @@ std::vector<std::filesystem::path> inputs_of(const Options& options, const scene
 }  // namespace
 
 Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets) {
-    Result<scene::World> world =
-        is_world(options.input) ? scene::load_world(options.input, file_rules(options))
-                                : scene::make_quick_world(options.input, fablets, {},
-                                                          options.settings, options.memory_bytes);
+    Result<world::World> world =
+        is_world(options.input) ? world::load_world(options.input, file_rules(options))
+                                : part::make_quick_world(options.input, fablets, {},
+                                                         options.settings, options.memory_bytes);
     if (!world) return world.error();
     Job job;
-    Result<scene::Printer> printer = printer_of(options, *world, &job.notes);
+    Result<world::Printer> printer = printer_of(options, *world, &job.notes);
     if (!printer) return printer.error();
     job.printer = std::move(*printer);
     job.tray = world->tray;
     if (options.crop_tray) {
         // A world that does not say where the tray is counts from its corner.
-        if (job.tray == scene::Tray::kAnywhere) job.tray = scene::Tray::kCorner;
+        if (job.tray == world::Tray::kAnywhere) job.tray = world::Tray::kCorner;
         const Box3d tray = tray_box(job.printer, job.tray);
         job.input.crop_mm = Box3d{tray.lo, {tray.hi.x, tray.hi.y, tray.lo.z}};
     }
     if (Result<void> fine = check_materials(*world, job.printer); !fine) return fine.error();
-    Result<std::vector<scene::Part>> parts =
-        scene::bind(*world, fablets, {options.settings, options.memory_bytes});
+    Result<std::vector<part::Part>> parts =
+        part::bind(*world, fablets, {options.settings, options.memory_bytes});
     if (!parts) return parts.error();
     job.input.parts = std::move(*parts);
-    for (const scene::Material& material : world->materials) {
+    for (const world::Material& material : world->materials) {
         job.input.materials.push_back({material.name, material.key, material.preview,
                                        material.density_g_cm3, material.channel});
     }
@@ -162,4 +162,4 @@ Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets)
     return job;
 }
 
-}  // namespace openfab::print
+}  // namespace openfab::program

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// From the command line to what the pipeline runs on: world or mesh, printer, fablets and uniforms
-// joined.
+// Turns the command line into the input of the pipeline: world or mesh, printer, fablets and
+// uniforms joined.
 
 #include <filesystem>
 #include <string>
@@ -11,23 +11,23 @@
 
 #include "abi/fablet_table.h"
 #include "program/options.h"
-#include "runtime/pipeline/print.h"
+#include "runtime/pipeline/print_job.h"
 #include "world/printer.h"
 #include "world/world.h"
 
-namespace openfab::print {
+namespace openfab::program {
 
 struct Job {
-    slab::PrintInput input;
-    scene::Printer printer;
-    scene::Tray tray = scene::Tray::kAnywhere;
-    std::vector<std::string> notes;            ///< for the person: what was chosen in their place
-    std::vector<std::filesystem::path> files;  ///< what the world is made from
-    /// These and all else that no output may take the place of: sources of fablets, the printer's
+    pipeline::PrintInput input;
+    world::Printer printer;
+    world::Tray tray = world::Tray::kAnywhere;
+    std::vector<std::string> notes;            ///< for people: defaults that were chosen
+    std::vector<std::filesystem::path> files;  ///< files of the world
+    /// These and all other files that no output may overwrite: sources of fablets, the printer's
     /// file, the program.
     std::vector<std::filesystem::path> inputs;
 };
 
 Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets);
 
-}  // namespace openfab::print
+}  // namespace openfab::program

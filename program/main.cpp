@@ -3,5 +3,5 @@
 #include "program/print_main.h"
 
 int main(int argc, char** argv) {
-    return openfab::print::print_main(argc, argv, openfab_fablets);
+    return openfab::program::print_main(argc, argv, openfab_fablets);
 }

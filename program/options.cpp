@@ -14,7 +14,7 @@
 #include "base/command_line.h"
 #include "base/units.h"
 
-namespace openfab::print {
+namespace openfab::program {
 
 namespace {
 
@@ -24,7 +24,7 @@ constexpr const char* kExamples = R"(Examples:
   {0} card.fab.json -o card.ofr --preview card.png,light=transmitted
   {0} card.fab.json -o card.3mf --mesh-pitch 0.2mm   a mesh per material
   {0} part.obj -o part.ofr --voxel 0.1mm --set part.scale=2.5
-  {0} card.fab.json -o card.ofr --resume         what is left of a print that was cut short
+  {0} card.fab.json -o card.ofr --resume         the rest of an interrupted print
   {0} card.fab.json -o - | openfab verify -      a stream of slices
 
 Lengths have units (27um, 0.1mm, 1in), sizes too (300MB). Exit codes: 0 done, 1 the input is wrong,
@@ -98,7 +98,7 @@ Result<Vec2<int32_t>> parse_slices(const std::string& text) {
                                 });
 }
 
-/// Texts as typed, before they are understood.
+/// Option texts as typed, before they are parsed.
 struct Raw {
     std::string seed, voxel, mesh_pitch, dpi, layer, z, slices, memory, progress = "auto",
                                                                         png = "rgba", isa = "avx2";
@@ -146,8 +146,8 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
         ->type_name("FOLDER");
     app.add_option(
         "--dither", o.dither,
-        "blue_noise unless told, floyd_steinberg, decorrelated, or majority (the largest amount; "
-        "what meshes have unless told)");
+        "blue_noise (default), floyd_steinberg, decorrelated, or majority (the largest amount; the "
+        "default for meshes)");
     app.add_option(
            "--support", o.support,
            "on, off, or the material of the world to make it of (default: as the world says, else "
@@ -174,16 +174,15 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
     app.add_flag("--estimate", o.estimate,
                  "report voxels, memory, time and materials; print nothing");
     app.add_flag("--dry-run", o.dry_run, "check and set up everything; print nothing");
-    app.add_flag("--resume", o.resume,
-                 "continue after the last whole slice of a print that was cut short");
-    app.add_option("--groups-in-flight", o.groups_in_flight, "")
+    app.add_flag("--resume", o.resume, "continue an interrupted print after its last whole slice");
+    app.add_option("--groups-in-flight", o.slabs_in_flight, "")
         ->group("")
         ->check(CLI::Range(1, 1024));
     app.add_flag("--no-cull", raw.no_cull, "")->group("");
     app.add_option("--isa", raw.isa, "")->group("")->check(CLI::IsMember({"sse41", "avx2"}));
 }
 
-Result<void> understand_grid(const Raw& raw, Options* o) {
+Result<void> validate_grid(const Raw& raw, Options* o) {
     if (!raw.voxel.empty() && (!raw.dpi.empty() || !raw.layer.empty())) {
         return usage_error("`--voxel` and `--dpi`/`--layer` both set the pitch; give one of them");
     }
@@ -227,7 +226,7 @@ Result<void> understand_grid(const Raw& raw, Options* o) {
     return {};
 }
 
-Result<void> understand_rest(const Raw& raw, Options* o) {
+Result<void> validate_options(const Raw& raw, Options* o) {
     if (!raw.memory.empty()) {
         Result<int64_t> bytes = parse_bytes(raw.memory);
         if (!bytes) return usage_error("`--memory`: " + bytes.error().text());
@@ -247,10 +246,10 @@ Result<void> understand_rest(const Raw& raw, Options* o) {
         if (!spec) return spec.error();
         o->previews.push_back(std::move(*spec));
     }
-    o->progress = raw.progress == "plain"  ? report::ProgressMode::kPlain
-                  : raw.progress == "json" ? report::ProgressMode::kJson
-                  : raw.progress == "none" ? report::ProgressMode::kNone
-                                           : report::ProgressMode::kAuto;
+    o->progress = raw.progress == "plain"  ? program::ProgressMode::kPlain
+                  : raw.progress == "json" ? program::ProgressMode::kJson
+                  : raw.progress == "none" ? program::ProgressMode::kNone
+                                           : program::ProgressMode::kAuto;
     o->crop_tray = raw.crop == "tray";
     o->png_indexed = raw.png == "indexed";
     o->culling = !raw.no_cull;
@@ -296,8 +295,8 @@ Result<Options> parse_options(int argc, const char* const* argv, const std::stri
     } catch (const CLI::ParseError& error) {
         return command_line_error(app, error, program);
     }
-    if (Result<void> done = understand_grid(raw, &options); !done) return done.error();
-    if (Result<void> done = understand_rest(raw, &options); !done) return done.error();
+    if (Result<void> done = validate_grid(raw, &options); !done) return done.error();
+    if (Result<void> done = validate_options(raw, &options); !done) return done.error();
     return options;
 }
 
@@ -320,4 +319,4 @@ Vec3d print_pitch(const Options& options, const Vec3d& printer_pitch_mm, bool to
     return pitch * static_cast<double>(options.draft);
 }
 
-}  // namespace openfab::print
+}  // namespace openfab::program

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The command line of print binaries, which `openfab print` shares.
+// The command line of print binaries and of `openfab print`.
 
 #include <cstdint>
 #include <optional>
@@ -15,7 +15,7 @@
 #include "base/vec.h"
 #include "program/progress.h"
 
-namespace openfab::print {
+namespace openfab::program {
 
 struct Options {
     std::string input;   ///< a world (.fab.json) or a mesh
@@ -25,7 +25,7 @@ struct Options {
     std::optional<double> voxel_mm;
     std::optional<Vec2<double>> dpi;
     std::optional<double> layer_mm;
-    std::optional<double> mesh_pitch_mm;  ///< of stl and 3mf
+    std::optional<double> mesh_pitch_mm;  ///< for stl and 3mf
     int32_t draft = 1;
     std::optional<Vec2<double>> z_range_mm;
     std::optional<Vec2<int32_t>> slices;
@@ -33,37 +33,37 @@ struct Options {
     int32_t threads = 0;
     std::string dither;  ///< empty: majority for meshes, else the pipeline's own
     uint64_t seed = 0;
-    std::vector<std::string> settings;  ///< `OBJECT.UNIFORM=VALUE`, read by scene::bind
+    std::vector<std::string> settings;  ///< `OBJECT.UNIFORM=VALUE`, read by part::bind
     std::string support;  ///< on, off or a material of the world; empty: as world and printer say
     bool crop_tray = false;          ///< the grid is the tray, not the box of the parts
     std::vector<std::string> allow;  ///< folders that the world may read besides its own
     std::vector<preview::PreviewSpec> previews;
-    report::ProgressMode progress = report::ProgressMode::kAuto;
+    program::ProgressMode progress = program::ProgressMode::kAuto;
     std::string stats_file;
-    std::vector<std::string> inputs;  ///< files that outputs must leave alone besides the world's
+    std::vector<std::string> inputs;  ///< files besides the world's that outputs must not overwrite
     bool png_indexed = false;
     bool flip_x = false;
-    bool resume = false;  ///< continues what an earlier print has left in the output
+    bool resume = false;  ///< continues an interrupted print in the output
     bool estimate = false;
     bool dry_run = false;
     bool culling = true;  ///< this and the next two are for tests; the output never depends on them
-    int32_t groups_in_flight = 0;
+    int32_t slabs_in_flight = 0;
     openfab_isa isa = OPENFAB_ISA_AVX2;
-    bool help = false;  ///< `text` is to be shown, nothing else done
+    bool help = false;  ///< show `text` and do nothing else
     std::string text;
 };
 
-/// `argv[0]` is the program. Errors have the code kUsage.
+/// Parses the command line; `argv[0]` is the program. Errors have the code kUsage.
 Result<Options> parse_options(int argc, const char* const* argv, const std::string& program);
 
-/// Of the voxels that meshes are made from, unless told.
+/// Default pitch of the voxels that meshes are made from.
 constexpr double kMeshPitchMm = 0.1;
 
-/// Whether any option says a pitch.
+/// Returns whether any option sets a pitch.
 bool pitch_is_given(const Options& options);
 
-/// The pitch of a print: what was asked for, else the printer's, times --draft. Printers that take
-/// meshes do not print the voxels that these are made from, so meshes have a pitch of their own.
+/// Returns the pitch of a print: from the options, else the printer's, times --draft. Printers that
+/// take meshes do not print the voxels these are made from, so meshes have a pitch of their own.
 Vec3d print_pitch(const Options& options, const Vec3d& printer_pitch_mm, bool to_meshes = false);
 
-}  // namespace openfab::print
+}  // namespace openfab::program

@@ -12,14 +12,14 @@
 #include "backends/boundary/mesh_sink.h"
 #include "backends/raster/png_sink.h"
 
-namespace openfab::print {
+namespace openfab::program {
 
 namespace {
 
 namespace fs = std::filesystem;
 
-/// What tells files apart: device and number, and for what is not there yet its name in the folder
-/// of that number.
+/// The identity of a file: device and inode, and for a file that does not exist yet its name in the
+/// folder with that inode.
 struct Identity {
     dev_t device = 0;
     ino_t number = 0;
@@ -33,7 +33,7 @@ std::optional<struct stat> status_of(const fs::path& path) {
     return status;
 }
 
-/// Nothing for pipes and devices, and where the folder is not there either.
+/// Returns nothing for pipes and devices, and where the folder does not exist either.
 std::optional<Identity> identity_of(fs::path path) {
     // A link that leads to nothing yet is where the file would be made.
     constexpr int kMostLinks = 40;
@@ -67,7 +67,7 @@ std::string described(const fs::path& input) {
     return fmt::format("`{}`, which is an input", input.string());
 }
 
-/// Of a folder of slices: what of the inputs and other outputs is, or would be, one of its files.
+/// Fails where an input or another output is, or would be, a file of a folder of slices.
 Result<void> check_folder(const NamedOutput& folder, const std::vector<NamedOutput>& outputs,
                           const std::vector<fs::path>& inputs) {
     std::vector<fs::path> others = inputs;
@@ -101,15 +101,15 @@ Result<void> check_folder(const NamedOutput& folder, const std::vector<NamedOutp
 }  // namespace
 
 std::vector<NamedOutput> outputs_of(const Options& options, const std::string& format,
-                                    const std::vector<backends::SliceMaterial>& materials) {
+                                    const std::vector<pipeline::SliceMaterial>& materials) {
     std::vector<NamedOutput> out;
-    // Written beside its place, and then moved there; into pipes and devices directly.
+    // Written under a temporary name and then renamed; pipes and devices directly.
     const auto whole = [&](const char* option, const fs::path& path) {
         out.push_back({option, path});
         if (identity_of(path)) out.push_back({option, path.string() + ".part"});
     };
     if (format == "stl") {
-        backends::PrintInfo info;
+        pipeline::PrintInfo info;
         info.materials = materials;
         for (size_t m = 0; m < materials.size(); ++m)
             whole("-o", boundary::stl_path(options.output, info, m));
@@ -144,7 +144,7 @@ Result<void> check_outputs(const std::vector<NamedOutput>& outputs,
 }
 
 Result<void> check_outputs(const Options& options, const std::string& format,
-                           const std::vector<backends::SliceMaterial>& materials,
+                           const std::vector<pipeline::SliceMaterial>& materials,
                            const std::vector<fs::path>& inputs) {
     const std::vector<NamedOutput> outputs = outputs_of(options, format, materials);
     if (Result<void> apart = check_outputs(outputs, inputs); !apart) return apart;
@@ -157,4 +157,4 @@ Result<void> check_outputs(const Options& options, const std::string& format,
     return check_folder(*folder, others, inputs);
 }
 
-}  // namespace openfab::print
+}  // namespace openfab::program

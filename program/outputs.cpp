@@ -16,15 +16,15 @@
 #include "backends/preview/preview.h"
 #include "backends/raster/png_sink.h"
 
-namespace openfab::print {
+namespace openfab::program {
 
 namespace {
 
-Result<std::unique_ptr<backends::SliceSink>> open_format(const Options& options,
-                                                         const scene::Printer& printer,
+Result<std::unique_ptr<pipeline::SliceSink>> open_format(const Options& options,
+                                                         const world::Printer& printer,
                                                          const std::string& format) {
     if (format.empty())
-        return std::unique_ptr<backends::SliceSink>(std::make_unique<backends::NullSink>());
+        return std::unique_ptr<pipeline::SliceSink>(std::make_unique<backends::NullSink>());
     if (options.resume && !can_be_resumed(options, format)) {
         return usage_error(fmt::format(
             "`--resume` cannot continue `{}`: {}", options.output,
@@ -34,11 +34,11 @@ Result<std::unique_ptr<backends::SliceSink>> open_format(const Options& options,
                 : "it is not a file that keeps what was written"));
     }
     if (format == "ofr") {
-        return options.resume ? ofr::OfrSink::resume(options.output)
+        return options.resume ? ofr::OfrSink::reopen(options.output)
                               : ofr::OfrSink::create(options.output);
     }
     if (is_mesh_format(format)) {
-        return std::unique_ptr<backends::SliceSink>(std::make_unique<boundary::MeshSink>(
+        return std::unique_ptr<pipeline::SliceSink>(std::make_unique<boundary::MeshSink>(
             format == "stl" ? boundary::make_stl_writer(options.output)
                             : boundary::make_threemf_writer(options.output)));
     }
@@ -47,7 +47,7 @@ Result<std::unique_ptr<backends::SliceSink>> open_format(const Options& options,
     png.flip_x = options.flip_x;
     png.front_end_makes_support = printer.makes_support;
     png.handoff = printer.handoff;
-    return options.resume ? raster::PngSink::resume(options.output, std::move(png))
+    return options.resume ? raster::PngSink::reopen(options.output, std::move(png))
                           : raster::PngSink::create(options.output, std::move(png));
 }
 
@@ -61,7 +61,7 @@ bool looks_like_file(const std::string& extension) {
            std::any_of(extension.begin() + 1, extension.end(), is_letter);
 }
 
-Result<std::string> name_format(const Options& options, const scene::Printer& printer) {
+Result<std::string> name_format(const Options& options, const world::Printer& printer) {
     if (options.output.empty()) return std::string();
     if (!options.format.empty()) return options.format;
     if (options.output == "-") return std::string("ofr");
@@ -93,7 +93,7 @@ bool is_mesh_format(const std::string& format) {
     return format == "stl" || format == "3mf";
 }
 
-Result<std::string> choose_format(const Options& options, const scene::Printer& printer) {
+Result<std::string> choose_format(const Options& options, const world::Printer& printer) {
     Result<std::string> format = name_format(options, printer);
     if (format && options.mesh_pitch_mm && !is_mesh_format(*format)) {
         return usage_error(
@@ -119,16 +119,16 @@ int64_t encode_bytes_per_column(const Options& options, const std::string& forma
     return options.png_indexed ? 1 : 4;  // the pixels; what they are packed into is far less
 }
 
-Result<std::unique_ptr<backends::SliceSink>> open_output(const Options& options,
-                                                         const scene::Printer& printer) {
+Result<std::unique_ptr<pipeline::SliceSink>> open_output(const Options& options,
+                                                         const world::Printer& printer) {
     Result<std::string> format = choose_format(options, printer);
     if (!format) return format.error();
-    Result<std::unique_ptr<backends::SliceSink>> sink = open_format(options, printer, *format);
+    Result<std::unique_ptr<pipeline::SliceSink>> sink = open_format(options, printer, *format);
     if (!sink || options.previews.empty()) return sink;
     std::vector<std::unique_ptr<backends::SliceObserver>> observers;
     for (const preview::PreviewSpec& spec : options.previews)
         observers.push_back(preview::make_preview(spec));
-    return std::unique_ptr<backends::SliceSink>(
+    return std::unique_ptr<pipeline::SliceSink>(
         std::make_unique<backends::TeeSink>(std::move(*sink), std::move(observers)));
 }
 
@@ -140,4 +140,4 @@ int64_t preview_bytes(const Options& options) {
     return bytes;
 }
 
-}  // namespace openfab::print
+}  // namespace openfab::program

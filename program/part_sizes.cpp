@@ -8,7 +8,7 @@
 #include <cmath>
 #include <map>
 
-namespace openfab::print {
+namespace openfab::program {
 
 namespace {
 
@@ -20,7 +20,7 @@ class Ruler {
   public:
     explicit Ruler(const Vec3d& pitch_mm) : pitch_mm_(pitch_mm) {}
 
-    Vec3d voxels(const scene::Part& part) {
+    Vec3d voxels(const part::Part& part) {
         const Box3d& box = box_of(part);
         Box3d placed;
         for (int corner = 0; corner < 8; ++corner) {
@@ -33,7 +33,7 @@ class Ruler {
     }
 
   private:
-    const Box3d& box_of(const scene::Part& part) {
+    const Box3d& box_of(const part::Part& part) {
         const auto [at, fresh] = boxes_.try_emplace(part.mesh.get());
         for (size_t i = 0; fresh && i < part.mesh->positions.size(); ++i)
             at->second.add(part.mesh->positions[i]);
@@ -42,17 +42,17 @@ class Ruler {
 
     Vec3d pitch_mm_;
     // Looked up alone, never walked: the order of pointers must not show.
-    std::map<const scene::PartMesh*, Box3d> boxes_;
+    std::map<const part::PartMesh*, Box3d> boxes_;
 };
 
-std::string describe(const scene::Part& part, const Vec3d& voxels) {
+std::string describe(const part::Part& part, const Vec3d& voxels) {
     return fmt::format("`{}` (number {} of the build) is {:.3g} x {:.3g} x {:.3g} voxels",
                        part.name, part.instance, voxels.x, voxels.y, voxels.z);
 }
 
 }  // namespace
 
-std::string part_sizes(const std::vector<scene::Part>& parts, const Vec3d& pitch_mm) {
+std::string part_sizes(const std::vector<part::Part>& parts, const Vec3d& pitch_mm) {
     Ruler ruler(pitch_mm);
     std::string text;
     for (size_t i = 0; i < std::min(parts.size(), kMostLines); ++i)
@@ -62,12 +62,12 @@ std::string part_sizes(const std::vector<scene::Part>& parts, const Vec3d& pitch
     return text;
 }
 
-std::vector<std::string> thin_part_warnings(const std::vector<scene::Part>& parts,
+std::vector<std::string> thin_part_warnings(const std::vector<part::Part>& parts,
                                             const Vec3d& pitch_mm) {
     Ruler ruler(pitch_mm);
     std::vector<std::string> warnings;
     size_t thin = 0;
-    for (const scene::Part& part : parts) {
+    for (const part::Part& part : parts) {
         // A surface stage may make it as thick as it likes, unless the world bounds it.
         const double grows =
             part.fablet->has_surface != 0 ? 2 * static_cast<double>(part.max_displacement_mm) : 0;
@@ -86,7 +86,7 @@ std::vector<std::string> thin_part_warnings(const std::vector<scene::Part>& part
     return warnings;
 }
 
-std::string nothing_printed(const slab::PrintStatistics& statistics, const std::string& sizes) {
+std::string nothing_printed(const pipeline::PrintStatistics& statistics, const std::string& sizes) {
     if (!statistics.complete || statistics.voxels_solid > 0) return {};
     std::string text = "nothing was printed: no voxel has any material; " + sizes;
     if (statistics.weights_not_usable > 0) {
@@ -98,4 +98,4 @@ std::string nothing_printed(const slab::PrintStatistics& statistics, const std::
     return text;
 }
 
-}  // namespace openfab::print
+}  // namespace openfab::program

@@ -22,19 +22,19 @@
 #include "program/part_sizes.h"
 #include "program/progress.h"
 #include "program/statistics.h"
-#include "runtime/pipeline/print.h"
+#include "runtime/pipeline/print_job.h"
 
-namespace openfab::print {
+namespace openfab::program {
 
 namespace {
 
 bool quiet(const Options& options) {
-    return options.progress == report::ProgressMode::kNone;
+    return options.progress == program::ProgressMode::kNone;
 }
 
-slab::PrintOptions pipeline_options(const Options& options, const std::string& format,
-                                    const std::atomic<bool>& interrupt) {
-    slab::PrintOptions result;
+pipeline::PrintOptions pipeline_options(const Options& options, const std::string& format,
+                                        const std::atomic<bool>& interrupt) {
+    pipeline::PrintOptions result;
     result.interrupt = &interrupt;
     result.reserved_bytes = preview_bytes(options);
     result.memory_bytes = options.memory_bytes - result.reserved_bytes;
@@ -46,14 +46,14 @@ slab::PrintOptions pipeline_options(const Options& options, const std::string& f
     result.z_range_mm = options.z_range_mm;
     result.slices = options.slices;
     result.culling = options.culling;
-    result.groups_in_flight = options.groups_in_flight;
+    result.slabs_in_flight = options.slabs_in_flight;
     result.isa = abi::best_isa(options.isa);
     result.sink_bytes_per_column = output_bytes_per_column(format);
     result.encode_bytes_per_column = encode_bytes_per_column(options, format);
     return result;
 }
 
-void show_summary(const slab::PrintStatistics& statistics, const backends::PrintInfo& info,
+void show_summary(const pipeline::PrintStatistics& statistics, const pipeline::PrintInfo& info,
                   const Options& options) {
     const double ml = info.pitch_mm.x * info.pitch_mm.y * info.pitch_mm.z * 1e-3;
     std::string materials;
@@ -62,20 +62,21 @@ void show_summary(const slab::PrintStatistics& statistics, const backends::Print
                                  static_cast<double>(statistics.voxels_by_code[m + 1]) * ml);
     }
     const double rate = statistics.seconds_total > 0
-                            ? static_cast<double>(slab::voxels_printed(statistics)) * 1e-6 /
+                            ? static_cast<double>(pipeline::voxels_printed(statistics)) * 1e-6 /
                                   statistics.seconds_total
                             : 0;
     for (const std::string& overlap : statistics.overlaps)
         warn(overlap);
-    const std::string kept =
-        statistics.slices_kept > 0 ? fmt::format(" ({} resumed)", statistics.slices_kept) : "";
+    const std::string resumed = statistics.slices_resumed > 0
+                                    ? fmt::format(" ({} resumed)", statistics.slices_resumed)
+                                    : "";
     const std::string& output = options.output.empty() ? info.title : options.output;
     say(fmt::format("{}: {} slices{} in {}, {:.1f} M voxels/s{}\n",
-                    output == "-" ? "standard output" : printable(output), statistics.slices, kept,
-                    format_seconds(statistics.seconds_total), rate, materials));
+                    output == "-" ? "standard output" : printable(output), statistics.slices,
+                    resumed, format_seconds(statistics.seconds_total), rate, materials));
 }
 
-/// Where a print ended early for reasons that pass, how it is resumed.
+/// Adds how to resume a print that ended early for a temporary reason.
 Error add_resume_hint(Error error, const Options& options, const std::string& format) {
     const bool passes = error.code == ErrorCode::kOutside || error.code == ErrorCode::kInterrupted;
     if (passes && can_be_resumed(options, format))
@@ -84,17 +85,16 @@ Error add_resume_hint(Error error, const Options& options, const std::string& fo
     return error;
 }
 
-/// Runs the print into its outputs. Statistics are written, and pictures drawn, also where it ended
-/// early.
-Result<void> run(slab::Print* print, const Options& options, const std::string& format,
-                 const scene::Printer& printer, const std::string& sizes,
-                 const std::atomic<bool>& interrupt, report::Progress& progress) {
-    const KeepSlices keep_slices;
-    Result<std::unique_ptr<backends::SliceSink>> sink = open_output(options, printer);
+/// Runs the print. Statistics are written, and pictures drawn, also where it ended early.
+Result<void> run(pipeline::PrintJob* print, const Options& options, const std::string& format,
+                 const world::Printer& printer, const std::string& sizes,
+                 const std::atomic<bool>& interrupt, program::Progress& progress) {
+    const DeferredInterrupt deferred;
+    Result<std::unique_ptr<pipeline::SliceSink>> sink = open_output(options, printer);
     if (!sink) return sink.error();
-    slab::PrintStatistics statistics;
+    pipeline::PrintStatistics statistics;
     Result<void> done = print->run(
-        **sink, [&](const slab::ProgressEvent& event) { progress.update(event); }, interrupt,
+        **sink, [&](const pipeline::ProgressEvent& event) { progress.update(event); }, interrupt,
         &statistics);
     progress.end();
     statistics.layer_time_s = printer.layer_time_s;
@@ -104,14 +104,14 @@ Result<void> run(slab::Print* print, const Options& options, const std::string& 
     }
     Result<void> written;
     if (!options.stats_file.empty()) {
-        written = report::write_statistics(options.stats_file, statistics, print->info());
+        written = program::write_statistics(options.stats_file, statistics, print->info());
     }
     if (!done) return add_resume_hint(done.error(), options, format);
     if (!quiet(options)) show_summary(statistics, print->info(), options);
     return written;
 }
 
-Result<void> print(int argc, char** argv, const openfab_fablet_list& fablets) {
+Result<void> run_command_line(int argc, char** argv, const openfab_fablet_list& fablets) {
     const std::string path = argc > 0 ? argv[0] : "print";
     Result<Options> options = parse_options(argc, argv, path.substr(path.find_last_of('/') + 1));
     if (!options) return options.error();
@@ -132,7 +132,7 @@ Result<void> run_print(const Options& options, const openfab_fablet_list& fablet
     Result<Job> job = load_job(options, fablets);
     if (!job) return job.error();
     if (files != nullptr) *files = job->files;
-    // A wrong name of an output is told before the work, not after.
+    // Report a wrong output name before the work, not after.
     Result<std::string> format = choose_format(options, job->printer);
     if (!format) return format.error();
     if (Result<void> apart = check_outputs(options, *format, job->input.materials, job->inputs);
@@ -146,14 +146,15 @@ Result<void> run_print(const Options& options, const openfab_fablet_list& fablet
         for (const std::string& warning : job->input.warnings)
             warn(warning);
     }
-    report::Progress progress(options.progress, stderr);
-    slab::PrintOptions pipeline = pipeline_options(options, *format, interrupt);
-    // An estimate evaluates some voxels only; what they would print says nothing.
+    program::Progress progress(options.progress, stderr);
+    pipeline::PrintOptions pipeline = pipeline_options(options, *format, interrupt);
+    // An estimate evaluates some voxels only; their printf lines are meaningless.
     if (!options.estimate && !options.dry_run)
         pipeline.print_line = [&progress](const std::string& line) { progress.print_line(line); };
-    Result<std::unique_ptr<slab::Print>> print = slab::Print::create(job->input, pipeline);
+    Result<std::unique_ptr<pipeline::PrintJob>> print =
+        pipeline::PrintJob::create(job->input, pipeline);
     if (!print) return print.error();
-    const backends::PrintInfo& info = (*print)->info();
+    const pipeline::PrintInfo& info = (*print)->info();
     if (Result<void> fits = check_build_volume(info, job->printer, job->input.parts, job->tray);
         !fits)
         return fits.error();
@@ -177,7 +178,7 @@ int finish(const Result<void>& done) {
 
 int print_main(int argc, char** argv, const openfab_fablet_list& fablets) {
     prepare_streams();
-    return finish(print(argc, argv, fablets));
+    return finish(run_command_line(argc, argv, fablets));
 }
 
-}  // namespace openfab::print
+}  // namespace openfab::program

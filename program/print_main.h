@@ -11,20 +11,20 @@
 #include "abi/fablet_table.h"
 #include "program/options.h"
 
-namespace openfab::print {
+namespace openfab::program {
 
-/// One print, to its outputs; `interrupt` ends it early after the slices in flight. `files`, where
-/// given, gets the files that the world is made from, also when the print fails later.
+/// Runs one print; `interrupt` ends it early after the slices in flight. `files`, if given,
+/// receives the files of the world, also when the print fails later.
 Result<void> run_print(const Options& options, const openfab_fablet_list& fablets,
                        const std::atomic<bool>& interrupt,
                        std::vector<std::filesystem::path>* files = nullptr);
 
-/// Says on stderr what went wrong, if anything; the exit code.
+/// Reports an error, if any, on stderr and returns the exit code.
 int finish(const Result<void>& done);
 
-/// Runs a print from the command line to the exit code: 0 done, 1 the input is wrong, 2 usage, 3
-/// disk or pipe failed, 4 a bug of ours, 130 interrupted. stdout carries data alone (`-o -`, or the
-/// text of --help); the rest goes to stderr.
+/// Runs a print from the command line and returns the exit code: 0 done, 1 the input is wrong, 2
+/// usage, 3 disk or pipe failed, 4 a bug of ours, 130 interrupted. stdout carries data alone (`-o
+/// -`, or the text of --help); the rest goes to stderr.
 int print_main(int argc, char** argv, const openfab_fablet_list& fablets);
 
-}  // namespace openfab::print
+}  // namespace openfab::program

@@ -13,7 +13,7 @@
 #include "base/text.h"
 #include "base/units.h"
 
-namespace openfab::report {
+namespace openfab::program {
 
 namespace {
 
@@ -22,22 +22,22 @@ constexpr double kBarSeconds = 0.1;
 constexpr double kPlainSeconds = 5;
 constexpr double kJsonSeconds = 0.25;
 
-/// Voxels a second since the first event, or since the start of the process where there is no
-/// other.
-double rate(const slab::ProgressEvent& event, const slab::ProgressEvent& start) {
+/// Returns voxels per second since the first event, or since the start of the process for the
+/// first.
+double rate(const pipeline::ProgressEvent& event, const pipeline::ProgressEvent& start) {
     const bool later = event.voxels_done > start.voxels_done && event.seconds > start.seconds;
     const double seconds = later ? event.seconds - start.seconds : event.seconds;
     const int64_t voxels = later ? event.voxels_done - start.voxels_done : event.voxels_done;
     return seconds > 0 ? static_cast<double>(voxels) / seconds : 0;
 }
 
-double seconds_left(const slab::ProgressEvent& event, const slab::ProgressEvent& start) {
+double seconds_left(const pipeline::ProgressEvent& event, const pipeline::ProgressEvent& start) {
     const double per_second = rate(event, start);
     return per_second > 0 ? static_cast<double>(event.voxels_total - event.voxels_done) / per_second
                           : 0;
 }
 
-double share_done(const slab::ProgressEvent& event) {
+double share_done(const pipeline::ProgressEvent& event) {
     return event.slices_total > 0 ? static_cast<double>(event.slices_done) / event.slices_total : 1;
 }
 
@@ -62,10 +62,11 @@ Progress::Progress(ProgressMode mode, std::FILE* stream)
                                                : Style::kPlain),
       stream_(stream) {}
 
-std::string Progress::describe(const slab::ProgressEvent& event, const slab::ProgressEvent& start) {
+std::string Progress::describe(const pipeline::ProgressEvent& event,
+                               const pipeline::ProgressEvent& start) {
     std::string text = fmt::format("slice {} of {}  {:.0f} %", event.slices_done,
                                    event.slices_total, share_done(event) * 100);
-    // Of the first slice it is not known how long it took: compiling and setting up came before.
+    // The duration of the first slice is unknown: compiling and set-up came before.
     if (event.slices_done == start.slices_done && event.slices_done < event.slices_total)
         return text;
     text += fmt::format("  {:.1f} M voxels/s", rate(event, start) * 1e-6);
@@ -74,7 +75,7 @@ std::string Progress::describe(const slab::ProgressEvent& event, const slab::Pro
     return text;
 }
 
-void Progress::update(const slab::ProgressEvent& event) {
+void Progress::update(const pipeline::ProgressEvent& event) {
     if (start_.slices_done == 0) start_ = event;
     const bool last = event.slices_done >= event.slices_total;
     if (style_ == Style::kNone || (event.seconds < due_seconds_ && !last)) return;
@@ -97,7 +98,7 @@ void Progress::update(const slab::ProgressEvent& event) {
     std::fflush(stream_);
 }
 
-void Progress::show_bar(const slab::ProgressEvent& event) {
+void Progress::show_bar(const pipeline::ProgressEvent& event) {
     const std::string text = describe(event, start_);
     const int room = terminal_columns(stream_) - static_cast<int>(text.size()) - 5;
     const int width = std::clamp(room, 0, 40);
@@ -108,7 +109,7 @@ void Progress::show_bar(const slab::ProgressEvent& event) {
     bar_shown_ = true;
 }
 
-void Progress::show_json(const slab::ProgressEvent& event) {
+void Progress::show_json(const pipeline::ProgressEvent& event) {
     put(stream_,
         fmt::format("{{\"event\": \"progress\", \"slices_done\": {}, \"slices_total\": {}, "
                     "\"voxels_done\": {}, "
@@ -138,4 +139,4 @@ void Progress::end() {
     bar_shown_ = false;
 }
 
-}  // namespace openfab::report
+}  // namespace openfab::program

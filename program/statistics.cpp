@@ -12,7 +12,7 @@
 
 #include "base/text.h"
 
-namespace openfab::report {
+namespace openfab::program {
 
 namespace {
 
@@ -39,7 +39,8 @@ double rate(int64_t voxels, double seconds) {
     return seconds > 0 ? static_cast<double>(voxels) / seconds * 1e-6 : 0;
 }
 
-void write_materials(Writer& w, const slab::PrintStatistics& s, const backends::PrintInfo& info) {
+void write_materials(Writer& w, const pipeline::PrintStatistics& s,
+                     const pipeline::PrintInfo& info) {
     const double voxel_ml = info.pitch_mm.x * info.pitch_mm.y * info.pitch_mm.z * 1e-3;
     w.Key("voxels_by_material");
     w.StartObject();
@@ -64,24 +65,24 @@ void write_materials(Writer& w, const slab::PrintStatistics& s, const backends::
     w.EndObject();
 }
 
-void write_times(Writer& w, const slab::PrintStatistics& s) {
+void write_times(Writer& w, const pipeline::PrintStatistics& s) {
     write(w, "slices", int64_t{s.slices});
-    if (s.slices_kept > 0) write(w, "slices_kept", int64_t{s.slices_kept});
+    if (s.slices_resumed > 0) write(w, "slices_kept", int64_t{s.slices_resumed});
     if (s.layer_time_s > 0) write(w, "print_seconds", s.layer_time_s * s.slices);
     write(w, "seconds_total", s.seconds_total);
     write(w, "seconds_first_slice", s.seconds_first_slice);
     w.Key("seconds_by_phase");
     w.StartObject();
-    for (const auto& [phase, seconds] : s.seconds_by_phase)
-        write(w, phase.c_str(), seconds);
+    for (const auto& [stage, seconds] : s.seconds_by_stage)
+        write(w, stage.c_str(), seconds);
     w.EndObject();
-    write(w, "mvoxels_per_second", rate(slab::voxels_printed(s), s.seconds_total));
-    write(w, "msolid_per_second", rate(s.voxels_solid - s.voxels_solid_kept, s.seconds_total));
+    write(w, "mvoxels_per_second", rate(pipeline::voxels_printed(s), s.seconds_total));
+    write(w, "msolid_per_second", rate(s.voxels_solid - s.voxels_solid_resumed, s.seconds_total));
     write(w, "peak_rss_bytes", s.peak_rss_bytes);
     write(w, "threads", int64_t{s.threads});
 }
 
-void write_work(Writer& w, const slab::PrintStatistics& s) {
+void write_work(Writer& w, const pipeline::PrintStatistics& s) {
     w.Key("blocks");
     w.StartObject();
     write(w, "total", s.blocks_total);
@@ -107,7 +108,7 @@ void write_work(Writer& w, const slab::PrintStatistics& s) {
 
 }  // namespace
 
-std::string statistics_json(const slab::PrintStatistics& s, const backends::PrintInfo& info) {
+std::string statistics_json(const pipeline::PrintStatistics& s, const pipeline::PrintInfo& info) {
     rapidjson::StringBuffer buffer;
     Writer w(buffer);
     w.SetMaxDecimalPlaces(6);
@@ -117,7 +118,7 @@ std::string statistics_json(const slab::PrintStatistics& s, const backends::Prin
     write(w, "printer", info.printer);
     w.Key("complete");
     w.Bool(s.complete);
-    // As text: JSON readers keep 53 bits of a number.
+    // A string, since JSON readers keep 53 bits of a number.
     write(w, "hash", fmt::format("{:016x}", s.hash));
     w.Key("size_voxels");
     w.SetFormatOptions(rapidjson::kFormatSingleLineArray);
@@ -135,8 +136,7 @@ std::string statistics_json(const slab::PrintStatistics& s, const backends::Prin
     write(w, "voxels_solid", s.voxels_solid);
     if (info.support_code != 0) {
         write(w, "voxels_support", s.voxels_support);
-        write(w, "support_material",
-              info.materials[static_cast<size_t>(info.support_code - 1)].name);
+        write(w, "support_material", info.materials[info.support_code - 1].name);
     }
     write_materials(w, s, info);
     write_times(w, s);
@@ -151,8 +151,8 @@ std::string statistics_json(const slab::PrintStatistics& s, const backends::Prin
 }
 
 Result<void> write_statistics(const std::filesystem::path& file,
-                              const slab::PrintStatistics& statistics,
-                              const backends::PrintInfo& info) {
+                              const pipeline::PrintStatistics& statistics,
+                              const pipeline::PrintInfo& info) {
     const std::string text = statistics_json(statistics, info);
     std::FILE* out = std::fopen(file.c_str(), "wb");
     if (out == nullptr) {
@@ -168,4 +168,4 @@ Result<void> write_statistics(const std::filesystem::path& file,
     return {};
 }
 
-}  // namespace openfab::report
+}  // namespace openfab::program

@@ -143,7 +143,7 @@ Result<void> make_with_helper(const fs::path& image, const ImageOptions& options
                     : fmt::format("failed with exit code {}", WEXITSTATUS(result->status))));
 }
 
-/// Where the cache is to be; empty where nothing says so.
+/// Returns the folder of the cache from the environment; empty where it names none.
 fs::path wanted_cache() {
     if (const std::string own = environment("OPENFAB_CACHE"); !own.empty()) return own;
     if (const std::string xdg = environment("XDG_CACHE_HOME"); !xdg.empty())

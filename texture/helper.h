@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Runs the program that turns images into pyramids.
+// Runs the program that converts images to pyramids.
 
 #include <cstdint>
 #include <filesystem>
@@ -15,8 +15,8 @@
 
 namespace openfab::texture {
 
-/// The pyramid of this key from the cache, or made by `openfab texture IMAGE -o OUT --space …` with
-/// `more` arguments. Errors: the helper's own words, or why it could not run.
+/// Returns the pyramid of this key from the cache, or made by `openfab texture IMAGE -o OUT --space
+/// …` with `more` arguments. Errors: the helper's own message, or why it could not run.
 Result<std::shared_ptr<const Pyramid>> find_or_make(uint64_t key,
                                                     const std::filesystem::path& image,
                                                     const ImageOptions& options, int32_t wrap,

@@ -29,7 +29,7 @@ Result<NrrdHeader> read_nrrd_header(const InputFile& file) {
     const Result<size_t> got = file.read(0, bytes.data(), bytes.size());
     if (!got) return got.error();
     bytes.resize(*got);
-    if (bytes.compare(0, 4, "NRRD") != 0) return user_error("it is no NRRD file");
+    if (bytes.compare(0, 4, "NRRD") != 0) return user_error("it is not an NRRD file");
     NrrdHeader header;
     size_t at = bytes.find('\n');
     while (at != std::string::npos && at + 1 < bytes.size()) {

@@ -21,7 +21,7 @@ Result<std::shared_ptr<const Pyramid>> Pyramid::open(const std::filesystem::path
         return with_context(opened.error(), fmt::format("cannot read {}: ", file.string()));
     }
     if (opened->bytes() == 0)
-        return user_error(fmt::format("{} is no .oftx file: it is empty", file.string()));
+        return user_error(fmt::format("{} is not an .oftx file: it is empty", file.string()));
     const auto bytes = static_cast<size_t>(opened->bytes());
     void* mapping = ::mmap(nullptr, bytes, PROT_READ, MAP_PRIVATE, opened->descriptor(), 0);
     if (mapping == MAP_FAILED) {
@@ -50,10 +50,10 @@ std::shared_ptr<const Pyramid> Pyramid::from_texels(int32_t width, int32_t heigh
 }
 
 std::shared_ptr<const Pyramid> Pyramid::from_volume(const Vec3i& size, int32_t channels,
-                                                    const VolumePlace& place,
+                                                    const VolumeDomain& domain,
                                                     std::span<const float> level0, int32_t wrap,
                                                     int32_t filter) {
-    const Result<PyramidLayout> layout = volume_layout(size, channels, place);
+    const Result<PyramidLayout> layout = volume_layout(size, channels, domain);
     return layout ? fill(*layout, level0, wrap, filter) : nullptr;
 }
 

@@ -8,7 +8,7 @@
 //
 //   texels   float, linear values, level after level; within a level row-major from the BOTTOM row
 //            (v = 0), channels interleaved: texels[offset + (y * width + x) * channels + c]
-//   info     int32: [0] channels, [1] levels, [2] wrap (scene::Wrap), [3] filter (scene::Filter),
+//   info     int32: [0] channels, [1] levels, [2] wrap (world::Wrap), [3] filter (world::Filter),
 //            [4..7] reserved 0, then for each level 4 values: texel offset, width, height,
 //            min-max offset.
 //            A volume has the value of a texel at texels[offset + ((z * height + y) * width + x) *
@@ -38,29 +38,28 @@ constexpr int32_t kInfoHeader = 8;
 constexpr int32_t kInfoPerLevel = 4;
 constexpr int32_t kVolumeInfoHeader = 14;
 constexpr int32_t kVolumeInfoPerLevel = 5;
-// Of scene::Wrap and scene::Filter: what is compared with.
+// Values of world::Wrap and world::Filter.
 constexpr int32_t kWrapRepeat = 1;
 constexpr int32_t kWrapMirror = 2;
 constexpr int32_t kWrapBlack = 3;
 constexpr int32_t kFilterTrilinear = 0;
 constexpr int32_t kFilterNearest = 2;
-constexpr int32_t kFilterFinest = 3;  ///< trilinear, of look-up tables
+constexpr int32_t kFilterFinest = 3;  ///< trilinear, for look-up tables
 
 class Pyramid {
   public:
     /// Maps a file; wrap and filter come from the world, not from the file.
     static Result<std::shared_ptr<const Pyramid>> open(const std::filesystem::path& file,
                                                        int32_t wrap, int32_t filter);
-    /// From memory: level 0 given (bottom row first, interleaved), the rest made here. For tests
-    /// and small pictures. Null where the size is not possible or `level0` has another number of
-    /// values.
+    /// Makes a pyramid in memory from level 0 (bottom row first, interleaved). For tests and small
+    /// pictures. Null where the size is not possible or `level0` has another number of values.
     static std::shared_ptr<const Pyramid> from_texels(int32_t width, int32_t height,
                                                       int32_t channels,
                                                       std::span<const float> level0, int32_t wrap,
                                                       int32_t filter);
-    /// The same of a volume.
+    /// Same for a volume.
     static std::shared_ptr<const Pyramid> from_volume(const Vec3i& size, int32_t channels,
-                                                      const VolumePlace& place,
+                                                      const VolumeDomain& domain,
                                                       std::span<const float> level0, int32_t wrap,
                                                       int32_t filter);
     ~Pyramid();

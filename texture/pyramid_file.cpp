@@ -56,7 +56,8 @@ int64_t aligned(int64_t bytes) {
     return (bytes + kAlignment - 1) / kAlignment * kAlignment;
 }
 
-/// What follows the header: of a volume its place, then the level table as in the info block.
+/// Writes the part behind the header: the domain of a volume, then the level table as in the info
+/// block.
 std::vector<int32_t> table_for(const PyramidLayout& layout) {
     const std::vector<int32_t> info = pyramid_info(layout, 0, 0);
     std::vector<int32_t> table(info.begin() + kInfoHeader, info.end());
@@ -167,7 +168,7 @@ PyramidWriter::~PyramidWriter() {
 void PyramidWriter::wrote(int64_t bytes) {
     held_bytes_ += bytes;
     if (held_bytes_ < kMostHeld) return;
-    // Of a shared mapping nothing is lost: the file has it. Where this fails, memory is all it
+    // A shared mapping loses nothing: the file has it. Where this fails, memory is all it
     // costs.
     (void)::madvise(mapping_, bytes_, MADV_DONTNEED);
     held_bytes_ = 0;
@@ -201,7 +202,7 @@ Result<void> check_pyramid_file(const InputFile& file) {
         if (!got) return with_context(got.error(), "cannot be read: ");
         if (*got == 0) break;
         if (at == 0) {
-            if (*got < sizeof header) return user_error("is no .oftx file: it is too short");
+            if (*got < sizeof header) return user_error("is not an .oftx file: it is too short");
             std::memcpy(&header, buffer.data(), sizeof header);
         }
         checksum.add(buffer.data(), *got);
@@ -213,28 +214,28 @@ Result<void> check_pyramid_file(const InputFile& file) {
 
 namespace {
 
-/// The layout that the header speaks of; `table` is what follows it.
+/// Computes the layout from the header; `table` is what follows it.
 Result<PyramidLayout> layout_of(const Header& h, const std::byte* table, size_t bytes) {
     if (h.depth == 0) return pyramid_layout(h.width, h.height, h.channels);
     int32_t words[7];
     if (bytes < sizeof words) return user_error("it is too short");
     std::memcpy(words, table, sizeof words);
-    VolumePlace place;
+    VolumeDomain domain;
     for (size_t a = 0; a < 3; ++a) {
-        place.origin[a] = std::bit_cast<float>(words[a]);
-        place.extent[a] = std::bit_cast<float>(words[3 + a]);
+        domain.origin[a] = std::bit_cast<float>(words[a]);
+        domain.extent[a] = std::bit_cast<float>(words[3 + a]);
     }
-    place.table = words[6] != 0;
-    return volume_layout({h.width, h.height, h.depth}, h.channels, place);
+    domain.table = words[6] != 0;
+    return volume_layout({h.width, h.height, h.depth}, h.channels, domain);
 }
 
 }  // namespace
 
 Result<PyramidView> parse_pyramid_file(const void* data, size_t bytes) {
     Header h;
-    if (bytes < sizeof h) return user_error("is no .oftx file: it is too short");
+    if (bytes < sizeof h) return user_error("is not an .oftx file: it is too short");
     std::memcpy(&h, data, sizeof h);
-    if (std::memcmp(h.magic, kMagic, sizeof kMagic) != 0) return user_error("is no .oftx file");
+    if (std::memcmp(h.magic, kMagic, sizeof kMagic) != 0) return user_error("is not an .oftx file");
     if (h.version != kFileVersion) {
         return user_error(fmt::format("is an .oftx file of version {}", h.version),
                           fmt::format("this program reads version {}", kFileVersion));

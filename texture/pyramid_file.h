@@ -4,7 +4,7 @@
 
 // The `.oftx` file, little-endian:
 //
-//   offset  bytes  what
+//   offset  bytes  field
 //   0       8      magic "OFTX\r\n\x1a\n"
 //   8       4      version (kFileVersion)
 //   12      4      channels
@@ -16,13 +16,13 @@
 //   40      8      byte offset of the texels, a multiple of 64
 //   48      8      byte offset of the min-max values, a multiple of 64
 //   56      8      bytes of the whole file
-//   64      8      checksum of the whole file but these bytes
+//   64      8      checksum of the whole file except these bytes
 //   72      16 n   level table: texel offset, width, height, min-max offset (as in the info block
 //   of pyramid.h)
 //
 // The table of a volume is 28 + 20 n bytes long: its origin and extent, six floats, and 1 where it
-// is a look-up table (0 else), then the level table with its 5 values. All but these seven follows
-// from sizes and channels; a reader computes it and refuses a file that says otherwise.
+// is a look-up table (else 0), then the level table with its 5 values. Everything but these seven
+// values follows from sizes and channels; a reader computes it and refuses a file that differs.
 
 #include <cstdint>
 #include <filesystem>
@@ -38,12 +38,12 @@ namespace openfab::texture {
 
 constexpr int32_t kFileVersion = 2;
 
-/// Bytes of the file of a pyramid.
+/// Returns the file size of a pyramid.
 int64_t pyramid_file_bytes(const PyramidLayout& layout);
 
-/// A file that is being written, mapped at its full size. What was written leaves the process's
-/// memory for the file every now and then, so that the size of the picture does not count. Nothing
-/// appears under the final name until `finish`; without it the temporary file is removed.
+/// A file that is being written, mapped at its full size. Written pages are flushed now and then,
+/// so that memory does not grow with the picture. Nothing appears under the final name until
+/// `finish`; without it the temporary file is removed.
 class PyramidWriter {
   public:
     /// Creates `file`.tmp-… beside the final name. Errors: kOutside with the system's reason.
@@ -54,9 +54,9 @@ class PyramidWriter {
     PyramidWriter(const PyramidWriter&) = delete;
     PyramidWriter& operator=(const PyramidWriter&) = delete;
 
-    /// Level 0, bottom row first, interleaved; the caller fills it.
+    /// Returns level 0, bottom row first, interleaved, for the caller to fill.
     float* level0() { return texels_; }
-    /// To be told of what was written, or read again.
+    /// Must be called after bytes were written or read again.
     void wrote(int64_t bytes);
     /// Makes the other levels and the min-max values, and renames the file into place.
     Result<void> finish();
@@ -71,12 +71,12 @@ class PyramidWriter {
     int descriptor_ = -1;  ///< locked as long as the writer lives
     void* mapping_ = nullptr;
     size_t bytes_ = 0;
-    int64_t held_bytes_ = 0;  ///< at most, of the mapping
+    int64_t held_bytes_ = 0;  ///< upper bound of resident bytes of the mapping
     float* texels_ = nullptr;
     float* minmax_ = nullptr;
 };
 
-/// What the header of a mapped file says, checked against its size.
+/// The contents of a mapped file, its header checked against its size.
 struct PyramidView {
     PyramidLayout layout;
     uint64_t content_key = 0;
@@ -84,11 +84,10 @@ struct PyramidView {
     const float* minmax = nullptr;
 };
 
-/// Compares the checksum with the whole file; the error says what is wrong, without the file's
-/// name.
+/// Verifies the checksum of the whole file; errors do not name the file.
 Result<void> check_pyramid_file(const InputFile& file);
 
-/// Reads the header at `data`; the error says what is wrong, without the file's name.
+/// Reads the header at `data`; errors do not name the file.
 Result<PyramidView> parse_pyramid_file(const void* data, size_t bytes);
 
 }  // namespace openfab::texture

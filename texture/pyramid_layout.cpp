@@ -17,7 +17,7 @@ namespace openfab::texture {
 namespace {
 
 constexpr int32_t kLargestSide = 16384;
-// Of scene::Wrap and scene::Filter.
+// Values of world::Wrap and world::Filter.
 constexpr int32_t kWrapOfTables = 0;
 
 /// The texels below that one texel of a level takes in along one axis: at most three, with weights
@@ -35,7 +35,7 @@ std::vector<Taps> taps_for(int32_t below, int32_t above) {
         // + 1) below).
         const int64_t lo = i * below;
         const int64_t hi = lo + below;
-        Taps& t = taps[static_cast<size_t>(i)];
+        Taps& t = taps[i];
         t.first = static_cast<int32_t>(lo / above);
         for (int64_t j = t.first; j * above < hi; ++j) {
             const int64_t overlap = std::min(hi, (j + 1) * above) - std::max(lo, j * above);
@@ -45,7 +45,7 @@ std::vector<Taps> taps_for(int32_t below, int32_t above) {
     return taps;
 }
 
-/// Of one level, along x, y and z.
+/// The filter of one level, along x, y and z.
 std::array<std::vector<Taps>, 3> taps_between(const PyramidLayout::Level& below,
                                               const PyramidLayout::Level& above) {
     return {taps_for(below.width, above.width), taps_for(below.height, above.height),
@@ -179,7 +179,8 @@ Result<PyramidLayout> pyramid_layout(int32_t width, int32_t height, int32_t chan
     return layout;
 }
 
-Result<PyramidLayout> volume_layout(const Vec3i& size, int32_t channels, const VolumePlace& place) {
+Result<PyramidLayout> volume_layout(const Vec3i& size, int32_t channels,
+                                    const VolumeDomain& domain) {
     const std::string shape = fmt::format("{} x {} x {}", size.x, size.y, size.z);
     int64_t texels = 1;
     for (int a = 0; a < 3; ++a) {
@@ -189,8 +190,8 @@ Result<PyramidLayout> volume_layout(const Vec3i& size, int32_t channels, const V
                               fmt::format("at most {} texels a side are possible", kLargestSide));
         texels *= size[a];
         const auto k = static_cast<size_t>(a);
-        if (!(place.extent[k] > 0) || !std::isfinite(place.extent[k]) ||
-            !std::isfinite(place.origin[k])) {
+        if (!(domain.extent[k] > 0) || !std::isfinite(domain.extent[k]) ||
+            !std::isfinite(domain.origin[k])) {
             return user_error(
                 "the volume's origin and spacing must be finite, its spacing above 0");
         }
@@ -202,7 +203,7 @@ Result<PyramidLayout> volume_layout(const Vec3i& size, int32_t channels, const V
     constexpr int64_t kMostTexels = int64_t{1} << 30;
     PyramidLayout layout;
     layout.channels = channels;
-    layout.volume = place;
+    layout.volume = domain;
     if (texels < kMostTexels) add_levels(size.x, size.y, size.z, &layout);
     if (texels >= kMostTexels || layout.minmax_floats > std::numeric_limits<int32_t>::max()) {
         return user_error(
@@ -234,13 +235,13 @@ std::vector<int32_t> pyramid_info(const PyramidLayout& layout, int32_t wrap, int
     info[2] = wrap;
     info[3] = filter;
     if (layout.volume) {
-        const VolumePlace& place = *layout.volume;
+        const VolumeDomain& domain = *layout.volume;
         info[4] = 1;
-        if (place.table) {
+        if (domain.table) {
             info[2] = kWrapOfTables;
             if (filter != kFilterNearest) info[3] = kFilterFinest;
         }
-        for (const auto& three : {place.origin, place.extent}) {
+        for (const auto& three : {domain.origin, domain.extent}) {
             for (const float x : three)
                 info.push_back(static_cast<int32_t>(bits_of(x)));
         }

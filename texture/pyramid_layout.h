@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Where the levels of a pyramid lie, of a picture or of a volume, and the filter that makes them.
-// One implementation for the file maker and for pyramids in memory, so that both give the same
+// The layout of the levels of a pyramid, of a picture or a volume, and the filter that makes them.
+// One implementation serves the file writer and pyramids in memory, so that both have the same
 // bits.
 
 #include <array>
@@ -17,8 +17,8 @@
 
 namespace openfab::texture {
 
-/// Where a volume's texels lie in the coordinates that look it up, mm for a fablet.
-struct VolumePlace {
+/// The box that a volume covers in the coordinates it is sampled in, mm for a fablet.
+struct VolumeDomain {
     std::array<float, 3> origin{};         ///< the lowest corner
     std::array<float, 3> extent{1, 1, 1};  ///< size along each axis, above 0
     /// A look-up table: read from the finest level alone, clamped at its ends.
@@ -37,24 +37,26 @@ struct PyramidLayout {
     std::vector<Level> levels;
     int64_t texel_floats = 0;
     int64_t minmax_floats = 0;
-    std::optional<VolumePlace> volume;  ///< none of a picture
+    std::optional<VolumeDomain> volume;  ///< absent for a picture
 };
 
-/// Fails for sizes that are not positive, for other than 1 to 4 channels, for a side above 16384,
-/// and where the min-max floats no longer have 31-bit offsets (16384 x 16384 with 4 channels).
+/// Lays out a picture. Fails for sizes that are not positive, for other than 1 to 4 channels, for a
+/// side above 16384, and where the min-max floats no longer have 31-bit offsets (16384 x 16384 with
+/// 4 channels).
 Result<PyramidLayout> pyramid_layout(int32_t width, int32_t height, int32_t channels);
 
-/// The same for a volume of size.x by size.y by size.z; x is innermost.
-Result<PyramidLayout> volume_layout(const Vec3i& size, int32_t channels, const VolumePlace& place);
+/// Lays out a volume of size.x by size.y by size.z; x is innermost.
+Result<PyramidLayout> volume_layout(const Vec3i& size, int32_t channels,
+                                    const VolumeDomain& domain);
 
-/// Level 0 of `texels` is given; makes the levels above it, and all of `minmax`. Texel i of a level
-/// covers the interval [i n / m, (i + 1) n / m) of the n texels below for its own m, so that means
-/// are kept for odd sizes too; its min-max covers every texel that it touches. `wrote` is told of
-/// every few thousand bytes that were written.
+/// Fills the levels above level 0 of `texels`, and all of `minmax`. Texel i of a level covers the
+/// interval [i n / m, (i + 1) n / m) of the n texels below for its own m, so that means are kept
+/// for odd sizes too; its min-max covers every texel that it touches. Calls `wrote` for every few
+/// thousand bytes written.
 void fill_pyramid(const PyramidLayout& layout, float* texels, float* minmax,
                   const std::function<void(int64_t bytes)>& wrote = {});
 
-/// The int32 block that kernels read (pyramid.h).
+/// Returns the int32 block that kernels read (pyramid.h).
 std::vector<int32_t> pyramid_info(const PyramidLayout& layout, int32_t wrap, int32_t filter);
 
 }  // namespace openfab::texture

@@ -38,7 +38,7 @@ std::string plain_pattern(std::string_view text) {
     return out;
 }
 
-/// All places of the name at which what was matched so far may end, moved on by one sign of the
+/// Advances all positions of the name at which the match so far may end by one character of the
 /// pattern at a time: the work is the product of both lengths, whatever the pattern.
 bool matches(std::string_view pattern, std::string_view name) {
     std::vector<char> ends(name.size() + 1, 0), next(name.size() + 1);
@@ -95,7 +95,7 @@ Result<std::vector<fs::path>> volume_files(const fs::path& source) {
     std::error_code trouble;
     if (fs::is_regular_file(source, trouble)) return std::vector<fs::path>{source};
     const bool folder = fs::is_directory(source, trouble);
-    const fs::path place = folder ? source : source.parent_path();
+    const fs::path directory = folder ? source : source.parent_path();
     const std::string pattern = folder ? "*" : plain_pattern(source.filename().string());
     std::vector<fs::path> files;
     // The work is the product of its length and of all names'.
@@ -103,7 +103,7 @@ Result<std::vector<fs::path>> volume_files(const fs::path& source) {
     const bool many = folder || (pattern.find_first_of("*#%") != std::string::npos &&
                                  pattern.size() <= kLongestPattern);
     if (many) {
-        for (fs::directory_iterator it(place.empty() ? fs::path(".") : place, trouble), end;
+        for (fs::directory_iterator it(directory.empty() ? fs::path(".") : directory, trouble), end;
              !trouble && it != end; it.increment(trouble)) {
             const std::string name = it->path().filename().string();
             std::error_code ignored;
@@ -159,7 +159,7 @@ Result<uint64_t> volume_key(const fs::path& source, const VolumeOptions& options
         if (!key) return key.error();
         text += fmt::format("|{:016x}", *key);
     }
-    // What kind of file it is shows in its name alone where a format has no signature.
+    // A format without a signature is known by its name alone.
     text += "|" + files->front().extension().string();
     return xxh3(text);
 }

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Pyramids of volumes (ImageTexture3D): found, named and cached as those of pictures
+// Pyramids of volumes (ImageTexture3D): found, named and cached like those of pictures
 // (texture/cache.h), made by `openfab texture FILE -o OUT --volume`.
 
 #include <array>
@@ -20,27 +20,27 @@ namespace openfab::texture {
 /// How a volume is read; part of the cache's key.
 struct VolumeOptions {
     ImageOptions image;
-    /// The volume's lowest corner and the size of a texel, mm; else as the file says, else 0 and 1.
+    /// The volume's lowest corner and the size of a texel, mm; default: from the file, else 0 and
+    /// 1.
     std::optional<std::array<double, 3>> origin_mm;
     std::optional<std::array<double, 3>> spacing_mm;
 };
 
-/// The files that make up a volume: the one that is named, or every file of a folder, or every file
-/// whose name fits a pattern: `*` stands for anything, `#` for a digit, `%d` and `%04d` for a
-/// number. Slices come in the order of their names, with numbers in them by value, the first one at
-/// the bottom. Errors: nothing there.
+/// Lists the files that make up a volume: the named one, every file of a folder, or every file
+/// whose name matches a pattern: `*` stands for anything, `#` for a digit, `%d` and `%04d` for a
+/// number. Slices are in the order of their names, with numbers in them compared by value, the
+/// first one at the bottom. Fails where there is none.
 Result<std::vector<std::filesystem::path>> volume_files(const std::filesystem::path& source);
 
-/// Where the header of a detached NRRD says that its data are, the first bytes of `file` being one;
-/// none of any other file.
+/// Returns the data file that `file` names if it is the header of a detached NRRD.
 std::optional<std::filesystem::path> detached_data(const std::filesystem::path& file);
 
-/// Hash of all bytes of the files, of a header's data, of the options and of the version of the
-/// file format.
+/// Hashes all bytes of the files, of a header's data file, the options and the version of the file
+/// format.
 Result<uint64_t> volume_key(const std::filesystem::path& source, const VolumeOptions& options,
                             const ReadLimits& limits = {});
 
-/// As get_pyramid.
+/// Same as get_pyramid, for a volume.
 Result<std::shared_ptr<const Pyramid>> get_volume(const std::filesystem::path& source,
                                                   const VolumeOptions& options, int32_t wrap,
                                                   int32_t filter, const ReadLimits& limits = {});

@@ -16,7 +16,7 @@
 #include "world/transforms_file.h"
 #include "world/uniform_values.h"
 
-namespace openfab::scene {
+namespace openfab::world {
 namespace {
 
 using Kind = JsonValue::Kind;
@@ -54,7 +54,7 @@ std::vector<std::string> object_names(const World& world) {
 /// What a placement takes for one of its overrides.
 size_t binding_bytes(const std::string& name, const UniformBinding& binding) {
     constexpr size_t kNode = 96;  // of the map, and small texts
-    size_t bytes = sizeof binding + kNode + name.size() + binding.place.file.size();
+    size_t bytes = sizeof binding + kNode + name.size() + binding.location.file.size();
     if (const auto* numbers = std::get_if<std::vector<double>>(&binding.value))
         bytes += numbers->size() * sizeof(double);
     if (const auto* names = std::get_if<std::vector<std::string>>(&binding.value)) {
@@ -165,13 +165,13 @@ bool BuildReader::room_for(const JsonValue& value, size_t count) {
     return false;
 }
 
-/// Whether that many copies can be kept; overrides of uniforms are copied with each placement.
+/// Returns whether that many copies fit in memory; overrides of uniforms are copied with each.
 bool BuildReader::memory_for(const JsonValue& value, const std::vector<Placement>& placements,
                              size_t copies) {
     if (!json_.ok()) return false;
     double bytes = 0;
     for (const Placement& p : placements) {
-        size_t one = sizeof p + p.place.file.size();
+        size_t one = sizeof p + p.location.file.size();
         for (const auto& [name, binding] : p.overrides)
             one += binding_bytes(name, binding);
         bytes += static_cast<double>(one);
@@ -250,7 +250,7 @@ std::vector<Placement> BuildReader::subject(const JsonValue& value, const std::s
     if (!json_.ok()) return {};
     Placement placement;
     placement.object = found->second;
-    placement.place = json_.place(value);
+    placement.location = json_.location(value);
     if (uniforms != nullptr) placement.overrides = read_uniforms(uniforms->value, what, &json_);
     return {std::move(placement)};
 }
@@ -307,7 +307,7 @@ void BuildReader::override_group(const JsonValue& value, const std::string& what
             known == objects_.end() ? of_object.end() : of_object.find(known->second);
         if (found == of_object.end()) {
             return json_.fail_with(
-                error_at(binding.place,
+                error_at(binding.location,
                          fmt::format("uniform `{}` of {} names no object of the group", key, what),
                          "write `OBJECT.UNIFORM`, " + suggest(object, names)));
         }
@@ -393,7 +393,7 @@ void BuildReader::grid(const JsonValue& value, const std::string& what,
     const JsonMember* step = value.find("step_mm");
     if ((spacing != nullptr) == (step != nullptr)) {
         return json_.fail(value,
-                          fmt::format("{} needs `spacing_mm`, the room between copies, or "
+                          fmt::format("{} needs `spacing_mm` (the gap between copies) or "
                                       "`step_mm`, from one to the next",
                                       name),
                           "one of the two");
@@ -460,11 +460,11 @@ void BuildReader::copies(const JsonValue& value, const std::string& what,
     *placements = std::move(out);
 }
 
-/// Of the meshes as they stand, before any displacement.
+/// Returns the box of the meshes as placed, before any displacement.
 Box3d BuildReader::box(const JsonValue& value, const std::vector<Placement>& placements) {
     Box3d out;
     for (const Placement& p : placements) {
-        const int32_t mesh = world_.objects[static_cast<size_t>(p.object)].mesh;
+        const int32_t mesh = world_.objects[p.object].mesh;
         if (looked_at_ > kMostLookedAt) {
             json_.fail(value,
                        "the places of this build are found from boxes of too many turned meshes; "
@@ -482,12 +482,11 @@ const Box3d& BuildReader::turned_box(int32_t mesh, const std::array<double, 9>& 
     const auto [known, fresh] = boxes_.try_emplace({mesh, m});
     if (fresh) {
         const Affine3d turn{m, {}};
-        looked_at_ +=
-            static_cast<double>(world_.meshes[static_cast<size_t>(mesh)].positions.size());
-        for (const Vec3d& p : world_.meshes[static_cast<size_t>(mesh)].positions)
+        looked_at_ += static_cast<double>(world_.meshes[mesh].positions.size());
+        for (const Vec3d& p : world_.meshes[mesh].positions)
             known->second.add(turn.apply_vector(p));
     }
     return known->second;
 }
 
-}  // namespace openfab::scene
+}  // namespace openfab::world

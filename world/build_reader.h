@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// What stands where: the `build` of a world and its `groups`, flattened to placements of objects.
+// Reads the `build` of a world and its `groups`, flattened to placements of objects.
 
 #include <array>
 #include <map>
@@ -14,14 +14,14 @@
 #include "world/world.h"
 #include "world/world_files.h"
 
-namespace openfab::scene {
+namespace openfab::world {
 
-/// Placements that a world may come to.
+/// Maximum number of placements of a world.
 constexpr size_t kMostPlacements = 100'000;
 
 class BuildReader {
   public:
-    /// The world's meshes and objects have been read; world->build is to be filled.
+    /// Fills world->build; the world's meshes and objects must have been read.
     BuildReader(JsonReader* json, WorldFiles* files, World* world, int64_t memory_bytes);
 
     /// `groups` and `arrange` may be null.
@@ -33,7 +33,7 @@ class BuildReader {
         enum { kUnread, kBeingRead, kRead } state = kUnread;
         std::vector<Placement> placements;  ///< in the group's own space
     };
-    /// A placement's own part of the transform.
+    /// The transform of one placement, without those of enclosing groups.
     struct Local {
         Affine3d transform;
         bool on_bed = false;
@@ -73,4 +73,4 @@ class BuildReader {
     double looked_at_ = 0;  ///< vertices, for boxes_
 };
 
-}  // namespace openfab::scene
+}  // namespace openfab::world

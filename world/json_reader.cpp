@@ -7,7 +7,7 @@
 
 #include "base/near_miss.h"
 
-namespace openfab::scene {
+namespace openfab::world {
 
 void JsonReader::fail_at(int32_t line, int32_t column, const std::string& what,
                          const std::string& help) {
@@ -146,4 +146,4 @@ size_t JsonReader::choice(const JsonValue& value, const std::string& what,
     return 0;
 }
 
-}  // namespace openfab::scene
+}  // namespace openfab::world

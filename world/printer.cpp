@@ -9,7 +9,7 @@
 #include "world/json_reader.h"
 #include "world/printer_profiles.h"
 
-namespace openfab::scene {
+namespace openfab::world {
 namespace {
 
 constexpr std::string_view kSuffix = ".printer.json";
@@ -122,7 +122,7 @@ Result<Printer> load_printer(const std::string& name_or_path) {
     }
     if (!name_or_path.ends_with(kSuffix)) {
         return user_error(
-            fmt::format("no printer is called `{}`, and it is no path of a {} file; {}",
+            fmt::format("no printer is called `{}`, and it is not the path of a {} file; {}",
                         name_or_path, kSuffix, suggest(name_or_path, printer_names())));
     }
     const Result<std::string> text = read_text_file(name_or_path, kLargestFile);
@@ -130,4 +130,4 @@ Result<Printer> load_printer(const std::string& name_or_path) {
     return parse_printer(*text, name_or_path);
 }
 
-}  // namespace openfab::scene
+}  // namespace openfab::world

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// A printer's description: `NAME.printer.json`, found beside the programs or given as a file.
+// Printer profiles: built in, or read from a `NAME.printer.json` file.
 
 #include <array>
 #include <cstdint>
@@ -13,9 +13,9 @@
 #include "base/result.h"
 #include "base/vec.h"
 
-namespace openfab::scene {
+namespace openfab::world {
 
-/// What is deposited below parts where the slices hold support.
+/// The material of support, where the slices contain it.
 struct SupportMaterial {
     std::string name = "support";
     std::array<uint8_t, 4> key{0xff, 0xc8, 0x28, 0xff};
@@ -30,17 +30,17 @@ struct Printer {
     Vec3d build_volume_mm{1000, 1000, 1000};
     int32_t max_materials = 64;
     std::string native_format = "ofr";  ///< "ofr" or "png"
-    bool makes_support =
-        true;  ///< the printer's front end adds support itself, so slices hold none
+    bool makes_support = true;  ///< the printer's front end adds support, so slices contain none
     SupportMaterial support_material;
     double layer_time_s = 0;  ///< 0: unknown
     std::string handoff;      ///< text for the operator, in HANDOFF.txt
 };
 
-/// The names of the built-in profiles, sorted.
+/// Returns the names of the built-in profiles, sorted.
 std::vector<std::string> printer_names();
 
-/// By name (`connex500`, `j750`, `j750_hq`, `generic`) or by path of a `.printer.json` file.
+/// Loads a printer by name (`connex500`, `j750`, `j750_hq`, `generic`) or by path of a
+/// `.printer.json` file.
 Result<Printer> load_printer(const std::string& name_or_path);
 
-}  // namespace openfab::scene
+}  // namespace openfab::world

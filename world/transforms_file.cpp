@@ -11,7 +11,7 @@
 #include "base/polar.h"
 #include "base/scan_number.h"
 
-namespace openfab::scene {
+namespace openfab::world {
 namespace {
 
 constexpr size_t kLargestFile = 256'000'000;
@@ -75,4 +75,4 @@ Result<std::vector<Affine3d>> read_transforms(const std::filesystem::path& file,
     return parse_transforms(*text, file, most);
 }
 
-}  // namespace openfab::scene
+}  // namespace openfab::world

@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-namespace openfab::scene {
+namespace openfab::world {
 namespace {
 
 using Kind = JsonValue::Kind;
@@ -41,10 +41,10 @@ bool flatten(const JsonValue& value, int depth, UniformBinding* out, bool* first
 
 }  // namespace
 
-Result<UniformBinding> uniform_binding(const JsonValue& value, const SourceLocation& place,
+Result<UniformBinding> uniform_binding(const JsonValue& value, const SourceLocation& location,
                                        const std::string& what) {
     UniformBinding out;
-    out.place = place;
+    out.location = location;
     bool first = true;
     Kind kind = Kind::kNull;
     const JsonValue* culprit = nullptr;
@@ -52,14 +52,14 @@ Result<UniformBinding> uniform_binding(const JsonValue& value, const SourceLocat
         const bool mixed = !first && culprit->kind != kind && !culprit->is(Kind::kArray) &&
                            !culprit->is(Kind::kObject);
         return error_at(
-            {place.file, culprit->line, culprit->column},
+            {location.file, culprit->line, culprit->column},
             fmt::format(
                 "{} {}", what,
                 mixed ? "mixes kinds of values" : fmt::format("holds {}", culprit->kind_name())),
             "it must be a number, a boolean, the name of a texture or material, or an array of "
             "these");
     }
-    if (first) return error_at(place, what + " is an empty array", "give its values");
+    if (first) return error_at(location, what + " is an empty array", "give its values");
     return out;
 }
 
@@ -68,7 +68,7 @@ UniformBindings read_uniforms(const JsonValue& value, const std::string& what, J
     if (!json->named_things(value, "uniforms")) return out;
     for (const JsonMember& m : value.members) {
         Result<UniformBinding> binding = uniform_binding(
-            m.value, json->place(m.value), fmt::format("uniform `{}` of {}", m.key, what));
+            m.value, json->location(m.value), fmt::format("uniform `{}` of {}", m.key, what));
         if (!binding) {
             json->fail_with(binding.error());
             return out;
@@ -78,4 +78,4 @@ UniformBindings read_uniforms(const JsonValue& value, const std::string& what, J
     return out;
 }
 
-}  // namespace openfab::scene
+}  // namespace openfab::world

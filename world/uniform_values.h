@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Values of uniforms as a world, or a --set, writes them.
+// Reads values of uniforms from a world or a --set.
 
 #include <string>
 
@@ -11,13 +11,14 @@
 #include "world/json_reader.h"
 #include "world/world.h"
 
-namespace openfab::scene {
+namespace openfab::world {
 
-/// A uniform's value; `what` names it in the error, which starts with a place in place.file.
-Result<UniformBinding> uniform_binding(const JsonValue& value, const SourceLocation& place,
+/// Reads a uniform's value; `what` names it in errors, which start with a location in
+/// location.file.
+Result<UniformBinding> uniform_binding(const JsonValue& value, const SourceLocation& location,
                                        const std::string& what);
 
-/// An object of them, by name; `what` is whose they are.
+/// Reads an object of uniforms by name; `what` names their owner in errors.
 UniformBindings read_uniforms(const JsonValue& value, const std::string& what, JsonReader* json);
 
-}  // namespace openfab::scene
+}  // namespace openfab::world

@@ -22,7 +22,7 @@
 #include "world/uniform_values.h"
 #include "world/world_files.h"
 
-namespace openfab::scene {
+namespace openfab::world {
 namespace {
 
 using Kind = JsonValue::Kind;
@@ -98,7 +98,7 @@ class WorldReader {
 
     /// On, off, or the material that it is made of, which turns it on.
     void support(const JsonValue& value) {
-        world_.support.place = json_.place(value);
+        world_.support.location = json_.location(value);
         if (value.is(Kind::kString)) {
             world_.support.on = true;
             std::unordered_map<std::string, int32_t> materials;
@@ -148,8 +148,8 @@ class WorldReader {
         FabletRef ref;
         ref.source = files_.path(m.value.find("source")->value, "the source of " + what);
         ref.fablet = json_.string(m.value.find("fablet")->value, "`fablet` of " + what);
-        ref.place = json_.place(m.value.find("fablet")->value);
-        ref.source_place = json_.place(m.value.find("source")->value);
+        ref.location = json_.location(m.value.find("fablet")->value);
+        ref.source_location = json_.location(m.value.find("source")->value);
         fablet_places_.emplace(m.key, static_cast<int32_t>(fablet_places_.size()));
         world_.fablets.emplace(m.key, std::move(ref));
     }
@@ -178,7 +178,7 @@ class WorldReader {
         if (const JsonMember* p = m.value.find("channel")) {
             material.channel = json_.string(p->value, "`channel` of " + what);
         }
-        material.place = json_.place(m.value);
+        material.location = json_.location(m.value);
         if (world_.materials.size() == kMostMaterials) {
             json_.fail(m.value, fmt::format("more than {} materials", kMostMaterials),
                        "a world has at most that many");
@@ -208,7 +208,7 @@ class WorldReader {
             texture.origin_mm = three(json_.numbers(p->value, "`origin_mm` of " + what, 3, 1e6));
         if (const JsonMember* p = m.value.find("spacing_mm"))
             texture.spacing_mm = spacing(p->value, "`spacing_mm` of " + what);
-        texture.place = json_.place(m.value.find("file")->value);
+        texture.location = json_.location(m.value.find("file")->value);
         if (world_.textures.size() == kMostTextures) {
             json_.fail(m.value, fmt::format("more than {} textures; a world has at most that many",
                                             kMostTextures));
@@ -277,20 +277,20 @@ class WorldReader {
             }
             return out;
         };
-        Mesh mesh;
+        mesh::Mesh mesh;
         if (source.key == "box") {
             const std::vector<double> s = sizes(3);
-            mesh = make_box({s[0], s[1], s[2]});
+            mesh = mesh::make_box({s[0], s[1], s[2]});
         } else if (source.key == "sphere") {
-            mesh = make_sphere(json_.number(source.value, name, 1e-6, kLargestPrimitive_mm));
+            mesh = mesh::make_sphere(json_.number(source.value, name, 1e-6, kLargestPrimitive_mm));
         } else if (source.key == "cylinder") {
             const std::vector<double> s = sizes(2);
-            mesh = make_cylinder(s[0], s[1]);
+            mesh = mesh::make_cylinder(s[0], s[1]);
         } else {
             const std::vector<double> s = sizes(2);
-            mesh = make_plane(s[0], s[1]);
+            mesh = mesh::make_plane(s[0], s[1]);
         }
-        if (!take_memory(source.value, mesh_bytes(counts_of(mesh)))) return;
+        if (!take_memory(source.value, mesh::mesh_bytes(mesh::counts_of(mesh)))) return;
         world_.meshes.push_back(std::move(mesh));
     }
 
@@ -312,19 +312,19 @@ class WorldReader {
 
     void mesh_file(const JsonMember& m, const JsonValue& value, const std::string& what) {
         const fs::path file = files_.existing(value, "the file of " + what);
-        if (json_.ok() && !is_mesh_file(file)) {
+        if (json_.ok() && !mesh::is_mesh_file(file)) {
             json_.fail(value,
                        fmt::format("{} is `{}`, which does not have the extension of a mesh", what,
                                    file.filename().string()),
-                       fmt::format("supported: {}", mesh_formats()));
+                       fmt::format("supported: {}", mesh::mesh_formats()));
         }
-        MeshOptions options;
+        mesh::MeshOptions options;
         options.name = m.key;
         options.repair = any_object_repairs(m.key);
         if (const JsonMember* p = m.value.find("unit")) options.unit_mm = unit_mm(p->value, what);
         if (const JsonMember* p = m.value.find("up")) {
             options.y_up = json_.choice(p->value, "`up` of " + what, {"z", "y"}) == 1;
-            if (json_.ok() && format_says_up(file)) {
+            if (json_.ok() && mesh::format_says_up(file)) {
                 json_.fail(
                     p->value,
                     fmt::format(
@@ -360,7 +360,7 @@ class WorldReader {
     /// All files that `meshes` names, side by side; what they have to say comes in their order.
     void load_meshes() {
         if (!json_.ok()) return;
-        std::vector<std::optional<Result<LoadedMesh>>> loaded(mesh_files_.size());
+        std::vector<std::optional<Result<mesh::LoadedMesh>>> loaded(mesh_files_.size());
         // The largest first, so that no thread waits long for the last.
         std::vector<std::pair<uintmax_t, size_t>> order;
         for (size_t i = 0; i < loaded.size(); ++i) {
@@ -372,8 +372,8 @@ class WorldReader {
         std::atomic<int64_t> kept{0};
         const auto load = [&](size_t i, int64_t memory_bytes) {
             mesh_files_[i].options.memory_bytes = memory_bytes;
-            loaded[i].emplace(load_mesh(mesh_files_[i].file, mesh_files_[i].options));
-            if (*loaded[i]) kept += mesh_bytes(counts_of((*loaded[i])->mesh));
+            loaded[i].emplace(mesh::load_mesh(mesh_files_[i].file, mesh_files_[i].options));
+            if (*loaded[i]) kept += mesh::mesh_bytes(mesh::counts_of((*loaded[i])->mesh));
         };
         // Each gets its share of half of what is left. Whatever does not fit is read alone.
         constexpr int kMostAtOnce = 16;
@@ -390,27 +390,27 @@ class WorldReader {
         }
         for (size_t i = 0; i < loaded.size(); ++i) {
             if (!loaded[i] || !*loaded[i]) load(i, memory_left_ - kept);
-            Result<LoadedMesh>& mesh = *loaded[i];
+            Result<mesh::LoadedMesh>& mesh = *loaded[i];
             if (!mesh) return json_.fail_with(mesh.error());
             for (const fs::path& other : mesh->files)
                 files_.also(*mesh_files_[i].value, other);
             for (std::string& warning : mesh->warnings)
                 world_.warnings.push_back(std::move(warning));
-            world_.meshes[mesh_files_[i].place] = std::move(mesh->mesh);
+            world_.meshes[mesh_files_[i].index] = std::move(mesh->mesh);
         }
         if (!mesh_files_.empty()) take_memory(*mesh_files_.back().value, kept);
     }
 
-    /// The place of a thing by the name that `value` gives; -1 after an error.
+    /// Returns the index of the thing that `value` names; -1 after an error.
     int32_t reference(const JsonValue& value, const std::string& what, const char* kind,
-                      const std::unordered_map<std::string, int32_t>& places) {
+                      const std::unordered_map<std::string, int32_t>& indices) {
         const std::string name = json_.string(value, what);
         if (!json_.ok()) return -1;
-        const auto it = places.find(name);
-        if (it != places.end()) return it->second;
-        std::vector<std::string> names(places.size());
-        for (const auto& [known, place] : places)
-            names[static_cast<size_t>(place)] = known;
+        const auto it = indices.find(name);
+        if (it != indices.end()) return it->second;
+        std::vector<std::string> names(indices.size());
+        for (const auto& [known, index] : indices)
+            names[index] = known;
         json_.fail(value, fmt::format("no {} is called `{}`", kind, name), suggest(name, names));
         return -1;
     }
@@ -442,8 +442,8 @@ class WorldReader {
             // Done when the mesh was read.
             json_.choice(p->value, "`repair` of " + what, {"winding"});
         }
-        object.place = json_.place(fablet);
-        object.mesh_place = json_.place(m.value.find("mesh")->value);
+        object.location = json_.location(fablet);
+        object.mesh_location = json_.location(m.value.find("mesh")->value);
         world_.objects.push_back(std::move(object));
     }
 
@@ -456,9 +456,9 @@ class WorldReader {
     std::unordered_map<std::string, int32_t> mesh_places_, fablet_places_;
     std::optional<std::set<std::string>> repaired_;  ///< meshes, once one was looked for
     struct MeshFile {
-        size_t place = 0;  ///< in world_.meshes
+        size_t index = 0;  ///< in world_.meshes
         fs::path file;
-        MeshOptions options;
+        mesh::MeshOptions options;
         const JsonValue* value = nullptr;
     };
     std::vector<MeshFile> mesh_files_;
@@ -470,4 +470,4 @@ Result<World> load_world(const fs::path& file, const FileRules& rules) {
     return WorldReader(file, rules).read();
 }
 
-}  // namespace openfab::scene
+}  // namespace openfab::world

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// A fab world as it is written (`NAME.fab.json`), checked for form and references, with its meshes
-// loaded. Nothing in here knows compiled fablets: scene/bind.h joins the two.
+// A fab world as written in `NAME.fab.json`, checked for form and references, with its meshes
+// loaded. It knows no compiled fablets: runtime/part/bind.h joins the two.
 
 #include <array>
 #include <cstdint>
@@ -20,7 +20,7 @@
 #include "mesh/model/mesh.h"
 #include "world/printer.h"
 
-namespace openfab::scene {
+namespace openfab::world {
 
 // Locations are kept with everything that a later check may complain about.
 
@@ -32,7 +32,7 @@ struct Material {
     Rgba8 preview{};  ///< colour with alpha for pictures
     double density_g_cm3 = 1.18;
     std::string channel;  ///< printer channel, may be empty
-    SourceLocation place;
+    SourceLocation location;
 };
 
 enum class Wrap : int32_t { kClamp = 0, kRepeat = 1, kMirror = 2, kBlack = 3 };
@@ -46,24 +46,24 @@ struct Texture {
     Filter filter = Filter::kAnisotropic;
     Space space = Space::kAuto;
     bool luminance = false;  ///< one channel of three, Rec. 709 weights after linearising
-    /// Of a volume, where the file does not say, or to overrule it: lowest corner, size of a texel.
+    /// Lowest corner and texel size of a volume; they override those of the file.
     std::optional<std::array<double, 3>> origin_mm, spacing_mm;
-    SourceLocation place;
+    SourceLocation location;
 };
 
 /// A uniform as bound in the world: numbers, or the name of a texture or material.
 struct UniformBinding {
     std::variant<std::vector<double>, std::vector<std::string>> value;
     bool boolean = false;  ///< the numbers were written as true/false
-    SourceLocation place;
+    SourceLocation location;
 };
 using UniformBindings = std::map<std::string, UniformBinding>;
 
 struct FabletRef {
     std::filesystem::path source;
-    std::string fablet;    ///< name of the fablet in the source
-    SourceLocation place;  ///< of that name
-    SourceLocation source_place;
+    std::string fablet;       ///< name of the fablet in the source
+    SourceLocation location;  ///< of that name
+    SourceLocation source_location;
 };
 
 struct Object {
@@ -73,26 +73,26 @@ struct Object {
     int32_t priority = 0;  ///< higher wins
     double max_displacement_mm = std::numeric_limits<double>::infinity();
     UniformBindings uniforms;
-    bool support = true;   ///< it asks for support below it
-    SourceLocation place;  ///< of its fablet's name
-    SourceLocation mesh_place;
+    bool support = true;      ///< it asks for support below it
+    SourceLocation location;  ///< of its fablet's name
+    SourceLocation mesh_location;
 };
 
 struct Placement {
     int32_t object = 0;  ///< index in World::objects
     Affine3d transform;  ///< mesh space (mm) to build space (mm)
     UniformBindings overrides;
-    SourceLocation place;
+    SourceLocation location;
 };
 
-/// What a world says of support.
+/// The support settings of a world.
 struct SupportChoice {
-    std::optional<bool> on;  ///< absent: as the printer's profile says
-    std::string material;    ///< of the world; empty: the profile's
-    SourceLocation place;
+    std::optional<bool> on;  ///< absent: the printer profile decides
+    std::string material;    ///< a material of the world; empty: the profile's
+    SourceLocation location;
 };
 
-/// Where the world's x = y = 0 is on the printer's tray.
+/// The point of the printer's tray where the world's x = y = 0 is.
 enum class Tray { kAnywhere, kCorner, kCenter };
 
 struct World {
@@ -100,27 +100,27 @@ struct World {
     std::map<std::string, FabletRef> fablets;
     std::vector<Material> materials;
     std::vector<Texture> textures;
-    std::vector<Mesh> meshes;
+    std::vector<mesh::Mesh> meshes;
     std::vector<Object> objects;
     std::vector<Placement> build;
     Tray tray = Tray::kAnywhere;
     SupportChoice support;
     std::string printer;  ///< name or file, empty where the world names none
     std::vector<std::string> warnings;
-    std::vector<std::filesystem::path> files;  ///< what it is made from, the world itself first
-    /// Folders below which files may name others (base/input_file.h); none: below their own.
+    std::vector<std::filesystem::path> files;  ///< all files read, the world itself first
+    /// Folders below which files may name others (base/input_file.h); empty: their own.
     std::vector<std::filesystem::path> roots;
 };
 
-/// Which files a world may name.
+/// Limits for reading a world.
 struct FileRules {
-    /// Folders besides the world's own, or the project's that it is in (world_files.h).
+    /// Allowed folders besides the world's own or that of its project (world_files.h).
     std::vector<std::filesystem::path> allowed;
-    /// What the world may take while it is read, and its meshes; more is an error.
-    int64_t memory_bytes = kReadingBytes;
+    /// Memory for reading the world and for its meshes; more is an error.
+    int64_t memory_bytes = mesh::kDefaultReadingBytes;
 };
 
 /// Reads a world and the meshes it names. Every error has a place.
 Result<World> load_world(const std::filesystem::path& file, const FileRules& rules = {});
 
-}  // namespace openfab::scene
+}  // namespace openfab::world

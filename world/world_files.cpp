@@ -10,7 +10,7 @@
 #include "base/input_file.h"
 #include "texture/volume.h"
 
-namespace openfab::scene {
+namespace openfab::world {
 namespace {
 
 namespace fs = std::filesystem;
@@ -26,9 +26,9 @@ WorldFiles::WorldFiles(const fs::path& world, const FileRules& rules, JsonReader
 }
 
 bool WorldFiles::allowed(const fs::path& path) const {
-    const fs::path place = without_links(path);
+    const fs::path resolved = without_links(path);
     return std::any_of(roots_.begin(), roots_.end(),
-                       [&](const fs::path& root) { return is_below(place, root); });
+                       [&](const fs::path& root) { return is_below(resolved, root); });
 }
 
 void WorldFiles::check(const JsonValue& value, const std::string& what, const fs::path& path) {
@@ -43,7 +43,7 @@ void WorldFiles::check(const JsonValue& value, const std::string& what, const fs
 fs::path WorldFiles::path(const JsonValue& value, const std::string& what) {
     const std::string text = json_.string(value, what);
     if (json_.ok() && (text.empty() || text.find('\0') != std::string::npos))
-        json_.fail(value, fmt::format("{} is no file name", what));
+        json_.fail(value, fmt::format("{} is not a file name", what));
     const fs::path path = folder_ / text;
     check(value, what, path);
     return path;
@@ -101,7 +101,7 @@ fs::path WorldFiles::images(const JsonValue& value, const std::string& what) {
                    "paths count from the world's folder");
     }
     if (!json_.ok() || slices.size() > 1) return path;
-    // What is wrong with a header is told when it is read.
+    // A faulty header is reported when it is read.
     if (const std::optional<fs::path> data = texture::detached_data(slices[0])) also(value, *data);
     return path;
 }
@@ -111,4 +111,4 @@ void WorldFiles::also(const JsonValue& value, const fs::path& file) {
     add(value, file);
 }
 
-}  // namespace openfab::scene
+}  // namespace openfab::world

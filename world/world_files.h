@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The files that a world names. Worlds come from strangers, so a world reads below its own folder
-// only, unless the person who runs it allows more.
+// Resolves the files that a world names. Worlds are untrusted, so a world reads below its own
+// folder only, unless the user allows more.
 
 #include <filesystem>
 #include <set>
@@ -14,24 +14,24 @@
 #include "world/json_reader.h"
 #include "world/world.h"
 
-namespace openfab::scene {
+namespace openfab::world {
 
 class WorldFiles {
   public:
     WorldFiles(const std::filesystem::path& world, const FileRules& rules, JsonReader* json);
 
-    /// A path, which counts from the world's folder, and may be read.
+    /// Reads a path, relative to the world's folder, that the world may read.
     std::filesystem::path path(const JsonValue& value, const std::string& what);
-    /// A path that must name a file.
+    /// Reads a path of a file that must exist.
     std::filesystem::path existing(const JsonValue& value, const std::string& what);
-    /// One file, or the slices of a volume: a folder, or a pattern that names some.
+    /// Reads the path of one file, or of a volume's slices: a folder or a pattern with matches.
     std::filesystem::path images(const JsonValue& value, const std::string& what);
-    /// A file that a file of the world names in turn, at `value`.
+    /// Adds a file that a file of the world, at `value`, names in turn.
     void also(const JsonValue& value, const std::filesystem::path& file);
 
-    /// The folders below which files may be read: the world's own, or its project's, first.
+    /// Returns the folders below which files may be read, the world's own or its project's first.
     const std::vector<std::filesystem::path>& roots() const { return roots_; }
-    /// All that were named, the world first.
+    /// Returns all files that were named, the world first.
     std::vector<std::filesystem::path> take() { return std::move(files_); }
 
   private:
@@ -47,4 +47,4 @@ class WorldFiles {
     double read_again_bytes_ = 0;
 };
 
-}  // namespace openfab::scene
+}  // namespace openfab::world

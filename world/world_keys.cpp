@@ -6,7 +6,7 @@
 
 #include "base/check.h"
 
-namespace openfab::scene {
+namespace openfab::world {
 
 const std::vector<KeySet>& world_key_sets() {
     static const std::vector<KeySet> sets = {
@@ -42,4 +42,4 @@ const KeySet& world_keys(std::string_view kind) {
     return *found;
 }
 
-}  // namespace openfab::scene
+}  // namespace openfab::world

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-namespace openfab::scene {
+namespace openfab::world {
 
 struct KeySet {
     std::string_view
@@ -20,4 +20,4 @@ struct KeySet {
 const std::vector<KeySet>& world_key_sets();
 const KeySet& world_keys(std::string_view kind);
 
-}  // namespace openfab::scene
+}  // namespace openfab::world

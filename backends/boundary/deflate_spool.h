@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Text that waits compressed in a file without a name until its turn in a package has come.
+// Spools compressed text in an unnamed file until it is copied to a package.
 //
-// Deflated pieces that end at a byte can be put one after another into one stream, so that nothing
+// Deflated pieces that end at a byte boundary can be concatenated into one stream, so that nothing
 // is compressed twice.
 
 #include <zlib.h>
@@ -21,29 +21,29 @@
 
 namespace openfab::boundary {
 
-/// Size and checksum of text that was deflated.
+/// Size and checksum of uncompressed text.
 struct TextSum {
     int64_t bytes = 0;
     uint64_t crc = 0;
     void add(const TextSum& next);
 };
 
-/// Raw deflate of one text, ended at a byte; `last` ends the stream.
+/// Deflates one text, raw, up to a byte boundary; `last` ends the stream.
 std::vector<uint8_t> deflate_text(std::string_view text, bool last, TextSum* sum);
 
 class DeflateSpool {
   public:
-    /// The file is made in `folder` and has no name from then on: it is gone with the process.
+    /// Creates an unnamed file in `folder`, which disappears with the process.
     static Result<std::unique_ptr<DeflateSpool>> create(const std::filesystem::path& folder);
     ~DeflateSpool();
     DeflateSpool(const DeflateSpool&) = delete;
 
     Result<void> append(std::string_view text);
-    /// Ends the piece; nothing is appended after.
+    /// Ends the text; nothing may be appended after.
     Result<void> end();
     const TextSum& sum() const { return sum_; }
     int64_t packed_bytes() const { return packed_; }
-    /// Hands on all that was packed, in pieces.
+    /// Passes all compressed bytes to `take`, in pieces.
     Result<void> read(const std::function<Result<void>(std::span<const uint8_t>)>& take) const;
 
   private:

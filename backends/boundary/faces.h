@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The faces between voxels of different codes, gathered into rectangles: across z in a whole plane,
-// across x and y in the height of a slice.
+// Finds the faces between voxels of different codes and merges them into rectangles: across z in a
+// whole plane, across x and y in the height of a slice.
 
 #include <algorithm>
 #include <cstdint>
@@ -14,7 +14,7 @@
 
 namespace openfab::boundary {
 
-/// Finds rectangles, always the same ones in the same order. Keeps its buffers from call to call.
+/// Finds rectangles, deterministically and in a fixed order. Reuses its buffers from call to call.
 class FaceFinder {
   public:
     FaceFinder(int32_t width, int32_t height)
@@ -23,7 +23,8 @@ class FaceFinder {
           labels_(static_cast<size_t>(width) + 1 + kOverrun),
           starts_(static_cast<size_t>(width) + 1) {}
 
-    /// Faces across z at lattice plane `z`. Runs along x grow along y while they stay the same.
+    /// Visits faces across z at lattice plane `z`. Runs along x grow along y while they are the
+    /// same.
     template <typename Visit>
     void across_z(const Layer& below, const Layer& above, int32_t z, Visit visit) {
         growing_.clear();
@@ -49,7 +50,7 @@ class FaceFinder {
             visit(r);
     }
 
-    /// Faces across x and y of the slice between the lattice planes z and z + 1.
+    /// Visits faces across x and y of the slice between the lattice planes z and z + 1.
     template <typename Visit>
     void across_xy(const Layer& layer, int32_t z, Visit visit) {
         std::fill(labels_.begin(), labels_.end(), uint16_t{0});
@@ -69,7 +70,7 @@ class FaceFinder {
         return a.u0 == b.u0 && a.u1 == b.u1 && a.low == b.low && a.high == b.high;
     }
 
-    /// One row; a run along y ends where its label does.
+    /// Visits one row; a run along y ends where its label changes.
     template <typename Visit>
     void across_x(const uint8_t* row, int32_t y, int32_t z, Visit visit) {
         for (int32_t x = 0; x <= width_; ++x) {
@@ -91,11 +92,11 @@ class FaceFinder {
         }
     }
 
-    /// No face, and no run that ends, at the next 8 points.
+    /// Returns whether no face and no end of a run is at the next 8 points.
     bool nothing_here(const uint8_t* row, int32_t x) const {
         if (eight_codes(row + x - 1) != eight_codes(row + x)) return false;
         uint64_t open[2];
-        std::memcpy(open, &labels_[static_cast<size_t>(x)], sizeof open);
+        std::memcpy(open, &labels_[x], sizeof open);
         return (open[0] | open[1]) == 0;
     }
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// How the surface of one material passes through a lattice point, a corner of up to 8 voxels.
+// The topology of the surface of one material at a lattice point, a corner of up to 8 voxels.
 //
 // Voxels of a material that touch only along an edge or in a corner are never joined by it: along
 // such an edge the surface is two sheets, each around its own voxel. The unit faces of a material
@@ -15,18 +15,18 @@
 
 namespace openfab::boundary {
 
-/// Octants of a point: bit 0 is set on the side of +x, bit 1 of +y, bit 2 of +z. A mask has a bit
-/// for each octant that is of the material.
+/// The fans at a point. Bits of an octant's number: 0 is set on the side of +x, 1 of +y, 2 of +z. A
+/// mask has a bit for each octant that is of the material.
 struct Fans {
     int32_t count = 0;  ///< at most 4
     /// By octant of the material and by axis: the fan of the face between this octant and its
     /// neighbour across the axis; -1 where there is none.
     std::array<std::array<int8_t, 3>, 8> of{};
-    /// By fan, where there are several: the way from the point that leads away from the others, -1
-    /// or 1 along each axis that the fan has faces across, else 0. It is the way into the voxels of
-    /// the fan; or out of them, into a single voxel of others, where two such voxels meet in their
-    /// corners amid the material. No two fans of a point have the same, and no fan that is not
-    /// alone has faces both ways along an axis.
+    /// By fan, where there are several: the direction from the point away from the other fans, -1
+    /// or 1 along each axis that the fan has faces across, else 0. It points into the voxels of the
+    /// fan; or out of them, into a single voxel of others, where two such voxels meet at their
+    /// corners inside the material. All fans of a point differ, and none of several has faces both
+    /// ways along an axis.
     std::array<std::array<int8_t, 3>, 4> apart{};
 };
 
@@ -36,7 +36,7 @@ struct Face {
     int32_t octant = 0, axis = 0;
 };
 
-/// The face that the surface goes on with over the edge along axis edge.
+/// Returns the next face of the surface across the edge along axis `edge`.
 constexpr Face next_face(uint32_t mask, Face face, int32_t edge) {
     const int32_t third = 3 - face.axis - edge;
     const int32_t beside = face.octant ^ (1 << third);
@@ -91,7 +91,7 @@ constexpr std::array<Fans, 256> make_all_fans() {
 
 inline constexpr std::array<Fans, 256> kFans = fans_detail::make_all_fans();
 
-/// Which octants have `code`.
+/// Returns the mask of octants that have `code`.
 inline uint32_t mask_of(const std::array<uint8_t, 8>& codes, uint8_t code) {
     uint32_t mask = 0;
     for (uint32_t octant = 0; octant < 8; ++octant)

@@ -19,7 +19,7 @@ Layer::Layer(int32_t width, int32_t height)
     : stride_(static_cast<size_t>(width) + kBorder + kOverrun),
       codes_(stride_ * (static_cast<size_t>(height) + kBorder)) {}
 
-void Layer::fill(const backends::SliceView& slice, int32_t bits) {
+void Layer::fill(const pipeline::SliceView& slice, int32_t bits) {
     for (int32_t y = 0; y < slice.height; ++y)
         backends::unpack_row(slice, y, bits,
                              codes_.data() + (static_cast<size_t>(y) + 1) * stride_ + 1);

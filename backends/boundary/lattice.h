@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Slices of codes and bits at lattice points, with the scans over them that look for changes.
+// Slices of codes and bits at lattice points, with scans over them for changes.
 
 #include <array>
 #include <bit>
@@ -15,11 +15,11 @@
 namespace openfab::boundary {
 
 /// The codes of one slice with a border of void around it: rows -1 to height, in a row x from -1 to
-/// width, and 7 more that scans by eights may read.
+/// width, and 7 more that scans by eight may read.
 class Layer {
   public:
     Layer(int32_t width, int32_t height);
-    void fill(const backends::SliceView& slice, int32_t bits);
+    void fill(const pipeline::SliceView& slice, int32_t bits);
     void clear();
     const uint8_t* row(int32_t y) const {
         return codes_.data() + (static_cast<size_t>(y) + 1) * stride_ + 1;
@@ -55,7 +55,7 @@ class BitPlane {
     std::vector<uint64_t> bits_;
 };
 
-/// The codes of the 8 voxels around lattice point (x, y) between two layers, by octant.
+/// Returns the codes of the 8 voxels around lattice point (x, y) between two layers, by octant.
 inline std::array<uint8_t, 8> octants(const Layer& below, const Layer& above, int32_t x,
                                       int32_t y) {
     std::array<uint8_t, 8> codes{};
@@ -80,7 +80,7 @@ void for_each_run(const uint8_t* low, const uint8_t* high, int32_t count, Visit 
     constexpr uint64_t kEach = 0x0101010101010101;
     for (int32_t x = 0; x < count;) {
         if (low[x] == high[x]) {
-            // Beyond the row both are void, so the end is not run over by much.
+            // Beyond the row both are void, so the scan does not overrun the end by much.
             ++x;
             while (x < count && eight_codes(low + x) == eight_codes(high + x))
                 x += 8;
@@ -99,7 +99,7 @@ void for_each_run(const uint8_t* low, const uint8_t* high, int32_t count, Visit 
     }
 }
 
-/// Whether a material has two of the four voxels around an edge that touch nowhere but there; the
+/// Returns whether a material has two of the four voxels around an edge that touch only there; the
 /// voxels are given in order around it.
 inline bool is_crossing(uint8_t a, uint8_t b, uint8_t c, uint8_t d) {
     return (a == c && a != 0 && a != b && a != d) || (b == d && b != 0 && b != a && b != c);

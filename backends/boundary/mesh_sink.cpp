@@ -12,7 +12,7 @@
 
 namespace openfab::boundary {
 
-Coordinates::Coordinates(const backends::PrintInfo& info)
+Coordinates::Coordinates(const pipeline::PrintInfo& info)
     : origin_mm_(info.origin_mm), half_mm_(info.pitch_mm * 0.5) {}
 
 Vec3f Coordinates::at(const Vec3i& point) const {
@@ -25,7 +25,7 @@ Vec3f Coordinates::at(const MeshCorner& corner) const {
     const Vec3f exact = at(corner.point);
     Vec3f out = exact;
     for (int a = 0; a < 3; ++a) {
-        const int32_t steps = corner.off[static_cast<size_t>(a)];
+        const int32_t steps = corner.off[a];
         if (steps == 0) continue;
         out[a] = static_cast<float>(origin_mm_[a] + corner.point[a] * half_mm_[a] +
                                     steps * (half_mm_[a] * (2.0 / kSteps)));
@@ -34,7 +34,7 @@ Vec3f Coordinates::at(const MeshCorner& corner) const {
     return out;
 }
 
-Result<void> Coordinates::check(const backends::PrintInfo& info) {
+Result<void> Coordinates::check(const pipeline::PrintInfo& info) {
     for (int a = 0; a < 3; ++a) {
         const double lo = info.origin_mm[a], hi = lo + info.size[a] * info.pitch_mm[a];
         // Two half voxels a step of the coordinates, so that rounding joins none.
@@ -48,7 +48,7 @@ Result<void> Coordinates::check(const backends::PrintInfo& info) {
     return {};
 }
 
-Result<void> MeshSink::begin(const backends::PrintInfo& info) {
+Result<void> MeshSink::begin(const pipeline::PrintInfo& info) {
     info_ = info;
     Result<void> done = Coordinates::check(info);
     if (done) done = writer_->begin(info);
@@ -57,13 +57,13 @@ Result<void> MeshSink::begin(const backends::PrintInfo& info) {
     return done;
 }
 
-std::vector<uint8_t> MeshSink::encode(const backends::SliceView& slice) const {
+std::vector<uint8_t> MeshSink::encode(const pipeline::SliceView& slice) const {
     return {slice.data, slice.data + slice.row_bytes * static_cast<size_t>(slice.height)};
 }
 
 Result<void> MeshSink::commit(int32_t z, const std::vector<uint8_t>& bytes) {
     OPENFAB_CHECK(mesher_ != nullptr);  // begun, and not finished
-    const backends::SliceView slice{z, bytes.data(),
+    const pipeline::SliceView slice{z, bytes.data(),
                                     backends::packed_row_bytes(info_.size.x, info_.bits),
                                     info_.size.x, info_.size.y};
     Result<void> done = mesher_->add(slice, info_.bits);
@@ -71,7 +71,7 @@ Result<void> MeshSink::commit(int32_t z, const std::vector<uint8_t>& bytes) {
     return done;
 }
 
-Result<void> MeshSink::finish(const backends::PrintTotals& totals) {
+Result<void> MeshSink::finish(const pipeline::PrintTotals& totals) {
     Result<void> done;
     if (broken_) {
         // Reported already.

@@ -2,12 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Meshes as an output of a print: slices in, one boundary mesh a material out, in the space of the
-// build, in millimetres.
+// Meshes as an output of a print: one boundary mesh per material, in build space, in millimetres.
 //
-// A mesh of some of the slices would be cut open where they end. So the files have their names only
-// when the print is whole; one that fails or is interrupted leaves none, and those of an earlier
-// print as they were.
+// A mesh of only some slices would be cut open where they end. So files get their names only when
+// the print is complete; one that fails or is interrupted leaves none, and those of an earlier
+// print unchanged.
 
 #include <filesystem>
 #include <memory>
@@ -18,61 +17,62 @@
 
 namespace openfab::boundary {
 
-/// From half voxels to millimetres: the same place is the same number in every mesh.
+/// Converts half voxels to millimetres: equal points become equal numbers in all meshes.
 class Coordinates {
   public:
     Coordinates() = default;
-    explicit Coordinates(const backends::PrintInfo& info);
+    explicit Coordinates(const pipeline::PrintInfo& info);
     Vec3f at(const Vec3i& point) const;
-    /// Off the point as the corner says. A step that single precision does not tell is made one
-    /// that it does.
+    /// Returns the corner's point plus its offset. A step below single precision is enlarged to the
+    /// smallest one that changes the number.
     Vec3f at(const MeshCorner& corner) const;
-    /// Whether single precision, which is what readers of meshes keep, tells half voxels apart; the
-    /// error says at what pitch it would.
-    static Result<void> check(const backends::PrintInfo& info);
+    /// Fails where single precision, which readers of meshes use, cannot distinguish half voxels;
+    /// the error names a pitch at which it can.
+    static Result<void> check(const pipeline::PrintInfo& info);
 
   private:
     Vec3d origin_mm_, half_mm_;
 };
 
-/// A kind of files that meshes are written to.
+/// A file format of meshes.
 class MeshWriter : public MeshReceiver {
   public:
-    virtual Result<void> begin(const backends::PrintInfo& info) = 0;
-    /// After the last triangle: the files are whole on the disk, or there is an error.
+    virtual Result<void> begin(const pipeline::PrintInfo& info) = 0;
+    /// Finishes after the last triangle: the files are completely on the disk, or an error.
     virtual Result<void> end() = 0;
-    // Without end nothing is left where a writer goes.
+    // A writer that is destroyed without `end` leaves no files.
 };
 
-/// One binary STL a material: `-o out/part.stl` gives `out/part_white.stl` and so on, for those
-/// materials that have voxels. Files of such names of an earlier print are replaced or removed. An
-/// STL has no shared vertices, so readers find neighbours by places: sheets of a material that lie
-/// on each other are parted (mesher.h), and each edge is between two triangles by places too.
+/// Writes one binary STL per material: `-o out/part.stl` gives `out/part_white.stl` and so on, for
+/// those materials that have voxels. Files of such names of an earlier print are replaced or
+/// removed. An STL has no shared vertices, so readers find neighbours by position: coincident
+/// sheets of a material are separated (mesher.h), so that each edge is between two triangles by
+/// position, too.
 std::unique_ptr<MeshWriter> make_stl_writer(const std::filesystem::path& path);
 
-/// One 3MF package: an object a material, with its colour and name as a base material, and one
-/// build item that has them all as components. While it is made, the meshes wait compressed in
-/// files without a name beside it.
+/// Writes one 3MF package: an object per material, with its colour and name as a base material, and
+/// one build item that has them all as components. Meanwhile the meshes are compressed in unnamed
+/// files beside it.
 std::unique_ptr<MeshWriter> make_threemf_writer(const std::filesystem::path& path);
 
-/// Where the mesh of a material goes: `stem_material.stl`, with what file names had better not have
-/// replaced; material is its index in info.materials. No two are the same.
-std::filesystem::path stl_path(const std::filesystem::path& path, const backends::PrintInfo& info,
+/// Returns the file of a material's mesh: `stem_material.stl`, with unsafe characters replaced;
+/// `material` is its index in info.materials. All are different.
+std::filesystem::path stl_path(const std::filesystem::path& path, const pipeline::PrintInfo& info,
                                size_t material);
 
-class MeshSink : public backends::SliceSink {
+class MeshSink : public pipeline::SliceSink {
   public:
     explicit MeshSink(std::unique_ptr<MeshWriter> writer) : writer_(std::move(writer)) {}
 
-    Result<void> begin(const backends::PrintInfo& info) override;
-    std::vector<uint8_t> encode(const backends::SliceView& slice) const override;
+    Result<void> begin(const pipeline::PrintInfo& info) override;
+    std::vector<uint8_t> encode(const pipeline::SliceView& slice) const override;
     Result<void> commit(int32_t z, const std::vector<uint8_t>& bytes) override;
-    Result<void> finish(const backends::PrintTotals& totals) override;
+    Result<void> finish(const pipeline::PrintTotals& totals) override;
 
   private:
     std::unique_ptr<MeshWriter> writer_;
     std::unique_ptr<Mesher> mesher_;
-    backends::PrintInfo info_;
+    pipeline::PrintInfo info_;
     bool broken_ = false;
 };
 

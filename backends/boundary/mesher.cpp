@@ -33,36 +33,37 @@ void for_each_code(const std::array<uint8_t, Size>& codes, Visit visit) {
     }
 }
 
-/// Points and middles of a row from x0 to x1, in half voxels.
-void collect_row(const BitPlane& points, const BitPlane& middles, int32_t y, int32_t x0, int32_t x1,
-                 std::vector<int32_t>* out) {
+/// Collects points and midpoints of a row from x0 to x1, in half voxels.
+void collect_row(const BitPlane& points, const BitPlane& midpoints, int32_t y, int32_t x0,
+                 int32_t x1, std::vector<int32_t>* out) {
     for (int32_t base = x0 & ~63; base <= x1; base += 64) {
         const auto w = static_cast<size_t>(base >> 6);
-        for_each_bit(points.word(w, y) | middles.word(w, y), [&](int32_t bit) {
+        for_each_bit(points.word(w, y) | midpoints.word(w, y), [&](int32_t bit) {
             const int32_t x = base + bit;
             if (x < x0 || x > x1) return;
             if (points.get(x, y)) out->push_back(2 * x);
-            if (x < x1 && middles.get(x, y)) out->push_back(2 * x + 1);
+            if (x < x1 && midpoints.get(x, y)) out->push_back(2 * x + 1);
         });
     }
 }
 
-/// Points and middles of a column from y0 to y1, in half voxels; `ends` with those at y0 and y1.
-void collect_column(const BitPlane& points, const BitPlane& middles, int32_t x, int32_t y0,
+/// Collects points and midpoints of a column from y0 to y1, in half voxels; `ends` with those at y0
+/// and y1.
+void collect_column(const BitPlane& points, const BitPlane& midpoints, int32_t x, int32_t y0,
                     int32_t y1, bool ends, std::vector<int32_t>* out) {
     for (int32_t y = y0; y <= y1; ++y) {
         if ((ends || (y != y0 && y != y1)) && points.get(x, y)) out->push_back(2 * y);
-        if (y < y1 && middles.get(x, y)) out->push_back(2 * y + 1);
+        if (y < y1 && midpoints.get(x, y)) out->push_back(2 * y + 1);
     }
 }
 
-/// Whether an octant and the opposite one are alone amid one material.
+/// Returns whether an octant and the opposite one are alone inside one material.
 bool is_amid_another(const std::array<uint8_t, 8>& codes, int32_t octant) {
     const auto around = codes[static_cast<size_t>(octant ^ 1)];
     if (around == 0) return false;
     for (int32_t o = 0; o < 8; ++o) {
         const bool one_of_two = o == octant || o == (octant ^ 7);
-        if ((codes[static_cast<size_t>(o)] == around) == one_of_two) return false;
+        if ((codes[o] == around) == one_of_two) return false;
     }
     return true;
 }
@@ -74,14 +75,14 @@ Mesher::Mesher(int32_t width, int32_t height, int32_t first_slice, MeshReceiver*
       height_(height),
       first_slice_(first_slice),
       receiver_(receiver),
-      by_places_(receiver->goes_by_places()),
+      by_position_(receiver->identifies_by_position()),
       layers_(3, Layer(width, height)),
       planes_(3, Plane(width, height)),
-      middles_z_(width, height),
+      midpoints_z_(width, height),
       finder_(width, height),
       pending_(256) {}
 
-Result<void> Mesher::add(const backends::SliceView& slice, int32_t bits) {
+Result<void> Mesher::add(const pipeline::SliceView& slice, int32_t bits) {
     OPENFAB_CHECK_EQ(slice.z, first_slice_ + z_);
     layer(z_).fill(slice, bits);
     return step();
@@ -98,17 +99,17 @@ Result<void> Mesher::finish() {
 /// With the slice z_ come its lower plane and the slice below, for which all is known now.
 Result<void> Mesher::step() {
     plane(z_ + 1).points.clear();
-    plane(z_).middles_x.clear();
-    plane(z_).middles_y.clear();
+    plane(z_).midpoints_x.clear();
+    plane(z_).midpoints_y.clear();
     const auto marks = [this](const Rectangle& r) { mark(r); };
     finder_.across_z(layer(z_ - 1), layer(z_), z_, marks);
     finder_.across_xy(layer(z_), z_, marks);
     mark_crossings();
-    find_middles_z();
-    number_middles(middles_z_, 2, z_ - 1, &z_table_);
+    find_midpoints_z();
+    number_midpoints(midpoints_z_, 2, z_ - 1, &z_table_);
     number_points();
-    number_middles(plane(z_).middles_x, 0, z_, &plane(z_).x_table);
-    number_middles(plane(z_).middles_y, 1, z_, &plane(z_).y_table);
+    number_midpoints(plane(z_).midpoints_x, 0, z_, &plane(z_).x_table);
+    number_midpoints(plane(z_).midpoints_y, 1, z_, &plane(z_).y_table);
     const auto emits = [this](const Rectangle& r) { emit(r); };
     finder_.across_xy(layer(z_ - 1), z_ - 1, emits);
     finder_.across_z(layer(z_ - 1), layer(z_), z_, emits);
@@ -130,7 +131,7 @@ void Mesher::mark(const Rectangle& r) {
     }
 }
 
-/// Points and middles along the edges in the plane z_ and points of those across slice z_.
+/// Marks points and midpoints along the edges in the plane z_ and points of those across slice z_.
 void Mesher::mark_crossings() {
     const Layer &below = layer(z_ - 1), &above = layer(z_);
     Plane &low = plane(z_), &high = plane(z_ + 1);
@@ -140,8 +141,8 @@ void Mesher::mark_crossings() {
                           [&](int32_t x) {
                               low.points.set(x, y);
                               low.points.set(x + 1, y);
-                              if (needs_middle(0, around(x, y), around(x + 1, y)))
-                                  low.middles_x.set(x, y);
+                              if (needs_midpoint(0, around(x, y), around(x + 1, y)))
+                                  low.midpoints_x.set(x, y);
                           });
         for_each_crossing(above.row(y - 1) - 1, above.row(y - 1), above.row(y), above.row(y) - 1,
                           width_ + 1, [&](int32_t x) {
@@ -153,24 +154,23 @@ void Mesher::mark_crossings() {
                           width_ + 1, [&](int32_t x) {
                               low.points.set(x, y);
                               low.points.set(x, y + 1);
-                              if (needs_middle(1, around(x, y), around(x, y + 1)))
-                                  low.middles_y.set(x, y);
+                              if (needs_midpoint(1, around(x, y), around(x, y + 1)))
+                                  low.midpoints_y.set(x, y);
                           });
     }
 }
 
-/// Whether two sheets along an edge have the same vertices at both ends, given the voxels around
-/// these.
-bool Mesher::needs_middle(int32_t axis, const std::array<uint8_t, 8>& low_end,
-                          const std::array<uint8_t, 8>& high_end) const {
+/// Returns whether two sheets along an edge have the same vertices at both ends, given the voxels
+/// around these.
+bool Mesher::needs_midpoint(int32_t axis, const std::array<uint8_t, 8>& low_end,
+                            const std::array<uint8_t, 8>& high_end) const {
     const int32_t p = axis == 0 ? 1 : 0, q = axis == 2 ? 1 : 2;
     const auto together = [&](const std::array<uint8_t, 8>& codes, int32_t a, int32_t b) {
-        const Fans& fans = kFans[mask_of(codes, codes[static_cast<size_t>(a)])];
-        return fans.of[static_cast<size_t>(a)][static_cast<size_t>(p)] ==
-               fans.of[static_cast<size_t>(b)][static_cast<size_t>(p)];
+        const Fans& fans = kFans[mask_of(codes, codes[a])];
+        return fans.of[a][p] == fans.of[b][p];
     };
     const auto meet = [&](int32_t a, int32_t b, int32_t beside_a, int32_t beside_b) {
-        const auto code = [&](int32_t octant) { return high_end[static_cast<size_t>(octant)]; };
+        const auto code = [&](int32_t octant) { return high_end[octant]; };
         if (code(a) == 0 || code(a) != code(b) || code(a) == code(beside_a) ||
             code(a) == code(beside_b))
             return false;
@@ -182,15 +182,15 @@ bool Mesher::needs_middle(int32_t axis, const std::array<uint8_t, 8>& low_end,
 }
 
 /// Middles of the edges across slice z_ - 1, whose upper ends are known only now.
-void Mesher::find_middles_z() {
-    middles_z_.clear();
+void Mesher::find_midpoints_z() {
+    midpoints_z_.clear();
     const Layer &below = layer(z_ - 2), &middle = layer(z_ - 1), &above = layer(z_);
     for (int32_t y = 0; y <= height_; ++y) {
         for_each_crossing(
             middle.row(y - 1) - 1, middle.row(y - 1), middle.row(y), middle.row(y) - 1, width_ + 1,
             [&](int32_t x) {
-                if (needs_middle(2, octants(below, middle, x, y), octants(middle, above, x, y)))
-                    middles_z_.set(x, y);
+                if (needs_midpoint(2, octants(below, middle, x, y), octants(middle, above, x, y)))
+                    midpoints_z_.set(x, y);
             });
     }
 }
@@ -226,20 +226,21 @@ void Mesher::number_points() {
 }
 
 /// One vertex for each sheet, which is for each voxel of a material around the edge.
-void Mesher::number_middles(const BitPlane& middles, int32_t axis, int32_t z, VertexTable* table) {
+void Mesher::number_midpoints(const BitPlane& midpoints, int32_t axis, int32_t z,
+                              VertexTable* table) {
     const int32_t p = axis == 0 ? 1 : 0, q = axis == 2 ? 1 : 2;
     table->begin();
     for (int32_t y = 0; y <= height_; ++y) {
-        for (size_t w = 0; w < middles.words(); ++w) {
+        for (size_t w = 0; w < midpoints.words(); ++w) {
             table->begin_word();
-            for_each_bit(middles.word(w, y), [&](int32_t bit) {
+            for_each_bit(midpoints.word(w, y), [&](int32_t bit) {
                 const int32_t x = static_cast<int32_t>(w) * 64 + bit;
                 std::array<uint8_t, 4> codes{};
                 for (int32_t i = 0; i < 4; ++i) {
                     Vec3i voxel{x, y, z};
                     voxel[p] -= i & 1;
                     voxel[q] -= i >> 1;
-                    codes[static_cast<size_t>(i)] = code_at(voxel);
+                    codes[i] = code_at(voxel);
                 }
                 Vec3i point{2 * x, 2 * y, 2 * z};
                 ++point[axis];
@@ -256,23 +257,24 @@ void Mesher::outline(const Rectangle& r) {
     outline_.clear();
     if (r.axis == 2) {
         const Plane& p = plane(r.plane);
-        collect_row(p.points, p.middles_x, r.v0, r.u0, r.u1, &outline_.bottom);
-        collect_row(p.points, p.middles_x, r.v1, r.u0, r.u1, &outline_.top);
-        collect_column(p.points, p.middles_y, r.u0, r.v0, r.v1, false, &outline_.left);
-        collect_column(p.points, p.middles_y, r.u1, r.v0, r.v1, false, &outline_.right);
+        collect_row(p.points, p.midpoints_x, r.v0, r.u0, r.u1, &outline_.bottom);
+        collect_row(p.points, p.midpoints_x, r.v1, r.u0, r.u1, &outline_.top);
+        collect_column(p.points, p.midpoints_y, r.u0, r.v0, r.v1, false, &outline_.left);
+        collect_column(p.points, p.midpoints_y, r.u1, r.v0, r.v1, false, &outline_.right);
         return;
     }
     const Plane &low = plane(r.v0), &high = plane(r.v1);
     const auto side = [&](int32_t u, std::vector<int32_t>* out) {
-        const bool middle = r.axis == 1 ? middles_z_.get(u, r.plane) : middles_z_.get(r.plane, u);
+        const bool middle =
+            r.axis == 1 ? midpoints_z_.get(u, r.plane) : midpoints_z_.get(r.plane, u);
         if (middle) out->push_back(2 * r.v0 + 1);
     };
     if (r.axis == 1) {
-        collect_row(low.points, low.middles_x, r.plane, r.u0, r.u1, &outline_.bottom);
-        collect_row(high.points, high.middles_x, r.plane, r.u0, r.u1, &outline_.top);
+        collect_row(low.points, low.midpoints_x, r.plane, r.u0, r.u1, &outline_.bottom);
+        collect_row(high.points, high.midpoints_x, r.plane, r.u0, r.u1, &outline_.top);
     } else {
-        collect_column(low.points, low.middles_y, r.plane, r.u0, r.u1, true, &outline_.bottom);
-        collect_column(high.points, high.middles_y, r.plane, r.u0, r.u1, true, &outline_.top);
+        collect_column(low.points, low.midpoints_y, r.plane, r.u0, r.u1, true, &outline_.bottom);
+        collect_column(high.points, high.midpoints_y, r.plane, r.u0, r.u1, true, &outline_.top);
     }
     side(r.u0, &outline_.left);
     side(r.u1, &outline_.right);
@@ -292,7 +294,7 @@ void Mesher::emit(const Rectangle& rectangle) {
             moved = moved || corners.back().off != decltype(MeshCorner::off){};
         }
     }
-    if (by_places_ && moved && would_turn_over(rectangle)) add_rim(rectangle);
+    if (by_position_ && moved && would_flip(rectangle)) add_rim(rectangle);
     for (const bool high : {false, true}) {
         if ((high ? rectangle.high : rectangle.low) != 0) emit_side(rectangle, high);
     }
@@ -310,20 +312,21 @@ void Mesher::emit_side(const Rectangle& rectangle, bool high) {
         if (turned) std::swap(t[1], t[2]);
         MeshTriangle& out = pending.triangles.emplace_back();
         for (size_t i = 0; i < 3; ++i)
-            out[i] = corners[static_cast<size_t>(t[i])];
+            out[i] = corners[t[i]];
     }
     if (pending.triangles.size() >= kPiece) flush(code);
 }
 
-/// Whether a triangle of the rectangle is so thin that it might face the other way once each of its
-/// corners is a few steps off; coordinates in single precision add to the one that is meant.
-bool Mesher::would_turn_over(const Rectangle& rectangle) const {
+/// Returns whether a triangle of the rectangle is so thin that it might face the other way once
+/// each of its corners is a few steps off; coordinates in single precision add to the one that is
+/// meant.
+bool Mesher::would_flip(const Rectangle& rectangle) const {
     constexpr int64_t kFourSteps = kSteps / 2 / 4;  // are so often in half a voxel
     const int32_t u = rectangle.u_axis(), v = rectangle.v_axis();
     return std::any_of(triangles_.begin(), triangles_.end(), [&](const std::array<int32_t, 3>& t) {
-        const Vec3i& a = points_[static_cast<size_t>(t[0])];
-        const auto b = vec_cast<int64_t>(points_[static_cast<size_t>(t[1])] - a);
-        const auto c = vec_cast<int64_t>(points_[static_cast<size_t>(t[2])] - a);
+        const Vec3i& a = points_[t[0]];
+        const auto b = vec_cast<int64_t>(points_[t[1]] - a);
+        const auto c = vec_cast<int64_t>(points_[t[2]] - a);
         const int64_t area = b[u] * c[v] - b[v] * c[u];
         int64_t extent = 1;  // stands for the moves' own product
         for (const int32_t axis : {u, v}) {
@@ -378,7 +381,7 @@ void Mesher::add_rim(const Rectangle& rectangle) {
 /// A point of the outline in the mesh on one side of the rectangle.
 MeshCorner Mesher::corner(const Rectangle& r, bool high, const Vec3i& point) {
     for (int32_t axis = 0; axis < 3; ++axis) {
-        if ((point[axis] & 1) != 0) return middle_corner(r, high, point, axis);
+        if ((point[axis] & 1) != 0) return midpoint_corner(r, high, point, axis);
     }
     const int32_t x = point.x / 2, y = point.y / 2, z = point.z / 2;
     // A face of the rectangle that has the point for a corner; where there are two they are of one
@@ -389,7 +392,7 @@ MeshCorner Mesher::corner(const Rectangle& r, bool high, const Vec3i& point) {
     const uint8_t code = high ? r.high : r.low;
     const std::array<uint8_t, 8> codes = octants(layer(z - 1), layer(z), x, y);
     const Fans& fans = kFans[mask_of(codes, code)];
-    const int8_t fan = fans.of[static_cast<size_t>(octant)][static_cast<size_t>(r.axis)];
+    const int8_t fan = fans.of[octant][r.axis];
     const Plane& p = plane(z);
     const size_t word = static_cast<size_t>(y) * p.points.words() + static_cast<size_t>(x >> 6);
     MeshCorner out{point, p.point_table.first(word, x & 63, code) + static_cast<uint32_t>(fan)};
@@ -397,13 +400,13 @@ MeshCorner Mesher::corner(const Rectangle& r, bool high, const Vec3i& point) {
     const bool follows = fans.count == 1 && is_amid_another(codes, octant);
     for (int32_t axis = 0; axis < 3; ++axis) {
         const int8_t alone = (octant >> axis & 1) != 0 ? 1 : -1;
-        out.off[static_cast<size_t>(axis)] =
-            follows ? alone : fans.apart[static_cast<size_t>(fan)][static_cast<size_t>(axis)];
+        out.off[axis] = follows ? alone : fans.apart[fan][axis];
     }
     return out;
 }
 
-MeshCorner Mesher::middle_corner(const Rectangle& r, bool high, const Vec3i& point, int32_t axis) {
+MeshCorner Mesher::midpoint_corner(const Rectangle& r, bool high, const Vec3i& point,
+                                   int32_t axis) {
     const int32_t side = axis == r.u_axis() ? r.v_axis() : r.u_axis();
     const int32_t side_end = 2 * (side == r.u_axis() ? r.u1 : r.v1);
     // The voxels on this side of the rectangle and across the edge.
@@ -422,8 +425,8 @@ MeshCorner Mesher::middle_corner(const Rectangle& r, bool high, const Vec3i& poi
     const size_t word = static_cast<size_t>(y) * p.points.words() + static_cast<size_t>(x >> 6);
     MeshCorner out{point, table.first(word, x & 63, code) + (two && !first_of_two ? 1 : 0)};
     if (two) {
-        out.off[static_cast<size_t>(r.axis)] = above ? 1 : -1;
-        out.off[static_cast<size_t>(side)] = beyond ? 1 : -1;
+        out.off[r.axis] = above ? 1 : -1;
+        out.off[side] = beyond ? 1 : -1;
     }
     return out;
 }

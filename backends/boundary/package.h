@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// A ZIP package in a file, by minizip.
+// Writes ZIP packages, by minizip.
 
 #include <cstdint>
 #include <memory>
@@ -16,24 +16,25 @@
 
 namespace openfab::boundary {
 
-/// Entries are written one after another. The same entries give the same bytes: they carry no time.
+/// A package in a file. Entries are written one after another; they have no timestamps, so the same
+/// entries give the same bytes.
 class Package {
   public:
-    /// `file` is empty, may be written at any place, and outlives this.
+    /// `file` must be empty, allow writes at any offset, and outlive this.
     static Result<std::unique_ptr<Package>> create(backends::OutputFile* file);
     ~Package();
     Package(const Package&) = delete;
 
     Result<void> add(const std::string& name, std::string_view text);
-    /// An entry that is deflated already, of at most `most_bytes` before or after.
+    /// Begins an entry that is already deflated, of at most `most_bytes` before and after.
     Result<void> begin_packed(const std::string& name, int64_t most_bytes);
     Result<void> write_packed(std::span<const uint8_t> bytes);
     Result<void> end_packed(const TextSum& sum);
-    /// Writes the directory; without it this is no package.
+    /// Writes the directory; without it the file is not a valid package.
     Result<void> close();
 
   private:
-    /// What minizip writes through.
+    /// The stream that minizip writes to.
     struct Stream {
         backends::OutputFile* file = nullptr;
         int64_t at = 0;

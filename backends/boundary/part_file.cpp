@@ -32,8 +32,7 @@ PartFile::~PartFile() {
 Result<std::unique_ptr<PartFile>> PartFile::create(const std::filesystem::path& path) {
     std::error_code ignored;
     if (std::filesystem::is_directory(path, ignored)) {
-        return user_error(
-            fmt::format("`{}` is a folder; a file is to be written there", path.string()));
+        return user_error(fmt::format("`{}` is a folder; the output is a file", path.string()));
     }
     Result<backends::OutputFile> file = backends::OutputFile::create(part_name(path));
     if (!file) return file.error();

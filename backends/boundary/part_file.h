@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// A file that is there only when it is whole: a mesh cannot be closed before its last slice.
+// An output file that appears only when it is complete: a mesh is not closed before its last slice.
 
 #include <cstdint>
 #include <filesystem>
@@ -14,18 +14,18 @@
 
 namespace openfab::boundary {
 
-/// Written beside `path` as `path.part`, which is gone when this is, unless it was kept.
+/// Writes to `path.part`, which is removed by the destructor unless `keep` was called.
 class PartFile {
   public:
     static Result<std::unique_ptr<PartFile>> create(const std::filesystem::path& path);
     ~PartFile();
     PartFile(const PartFile&) = delete;
 
-    /// Bytes wait in a buffer until there are many.
+    /// Appends bytes, buffered.
     Result<void> write(std::span<const uint8_t> bytes);
-    /// The file with all that was written until now.
+    /// Flushes the buffer and returns the file.
     Result<backends::OutputFile*> flushed();
-    /// Gives the file its name once it is on the disk; an earlier one is replaced.
+    /// Syncs the file and renames it to `path`, replacing an earlier one.
     Result<void> keep();
     const std::filesystem::path& path() const { return path_; }
 

@@ -4,8 +4,8 @@
 
 // Rectangles of faces between two codes, and their triangles.
 //
-// Points on the mesh are in half voxels: lattice points have even coordinates, the middle of an
-// edge has one odd one.
+// Points on the mesh are in half voxels: lattice points have even coordinates, midpoints of edges
+// one odd one.
 
 #include <array>
 #include <cstdint>
@@ -25,10 +25,10 @@ struct Rectangle {
 
     int32_t u_axis() const { return axis == 0 ? 1 : 0; }
     int32_t v_axis() const { return axis == 2 ? 1 : 2; }
-    /// Whether u, v, axis are right-handed, so that what is counter-clockwise in (u, v) faces
-    /// +axis.
+    /// Returns whether u, v, axis are right-handed, so that what is counter-clockwise in (u, v)
+    /// faces +axis.
     bool right_handed() const { return axis != 1; }
-    /// Of the mesh, in half voxels.
+    /// Returns a point of the mesh, in half voxels.
     Vec3i point(int32_t u2, int32_t v2) const;
 };
 
@@ -42,10 +42,10 @@ struct Outline {
     void clear();
 };
 
-/// The points one after another: bottom, top, left, right.
+/// Lists the points in the order bottom, top, left, right.
 void list_points(const Rectangle& rectangle, const Outline& outline, std::vector<Vec3i>* points);
 
-/// Triangles over all points of the outline, none without area, as indices in the list of
+/// Triangulates all points of the outline without degenerate triangles, as indices in the list of
 /// list_points, counter-clockwise in (u, v).
 void triangulate(const Outline& outline, std::vector<std::array<int32_t, 3>>* triangles);
 

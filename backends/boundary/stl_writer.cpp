@@ -39,7 +39,7 @@ class StlWriter final : public MeshWriter {
   public:
     explicit StlWriter(std::filesystem::path path) : path_(std::move(path)) {}
 
-    Result<void> begin(const backends::PrintInfo& info) override {
+    Result<void> begin(const pipeline::PrintInfo& info) override {
         info_ = info;
         coordinates_ = Coordinates(info);
         std::error_code ignored;
@@ -51,7 +51,7 @@ class StlWriter final : public MeshWriter {
         return {};
     }
 
-    bool goes_by_places() const override { return true; }
+    bool identifies_by_position() const override { return true; }
 
     Result<void> take_vertices(uint8_t, std::span<const Vec3i>) override { return {}; }
 
@@ -96,7 +96,7 @@ class StlWriter final : public MeshWriter {
         if (!any)
             return user_error(
                 "nothing was printed: the print holds no material, so there is no mesh to write");
-        // What an earlier print had of a material that this one has not.
+        // Remove files of an earlier print for materials that this one lacks.
         for (size_t m = 0; m < files_.size(); ++m) {
             std::error_code ignored;
             if (files_[m].part == nullptr)
@@ -138,7 +138,7 @@ class StlWriter final : public MeshWriter {
     }
 
     std::filesystem::path path_;
-    backends::PrintInfo info_;
+    pipeline::PrintInfo info_;
     Coordinates coordinates_;
     std::vector<File> files_;  ///< by material
     std::vector<uint8_t> facets_;
@@ -150,10 +150,10 @@ std::unique_ptr<MeshWriter> make_stl_writer(const std::filesystem::path& path) {
     return std::make_unique<StlWriter>(path);
 }
 
-std::filesystem::path stl_path(const std::filesystem::path& path, const backends::PrintInfo& info,
+std::filesystem::path stl_path(const std::filesystem::path& path, const pipeline::PrintInfo& info,
                                size_t material) {
     const std::string name = file_name_of(info.materials[material].name);
-    // Names that are the same now, in file systems that know no case, are told apart by number.
+    // Names that are equal now, on case-insensitive file systems, are numbered.
     bool taken = false;
     for (size_t m = 0; m < info.materials.size() && !taken; ++m)
         taken =

@@ -35,7 +35,7 @@ constexpr std::string_view kRelationships =
 </Relationships>
 )";
 
-/// Text of an attribute or element. What XML has no place for is replaced.
+/// Escapes text of an attribute or element. Characters that XML does not allow are replaced.
 std::string escaped(const std::string& text) {
     std::string out;
     for (char c : text) {
@@ -63,11 +63,11 @@ class ThreemfWriter final : public MeshWriter {
   public:
     explicit ThreemfWriter(std::filesystem::path path) : path_(std::move(path)) {}
 
-    Result<void> begin(const backends::PrintInfo& info) override {
+    Result<void> begin(const pipeline::PrintInfo& info) override {
         info_ = info;
         coordinates_ = Coordinates(info);
         meshes_.resize(info.materials.size());
-        // A place where nothing can be written is told now, not after the last slice.
+        // Report an output that cannot be written now, not after the last slice.
         Result<std::unique_ptr<PartFile>> file = PartFile::create(path_);
         if (!file) return file.error();
         file_ = std::move(*file);
@@ -180,7 +180,7 @@ class ThreemfWriter final : public MeshWriter {
             "<metadata name=\"Application\">OpenFab</metadata>\n"
             "<resources>\n<basematerials id=\"{}\">\n",
             escaped(info_.title), kMaterialsId);
-        for (const backends::SliceMaterial& m : info_.materials) {
+        for (const pipeline::SliceMaterial& m : info_.materials) {
             text += fmt::format("<base name=\"{}\" displaycolor=\"#{:02X}{:02X}{:02X}{:02X}\"/>\n",
                                 escaped(m.name), m.preview[0], m.preview[1], m.preview[2],
                                 m.preview[3]);
@@ -218,7 +218,7 @@ class ThreemfWriter final : public MeshWriter {
     }
 
     std::filesystem::path path_;
-    backends::PrintInfo info_;
+    pipeline::PrintInfo info_;
     Coordinates coordinates_;
     std::vector<Mesh> meshes_;  ///< by material
     std::unique_ptr<PartFile> file_;

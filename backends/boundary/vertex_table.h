@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Numbers of vertices, by point and material.
+// Vertex indices by point and material.
 
 #include <cstdint>
 #include <vector>
@@ -12,18 +12,18 @@
 namespace openfab::boundary {
 
 /// The vertices at the points of a plane. A material has up to 4 at a point; those of a material
-/// are numbered on from point to point. Takes a few bits a point, so that a plane full of points
-/// needs no more memory than can be told before.
+/// are numbered consecutively from point to point. Takes a few bits a point, so that the memory for
+/// a plane full of points is bounded in advance.
 class VertexTable {
   public:
     void begin();
     /// Ends a row of `words` words and begins the next.
     void begin_word();
-    /// `count` more vertices of a material at bit `bit` of the word begun last, from `first` on if
-    /// they are its first in this word. Bits come in rising order.
+    /// Adds `count` vertices of a material at bit `bit` of the current word, numbered from `first`
+    /// on if they are its first in this word. Bits must be ascending.
     void add(uint8_t code, int32_t bit, int32_t count, uint32_t first);
-    /// The number of the first vertex of `code` at bit `bit` of a word, counted in the order they
-    /// were begun.
+    /// Returns the index of the first vertex of `code` at bit `bit` of a word; words are counted in
+    /// the order of begin_word.
     uint32_t first(size_t word, int32_t bit, uint8_t code) const;
 
   private:

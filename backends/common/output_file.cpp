@@ -42,20 +42,20 @@ Result<OutputFile> OutputFile::reopen(const std::string& path) {
     struct stat status {};
     if (path == "-" || (::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode) &&
                         !S_ISDIR(status.st_mode))) {
-        return usage_error(fmt::format(
-            "`--resume` needs a file to go on with; {} keeps nothing of an earlier print",
-            path == "-" ? "standard output" : "`" + path + "`"));
+        return usage_error(
+            fmt::format("`--resume` needs a file to continue; {} keeps nothing of an earlier print",
+                        path == "-" ? "standard output" : "`" + path + "`"));
     }
     return open_locked(path);
 }
 
 Result<OutputFile> OutputFile::open_locked(const std::string& path) {
-    // More often than once only where others come and go at the same moment.
+    // More than one try is needed only where others replace the file at the same moment.
     constexpr int kTries = 100;
     for (int tries = 1;; ++tries) {
         struct stat named {};
         if (::stat(path.c_str(), &named) == 0 && S_ISDIR(named.st_mode)) {
-            return user_error(fmt::format("`{}` is a folder; a file is to be written there", path));
+            return user_error(fmt::format("`{}` is a folder; the output is a file", path));
         }
         const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
         if (fd < 0) return system_error("cannot create", path, errno);
@@ -132,8 +132,8 @@ Result<void> OutputFile::close(bool sync) {
     struct stat status {};
     const bool regular = ::fstat(fd_, &status) == 0 && S_ISREG(status.st_mode);
     const int sync_error = sync && regular && ::fsync(fd_) != 0 ? errno : 0;
-    // Starting the transfer now leaves little to wait for in a later sync_file; its failure is no
-    // loss.
+    // Starting the transfer now leaves little to wait for in a later sync_file; its failure
+    // does not matter.
     if (!sync && regular) (void)::sync_file_range(fd_, 0, 0, SYNC_FILE_RANGE_WRITE);
     const int close_error = ::close(std::exchange(fd_, -1)) != 0 ? errno : 0;
     if (sync_error != 0) return system_error("cannot write to", name_, sync_error);
@@ -145,7 +145,7 @@ Result<void> write_whole_file(const std::filesystem::path& path, std::span<const
     struct stat there {};
     const bool special =
         ::stat(path.c_str(), &there) == 0 && !S_ISREG(there.st_mode) && !S_ISDIR(there.st_mode);
-    // A pipe or a device takes the bytes itself; a file must not take its place.
+    // Pipes and devices are written directly; a rename would replace them by a file.
     const std::string temporary = path.string() + (special ? "" : ".part");
     Result<OutputFile> file = OutputFile::create(temporary);
     if (!file) return file.error();

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Writing to files, folders and pipes, with messages that name the file and the system's reason.
+// Writes files and pipes, with errors that name the file and the system's reason.
 
 #include <cstdint>
 #include <filesystem>
@@ -13,31 +13,30 @@
 
 namespace openfab::backends {
 
-/// A file or pipe that is written front to back. Not copyable; closed when it goes.
+/// A file or pipe that is written front to back. Not copyable; closed by the destructor.
 class OutputFile {
   public:
-    /// Creates or empties `path`; `-` is standard output. A folder in the way is a user error, the
-    /// rest is the outside's. A file is locked (output_lock.h) before it is emptied.
+    /// Creates or truncates `path`; `-` is standard output. Fails with a user error where it is a
+    /// folder, else with kOutside. A file is locked (output_lock.h) before it is truncated.
     static Result<OutputFile> create(const std::string& path);
-    /// The same, but keeps what is in a file that is there; writing goes on where continue_at says.
-    /// What is no file that can be read back is a usage error.
+    /// Same, but keeps the contents of an existing file; writing continues where continue_at sets
+    /// it. Fails with a usage error for anything but a regular file.
     static Result<OutputFile> reopen(const std::string& path);
     OutputFile(OutputFile&& other) noexcept;
     OutputFile& operator=(OutputFile&&) = delete;
     ~OutputFile();
 
-    /// All of `bytes` or an error; after an error the file may hold a part of them.
+    /// Writes all of `bytes`; after an error the file may hold a part of them.
     Result<void> write(std::span<const uint8_t> bytes);
-    /// Puts `bytes` in the place of some that were written before; a pipe does not allow it.
+    /// Overwrites earlier bytes at `offset`; fails on a pipe.
     Result<void> overwrite(int64_t offset, std::span<const uint8_t> bytes);
-    /// Drops what was written after the first `size` bytes, where the file allows it (a pipe does
-    /// not).
+    /// Truncates a regular file to `size` bytes; does nothing for others.
     void cut_back_to(int64_t size);
-    /// Drops what stands after the first `size` bytes, and goes on writing there.
+    /// Truncates the file to `size` bytes and continues writing there.
     Result<void> continue_at(int64_t size);
-    /// Waits until a regular file is on the disk.
+    /// Syncs a regular file to the disk.
     Result<void> sync();
-    /// Closes; with `sync` a regular file is on the disk then, without it only on its way there.
+    /// Closes the file; with `sync` a regular file is synced to the disk first.
     Result<void> close(bool sync = true);
     int64_t bytes_written() const { return written_; }
     const std::string& name() const { return name_; }
@@ -54,12 +53,11 @@ class OutputFile {
     std::string name_;
 };
 
-/// Writes a whole file under a temporary name beside `path` and renames it, so that a file that is
-/// there is whole. The disk may still be busy with it: sync_file waits. Pipes and devices are
-/// written to as they are.
+/// Writes a whole file under a temporary name beside `path` and renames it, so that the file is
+/// never partial. It is not synced: see sync_file. Pipes and devices are written directly.
 Result<void> write_whole_file(const std::filesystem::path& path, std::span<const uint8_t> bytes);
 Result<void> write_whole_file(const std::filesystem::path& path, const std::string& text);
-/// Waits until the file or folder is on the disk.
+/// Syncs a file or folder to the disk.
 Result<void> sync_file(const std::filesystem::path& path);
 
 }  // namespace openfab::backends

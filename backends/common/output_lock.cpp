@@ -20,8 +20,8 @@ namespace openfab::backends {
 
 namespace {
 
-/// The process that has the lock, from the kernel's list of them; 0 where it does not say. On some
-/// layered file systems the list has numbers of its own.
+/// Returns the process that has the lock, from the kernel's list of locks; 0 where unknown. On some
+/// layered file systems the list has other inode numbers.
 int holder_of(const struct stat& file) {
     std::ifstream list("/proc/locks");
     const std::string where =
@@ -37,10 +37,10 @@ int holder_of(const struct stat& file) {
     return 0;
 }
 
-/// "process 4711 (`card-print`)".
+/// Formats "process 4711 (`card-print`)".
 std::string describe(int pid) {
     if (pid <= 0) return "another process";
-    // The name that it was started by; the kernel's own is cut to 15 letters.
+    // The name it was started by; the kernel's own is cut to 15 letters.
     std::string name;
     std::ifstream command(fmt::format("/proc/{}/cmdline", pid));
     std::getline(command, name, '\0');
@@ -58,9 +58,9 @@ Result<void> lock_output(int fd, const std::string& name) {
     while (::flock(fd, LOCK_EX | LOCK_NB) != 0) {
         if (errno == EINTR) continue;
         if (errno != EWOULDBLOCK) return {};
-        return outside_error(
-            fmt::format("`{}` is being written by {}; wait for its end, or name another output",
-                        name, describe(holder_of(status))));
+        return outside_error(fmt::format(
+            "`{}` is being written by {}; wait until it is done, or name another output", name,
+            describe(holder_of(status))));
     }
     return {};
 }

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// One writer for one output: a lock that goes with the process, however it ends, so that what a
-// killed print leaves blocks nobody.
+// Exclusive locks of outputs. A lock ends with its process, even if that is killed, so that none is
+// ever stale.
 
 #include <string>
 
@@ -11,12 +11,12 @@
 
 namespace openfab::backends {
 
-/// Locks the file or folder behind `fd` until it is closed. Where another print has it, an error
-/// that names `name` and, where the system tells, the process. File systems that know no locks have
-/// none; so have pipes and devices, which are passed over.
+/// Locks the file or folder behind `fd` until it is closed. Fails where another process has it; the
+/// error names `name` and, where known, the process. Does nothing for pipes, devices and file
+/// systems without locks.
 Result<void> lock_output(int fd, const std::string& name);
 
-/// A folder that no other print writes to while this lives.
+/// An exclusive lock of an output folder.
 class FolderLock {
   public:
     static Result<FolderLock> take(const std::string& folder);

@@ -8,7 +8,7 @@
 
 namespace openfab::backends {
 
-Result<void> TeeSink::begin(const PrintInfo& info) {
+Result<void> TeeSink::begin(const pipeline::PrintInfo& info) {
     width_ = info.size.x;
     height_ = info.size.y;
     row_bytes_ = packed_row_bytes(info.size.x, info.bits);
@@ -18,15 +18,15 @@ Result<void> TeeSink::begin(const PrintInfo& info) {
     return sink_->begin(info);
 }
 
-Result<int32_t> TeeSink::take_up(const std::function<bool(const SliceView&)>& show) {
-    return sink_->take_up([&](const SliceView& slice) {
+Result<int32_t> TeeSink::resume(const std::function<bool(const pipeline::SliceView&)>& show) {
+    return sink_->resume([&](const pipeline::SliceView& slice) {
         for (const std::unique_ptr<SliceObserver>& observer : observers_)
             observer->observe(slice);
         return show(slice);
     });
 }
 
-std::vector<uint8_t> TeeSink::encode(const SliceView& slice) const {
+std::vector<uint8_t> TeeSink::encode(const pipeline::SliceView& slice) const {
     const std::vector<uint8_t> encoded = sink_->encode(slice);
     const size_t raw = slice.row_bytes * static_cast<size_t>(slice.height);
     std::vector<uint8_t> both;
@@ -43,13 +43,13 @@ Result<void> TeeSink::commit(int32_t z, const std::vector<uint8_t>& bytes) {
                                        bytes.end());
     // The sink first: a picture shows no slice that could not be written.
     if (Result<void> done = sink_->commit(z, encoded); !done) return done;
-    const SliceView slice{z, bytes.data(), row_bytes_, width_, height_};
+    const pipeline::SliceView slice{z, bytes.data(), row_bytes_, width_, height_};
     for (const std::unique_ptr<SliceObserver>& observer : observers_)
         observer->observe(slice);
     return {};
 }
 
-Result<void> TeeSink::finish(const PrintTotals& totals) {
+Result<void> TeeSink::finish(const pipeline::PrintTotals& totals) {
     Result<void> result = sink_->finish(totals);
     for (const std::unique_ptr<SliceObserver>& observer : observers_) {
         Result<void> done = observer->finish(totals);
@@ -58,7 +58,7 @@ Result<void> TeeSink::finish(const PrintTotals& totals) {
     return result;
 }
 
-void unpack_row(const SliceView& slice, int32_t y, int32_t bits, uint8_t* codes) {
+void unpack_row(const pipeline::SliceView& slice, int32_t y, int32_t bits, uint8_t* codes) {
     const uint8_t* row = slice.data + static_cast<size_t>(y) * slice.row_bytes;
     if (bits == 8) {
         std::memcpy(codes, row, static_cast<size_t>(slice.width));

@@ -95,7 +95,7 @@ class Reader {
     bool ok_ = true;
 };
 
-Result<void> check_info(const backends::PrintInfo& info) {
+Result<void> check_info(const pipeline::PrintInfo& info) {
     for (int a = 0; a < 3; ++a) {
         if (info.size[a] < 1 || info.size[a] > kMaxSide) {
             return user_error(fmt::format("the header gives a grid of {} x {} x {} voxels",
@@ -129,7 +129,7 @@ uint64_t checksum(std::span<const uint8_t> bytes) {
     return xxh3(bytes, 0);
 }
 
-std::vector<uint8_t> write_header(const backends::PrintInfo& info) {
+std::vector<uint8_t> write_header(const pipeline::PrintInfo& info) {
     Writer out;
     out.put(kMagic);
     out.put(kVersion);
@@ -144,15 +144,15 @@ std::vector<uint8_t> write_header(const backends::PrintInfo& info) {
     out.put(info.printer);
     out.put(info.title);
     out.put(static_cast<uint32_t>(info.materials.size()));
-    for (const backends::SliceMaterial& material : info.materials) {
+    for (const pipeline::SliceMaterial& material : info.materials) {
         out.put(material.name);
         out.put(material.key);
         out.put(material.preview);
         out.put(material.density_g_cm3);
         out.put(material.channel);
     }
-    out.put(static_cast<uint32_t>(info.made_from.size()));
-    for (const auto& [name, value] : info.made_from) {
+    out.put(static_cast<uint32_t>(info.provenance.size()));
+    for (const auto& [name, value] : info.provenance) {
         out.put(name);
         out.put(value);
     }
@@ -161,9 +161,9 @@ std::vector<uint8_t> write_header(const backends::PrintInfo& info) {
     return std::move(out.bytes());
 }
 
-Result<backends::PrintInfo> read_header_fields(std::span<const uint8_t> fields, uint32_t version) {
+Result<pipeline::PrintInfo> read_header_fields(std::span<const uint8_t> fields, uint32_t version) {
     Reader in(fields);
-    backends::PrintInfo info;
+    pipeline::PrintInfo info;
     info.size = in.get_vec3i();
     info.slice_begin = in.get<int32_t>();
     info.slice_end = in.get<int32_t>();
@@ -179,7 +179,7 @@ Result<backends::PrintInfo> read_header_fields(std::span<const uint8_t> fields, 
             fmt::format("the header gives {} materials in {} bits a voxel", materials, info.bits));
     }
     for (uint32_t i = 0; i < materials && in.ok(); ++i) {
-        backends::SliceMaterial material;
+        pipeline::SliceMaterial material;
         material.name = in.get_string();
         material.key = in.get<std::array<uint8_t, 4>>();
         material.preview = in.get<std::array<uint8_t, 4>>();
@@ -190,7 +190,7 @@ Result<backends::PrintInfo> read_header_fields(std::span<const uint8_t> fields, 
     const uint32_t settings = version >= 2 ? in.get<uint32_t>() : 0;
     for (uint32_t i = 0; i < settings && in.ok(); ++i) {
         std::string name = in.get_string();
-        info.made_from.emplace_back(std::move(name), in.get_string());
+        info.provenance.emplace_back(std::move(name), in.get_string());
     }
     if (!in.done()) return user_error("the header's fields and its length do not agree");
     if (Result<void> checked = check_info(info); !checked) return checked.error();
@@ -221,13 +221,13 @@ Result<SliceHead> read_slice_head(std::span<const uint8_t> bytes) {
     const auto sum = in.get<uint64_t>();
     if (!in.done() || magic != kSliceMagic || reserved != 0 ||
         sum != checksum(bytes.first(kSliceHeadBytes - 8))) {
-        return user_error("its head is damaged");
+        return user_error("its header is damaged");
     }
     return head;
 }
 
 std::vector<uint8_t> write_index(const Index& index, uint64_t offset) {
-    const backends::PrintTotals& totals = index.totals;
+    const pipeline::PrintTotals& totals = index.totals;
     Writer out;
     out.put(kIndexMagic);
     out.put(uint32_t{0});

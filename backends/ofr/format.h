@@ -50,7 +50,7 @@
 //                    u64    offset of the index from the start of the file
 //                    u8[8]  "OFR-END\n"
 //
-// A print that was interrupted has no index. It can be taken up by one with an equal header.
+// The file of an interrupted print has no index. A print with an equal header can resume it.
 
 #include <array>
 #include <cstdint>
@@ -66,19 +66,19 @@ namespace openfab::ofr {
 constexpr std::array<uint8_t, 8> kMagic{0x89, 'O', 'F', 'R', '\r', '\n', 0x1a, '\n'};
 constexpr std::array<uint8_t, 8> kEndMagic{'O', 'F', 'R', '-', 'E', 'N', 'D', '\n'};
 constexpr uint32_t kVersion = 2;
-constexpr uint32_t kOldestVersion = 1;        ///< that is read
+constexpr uint32_t kOldestVersion = 1;        ///< oldest version that is read
 constexpr uint32_t kSliceMagic = 0x45434c53;  // "SLCE"
 constexpr uint32_t kIndexMagic = 0x58444e49;  // "INDX"
 constexpr size_t kPreambleBytes = 16;         ///< magic, version, length
 constexpr size_t kSliceHeadBytes = 32;
 
-// A reader never allocates more than these for what a file only claims.
+// Limits of what a reader allocates for sizes that a file claims.
 constexpr uint32_t kMaxHeaderBytes = 1U << 20;
 constexpr int32_t kMaxSide = 1 << 20;
 constexpr uint64_t kMaxSliceBytes =
     1ULL << 30;  ///< of packed rows; a 490 x 390 mm tray at 600 dpi takes 0.05 of it
 
-/// Of an index of as many slices, and 256 codes.
+/// Size limit of an index, for as many slices and 256 codes.
 constexpr uint64_t kMaxIndexBytes = 12ULL * kMaxSide + 256 * 8 + 128;
 
 uint64_t checksum(std::span<const uint8_t> bytes);
@@ -97,22 +97,21 @@ struct IndexEntry {
 
 struct Index {
     std::vector<IndexEntry> slices;
-    backends::PrintTotals totals;
+    pipeline::PrintTotals totals;
 };
 
-std::vector<uint8_t> write_header(const backends::PrintInfo& info);
-/// The fields between preamble and checksum; an error says what is not possible, without the file's
-/// name.
-Result<backends::PrintInfo> read_header_fields(std::span<const uint8_t> fields,
+std::vector<uint8_t> write_header(const pipeline::PrintInfo& info);
+/// Parses the fields between preamble and checksum; errors do not name the file.
+Result<pipeline::PrintInfo> read_header_fields(std::span<const uint8_t> fields,
                                                uint32_t version = kVersion);
 
 std::array<uint8_t, kSliceHeadBytes> write_slice_head(const SliceHead& head);
-/// `bytes` has kSliceHeadBytes.
+/// Parses a slice head; `bytes` has kSliceHeadBytes.
 Result<SliceHead> read_slice_head(std::span<const uint8_t> bytes);
 
-/// From the index's magic to the end of the file; `offset` is where it will stand.
+/// Serialises the index, from its magic to the end of the file; `offset` is its position there.
 std::vector<uint8_t> write_index(const Index& index, uint64_t offset);
-/// The fields after the length.
+/// Parses the fields after the length.
 Result<Index> read_index_fields(std::span<const uint8_t> fields);
 
 }  // namespace openfab::ofr

@@ -26,7 +26,7 @@ Result<std::unique_ptr<OfrReader>> OfrReader::open(const std::string& path, int6
     std::unique_ptr<OfrReader> reader(new OfrReader(file, name));
     struct stat status {};
     if (::fstat(::fileno(file), &status) == 0 && S_ISDIR(status.st_mode)) {
-        return user_error(fmt::format("`{}` is a folder, no .ofr file", name));
+        return user_error(fmt::format("`{}` is a folder, not an .ofr file", name));
     }
     reader->memory_bytes_ = memory_bytes;
     if (Result<void> header = reader->read_header(); !header) return header.error();
@@ -34,7 +34,7 @@ Result<std::unique_ptr<OfrReader>> OfrReader::open(const std::string& path, int6
     return reader;
 }
 
-Result<backends::PrintTotals> OfrReader::read_totals(const std::string& path) {
+Result<pipeline::PrintTotals> OfrReader::read_totals(const std::string& path) {
     std::FILE* file = std::fopen(path.c_str(), "rb");
     if (file == nullptr) {
         return user_error(fmt::format("cannot open `{}`: {}", path, std::strerror(errno)));
@@ -123,7 +123,7 @@ Result<void> OfrReader::read_header() {
     std::memcpy(&sum, buffer_.data() + field_bytes, 8);
     header.insert(header.end(), buffer_.begin(), buffer_.begin() + field_bytes);
     if (sum != checksum(header)) return error("the header is damaged: its checksum is wrong");
-    Result<backends::PrintInfo> info =
+    Result<pipeline::PrintInfo> info =
         read_header_fields(std::span<const uint8_t>(header).subspan(kPreambleBytes), version);
     if (!info) return error(info.error().text());
     info_ = std::move(*info);
@@ -150,7 +150,7 @@ Result<bool> OfrReader::next() {
     slices_end_ = offset_;
     for (size_t code = 0; code < counts_.size(); ++code)
         counts_[code] += slice_counts_[code];
-    hash_ += slab::slice_hash(view_.z, view_.data, view_.row_bytes, view_.height);
+    hash_ += pipeline::slice_hash(view_.z, view_.data, view_.row_bytes, view_.height);
     return true;
 }
 
@@ -158,10 +158,10 @@ Result<void> OfrReader::read_slice(std::span<const uint8_t> head_bytes) {
     Result<SliceHead> head = read_slice_head(head_bytes);
     if (!head) return slice_error(head.error().text());
     if (head->z != info_.slice_begin + whole_slices()) {
-        return slice_error(fmt::format("slice {} stands in its place", head->z));
+        return slice_error(fmt::format("slice {} is there instead", head->z));
     }
     if (head->frame_bytes > ZSTD_compressBound(row_bytes_ * static_cast<size_t>(info_.size.y))) {
-        return slice_error("its head is damaged");
+        return slice_error("its header is damaged");
     }
     if (const int64_t bytes = slice_bytes() + head->frame_bytes; bytes > memory_bytes_)
         return memory_error(bytes);

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Reads an `.ofr` file or stream front to back and believes nothing in it that it has not checked.
-// Memory follows what the file holds, not what it claims.
+// Reads an `.ofr` file or stream front to back and validates everything in it. Memory is bounded by
+// the size of the file, not by what it claims.
 
 #include <array>
 #include <cstdio>
@@ -24,32 +24,33 @@ class OfrReader {
     /// more than `memory_bytes` as they are packed and as they are read are refused.
     static Result<std::unique_ptr<OfrReader>> open(
         const std::string& path, int64_t memory_bytes = std::numeric_limits<int64_t>::max());
-    /// The totals of a complete file, from the index at its end alone; slices are not looked at.
-    static Result<backends::PrintTotals> read_totals(const std::string& path);
+    /// Reads the totals of a complete file from the index at its end, without reading slices.
+    static Result<pipeline::PrintTotals> read_totals(const std::string& path);
     ~OfrReader();
     OfrReader(const OfrReader&) = delete;
     OfrReader& operator=(const OfrReader&) = delete;
 
-    const backends::PrintInfo& info() const { return info_; }
-    /// True: slice() is the next one. False: the end, all slices were there and the index agrees.
-    /// An error names the slice that is damaged or missing and how many are good; slices already
-    /// given are good.
+    const pipeline::PrintInfo& info() const { return info_; }
+    /// Reads the next slice into slice(). Returns false at the end, if all slices were there and
+    /// the index agrees. Errors name the slice that is damaged or missing and how many are good;
+    /// slices already returned are good.
     Result<bool> next();
-    /// The packed rows of each slice.
+    /// Returns the bytes of the packed rows of a slice.
     int64_t slice_bytes() const { return static_cast<int64_t>(row_bytes_) * info_.size.y; }
-    /// Valid until the next call of next().
-    const backends::SliceView& slice() const { return view_; }
-    /// Of all slices so far: voxels by code, and the print's hash (runtime/pipeline/print_hash.h).
+    /// Returns the current slice; valid until the next call of next().
+    const pipeline::SliceView& slice() const { return view_; }
+    /// Return for all slices so far: voxels by code, and the print's hash
+    /// (runtime/pipeline/print_hash.h).
     const std::vector<int64_t>& counts() const { return counts_; }
     uint64_t hash() const { return hash_; }
-    /// Where the slices were, and where the last one given ends.
+    /// Return the offsets of the slices, and the end of the last one read.
     const std::vector<IndexEntry>& entries() const { return entries_; }
     uint64_t slices_end() const { return slices_end_; }
-    /// What is missing could not be read, which does not mean that it is not there.
+    /// Returns whether data could not be read, although the file may have it.
     bool disk_failed() const { return disk_failed_; }
     int32_t whole_slices() const { return static_cast<int32_t>(entries_.size()); }
-    /// Valid once next() has returned false.
-    const backends::PrintTotals& totals() const { return totals_; }
+    /// Returns the totals; valid once next() has returned false.
+    const pipeline::PrintTotals& totals() const { return totals_; }
 
   private:
     OfrReader(std::FILE* file, std::string name) : file_(file), name_(std::move(name)) {}
@@ -60,7 +61,8 @@ class OfrReader {
     Result<void> check_index(const Index& index);
     Result<void> decode(const SliceHead& head);
     bool count_codes();
-    /// Exactly `n` bytes into buffer_, or false at the end of the file or on a read error.
+    /// Reads exactly `n` bytes into buffer_; returns false at the end of the file or on a read
+    /// error.
     bool read_bytes(size_t n);
     Error error(const std::string& what) const;
     Error slice_error(const std::string& what) const;
@@ -69,7 +71,7 @@ class OfrReader {
     std::FILE* file_;
     std::string name_;
     int64_t memory_bytes_ = std::numeric_limits<int64_t>::max();
-    backends::PrintInfo info_;
+    pipeline::PrintInfo info_;
     size_t row_bytes_ = 0;
     std::vector<uint8_t> buffer_;
     std::vector<uint8_t> rows_;
@@ -80,8 +82,8 @@ class OfrReader {
     uint64_t offset_ = 0;  ///< bytes read so far
     uint64_t slices_end_ = 0;
     bool disk_failed_ = false;
-    backends::SliceView view_;
-    backends::PrintTotals totals_;
+    pipeline::SliceView view_;
+    pipeline::PrintTotals totals_;
 };
 
 }  // namespace openfab::ofr

@@ -9,25 +9,25 @@
 #include <fstream>
 #include <utility>
 
-#include "backends/common/same_print.h"
+#include "backends/common/resume_check.h"
 #include "base/check.h"
 #include "base/units.h"
 
 namespace openfab::ofr {
 
-Result<std::unique_ptr<backends::SliceSink>> OfrSink::create(const std::string& path) {
+Result<std::unique_ptr<pipeline::SliceSink>> OfrSink::create(const std::string& path) {
     Result<backends::OutputFile> file = backends::OutputFile::create(path);
     if (!file) return file.error();
-    return std::unique_ptr<backends::SliceSink>(new OfrSink(std::move(*file), State::kWriting));
+    return std::unique_ptr<pipeline::SliceSink>(new OfrSink(std::move(*file), State::kWriting));
 }
 
-Result<std::unique_ptr<backends::SliceSink>> OfrSink::resume(const std::string& path) {
+Result<std::unique_ptr<pipeline::SliceSink>> OfrSink::reopen(const std::string& path) {
     Result<backends::OutputFile> file = backends::OutputFile::reopen(path);
     if (!file) return file.error();
-    return std::unique_ptr<backends::SliceSink>(new OfrSink(std::move(*file), State::kReading));
+    return std::unique_ptr<pipeline::SliceSink>(new OfrSink(std::move(*file), State::kReading));
 }
 
-Error OfrSink::with_slices_kept(const Error& error) const {
+Error OfrSink::with_resume_state(const Error& error) const {
     std::string message =
         fmt::format("{}; {} whole slices were written before", error.text(), entries_.size());
     const auto left = static_cast<double>(info_.slice_end - info_.slice_begin) -
@@ -41,7 +41,7 @@ Error OfrSink::with_slices_kept(const Error& error) const {
     return {error.code, std::move(message)};
 }
 
-Result<void> OfrSink::begin(const backends::PrintInfo& info) {
+Result<void> OfrSink::begin(const pipeline::PrintInfo& info) {
     info_ = info;
     const std::vector<uint8_t> header = write_header(info);
     if (state_ == State::kReading) {
@@ -49,14 +49,14 @@ Result<void> OfrSink::begin(const backends::PrintInfo& info) {
         std::ifstream in(file_.name(), std::ios::binary);
         in.read(reinterpret_cast<char*>(there.data()), static_cast<std::streamsize>(there.size()));
         there.resize(static_cast<size_t>(in.gcount()));
-        // A print that was killed at its very start: nothing is lost by beginning anew.
+        // A print that was killed at its very start: nothing is lost by starting again.
         const bool begun =
             there.size() < header.size() && std::equal(there.begin(), there.end(), header.begin());
         if (!begun) {
             Result<std::unique_ptr<OfrReader>> reader = OfrReader::open(file_.name());
             if (!reader) return reader.error();
             const std::string why = backends::first_difference((*reader)->info(), info);
-            if (!why.empty()) return backends::cannot_take_up(file_.name(), why);
+            if (!why.empty()) return backends::resume_refused(file_.name(), why);
             earlier_ = std::move(*reader);
             return {};
         }
@@ -66,7 +66,7 @@ Result<void> OfrSink::begin(const backends::PrintInfo& info) {
     return file_.write(header);
 }
 
-Result<int32_t> OfrSink::take_up(const std::function<bool(const backends::SliceView&)>& show) {
+Result<int32_t> OfrSink::resume(const std::function<bool(const pipeline::SliceView&)>& show) {
     if (earlier_ == nullptr) return 0;
     const std::unique_ptr<OfrReader> reader = std::move(earlier_);
     Result<bool> more = true;
@@ -95,7 +95,7 @@ namespace {
 ZSTD_CCtx* make_context() {
     ZSTD_CCtx* context = ZSTD_createCCtx();
     if (context == nullptr) return nullptr;
-    // What repeats in slices is long and close by, so short matches cost more bytes than they save,
+    // Repeats in slices are long and close by, so short matches cost more bytes than they save,
     // and a small table, which stays in the L1 cache, finds as much (docs/measurements/prints.md).
     for (const auto& [parameter, value] : {std::pair{ZSTD_c_compressionLevel, kZstdLevel},
                                            {ZSTD_c_minMatch, 7},
@@ -106,7 +106,7 @@ ZSTD_CCtx* make_context() {
 
 }  // namespace
 
-std::vector<uint8_t> OfrSink::encode(const backends::SliceView& slice) const {
+std::vector<uint8_t> OfrSink::encode(const pipeline::SliceView& slice) const {
     // Kept from slice to slice: the tables that zstd works in, and room for the worst case.
     struct Context {
         std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> zstd{make_context(), &ZSTD_freeCCtx};
@@ -137,13 +137,13 @@ Result<void> OfrSink::commit(int32_t z, const std::vector<uint8_t>& bytes) {
     if (Result<void> written = file_.write(bytes); !written) {
         broken_ = true;
         file_.cut_back_to(offset);
-        return with_slices_kept(written.error());
+        return with_resume_state(written.error());
     }
     entries_.push_back({z, static_cast<uint64_t>(offset)});
     return {};
 }
 
-Result<void> OfrSink::finish(const backends::PrintTotals& totals) {
+Result<void> OfrSink::finish(const pipeline::PrintTotals& totals) {
     // Without an index the file says itself that it is not complete.
     if (totals.complete && !broken_ && state_ == State::kWriting) {
         const int64_t offset = file_.bytes_written();
@@ -151,11 +151,11 @@ Result<void> OfrSink::finish(const backends::PrintTotals& totals) {
             write_index({entries_, totals}, static_cast<uint64_t>(offset));
         if (Result<void> written = file_.write(index); !written) {
             file_.cut_back_to(offset);
-            return with_slices_kept(written.error());
+            return with_resume_state(written.error());
         }
     }
     Result<void> closed = file_.close();
-    // What went wrong before has been reported already, and is the reason for this too.
+    // An earlier error has been reported already, and is the cause of this one, too.
     return broken_ ? Result<void>() : closed;
 }
 

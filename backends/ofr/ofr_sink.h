@@ -22,38 +22,37 @@ namespace openfab::ofr {
 /// either level.
 constexpr int kZstdLevel = 1;
 
-class OfrSink : public backends::SliceSink {
+class OfrSink : public pipeline::SliceSink {
   public:
-    /// `path` may be `-` for standard output. A file is there from the start and holds whole slices
-    /// at any time after; where the disk is full it is cut back to the last whole one.
-    static Result<std::unique_ptr<backends::SliceSink>> create(const std::string& path);
-    /// Goes on with what an earlier print has left in the file; one that is not there, or has not
-    /// even a header, is begun. Anything but a file is a usage error.
-    static Result<std::unique_ptr<backends::SliceSink>> resume(const std::string& path);
+    /// Creates the output; `path` may be `-` for standard output. The file exists from the start
+    /// and always holds whole slices; on a full disk it is truncated to the last whole one.
+    static Result<std::unique_ptr<pipeline::SliceSink>> create(const std::string& path);
+    /// Reopens the file of an interrupted print, to be resumed; starts one that does not exist or
+    /// has no complete header. Fails with a usage error for anything but a file.
+    static Result<std::unique_ptr<pipeline::SliceSink>> reopen(const std::string& path);
 
-    /// Of a file that is resumed, the header is compared, and refused where it is not that of
-    /// the same print.
-    Result<void> begin(const backends::PrintInfo& info) override;
-    Result<int32_t> take_up(const std::function<bool(const backends::SliceView&)>& show) override;
-    std::vector<uint8_t> encode(const backends::SliceView& slice) const override;
+    /// For a file that is resumed, fails where its header is not that of the same print.
+    Result<void> begin(const pipeline::PrintInfo& info) override;
+    Result<int32_t> resume(const std::function<bool(const pipeline::SliceView&)>& show) override;
+    std::vector<uint8_t> encode(const pipeline::SliceView& slice) const override;
     Result<void> commit(int32_t z, const std::vector<uint8_t>& bytes) override;
-    Result<void> finish(const backends::PrintTotals& totals) override;
+    Result<void> finish(const pipeline::PrintTotals& totals) override;
 
   private:
     enum class State {
         kWriting,
-        kReading,   ///< of an earlier print's file nothing has been changed
-        kComplete,  ///< it was whole
+        kReading,   ///< an earlier print's file, still unchanged
+        kComplete,  ///< an earlier print's file that is complete
     };
 
     OfrSink(backends::OutputFile file, State state) : file_(std::move(file)), state_(state) {}
-    /// The error, with how much of the file is of use, and how much room the rest takes.
-    Error with_slices_kept(const Error& error) const;
+    /// Adds to an error how many slices are usable, and how much space the rest needs.
+    Error with_resume_state(const Error& error) const;
 
     backends::OutputFile file_;
     State state_;
-    std::unique_ptr<OfrReader> earlier_;  ///< between begin and take_up
-    backends::PrintInfo info_;
+    std::unique_ptr<OfrReader> earlier_;  ///< between begin and resume
+    pipeline::PrintInfo info_;
     std::vector<IndexEntry> entries_;
     bool broken_ = false;
 };

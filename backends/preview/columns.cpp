@@ -66,7 +66,7 @@ void SightColumns::add_row(int32_t z, int32_t row, const PaddedRow& codes) {
 }
 
 // Seen from above, the latest code stands in the lowest bits; a void in between starts the history
-// anew.
+// again.
 void SightColumns::add_above(int32_t z, size_t first, uint64_t codes) {
     for (size_t i = 0; i < 8; ++i) {
         const uint64_t code = code_of(codes, i);

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// What a picture needs to know of each column of voxels, gathered while slices pass from the bottom
-// up: the few voxels that a viewer sees into, and how much lies in the column. Memory stays
-// bounded: of a grid with more columns than kMaxColumns, every n-th is looked at along x and y.
+// Per-column data of a picture, gathered while slices pass from the bottom up: the few voxels that
+// a viewer sees into, and the solid thickness. Memory is bounded: of a grid with more columns than
+// kMaxColumns, only every n-th along x and y is sampled.
 
 #include <algorithm>
 #include <cstdint>
@@ -16,7 +16,7 @@ namespace openfab::preview {
 
 constexpr int64_t kMaxColumns = 2'000'000;
 
-/// Which columns are looked at: (x, y) = (step / 2 + i * step, step / 2 + j * step).
+/// The sampled columns: (x, y) = (step / 2 + i * step, step / 2 + j * step).
 struct ColumnGrid {
     int32_t step = 1;
     int32_t width = 0;
@@ -32,17 +32,17 @@ struct ColumnGrid {
     size_t count() const { return static_cast<size_t>(width) * static_cast<size_t>(height); }
 };
 
-/// Codes that a viewer meets in one column, first met first: the outermost run of solid voxels, as
-/// far as it is kept.
+/// Codes that a viewer sees in one column, nearest first: the outermost run of solid voxels, up to
+/// the stored depth.
 struct Sight {
     bool covered = false;
-    int32_t z = 0;  ///< of the first voxel met
+    int32_t z = 0;  ///< of the nearest voxel
     int32_t count = 0;
     uint8_t codes[16]{};
 };
 
 /// Rows of codes in groups of 8 columns, so that a group that a slice does not change costs one
-/// comparison. Most of a print is like that: what the rest of it costs is what a preview costs.
+/// comparison. Most of a print is like that: the cost of a preview is that of the rest.
 class ColumnGroups {
   public:
     explicit ColumnGroups(const ColumnGrid& grid)
@@ -69,7 +69,7 @@ class ColumnGroups {
     std::vector<Group> groups_;
 };
 
-/// A row of codes with zeros up to a multiple of 8 columns.
+/// A row of codes, padded with zeros to a multiple of 8 columns.
 using PaddedRow = std::vector<uint8_t>;
 inline size_t padded(int32_t width) {
     return (static_cast<size_t>(width) + 7) / 8 * 8;
@@ -80,8 +80,8 @@ inline size_t padded(int32_t width) {
 class SightColumns {
   public:
     SightColumns(const ColumnGrid& grid, int32_t bits, bool from_above);
-    /// The codes of row `row` at slice z. Slices come in order, without gaps, each with all its
-    /// rows.
+    /// Adds the codes of row `row` at slice z. Slices come in order, without gaps, each with all
+    /// its rows.
     void add_row(int32_t z, int32_t row, const PaddedRow& codes);
     Sight at(int32_t column, int32_t row) const;
 
@@ -98,13 +98,13 @@ class SightColumns {
     size_t width_;  ///< columns a row, padded
     int32_t latest_ = -1;
     ColumnGroups groups_;
-    /// Slice of the first voxel met, -1 for none yet. From above it is behind where the column is
-    /// solid at the latest slice.
+    /// Slice of the nearest voxel, -1 for none yet. From above it lags where the column is solid at
+    /// the latest slice.
     std::vector<int32_t> z_;
     std::vector<uint64_t> history_;
 };
 
-/// How many voxels of each column are solid.
+/// Counts the solid voxels of each column.
 class ThicknessColumns {
   public:
     explicit ThicknessColumns(const ColumnGrid& grid);

@@ -20,7 +20,7 @@ constexpr double kMaxPixels = 1.5e6;
 constexpr double kMinPixels = 2.5e5;
 /// Half of the light over kSightMm.
 constexpr double kOpaquePerMm = 0.6931 / kSightMm;
-/// An opaque cell amid such cells, or one that is wider than kSightMm, lets exp(-kHiding) of the
+/// An opaque cell among such cells, or one that is wider than kSightMm, lets exp(-kHiding) of the
 /// light through: colours mix over some depth at a surface, and what a skin covers is not seen.
 constexpr double kHiding = 6;
 /// The density from which on a cell is opaque throughout.
@@ -31,7 +31,7 @@ Vec3d unit(Vec3d v) {
 }
 
 /// By 1 4 6 4 1, and the slope of what that makes. Towards `away` (1, -1, or 0 for neither) no
-/// place counts for less than the one before it: what lies behind something dense is not seen, and
+/// position counts for less than the one before it: cells behind dense ones are not visible, and
 /// must not bend the surface that hides it.
 float binomial(const float* p, ptrdiff_t step, int32_t away) {
     float low = p[-2 * step], high = p[2 * step];
@@ -59,7 +59,7 @@ float absorbed(float x) {
 
 ModelPreview::ModelPreview(PreviewSpec spec) : spec_(std::move(spec)) {}
 
-Result<void> ModelPreview::begin(const backends::PrintInfo& info) {
+Result<void> ModelPreview::begin(const pipeline::PrintInfo& info) {
     info_ = info;
     by_code_.assign(256, {});
     for (size_t m = 0; m < info.materials.size(); ++m) {
@@ -87,8 +87,8 @@ Result<void> ModelPreview::begin(const backends::PrintInfo& info) {
         }
         if (static_cast<int64_t>(count_.x) * count_.y <= kMaxCells) break;
     }
-    const scene::SinCos turn = scene::sin_cos_degrees(spec_.turn_deg);
-    const scene::SinCos tilt = scene::sin_cos_degrees(spec_.tilt_deg);
+    const SinCos turn = sin_cos_degrees(spec_.turn_deg);
+    const SinCos tilt = sin_cos_degrees(spec_.tilt_deg);
     right_ = {turn.cos, turn.sin, 0};
     viewer_ = {turn.sin * tilt.cos, 0 - turn.cos * tilt.cos, tilt.sin};
     up_ = cross(viewer_, right_);
@@ -143,7 +143,7 @@ bool ModelPreview::cut_away(int32_t x, int32_t y) const {
     return false;
 }
 
-void ModelPreview::observe(const backends::SliceView& slice) {
+void ModelPreview::observe(const pipeline::SliceView& slice) {
     Layer& layer = this->layer(open_);
     const float share = 1.0F / static_cast<float>(step_.x * step_.y * step_.z);
     for (int32_t y = 0; y < info_.size.y; ++y) {
@@ -152,7 +152,7 @@ void ModelPreview::observe(const backends::SliceView& slice) {
         float* density = &layer.density[index(0, y / step_.y)];
         bool any = false;
         for (int32_t x = 0; x < info_.size.x; ++x) {
-            const uint8_t code = codes_[static_cast<size_t>(x)];
+            const uint8_t code = codes_[x];
             if (code == 0 || cut_away(x, y)) continue;
             any = true;
             Cell& cell = row[x / step_.x];
@@ -208,7 +208,7 @@ void ModelPreview::blur(Layer* layer) {
     }
 }
 
-/// Whether an opaque cell has opaque ones on all six sides.
+/// Returns whether an opaque cell has opaque ones on all six sides.
 bool ModelPreview::is_amid_opaque(int32_t k, size_t i) {
     const std::vector<float>& d = layer(k).density;
     return std::min({d[i - 1], d[i + 1], d[i - stride_], d[i + stride_], layer(k - 1).density[i],
@@ -343,7 +343,7 @@ void ModelPreview::paint_row(const Layer& self, int32_t row, double z) {
     }
 }
 
-Result<void> ModelPreview::finish(const backends::PrintTotals&) {
+Result<void> ModelPreview::finish(const pipeline::PrintTotals&) {
     if (gathered_ > 0) close_layer();
     for (int32_t after = 0; after < 2; ++after)
         close_layer();

@@ -9,7 +9,7 @@
 // over kSightMm where it is opaque. Clear materials are filters besides: a channel of colour c is
 // absorbed at s (1 + 20 (1 - a) (1 - c)) per mm, so that magenta over yellow over white is red.
 // Boundaries are lit from the upper left by the gradient of how dense the cells are, as far as
-// one sees them: what lies behind something dense does not bend its surface, and opaque cells amid
+// they are visible: cells behind dense ones do not bend their surface, and opaque cells among
 // others hide what is behind.
 
 #include <array>
@@ -23,25 +23,25 @@
 
 namespace openfab::preview {
 
-/// Memory that the view gathers at most, for the budget.
+/// Maximum memory of the view, for the budget.
 constexpr int64_t kModelBytes = 97'000'000;
 
 class ModelPreview : public backends::SliceObserver {
   public:
     explicit ModelPreview(PreviewSpec spec);
 
-    Result<void> begin(const backends::PrintInfo& info) override;
-    void observe(const backends::SliceView& slice) override;
-    Result<void> finish(const backends::PrintTotals& totals) override;
+    Result<void> begin(const pipeline::PrintInfo& info) override;
+    void observe(const pipeline::SliceView& slice) override;
+    Result<void> finish(const pipeline::PrintTotals& totals) override;
 
   private:
-    /// What light meets in a cell, by channel and per mm: what comes back, what goes no further.
+    /// Optical properties of a cell, by channel and per mm: reflected light and extinction.
     struct Cell {
         float color[3]{};
         float extinction[3]{};
         float strength() const { return extinction[0] + extinction[1] + extinction[2]; }
     };
-    /// With the density that boundaries are found by: 0 void, 1 opaque.
+    /// Adds the density from which boundaries are found: 0 void, 1 opaque.
     struct Material : Cell {
         float density = 0;
     };
@@ -76,7 +76,7 @@ class ModelPreview : public backends::SliceObserver {
     Cell sample(const Layer& layer, double x, double y) const;
 
     PreviewSpec spec_;
-    backends::PrintInfo info_;
+    pipeline::PrintInfo info_;
     std::vector<Material> by_code_;
     Vec3i step_;   ///< voxels a cell
     Vec3i count_;  ///< cells

@@ -38,7 +38,7 @@ std::vector<Share> shares(int32_t cells, int32_t pixels) {
     for (int32_t p = 0; p < pixels; ++p) {
         const double from = p * ratio;
         const double to = (p + 1) * ratio;
-        Share& share = result[static_cast<size_t>(p)];
+        Share& share = result[p];
         share.first = std::min(static_cast<int32_t>(std::floor(from)), cells - 1);
         for (int32_t c = share.first; c < cells && c < to; ++c) {
             const double weight = std::min<double>(to, c + 1) - std::max<double>(from, c);
@@ -111,13 +111,13 @@ Picture resample(int32_t width, int32_t height, const std::array<double, 2>& cel
     const std::vector<Share> rows = shares(height, picture.height);
     std::vector<Pixel> source(static_cast<size_t>(width));
     for (int32_t y = 0; y < picture.height; ++y) {
-        const Share& row = rows[static_cast<size_t>(y)];
+        const Share& row = rows[y];
         for (size_t r = 0; r < row.weights.size(); ++r) {
             for (int32_t x = 0; x < width; ++x) {
-                source[static_cast<size_t>(x)] = cell(x, row.first + static_cast<int32_t>(r));
+                source[x] = cell(x, row.first + static_cast<int32_t>(r));
             }
             for (int32_t x = 0; x < picture.width; ++x) {
-                const Share& column = columns[static_cast<size_t>(x)];
+                const Share& column = columns[x];
                 for (size_t c = 0; c < column.weights.size(); ++c) {
                     add(&picture.at(x, y), source[static_cast<size_t>(column.first) + c],
                         row.weights[r] * column.weights[c]);

@@ -12,13 +12,13 @@
 
 namespace openfab::preview {
 
-/// Linear light of an sRGB value in 0 … 1. Made of + - * / and square roots alone, so the same on
-/// every machine.
+/// Decodes an sRGB value in 0 … 1 to linear light. Uses + - * / and square roots only, so it is the
+/// same on every machine.
 double srgb_to_linear(double value);
-/// The 8-bit sRGB value nearest to a linear one, which is clamped to 0 … 1.
+/// Returns the 8-bit sRGB value nearest to a linear one, which is clamped to 0 … 1.
 uint8_t linear_to_srgb8(double value);
 
-/// A cell of the source, or a pixel: colour and height are means over what is covered.
+/// A cell of the source, or a pixel: colour and height are means over the covered area.
 struct Pixel {
     float color[3]{};  ///< linear
     float height_mm = 0;
@@ -38,13 +38,13 @@ struct Picture {
     const Pixel& at(int32_t x, int32_t y) const { return pixels[index(x, y)]; }
 };
 
-/// Cells of cell_mm[0] x cell_mm[1], row 0 on top, into square pixels as wide as the finer side of
-/// a cell, or as many times that as it takes to stay within 2000 pixels a side and 2 million in
-/// all. Each pixel is the mean over its area.
+/// Resamples cells of cell_mm[0] x cell_mm[1], row 0 on top, to square pixels as wide as the finer
+/// side of a cell, or a multiple of it that keeps within 2000 pixels a side and 2 million in all.
+/// Each pixel is the mean over its area.
 Picture resample(int32_t width, int32_t height, const std::array<double, 2>& cell_mm,
                  const std::function<Pixel(int32_t x, int32_t y)>& cell);
 
-/// RGBA, sRGB; alpha is the coverage. Empty where memory ran out.
+/// Encodes RGBA, sRGB; alpha is the coverage. Returns an empty file where memory ran out.
 std::vector<uint8_t> to_png(const Picture& picture);
 
 }  // namespace openfab::preview

@@ -19,8 +19,8 @@ namespace openfab::preview {
 
 namespace {
 
-using backends::PrintInfo;
-using backends::SliceView;
+using pipeline::PrintInfo;
+using pipeline::SliceView;
 
 /// Colours of the codes in linear light; code 0 stays black and is never shown.
 std::vector<std::array<double, 3>> linear_colors(const PrintInfo& info) {
@@ -44,8 +44,7 @@ void blur_heights(const Picture& picture, std::vector<float>* heights, int32_t d
                 const int32_t u = x + k * dx;
                 const int32_t v = y + k * dy;
                 if (u < 0 || v < 0 || u >= picture.width || v >= picture.height) continue;
-                const float weight =
-                    kWeights[static_cast<size_t>(k + 2)] * picture.at(u, v).coverage;
+                const float weight = kWeights[k + 2] * picture.at(u, v).coverage;
                 sum += weight * source[picture.index(u, v)];
                 weights += weight;
             }
@@ -96,7 +95,7 @@ void shade(Picture* picture, double flat, double relief) {
     }
 }
 
-/// What the views share: the grid, the colours, the file at the end.
+/// The common base of the views: the grid, the colours, the file at the end.
 class Preview : public backends::SliceObserver {
   public:
     explicit Preview(PreviewSpec spec) : spec_(std::move(spec)) {}
@@ -110,7 +109,7 @@ class Preview : public backends::SliceObserver {
         return start();
     }
 
-    Result<void> finish(const backends::PrintTotals&) override {
+    Result<void> finish(const pipeline::PrintTotals&) override {
         const std::vector<uint8_t> png = to_png(draw());
         if (png.empty()) return outside_error("no memory for the preview " + spec_.file);
         return backends::write_whole_file(spec_.file, png);
@@ -125,7 +124,7 @@ class Preview : public backends::SliceObserver {
         backends::unpack_row(slice, grid_.y(j, info_.size), info_.bits, codes_.data());
         if (grid_.step == 1) return codes_;
         for (int32_t i = 0; i < grid_.width; ++i) {
-            row_[static_cast<size_t>(i)] = codes_[static_cast<size_t>(grid_.x(i, info_.size))];
+            row_[i] = codes_[static_cast<size_t>(grid_.x(i, info_.size))];
         }
         return row_;
     }

@@ -2,12 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Pictures of a print for people, gathered while its slices pass.
+// Preview pictures of a print, gathered while its slices pass.
 //
 //   front      from +z. A viewer sees a little way into resin, so a column's colour is the mean
 //              over the outermost run of voxels, down to kSightEndMm, with weights that fall to
 //              half over kSightMm; then soft shading by the height field.
-//   back       the same from -z, +x to the left, with stronger shading: relief.
+//   back       same from -z, +x to the left, with stronger shading: relief.
 //   section    cut along x at the middle row.
 //   slice:N    one slice.
 //   model:TURN:TILT  from above at an angle, with cut=x|y|xy opened: model_view.h
@@ -28,14 +28,14 @@ namespace openfab::preview {
 constexpr double kSightMm = 0.1;
 constexpr double kSightEndMm = 0.4;
 
-/// Bounds on memory, for the budget: of what one preview gathers, and of drawing one at the end.
-/// Both are for the largest grids; a postcard's take a third of them.
+/// Returns the maximum memory that one preview gathers, for the budget; drawing it at the end takes
+/// kDrawBytes. Both are for the largest grids; a postcard takes a third.
 int64_t gathered_bytes(const PreviewSpec& spec);
 constexpr int64_t kColumnBytes = 28'000'000;
 constexpr int64_t kDrawBytes = 64'000'000;
 
-/// Writes its file when the print ends, also early. begin() refuses a slice that the print does not
-/// have.
+/// Makes a preview, which writes its file when the print ends, also early. begin() fails for a
+/// slice that the print does not have.
 std::unique_ptr<backends::SliceObserver> make_preview(const PreviewSpec& spec);
 
 }  // namespace openfab::preview

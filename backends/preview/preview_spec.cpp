@@ -64,7 +64,7 @@ Result<void> set_view(std::string_view value, PreviewSpec* spec) {
     return {};
 }
 
-/// What does not end in .png; most likely a view without `view=`.
+/// The error for a name that does not end in .png; most likely a view without `view=`.
 std::string without_png(std::string_view text) {
     const size_t comma = text.rfind(',');
     const std::string_view end = comma == std::string_view::npos ? text : text.substr(comma + 1);

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// What `--preview FILE.png[,view=front|back|section|slice:N|model:TURN:TILT][,light=transmitted]
-// [,cut=x|y|xy]` asks for.
+// Parses `--preview FILE.png[,view=front|back|section|slice:N|model:TURN:TILT][,light=transmitted]
+// [,cut=x|y|xy]`.
 
 #include <cstdint>
 #include <string>
@@ -17,10 +17,10 @@ enum class View {
     kBack,     ///< from -z, as after turning the print about its vertical axis: +x left, +y up
     kSection,  ///< cut along x at the middle row: +x right, +z up
     kSlice,    ///< one slice as it is printed: +x right, +y up
-    kModel,    ///< from above at an angle; clear materials let one see through
+    kModel,    ///< from above at an angle; clear materials are transparent
 };
 
-/// What kModel leaves out, so that one sees the inside: of the print's box, the half that faces the
+/// The part that kModel cuts away to show the inside: of the print's box, the half that faces the
 /// viewer in x or y, or the quarter that does in both.
 enum class Cut { kNone, kX, kY, kXY };
 

@@ -11,7 +11,7 @@
 
 #include <algorithm>
 
-#include "backends/common/same_print.h"
+#include "backends/common/resume_check.h"
 #include "backends/raster/png_sink.h"
 #include "base/text.h"
 
@@ -60,15 +60,15 @@ void put_list(Json& json, const char* name, T... values) {
     json.SetFormatOptions(rapidjson::kFormatDefault);
 }
 
-double voxel_ml(const backends::PrintInfo& info) {
+double voxel_ml(const pipeline::PrintInfo& info) {
     return info.pitch_mm.x * info.pitch_mm.y * info.pitch_mm.z * 1e-3;
 }
 
-int64_t voxels_of(const backends::PrintTotals& totals, size_t code) {
+int64_t voxels_of(const pipeline::PrintTotals& totals, size_t code) {
     return code < totals.voxels_by_code.size() ? totals.voxels_by_code[code] : 0;
 }
 
-void put_geometry(Json& json, const backends::PrintInfo& info, const PngOptions& options) {
+void put_geometry(Json& json, const pipeline::PrintInfo& info, const PngOptions& options) {
     const Vec3d& pitch = info.pitch_mm;
     put_list(json, "dpi", 25.4 / pitch.x, 25.4 / pitch.y);
     put(json, "layer_um", pitch.z * 1000);
@@ -84,12 +84,12 @@ void put_geometry(Json& json, const backends::PrintInfo& info, const PngOptions&
     json.EndObject();
 }
 
-void put_materials(Json& json, const backends::PrintInfo& info,
-                   const backends::PrintTotals& totals) {
+void put_materials(Json& json, const pipeline::PrintInfo& info,
+                   const pipeline::PrintTotals& totals) {
     key(json, "materials");
     json.StartArray();
     for (size_t i = 0; i < info.materials.size(); ++i) {
-        const backends::SliceMaterial& material = info.materials[i];
+        const pipeline::SliceMaterial& material = info.materials[i];
         const int64_t voxels = voxels_of(totals, i + 1);
         const double ml = static_cast<double>(voxels) * voxel_ml(info);
         json.StartObject();
@@ -106,16 +106,16 @@ void put_materials(Json& json, const backends::PrintInfo& info,
 }
 
 /// Slices that come from a file know it by what they were made from.
-bool slices_hold_support(const backends::PrintInfo& info) {
+bool slices_hold_support(const pipeline::PrintInfo& info) {
     return info.support_code != 0 ||
-           std::any_of(info.made_from.begin(), info.made_from.end(), [](const auto& setting) {
+           std::any_of(info.provenance.begin(), info.provenance.end(), [](const auto& setting) {
                return setting.first == "support" && setting.second != "none";
            });
 }
 
 }  // namespace
 
-std::string manifest_json(const backends::PrintInfo& info, const backends::PrintTotals& totals,
+std::string manifest_json(const pipeline::PrintInfo& info, const pipeline::PrintTotals& totals,
                           int32_t slices_written, const PngOptions& options) {
     rapidjson::StringBuffer buffer;
     Json json(buffer);
@@ -149,10 +149,10 @@ std::string manifest_json(const backends::PrintInfo& info, const backends::Print
     put_materials(json, info, totals);
     put(json, "voxels_solid", totals.voxels_solid);
     put(json, "seed", std::to_string(info.seed));
-    if (!info.made_from.empty()) {
+    if (!info.provenance.empty()) {
         key(json, "made_from");
         json.StartObject();
-        for (const auto& [name, value] : info.made_from)
+        for (const auto& [name, value] : info.provenance)
             put(json, name.c_str(), value);
         json.EndObject();
     }
@@ -163,7 +163,7 @@ std::string manifest_json(const backends::PrintInfo& info, const backends::Print
 
 namespace {
 
-/// What is only known at the end.
+/// Writes the entries that are only known at the end.
 bool is_of_the_end(const std::string& name) {
     for (const char* known :
          {"complete", "slices", "last_file", "voxels_solid", "hash", "voxels", "ml", "g"}) {
@@ -188,7 +188,7 @@ std::string difference(const rapidjson::Value& there, const rapidjson::Value& he
             if (is_of_the_end(key)) continue;
             const auto other = there.FindMember(member.name);
             if (other == there.MemberEnd())
-                return fmt::format("its manifest does not tell `{}`", key);
+                return fmt::format("its manifest does not give `{}`", key);
             const std::string found = difference(other->value, member.value, key);
             if (!found.empty()) return found;
         }
@@ -209,7 +209,7 @@ std::string difference(const rapidjson::Value& there, const rapidjson::Value& he
 
 }  // namespace
 
-std::string manifest_difference(const std::string& text, const backends::PrintInfo& info,
+std::string manifest_difference(const std::string& text, const pipeline::PrintInfo& info,
                                 const PngOptions& options) {
     rapidjson::Document there, here;
     there.Parse<rapidjson::kParseIterativeFlag>(text.data(), text.size());
@@ -219,7 +219,7 @@ std::string manifest_difference(const std::string& text, const backends::PrintIn
     return difference(there, here, "manifest");
 }
 
-std::string handoff_text(const backends::PrintInfo& info, const backends::PrintTotals& totals,
+std::string handoff_text(const pipeline::PrintInfo& info, const pipeline::PrintTotals& totals,
                          int32_t slices_written, const PngOptions& options) {
     const Vec3d& pitch = info.pitch_mm;
     std::string text =
@@ -248,7 +248,7 @@ std::string handoff_text(const backends::PrintInfo& info, const backends::PrintT
                 : "support             none is in the slices; transparent pixels are empty\n";
     text += "\nAssign a material to each colour:\n";
     for (size_t i = 0; i < info.materials.size(); ++i) {
-        const backends::SliceMaterial& material = info.materials[i];
+        const pipeline::SliceMaterial& material = info.materials[i];
         const double ml = static_cast<double>(voxels_of(totals, i + 1)) * voxel_ml(info);
         text += fmt::format("  RGB {:3} {:3} {:3}   {:<20} {:9.2f} ml {:9.2f} g{}\n",
                             material.key[0], material.key[1], material.key[2],

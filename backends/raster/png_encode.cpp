@@ -150,7 +150,7 @@ std::vector<uint8_t> decode_png(std::span<const uint8_t> file, const PngImage& i
         libdeflate_alloc_decompressor());
     if (decompressor == nullptr) return {};
     std::vector<uint8_t> rows(row_bytes(image) * static_cast<size_t>(image.height));
-    // Without a place for the size, other sizes are errors.
+    // Without a pointer for the actual size, other sizes are errors.
     if (libdeflate_zlib_decompress(decompressor.get(), packed.data(), packed.size(), rows.data(),
                                    rows.size(), nullptr) != LIBDEFLATE_SUCCESS)
         return {};

@@ -2,9 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// A PNG file from pixels in memory. libpng drives zlib row by row, which is several times slower on
-// slices than libdeflate over the whole picture; tests read what is written here back through
-// libpng.
+// Encodes PNG files. libpng drives zlib row by row, which is several times slower on slices than
+// libdeflate over the whole picture; tests read the files back through libpng.
 
 #include <array>
 #include <cstdint>
@@ -32,11 +31,11 @@ struct PngImage {
     std::string text;  ///< "Software" entry, empty for none
 };
 
-/// Empty where memory ran out.
+/// Encodes a PNG file; empty where memory ran out.
 std::vector<uint8_t> encode_png(const PngImage& image, int level);
 
-/// The rows of a file that encode_png made of an image like `image`, whose own rows are not looked
-/// at; at any level. Empty where the file is anything else, or not whole.
+/// Decodes the rows of a file that encode_png made, at any level, from an image like `image`, whose
+/// own rows are ignored. Empty where the file is anything else, or truncated.
 std::vector<uint8_t> decode_png(std::span<const uint8_t> file, const PngImage& image);
 
 }  // namespace openfab::raster

@@ -13,7 +13,7 @@
 #include <system_error>
 
 #include "backends/common/output_file.h"
-#include "backends/common/same_print.h"
+#include "backends/common/resume_check.h"
 #include "backends/common/tee_sink.h"
 #include "backends/raster/png_encode.h"
 #include "base/check.h"
@@ -37,7 +37,7 @@ bool is_slice_name(const std::string& name) {
            (rest.substr(digits) == kSuffix || rest.substr(digits) == ".png.part");
 }
 
-std::vector<uint8_t> rgba_rows(const backends::SliceView& slice, const backends::PrintInfo& info,
+std::vector<uint8_t> rgba_rows(const pipeline::SliceView& slice, const pipeline::PrintInfo& info,
                                bool flip_x) {
     std::array<uint32_t, 256> colors{};
     for (size_t i = 0; i < info.materials.size(); ++i) {
@@ -57,7 +57,7 @@ std::vector<uint8_t> rgba_rows(const backends::SliceView& slice, const backends:
     return rows;
 }
 
-std::vector<uint8_t> index_rows(const backends::SliceView& slice, const backends::PrintInfo& info,
+std::vector<uint8_t> index_rows(const pipeline::SliceView& slice, const pipeline::PrintInfo& info,
                                 bool flip_x) {
     const auto width = static_cast<size_t>(slice.width);
     const size_t row_bytes = backends::packed_row_bytes(slice.width, info.bits);
@@ -80,7 +80,7 @@ std::vector<uint8_t> index_rows(const backends::SliceView& slice, const backends
 }
 
 /// An image of a slice but for its rows.
-PngImage image_of(const backends::PrintInfo& info, const PngOptions& options) {
+PngImage image_of(const pipeline::PrintInfo& info, const PngOptions& options) {
     PngImage image;
     image.width = info.size.x;
     image.height = info.size.y;
@@ -88,7 +88,7 @@ PngImage image_of(const backends::PrintInfo& info, const PngOptions& options) {
     image.bits = options.indexed ? info.bits : 8;
     if (options.indexed) {
         image.palette.push_back({0, 0, 0, 0});
-        for (const backends::SliceMaterial& material : info.materials)
+        for (const pipeline::SliceMaterial& material : info.materials)
             image.palette.push_back(material.key);
     }
     image.pixels_per_metre_x = 1000 / info.pitch_mm.x;
@@ -97,7 +97,7 @@ PngImage image_of(const backends::PrintInfo& info, const PngOptions& options) {
 }
 
 /// Codes by colour, as the bytes lie in memory; fewer than there are codes where two look alike.
-std::map<uint32_t, uint8_t> codes_by_color(const backends::PrintInfo& info) {
+std::map<uint32_t, uint8_t> codes_by_color(const pipeline::PrintInfo& info) {
     std::map<uint32_t, uint8_t> codes{{0, 0}};
     for (size_t i = 0; i < info.materials.size(); ++i) {
         uint32_t color = 0;
@@ -107,8 +107,7 @@ std::map<uint32_t, uint8_t> codes_by_color(const backends::PrintInfo& info) {
     return codes;
 }
 
-/// The codes of a row of pixels without its filter byte; false where there is a colour that is no
-/// material's.
+/// Decodes a row of pixels without its filter byte; returns false for a colour of no material.
 bool read_rgba(const uint8_t* row, const std::map<uint32_t, uint8_t>& codes,
                std::vector<uint8_t>* out) {
     auto last = codes.begin();
@@ -122,7 +121,7 @@ bool read_rgba(const uint8_t* row, const std::map<uint32_t, uint8_t>& codes,
     return true;
 }
 
-bool read_indices(const uint8_t* row, const backends::PrintInfo& info, std::vector<uint8_t>* out) {
+bool read_indices(const uint8_t* row, const pipeline::PrintInfo& info, std::vector<uint8_t>* out) {
     for (size_t x = 0; x < out->size(); ++x) {
         (*out)[x] =
             info.bits == 8 ? row[x] : static_cast<uint8_t>(row[x / 2] >> (x % 2 == 0 ? 4 : 0) & 15);
@@ -131,7 +130,7 @@ bool read_indices(const uint8_t* row, const backends::PrintInfo& info, std::vect
     return true;
 }
 
-/// Empty where there is no such file; an error where there is one that cannot be read.
+/// Reads a file; empty where it does not exist, an error where it cannot be read.
 Result<std::vector<uint8_t>> read_bytes(const std::filesystem::path& file) {
     std::error_code status;
     if (!std::filesystem::exists(file, status)) return std::vector<uint8_t>();
@@ -152,7 +151,7 @@ bool is_folder_file(const std::string& name) {
     return is_slice_name(name) || name.starts_with(kManifest) || name.starts_with(kHandoff);
 }
 
-std::vector<uint8_t> encode_slice(const backends::SliceView& slice, const backends::PrintInfo& info,
+std::vector<uint8_t> encode_slice(const pipeline::SliceView& slice, const pipeline::PrintInfo& info,
                                   const PngOptions& options) {
     const std::vector<uint8_t> rows = options.indexed ? index_rows(slice, info, options.flip_x)
                                                       : rgba_rows(slice, info, options.flip_x);
@@ -161,7 +160,7 @@ std::vector<uint8_t> encode_slice(const backends::SliceView& slice, const backen
     return encode_png(image, kDeflateLevel);
 }
 
-std::vector<uint8_t> decode_slice(std::span<const uint8_t> file, const backends::PrintInfo& info,
+std::vector<uint8_t> decode_slice(std::span<const uint8_t> file, const pipeline::PrintInfo& info,
                                   const PngOptions& options) {
     const std::vector<uint8_t> pixels = decode_png(file, image_of(info, options));
     if (pixels.empty()) return {};
@@ -190,12 +189,12 @@ std::vector<uint8_t> decode_slice(std::span<const uint8_t> file, const backends:
     return rows;
 }
 
-Result<std::unique_ptr<backends::SliceSink>> PngSink::open(const std::filesystem::path& folder,
-                                                           PngOptions options, bool go_on) {
+Result<std::unique_ptr<pipeline::SliceSink>> PngSink::open(const std::filesystem::path& folder,
+                                                           PngOptions options, bool reopened) {
     std::error_code status;
     if (std::filesystem::exists(folder, status) && !std::filesystem::is_directory(folder, status)) {
-        return user_error(fmt::format("`{}` is a file; a folder of slices is to be written there",
-                                      folder.string()));
+        return user_error(
+            fmt::format("`{}` is a file; the output is a folder of slices", folder.string()));
     }
     std::filesystem::create_directories(folder, status);
     if (status) {
@@ -207,20 +206,20 @@ Result<std::unique_ptr<backends::SliceSink>> PngSink::open(const std::filesystem
     std::unique_ptr<PngSink> sink(new PngSink(folder, std::move(options), std::move(*lock)));
     const Result<std::vector<std::filesystem::path>> files = sink->files();
     if (!files) return files.error();
-    if (go_on) {
+    if (reopened) {
         sink->earlier_ = !files->empty();
     } else if (Result<void> removed = sink->remove(*files); !removed) {
         return removed.error();
     }
-    return std::unique_ptr<backends::SliceSink>(std::move(sink));
+    return std::unique_ptr<pipeline::SliceSink>(std::move(sink));
 }
 
-Result<std::unique_ptr<backends::SliceSink>> PngSink::create(const std::filesystem::path& folder,
+Result<std::unique_ptr<pipeline::SliceSink>> PngSink::create(const std::filesystem::path& folder,
                                                              PngOptions options) {
     return open(folder, std::move(options), false);
 }
 
-Result<std::unique_ptr<backends::SliceSink>> PngSink::resume(const std::filesystem::path& folder,
+Result<std::unique_ptr<pipeline::SliceSink>> PngSink::reopen(const std::filesystem::path& folder,
                                                              PngOptions options) {
     return open(folder, std::move(options), true);
 }
@@ -258,7 +257,7 @@ Result<void> PngSink::remove(const std::vector<std::filesystem::path>& files) co
     return {};
 }
 
-Result<void> PngSink::write_notes(const backends::PrintTotals& totals) {
+Result<void> PngSink::write_notes(const pipeline::PrintTotals& totals) {
     const auto slices = static_cast<int32_t>(written_.size());
     Result<void> written = backends::write_whole_file(
         folder_ / kManifest, manifest_json(info_, totals, slices, options_));
@@ -267,7 +266,7 @@ Result<void> PngSink::write_notes(const backends::PrintTotals& totals) {
                                       handoff_text(info_, totals, slices, options_));
 }
 
-Result<void> PngSink::begin(const backends::PrintInfo& info) {
+Result<void> PngSink::begin(const pipeline::PrintInfo& info) {
     info_ = info;
     if (!earlier_) return write_notes({});  // so that what a crash leaves says that it is not whole
     const Result<std::vector<uint8_t>> manifest = read_bytes(folder_ / kManifest);
@@ -278,22 +277,22 @@ Result<void> PngSink::begin(const backends::PrintInfo& info) {
         const bool slices = std::any_of(found->begin(), found->end(), [](const auto& file) {
             return is_slice_name(file.filename().string());
         });
-        // A print that was killed at its very start: nothing is lost by beginning anew.
+        // A print that was killed at its very start: nothing is lost by starting again.
         if (!slices) return {};
-        return backends::cannot_take_up(folder_.string(),
+        return backends::resume_refused(folder_.string(),
                                         fmt::format("it has slices and no {}", kManifest));
     }
     const std::string why =
         manifest_difference({manifest->begin(), manifest->end()}, info_, options_);
-    if (!why.empty()) return backends::cannot_take_up(folder_.string(), why);
+    if (!why.empty()) return backends::resume_refused(folder_.string(), why);
     if (!options_.indexed && codes_by_color(info_).size() != info_.materials.size() + 1) {
-        return backends::cannot_take_up(folder_.string(),
+        return backends::resume_refused(folder_.string(),
                                         "two of its materials look the same in the slices");
     }
     return {};
 }
 
-Result<int32_t> PngSink::take_up(const std::function<bool(const backends::SliceView&)>& show) {
+Result<int32_t> PngSink::resume(const std::function<bool(const pipeline::SliceView&)>& show) {
     if (!earlier_) return 0;
     const size_t row_bytes = backends::packed_row_bytes(info_.size.x, info_.bits);
     std::vector<std::filesystem::path> kept;
@@ -328,11 +327,11 @@ Result<int32_t> PngSink::take_up(const std::function<bool(const backends::SliceV
     return static_cast<int32_t>(written_.size());
 }
 
-std::vector<uint8_t> PngSink::encode(const backends::SliceView& slice) const {
+std::vector<uint8_t> PngSink::encode(const pipeline::SliceView& slice) const {
     return encode_slice(slice, info_, options_);
 }
 
-Error PngSink::with_slices_kept(const Error& error, size_t slice_bytes) const {
+Error PngSink::with_resume_state(const Error& error, size_t slice_bytes) const {
     const auto left = static_cast<double>(info_.slice_end - info_.slice_begin) -
                       static_cast<double>(written_.size());
     return {
@@ -348,15 +347,15 @@ Result<void> PngSink::commit(int32_t z, const std::vector<uint8_t>& bytes) {
     const std::filesystem::path file = folder_ / slice_file_name(z, info_.size.z);
     if (Result<void> written = backends::write_whole_file(file, bytes); !written) {
         broken_ = true;
-        return with_slices_kept(written.error(), bytes.size());
+        return with_resume_state(written.error(), bytes.size());
     }
     written_.push_back(file);
     return {};
 }
 
-Result<void> PngSink::finish(const backends::PrintTotals& totals) {
+Result<void> PngSink::finish(const pipeline::PrintTotals& totals) {
     if (earlier_) return {};  // refused or interrupted before anything was changed
-    backends::PrintTotals honest = totals;
+    pipeline::PrintTotals honest = totals;
     honest.complete = totals.complete && !broken_;
     for (const std::filesystem::path& file : written_) {
         Result<void> synced = backends::sync_file(file);
@@ -367,7 +366,7 @@ Result<void> PngSink::finish(const backends::PrintTotals& totals) {
     Result<void> notes = write_notes(honest);
     if (notes) notes = backends::sync_file(folder_ / kManifest);
     if (notes) notes = backends::sync_file(folder_);
-    // What went wrong before has been reported already, and is the reason for this too.
+    // An earlier error has been reported already, and is the cause of this one, too.
     return broken_ ? Result<void>() : notes;
 }
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compiler/check/builtins.h"
 
-namespace openfab::sema {
+namespace openfab::check {
 
 namespace {
 
@@ -32,4 +32,4 @@ std::vector<std::string> function_names() {
     return names;
 }
 
-}  // namespace openfab::sema
+}  // namespace openfab::check

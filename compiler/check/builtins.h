@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-namespace openfab::sema {
+namespace openfab::check {
 
 enum class Intrinsic : uint8_t {
 #define OPENFAB_INTRINSIC(name, spelling, arity, shape) k##name,
@@ -19,15 +19,15 @@ enum class Intrinsic : uint8_t {
 /// How an intrinsic types its arguments and result.
 enum class Shape : uint8_t {
     kNumeric,     ///< all arguments to their common type, which is the result
-    kFloat,       ///< as kNumeric with components made float
+    kFloat,       ///< as kNumeric, with components converted to float
     kToInt,       ///< as kNumeric, result int
     kToBool,      ///< as kFloat, result bool
     kReduceBool,  ///< one argument of any numeric type, result a scalar bool
     kDot,         ///< as kNumeric, result a scalar
     kReduce,      ///< as kFloat, result a scalar
     kFloat3,      ///< all float3
-    kBits,        ///< one argument, numeric; the result as the name says, or uint
-    kOwn,         ///< as compiler/check/check_functions.cpp says; arity is the most
+    kBits,        ///< one numeric argument; the result type is in the name, or uint
+    kOwn,         ///< see compiler/check/check_functions.cpp; arity is the maximum
 };
 
 struct IntrinsicInfo {
@@ -37,9 +37,9 @@ struct IntrinsicInfo {
     Shape shape;
 };
 
-/// Null where there is none of that name.
+/// Returns the intrinsic of that name, or null.
 const IntrinsicInfo* find_intrinsic(std::string_view name);
-/// All names of functions that are built in, those that are checked elsewhere too.
+/// Returns the names of all built-in functions, those checked elsewhere too.
 std::vector<std::string> function_names();
 
-}  // namespace openfab::sema
+}  // namespace openfab::check

@@ -8,7 +8,7 @@
 
 #include "compiler/check/check_state.h"
 
-namespace openfab::sema {
+namespace openfab::check {
 
 namespace {
 
@@ -75,7 +75,7 @@ void Checker::check_fablet(const ast::Fablet& from, Fablet* to) {
     check_scope(from.scope, &from, to, &to->constants, &to->functions);
     check_recursion(to->functions);
     check_stages(from, to);
-    // A fablet that names no material still takes its place from other parts: all of it is VOID.
+    // A fablet that names no material still displaces other parts: all of it is VOID.
     if (to->ir.slot_count == 0) to->ir.void_slot = to->ir.slot_count++;
     scopes_.pop_back();
     scopes_.pop_back();
@@ -83,8 +83,8 @@ void Checker::check_fablet(const ast::Fablet& from, Fablet* to) {
     fablet_ = nullptr;
 }
 
-/// What `nearest` gives beyond the three that are always there: the nearest inputs of the volume
-/// stage. Functions see them before the stage itself is checked.
+/// Adds the members of a SurfacePoint beyond the three common ones: the nearest inputs of the
+/// volume stage. Functions see them before the stage itself is checked.
 void Checker::find_point_members(const ast::Fablet& from, Fablet* to) {
     to->point_members = common_point_members();
     for (const ast::Stage& stage : from.stages) {
@@ -99,35 +99,35 @@ void Checker::find_point_members(const ast::Fablet& from, Fablet* to) {
     }
 }
 
-/// Gives a uniform its place among those of its kind; false where it cannot be one.
-bool Checker::place_uniform(const ast::Variable& v, const Type& type, ir::Uniform* uniform,
-                            Fablet* to) {
+/// Assigns a uniform its index among those of its kind; false if its type is not allowed.
+bool Checker::assign_uniform_index(const ast::Variable& v, const Type& type, ir::Uniform* uniform,
+                                   Fablet* to) {
     Type element = type;
     if (type.is_array()) {
         uniform->array_length = type.length();
         element = type.element();
     }
-    const auto place = [&](openfab_uniform_kind kind, int32_t* count) {
+    const auto assign = [&](openfab_uniform_kind kind, int32_t* count) {
         uniform->kind = kind;
         uniform->first_index = *count;
         *count += uniform->array_length;
     };
     if (element.is(Base::kTexture2D)) {
-        place(OPENFAB_UNIFORM_TEXTURE2D, &to->ir.texture_count);
+        assign(OPENFAB_UNIFORM_TEXTURE2D, &to->ir.texture_count);
     } else if (element.is(Base::kTexture3D)) {
-        place(OPENFAB_UNIFORM_TEXTURE3D, &to->ir.texture_count);
+        assign(OPENFAB_UNIFORM_TEXTURE3D, &to->ir.texture_count);
     } else if (element.is(Base::kObject)) {
-        place(OPENFAB_UNIFORM_OBJECT, &to->ir.object_count);
+        assign(OPENFAB_UNIFORM_OBJECT, &to->ir.object_count);
     } else if (element.is(Base::kMaterial)) {
         const bool fitted = to->ir.slot_count <= kMaxSlots;
-        place(OPENFAB_UNIFORM_MATERIAL, &to->ir.slot_count);
+        assign(OPENFAB_UNIFORM_MATERIAL, &to->ir.slot_count);
         if (fitted && to->ir.slot_count > kMaxSlots) {
             sink_->report(v.span, diag::kTooComplex,
                           fmt::format("more than {} uniforms of type `Material`", kMaxSlots));
         }
     } else if (element.is_arithmetic()) {
         uniform->type = component_type(element);
-        uniform->components = static_cast<int32_t>(least_components(element));
+        uniform->components = static_cast<int32_t>(min_components(element));
         uniform->first_index = to->ir.uniform_value_count;
         to->ir.uniform_value_count += uniform->components * uniform->array_length;
     } else {
@@ -152,13 +152,13 @@ void Checker::check_uniform(const ast::Variable& v, Fablet* to) {
     symbol->span = v.span;
     symbol->type = declared_type(v);
     symbol->index = static_cast<int32_t>(to->uniforms.size());
-    if (!symbol->type.is_error() && !place_uniform(v, symbol->type, &uniform, to)) {
+    if (!symbol->type.is_error() && !assign_uniform_index(v, symbol->type, &uniform, to)) {
         symbol->type = {};
     }
     Type element = symbol->type;
     if (element.is_array()) element = element.element();
     if (v.init != nullptr && element.is_arithmetic()) {
-        place_ = Place::kGlobal;
+        context_ = StageContext::kGlobal;
         symbol->init = initializer(*v.init, symbol->type);
     } else if (v.init != nullptr && !symbol->type.is_error()) {
         sink_->report(
@@ -192,7 +192,7 @@ void Checker::check_stages(const ast::Fablet& from, Fablet* to) {
         scopes_.emplace_back();
         for (const ast::Variable& v : surface->varyings)
             check_varying(v, *surface, to);
-        check_stage_body(*surface, &to->surface, Place::kSurface, kFloat3Type);
+        check_stage_body(*surface, &to->surface, StageContext::kSurface, kFloat3Type);
         scopes_.pop_back();
     }
     if (volume == nullptr) {
@@ -210,12 +210,13 @@ void Checker::check_stages(const ast::Fablet& from, Fablet* to) {
     scopes_.emplace_back();
     for (const ast::Variable& v : volume->varyings)
         check_varying(v, *volume, to);
-    check_stage_body(*volume, &to->volume, Place::kVolume, {Base::kComposition, 1});
+    check_stage_body(*volume, &to->volume, StageContext::kVolume, {Base::kComposition, 1});
     scopes_.pop_back();
 }
 
-void Checker::check_stage_body(const ast::Stage& from, Stage* to, Place place, const Type& result) {
-    place_ = place;
+void Checker::check_stage_body(const ast::Stage& from, Stage* to, StageContext context,
+                               const Type& result) {
+    context_ = context;
     stage_span_ = from.span;
     return_type_ = result;
     loops_ = 0;
@@ -297,7 +298,7 @@ void Checker::check_surface_varying(const ast::Variable& v, const Type& type, Fa
     fallback->span = v.span;
     fallback->type = type;
     if (v.init != nullptr) {
-        place_ = Place::kGlobal;
+        context_ = StageContext::kGlobal;
         fallback->init = initializer(*v.init, type);
     }
     add_stage_symbol(&to->surface, SymbolKind::kSurfaceInput, v, type,
@@ -326,7 +327,7 @@ void Checker::check_nearest(const ast::Variable& v, const Type& type, Fablet* to
     nearest.source = find_varying(outputs, v.name);
     if (nearest.source < 0) nearest.source = find_varying(outputs, std::string(v.name) + "Out");
     if (nearest.source >= 0) {
-        const ir::Varying& output = outputs[static_cast<size_t>(nearest.source)];
+        const ir::Varying& output = outputs[nearest.source];
         if (output.type != nearest.type || output.components != nearest.components) {
             sink_
                 ->report(v.type.span, diag::kVaryingMismatch, v.type.text, v.name, output.type_name,
@@ -340,4 +341,4 @@ void Checker::check_nearest(const ast::Variable& v, const Type& type, Fablet* to
     to->ir.nearest.push_back(std::move(nearest));
 }
 
-}  // namespace openfab::sema
+}  // namespace openfab::check

@@ -9,22 +9,22 @@
 #include "compiler/diag/sink.h"
 #include "compiler/syntax/ast.h"
 
-namespace openfab::sema {
+namespace openfab::check {
 
 /// A file and what it imports.
 struct Unit {
     const ast::File* file = nullptr;
     std::string name;             ///< the module's name; empty for the program
-    std::vector<size_t> imports;  ///< per import of the file: the unit's place in the list
+    std::vector<size_t> imports;  ///< per import of the file: the unit's index in the list
 };
 
 struct CheckOptions {
-    bool need_fablet = true;  ///< else a file of functions will do
+    bool need_fablet = true;  ///< false: a file of functions is enough
 };
 
 /// Resolves names, types and stages of the last unit, the program, and of the modules before it,
-/// each of which stands behind what it imports. What it returns may be translated only if the sink
-/// holds no errors.
+/// each of which comes after its imports. The result may be translated only if the sink holds no
+/// errors.
 Program check(const std::vector<Unit>& units, const CheckOptions& options, diag::Sink* sink);
 
-}  // namespace openfab::sema
+}  // namespace openfab::check

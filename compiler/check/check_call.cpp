@@ -6,9 +6,9 @@
 #include <string>
 
 #include "compiler/check/check_state.h"
-#include "compiler/check/habits.h"
+#include "compiler/check/foreign_names.h"
 
-namespace openfab::sema {
+namespace openfab::check {
 
 namespace {
 
@@ -43,7 +43,7 @@ int call_cost(const Function& f, const std::vector<ExprPtr>& args) {
     for (size_t i = 0; i < args.size(); ++i) {
         const Type& type = f.parameters[i]->type;
         if (type.is_error()) continue;
-        // What goes back must have the parameter's type: there is no conversion on the way out.
+        // An `out` argument must have the parameter's type: there is no conversion on the way out.
         if (f.parameters[i]->is_out && args[i]->type != type) return kNoMatch;
         cost += conversion_cost(args[i]->type, type);
     }
@@ -73,7 +73,7 @@ std::optional<MatrixOp> matrix_function(std::string_view name) {
     return std::nullopt;
 }
 
-bool is_print(std::string_view name) {
+bool is_printf(std::string_view name) {
     return name == "printf" || name == "assert";
 }
 
@@ -151,11 +151,11 @@ ExprPtr Checker::call(const ast::Expr& expr) {
     const bool is_over = callee.text == "over";
     const bool asks = is_query(callee.text);
     const bool known = info != nullptr || matrix || is_over || asks;
-    if (candidates.empty() && is_print(callee.text)) return print(expr);
+    if (candidates.empty() && is_printf(callee.text)) return printf_call(expr);
     if (candidates.empty() && type.is_error() && !known) return unknown_function(expr);
     std::vector<ExprPtr> args = arguments(expr);
     if (any_error(args)) return poison(expr.span);
-    // What no function of the program takes may still be one that is built in.
+    // If no function of the program fits, a built-in one may.
     if (!candidates.empty() && (!known || any_match(candidates, args))) {
         return user_call(expr, candidates, std::move(args));
     }
@@ -173,8 +173,9 @@ ExprPtr Checker::call(const ast::Expr& expr) {
 ExprPtr Checker::unknown_function(const ast::Expr& expr) {
     const ast::Expr& callee = *expr.args[0];
     diag::Diagnostic& d = sink_->report(callee.span, diag::kUnknownFunction, callee.text);
-    if (const std::string habit = habit_of_function(callee.text); !habit.empty()) {
-        d.help(habit);
+    if (const std::string foreign_help = foreign_function_help(callee.text);
+        !foreign_help.empty()) {
+        d.help(foreign_help);
         const std::string ours = renamed_function(callee.text);
         if (!ours.empty()) d.replace(callee.span, ours);
         return poison(expr.span);
@@ -205,7 +206,7 @@ ExprPtr Checker::construct(const ast::Expr& expr, const Type& type, std::vector<
         return out;
     }
     int components = 0;
-    const int wanted = static_cast<int>(least_components(type));
+    const int wanted = static_cast<int>(min_components(type));
     for (ExprPtr& arg : args) {
         if (!arg->type.is_numeric()) {
             sink_->report(arg->span, diag::kNoConversion, type_name(arg->type), type_name(type));
@@ -427,4 +428,4 @@ ExprPtr Checker::composition_method(const ast::Expr& expr, ExprPtr object,
     return out;
 }
 
-}  // namespace openfab::sema
+}  // namespace openfab::check

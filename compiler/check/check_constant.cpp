@@ -3,7 +3,7 @@
 #include "compiler/check/check_state.h"
 #include "compiler/ir/arithmetic.h"
 
-namespace openfab::sema {
+namespace openfab::check {
 
 namespace {
 
@@ -47,4 +47,4 @@ std::optional<uint32_t> known_bits(const Expr& expr) {
     return ir::eval(expr.op, type, *a, *b, 0);
 }
 
-}  // namespace openfab::sema
+}  // namespace openfab::check

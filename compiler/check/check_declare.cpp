@@ -7,9 +7,9 @@
 #include <set>
 
 #include "compiler/check/check_state.h"
-#include "compiler/check/habits.h"
+#include "compiler/check/foreign_names.h"
 
-namespace openfab::sema {
+namespace openfab::check {
 
 namespace {
 
@@ -17,7 +17,9 @@ namespace {
 struct Item {
     const ast::Struct* record = nullptr;
     const ast::Variable* constant = nullptr;
-    uint32_t place() const { return record != nullptr ? record->span.begin : constant->span.begin; }
+    uint32_t offset() const {
+        return record != nullptr ? record->span.begin : constant->span.begin;
+    }
 };
 
 std::vector<Item> items_of(const ast::Scope& scope) {
@@ -27,7 +29,7 @@ std::vector<Item> items_of(const ast::Scope& scope) {
     for (const ast::Variable& v : scope.constants)
         out.push_back({nullptr, &v});
     std::stable_sort(out.begin(), out.end(),
-                     [](const Item& a, const Item& b) { return a.place() < b.place(); });
+                     [](const Item& a, const Item& b) { return a.offset() < b.offset(); });
     return out;
 }
 
@@ -54,7 +56,7 @@ void check_defaults_order(const Function& f, diag::Sink* sink) {
 }  // namespace
 
 /// Structs and constants may need each other and so go in the order in which they are written;
-/// functions may stand anywhere. What a uniform or a function is needed for therefore comes after
+/// functions may stand anywhere. Whatever needs a uniform or a function therefore comes after
 /// those.
 void Checker::check_scope(const ast::Scope& from, const ast::Fablet* fablet, Fablet* to,
                           std::vector<std::unique_ptr<Symbol>>* constants,
@@ -95,7 +97,7 @@ Type Checker::declared_type(const ast::TypeRef& ref) {
     const Type found = find_type(ref.text);
     if (!found.is_error()) return found;
     diag::Diagnostic& d = sink_->report(ref.span, diag::kUnknownType, ref.text);
-    if (const std::string help = habit_of_type(ref.text); !help.empty()) {
+    if (const std::string help = foreign_type_help(ref.text); !help.empty()) {
         d.help(help);
         const std::string ours = renamed_type(ref.text);
         if (!ours.empty()) d.replace(ref.span, ours);
@@ -161,7 +163,7 @@ Type Checker::declared_type(const ast::Variable& v) {
         const std::optional<int> count = extent(v, i);
         if (!count) return {};
         type = array_of(type, *count);
-        if (least_components(type) > kMaxComponents) {
+        if (min_components(type) > kMaxComponents) {
             sink_->report(v.array_span, diag::kTooComplex,
                           fmt::format("`{}` has more than {} components", v.name, kMaxComponents));
             return {};
@@ -201,7 +203,7 @@ void Checker::declare_struct(const ast::Struct& from) {
     }
     Type type{Base::kStruct, 1};
     type.record = record.get();
-    if (ok && least_components(type) > kMaxComponents) {
+    if (ok && min_components(type) > kMaxComponents) {
         sink_->report(from.span, diag::kTooComplex,
                       fmt::format("`{}` has more than {} components", from.name, kMaxComponents));
         ok = false;
@@ -220,7 +222,7 @@ void Checker::declare_struct(const ast::Struct& from) {
 // --- constants and functions
 
 void Checker::check_constant(const ast::Variable& v, std::vector<std::unique_ptr<Symbol>>* to) {
-    place_ = Place::kGlobal;
+    context_ = StageContext::kGlobal;
     auto symbol = std::make_unique<Symbol>();
     symbol->kind = SymbolKind::kConstant;
     symbol->name = v.name;
@@ -278,7 +280,7 @@ std::unique_ptr<Symbol> Checker::parameter(const ast::Variable& v) {
     } else if (v.init != nullptr && v.is_out) {
         sink_->report(v.init->span, diag::kBadDeclaration, "an `out` parameter has no default");
     } else if (v.init != nullptr && !type.is_error()) {
-        place_ = Place::kGlobal;
+        context_ = StageContext::kGlobal;
         auto fallback = std::make_unique<Symbol>();
         fallback->kind = SymbolKind::kConstant;
         fallback->name = v.name;
@@ -319,7 +321,7 @@ void Checker::check_functions(const std::vector<ast::Function>& from,
                               const std::vector<std::unique_ptr<Function>>& to) {
     const size_t first = to.size() - from.size();  // before them: those of modules
     for (size_t i = 0; i < from.size(); ++i) {
-        place_ = Place::kFunction;
+        context_ = StageContext::kFunction;
         function_ = to[first + i].get();
         return_type_ = function_->return_type;
         loops_ = switches_ = 0;
@@ -371,4 +373,4 @@ void Checker::check_recursion(const std::vector<std::unique_ptr<Function>>& func
     }
 }
 
-}  // namespace openfab::sema
+}  // namespace openfab::check

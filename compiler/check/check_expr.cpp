@@ -6,9 +6,9 @@
 #include <string>
 
 #include "compiler/check/check_state.h"
-#include "compiler/check/habits.h"
+#include "compiler/check/foreign_names.h"
 
-namespace openfab::sema {
+namespace openfab::check {
 
 namespace {
 
@@ -191,10 +191,10 @@ const Symbol* Checker::attributes() const {
     return nullptr;
 }
 
-/// Of a word from elsewhere, or of what the surface stage has and the volume stage asks for.
+/// Returns help for a name of another language, or one that only the surface stage has.
 std::string Checker::help_for_name(std::string_view name) const {
-    const std::string habit = habit_of_name(name);
-    if (!habit.empty()) return habit;
+    const std::string foreign_help = foreign_name_help(name);
+    if (!foreign_help.empty()) return foreign_help;
     for (const AttributeInfo& info : kAttributes) {
         if (info.name != name) continue;
         const Symbol* symbol = attributes();
@@ -202,12 +202,13 @@ std::string Checker::help_for_name(std::string_view name) const {
         const bool here = symbol->type.is(Base::kSurfaceAttributes) ? info.surface : info.volume;
         if (here) return fmt::format("write `{}.{}`", symbol->name, name);
     }
-    if (name == "attr" && (place_ == Place::kVolume || place_ == Place::kSurface)) {
-        return place_ == Place::kVolume
+    if (name == "attr" &&
+        (context_ == StageContext::kVolume || context_ == StageContext::kSurface)) {
+        return context_ == StageContext::kVolume
                    ? "declare it: `@Volume(@varying { VolumeAttributes attr })`"
                    : "declare it: `@Surface(@varying { SurfaceAttributes attr })`";
     }
-    if (place_ != Place::kVolume) return "";
+    if (context_ != StageContext::kVolume) return "";
     for (const auto* list : {&fablet_->ir.surface_outputs, &fablet_->ir.surface_inputs}) {
         for (const ir::Varying& v : *list) {
             if (v.name != name) continue;
@@ -299,7 +300,7 @@ ExprPtr Checker::binary(const ast::Expr& expr) {
     Type type = materials ? a : common_type(a, b);
     if (type.base == Base::kBool && !equality) type.base = Base::kInt;
     if (is_bitwise(op) && !type.is_integer()) return bad_operand(expr, both(a, b));
-    check_operator_habits(expr, *left, *right);
+    check_foreign_operators(expr, *left, *right);
     ExprPtr out =
         make(ExprKind::kBinary, is_comparison(op) ? Type{Base::kBool, type.size} : type, expr.span);
     out->op = op;
@@ -399,7 +400,7 @@ bool Checker::assignable(const Expr& target) {
         case ExprKind::kVariable:
             break;
         case ExprKind::kAttribute: {
-            const bool surface = place_ == Place::kSurface;
+            const bool surface = context_ == StageContext::kSurface;
             sink_->report(target.span, diag::kNotAssignable, "a stage attribute")
                 .help(surface ? "attributes are read-only; the displacement that the stage returns "
                                 "moves the surface"
@@ -591,7 +592,7 @@ ExprPtr Checker::attribute_member(const ast::Expr& expr, ExprPtr object) {
     }
     diag::Diagnostic& d =
         sink_->report(expr.text_span, diag::kUnknownMember, type_name(object->type), expr.text);
-    if (const std::string help = habit_of_attribute(expr.text, surface); !help.empty()) {
+    if (const std::string help = foreign_attribute_help(expr.text, surface); !help.empty()) {
         d.help(help);
     } else {
         d.suggest(expr.text_span, expr.text, names, "it has " + list);
@@ -623,7 +624,7 @@ ExprPtr Checker::swizzle(const ast::Expr& expr, ExprPtr object) {
     return out;
 }
 
-/// `_m01` counts rows and columns from 0, `_12` from 1; up to four in a row make a vector.
+/// `_m01` counts rows and columns from 0, `_12` from 1; up to four of them make a vector.
 ExprPtr Checker::matrix_swizzle(const ast::Expr& expr, ExprPtr object) {
     const Type matrix = object->type;
     ExprPtr out = make(ExprKind::kSwizzle, {matrix.base, 0}, expr.span);
@@ -722,4 +723,4 @@ ExprPtr Checker::convert(ExprPtr value, const Type& to) {
     return out;
 }
 
-}  // namespace openfab::sema
+}  // namespace openfab::check

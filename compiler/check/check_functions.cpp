@@ -9,7 +9,7 @@
 //   q  as many ints as `p` has components; one is meant for all
 //   x  any number or vector, kept as it is
 //   i  int    f  float    s  seed, an int or uint
-// `?` comes before those that may be left out. The result is p, void (v), uint (u) or so many
+// `?` comes before those that may be left out. The result is p, void (v), uint (u) or n
 // floats (1 to 4).
 
 #include <fmt/format.h>
@@ -19,7 +19,7 @@
 
 #include "compiler/check/check_state.h"
 
-namespace openfab::sema {
+namespace openfab::check {
 
 namespace {
 
@@ -162,11 +162,13 @@ ExprPtr Checker::own_function_call(const ast::Expr& expr, const IntrinsicInfo& i
                                    std::vector<ExprPtr> args) {
     const OwnFunction& f = own_function(info.id);
     const ast::Expr& callee = *expr.args[0];
-    if (is_derivative(info.id) && place_ != Place::kSurface && place_ != Place::kFunction) {
-        diag::Diagnostic& d = sink_->report(
-            callee.span, diag::kStageMismatch, info.name,
-            place_ == Place::kGlobal ? "called outside a stage" : "called in a volume stage");
-        if (place_ == Place::kVolume) d.note(stage_span_, "stage declared `@Volume` here");
+    if (is_derivative(info.id) && context_ != StageContext::kSurface &&
+        context_ != StageContext::kFunction) {
+        diag::Diagnostic& d =
+            sink_->report(callee.span, diag::kStageMismatch, info.name,
+                          context_ == StageContext::kGlobal ? "called outside a stage"
+                                                            : "called in a volume stage");
+        if (context_ == StageContext::kVolume) d.note(stage_span_, "stage declared `@Volume` here");
         d.help("it is the change along the surface's micropolygons; a volume has none");
         return poison(expr.span);
     }
@@ -277,4 +279,4 @@ ExprPtr Checker::bits_call(const ast::Expr& expr, const IntrinsicInfo& info,
     return out;
 }
 
-}  // namespace openfab::sema
+}  // namespace openfab::check

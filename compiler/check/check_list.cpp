@@ -4,7 +4,7 @@
 
 #include "compiler/check/check_state.h"
 
-namespace openfab::sema {
+namespace openfab::check {
 
 namespace {
 
@@ -26,7 +26,7 @@ std::vector<Type> parts_of(const Type& to, size_t count) {
     return {};
 }
 
-/// The scalars of a value in a row; false where it holds what is no number.
+/// Appends the scalars of a value in order; false if it holds anything but numbers.
 bool scalars_of(const Type& type, std::vector<Type>* out) {
     if (type.is_error()) return false;
     if (type.is_scalar()) {
@@ -50,7 +50,7 @@ ExprPtr Checker::initializer(const ast::Expr& expr, const Type& to) {
 ExprPtr Checker::list(const ast::Expr& expr, const Type& to) {
     if (to.is_error()) return poison(expr.span);
     if (expr.args.empty()) {
-        // All zero, and a composition empty; but there is no material or texture of none.
+        // All zero, a composition empty; materials and textures have no such value.
         for (Base base : {Base::kMaterial, Base::kTexture2D, Base::kTexture3D, Base::kObject,
                           Base::kSurfaceAttributes, Base::kVolumeAttributes}) {
             if (!contains(to, base)) continue;
@@ -62,7 +62,7 @@ ExprPtr Checker::list(const ast::Expr& expr, const Type& to) {
     if (to.is_scalar() && expr.args.size() == 1) return initializer(*expr.args[0], to);
     const std::vector<Type> parts = parts_of(to, expr.args.size());
     if (parts.size() == expr.args.size()) return list_of(expr, to, parts);
-    // As in HLSL a list may also give all components in a row.
+    // A list may also give all components in sequence, as in HLSL.
     std::vector<ExprPtr> values;
     std::vector<Type> wanted;
     size_t given = 0;
@@ -116,4 +116,4 @@ bool Checker::flatten(const ast::Expr& expr, const Type& to, std::vector<ExprPtr
     return true;
 }
 
-}  // namespace openfab::sema
+}  // namespace openfab::check

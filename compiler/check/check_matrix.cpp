@@ -4,7 +4,7 @@
 
 #include "compiler/check/check_state.h"
 
-namespace openfab::sema {
+namespace openfab::check {
 
 namespace {
 
@@ -110,4 +110,4 @@ ExprPtr Checker::over(const ast::Expr& expr, std::vector<ExprPtr> args) {
     return out;
 }
 
-}  // namespace openfab::sema
+}  // namespace openfab::check

@@ -8,7 +8,7 @@
 
 #include "compiler/check/check_state.h"
 
-namespace openfab::sema {
+namespace openfab::check {
 
 namespace {
 
@@ -67,7 +67,7 @@ ExprPtr Checker::comma(const ast::Expr& expr) {
 }
 
 /// Warns of what means something else in mathematics: `2^3`, `0 < x < 1`.
-void Checker::check_operator_habits(const ast::Expr& expr, const Expr& left, const Expr& right) {
+void Checker::check_foreign_operators(const ast::Expr& expr, const Expr& left, const Expr& right) {
     const auto literal = [](const ast::Expr& part) {
         return part.kind == ast::ExprKind::kIntLiteral && part.text.find('x') == std::string::npos;
     };
@@ -101,7 +101,7 @@ void Checker::help_with_conversion(const Type& from, const Type& to, diag::Diagn
     }
 }
 
-/// Warns of `1 / 2` where a float is wanted: 0. Of known numbers only; `i / 4` may be meant.
+/// Warns about `1 / 2` where a float is wanted: it is 0. Constants only; `i / 4` may be meant.
 void Checker::check_division(const Expr& value, const Type& to) {
     const bool division = value.kind == ExprKind::kBinary && value.op == ir::Op::kDiv &&
                           value.type.is_scalar() && value.type.is_integer();
@@ -119,4 +119,4 @@ void Checker::check_division(const Expr& value, const Type& to) {
         .help(fmt::format("write `{0}.0 / {1}`, or `float({0} / {1})` if that is intended", x, y));
 }
 
-}  // namespace openfab::sema
+}  // namespace openfab::check

@@ -4,16 +4,16 @@
 
 #include "compiler/check/check_state.h"
 
-namespace openfab::sema {
+namespace openfab::check {
 
 namespace {
 
-/// What a module keeps to itself.
+/// True for names that a module does not export.
 bool is_private(std::string_view name) {
     return name.substr(0, 1) == "_";
 }
 
-/// A name that a file sees, and the import that it is from.
+/// A visible name, and the import that it comes from.
 struct Origin {
     size_t import = 0;
     source::Span span;
@@ -52,7 +52,7 @@ void Checker::check_unit(const Unit& unit, std::vector<Exports>* done, Program* 
     scopes_.assign(1, {});
     visible_functions_.clear();
     imported_functions_.clear();
-    bring_in(unit, *done);
+    import_names(unit, *done);
     scopes_.emplace_back();
     check_scope(file.scope, nullptr, nullptr, &program->constants, &program->functions);
     done->push_back({scopes_.back(), visible_functions_});
@@ -60,8 +60,8 @@ void Checker::check_unit(const Unit& unit, std::vector<Exports>* done, Program* 
     check_recursion(program->functions);
 }
 
-/// Everything that the modules of `unit` show, as an outermost scope.
-void Checker::bring_in(const Unit& unit, const std::vector<Exports>& done) {
+/// Adds the exports of the modules that `unit` imports, as an outermost scope.
+void Checker::import_names(const Unit& unit, const std::vector<Exports>& done) {
     std::map<std::string, Origin, std::less<>> known;
     const auto clash = [&](const std::string& name, size_t import, const source::Span& span) {
         const Origin& first = known.at(name);
@@ -108,4 +108,4 @@ void Checker::check_file_fablets(const ast::File& file, Program* program) {
     }
 }
 
-}  // namespace openfab::sema
+}  // namespace openfab::check

@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Queries of surfaces: `distance(p)`, `nearest(p)`, `distance_to(object, p)`; and look-ups in
+// Queries of surfaces: `distance(p)`, `nearest(p)`, `distance_to(object, p)`; and lookups in
 // pictures and volumes.
 
 #include <fmt/format.h>
@@ -10,7 +10,7 @@
 
 #include "compiler/check/check_state.h"
 
-namespace openfab::sema {
+namespace openfab::check {
 
 namespace {
 
@@ -30,15 +30,15 @@ bool Checker::is_query(std::string_view name) {
 
 /// A query asks in the volume stage; reports where it does not.
 bool Checker::query_is_in_volume(const ast::Expr& callee, const char* help) {
-    if (place_ == Place::kSurface) {
+    if (context_ == StageContext::kSurface) {
         diag::Diagnostic& d = sink_->report(callee.span, diag::kStageMismatch, callee.text,
                                             "called in a surface stage");
         d.note(stage_span_, "stage declared `@Surface` here");
         if (help != nullptr) d.help(help);
-    } else if (place_ == Place::kGlobal) {
+    } else if (context_ == StageContext::kGlobal) {
         sink_->report(callee.span, diag::kStageMismatch, callee.text, "called outside a stage");
     }
-    return place_ == Place::kVolume || place_ == Place::kFunction;
+    return context_ == StageContext::kVolume || context_ == StageContext::kFunction;
 }
 
 ExprPtr Checker::distance_query(const ast::Expr& expr, std::vector<ExprPtr> args) {
@@ -91,7 +91,7 @@ ExprPtr Checker::look_up(const ast::Expr& expr, ExprPtr texture, std::vector<Exp
     const ast::Expr& callee = *expr.args[0];
     const std::string_view name = callee.text;
     if (!is_sample(name)) return unknown_look_up(expr, texture->type);
-    if (place_ == Place::kGlobal) {
+    if (context_ == StageContext::kGlobal) {
         sink_->report(callee.text_span, diag::kStageMismatch, name, "called outside a stage");
         return poison(expr.span);
     }
@@ -142,4 +142,4 @@ ExprPtr Checker::unknown_look_up(const ast::Expr& expr, const Type& texture) {
     return poison(expr.span);
 }
 
-}  // namespace openfab::sema
+}  // namespace openfab::check

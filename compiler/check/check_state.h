@@ -3,8 +3,8 @@
 #pragma once
 
 // The checker, private to compiler/check: declarations and stages in check.cpp, statements in
-// check_stmt.cpp, expressions in check_expr.cpp, calls and methods in check_call.cpp. A node that
-// is wrong becomes an Error node of error type, about which nothing more is said.
+// check_stmt.cpp, expressions in check_expr.cpp, calls and methods in check_call.cpp. A node with
+// an error becomes an Error node of error type, which reports nothing more.
 
 #include <map>
 #include <optional>
@@ -15,18 +15,18 @@
 
 #include "compiler/check/check.h"
 
-namespace openfab::sema {
+namespace openfab::check {
 
-enum class Place : uint8_t { kGlobal, kFunction, kSurface, kVolume };
+enum class StageContext : uint8_t { kGlobal, kFunction, kSurface, kVolume };
 
-/// The bits of a scalar that can be computed by now: without functions and uniforms.
+/// Returns the bits of a scalar if they are known at this point: without functions and uniforms.
 std::optional<uint32_t> known_bits(const Expr& expr);
 
-/// `(float2, int)`, for messages.
+/// Returns `(float2, int)`, for messages.
 std::string type_list(const std::vector<ExprPtr>& args);
-/// The first part of an expression that changes something, or null.
+/// Returns the first part of an expression that has a side effect, or null.
 const Expr* side_effect(const Expr& expr);
-/// True where one of them was reported already.
+/// True if an error was reported for one of them.
 bool any_error(const std::vector<ExprPtr>& args);
 
 class Checker {
@@ -37,7 +37,7 @@ class Checker {
   private:
     using Scope = std::map<std::string, const Symbol*, std::less<>>;
 
-    /// What an importing file sees of a module.
+    /// The names that a module exports.
     struct Exports {
         Scope names;
         std::vector<const Function*> functions;
@@ -45,7 +45,7 @@ class Checker {
 
     // check_module.cpp
     void check_unit(const Unit& unit, std::vector<Exports>* done, Program* program);
-    void bring_in(const Unit& unit, const std::vector<Exports>& done);
+    void import_names(const Unit& unit, const std::vector<Exports>& done);
     void check_file_fablets(const ast::File& file, Program* program);
 
     // check.cpp
@@ -53,9 +53,11 @@ class Checker {
     void check_fablet(const ast::Fablet& from, Fablet* to);
     void find_point_members(const ast::Fablet& from, Fablet* to);
     void check_uniform(const ast::Variable& from, Fablet* to);
-    bool place_uniform(const ast::Variable& v, const Type& type, ir::Uniform* uniform, Fablet* to);
+    bool assign_uniform_index(const ast::Variable& v, const Type& type, ir::Uniform* uniform,
+                              Fablet* to);
     void check_stages(const ast::Fablet& from, Fablet* to);
-    void check_stage_body(const ast::Stage& from, Stage* to, Place place, const Type& result);
+    void check_stage_body(const ast::Stage& from, Stage* to, StageContext context,
+                          const Type& result);
     void check_varying(const ast::Variable& v, const ast::Stage& stage, Fablet* to);
     void check_surface_varying(const ast::Variable& v, const Type& type, Fablet* to);
     void check_nearest(const ast::Variable& v, const Type& type, Fablet* to);
@@ -68,7 +70,7 @@ class Checker {
                      std::vector<std::unique_ptr<Symbol>>* constants,
                      std::vector<std::unique_ptr<Function>>* functions);
     Type declared_type(const ast::TypeRef& ref);
-    /// The type of a variable with its array extents; an error type after a message.
+    /// Returns the type of a variable with its array extents; an error type after a message.
     Type declared_type(const ast::Variable& v);
     std::optional<int> extent(const ast::Variable& v, size_t dimension);
     std::optional<int32_t> constant_int(const ast::Expr& expr, const char* what);
@@ -119,7 +121,7 @@ class Checker {
     std::string help_for_name(std::string_view name) const;
     ExprPtr comma(const ast::Expr& expr);
     void check_division(const Expr& value, const Type& to);
-    void check_operator_habits(const ast::Expr& expr, const Expr& left, const Expr& right);
+    void check_foreign_operators(const ast::Expr& expr, const Expr& left, const Expr& right);
     bool is_type_name(std::string_view name) const;
     const Symbol* attributes() const;
     void help_with_conversion(const Type& from, const Type& to, diag::Diagnostic* d) const;
@@ -172,9 +174,9 @@ class Checker {
     ExprPtr mul(const ast::Expr& expr, std::vector<ExprPtr> args);
     ExprPtr over(const ast::Expr& expr, std::vector<ExprPtr> args);
 
-    // check_print.cpp
-    ExprPtr print(const ast::Expr& expr);
-    bool print_format(const ast::Expr& literal, std::vector<ExprPtr>* values, size_t first,
+    // check_printf.cpp
+    ExprPtr printf_call(const ast::Expr& expr);
+    bool match_format(const ast::Expr& literal, std::vector<ExprPtr>* values, size_t first,
                       std::string* out);
 
     std::vector<const Function*> overloads(std::string_view name) const;
@@ -189,7 +191,7 @@ class Checker {
     std::vector<std::unique_ptr<Symbol>> types_;  ///< the names of structs
     std::vector<const Function*> visible_functions_;
     std::vector<const Function*> imported_functions_;
-    Place place_ = Place::kGlobal;
+    StageContext context_ = StageContext::kGlobal;
     source::Span stage_span_;
     Type return_type_;
     Function* function_ = nullptr;
@@ -199,4 +201,4 @@ class Checker {
     int switches_ = 0;
 };
 
-}  // namespace openfab::sema
+}  // namespace openfab::check

@@ -7,7 +7,7 @@
 #include "compiler/check/check_state.h"
 #include "compiler/check/limits.h"
 
-namespace openfab::sema {
+namespace openfab::check {
 
 namespace {
 
@@ -201,4 +201,4 @@ StmtPtr Checker::return_statement(const ast::Stmt& stmt) {
     return out;
 }
 
-}  // namespace openfab::sema
+}  // namespace openfab::check

@@ -6,7 +6,7 @@
 
 #include "compiler/check/check_state.h"
 
-namespace openfab::sema {
+namespace openfab::check {
 
 namespace {
 
@@ -146,4 +146,4 @@ StmtPtr Checker::switch_statement(const ast::Stmt& stmt) {
     return out;
 }
 
-}  // namespace openfab::sema
+}  // namespace openfab::check

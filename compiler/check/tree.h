@@ -16,7 +16,7 @@
 #include "compiler/ir/ir.h"
 #include "compiler/source/span.h"
 
-namespace openfab::sema {
+namespace openfab::check {
 
 struct Expr;
 struct Stmt;
@@ -25,13 +25,13 @@ using ExprPtr = std::unique_ptr<Expr>;
 using StmtPtr = std::unique_ptr<Stmt>;
 
 enum class SymbolKind : uint8_t {
-    kUniform,   ///< index: place in Fablet::uniforms
+    kUniform,   ///< index: in Fablet::uniforms
     kConstant,  ///< init
     kLocal,
     kParameter,
-    kSurfaceInput,   ///< index: place among the inputs; the fablet may change its own copy
-    kSurfaceOutput,  ///< index: place among the outputs
-    kNearest,        ///< index: place among the nearest inputs
+    kSurfaceInput,   ///< index: among the inputs; the fablet may change its own copy
+    kSurfaceOutput,  ///< index: among the outputs
+    kNearest,        ///< index: among the nearest inputs
     kAttributes,     ///< `attr`
     kVoid,           ///< the built-in material VOID
     kType,           ///< a struct's name; type
@@ -48,7 +48,7 @@ struct Symbol {
     int32_t index = 0;
     ExprPtr init;
     std::unique_ptr<Symbol> fallback;  ///< of a parameter: its default, as a constant
-    std::optional<uint32_t> known;     ///< a scalar constant's bits, where they are known by now
+    std::optional<uint32_t> known;     ///< a scalar constant's bits, if known
 };
 
 enum class ExprKind : uint8_t {
@@ -83,10 +83,10 @@ enum class MatrixOp : uint8_t { kMul, kTranspose, kDeterminant, kInverse };
 ///   Binary       op; args {left, right}, of one type
 ///   AndThen      args {left, right}, scalar bools; OrElse the same
 ///   Conditional  args {condition, if true, if false}
-///   Swizzle      lanes[0 .. type.size), components in a row; args {vector or matrix}
-///   Member       bits: place of the member; args {struct or SurfacePoint}
+///   Swizzle      lanes[0 .. type.size), components in order; args {vector or matrix}
+///   Member       bits: index of the member; args {struct or SurfacePoint}
 ///   Index        args {array, matrix or vector; index}. A varying index is clamped to the range
-///   Construct    args, whose components in a row are the value's; without args all are 0
+///   Construct    args, whose components in order are the value's; without args all are 0
 ///   Assign       args {target, value}; with `compound` op is applied in `operand_type`, the type
 ///                that the value already has
 ///   Increment    args {target}, op kAdd or kSub; `postfix`: the value is the old one
@@ -101,7 +101,7 @@ enum class MatrixOp : uint8_t { kMul, kTranspose, kDeterminant, kInverse };
 ///   Get          args {composition, material}
 ///   Clear        args {composition}; Total the same
 ///   Over         args {above, below}
-///   Print        text: the format, one conversion per component; args {values}; with `is_assert`
+///   Printf       text: the format, one conversion per component; args {values}; with `is_assert`
 ///                args {condition, values}
 struct Expr {
     ExprKind kind = ExprKind::kError;
@@ -150,7 +150,7 @@ struct Stmt {
         std::vector<uint32_t> values;
         bool is_default = false;
     };
-    std::vector<Labels> labels;  ///< of each section of a Switch; no value is there twice
+    std::vector<Labels> labels;  ///< of each section of a Switch; values are distinct
 };
 
 struct Function {
@@ -166,7 +166,7 @@ struct Function {
     std::vector<CallSite> calls;
 };
 
-/// True where a call could not tell them apart.
+/// True if the parameter types are equal: a call could not tell the functions apart.
 bool same_parameters(const Function& a, const Function& b);
 
 struct Stage {
@@ -189,17 +189,17 @@ struct Fablet {
     Stage volume;
 };
 
-struct Program {  ///< what stands outside fablets is of the program and of its modules
+struct Program {  ///< declarations outside fablets are those of the program and its modules
     std::vector<std::unique_ptr<Symbol>> constants;
     std::vector<std::unique_ptr<Function>> functions;
-    std::vector<std::unique_ptr<StructType>> structs;  ///< all, those of fablets and blocks too
+    std::vector<std::unique_ptr<StructType>> structs;  ///< all, of fablets and blocks too
     std::vector<Fablet> fablets;
 };
 
-/// Places of the members that every SurfacePoint has; behind them come the fablet's nearest inputs.
+/// Indices of the members that every SurfacePoint has; the fablet's nearest inputs follow.
 enum PointMember : uint32_t { kPointPosition = 0, kPointNormal = 1, kPointDistance = 2 };
 
-/// Those three.
+/// Returns those three.
 std::vector<StructMember> common_point_members();
 
-}  // namespace openfab::sema
+}  // namespace openfab::check

@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-namespace openfab::sema {
+namespace openfab::check {
 
 namespace {
 
@@ -77,7 +77,7 @@ std::string type_name(const Type& type) {
     }
     if (type.base == Base::kStruct && type.record != nullptr) out = type.record->name;
     for (int i = 0; i < type.dimensions; ++i)
-        out += fmt::format("[{}]", type.extents[static_cast<size_t>(i)]);
+        out += fmt::format("[{}]", type.extents[i]);
     return out;
 }
 
@@ -104,19 +104,19 @@ bool contains(const Type& type, Base base) {
     return false;
 }
 
-int64_t least_components(const Type& type, int64_t composition) {
+int64_t min_components(const Type& type, int64_t composition) {
     int64_t count = type.is_error() || type.base == Base::kVoid ? 0 : 1;
     if (type.base >= Base::kBool && type.base <= Base::kFloat) {
         count = type.rows > 0 ? type.matrix_components() : type.size;
     } else if (type.base == Base::kStruct) {
         count = 0;
         for (const StructMember& member : type.record->members)
-            count += least_components(member.type, composition);
+            count += min_components(member.type, composition);
     } else if (type.base == Base::kComposition) {
         count = composition;
     }
     for (int i = 0; i < type.dimensions; ++i)
-        count *= type.extents[static_cast<size_t>(i)];
+        count *= type.extents[i];
     return count;
 }
 
@@ -152,4 +152,4 @@ Type find_type(std::string_view name) {
     return {};
 }
 
-}  // namespace openfab::sema
+}  // namespace openfab::check

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The types that a value can have, and what each type name of OpenFL stands for.
+// The types of values, and the type names of OpenFL.
 
 #include <array>
 #include <cstdint>
@@ -12,10 +12,10 @@
 
 #include "compiler/ir/ir.h"
 
-namespace openfab::sema {
+namespace openfab::check {
 
 enum class Base : uint8_t {
-    kError,  ///< poisoned: an error was reported, nothing more is said
+    kError,  ///< poisoned: an error was reported, no further ones are
     kVoid,
     kBool,
     kInt,
@@ -34,12 +34,12 @@ enum class Base : uint8_t {
 
 struct StructType;
 
-/// Most dimensions of an array, and most components of any value.
+/// The most dimensions of an array, and the most components of any value.
 constexpr int kMaxDimensions = 4;
 constexpr int kMaxComponents = 16384;
 
-/// A scalar, a vector (`size` 2 to 4), a matrix (`rows` of `size`), what is no number, a struct, or
-/// an array of one of them.
+/// A scalar, a vector (`size` 2 to 4), a matrix (`rows` of `size`), a non-numeric type, a struct,
+/// or an array of one of them.
 struct Type {
     Base base = Base::kError;
     int size = 1;                               ///< components of a vector, columns of a matrix
@@ -51,9 +51,9 @@ struct Type {
 
     bool is_error() const { return base == Base::kError; }
     bool is_array() const { return dimensions > 0; }
-    /// A `base`, not an array of it.
+    /// True for a `base`, not for an array of it.
     bool is(Base which) const { return base == which && dimensions == 0; }
-    /// A scalar or a vector.
+    /// True for a scalar or a vector.
     bool is_numeric() const { return is_arithmetic() && rows == 0; }
     bool is_matrix() const { return is_arithmetic() && rows > 0; }
     bool is_arithmetic() const {
@@ -65,12 +65,12 @@ struct Type {
     bool is_attributes() const {
         return is(Base::kSurfaceAttributes) || is(Base::kVolumeAttributes);
     }
-    /// What stands for something of the world and cannot be computed.
+    /// True for types that refer to things of the world and cannot be computed.
     bool is_handle() const {
         return is(Base::kTexture2D) || is(Base::kTexture3D) || is(Base::kObject);
     }
     int matrix_components() const { return rows * size; }
-    /// Of an array, a matrix or a vector: how many `[i]` it has, and the type of each.
+    /// The number of elements `[i]` of an array, matrix or vector, and the type of each.
     int length() const;
     Type element() const;
 };
@@ -95,26 +95,26 @@ constexpr Type kUintType{Base::kUint, 1};
 constexpr Type kFloatType{Base::kFloat, 1};
 constexpr Type kFloat3Type{Base::kFloat, 3};
 
-/// An array of `extent` elements of a type.
+/// Returns the type of an array of `extent` elements.
 Type array_of(const Type& element, int extent);
 
-/// `float3`, `Material`, `float2x2[4]`: as written in OpenFL.
+/// Returns a type as written in OpenFL: `float3`, `Material`, `float2x2[4]`.
 std::string type_name(const Type& type);
 
-/// IR type of each component; not for structs and arrays of them.
+/// Returns the IR type of each component; not for structs and arrays of them.
 ir::Type component_type(const Type& type);
 
-/// True where a value holds a `base`, itself, in an element or in a member.
+/// True if a type is a `base` or has one in an element or a member.
 bool contains(const Type& type, Base base);
 
-/// Components of a value: of each composition so many; of a surface point 1, since only the fablet
-/// knows.
-int64_t least_components(const Type& type, int64_t composition = 1);
+/// Returns the components of a value: `composition` for each composition; 1 for a surface point,
+/// whose number only the fablet knows.
+int64_t min_components(const Type& type, int64_t composition = 1);
 
-/// The built-in type of a name; kErrorType where there is none.
+/// Returns the built-in type of a name; kErrorType if there is none.
 Type find_type(std::string_view name);
 
-/// Names of all types that are built in.
+/// Returns the names of all built-in types.
 std::vector<std::string> type_names();
 
-}  // namespace openfab::sema
+}  // namespace openfab::check

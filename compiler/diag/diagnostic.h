@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// One message to the user, and the table of all that exist. A row of diagnostics.def becomes a
+// One message to the user, and the table of all messages. A row of diagnostics.def becomes a
 // constant (diag::kNarrowing) that knows the types of its arguments, so a wrong argument does not
 // compile.
 
@@ -35,7 +35,7 @@ struct Descriptor {
 };
 
 namespace detail {
-// Names the arguments of a row after its text.
+// Collects the argument types of a row.
 template <typename... Args>
 struct Types {};
 template <typename... Args>
@@ -48,7 +48,7 @@ Descriptor<Args...> describe(Types<Args...>);
 #include "compiler/diag/diagnostics.def"
 #undef OPENFAB_DIAGNOSTIC
 
-/// `narrowing`: what stands in brackets behind a message.
+/// Returns the text in brackets after a message, such as `narrowing`.
 const char* id_text(Id id);
 
 struct Note {
@@ -56,7 +56,7 @@ struct Note {
     std::string message;
 };
 
-/// Text to put in the place of a span, which may be empty: an insertion.
+/// Replaces a span by text; an empty span makes it an insertion.
 struct Edit {
     source::Span span;
     std::string text;
@@ -69,7 +69,7 @@ struct Diagnostic {
     std::string message;
     std::vector<Note> notes;
     std::vector<std::string> helps;
-    std::vector<Edit> fix;  ///< all of them together mend it; empty where nothing is sure
+    std::vector<Edit> fix;  ///< applied together they fix the error; empty if unsure
 
     Diagnostic& note(const source::Span& at, std::string text) {
         notes.push_back({at, std::move(text)});

@@ -7,7 +7,7 @@
 
 namespace openfab::diag {
 
-/// A JSON string with its quotes; bytes that are not UTF-8 become U+FFFD.
+/// Returns a quoted JSON string; bytes that are not UTF-8 become U+FFFD.
 std::string json_string(std::string_view text);
 
 }  // namespace openfab::diag

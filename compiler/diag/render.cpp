@@ -67,24 +67,24 @@ void print_caret(const source::Span& span, const source::SourceManager& sources,
     *out += caret_lines(line, at.line, column, last - column);
 }
 
-std::string place(const source::Span& span, const source::SourceManager& sources) {
+std::string location_text(const source::Span& span, const source::SourceManager& sources) {
     const source::Location at = sources.locate(span.file, span.begin);
     return fmt::format("{}:{}:{}", sources.name(span.file), at.line, at.column);
 }
 
 void print_one(const Diagnostic& d, const source::SourceManager& sources, std::string* out) {
-    fmt::format_to(std::back_inserter(*out), "{}: {}: {} [{}]\n", place(d.span, sources),
+    fmt::format_to(std::back_inserter(*out), "{}: {}: {} [{}]\n", location_text(d.span, sources),
                    severity_text(d.severity), d.message, id_text(d.id));
     print_caret(d.span, sources, out);
     for (const Note& note : d.notes) {
-        fmt::format_to(std::back_inserter(*out), "{}: note: {}\n", place(note.span, sources),
-                       note.message);
+        fmt::format_to(std::back_inserter(*out), "{}: note: {}\n",
+                       location_text(note.span, sources), note.message);
     }
     for (const std::string& help : d.helps)
         *out += "help: " + help + '\n';
 }
 
-std::string json_place(const source::Span& span, const source::SourceManager& sources) {
+std::string json_location(const source::Span& span, const source::SourceManager& sources) {
     const source::Location at = sources.locate(span.file, span.begin);
     return fmt::format(R"("file":{},"line":{},"column":{})", json_string(sources.name(span.file)),
                        at.line, at.column);
@@ -95,7 +95,7 @@ std::string json_one(const Diagnostic& d, const source::SourceManager& sources) 
     std::string notes;
     for (const Note& note : d.notes) {
         notes += fmt::format(R"({}{{"message":{},{}}})", notes.empty() ? "" : ",",
-                             json_string(note.message), json_place(note.span, sources));
+                             json_string(note.message), json_location(note.span, sources));
     }
     std::string helps;
     for (const std::string& help : d.helps)
@@ -104,13 +104,13 @@ std::string json_one(const Diagnostic& d, const source::SourceManager& sources) 
     for (const Edit& edit : d.fix) {
         const source::Location after = sources.locate(edit.span.file, edit.span.end);
         fix += fmt::format(R"({}{{{},"end_line":{},"end_column":{},"text":{}}})",
-                           fix.empty() ? "" : ",", json_place(edit.span, sources), after.line,
+                           fix.empty() ? "" : ",", json_location(edit.span, sources), after.line,
                            after.column, json_string(edit.text));
     }
     return fmt::format(
         R"({{"id":"{}","severity":"{}","message":{},{},"end_line":{},"end_column":{},"notes":[{}],"help":[{}],"fix":[{}]}})",
         id_text(d.id), severity_text(d.severity), json_string(d.message),
-        json_place(d.span, sources), end.line, end.column, notes, helps, fix);
+        json_location(d.span, sources), end.line, end.column, notes, helps, fix);
 }
 
 }  // namespace

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Diagnostics as text with a caret under the source, or as JSON.
+// Renders diagnostics as text with a caret under the source, or as JSON.
 
 #include <string>
 
@@ -14,7 +14,7 @@ namespace openfab::diag {
 /// Errors, and warnings, that are shown before the rest is only counted.
 constexpr size_t kMaxShown = 20;
 
-/// Sorted by position:
+/// Renders all diagnostics, sorted by position:
 ///   postcard.fl:27:25: error: `distance` called in a surface stage [stage-mismatch]
 ///    27 |         return attr.n * distance(attr.p);
 ///       |                         ^~~~~~~~
@@ -22,11 +22,11 @@ constexpr size_t kMaxShown = 20;
 ///   help: pass the value in as a varying
 std::string render_text(const Sink& sink, const source::SourceManager& sources);
 
-/// `{"diagnostics":[{"id","severity","message","file","line","column","end_line","end_column","notes":[{"message","file",
+/// Renders `{"diagnostics":[{"id","severity","message","file","line","column","end_line","end_column","notes":[{"message","file",
 /// "line","column"}],"help":[…],"fix":[{"file","line","column","end_line","end_column","text"}…]}…],
-/// "errors":N,"warnings":N}` and a newline. Lines and columns as in the text form; an end is the
-/// place behind the last character. The edits of a fix, each text in the place of what stands
-/// there, together mend the fault; there are none where it is not sure what was meant.
+/// "errors":N,"warnings":N}` and a newline. Lines and columns as in the text form; an end is just
+/// past the last character. The edits of a fix are applied together; there are none if it is not
+/// clear what was meant.
 std::string render_json(const Sink& sink, const source::SourceManager& sources);
 
 }  // namespace openfab::diag

@@ -48,7 +48,7 @@ void Sink::take(Diagnostic d) {
     if (count(d)) kept_.push_back(std::move(d));
 }
 
-void Sink::undo(const Mark& mark) {
+void Sink::rollback(const Mark& mark) {
     kept_.resize(mark.kept);
     errors_ = mark.errors;
     warnings_ = mark.warnings;

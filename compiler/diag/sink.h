@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Collects diagnostics. Phases report and carry on; the driver renders once, at the end.
+// Collects diagnostics. The steps of the front end report and carry on; the driver renders once, at
+// the end.
 
 #include <cstddef>
 #include <map>
@@ -16,10 +17,11 @@ namespace openfab::diag {
 
 class Sink {
   public:
-    /// More than anyone reads; a file of random bytes must not fill memory.
+    /// The most diagnostics kept: more than anyone reads, and a file of random bytes must not fill
+    /// memory.
     static constexpr size_t kMaxKept = 2000;
 
-    /// Adds a message; a second one with the same id at the same place is dropped. The reference,
+    /// Adds a message; a second one with the same id at the same span is dropped. The reference,
     /// for notes and help, lives until the next report.
     template <typename... Args>
     Diagnostic& report(const source::Span& span, const Descriptor<Args...>& what,
@@ -31,21 +33,21 @@ class Sink {
     /// Adds what another sink holds, by the same rule.
     void take(Diagnostic d);
 
-    /// Messages about `file`, a module, get a note at the import that brought it in.
+    /// Adds a note at `import`, which imported the module `file`, to every message about that file.
     void set_origin(uint32_t file, const source::Span& import, std::string note);
 
-    /// A point to go back to: what was reported after it is forgotten.
+    /// A point to roll back to: what was reported after it is dropped.
     struct Mark {
         size_t kept = 0;
         size_t errors = 0;
         size_t warnings = 0;
     };
     Mark mark() const { return {kept_.size(), errors_, warnings_}; }
-    void undo(const Mark& mark);
+    void rollback(const Mark& mark);
 
     size_t errors() const { return errors_; }
     size_t warnings() const { return warnings_; }
-    /// In order of file and position.
+    /// Returns the diagnostics in order of file and position.
     std::vector<Diagnostic> sorted() const;
 
   private:

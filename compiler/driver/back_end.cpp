@@ -30,7 +30,7 @@ passes::PipelineResult run_passes(const ir::Fablet& fablet, const BackEndOptions
     if (!options.dump_after.empty()) {
         pipeline.after = [&](const std::string& pass, const ir::Stage& stage) {
             if (pass != options.dump_after) return;
-            say(fmt::format("# {} after {}\n{}", fablet.name, pass, ir::print(stage)));
+            say(fmt::format("# {} after {}\n{}", fablet.name, pass, ir::dump(stage)));
         };
     }
     passes::PipelineResult result = passes::run_pipeline(fablet, pipeline);

@@ -23,11 +23,11 @@ struct UserSchedule {
 };
 
 /// Reads and parses a schedule file; the kernel is the first part of its name (`volume.sched`,
-/// `volume.avx2.sched`). An exit code; what is wrong was printed.
+/// `volume.avx2.sched`). Returns an exit code; errors have been printed.
 int load_schedule(const std::string& path, source::SourceManager* sources,
                   const CommonOptions& common, UserSchedule* out);
 
-/// Prints why a compilation failed; exit code.
+/// Prints why a compilation failed. Returns an exit code.
 int report_fault(const lower::Fault& fault, const UserSchedule& schedule,
                  const source::SourceManager& sources, const CommonOptions& common);
 

@@ -73,8 +73,8 @@ class Build {
         if (auto* trouble = std::get_if<lower::Fault>(&compiled))
             return compilation_.report(*trouble);
         const auto& objects = std::get<lower::ProgramObjects>(compiled);
-        compilation_.spent("kernels", objects.times.kernels);
-        compilation_.spent("table", objects.times.table);
+        compilation_.report_time("kernels", objects.times.kernels);
+        compilation_.report_time("table", objects.times.table);
         return link(objects, *link_line);
     }
 
@@ -102,7 +102,7 @@ class Build {
         if (!trouble.empty()) return not_linked(trouble);
         fs::rename(unfinished, options_.output, error);
         if (error) return not_linked(error.message());
-        compilation_.spent("link", seconds_since(begin));
+        compilation_.report_time("link", seconds_since(begin));
         return kExitDone;
     }
 

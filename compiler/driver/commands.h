@@ -23,8 +23,8 @@ constexpr int kExitUsage = exit_code(ErrorCode::kUsage);
 constexpr int kExitOutside = exit_code(ErrorCode::kOutside);
 constexpr int kExitBug = exit_code(ErrorCode::kInternal);
 
-/// The exit code for a source that cannot be read: a folder, or what is larger than a source may be,
-/// is the user's mistake, all else the world's failure. (check.cpp)
+/// Returns the exit code for a source that cannot be read: a folder, or a file that is too large,
+/// is the user's mistake, anything else a failure outside. (check.cpp)
 int unread_exit_code(const std::filesystem::path& file);
 
 /// `check`: reports what is wrong with files.
@@ -43,14 +43,14 @@ int build(const BuildOptions& options, const CommonOptions& common);
 /// files, and the command line of the print. (run.cpp)
 int run(RunOptions options, const CommonOptions& common, const std::vector<std::string>& words);
 
-/// `emit --as ir|halide|stmt|llvm|asm` of one stage, as the passes leave it, of one fablet, to
-/// stdout; exit code. (emit_halide.cpp)
+/// Runs `emit --as ir|halide|stmt|llvm|asm` for one stage of a fablet after the passes, to stdout.
+/// Returns an exit code. (emit_halide.cpp)
 int emit_lowered(const ir::Fablet& fablet, ir::StageKind stage, const std::string& form);
 
-/// Says `openflc: error: what` and returns the code, which says whose fault it is.
+/// Prints `openflc: error: what` and returns `code`.
 int fail(const std::string& what, int code);
 
-/// Prints what a sink holds to stderr in the form that was asked for.
+/// Prints the diagnostics of a sink to stderr, as text or JSON.
 void print_diagnostics(const diag::Sink& sink, const source::SourceManager& sources,
                        const CommonOptions& common);
 

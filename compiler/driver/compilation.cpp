@@ -28,30 +28,30 @@ double seconds_since(Clock::time_point begin) {
 }  // namespace
 
 int Compilation::prepare() {
-    if (const int code = front(); code != kExitDone) return code;
+    if (const int code = run_front_end(); code != kExitDone) return code;
     if (const int code = schedule(); code != kExitDone) return code;
-    return middle();
+    return run_all_passes();
 }
 
-void Compilation::spent(const char* phase, double seconds) const {
-    if (options_.time) say(fmt::format("{:>8.3f} s  {}\n", seconds, phase));
+void Compilation::report_time(const char* step, double seconds) const {
+    if (options_.time) say(fmt::format("{:>8.3f} s  {}\n", seconds, step));
 }
 
-int Compilation::front() {
+int Compilation::run_front_end() {
     const Clock::time_point begin = Clock::now();
     diag::Sink sink;
     bool complete = true;
     for (const std::string& path : options_.files) {
         std::string fault;
         std::optional<ir::Module> module =
-            compile_to_ir(sources_, path, sink, &fault, {.prints = options_.prints});
+            compile_to_ir(sources_, path, sink, &fault, {.enable_printf = options_.enable_printf});
         if (!fault.empty()) return fail(fault, unread_exit_code(path));
         complete = complete && module.has_value();
         if (module) units_.push_back({std::move(*module), {}});
     }
     print_diagnostics(sink, sources_, common_);
     if (!complete) return kExitUserInput;
-    spent("front end", seconds_since(begin));
+    report_time("front end", seconds_since(begin));
     return kExitDone;
 }
 
@@ -62,16 +62,16 @@ int Compilation::schedule() {
 
 namespace {
 
-/// Of what the fablet means, which neither targets and schedules nor passes change: prints of equal
-/// hashes are the same to the bit, so that one may go on where another was cut short.
+/// Hashes what the fablet means, which neither targets and schedules nor passes change: prints of
+/// equal hashes are the same to the bit, so one may resume another.
 uint64_t hash_of(const ir::Fablet& fablet) {
-    const std::string text = fmt::format("abi {}\n", OPENFAB_ABI_VERSION) + ir::print(fablet);
+    const std::string text = fmt::format("abi {}\n", OPENFAB_ABI_VERSION) + ir::dump(fablet);
     return xxh3(text);
 }
 
 }  // namespace
 
-int Compilation::middle() {
+int Compilation::run_all_passes() {
     const Clock::time_point begin = Clock::now();
     for (size_t k = 0; k < units_.size(); ++k) {
         SourceUnit& unit = units_[k];
@@ -81,25 +81,25 @@ int Compilation::middle() {
             unit.results.push_back(run_passes(fablet, options_.back_end));
             const passes::PipelineResult& result = unit.results.back();
             if (!result.fault.empty()) return fail(result.fault, kExitBug);
-            if (result.longest > passes::kMostOperations) return refuse(fablet, result.longest);
+            if (result.longest > passes::kMaxStageOperations) return refuse(fablet, result.longest);
             fablets_.push_back({&fablet, &result.stages, path.filename().string(), 0});
         }
     }
-    if (fablets_.empty()) return fail("the files hold no fablet", kExitUserInput);
+    if (fablets_.empty()) return fail("the files contain no fablet", kExitUserInput);
     for (lower::FabletUnit& fablet : fablets_)
         fablet.hash = hash_of(*fablet.fablet);
-    spent("passes", seconds_since(begin));
+    report_time("passes", seconds_since(begin));
     return kExitDone;
 }
 
 int Compilation::refuse(const ir::Fablet& fablet, size_t operations) const {
     diag::Sink sink;
     sink.report(fablet.span, diag::kTooComplex,
-                fmt::format("a stage of `{}` comes to {} operations; at most {} can be compiled",
-                            fablet.name, operations, passes::kMostOperations))
+                fmt::format("a stage of `{}` has {} operations; the limit is {}", fablet.name,
+                            operations, passes::kMaxStageOperations))
         .help(
-            "texture look-ups follow how their place changes from voxel to voxel, which repeats "
-            "what the place is computed from: give the width of the look-up, or a simpler place");
+            "filtering a texture differentiates its coordinates, which repeats the computation of "
+            "them: pass a width to the lookup, or simplify its coordinates");
     print_diagnostics(sink, sources_, common_);
     return kExitUserInput;
 }

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Source files to stages that are ready to be compiled: what `build` and `run` share.
+// Source files to stages that are ready to compile, for `build` and `run`.
 
 #include <deque>
 #include <string>
@@ -21,31 +21,31 @@ class Compilation {
     Compilation(const CompilationOptions& options, const CommonOptions& common)
         : options_(options), common_(common) {}
 
-    /// Front end and passes. An exit code; what is wrong was printed.
+    /// Runs the front end and the passes. Returns an exit code; errors have been printed.
     int prepare();
 
-    /// Of all files, after prepare.
+    /// The fablets of all files, after prepare.
     const std::vector<lower::FabletUnit>& fablets() const { return fablets_; }
     lower::ProgramOptions program_options() const;
-    /// Prints why a compilation of the fablets failed; exit code.
+    /// Prints why a compilation of the fablets failed. Returns an exit code.
     int report(const lower::Fault& fault) const {
         return report_fault(fault, schedule_, sources_, common_);
     }
     const source::SourceManager& sources() const { return sources_; }
-    /// Prints the time of a phase where that is asked for.
-    void spent(const char* phase, double seconds) const;
+    /// Prints the time that a step took, if --time was given.
+    void report_time(const char* step, double seconds) const;
 
   private:
-    /// One source file on its way. Units point into it, so it does not move.
+    /// One source file. Units point into it, so it does not move.
     struct SourceUnit {
         ir::Module module;
         std::vector<passes::PipelineResult> results;
     };
 
-    int front();
+    int run_front_end();
     int schedule();
-    int middle();
-    /// Says that a fablet is too long; exit code.
+    int run_all_passes();
+    /// Reports that a fablet is too long. Returns an exit code.
     int refuse(const ir::Fablet& fablet, size_t operations) const;
 
     const CompilationOptions& options_;

@@ -60,7 +60,7 @@ std::string json_uniform(const ir::Uniform& u) {
 }
 
 std::string json_source(const std::vector<ir::Varying>& list, int32_t source) {
-    return source < 0 ? "null" : json_string(list[static_cast<size_t>(source)].name);
+    return source < 0 ? "null" : json_string(list[source].name);
 }
 
 std::string json_fablet(const ir::Fablet& f) {

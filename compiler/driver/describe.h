@@ -8,13 +8,13 @@
 
 namespace openfab::driver {
 
-/// JSON of a module's interface:
+/// Returns a module's interface as JSON:
 /// `{"fablets":[{"name","has_surface","uniforms":[{"name","type","kind":"value|texture2d|material|
-/// texture3d|object","components","array_length","default":[…] (all elements in a row) or
+/// texture3d|object","components","array_length","default":[…] (all elements in order) or
 /// null,"annotations":{…}}],"surface_inputs":[{"name","type","default"}],
 /// "surface_outputs":[{"name","type","copies":input or
 /// null}],"nearest":[{"name","type","from":surface output or null}], "uses_void"}]}` and a newline.
-/// A float that is no JSON number is written as a string.
+/// A float that is not a JSON number is written as a string.
 std::string describe(const ir::Module& module);
 
 }  // namespace openfab::driver

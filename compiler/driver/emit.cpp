@@ -26,7 +26,7 @@ std::string tokens_text(const source::SourceManager& sources,
     return out;
 }
 
-/// Tokens and tree are of the whole file: stages do not exist yet.
+/// Emits tokens or the tree, of the whole file: there are no stages yet.
 int emit_syntax(const EmitOptions& options, const CommonOptions& common) {
     source::SourceManager sources;
     diag::Sink sink;
@@ -38,7 +38,7 @@ int emit_syntax(const EmitOptions& options, const CommonOptions& common) {
         show(tokens_text(sources, tokens));
     } else if (sink.errors() == 0) {
         const ast::File tree = syntax::parse(sources, tokens, &sink);
-        if (sink.errors() == 0) show(ast::print(tree));
+        if (sink.errors() == 0) show(ast::dump(tree));
     }
     print_diagnostics(sink, sources, common);
     return sink.errors() == 0 ? kExitDone : kExitUserInput;
@@ -64,15 +64,15 @@ int emit(const EmitOptions& options, const CommonOptions& common) {
     source::SourceManager sources;
     diag::Sink sink;
     std::string fault;
-    const std::optional<ir::Module> module =
-        compile_to_ir(sources, options.file, sink, &fault, {.prints = options.prints});
+    const std::optional<ir::Module> module = compile_to_ir(
+        sources, options.file, sink, &fault, {.enable_printf = options.enable_printf});
     print_diagnostics(sink, sources, common);
     if (!fault.empty()) return fail(fault, unread_exit_code(options.file));
     if (!module) return kExitUserInput;
     const ir::Fablet* fablet = find_fablet(*module, options.fablet, &fault);
     if (fablet == nullptr) return fail(fault, kExitUsage);
     if (options.form == "ir" && options.stage.empty()) {
-        show(ir::print(*fablet));
+        show(ir::dump(*fablet));
         return kExitDone;
     }
     if (options.stage.empty())
@@ -85,7 +85,7 @@ int emit(const EmitOptions& options, const CommonOptions& common) {
     }
     const bool demand = options.stage == "volume_demand";
     if (options.form == "ir" && !bounds && !demand) {
-        show(ir::print(surface ? fablet->surface : fablet->volume));
+        show(ir::dump(surface ? fablet->surface : fablet->volume));
         return kExitDone;
     }
     const ir::StageKind kind =

@@ -13,7 +13,7 @@ namespace openfab::driver {
 int emit_lowered(const ir::Fablet& fablet, ir::StageKind stage, const std::string& form) {
     const passes::PipelineResult result = run_passes(fablet, {});
     if (form == "ir" && result.fault.empty()) {
-        show(ir::print(result.stages.of(stage)));
+        show(ir::dump(result.stages.of(stage)));
         return kExitDone;
     }
     const ir::Stage& chosen = result.stages.of(stage);
@@ -22,10 +22,10 @@ int emit_lowered(const ir::Fablet& fablet, ir::StageKind stage, const std::strin
             fmt::format("the stage has no such kernel: {}",
                         stage == ir::StageKind::kVolumeDemand
                             ? "no voxel needs its nearest surface point, or every one may"
-                            : "nothing is known of whole blocks, so every voxel is evaluated"),
+                            : "no bounds are known for whole blocks, so every voxel is evaluated"),
             kExitUserInput);
     }
-    if (result.fault.empty() && passes::needs_phases(chosen)) {
+    if (result.fault.empty() && passes::needs_segments(chosen)) {
         return fail(
             "the stage is several kernels; `--as ir` shows it "
             "whole",

@@ -10,12 +10,12 @@ namespace openfab::driver {
 
 namespace {
 
-void locate_prints(const source::SourceManager& sources, ir::Stage* stage) {
-    for (ir::Print& print : stage->prints) {
-        const source::Location at = sources.locate(print.span.file, print.span.begin);
-        print.source = std::filesystem::path(sources.name(print.span.file)).filename().string();
-        print.line = static_cast<int32_t>(at.line);
-        print.column = static_cast<int32_t>(at.column);
+void locate_printfs(const source::SourceManager& sources, ir::Stage* stage) {
+    for (ir::Printf& call : stage->printfs) {
+        const source::Location at = sources.locate(call.span.file, call.span.begin);
+        call.source = std::filesystem::path(sources.name(call.span.file)).filename().string();
+        call.line = static_cast<int32_t>(at.line);
+        call.column = static_cast<int32_t>(at.column);
     }
 }
 
@@ -31,18 +31,18 @@ std::optional<ir::Module> compile_to_ir(source::SourceManager& sources,
 
 std::optional<ir::Module> compile_to_ir(source::SourceManager& sources, uint32_t file,
                                         diag::Sink& sink, const FrontEndOptions& options) {
-    // What was there before, of other files of the same command, does not count.
+    // Errors of other files of the same command do not count.
     const size_t errors = sink.errors();
     Modules modules(&sources, &sink);
-    const std::vector<sema::Unit>& units = modules.load(file);
+    const std::vector<check::Unit>& units = modules.load(file);
     if (sink.errors() != errors) return std::nullopt;
-    const sema::Program program = sema::check(units, {options.need_fablet}, &sink);
+    const check::Program program = check::check(units, {options.need_fablet}, &sink);
     if (sink.errors() != errors) return std::nullopt;
-    ir::Module module = sema::translate(program, {options.prints}, &sink);
+    ir::Module module = translate::translate(program, {options.enable_printf}, &sink);
     if (sink.errors() != errors) return std::nullopt;
     for (ir::Fablet& fablet : module.fablets) {
-        locate_prints(sources, &fablet.surface);
-        locate_prints(sources, &fablet.volume);
+        locate_printfs(sources, &fablet.surface);
+        locate_printfs(sources, &fablet.volume);
     }
     return module;
 }

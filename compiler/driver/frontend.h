@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Source file to IR, for every command that needs more than the text.
+// The front end: source file to IR.
 
 #include <filesystem>
 #include <optional>
@@ -15,18 +15,18 @@
 namespace openfab::driver {
 
 struct FrontEndOptions {
-    bool need_fablet = true;  ///< else a module of functions will do
-    bool prints = false;      ///< `printf` and `assert` do something
+    bool need_fablet = true;     ///< false: a module of functions is enough
+    bool enable_printf = false;  ///< compile `printf` and `assert` in
 };
 
-/// Lexes, parses, checks and translates a file and what it imports. Empty where anything is an
-/// error; what was found is in `sink`. A file that cannot be read is said in `fault` and is no
-/// diagnostic, since it has no place.
+/// Lexes, parses, checks and translates a file and its imports. Empty after any error; diagnostics
+/// are in `sink`. A file that cannot be read is reported in `fault`, not as a diagnostic, since it
+/// has no location.
 std::optional<ir::Module> compile_to_ir(source::SourceManager& sources,
                                         const std::filesystem::path& path, diag::Sink& sink,
                                         std::string* fault, const FrontEndOptions& options = {});
 
-/// The same for a file that `sources` already holds.
+/// Does the same for a file that `sources` already holds.
 std::optional<ir::Module> compile_to_ir(source::SourceManager& sources, uint32_t file,
                                         diag::Sink& sink, const FrontEndOptions& options = {});
 

@@ -70,7 +70,7 @@ void add_emit(CLI::App& app, const CommonOptions& common, Action* action) {
         ->capture_default_str();
     command->add_option("--fablet", options->fablet,
                         "the fablet to print, if the file has several");
-    command->add_flag("--prints", options->prints, "compile `printf` and `assert` in");
+    command->add_flag("--prints", options->enable_printf, "compile `printf` and `assert` in");
     command->callback([options, &common, action] {
         *action = [options, &common] { return emit(*options, common); };
     });
@@ -85,8 +85,8 @@ void add_compilation_options(CLI::App* command, CompilationOptions* options) {
     }
     command->add_option("--jobs", options->threads, "kernels compiled at once; 0: all cores")
         ->check(CLI::Range(0, 1024));
-    command->add_flag("--prints", options->prints, "compile `printf` and `assert` in");
-    command->add_flag("--time", options->time, "print the seconds of each phase");
+    command->add_flag("--prints", options->enable_printf, "compile `printf` and `assert` in");
+    command->add_flag("--time", options->time, "print the seconds of each step");
     command->add_option("--schedule", options->back_end.schedule,
                         "schedule file that replaces the built-in one of the kernel it is named "
                         "after: volume.sched, surface.avx2.sched, …");
@@ -129,7 +129,8 @@ void add_run(CLI::App& app, const CommonOptions& common, Action* action) {
     // Words that are not ours stay here, in order.
     command->allow_extras()->fallthrough(false);
     const std::vector<const char*> ask = {"run", "--help"};
-    const Result<print::Options> help = print::parse_options(2, ask.data(), "openflc run FILE.fl");
+    const Result<program::Options> help =
+        program::parse_options(2, ask.data(), "openflc run FILE.fl");
     if (help) command->footer("Everything else is for the print:\n\n" + help->text);
     command->callback([options, &common, action, command] {
         *action = [options, &common, words = command->remaining()] {

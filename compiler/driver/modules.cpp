@@ -55,7 +55,7 @@ std::vector<std::string> library_modules() {
     return out;
 }
 
-const std::vector<sema::Unit>& Modules::load(uint32_t program) {
+const std::vector<check::Unit>& Modules::load(uint32_t program) {
     // A program may not be imported by its own modules.
     const fs::path path(std::string(sources_->name(program)));
     std::error_code error;
@@ -72,7 +72,7 @@ std::optional<size_t> Modules::parse(uint32_t file, const std::string& name) {
     const std::vector<syntax::Token> tokens = syntax::lex(*sources_, file, sink_);
     if (sink_->errors() != errors) return std::nullopt;
     const ast::File& tree = files_.emplace_back(syntax::parse(*sources_, tokens, sink_));
-    sema::Unit unit{&tree, name, {}};
+    check::Unit unit{&tree, name, {}};
     for (const ast::Import& item : tree.imports) {
         if (const std::optional<size_t> at = import(item, file)) unit.imports.push_back(*at);
     }

@@ -17,16 +17,16 @@
 
 namespace openfab::driver {
 
-/// Names of the modules of the standard library, sorted.
+/// Returns the names of the modules of the standard library, sorted.
 std::vector<std::string> library_modules();
 
 class Modules {
   public:
     Modules(source::SourceManager* sources, diag::Sink* sink) : sources_(sources), sink_(sink) {}
 
-    /// Parses a file and all that it imports. Usable only where the sink holds no errors after it.
+    /// Parses a file and all that it imports. The result is usable only if the sink has no errors.
     /// The units point into this object.
-    const std::vector<sema::Unit>& load(uint32_t program);
+    const std::vector<check::Unit>& load(uint32_t program);
 
   private:
     /// A module that is being read or has been.
@@ -44,7 +44,7 @@ class Modules {
     source::SourceManager* sources_;
     diag::Sink* sink_;
     std::deque<ast::File> files_;
-    std::vector<sema::Unit> units_;
+    std::vector<check::Unit> units_;
     std::map<std::string, Entry> known_;  ///< by path, or by name in the library
 };
 

@@ -26,8 +26,8 @@ struct CompilationOptions {
     std::vector<std::string> files;
     std::string target = "both";  ///< sse41, avx2 or both
     int threads = 0;              ///< kernels compiled at once; 0: all cores
-    bool time = false;            ///< seconds of each phase to stderr
-    bool prints = false;          ///< `printf` and `assert` do something
+    bool time = false;            ///< seconds of each step to stderr
+    bool enable_printf = false;          ///< `printf` and `assert` do something
     BackEndOptions back_end;
 };
 
@@ -48,7 +48,7 @@ struct EmitOptions {
     std::string stage;
     std::string form = "ir";
     std::string fablet;
-    bool prints = false;
+    bool enable_printf = false;
 };
 
 }  // namespace openfab::driver

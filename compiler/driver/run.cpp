@@ -63,14 +63,14 @@ class Snapshot {
 
 class Run {
   public:
-    Run(const RunOptions& options, const CommonOptions& common, const print::Options& print)
+    Run(const RunOptions& options, const CommonOptions& common, const program::Options& print)
         : options_(options),
           common_(common),
           print_(print),
           stop_(options.watch
-                    ? print::install_interrupt(kExitDone, "")
-                    : print::install_interrupt(exit_code(ErrorCode::kInterrupted),
-                                               "error: interrupted before the first slice\n")) {
+                    ? program::install_interrupt(kExitDone, "")
+                    : program::install_interrupt(exit_code(ErrorCode::kInterrupted),
+                                                 "error: interrupted before the first slice\n")) {
         if (print_.isa == OPENFAB_ISA_AVX2) print_.isa = abi::best_isa();
         compile_.emplace(options_.compilation);
         compile_->target = print_.isa == OPENFAB_ISA_AVX2 ? "avx2" : "sse41";
@@ -79,10 +79,10 @@ class Run {
     int once() {
         if (const int code = compile(); code != kExitDone) return code;
         spare_sources();
-        return print::finish(print::run_print(print_, program_->fablets(), stop_));
+        return program::finish(program::run_print(print_, program_->fablets(), stop_));
     }
 
-    /// Until Ctrl-C. Neither a mistake in a fablet nor one in the world ends it.
+    /// Runs until Ctrl-C. Errors in a fablet or the world do not end it.
     int watch() {
         std::vector<fs::path> sources(options_.compilation.files.begin(),
                                       options_.compilation.files.end());
@@ -118,18 +118,18 @@ class Run {
         if (auto* fault = std::get_if<lower::Fault>(&loaded)) return compilation.report(*fault);
         program_ = std::move(std::get<std::unique_ptr<lower::LoadedProgram>>(loaded));
         const std::chrono::duration<double> seconds = Clock::now() - begin;
-        compilation.spent("source to kernels", seconds.count());
+        compilation.report_time("source to kernels", seconds.count());
         return kExitDone;
     }
 
-    /// No output may take the place of what was compiled.
+    /// No output may overwrite an input of the compilation.
     void spare_sources() {
         print_.inputs.clear();
         for (const fs::path& source : sources_)
             print_.inputs.push_back(source.string());
     }
 
-    /// Prints, and stops early where something changes meanwhile.
+    /// Prints, and stops early if an input changes meanwhile.
     template <typename Changed>
     void print_until(const Changed& changed, std::vector<fs::path>* world) {
         std::atomic<bool> interrupt{false};
@@ -142,16 +142,17 @@ class Run {
         });
         std::vector<fs::path> files;
         spare_sources();
-        const Result<void> done = print::run_print(print_, program_->fablets(), interrupt, &files);
+        const Result<void> done =
+            program::run_print(print_, program_->fablets(), interrupt, &files);
         over = true;
         guard.join();
         if (!files.empty()) *world = files;
-        if (done || done.error().code != ErrorCode::kInterrupted) print::finish(done);
+        if (done || done.error().code != ErrorCode::kInterrupted) program::finish(done);
     }
 
     const RunOptions& options_;
     const CommonOptions& common_;
-    print::Options print_;
+    program::Options print_;
     const std::atomic<bool>& stop_;
     std::optional<CompilationOptions> compile_;
     std::vector<fs::path> sources_;
@@ -173,9 +174,9 @@ int run(RunOptions options, const CommonOptions& common, const std::vector<std::
         return fail("no fablet given; write `openflc run FILE.fl WORLD.fab.json -o OUT`",
                     kExitUsage);
     }
-    const Result<print::Options> print =
-        print::parse_options(static_cast<int>(rest.size()), rest.data(), "openflc run FILE.fl");
-    if (!print) return print::finish(print.error());
+    const Result<program::Options> print =
+        program::parse_options(static_cast<int>(rest.size()), rest.data(), "openflc run FILE.fl");
+    if (!print) return program::finish(print.error());
     Run program(options, common, *print);
     return options.watch ? program.watch() : program.once();
 }

@@ -199,7 +199,7 @@ HeadAndRest<M> log2_in_two(typename M::F x) {
     return {head, (sum - head) + correction};
 }
 
-/// As IEEE 754 pow: pow(x, 0) = pow(1, y) = 1, a negative x needs an integer y.
+/// Follows IEEE 754 pow: pow(x, 0) = pow(1, y) = 1, a negative x needs an integer y.
 template <typename M>
 typename M::F pow(typename M::F x, typename M::F y) {
     using F = typename M::F;

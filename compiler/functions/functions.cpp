@@ -136,7 +136,7 @@ bool is_operation(Op op) {
         case Op::kLoopResult:
         case Op::kQuery:
         case Op::kQueryResult:
-        case Op::kPrint:
+        case Op::kPrintf:
             return false;
         default:
             return true;
@@ -188,7 +188,7 @@ size_t operations(const ir::Instr& instr) {
     ir::Stage scratch;
     ir::Builder builder(&scratch);
     ir::Instr copy = instr;
-    // What the arguments are is of no matter, but for their types.
+    // Only the types of the arguments matter.
     const size_t ints =
         instr.op == Op::kNoise && (instr.a & ir::kPeriodic) != 0 ? (instr.args.size() - 1) / 2 : 0;
     for (size_t k = 0; k < copy.args.size(); ++k) {

@@ -19,7 +19,7 @@ typename M::U mix(typename M::U x) {
     return x ^ (x >> 16u);
 }
 
-/// As mix, its low 16 bits the poorer ones.
+/// Mixes like `mix`, but its low 16 bits are weaker.
 template <typename M>
 typename M::U mix_high(typename M::U x) {
     x = (x ^ (x >> 16u)) * 0x7feb352du;
@@ -36,7 +36,7 @@ typename M::U hash(const std::vector<typename M::U>& words, uint32_t which) {
     return state;
 }
 
-/// Of a seed, what the noises mix in. Seeds in a row have nothing in common.
+/// Scrambles a seed for the noises, so that consecutive seeds are unrelated.
 template <typename M>
 typename M::U seed_key(typename M::U seed) {
     return mix<M>(seed ^ 0x5bd1e995u);

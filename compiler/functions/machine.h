@@ -8,7 +8,7 @@
 // with C++ operators, and the static functions below. Formulas use what every target does alike:
 // + - * / on floats, sqrt, floor, comparisons, selects and integer operations.
 //
-// What is cheap in vector code: all of it but U -> float beyond int's range (so there is only
+// All of it is cheap in vector code except U -> float beyond int's range (so there is only
 // `to_float(I)`), float -> int (formulas add 1.5 * 2^23 and read the low bits instead), == and >=
 // on floats, and comparisons with 0, whose sign has to be looked at.
 

@@ -192,7 +192,7 @@ class PerlinNoise {
     static F keyed(const std::array<Cell<M>, kAxes>& cells, U key, int32_t which) {
         const PerlinNoise noise(cells, key, which != 0);
         const Value value = noise.along(kAxes - 1, 0);
-        const F out = which == 0 ? value.value : value.d[static_cast<size_t>(which - 1)];
+        const F out = which == 0 ? value.value : value.d[which - 1];
         return out * kPerlinScales[kAxes - 1];
     }
 

@@ -19,7 +19,7 @@ struct Angle {
 /// For a >= 0. Up to 2^15 the first parts of pi/2, of 9 bits each, times the quadrant are exact,
 /// and so is each difference as far as it cancels; what the third and fourth lose by rounding is
 /// put back. Beyond, an angle is first taken modulo 2^15, which is exact too: the result is that of
-/// another angle. Of infinity and NaN, NaN.
+/// another angle. Infinity and NaN give NaN.
 template <typename M>
 Angle<M> reduce(typename M::F a) {
     using F = typename M::F;

@@ -80,10 +80,10 @@ class Evaluator {
                 values_[id] = values_[end.args[0] + 1 + static_cast<ir::ValueId>(instr.a)];
                 return;
             }
-            case ir::Op::kPrint:
+            case ir::Op::kPrintf:
                 if (args_[0] == 0) return;
-                return environment_.print(stage_.prints[static_cast<size_t>(instr.a)],
-                                          std::span<const uint32_t>(args_).subspan(1));
+                return environment_.printf(stage_.printfs[instr.a],
+                                           std::span<const uint32_t>(args_).subspan(1));
             default:
                 values_[id] = evaluate_one(instr);
         }
@@ -157,7 +157,7 @@ uint32_t Environment::query(const ir::Instr& /*query*/, const ir::Instr& /*resul
     return 0;
 }
 
-void Environment::print(const ir::Print& /*print*/, std::span<const uint32_t> /*values*/) const {}
+void Environment::printf(const ir::Printf& /*call*/, std::span<const uint32_t> /*values*/) const {}
 
 std::vector<uint32_t> evaluate_all(const ir::Stage& stage, const Environment& environment) {
     return Evaluator(stage, environment).run();

@@ -11,7 +11,7 @@ namespace openfab::interp {
 
 namespace {
 
-// Of texture/pyramid.h; the interpreter includes no runtime code.
+// Copied from texture/pyramid.h; the interpreter includes no runtime code.
 constexpr size_t kInfoHeader = 8;
 constexpr size_t kInfoPerLevel = 4;
 
@@ -65,8 +65,8 @@ class Sampler {
     int32_t height(int32_t level) const { return info(level, 2); }
 
     float nearest(float u, float v) const {
-        const float x = std::floor(place(u) * static_cast<float>(width(0)));
-        const float y = std::floor(place(v) * static_cast<float>(height(0)));
+        const float x = std::floor(wrapped(u) * static_cast<float>(width(0)));
+        const float y = std::floor(wrapped(v) * static_cast<float>(height(0)));
         return texel(0, static_cast<int32_t>(x), static_cast<int32_t>(y));
     }
 
@@ -85,8 +85,8 @@ class Sampler {
     }
 
     float bilinear(int32_t level, float u, float v) const {
-        const float x = place(u) * static_cast<float>(width(level)) - 0.5f;
-        const float y = place(v) * static_cast<float>(height(level)) - 0.5f;
+        const float x = wrapped(u) * static_cast<float>(width(level)) - 0.5f;
+        const float y = wrapped(v) * static_cast<float>(height(level)) - 0.5f;
         const float fx = x - std::floor(x);
         const float fy = y - std::floor(y);
         const auto x0 = static_cast<int32_t>(std::floor(x));
@@ -98,7 +98,7 @@ class Sampler {
         return t0 + (t1 - t0) * fy;
     }
 
-    float place(float u) const { return wrap_place(wrap_, u); }
+    float wrapped(float u) const { return wrap_coordinate(wrap_, u); }
 
     float texel(int32_t level, int32_t x, int32_t y) const {
         const int32_t w = width(level);

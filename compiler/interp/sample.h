@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// One filtered texture look-up, defined. Generated code must give the same bits, so the order of
+// One filtered texture lookup, defined. Generated code must give the same bits, so the order of
 // every float operation is part of the definition: binary operations round to float one by one,
 // left to right as bracketed below, none is fused, and only + - * / sqrt floor ceil and comparisons
 // occur. Layout of the arrays: texture/pyramid.h.
@@ -34,7 +34,7 @@
 //      anisotropic  low = major * 0.125, wide = minor > low ? minor : low,
 //                   n = bound(ceil(major / (wide > 1 ? wide : 1)), 1, 8)
 //      level = bound(log2(wide), 0, float(levels - 1))          log2: see log2_of
-//    A width of 0 thus is a bilinear look-up in level 0.
+//    A width of 0 thus is a bilinear lookup in level 0.
 //
 // 4. Taps i = 0 … n-1 along the major axis, added in this order to a sum that starts at +0, which
 //    is then divided:
@@ -46,20 +46,20 @@
 // 5. A tap is, with l = floor(level) and f = level - l,
 //      lo = bilinear(l),  hi = bilinear(min(l + 1, levels - 1)),  tap = lo + (hi - lo) * f
 //    bilinear(l, u, v) with w, h the sides of level l, for each axis (u and w shown):
-//      x = place(u) * float(w) - 0.5,  x0 = floor(x) as int,  fx = x - floor(x),  x1 = x0 + 1
+//      x = wrap(u) * float(w) - 0.5,  x0 = floor(x) as int,  fx = x - floor(x),  x1 = x0 + 1
 //      t0 = T(x0,y0) + (T(x1,y0) - T(x0,y0)) * fx
 //      t1 = T(x0,y1) + (T(x1,y1) - T(x0,y1)) * fx
 //      t0 + (t1 - t0) * fy
-//    place(u), by wrap (info[2]):
+//    wrap(u), by wrap mode (info[2]):
 //      clamp, black   p = u
 //      repeat         p = u - floor(u)
 //      mirror         h = u * 0.5, p = (h - floor(h)) * 2
-//      all            bound(p, -2, 3): NaN and infinities become a fixed place
+//      all            bound(p, -2, 3): NaN and infinities become a fixed coordinate
 //    T(x, y) of a texel index, each axis: repeat moves x < 0 by +w, x >= w by -w; mirror maps x < 0
 //    to -1 - x, x >= w to 2w - 1 - x; then x is clamped to [0, w-1] in every mode, so no index
 //    leaves the level. Under black, T is 0 where x or y was outside before the clamp.
 //
-// 6. nearest: T(int(floor(place(u) * w0)), int(floor(place(v) * h0))) of level 0.
+// 6. nearest: T(int(floor(wrap(u) * w0)), int(floor(wrap(v) * h0))) of level 0.
 
 #include <array>
 #include <cstdint>
@@ -67,7 +67,7 @@
 
 namespace openfab::interp {
 
-/// A pyramid's arrays; both may be empty, then every look-up is 0.
+/// A pyramid's arrays; both may be empty, then every lookup gives 0.
 struct TextureView {
     std::span<const float> texels;
     std::span<const int32_t> info;
@@ -81,8 +81,8 @@ struct SampleArgs {
     std::array<float, 3> dv{};
 };
 
-/// log2 of x for 1 <= x < inf, 0 below 1 and for NaN. x = 2^e (1 + f): e + (f + (f * (1 - f)) * q),
-/// with
+/// Returns log2 of x for 1 <= x < inf, 0 below 1 and for NaN. For x = 2^e (1 + f) it is
+///   e + (f + (f * (1 - f)) * q), with
 ///   q = ((q3 * f + q2) * f + q1) * f + q0.
 /// q interpolates (log2(1 + f) - f) / (f (1 - f)) at the Chebyshev nodes of [0, 1]; the error is
 /// below 6e-5 of a level, and powers of two are exact.
@@ -92,7 +92,7 @@ constexpr float kLog2Q1 = -0.269578015f;
 constexpr float kLog2Q2 = 0.150533197f;
 constexpr float kLog2Q3 = -0.0448739553f;
 
-/// One channel of one look-up; `channel` >= 0 as written in the fablet.
+/// Samples one channel; `channel` >= 0 as written in the fablet.
 float sample(const TextureView& texture, int32_t channel, const SampleArgs& args);
 
 }  // namespace openfab::interp

@@ -11,7 +11,7 @@ namespace openfab::interp {
 
 namespace {
 
-// Of texture/pyramid.h; the interpreter includes no runtime code.
+// Copied from texture/pyramid.h; the interpreter includes no runtime code.
 constexpr size_t kVolumeInfoHeader = 14;
 constexpr size_t kVolumeInfoPerLevel = 5;
 constexpr int32_t kFilterFinest = 3;
@@ -29,7 +29,7 @@ class VolumeSampler {
     float nearest(const std::array<float, 3>& c) const {
         std::array<int32_t, 3> at{};
         for (size_t k = 0; k < 3; ++k)
-            at[k] = static_cast<int32_t>(std::floor(wrap_place(wrap(), c[k]) * side(k)));
+            at[k] = static_cast<int32_t>(std::floor(wrap_coordinate(wrap(), c[k]) * side(k)));
         return texel(0, at);
     }
 
@@ -38,7 +38,7 @@ class VolumeSampler {
         std::array<float, 3> f{};
         for (size_t k = 0; k < 3; ++k) {
             const float x =
-                wrap_place(wrap(), c[k]) * static_cast<float>(info(level, 1 + k)) - 0.5f;
+                wrap_coordinate(wrap(), c[k]) * static_cast<float>(info(level, 1 + k)) - 0.5f;
             f[k] = x - std::floor(x);
             first[k] = static_cast<int32_t>(std::floor(x));
         }
@@ -48,9 +48,9 @@ class VolumeSampler {
             for (int32_t y = 0; y < 2; ++y) {
                 const float t0 = texel(level, {first[0], first[1] + y, first[2] + z});
                 const float t1 = texel(level, {first[0] + 1, first[1] + y, first[2] + z});
-                a[static_cast<size_t>(y)] = t0 + (t1 - t0) * f[0];
+                a[y] = t0 + (t1 - t0) * f[0];
             }
-            b[static_cast<size_t>(z)] = a[0] + (a[1] - a[0]) * f[1];
+            b[z] = a[0] + (a[1] - a[0]) * f[1];
         }
         return b[0] + (b[1] - b[0]) * f[2];
     }
@@ -63,14 +63,14 @@ class VolumeSampler {
     }
 
     float texel(int32_t level, const std::array<int32_t, 3>& at) const {
-        int64_t place = 0;
+        int64_t index = 0;
         for (size_t k = 3; k-- > 0;) {
             const int32_t n = info(level, 1 + k);
             if (wrap() == kWrapBlack && (at[k] < 0 || at[k] >= n)) return 0.0f;
-            place = place * n + wrap_texel(wrap(), at[k], n);
+            index = index * n + wrap_texel(wrap(), at[k], n);
         }
-        place = info(level, 0) + place * texture_.info[0] + channel_;
-        return texture_.texels[static_cast<size_t>(place)];
+        index = info(level, 0) + index * texture_.info[0] + channel_;
+        return texture_.texels[index];
     }
 
     const TextureView& texture_;

@@ -2,13 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// One filtered look-up in a volume (ImageTexture3D), defined as compiler/interp/sample.h defines
+// One filtered lookup in a volume (ImageTexture3D), defined as compiler/interp/sample.h defines
 // one in a picture: generated code gives the same bits, the order of every float operation counts.
-// Layout of the arrays: texture/pyramid.h. bound, place, T's wrapping of each axis, log2_of
+// Layout of the arrays: texture/pyramid.h. bound, wrap, T's wrapping of each axis, log2_of
 // and the channel that is read are those of sample.h; w0, h0, d0 are the float sides of level 0,
 // o[k] and s[k] the volume's origin and extent along axis k.
 //
-// 1. Place: c[k] = (p[k] - o[k]) / s[k], 0 to 1 across the volume.
+// 1. Coordinates: c[k] = (p[k] - o[k]) / s[k], 0 to 1 across the volume.
 //
 // 2. Width, in texels of level 0; dp[k][j] is the change of p[k] per step along axis j:
 //      t[k][j] = (dp[k][j] / s[k]) * n0[k]                 n0 = (w0, h0, d0)
@@ -18,12 +18,12 @@
 //    The longest side of the footprint: nothing aliases, and a cube is not blurred however it is
 //    turned.
 //
-// 3. Filter: nearest reads T(int(floor(place(c[k]) * n0[k]))) of level 0. Others:
-//      level = bound(log2_of(wide), 0, float(levels - 1)), of kFilterFinest 0
+// 3. Filter: nearest reads T(int(floor(wrap(c[k]) * n0[k]))) of level 0. Others:
+//      level = bound(log2_of(wide), 0, float(levels - 1)), 0 under kFilterFinest
 //      f = level - floor(level), l = int(floor(level))
 //      lo = linear(l), hi = linear(min(l + 1, levels - 1)), result = lo + (hi - lo) * f
 //    linear(l): for each axis, n the side of level l, as in sample.h
-//      x = place(c) * float(n) - 0.5, x0 = int(floor(x)), x1 = x0 + 1, fx = x - floor(x)
+//      x = wrap(c) * float(n) - 0.5, x0 = int(floor(x)), x1 = x0 + 1, fx = x - floor(x)
 //    and then along x, y, z:
 //      a(y, z) = T(x0, y, z) + (T(x1, y, z) - T(x0, y, z)) * fx
 //      b(z) = a(y0, z) + (a(y1, z) - a(y0, z)) * fy
@@ -42,7 +42,7 @@ struct VolumeSampleArgs {
     std::array<std::array<float, 3>, 3> dp{};  ///< [k][j]: change of p[k] per step along axis j
 };
 
-/// One channel of one look-up; `channel` >= 0 as written in the fablet. 0 where the texture is no
+/// Samples one channel; `channel` >= 0 as written in the fablet. Returns 0 if the texture is not a
 /// volume.
 float sample_volume(const TextureView& texture, int32_t channel, const VolumeSampleArgs& args);
 

@@ -2,14 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// What look-ups in pictures and in volumes share: see sample.h.
+// Shared by lookups in pictures and in volumes: see sample.h.
 
 #include <cmath>
 #include <cstdint>
 
 namespace openfab::interp {
 
-// Of scene::Wrap and scene::Filter; the interpreter includes no runtime code.
+// The values of world::Wrap and world::Filter; the interpreter includes no runtime code.
 constexpr int32_t kWrapRepeat = 1;
 constexpr int32_t kWrapMirror = 2;
 constexpr int32_t kWrapBlack = 3;
@@ -22,7 +22,7 @@ inline float bound(float x, float lo, float hi) {
     return x > lo ? (x < hi ? x : hi) : lo;
 }
 
-inline float wrap_place(int32_t wrap, float u) {
+inline float wrap_coordinate(int32_t wrap, float u) {
     float p = u;
     if (wrap == kWrapRepeat) p = u - std::floor(u);
     if (wrap == kWrapMirror) {

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// What each arithmetic operation of the IR means, on 32-bit patterns (rule 2). The interpreter
+// Defines each arithmetic operation of the IR on 32-bit patterns (rule 2). The interpreter
 // and constant folding both call this; generated code must give the same bits. A NaN result may be
 // any NaN: which payload comes out depends on operand order in the machine's instructions.
 

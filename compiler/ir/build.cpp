@@ -175,8 +175,8 @@ ValueId Builder::loop_result(ValueId loop_end, int32_t number) {
     return append(std::move(result));
 }
 
-ValueId Builder::print(int32_t number, std::vector<ValueId> args) {
-    Instr instr = make(Op::kPrint, Type::kBool, std::move(args));
+ValueId Builder::printf(int32_t number, std::vector<ValueId> args) {
+    Instr instr = make(Op::kPrintf, Type::kBool, std::move(args));
     instr.a = number;
     return append(std::move(instr));
 }

@@ -3,10 +3,10 @@
 #pragma once
 
 // The typed IR: per stage one list of scalar instructions in SSA form, each using earlier ones
-// only. Vectors are split into components and structured control flow into selects when it is made
-// from the AST; what must not run where its branch is not taken (texture look-ups) carries a guard,
-// the condition under which its path is reached. This form is what the interpreter walks, what
-// passes rewrite, and what lowers to one Halide Func per output.
+// only. Translation splits vectors into components and turns structured control flow into selects;
+// an instruction that must not run where its branch is not taken (texture lookups) carries a guard,
+// the condition under which its path is reached. The interpreter walks this form, passes rewrite
+// it, and compiler/lower turns it into one Halide pipeline per stage.
 
 #include <array>
 #include <cstdint>
@@ -29,10 +29,10 @@ enum class Op : uint8_t {
 
 using ValueId = uint32_t;
 constexpr ValueId kNoValue = ~ValueId{0};
-/// Place of the first LoopVar's next value among a LoopEnd's arguments.
+/// Index of the first LoopVar's next value among a LoopEnd's arguments.
 constexpr size_t kLoopEndNext = 2;
 
-/// One instruction; its result is the value whose id is its place in Stage::instrs.
+/// One instruction; the id of its result is its index in Stage::instrs.
 ///   Const   `bits` is the 32-bit pattern (bool 0 or 1)
 ///   Input   `kind`, `a`, `b` name a kernel argument as in abi/fablet_table.h. AttrP
 ///           (OPENFAB_ARG_SURFACE_ATTR, OPENFAB_SURFACE_P) is part-local: the AST translation adds
@@ -47,32 +47,32 @@ constexpr size_t kLoopEndNext = 2;
 ///           |dv| upper ends along the three axes (6); in a volume: guard, x lo, x hi, y lo, y hi,
 ///           z lo, z hi, width hi, then |dx|, |dy| and |dz| upper ends along the three axes (9)
 ///   BitCast args {value}: its 32 bits as another type; never to or from bool
-///   Sin … Cellular are functions (compiler/functions): passes and the interpreter know them as
-///           one operation, expand_functions writes them out before lowering
+///   Sin … Cellular are functions (compiler/functions): one operation to passes and the
+///           interpreter; expand_functions expands them before lowering
 ///   Hash    a = which result; args {1 or more uints}. A uint
 ///   Noise, Simplex, Cellular
 ///           a = which result (compiler/functions/functions.h), of a periodic Noise 8 more; args
 ///           {1 to 4 float coordinates, of a periodic Noise as many int periods, uint seed}
 ///   Derivative  a = axis; args {float}: its change per step along the lattice of a base triangle,
-///           until attach_footprints writes it out
+///           until attach_footprints expands it
 ///
-/// Loops and queries cut a stage in phases (abi/fablet_table.h). A loop is the stretch of
-/// instructions from a Loop to its LoopEnd; loops nest. What is inside may use what came before;
-/// what comes after uses LoopResults only.
+/// Loops and queries cut a stage into segments (abi/fablet_table.h). A loop is the stretch of
+/// instructions from a Loop to its LoopEnd; loops nest. Instructions inside may use earlier ones;
+/// instructions after it use its LoopResults only.
 ///   Loop    args {guard}. The stretch runs once where the guard holds, then again as long as the
-///           LoopEnd's condition holds: voxel by voxel. Guards inside hold of a trip that runs.
+///           LoopEnd's condition holds: voxel by voxel. Guards inside are about a trip that runs.
 ///   LoopVar a = its number, counted from 0; args {loop, first value}: its value in this trip. All
 ///           come right after the Loop.
 ///   LoopEnd args {loop, again, next value of each LoopVar in order}
 ///   LoopResult a = number of the LoopVar; args {loop end}: the first value where no trip ran, else
 ///           the next value that the last trip gave
 ///   Query   the surface point nearest to (x, y, z), part-local mm. a = -1: the part's own
-///           displaced surface; else the place among Object uniforms. args {guard, x, y, z}
+///           displaced surface; else the index among Object uniforms. args {guard, x, y, z}
 ///   QueryResult kind = openfab_query_result, a = nearest input, b = component; args {query}; 0
 ///           where the guard is false
-///   Print   a = place in Stage::prints; args {guard, then each printed value}; used by nothing,
-///           and kept all the same
-/// Loop, LoopEnd, Query and Print have type bool and no value of their own: only LoopVar and
+///   Printf  a = index in Stage::printfs; args {guard, then each printed value}; never used, but
+///           kept
+/// Loop, LoopEnd, Query and Printf have type bool and no value of their own: only LoopVar and
 /// LoopEnd take a Loop, only LoopResult a LoopEnd, only QueryResult a Query.
 struct Instr {
     Op op = Op::kConst;
@@ -93,10 +93,10 @@ constexpr int32_t kVoxelCoord = 100;
 constexpr int32_t kVoxelCoordLo = 101;
 constexpr int32_t kVoxelCoordHi = 102;
 
-/// Of a Noise's `a`: it has periods.
+/// Flag in a Noise's `a`: it has periods.
 constexpr int32_t kPeriodic = 8;
 
-/// A named result of a stage; `kind`, `a`, `b` as of the kernel's output argument.
+/// A named result of a stage; `kind`, `a`, `b` as in the kernel's output argument.
 struct Output {
     std::string name;
     int32_t kind = 0;  ///< openfab_arg_kind: WEIGHT, DISPLACEMENT (as POSITION before the user's
@@ -108,25 +108,25 @@ struct Output {
 
 /// A `printf` or a failed `assert` that is compiled in: its text, with one %-conversion for each
 /// printed value.
-struct Print {
+struct Printf {
     std::string format;
     bool is_assert = false;  ///< args[0] holds where the assertion fails
     source::Span span;
-    std::string source;  ///< file name, line and column of the span's begin: set by the driver
+    std::string source;  ///< file name, line and column where the span begins: set by the driver
     int32_t line = 0;
     int32_t column = 0;
 };
 
-/// Those from kSurfacePhase on are made by passes: kernels of a stage that is cut in phases, the
-/// one that computes what follows from uniforms, and the one that tells which voxels ask for the
-/// nearest surface point.
+/// The kinds from kSurfaceSegment on are made by passes: kernels of a stage that is cut into
+/// segments, the kernel that computes values of uniforms only, and the kernel that tells which
+/// voxels need their nearest surface point.
 enum class StageKind : uint8_t {
     kSurface,
     kSurfaceBounds,
     kVolume,
     kVolumeBounds,
-    kSurfacePhase,
-    kVolumePhase,
+    kSurfaceSegment,
+    kVolumeSegment,
     kDerived,
     kVolumeDemand,
 };
@@ -135,7 +135,7 @@ struct Stage {
     StageKind kind = StageKind::kVolume;
     std::vector<Instr> instrs;
     std::vector<Output> outputs;
-    std::vector<Print> prints;
+    std::vector<Printf> printfs;
 };
 
 struct Uniform {
@@ -168,7 +168,7 @@ struct Fablet {
     std::vector<Uniform> uniforms;
     int32_t uniform_value_count = 0;
     int32_t texture_count = 0;
-    int32_t object_count = 0;  ///< Object uniforms; first_index of each is its place among them
+    int32_t object_count = 0;  ///< Object uniforms; first_index of each is its index among them
     int32_t slot_count = 0;
     int32_t void_slot = -1;
     bool has_surface = false;
@@ -191,33 +191,33 @@ constexpr size_t kOpCount = 0
 #undef OPENFAB_IR_OP
     ;
 
-/// Sin to Cellular.
+/// True for Sin to Cellular.
 constexpr bool is_function(Op op) {
     return op >= Op::kSin && op <= Op::kCellular;
 }
 
-/// Spelling of an operation in dumps.
+/// Returns the spelling of an operation in dumps.
 const char* spelling(Op op);
-/// Fixed number of arguments, or -1.
+/// Returns the fixed number of arguments, or -1.
 int arity(Op op);
 const char* spelling(Type type);
 
 /// Text of a fablet, one instruction a line. It holds all but spans.
-std::string print(const Fablet& fablet);
-std::string print(const Stage& stage);
+std::string dump(const Fablet& fablet);
+std::string dump(const Stage& stage);
 
-/// Empty where the stage is well formed, else the first fault: a bad type, an argument that comes
+/// Returns "" if the stage is well formed, else its first fault: a bad type, an argument that comes
 /// later or is inside a loop that has ended, a wrong arity.
 std::string verify(const Stage& stage);
 
-/// Values that the outputs and the prints need, by id. A loop that is needed keeps the variables
-/// only whose value or result is.
+/// Returns which values the outputs and printfs need, by id. A live loop keeps only the variables
+/// whose value or result is live.
 std::vector<bool> live_values(const Stage& stage);
 
-/// Drops what is not live and renumbers the rest, variables of loops included.
+/// Drops dead values and renumbers the rest, variables of loops included.
 void drop_dead_values(Stage* stage);
 
-/// The instruction that ends the loop of each Loop, by the Loop's id; kNoValue elsewhere.
+/// Returns the LoopEnd of each Loop, by the Loop's id; kNoValue elsewhere.
 std::vector<ValueId> loop_ends(const Stage& stage);
 
 /// Appends instructions to a stage, each as it is asked for. The front end's Emitter
@@ -246,19 +246,19 @@ class Builder {
     ValueId select(ValueId condition, ValueId if_true, ValueId if_false);
     /// A function or a Derivative; `which` is Instr::a.
     ValueId function(Op op, int32_t which, std::vector<ValueId> args);
-    /// A look-up in a picture or a volume; args as of Op::kSample.
+    /// A lookup in a picture or a volume; args as of Op::kSample.
     ValueId sample(int32_t texture, int32_t channel, std::vector<ValueId> args);
     ValueId query(int32_t object, ValueId guard, const std::array<ValueId, 3>& point);
     ValueId query_result(ValueId query, Type type, openfab_query_result kind, int32_t a, int32_t b);
 
-    /// Loops and prints. Two that look alike are two.
+    /// Loops and printfs. Two that look alike are two.
     ValueId loop(ValueId guard);
     ValueId loop_var(ValueId loop, int32_t number, ValueId first);
-    /// `next`: one value for each variable of the loop.
+    /// Ends a loop; `next` holds one value for each of its variables.
     virtual ValueId loop_end(ValueId loop, ValueId again, const std::vector<ValueId>& next);
     ValueId loop_result(ValueId loop_end, int32_t number);
-    /// `number`: the place in Stage::prints; `args` as of Op::kPrint.
-    ValueId print(int32_t number, std::vector<ValueId> args);
+    /// `number`: the place in Stage::printfs; `args` as of Op::kPrintf.
+    ValueId printf(int32_t number, std::vector<ValueId> args);
 
     /// Appends an instruction as it is.
     ValueId append(Instr instr);

@@ -19,7 +19,7 @@ class Liveness {
         for (const Output& output : stage_.outputs)
             mark(output.value);
         for (ValueId id = 0; id < stage_.instrs.size(); ++id) {
-            if (stage_.instrs[id].op == Op::kPrint) mark(id);
+            if (stage_.instrs[id].op == Op::kPrintf) mark(id);
         }
         while (!pending_.empty()) {
             const ValueId id = pending_.back();
@@ -49,7 +49,7 @@ class Liveness {
 
     void visit(ValueId id) {
         const Instr& instr = stage_.instrs[id];
-        // What happens inside a loop happens as often as the loop runs.
+        // A live value inside a loop keeps the loop's condition alive.
         if (inside_[id] != kNoValue) mark(ends_[inside_[id]]);
         switch (instr.op) {
             case Op::kLoopEnd:

@@ -12,15 +12,15 @@
 
 namespace openfab::ir {
 
-/// Name of an openfab_arg_kind or of kVoxelCoord and its like; null where there is none.
+/// Returns the name of an openfab_arg_kind or a kVoxelCoord kind; null if there is none.
 const char* kind_name(int32_t kind);
 const char* stage_name(StageKind kind);
 const char* uniform_kind_name(openfab_uniform_kind kind);
 const char* query_result_name(int32_t kind);
-/// True for operations whose `a` stands before their arguments.
+/// True for operations whose `a` is written before their arguments.
 bool has_a(Op op);
 
-/// `true`, `-3`, `7`, `0.1`: the shortest text that reads back to the same bits; NaN as
+/// Returns the shortest text that reads back to the same bits: `true`, `-3`, `7`, `0.1`; a NaN as
 /// `nan:0x7fc00000`.
 std::string constant_text(Type type, uint32_t bits);
 

@@ -120,13 +120,13 @@ class Verifier {
                 case Op::kQuery:
                     fits = head && instr.op == Op::kQueryResult;
                     break;
-                case Op::kPrint:
+                case Op::kPrintf:
                     fits = false;
                     break;
                 default:
                     break;
             }
-            if (!fits) return fmt::format("argument %{} is no value", arg);
+            if (!fits) return fmt::format("argument %{} is not a value", arg);
         }
         return "";
     }
@@ -182,10 +182,10 @@ class Verifier {
                 if (stage_.instrs[instr.args[0]].op != Op::kQuery) return "not of a query";
                 if (instr.kind < 0 || instr.kind > OPENFAB_QUERY_ATTRIBUTE) return "no such result";
                 return "";
-            case Op::kPrint:
+            case Op::kPrintf:
                 if (count == 0) return "no guard";
-                if (instr.a < 0 || static_cast<size_t>(instr.a) >= stage_.prints.size()) {
-                    return "no such print";
+                if (instr.a < 0 || static_cast<size_t>(instr.a) >= stage_.printfs.size()) {
+                    return "no such printf";
                 }
                 return check_guarded(instr);
             case Op::kBitCast:
@@ -265,9 +265,9 @@ class Verifier {
     std::string check_loop_result(const Instr& instr) const {
         const Instr& end = stage_.instrs[instr.args[0]];
         if (end.op != Op::kLoopEnd) return "not of a loop's end";
-        const size_t place = kLoopEndNext + static_cast<size_t>(instr.a);
-        if (instr.a < 0 || place >= end.args.size()) return "no such variable";
-        return type_of(end, place) != instr.type ? "its variable differs in type" : "";
+        const size_t index = kLoopEndNext + static_cast<size_t>(instr.a);
+        if (instr.a < 0 || index >= end.args.size()) return "no such variable";
+        return type_of(end, index) != instr.type ? "its variable differs in type" : "";
     }
 
     std::string check_select(const Instr& instr) const {

@@ -18,7 +18,7 @@ using Halide::Var;
 // Splits whose factor does not divide the extent test each index: nothing outside a buffer is read
 // or written.
 constexpr Halide::TailStrategy kTail = Halide::TailStrategy::GuardWithIf;
-constexpr int32_t kMostFactor = 4096;
+constexpr int32_t kMaxFactor = 4096;
 
 ScheduleFault fault_at(int32_t line, const ScheduleWord& word, std::string message,
                        std::string help = {}) {
@@ -33,9 +33,9 @@ ScheduleFault fault_at(int32_t line, const ScheduleWord& word, std::string messa
 }
 
 /// One line applied to one Func.
-class Chain {
+class DirectiveChain {
   public:
-    Chain(Kernel* kernel, NamedFunc* target, const ScheduleLine& line)
+    DirectiveChain(Kernel* kernel, NamedFunc* target, const ScheduleLine& line)
         : kernel_(kernel), target_(target), line_(line) {
         if (!target->func.is_extern()) stage_.emplace(target->func);
     }
@@ -107,8 +107,8 @@ class Chain {
         const ScheduleWord& word = current_->args[arg];
         const char* end = word.text.data() + word.text.size();
         const auto [stop, error] = std::from_chars(word.text.data(), end, *out);
-        if (error != std::errc() || stop != end || *out < 1 || *out > kMostFactor) {
-            return fail(word, fmt::format("expected a number from 1 to {}", kMostFactor));
+        if (error != std::errc() || stop != end || *out < 1 || *out > kMaxFactor) {
+            return fail(word, fmt::format("expected a number from 1 to {}", kMaxFactor));
         }
         return true;
     }
@@ -126,7 +126,7 @@ class Chain {
             return true;
         }
         if (is("compute_at") || is("compute_root") || is("store_at") || is("store_root")) {
-            return place();
+            return set_compute_level();
         }
         if (!stage_) return fail_loopless(directive.name, *target_);
         if (is("split")) return split();
@@ -212,8 +212,8 @@ class Chain {
         return true;
     }
 
-    /// compute_at and its like.
-    bool place() {
+    /// Applies compute_at, compute_root, store_at or store_root.
+    bool set_compute_level() {
         Func func = target_->func;
         if (kernel_->output.name() == func.name()) {
             return fail(
@@ -247,7 +247,7 @@ class Chain {
     Kernel* kernel_;
     NamedFunc* target_;
     const ScheduleLine& line_;
-    std::optional<Halide::Stage> stage_;  ///< none of an extern Func
+    std::optional<Halide::Stage> stage_;  ///< none for an extern Func
     bool updating_ = false;
     const Directive* current_ = nullptr;
     ScheduleFault fault_;
@@ -261,7 +261,7 @@ ScheduleFault unknown_func(const Kernel& kernel, int32_t line, const ScheduleWor
                     near_or_all(word.text, names, "it has"));
 }
 
-NamedFunc* Chain::find_func(const ScheduleWord& word) {
+NamedFunc* DirectiveChain::find_func(const ScheduleWord& word) {
     for (NamedFunc& func : kernel_->funcs) {
         if (func.name == word.text) return &func;
     }
@@ -271,7 +271,7 @@ NamedFunc* Chain::find_func(const ScheduleWord& word) {
 
 }  // namespace
 
-bool is_about(const ScheduleLine& line, std::string_view func) {
+bool names_func(const ScheduleLine& line, std::string_view func) {
     const std::string& pattern = line.func.text;
     const size_t star = pattern.find('*');
     return star == std::string::npos ? func == pattern : func.starts_with(pattern.substr(0, star));
@@ -282,16 +282,17 @@ namespace {
 std::optional<ScheduleFault> apply_line(const ScheduleLine& line, Kernel* kernel) {
     bool found = false;
     for (NamedFunc& func : kernel->funcs) {
-        if (!is_about(line, func.name)) continue;
+        if (!names_func(line, func.name)) continue;
         found = true;
-        if (std::optional<ScheduleFault> fault = Chain(kernel, &func, line).run()) return fault;
+        if (std::optional<ScheduleFault> fault = DirectiveChain(kernel, &func, line).run())
+            return fault;
     }
     const bool one = line.func.text.find('*') == std::string::npos;
     if (!found && one) return unknown_func(*kernel, line.line, line.func);
     return std::nullopt;
 }
 
-/// What Halide's message is about, in our words: its own names Funcs as no schedule does.
+/// Rephrases Halide's message, which names Funcs as no schedule does.
 std::string reason_for(std::string_view message) {
     const auto says = [&](std::string_view part) {
         return message.find(part) != std::string_view::npos;

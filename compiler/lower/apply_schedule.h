@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Applies a schedule to a kernel's Funcs. Only names of our own map are looked up.
+// Applies a schedule to a kernel's Funcs. Only names of Kernel::funcs are visible.
 
 #include <optional>
 
@@ -11,16 +11,15 @@
 
 namespace openfab::lower {
 
-/// The first `line_count` lines. Errors that Halide raises on the way become a fault on that line.
-/// Needs a Halide that was built with exceptions; one without ends the process with Halide's
-/// message.
+/// Applies the first `line_count` lines. Errors that Halide raises become a fault on that line.
+/// Needs a Halide built with exceptions; without, an error ends the process with Halide's message.
 std::optional<ScheduleFault> apply_schedule(const Schedule& schedule, size_t line_count,
                                             Kernel* kernel);
 
-/// Whether the line's func is this, or its pattern fits.
-bool is_about(const ScheduleLine& line, std::string_view func);
+/// True if the line names `func`, or its pattern matches it.
+bool names_func(const ScheduleLine& line, std::string_view func);
 
-/// Fault on a line as a whole, for what Halide finds only when it lowers the pipeline.
+/// Returns a fault on a whole line, for errors that Halide finds only when it lowers the pipeline.
 ScheduleFault fault_on_line(const ScheduleLine& line, const std::string& halide_message);
 
 }  // namespace openfab::lower

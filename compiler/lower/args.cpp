@@ -86,7 +86,8 @@ KernelArgs collect_args(const ir::Stage& stage) {
     for (size_t id = 0; id < stage.instrs.size(); ++id) {
         if (live[id]) add_instr(stage.instrs[id], &args.inputs);
     }
-    if (stage.kind == ir::StageKind::kSurfacePhase || stage.kind == ir::StageKind::kVolumePhase) {
+    if (stage.kind == ir::StageKind::kSurfaceSegment ||
+        stage.kind == ir::StageKind::kVolumeSegment) {
         args.inputs.push_back(make_arg(OPENFAB_ARG_GROUPS, OPENFAB_INT, 0, 0));
     }
     std::sort(args.inputs.begin(), args.inputs.end(),

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The argument list of a stage's kernel: what its inputs, samples and outputs need, in a fixed
+// The argument list of a stage's kernel: what its inputs, lookups and outputs need, in a fixed
 // order, so that the table and the code agree and equal stages give equal kernels.
 
 #include <string>
@@ -28,7 +28,7 @@ KernelArgs collect_args(const ir::Stage& stage);
 /// True for scalars, false for buffers.
 bool is_scalar(openfab_arg_kind kind);
 
-/// Name of an argument in generated code and in `emit`: "nearest_0_1".
+/// Returns the name of an argument in generated code and in `emit`: "nearest_0_1".
 std::string arg_name(const openfab_arg& arg);
 
 }  // namespace openfab::lower

@@ -16,7 +16,7 @@
 #include "base/own_folder.h"
 #include "compiler/lower/apply_schedule.h"
 #include "compiler/lower/kernel.h"
-#include "texture/look_up.h"
+#include "texture/sample.h"
 
 namespace openfab::lower {
 
@@ -62,8 +62,8 @@ std::variant<Halide::Module, ScheduleFault> make_module(const KernelRequest& req
                            Halide::LinkageType::ExternalPlusArgv);
 }
 
-/// Of a Func that cannot be where the schedule puts it Halide says the name first: the last line
-/// that puts it anywhere.
+/// Halide's message starts with the name of a Func that cannot be where the schedule puts it:
+/// returns a fault on the last line that places it.
 std::optional<ScheduleFault> find_misplaced(const Schedule& schedule, const std::string& message) {
     const size_t quote = message.find('"');
     if (quote == std::string::npos || message.find("invalid location") == std::string::npos)
@@ -71,12 +71,12 @@ std::optional<ScheduleFault> find_misplaced(const Schedule& schedule, const std:
     // Halide numbers Funcs of one name.
     const std::string name =
         message.substr(quote + 1, message.find_first_of("\"$", quote + 1) - quote - 1);
-    const auto places = [](const Directive& d) {
+    const auto sets_level = [](const Directive& d) {
         return d.name.text == "compute_at" || d.name.text == "store_at";
     };
     for (auto line = schedule.lines.rbegin(); line != schedule.lines.rend(); ++line) {
-        if (is_about(*line, name) &&
-            std::any_of(line->directives.begin(), line->directives.end(), places))
+        if (names_func(*line, name) &&
+            std::any_of(line->directives.begin(), line->directives.end(), sets_level))
             return fault_on_line(*line, message);
     }
     return std::nullopt;
@@ -134,7 +134,7 @@ std::optional<Fault> write_module(const KernelRequest& request, Halide::OutputFi
     return std::nullopt;
 }
 
-/// What kernels call of the runtime; in a print program it is linked in.
+/// The symbols of the runtime that kernels call; in a print program they are linked in.
 const Halide::Internal::JITModule& runtime_symbols() {
     static const Halide::Internal::JITModule symbols = [] {
         using Halide::Internal::JITModule;
@@ -142,8 +142,8 @@ const Halide::Internal::JITModule& runtime_symbols() {
         const auto add = [&](const char* name, auto* function) {
             out.add_symbol_for_export(name, JITModule::Symbol(reinterpret_cast<void*>(function)));
         };
-        add("openfab_look_up_sse41", openfab_look_up_sse41);
-        add("openfab_look_up_avx2", openfab_look_up_avx2);
+        add("openfab_sample_sse41", openfab_sample_sse41);
+        add("openfab_sample_avx2", openfab_sample_avx2);
         return out;
     }();
     return symbols;

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Stages to machine code. Different stages may be compiled in different threads at once.
+// Compiles stages to machine code. Different stages may be compiled in different threads at once.
 
 #include <memory>
 #include <optional>
@@ -16,7 +16,8 @@ namespace openfab::lower {
 
 const char* isa_name(openfab_isa isa);
 
-/// Schedule file of a kernel: "surface", "surface_bounds", "volume", "volume_bounds", …
+/// Returns the name of a kernel's schedule file: "surface", "surface_bounds", "volume",
+/// "volume_bounds", …
 const char* schedule_name(ir::StageKind kind);
 
 /// Why a compilation ended: a fault of the user's schedule, or a bug of ours.
@@ -41,13 +42,13 @@ struct LoadedKernel {
     openfab_kernel_fn function = nullptr;
 };
 
-/// No file, assembler or linker is involved. Errors and parallel loops of the kernel go through
-/// abi/halide_hooks.h.
+/// Compiles a kernel into this process, without files, assembler or linker. Errors and parallel
+/// loops of the kernel go through abi/halide_hooks.h.
 std::variant<LoadedKernel, Fault> compile_in_memory(const KernelRequest& request);
 
 enum class TextForm { kHalide, kStmt, kLlvm, kAsm };
 
-/// The kernel as text; kHalide is the list of Funcs with their loop order.
+/// Returns the kernel as text; kHalide is the list of Funcs with their loop order.
 std::variant<std::string, Fault> emit_text(const KernelRequest& request, TextForm form);
 
 }  // namespace openfab::lower

@@ -13,25 +13,25 @@
 
 namespace openfab::lower {
 
-std::vector<KernelPlace> kernel_places(const passes::KernelStages& stages) {
-    std::vector<KernelPlace> out;
+std::vector<KernelSlot> kernel_slots(const passes::KernelStages& stages) {
+    std::vector<KernelSlot> out;
     const auto add = [&](const ir::Stage& stage, openfab_kernel openfab_fablet::*kernel) {
         if (stage.outputs.empty()) return;
         out.push_back({&stage, kernel, nullptr, 0, schedule_name(stage.kind)});
     };
-    const auto add_phases = [&](const passes::PhasedStage& phased,
-                                openfab_phases openfab_fablet::*phases) {
-        for (size_t k = 0; k < phased.kernels.size(); ++k) {
-            const ir::Stage& stage = phased.kernels[k];
+    const auto add_segments = [&](const passes::SegmentedStage& segmented,
+                                  openfab_segments openfab_fablet::*segments) {
+        for (size_t k = 0; k < segmented.kernels.size(); ++k) {
+            const ir::Stage& stage = segmented.kernels[k];
             out.push_back(
-                {&stage, nullptr, phases, k, fmt::format("{}{}", schedule_name(stage.kind), k)});
+                {&stage, nullptr, segments, k, fmt::format("{}{}", schedule_name(stage.kind), k)});
         }
     };
-    if (stages.surface_phases.steps.empty()) add(stages.surface, &openfab_fablet::surface);
-    add_phases(stages.surface_phases, &openfab_fablet::surface_phases);
+    if (stages.surface_segments.steps.empty()) add(stages.surface, &openfab_fablet::surface);
+    add_segments(stages.surface_segments, &openfab_fablet::surface_segments);
     add(stages.surface_bounds, &openfab_fablet::surface_bounds);
-    if (stages.volume_phases.steps.empty()) add(stages.volume, &openfab_fablet::volume);
-    add_phases(stages.volume_phases, &openfab_fablet::volume_phases);
+    if (stages.volume_segments.steps.empty()) add(stages.volume, &openfab_fablet::volume);
+    add_segments(stages.volume_segments, &openfab_fablet::volume_segments);
     add(stages.volume_bounds, &openfab_fablet::volume_bounds);
     add(stages.derived, &openfab_fablet::derived);
     add(stages.volume_demand, &openfab_fablet::volume_demand);
@@ -44,13 +44,13 @@ const uint32_t* FabletData::keep_bits(const std::vector<uint32_t>& bits) {
 
 const double* FabletData::keep_limits(const ir::Uniform& uniform) {
     if (uniform.kind != OPENFAB_UNIFORM_VALUE || uniform.type == ir::Type::kBool) return nullptr;
-    constexpr double kMost = std::numeric_limits<double>::max();
-    std::array<double, 2> limits{-kMost, kMost};
+    constexpr double kMax = std::numeric_limits<double>::max();
+    std::array<double, 2> limits{-kMax, kMax};
     bool any = false;
     for (const auto& [name, text] : uniform.annotations) {
         double value = 0;
         const auto [rest, status] = std::from_chars(text.data(), text.data() + text.size(), value);
-        // Behind a number only its suffix stands; anything else is for tools, not for us.
+        // Only a suffix may follow the number; anything else is for tools, not for us.
         const std::string_view suffix(rest, static_cast<size_t>(text.data() + text.size() - rest));
         const bool number = status == std::errc() &&
                             (suffix.empty() || suffix == "f" || suffix == "F" || suffix == "u");
@@ -75,12 +75,12 @@ openfab_kernel FabletData::make_kernel_entry(const ir::Stage& stage) {
     return {{nullptr, nullptr}, static_cast<int32_t>(args.size()), args.data()};
 }
 
-openfab_phases FabletData::make_phases(const passes::PhasedStage& phased) {
+openfab_segments FabletData::make_segments(const passes::SegmentedStage& segmented) {
     std::vector<openfab_kernel>& kernels = kernels_.emplace_back();
-    for (const ir::Stage& stage : phased.kernels)
+    for (const ir::Stage& stage : segmented.kernels)
         kernels.push_back(make_kernel_entry(stage));
     std::vector<openfab_query>& queries = queries_.emplace_back();
-    for (const passes::PhaseQuery& q : phased.queries) {
+    for (const passes::SegmentQuery& q : segmented.queries) {
         const auto& outputs = query_outputs_.emplace_back(q.outputs);
         queries.push_back({q.object,
                            q.guard,
@@ -88,20 +88,20 @@ openfab_phases FabletData::make_phases(const passes::PhasedStage& phased) {
                            static_cast<int32_t>(outputs.size()),
                            outputs.data()});
     }
-    std::vector<openfab_print>& prints = prints_.emplace_back();
-    for (const passes::PhasePrint& p : phased.prints) {
+    std::vector<openfab_printf>& printfs = printfs_.emplace_back();
+    for (const passes::SegmentPrintf& p : segmented.printfs) {
         const auto& values = values_.emplace_back(p.values);
-        prints.push_back({keep(p.print.format), p.print.is_assert ? 1 : 0, keep(p.print.source),
-                          p.print.line, p.print.column, p.guard,
-                          static_cast<int32_t>(values.size()), values.data()});
+        printfs.push_back({keep(p.call.format), p.call.is_assert ? 1 : 0, keep(p.call.source),
+                           p.call.line, p.call.column, p.guard, static_cast<int32_t>(values.size()),
+                           values.data()});
     }
     std::vector<openfab_scalar_type>& states = states_.emplace_back();
-    for (const ir::Type type : phased.states)
+    for (const ir::Type type : segmented.states)
         states.push_back(scalar_type(type));
-    const auto& steps = steps_.emplace_back(phased.steps);
+    const auto& steps = steps_.emplace_back(segmented.steps);
     const auto count = [](const auto& list) { return static_cast<int32_t>(list.size()); };
-    return {count(steps),   steps.data(),  count(kernels), kernels.data(), count(queries),
-            queries.data(), count(prints), prints.data(),  count(states),  states.data()};
+    return {count(steps),   steps.data(),   count(kernels), kernels.data(), count(queries),
+            queries.data(), count(printfs), printfs.data(), count(states),  states.data()};
 }
 
 FabletData::FabletData(const FabletUnit& unit) {
@@ -130,18 +130,18 @@ FabletData::FabletData(const FabletUnit& unit) {
     table_.nearest_count = static_cast<int32_t>(fablet.nearest.size());
     table_.nearest = keep_varyings(fablet.nearest);
     const passes::KernelStages& stages = *unit.stages;
-    for (const KernelPlace& place : kernel_places(stages)) {
-        if (place.kernel != nullptr) table_.*place.kernel = make_kernel_entry(*place.stage);
+    for (const KernelSlot& slot : kernel_slots(stages)) {
+        if (slot.kernel != nullptr) table_.*slot.kernel = make_kernel_entry(*slot.stage);
     }
     table_.derived_count = static_cast<int32_t>(stages.derived.outputs.size());
-    // Of a stage in phases the table has the argument list all the same.
-    if (!stages.surface_phases.steps.empty()) {
+    // The table has the argument list of a segmented stage too.
+    if (!stages.surface_segments.steps.empty()) {
         table_.surface = make_kernel_entry(stages.surface);
-        table_.surface_phases = make_phases(stages.surface_phases);
+        table_.surface_segments = make_segments(stages.surface_segments);
     }
-    if (!stages.volume_phases.steps.empty()) {
+    if (!stages.volume_segments.steps.empty()) {
         table_.volume = make_kernel_entry(stages.volume);
-        table_.volume_phases = make_phases(stages.volume_phases);
+        table_.volume_segments = make_segments(stages.volume_segments);
     }
 }
 

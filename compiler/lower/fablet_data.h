@@ -16,7 +16,7 @@
 
 namespace openfab::lower {
 
-/// One fablet that goes into a program.
+/// One fablet of a program.
 struct FabletUnit {
     const ir::Fablet* fablet = nullptr;
     const passes::KernelStages* stages = nullptr;
@@ -24,33 +24,33 @@ struct FabletUnit {
     uint64_t hash = 0;
 };
 
-/// A kernel of a fablet before it is compiled.
-struct KernelPlace {
+/// A kernel of a fablet, and its slot in the table.
+struct KernelSlot {
     const ir::Stage* stage = nullptr;
-    openfab_kernel openfab_fablet::*kernel = nullptr;  ///< null for a kernel of phases
-    openfab_phases openfab_fablet::*phases = nullptr;
-    size_t phase = 0;  ///< place among the kernels of `phases`
-    std::string name;  ///< in C names: "volume", "volume_phase3"
+    openfab_kernel openfab_fablet::*kernel = nullptr;  ///< null for the kernel of a segment
+    openfab_segments openfab_fablet::*segments = nullptr;
+    size_t segment = 0;  ///< index among the kernels of `segments`
+    std::string name;    ///< in C names: "volume", "volume_segment3"
 };
 
-/// The kernels that a fablet has, in the order of the table.
-std::vector<KernelPlace> kernel_places(const passes::KernelStages& stages);
+/// Returns the kernels of a fablet, in the order of the table.
+std::vector<KernelSlot> kernel_slots(const passes::KernelStages& stages);
 
-/// Everything that the table points to is owned here; the unit may go.
+/// Owns everything that the table points to; the unit may be destroyed.
 class FabletData {
   public:
     explicit FabletData(const FabletUnit& unit);
     FabletData(const FabletData&) = delete;
     FabletData& operator=(const FabletData&) = delete;
 
-    /// Valid while this object lives.
+    /// Returns the table, valid while this object lives.
     const openfab_fablet& table() const { return table_; }
-    const openfab_kernel& kernel(const KernelPlace& place) const {
-        return place.kernel != nullptr ? table_.*place.kernel
-                                       : (table_.*place.phases).kernels[place.phase];
+    const openfab_kernel& kernel(const KernelSlot& slot) const {
+        return slot.kernel != nullptr ? table_.*slot.kernel
+                                      : (table_.*slot.segments).kernels[slot.segment];
     }
-    void set_function(const KernelPlace& place, openfab_isa isa, openfab_kernel_fn function) {
-        const_cast<openfab_kernel&>(kernel(place)).fn[isa] = function;
+    void set_function(const KernelSlot& slot, openfab_isa isa, openfab_kernel_fn function) {
+        const_cast<openfab_kernel&>(kernel(slot)).fn[isa] = function;
     }
 
   private:
@@ -59,7 +59,7 @@ class FabletData {
     const uint32_t* keep_bits(const std::vector<uint32_t>& bits);
     const openfab_varying* keep_varyings(const std::vector<ir::Varying>& varyings);
     openfab_kernel make_kernel_entry(const ir::Stage& stage);
-    openfab_phases make_phases(const passes::PhasedStage& phased);
+    openfab_segments make_segments(const passes::SegmentedStage& segmented);
 
     openfab_fablet table_{};
     std::deque<std::string> strings_;
@@ -72,7 +72,7 @@ class FabletData {
     std::deque<std::vector<openfab_step>> steps_;
     std::deque<std::vector<openfab_query>> queries_;
     std::deque<std::vector<openfab_query_output>> query_outputs_;
-    std::deque<std::vector<openfab_print>> prints_;
+    std::deque<std::vector<openfab_printf>> printfs_;
     std::deque<std::vector<int32_t>> values_;
     std::deque<std::vector<openfab_scalar_type>> states_;
 };

@@ -20,7 +20,7 @@ std::variant<std::unique_ptr<LoadedProgram>, Fault> load_program(
     for (const FabletUnit& fablet : fablets)
         out->tables_.push_back(&out->data_.emplace_back(fablet).table());
     for (size_t k = 0; k < units.size(); ++k) {
-        out->data_[units[k].fablet].set_function(units[k].place, units[k].isa,
+        out->data_[units[k].fablet].set_function(units[k].slot, units[k].isa,
                                                  out->kernels_[k].function);
     }
     out->list_ = {static_cast<int32_t>(out->tables_.size()), out->tables_.data()};

@@ -19,7 +19,7 @@ class LoadedProgram {
     LoadedProgram(const LoadedProgram&) = delete;
     LoadedProgram& operator=(const LoadedProgram&) = delete;
 
-    /// Valid while this object lives.
+    /// Returns the fablets, valid while this object lives.
     const openfab_fablet_list& fablets() const { return list_; }
 
   private:
@@ -33,11 +33,11 @@ class LoadedProgram {
     openfab_fablet_list list_{};
 };
 
-/// The units may go afterwards.
+/// Compiles fablets into this process. The units may be destroyed afterwards.
 std::variant<std::unique_ptr<LoadedProgram>, Fault> load_program(
     const std::vector<FabletUnit>& fablets, const ProgramOptions& options = {});
 
-/// All fablets of a module through the whole pipeline; a fault of the passes is a Fault too.
+/// Runs all fablets of a module through the whole pipeline; a fault of the passes is a Fault too.
 std::variant<std::unique_ptr<LoadedProgram>, Fault> load_module(
     const ir::Module& module, const ProgramOptions& options = {},
     const passes::PipelineOptions& pipeline = {});

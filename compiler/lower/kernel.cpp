@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "compiler/lower/sample_parts.h"
-#include "texture/look_up.h"
+#include "texture/sample.h"
 
 namespace openfab::lower {
 
@@ -20,12 +20,12 @@ using ir::Op;
 using ir::Type;
 
 constexpr int32_t kSide = 8;
-// Values are cut into Funcs of so many operations, and LLVM keeps them in registers all the same.
+// Values are cut into Funcs of kChunk operations; LLVM keeps them in registers all the same.
 // Several of Halide's passes walk the whole kernel once for each value that a Func stores, and all
 // of them walk expressions as trees, where what results share is walked again for each: on the
 // gallery, 24 operations a Func take up to twice, 256 a little more than 128 of the time.
 constexpr size_t kChunk = 128;
-constexpr size_t kChunkBeforeLookup = 6;
+constexpr size_t kChunkBeforeSample = 6;
 
 struct StageNames {
     const char* kernel;
@@ -42,10 +42,10 @@ StageNames names_of(ir::StageKind kind) {
             return {"volume", "weights"};
         case ir::StageKind::kVolumeBounds:
             return {"volume_bounds", "bounds"};
-        case ir::StageKind::kSurfacePhase:
-            return {"surface_phase", "phase"};
-        case ir::StageKind::kVolumePhase:
-            return {"volume_phase", "phase"};
+        case ir::StageKind::kSurfaceSegment:
+            return {"surface_segment", "segment"};
+        case ir::StageKind::kVolumeSegment:
+            return {"volume_segment", "segment"};
         case ir::StageKind::kVolumeDemand:
             return {"volume_demand", "demand"};
         case ir::StageKind::kDerived:
@@ -58,15 +58,15 @@ class StageLowering {
   public:
     StageLowering(const ir::Stage& stage, openfab_isa isa)
         : stage_(stage), args_(collect_args(stage)), names_(names_of(stage.kind)) {
-        site_.isa = isa;
+        context_.isa = isa;
     }
 
     Kernel run() {
-        site_.funcs = &lookups_;
+        context_.funcs = &sample_funcs_;
         if (volume()) {
-            site_.vars = {z_, x_, y_, n_};
+            context_.vars = {z_, x_, y_, n_};
         } else {
-            site_.vars = {lane_, group_};
+            context_.vars = {lane_, group_};
         }
         for (const openfab_arg& arg : args_.inputs)
             add_input(arg);
@@ -83,9 +83,9 @@ class StageLowering {
     bool volume() const {
         return stage_.kind == ir::StageKind::kVolume || stage_.kind == ir::StageKind::kVolumeDemand;
     }
-    bool phase() const {
-        return stage_.kind == ir::StageKind::kSurfacePhase ||
-               stage_.kind == ir::StageKind::kVolumePhase;
+    bool is_segment() const {
+        return stage_.kind == ir::StageKind::kSurfaceSegment ||
+               stage_.kind == ir::StageKind::kVolumeSegment;
     }
 
     void add_input(const openfab_arg& arg) {
@@ -111,7 +111,7 @@ class StageLowering {
         }
         arguments_.push_back(image);
         if (texture) {
-            site_.textures.emplace(std::pair(arg.a, arg.b), image);
+            context_.textures.emplace(std::pair(arg.a, arg.b), image);
         } else {
             buffers_.emplace(key, image);
         }
@@ -130,18 +130,18 @@ class StageLowering {
         if (extents) buffer->dim(3).set_min(0);
     }
 
-    /// Index of this lane along n; lanes past the end repeat the last place, so that nothing
-    /// outside is read.
-    Expr place_along(const Halide::ImageParam& image, int dimension) const {
+    /// Returns the index of this lane along n; lanes past the end repeat the last one, so that no
+    /// read is out of bounds.
+    Expr index_along(const Halide::ImageParam& image, int dimension) const {
         if (volume()) return n_;
-        if (phase()) {
+        if (is_segment()) {
             return Halide::unsafe_promise_clamped(listed_group() / (kSide * kSide), 0,
                                                   image.dim(dimension).extent() - 1);
         }
         return Halide::min(group_ * kLanes + lane_, image.dim(dimension).extent() - 1);
     }
 
-    /// The group that stands at this place in the list of a kernel of phases.
+    /// Returns the group at this index of a segment's list.
     Expr listed_group() const {
         const Halide::ImageParam& groups = buffers_.at({OPENFAB_ARG_GROUPS, 0, 0});
         return groups(group_);
@@ -153,25 +153,25 @@ class StageLowering {
         }
         const Halide::ImageParam& image = buffers_.at(key);
         if (volume()) return from_storage(type, image(z_, x_, y_, n_));
-        if (phase()) {
+        if (is_segment()) {
             // The list names groups that the buffers hold.
             const Expr group = Halide::unsafe_promise_clamped(listed_group(), 0,
                                                               image.dim(0).extent() / kLanes - 1);
             return from_storage(type, image(group * kLanes + lane_));
         }
-        return from_storage(type, image(place_along(image, 0)));
+        return from_storage(type, image(index_along(image, 0)));
     }
 
     /// float(index) + 0.5 of the voxel, or of the first or last voxel of the block.
     Value voxel_coord(const ir::Instr& instr) const {
         const Halide::ImageParam& blocks = buffers_.at({OPENFAB_ARG_BLOCKS, 0, 0});
-        Value index{Type::kInt, blocks(instr.a, place_along(blocks, 1))};
+        Value index{Type::kInt, blocks(instr.a, index_along(blocks, 1))};
         if (instr.kind == ir::kVoxelCoord) {
             std::array<Expr, 3> axes = {x_, y_, z_};
-            if (phase()) {
+            if (is_segment()) {
                 axes = {listed_group() % kSide, listed_group() / kSide % kSide, lane_};
             }
-            index = index + Value{Type::kInt, axes[static_cast<size_t>(instr.a)]};
+            index = index + Value{Type::kInt, axes[instr.a]};
         } else if (instr.kind == ir::kVoxelCoordHi) {
             const Value size{Type::kInt, scalars_.at({OPENFAB_ARG_BLOCK_SIZE, 0, 0})};
             index = index + (size - constant(1));
@@ -187,21 +187,22 @@ class StageLowering {
     void lower_values() {
         const std::vector<bool> live = ir::live_values(stage_);
         const std::vector<size_t> last_use = last_uses(live);
-        const size_t last_picture = last_look_up(live);
+        const size_t last_picture = last_picture_sample(live);
         values_.resize(stage_.instrs.size());
         for (size_t id = 0; id < stage_.instrs.size(); ++id) {
             const Op op = stage_.instrs[id].op;
             if (!live[id] || values_[id].expr.defined()) continue;
-            const bool lookup = op == Op::kSample || op == Op::kSampleBound;
-            site_.early = id <= last_picture;
-            if (chunk_.size() >= (lookup ? kChunkBeforeLookup : kChunk)) store_chunk(id, last_use);
+            const bool is_sample = op == Op::kSample || op == Op::kSampleBound;
+            context_.feeds_sample = id <= last_picture;
+            if (chunk_.size() >= (is_sample ? kChunkBeforeSample : kChunk))
+                store_chunk(id, last_use);
             values_[id] = lower(id, live);
-            if (!lookup && op != Op::kConst && op != Op::kInput) chunk_.push_back(id);
+            if (!is_sample && op != Op::kConst && op != Op::kInput) chunk_.push_back(id);
         }
     }
 
-    /// Of pictures; 0, which is not one, where there is none.
-    size_t last_look_up(const std::vector<bool>& live) const {
+    /// Returns the last lookup in a picture; 0, which is never one, if there is none.
+    size_t last_picture_sample(const std::vector<bool>& live) const {
         size_t out = 0;
         for (size_t id = 0; id < stage_.instrs.size(); ++id) {
             const ir::Instr& instr = stage_.instrs[id];
@@ -235,10 +236,10 @@ class StageLowering {
         }
         chunk_.clear();
         if (kept.empty()) return;
-        const std::string name = func_name(site_, "values", chunks_++);
-        const Halide::Func func = new_func(&site_, name, site_.vars).func;
-        func(site_.vars) = Halide::Tuple(stored);
-        const std::vector<Expr> here(site_.vars.begin(), site_.vars.end());
+        const std::string name = func_name(context_, "values", chunks_++);
+        const Halide::Func func = new_func(&context_, name, context_.vars).func;
+        func(context_.vars) = Halide::Tuple(stored);
+        const std::vector<Expr> here(context_.vars.begin(), context_.vars.end());
         for (size_t k = 0; k < kept.size(); ++k) {
             const Expr loaded =
                 kept.size() == 1 ? Expr(func(here)) : func(here)[static_cast<int>(k)];
@@ -275,13 +276,13 @@ class StageLowering {
         }
     }
 
-    /// Channels read at one place share footprint, taps and texel addresses.
+    /// Lowers channels read at one coordinate together: they share footprint, taps and addresses.
     void lower_sample_group(size_t id, const std::vector<bool>& live) {
         const ir::Instr& instr = stage_.instrs[id];
         std::vector<size_t> members;
         std::vector<int32_t> channels;
         for (size_t other = id;
-             other < stage_.instrs.size() && members.size() < texture::kLookUpResults; ++other) {
+             other < stage_.instrs.size() && members.size() < texture::kMaxSampleResults; ++other) {
             const ir::Instr& candidate = stage_.instrs[other];
             if (live[other] && candidate.op == Op::kSample && candidate.a == instr.a &&
                 candidate.args == instr.args) {
@@ -290,7 +291,7 @@ class StageLowering {
             }
         }
         const std::vector<Value> results =
-            lower_sample(&site_, instr.a, channels, arguments(instr));
+            lower_sample(&context_, instr.a, channels, arguments(instr));
         for (size_t k = 0; k < members.size(); ++k)
             values_[members[k]] = results[k];
     }
@@ -298,7 +299,7 @@ class StageLowering {
     void lower_bound_pair(size_t id, const std::vector<bool>& live) {
         const ir::Instr& instr = stage_.instrs[id];
         const std::array<Value, 2> ends =
-            lower_sample_bound(&site_, instr.a, instr.b, arguments(instr));
+            lower_sample_bound(&context_, instr.a, instr.b, arguments(instr));
         for (size_t other = id; other < stage_.instrs.size(); ++other) {
             const ir::Instr& candidate = stage_.instrs[other];
             if (live[other] && candidate.op == Op::kSampleBound && candidate.a == instr.a &&
@@ -322,8 +323,8 @@ class StageLowering {
             results.push_back(to_storage(values_[output.value]));
         }
         Halide::Func result(names_.result);
-        result(site_.vars) = Halide::Tuple(results);
-        const NamedFunc result_named = named(names_.result, result, site_.vars);
+        result(context_.vars) = Halide::Tuple(results);
+        const NamedFunc result_named = named(names_.result, result, context_.vars);
         if (volume()) {
             kernel->output = result;
             result.bound(z_, 0, kSide).bound(x_, 0, kSide).bound(y_, 0, kSide);
@@ -332,7 +333,7 @@ class StageLowering {
                 shape_blocks(&buffer, first);
                 first = false;
             }
-        } else if (phase()) {
+        } else if (is_segment()) {
             kernel->output = result;
             result.bound(lane_, 0, kLanes);
             bool first = true;
@@ -359,15 +360,15 @@ class StageLowering {
             kernel->funcs.push_back(named("store", store, {n_}));
         }
         kernel->funcs.push_back(result_named);
-        kernel->funcs.insert(kernel->funcs.end(), lookups_.rbegin(), lookups_.rend());
+        kernel->funcs.insert(kernel->funcs.end(), sample_funcs_.rbegin(), sample_funcs_.rend());
     }
 
     const ir::Stage& stage_;
     const KernelArgs args_;
     const StageNames names_;
     const Var z_{"z"}, x_{"x"}, y_{"y"}, n_{"n"}, lane_{"lane"}, group_{"group"};
-    Site site_;
-    std::vector<NamedFunc> lookups_;  ///< producers first
+    LoweringContext context_;
+    std::vector<NamedFunc> sample_funcs_;  ///< producers first
     std::map<Key, Halide::Param<>> scalars_;
     std::map<Key, Halide::ImageParam> buffers_;
     std::vector<Halide::Argument> arguments_;

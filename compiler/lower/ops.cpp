@@ -127,8 +127,8 @@ Expr divide_by_zero(const Expr& a, uint32_t zero) {
     return as_float(choose(either(nothing, nan_bit(a)), u32(kQuietNan), infinity));
 }
 /// The root of a zero is that zero. LLVM 14 forgets that it may be -0: as if 1 / sqrt(x) were never
-/// less than 0, it dropped the lower bound of what followed. What it is told to choose, it does not
-/// reason about.
+/// less than 0, it dropped the lower bound of what followed. It does not reason about a
+/// select.
 Expr square_root(const Expr& a) {
     return choose((as_uint(a) & u32(kMagnitude)) == u32(0), a, Halide::sqrt(a));
 }

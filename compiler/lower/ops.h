@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The one place that makes arithmetic Halide Exprs. Each gives the bits of
+// The only code that makes arithmetic Halide Exprs. Each gives the bits of
 // compiler/ir/arithmetic.h, which Halide's own operators do not: they fold `x + 1 > x` on ints,
 // call `a >= b` true on NaN, lose the sign of -0, round integer division down. All kernels are
 // compiled with the target feature strict_float; what that leaves open is closed here by going
@@ -34,21 +34,21 @@ struct Value {
 };
 
 Halide::Type halide_type(ir::Type type);
-/// Type in buffers and scalar arguments: as halide_type, but a bool stands as int32.
+/// Returns the type in buffers and scalar arguments: halide_type, but int32 for a bool.
 Halide::Type storage_type(ir::Type type);
 Value constant_bits(ir::Type type, uint32_t bits);
 Value constant(float value);
 Value constant(int32_t value);
-/// A value loaded from a buffer or scalar of storage_type.
+/// Returns a value loaded from a buffer or scalar of storage_type.
 Value from_storage(ir::Type type, const Halide::Expr& expr);
 Halide::Expr to_storage(const Value& value);
 
-/// Any primitive operation but Const, Input, Convert, BitCast, Sample and SampleBound.
+/// Applies a primitive operation, except Const, Input, Convert, BitCast, Sample and SampleBound.
 Value operate(ir::Op op, const std::vector<Value>& args);
 Value convert(const Value& value, ir::Type to);
 Value bit_cast(const Value& value, ir::Type to);
 Value select(const Value& condition, const Value& if_true, const Value& if_false);
-/// The float's pattern as uint, and back.
+/// Converts a float to its bits as uint, and back.
 Value float_bits(const Value& value);
 Value bits_float(const Value& value);
 

@@ -62,11 +62,11 @@ std::optional<Fault> compile_table(const std::vector<FabletUnit>& fablets,
 
 KernelRequest request_of(const KernelUnit& unit, const ProgramOptions& options) {
     KernelRequest request;
-    request.stage = unit.place.stage;
+    request.stage = unit.slot.stage;
     request.function = unit.function;
     request.isa = unit.isa;
     if (options.schedule != nullptr &&
-        options.schedule_kernel == schedule_name(unit.place.stage->kind)) {
+        options.schedule_kernel == schedule_name(unit.slot.stage->kind)) {
         request.schedule = options.schedule;
     }
     return request;

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Fablets to object files: kernels compiled in parallel threads, and the C table that names them.
+// Compiles fablets to object files: kernels in parallel threads, and the C table that names them.
 
 #include <filesystem>
 #include <functional>
@@ -21,7 +21,7 @@ struct ProgramOptions {
     const Schedule* schedule =
         nullptr;  ///< replaces the default of the kernel that it names; see schedule_kernel
     std::string schedule_kernel;  ///< "volume", …
-    int threads = 0;              ///< 0: as many as the machine has
+    int threads = 0;              ///< 0: all cores
     std::string compiler = "cc";  ///< C compiler for the table, and linker
 };
 
@@ -35,12 +35,12 @@ struct ProgramObjects {
     ProgramTimes times;
 };
 
-/// Calls `compile` for each kernel, `threads` at once (0: all cores); the fault of the first kernel
-/// in the list that has one wins, whichever thread met it.
+/// Calls `compile` for each kernel, `threads` at once (0: all cores); returns the fault of
+/// the first kernel in the list that has one, whichever thread met it.
 std::optional<Fault> compile_each(const std::vector<KernelUnit>& units, int threads,
                                   const std::function<std::optional<Fault>(size_t unit)>& compile);
 
-/// What to compile for a kernel of the program.
+/// Returns the request that compiles a kernel of the program.
 KernelRequest request_of(const KernelUnit& unit, const ProgramOptions& options);
 
 /// Writes all objects into `folder`, which exists.
@@ -48,7 +48,7 @@ std::variant<ProgramObjects, Fault> compile_program(const std::vector<FabletUnit
                                                     const ProgramOptions& options,
                                                     const std::filesystem::path& folder);
 
-/// Runs a program with arguments, no shell between; empty on success, else what it wrote to stderr.
+/// Runs a program without a shell. Returns "" on success, else what it wrote to stderr.
 std::string run_tool(const std::vector<std::string>& command);
 
 }  // namespace openfab::lower

@@ -1,8 +1,8 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The interval form of look-ups in pictures and volumes: what every look-up in a box of places and
-// footprints can give, from the min-max pyramid.
+// The interval form of lookups in pictures and volumes: the range of all lookups in a box of
+// coordinates and footprints, from the min-max pyramid.
 
 #include "compiler/lower/sample_parts.h"
 
@@ -12,14 +12,14 @@ namespace {
 
 using ir::Type;
 
-// Places beyond these are answered with the range of the whole image.
-constexpr float kFarthestPlace = 1024.0f;
+// Coordinates beyond these get the range of the whole image.
+constexpr float kFarthestCoordinate = 1024.0f;
 constexpr float kWidestFootprint = 65536.0f;
 // Rounding of interpolation, of sums over taps and of the coarser levels themselves, relative to
 // the largest magnitude.
 constexpr float kRoundingSlack = 1.0f / 262144.0f;
 
-/// Range of texel indices of level 0 along one axis that a look-up may touch.
+/// Range of texel indices of level 0 along one axis that a lookup may touch.
 struct Extent {
     Value lo, hi;  ///< int, inside the level
     Value inside;  ///< nothing outside [0, n) is touched before wrapping
@@ -51,8 +51,8 @@ Value at_least_ceil_log2(const Value& x) {
     return whole_to_int(ceil(log2_of(x) + constant(0.001f)));
 }
 
-/// A box of places along one axis, in widths of the texture, and how far one step of each of the
-/// three axes goes, in texels of level 0.
+/// A box of coordinates along one axis, in widths of the texture, and how far one step of each of
+/// the three axes goes, in texels of level 0.
 struct BoxAxis {
     Value lo, hi;
     std::array<Value, 3> steps;
@@ -69,7 +69,7 @@ std::vector<BoxAxis> box_axes(const Texture& texture, const std::vector<Value>& 
         for (size_t k = 0; k < 3; ++k)
             box.steps[k] = args[2 + 2 * axes + 3 * a + k] * n;
         if (axes == 3) {
-            // As a look-up does it: rounding keeps the order.
+            // Computed as in a lookup: rounding keeps the order.
             box.lo = (box.lo - texture.origin(axis)) / texture.extent(axis);
             box.hi = (box.hi - texture.origin(axis)) / texture.extent(axis);
             for (Value& step : box.steps)
@@ -80,7 +80,7 @@ std::vector<BoxAxis> box_axes(const Texture& texture, const std::vector<Value>& 
     return out;
 }
 
-/// The least texel range that holds every look-up of the box, by level of the min-max pyramid.
+/// The least texel range that holds every lookup of the box, by level of the min-max pyramid.
 struct Region {
     Value level;
     std::vector<std::array<Value, 2>> ends;  ///< by axis
@@ -113,7 +113,7 @@ Region make_region(const Texture& texture, const std::vector<Value>& args) {
         const Value n = texture.side(constant(0), static_cast<int32_t>(a));
         extents.push_back(make_extent(texture, box[a].lo, box[a].hi, n, reach));
         for (const Value& end : {box[a].lo, box[a].hi})
-            known = both(known, absolute(end) < constant(kFarthestPlace));
+            known = both(known, absolute(end) < constant(kFarthestCoordinate));
         inside = both(inside, extents[a].inside);
         longest = most(longest, extents[a].size);
     }
@@ -142,10 +142,10 @@ std::array<Value, 2> corner_range(const Texture& texture, const Region& region, 
             const Value side = texture.side(region.level, static_cast<int32_t>(a));
             texel = texel * side + region.ends[a][corner >> a & 1u];
         }
-        const Value place =
+        const Value index =
             offset + (texel * texture.channels() + texture.channel(channel)) * constant(2);
-        const Value least_here = texture.at(place);
-        const Value most_here = texture.at(place + constant(1));
+        const Value least_here = texture.at(index);
+        const Value most_here = texture.at(index + constant(1));
         lo = corner == 0 ? least_here : least(lo, least_here);
         hi = corner == 0 ? most_here : most(hi, most_here);
     }
@@ -154,10 +154,10 @@ std::array<Value, 2> corner_range(const Texture& texture, const Region& region, 
 
 }  // namespace
 
-std::array<Value, 2> lower_sample_bound(Site* site, int32_t texture_index, int32_t channel,
-                                        const std::vector<Value>& args) {
+std::array<Value, 2> lower_sample_bound(LoweringContext* context, int32_t texture_index,
+                                        int32_t channel, const std::vector<Value>& args) {
     constexpr size_t kVolumeArgs = 17;
-    const Texture texture(site, texture_index, OPENFAB_TEXTURE_MINMAX,
+    const Texture texture(context, texture_index, OPENFAB_TEXTURE_MINMAX,
                           args.size() == kVolumeArgs ? 3 : 2);
     const Region region = make_region(texture, args);
     auto [lo, hi] = corner_range(texture, region, channel);

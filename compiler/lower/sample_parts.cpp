@@ -73,26 +73,26 @@ Value Texture::channel_missing(int32_t channel) const {
     return both(invert(has), invert(channels() == constant(1)));
 }
 
-Value Texture::header_float(int32_t place) const {
-    return bits_float(convert(header(place), Type::kUint));
+Value Texture::header_float(int32_t index) const {
+    return bits_float(convert(header(index), Type::kUint));
 }
 
 Value Texture::level_info(const Value& level, int32_t field) const {
     const bool volume = axes_ == 3;
     const int32_t first = volume ? texture::kVolumeInfoHeader : texture::kInfoHeader;
     const int32_t each = volume ? texture::kVolumeInfoPerLevel : texture::kInfoPerLevel;
-    const Value place = level * constant(each) + constant(first + field);
-    return {Type::kInt, info_(clamped(place, info_))};
+    const Value index = level * constant(each) + constant(first + field);
+    return {Type::kInt, info_(clamped(index, info_))};
 }
 
-Expr Texture::clamped(const Value& place, const Halide::ImageParam& buffer) {
+Expr Texture::clamped(const Value& index, const Halide::ImageParam& buffer) {
     // Halide's bounds inference need not look inside: the clamp says all.
     const Expr opaque =
-        Halide::reinterpret(Halide::Int(32), Halide::reinterpret(Halide::UInt(32), place.expr));
+        Halide::reinterpret(Halide::Int(32), Halide::reinterpret(Halide::UInt(32), index.expr));
     return Halide::clamp(opaque, 0, buffer.dim(0).extent() - 1);
 }
 
-Value place(const Texture& texture, const Value& u) {
+Value wrap_coordinate(const Texture& texture, const Value& u) {
     const Value repeat = u - floor(u);
     const Value h = u * constant(0.5f);
     const Value mirror = (h - floor(h)) * constant(2.0f);
@@ -117,25 +117,26 @@ Texel wrapped(const Texture& texture, const Value& x, const Value& n) {
     return {most(least(moved, last), zero), below | above};
 }
 
-Axis make_axis(const Texture& texture, const Value& placed, const Value& n) {
-    const Value scaled = placed * to_float(n);
+Axis make_axis(const Texture& texture, const Value& wrapped_u, const Value& n) {
+    const Value scaled = wrapped_u * to_float(n);
     const Value x = select(texture.filter_is(kFilterNearest), scaled, scaled - constant(0.5f));
     const Value x0 = whole_to_int(floor(x));
     return {{wrapped(texture, x0, n), wrapped(texture, plus(x0, constant(1)), n)}, x - floor(x)};
 }
 
-std::string func_name(const Site& site, const char* kind, int32_t number) {
-    return fmt::format("{}_{}{}", kind, site.early ? "early_" : "", number);
+std::string func_name(const LoweringContext& context, const char* kind, int32_t number) {
+    return fmt::format("{}_{}{}", kind, context.feeds_sample ? "early_" : "", number);
 }
 
-NamedFunc& new_func(Site* site, const std::string& name, const std::vector<Halide::Var>& vars) {
+NamedFunc& new_func(LoweringContext* context, const std::string& name,
+                    const std::vector<Halide::Var>& vars) {
     NamedFunc named{name, Halide::Func(name), {}};
     for (const Halide::Var& var : vars)
         named.vars.emplace_back(var.name(), var);
-    // Where the number of places is known at run time only, from memory that the kernel keeps.
+    // If its size is known only at run time, Halide takes it from memory that the kernel keeps.
     named.func.store_in(Halide::MemoryType::Stack);
-    site->funcs->push_back(named);
-    return site->funcs->back();
+    context->funcs->push_back(named);
+    return context->funcs->back();
 }
 
 Expr element(const Halide::Func& func, const std::vector<Expr>& at, size_t k) {
@@ -147,24 +148,25 @@ std::vector<Expr> exprs(const std::vector<Halide::Var>& vars) {
     return {vars.begin(), vars.end()};
 }
 
-Halide::Func store_values(Site* site, const std::string& name, const std::vector<Value*>& fields) {
-    Halide::Func func = new_func(site, name, site->vars).func;
+Halide::Func store_values(LoweringContext* context, const std::string& name,
+                          const std::vector<Value*>& fields) {
+    Halide::Func func = new_func(context, name, context->vars).func;
     std::vector<Expr> stored;
     for (const Value* field : fields)
         stored.push_back(field->expr);
-    func(site->vars) = Halide::Tuple(stored);
+    func(context->vars) = Halide::Tuple(stored);
     int k = 0;
     for (Value* field : fields)
-        field->expr = func(exprs(site->vars))[k++];
+        field->expr = func(exprs(context->vars))[k++];
     return func;
 }
 
-Expr most_taps(Site* site, const std::string& name, const Halide::Func& stored) {
-    const std::vector<Halide::Var> group(site->vars.begin() + 1, site->vars.end());
-    Halide::Func limit = new_func(site, name, group).func;
+Expr most_taps(LoweringContext* context, const std::string& name, const Halide::Func& stored) {
+    const std::vector<Halide::Var> group(context->vars.begin() + 1, context->vars.end());
+    Halide::Func limit = new_func(context, name, group).func;
     Expr most = 0;
     for (int32_t lane = 0; lane < kLanes; ++lane) {
-        std::vector<Expr> at = exprs(site->vars);
+        std::vector<Expr> at = exprs(context->vars);
         at[0] = lane;
         most = Halide::max(most, element(stored, at, 0));
     }

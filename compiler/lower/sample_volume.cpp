@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Look-ups in volumes in generated code: the definition of compiler/interp/sample_volume.h,
+// Lookups in volumes in generated code: the definition of compiler/interp/sample_volume.h,
 // operation for operation.
 
 #include <fmt/format.h>
@@ -18,8 +18,8 @@ using ir::Type;
 constexpr size_t kSampleArgs = 5;
 constexpr size_t kSampleArgsWithFootprint = 14;
 
-/// What all channels of a look-up share.
-struct VolumeLookup {
+/// The values that all channels of a lookup share.
+struct VolumeSample {
     Value levels_asked;  ///< 2 where the guard holds, else 0
     std::array<Value, 3> at;
     Value fraction;
@@ -56,12 +56,13 @@ Value width_of(const Texture& texture, const std::vector<Value>& args) {
     return bound(sqrt(widest) * args[4], 0.0f, kMaxWidth);
 }
 
-VolumeLookup make_lookup(const Texture& texture, const std::vector<Value>& args) {
-    VolumeLookup out;
+VolumeSample make_volume_sample(const Texture& texture, const std::vector<Value>& args) {
+    VolumeSample out;
     out.levels_asked = select(args[0], constant(2), constant(0));
     for (int32_t k = 0; k < 3; ++k) {
         const auto axis = static_cast<size_t>(k);
-        out.at[axis] = place(texture, (args[1 + axis] - texture.origin(k)) / texture.extent(k));
+        out.at[axis] =
+            wrap_coordinate(texture, (args[1 + axis] - texture.origin(k)) / texture.extent(k));
     }
     const Value nearest = texture.filter_is(kFilterNearest);
     const Value finest = texture.filter_is(texture::kFilterFinest);
@@ -75,18 +76,18 @@ VolumeLookup make_lookup(const Texture& texture, const std::vector<Value>& args)
     for (size_t k = 0; k < 2; ++k) {
         out.levels[k].offset = texture.offset(chosen[k]);
         for (int32_t a = 0; a < 3; ++a)
-            out.levels[k].sides[static_cast<size_t>(a)] = texture.side(chosen[k], a);
+            out.levels[k].sides[a] = texture.side(chosen[k], a);
     }
     return out;
 }
 
-/// The 8 texels of one level around the place, and their weights.
+/// The 8 texels of one level around the coordinates, and their weights.
 class Cell {
   public:
-    Cell(const Texture& texture, const VolumeLookup& lookup, const VolumeLookup::Level& level)
+    Cell(const Texture& texture, const VolumeSample& sample, const VolumeSample::Level& level)
         : texture_(texture), level_(level) {
         for (size_t a = 0; a < 3; ++a)
-            axes_[a] = make_axis(texture, lookup.at[a], level_.sides[a]);
+            axes_[a] = make_axis(texture, sample.at[a], level_.sides[a]);
     }
 
     Value texel(const Value& channel, size_t i, size_t j, size_t k) const {
@@ -118,7 +119,7 @@ class Cell {
 
   private:
     const Texture& texture_;
-    const VolumeLookup::Level& level_;
+    const VolumeSample::Level& level_;
     std::array<Axis, 3> axes_;
 };
 
@@ -128,45 +129,46 @@ bool is_volume_sample(size_t args) {
     return args == kSampleArgs || args == kSampleArgsWithFootprint;
 }
 
-std::vector<Value> lower_volume_sample(Site* site, int32_t texture_index,
+std::vector<Value> lower_volume_sample(LoweringContext* context, int32_t texture_index,
                                        const std::vector<int32_t>& channels,
                                        const std::vector<Value>& args) {
-    const int32_t number = site->lookups++;
-    const Texture texture(site, texture_index, OPENFAB_TEXTURE_TEXELS, 3);
-    VolumeLookup lookup = make_lookup(texture, args);
+    const int32_t number = context->sample_count++;
+    const Texture texture(context, texture_index, OPENFAB_TEXTURE_TEXELS, 3);
+    VolumeSample sample = make_volume_sample(texture, args);
     const Halide::Func stored =
-        store_values(site, func_name(*site, "footprint", number), lookup.fields());
+        store_values(context, func_name(*context, "footprint", number), sample.fields());
 
     // One trip for each of the two levels, which keeps the code half as large; none where no lane
     // of the vector asks.
     Halide::RDom level(0, 2, "level");
-    level.where(level < most_taps(site, func_name(*site, "taps", number), stored));
+    level.where(level < most_taps(context, func_name(*context, "taps", number), stored));
     const Value trip{Type::kInt, level};
     const Value first = trip == constant(0);
     const auto chosen = [&](const Value& a, const Value& b) { return select(first, a, b); };
-    const auto& [fine, coarse] = lookup.levels;
-    VolumeLookup::Level here{chosen(fine.offset, coarse.offset), {}};
+    const auto& [fine, coarse] = sample.levels;
+    VolumeSample::Level here{chosen(fine.offset, coarse.offset), {}};
     for (size_t a = 0; a < 3; ++a)
         here.sides[a] = chosen(fine.sides[a], coarse.sides[a]);
-    const Cell cell(texture, lookup, here);
-    Halide::Func sum = new_func(site, func_name(*site, "texture", number), site->vars).func;
-    sum(site->vars) = Halide::Tuple(std::vector<Expr>(channels.size(), constant(0.0f).expr));
+    const Cell cell(texture, sample, here);
+    Halide::Func sum =
+        new_func(context, func_name(*context, "texture", number), context->vars).func;
+    sum(context->vars) = Halide::Tuple(std::vector<Expr>(channels.size(), constant(0.0f).expr));
     std::vector<Expr> updated;
     const Value nearest = texture.filter_is(kFilterNearest);
     for (size_t k = 0; k < channels.size(); ++k) {
-        const Value before{Type::kFloat, element(sum, exprs(site->vars), k)};
+        const Value before{Type::kFloat, element(sum, exprs(context->vars), k)};
         const Value c = texture.channel(channels[k]);
         const Value value = select(nearest, cell.texel(c, 0, 0, 0), cell.linear(c));
-        const Value blended = select(nearest, before, before + (value - before) * lookup.fraction);
+        const Value blended = select(nearest, before, before + (value - before) * sample.fraction);
         const Value after = select(first, value, blended);
-        updated.push_back(select(trip < lookup.levels_asked, after, before).expr);
+        updated.push_back(select(trip < sample.levels_asked, after, before).expr);
     }
-    sum(site->vars) = Halide::Tuple(updated);
-    sum.update(0).reorder(site->vars[0], level);
+    sum(context->vars) = Halide::Tuple(updated);
+    sum.update(0).reorder(context->vars[0], level);
 
     std::vector<Value> out;
     for (size_t k = 0; k < channels.size(); ++k) {
-        const Value total{Type::kFloat, element(sum, exprs(site->vars), k)};
+        const Value total{Type::kFloat, element(sum, exprs(context->vars), k)};
         const Value missing = constant(channels[k] == 3 ? 1.0f : 0.0f);
         const Value present = select(texture.channel_missing(channels[k]), missing, total);
         out.push_back(select(args[0], present, constant(0.0f)));

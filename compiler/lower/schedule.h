@@ -8,7 +8,7 @@
 //   weights.vectorize(z)
 //   texture_*.compute_at(weights, x).vectorize(z).update().vectorize(z)
 //
-// A name ending in `*` stands for all Funcs that begin so, maybe none. `update()` moves the rest of
+// A name ending in `*` matches all Funcs with that prefix, maybe none. `update()` moves the rest of
 // the line to the Func's loop over taps. Funcs and vars are those of compiler/lower/kernel.h and
 // the vars that earlier lines split off. Directives:
 //   split(var, outer, inner, factor)    tile(x, y, xo, yo, xi, yi, fx, fy)
@@ -26,7 +26,7 @@
 
 namespace openfab::lower {
 
-/// A mistake in a schedule file; columns count bytes from 1.
+/// An error in a schedule file; columns count bytes from 1.
 struct ScheduleFault {
     std::string id = "schedule-illegal";
     std::string message;
@@ -63,11 +63,12 @@ struct Schedule {
 /// How to mend an unknown word: "did you mean `x`?", else "it has x, y", where `all` is "it has".
 std::string near_or_all(std::string_view word, std::span<const std::string> names, const char* all);
 
-/// Checks form, directive names and argument counts. Funcs and vars are checked when it is applied.
+/// Parses a schedule: form, directive names and argument counts. apply_schedule checks funcs and
+/// vars.
 std::variant<Schedule, ScheduleFault> parse_schedule(std::string path, std::string_view text);
 
-/// The built-in schedule of a kernel ("volume") for a target ("avx2"): `<kernel>.<target>.sched` if
-/// there is one, else `<kernel>.sched`.
+/// Returns the built-in schedule of a kernel ("volume") for a target ("avx2"):
+/// `<kernel>.<target>.sched` if there is one, else `<kernel>.sched`.
 const Schedule& default_schedule(std::string_view kernel, std::string_view target);
 
 }  // namespace openfab::lower

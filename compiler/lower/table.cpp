@@ -16,11 +16,11 @@ namespace openfab::lower {
 
 namespace {
 
-std::string function_name(size_t fablet, const KernelPlace& place, openfab_isa isa) {
-    return fmt::format("openfab_f{}_{}_{}", fablet, place.name, isa_name(isa));
+std::string function_name(size_t fablet, const KernelSlot& slot, openfab_isa isa) {
+    return fmt::format("openfab_f{}_{}_{}", fablet, slot.name, isa_name(isa));
 }
 
-/// A C string literal; bytes that are not plain are octal, which cannot run into what follows.
+/// Returns a C string literal; other bytes are octal, which cannot merge with the next character.
 std::string quoted(const std::string& text) {
     std::string out = "\"";
     for (const char c : text) {
@@ -108,16 +108,15 @@ class TableWriter {
         line("    {{0}}}};");
     }
 
-    /// Declarations and argument list of a kernel; its initialiser is returned.
-    std::string write_kernel(size_t fablet, const KernelPlace& place,
-                             const openfab_kernel& kernel) {
+    /// Writes the declarations and argument list of a kernel; returns its initializer.
+    std::string write_kernel(size_t fablet, const KernelSlot& slot, const openfab_kernel& kernel) {
         std::array<std::string, OPENFAB_ISA_COUNT> functions = {"0", "0"};
         for (const openfab_isa isa : isas_) {
-            const std::string name = function_name(fablet, place, isa) + "_argv";
+            const std::string name = function_name(fablet, slot, isa) + "_argv";
             line("int {}(void** args);", name);
-            functions[static_cast<size_t>(isa)] = name;
+            functions[isa] = name;
         }
-        const std::string args = fmt::format("openfab_f{}_{}_args", fablet, place.name);
+        const std::string args = fmt::format("openfab_f{}_{}_args", fablet, slot.name);
         return write_args(args, functions, kernel);
     }
 
@@ -136,17 +135,17 @@ class TableWriter {
                            name);
     }
 
-    /// The lists that a stage's phases consist of; the initialiser of openfab_phases is returned.
-    std::string write_phases(const std::string& prefix, const std::vector<std::string>& kernels,
-                             const openfab_phases& phases) {
-        if (phases.step_count == 0) return "{0}";
+    /// Writes the lists of a segmented stage; returns the initializer of its openfab_segments.
+    std::string write_segments(const std::string& prefix, const std::vector<std::string>& kernels,
+                               const openfab_segments& segments) {
+        if (segments.step_count == 0) return "{0}";
         line("static const struct openfab_step {}_steps[] = {{", prefix);
-        for (const openfab_step& s : listed(phases.steps, phases.step_count))
+        for (const openfab_step& s : listed(segments.steps, segments.step_count))
             line("    {{{}, {}, {}}},", static_cast<int>(s.kind), s.a, s.b);
         line("}};");
         line("static const struct openfab_kernel {}_kernels[] = {{{}}};", prefix,
              fmt::join(kernels, ", "));
-        const auto queries = listed(phases.queries, phases.query_count);
+        const auto queries = listed(segments.queries, segments.query_count);
         for (size_t k = 0; k < queries.size(); ++k) {
             line("static const struct openfab_query_output {}_q{}[] = {{", prefix, k);
             for (const openfab_query_output& o :
@@ -162,29 +161,29 @@ class TableWriter {
                  q.point[1], q.point[2], q.output_count, prefix, k);
         }
         line("    {{0}}}};");
-        const auto prints = listed(phases.prints, phases.print_count);
-        for (size_t k = 0; k < prints.size(); ++k) {
+        const auto printfs = listed(segments.printfs, segments.printf_count);
+        for (size_t k = 0; k < printfs.size(); ++k) {
             line("static const int32_t {}_p{}[] = {{{}{}0}};", prefix, k,
-                 fmt::join(listed(prints[k].values, prints[k].value_count), ", "),
-                 prints[k].value_count > 0 ? ", " : "");
+                 fmt::join(listed(printfs[k].values, printfs[k].value_count), ", "),
+                 printfs[k].value_count > 0 ? ", " : "");
         }
-        line("static const struct openfab_print {}_prints[] = {{", prefix);
-        for (size_t k = 0; k < prints.size(); ++k) {
-            const openfab_print& p = prints[k];
+        line("static const struct openfab_printf {}_printfs[] = {{", prefix);
+        for (size_t k = 0; k < printfs.size(); ++k) {
+            const openfab_printf& p = printfs[k];
             line("    {{{}, {}, {}, {}, {}, {}, {}, {}_p{}}},", quoted(p.format), p.is_assert,
                  quoted(p.source), p.line, p.column, p.guard, p.value_count, prefix, k);
         }
         line("    {{0}}}};");
         std::vector<int> states;
-        for (const openfab_scalar_type type : listed(phases.states, phases.state_count))
+        for (const openfab_scalar_type type : listed(segments.states, segments.state_count))
             states.push_back(static_cast<int>(type));
         line("static const enum openfab_scalar_type {}_states[] = {{{}}};", prefix,
              fmt::join(states, ", "));
         return fmt::format(
-            "{{{1}, {0}_steps, {2}, {0}_kernels, {3}, {0}_queries, {4}, {0}_prints, {5}, "
+            "{{{1}, {0}_steps, {2}, {0}_kernels, {3}, {0}_queries, {4}, {0}_printfs, {5}, "
             "{0}_states}}",
-            prefix, phases.step_count, phases.kernel_count, phases.query_count, phases.print_count,
-            phases.state_count);
+            prefix, segments.step_count, segments.kernel_count, segments.query_count,
+            segments.printf_count, segments.state_count);
     }
 
     template <typename T>
@@ -202,15 +201,15 @@ class TableWriter {
         write_varyings(prefix + "_nearest", table.nearest, table.nearest_count);
         std::array<std::string, 6> kernels;
         kernels.fill("{{0, 0}, 0, 0}");
-        std::array<std::vector<std::string>, 2> phase_kernels;
-        for (const KernelPlace& place : kernel_places(*fablets_[k].stages)) {
-            const std::string text = write_kernel(k, place, data.kernel(place));
-            switch (place.stage->kind) {
-                case ir::StageKind::kSurfacePhase:
-                    phase_kernels[0].push_back(text);
+        std::array<std::vector<std::string>, 2> segment_kernels;
+        for (const KernelSlot& slot : kernel_slots(*fablets_[k].stages)) {
+            const std::string text = write_kernel(k, slot, data.kernel(slot));
+            switch (slot.stage->kind) {
+                case ir::StageKind::kSurfaceSegment:
+                    segment_kernels[0].push_back(text);
                     break;
-                case ir::StageKind::kVolumePhase:
-                    phase_kernels[1].push_back(text);
+                case ir::StageKind::kVolumeSegment:
+                    segment_kernels[1].push_back(text);
                     break;
                 case ir::StageKind::kDerived:
                     kernels[4] = text;
@@ -219,19 +218,19 @@ class TableWriter {
                     kernels[5] = text;
                     break;
                 default:
-                    kernels[static_cast<size_t>(place.stage->kind)] = text;
+                    kernels[static_cast<size_t>(slot.stage->kind)] = text;
             }
         }
-        if (table.surface_phases.step_count > 0) {
+        if (table.surface_segments.step_count > 0) {
             kernels[0] = write_args(prefix + "_surface_args", {"0", "0"}, table.surface);
         }
-        if (table.volume_phases.step_count > 0) {
+        if (table.volume_segments.step_count > 0) {
             kernels[2] = write_args(prefix + "_volume_args", {"0", "0"}, table.volume);
         }
-        const std::string surface_phases =
-            write_phases(prefix + "_surface", phase_kernels[0], table.surface_phases);
-        const std::string volume_phases =
-            write_phases(prefix + "_volume", phase_kernels[1], table.volume_phases);
+        const std::string surface_segments =
+            write_segments(prefix + "_surface", segment_kernels[0], table.surface_segments);
+        const std::string volume_segments =
+            write_segments(prefix + "_volume", segment_kernels[1], table.volume_segments);
         line("static const struct openfab_fablet {} = {{", prefix);
         line("    OPENFAB_ABI_VERSION, {}, {}, {}ull,", quoted(table.name),
              quoted(table.source_name), table.hash);
@@ -242,7 +241,7 @@ class TableWriter {
              table.surface_input_count, prefix, table.surface_output_count, prefix,
              table.nearest_count, prefix);
         line("    {},", fmt::join(kernels.begin(), kernels.begin() + 4, ",\n    "));
-        line("    {}, {},", surface_phases, volume_phases);
+        line("    {}, {},", surface_segments, volume_segments);
         line("    {}, {},", table.derived_count, kernels[4]);
         line("    {}}};", kernels[5]);
     }
@@ -258,14 +257,14 @@ std::vector<KernelUnit> list_kernels(const std::vector<FabletUnit>& fablets,
                                      const std::vector<openfab_isa>& isas) {
     std::vector<KernelUnit> out;
     for (size_t k = 0; k < fablets.size(); ++k) {
-        for (const KernelPlace& place : kernel_places(*fablets[k].stages)) {
+        for (const KernelSlot& slot : kernel_slots(*fablets[k].stages)) {
             for (const openfab_isa isa : isas) {
-                out.push_back({k, place, isa, function_name(k, place, isa)});
+                out.push_back({k, slot, isa, function_name(k, slot, isa)});
             }
         }
     }
     std::stable_sort(out.begin(), out.end(), [](const KernelUnit& a, const KernelUnit& b) {
-        return a.place.stage->instrs.size() > b.place.stage->instrs.size();
+        return a.slot.stage->instrs.size() > b.slot.stage->instrs.size();
     });
     return out;
 }

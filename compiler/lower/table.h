@@ -13,18 +13,17 @@
 namespace openfab::lower {
 
 struct KernelUnit {
-    size_t fablet = 0;  ///< place in the list
-    KernelPlace place;
+    size_t fablet = 0;  ///< index in the list
+    KernelSlot slot;
     openfab_isa isa = OPENFAB_ISA_SSE41;
     std::string function;  ///< unique in the program
 };
 
-/// Every kernel of every fablet for every instruction set, the ones that take longest to compile
-/// first.
+/// Lists every kernel of every fablet for every instruction set, the slowest to compile first.
 std::vector<KernelUnit> list_kernels(const std::vector<FabletUnit>& fablets,
                                      const std::vector<openfab_isa>& isas);
 
-/// C source that defines `openfab_fablets`, to be compiled after the text of
+/// Returns C source that defines `openfab_fablets`, to be compiled after the text of
 /// abi/fablet_table.h.
 std::string table_source(const std::vector<FabletUnit>& fablets,
                          const std::vector<openfab_isa>& isas);

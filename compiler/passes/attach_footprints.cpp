@@ -26,7 +26,7 @@ class Differentiator {
   public:
     explicit Differentiator(ir::Stage* stage) : old_(std::move(*stage)), builder_(&new_) {
         new_.kind = old_.kind;
-        new_.prints = old_.prints;
+        new_.printfs = old_.printfs;
     }
 
     ir::Stage run() {
@@ -69,8 +69,8 @@ class Differentiator {
         std::vector<Derivative> derivatives;
     };
 
-    /// The float values whose change some look-up in the stage needs, by their old ids. Where the
-    /// footprint of a look-up depends on a variable of a loop, its derivative is a variable too.
+    /// Finds the float values whose change some lookup needs, by their old ids. If the footprint of
+    /// a lookup depends on a variable of a loop, its derivative is a variable too.
     std::vector<bool> find_needed() const {
         const std::vector<ValueId> ends = ir::loop_ends(old_);
         std::vector<bool> needed(old_.instrs.size(), false);
@@ -144,14 +144,14 @@ class Differentiator {
             const ValueId next = derivative(end->args[number], d.axis);
             end->args.push_back(next == kNoValue ? builder_.constant(0.0f) : next);
         }
-        // What was computed inside is of no use after it.
+        // Values of the loop are not available after it.
         std::erase_if(known_, [&](const auto& item) {
             return item.second != kNoValue && item.second > open.loop;
         });
         ended_[open.loop] = std::move(open.derivatives);
     }
 
-    /// Of a LoopResult: the result of the derivative's variable.
+    /// Returns the derivative of a LoopResult: the result of the derivative's variable.
     ValueId result_derivative(const ir::Instr& result, int32_t axis) {
         const ValueId end = result.args[0];
         const ValueId loop = new_.instrs[end].args[0];
@@ -174,8 +174,8 @@ class Differentiator {
         }
     }
 
-    /// Change of a value of the new stage per step along the axis; kNoValue where it is 0. Values
-    /// are visited from the earliest on, so that long chains need no deep recursion.
+    /// Returns the change of a value of the new stage per step along the axis; kNoValue for 0.
+    /// Values are visited from the earliest on, so that long chains need no deep recursion.
     ValueId derivative(ValueId value, int32_t axis) {
         std::vector<ValueId> pending = {value};
         while (!pending.empty()) {

@@ -46,7 +46,7 @@ void bound_displacement(ir::Stage* surface) {
     ir::Builder b(surface);
     Vector d{};
     for (const ir::Output& output : surface->outputs) {
-        if (output.kind == OPENFAB_ARG_POSITION) d[static_cast<size_t>(output.b)] = output.value;
+        if (output.kind == OPENFAB_ARG_POSITION) d[output.b] = output.value;
     }
     Vector magnitude{};
     for (size_t k = 0; k < 3; ++k)

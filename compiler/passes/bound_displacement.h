@@ -7,7 +7,7 @@
 namespace openfab::passes {
 
 /// Completes the surface stage: the returned vector d becomes the displaced position p + d',
-/// part-local, and the output SURFACE_STATUS says what was done to it (rule 12). With B the
+/// part-local, and the output SURFACE_STATUS says how it was changed (rule 12). With B the
 /// frame's MAX_DISPLACEMENT,
 ///   m   = max(|d.x|, |d.y|, |d.z|)
 ///   q   = d / (m > 0 ? m : 1)

@@ -10,9 +10,9 @@
 
 namespace openfab::passes {
 
-/// The change of `value`, a function (ir::is_function) in the stage that `builder` writes, where
-/// its arguments change by `changes`; kNoValue stands for no change, there and in the result.
-/// Gradients of a noise and cellular distances have differences over 1/32 of a step instead.
+/// Returns the change of `value`, a function (ir::is_function) in the stage that `builder` writes,
+/// when its arguments change by `changes`; kNoValue means no change, in both. Gradients of a noise
+/// and cellular distances use differences over 1/32 of a step instead.
 ir::ValueId differentiate_function(ir::ValueId value, const ir::Instr& function,
                                    const std::vector<ir::ValueId>& changes, ir::Builder* builder);
 

@@ -9,10 +9,10 @@ namespace openfab::passes {
 
 namespace {
 
-/// Two loops that look alike are two loops, and two prints print twice.
+/// Never merges loops, queries or printfs: two equal printfs print twice.
 bool stands_alone(ir::Op op) {
     return op == ir::Op::kLoop || op == ir::Op::kLoopVar || op == ir::Op::kLoopEnd ||
-           op == ir::Op::kPrint;
+           op == ir::Op::kPrintf;
 }
 
 }  // namespace
@@ -27,7 +27,7 @@ void eliminate_common_values(ir::Stage* stage) {
         for (ir::ValueId& arg : instr.args)
             arg = alias[arg];
         if (instr.op == ir::Op::kLoopEnd) {
-            // What was computed inside is of no use after it.
+            // Values of the loop are not available after it.
             const ir::ValueId loop = instr.args[0];
             std::erase_if(first, [&](const auto& item) { return item.second > loop; });
         }

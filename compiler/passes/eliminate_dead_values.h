@@ -6,7 +6,7 @@
 
 namespace openfab::passes {
 
-/// Drops instructions that no output needs and renumbers the rest.
+/// Drops instructions that no output or printf needs and renumbers the rest.
 void eliminate_dead_values(ir::Stage* stage);
 
 }  // namespace openfab::passes

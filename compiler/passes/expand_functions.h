@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Writes every function (sin, pow, noise) out in primitive operations, in place. Runs last: the
+// Expands every function (sin, pow, noise) into primitive operations, in place. Runs last: the
 // passes before it know a function's derivative and interval, which its operations no longer show.
 // Lowering knows primitive operations only, so the pass cannot be switched off.
 

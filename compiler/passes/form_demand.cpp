@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <map>
 
+#include "compiler/passes/effects.h"
 #include "compiler/passes/path_condition.h"
-#include "compiler/passes/steps.h"
 
 namespace openfab::passes {
 
@@ -23,13 +23,14 @@ bool is_nearest(const ir::Instr& instr) {
             instr.kind == OPENFAB_ARG_DISTANCE);
 }
 
-/// What can be computed before anything is asked, and cheaply: a look-up can not.
+/// True for operations that are cheap to compute before any query: not lookups.
 bool is_plain(Op op) {
-    return !is_step(op) && op != Op::kSample && op != Op::kSampleBound && op != Op::kDerivative;
+    return !is_effectful(op) && op != Op::kSample && op != Op::kSampleBound &&
+           op != Op::kDerivative;
 }
 
-/// When a bool may come out as true and as false, whatever the nearest inputs are. Never less than
-/// what happens.
+/// The conditions under which a bool may be true and may be false, for any nearest inputs.
+/// Conservative: never false when it happens.
 struct Outcomes {
     Condition may_be_true = kAlways;
     Condition may_be_false = kAlways;
@@ -57,7 +58,7 @@ class Demand {
   private:
     size_t count() const { return stage_.instrs.size(); }
 
-    /// The outermost loop around each instruction; a LoopEnd counts as inside.
+    /// Finds the outermost loop around each instruction; a LoopEnd counts as inside.
     void find_loops() {
         outermost_.assign(count(), kNoValue);
         int depth = 0;
@@ -70,13 +71,14 @@ class Demand {
     }
 
     void find_outcomes() {
-        free_.assign(count(), false);
+        is_input_independent_.assign(count(), false);
         outcomes_.assign(count(), {});
         for (ValueId id = 0; id < count(); ++id) {
             const ir::Instr& instr = stage_.instrs[id];
-            free_[id] = outermost_[id] == kNoValue && is_plain(instr.op) && !is_nearest(instr) &&
-                        std::all_of(instr.args.begin(), instr.args.end(),
-                                    [&](ValueId arg) { return free_[arg]; });
+            is_input_independent_[id] =
+                outermost_[id] == kNoValue && is_plain(instr.op) && !is_nearest(instr) &&
+                std::all_of(instr.args.begin(), instr.args.end(),
+                            [&](ValueId arg) { return is_input_independent_[arg]; });
             // Inside a loop a value has no outcome that holds of all its trips.
             if (instr.type == Type::kBool && outermost_[id] == kNoValue)
                 outcomes_[id] = outcomes_of(id);
@@ -107,7 +109,7 @@ class Demand {
             default:
                 break;
         }
-        if (!free_[id]) return {};
+        if (!is_input_independent_[id]) return {};
         return {conditions_.holds(id), conditions_.fails(id)};
     }
 
@@ -121,11 +123,11 @@ class Demand {
         for (const ir::Output& output : stage_.outputs)
             needs_[output.value] = kAlways;
         for (ValueId id = static_cast<ValueId>(count()); id-- > 0;)
-            pass_on(id);
+            propagate(id);
     }
 
-    /// Passes the need of an instruction to its arguments.
-    void pass_on(ValueId id) {
+    /// Propagates the need for an instruction to its arguments.
+    void propagate(ValueId id) {
         const ir::Instr& instr = stage_.instrs[id];
         if (outermost_[id] != kNoValue) {
             // All of a loop that runs is needed: what steers it, and what comes of it.
@@ -139,19 +141,19 @@ class Demand {
         switch (instr.op) {
             case Op::kLoop:
             case Op::kQuery:
-            case Op::kPrint:
-                // They act, whether or not an output uses what they give.
-                pass_guarded(instr, kAlways);
+            case Op::kPrintf:
+                // They have effects, whether or not an output uses their results.
+                propagate_guarded(instr, kAlways);
                 return;
             case Op::kLoopResult: {
-                // Where no trip ran it is the variable's first value.
+                // If no trip ran, it is the variable's first value.
                 const ValueId loop = stage_.instrs[instr.args[0]].args[0];
                 const ValueId variable = loop + 1 + static_cast<ValueId>(instr.a);
                 need(stage_.instrs[variable].args[1], when);
                 return;
             }
             case Op::kSample:
-                pass_guarded(instr, when);
+                propagate_guarded(instr, when);
                 return;
             case Op::kSelect:
                 need(instr.args[0], when);
@@ -175,7 +177,7 @@ class Demand {
     }
 
     /// The first argument is the guard of the others.
-    void pass_guarded(const ir::Instr& instr, Condition when) {
+    void propagate_guarded(const ir::Instr& instr, Condition when) {
         need(instr.args[0], when);
         for (size_t k = 1; k < instr.args.size(); ++k)
             need(instr.args[k], when, outcomes_[instr.args[0]].may_be_true);
@@ -209,7 +211,7 @@ class Demand {
     const ir::Stage& stage_;
     PathConditions conditions_;
     std::vector<ValueId> outermost_;
-    std::vector<bool> free_;  ///< computed from uniforms, the frame and the voxel's place
+    std::vector<bool> is_input_independent_;  ///< computed from uniforms, frame and voxel
     std::vector<Outcomes> outcomes_;
     std::vector<Condition> needs_;
 };

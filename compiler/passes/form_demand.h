@@ -6,11 +6,11 @@
 
 namespace openfab::passes {
 
-/// The stage that tells which voxels look at the surface point nearest to their centre: one bool
-/// output, OPENFAB_ARG_DEMAND. Where it is false, inputs DISTANCE, NEAREST and NEAREST_GRAD may
-/// have any value: no output, loop, query or print of `volume` changes by a bit. Errs towards true,
-/// and is computed from uniforms, the frame and the voxel's place alone. No outputs where every
-/// voxel looks, or none has anything to look at. `volume` has its footprints.
+/// Returns the stage that tells which voxels need the surface point nearest to their centre: one
+/// bool output, OPENFAB_ARG_DEMAND. If it is false, inputs DISTANCE, NEAREST and NEAREST_GRAD may
+/// have any value: no output, loop, query or printf of `volume` changes by a bit. Errs towards
+/// true; computed from uniforms, the frame and the voxel's position alone. Without outputs if every
+/// voxel needs the point, or none does. Run attach_footprints on `volume` first.
 ir::Stage form_demand(const ir::Stage& volume);
 
 }  // namespace openfab::passes

@@ -6,10 +6,10 @@
 
 namespace openfab::passes {
 
-/// The interval form of a surface stage over a patch (compiler/passes/interval.h): outputs
-/// DISPLACEMENT_LO and HI of each axis and SURFACE_OUT_LO and HI. The displacement is what the
-/// stage returns, before bound_displacement cuts it (surface/bounds_batch.h knows of that); where
-/// nothing is known of it the ends are NaN. `surface` has its footprints.
+/// Returns the interval form of a surface stage over a patch (compiler/passes/interval.h): outputs
+/// DISPLACEMENT_LO and HI of each axis and SURFACE_OUT_LO and HI. The displacement is the one that
+/// the stage returns, before bound_displacement limits it (surface/bounds_batch.h allows for that);
+/// its ends are NaN if unknown. Run attach_footprints on `surface` first.
 ir::Stage form_surface_bounds(const ir::Stage& surface);
 
 }  // namespace openfab::passes

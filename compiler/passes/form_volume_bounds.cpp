@@ -21,7 +21,7 @@ std::optional<std::array<int32_t, 2>> ends_of(int32_t kind) {
     }
 }
 
-/// The runtime has no bound of an attribute's change along the voxel's axes, so a look-up by one
+/// The runtime has no bound of an attribute's change along the voxel's axes, so a lookup by one
 /// may filter over anything.
 bool is_unknown(int32_t kind) {
     return kind == OPENFAB_ARG_NEAREST_GRAD;

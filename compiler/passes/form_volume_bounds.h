@@ -6,10 +6,10 @@
 
 namespace openfab::passes {
 
-/// The interval form of a volume stage over a block of voxels (compiler/passes/interval.h): outputs
-/// WEIGHT_LO and WEIGHT_HI of each slot. Ends with equal bits mean that every voxel of the block
-/// has that amount (0 and -0 count as equal); NaN means that nothing is known. `volume` has its
-/// footprints.
+/// Returns the interval form of a volume stage over a block of voxels (compiler/passes/interval.h):
+/// outputs WEIGHT_LO and WEIGHT_HI of each slot. Ends with equal bits mean that every voxel of the
+/// block has that amount (0 and -0 count as equal); NaN means unknown. Run attach_footprints on
+/// `volume` first.
 ir::Stage form_volume_bounds(const ir::Stage& volume);
 
 }  // namespace openfab::passes

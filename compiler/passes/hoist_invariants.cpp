@@ -6,7 +6,7 @@
 #include <map>
 #include <utility>
 
-#include "compiler/passes/steps.h"
+#include "compiler/passes/effects.h"
 
 namespace openfab::passes {
 
@@ -20,7 +20,7 @@ class Hoister {
   public:
     explicit Hoister(ir::Stage* stage) : old_(std::move(*stage)), builder_(&new_) {
         new_.kind = old_.kind;
-        new_.prints = old_.prints;
+        new_.printfs = old_.printfs;
     }
 
     ir::Stage run() {
@@ -56,9 +56,9 @@ class Hoister {
                 depth_[id] = open.size();
             }
             home_.push_back(inside_[id]);
-            if (inside_[id] == kNoValue || is_step(instr.op)) continue;
+            if (inside_[id] == kNoValue || is_effectful(instr.op)) continue;
             ValueId home = deepest(instr);
-            // The guard of a look-up takes in those of the loops that it leaves.
+            // The guard of a lookup takes in those of the loops that it leaves.
             if (instr.op == Op::kSample) {
                 for (ValueId loop = inside_[id]; depth(loop) > depth(home); loop = inside_[loop]) {
                     const ValueId needed = home_[old_.instrs[loop].args[0]];

@@ -6,8 +6,8 @@
 
 namespace openfab::passes {
 
-/// Moves what each trip of a loop computes anew from the same values to before the loop. Texture
-/// look-ups move too, guarded by the loop's own guard; loops and queries stay.
+/// Moves loop-invariant computations to before the loop. Texture lookups move too, guarded by the
+/// loop's own guard; loops and queries stay.
 void hoist_invariants(ir::Stage* stage);
 
 }  // namespace openfab::passes

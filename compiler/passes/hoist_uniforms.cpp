@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-#include "compiler/passes/steps.h"
+#include "compiler/passes/effects.h"
 
 namespace openfab::passes {
 
@@ -17,12 +17,12 @@ using ir::kNoValue;
 using ir::Op;
 using ir::ValueId;
 
-/// Look-ups stay: the kernel of derived values has no textures.
+/// Lookups stay: the kernel of derived values has no textures.
 bool can_move(Op op) {
-    return !is_step(op) && op != Op::kSample && op != Op::kSampleBound;
+    return !is_effectful(op) && op != Op::kSample && op != Op::kSampleBound;
 }
 
-/// Values that follow from uniforms and constants.
+/// Finds the values that depend on uniforms and constants alone.
 std::vector<bool> uniform_values(const ir::Stage& stage) {
     std::vector<bool> out(stage.instrs.size());
     for (ValueId id = 0; id < stage.instrs.size(); ++id) {
@@ -59,23 +59,23 @@ ValueId UniformHoister::add(Instr instr) {
     return id;
 }
 
-int32_t UniformHoister::place_of(ValueId value) {
+int32_t UniformHoister::index_of(ValueId value) {
     const auto known =
         std::find_if(derived_.outputs.begin(), derived_.outputs.end(),
                      [&](const ir::Output& output) { return output.value == value; });
-    const auto place = static_cast<int32_t>(known - derived_.outputs.begin());
+    const auto index = static_cast<int32_t>(known - derived_.outputs.begin());
     if (known == derived_.outputs.end()) {
         derived_.outputs.push_back(
-            {fmt::format("derived_{}", place), OPENFAB_ARG_DERIVED, place, 0, value});
+            {fmt::format("derived_{}", index), OPENFAB_ARG_DERIVED, index, 0, value});
     }
-    return place;
+    return index;
 }
 
 void UniformHoister::hoist(ir::Stage* stage) {
     std::vector<Instr>& instrs = stage->instrs;
     const std::vector<bool> uniform = uniform_values(*stage);
     const std::vector<bool> live = ir::live_values(*stage);
-    // What others than uniform values use turns into inputs; what those follow from goes along.
+    // Uniform values with other users become inputs; what they depend on moves with them.
     std::vector<bool> becomes_input(instrs.size());
     for (const ir::Output& output : stage->outputs)
         becomes_input[output.value] = true;
@@ -104,7 +104,7 @@ void UniformHoister::hoist(ir::Stage* stage) {
         input.op = Op::kInput;
         input.type = instrs[id].type;
         input.kind = OPENFAB_ARG_UNIFORM;
-        input.a = uniform_value_count_ + place_of(moved[id]);
+        input.a = uniform_value_count_ + index_of(moved[id]);
         input.span = instrs[id].span;
         instrs[id] = std::move(input);
     }

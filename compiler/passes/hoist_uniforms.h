@@ -6,23 +6,24 @@
 
 namespace openfab::passes {
 
-/// Collects what the stages of one fablet compute from uniforms alone, so that it is computed once
-/// per object (openfab_fablet::derived) and not once per block.
+/// Collects the values that the stages of a fablet compute from uniforms alone, so that they are
+/// computed once per object (openfab_fablet::derived) and not once per block.
 class UniformHoister {
   public:
-    /// `uniform_value_count` as of ir::Fablet: derived values are uniforms from there on.
+    /// `uniform_value_count` as in ir::Fablet: derived values are the uniforms from there on.
     explicit UniformHoister(int32_t uniform_value_count);
 
-    /// Replaces in `stage` what follows from uniforms by inputs of derived values; what computed it
-    /// is left dead. Equal values of several stages are one.
+    /// Replaces values in `stage` that depend on uniforms alone by inputs of derived values; the
+    /// instructions that computed them are left dead. Equal values of several stages are shared.
     void hoist(ir::Stage* stage);
 
-    /// One output DERIVED for each derived value; no outputs where there is none.
+    /// The stage that computes derived values: one output DERIVED each; none without derived
+    /// values.
     const ir::Stage& derived() const { return derived_; }
 
   private:
     ir::ValueId add(ir::Instr instr);
-    int32_t place_of(ir::ValueId value);
+    int32_t index_of(ir::ValueId value);
 
     int32_t uniform_value_count_;
     ir::Stage derived_;

@@ -31,8 +31,8 @@ const std::vector<Interval>& IntervalForm::run() {
     for (const Instr& instr : from_.instrs) {
         b_.set_span(instr.span);
         if (instr.op == Op::kLoop) ++depth;
-        const bool used = depth == 0 && instr.op != Op::kPrint && instr.op != Op::kQuery;
-        values_.push_back(used ? of(instr) : Interval{});
+        const bool used = depth == 0 && instr.op != Op::kPrintf && instr.op != Op::kQuery;
+        values_.push_back(used ? interval_of(instr) : Interval{});
         if (instr.op == Op::kLoopEnd) --depth;
     }
     return values_;
@@ -74,18 +74,19 @@ Interval IntervalForm::finish(Id lo, Id hi) {
     return {b_.select(ok, lo, unknown), b_.select(ok, hi, unknown), ir::kNoValue};
 }
 
-/// A NaN candidate only occurs beside others that are not finite, or all are NaN: see of_product.
+/// A NaN candidate only occurs beside others that are not finite, or all are NaN: see
+/// product_interval.
 Interval IntervalForm::extremes(const std::array<Id, 4>& c) {
     const Id lo = emit(Op::kMin, emit(Op::kMin, c[0], c[1]), emit(Op::kMin, c[2], c[3]));
     const Id hi = emit(Op::kMax, emit(Op::kMax, c[0], c[1]), emit(Op::kMax, c[2], c[3]));
     return {lo, hi, ir::kNoValue};
 }
 
-Interval IntervalForm::of(const Instr& instr) {
+Interval IntervalForm::interval_of(const Instr& instr) {
     if (instr.op == Op::kConst) return make_point(b_.append(instr));
-    if (instr.op == Op::kInput) return of_input(instr);
+    if (instr.op == Op::kInput) return input_interval(instr);
     if (instr.op == Op::kLoopResult) return unknown(instr.type);
-    if (instr.op == Op::kQueryResult) return of_query_result(instr);
+    if (instr.op == Op::kQueryResult) return query_result_interval(instr);
     const bool points = std::all_of(instr.args.begin(), instr.args.end(),
                                     [&](Id arg) { return values_[arg].is_point(); });
     if (points) {
@@ -96,33 +97,33 @@ Interval IntervalForm::of(const Instr& instr) {
     }
     switch (instr.op) {
         case Op::kSample:
-            return of_sample(instr);
+            return sample_interval(instr);
         case Op::kConvert:
-            return of_convert(instr);
+            return convert_interval(instr);
         case Op::kSelect:
-            return of_select(instr);
+            return select_interval(instr);
         case Op::kBitCast:
             return unknown(instr.type);
         case Op::kAnd:
         case Op::kOr:
         case Op::kNot:
-            return of_bool(instr.op, values_[instr.args[0]], values_[instr.args.back()]);
+            return bool_interval(instr.op, values_[instr.args[0]], values_[instr.args.back()]);
         case Op::kEq:
         case Op::kNe:
         case Op::kLt:
         case Op::kLe:
         case Op::kGt:
         case Op::kGe:
-            return of_comparison(instr.op, values_[instr.args[0]], values_[instr.args[1]]);
+            return comparison_interval(instr.op, values_[instr.args[0]], values_[instr.args[1]]);
         default:
             break;
     }
-    if (ir::is_function(instr.op)) return of_function(instr);
-    if (from_.instrs[instr.args[0]].type == Type::kFloat) return of_float(instr);
-    return of_integer(instr);
+    if (ir::is_function(instr.op)) return function_interval(instr);
+    if (from_.instrs[instr.args[0]].type == Type::kFloat) return float_interval(instr);
+    return integer_interval(instr);
 }
 
-Interval IntervalForm::of_input(const Instr& instr) {
+Interval IntervalForm::input_interval(const Instr& instr) {
     const auto make = [&](int32_t kind) {
         Instr end = instr;
         end.kind = kind;
@@ -139,7 +140,7 @@ Interval IntervalForm::of_input(const Instr& instr) {
     return {lo, hi, ir::kNoValue};
 }
 
-Interval IntervalForm::of_bool(Op op, const Interval& a, const Interval& b) {
+Interval IntervalForm::bool_interval(Op op, const Interval& a, const Interval& b) {
     switch (op) {
         case Op::kAnd:
             return make_bool(either(a.lo, b.lo), both(a.hi, b.hi));
@@ -150,8 +151,8 @@ Interval IntervalForm::of_bool(Op op, const Interval& a, const Interval& b) {
     }
 }
 
-/// Written as "not surely so", which is right where an end is NaN.
-Interval IntervalForm::of_comparison(Op op, const Interval& a, const Interval& b) {
+/// Each end is written as "not surely the opposite", which is right if an end is NaN.
+Interval IntervalForm::comparison_interval(Op op, const Interval& a, const Interval& b) {
     if (type_of(a.lo) == Type::kBool) {
         const Id may_differ = either(both(a.lo, b.hi), both(a.hi, b.lo));
         const Id may_equal = either(both(a.lo, b.lo), both(a.hi, b.hi));
@@ -163,9 +164,9 @@ Interval IntervalForm::of_comparison(Op op, const Interval& a, const Interval& b
         case Op::kLe:
             return make_bool(negate(emit(Op::kLe, a.hi, b.lo)), negate(emit(Op::kGt, a.lo, b.hi)));
         case Op::kGt:
-            return of_comparison(Op::kLt, b, a);
+            return comparison_interval(Op::kLt, b, a);
         case Op::kGe:
-            return of_comparison(Op::kLe, b, a);
+            return comparison_interval(Op::kLe, b, a);
         default:
             break;
     }
@@ -183,7 +184,7 @@ Interval IntervalForm::hull(const Interval& a, const Interval& b, Type type) {
     return finish_if(both(finite(a.lo), finite(b.lo)), lo, hi);
 }
 
-Interval IntervalForm::of_select(const Instr& instr) {
+Interval IntervalForm::select_interval(const Instr& instr) {
     const Interval condition = values_[instr.args[0]];
     const Interval yes = values_[instr.args[1]];
     const Interval no = values_[instr.args[2]];
@@ -211,12 +212,13 @@ Interval IntervalForm::full_range(Type type) {
             ir::kNoValue};
 }
 
-Interval IntervalForm::of_convert(const Instr& instr) {
+Interval IntervalForm::convert_interval(const Instr& instr) {
     const Interval x = values_[instr.args[0]];
     const Type from = from_.instrs[instr.args[0]].type;
     const Type to = instr.type;
     if (from == to) return x;
-    if (to == Type::kBool) return of_comparison(Op::kNe, x, make_point(constant_like(from, 0)));
+    if (to == Type::kBool)
+        return comparison_interval(Op::kNe, x, make_point(constant_like(from, 0)));
     if (from == Type::kBool) {
         const Id zero = constant_like(to, 0);
         const Id one = constant_like(to, 1);
@@ -250,7 +252,7 @@ ir::ValueId IntervalForm::constant_like(Type type, float value) {
     }
 }
 
-Interval IntervalForm::of_float(const Instr& instr) {
+Interval IntervalForm::float_interval(const Instr& instr) {
     const Interval& a = values_[instr.args[0]];
     const Interval& b = values_[instr.args.back()];
     switch (instr.op) {
@@ -259,17 +261,17 @@ Interval IntervalForm::of_float(const Instr& instr) {
         case Op::kSub:
             return finish(emit(Op::kSub, a.lo, b.hi), emit(Op::kSub, a.hi, b.lo));
         case Op::kMul:
-            return of_product(instr, a, b);
+            return product_interval(instr, a, b);
         case Op::kDiv:
-            return of_quotient(a, b);
+            return quotient_interval(a, b);
         case Op::kMod:
-            return of_remainder(a, b);
+            return remainder_interval(a, b);
         case Op::kNeg:
             return finish(emit(Op::kNeg, a.hi), emit(Op::kNeg, a.lo));
         case Op::kAbs:
-            return of_magnitude(a);
+            return magnitude_interval(a);
         case Op::kSqrt:
-            return of_root(a);
+            return root_interval(a);
         case Op::kMin:
         case Op::kMax: {
             // With a NaN the result is the second operand or the NaN: unknown either way.
@@ -285,7 +287,7 @@ Interval IntervalForm::of_float(const Instr& instr) {
     }
 }
 
-Interval IntervalForm::of_square(const Interval& a) {
+Interval IntervalForm::square_interval(const Interval& a) {
     const Id lo = emit(Op::kMul, a.lo, a.lo);
     const Id hi = emit(Op::kMul, a.hi, a.hi);
     const Id zero = b_.constant(0.0f);
@@ -295,14 +297,14 @@ Interval IntervalForm::of_square(const Interval& a) {
 }
 
 /// An infinite or NaN point operand makes all four candidates infinite or NaN, so `finish` sees it.
-Interval IntervalForm::of_product(const Instr& instr, const Interval& a, const Interval& b) {
-    if (instr.args[0] == instr.args[1]) return of_square(a);
+Interval IntervalForm::product_interval(const Instr& instr, const Interval& a, const Interval& b) {
+    if (instr.args[0] == instr.args[1]) return square_interval(a);
     const Interval ends = extremes({emit(Op::kMul, a.lo, b.lo), emit(Op::kMul, a.lo, b.hi),
                                     emit(Op::kMul, a.hi, b.lo), emit(Op::kMul, a.hi, b.hi)});
     return finish(ends.lo, ends.hi);
 }
 
-Interval IntervalForm::of_quotient(const Interval& a, const Interval& b) {
+Interval IntervalForm::quotient_interval(const Interval& a, const Interval& b) {
     const Id zero = b_.constant(0.0f);
     const Id known = either(emit(Op::kGt, b.lo, zero), emit(Op::kLt, b.hi, zero));
     const Interval ends = extremes({emit(Op::kDiv, a.lo, b.lo), emit(Op::kDiv, a.lo, b.hi),
@@ -313,8 +315,8 @@ Interval IntervalForm::of_quotient(const Interval& a, const Interval& b) {
 }
 
 /// a - b * trunc(a / b), composed as it is defined.
-Interval IntervalForm::of_remainder(const Interval& a, const Interval& b) {
-    const Interval quotient = of_quotient(a, b);
+Interval IntervalForm::remainder_interval(const Interval& a, const Interval& b) {
+    const Interval quotient = quotient_interval(a, b);
     const Interval whole = finish(emit(Op::kTrunc, quotient.lo), emit(Op::kTrunc, quotient.hi));
     const Interval part =
         extremes({emit(Op::kMul, b.lo, whole.lo), emit(Op::kMul, b.lo, whole.hi),
@@ -323,7 +325,7 @@ Interval IntervalForm::of_remainder(const Interval& a, const Interval& b) {
     return finish(emit(Op::kSub, a.lo, checked.hi), emit(Op::kSub, a.hi, checked.lo));
 }
 
-Interval IntervalForm::of_magnitude(const Interval& a) {
+Interval IntervalForm::magnitude_interval(const Interval& a) {
     const Id lo = emit(Op::kAbs, a.lo);
     if (a.is_point()) return {lo, lo, ir::kNoValue};
     const Id hi = emit(Op::kAbs, a.hi);
@@ -333,7 +335,7 @@ Interval IntervalForm::of_magnitude(const Interval& a) {
     return finish(least, emit(Op::kMax, lo, hi));
 }
 
-Interval IntervalForm::of_root(const Interval& a) {
+Interval IntervalForm::root_interval(const Interval& a) {
     const Id known = emit(Op::kGe, a.lo, b_.constant(0.0f));
     return finish_if(known, emit(Op::kSqrt, a.lo), emit(Op::kSqrt, a.hi));
 }
@@ -417,7 +419,7 @@ Interval IntervalForm::integer_rest(Op op, Type type, const Interval& a, const I
     return {b_.select(simple, lo, full.lo), b_.select(simple, hi, full.hi), ir::kNoValue};
 }
 
-Interval IntervalForm::of_integer(const Instr& instr) {
+Interval IntervalForm::integer_interval(const Instr& instr) {
     const Interval& a = values_[instr.args[0]];
     const Interval& b = values_[instr.args.back()];
     const Type type = instr.type;

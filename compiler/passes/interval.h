@@ -12,10 +12,10 @@
 //   bool     lo: it may be false, hi: it may be true
 //
 // A point (uniforms, frame, constants and what follows from them alone) is the value itself,
-// computed as in the stage, and may be infinite or NaN. Where lo and hi have equal bits, every
-// point of the box has that value (0 and -0 count as equal). Errs wide: operands are taken as
+// computed as in the stage, and may be infinite or NaN. If lo and hi have equal bits, every point
+// of the box has that value (0 and -0 count as equal). Errs wide: operands are taken as
 // independent; int results that may overflow are the whole range; a division by an interval that
-// holds 0 is unknown; so is what a loop or a query gives.
+// contains 0 is unknown; so are the results of loops and queries.
 
 #include <array>
 #include <functional>
@@ -37,14 +37,14 @@ struct Interval {
 /// Builds the interval form of one stage in another.
 class IntervalForm {
   public:
-    /// Kinds of the lower and upper input that stand for an input kind; none: the input is a point.
+    /// Maps an input kind to those of its lower and upper ends; none: the input is a point.
     using InputKinds = std::function<std::optional<std::array<int32_t, 2>>(int32_t kind)>;
-    /// True for inputs that have no interval form: nothing is known of them.
+    /// True for inputs that have no interval form: their values are unknown.
     using UnknownInput = std::function<bool(int32_t kind)>;
 
     IntervalForm(const ir::Stage& from, ir::Stage* to, InputKinds kinds, UnknownInput unknown);
 
-    /// Of every instruction of `from`, by id; empty inside loops.
+    /// Returns the interval of every instruction of `from`, by id; empty inside loops.
     const std::vector<Interval>& run();
     ir::Builder& builder() { return b_; }
 
@@ -53,21 +53,21 @@ class IntervalForm {
     using Op = ir::Op;
     using Type = ir::Type;
 
-    Interval of(const ir::Instr& instr);
-    Interval of_input(const ir::Instr& instr);
+    Interval interval_of(const ir::Instr& instr);
+    Interval input_interval(const ir::Instr& instr);
     // interval_functions.cpp
-    Interval of_function(const ir::Instr& instr);
-    Interval of_monotone(Op op, const Interval& a, bool falls);
-    Interval of_wave(Op op, const Interval& a);
-    Interval of_tangent(const Interval& a);
-    Interval of_angle(const Interval& y, const Interval& x);
-    Interval of_power(const Interval& x, const Interval& y);
-    Interval of_noise(const ir::Instr& instr);
+    Interval function_interval(const ir::Instr& instr);
+    Interval monotone_interval(Op op, const Interval& a, bool falls);
+    Interval wave_interval(Op op, const Interval& a);
+    Interval tangent_interval(const Interval& a);
+    Interval angle_interval(const Interval& y, const Interval& x);
+    Interval power_interval(const Interval& x, const Interval& y);
+    Interval noise_interval(const ir::Instr& instr);
     Interval around_centre(const ir::Instr& instr, size_t axes, float one, float all, Id farthest);
     Interval widened(Id first, Id last);
-    // interval_lookups.cpp
-    Interval of_sample(const ir::Instr& instr);
-    Interval of_query_result(const ir::Instr& instr);
+    // interval_samples.cpp
+    Interval sample_interval(const ir::Instr& instr);
+    Interval query_result_interval(const ir::Instr& instr);
     Interval or_zero(const Interval& guard, const Interval& value);
     Id distance_from_centre(const ir::Instr& query);
     Id offset_from_centre(Id coordinate, int32_t axis);
@@ -75,33 +75,33 @@ class IntervalForm {
     bool is_frame(Id value, int32_t index) const;
     bool is_centre(Id value, int32_t axis) const;
     Id frame(int32_t index);
-    Id magnitude(Id value) { return of_magnitude(values_[value]).hi; }
-    Interval of_convert(const ir::Instr& instr);
-    Interval of_select(const ir::Instr& instr);
-    Interval of_bool(Op op, const Interval& a, const Interval& b);
-    Interval of_comparison(Op op, const Interval& a, const Interval& b);
-    Interval of_float(const ir::Instr& instr);
-    Interval of_product(const ir::Instr& instr, const Interval& a, const Interval& b);
-    Interval of_quotient(const Interval& a, const Interval& b);
-    Interval of_remainder(const Interval& a, const Interval& b);
-    Interval of_magnitude(const Interval& a);
-    Interval of_square(const Interval& a);
-    Interval of_root(const Interval& a);
-    Interval of_integer(const ir::Instr& instr);
+    Id magnitude(Id value) { return magnitude_interval(values_[value]).hi; }
+    Interval convert_interval(const ir::Instr& instr);
+    Interval select_interval(const ir::Instr& instr);
+    Interval bool_interval(Op op, const Interval& a, const Interval& b);
+    Interval comparison_interval(Op op, const Interval& a, const Interval& b);
+    Interval float_interval(const ir::Instr& instr);
+    Interval product_interval(const ir::Instr& instr, const Interval& a, const Interval& b);
+    Interval quotient_interval(const Interval& a, const Interval& b);
+    Interval remainder_interval(const Interval& a, const Interval& b);
+    Interval magnitude_interval(const Interval& a);
+    Interval square_interval(const Interval& a);
+    Interval root_interval(const Interval& a);
+    Interval integer_interval(const ir::Instr& instr);
     Interval integer_sum(Op op, Type type, const Interval& a, const Interval& b);
     Interval integer_product(Type type, const Interval& a, const Interval& b);
     Interval integer_rest(Op op, Type type, const Interval& a, const Interval& b);
 
     Interval make_point(Id value);
     Interval make_bool(Id may_be_false, Id may_be_true);
-    /// Both ends if both are finite, else unknown.
+    /// Returns both ends if both are finite, else unknown.
     Interval finish(Id lo, Id hi);
     Interval finish_if(Id known, Id lo, Id hi);
     Interval extremes(const std::array<Id, 4>& candidates);
     Interval hull(const Interval& a, const Interval& b, Type type);
     Interval full_range(Type type);
     Interval unknown(Type type);
-    /// `exact` where both operands are single values, else `other`.
+    /// Returns the exact result if both operands are single values, else `other`.
     Interval exact_or(Op op, const Interval& a, const Interval& b, const Interval& other);
 
     Id emit(Op op, Id a) { return b_.emit(op, {a}); }

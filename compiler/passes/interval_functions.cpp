@@ -28,8 +28,8 @@ constexpr float kExactAngles = 32768.0f;
 constexpr float kLattice = 0x1p21f;  // half of where lattice points merge
 constexpr float kNoiseError = 4e-6f;
 
-/// By the number of axes: the steepest slope along an axis, and the largest sum of the slopes'
-/// magnitudes.
+/// Indexed by the number of axes: the steepest slope along an axis, and the largest sum of the
+/// slopes' magnitudes.
 struct Slopes {
     float one;
     float all;
@@ -53,30 +53,30 @@ F wider(F x) {
 
 }  // namespace
 
-Interval IntervalForm::of_function(const Instr& instr) {
+Interval IntervalForm::function_interval(const Instr& instr) {
     const Interval& a = values_[instr.args[0]];
     switch (instr.op) {
         case Op::kSin:
         case Op::kCos:
-            return of_wave(instr.op, a);
+            return wave_interval(instr.op, a);
         case Op::kTan:
-            return of_tangent(a);
+            return tangent_interval(a);
         case Op::kCosh:
-            return of_monotone(instr.op, of_magnitude(a), false);
+            return monotone_interval(instr.op, magnitude_interval(a), false);
         case Op::kAcos:
-            return of_monotone(instr.op, a, true);
+            return monotone_interval(instr.op, a, true);
         case Op::kAtan2:
-            return of_angle(a, values_[instr.args[1]]);
+            return angle_interval(a, values_[instr.args[1]]);
         case Op::kPow:
-            return of_power(a, values_[instr.args[1]]);
+            return power_interval(a, values_[instr.args[1]]);
         case Op::kNoise:
         case Op::kSimplex:
         case Op::kCellular:
-            return of_noise(instr);
+            return noise_interval(instr);
         case Op::kHash:
             return full_range(Type::kUint);
         default:
-            return of_monotone(instr.op, a, false);
+            return monotone_interval(instr.op, a, false);
     }
 }
 
@@ -91,7 +91,7 @@ Interval IntervalForm::widened(Id first, Id last) {
                   Emit::select(at_most(hi, zero), minimum(above, zero), above).id);
 }
 
-Interval IntervalForm::of_monotone(Op op, const Interval& a, bool falls) {
+Interval IntervalForm::monotone_interval(Op op, const Interval& a, bool falls) {
     const Id at_lo = emit(op, falls ? a.hi : a.lo);
     const Id at_hi = emit(op, falls ? a.lo : a.hi);
     // A NaN end, which a minimum may lose, is seen here.
@@ -100,7 +100,7 @@ Interval IntervalForm::of_monotone(Op op, const Interval& a, bool falls) {
 }
 
 /// sin, cos: 1 and -1 where the box holds a crest or a trough, or may hold one; else by its ends.
-Interval IntervalForm::of_wave(Op op, const Interval& a) {
+Interval IntervalForm::wave_interval(Op op, const Interval& a) {
     const F lo{&b_, a.lo};
     const F hi{&b_, a.hi};
     const F one{&b_, b_.constant(1.0f)};
@@ -121,7 +121,7 @@ Interval IntervalForm::of_wave(Op op, const Interval& a) {
 }
 
 /// Between two poles; over one nothing is known.
-Interval IntervalForm::of_tangent(const Interval& a) {
+Interval IntervalForm::tangent_interval(const Interval& a) {
     const F lo{&b_, a.lo};
     const F hi{&b_, a.hi};
     const auto branch = [&](F x, float sign) {
@@ -131,12 +131,12 @@ Interval IntervalForm::of_tangent(const Interval& a) {
     const B same = branch(lo, -1.0f) == branch(hi, 1.0f);
     const B exact =
         at_most(maximum(Emit::abs(lo), Emit::abs(hi)), {&b_, b_.constant(kExactAngles)});
-    const Interval ends = of_monotone(Op::kTan, a, false);
+    const Interval ends = monotone_interval(Op::kTan, a, false);
     return finish_if((same & exact).id, ends.lo, ends.hi);
 }
 
 /// atan2(y, x): by the corners where the box keeps off the origin and the negative x axis.
-Interval IntervalForm::of_angle(const Interval& y, const Interval& x) {
+Interval IntervalForm::angle_interval(const Interval& y, const Interval& x) {
     const Id zero = b_.constant(0.0f);
     const Id clear = either(emit(Op::kGt, x.lo, zero),
                             either(emit(Op::kGt, y.lo, zero), emit(Op::kLt, y.hi, zero)));
@@ -149,8 +149,8 @@ Interval IntervalForm::of_angle(const Interval& y, const Interval& x) {
                      b_.select(clear, cut.hi, pi));
 }
 
-/// pow(x, y) of x >= 0: by the corners. Of other x one whole positive y is understood.
-Interval IntervalForm::of_power(const Interval& x, const Interval& y) {
+/// pow(x, y) of x >= 0: by the corners. For other x only a single positive integer y is handled.
+Interval IntervalForm::power_interval(const Interval& x, const Interval& y) {
     const Id zero = b_.constant(0.0f);
     const Id positive = both(emit(Op::kGe, x.lo, zero),
                              either(emit(Op::kGt, x.lo, zero), emit(Op::kGt, y.lo, zero)));
@@ -169,7 +169,7 @@ Interval IntervalForm::of_power(const Interval& x, const Interval& y) {
                      b_.select(positive, by_corners.hi, reach.hi));
 }
 
-Interval IntervalForm::of_noise(const Instr& instr) {
+Interval IntervalForm::noise_interval(const Instr& instr) {
     size_t axes = 0;
     while (from_.instrs[instr.args[axes]].type == Type::kFloat)
         ++axes;
@@ -207,8 +207,8 @@ Interval IntervalForm::of_noise(const Instr& instr) {
     return finish_if(known, out.lo, out.hi);
 }
 
-/// The value at the centre, and as far from it as the slopes allow: of a distance 1 in every
-/// direction.
+/// Returns the value at the centre, widened as far as the slopes allow: a distance has slope 1 in
+/// every direction.
 Interval IntervalForm::around_centre(const Instr& instr, size_t axes, float one, float all,
                                      Id farthest) {
     Instr centre = instr;

@@ -14,16 +14,16 @@ using ir::ValueId;
 
 /// Nodes of all conditions of a stage. Diagrams may double with each value tested; those of
 /// fablets have tens of nodes.
-constexpr size_t kMostNodes = 1u << 14;
+constexpr size_t kMaxNodes = 1u << 14;
 
 }  // namespace
 
 Condition PathConditions::node(ValueId value, Condition if_true, Condition if_false) {
     if (if_true == if_false) return if_true;
-    const auto [place, is_new] =
-        places_.try_emplace({value, if_true, if_false}, static_cast<Condition>(nodes_.size()));
+    const auto [id, is_new] = unique_table_.try_emplace({value, if_true, if_false},
+                                                        static_cast<Condition>(nodes_.size()));
     if (is_new) nodes_.push_back({value, if_true, if_false});
-    return place->second;
+    return id->second;
 }
 
 /// `decides`: what one side must be to be the result; kNever for `and`, kAlways for `or`.
@@ -34,8 +34,9 @@ Condition PathConditions::combine(Condition a, Condition b, Condition decides) {
     if (b == passes) return a;
     if (a > b) std::swap(a, b);
     const std::array<uint32_t, 3> key = {a, b, decides};
-    if (const auto known = combined_.find(key); known != combined_.end()) return known->second;
-    if (nodes_.size() >= kMostNodes) return kAlways;
+    if (const auto known = computed_table_.find(key); known != computed_table_.end())
+        return known->second;
+    if (nodes_.size() >= kMaxNodes) return kAlways;
     const Node x = nodes_[a], y = nodes_[b];
     const ValueId value = std::min(x.value, y.value);
     const auto side = [value](const Node& of, Condition self, Condition Node::*end) {
@@ -45,15 +46,15 @@ Condition PathConditions::combine(Condition a, Condition b, Condition decides) {
         combine(side(x, a, &Node::if_true), side(y, b, &Node::if_true), decides);
     const Condition if_false =
         combine(side(x, a, &Node::if_false), side(y, b, &Node::if_false), decides);
-    return combined_[key] = node(value, if_true, if_false);
+    return computed_table_[key] = node(value, if_true, if_false);
 }
 
 std::vector<bool> PathConditions::reached(Condition condition) const {
     std::vector<bool> out(nodes_.size(), false);
     out[condition] = true;
     // The ends of a node are made before it.
-    for (size_t place = condition; place > kAlways; --place) {
-        if (out[place]) out[nodes_[place].if_true] = out[nodes_[place].if_false] = true;
+    for (size_t id = condition; id > kAlways; --id) {
+        if (out[id]) out[nodes_[id].if_true] = out[nodes_[id].if_false] = true;
     }
     return out;
 }
@@ -61,8 +62,8 @@ std::vector<bool> PathConditions::reached(Condition condition) const {
 std::vector<ValueId> PathConditions::tested(Condition condition) const {
     const std::vector<bool> here = reached(condition);
     std::vector<ValueId> out;
-    for (size_t place = kAlways + 1; place < nodes_.size(); ++place) {
-        if (here[place]) out.push_back(nodes_[place].value);
+    for (size_t id = kAlways + 1; id < nodes_.size(); ++id) {
+        if (here[id]) out.push_back(nodes_[id].value);
     }
     std::sort(out.begin(), out.end());
     out.erase(std::unique(out.begin(), out.end()), out.end());
@@ -73,12 +74,12 @@ ValueId PathConditions::write(Condition condition, const std::function<ValueId(V
                               ir::Builder* builder) const {
     const std::vector<bool> here = reached(condition);
     std::vector<ValueId> written(nodes_.size(), ir::kNoValue);
-    for (size_t place = kAlways + 1; place <= condition; ++place) {
-        if (!here[place]) continue;
-        const auto [tested, if_true, if_false] = nodes_[place];
+    for (size_t id = kAlways + 1; id <= condition; ++id) {
+        if (!here[id]) continue;
+        const auto [tested, if_true, if_false] = nodes_[id];
         const ValueId test = value(tested);
         const auto negated = [&] { return builder->emit(Op::kNot, {test}); };
-        ValueId& out = written[place];
+        ValueId& out = written[id];
         if (if_true == kAlways) {
             out = if_false == kNever ? test : builder->emit(Op::kOr, {test, written[if_false]});
         } else if (if_false == kAlways) {

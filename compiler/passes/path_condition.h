@@ -2,8 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Conditions made of bool values of a stage by `and` and `or`, each value taken as it is or
-// negated.
+// Conditions over bool values of a stage, built by `and` and `or`; each value may be negated.
 
 #include <array>
 #include <cstdint>
@@ -15,14 +14,14 @@
 
 namespace openfab::passes {
 
-/// Place in PathConditions; equal conditions have equal places.
+/// Index of a node in PathConditions; equal conditions have equal indices.
 using Condition = uint32_t;
 constexpr Condition kNever = 0;
 constexpr Condition kAlways = 1;
 
-/// Kept as binary decision diagrams (Bryant 1986), values in the order of their ids: a condition
-/// that always holds is found to be kAlways however it was put together. One that grows too big
-/// becomes kAlways: all errors are on that side.
+/// Binary decision diagrams (Bryant 1986), values in the order of their ids: a condition that
+/// always holds is kAlways however it was built. One that grows too big becomes kAlways:
+/// conservative for all uses.
 class PathConditions {
   public:
     Condition holds(ir::ValueId value) { return node(value, kAlways, kNever); }
@@ -30,9 +29,9 @@ class PathConditions {
     Condition both(Condition a, Condition b) { return combine(a, b, kNever); }
     Condition either(Condition a, Condition b) { return combine(a, b, kAlways); }
 
-    /// The values that it depends on, ascending.
+    /// Returns the values that it depends on, ascending.
     std::vector<ir::ValueId> tested(Condition condition) const;
-    /// Writes it as a bool; `value` gives the id in the stage written to. Not kNever nor kAlways.
+    /// Emits it as a bool; `value` maps ids to the stage written to. Neither kNever nor kAlways.
     ir::ValueId write(Condition condition, const std::function<ir::ValueId(ir::ValueId)>& value,
                       ir::Builder* builder) const;
 
@@ -48,8 +47,8 @@ class PathConditions {
     std::vector<bool> reached(Condition condition) const;
 
     std::vector<Node> nodes_ = {{}, {}};  ///< kNever and kAlways stand for themselves
-    std::map<std::array<uint32_t, 3>, Condition> places_;
-    std::map<std::array<uint32_t, 3>, Condition> combined_;
+    std::map<std::array<uint32_t, 3>, Condition> unique_table_;
+    std::map<std::array<uint32_t, 3>, Condition> computed_table_;
 };
 
 }  // namespace openfab::passes

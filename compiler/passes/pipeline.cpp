@@ -8,7 +8,7 @@
 
 #include "compiler/passes/attach_footprints.h"
 #include "compiler/passes/bound_displacement.h"
-#include "compiler/passes/cut_phases.h"
+#include "compiler/passes/cut_segments.h"
 #include "compiler/passes/eliminate_common_values.h"
 #include "compiler/passes/eliminate_dead_values.h"
 #include "compiler/passes/expand_functions.h"
@@ -27,11 +27,11 @@ namespace {
 using ir::Stage;
 using ir::StageKind;
 
-/// A query takes about 0.1 us (docs/measurements). So many operations, on eight voxels at once, stay
-/// below that; more of them would be felt, in compiling first.
-constexpr size_t kMostDemand = 400;
+/// A query takes about 0.1 us (docs/measurements). This many operations, on eight voxels at once,
+/// take less; more would cost, first of all in compile time.
+constexpr size_t kMaxDemandOperations = 400;
 // An interval form has two outputs for each material.
-constexpr size_t kMostBoundsOutputs = 192;
+constexpr size_t kMaxBoundsOutputs = 192;
 
 /// One fablet on its way.
 struct Work {
@@ -58,8 +58,8 @@ Written forms(Work* work, Stage* stage) {
 }
 
 Written volume_bounds(Work* work, Stage* stage) {
-    // A block that is filled at once would not print.
-    if (!work->stages.volume.prints.empty()) return {};
+    // A block that is filled without evaluation would skip its printfs.
+    if (!work->stages.volume.printfs.empty()) return {};
     return forms<form_volume_bounds, &KernelStages::volume>(work, stage);
 }
 
@@ -73,8 +73,8 @@ Written expand(Work* /*work*/, Stage* stage) {
 
 Written drop_long(Work* work, Stage* stage) {
     const bool demand = stage->kind == StageKind::kVolumeDemand;
-    const size_t most = demand ? kMostDemand : work->options.longest_bounds;
-    if (kernel_operations(*stage) <= most && stage->outputs.size() <= kMostBoundsOutputs) return {};
+    const size_t limit = demand ? kMaxDemandOperations : work->options.longest_bounds;
+    if (kernel_operations(*stage) <= limit && stage->outputs.size() <= kMaxBoundsOutputs) return {};
     stage->instrs.clear();
     stage->outputs.clear();
     return {stage};
@@ -100,12 +100,12 @@ Written uniforms(Work* work, Stage* stage) {
 }
 
 Written cut(Work* work, Stage* stage) {
-    if (!needs_phases(*stage)) return {};
+    if (!needs_segments(*stage)) return {};
     const bool volume = stage->kind == StageKind::kVolume;
-    PhasedStage& out = volume ? work->stages.volume_phases : work->stages.surface_phases;
+    SegmentedStage& out = volume ? work->stages.volume_segments : work->stages.surface_segments;
     Stage live = *stage;
     ir::drop_dead_values(&live);
-    out = cut_phases(live);
+    out = cut_segments(live);
     Written kernels;
     for (Stage& kernel : out.kernels)
         kernels.push_back(&kernel);
@@ -162,7 +162,7 @@ constexpr Pass kPasses[] = {
      rewrites<eliminate_common_values>},
     {"eliminate_dead_values", kOptional, Cleaning::kIs, kGiven, rewrites<eliminate_dead_values>},
 
-    // Before bounds and demand: how widely a look-up filters decides on what it may find, and
+    // Before bounds and demand: how widely a lookup filters decides on what it may find, and
     // footprints use nearest inputs too. While functions are whole, whose derivatives are known.
     {"attach_footprints", kRequired, Cleaning::kFollows, kGiven, rewrites<attach_footprints>},
 
@@ -192,7 +192,7 @@ constexpr Pass kPasses[] = {
     {"hoist_uniforms", kOptional, Cleaning::kNone, kGiven | kFormed, uniforms},
 
     // Last: kernels between steps are straight-line code, and no pass above knows of states.
-    {"cut_phases", kRequired, Cleaning::kFollows, kGiven, cut},
+    {"cut_segments", kRequired, Cleaning::kFollows, kGiven, cut},
 };
 
 class Runner {
@@ -205,7 +205,7 @@ class Runner {
 
     void run() {
         for (const Pass& pass : kPasses) {
-            if (result_.longest > kMostOperations) return;
+            if (result_.longest > kMaxStageOperations) return;
             for (const Place& place : kPlaces) {
                 if ((pass.stages & on(place.kind)) != 0 && exists(place.kind))
                     run(pass, &(result_.stages.*place.stage));

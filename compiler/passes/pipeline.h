@@ -13,34 +13,34 @@
 #include <vector>
 
 #include "compiler/ir/ir.h"
-#include "compiler/passes/cut_phases.h"
+#include "compiler/passes/cut_segments.h"
 
 namespace openfab::passes {
 
 struct PipelineOptions {
     std::set<std::string> disabled;  ///< names of optional passes
-    /// Operations of an interval form. It is several times as long as its stage, and compiling
-    /// takes some milliseconds for each; beyond this nothing is culled and the output is the same.
+    /// The most operations of an interval form. It is several times as long as its stage, and
+    /// compiling takes milliseconds for each; a longer one is dropped: no culling, same output.
     size_t longest_bounds = 2000;
-    /// Told after each pass and stage, with the stage as it then is.
+    /// Called after each pass on a stage, with the result.
     std::function<void(const std::string& pass, const ir::Stage& stage)> after;
 };
 
-/// One stage per kernel. A stage with no outputs stands for no kernel: no @Surface, or an
-/// optional kernel whose pass is switched off.
+/// One stage per kernel. A stage without outputs means no kernel: no @Surface, or an optional
+/// kernel whose pass is disabled.
 struct KernelStages {
     ir::Stage
         surface;  ///< outputs POSITION x, y, z (displaced, clamped), SURFACE_OUT, SURFACE_STATUS
     ir::Stage surface_bounds;  ///< outputs DISPLACEMENT_LO/HI, SURFACE_OUT_LO/HI
     ir::Stage volume;          ///< outputs WEIGHT
     ir::Stage volume_bounds;   ///< outputs WEIGHT_LO/HI
-    ir::Stage volume_demand;   ///< output DEMAND; none where every voxel asks
+    ir::Stage volume_demand;   ///< output DEMAND; none if every voxel asks
     ir::Stage derived;  ///< outputs DERIVED: uniforms that the others read beside the fablet's
-    /// Where a stage must be cut: what is compiled in its place. No steps otherwise.
-    PhasedStage surface_phases;
-    PhasedStage volume_phases;
+    /// Compiled instead of a stage that must be cut. No steps otherwise.
+    SegmentedStage surface_segments;
+    SegmentedStage volume_segments;
 
-    /// The stage of one kernel; not of phases.
+    /// The stage of one kernel; not of segments.
     const ir::Stage& of(ir::StageKind kind) const;
 };
 
@@ -49,13 +49,13 @@ struct PassTime {
     double seconds = 0;
 };
 
-/// Of a stage once functions are written out and look-ups have footprints: compiling takes one or
-/// two milliseconds for each.
-constexpr size_t kMostOperations = 24000;
+/// The most operations of a stage once functions are expanded and lookups have footprints:
+/// compiling takes one or two milliseconds for each.
+constexpr size_t kMaxStageOperations = 24000;
 
 struct PipelineResult {
     KernelStages stages;
-    size_t longest = 0;  ///< operations of the longer stage; above kMostOperations it is not done
+    size_t longest = 0;  ///< operations of the longer stage; an error above kMaxStageOperations
     std::vector<PassTime> times;
     std::string fault;  ///< a bug of ours: what ir::verify found, and after which pass; else empty
 };
@@ -65,8 +65,10 @@ struct PassName {
     const char* name;
     bool optional;
 };
+/// Returns all passes in order.
 const std::vector<PassName>& pass_names();
 
+/// Runs all passes on the stages of a fablet.
 PipelineResult run_pipeline(const ir::Fablet& fablet, const PipelineOptions& options = {});
 
 }  // namespace openfab::passes

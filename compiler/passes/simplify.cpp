@@ -80,7 +80,7 @@ class Simplifier {
 
     std::optional<uint32_t> fold(const Instr& instr) const {
         if (instr.op == Op::kSample) {
-            // A look-up that no path reaches gives 0.
+            // A lookup that no path reaches gives 0.
             return is_const(instr.args[0], 0) ? std::optional<uint32_t>(0) : std::nullopt;
         }
         if (instr.op == Op::kQueryResult && is_const(arg(instr, 0).args[0], 0)) return 0;

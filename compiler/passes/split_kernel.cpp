@@ -17,14 +17,14 @@ using ir::kNoValue;
 using ir::Op;
 using ir::ValueId;
 
-constexpr size_t kMostOutputs = 64;
+constexpr size_t kMaxOutputs = 64;
 constexpr size_t kPieceOutputs = 32;
-// Outputs of one value.
-constexpr size_t kMostCopies = 4;
+// The most outputs of one value.
+constexpr size_t kMaxCopies = 4;
 
-// A look-up is a stage of its own; its interval form is generated code.
-constexpr size_t kLookUp = 100;
-constexpr size_t kLookUpBound = 120;
+// A lookup calls an extern stage; its interval form is generated code.
+constexpr size_t kSampleOperations = 100;
+constexpr size_t kSampleBoundOperations = 120;
 
 size_t operations_of(const Instr& instr) {
     switch (instr.op) {
@@ -32,9 +32,9 @@ size_t operations_of(const Instr& instr) {
         case Op::kInput:
             return 0;
         case Op::kSample:
-            return kLookUp;
+            return kSampleOperations;
         case Op::kSampleBound:
-            return kLookUpBound;
+            return kSampleBoundOperations;
         default:
             return 1;
     }
@@ -77,17 +77,17 @@ class Splitter {
     }
     bool is_rewritten(int32_t state) const { return rewritten_.count(state) != 0; }
 
-    /// What each piece that needs it makes for itself.
+    /// True for values that each piece recomputes for itself.
     bool is_made_again(ValueId id) const {
         const Instr& instr = at(id);
         if (instr.op == Op::kConst) return true;
         return instr.op == Op::kInput &&
                (instr.kind != OPENFAB_ARG_STATE || !is_rewritten(instr.a));
     }
-    /// Beside those states: what any piece can write, of which one need not have too many.
+    /// True for those states, and for outputs that any piece can write: they fill the last pieces.
     bool is_written_last(const ir::Output& output) const {
         if (output.kind == OPENFAB_ARG_STATE_OUT && is_rewritten(output.a)) return true;
-        return is_made_again(output.value) || copies_[output.value] > kMostCopies;
+        return is_made_again(output.value) || copies_[output.value] > kMaxCopies;
     }
 
     void count_outputs() {
@@ -152,7 +152,7 @@ class Splitter {
         }
     }
 
-    /// One piece in the making.
+    /// One piece, while it is built.
     struct Piece {
         ir::Stage stage;
         std::vector<std::pair<ValueId, ValueId>> made;  ///< of the kernel, of the piece; sorted
@@ -181,8 +181,8 @@ class Splitter {
         const auto value = static_cast<ValueId>(piece->stage.instrs.size());
         piece->stage.instrs.push_back(std::move(instr));
         const auto less = [](const auto& a, ValueId b) { return a.first < b; };
-        const auto place = std::lower_bound(piece->made.begin(), piece->made.end(), id, less);
-        piece->made.insert(place, {id, value});
+        const auto at_id = std::lower_bound(piece->made.begin(), piece->made.end(), id, less);
+        piece->made.insert(at_id, {id, value});
         return value;
     }
 
@@ -224,7 +224,7 @@ class Splitter {
         if (!piece.stage.outputs.empty()) out_.push_back(std::move(piece.stage));
     }
 
-    /// All others have read what these write, and none of these does.
+    /// Writes the states that all other pieces have read, and that none of these reads.
     void write_rest() {
         std::vector<ir::Output> rest;
         for (const ir::Output& output : kernel_.outputs) {
@@ -268,7 +268,7 @@ size_t kernel_operations(const ir::Stage& stage) {
 }
 
 bool needs_splitting(const ir::Stage& stage, size_t longest) {
-    return kernel_operations(stage) > longest || stage.outputs.size() > kMostOutputs;
+    return kernel_operations(stage) > longest || stage.outputs.size() > kMaxOutputs;
 }
 
 std::vector<ir::Stage> split_kernel(const ir::Stage& kernel, std::vector<ir::Type>* states,

@@ -3,9 +3,9 @@
 #pragma once
 
 // Compiling a kernel takes a time that grows with the square of its operations, and of its outputs:
-// 1,000 operations take about a second, 4,000 a quarter of a minute. A long kernel of phases is
-// therefore cut in pieces that run one after the other, which find in states what earlier ones
-// computed. What is computed does not change.
+// 1,000 operations take about a second, 4,000 a quarter of a minute. A long segment is therefore
+// split into pieces that run one after the other and pass values through states. Results do not
+// change.
 
 #include <cstddef>
 #include <vector>
@@ -14,19 +14,19 @@
 
 namespace openfab::passes {
 
-/// A kernel of more operations is cut, or one of more than 64 outputs.
-constexpr size_t kLongestKernel = 3500;
+/// A kernel of more operations is split, or one of more than 64 outputs.
+constexpr size_t kMaxKernelOperations = 3500;
 
-/// Operations of a stage, by how long compiling takes: a look-up counts for many.
+/// Returns the operations of a stage, weighted by compile time: a lookup counts as many.
 size_t kernel_operations(const ir::Stage& stage);
 
-/// True where a kernel of this stage would be too long.
-bool needs_splitting(const ir::Stage& stage, size_t longest = kLongestKernel);
+/// True if a kernel of this stage would be too long.
+bool needs_splitting(const ir::Stage& stage, size_t longest = kMaxKernelOperations);
 
-/// `kernel` is straight-line code of kind kSurfacePhase or kVolumePhase. Of the pieces, none reads
-/// a state that one before it writes, but those that are appended to `states` for what crosses a
-/// cut. A piece has a fifth of the `longest` kernel's operations, or up to two.
+/// Splits straight-line code of kind kSurfaceSegment or kVolumeSegment. No piece reads a state that
+/// an earlier one writes, except those appended to `states` for values that cross a split. A piece
+/// has one to two fifths of the operations of the `longest` kernel.
 std::vector<ir::Stage> split_kernel(const ir::Stage& kernel, std::vector<ir::Type>* states,
-                                    size_t longest = kLongestKernel);
+                                    size_t longest = kMaxKernelOperations);
 
 }  // namespace openfab::passes

@@ -17,8 +17,8 @@
 
 namespace openfab::source {
 
-/// A place for people: both count from 1, a column is a code point (a byte that is not UTF-8 counts
-/// as one).
+/// A position for people: both count from 1, a column is a code point (a byte that is not UTF-8
+/// counts as one).
 struct Location {
     uint32_t line = 1;
     uint32_t column = 1;
@@ -26,14 +26,14 @@ struct Location {
 
 class SourceManager {
   public:
-    /// Files above this are refused: spans are 32-bit and no fablet comes near it.
+    /// The largest file: spans are 32-bit, and no fablet comes near it.
     static constexpr size_t kMaxFileBytes = 16u << 20;
 
-    /// Takes a file's text under a name for messages; the number is for Span::file and is never 0.
-    /// `folder` is where the file stands, for what stands beside it; empty where it is no file.
+    /// Adds a file's text under a name for messages; the number is for Span::file and is never 0.
+    /// `folder` is the file's folder, for files beside it; empty if the text is not from a file.
     uint32_t add(std::string name, std::string text, std::filesystem::path folder = {});
-    /// Reads a file; empty, with a message in `fault`, where it cannot be read, is too large, or is
-    /// not below one of the `roots` (base/input_file.h).
+    /// Reads a file. Returns nothing, with a message in `fault`, if it cannot be read, is too
+    /// large, or is not below one of the `roots` (base/input_file.h).
     std::optional<uint32_t> load(const std::filesystem::path& path, std::string* fault,
                                  const std::vector<std::filesystem::path>& roots = {});
 
@@ -41,12 +41,12 @@ class SourceManager {
     std::string_view text(uint32_t file) const;
     std::string_view text(const Span& span) const;
     std::string_view name(uint32_t file) const;
-    /// Every file that was read, in order.
+    /// Returns every file that was read, in order.
     std::vector<std::filesystem::path> files() const;
-    /// Empty where the text did not come from a file.
+    /// Returns the file's folder; empty if the text did not come from a file.
     std::filesystem::path folder(uint32_t file) const;
     Location locate(uint32_t file, uint32_t offset) const;
-    /// Text of a line (from 1) without its end.
+    /// Returns the text of a line (from 1) without its end.
     std::string_view line_text(uint32_t file, uint32_t line) const;
 
   private:
@@ -62,10 +62,10 @@ class SourceManager {
     std::vector<std::unique_ptr<File>> files_;
 };
 
-/// Bytes of the code point that starts at text[at]: 1 to 4; 1 for a byte that is not valid UTF-8.
+/// Returns the bytes of the code point at text[at]: 1 to 4; 1 for a byte that is not valid UTF-8.
 size_t code_point_bytes(std::string_view text, size_t at);
 
-/// Code points in `text`.
+/// Returns the number of code points in `text`.
 uint32_t count_code_points(std::string_view text);
 
 }  // namespace openfab::source

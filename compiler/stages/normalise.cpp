@@ -12,8 +12,8 @@ namespace openfab::stages {
 namespace {
 
 // Above this the slots' amounts are scaled down before they are added up, by a power of two, so
-// that no later sum can overflow, in whatever order it is taken. What an infinite amount is taken
-// for then is far more than any finite one, and any number of them can be added up.
+// that no later sum can overflow, in whatever order it is taken. An infinite amount is then
+// replaced by one far larger than any finite one, and any number of them can be added up.
 constexpr float kLargeSum = 0x1p127f;
 constexpr float kScaledDown = 0x1p-64f;
 constexpr float kInsteadOfInfinity = 0x1p100f;
@@ -63,7 +63,7 @@ Stage normalise(int materials) {
     rounded(z, x, y, m, n) =
         select(whole(z, x, y, n) > 0.0f, cast<int32_t>(share + 0.5f), select(m == 0, 65535, 0));
 
-    // The rounding's remainder goes to the largest fraction, the first of equals.
+    // The rounding's remainder goes to the largest fraction; ties go to the first.
     Expr rest = 65535 - rounded(z, x, y, 0, n);
     Expr largest = 0;
     Expr most = rounded(z, x, y, 0, n);

@@ -4,8 +4,8 @@
 
 // Fixed-function stages between the fablet's amounts and the printer's slices, as Halide
 // algorithms: normalise and pack. (The dither between them is runtime/dither/dither_row.h.) Their
-// arguments and buffer shapes are in abi/stage_table.h. What they compute is stated by
-// their twins in tests/support/reference, which give the same bits; how they run is in schedules/.
+// arguments and buffer shapes are in abi/stage_table.h. Their twins in
+// tests/support/reference give the same bits; how they run is in schedules/.
 
 #include <Halide.h>
 
@@ -21,9 +21,9 @@ struct Stage {
     lower::Kernel kernel;       ///< the Funcs that a schedule may name
 };
 
-/// `materials` is M, without void.
+/// Makes the normalise stage; `materials` is M, without void.
 Stage normalise(int materials);
-/// 4 or 8 bits a voxel.
+/// Makes the pack stage; `bits` per voxel is 4 or 8.
 Stage pack(int bits);
 
 }  // namespace openfab::stages

@@ -51,7 +51,7 @@ struct Expr {
     std::string_view text;
     uint32_t bits = 0;
     std::vector<ExprPtr> args;
-    int depth = 1;  ///< levels of nodes; the parser limits it, so that later phases may recurse
+    int depth = 1;  ///< levels of nodes; the parser limits it, so that later steps may recurse
 };
 
 struct TypeRef {
@@ -134,7 +134,7 @@ struct Import {
     source::Span span;  ///< of the name
 };
 
-/// What may stand at file level and in a fablet.
+/// The declarations at file level or in a fablet.
 struct Scope {
     std::vector<Struct> structs;
     std::vector<Variable> constants;
@@ -150,13 +150,13 @@ struct Fablet {
 };
 
 struct File {
-    source::Span end;  ///< the place behind the last character
+    source::Span end;  ///< just past the last character
     std::vector<Import> imports;
     Scope scope;
     std::vector<Fablet> fablets;
 };
 
-/// Indented text of the tree, one node a line.
-std::string print(const File& file);
+/// Returns the tree as indented text, one node a line.
+std::string dump(const File& file);
 
 }  // namespace openfab::ast

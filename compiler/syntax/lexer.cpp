@@ -143,7 +143,7 @@ class Lexer {
                                                                        : "this text";
         diag::Diagnostic& d = sink_->report(span_from(begin), diag::kInvalidCharacter, what);
         if (run.find('\'') != std::string_view::npos) {
-            d.help("there are no characters; strings are written in double quotes");
+            d.help("there is no character type; strings are written in double quotes");
         }
     }
 
@@ -250,7 +250,7 @@ class Lexer {
         if (error != std::errc{} || end != digits.data() + digits.size()) {
             return bad_number(begin, "an integer is written `12`, `12u` or `0xff`");
         }
-        // As in HLSL, a literal that an int does not hold is a uint.
+        // Follows HLSL: a literal that does not fit an int is a uint.
         const bool fits = value <= 0x7fffffffu;
         add(suffixed || !fits ? TokenKind::kUint : TokenKind::kInt, begin, value);
     }

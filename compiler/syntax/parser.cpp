@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "base/near_miss.h"
-#include "compiler/syntax/habits.h"
+#include "compiler/syntax/foreign_syntax.h"
 #include "compiler/syntax/parser_state.h"
 
 namespace openfab::syntax {
@@ -28,14 +28,14 @@ diag::Diagnostic* Parser::expected(std::string_view what) {
     if (gave_up_ || last_error_ == at_) return nullptr;
     last_error_ = at_;
     diag::Diagnostic& d = sink_->report(peek().span, diag::kExpected, what, describe(peek()));
-    add_habit(&d);
+    add_foreign_help(&d);
     return &d;
 }
 
-void Parser::add_habit(diag::Diagnostic* d) const {
+void Parser::add_foreign_help(diag::Diagnostic* d) const {
     const std::string_view previous = at_ > 0 ? tokens_[at_ - 1].text : std::string_view();
     const std::string help =
-        habit_of_syntax({tokens_[first_].text, previous, peek().text, peek(1).text});
+        foreign_syntax_help({tokens_[first_].text, previous, peek().text, peek(1).text});
     if (!help.empty()) d->help(help);
 }
 
@@ -43,12 +43,12 @@ bool Parser::expect(std::string_view text, const char* after) {
     if (accept(text)) return true;
     if (gave_up_ || last_error_ == at_) return false;
     last_error_ = at_;
-    // The place where it belongs: behind what came before.
+    // Points just after the previous token, where it belongs.
     source::Span span = peek().span;
     if (at_ > 0) span.begin = span.end = tokens_[at_ - 1].span.end;
     const std::string what = "`" + std::string(text) + "` after " + after;
     diag::Diagnostic& d = sink_->report(span, diag::kExpected, what, describe(peek()));
-    add_habit(&d);
+    add_foreign_help(&d);
     if (text == ";" && d.helps.empty()) d.insert_before(span, ";");
     return false;
 }
@@ -83,7 +83,7 @@ void Parser::note_opening(size_t open, diag::Diagnostic* d) const {
         "this `{` may be the one that is never closed: the `}` matched with it is indented less");
 }
 
-/// Of the braces that are closed since `open`, the first whose `}` begins a line that is indented
+/// Returns the first brace closed since `open` whose `}` begins a line that is indented
 /// less than the line of its `{`: it rather belongs to a brace around it. Else `open`.
 size_t Parser::suspicious_brace(size_t open) const {
     std::vector<size_t> braces;
@@ -256,7 +256,7 @@ std::string_view Parser::marker_word(std::initializer_list<const char*> known) {
             sink_->report(word.span, diag::kMissingAt, word.text)
                 .help("write `@" + std::string(word.text) + "`")
                 .insert_before(word.span, "@");
-            last_error_ = at_;  // what is not right behind it is no second mistake
+            last_error_ = at_;  // suppresses errors that follow from it
             return word.text;
         }
     }
@@ -376,7 +376,7 @@ void Parser::parse_varyings(ast::Stage* stage) {
             diag::Diagnostic* d = expected(known ? "`{` after `@varying`" : "`@varying`");
             if (d != nullptr) d->help(form);
         }
-        // Over what stands in the place of the varyings.
+        // Skips the tokens in place of the varyings.
         while (!at(")") && !at("{") && !at("}") && !at_end())
             take();
         if (!at("{") || peek(1).is("}")) return;
@@ -484,7 +484,7 @@ void Parser::parse_member(ast::Fablet* fablet, ast::Scope* scope) {
     }
     // `inline float f(…)`: what follows the word is a declaration.
     const bool foreign_word = at_identifier() && at_identifier(1) && at_identifier(2) &&
-                              !habit_of_syntax({peek().text, {}, {}, {}}).empty() &&
+                              !foreign_syntax_help({peek().text, {}, {}, {}}).empty() &&
                               peek().text != "uniform";
     if (foreign_word) {
         expected("a declaration");

@@ -7,12 +7,11 @@
 
 namespace openfab::syntax {
 
-/// Levels of nesting that a program may have; what is deeper is an error, so no input overflows the
-/// stack.
+/// The most levels of nesting in a program; deeper is an error, so no input overflows the stack.
 constexpr int kMaxDepth = 200;
 
-/// Parses the tokens of one file (as `lex` gives them). Always returns a tree; where it reported
-/// errors parts are missing.
+/// Parses the tokens of one file, from `lex`. Always returns a tree; after errors parts of it are
+/// missing.
 ast::File parse(const source::SourceManager& sources, const std::vector<Token>& tokens,
                 diag::Sink* sink);
 

@@ -3,8 +3,8 @@
 #pragma once
 
 // The recursive-descent parser, private to compiler/syntax: declarations in parser.cpp, statements
-// in parse_stmt.cpp, expressions in parse_expr.cpp. After an error it skips to a place where it can
-// go on; a level of nesting beyond kMaxDepth ends it.
+// in parse_stmt.cpp, expressions in parse_expr.cpp. After an error it skips to where it can
+// resume; nesting deeper than kMaxDepth ends it.
 
 #include <string>
 #include <utility>
@@ -13,7 +13,7 @@
 
 namespace openfab::syntax {
 
-/// True of `float`, `int3`, `bool2x2`, `Material` and such: a name in brackets that makes a cast.
+/// True for `float`, `int3`, `bool2x2`, `Material` and the like: `(name)` then starts a cast.
 bool is_builtin_type_name(std::string_view name);
 
 class Parser {
@@ -24,7 +24,7 @@ class Parser {
     ast::File parse_file();
 
   private:
-    /// Counts a level for as long as it lives; `ok` is false beyond the limit.
+    /// Counts a level of nesting while it lives; `ok` is false beyond the limit.
     class Level {
       public:
         explicit Level(Parser* parser) : parser_(parser), ok(++parser->depth_ <= kMaxDepth) {
@@ -66,14 +66,14 @@ class Parser {
         return span;
     }
 
-    // Errors. The first in a row of tokens that cannot be understood is the one that is shown.
+    // Errors. In a run of tokens that do not parse, only the first error is reported.
     bool expect(std::string_view text, const char* after);
-    /// The bracket that closes the one at token `open`; says where that one is.
+    /// Expects the bracket that closes the one at token `open`, which an error points at.
     bool expect_close(std::string_view text, const char* after, size_t open,
                       const char* help = nullptr);
-    /// The message, for more help; null where it is not shown.
+    /// Reports what was expected. Returns the message, to add help; null if it is suppressed.
     diag::Diagnostic* expected(std::string_view what);
-    void add_habit(diag::Diagnostic* d) const;
+    void add_foreign_help(diag::Diagnostic* d) const;
     void note_opening(size_t open, diag::Diagnostic* d) const;
     size_t suspicious_brace(size_t open) const;
     source::Location location(size_t token) const;
@@ -150,7 +150,7 @@ class Parser {
     int depth_ = 0;
     size_t last_error_ = ~size_t{0};
     size_t first_ = 0;            ///< token of the statement or declaration
-    bool braces_differ_ = false;  ///< what is left over of wrong braces is no second mistake
+    bool braces_differ_ = false;  ///< unmatched braces were reported: no further errors
     bool gave_up_ = false;
 };
 

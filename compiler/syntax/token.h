@@ -34,11 +34,11 @@ struct Token {
     }
 };
 
-/// Name of a kind in dumps.
+/// Returns the name of a kind in dumps.
 const char* spelling(TokenKind kind);
 
-/// Tokens of a file, always with kEnd last. Comments and white space are gone; what is no token was
-/// reported and is gone too.
+/// Returns the tokens of a file, always with kEnd last. Comments and white space are dropped;
+/// invalid characters are reported and dropped.
 std::vector<Token> lex(const source::SourceManager& sources, uint32_t file, diag::Sink* sink);
 
 }  // namespace openfab::syntax

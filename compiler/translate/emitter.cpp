@@ -6,18 +6,18 @@
 
 #include "compiler/functions/functions.h"
 
-namespace openfab::sema {
+namespace openfab::translate {
 
 using ir::Op;
 using ir::ValueId;
 
 namespace {
 
-// In operations that take as long to compile. A look-up is a stage of its own, and its interval
-// form long; loops, queries and prints end a kernel and begin another.
-constexpr size_t kLookUpCost = 500;
+// Compile costs in operations. A lookup is a stage of its own, and its interval form is long;
+// loops, queries and printfs end a kernel and begin another.
+constexpr size_t kSampleCost = 500;
 constexpr size_t kStepCost = 100;
-constexpr size_t kPrintedCost = 10;
+constexpr size_t kPrintfValueCost = 10;
 
 }  // namespace
 
@@ -30,12 +30,12 @@ size_t Emitter::cost(const ir::Instr& instr) {
         case Op::kQueryResult:
             return 0;
         case Op::kSample:
-            return kLookUpCost;
+            return kSampleCost;
         case Op::kLoop:
         case Op::kQuery:
             return kStepCost;
-        case Op::kPrint:
-            return kStepCost + kPrintedCost * instr.args.size();
+        case Op::kPrintf:
+            return kStepCost + kPrintfValueCost * instr.args.size();
         default:
             break;
     }
@@ -50,7 +50,7 @@ size_t Emitter::operations(size_t size) {
         const size_t at = sums_.size();
         const size_t before = at == 0 ? 0 : sums_.back();
         const ir::Instr& instr = stage_->instrs[at];
-        // Channels that are read at one place are one look-up.
+        // Channels read at one coordinate share a lookup.
         const bool more = instr.op == Op::kSample && instr.b > 0 && at > 0;
         sums_.push_back(before + (more ? 1 : cost(instr)));
     }
@@ -101,7 +101,7 @@ ValueId Emitter::loop_end(ValueId loop, ValueId again, const std::vector<ValueId
     return ir::Builder::loop_end(loop, again, next);
 }
 
-void Emitter::forget_after(size_t size) {
+void Emitter::truncate(size_t size) {
     forget_from(static_cast<ValueId>(size));
     stage_->instrs.resize(size);
     if (sums_.size() > size) sums_.resize(size);
@@ -162,4 +162,4 @@ bool Emitter::implies(ValueId condition, ValueId fact) const {
     return false;
 }
 
-}  // namespace openfab::sema
+}  // namespace openfab::translate

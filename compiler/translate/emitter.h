@@ -14,7 +14,7 @@
 
 #include "compiler/ir/ir.h"
 
-namespace openfab::sema {
+namespace openfab::translate {
 
 /// Inputs that no run has. Only messages hang on them, so that they are dropped with what else no
 /// output needs.
@@ -38,7 +38,7 @@ class Emitter : public ir::Builder {
     ir::ValueId unknown(ir::Type type, int32_t kind, int32_t a, int32_t b,
                         std::vector<ir::ValueId> args);
     /// Removes all instructions from number `size` on.
-    void forget_after(size_t size);
+    void truncate(size_t size);
 
     ir::ValueId logical_and(ir::ValueId a, ir::ValueId b) { return binary(ir::Op::kAnd, a, b); }
     ir::ValueId logical_or(ir::ValueId a, ir::ValueId b) { return binary(ir::Op::kOr, a, b); }
@@ -47,11 +47,11 @@ class Emitter : public ir::Builder {
     bool is_constant(ir::ValueId value) const { return instr(value).op == ir::Op::kConst; }
     bool is_true(ir::ValueId value) const { return is_constant(value) && instr(value).bits != 0; }
     bool is_false(ir::ValueId value) const { return is_constant(value) && instr(value).bits == 0; }
-    /// True where `condition` is `fact` or a conjunction that holds it.
+    /// True if `condition` is `fact` or a conjunction that contains it.
     bool implies(ir::ValueId condition, ir::ValueId fact) const;
     size_t size() const { return stage_->instrs.size(); }
-    /// What the first `size` instructions come to once functions are written out, by what they cost
-    /// the compiler: steps and look-ups count for as many operations as take them as long.
+    /// Returns the compile cost of the first `size` instructions once functions are expanded, in
+    /// operations: loops, queries and lookups count as many.
     size_t operations(size_t size);
     size_t operations() { return operations(size()); }
 
@@ -71,8 +71,8 @@ class Emitter : public ir::Builder {
     bool are_opposite(ir::ValueId a, ir::ValueId b) const;
 
     std::map<Key, ir::ValueId> known_;
-    std::vector<size_t> sums_;  ///< operations up to each instruction, as far as asked for
+    std::vector<size_t> sums_;  ///< operations up to each instruction, computed on demand
     std::map<std::tuple<ir::Op, int32_t, size_t>, size_t> function_sizes_;
 };
 
-}  // namespace openfab::sema
+}  // namespace openfab::translate

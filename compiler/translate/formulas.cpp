@@ -9,7 +9,7 @@
 
 #include "compiler/ir/arithmetic.h"
 
-namespace openfab::sema {
+namespace openfab::translate {
 
 using ir::Op;
 using ir::ValueId;
@@ -24,41 +24,41 @@ constexpr uint32_t kSeedStep = 0x9e3779b9u;  // between octaves
 constexpr int32_t kMaxOctaves = 16;
 
 /// The function of the IR that it is.
-std::optional<Op> operation(Intrinsic id) {
+std::optional<Op> operation(check::Intrinsic id) {
     switch (id) {
-        case Intrinsic::kSin:
+        case check::Intrinsic::kSin:
             return Op::kSin;
-        case Intrinsic::kCos:
+        case check::Intrinsic::kCos:
             return Op::kCos;
-        case Intrinsic::kTan:
+        case check::Intrinsic::kTan:
             return Op::kTan;
-        case Intrinsic::kAsin:
+        case check::Intrinsic::kAsin:
             return Op::kAsin;
-        case Intrinsic::kAcos:
+        case check::Intrinsic::kAcos:
             return Op::kAcos;
-        case Intrinsic::kAtan:
+        case check::Intrinsic::kAtan:
             return Op::kAtan;
-        case Intrinsic::kAtan2:
+        case check::Intrinsic::kAtan2:
             return Op::kAtan2;
-        case Intrinsic::kSinh:
+        case check::Intrinsic::kSinh:
             return Op::kSinh;
-        case Intrinsic::kCosh:
+        case check::Intrinsic::kCosh:
             return Op::kCosh;
-        case Intrinsic::kTanh:
+        case check::Intrinsic::kTanh:
             return Op::kTanh;
-        case Intrinsic::kExp:
+        case check::Intrinsic::kExp:
             return Op::kExp;
-        case Intrinsic::kExp2:
+        case check::Intrinsic::kExp2:
             return Op::kExp2;
-        case Intrinsic::kLog:
+        case check::Intrinsic::kLog:
             return Op::kLog;
-        case Intrinsic::kLog2:
+        case check::Intrinsic::kLog2:
             return Op::kLog2;
-        case Intrinsic::kLog10:
+        case check::Intrinsic::kLog10:
             return Op::kLog10;
-        case Intrinsic::kPow:
+        case check::Intrinsic::kPow:
             return Op::kPow;
-        case Intrinsic::kCbrt:
+        case check::Intrinsic::kCbrt:
             return Op::kCbrt;
         default:
             return std::nullopt;
@@ -108,83 +108,83 @@ ValueId Formulas::sum(const Value& amounts) {
     return out;
 }
 
-bool Formulas::is_geometric(Intrinsic id) {
+bool Formulas::is_geometric(check::Intrinsic id) {
     switch (id) {
-        case Intrinsic::kAny:
-        case Intrinsic::kAll:
-        case Intrinsic::kDot:
-        case Intrinsic::kLength:
-        case Intrinsic::kDistance:
-        case Intrinsic::kNormalize:
-        case Intrinsic::kReflect:
-        case Intrinsic::kFaceforward:
-        case Intrinsic::kCross:
+        case check::Intrinsic::kAny:
+        case check::Intrinsic::kAll:
+        case check::Intrinsic::kDot:
+        case check::Intrinsic::kLength:
+        case check::Intrinsic::kDistance:
+        case check::Intrinsic::kNormalize:
+        case check::Intrinsic::kReflect:
+        case check::Intrinsic::kFaceforward:
+        case check::Intrinsic::kCross:
             return true;
         default:
             return false;
     }
 }
 
-bool Formulas::is_elementary(Intrinsic id) {
+bool Formulas::is_elementary(check::Intrinsic id) {
     switch (id) {
-        case Intrinsic::kLdexp:
-        case Intrinsic::kAsFloat:
-        case Intrinsic::kAsInt:
-        case Intrinsic::kAsUint:
-        case Intrinsic::kCountBits:
-        case Intrinsic::kReverseBits:
-        case Intrinsic::kFirstBitHigh:
-        case Intrinsic::kFirstBitLow:
+        case check::Intrinsic::kLdexp:
+        case check::Intrinsic::kAsFloat:
+        case check::Intrinsic::kAsInt:
+        case check::Intrinsic::kAsUint:
+        case check::Intrinsic::kCountBits:
+        case check::Intrinsic::kReverseBits:
+        case check::Intrinsic::kFirstBitHigh:
+        case check::Intrinsic::kFirstBitLow:
             return true;
         default:
             return operation(id).has_value();
     }
 }
 
-ValueId Formulas::component(Intrinsic id, const std::vector<ValueId>& x) {
+ValueId Formulas::component(check::Intrinsic id, const std::vector<ValueId>& x) {
     const auto bin = [&](Op op, ValueId a, ValueId b) { return emit_.binary(op, a, b); };
     const ir::Type type = emit_.type(x[0]);
     const ValueId zero = emit_.constant(type, 0);
     const ValueId one = emit_.convert(emit_.constant(ir::Type::kInt, 1), type);
     switch (id) {
-        case Intrinsic::kAbs:
+        case check::Intrinsic::kAbs:
             return emit_.unary(Op::kAbs, x[0]);
-        case Intrinsic::kSign: {
+        case check::Intrinsic::kSign: {
             const ValueId above = emit_.convert(bin(Op::kGt, x[0], zero), ir::Type::kInt);
             const ValueId below = emit_.convert(bin(Op::kLt, x[0], zero), ir::Type::kInt);
             return bin(Op::kSub, above, below);
         }
-        case Intrinsic::kMin:
+        case check::Intrinsic::kMin:
             return bin(Op::kMin, x[0], x[1]);
-        case Intrinsic::kMax:
+        case check::Intrinsic::kMax:
             return bin(Op::kMax, x[0], x[1]);
-        case Intrinsic::kClamp:
+        case check::Intrinsic::kClamp:
             return clamp(x[0], x[1], x[2]);
-        case Intrinsic::kMad:
+        case check::Intrinsic::kMad:
             return bin(Op::kAdd, bin(Op::kMul, x[0], x[1]), x[2]);
-        case Intrinsic::kSaturate:
+        case check::Intrinsic::kSaturate:
             return clamp(x[0], zero, one);
-        case Intrinsic::kFloor:
+        case check::Intrinsic::kFloor:
             return emit_.unary(Op::kFloor, x[0]);
-        case Intrinsic::kCeil:
+        case check::Intrinsic::kCeil:
             return emit_.unary(Op::kCeil, x[0]);
-        case Intrinsic::kRound:
+        case check::Intrinsic::kRound:
             return emit_.unary(Op::kRound, x[0]);
-        case Intrinsic::kTrunc:
+        case check::Intrinsic::kTrunc:
             return emit_.unary(Op::kTrunc, x[0]);
-        case Intrinsic::kFrac:
+        case check::Intrinsic::kFrac:
             return bin(Op::kSub, x[0], emit_.unary(Op::kFloor, x[0]));
-        case Intrinsic::kFmod:
+        case check::Intrinsic::kFmod:
             return bin(Op::kMod, x[0], x[1]);
-        case Intrinsic::kSqrt:
+        case check::Intrinsic::kSqrt:
             return emit_.unary(Op::kSqrt, x[0]);
-        case Intrinsic::kRsqrt:
+        case check::Intrinsic::kRsqrt:
             return bin(Op::kDiv, one, emit_.unary(Op::kSqrt, x[0]));
-        case Intrinsic::kRcp:
+        case check::Intrinsic::kRcp:
             return bin(Op::kDiv, one, x[0]);
-        case Intrinsic::kStep:
+        case check::Intrinsic::kStep:
             return emit_.select(bin(Op::kGe, x[1], x[0]), one, zero);
-        case Intrinsic::kSmoothstep: {
+        case check::Intrinsic::kSmoothstep: {
             const ValueId ratio =
                 bin(Op::kDiv, bin(Op::kSub, x[2], x[0]), bin(Op::kSub, x[1], x[0]));
             const ValueId t = clamp(ratio, zero, one);
@@ -192,18 +192,18 @@ ValueId Formulas::component(Intrinsic id, const std::vector<ValueId>& x) {
                 bin(Op::kSub, emit_.constant(3.0f), bin(Op::kMul, emit_.constant(2.0f), t));
             return bin(Op::kMul, bin(Op::kMul, t, t), ramp);
         }
-        case Intrinsic::kLerp:
+        case check::Intrinsic::kLerp:
             return bin(Op::kAdd, x[0], bin(Op::kMul, x[2], bin(Op::kSub, x[1], x[0])));
-        case Intrinsic::kRadians:
+        case check::Intrinsic::kRadians:
             return bin(Op::kMul, x[0], emit_.constant(kRadiansPerDegree));
-        case Intrinsic::kDegrees:
+        case check::Intrinsic::kDegrees:
             return bin(Op::kMul, x[0], emit_.constant(kDegreesPerRadian));
-        case Intrinsic::kIsNan:
+        case check::Intrinsic::kIsNan:
             return emit_.unary(Op::kIsNan, x[0]);
-        case Intrinsic::kIsInf:
-        case Intrinsic::kIsFinite: {
+        case check::Intrinsic::kIsInf:
+        case check::Intrinsic::kIsFinite: {
             const ValueId inf = emit_.constant(std::numeric_limits<float>::infinity());
-            const Op op = id == Intrinsic::kIsInf ? Op::kEq : Op::kLt;
+            const Op op = id == check::Intrinsic::kIsInf ? Op::kEq : Op::kLt;
             return bin(op, emit_.unary(Op::kAbs, x[0]), inf);
         }
         default:
@@ -211,42 +211,42 @@ ValueId Formulas::component(Intrinsic id, const std::vector<ValueId>& x) {
     }
 }
 
-Value Formulas::geometric(Intrinsic id, const std::vector<Value>& args) {
+Value Formulas::geometric(check::Intrinsic id, const std::vector<Value>& args) {
     const Value& a = args[0];
     const Value& b = args.size() > 1 ? args[1] : args[0];
     switch (id) {
-        case Intrinsic::kAny:
-        case Intrinsic::kAll: {
+        case check::Intrinsic::kAny:
+        case check::Intrinsic::kAll: {
             ValueId out = emit_.convert(a[0], ir::Type::kBool);
             for (size_t i = 1; i < a.size(); ++i) {
                 const ValueId next = emit_.convert(a[i], ir::Type::kBool);
-                out = id == Intrinsic::kAny ? emit_.logical_or(out, next)
-                                            : emit_.logical_and(out, next);
+                out = id == check::Intrinsic::kAny ? emit_.logical_or(out, next)
+                                                   : emit_.logical_and(out, next);
             }
             return {out};
         }
-        case Intrinsic::kDot:
+        case check::Intrinsic::kDot:
             return {dot(a, b)};
-        case Intrinsic::kLength:
+        case check::Intrinsic::kLength:
             return {emit_.unary(Op::kSqrt, dot(a, a))};
-        case Intrinsic::kDistance: {
+        case check::Intrinsic::kDistance: {
             const Value d = binary(Op::kSub, a, b);
             return {emit_.unary(Op::kSqrt, dot(d, d))};
         }
-        case Intrinsic::kNormalize:
+        case check::Intrinsic::kNormalize:
             return binary(Op::kDiv, a, {emit_.unary(Op::kSqrt, dot(a, a))});
-        case Intrinsic::kReflect: {
+        case check::Intrinsic::kReflect: {
             const ValueId twice = emit_.binary(Op::kMul, emit_.constant(2.0f), dot(a, b));
             return binary(Op::kSub, a, binary(Op::kMul, b, {twice}));
         }
-        case Intrinsic::kFaceforward: {
+        case check::Intrinsic::kFaceforward: {
             const ValueId away = emit_.binary(Op::kLt, dot(args[1], args[2]), emit_.constant(0.0f));
             Value out;
             for (ValueId n : a)
                 out.push_back(emit_.select(away, n, emit_.unary(Op::kNeg, n)));
             return out;
         }
-        case Intrinsic::kCross: {
+        case check::Intrinsic::kCross: {
             Value out;
             for (size_t i = 0; i < 3; ++i) {
                 const size_t j = (i + 1) % 3;
@@ -256,7 +256,7 @@ Value Formulas::geometric(Intrinsic id, const std::vector<Value>& args) {
             }
             return out;
         }
-        case Intrinsic::kRefract:
+        case check::Intrinsic::kRefract:
             return refract(args);
         default:
             return a;
@@ -285,7 +285,7 @@ Value Formulas::refract(const std::vector<Value>& args) {
     return out;
 }
 
-ValueId Formulas::elementary(Intrinsic id, ValueId x, ValueId y) {
+ValueId Formulas::elementary(check::Intrinsic id, ValueId x, ValueId y) {
     if (const std::optional<Op> op = operation(id)) {
         const bool two = ir::arity(*op) == 2;
         return emit_.function(*op, 0, two ? std::vector<ValueId>{x, y} : std::vector<ValueId>{x});
@@ -293,19 +293,19 @@ ValueId Formulas::elementary(Intrinsic id, ValueId x, ValueId y) {
     const ir::Type type = emit_.type(x);
     const ValueId none = uint_constant(~0u);
     switch (id) {
-        case Intrinsic::kLdexp:
+        case check::Intrinsic::kLdexp:
             return emit_.binary(Op::kMul, x, emit_.function(Op::kExp2, 0, {y}));
-        case Intrinsic::kAsFloat:
+        case check::Intrinsic::kAsFloat:
             return emit_.bit_cast(x, ir::Type::kFloat);
-        case Intrinsic::kAsInt:
+        case check::Intrinsic::kAsInt:
             return emit_.convert(float_bits(x), ir::Type::kInt);
-        case Intrinsic::kAsUint:
+        case check::Intrinsic::kAsUint:
             return emit_.convert(float_bits(x), ir::Type::kUint);
-        case Intrinsic::kReverseBits:
+        case check::Intrinsic::kReverseBits:
             return reverse_bits(emit_.convert(x, ir::Type::kUint));
-        case Intrinsic::kCountBits:
+        case check::Intrinsic::kCountBits:
             return count_bits(emit_.convert(x, ir::Type::kUint));
-        case Intrinsic::kFirstBitLow: {
+        case check::Intrinsic::kFirstBitLow: {
             const ValueId u = emit_.convert(x, ir::Type::kUint);
             const ValueId lowest = emit_.binary(Op::kBitAnd, u, emit_.unary(Op::kNeg, u));
             const ValueId below = emit_.binary(Op::kSub, lowest, uint_constant(1));
@@ -390,18 +390,18 @@ std::array<ValueId, 2> Formulas::mantissa_and_exponent(ValueId x) {
     return {emit_.select(plain, mantissa, x), emit_.select(plain, number, emit_.constant(0.0f))};
 }
 
-Value Formulas::field(Intrinsic id, int32_t size, const std::vector<Value>& args) {
+Value Formulas::field(check::Intrinsic id, int32_t size, const std::vector<Value>& args) {
     switch (id) {
-        case Intrinsic::kFbm:
-        case Intrinsic::kTurbulence:
+        case check::Intrinsic::kFbm:
+        case check::Intrinsic::kTurbulence:
             return {octaves(id, args)};
-        case Intrinsic::kCurl:
+        case check::Intrinsic::kCurl:
             return curl(args);
-        case Intrinsic::kHash:
-        case Intrinsic::kHash2:
-        case Intrinsic::kHash3:
-        case Intrinsic::kHash4:
-        case Intrinsic::kHashUint:
+        case check::Intrinsic::kHash:
+        case check::Intrinsic::kHash2:
+        case check::Intrinsic::kHash3:
+        case check::Intrinsic::kHash4:
+        case check::Intrinsic::kHashUint:
             return hash(id, size, args);
         default:
             return noise(id, size, args);
@@ -414,12 +414,15 @@ ValueId Formulas::noise_value(Op op, int32_t which, const Value& p, ValueId seed
     return emit_.function(op, which, std::move(args));
 }
 
-Value Formulas::noise(Intrinsic id, int32_t size, const std::vector<Value>& args) {
-    const bool simplex = id == Intrinsic::kSimplex || id == Intrinsic::kSimplexGradient;
-    const bool periodic = id == Intrinsic::kPnoise || id == Intrinsic::kPnoiseGradient;
-    const bool cellular = id == Intrinsic::kCellular;
-    const bool gradient = id == Intrinsic::kNoiseGradient || id == Intrinsic::kPnoiseGradient ||
-                          id == Intrinsic::kSimplexGradient;
+Value Formulas::noise(check::Intrinsic id, int32_t size, const std::vector<Value>& args) {
+    const bool simplex =
+        id == check::Intrinsic::kSimplex || id == check::Intrinsic::kSimplexGradient;
+    const bool periodic =
+        id == check::Intrinsic::kPnoise || id == check::Intrinsic::kPnoiseGradient;
+    const bool cellular = id == check::Intrinsic::kCellular;
+    const bool gradient = id == check::Intrinsic::kNoiseGradient ||
+                          id == check::Intrinsic::kPnoiseGradient ||
+                          id == check::Intrinsic::kSimplexGradient;
     Value list = args[0];
     if (periodic) list.insert(list.end(), args[1].begin(), args[1].end());
     const Op op = simplex ? Op::kSimplex : cellular ? Op::kCellular : Op::kNoise;
@@ -433,7 +436,7 @@ Value Formulas::noise(Intrinsic id, int32_t size, const std::vector<Value>& args
 
 /// Sum over octaves k of gain^k noise(lacunarity^k p, a seed of its own); of turbulence of the
 /// noise's magnitude. Octaves beyond what is asked for add nothing.
-ValueId Formulas::octaves(Intrinsic id, const std::vector<Value>& args) {
+ValueId Formulas::octaves(check::Intrinsic id, const std::vector<Value>& args) {
     const ValueId count = args[1][0];
     const bool known = emit_.is_constant(count);
     int32_t most = kMaxOctaves;
@@ -444,7 +447,7 @@ ValueId Formulas::octaves(Intrinsic id, const std::vector<Value>& args) {
     ValueId sum = emit_.constant(0.0f);
     for (int32_t k = 0; k < most; ++k) {
         ValueId value = noise_value(Op::kNoise, 0, p, seed);
-        if (id == Intrinsic::kTurbulence) value = emit_.unary(Op::kAbs, value);
+        if (id == check::Intrinsic::kTurbulence) value = emit_.unary(Op::kAbs, value);
         const ValueId more = emit_.binary(Op::kAdd, sum, emit_.binary(Op::kMul, value, weight));
         const ValueId number = emit_.constant(ir::Type::kInt, static_cast<uint32_t>(k));
         sum = known ? more : emit_.select(emit_.binary(Op::kGt, count, number), more, sum);
@@ -480,14 +483,14 @@ Value Formulas::curl(const std::vector<Value>& args) {
 }
 
 /// Floats in [0, 1): the upper 24 bits. 0 and -0 are one argument, so are all NaNs.
-Value Formulas::hash(Intrinsic id, int32_t size, const std::vector<Value>& args) {
+Value Formulas::hash(check::Intrinsic id, int32_t size, const std::vector<Value>& args) {
     std::vector<ValueId> words;
     for (ValueId x : args[0]) {
         if (emit_.type(x) == ir::Type::kFloat) x = emit_.binary(Op::kAdd, x, emit_.constant(0.0f));
         words.push_back(emit_.convert(float_bits(x), ir::Type::kUint));
     }
     words.push_back(args[1][0]);
-    if (id == Intrinsic::kHashUint) return {emit_.function(Op::kHash, 0, words)};
+    if (id == check::Intrinsic::kHashUint) return {emit_.function(Op::kHash, 0, words)};
     Value out;
     for (int32_t k = 0; k < size; ++k) {
         const ValueId bits =
@@ -545,4 +548,4 @@ Value Formulas::inverse(const Value& m, size_t n) {
     return out;
 }
 
-}  // namespace openfab::sema
+}  // namespace openfab::translate

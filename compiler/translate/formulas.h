@@ -13,7 +13,7 @@
 #include "compiler/check/tree.h"
 #include "compiler/translate/emitter.h"
 
-namespace openfab::sema {
+namespace openfab::translate {
 
 /// Components of a value: of a composition one per slot, of a material or texture its index.
 using Value = std::vector<ir::ValueId>;
@@ -29,16 +29,16 @@ class Formulas {
     ir::ValueId sum(const Value& values);
 
     /// `min` to `isfinite`, of one component of each argument.
-    ir::ValueId component(Intrinsic id, const std::vector<ir::ValueId>& x);
+    ir::ValueId component(check::Intrinsic id, const std::vector<ir::ValueId>& x);
     /// Of one component too: a function of the IR, or one that looks at bits. Those of one argument
     /// do not look at `y`.
-    ir::ValueId elementary(Intrinsic id, ir::ValueId x, ir::ValueId y);
-    static bool is_elementary(Intrinsic id);
+    ir::ValueId elementary(check::Intrinsic id, ir::ValueId x, ir::ValueId y);
+    static bool is_elementary(check::Intrinsic id);
     /// Of whole vectors: `any`, `dot`, `refract`, …
-    Value geometric(Intrinsic id, const std::vector<Value>& args);
-    static bool is_geometric(Intrinsic id);
+    Value geometric(check::Intrinsic id, const std::vector<Value>& args);
+    static bool is_geometric(check::Intrinsic id);
     /// Noises and hashes; `size` components come out.
-    Value field(Intrinsic id, int32_t size, const std::vector<Value>& args);
+    Value field(check::Intrinsic id, int32_t size, const std::vector<Value>& args);
     /// Of frexp.
     std::array<ir::ValueId, 2> mantissa_and_exponent(ir::ValueId x);
 
@@ -56,12 +56,12 @@ class Formulas {
     ir::ValueId reverse_bits(ir::ValueId x);
     ir::ValueId count_bits(ir::ValueId x);
     ir::ValueId noise_value(ir::Op op, int32_t which, const Value& p, ir::ValueId seed);
-    Value noise(Intrinsic id, int32_t size, const std::vector<Value>& args);
-    ir::ValueId octaves(Intrinsic id, const std::vector<Value>& args);
+    Value noise(check::Intrinsic id, int32_t size, const std::vector<Value>& args);
+    ir::ValueId octaves(check::Intrinsic id, const std::vector<Value>& args);
     Value curl(const std::vector<Value>& args);
-    Value hash(Intrinsic id, int32_t size, const std::vector<Value>& args);
+    Value hash(check::Intrinsic id, int32_t size, const std::vector<Value>& args);
 
     Emitter& emit_;
 };
 
-}  // namespace openfab::sema
+}  // namespace openfab::translate

@@ -10,7 +10,7 @@
 
 #include "compiler/ir/arithmetic.h"
 
-namespace openfab::sema {
+namespace openfab::translate {
 
 namespace {
 
@@ -51,7 +51,7 @@ class Analysis {
   private:
     const Instr& at(ValueId id) const { return stage_.instrs[id]; }
 
-    /// Where `value` is `truth`, what else is known?
+    /// Records what follows from `value` being `truth`.
     void assume(ValueId value, bool truth) {
         const Instr& instr = at(value);
         if (instr.op == Op::kNot) return assume(instr.args[0], !truth);
@@ -113,7 +113,7 @@ class Analysis {
         const std::optional<Range> step = offset(next_[k], var, kDepth);
         if (!first || !end || !ahead || !step) return false;
         const bool up = op == Op::kLt || op == Op::kLe;
-        // As if it went up: mirror the other direction.
+        // Mirrors a loop that counts down.
         const Range f = up ? *first : Range{-first->hi, -first->lo};
         const Range a = up ? *ahead : Range{-ahead->hi, -ahead->lo};
         const Range s = up ? *step : Range{-step->hi, -step->lo};
@@ -352,4 +352,4 @@ bool trips_at_most(const ir::Stage& stage, ValueId loop, ValueId again,
     return Analysis(stage, loop, next).run(again, tests, limit);
 }
 
-}  // namespace openfab::sema
+}  // namespace openfab::translate

@@ -2,21 +2,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// How often a loop runs at most, as far as its test tells: some variable of it moves by at least a
-// known step in each trip and is compared with something whose range is known (a constant, what
-// min, max, clamp or a mask bound).
+// Bounds the trips of a loop by its test: one of its variables moves by at least a known step in
+// each trip and is compared with something whose range is known (a constant, or a value that min,
+// max, clamp or a mask bounds).
 
 #include <vector>
 
 #include "compiler/ir/ir.h"
 
-namespace openfab::sema {
+namespace openfab::translate {
 
-/// True where the loop surely runs at most `limit` times. It is not ended yet: `again` is its
+/// True if the loop provably runs at most `limit` times. It is not ended yet: `again` is its
 /// condition and `next` holds the next value of each LoopVar, as LoopEnd will have them. `tests`
 /// hold in each of its trips: those of the loops around it.
 bool trips_at_most(const ir::Stage& stage, ir::ValueId loop, ir::ValueId again,
                    const std::vector<ir::ValueId>& next, const std::vector<ir::ValueId>& tests,
                    int limit);
 
-}  // namespace openfab::sema
+}  // namespace openfab::translate

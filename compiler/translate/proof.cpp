@@ -8,7 +8,7 @@
 #include <tuple>
 #include <utility>
 
-namespace openfab::sema {
+namespace openfab::translate {
 
 using ir::Op;
 using ir::ValueId;
@@ -166,4 +166,4 @@ bool follows(const ir::Stage& stage, const std::vector<ValueId>& given, ValueId 
     return holds == Diagram::kTrue && !diagram.too_large();
 }
 
-}  // namespace openfab::sema
+}  // namespace openfab::translate

@@ -9,7 +9,7 @@
 #include "compiler/ir/arithmetic.h"
 #include "compiler/translate/proof.h"
 
-namespace openfab::sema {
+namespace openfab::translate {
 
 using ir::Instr;
 using ir::Op;
@@ -17,12 +17,12 @@ using ir::ValueId;
 
 namespace {
 
-constexpr int kDepth = 8;               // of formulas that are looked through
-constexpr size_t kMaxSame = 64;         // trips in which an index is the same
-constexpr size_t kMaxTests = 16;        // of one formula
-constexpr size_t kMaxPlaces = 1 << 22;  // of a read, all trips together
-constexpr size_t kLooksOfProof = 64;    // that a diagram takes as long as
-constexpr size_t kMaxSteps = 1 << 17;   // instructions that are followed, all trips together
+constexpr int kDepth = 8;                     // of formulas that are looked through
+constexpr size_t kMaxSame = 64;               // trips in which an index is the same
+constexpr size_t kMaxTests = 16;              // of one formula
+constexpr size_t kMaxAlternatives = 1 << 22;  // of a read, all trips together
+constexpr size_t kLooksOfProof = 64;          // that a diagram takes as long as
+constexpr size_t kMaxSteps = 1 << 17;         // instructions that are followed, all trips together
 
 bool is_comparison(Op op) {
     return op >= Op::kEq && op <= Op::kGe;
@@ -150,7 +150,7 @@ void SureTrips::follow(ValueId again, const std::vector<ValueId>& roots) {
         if (all_) return;
         sure = sure && more;
         for (auto variable = state.begin(); variable != state.end();) {
-            const Bits bits = bits_of(next_[static_cast<size_t>(variable->first)]);
+            const Bits bits = bits_of(next_[variable->first]);
             if (bits) variable->second = *bits;
             variable = bits ? std::next(variable) : state.erase(variable);
         }
@@ -245,11 +245,11 @@ ValueId SureTrips::some_gives(ValueId fact, Emitter* emit) const {
 }
 
 /// That a trip runs is enough for those before it to have run to their end.
-bool SureTrips::is_assigned(const DoubtfulRead::Place& place, size_t trip, const ByTrips& by_trips,
-                            Emitter* emit) {
-    ValueId here = exactly(place.condition, trip, kDepth, emit);
+bool SureTrips::is_assigned(const DoubtfulRead::Alternative& alternative, size_t trip,
+                            const ByTrips& by_trips, Emitter* emit) {
+    ValueId here = exactly(alternative.condition, trip, kDepth, emit);
     if (here == ir::kNoValue) here = emit->constant(true);
-    for (const ValueId assigned : place.assigned) {
+    for (const ValueId assigned : alternative.assigned) {
         if (looks_ == 0) return false;
         --looks_;
         const ValueId fact = at_least(assigned, trip, kDepth, by_trips, emit);
@@ -261,23 +261,23 @@ bool SureTrips::is_assigned(const DoubtfulRead::Place& place, size_t trip, const
 }
 
 bool SureTrips::always_assigned(const DoubtfulRead& read, const ByTrips& by_trips, Emitter* emit) {
-    if (!all_ || trips_.size() * read.places.size() > kMaxPlaces) return false;
+    if (!all_ || trips_.size() * read.alternatives.size() > kMaxAlternatives) return false;
     for (size_t trip = 0; trip < trips_.size(); ++trip) {
         if (known(read.reached, trip, kDepth) == Bits(0)) continue;
         std::map<ValueId, Bits> indices;
-        for (const DoubtfulRead::Place& place : read.places) {
+        for (const DoubtfulRead::Alternative& alternative : read.alternatives) {
             // Most places of an array are another one: `index == number` is not true.
-            const Instr& condition = at(place.condition);
+            const Instr& condition = at(alternative.condition);
             if (condition.op == Op::kEq && at(condition.args[1]).op == Op::kConst) {
                 const auto [index, fresh] = indices.try_emplace(condition.args[0]);
                 if (fresh) index->second = known(index->first, trip, kDepth);
                 if (index->second && *index->second != at(condition.args[1]).bits) continue;
             }
-            if (known(place.condition, trip, kDepth) == Bits(0)) continue;
-            if (!is_assigned(place, trip, by_trips, emit)) return false;
+            if (known(alternative.condition, trip, kDepth) == Bits(0)) continue;
+            if (!is_assigned(alternative, trip, by_trips, emit)) return false;
         }
     }
     return true;
 }
 
-}  // namespace openfab::sema
+}  // namespace openfab::translate

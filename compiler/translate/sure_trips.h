@@ -16,19 +16,19 @@
 #include "compiler/check/tree.h"
 #include "compiler/translate/emitter.h"
 
-namespace openfab::sema {
+namespace openfab::translate {
 
 /// A read in a loop of what an earlier trip may have to assign: as bools, where it is reached, and
 /// of each place that it may be of, where it is that one and whether its components are assigned.
 struct DoubtfulRead {
-    struct Place {
+    struct Alternative {
         ir::ValueId condition = 0;
         std::vector<ir::ValueId> assigned;
     };
-    const Symbol* symbol = nullptr;
+    const check::Symbol* symbol = nullptr;
     source::Span span;
     ir::ValueId reached = 0;
-    std::vector<Place> places;
+    std::vector<Alternative> alternatives;
 };
 
 class SureTrips {
@@ -65,8 +65,8 @@ class SureTrips {
     ir::ValueId at_least(ir::ValueId value, size_t trip, int depth, const ByTrips& by_trips,
                          Emitter* emit) const;
     ir::ValueId some_gives(ir::ValueId fact, size_t end, Emitter* emit) const;
-    bool is_assigned(const DoubtfulRead::Place& place, size_t trip, const ByTrips& by_trips,
-                     Emitter* emit);
+    bool is_assigned(const DoubtfulRead::Alternative& alternative, size_t trip,
+                     const ByTrips& by_trips, Emitter* emit);
 
     const ir::Stage& stage_;
     const ir::ValueId loop_;
@@ -78,4 +78,4 @@ class SureTrips {
     std::map<Test, std::vector<size_t>> trips_where_;  ///< the first ones in which they are equal
 };
 
-}  // namespace openfab::sema
+}  // namespace openfab::translate

@@ -11,7 +11,7 @@
 
 #include "compiler/translate/translate_state.h"
 
-namespace openfab::sema {
+namespace openfab::translate {
 
 using ir::ValueId;
 
@@ -23,7 +23,7 @@ std::string component_name(const std::string& name, int32_t components, int32_t 
 
 /// The input that all components of output `index` copy in order, or -1.
 int32_t copied_input(const ir::Fablet& fablet, int32_t index) {
-    const ir::Varying& output = fablet.surface_outputs[static_cast<size_t>(index)];
+    const ir::Varying& output = fablet.surface_outputs[index];
     int32_t source = -1;
     for (const ir::Output& out : fablet.surface.outputs) {
         if (out.kind != OPENFAB_ARG_SURFACE_OUT || out.a != index) continue;
@@ -34,11 +34,12 @@ int32_t copied_input(const ir::Fablet& fablet, int32_t index) {
         source = instr.a;
     }
     if (source < 0) return -1;
-    const ir::Varying& input = fablet.surface_inputs[static_cast<size_t>(source)];
+    const ir::Varying& input = fablet.surface_inputs[source];
     return input.type == output.type && input.components == output.components ? source : -1;
 }
 
-std::vector<uint32_t> default_bits(const Fablet& fablet, const Symbol& symbol, diag::Sink* sink) {
+std::vector<uint32_t> default_bits(const check::Fablet& fablet, const check::Symbol& symbol,
+                                   diag::Sink* sink) {
     if (symbol.init == nullptr) return {};
     ir::Stage scratch;
     StageTranslator translator(fablet, ir::StageKind::kVolume, &scratch, sink);
@@ -47,7 +48,7 @@ std::vector<uint32_t> default_bits(const Fablet& fablet, const Symbol& symbol, d
     return bits;
 }
 
-using Functions = std::vector<std::unique_ptr<Function>>;
+using Functions = std::vector<std::unique_ptr<check::Function>>;
 
 /// True of what a function's own text is to blame for, whatever it is called with; that a variable
 /// may lack a value is better known where the arguments are.
@@ -58,13 +59,14 @@ bool is_of_text(diag::Id id, bool called) {
 
 /// Looks at each function by itself, so that it is checked even where nothing calls it. `steps`
 /// counts those of all of them.
-void check_functions(const Fablet& fablet, const Functions& functions,
-                     const std::set<const Function*>& called, size_t* steps, diag::Sink* sink) {
+void check_functions(const check::Fablet& fablet, const Functions& functions,
+                     const std::set<const check::Function*>& called, size_t* steps,
+                     diag::Sink* sink) {
     for (const auto& f : functions) {
-        if (*steps > kMaxSteps) {
+        if (*steps > check::kMaxSteps) {
             sink->report(f->span, diag::kTooComplex,
                          fmt::format("the functions up to here come to more than {} statements",
-                                     kMaxSteps))
+                                     check::kMaxSteps))
                 .help("short loops are unrolled: make the innermost ones smaller");
             return;
         }
@@ -80,17 +82,17 @@ void check_functions(const Fablet& fablet, const Functions& functions,
 }
 
 /// What functions outside fablets see: one of each, which might be any.
-Fablet no_fablet() {
-    Fablet out;
+check::Fablet no_fablet() {
+    check::Fablet out;
     out.ir.slot_count = out.ir.texture_count = out.ir.object_count = 1;
     out.ir.void_slot = 0;
-    out.point_members = common_point_members();
+    out.point_members = check::common_point_members();
     return out;
 }
 
-ir::Fablet translate_fablet(const Fablet& fablet, const TranslateOptions& options,
-                            std::set<const Function*>* called, diag::Sink* sink) {
-    const auto run = [&](ir::StageKind kind, const Stage& stage, ir::Stage* to) {
+ir::Fablet translate_fablet(const check::Fablet& fablet, const TranslateOptions& options,
+                            std::set<const check::Function*>* called, diag::Sink* sink) {
+    const auto run = [&](ir::StageKind kind, const check::Stage& stage, ir::Stage* to) {
         StageTranslator translator(fablet, kind, to, sink);
         translator.run(stage, options);
         called->insert(translator.inlined().begin(), translator.inlined().end());
@@ -114,20 +116,21 @@ ir::Fablet translate_fablet(const Fablet& fablet, const TranslateOptions& option
 
 }  // namespace
 
-ir::Module translate(const Program& program, const TranslateOptions& options, diag::Sink* sink) {
+ir::Module translate(const check::Program& program, const TranslateOptions& options,
+                     diag::Sink* sink) {
     ir::Module module;
-    std::set<const Function*> called;
-    for (const Fablet& fablet : program.fablets) {
+    std::set<const check::Function*> called;
+    for (const check::Fablet& fablet : program.fablets) {
         module.fablets.push_back(translate_fablet(fablet, options, &called, sink));
     }
     size_t steps = 0;
-    for (const Fablet& fablet : program.fablets)
+    for (const check::Fablet& fablet : program.fablets)
         check_functions(fablet, fablet.functions, called, &steps, sink);
     check_functions(no_fablet(), program.functions, called, &steps, sink);
     return module;
 }
 
-std::vector<uint32_t> StageTranslator::constant_bits(const Expr& expr) {
+std::vector<uint32_t> StageTranslator::constant_bits(const check::Expr& expr) {
     live_ = emit_.constant(true);
     std::vector<uint32_t> bits;
     for (ValueId value : expression(expr)) {
@@ -137,14 +140,15 @@ std::vector<uint32_t> StageTranslator::constant_bits(const Expr& expr) {
     return bits;
 }
 
-void StageTranslator::run(const Stage& stage, const TranslateOptions& options) {
+void StageTranslator::run(const check::Stage& stage, const TranslateOptions& options) {
     stage_->kind = kind_;
     options_ = options;
     live_ = emit_.constant(true);
     for (const auto& symbol : stage.symbols)
         add_stage_symbol(*symbol);
     const bool surface = kind_ == ir::StageKind::kSurface;
-    const Type result = surface ? kFloat3Type : Type{Base::kComposition, 1};
+    const check::Type result =
+        surface ? check::kFloat3Type : check::Type{check::Base::kComposition, 1};
     frame_.returned = add_flag();
     frame_.result = add_variable({zero(result), {}});
     statements(stage.body->body);
@@ -157,18 +161,19 @@ void StageTranslator::run(const Stage& stage, const TranslateOptions& options) {
     if (!gave_up_) ir::drop_dead_values(stage_);
 }
 
-void StageTranslator::add_stage_symbol(const Symbol& symbol) {
-    if (symbol.kind == SymbolKind::kAttributes) return;
+void StageTranslator::add_stage_symbol(const check::Symbol& symbol) {
+    if (symbol.kind == check::SymbolKind::kAttributes) return;
     emit_.set_span(symbol.span);
     Variable v;
-    if (symbol.kind == SymbolKind::kSurfaceOutput) {
+    if (symbol.kind == check::SymbolKind::kSurfaceOutput) {
         v.value = zero(symbol.type);
         v.assigned.assign(v.value.size(), emit_.constant(false));
     } else {
-        const int32_t kind =
-            symbol.kind == SymbolKind::kNearest ? OPENFAB_ARG_NEAREST : OPENFAB_ARG_SURFACE_IN;
+        const int32_t kind = symbol.kind == check::SymbolKind::kNearest ? OPENFAB_ARG_NEAREST
+                                                                        : OPENFAB_ARG_SURFACE_IN;
         for (int32_t i = 0; i < symbol.type.size; ++i) {
-            v.value.push_back(emit_.input(component_type(symbol.type), kind, symbol.index, i));
+            v.value.push_back(
+                emit_.input(check::component_type(symbol.type), kind, symbol.index, i));
         }
     }
     frame_.variables[&symbol] = add_variable(std::move(v));
@@ -179,19 +184,19 @@ void StageTranslator::add_output(std::string name, int32_t kind, int32_t a, int3
     stage_->outputs.push_back({std::move(name), kind, a, b, value});
 }
 
-void StageTranslator::finish_surface(const Stage& stage) {
+void StageTranslator::finish_surface(const check::Stage& stage) {
     const Value& displacement = variables_[frame_.result].value;
     for (int32_t axis = 0; axis < 3; ++axis) {
         add_output(component_name("displacement", 3, axis), OPENFAB_ARG_POSITION, 0, axis,
-                   displacement[static_cast<size_t>(axis)]);
+                   displacement[axis]);
     }
     for (const auto& symbol : stage.symbols) {
-        if (symbol->kind != SymbolKind::kSurfaceOutput) continue;
+        if (symbol->kind != check::SymbolKind::kSurfaceOutput) continue;
         const Variable& v = variables_[variable_of(*symbol)];
         check_assigned(v, *symbol);
         for (int32_t i = 0; i < symbol->type.size; ++i) {
             add_output(component_name(symbol->name, symbol->type.size, i), OPENFAB_ARG_SURFACE_OUT,
-                       symbol->index, i, v.value[static_cast<size_t>(i)]);
+                       symbol->index, i, v.value[i]);
         }
     }
 }
@@ -203,12 +208,11 @@ void StageTranslator::finish_volume() {
         for (int32_t i = 0; i < u.array_length; ++i) {
             const int32_t slot = u.first_index + i;
             add_output(u.array_length == 1 ? u.name : fmt::format("{}[{}]", u.name, i),
-                       OPENFAB_ARG_WEIGHT, slot, 0, amounts[static_cast<size_t>(slot)]);
+                       OPENFAB_ARG_WEIGHT, slot, 0, amounts[slot]);
         }
     }
     const int32_t slot = fablet_.ir.void_slot;
-    if (slot >= 0)
-        add_output("VOID", OPENFAB_ARG_WEIGHT, slot, 0, amounts[static_cast<size_t>(slot)]);
+    if (slot >= 0) add_output("VOID", OPENFAB_ARG_WEIGHT, slot, 0, amounts[slot]);
 }
 
-}  // namespace openfab::sema
+}  // namespace openfab::translate

@@ -5,7 +5,7 @@
 #include "compiler/ir/arithmetic.h"
 #include "compiler/translate/translate_state.h"
 
-namespace openfab::sema {
+namespace openfab::translate {
 
 using ir::Op;
 using ir::ValueId;
@@ -16,10 +16,10 @@ constexpr int32_t kMaxChannel = 63;  // no image format that is read here has mo
 
 }  // namespace
 
-Value StageTranslator::intrinsic(const Expr& expr) {
+Value StageTranslator::intrinsic(const check::Expr& expr) {
     if (is_function_intrinsic(expr.intrinsic)) return function_call(expr);
     std::vector<Value> args;
-    for (const ExprPtr& arg : expr.args)
+    for (const check::ExprPtr& arg : expr.args)
         args.push_back(expression(*arg));
     emit_.set_span(expr.span);
     if (Formulas::is_geometric(expr.intrinsic)) return formulas_.geometric(expr.intrinsic, args);
@@ -33,7 +33,7 @@ Value StageTranslator::intrinsic(const Expr& expr) {
     return out;
 }
 
-Value StageTranslator::sample(const Expr& expr) {
+Value StageTranslator::sample(const check::Expr& expr) {
     const ValueId texture = scalar(*expr.args[0]);
     const ValueId channel = scalar(*expr.args[1]);
     const ValueId width = scalar(*expr.args[2]);
@@ -45,7 +45,7 @@ Value StageTranslator::sample(const Expr& expr) {
     if (gave_up_) return zero(expr.type);
     emit_.set_span(expr.span);
     if (!emit_.is_constant(channel)) {
-        sink_->report(expr.args[1]->span, diag::kNotConstant, "the channel of a look-up");
+        sink_->report(expr.args[1]->span, diag::kNotConstant, "the channel of a lookup");
         return zero(expr.type);
     }
     const int32_t first = ir::as_int(emit_.instr(channel).bits);
@@ -53,16 +53,16 @@ Value StageTranslator::sample(const Expr& expr) {
         sink_->report(expr.args[1]->span, diag::kOutOfRange, "channel", first, 0, kMaxChannel);
         return zero(expr.type);
     }
-    // Where the texture varies each that it may be is looked up by those who mean it.
+    // If the texture varies, each candidate is sampled under the condition that it is meant.
     const std::vector<int32_t> textures = possible_indices(texture, fablet_.ir.texture_count);
     Value out = zero(expr.type);
-    if (textures.size() > kMaxTextures) {
+    if (textures.size() > check::kMaxTextures) {
         sink_
             ->report(expr.span, diag::kTooComplex,
                      fmt::format("a varying index that may pick one of {} textures; at most {} "
-                                 "can be looked up",
-                                 textures.size(), kMaxTextures))
-            .help("each of them is looked up by the voxels that mean it: pack them in one texture");
+                                 "are supported",
+                                 textures.size(), check::kMaxTextures))
+            .help("each of them is sampled separately: pack them into one texture");
         return out;
     }
     for (int32_t index : textures) {
@@ -77,21 +77,21 @@ Value StageTranslator::sample(const Expr& expr) {
         args.push_back(width);
         for (int32_t i = 0; i < expr.type.size; ++i) {
             const ValueId value = emit_.sample(index, first + i, args);
-            out[static_cast<size_t>(i)] = emit_.select(here, value, out[static_cast<size_t>(i)]);
+            out[i] = emit_.select(here, value, out[i]);
         }
     }
     return out;
 }
 
-Value StageTranslator::composition(const Expr& expr) {
-    const Expr& object = *expr.args[0];
+Value StageTranslator::composition(const check::Expr& expr) {
+    const check::Expr& object = *expr.args[0];
     const Target to = target(object);
-    if (expr.kind == ExprKind::kClear) {
+    if (expr.kind == check::ExprKind::kClear) {
         store(to, zero(object.type));
         return {};
     }
     Value amounts = read(to, object);
-    if (expr.kind == ExprKind::kTotal) {
+    if (expr.kind == check::ExprKind::kTotal) {
         return {formulas_.sum(amounts)};
     }
     const ValueId material = scalar(*expr.args[1]);
@@ -103,7 +103,7 @@ Value StageTranslator::composition(const Expr& expr) {
     const bool known = emit_.is_constant(material);
     const size_t first = known ? emit_.instr(material).bits : 0;
     const size_t last = known ? first + 1 : amounts.size();
-    if (expr.kind == ExprKind::kGet) {
+    if (expr.kind == check::ExprKind::kGet) {
         ValueId out = emit_.constant(0.0f);
         for (size_t i = first; i < last; ++i) {
             out = emit_.select(is_slot(i), amounts[i], out);
@@ -117,17 +117,18 @@ Value StageTranslator::composition(const Expr& expr) {
     if (gave_up_) return {};
     emit_.set_span(expr.span);
     for (size_t i = first; i < last; ++i) {
-        const ValueId value =
-            expr.kind == ExprKind::kAdd ? emit_.binary(Op::kAdd, amounts[i], amount) : amount;
+        const ValueId value = expr.kind == check::ExprKind::kAdd
+                                  ? emit_.binary(Op::kAdd, amounts[i], amount)
+                                  : amount;
         amounts[i] = emit_.select(is_slot(i), value, amounts[i]);
     }
     store(to, amounts);
     return {};
 }
 
-/// The amounts of the upper one, and of the lower one what it leaves free:
+/// Adds to the upper amounts as much of the lower ones as they leave free:
 /// above + below * (1 - saturate(above.Total())).
-Value StageTranslator::over(const Expr& expr) {
+Value StageTranslator::over(const check::Expr& expr) {
     const Value above = expression(*expr.args[0]);
     const Value below = expression(*expr.args[1]);
     if (above.empty() || gave_up_) return zero(expr.type);
@@ -138,4 +139,4 @@ Value StageTranslator::over(const Expr& expr) {
     return formulas_.binary(Op::kAdd, above, formulas_.binary(Op::kMul, below, {rest}));
 }
 
-}  // namespace openfab::sema
+}  // namespace openfab::translate

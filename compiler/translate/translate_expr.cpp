@@ -7,54 +7,54 @@
 #include "compiler/ir/arithmetic.h"
 #include "compiler/translate/translate_state.h"
 
-namespace openfab::sema {
+namespace openfab::translate {
 
 using ir::Op;
 using ir::ValueId;
 
 /// Appends the IR type of each component of a value.
-void StageTranslator::add_components(const Type& type, std::vector<ir::Type>* out) const {
+void StageTranslator::add_components(const check::Type& type, std::vector<ir::Type>* out) const {
     if (type.is_array()) {
-        const Type element = type.element();
+        const check::Type element = type.element();
         for (int i = 0; i < type.length(); ++i)
             add_components(element, out);
         return;
     }
     switch (type.base) {
-        case Base::kError:
-        case Base::kVoid:
-        case Base::kSurfaceAttributes:  // there is one of each stage, and nothing to keep
-        case Base::kVolumeAttributes:
+        case check::Base::kError:
+        case check::Base::kVoid:
+        case check::Base::kSurfaceAttributes:  // there is one of each stage, and nothing to keep
+        case check::Base::kVolumeAttributes:
             return;
-        case Base::kStruct:
-            for (const StructMember& member : type.record->members)
+        case check::Base::kStruct:
+            for (const check::StructMember& member : type.record->members)
                 add_components(member.type, out);
             return;
-        case Base::kSurfacePoint:
-            for (const StructMember& member : fablet_.point_members)
+        case check::Base::kSurfacePoint:
+            for (const check::StructMember& member : fablet_.point_members)
                 add_components(member.type, out);
             return;
-        case Base::kComposition:
+        case check::Base::kComposition:
             out->insert(out->end(), static_cast<size_t>(fablet_.ir.slot_count), ir::Type::kFloat);
             return;
         default:
-            out->insert(out->end(), static_cast<size_t>(least_components(type)),
-                        component_type(type));
+            out->insert(out->end(), static_cast<size_t>(check::min_components(type)),
+                        check::component_type(type));
     }
 }
 
-std::vector<ir::Type> StageTranslator::components(const Type& type) const {
+std::vector<ir::Type> StageTranslator::components(const check::Type& type) const {
     std::vector<ir::Type> out;
     add_components(type, &out);
     return out;
 }
 
-size_t StageTranslator::component_count(const Type& type) const {
-    if (type.is_arithmetic()) return static_cast<size_t>(least_components(type));
+size_t StageTranslator::component_count(const check::Type& type) const {
+    if (type.is_arithmetic()) return static_cast<size_t>(check::min_components(type));
     return components(type).size();
 }
 
-Value StageTranslator::zero(const Type& type) {
+Value StageTranslator::zero(const check::Type& type) {
     Value out;
     for (ir::Type component : components(type))
         out.push_back(emit_.constant(component, 0));
@@ -62,7 +62,7 @@ Value StageTranslator::zero(const Type& type) {
 }
 
 /// For a variable without a first value; of a composition all have one, since it starts empty.
-Value StageTranslator::unassigned(const Type& type) {
+Value StageTranslator::unassigned(const check::Type& type) {
     if (type.is_array()) {
         const Value one = unassigned(type.element());
         Value out;
@@ -70,108 +70,108 @@ Value StageTranslator::unassigned(const Type& type) {
             out.insert(out.end(), one.begin(), one.end());
         return out;
     }
-    if (type.is(Base::kStruct)) {
+    if (type.is(check::Base::kStruct)) {
         Value out;
-        for (const StructMember& member : type.record->members) {
+        for (const check::StructMember& member : type.record->members) {
             const Value part = unassigned(member.type);
             out.insert(out.end(), part.begin(), part.end());
         }
         return out;
     }
-    return Value(component_count(type), emit_.constant(type.base == Base::kComposition));
+    return Value(component_count(type), emit_.constant(type.base == check::Base::kComposition));
 }
 
-StageTranslator::VariableId StageTranslator::variable_of(const Symbol& symbol) const {
+StageTranslator::VariableId StageTranslator::variable_of(const check::Symbol& symbol) const {
     return frame_.variables.at(&symbol);
 }
 
-Value StageTranslator::expression(const Expr& expr) {
+Value StageTranslator::expression(const check::Expr& expr) {
     if (gave_up_) return zero(expr.type);
     emit_.set_span(expr.span);
     switch (expr.kind) {
-        case ExprKind::kError:
+        case check::ExprKind::kError:
             return zero(expr.type);
-        case ExprKind::kConstant:
-            return {emit_.constant(component_type(expr.type), expr.bits)};
-        case ExprKind::kVariable:
+        case check::ExprKind::kConstant:
+            return {emit_.constant(check::component_type(expr.type), expr.bits)};
+        case check::ExprKind::kVariable:
             return variable(expr);
-        case ExprKind::kAttribute:
+        case check::ExprKind::kAttribute:
             return attribute(expr);
-        case ExprKind::kConvert:
+        case check::ExprKind::kConvert:
             return convert(expression(*expr.args[0]), expr.args[0]->type, expr.type);
-        case ExprKind::kUnary: {
+        case check::ExprKind::kUnary: {
             Value value = expression(*expr.args[0]);
             emit_.set_span(expr.span);
             for (ValueId& v : value)
                 v = emit_.unary(expr.op, v);
             return value;
         }
-        case ExprKind::kBinary: {
+        case check::ExprKind::kBinary: {
             const Value a = expression(*expr.args[0]);
             const Value b = expression(*expr.args[1]);
             emit_.set_span(expr.span);
             return formulas_.binary(expr.op, a, b);
         }
-        case ExprKind::kAndThen:
-        case ExprKind::kOrElse:
+        case check::ExprKind::kAndThen:
+        case check::ExprKind::kOrElse:
             return logical(expr);
-        case ExprKind::kConditional:
+        case check::ExprKind::kConditional:
             return conditional(expr);
-        case ExprKind::kSwizzle:
-        case ExprKind::kMember:
-        case ExprKind::kIndex: {
+        case check::ExprKind::kSwizzle:
+        case check::ExprKind::kMember:
+        case check::ExprKind::kIndex: {
             const Target at = target(expr);
             return read(at, expr);
         }
-        case ExprKind::kConstruct: {
+        case check::ExprKind::kConstruct: {
             if (expr.args.empty()) return zero(expr.type);
             Value out;
-            for (const ExprPtr& arg : expr.args) {
+            for (const check::ExprPtr& arg : expr.args) {
                 const Value part = expression(*arg);
                 out.insert(out.end(), part.begin(), part.end());
             }
             return out;
         }
-        case ExprKind::kAssign:
+        case check::ExprKind::kAssign:
             return assign(expr);
-        case ExprKind::kIncrement:
+        case check::ExprKind::kIncrement:
             return increment(expr);
-        case ExprKind::kComma:
+        case check::ExprKind::kComma:
             expression(*expr.args[0]);
             return expression(*expr.args[1]);
-        case ExprKind::kIntrinsic:
+        case check::ExprKind::kIntrinsic:
             return intrinsic(expr);
-        case ExprKind::kMatrix:
+        case check::ExprKind::kMatrix:
             return matrix(expr);
-        case ExprKind::kCall:
+        case check::ExprKind::kCall:
             return inline_call(expr);
-        case ExprKind::kSample:
+        case check::ExprKind::kSample:
             return sample(expr);
-        case ExprKind::kDistance:
+        case check::ExprKind::kDistance:
             return distance(expr);
-        case ExprKind::kNearestPoint:
+        case check::ExprKind::kNearestPoint:
             return nearest_point(expr);
-        case ExprKind::kDistanceTo:
+        case check::ExprKind::kDistanceTo:
             return distance_to(expr);
-        case ExprKind::kSet:
-        case ExprKind::kAdd:
-        case ExprKind::kGet:
-        case ExprKind::kClear:
-        case ExprKind::kTotal:
+        case check::ExprKind::kSet:
+        case check::ExprKind::kAdd:
+        case check::ExprKind::kGet:
+        case check::ExprKind::kClear:
+        case check::ExprKind::kTotal:
             return composition(expr);
-        case ExprKind::kOver:
+        case check::ExprKind::kOver:
             return over(expr);
-        case ExprKind::kPrint:
-            return print(expr);
+        case check::ExprKind::kPrintf:
+            return printf_call(expr);
     }
     return zero(expr.type);
 }
 
-Value StageTranslator::variable(const Expr& expr) {
-    const Symbol& symbol = *expr.symbol;
+Value StageTranslator::variable(const check::Expr& expr) {
+    const check::Symbol& symbol = *expr.symbol;
     switch (symbol.kind) {
-        case SymbolKind::kUniform: {
-            const ir::Uniform& u = fablet_.ir.uniforms[static_cast<size_t>(symbol.index)];
+        case check::SymbolKind::kUniform: {
+            const ir::Uniform& u = fablet_.ir.uniforms[symbol.index];
             Value out;
             if (u.kind != OPENFAB_UNIFORM_VALUE) {
                 for (int32_t i = 0; i < u.array_length; ++i) {
@@ -185,11 +185,11 @@ Value StageTranslator::variable(const Expr& expr) {
             }
             return out;
         }
-        case SymbolKind::kConstant:
+        case check::SymbolKind::kConstant:
             return constant(symbol);
-        case SymbolKind::kVoid:
+        case check::SymbolKind::kVoid:
             return {emit_.constant(ir::Type::kInt, static_cast<uint32_t>(fablet_.ir.void_slot))};
-        case SymbolKind::kAttributes:
+        case check::SymbolKind::kAttributes:
             return {};
         default:
             break;
@@ -198,7 +198,7 @@ Value StageTranslator::variable(const Expr& expr) {
 }
 
 /// A table is computed once: what comes out constant is kept.
-Value StageTranslator::constant(const Symbol& symbol) {
+Value StageTranslator::constant(const check::Symbol& symbol) {
     const std::vector<ir::Type> types = components(symbol.type);
     const auto known = constants_.find(&symbol);
     if (known != constants_.end()) {
@@ -249,7 +249,7 @@ Value StageTranslator::voxel_center() {
     return out;
 }
 
-Value StageTranslator::attribute(const Expr& expr) {
+Value StageTranslator::attribute(const check::Expr& expr) {
     const auto surface = [&](openfab_surface_attr which, int32_t components) {
         Value out;
         for (int32_t i = 0; i < components; ++i) {
@@ -258,26 +258,26 @@ Value StageTranslator::attribute(const Expr& expr) {
         return out;
     };
     switch (expr.attribute) {
-        case Attribute::kP:
+        case check::Attribute::kP:
             return formulas_.binary(Op::kAdd, surface(OPENFAB_SURFACE_P, 3),
                                     frame_vector(OPENFAB_FRAME_CENTER));
-        case Attribute::kN:
+        case check::Attribute::kN:
             return surface(OPENFAB_SURFACE_N, 3);
-        case Attribute::kNg:
+        case check::Attribute::kNg:
             return surface(OPENFAB_SURFACE_NG, 3);
-        case Attribute::kUv:
+        case check::Attribute::kUv:
             return surface(OPENFAB_SURFACE_UV, 2);
-        case Attribute::kDpdu:
+        case check::Attribute::kDpdu:
             return surface(OPENFAB_SURFACE_DPDU, 3);
-        case Attribute::kDpdv:
+        case check::Attribute::kDpdv:
             return surface(OPENFAB_SURFACE_DPDV, 3);
-        case Attribute::kInstance:
+        case check::Attribute::kInstance:
             return {emit_.input(ir::Type::kInt, OPENFAB_ARG_INSTANCE, 0, 0)};
-        case Attribute::kVoxelCenter:
+        case check::Attribute::kVoxelCenter:
             return voxel_center();
-        case Attribute::kVoxelSize:
+        case check::Attribute::kVoxelSize:
             return frame_vector(OPENFAB_FRAME_VOXEL_SIZE);
-        case Attribute::kBuildPosition: {
+        case check::Attribute::kBuildPosition: {
             Value at;
             for (int32_t axis = 0; axis < 3; ++axis) {
                 at.push_back(emit_.input(ir::Type::kFloat, ir::kVoxelCoord, axis, 0));
@@ -292,7 +292,8 @@ Value StageTranslator::attribute(const Expr& expr) {
 
 // --- operators
 
-Value StageTranslator::convert(const Value& from, const Type& from_type, const Type& to) {
+Value StageTranslator::convert(const Value& from, const check::Type& from_type,
+                               const check::Type& to) {
     Value out;
     const std::vector<ir::Type> types = components(to);
     for (size_t i = 0; i < types.size(); ++i) {
@@ -306,8 +307,8 @@ Value StageTranslator::convert(const Value& from, const Type& from_type, const T
     return out;
 }
 
-Value StageTranslator::logical(const Expr& expr) {
-    const bool is_and = expr.kind == ExprKind::kAndThen;
+Value StageTranslator::logical(const check::Expr& expr) {
+    const bool is_and = expr.kind == check::ExprKind::kAndThen;
     const ValueId left = scalar(*expr.args[0]);
     if (is_and ? emit_.is_false(left) : emit_.is_true(left)) return {left};
     ValueId right = 0;
@@ -317,7 +318,7 @@ Value StageTranslator::logical(const Expr& expr) {
     return {is_and ? emit_.logical_and(left, right) : emit_.logical_or(left, right)};
 }
 
-Value StageTranslator::conditional(const Expr& expr) {
+Value StageTranslator::conditional(const check::Expr& expr) {
     const ValueId test = scalar(*expr.args[0]);
     Value yes;
     Value no;
@@ -334,8 +335,8 @@ Value StageTranslator::conditional(const Expr& expr) {
 
 // --- assignment
 
-Value StageTranslator::assign(const Expr& expr) {
-    const Type& type = expr.args[0]->type;
+Value StageTranslator::assign(const check::Expr& expr) {
+    const check::Type& type = expr.args[0]->type;
     Value value = expression(*expr.args[1]);
     const Target to = target(*expr.args[0]);
     if (expr.compound) {
@@ -350,15 +351,15 @@ Value StageTranslator::assign(const Expr& expr) {
     return value;
 }
 
-Value StageTranslator::increment(const Expr& expr) {
+Value StageTranslator::increment(const check::Expr& expr) {
     const Target to = target(*expr.args[0]);
     const Value old = read(to, *expr.args[0]);
     emit_.set_span(expr.span);
-    const ir::Type type = component_type(expr.type);
+    const ir::Type type = check::component_type(expr.type);
     const ValueId one = emit_.convert(emit_.constant(ir::Type::kInt, 1), type);
     const Value value = formulas_.binary(expr.op, old, {one});
     store(to, value);
     return expr.postfix ? old : value;
 }
 
-}  // namespace openfab::sema
+}  // namespace openfab::translate

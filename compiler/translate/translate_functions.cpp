@@ -8,35 +8,36 @@
 
 #include "compiler/translate/translate_state.h"
 
-namespace openfab::sema {
+namespace openfab::translate {
 
 using ir::Op;
 using ir::ValueId;
 
-bool StageTranslator::is_function_intrinsic(Intrinsic id) {
-    return Formulas::is_elementary(id) || (id >= Intrinsic::kSincos && id <= Intrinsic::kHashUint);
+bool StageTranslator::is_function_intrinsic(check::Intrinsic id) {
+    return Formulas::is_elementary(id) ||
+           (id >= check::Intrinsic::kSincos && id <= check::Intrinsic::kHashUint);
 }
 
-Value StageTranslator::function_call(const Expr& expr) {
+Value StageTranslator::function_call(const check::Expr& expr) {
     switch (expr.intrinsic) {
-        case Intrinsic::kSincos:
-        case Intrinsic::kModf:
-        case Intrinsic::kFrexp:
+        case check::Intrinsic::kSincos:
+        case check::Intrinsic::kModf:
+        case check::Intrinsic::kFrexp:
             return several_results(expr);
         default:
             break;
     }
     std::vector<Value> args;
-    for (const ExprPtr& arg : expr.args)
+    for (const check::ExprPtr& arg : expr.args)
         args.push_back(expression(*arg));
     if (gave_up_) return zero(expr.type);
     emit_.set_span(expr.span);
     switch (expr.intrinsic) {
-        case Intrinsic::kDdx:
-        case Intrinsic::kDdy:
-        case Intrinsic::kFwidth:
+        case check::Intrinsic::kDdx:
+        case check::Intrinsic::kDdy:
+        case check::Intrinsic::kFwidth:
             return derivatives(expr, args[0]);
-        case Intrinsic::kRefract:
+        case check::Intrinsic::kRefract:
             return formulas_.geometric(expr.intrinsic, args);
         default:
             break;
@@ -54,7 +55,7 @@ Value StageTranslator::function_call(const Expr& expr) {
 }
 
 /// sincos(x, s, c); modf(x, whole) gives the rest; frexp(x, exponent) a mantissa in [0.5, 1).
-Value StageTranslator::several_results(const Expr& expr) {
+Value StageTranslator::several_results(const check::Expr& expr) {
     const Value x = expression(*expr.args[0]);
     std::vector<Target> targets;
     for (size_t i = 1; i < expr.args.size(); ++i)
@@ -63,10 +64,10 @@ Value StageTranslator::several_results(const Expr& expr) {
     emit_.set_span(expr.span);
     std::array<Value, 2> out;
     for (const ValueId v : x) {
-        if (expr.intrinsic == Intrinsic::kSincos) {
+        if (expr.intrinsic == check::Intrinsic::kSincos) {
             out[0].push_back(emit_.function(Op::kSin, 0, {v}));
             out[1].push_back(emit_.function(Op::kCos, 0, {v}));
-        } else if (expr.intrinsic == Intrinsic::kModf) {
+        } else if (expr.intrinsic == check::Intrinsic::kModf) {
             out[0].push_back(emit_.unary(Op::kTrunc, v));
             out[1].push_back(emit_.binary(Op::kSub, v, out[0].back()));
         } else {
@@ -80,7 +81,7 @@ Value StageTranslator::several_results(const Expr& expr) {
     return targets.size() > 1 ? Value{} : out[1];
 }
 
-Value StageTranslator::derivatives(const Expr& expr, const Value& x) {
+Value StageTranslator::derivatives(const check::Expr& expr, const Value& x) {
     if (alone_) {
         Value unknown;
         for (const ValueId v : x) {
@@ -98,14 +99,14 @@ Value StageTranslator::derivatives(const Expr& expr, const Value& x) {
     for (const ValueId v : x) {
         const ValueId along_x = emit_.function(Op::kDerivative, 0, {v});
         const ValueId along_y = emit_.function(Op::kDerivative, 1, {v});
-        if (expr.intrinsic == Intrinsic::kFwidth) {
+        if (expr.intrinsic == check::Intrinsic::kFwidth) {
             out.push_back(emit_.binary(Op::kAdd, emit_.unary(Op::kAbs, along_x),
                                        emit_.unary(Op::kAbs, along_y)));
         } else {
-            out.push_back(expr.intrinsic == Intrinsic::kDdx ? along_x : along_y);
+            out.push_back(expr.intrinsic == check::Intrinsic::kDdx ? along_x : along_y);
         }
     }
     return out;
 }
 
-}  // namespace openfab::sema
+}  // namespace openfab::translate

@@ -3,7 +3,7 @@
 //
 // Loops: unrolled where their trips are constant and that stays small, else real ones. A real loop
 // is translated as `if (test) do { body; step; } while (test)`, since every trip costs a pass over
-// memory. What one attempt has emitted and reported is undone before the next.
+// memory. A failed attempt is rolled back, code and reports, before the next.
 #include <algorithm>
 #include <utility>
 
@@ -12,7 +12,7 @@
 #include "compiler/translate/sure_trips.h"
 #include "compiler/translate/translate_state.h"
 
-namespace openfab::sema {
+namespace openfab::translate {
 
 using ir::ValueId;
 
@@ -23,28 +23,30 @@ namespace {
 constexpr int kFewTrips = 16;
 constexpr size_t kManyOperations = 4000;  // for few trips
 constexpr size_t kFewOperations = 1500;   // for more
-// Where a stage is as long as this, what is left of its loops stays loops.
-constexpr size_t kMostUnrolled = 12000;
-// Kernels more for what cuts a stage in phases.
+// The size of a stage from which no more loops are unrolled.
+constexpr size_t kMaxUnrolledOperations = 12000;
+// The most segments that unrolling may add to a stage.
 constexpr size_t kManyKernels = 16;
 
 size_t kernels_of(ir::Op op) {
     if (op == ir::Op::kLoop) return kManyKernels / 2;
-    return op == ir::Op::kQuery || op == ir::Op::kPrint ? 1 : 0;
+    return op == ir::Op::kQuery || op == ir::Op::kPrintf ? 1 : 0;
 }
 
 /// True of an expression of variables that costs nothing to compute again.
-bool is_plain(const Expr& expr) {
-    const bool arithmetic = expr.kind == ExprKind::kBinary || expr.kind == ExprKind::kUnary ||
-                            expr.kind == ExprKind::kConvert;
-    if (!arithmetic) return expr.kind == ExprKind::kVariable || expr.kind == ExprKind::kConstant;
+bool is_plain(const check::Expr& expr) {
+    const bool arithmetic = expr.kind == check::ExprKind::kBinary ||
+                            expr.kind == check::ExprKind::kUnary ||
+                            expr.kind == check::ExprKind::kConvert;
+    if (!arithmetic)
+        return expr.kind == check::ExprKind::kVariable || expr.kind == check::ExprKind::kConstant;
     return std::all_of(expr.args.begin(), expr.args.end(),
-                       [](const ExprPtr& arg) { return is_plain(*arg); });
+                       [](const check::ExprPtr& arg) { return is_plain(*arg); });
 }
 
-const Symbol* base_symbol(const Expr& target) {
-    const Expr* expr = &target;
-    while (expr->kind != ExprKind::kVariable) {
+const check::Symbol* base_symbol(const check::Expr& target) {
+    const check::Expr* expr = &target;
+    while (expr->kind != check::ExprKind::kVariable) {
         if (expr->args.empty()) return nullptr;
         expr = expr->args[0].get();
     }
@@ -55,37 +57,37 @@ const Symbol* base_symbol(const Expr& target) {
 /// up when the loop is translated.
 class AssignedSymbols {
   public:
-    void visit(const Stmt& stmt) {
-        if (stmt.kind == StmtKind::kReturn) returns = true;
-        for (const ExprPtr* expr : {&stmt.expr, &stmt.step}) {
+    void visit(const check::Stmt& stmt) {
+        if (stmt.kind == check::StmtKind::kReturn) returns = true;
+        for (const check::ExprPtr* expr : {&stmt.expr, &stmt.step}) {
             if (*expr != nullptr) visit(**expr);
         }
         if (stmt.init != nullptr) visit(*stmt.init);
-        for (const StmtPtr& child : stmt.body)
+        for (const check::StmtPtr& child : stmt.body)
             visit(*child);
     }
 
-    void visit(const Expr& expr) {
-        if (expr.kind == ExprKind::kAssign || expr.kind == ExprKind::kIncrement ||
-            expr.kind == ExprKind::kSet || expr.kind == ExprKind::kAdd ||
-            expr.kind == ExprKind::kClear) {
+    void visit(const check::Expr& expr) {
+        if (expr.kind == check::ExprKind::kAssign || expr.kind == check::ExprKind::kIncrement ||
+            expr.kind == check::ExprKind::kSet || expr.kind == check::ExprKind::kAdd ||
+            expr.kind == check::ExprKind::kClear) {
             add(*expr.args[0]);
         }
-        if (expr.kind == ExprKind::kCall && expr.function != nullptr) {
+        if (expr.kind == check::ExprKind::kCall && expr.function != nullptr) {
             for (size_t i = 0; i < expr.args.size(); ++i) {
                 if (expr.function->parameters[i]->is_out) add(*expr.args[i]);
             }
         }
-        for (const ExprPtr& arg : expr.args)
+        for (const check::ExprPtr& arg : expr.args)
             visit(*arg);
     }
 
-    std::vector<const Symbol*> symbols;
+    std::vector<const check::Symbol*> symbols;
     bool returns = false;
 
   private:
-    void add(const Expr& target) {
-        const Symbol* symbol = base_symbol(target);
+    void add(const check::Expr& target) {
+        const check::Symbol* symbol = base_symbol(target);
         if (symbol != nullptr) symbols.push_back(symbol);
     }
 };
@@ -93,14 +95,14 @@ class AssignedSymbols {
 }  // namespace
 
 StageTranslator::Attempt StageTranslator::attempt() const {
-    return {emit_.size(), stage_->prints.size(), sink_->mark(), variables_, open_, frame_,
-            live_,        inline_depth_,         doubts_.size()};
+    return {emit_.size(), stage_->printfs.size(), sink_->mark(), variables_, open_, frame_,
+            live_,        inline_depth_,          doubts_.size()};
 }
 
-/// Back to where an attempt began, all but what was reported.
-void StageTranslator::take_back(const Attempt& start) {
-    emit_.forget_after(start.instructions);
-    stage_->prints.resize(start.prints);
+/// Rolls back to the start of an attempt, all but the reports.
+void StageTranslator::rollback_code(const Attempt& start) {
+    emit_.truncate(start.instructions);
+    stage_->printfs.resize(start.printfs);
     variables_ = start.variables;
     open_ = start.open;
     frame_ = start.frame;
@@ -109,13 +111,13 @@ void StageTranslator::take_back(const Attempt& start) {
     doubts_.resize(start.doubts);
 }
 
-void StageTranslator::undo(const Attempt& start) {
-    take_back(start);
-    sink_->undo(start.reported);
+void StageTranslator::rollback(const Attempt& start) {
+    rollback_code(start);
+    sink_->rollback(start.reported);
     gave_up_ = false;
 }
 
-bool StageTranslator::holds(ValueId fact, ValueId and_where) const {
+bool StageTranslator::is_implied(ValueId fact, ValueId and_where) const {
     std::vector<ValueId> given = outer_live_;
     given.push_back(live_);
     given.push_back(and_where);
@@ -124,14 +126,14 @@ bool StageTranslator::holds(ValueId fact, ValueId and_where) const {
            follows(*stage_, given, fact);
 }
 
-/// `assigned`, or by a trip of which no more is known.
+/// Returns `assigned`, or true in an unknown trip.
 ValueId StageTranslator::assigned_by_a_trip(ValueId assigned, int32_t which) {
     if (emit_.is_true(assigned)) return assigned;
     const ValueId unknown = emit_.input(ir::Type::kBool, which, unknowns_++, 0);
     return emit_.logical_or(assigned, unknown);
 }
 
-/// True of what only an earlier trip can have assigned.
+/// True if only an earlier trip can have assigned it.
 bool StageTranslator::unassigned_in_first_trip(ValueId assigned) const {
     const ir::Instr& instr = emit_.instr(assigned);
     if (instr.op == ir::Op::kInput) return instr.kind == kEarlierTrip;
@@ -139,39 +141,39 @@ bool StageTranslator::unassigned_in_first_trip(ValueId assigned) const {
            unassigned_in_first_trip(instr.args[1]);
 }
 
-/// True where the first trip of all open loops gets to the present place, if there is one.
+/// True if loops are open and the first trip of each reaches the current point.
 bool StageTranslator::first_trip_comes_here() const {
     if (outer_live_.empty()) return false;
     return emit_.is_true(live_) && std::all_of(outer_live_.begin() + 1, outer_live_.end(),
                                                [&](ValueId guard) { return emit_.is_true(guard); });
 }
 
-void StageTranslator::loop(const Stmt& stmt) {
+void StageTranslator::loop(const check::Stmt& stmt) {
     if (stmt.init != nullptr) {
         // Not a block: what it declares lives through the loop.
-        for (const StmtPtr& child : stmt.init->body)
+        for (const check::StmtPtr& child : stmt.init->body)
             statement(*child);
     }
     if (gave_up_) return;
     const Attempt start = attempt();
     if (unroll(stmt)) return;
-    undo(start);
+    rollback(start);
     run_loop(stmt);
 }
 
-bool StageTranslator::stays_small(size_t begin, int trips) {
+bool StageTranslator::fits_unroll_budget(size_t begin, int trips) {
     const size_t size = emit_.operations() - emit_.operations(begin);
     size_t kernels = 0;
     for (size_t id = begin; id < emit_.size(); ++id) {
         kernels += kernels_of(emit_.instr(static_cast<ValueId>(id)).op);
     }
     if (kernels > kManyKernels) return false;
-    if (emit_.operations() > kMostUnrolled) return false;
+    if (emit_.operations() > kMaxUnrolledOperations) return false;
     return size <= (trips <= kFewTrips ? kManyOperations : kFewOperations);
 }
 
-/// False where a test is no constant or the result would be long.
-bool StageTranslator::unroll(const Stmt& stmt) {
+/// Returns false if a test is not a constant or the result would be too long.
+bool StageTranslator::unroll(const check::Stmt& stmt) {
     const size_t begin = emit_.size();
     const Frame outer = frame_;
     frame_.in_loop = true;
@@ -190,7 +192,7 @@ bool StageTranslator::unroll(const Stmt& stmt) {
             done = emit_.is_false(test);
             if (done) break;
         }
-        if (trips == kMaxUnrolledTrips || !stays_small(begin, trips)) break;
+        if (trips == check::kMaxUnrolledTrips || !fits_unroll_budget(begin, trips)) break;
         const size_t outside = variables_.size();
         statement(*stmt.body[0]);
         variables_.resize(outside);
@@ -209,11 +211,12 @@ bool StageTranslator::unroll(const Stmt& stmt) {
     return true;
 }
 
-std::set<StageTranslator::VariableId> StageTranslator::guess_changed(const Stmt& stmt) const {
+std::set<StageTranslator::VariableId> StageTranslator::guess_changed(
+    const check::Stmt& stmt) const {
     AssignedSymbols assigned;
     assigned.visit(stmt);
     std::set<VariableId> out;
-    for (const Symbol* symbol : assigned.symbols) {
+    for (const check::Symbol* symbol : assigned.symbols) {
         const auto found = frame_.variables.find(symbol);
         if (found != frame_.variables.end() && found->second < variables_.size()) {
             out.insert(found->second);
@@ -223,7 +226,7 @@ std::set<StageTranslator::VariableId> StageTranslator::guess_changed(const Stmt&
     return out;
 }
 
-void StageTranslator::run_loop(const Stmt& stmt) {
+void StageTranslator::run_loop(const check::Stmt& stmt) {
     ValueId guard = live_;
     bool certain = true;  // the first trip runs wherever the loop is reached
     if (stmt.expr != nullptr && !stmt.test_last) {
@@ -239,15 +242,15 @@ void StageTranslator::run_loop(const Stmt& stmt) {
         for (const auto& item : made.changes) {
             if (changed.insert(item.first).second) complete = false;
         }
-        if (gave_up_) return take_back(start);
+        if (gave_up_) return rollback_code(start);
         if (complete) return finish_loop(stmt, made, guard, certain);
-        undo(start);
+        rollback(start);
     }
 }
 
-/// One attempt: the loop from its head up to its end, which is not emitted yet. Leaves the
+/// Makes one attempt: the loop from its head up to its end, which is not emitted yet. Leaves the
 /// variables as they were.
-StageTranslator::RealLoop StageTranslator::make_loop(const Stmt& stmt, ValueId guard,
+StageTranslator::RealLoop StageTranslator::make_loop(const check::Stmt& stmt, ValueId guard,
                                                      const std::set<VariableId>& changed) {
     RealLoop made;
     // Before the loop, whose variables stand at its head.
@@ -307,15 +310,15 @@ StageTranslator::RealLoop StageTranslator::make_loop(const Stmt& stmt, ValueId g
     return made;
 }
 
-void StageTranslator::finish_loop(const Stmt& stmt, const RealLoop& made, ValueId guard,
+void StageTranslator::finish_loop(const check::Stmt& stmt, const RealLoop& made, ValueId guard,
                                   bool certain) {
     std::vector<ValueId> next;
     for (const auto& item : made.changes)
         next.insert(next.end(), item.second.value.begin(), item.second.value.end());
     if (made.count != ir::kNoValue) next.push_back(made.count);
     if (!emit_.is_false(made.again) && stmt.bound == 0 &&
-        !trips_at_most(*stage_, made.loop, made.again, next, tests_, kMaxTrips)) {
-        const Expr* test = stmt.expr.get();
+        !trips_at_most(*stage_, made.loop, made.again, next, tests_, check::kMaxTrips)) {
+        const check::Expr* test = stmt.expr.get();
         sink_->report(test != nullptr ? test->span : stmt.span, diag::kLoopUnbounded)
             .help(
                 "compare a counter with a constant or with something of known range, `min(n, 64)`; "
@@ -372,7 +375,7 @@ void StageTranslator::report_doubts(const RealLoop& made, SureTrips* trips) {
         for (size_t i = 0; i < before.size(); ++i)
             by_trips.emplace(before[i], made.changes.at(id).assigned[i]);
     }
-    std::set<const Symbol*> reported;
+    std::set<const check::Symbol*> reported;
     const size_t size = emit_.size();
     for (const DoubtfulRead& read : made.doubts) {
         if (reported.count(read.symbol) != 0) continue;
@@ -380,7 +383,7 @@ void StageTranslator::report_doubts(const RealLoop& made, SureTrips* trips) {
         reported.insert(read.symbol);
         report_maybe(*read.symbol, read.span);
     }
-    emit_.forget_after(size);
+    emit_.truncate(size);
 }
 
-}  // namespace openfab::sema
+}  // namespace openfab::translate

@@ -4,20 +4,20 @@
 // Functions of matrices, whose components stand row by row.
 #include "compiler/translate/translate_state.h"
 
-namespace openfab::sema {
+namespace openfab::translate {
 
-Value StageTranslator::matrix(const Expr& expr) {
+Value StageTranslator::matrix(const check::Expr& expr) {
     std::vector<Value> args;
-    for (const ExprPtr& arg : expr.args)
+    for (const check::ExprPtr& arg : expr.args)
         args.push_back(expression(*arg));
     if (gave_up_) return zero(expr.type);
     emit_.set_span(expr.span);
-    const Type& type = expr.args[0]->type;
+    const check::Type& type = expr.args[0]->type;
     const auto columns = static_cast<size_t>(type.size);
     switch (expr.matrix_op) {
-        case MatrixOp::kMul:
+        case check::MatrixOp::kMul:
             return formulas_.product(args[0], args[1], columns);
-        case MatrixOp::kTranspose: {
+        case check::MatrixOp::kTranspose: {
             Value out;
             for (size_t j = 0; j < columns; ++j) {
                 for (size_t i = 0; i < static_cast<size_t>(type.rows); ++i)
@@ -25,12 +25,12 @@ Value StageTranslator::matrix(const Expr& expr) {
             }
             return out;
         }
-        case MatrixOp::kDeterminant:
+        case check::MatrixOp::kDeterminant:
             return {formulas_.determinant(args[0], columns)};
-        case MatrixOp::kInverse:
+        case check::MatrixOp::kInverse:
             return formulas_.inverse(args[0], columns);
     }
     return zero(expr.type);
 }
 
-}  // namespace openfab::sema
+}  // namespace openfab::translate

@@ -1,13 +1,13 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Queries of surfaces. What is asked at the voxel's centre of the part's own surface comes from
+// Queries of surfaces. A query of the part's own surface at the voxel's centre comes from
 // inputs that the runtime finds for whole blocks; everything else is a Query under the condition
-// that its place is reached.
+// that the call is reached.
 
 #include "compiler/translate/translate_state.h"
 
-namespace openfab::sema {
+namespace openfab::translate {
 
 using ir::Op;
 using ir::ValueId;
@@ -19,15 +19,15 @@ constexpr int32_t kOwnSurface = -1;
 }  // namespace
 
 /// False after a message: the function was called from a surface stage.
-bool StageTranslator::asks_in_volume(const Expr& expr, const char* name) {
+bool StageTranslator::asks_in_volume(const check::Expr& expr, const char* name) {
     if (kind_ != ir::StageKind::kSurface) return true;
     sink_->report(expr.span, diag::kStageMismatch, name, "called in a surface stage")
         .note(fablet_.surface.span, "stage declared `@Surface` here, which calls this function");
     return false;
 }
 
-/// A point in part space as a query takes it: relative to the part's centre. Of the voxel's centre
-/// to the bit what its own query uses.
+/// Returns a point in part space as a query takes it: relative to the part's centre. For the
+/// voxel's centre it is, to the bit, what the runtime's own query uses.
 Value StageTranslator::local_point(const Value& point) {
     if (point == voxel_center()) {
         Value local;
@@ -43,7 +43,7 @@ ValueId StageTranslator::query(int32_t object, ValueId guard, const Value& point
     return emit_.query(object, guard, {local[0], local[1], local[2]});
 }
 
-Value StageTranslator::distance(const Expr& expr) {
+Value StageTranslator::distance(const check::Expr& expr) {
     const Value point = expression(*expr.args[0]);
     if (!asks_in_volume(expr, "distance") || gave_up_) return zero(expr.type);
     emit_.set_span(expr.span);
@@ -53,7 +53,7 @@ Value StageTranslator::distance(const Expr& expr) {
                                OPENFAB_QUERY_DISTANCE, 0, 0)};
 }
 
-Value StageTranslator::nearest_point(const Expr& expr) {
+Value StageTranslator::nearest_point(const check::Expr& expr) {
     const Value point = expression(*expr.args[0]);
     if (!asks_in_volume(expr, "nearest") || gave_up_ || emit_.is_false(live_))
         return zero(expr.type);
@@ -82,8 +82,8 @@ Value StageTranslator::nearest_point(const Expr& expr) {
     return out;
 }
 
-/// Where the object varies, each that it may be is asked by those who mean it.
-Value StageTranslator::distance_to(const Expr& expr) {
+/// If the object varies, each candidate is queried under the condition that it is meant.
+Value StageTranslator::distance_to(const check::Expr& expr) {
     const ValueId object = scalar(*expr.args[0]);
     const Value point = expression(*expr.args[1]);
     if (!asks_in_volume(expr, "distance_to") || gave_up_) return zero(expr.type);
@@ -105,4 +105,4 @@ Value StageTranslator::distance_to(const Expr& expr) {
     return out;
 }
 
-}  // namespace openfab::sema
+}  // namespace openfab::translate

@@ -8,8 +8,8 @@
 //
 // Control flow. There is one straight line of instructions. A branch is translated under a scope
 // that records which variables it changes; afterwards each becomes a select of the two values.
-// `live` is the condition under which the current place is reached; texture look-ups take it as
-// their guard. Inside a real loop it begins anew with each trip. `return`, `break` and `continue`
+// `live` is the condition under which the current point is reached; texture lookups take it as
+// their guard. Inside a real loop it starts again with each trip. `return`, `break` and `continue`
 // set a bool variable, and what follows them in the same block is translated as a branch that is
 // taken where none of them is set.
 
@@ -25,23 +25,24 @@
 #include "compiler/translate/sure_trips.h"
 #include "compiler/translate/translate.h"
 
-namespace openfab::sema {
+namespace openfab::translate {
 
 class StageTranslator {
   public:
-    StageTranslator(const Fablet& fablet, ir::StageKind kind, ir::Stage* out, diag::Sink* sink)
+    StageTranslator(const check::Fablet& fablet, ir::StageKind kind, ir::Stage* out,
+                    diag::Sink* sink)
         : fablet_(fablet), kind_(kind), emit_(out), stage_(out), sink_(sink) {}
 
-    /// The stage's own body with its outputs.
-    void run(const Stage& stage, const TranslateOptions& options);
-    /// A value outside a stage, such as a uniform's default: empty unless all its components are
-    /// constants.
-    std::vector<uint32_t> constant_bits(const Expr& expr);
+    /// Translates the stage's own body with its outputs.
+    void run(const check::Stage& stage, const TranslateOptions& options);
+    /// Evaluates an expression outside a stage, such as a uniform's default: empty unless all its
+    /// components are constants.
+    std::vector<uint32_t> constant_bits(const check::Expr& expr);
     /// A function by itself, for whatever it may be called with: only what is reported of its paths
     /// is of use.
-    void run(const Function& function);
+    void run(const check::Function& function);
     /// The functions that were called on the way.
-    const std::set<const Function*>& inlined() const { return inlined_; }
+    const std::set<const check::Function*>& inlined() const { return inlined_; }
     /// The statements and calls that were translated.
     size_t steps() const { return steps_; }
 
@@ -52,19 +53,19 @@ class StageTranslator {
         Value value;
         Value assigned;
     };
-    /// What a branch changed: each variable's state before it or, once left, after it.
+    /// The variables that a branch changed: their state before it or, once left, after it.
     using Changes = std::map<VariableId, Variable>;
     /// Components of a variable or value, where `condition` holds.
-    struct Place {
+    struct Alternative {
         ir::ValueId condition = 0;
         std::vector<size_t> lanes;
     };
-    /// What an assignment writes or an expression picks: one of several places, of which just one
-    /// condition holds. Without places after an error.
+    /// The target of an assignment or a selection: one of several alternatives, of which exactly
+    /// one condition holds. Without alternatives after an error.
     struct Target {
-        const Symbol* symbol = nullptr;  ///< the variable, or null: `value`
+        const check::Symbol* symbol = nullptr;  ///< the variable, or null: `value`
         Value value;
-        std::vector<Place> places;
+        std::vector<Alternative> alternatives;
     };
     /// A branch that is open: what it has changed so far, and what held outside.
     struct Branch {
@@ -74,7 +75,7 @@ class StageTranslator {
     };
     /// One function that is being inlined, or the stage's body.
     struct Frame {
-        std::map<const Symbol*, VariableId> variables;
+        std::map<const check::Symbol*, VariableId> variables;
         VariableId result = 0;
         VariableId returned = 0;
         bool in_loop = false;
@@ -85,13 +86,13 @@ class StageTranslator {
     /// One section of a `switch`.
     struct Section {
         ir::ValueId condition = 0;
-        const Stmt* stmt = nullptr;
+        const check::Stmt* stmt = nullptr;
     };
 
-    /// What one way to translate a loop may have to be taken back to.
+    /// The state to roll back to when an attempt at a loop fails.
     struct Attempt {
         size_t instructions = 0;
-        size_t prints = 0;
+        size_t printfs = 0;
         diag::Sink::Mark reported;
         std::vector<Variable> variables;
         std::vector<Branch> open;
@@ -125,110 +126,113 @@ class StageTranslator {
     ir::ValueId exited();
     bool skip_where_exited(std::vector<ir::ValueId>* pending);
     void unwind(const std::vector<ir::ValueId>& pending);
-    void statement(const Stmt& stmt);
-    void statements(const std::vector<StmtPtr>& list);
-    void declare(const Stmt& stmt);
-    void return_statement(const Stmt& stmt);
-    Value inline_call(const Expr& expr);
-    Value run_body(const Function& f, std::vector<Variable> arguments, std::vector<Value>* results);
-    Value call_result(const Function& f, const Type& type, int32_t number,
+    void statement(const check::Stmt& stmt);
+    void statements(const std::vector<check::StmtPtr>& list);
+    void declare(const check::Stmt& stmt);
+    void return_statement(const check::Stmt& stmt);
+    Value inline_call(const check::Expr& expr);
+    Value run_body(const check::Function& f, std::vector<Variable> arguments,
+                   std::vector<Value>* results);
+    Value call_result(const check::Function& f, const check::Type& type, int32_t number,
                       const std::vector<Variable>& arguments);
-    void add_stage_symbol(const Symbol& symbol);
-    void finish_surface(const Stage& stage);
+    void add_stage_symbol(const check::Symbol& symbol);
+    void finish_surface(const check::Stage& stage);
     void finish_volume();
     void add_output(std::string name, int32_t kind, int32_t a, int32_t b, ir::ValueId value);
-    /// True where a condition holds on every path, by folding or by proof.
+    /// True if a condition holds on every path, by folding or by proof.
     bool always(ir::ValueId condition) const;
     void check_returned(const source::Span& span, const std::string& what);
-    void check_assigned(const Variable& v, const Symbol& symbol);
+    void check_assigned(const Variable& v, const check::Symbol& symbol);
 
     // translate_loop.cpp
     Attempt attempt() const;
-    void take_back(const Attempt& start);
-    void undo(const Attempt& start);
-    /// True where `fact` holds whenever the present place is reached.
-    bool holds(ir::ValueId fact, ir::ValueId and_where) const;
+    void rollback_code(const Attempt& start);
+    void rollback(const Attempt& start);
+    /// True if `fact` holds whenever the current point is reached.
+    bool is_implied(ir::ValueId fact, ir::ValueId and_where) const;
     ir::ValueId assigned_by_a_trip(ir::ValueId assigned, int32_t which);
     bool unassigned_in_first_trip(ir::ValueId assigned) const;
     bool first_trip_comes_here() const;
-    void loop(const Stmt& stmt);
-    bool stays_small(size_t begin, int trips);
-    bool unroll(const Stmt& stmt);
-    std::set<VariableId> guess_changed(const Stmt& stmt) const;
-    void run_loop(const Stmt& stmt);
-    RealLoop make_loop(const Stmt& stmt, ir::ValueId guard, const std::set<VariableId>& changed);
+    void loop(const check::Stmt& stmt);
+    bool fits_unroll_budget(size_t begin, int trips);
+    bool unroll(const check::Stmt& stmt);
+    std::set<VariableId> guess_changed(const check::Stmt& stmt) const;
+    void run_loop(const check::Stmt& stmt);
+    RealLoop make_loop(const check::Stmt& stmt, ir::ValueId guard,
+                       const std::set<VariableId>& changed);
     std::vector<ir::ValueId> assigned_by_trips(const RealLoop& made,
                                                const std::vector<ir::ValueId>& next);
     void report_doubts(const RealLoop& made, SureTrips* trips);
-    void finish_loop(const Stmt& stmt, const RealLoop& made, ir::ValueId guard, bool certain);
+    void finish_loop(const check::Stmt& stmt, const RealLoop& made, ir::ValueId guard,
+                     bool certain);
 
     // translate_expr.cpp
-    Value expression(const Expr& expr);
-    ir::ValueId scalar(const Expr& expr) { return expression(expr)[0]; }
-    Value variable(const Expr& expr);
-    Value attribute(const Expr& expr);
+    Value expression(const check::Expr& expr);
+    ir::ValueId scalar(const check::Expr& expr) { return expression(expr)[0]; }
+    Value variable(const check::Expr& expr);
+    Value attribute(const check::Expr& expr);
     Value voxel_center();
     Value frame_vector(int32_t first);
-    Value convert(const Value& from, const Type& from_type, const Type& to);
-    Value logical(const Expr& expr);
-    Value conditional(const Expr& expr);
-    Value assign(const Expr& expr);
-    Value increment(const Expr& expr);
-    Value constant(const Symbol& symbol);
-    void add_components(const Type& type, std::vector<ir::Type>* out) const;
-    std::vector<ir::Type> components(const Type& type) const;
-    size_t component_count(const Type& type) const;
-    Value zero(const Type& type);
-    Value unassigned(const Type& type);
-    VariableId variable_of(const Symbol& symbol) const;
+    Value convert(const Value& from, const check::Type& from_type, const check::Type& to);
+    Value logical(const check::Expr& expr);
+    Value conditional(const check::Expr& expr);
+    Value assign(const check::Expr& expr);
+    Value increment(const check::Expr& expr);
+    Value constant(const check::Symbol& symbol);
+    void add_components(const check::Type& type, std::vector<ir::Type>* out) const;
+    std::vector<ir::Type> components(const check::Type& type) const;
+    size_t component_count(const check::Type& type) const;
+    Value zero(const check::Type& type);
+    Value unassigned(const check::Type& type);
+    VariableId variable_of(const check::Symbol& symbol) const;
 
-    // translate_place.cpp
-    std::pair<size_t, size_t> member_range(const Type& type, size_t index) const;
+    // translate_target.cpp
+    std::pair<size_t, size_t> member_range(const check::Type& type, size_t index) const;
     ir::ValueId index_is(ir::ValueId index, int k, int count);
-    void pick_element(const Expr& expr, Target* target);
-    Target target(const Expr& expr);
+    void pick_element(const check::Expr& expr, Target* target);
+    Target target(const check::Expr& expr);
     void check_read(const Target& target, const source::Span& span);
     void doubt(const Target& target, const source::Span& span);
-    void report_maybe(const Symbol& symbol, const source::Span& span);
+    void report_maybe(const check::Symbol& symbol, const source::Span& span);
     void take_as_assigned(const Target& target);
-    Value read(const Target& target, const Expr& expr);
+    Value read(const Target& target, const check::Expr& expr);
     void store(const Target& target, const Value& value);
     std::vector<int32_t> possible_indices(ir::ValueId value, int32_t all) const;
 
     // translate_matrix.cpp
-    Value matrix(const Expr& expr);
+    Value matrix(const check::Expr& expr);
 
-    // translate_print.cpp
-    Value print(const Expr& expr);
+    // translate_printf.cpp
+    Value printf_call(const check::Expr& expr);
 
     // translate_switch.cpp
-    void switch_statement(const Stmt& stmt);
+    void switch_statement(const check::Stmt& stmt);
     void switch_sections(const std::vector<Section>& sections, size_t at);
 
     // translate_builtin.cpp
-    Value intrinsic(const Expr& expr);
-    Value sample(const Expr& expr);
+    Value intrinsic(const check::Expr& expr);
+    Value sample(const check::Expr& expr);
 
     // translate_functions.cpp
-    static bool is_function_intrinsic(Intrinsic id);
-    Value function_call(const Expr& expr);
-    Value several_results(const Expr& expr);
-    Value derivatives(const Expr& expr, const Value& x);
+    static bool is_function_intrinsic(check::Intrinsic id);
+    Value function_call(const check::Expr& expr);
+    Value several_results(const check::Expr& expr);
+    Value derivatives(const check::Expr& expr, const Value& x);
 
     // translate_query.cpp
-    bool asks_in_volume(const Expr& expr, const char* name);
+    bool asks_in_volume(const check::Expr& expr, const char* name);
     Value local_point(const Value& point);
     ir::ValueId query(int32_t object, ir::ValueId guard, const Value& point);
-    Value distance(const Expr& expr);
-    Value nearest_point(const Expr& expr);
-    Value distance_to(const Expr& expr);
+    Value distance(const check::Expr& expr);
+    Value nearest_point(const check::Expr& expr);
+    Value distance_to(const check::Expr& expr);
 
-    Value composition(const Expr& expr);
-    Value over(const Expr& expr);
+    Value composition(const check::Expr& expr);
+    Value over(const check::Expr& expr);
 
     bool too_complex(const source::Span& span);
 
-    const Fablet& fablet_;
+    const check::Fablet& fablet_;
     ir::StageKind kind_;
     Emitter emit_;
     Formulas formulas_{&emit_};
@@ -240,16 +244,16 @@ class StageTranslator {
     ir::ValueId live_ = 0;
     std::vector<ir::ValueId> tests_;       ///< of the real loops that are open, in this trip
     std::vector<DoubtfulRead> doubts_;     ///< of the innermost real loop
-    std::vector<ir::ValueId> outer_live_;  ///< what holds around each real loop that is open
-    std::map<const Symbol*, std::vector<uint32_t>> constants_;  ///< tables, by component
+    std::vector<ir::ValueId> outer_live_;  ///< the condition around each open real loop
+    std::map<const check::Symbol*, std::vector<uint32_t>> constants_;  ///< tables, by component
     TranslateOptions options_;
     bool alone_ = false;  ///< a function by itself, which calls others without looking into them
-    std::map<const Function*, int32_t> callees_;
-    std::set<const Function*> inlined_;
+    std::map<const check::Function*, int32_t> callees_;
+    std::set<const check::Function*> inlined_;
     int inline_depth_ = 0;
     size_t steps_ = 0;
     int32_t unknowns_ = 0;
     bool gave_up_ = false;
 };
 
-}  // namespace openfab::sema
+}  // namespace openfab::translate

@@ -8,7 +8,7 @@
 #include "compiler/translate/proof.h"
 #include "compiler/translate/translate_state.h"
 
-namespace openfab::sema {
+namespace openfab::translate {
 
 using ir::ValueId;
 
@@ -95,8 +95,8 @@ ValueId StageTranslator::exited() {
     return emit_.logical_or(out, flag(frame_.continued));
 }
 
-/// Between two statements: false where nothing gets to the second one. Where some do, what follows
-/// becomes a branch, which `unwind` closes.
+/// Called between two statements: returns false if nothing reaches the second one. If some paths
+/// do, the rest becomes a branch, which `unwind` closes.
 bool StageTranslator::skip_where_exited(std::vector<ValueId>* pending) {
     const ValueId exit = exited();
     if (always(exit) || gave_up_) return false;
@@ -121,13 +121,13 @@ void StageTranslator::unwind(const std::vector<ValueId>& pending) {
 
 bool StageTranslator::too_complex(const source::Span& span) {
     if (gave_up_) return true;
-    const bool steps = ++steps_ > kMaxSteps;
-    if (!steps && emit_.operations() <= kMaxOperations) return false;
+    const bool steps = ++steps_ > check::kMaxSteps;
+    if (!steps && emit_.operations() <= check::kMaxOperations) return false;
     sink_
-        ->report(
-            span, diag::kTooComplex,
-            fmt::format("the stage comes to more than {} {}", steps ? kMaxSteps : kMaxOperations,
-                        steps ? "statements" : "operations"))
+        ->report(span, diag::kTooComplex,
+                 fmt::format("the stage has more than {} {}",
+                             steps ? check::kMaxSteps : check::kMaxOperations,
+                             steps ? "statements" : "operations"))
         .help("functions are inlined and short loops unrolled: make the innermost ones smaller");
     gave_up_ = true;
     return true;
@@ -135,51 +135,51 @@ bool StageTranslator::too_complex(const source::Span& span) {
 
 // --- statements
 
-void StageTranslator::statements(const std::vector<StmtPtr>& list) {
+void StageTranslator::statements(const std::vector<check::StmtPtr>& list) {
     std::vector<ValueId> pending;
-    for (const StmtPtr& child : list) {
+    for (const check::StmtPtr& child : list) {
         if (!skip_where_exited(&pending)) break;
         statement(*child);
     }
     unwind(pending);
 }
 
-void StageTranslator::statement(const Stmt& stmt) {
+void StageTranslator::statement(const check::Stmt& stmt) {
     if (too_complex(stmt.span)) return;
     switch (stmt.kind) {
-        case StmtKind::kBlock:
+        case check::StmtKind::kBlock:
             return statements(stmt.body);
-        case StmtKind::kDeclare:
+        case check::StmtKind::kDeclare:
             return declare(stmt);
-        case StmtKind::kExpression:
+        case check::StmtKind::kExpression:
             expression(*stmt.expr);
             return;
-        case StmtKind::kIf:
+        case check::StmtKind::kIf:
             return branch(
                 scalar(*stmt.expr), [&] { statement(*stmt.body[0]); },
                 [&] {
                     if (stmt.body.size() > 1) statement(*stmt.body[1]);
                 });
-        case StmtKind::kLoop:
+        case check::StmtKind::kLoop:
             return loop(stmt);
-        case StmtKind::kBreak:
+        case check::StmtKind::kBreak:
             return set_flag(frame_.broken, emit_.constant(true));
-        case StmtKind::kContinue:
+        case check::StmtKind::kContinue:
             return set_flag(frame_.continued, emit_.constant(true));
-        case StmtKind::kReturn:
+        case check::StmtKind::kReturn:
             return return_statement(stmt);
-        case StmtKind::kSwitch:
+        case check::StmtKind::kSwitch:
             return switch_statement(stmt);
     }
 }
 
-void StageTranslator::declare(const Stmt& stmt) {
+void StageTranslator::declare(const check::Stmt& stmt) {
     // Before it is built: a composition has a component for each material.
-    if (least_components(stmt.symbol->type, fablet_.ir.slot_count) > kMaxComponents) {
+    if (check::min_components(stmt.symbol->type, fablet_.ir.slot_count) > check::kMaxComponents) {
         sink_->report(
             stmt.span, diag::kTooComplex,
             fmt::format("`{}` has more than {} components, those of each material counted",
-                        stmt.symbol->name, kMaxComponents));
+                        stmt.symbol->name, check::kMaxComponents));
         gave_up_ = true;
         return;
     }
@@ -193,7 +193,7 @@ void StageTranslator::declare(const Stmt& stmt) {
     frame_.variables[stmt.symbol.get()] = add_variable(std::move(v));
 }
 
-void StageTranslator::return_statement(const Stmt& stmt) {
+void StageTranslator::return_statement(const check::Stmt& stmt) {
     if (stmt.expr != nullptr) {
         Value value = expression(*stmt.expr);
         if (!value.empty()) set(frame_.result, {std::move(value), {}});
@@ -207,7 +207,7 @@ bool StageTranslator::always(ValueId condition) const {
     return emit_.is_true(condition) || follows(*stage_, {}, condition);
 }
 
-void StageTranslator::check_assigned(const Variable& v, const Symbol& symbol) {
+void StageTranslator::check_assigned(const Variable& v, const check::Symbol& symbol) {
     const bool all =
         std::all_of(v.assigned.begin(), v.assigned.end(), [&](ValueId set) { return always(set); });
     if (!all && !gave_up_) sink_->report(symbol.span, diag::kOutputUnassigned, symbol.name);
@@ -218,8 +218,8 @@ void StageTranslator::check_returned(const source::Span& span, const std::string
     sink_->report(span, diag::kMissingReturn, what);
 }
 
-Value StageTranslator::inline_call(const Expr& expr) {
-    const Function& f = *expr.function;
+Value StageTranslator::inline_call(const check::Expr& expr) {
+    const check::Function& f = *expr.function;
     if (too_complex(expr.span)) return zero(expr.type);
     if (++inline_depth_ > kMaxInlineDepth) {
         sink_->report(expr.span, diag::kTooComplex,
@@ -231,7 +231,7 @@ Value StageTranslator::inline_call(const Expr& expr) {
     std::vector<Variable> arguments;
     std::vector<Target> targets(f.parameters.size());
     for (size_t i = 0; i < f.parameters.size(); ++i) {
-        const Symbol& p = *f.parameters[i];
+        const check::Symbol& p = *f.parameters[i];
         Variable v;
         if (p.is_out) {
             targets[i] = target(*expr.args[i]);
@@ -247,7 +247,7 @@ Value StageTranslator::inline_call(const Expr& expr) {
     if (alone_) {
         result = call_result(f, f.return_type, 0, arguments);
         for (size_t i = 0; i < f.parameters.size(); ++i) {
-            const Symbol& p = *f.parameters[i];
+            const check::Symbol& p = *f.parameters[i];
             const auto number = static_cast<int32_t>(i) + 1;
             results.push_back(p.is_out ? call_result(f, p.type, number, arguments) : Value{});
         }
@@ -263,7 +263,7 @@ Value StageTranslator::inline_call(const Expr& expr) {
 }
 
 /// What the body returns; `results` is what its parameters hold at its end.
-Value StageTranslator::run_body(const Function& f, std::vector<Variable> arguments,
+Value StageTranslator::run_body(const check::Function& f, std::vector<Variable> arguments,
                                 std::vector<Value>* results) {
     const size_t outside = variables_.size();
     Frame caller = std::exchange(frame_, Frame{});
@@ -273,7 +273,7 @@ Value StageTranslator::run_body(const Function& f, std::vector<Variable> argumen
     frame_.returned = add_flag();
     frame_.result = add_variable({zero(f.return_type), {}});
     statements(f.body->body);
-    if (f.return_type != kVoidType) check_returned(f.span, fmt::format("`{}`", f.name));
+    if (f.return_type != check::kVoidType) check_returned(f.span, fmt::format("`{}`", f.name));
     Value result = variables_[frame_.result].value;
     for (const auto& p : f.parameters) {
         const Variable& v = variables_[frame_.variables[p.get()]];
@@ -287,7 +287,7 @@ Value StageTranslator::run_body(const Function& f, std::vector<Variable> argumen
 
 // --- functions by themselves
 
-void StageTranslator::run(const Function& function) {
+void StageTranslator::run(const check::Function& function) {
     alone_ = true;
     live_ = emit_.constant(true);
     std::vector<Variable> arguments;
@@ -306,8 +306,8 @@ void StageTranslator::run(const Function& function) {
 
 /// Functions have no state: of the same arguments comes the same. `number` is 0 for what `f`
 /// returns, then counts its parameters.
-Value StageTranslator::call_result(const Function& f, const Type& type, int32_t number,
-                                   const std::vector<Variable>& arguments) {
+Value StageTranslator::call_result(const check::Function& f, const check::Type& type,
+                                   int32_t number, const std::vector<Variable>& arguments) {
     const auto callee = static_cast<int32_t>(callees_.size());
     const int32_t known = callees_.emplace(&f, callee).first->second;
     std::vector<ValueId> values = {emit_.constant(ir::Type::kInt, static_cast<uint32_t>(number))};
@@ -321,4 +321,4 @@ Value StageTranslator::call_result(const Function& f, const Type& type, int32_t 
     return out;
 }
 
-}  // namespace openfab::sema
+}  // namespace openfab::translate

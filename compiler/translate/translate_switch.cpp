@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compiler/translate/translate_state.h"
 
-namespace openfab::sema {
+namespace openfab::translate {
 
 using ir::Op;
 using ir::ValueId;
@@ -10,11 +10,11 @@ using ir::ValueId;
 /// Sections exclude each other, since none runs into the next: a chain of branches, of which
 /// `default`, wherever it stands, is the last: what is left where no other section runs. `break`
 /// leaves the chain as it leaves a loop; `continue` goes on to the loop around it.
-void StageTranslator::switch_statement(const Stmt& stmt) {
+void StageTranslator::switch_statement(const check::Stmt& stmt) {
     const ValueId selector = scalar(*stmt.expr);
     if (gave_up_) return;
     std::vector<Section> sections;
-    const Stmt* otherwise = nullptr;
+    const check::Stmt* otherwise = nullptr;
     for (size_t i = 0; i < stmt.labels.size(); ++i) {
         if (stmt.labels[i].is_default) {
             otherwise = stmt.body[i].get();
@@ -45,4 +45,4 @@ void StageTranslator::switch_sections(const std::vector<Section>& sections, size
         [&] { switch_sections(sections, at + 1); });
 }
 
-}  // namespace openfab::sema
+}  // namespace openfab::translate

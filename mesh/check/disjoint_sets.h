@@ -9,7 +9,7 @@
 #include <numeric>
 #include <vector>
 
-namespace openfab::scene {
+namespace openfab::mesh {
 
 class DisjointSets {
   public:
@@ -30,9 +30,9 @@ class DisjointSets {
     }
 
   private:
-    int32_t& parent(int32_t i) { return parent_[static_cast<size_t>(i)]; }
+    int32_t& parent(int32_t i) { return parent_[i]; }
 
     std::vector<int32_t> parent_;
 };
 
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

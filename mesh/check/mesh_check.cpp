@@ -13,11 +13,11 @@
 #include "mesh/check/mesh_repair.h"
 #include "mesh/check/mesh_shells.h"
 
-namespace openfab::scene {
+namespace openfab::mesh {
 namespace {
 
 const Vec3d& at(const Mesh& mesh, int32_t vertex) {
-    return mesh.positions[static_cast<size_t>(vertex)];
+    return mesh.positions[vertex];
 }
 
 double six_volumes(const Mesh& mesh, const std::array<int32_t, 3>& t) {
@@ -29,8 +29,8 @@ void renumber(Mesh* mesh, const std::vector<int32_t>& same_as) {
     std::vector<int32_t> number(mesh->positions.size(), -1);
     for (auto& triangle : mesh->triangles) {
         for (int32_t& v : triangle) {
-            v = same_as.empty() ? v : same_as[static_cast<size_t>(v)];
-            number[static_cast<size_t>(v)] = 0;
+            v = same_as.empty() ? v : same_as[v];
+            number[v] = 0;
         }
     }
     std::vector<Vec3d> kept;
@@ -43,7 +43,7 @@ void renumber(Mesh* mesh, const std::vector<int32_t>& same_as) {
     mesh->positions = std::move(kept);
     for (auto& triangle : mesh->triangles) {
         for (int32_t& v : triangle)
-            v = number[static_cast<size_t>(v)];
+            v = number[v];
     }
 }
 
@@ -128,8 +128,8 @@ void drop_equal_corners(MeshSource* source) {
                     source->mesh.name, dropped, dropped == 1 ? "" : "s"));
 }
 
-/// Of triangles over the same three corners, one stays of those that run one way; of two that run
-/// opposite ways, which enclose nothing, none does.
+/// Drops duplicate triangles: of those with the same corners and direction one stays; of two with
+/// opposite directions, which enclose nothing, none does.
 void drop_duplicates(MeshSource* source) {
     struct Key {
         std::array<int32_t, 3> corners;
@@ -162,7 +162,7 @@ void drop_duplicates(MeshSource* source) {
         bool kept = end - i == 1;
         for (size_t k = i; k < end && end - i > 1; ++k) {
             const bool stays = !kept && (keys[k].even ? sum > 0 : sum < 0);
-            keep[static_cast<size_t>(keys[k].triangle)] = stays;
+            keep[keys[k].triangle] = stays;
             kept = kept || stays;
             if (!stays && (first < 0 || keys[k].triangle < first)) first = keys[k].triangle;
         }
@@ -237,7 +237,7 @@ Error not_closed(const MeshSource& source, const EdgeCounts& counts) {
     return error_at(
         source.origin.location(counts.triangle),
         fmt::format("mesh `{}` is not a closed surface: {}, one from {} to {}", source.mesh.name,
-                    list_edges(counts), source.place(counts.from), source.place(counts.to)),
+                    list_edges(counts), source.location(counts.from), source.location(counts.to)),
         "close it so that each edge has two triangles that run along it in opposite directions, or "
         "let `\"repair\": \"winding\"` of its object do that "
         "(`openfab import --repair winding` writes it)");
@@ -263,8 +263,9 @@ Result<void> repair_mesh(MeshSource* source) {
                                    mesh->name, list_edges(source->checks.edges));
     if (done.turned > 0) what += fmt::format(", {} triangles turned", done.turned);
     if (done.holes > 0) {
-        what += fmt::format(", {} hole{} closed, the widest {:.4g} mm across at {}", done.holes,
-                            done.holes == 1 ? "" : "s", done.widest_mm, source->place(done.place));
+        what +=
+            fmt::format(", {} hole{} closed, the widest {:.4g} mm across at {}", done.holes,
+                        done.holes == 1 ? "" : "s", done.widest_mm, source->location(done.center));
     }
     source->warnings.push_back(std::move(what));
     return Ok{};
@@ -302,7 +303,7 @@ Result<void> prepare_mesh(MeshSource* source, bool repair) {
     renumber(mesh, as_read.fine() ? std::vector<int32_t>()
                                   : lowest_equal(mesh->positions, source->part_of_vertex));
     drop_equal_corners(source);
-    // What is fine as it was read, and lost nothing, has new numbers for its vertices at most.
+    // A mesh that is closed as read, and lost nothing, at most gets new vertex numbers.
     EdgeCounts welded = as_read;
     const auto count_again = [&] {
         edges = {};
@@ -320,8 +321,8 @@ Result<void> prepare_mesh(MeshSource* source, bool repair) {
             fmt::format("{}: mesh `{}` has no face with an area", origin.file, mesh->name));
     }
     if (!welded.fine()) {
-        // Told of the form that is nearer to closed. A place in the form as read still has its
-        // line, unless triangles went.
+        // Reports the form that is nearer to closed. Locations in the form as read still have their
+        // lines, unless triangles were dropped.
         const bool keep = dropped || welded.bad() < as_read.bad();
         source->checks.edges = keep ? welded : as_read;
         if (!repair) return not_closed(*source, source->checks.edges);
@@ -348,4 +349,4 @@ Result<void> prepare_mesh(MeshSource* source, bool repair) {
     return Ok{};
 }
 
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

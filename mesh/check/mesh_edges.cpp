@@ -7,9 +7,9 @@
 
 #include <algorithm>
 
-namespace openfab::scene {
+namespace openfab::mesh {
 
-// By counting, since few edges have one lower end: a sort of all edges at once takes ten times as
+// Sorts by counting, as few edges share a lower end; sorting all edges at once takes ten times as
 // long.
 std::vector<Edge> sorted_edges(const Mesh& mesh) {
     const size_t vertices = mesh.positions.size();
@@ -42,4 +42,4 @@ std::vector<Edge> sorted_edges(const Mesh& mesh) {
     return edges;
 }
 
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The uses of a mesh's edges by its triangles.
+// Edges of a mesh and the triangles that use them.
 
 #include <cstdint>
 #include <tuple>
@@ -10,8 +10,9 @@
 
 #include "mesh/model/mesh.h"
 
-namespace openfab::scene {
+namespace openfab::mesh {
 
+/// One use of an edge by a triangle.
 struct Edge {
     int32_t a = 0, b = 0;  ///< a < b
     int32_t triangle = 0;
@@ -19,7 +20,7 @@ struct Edge {
     auto key() const { return std::tie(a, b, triangle); }
 };
 
-/// Three of each triangle, by their ends and then by triangle.
+/// Returns the three edges of each triangle, sorted by ends, then by triangle.
 std::vector<Edge> sorted_edges(const Mesh& mesh);
 
 /// Calls visit(first, last) for each run of uses of one undirected edge.
@@ -34,4 +35,4 @@ void for_each_edge(const std::vector<Edge>& edges, Visit visit) {
     }
 }
 
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

@@ -9,12 +9,12 @@
 #include "mesh/check/mesh_edges.h"
 #include "mesh/check/triangle_tree.h"
 
-namespace openfab::scene {
+namespace openfab::mesh {
 namespace {
 
-constexpr int64_t kMostFound = 100'000;
-constexpr int64_t kMostTests = 20'000'000;
-constexpr int64_t kMostBoxes = 400'000'000;
+constexpr int64_t kMaxFound = 100'000;
+constexpr int64_t kMaxTests = 20'000'000;
+constexpr int64_t kMaxBoxes = 400'000'000;
 
 /// A plane through three points, for the sides on which others are.
 class Plane {
@@ -57,7 +57,7 @@ class Search {
 
     Intersections run() {
         tree_.for_each_pair([&](int32_t t, int32_t other) {
-            if (++boxes_ > kMostBoxes) out_.all = false;
+            if (++boxes_ > kMaxBoxes) out_.all = false;
             if (cross(t, other)) found(t, other);
             return out_.all;
         });
@@ -66,24 +66,22 @@ class Search {
 
   private:
     void found(int32_t t, int32_t other) {
-        if (++out_.pairs == kMostFound) out_.all = false;
+        if (++out_.pairs == kMaxFound) out_.all = false;
         if (out_.first >= 0 && std::pair(out_.first, out_.second) < std::pair(t, other)) return;
         out_.first = t;
         out_.second = other;
-        out_.place = place_;
+        out_.point = point_;
     }
 
     Corners corners(int32_t t) const {
-        const auto& v = mesh_.triangles[static_cast<size_t>(t)];
-        return {mesh_.positions[static_cast<size_t>(v[0])],
-                mesh_.positions[static_cast<size_t>(v[1])],
-                mesh_.positions[static_cast<size_t>(v[2])]};
+        const auto& v = mesh_.triangles[t];
+        return {mesh_.positions[v[0]], mesh_.positions[v[1]], mesh_.positions[v[2]]};
     }
 
     /// Neighbours over an edge are passed over: they touch all along it.
     bool cross(int32_t a, int32_t b) {
-        const auto& va = mesh_.triangles[static_cast<size_t>(a)];
-        const auto& vb = mesh_.triangles[static_cast<size_t>(b)];
+        const auto& va = mesh_.triangles[a];
+        const auto& vb = mesh_.triangles[b];
         int shared = 0;
         size_t at_a = 0;
         size_t at_b = 0;
@@ -96,7 +94,7 @@ class Search {
             }
         }
         if (shared > 1) return false;
-        if (++tests_ > kMostTests) {
+        if (++tests_ > kMaxTests) {
             out_.all = false;
             return false;
         }
@@ -123,7 +121,7 @@ class Search {
         const Plane plane(t[0], t[1], t[2]);
         return {plane.side(points[0]), plane.side(points[1]), plane.side(points[2])};
     }
-    /// Whether all corners, but for one that both have, are surely on one side.
+    /// Returns whether all corners, except a shared one, are surely on one side.
     static bool on_one(const Sides& sides, size_t shared) {
         const int side = sides[shared == 0 ? 1 : 0];
         for (size_t i = 0; i < 3; ++i) {
@@ -132,8 +130,8 @@ class Search {
         return side != 0;
     }
 
-    /// Whether edge `edge` of the triangle `from`, whose corners are on those sides of triangle
-    /// `t`, goes through it.
+    /// Returns whether edge `edge` of the triangle `from`, whose corners are on these sides of
+    /// triangle `t`, passes through it.
     bool edge_through(const Corners& from, const Sides& at, size_t edge, int32_t t,
                       const Corners& triangle) {
         const int before = at[edge];
@@ -159,7 +157,7 @@ class Search {
                 return false;
         }
         const Vec3d n = openfab::cross(triangle[1] - triangle[0], triangle[2] - triangle[0]);
-        place_ = p + (q - p) * (dot(n, triangle[0] - p) / dot(n, q - p));
+        point_ = p + (q - p) * (dot(n, triangle[0] - p) / dot(n, q - p));
         return true;
     }
 
@@ -173,7 +171,7 @@ class Search {
     /// The one other triangle at an edge, if it runs along it the other way; else -1.
     int32_t neighbour_at(int32_t t, size_t edge) {
         if (neighbours_.empty()) find_neighbours();
-        return neighbours_[static_cast<size_t>(t)][edge];
+        return neighbours_[t][edge];
     }
 
     void find_neighbours() {
@@ -198,7 +196,7 @@ class Search {
     TriangleTree tree_;
     Intersections out_;
     std::vector<std::array<int32_t, 3>> neighbours_;  ///< made when they are first needed
-    Vec3d place_;
+    Vec3d point_;
     int64_t tests_ = 0;
     int64_t boxes_ = 0;
 };
@@ -209,4 +207,4 @@ Intersections find_intersections(const Mesh& mesh) {
     return Search(mesh).run();
 }
 
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

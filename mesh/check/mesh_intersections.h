@@ -4,20 +4,21 @@
 
 #include "mesh/model/mesh.h"
 
-namespace openfab::scene {
+namespace openfab::mesh {
 
+/// The pairs of triangles that cross.
 struct Intersections {
-    int64_t pairs = 0;   ///< of triangles that cross
-    bool all = true;     ///< false: the search was ended, there may be more
+    int64_t pairs = 0;   ///< number of pairs
+    bool all = true;     ///< false: the search was stopped, there may be more
     int32_t first = -1;  ///< lowest triangle that crosses another, and the lowest it crosses
     int32_t second = -1;
-    Vec3d place;  ///< where an edge of one goes through the other, nearly
+    Vec3d point;  ///< approximately where an edge of one goes through the other
 };
 
-/// Pairs of triangles that cross each other. An edge of one must go from one side of the other's
-/// plane to the other side beyond all rounding, so that what only touches (parts side by side,
-/// triangles in one plane) is not counted. Ends after 20 M pairs looked at closely, or 100,000
-/// found: no mesh makes it take more than seconds.
+/// Finds the pairs of triangles that cross each other. An edge of one must pass through the other's
+/// plane by more than all rounding, so that triangles that only touch (parts side by side, coplanar
+/// triangles) do not count. Stops after 20 M pairs tested, or 100,000 found, so that it takes at
+/// most seconds.
 Intersections find_intersections(const Mesh& mesh);
 
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

@@ -12,17 +12,17 @@
 #include "mesh/check/disjoint_sets.h"
 #include "mesh/check/mesh_edges.h"
 
-namespace openfab::scene {
+namespace openfab::mesh {
 namespace {
 
 constexpr double kWeldOfDiagonal = 1e-5;
 
 const Vec3d& at(const Mesh& mesh, int32_t vertex) {
-    return mesh.positions[static_cast<size_t>(vertex)];
+    return mesh.positions[vertex];
 }
 
 size_t corner_of(const Mesh& mesh, int32_t triangle, int32_t vertex) {
-    const auto& t = mesh.triangles[static_cast<size_t>(triangle)];
+    const auto& t = mesh.triangles[triangle];
     return t[0] == vertex ? 0 : t[1] == vertex ? 1 : 2;
 }
 
@@ -61,8 +61,8 @@ int64_t agree(Mesh* mesh) {
         if (last - first != 2) return;
         const bool agrees = first[0].forward != first[1].forward;
         needed = needed || !agrees;
-        neighbours[static_cast<size_t>(first[0].triangle)].push_back({first[1].triangle, agrees});
-        neighbours[static_cast<size_t>(first[1].triangle)].push_back({first[0].triangle, agrees});
+        neighbours[first[0].triangle].push_back({first[1].triangle, agrees});
+        neighbours[first[1].triangle].push_back({first[0].triangle, agrees});
     });
     if (!needed) return 0;
     int64_t turned = 0;
@@ -77,7 +77,7 @@ int64_t agree(Mesh* mesh) {
             const auto t = static_cast<size_t>(piece[i]);
             balance += state[t] != 0 ? area(*mesh, t) : -area(*mesh, t);
             for (const Neighbour& n : neighbours[t]) {
-                int8_t& other = state[static_cast<size_t>(n.triangle)];
+                int8_t& other = state[n.triangle];
                 if (other >= 0) continue;
                 other = n.agrees ? state[t] : static_cast<int8_t>(1 - state[t]);
                 piece.push_back(n.triangle);
@@ -85,7 +85,7 @@ int64_t agree(Mesh* mesh) {
         }
         const int8_t away = balance > 0 ? 0 : 1;
         for (int32_t t : piece) {
-            if (state[static_cast<size_t>(t)] != away) continue;
+            if (state[t] != away) continue;
             turn(mesh, static_cast<size_t>(t));
             ++turned;
         }
@@ -134,15 +134,15 @@ std::vector<Loop> loops_of(const std::vector<RimEdge>& rim, size_t vertices) {
             Loop path;
             auto v = static_cast<int32_t>(start);
             do {
-                const RimEdge& e = rim[next[static_cast<size_t>(v)]++];
-                place[static_cast<size_t>(v)] = static_cast<int32_t>(path.size());
+                const RimEdge& e = rim[next[v]++];
+                place[v] = static_cast<int32_t>(path.size());
                 path.push_back(e);
                 v = e.to;
-                const int32_t first = place[static_cast<size_t>(v)];
+                const int32_t first = place[v];
                 if (first < 0) continue;
                 loops.emplace_back(path.begin() + first, path.end());
                 for (const RimEdge& closed : loops.back())
-                    place[static_cast<size_t>(closed.from)] = -1;
+                    place[closed.from] = -1;
                 path.resize(static_cast<size_t>(first));
             } while (!path.empty() || v != static_cast<int32_t>(start));
         }
@@ -192,13 +192,13 @@ class Capper {
                 }
             }
             std::vector<int32_t>& lines = source_.origin.lines;
-            if (!lines.empty()) lines.push_back(lines[static_cast<size_t>(e.triangle)]);
+            if (!lines.empty()) lines.push_back(lines[e.triangle]);
         }
     }
 
   private:
     int32_t value(const MeshAttribute& a, int32_t triangle, int32_t vertex) const {
-        return a.corners[static_cast<size_t>(triangle)][corner_of(mesh_, triangle, vertex)];
+        return a.corners[triangle][corner_of(mesh_, triangle, vertex)];
     }
 
     /// The mean of the values along the rim.
@@ -221,7 +221,7 @@ class Capper {
             a->faces.push_back(a->faces[static_cast<size_t>(triangle) * n + c]);
     }
 
-    /// Of the last triangle.
+    /// Adds the normal of the last triangle.
     void add_normal(MeshAttribute* a) {
         const auto& t = mesh_.triangles.back();
         const Vec3d n = cross(at(mesh_, t[1]) - at(mesh_, t[0]), at(mesh_, t[2]) - at(mesh_, t[0]));
@@ -261,12 +261,12 @@ void pair_uses(const Mesh& mesh, const Edge* first, const Edge* last, Pair pair)
     };
     std::vector<Use> around;
     for (const Edge* e = first; e < last; ++e) {
-        const auto& t = mesh.triangles[static_cast<size_t>(e->triangle)];
+        const auto& t = mesh.triangles[e->triangle];
         const int32_t third = t[0] + t[1] + t[2] - e->a - e->b;
         const Vec3d d = at(mesh, third) - a;
         around.push_back({turn_of(dot(d, u) * scale, dot(d, v)), e});
     }
-    // What a triangle along the edge encloses is on the side of falling angles.
+    // The inside of a triangle along the edge is on the side of falling angles.
     std::sort(around.begin(), around.end(), [](const Use& x, const Use& y) {
         return x.turn != y.turn ? x.turn > y.turn : x.edge->triangle < y.edge->triangle;
     });
@@ -309,11 +309,11 @@ void split_vertices(Mesh* mesh) {
         const int32_t vertex = mesh->triangles[c / 3][c % 3];
         if (number[r] < 0) {
             number[r] = vertex;
-            if (taken[static_cast<size_t>(vertex)]) {
+            if (taken[vertex]) {
                 number[r] = static_cast<int32_t>(mesh->positions.size());
                 mesh->positions.push_back(at(*mesh, vertex));
             } else {
-                taken[static_cast<size_t>(vertex)] = true;
+                taken[vertex] = true;
             }
         }
         out[c / 3][c % 3] = number[r];
@@ -367,8 +367,8 @@ class EdgeCutter {
     Mesh& mesh_;
 };
 
-/// Where sheets that touch along an edge are joined at both its ends, splitting vertices leaves
-/// four triangles to it; a vertex in its middle for each sheet does not.
+/// Splits edges that are shared by touching sheets joined at both ends: splitting vertices would
+/// leave four triangles at such an edge, a vertex at its center for each sheet does not.
 void cut_shared_edges(MeshSource* source) {
     bool more = true;
     while (more) {
@@ -379,14 +379,14 @@ void cut_shared_edges(MeshSource* source) {
         for_each_edge(edges, [&](const Edge* first, const Edge* last) {
             if (last - first == 2) return;
             // A triangle that was cut has other edges now; its turn comes in the next round.
-            const bool stale = std::any_of(
-                first, last, [&](const Edge& e) { return cut[static_cast<size_t>(e.triangle)]; });
+            const bool stale =
+                std::any_of(first, last, [&](const Edge& e) { return cut[e.triangle]; });
             if (stale) return;
             std::vector<std::pair<Edge, Edge>> pairs;
             pair_uses(source->mesh, first, last,
                       [&](const Edge& x, const Edge& y) { pairs.emplace_back(x, y); });
             for (const auto& [x, y] : pairs) {
-                cut[static_cast<size_t>(x.triangle)] = cut[static_cast<size_t>(y.triangle)] = true;
+                cut[x.triangle] = cut[y.triangle] = true;
                 cutter.cut(x, y);
                 more = true;
             }
@@ -403,7 +403,7 @@ std::vector<int32_t> weld_open_edges(const Mesh& mesh) {
     const std::vector<Edge> edges = sorted_edges(mesh);
     for_each_edge(edges, [&](const Edge* first, const Edge* last) {
         if (surplus(first, last) == 0) return;
-        open[static_cast<size_t>(first->a)] = open[static_cast<size_t>(first->b)] = true;
+        open[first->a] = open[first->b] = true;
     });
     Box3d box;
     for (const Vec3d& p : mesh.positions)
@@ -452,7 +452,7 @@ MeshRepair close_mesh(MeshSource* source) {
         const double width = length(box.size());
         if (width > done.widest_mm) {
             done.widest_mm = width;
-            done.place = box.center();
+            done.center = box.center();
         }
         capper.close(loop);
     }
@@ -463,4 +463,4 @@ MeshRepair close_mesh(MeshSource* source) {
     return done;
 }
 
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Meshes that are not closed, made closed at load, for `"repair": "winding"`.
+// Closes open meshes at load, for `"repair": "winding"`.
 //
 // The generalised winding number of an open mesh at a point is the winding number of the mesh with
 // caps over its holes, an integer, less the solid angle of the caps alone. Over a flat hole the two
@@ -16,26 +16,26 @@
 
 #include "mesh/model/mesh_source.h"
 
-namespace openfab::scene {
+namespace openfab::mesh {
 
-/// For each vertex the one that it is welded to, lowest first: those at open edges that lie within
-/// a hundred-thousandth of the mesh's diagonal, as seams of parts do that were exported one by one.
+/// Returns for each vertex the lowest one it is welded to: vertices at open edges are welded within
+/// a hundred-thousandth of the mesh's diagonal, for seams of parts that were exported separately.
 std::vector<int32_t> weld_open_edges(const Mesh& mesh);
 
-/// What close_mesh did.
+/// Statistics of close_mesh.
 struct MeshRepair {
-    int64_t turned = 0;    ///< triangles whose neighbours run the other way
-    int64_t holes = 0;     ///< closed by caps
-    int64_t caps = 0;      ///< triangles of these
+    int64_t turned = 0;    ///< triangles that were flipped
+    int64_t holes = 0;     ///< holes that were capped
+    int64_t caps = 0;      ///< triangles of the caps
     double widest_mm = 0;  ///< diagonal of the box of the widest hole
-    Vec3d place;           ///< its middle
+    Vec3d center;          ///< of that box
 };
 
-/// Turns triangles to agree with their neighbours, caps what is open with a cone of triangles from
-/// the middle of each loop of open edges, and gives sheets that touch along an edge vertices of
-/// their own. Afterwards each edge of the mesh has two triangles that run along it opposite ways.
+/// Flips triangles to agree with their neighbours, caps each loop of open edges with a cone of
+/// triangles from its center, and gives sheets that touch along an edge separate vertices.
+/// Afterwards each edge of the mesh has two triangles in opposite directions.
 /// Caps take attributes from the rim, normals (`n`) are their own; they have the lines of the rim's
 /// triangles.
 MeshRepair close_mesh(MeshSource* source);
 
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

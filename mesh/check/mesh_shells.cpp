@@ -13,14 +13,14 @@
 #include "mesh/check/disjoint_sets.h"
 #include "mesh/check/triangle_tree.h"
 
-namespace openfab::scene {
+namespace openfab::mesh {
 namespace {
 
 /// Triangles that rays of all shells meet: seconds.
 constexpr int64_t kMostMet = 300'000'000;
 
 const Vec3d& at(const Mesh& mesh, int32_t vertex) {
-    return mesh.positions[static_cast<size_t>(vertex)];
+    return mesh.positions[vertex];
 }
 
 /// Shell of each triangle: triangles that share an edge are of one shell, numbered by their lowest
@@ -62,8 +62,8 @@ int winding_of_others(const Mesh& mesh, const TriangleTree& tree,
     ray.hi.x = std::numeric_limits<double>::max();
     tree.for_each_in(ray, [&](int32_t t) {
         if (--*effort < 0) return false;
-        if (shells[static_cast<size_t>(t)] == shell) return true;
-        const auto& v = mesh.triangles[static_cast<size_t>(t)];
+        if (shells[t] == shell) return true;
+        const auto& v = mesh.triangles[t];
         const Vec3d& a = at(mesh, v[0]);
         const Vec3d& b = at(mesh, v[1]);
         const Vec3d& c = at(mesh, v[2]);
@@ -81,7 +81,7 @@ int winding_of_others(const Mesh& mesh, const TriangleTree& tree,
 void flip_shells(Mesh* mesh, const std::vector<int32_t>& shell_of,
                  const std::vector<bool>& marked) {
     for (size_t t = 0; t < mesh->triangles.size(); ++t) {
-        if (!marked[static_cast<size_t>(shell_of[t])]) continue;
+        if (!marked[shell_of[t]]) continue;
         std::swap(mesh->triangles[t][1], mesh->triangles[t][2]);
         for (MeshAttribute& a : mesh->attributes) {
             if (!a.is_int) std::swap(a.corners[t][1], a.corners[t][2]);
@@ -102,8 +102,7 @@ std::optional<std::vector<Shell>> measure_shells(const Mesh& mesh,
     std::vector<double> volume(shell_of.size());
     for (size_t t = 0; t < shell_of.size(); ++t) {
         const auto& v = mesh.triangles[t];
-        volume[static_cast<size_t>(shell_of[t])] +=
-            dot(at(mesh, v[0]), cross(at(mesh, v[1]), at(mesh, v[2])));
+        volume[shell_of[t]] += dot(at(mesh, v[0]), cross(at(mesh, v[1]), at(mesh, v[2])));
     }
     std::vector<Shell> shells;
     for (size_t t = 0; t < shell_of.size(); ++t) {
@@ -149,7 +148,7 @@ Result<void> orient_shells(MeshSource* source, const std::vector<Edge>& edges) {
     int32_t nested = -1;
     for (Shell& shell : shells) {
         if (all || (outermost(shell) && shell.volume < 0)) {
-            flip[static_cast<size_t>(shell.triangle)] = true;
+            flip[shell.triangle] = true;
             shell.volume = 0 - shell.volume;
             shell.winding = all ? 0 - shell.winding : 0;
             ++checks.turned;
@@ -171,14 +170,14 @@ Result<void> orient_shells(MeshSource* source, const std::vector<Edge>& edges) {
                         source->origin.str(turned), mesh.name, count_of(checks.turned, "shell")));
     }
     if (nested >= 0) {
-        const Vec3d& p = at(mesh, mesh.triangles[static_cast<size_t>(nested)][0]);
+        const Vec3d& p = at(mesh, mesh.triangles[nested][0]);
         source->warnings.push_back(
             fmt::format("{}: mesh `{}` has {} inside another that cuts nothing out, at {}; for a "
                         "hollow, turn its triangles round",
                         source->origin.str(nested), mesh.name, count_of(checks.nested, "shell"),
-                        source->place(p)));
+                        source->location(p)));
     }
     return Ok{};
 }
 
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

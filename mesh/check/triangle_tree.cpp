@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <utility>
 
-namespace openfab::scene {
+namespace openfab::mesh {
 
 TriangleTree::TriangleTree(const Mesh& mesh) : boxes_(mesh.triangles.size()) {
     std::vector<Center> centers(boxes_.size());
     for (size_t t = 0; t < boxes_.size(); ++t) {
         for (int32_t v : mesh.triangles[t])
-            boxes_[t].add(mesh.positions[static_cast<size_t>(v)]);
+            boxes_[t].add(mesh.positions[v]);
         centers[t] = {boxes_[t].center(), static_cast<int32_t>(t)};
     }
     if (centers.empty()) return;
@@ -23,7 +23,7 @@ TriangleTree::TriangleTree(const Mesh& mesh) : boxes_(mesh.triangles.size()) {
         order_.push_back(c.triangle);
 }
 
-// By the median, so that the depth is the logarithm whatever the mesh.
+// Splits at the median, so that the depth is logarithmic for any mesh.
 void TriangleTree::split(size_t node, int32_t first, std::span<Center> centers) {
     constexpr size_t kLeaf = 4;
     Box3d whole;
@@ -49,4 +49,4 @@ void TriangleTree::split(size_t node, int32_t first, std::span<Center> centers) 
     split(children + 1, first + static_cast<int32_t>(half), centers.subspan(half));
 }
 
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// A tree of boxes over a mesh's triangles, for checks at load.
+// Bounding volume hierarchy over a mesh's triangles, for checks at load.
 
 #include <algorithm>
 #include <span>
@@ -13,14 +13,15 @@
 #include "base/vec.h"
 #include "mesh/model/mesh.h"
 
-namespace openfab::scene {
+namespace openfab::mesh {
 
+/// The hierarchy of one mesh.
 class TriangleTree {
   public:
-    /// Keeps no reference to the mesh. n log n.
+    /// Builds the tree in O(n log n); keeps no reference to the mesh.
     explicit TriangleTree(const Mesh& mesh);
 
-    const Box3d& box(int32_t triangle) const { return boxes_[static_cast<size_t>(triangle)]; }
+    const Box3d& box(int32_t triangle) const { return boxes_[triangle]; }
 
     /// Calls visit(triangle) for each triangle whose box touches `box`, until it returns false. The
     /// order depends on the mesh alone.
@@ -39,7 +40,7 @@ class TriangleTree {
                 continue;
             }
             for (int32_t i = node.first; i < node.first + node.size; ++i) {
-                const int32_t t = order_[static_cast<size_t>(i)];
+                const int32_t t = order_[i];
                 if (this->box(t).overlaps(box) && !visit(t)) return;
             }
         }
@@ -54,8 +55,8 @@ class TriangleTree {
         while (!waiting.empty()) {
             const auto [i, j] = waiting.back();
             waiting.pop_back();
-            const Node& a = nodes_[static_cast<size_t>(i)];
-            const Node& b = nodes_[static_cast<size_t>(j)];
+            const Node& a = nodes_[i];
+            const Node& b = nodes_[j];
             if (i != j && !a.box.overlaps(b.box)) continue;
             if (i == j && !a.leaf) {
                 waiting.emplace_back(a.first, a.first + 1);
@@ -76,17 +77,18 @@ class TriangleTree {
   private:
     struct Node {
         Box3d box;
-        int32_t first = 0;  ///< inner: the first of two children in a row; leaf: place in order_
+        int32_t first = 0;  ///< inner: the first of two consecutive children; leaf: index in order_
         int32_t size = 0;   ///< triangles in it
         bool leaf = false;
     };
-    /// Of two leaves, or one with itself. Whether visit never returned false.
+    /// Visits the pairs of two leaves, or of one with itself; returns whether visit never returned
+    /// false.
     template <typename Visit>
     bool visit_pairs(const Node& a, const Node& b, const Visit& visit) const {
         for (int32_t i = a.first; i < a.first + a.size; ++i) {
-            const int32_t t = order_[static_cast<size_t>(i)];
+            const int32_t t = order_[i];
             for (int32_t j = &a == &b ? i + 1 : b.first; j < b.first + b.size; ++j) {
-                const int32_t other = order_[static_cast<size_t>(j)];
+                const int32_t other = order_[j];
                 if (box(t).overlaps(box(other)) && !visit(std::min(t, other), std::max(t, other)))
                     return false;
             }
@@ -104,4 +106,4 @@ class TriangleTree {
     std::vector<Node> nodes_;
 };
 
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

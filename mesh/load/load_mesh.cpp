@@ -19,14 +19,14 @@
 #include "mesh/read/stl.h"
 #include "mesh/read/threemf.h"
 
-namespace openfab::scene {
+namespace openfab::mesh {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int64_t kLargestFile = 2'000'000'000;
+constexpr int64_t kMaxFileBytes = 2'000'000'000;
 /// Triangles up to which each load looks for crossing ones.
-constexpr size_t kMostChecked = 200'000;
+constexpr size_t kMaxChecked = 200'000;
 
 using Reader = Result<MeshSource> (*)(std::string_view bytes, const std::string& file,
                                       int64_t memory_bytes);
@@ -94,7 +94,7 @@ class Groups {
     std::vector<int32_t> first_triangles() const {
         std::vector<int32_t> first(source_.groups.size(), -1);
         for (size_t t = source_.face_groups.size(); t-- > 0;)
-            first[static_cast<size_t>(source_.face_groups[t])] = static_cast<int32_t>(t);
+            first[source_.face_groups[t]] = static_cast<int32_t>(t);
         return first;
     }
 
@@ -177,9 +177,9 @@ class Groups {
         std::vector<int32_t> values(source_.groups.size(), -1);
         bool named = false;
         for (int32_t g : source_.face_groups) {
-            int32_t& value = values[static_cast<size_t>(g)];
+            int32_t& value = values[g];
             if (value >= 0) continue;
-            const std::string name = name_of(source_.groups[static_cast<size_t>(g)]);
+            const std::string name = name_of(source_.groups[g]);
             const auto [it, fresh] = numbers.emplace(name, static_cast<int32_t>(numbers.size()));
             value = it->second;
             named = named || !name.empty();
@@ -200,7 +200,7 @@ class Groups {
         a.is_int = true;
         a.faces.reserve(source_.face_groups.size());
         for (int32_t g : source_.face_groups)
-            a.faces.push_back(values[static_cast<size_t>(g)]);
+            a.faces.push_back(values[g]);
         source_.mesh.attributes.push_back(std::move(a));
     }
 
@@ -221,7 +221,7 @@ void to_millimetres(MeshSource* source, const MeshOptions& options, LoadedMesh* 
         Box3d box;
         for (const auto& t : mesh.triangles) {
             for (int32_t v : t)
-                box.add(mesh.positions[static_cast<size_t>(v)]);
+                box.add(mesh.positions[v]);
         }
         const Vec3d size = box.empty() ? Vec3d{} : box.size();
         const double largest = std::max({size.x, size.y, size.z});
@@ -265,10 +265,10 @@ void look_for_intersections(MeshSource* source) {
         "encloses is printed once, but distances count the inner surfaces too. "
         "Unite its pieces where that matters",
         source->origin.str(found.first), source->mesh.name, found.all ? "" : "at least ",
-        found.pairs, found.pairs == 1 ? "" : "s", source->place(found.place)));
+        found.pairs, found.pairs == 1 ? "" : "s", source->location(found.point)));
 }
 
-/// What is the same for all formats. A refusal is an error of prepare_mesh.
+/// The steps common to all formats. A refusal is an error of prepare_mesh.
 Result<LoadedMesh> finish(MeshSource source, const MeshOptions& options, bool tolerant) {
     LoadedMesh out;
     source.mesh.name = options.name;
@@ -289,7 +289,7 @@ Result<LoadedMesh> finish(MeshSource source, const MeshOptions& options, bool to
         if (!tolerant) return fine.error();
         out.refusal = fine.error().text();
     }
-    if (tolerant || source.mesh.triangles.size() <= kMostChecked) look_for_intersections(&source);
+    if (tolerant || source.mesh.triangles.size() <= kMaxChecked) look_for_intersections(&source);
     std::move(source.warnings.begin(), source.warnings.end(), std::back_inserter(out.warnings));
     out.checks = source.checks;
     out.mesh = std::move(source.mesh);
@@ -305,7 +305,7 @@ Result<LoadedMesh> load(const fs::path& file, const MeshOptions& options, bool t
     const Format* format = find_format(file);
     if (format == nullptr) return no_format(file);
     Result<std::string> bytes = read_text_file(
-        file, static_cast<size_t>(std::clamp<int64_t>(options.memory_bytes, 0, kLargestFile)));
+        file, static_cast<size_t>(std::clamp<int64_t>(options.memory_bytes, 0, kMaxFileBytes)));
     if (!bytes) return bytes.error();
     Result<MeshSource> source = format->read(
         *bytes, file.string(), options.memory_bytes - static_cast<int64_t>(bytes->capacity()));
@@ -349,4 +349,4 @@ Result<LoadedMesh> read_mesh(const fs::path& file, const MeshOptions& options) {
     return load(file, options, true);
 }
 
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Meshes from files of any format, checked and in millimetres. A format's reader (obj.h, stl.h, …)
-// gives a MeshSource: what the file says, in its own unit. What all formats have in common follows
-// here: the unit, the numbers of groups, the checks.
+// Loads meshes from files of any format, checked and in millimetres. A format's reader (obj.h,
+// stl.h, …) returns a MeshSource: the contents of the file, in its own unit. The steps common to
+// all formats are here: the unit, the numbers of groups, the checks.
 
 #include <filesystem>
 #include <map>
@@ -18,8 +18,9 @@
 #include "mesh/model/mesh.h"
 #include "mesh/model/mesh_source.h"
 
-namespace openfab::scene {
+namespace openfab::mesh {
 
+/// Options of loading.
 struct MeshOptions {
     std::string name;               ///< the mesh's name in the world, for messages
     std::optional<double> unit_mm;  ///< length of one unit of the file; without it the file's own,
@@ -29,12 +30,13 @@ struct MeshOptions {
     /// groups.
     std::optional<std::map<std::string, int32_t>> groups;
     std::string groups_attribute = "face";
-    bool y_up = false;    ///< y of the file is up; glTF has that by its format and takes no word
+    bool y_up = false;    ///< y of the file is up; ignored for glTF, whose format says so
     bool repair = false;  ///< close what is open, as prepare_mesh says
-    /// What reading may take, the file's bytes included; more is an error.
-    int64_t memory_bytes = kReadingBytes;
+    /// Memory limit of reading, the file's bytes included; more is an error.
+    int64_t memory_bytes = kDefaultReadingBytes;
 };
 
+/// A mesh that was read, with what was found.
 struct LoadedMesh {
     Mesh mesh;
     std::vector<std::string> warnings;
@@ -43,18 +45,18 @@ struct LoadedMesh {
     std::vector<std::pair<std::string, int32_t>> groups;  ///< name and number, as in the attribute
     std::vector<std::filesystem::path> files;             ///< read besides the mesh file
     MeshChecks checks;
-    int64_t peak_bytes = 0;  ///< what it took to read
-    /// Why the mesh cannot be printed; only read_mesh gives one that has any.
+    int64_t peak_bytes = 0;  ///< peak memory of reading
+    /// Why the mesh cannot be printed, else empty; set by read_mesh only.
     std::string refusal;
 };
 
-/// Whether load_mesh reads files of this extension, in any case.
+/// Returns whether load_mesh reads files of this extension, in upper or lower case.
 bool is_mesh_file(const std::filesystem::path& file);
 
-/// Whether a format says which axis is up; its reader has turned the mesh then.
+/// Returns whether the format defines which axis is up; its reader then turns the mesh.
 bool format_says_up(const std::filesystem::path& file);
 
-/// ".obj, .stl, …", for messages.
+/// Returns ".obj, .stl, …", for messages.
 std::string mesh_formats();
 
 /// Reads a mesh by its extension; prepare_mesh has made it fit to print. A size under 1 unit where
@@ -63,12 +65,12 @@ std::string mesh_formats();
 /// it has lines.
 Result<LoadedMesh> load_mesh(const std::filesystem::path& file, const MeshOptions& options);
 
-/// The same from bytes; `file` gives the format and the folder of files beside it.
+/// Same, from bytes; `file` gives the format and the folder of referenced files.
 Result<LoadedMesh> parse_mesh(std::string_view bytes, const std::filesystem::path& file,
                               const MeshOptions& options);
 
-/// As load_mesh, for telling about a mesh: one that reads well but cannot be printed has a
-/// `refusal`, and triangles that cross are looked for in meshes of any size.
+/// Reads a mesh for inspection: like load_mesh, but a mesh that cannot be printed gets a `refusal`
+/// instead of an error, and crossing triangles are searched for in meshes of any size.
 Result<LoadedMesh> read_mesh(const std::filesystem::path& file, const MeshOptions& options);
 
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

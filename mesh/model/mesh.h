@@ -11,10 +11,10 @@
 
 #include "base/vec.h"
 
-namespace openfab::scene {
+namespace openfab::mesh {
 
-/// What reading may take where nobody says.
-constexpr int64_t kReadingBytes = 8'000'000'000;
+/// Default memory limit of reading.
+constexpr int64_t kDefaultReadingBytes = 8'000'000'000;
 
 /// A named attribute. Float attributes are per corner, indexed by values/indices, so that a UV seam
 /// is two indices at one vertex; int attributes are per face.
@@ -28,6 +28,7 @@ struct MeshAttribute {
     std::vector<int32_t> faces;  ///< is_int true: components per triangle
 };
 
+/// A triangle mesh.
 struct Mesh {
     std::string name;
     std::vector<Vec3d> positions;                   ///< mm
@@ -42,4 +43,4 @@ struct Mesh {
     }
 };
 
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

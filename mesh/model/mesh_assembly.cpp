@@ -5,7 +5,7 @@
 #include "base/check.h"
 #include "base/scan_number.h"
 
-namespace openfab::scene {
+namespace openfab::mesh {
 namespace {
 
 constexpr std::array<int32_t, 3> kNone{-1, -1, -1};
@@ -32,7 +32,7 @@ std::optional<size_t> MeshAssembly::attribute(const std::string& name, int32_t c
         if (all[i].name != name) continue;
         return all[i].components == components ? std::optional(i) : std::nullopt;
     }
-    if (all.size() == kMostAttributes) return {};
+    if (all.size() == kMaxAttributes) return {};
     all.push_back({});
     all.back().name = name;
     all.back().components = components;
@@ -73,4 +73,4 @@ MeshSource MeshAssembly::finish(const std::string& file, double unit_mm) {
     return std::move(source_);
 }
 
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

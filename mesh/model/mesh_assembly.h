@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Puts a mesh together out of the parts that a scene file holds, whose attributes may differ.
+// Assembles a mesh from the parts of a scene file, whose attributes may differ.
 
 #include <array>
 #include <optional>
@@ -12,13 +12,14 @@
 #include "mesh/model/mesh_memory.h"
 #include "mesh/model/mesh_source.h"
 
-namespace openfab::scene {
+namespace openfab::mesh {
 
+/// A mesh under construction.
 class MeshAssembly {
   public:
-    static constexpr size_t kMostAttributes = 64;
+    static constexpr size_t kMaxAttributes = 64;
 
-    /// Makes room for what will come.
+    /// Reserves memory for the whole mesh.
     void reserve(const MeshCounts& counts);
 
     /// Vertices from here on are never welded to earlier ones.
@@ -26,16 +27,16 @@ class MeshAssembly {
 
     int32_t add_vertex(const Vec3d& position);
 
-    /// A float attribute by its name; none if it is there with another number of components,
-    /// or would be one too many (64).
+    /// Finds or adds a float attribute; none if it exists with another number of components, or
+    /// there are already kMaxAttributes.
     std::optional<size_t> attribute(const std::string& name, int32_t components);
 
-    /// A value of it, for corners to refer to; -1 if a component is not finite.
+    /// Adds a value of an attribute; returns its index, or -1 if a component is not finite.
     int32_t add_value(size_t attribute, const double* components);
 
     void add_triangle(const std::array<int32_t, 3>& vertices, int32_t group);
 
-    /// The values of an attribute at the corners of the last triangle.
+    /// Sets the values of an attribute at the corners of the last triangle.
     void set_corners(size_t attribute, const std::array<int32_t, 3>& values);
 
     size_t triangles() const { return source_.mesh.triangles.size(); }
@@ -44,7 +45,7 @@ class MeshAssembly {
     int64_t group_bytes() const { return source_.group_bytes(); }
     int32_t group_index(const FaceGroup& group) { return source_.group_index(group); }
 
-    /// The whole; corners without a value are -1.
+    /// Returns the mesh; corners without a value are -1.
     MeshSource finish(const std::string& file, double unit_mm);
 
   private:
@@ -53,4 +54,4 @@ class MeshAssembly {
     int32_t part_ = 0;
 };
 
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-namespace openfab::scene {
+namespace openfab::mesh {
 namespace {
 
 constexpr int64_t kMegabyte = 1'000'000;
@@ -64,4 +64,4 @@ Error too_large_to_read(const std::string& file, int64_t triangles, int64_t need
         file, triangles, needed / kMegabyte + 1, allowed / kMegabyte));
 }
 
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

@@ -4,14 +4,14 @@
 
 #include <fmt/format.h>
 
-namespace openfab::scene {
+namespace openfab::mesh {
 
 SourceLocation MeshOrigin::location(int32_t triangle) const {
     if (triangle < 0 || static_cast<size_t>(triangle) >= lines.size()) return {file, 0, 0};
-    return {file, lines[static_cast<size_t>(triangle)], 1};
+    return {file, lines[triangle], 1};
 }
 
-std::string MeshSource::place(const Vec3d& mm) const {
+std::string MeshSource::location(const Vec3d& mm) const {
     std::string text = fmt::format("({:.6g}, {:.6g}, {:.6g}) mm", mm.x, mm.y, mm.z);
     if (unit_mm <= 0 || unit_mm == 1) return text;
     const Vec3d file = mm * (1 / unit_mm);
@@ -31,4 +31,4 @@ int32_t MeshSource::group_index(const FaceGroup& group) {
     return it->second;
 }
 
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// A mesh on its way in: what its file says, and what checking it brought to light.
+// A mesh during import: the contents of its file, and the results of checking it.
 
 #include <cstdint>
 #include <filesystem>
@@ -13,9 +13,9 @@
 #include "base/source_location.h"
 #include "mesh/model/mesh.h"
 
-namespace openfab::scene {
+namespace openfab::mesh {
 
-/// The names that a face goes by.
+/// The group and material names of a face.
 struct FaceGroup {
     std::vector<std::string> names;  ///< OBJ `g`, STL solid, glTF node, 3MF object
     std::string material;            ///< OBJ `usemtl`, glTF material, 3MF base material
@@ -41,27 +41,27 @@ struct EdgeCounts {
     bool fine() const { return bad() == 0; }
 };
 
-/// What was found in a mesh, as counts.
+/// Counts of what was found in a mesh.
 struct MeshChecks {
     EdgeCounts edges;
     int64_t equal_corners = 0;      ///< triangles with two equal corners; left out
     int64_t duplicates = 0;         ///< triangles over the corners of another one; left out
-    int64_t without_area = 0;       ///< triangles whose corners are in a line; kept
+    int64_t without_area = 0;       ///< triangles with collinear corners; kept
     int64_t shells = 0;             ///< connected by edges
     int64_t turned = 0;             ///< shells that were inside out
     int64_t cavities = 0;           ///< shells that bound a hollow
-    int64_t nested = 0;             ///< shells inside others that bound no hollow
-    int64_t intersections = -1;     ///< pairs of triangles that cross; -1: not looked for
+    int64_t nested = 0;             ///< shells inside others that are not cavities
+    int64_t intersections = -1;     ///< pairs of triangles that cross; -1: not searched for
     bool all_intersections = true;  ///< false: there may be more than those counted
 };
 
 /// A mesh as its file has it.
 struct MeshSource {
-    /// In the file's unit. Corners of float attributes may be -1 where a face has no value.
+    /// The mesh in the file's unit. Corners of float attributes may be -1 where a face has no value.
     Mesh mesh;
     MeshOrigin origin;
-    double unit_mm = 0;  ///< as the file or its format says; 0 if it says nothing, and once the
-                         ///< mesh is in mm what it was taken for
+    double unit_mm = 0;  ///< from the file or its format, 0 if unknown; after conversion to mm,
+                         ///< the unit that was assumed
     std::vector<FaceGroup> groups;        ///< no two equal
     std::vector<int32_t> face_groups;     ///< by triangle, index in groups; empty without groups
     std::vector<int32_t> part_of_vertex;  ///< vertices of different parts are never welded; may be
@@ -70,12 +70,12 @@ struct MeshSource {
     std::vector<std::string> warnings;
     MeshChecks checks;
 
-    /// A place in mm for messages, and where it is not the same, as the file has it.
-    std::string place(const Vec3d& mm) const;
+    /// Formats a position in mm for messages, with its coordinates in the file if they differ.
+    std::string location(const Vec3d& mm) const;
 
-    /// The index of `group`, added if it is new.
+    /// Returns the index of `group`, adding it if it is new.
     int32_t group_index(const FaceGroup& group);
-    /// What the groups take; names may be long, and one may be in many groups.
+    /// Returns the bytes of the groups; names may be long, and one may be in many groups.
     int64_t group_bytes() const { return group_bytes_; }
 
   private:
@@ -83,4 +83,4 @@ struct MeshSource {
     std::map<FaceGroup, int32_t> group_indices_;
 };
 
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

@@ -10,7 +10,7 @@
 
 #include "base/check.h"
 
-namespace openfab::scene {
+namespace openfab::mesh {
 namespace {
 
 /// Twice the area vector (Newell).
@@ -44,7 +44,7 @@ class Ring {
         const int32_t own = at(i);
         const int32_t before = at(i + left_.size() - 1);
         const int32_t after = at(i + 1);
-        Found& found = found_[static_cast<size_t>(own)];
+        Found& found = found_[own];
         if (found.before != before || found.after != after) {
             found = {before, after, 0, false};
             found.reflex = !(turn(corner(before), corner(own), corner(after), normal_) > 0);
@@ -58,7 +58,7 @@ class Ring {
         for (; found.next < order_.size(); ++found.next) {
             const int32_t k = order_[found.next];
             if (along(k) > most) break;
-            if (gone_[static_cast<size_t>(k)]) continue;
+            if (gone_[k]) continue;
             --*effort;
             const Vec3d& q = corner(k);
             if (q == a || q == b || q == c) continue;
@@ -70,7 +70,7 @@ class Ring {
     }
 
     void cut(size_t i) {
-        gone_[static_cast<size_t>(left_[i])] = true;
+        gone_[left_[i]] = true;
         left_.erase(left_.begin() + static_cast<std::ptrdiff_t>(i));
     }
 
@@ -81,8 +81,8 @@ class Ring {
         bool reflex = false;              ///< it does not turn the polygon's way
     };
 
-    const Vec3d& corner(int32_t c) const { return p_[static_cast<size_t>(c)]; }
-    double along(int32_t c) const { return along_[static_cast<size_t>(c)]; }
+    const Vec3d& corner(int32_t c) const { return p_[c]; }
+    double along(int32_t c) const { return along_[c]; }
 
     /// Orders the corners along the direction in the polygon's plane in which it is longest, of
     /// those nearest to two axes: what is in a triangle is not beyond its ends.
@@ -160,4 +160,4 @@ std::vector<std::array<int32_t, 3>> triangulate(const std::vector<Vec3d>& corner
     return out;
 }
 
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

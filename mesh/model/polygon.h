@@ -8,10 +8,10 @@
 
 #include "base/vec.h"
 
-namespace openfab::scene {
+namespace openfab::mesh {
 
-/// Comparisons of corners that triangulate may make for the concave polygons of one file, a few
-/// seconds of them. Polygons whose corners are spread take some dozens a corner.
+/// Limit of the corner comparisons triangulate makes for the concave polygons of one file: a few
+/// seconds' worth. Typical polygons take a few dozen per corner.
 constexpr int64_t kTriangulationEffort = 200'000'000;
 constexpr const char* kTooMuchEffort = "the concave polygons up to here have too many corners";
 constexpr const char* kSplitPolygons = "split them into triangles where the mesh is made";
@@ -22,4 +22,4 @@ constexpr const char* kSplitPolygons = "split them into triangles where the mesh
 /// left, there are no triangles.
 std::vector<std::array<int32_t, 3>> triangulate(const std::vector<Vec3d>& corners, int64_t* effort);
 
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

@@ -4,7 +4,7 @@
 
 #include "base/rotation.h"
 
-namespace openfab::scene {
+namespace openfab::mesh {
 namespace {
 
 constexpr int32_t kAround = 128;
@@ -177,4 +177,4 @@ Mesh make_plane(double x_mm, double y_mm) {
     return b.take();
 }
 
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

@@ -15,17 +15,18 @@
 #include "mesh/model/mesh_memory.h"
 #include "mesh/read/gltf_file.h"
 
-namespace openfab::scene {
+namespace openfab::mesh {
 namespace {
 
 using Kind = JsonValue::Kind;
 
 /// Nodes may repeat a mesh, so that the file's size does not bound these.
-constexpr int64_t kMostTriangles = 50'000'000;
-constexpr int64_t kMostVertices = 100'000'000;
-/// Of all nodes, with their attributes: one without vertices takes time, too.
-constexpr int64_t kMostPrimitives = 1'000'000;
-constexpr size_t kMostWarnings = 100;
+constexpr int64_t kMaxTriangles = 50'000'000;
+constexpr int64_t kMaxVertices = 100'000'000;
+/// Limit of the primitives of all nodes, with their attributes: one without vertices takes time,
+/// too.
+constexpr int64_t kMaxPrimitives = 1'000'000;
+constexpr size_t kMaxWarnings = 100;
 /// y up, z to the viewer -> z up, y away.
 constexpr Affine3d kZUp{{1, 0, 0, 0, 0, -1, 0, 1, 0}, {}};
 
@@ -130,7 +131,7 @@ class GltfReader {
             ++primitives_;
             const std::string name = attribute_name(m.key);
             if (name.empty()) continue;
-            if (names_.size() < MeshAssembly::kMostAttributes) names_.insert(name);
+            if (names_.size() < MeshAssembly::kMaxAttributes) names_.insert(name);
             ++kept;
         }
         const bool strip = primitive.find("mode") != nullptr && stated(primitive, "mode") != 4;
@@ -139,11 +140,11 @@ class GltfReader {
         counts_.values += kept * vertices * 4;
         // While it is read: numbers as doubles, and which value belongs to which vertex.
         largest_ = std::max(largest_, vertices * (8 * 8 + 4 * kept) + corners * 16);
-        if (primitives_ > kMostPrimitives)
+        if (primitives_ > kMaxPrimitives)
             gltf_.fail(primitive, fmt::format("the nodes have more than {} primitives with their "
                                               "attributes",
-                                              kMostPrimitives));
-        if (counts_.vertices > kMostVertices || counts_.triangles > kMostTriangles)
+                                              kMaxPrimitives));
+        if (counts_.vertices > kMaxVertices || counts_.triangles > kMaxTriangles)
             gltf_.fail(primitive, "the meshes of all nodes have too many triangles");
     }
 
@@ -154,7 +155,7 @@ class GltfReader {
         for (const JsonValue& item : list->value.items) {
             if (!item.is(Kind::kNumber) || !(item.number >= 0 && item.number < 1e9) ||
                 item.number != std::floor(item.number)) {
-                gltf_.fail(item, fmt::format("`{}` holds something else than indices", key));
+                gltf_.fail(item, fmt::format("`{}` holds something other than indices", key));
                 return {};
             }
             out.push_back(static_cast<int64_t>(item.number));
@@ -162,7 +163,7 @@ class GltfReader {
         return out;
     }
 
-    /// Of the default scene; without scenes, the nodes that are nobody's children.
+    /// Returns the nodes of the default scene; without scenes, those without a parent.
     std::vector<int64_t> root_nodes() {
         const JsonMember* nodes = gltf_.root().find("nodes");
         visited_.resize(nodes != nullptr ? nodes->value.items.size() : 0);
@@ -175,7 +176,7 @@ class GltfReader {
         std::vector<bool> child(visited_.size());
         for (size_t n = 0; n < visited_.size(); ++n) {
             for (int64_t c : indices_of(nodes->value.items[n], "children")) {
-                if (static_cast<size_t>(c) < child.size()) child[static_cast<size_t>(c)] = true;
+                if (static_cast<size_t>(c) < child.size()) child[c] = true;
             }
         }
         std::vector<int64_t> roots;
@@ -186,11 +187,11 @@ class GltfReader {
     }
 
     bool mark_visited(int64_t index, const JsonValue& node) {
-        if (visited_[static_cast<size_t>(index)]) {
+        if (visited_[index]) {
             gltf_.fail(node, fmt::format("node {} has two parents", index), "nodes must be a tree");
             return false;
         }
-        visited_[static_cast<size_t>(index)] = true;
+        visited_[index] = true;
         return true;
     }
 
@@ -318,7 +319,7 @@ class GltfReader {
         if (!indices || !gltf_.ok()) return {};
         for (double index : indices->values) {
             if (index >= static_cast<double>(positions.count())) {
-                gltf_.fail(primitive, fmt::format("an index asks for vertex {}, but there are {}",
+                gltf_.fail(primitive, fmt::format("an index refers to vertex {}, but there are {}",
                                                   index, positions.count()));
                 return {};
             }
@@ -347,7 +348,7 @@ class GltfReader {
             return gltf_.fail(member.value, "COLOR_0 must have 3 or 4 components");
         const std::optional<size_t> attribute = mesh_.attribute(name, static_cast<int32_t>(kept));
         if (!attribute) {
-            if (mesh_.warnings().size() < kMostWarnings)
+            if (mesh_.warnings().size() < kMaxWarnings)
                 mesh_.warnings().push_back(fmt::format(
                     "{}:{}:{}: `{}` has another number of components elsewhere, or is one "
                     "too many; left "
@@ -387,9 +388,7 @@ class GltfReader {
                  first + static_cast<int32_t>(t[2])},
                 group);
             for (const Source& source : sources) {
-                const auto value = [&](size_t k) {
-                    return source.value_of_vertex[static_cast<size_t>(t[k])];
-                };
+                const auto value = [&](size_t k) { return source.value_of_vertex[t[k]]; };
                 mesh_.set_corners(source.attribute, {value(0), value(1), value(2)});
             }
         }
@@ -426,4 +425,4 @@ Result<MeshSource> parse_gltf(std::string_view bytes, const std::string& file,
     return GltfReader(std::move(*gltf), file).read();
 }
 
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

@@ -8,7 +8,7 @@
 #include "base/result.h"
 #include "mesh/model/mesh_source.h"
 
-namespace openfab::scene {
+namespace openfab::mesh {
 
 /// Reads glTF 2.0, as text or .glb: the triangles of the default scene with the transforms of their
 /// nodes, y up turned to z up, in metres. NORMAL is "n", TEXCOORD_0 "uv" (TEXCOORD_1 "uv1", …) with
@@ -17,6 +17,6 @@ namespace openfab::scene {
 /// skins and morph targets are left out with a warning; compressed meshes are refused. Errors name
 /// the place in the JSON.
 Result<MeshSource> parse_gltf(std::string_view bytes, const std::string& file,
-                              int64_t memory_bytes = kReadingBytes);
+                              int64_t memory_bytes = kDefaultReadingBytes);
 
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

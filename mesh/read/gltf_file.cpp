@@ -11,7 +11,7 @@
 
 #include "base/input_file.h"
 
-namespace openfab::scene {
+namespace openfab::mesh {
 namespace {
 
 namespace fs = std::filesystem;
@@ -21,7 +21,7 @@ constexpr uint32_t kJsonChunk = 0x4E4F534A;    ///< "JSON"
 constexpr uint32_t kBinaryChunk = 0x004E4942;  ///< "BIN"
 constexpr size_t kLargestBuffer = 2'000'000'000;
 /// An accessor without a buffer is all zeros, so that the file's size does not bound it.
-constexpr int64_t kMostZeros = 65'536;
+constexpr int64_t kMaxZeros = 65'536;
 
 static_assert(std::endian::native == std::endian::little, "glTF is read as it lies in memory");
 
@@ -68,7 +68,7 @@ uint32_t word_at(std::string_view bytes, size_t at) {
     return word;
 }
 
-/// Empty if it is no base64.
+/// Returns the decoded bytes; empty if the text is not valid base64.
 std::string decode_base64(std::string_view text) {
     std::string out;
     out.reserve(text.size() / 4 * 3);
@@ -159,7 +159,7 @@ Result<void> GltfFile::check_version() {
     const JsonMember* asset = root_.is(JsonValue::Kind::kObject) ? root_.find("asset") : nullptr;
     const std::string version = asset != nullptr ? text(asset->value, "version") : "";
     if (!version.starts_with("2."))
-        return user_error(fmt::format("{}: no glTF 2.0: `asset` has {}", file_,
+        return user_error(fmt::format("{}: not a glTF 2.0 file: `asset` has {}", file_,
                                       version.empty() ? "no `version`" : "version " + version));
     const JsonMember* required = root_.find("extensionsRequired");
     if (required == nullptr) return Ok{};
@@ -191,7 +191,7 @@ int64_t GltfFile::integer(const JsonValue& object, const char* key, int64_t othe
     const double value = m->value.number;
     if (!m->value.is(JsonValue::Kind::kNumber) || value != std::floor(value) || value < 0 ||
         value > static_cast<double>(most)) {
-        fail(m->value, fmt::format("`{}` is no whole number from 0 to {}", key, most));
+        fail(m->value, fmt::format("`{}` is not a whole number from 0 to {}", key, most));
         return 0;
     }
     return static_cast<int64_t>(value);
@@ -206,7 +206,7 @@ std::optional<std::vector<double>> GltfFile::numbers(const JsonValue& object, co
         if (item.is(JsonValue::Kind::kNumber)) out.push_back(item.number);
     }
     if (out.size() == count && m->value.items.size() == count) return out;
-    fail(m->value, fmt::format("`{}` is no array of {} numbers", key, count));
+    fail(m->value, fmt::format("`{}` is not an array of {} numbers", key, count));
     return {};
 }
 
@@ -215,10 +215,10 @@ const JsonValue* GltfFile::item(const char* key, int64_t index, const char* aske
     const size_t count = list != nullptr ? list->value.items.size() : 0;
     if (index < 0 || static_cast<size_t>(index) >= count) {
         fail(list != nullptr ? list->value : root_,
-             fmt::format("{} asks for {} {}, but there are {}", asked_by, key, index, count));
+             fmt::format("{} refers to {} {}, but there are {}", asked_by, key, index, count));
         return nullptr;
     }
-    return &list->value.items[static_cast<size_t>(index)];
+    return &list->value.items[index];
 }
 
 std::string GltfFile::load_uri(const JsonValue& at, const std::string& uri) {
@@ -228,13 +228,13 @@ std::string GltfFile::load_uri(const JsonValue& at, const std::string& uri) {
         constexpr std::string_view kMark = ";base64,";
         const size_t mark = uri.find(kMark);
         if (uri.size() / 4 * 3 > allowed) {
-            fail(at, "the data take more memory than is allowed", "allow more with `--memory`");
+            fail(at, "the data takes more memory than is allowed", "allow more with `--memory`");
             return {};
         }
         std::string bytes = mark == std::string::npos
                                 ? std::string()
                                 : decode_base64(std::string_view(uri).substr(mark + kMark.size()));
-        if (bytes.empty()) fail(at, "the data are no base64");
+        if (bytes.empty()) fail(at, "the data is not valid base64");
         memory_left_ -= static_cast<int64_t>(bytes.size());
         return bytes;
     }
@@ -280,7 +280,7 @@ Result<std::string> GltfFile::image(const JsonValue& image) {
 const std::string* GltfFile::buffer(int64_t index) {
     const JsonValue* buffer = item("buffers", index, "a buffer view");
     if (buffer == nullptr) return nullptr;
-    std::optional<std::string>& bytes = buffers_[static_cast<size_t>(index)];
+    std::optional<std::string>& bytes = buffers_[index];
     if (!bytes) {
         const std::string uri = text(*buffer, "uri");
         if (uri.empty() && index == 0 && binary_) {
@@ -309,7 +309,7 @@ GltfFile::View GltfFile::view(int64_t index, int64_t offset, const JsonValue& as
         return {};
     }
     if (offset > length) {
-        fail(asked_by, "the accessor starts behind the end of its buffer view");
+        fail(asked_by, "the accessor starts past the end of its buffer view");
         return {};
     }
     return {std::string_view(*bytes).substr(static_cast<size_t>(start + offset),
@@ -325,8 +325,8 @@ void GltfFile::read_values(const View& view, size_t count, int64_t type, bool no
     const size_t room =
         view.bytes.size() < size ? 0 : 1 + (view.bytes.size() - size) / std::max(stride, size);
     if (stride < size || count > room) {
-        fail(at, fmt::format("the accessor asks for {} elements of {} bytes, but there are {}",
-                             count, size, stride < size ? 0 : room));
+        fail(at, fmt::format("the accessor needs {} elements of {} bytes, but there are {}", count,
+                             size, stride < size ? 0 : room));
         return;
     }
     out->values.reserve(count * out->components);
@@ -369,7 +369,7 @@ void GltfFile::apply_sparse(const JsonValue& sparse, int64_t type, bool normaliz
     }
     for (size_t i = 0; i < count && ok(); ++i) {
         if (!(places.values[i] < static_cast<double>(out->count())))
-            return fail(sparse, "a sparse index lies behind the end of its accessor");
+            return fail(sparse, "a sparse index is past the end of its accessor");
         const size_t to = static_cast<size_t>(places.values[i]) * out->components;
         for (size_t c = 0; c < out->components; ++c)
             out->values[to + c] = replaced.values[i * out->components + c];
@@ -400,7 +400,7 @@ Result<GltfArray> GltfFile::array(int64_t accessor, bool indices) {
         const View v =
             view(integer(*value, "bufferView", 0), integer(*value, "byteOffset", 0), *value);
         if (ok()) read_values(v, static_cast<size_t>(count), type, is_normalized, *value, &out);
-    } else if (count > kMostZeros) {
+    } else if (count > kMaxZeros) {
         fail(*value, fmt::format("an accessor of {} elements without a buffer view", count));
     } else {
         out.values.resize(static_cast<size_t>(count) * out.components);
@@ -411,4 +411,4 @@ Result<GltfArray> GltfFile::array(int64_t accessor, bool indices) {
     return out;
 }
 
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

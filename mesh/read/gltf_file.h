@@ -2,8 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The container of glTF 2.0: its JSON, its buffers wherever they are, and arrays of numbers out of
-// them.
+// The glTF 2.0 container: its JSON, its buffers, wherever they are, and the number arrays in them.
 
 #include <array>
 #include <filesystem>
@@ -17,22 +16,23 @@
 #include "base/result.h"
 #include "mesh/model/mesh.h"
 
-namespace openfab::scene {
+namespace openfab::mesh {
 
-/// Numbers of an accessor, normalised ones already between 0 (or -1) and 1.
+/// Numbers of an accessor; normalised ones are already between 0 (or -1) and 1.
 struct GltfArray {
     size_t components = 1;  ///< 1 to 4; matrices are refused
     std::vector<double> values;
     size_t count() const { return values.size() / components; }
 };
 
+/// An open glTF file.
 class GltfFile {
   public:
-    /// `.gltf` text or `.glb`; buffers are read when they are asked for. Errors: no glTF 2.0, cut
-    /// short, an extension required that is not known here, or a file that does not fit into
-    /// `memory_bytes` beside `bytes`.
+    /// Opens `.gltf` text or `.glb`; buffers are read on demand. Errors: not glTF 2.0, cut short,
+    /// an unknown required extension, or a file that does not fit into `memory_bytes` beside
+    /// `bytes`.
     static Result<GltfFile> open(std::string_view bytes, const std::string& file,
-                                 int64_t memory_bytes = kReadingBytes);
+                                 int64_t memory_bytes = kDefaultReadingBytes);
 
     /// What is left of memory_bytes by the tree, by the buffers that were read, and by what others
     /// take of it.
@@ -41,22 +41,22 @@ class GltfFile {
 
     const JsonValue& root() const { return root_; }
 
-    /// One of `accessors`, whose numbers are of an unsigned integer type if `indices`.
+    /// Reads one of `accessors`, which must be of an unsigned integer type if `indices`.
     Result<GltfArray> array(int64_t accessor, bool indices);
 
-    /// The bytes of one of `images`: of its file, its data, or its buffer view. At most
+    /// Reads the bytes of one of `images`: its file, its data, or its buffer view. At most
     /// memory_left(), of which whoever keeps them takes them.
     Result<std::string> image(const JsonValue& image);
 
-    /// root()[key][index]; null after an error, which is kept for error().
+    /// Returns root()[key][index]; null after an error, which is kept for error().
     const JsonValue* item(const char* key, int64_t index, const char* asked_by);
-    /// object[key] as a whole number, `otherwise` where it is absent; 0 after an error.
+    /// Returns object[key] as a whole number, `otherwise` if absent; 0 after an error.
     int64_t integer(const JsonValue& object, const char* key, int64_t otherwise,
                     int64_t most = 1LL << 40);
-    /// object[key] as `count` numbers; none where it is absent.
+    /// Returns object[key] as `count` numbers; none if absent.
     std::optional<std::vector<double>> numbers(const JsonValue& object, const char* key,
                                                size_t count);
-    /// object[key] as text, empty where it is absent.
+    /// Returns object[key] as text, empty if absent.
     static std::string text(const JsonValue& object, const char* key);
 
     bool ok() const { return !error_.has_value(); }
@@ -92,4 +92,4 @@ class GltfFile {
     std::optional<Error> error_;
 };
 
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

@@ -15,11 +15,11 @@
 #include "mesh/model/mesh_memory.h"
 #include "mesh/model/polygon.h"
 
-namespace openfab::scene {
+namespace openfab::mesh {
 namespace {
 
-constexpr size_t kMostCorners = 4096;
-constexpr size_t kMostElements = 200'000'000;
+constexpr size_t kMaxCorners = 4096;
+constexpr size_t kMaxElements = 200'000'000;
 
 bool is_blank(char c) {
     return c == ' ' || c == '\t' || c == '\r';
@@ -89,7 +89,7 @@ class ObjReader {
                 while (at_ < text_.size() && !is_blank(text_[at_]) && text_[at_] != '\n')
                     ++at_;
                 // One more than any statement may have, so that it is seen to be too long.
-                if (tokens_.size() < kMostCorners + 2)
+                if (tokens_.size() < kMaxCorners + 2)
                     tokens_.push_back(text_.substr(start, at_ - start));
             }
         }
@@ -153,8 +153,8 @@ class ObjReader {
         } else if (word == "f" || word == "fo") {
             face();
         } else if (word == "g") {
-            if (tokens_.size() > kMostCorners)
-                return fail(word, fmt::format("a face in more than {} groups", kMostCorners));
+            if (tokens_.size() > kMaxCorners)
+                return fail(word, fmt::format("a face in more than {} groups", kMaxCorners));
             groups_.assign(tokens_.begin() + 1, tokens_.end());
             groups_number_ = number_of(groups_, &groups_numbers_);
             group_.reset();
@@ -230,7 +230,7 @@ class ObjReader {
         for (size_t i = 0; i < count; ++i) {
             if (!number(tokens_[i + 1], &v[i])) return;
         }
-        if (mesh_.positions.size() >= kMostElements) return fail(tokens_[0], "too many vertices");
+        if (mesh_.positions.size() >= kMaxElements) return fail(tokens_[0], "too many vertices");
         mesh_.positions.push_back({v[0], v[1], v[2]});
         if (count >= 6) {
             for (size_t i = count - 3; i < count; ++i)
@@ -249,13 +249,13 @@ class ObjReader {
             return false;
         }
         const auto n = static_cast<int64_t>(count);
-        const int64_t place = value < 0 ? n + value : value - 1;
-        if (value == 0 || place < 0 || place >= n) {
-            fail(token, fmt::format("`{}` asks for {} {}, but there are {} so far",
+        const int64_t index = value < 0 ? n + value : value - 1;
+        if (value == 0 || index < 0 || index >= n) {
+            fail(token, fmt::format("`{}` refers to {} {}, but there are {} so far",
                                     token.substr(0, 40), of, value, n));
             return false;
         }
-        *out = static_cast<int32_t>(place);
+        *out = static_cast<int32_t>(index);
         return true;
     }
 
@@ -279,9 +279,9 @@ class ObjReader {
         if (count < 3)
             return fail(tokens_[0], fmt::format("a face with {} corners", count),
                         "it needs 3 or more");
-        if (count > kMostCorners)
-            return fail(tokens_[0], fmt::format("a face with more than {} corners", kMostCorners));
-        if (mesh_.triangles.size() >= kMostElements) return fail(tokens_[0], "too many faces");
+        if (count > kMaxCorners)
+            return fail(tokens_[0], fmt::format("a face with more than {} corners", kMaxCorners));
+        if (mesh_.triangles.size() >= kMaxElements) return fail(tokens_[0], "too many faces");
         corners_.resize(count);
         for (size_t i = 0; i < count; ++i) {
             corners_[i] = {};
@@ -296,7 +296,7 @@ class ObjReader {
         }
         std::vector<Vec3d> points;
         for (const Corner& c : corners_)
-            points.push_back(mesh_.positions[static_cast<size_t>(c.v)]);
+            points.push_back(mesh_.positions[c.v]);
         const std::vector<std::array<int32_t, 3>> triangles = triangulate(points, &effort_);
         if (triangles.empty()) return fail(tokens_[0], kTooMuchEffort, kSplitPolygons);
         for (const auto& t : triangles)
@@ -308,9 +308,7 @@ class ObjReader {
     }
 
     void add_triangle(const std::array<int32_t, 3>& pick) {
-        const auto at = [&](size_t i) -> const Corner& {
-            return corners_[static_cast<size_t>(pick[i])];
-        };
+        const auto at = [&](size_t i) -> const Corner& { return corners_[pick[i]]; };
         mesh_.triangles.push_back({at(0).v, at(1).v, at(2).v});
         uv_corners_.push_back({at(0).vt, at(1).vt, at(2).vt});
         normal_corners_.push_back({at(0).vn, at(1).vn, at(2).vn});
@@ -396,4 +394,4 @@ Result<MeshSource> parse_obj(std::string_view text, const std::string& file, int
     return ObjReader(text, file, memory_bytes).read();
 }
 
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

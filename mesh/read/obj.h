@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Wavefront OBJ. Our own reader: the libraries take a bad number for 0 and know no line, and a
-// print that is subtly wrong costs a day.
+// Wavefront OBJ. A reader of our own: the libraries read bad numbers as 0 and report no lines, and
+// a print that is subtly wrong costs a day.
 
 #include <string>
 #include <string_view>
@@ -11,13 +11,13 @@
 #include "base/result.h"
 #include "mesh/model/mesh_source.h"
 
-namespace openfab::scene {
+namespace openfab::mesh {
 
 /// Reads positions, `vt` as "uv" (2), `vn` as "n" (3), vertex colours as "color" (3), `g` and
 /// `usemtl` as groups. Polygons are triangulated: convex ones as a fan from their first corner,
 /// others by ear clipping. A comment `# Units: cm`, as modelling programs write it, is the unit.
 /// `file` stands for the file in messages; errors are `file:line:column`.
 Result<MeshSource> parse_obj(std::string_view text, const std::string& file,
-                             int64_t memory_bytes = kReadingBytes);
+                             int64_t memory_bytes = kDefaultReadingBytes);
 
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

@@ -16,11 +16,11 @@
 #include "mesh/model/polygon.h"
 #include "mesh/read/ply_header.h"
 
-namespace openfab::scene {
+namespace openfab::mesh {
 namespace {
 
-constexpr int64_t kMostCorners = 4096;
-constexpr size_t kMostTriangles = 200'000'000;
+constexpr int64_t kMaxCorners = 4096;
+constexpr size_t kMaxTriangles = 200'000'000;
 
 static_assert(std::endian::native == std::endian::little);
 
@@ -30,7 +30,7 @@ class Values {
     Values(std::string_view bytes, const PlyHeader& header)
         : bytes_(bytes), header_(header), at_(header.body), line_(header.body_line) {}
 
-    /// What is wrong, empty where nothing is.
+    /// Reads the next number; returns an error text, empty if none.
     Complaint next(PlyType type, double* out) {
         return header_.ascii ? next_ascii(type, out) : next_binary(type, out);
     }
@@ -210,7 +210,7 @@ class PlyReader {
     }
 
   private:
-    /// What was read, before it becomes triangles.
+    /// Returns the bytes read so far, before they become triangles.
     int64_t read_bytes() const {
         constexpr size_t kFace = sizeof(size_t) + sizeof(int32_t);
         size_t bytes = out_.mesh.positions.size() * sizeof(Vec3d) + face_ends_.size() * kFace +
@@ -232,7 +232,7 @@ class PlyReader {
                                  memory_bytes_);
     }
 
-    /// What the triangles and attributes take, besides what was read.
+    /// Checks that triangles and attributes fit in memory besides what was read.
     Result<void> check_mesh_memory() const {
         MeshCounts counts;
         counts.vertices = static_cast<int64_t>(out_.mesh.positions.size());
@@ -390,7 +390,7 @@ class PlyReader {
             return false;
         const auto count = static_cast<size_t>(element.count);
         const char* from = values_.look(count, 13);
-        if (from == nullptr || count > kMostTriangles) return false;
+        if (from == nullptr || count > kMaxTriangles) return false;
         if (static_cast<int64_t>(count * sizeof(std::array<int32_t, 3>)) > memory_bytes_)
             return false;  // told of by the longer way, which looks at what it takes
         std::vector<std::array<int32_t, 3>> triangles(count);
@@ -424,8 +424,8 @@ class PlyReader {
             for (const PlyProperty& property : element.properties) {
                 Complaint wrong;
                 if (&property == corners) {
-                    wrong = list(property, kMostCorners, &list_);
-                    // What a list that was cut short holds was never read.
+                    wrong = list(property, kMaxCorners, &list_);
+                    // The contents of a list that was cut short were never read.
                     if (!wrong.empty()) return error(element, i, wrong);
                     for (double v : list_)
                         face_corners_.push_back(static_cast<int64_t>(v));
@@ -433,7 +433,7 @@ class PlyReader {
                     if (wrong.empty() && list_.size() < 3)
                         wrong = "a face with fewer than 3 corners";
                 } else if (&property == uvs) {
-                    wrong = list(property, kMostCorners * 2, &uv);
+                    wrong = list(property, kMaxCorners * 2, &uv);
                 } else if (property.is_list) {
                     wrong = pass_over(property);
                 } else {
@@ -465,21 +465,21 @@ class PlyReader {
     }
 
     Result<void> check_corners() const {
-        if (face_corners_.size() > kMostTriangles)
+        if (face_corners_.size() > kMaxTriangles)
             return user_error(fmt::format("{}: too many faces", file_));
         const auto count = static_cast<int64_t>(out_.mesh.positions.size());
         for (size_t t = 0; t < out_.mesh.triangles.size(); ++t) {
             for (const int32_t v : out_.mesh.triangles[t]) {
                 if (v >= count)
                     return user_error(
-                        fmt::format("{}: face {}: the face asks for vertex {}, but there are {}",
+                        fmt::format("{}: face {}: the face refers to vertex {}, but there are {}",
                                     file_, t, v, count));
             }
         }
         for (size_t f = 0, c = 0; f < face_ends_.size(); ++f) {
             for (; c < face_ends_[f]; ++c) {
                 if (face_corners_[c] >= 0 && face_corners_[c] < count) continue;
-                return face_error(f, fmt::format("the face asks for vertex {}, but there are {}",
+                return face_error(f, fmt::format("the face refers to vertex {}, but there are {}",
                                                  face_corners_[c], count));
             }
         }
@@ -500,7 +500,7 @@ class PlyReader {
             const size_t count = face_ends_[f] - begin;
             points.clear();
             for (size_t c = begin; c < face_ends_[f]; ++c)
-                points.push_back(out_.mesh.positions[static_cast<size_t>(face_corners_[c])]);
+                points.push_back(out_.mesh.positions[face_corners_[c]]);
             const auto add = [&](const std::array<int32_t, 3>& t) {
                 const auto at = [&](size_t k) { return begin + static_cast<size_t>(t[k]); };
                 const auto vertex = [&](size_t k) {
@@ -524,7 +524,7 @@ class PlyReader {
         }
         if (header_.ascii) {
             for (int32_t f : face_of)
-                out_.origin.lines.push_back(face_lines_[static_cast<size_t>(f)]);
+                out_.origin.lines.push_back(face_lines_[f]);
         }
         if (has_face_uvs_) {
             uv.values = std::move(uvs_);
@@ -581,7 +581,7 @@ class PlyReader {
         a.components = static_cast<int32_t>(parts.size());
         for (const auto& row : rows) {
             for (const Column& part : parts) {
-                const double value = part.values[static_cast<size_t>(row[0])];
+                const double value = part.values[row[0]];
                 a.faces.push_back(static_cast<int32_t>(static_cast<int64_t>(value)));
             }
         }
@@ -598,8 +598,7 @@ class PlyReader {
         for (size_t row = 0; row < parts[0].values.size(); ++row) {
             for (const Column& part : parts) {
                 const double value = part.values[row];
-                a.values.push_back(
-                    static_cast<float>(srgb ? texture::srgb_to_linear(value / 255) : value));
+                a.values.push_back(static_cast<float>(srgb ? srgb_to_linear(value / 255) : value));
             }
         }
         return a;
@@ -629,4 +628,4 @@ Result<MeshSource> parse_ply(std::string_view bytes, const std::string& file,
     return PlyReader(*header, bytes, file, memory_bytes).read();
 }
 
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

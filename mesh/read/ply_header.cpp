@@ -9,12 +9,12 @@
 
 #include "base/scan_number.h"
 
-namespace openfab::scene {
+namespace openfab::mesh {
 namespace {
 
 constexpr size_t kLongestLine = 4096;
-constexpr size_t kMostProperties = 1000;
-constexpr int64_t kMostElements = 200'000'000;
+constexpr size_t kMaxProperties = 1000;
+constexpr int64_t kMaxElements = 200'000'000;
 
 std::optional<PlyType> type_named(std::string_view name) {
     static constexpr std::pair<std::string_view, PlyType> kTypes[] = {
@@ -38,12 +38,12 @@ class HeaderReader {
 
     Result<PlyHeader> read() {
         if (!next_line() || words_.size() != 1 || words_[0] != "ply")
-            return error("no PLY file: it does not start with `ply`");
+            return error("not a PLY file: it does not start with `ply`");
         bool has_format = false;
         while (next_line()) {
             if (words_.empty() || words_[0] == "comment" || words_[0] == "obj_info") continue;
             if (words_[0] == "end_header") {
-                if (!has_format) return error("the head ends without a `format`");
+                if (!has_format) return error("the header ends without a `format`");
                 out_.body = at_;
                 out_.body_line = line_ + 1;
                 return std::move(out_);
@@ -57,7 +57,7 @@ class HeaderReader {
             } else if (words_[0] == "property") {
                 done = property();
             } else {
-                done = error(fmt::format("`{}` in the head of a PLY file", shown(words_[0])));
+                done = error(fmt::format("unknown statement `{}` in the header", shown(words_[0])));
             }
             if (!done) return done.error();
         }
@@ -105,9 +105,9 @@ class HeaderReader {
         if (words_.size() != 3) return error("`element` takes a name and a number");
         PlyElement element;
         element.name = words_[1];
-        const std::string wrong = scan_integer(words_[2], 0, kMostElements, &element.count);
+        const std::string wrong = scan_integer(words_[2], 0, kMaxElements, &element.count);
         if (!wrong.empty()) return error(wrong);
-        if (out_.elements.size() >= kMostProperties) return error("too many elements");
+        if (out_.elements.size() >= kMaxProperties) return error("too many elements");
         for (const PlyElement& other : out_.elements) {
             if (other.name == element.name)
                 return error(fmt::format("a second element `{}`", shown(element.name)));
@@ -132,7 +132,7 @@ class HeaderReader {
         property.name = words_.back();
         if (property.is_list && !is_ply_integer(property.count_type))
             return error("the length of a list must be of an integer type");
-        if (element.properties.size() >= kMostProperties) return error("too many properties");
+        if (element.properties.size() >= kMaxProperties) return error("too many properties");
         for (const PlyProperty& other : element.properties) {
             if (other.name == property.name)
                 return error(fmt::format("a second property `{}`", shown(property.name)));
@@ -160,4 +160,4 @@ Result<PlyHeader> parse_ply_header(std::string_view bytes, const std::string& fi
     return HeaderReader(bytes, file).read();
 }
 
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

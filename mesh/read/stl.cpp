@@ -11,7 +11,7 @@
 #include "base/text.h"
 #include "mesh/model/mesh_memory.h"
 
-namespace openfab::scene {
+namespace openfab::mesh {
 namespace {
 
 constexpr size_t kHeader = 84;  ///< 80 bytes of anything, then the number of triangles
@@ -30,8 +30,8 @@ Result<MeshSource> parse_binary(std::string_view bytes, const std::string& file,
     const uint32_t count = facets_of(bytes);
     if ((bytes.size() - kHeader) / kFacet < count) {
         return user_error(
-            fmt::format("{}: binary STL that says {} triangles but ends after {}; it was cut "
-                        "short, or is no STL",
+            fmt::format("{}: binary STL that declares {} triangles but ends after {}; it was cut "
+                        "short, or is not STL",
                         file, count, (bytes.size() - kHeader) / kFacet));
     }
     const int64_t needed = mesh_bytes({int64_t{count} * 3, count, count, 0, 0});
@@ -67,7 +67,7 @@ Result<MeshSource> parse_binary(std::string_view bytes, const std::string& file,
     return out;
 }
 
-/// Words with the place of the last one.
+/// Words with the position of the last one.
 class Words {
   public:
     Words(std::string_view text, const std::string& file) : text_(text), file_(file) {}
@@ -87,7 +87,7 @@ class Words {
         return text_.substr(start_, at_ - start_);
     }
 
-    /// What is left of the line, without the blanks around it.
+    /// Returns the rest of the line without surrounding blanks.
     std::string_view rest_of_line() {
         size_t end = std::min(text_.find('\n', at_), text_.size());
         size_t start = at_;
@@ -224,11 +224,11 @@ Result<MeshSource> parse_stl(std::string_view bytes, const std::string& file,
     if (is_ascii(bytes)) return AsciiReader(bytes, file, memory_bytes).read();
     if (bytes.size() < kHeader) {
         return user_error(fmt::format(
-            "{}: no STL file: it neither starts with `solid` nor is as long as a binary header ({} "
-            "bytes)",
+            "{}: not an STL file: it neither starts with `solid` nor is as long as a binary "
+            "header ({} bytes)",
             file, kHeader));
     }
     return parse_binary(bytes, file, memory_bytes);
 }
 
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

@@ -8,12 +8,13 @@
 #include "base/result.h"
 #include "mesh/model/mesh_source.h"
 
-namespace openfab::scene {
+namespace openfab::mesh {
 
 /// Reads STL, binary or ASCII. Solids of ASCII files are groups by their names; the two bytes
 /// behind each binary triangle are the int attribute "attribute" where one is not 0. Normals are
-/// left to the corners' order, as the format asks. `file` stands for the file in messages.
+/// ignored: the order of corners decides, as the format
+/// requires. `file` stands for the file in messages.
 Result<MeshSource> parse_stl(std::string_view bytes, const std::string& file,
-                             int64_t memory_bytes = kReadingBytes);
+                             int64_t memory_bytes = kDefaultReadingBytes);
 
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

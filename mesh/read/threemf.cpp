@@ -16,15 +16,15 @@
 #include "mesh/read/xml.h"
 #include "mesh/read/zip_file.h"
 
-namespace openfab::scene {
+namespace openfab::mesh {
 namespace {
 
 using Kind = ThreemfGroup::Kind;
 
 /// Components may repeat objects, so that the file's size does not bound these.
-constexpr int64_t kMostTriangles = 50'000'000;
-constexpr int64_t kMostPlacements = 100'000;
-constexpr size_t kDeepest = 32;
+constexpr int64_t kMaxTriangles = 50'000'000;
+constexpr int64_t kMaxPlacements = 100'000;
+constexpr size_t kMaxDepth = 32;
 
 /// Finds the model in the package's relationships.
 class Relationships : public XmlHandler {
@@ -76,7 +76,7 @@ class ThreemfReader {
         std::map<int64_t, std::vector<int32_t>> values;  ///< by group; -2: not yet there
     };
 
-    /// What a triangle's properties come to.
+    /// The resolved properties of a triangle.
     struct Properties {
         std::string material;
         std::optional<std::array<int32_t, 3>> color, uv;  ///< values by corner
@@ -118,17 +118,18 @@ class ThreemfReader {
     void place(Part& from, const ThreemfPlacement& placement, const Affine3d& outer,
                std::vector<std::string>* names, size_t depth, Use use) {
         if (error_) return;
-        if (depth > kDeepest)
+        if (depth > kMaxDepth)
             return fail(
-                fmt::format("objects are nested more than {} deep, or in themselves", kDeepest));
-        if (++placements_ > kMostPlacements)
-            return fail(fmt::format("more than {} objects are placed", kMostPlacements));
+                fmt::format("objects are nested more than {} deep, or in themselves", kMaxDepth));
+        if (++placements_ > kMaxPlacements)
+            return fail(fmt::format("more than {} objects are placed", kMaxPlacements));
         Part* in = placement.path.empty() ? &from : part(placement.path);
         if (in == nullptr) return;
         const auto it = in->model.objects.find(placement.object);
         if (it == in->model.objects.end())
-            return fail(fmt::format("an item or component asks for object {}, which is not there",
-                                    placement.object));
+            return fail(
+                fmt::format("an item or component refers to object {}, which does not exist",
+                            placement.object));
         const ThreemfObject& object = it->second;
         if (object.type != "model") {
             other_types_ = true;
@@ -148,11 +149,11 @@ class ThreemfReader {
                const std::vector<std::string>&) {
         counts_.vertices += static_cast<int64_t>(object.vertices.size());
         counts_.triangles += static_cast<int64_t>(object.triangles.size());
-        if (counts_.triangles > kMostTriangles || counts_.vertices > kMostTriangles)
+        if (counts_.triangles > kMaxTriangles || counts_.vertices > kMaxTriangles)
             fail("the build has too many triangles");
     }
 
-    /// Whether the mesh that was counted can be made beside the models, and then be checked.
+    /// Checks that the counted mesh fits in memory beside the models, and can then be checked.
     void check_memory() {
         constexpr int64_t kKinds = 2;  // colours and coordinates
         counts_.attributes = kKinds;
@@ -238,7 +239,7 @@ class ThreemfReader {
         const ThreemfGroup& group = it->second;
         if (group.kind == Kind::kMaterials) {
             if (static_cast<size_t>(picks[0]) < group.names.size())
-                out->material = group.names[static_cast<size_t>(picks[0])];
+                out->material = group.names[picks[0]];
         } else if (group.kind == Kind::kColors) {
             out->color = values_of(in, id, group, picks, "color", 3, &color_);
         } else if (group.kind == Kind::kCoordinates) {
@@ -249,7 +250,7 @@ class ThreemfReader {
                 std::array<int64_t, 3> inner{};
                 for (size_t c = 0; c < 3; ++c) {
                     if (static_cast<size_t>(picks[c]) >= group.picks.size()) return;
-                    const auto& pick = group.picks[static_cast<size_t>(picks[c])];
+                    const auto& pick = group.picks[picks[c]];
                     inner[c] = layer < pick.size() ? pick[layer] : 0;
                 }
                 resolve(in, group.layers[layer], inner, false, out);
@@ -323,4 +324,4 @@ Result<MeshSource> parse_threemf(std::string_view bytes, const std::string& file
     return ThreemfReader(std::move(*zip), file, memory_bytes).read();
 }
 
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

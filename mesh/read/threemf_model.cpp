@@ -11,11 +11,11 @@
 #include "base/scan_number.h"
 #include "mesh/read/xml.h"
 
-namespace openfab::scene {
+namespace openfab::mesh {
 namespace {
 
-constexpr int64_t kMostId = INT32_MAX;
-constexpr size_t kMostTransform = 12;
+constexpr int64_t kMaxId = INT32_MAX;
+constexpr size_t kMaxTransform = 12;
 
 std::string_view trimmed(std::string_view text) {
     constexpr std::string_view kBlanks = " \t\r\n";
@@ -45,7 +45,7 @@ bool parse_color(std::string_view text, std::array<double, 3>* out) {
         digits[i - 1] = static_cast<int>(digit % 16);
     }
     for (size_t c = 0; c < 3; ++c)
-        (*out)[c] = texture::srgb_to_linear((digits[c * 2] * 16 + digits[c * 2 + 1]) / 255.0);
+        (*out)[c] = srgb_to_linear((digits[c * 2] * 16 + digits[c * 2 + 1]) / 255.0);
     return true;
 }
 
@@ -91,7 +91,7 @@ class ModelReader : public XmlHandler {
             group_ = nullptr;
     }
 
-    /// Whether triangles name vertices that are there; empty where they do.
+    /// Checks that triangles refer to existing vertices; returns an error text, empty if none.
     std::string check_vertices() const {
         for (const auto& [id, object] : model.objects) {
             const auto count = static_cast<int32_t>(object.vertices.size());
@@ -99,7 +99,7 @@ class ModelReader : public XmlHandler {
                 const int32_t most = std::max({t.vertices[0], t.vertices[1], t.vertices[2]});
                 if (most >= count)
                     return fmt::format(
-                        "a triangle of object {} asks for vertex {}, but there are {}", id, most,
+                        "a triangle of object {} refers to vertex {}, but there are {}", id, most,
                         count);
             }
         }
@@ -115,7 +115,7 @@ class ModelReader : public XmlHandler {
         return list->back();
     }
 
-    /// What maps and names take for a resource.
+    /// Accounts for the memory of a resource's map entry and name.
     template <typename T>
     void take(const std::string& name) {
         constexpr size_t kNode = 64;
@@ -144,7 +144,7 @@ class ModelReader : public XmlHandler {
         const char* text = a.find(key);
         if (text == nullptr) return otherwise;
         int64_t value = otherwise;
-        if (const std::string wrong = scan_integer(trimmed(text), 0, kMostId, &value);
+        if (const std::string wrong = scan_integer(trimmed(text), 0, kMaxId, &value);
             !wrong.empty())
             wrong_ = fmt::format("`{}`: {}", key, wrong);
         return value;
@@ -210,17 +210,17 @@ class ModelReader : public XmlHandler {
         Complaint wrong = begin_group(a, ThreemfGroup::Kind::kMulti);
         if (wrong.empty()) wrong = integers(text(a, "pids"), &group_->layers);
         // Each triangle looks at all of them.
-        constexpr size_t kMostLayers = 16;
-        if (wrong.empty() && group_->layers.size() > kMostLayers)
+        constexpr size_t kMaxLayers = 16;
+        if (wrong.empty() && group_->layers.size() > kMaxLayers)
             return {fmt::format("multiproperties of {} layers", group_->layers.size()),
-                    fmt::format("at most {} are possible", kMostLayers)};
+                    fmt::format("at most {} are possible", kMaxLayers)};
         return wrong;
     }
 
     std::string integers(std::string_view list, std::vector<int64_t>* out) {
         for (std::string_view word : words_of(list)) {
             int64_t value = 0;
-            if (std::string wrong = scan_integer(word, 0, kMostId, &value); !wrong.empty())
+            if (std::string wrong = scan_integer(word, 0, kMaxId, &value); !wrong.empty())
                 return wrong;
             add(out, value);
         }
@@ -301,7 +301,7 @@ class ModelReader : public XmlHandler {
         p.object = needed_integer(a, "objectid");
         p.path = text(a, "path");
         if (const char* written = a.find("transform")) {
-            std::array<double, kMostTransform> m{};
+            std::array<double, kMaxTransform> m{};
             const std::vector<std::string_view> words = words_of(written);
             if (words.size() != m.size()) return "`transform` must have 12 numbers";
             for (size_t i = 0; i < m.size(); ++i) {
@@ -333,4 +333,4 @@ Result<ThreemfModel> parse_threemf_model(std::string_view text, const std::strin
     return std::move(reader.model);
 }
 
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

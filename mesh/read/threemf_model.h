@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// One `.model` part of a 3MF file, as it is written: its objects, property groups and build items.
+// One `.model` part of a 3MF file: its objects, property groups and build items, as written.
 
 #include <array>
 #include <cstdint>
@@ -14,7 +14,7 @@
 #include "base/result.h"
 #include "base/vec.h"
 
-namespace openfab::scene {
+namespace openfab::mesh {
 
 /// A numbered list of properties that triangles refer to.
 struct ThreemfGroup {
@@ -57,15 +57,15 @@ struct ThreemfModel {
     bool has_beams = false;
 };
 
-/// What faces with coordinates of texture group `id`, and no base material, have as their material.
+/// Returns the material name of faces with texture group `id` and no base material.
 inline std::string threemf_texture_name(const std::string& id) {
     return "texture " + id;
 }
 
-/// Errors are `file:line:column: …`. Vertices that triangles name are there; ids that anything else
-/// names need not be.
-/// `*memory_bytes` goes down by what the model takes; more than there is is an error.
+/// Parses a model part. Errors are `file:line:column: …`. Vertices that triangles refer to exist;
+/// other ids are not checked. Decreases `*memory_bytes` by the size of the model; an error if it is
+/// not enough.
 Result<ThreemfModel> parse_threemf_model(std::string_view text, const std::string& file,
                                          int64_t* memory_bytes);
 
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

@@ -9,10 +9,10 @@
 #include <type_traits>
 #include <utility>
 
-namespace openfab::scene {
+namespace openfab::mesh {
 namespace {
 
-constexpr int kDeepest = 64;
+constexpr int kMaxDepth = 64;
 /// A tag with its attributes, or a comment. Expat keeps one whole and reads it again from its start
 /// with each piece that comes.
 constexpr int64_t kLongestToken = 32'000'000;
@@ -45,7 +45,7 @@ struct Parse {
 void on_start(void* data, const char* name, const char** attributes) {
     auto* parse = static_cast<Parse*>(data);
     if (!parse->wrong.empty()) return;
-    if (++parse->depth > kDeepest) return parse->stop("elements are nested too deep");
+    if (++parse->depth > kMaxDepth) return parse->stop("elements are nested too deep");
     Complaint wrong = parse->handler->start(without_prefix(name), XmlAttributes(attributes));
     if (!wrong.empty()) parse->stop(std::move(wrong));
 }
@@ -58,7 +58,7 @@ void on_end(void* data, const char* name) {
 }
 
 void on_document_type(void* data, const char*, const char*, const char*, int) {
-    static_cast<Parse*>(data)->stop("a document type, which has no place here");
+    static_cast<Parse*>(data)->stop("a document type, which is not allowed");
 }
 
 }  // namespace
@@ -85,7 +85,7 @@ Result<void> parse_xml(std::string_view text, const std::string& file, XmlHandle
     XML_SetUserData(parser.get(), &parse);
     XML_SetElementHandler(parser.get(), on_start, on_end);
     XML_SetStartDoctypeDeclHandler(parser.get(), on_document_type);
-    // In pieces, as the length is an int.
+    // Parses in pieces, as expat's length is an int.
     constexpr size_t kPiece = 1 << 24;
     for (size_t at = 0;; at += kPiece) {
         const std::string_view piece = text.substr(at, kPiece);
@@ -107,4 +107,4 @@ Result<void> parse_xml(std::string_view text, const std::string& file, XmlHandle
     }
 }
 
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

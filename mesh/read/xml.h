@@ -2,32 +2,33 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// XML by expat, element by element. The one place that knows the library.
+// XML parsing by expat, element by element. The only file that uses the library.
 
 #include <string>
 #include <string_view>
 
 #include "base/result.h"
 
-namespace openfab::scene {
+namespace openfab::mesh {
 
-/// Of one element; names without their namespace prefix.
+/// The attributes of one element; names are without namespace prefix.
 class XmlAttributes {
   public:
     explicit XmlAttributes(const char** pairs) : pairs_(pairs) {}
-    /// nullptr where there is none.
+    /// Returns the value of an attribute, or nullptr.
     const char* find(std::string_view name) const;
-    /// The same, with the prefix as it stands in the file.
+    /// Same, for a name with the prefix that the file uses.
     const char* find_exact(std::string_view name) const;
 
   private:
     const char** pairs_;  ///< name, value, …, nullptr
 };
 
+/// Receives the elements.
 class XmlHandler {
   public:
     virtual ~XmlHandler() = default;
-    /// `name` without its namespace prefix. Returns what is wrong, empty where nothing is.
+    /// Begins an element; `name` is without namespace prefix. Returns an error text, empty if none.
     virtual Complaint start(std::string_view name, const XmlAttributes& attributes) = 0;
     virtual void end(std::string_view name) = 0;
 };
@@ -36,4 +37,4 @@ class XmlHandler {
 /// entities are how small files become large ones.
 Result<void> parse_xml(std::string_view text, const std::string& file, XmlHandler* handler);
 
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

@@ -18,7 +18,7 @@
 
 #include "base/text.h"
 
-namespace openfab::scene {
+namespace openfab::mesh {
 namespace {
 
 /// Text of meshes packs to a tenth, that of blanks or of one vertex over and over to a hundredth; a
@@ -34,7 +34,7 @@ constexpr size_t kLocalSize = 30;
 
 static_assert(std::endian::native == std::endian::little, "ZIP is read as it lies in memory");
 
-/// A number at a place that may lie behind the end, where it is 0.
+/// Reads a number at an offset; 0 past the end.
 template <typename T>
 T number_at(std::string_view bytes, uint64_t at) {
     T value = 0;
@@ -87,8 +87,8 @@ Result<ZipFile> ZipFile::open(std::string_view bytes, const std::string& file) {
     out.file_ = file;
     const std::optional<uint64_t> end = find_end(bytes);
     if (!end)
-        return user_error(fmt::format(
-            "{}: no ZIP archive, or one that was cut short: it has no directory", file));
+        return user_error(
+            fmt::format("{}: not a ZIP archive, or cut short: it has no directory", file));
     uint64_t count = number_at<uint16_t>(bytes, *end + 10);
     uint64_t at = number_at<uint32_t>(bytes, *end + 16);
     if ((count == 0xffff || at == 0xffffffff) && *end >= 20 &&
@@ -193,4 +193,4 @@ Result<std::string> ZipFile::read(const std::string& name, int64_t limit) const 
     return out;
 }
 
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// ZIP archives in memory, as 3MF needs them: stored and deflated entries, ZIP64, checksums.
+// Reads ZIP archives in memory, as far as 3MF needs: stored and deflated entries, ZIP64, checksums.
 
 #include <cstdint>
 #include <map>
@@ -11,22 +11,22 @@
 
 #include "base/result.h"
 
-namespace openfab::scene {
+namespace openfab::mesh {
 
+/// An open archive.
 class ZipFile {
   public:
-    /// `bytes` must outlive this. Errors: no archive, cut short, or damaged.
+    /// Opens an archive; `bytes` must outlive it. Errors: not an archive, cut short, or damaged.
     static Result<ZipFile> open(std::string_view bytes, const std::string& file);
 
-    /// Names are compared without case, and without a slash before them.
+    /// Returns whether there is an entry of this name, ignoring case and a leading slash.
     bool has(const std::string& name) const;
 
-    /// The content of an entry of at most `limit` bytes, its checksum compared. Errors: none of
-    /// this name, encrypted, of another method, damaged, larger, or packed tighter than text ever
-    /// is.
+    /// Reads an entry of at most `limit` bytes and verifies its checksum. Errors: no such entry,
+    /// encrypted, of another method, damaged, larger, or packed tighter than text ever is.
     Result<std::string> read(const std::string& name, int64_t limit = 1'000'000'000) const;
 
-    /// The name by which an entry is found, the same for all spellings of it.
+    /// Returns the key of an entry, the same for all spellings of its name.
     static std::string key(std::string_view name);
 
   private:
@@ -44,4 +44,4 @@ class ZipFile {
     std::map<std::string, Entry> entries_;
 };
 
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

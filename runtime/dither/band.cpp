@@ -15,7 +15,7 @@
 #include "base/clock.h"
 #include "runtime/dither/support_fill.h"
 
-namespace openfab::slab {
+namespace openfab::dither {
 
 namespace {
 
@@ -101,7 +101,7 @@ void RowBand::merge(int32_t block, const uint8_t* owned, const uint8_t* block_co
     if (!has_mixed) return;
     any_mixed = true;
     const size_t tile_values_count = 64 * voxel_values;
-    int32_t& index = tile[static_cast<size_t>(block)];
+    int32_t& index = tile[block];
     if (index < 0) {
         // The whole tile: fractions of voxels that are not mixed are never looked at.
         index = tile_count++;
@@ -122,7 +122,7 @@ size_t RowBand::bytes() const {
     return codes.capacity() + mixed.capacity() + tile.capacity() * 4 + fractions.capacity() * 2;
 }
 
-bool GroupPlanes::reset(int32_t grid_width, int32_t grid_height, int32_t voxel_bits) {
+bool SlabPlanes::reset(int32_t grid_width, int32_t grid_height, int32_t voxel_bits) {
     OPENFAB_CHECK(voxel_bits == 4 || voxel_bits == 8);
     const int64_t before = plane_bytes;
     bits = voxel_bits;
@@ -144,8 +144,8 @@ bool GroupPlanes::reset(int32_t grid_width, int32_t grid_height, int32_t voxel_b
     return true;
 }
 
-GroupDither::GroupDither(const openfab_stage_set& set, openfab_isa isa, DitherRule rule,
-                         uint64_t seed, const Vec3i& size, const SupportFill* support)
+SlabDither::SlabDither(const openfab_stage_set& set, openfab_isa isa, DitherRule rule,
+                       uint64_t seed, const Vec3i& size, const SupportFill* support)
     : calls_(set, isa), support_(support) {
     setup_ = {rule, isa, abi::fold_seed(seed), calls_.channels(), (size.x + 7) / 8 * 8};
     OPENFAB_CHECK_LE(setup_.channels, OPENFAB_MAX_MATERIALS + 1);
@@ -155,15 +155,15 @@ GroupDither::GroupDither(const openfab_stage_set& set, openfab_isa isa, DitherRu
     nothing_mixed_.assign(static_cast<size_t>(setup_.width + 2 * kRowMargin), 0);
 }
 
-void GroupDither::begin(int32_t group, uint8_t slices, GroupPlanes* planes) {
-    OPENFAB_CHECK(held_ == nullptr);  // the group before was ended
+void SlabDither::begin(int32_t slab, uint8_t slices, SlabPlanes* planes) {
+    OPENFAB_CHECK(held_ == nullptr);  // the slab before was ended
     OPENFAB_CHECK_NE(slices, 0);
-    z_ = 8 * group;
+    z_ = 8 * slab;
     slices_ = slices;
     planes_ = planes;
 }
 
-abi::KernelStatus GroupDither::add(RowBand* band, RowBand** released) {
+abi::KernelStatus SlabDither::add(RowBand* band, RowBand** released) {
     OPENFAB_CHECK(planes_ != nullptr);
     if (held_ != nullptr) OPENFAB_CHECK_LT(held_->row, band->row);
     const uint8_t* nothing = nothing_mixed_.data() + kRowMargin;
@@ -177,7 +177,7 @@ abi::KernelStatus GroupDither::add(RowBand* band, RowBand** released) {
     return status;
 }
 
-abi::KernelStatus GroupDither::end(RowBand** released) {
+abi::KernelStatus SlabDither::end(RowBand** released) {
     const abi::KernelStatus status =
         held_ != nullptr ? finish_held(nothing_mixed_.data() + kRowMargin) : abi::KernelStatus();
     *released = held_;
@@ -185,7 +185,7 @@ abi::KernelStatus GroupDither::end(RowBand** released) {
     return status;
 }
 
-abi::KernelStatus GroupDither::finish_held(const uint8_t* below) {
+abi::KernelStatus SlabDither::finish_held(const uint8_t* below) {
     if (held_->any_mixed) dither_rows(held_, 7, 1, held_->mixed_row(6), below);
     double start = seconds_now();
     if (support_ != nullptr && support_->on()) {
@@ -205,7 +205,7 @@ abi::KernelStatus GroupDither::finish_held(const uint8_t* below) {
 }
 
 /// Bytes [first, end) of each row.
-abi::KernelStatus GroupDither::pack_held(int32_t first, int32_t end) {
+abi::KernelStatus SlabDither::pack_held(int32_t first, int32_t end) {
     const int32_t bits = planes_->bits, y = 8 * held_->row;
     const int32_t rows = std::min(8, planes_->height - y);
     if (end <= first || rows <= 0) return {};
@@ -227,20 +227,20 @@ abi::KernelStatus GroupDither::pack_held(int32_t first, int32_t end) {
 }
 
 // `above` is the row over the first, `below` the one under the last.
-void GroupDither::dither_rows(RowBand* band, int32_t first, int32_t count, const uint8_t* above,
-                              const uint8_t* below) {
+void SlabDither::dither_rows(RowBand* band, int32_t first, int32_t count, const uint8_t* above,
+                             const uint8_t* below) {
     const double start = seconds_now();
     for (int32_t b = band->first_block; b < band->end_block; ++b) {
-        if (band->tile[static_cast<size_t>(b)] < 0) continue;
+        if (band->tile[b] < 0) continue;
         int32_t end = b + 1;
-        while (end < band->end_block && band->tile[static_cast<size_t>(end)] >= 0)
+        while (end < band->end_block && band->tile[end] >= 0)
             ++end;
         std::array<DitherRow, 8> rows;
         for (int32_t i = 0; i < count; ++i) {
             const int32_t y = first + i;
-            DitherRow& row = rows[static_cast<size_t>(i)];
+            DitherRow& row = rows[i];
             row.fractions = band->fractions.data();
-            row.tiles = &band->tile[static_cast<size_t>(b)];
+            row.tiles = &band->tile[b];
             row.blocks = end - b;
             row.first_x = 8 * b;
             row.above = (i == 0 ? above : band->mixed_row(y - 1)) + row.first_x;
@@ -250,10 +250,10 @@ void GroupDither::dither_rows(RowBand* band, int32_t first, int32_t count, const
             row.z = z_;
             row.codes = band->codes_at(row.first_x, y);
         }
-        slab::dither_rows(setup_, rows.data(), count, errors_.data());
+        dither::dither_rows(setup_, rows.data(), count, errors_.data());
         b = end;
     }
     seconds_dither += seconds_now() - start;
 }
 
-}  // namespace openfab::slab
+}  // namespace openfab::dither

@@ -2,11 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Rows of blocks on their way from the volume stage to packed slices. A RowBand is one row of
-// blocks (8 voxels in y) of a group of 8 slices with codes everywhere and fractions only for blocks
-// that hold a mixed voxel. Bands are made independently, in any order; GroupDither takes them in
-// +y, one voxel row behind, because how a voxel is dithered depends on which voxels of the next row
-// are mixed.
+// Rows of blocks between the volume stage and packed slices. A RowBand is one row of blocks (8
+// voxels in y) of a slab with codes everywhere and fractions only for blocks that hold a mixed
+// voxel. Bands are filled independently, in any order; SlabDither takes them in +y, one voxel row
+// behind, because how a voxel is dithered depends on which voxels of the next row are mixed.
 
 #include <cstdint>
 #include <cstdlib>
@@ -17,12 +16,12 @@
 #include "base/vec.h"
 #include "runtime/dither/dither_row.h"
 
-namespace openfab::slab {
+namespace openfab::dither {
 
 struct RowBand {
     int32_t row = 0;                         ///< block row: voxels y = 8 row .. 8 row + 7
     int32_t blocks = 0;                      ///< block columns of the grid
-    int32_t first_block = 0, end_block = 0;  ///< the columns that anything was written to
+    int32_t first_block = 0, end_block = 0;  ///< the columns that were written to
     bool any_mixed = false;
     std::vector<uint8_t> codes;       ///< (z 8, x 8 blocks, y 8)
     std::vector<uint8_t> mixed;       ///< [y][kRowMargin + x + kRowMargin], bit z
@@ -42,47 +41,48 @@ struct RowBand {
         return &mixed[static_cast<size_t>(y) * mixed_stride() + kRowMargin];
     }
 
-    /// All void. `first` and `end` bound the block columns that will be written; what a band of the
-    /// same grid held before is cleared.
+    /// Makes all voxels void. `first` and `end` bound the block columns that will be written.
     void reset(int32_t row_index, int32_t block_columns, int32_t first, int32_t end);
 
-    /// One material in the owned voxels of a block (64 bytes, bit z of byte y * 8 + x).
+    /// Sets the owned voxels of a block (64 bytes, bit z of byte y * 8 + x) to one material.
     void fill(int32_t block, const uint8_t* owned, uint8_t code);
 
-    /// The owned voxels of an evaluated block: codes and fractions as `normalise` gives them.
+    /// Copies codes and fractions of the owned voxels of an evaluated block, as `normalise` gives
+    /// them.
     void merge(int32_t block, const uint8_t* owned, const uint8_t* block_codes,
                const uint16_t* tile_values, int32_t channels);
     size_t bytes() const;
 };
 
 /// 8 packed slices of the grid. Plane z starts at z * plane_bytes.
-struct GroupPlanes {
+struct SlabPlanes {
     int32_t bits = 4;               ///< a voxel
     int32_t width = 0, height = 0;  ///< voxels
     int64_t row_bytes = 0, plane_bytes = 0;
-    /// 8 planes. Of a tray they are 200 MB: pages come when they are written, by whoever does.
+    /// 8 planes. For a tray they are 200 MB: pages become resident when a thread first writes them.
     std::unique_ptr<uint8_t, decltype(&std::free)> data{nullptr, &std::free};
 
-    /// All voxels void. Memory is kept where the size is the same; false where there is none.
+    /// Makes all voxels void. Memory is reused where the size is the same; returns false where none
+    /// is left.
     [[nodiscard]] bool reset(int32_t grid_width, int32_t grid_height, int32_t voxel_bits);
 };
 
 struct SupportFill;
 
-class GroupDither {
+class SlabDither {
   public:
-    /// `size` of the grid in voxels; memory is kept from group to group. `support`, if any, takes
+    /// `size` of the grid in voxels; memory is reused from slab to slab. `support`, if any, takes
     /// the voxels that are left void.
-    GroupDither(const openfab_stage_set& set, openfab_isa isa, DitherRule rule, uint64_t seed,
-                const Vec3i& size, const SupportFill* support = nullptr);
+    SlabDither(const openfab_stage_set& set, openfab_isa isa, DitherRule rule, uint64_t seed,
+               const Vec3i& size, const SupportFill* support = nullptr);
 
-    /// Slices 8 group .. 8 group + 7 into `planes`, which was reset. Of those not in `slices`, by
-    /// bit, nothing may be written.
-    void begin(int32_t group, uint8_t slices, GroupPlanes* planes);
+    /// Begins slices 8 slab .. 8 slab + 7 of `planes`, which was reset. Those not in `slices`, by
+    /// bit, may be left unwritten.
+    void begin(int32_t slab, uint8_t slices, SlabPlanes* planes);
     /// The next row of blocks; rows may be left out where nothing is printed. The band is taken
     /// over, and the one before it is given back for reuse.
     abi::KernelStatus add(RowBand* band, RowBand** released);
-    /// After the last band.
+    /// Finishes after the last band. Returns 0 or a Halide error code.
     abi::KernelStatus end(RowBand** released);
 
     double seconds_dither = 0, seconds_support = 0, seconds_pack = 0;
@@ -93,15 +93,15 @@ class GroupDither {
     abi::KernelStatus finish_held(const uint8_t* below);
     abi::KernelStatus pack_held(int32_t first, int32_t end);
 
-    StageCalls calls_;
+    abi::StageCalls calls_;
     DitherSetup setup_;
     const SupportFill* support_;
     int32_t z_ = 0;
     uint8_t slices_ = 0;
-    GroupPlanes* planes_ = nullptr;
+    SlabPlanes* planes_ = nullptr;
     RowBand* held_ = nullptr;
     std::vector<float> errors_;
     std::vector<uint8_t> nothing_mixed_;
 };
 
-}  // namespace openfab::slab
+}  // namespace openfab::dither

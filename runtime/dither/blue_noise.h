@@ -2,30 +2,31 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Thresholds of the ordered dither: a void-and-cluster mask in the plane, which moves on from slice
-// to slice. A layer one voxel thick, upright or at 45 degrees, meets every line of the mask once in
-// kBlueNoiseSide slices, so its mean is the mask's, which is exact. (Turning the ranks in place
-// instead printed 4 % more or less, root mean square, of 2 % in such layers of 64 x 64 voxels.)
+// Thresholds of the ordered dither: a void-and-cluster mask in the plane, which is shifted from
+// slice to slice. A layer one voxel thick, upright or at 45 degrees, meets every line of the mask
+// once in kBlueNoiseSide slices, so its mean is the mask's, which is exact. (Turning the ranks in
+// place instead printed 4 % more or less, root mean square, of 2 % in such layers of 64 x 64
+// voxels.)
 //
-// What one sees of a print is its skin, and a skin that cuts through slices meets the mask at
-// places that have little to do with each other: it would look like white noise, and the share
-// printed of an octant of a ball would be off by as much. So voxels at the border of a mixture's
-// region take the mask as it lies in the plane of their side: every side, flat or bent, is blue
-// noise as it is seen. Thresholds are even in (0, 1) at each place, so that the mean is right in
-// every layer, edge and thin feature, whatever is next to it.
+// The visible part of a print is its skin, and a skin that cuts through slices samples the mask at
+// unrelated points: it would look like white noise, and the share printed in an octant of a ball
+// would be off by as much. So voxels at the border of a mixture's region take the mask in the plane
+// of their side: every side, flat or bent, shows blue noise. Thresholds are uniform in (0, 1) at
+// each voxel, so that the mean is right in every layer, edge and thin feature, whatever is next to
+// it.
 
 #include <cstdint>
 
 #include "abi/voxel_hash.h"
 #include "base/vec.h"
 
-namespace openfab::slab {
+namespace openfab::dither {
 
 /// A prime, so that the steps from slice to slice, one more, one less, their sum and their
 /// difference all run through all lines.
 constexpr uint32_t kBlueNoiseSide = 61;
-/// How far the mask moves from a slice to the next: of all steps those for which copies of a pixel
-/// in slices near each other stay farthest apart, 21 pixels for up to 5 slices.
+/// The shift of the mask from one slice to the next: of all steps those for which copies of a pixel
+/// in nearby slices stay farthest apart, 21 pixels for up to 5 slices.
 constexpr uint32_t kBlueNoiseStepX = 20, kBlueNoiseStepY = 13;
 
 /// void_and_cluster(kBlueNoiseSide, …) in 1/65536, written when the project is built; each line
@@ -33,45 +34,42 @@ constexpr uint32_t kBlueNoiseStepX = 20, kBlueNoiseStepY = 13;
 constexpr uint32_t kBlueNoiseStride = 2 * kBlueNoiseSide;
 extern const uint16_t kBlueNoiseMask[kBlueNoiseSide * kBlueNoiseStride];
 
-/// Where the mask, which goes on in all directions, has a voxel's index: modulo kBlueNoiseSide, of
-/// negative ones too.
+/// Returns a voxel's index in the periodic mask: modulo kBlueNoiseSide, also of negative indices.
 inline uint32_t blue_noise_index(int32_t i) {
     const int32_t rest = i % static_cast<int32_t>(kBlueNoiseSide);
     return static_cast<uint32_t>(rest < 0 ? rest + static_cast<int32_t>(kBlueNoiseSide) : rest);
 }
 
-/// Which way the border of a region faces at a voxel. Only neighbours in the slice count, since
-/// slices are independent; tops and bottoms are planes of the mask anyway.
+/// The direction in which the border of a region faces at a voxel. Only neighbours in the slice
+/// count, since slices are independent; tops and bottoms are planes of the mask anyway.
 enum class BlueNoiseFace : uint32_t { kInside, kLowX, kHighX, kLowY, kHighY };
 
-/// What ranks are turned by from voxel to voxel: less than the step between two of them, but a
-/// hundredth of their range to the next copy of the mask. So copies differ, and what one of
-/// them prints too much of a small share in a thin feature others print too little: without, rods
-/// of 8 x 8 voxels print 9 % more or less of 1 % (root mean square) however long they are; with it
-/// 1.5 % over 8 copies. It also gives fractions below a level of the mask their share. Twice as
-/// much would tell in how evenly 0.5 % is spread.
+/// The rotation of ranks from voxel to voxel: less than the step between two of them, but a
+/// hundredth of their range to the next copy of the mask. So copies differ, and where one prints
+/// too much of a small share in a thin feature others print too little: without, rods of 8 x 8
+/// voxels print 9 % more or less of 1 % (root mean square) however long they are; with it 1.5 %
+/// over 8 copies. It also gives fractions below a level of the mask their share. Twice as much
+/// would visibly change how evenly 0.5 % is spread.
 constexpr uint32_t kBlueNoiseDriftX = 11, kBlueNoiseDriftY = 9, kBlueNoiseDriftZ = 13;
 
-/// Added to ranks, of which 16 bits count.
+/// Returns the rotation that is added to a rank, modulo 2^16.
 inline uint32_t blue_noise_drift(int32_t x, int32_t y, int32_t z) {
     return kBlueNoiseDriftX * static_cast<uint32_t>(x) +
            kBlueNoiseDriftY * static_cast<uint32_t>(y) +
            kBlueNoiseDriftZ * static_cast<uint32_t>(z);
 }
 
-/// Where a seed (fold_seed of voxel_hash.h) puts the mask of one face, and what it adds to the
-/// ranks.
-struct BlueNoisePlace {
+/// The shift and rotation of the mask of one face by a seed (fold_seed of voxel_hash.h).
+struct BlueNoiseOffset {
     uint32_t x, y, turn;
 
-    BlueNoisePlace(uint32_t seed, BlueNoiseFace face) {
+    BlueNoiseOffset(uint32_t seed, BlueNoiseFace face) {
         const uint32_t shift = abi::mix32(seed + static_cast<uint32_t>(face) * 0x9e3779b1u);
         x = (shift & 255) % kBlueNoiseSide;
         y = (shift >> 8 & 255) % kBlueNoiseSide;
         turn = shift >> 16;
     }
-    /// Inside: the mask at y in slice z, from the value of x = 0 on; blue_noise_index(x) is its
-    /// index.
+    /// Returns the mask inside a region at y in slice z, indexed by blue_noise_index(x).
     const uint16_t* line(int32_t at_y, int32_t z) const {
         const uint32_t slice = blue_noise_index(z);
         const uint32_t row =
@@ -79,32 +77,34 @@ struct BlueNoisePlace {
         return &kBlueNoiseMask[row * kBlueNoiseStride +
                                (x + kBlueNoiseStepX * slice) % kBlueNoiseSide];
     }
-    /// On a side: the mask in slice z, as it stands upright; the index is blue_noise_index(y) where
-    /// the side faces x, blue_noise_index(x) where it faces y.
+    /// Returns the upright mask of a side in slice z, indexed by blue_noise_index(y) where the side
+    /// faces x, by blue_noise_index(x) where it faces y.
     const uint16_t* upright(int32_t z) const {
         return &kBlueNoiseMask[(blue_noise_index(z) + y) % kBlueNoiseSide * kBlueNoiseStride + x];
     }
 };
 
-/// In [0, 65535), to be compared with sums of 16-bit fractions as voxel_hash.h's thresholds are.
+/// Returns a threshold in [0, 65535), compared with sums of 16-bit fractions like those of
+/// voxel_hash.h.
 inline int32_t blue_noise_threshold(const Vec3i& voxel, BlueNoiseFace face, uint32_t seed) {
     using enum BlueNoiseFace;
-    const BlueNoisePlace place(seed, face);
-    const uint16_t* line = face == kInside ? place.line(voxel.y, voxel.z) : place.upright(voxel.z);
+    const BlueNoiseOffset offset(seed, face);
+    const uint16_t* line =
+        face == kInside ? offset.line(voxel.y, voxel.z) : offset.upright(voxel.z);
     const int32_t along = face == kLowX || face == kHighX ? voxel.y : voxel.x;
     const uint32_t rank =
-        line[blue_noise_index(along)] + place.turn + blue_noise_drift(voxel.x, voxel.y, voxel.z);
+        line[blue_noise_index(along)] + offset.turn + blue_noise_drift(voxel.x, voxel.y, voxel.z);
     return static_cast<int32_t>(abi::fraction_threshold(rank << 16));
 }
 
-/// Bits of 8 slices: where a voxel and those around it are mixed.
+/// Bits of 8 slices: whether a voxel and its neighbours are mixed.
 struct BlueNoiseNeighbours {
     uint32_t here, low_x, high_x, low_y, high_y;
     uint32_t low_low, high_low, low_high, high_high;  ///< in x and y
 };
 
 /// Bits of 8 slices, no bit in two of them. A side that faces x has one voxel in each row of voxels
-/// and one that faces y has one in each column, so that no place of an upright mask is taken twice.
+/// and one that faces y has one in each column, so that no entry of an upright mask is used twice.
 struct BlueNoiseFaces {
     uint32_t low_x, high_x, low_y, high_y;
 
@@ -125,4 +125,4 @@ struct BlueNoiseFaces {
     }
 };
 
-}  // namespace openfab::slab
+}  // namespace openfab::dither

@@ -14,14 +14,14 @@ int main(int argc, char** argv) {
         std::fprintf(stderr, "usage: blue_noise_gen OUT.cpp\n");
         return 2;
     }
-    using namespace openfab::slab;
+    using namespace openfab::dither;
     const auto side = static_cast<int32_t>(kBlueNoiseSide);
     const auto step_x = static_cast<int32_t>(kBlueNoiseStepX);
     const auto step_y = static_cast<int32_t>(kBlueNoiseStepY);
     std::fprintf(out,
                  "// Written by blue_noise_gen: void_and_cluster(%d, %d, %d).\n"
                  "#include \"runtime/dither/blue_noise.h\"\n\n"
-                 "namespace openfab::slab {\n\n"
+                 "namespace openfab::dither {\n\n"
                  "const uint16_t kBlueNoiseMask[kBlueNoiseSide * kBlueNoiseStride] = {\n",
                  side, step_x, step_y);
     const std::vector<uint16_t> ranks = void_and_cluster(side, step_x, step_y);
@@ -33,6 +33,6 @@ int main(int argc, char** argv) {
                          x % side == side - 1 ? "\n" : " ");
         }
     }
-    std::fprintf(out, "};\n\n}  // namespace openfab::slab\n");
+    std::fprintf(out, "};\n\n}  // namespace openfab::dither\n");
     return std::fclose(out) == 0 ? 0 : 1;
 }

@@ -12,17 +12,17 @@
 #include "abi/voxel_hash.h"
 #include "runtime/dither/blue_noise.h"
 
-namespace openfab::slab {
+namespace openfab::dither {
 
 namespace {
 
-/// Slices of a group; values in memory stand [material][slice].
+/// Slices of a slab; values in memory stand [material][slice].
 constexpr int32_t kSlices = 8;
 constexpr int32_t kMostChannels = OPENFAB_MAX_MATERIALS + 1;
 
 }  // namespace
 
-}  // namespace openfab::slab
+}  // namespace openfab::dither
 
 #define OPENFAB_LANES_ISA avx2
 #define OPENFAB_LANES_TARGET "avx2"
@@ -44,7 +44,7 @@ constexpr int32_t kMostChannels = OPENFAB_MAX_MATERIALS + 1;
 //
 #include "runtime/dither/dither_row.inl"
 
-namespace openfab::slab {
+namespace openfab::dither {
 
 namespace {
 
@@ -75,4 +75,4 @@ void dither_rows(const DitherSetup& setup, const DitherRow* rows, int32_t count,
     (setup.isa == OPENFAB_ISA_AVX2 ? rows_avx2 : rows_sse41)(setup, rows, count, errors);
 }
 
-}  // namespace openfab::slab
+}  // namespace openfab::dither

@@ -2,20 +2,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The dither of voxel rows, 8 slices at a time as the 8 lanes of a vector. Plain code for any
-// number of materials, compiled for each instruction set: as generated code, whose every material
-// is a buffer of its own, it did 17 M voxels/s a core for 15 materials where this does more than
-// 100, and took half a minute to compile for 24. What it computes is stated by the twins in
-// tests/support/reference, which give the same bits.
+// Dithers voxel rows, 8 slices at a time as the 8 lanes of a vector. Plain code for any number of
+// materials, compiled for each instruction set: as generated code, with a buffer per material, it
+// did 17 M voxels/s a core for 15 materials where this does more than 100, and took half a minute
+// to compile for 24. The twins in tests/support/reference define the result to the bit.
 
 #include <cstdint>
 
 #include "abi/fablet_table.h"
 #include "runtime/dither/dither_rule.h"
 
-namespace openfab::slab {
+namespace openfab::dither {
 
-/// Voxels along the margin on both sides of every row of mixed bits and errors, so that neighbours
+/// Margin in voxels on both sides of every row of mixed bits and errors, so that neighbours
 /// need no test.
 constexpr int32_t kRowMargin = 8;
 
@@ -39,15 +38,15 @@ struct DitherSetup {
     openfab_isa isa = OPENFAB_ISA_SSE41;  ///< one that this machine has
     uint32_t seed = 0;                    ///< fold_seed of voxel_hash.h
     int32_t channels = 0;                 ///< materials and void, at most 65
-    int32_t width = 0;                    ///< of the grid in whole blocks, voxels
+    int32_t width = 0;                    ///< width of the grid in whole blocks, voxels
 };
 
-/// Floats that dither_rows keeps between rows: two rows of width + 2 kRowMargin voxels, (z 8, m, x,
-/// p 2), at p = y & 1 those that row y has handed on.
+/// Returns the number of floats that dither_rows keeps between rows: two rows of width + 2
+/// kRowMargin voxels, (z 8, m, x, p 2), at p = y & 1 those that row y has passed on.
 size_t error_count(const DitherSetup& setup);
 
-/// Chooses in the mixed voxels of some rows of one run, y by y. Rows come in rising y; `errors` is
-/// of error_count() floats, finite, and only rules that diffuse them use it.
+/// Chooses a material in the mixed voxels of some rows of one run, y by y. Rows come in rising y;
+/// `errors` is of error_count() floats, finite, and only rules that diffuse them use it.
 void dither_rows(const DitherSetup& setup, const DitherRow* rows, int32_t count, float* errors);
 
-}  // namespace openfab::slab
+}  // namespace openfab::dither

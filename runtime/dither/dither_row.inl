@@ -1,10 +1,10 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What dither_rows does, for one instruction set: included by dither_row.cpp once for each, after
+// Implements dither_rows for one instruction set: included by dither_row.cpp once for each, after
 // lanes.inl.
 
-namespace openfab::slab::OPENFAB_LANES_ISA {
+namespace openfab::dither::OPENFAB_LANES_ISA {
 namespace {
 
 template <int32_t from, int32_t end, typename F>
@@ -27,7 +27,7 @@ OPENFAB_INLINE void for_channels(int32_t count, const F& f) {
     }
 }
 
-/// Some of the 8 voxels of a column, from slice `first` of the group on. `fixed`: the number of
+/// Some of the 8 voxels of a column, from slice `first` of the slab on. `fixed`: the number of
 /// channels where it is known when this is compiled, so that loops are written out and values stay
 /// in registers; else 0.
 template <int32_t fixed>
@@ -59,7 +59,7 @@ OPENFAB_INLINE Lanes::Ints first_above(const uint16_t* fractions, int32_t channe
     return code;
 }
 
-/// The most frequent material, the first of equals.
+/// The most frequent material; ties go to the first.
 OPENFAB_INLINE Lanes::Ints largest(const uint16_t* fractions, int32_t channels) {
     Lanes::Ints code{}, most{};
     for (int32_t m = 0; m < channels; ++m) {
@@ -71,7 +71,7 @@ OPENFAB_INLINE Lanes::Ints largest(const uint16_t* fractions, int32_t channels) 
     return code;
 }
 
-/// Floyd and Steinberg 1976: the largest value wins, the first of equals, among
+/// Floyd and Steinberg 1976: the largest value wins, ties go to the first, among
 /// materials that are present; where nothing was received, the hash decides.
 template <int32_t fixed>
 OPENFAB_INLINE Lanes::Ints floyd_steinberg(const Column<fixed>& c) {
@@ -115,19 +115,19 @@ OPENFAB_INLINE Lanes::Ints decorrelated(const Column<fixed>& c) {
     return code;
 }
 
-/// A start's phase: all present materials but the most frequent get a random
-/// one, which that one takes back.
+/// Starts a chain of errors: all present materials but the most frequent get a random
+/// error, which that one compensates.
 template <int32_t fixed>
-OPENFAB_INLINE void add_phase(Column<fixed>* c) {
+OPENFAB_INLINE void add_first_error(Column<fixed>* c) {
     using Ints = Lanes::Ints;
     const Ints most = largest(c->fractions, c->channels());
     Ints all{};
     for (int32_t m = 0; m < c->channels(); ++m) {
         const Ints gets = (c->fraction(m) > 0) & (most != m) & ~c->received;
-        const auto hash = abi::phase_hash(c->hash, static_cast<uint64_t>(m));
-        const Ints phase = gets & ((hash >> Lanes::Hashes(16)).ints() - 32768);
-        all += phase;
-        c->value[m] += Lanes::to_floats(phase);
+        const auto hash = abi::first_error_hash(c->hash, static_cast<uint64_t>(m));
+        const Ints error = gets & ((hash >> Lanes::Hashes(16)).ints() - 32768);
+        all += error;
+        c->value[m] += Lanes::to_floats(error);
     }
     for (int32_t m = 0; m < c->channels(); ++m)
         c->value[m] -= Lanes::to_floats((most == m) & all);
@@ -167,14 +167,14 @@ OPENFAB_INLINE void majority_row(const DitherSetup& setup, const DitherRow& row)
     }
 }
 
-/// What blue_noise_row looks up in one voxel row.
+/// The lines of the masks that blue_noise_row reads in one voxel row.
 struct BlueNoiseLines {
     const uint16_t *inside[kSlices], *low_y[kSlices], *high_y[kSlices];
     uint16_t low_x[kSlices], high_x[kSlices];  ///< ranks; the same for the whole row
 
     OPENFAB_INLINE BlueNoiseLines(uint32_t seed, int32_t y, int32_t z_begin) {
         using enum BlueNoiseFace;
-        const BlueNoisePlace in(seed, kInside), left(seed, kLowX), right(seed, kHighX),
+        const BlueNoiseOffset in(seed, kInside), left(seed, kLowX), right(seed, kHighX),
             front(seed, kLowY), back(seed, kHighY);
         const uint32_t index = blue_noise_index(y);
         for (int32_t l = 0; l < kSlices; ++l) {
@@ -198,9 +198,9 @@ OPENFAB_INLINE Lanes::Ints ranks_at(const uint16_t* const* lines, uint32_t x, ui
 OPENFAB_INLINE void blue_noise_row(const DitherSetup& setup, const DitherRow& row) {
     using enum BlueNoiseFace;
     const BlueNoiseLines lines(setup.seed, row.y, row.z);
-    const uint32_t turn = BlueNoisePlace(setup.seed, kInside).turn,
-                   turn_low_y = BlueNoisePlace(setup.seed, kLowY).turn,
-                   turn_high_y = BlueNoisePlace(setup.seed, kHighY).turn;
+    const uint32_t turn = BlueNoiseOffset(setup.seed, kInside).turn,
+                   turn_low_y = BlueNoiseOffset(setup.seed, kLowY).turn,
+                   turn_high_y = BlueNoiseOffset(setup.seed, kHighY).turn;
     uint16_t drift[kSlices];
     for (int32_t l = 0; l < kSlices; ++l)
         drift[l] = static_cast<uint16_t>(blue_noise_drift(row.first_x, row.y, row.z + l));
@@ -341,17 +341,17 @@ OPENFAB_INLINE void diffuse_column(const DitherSetup& setup, const DitherRow& ro
     for_channels<fixed>(channels, [&](int32_t m) OPENFAB_INLINE_LAMBDA {
         c.value[m] -= Lanes::masked(code == m, 65535.0f);
     });
-    if (rule == DitherRule::kDecorrelated && !c.all_received) add_phase(&c);
+    if (rule == DitherRule::kDecorrelated && !c.all_received) add_first_error(&c);
     for_channels<fixed>(channels, [&](int32_t m) OPENFAB_INLINE_LAMBDA {
         Lanes::store(here + m * kSlices, c.value[m] * hand_on);
     });
     write_codes<inside>(row, i, first, code);
 }
 
-/// Row after row, each two columns behind the one above, which is as close as the error from above
-/// right allows: what one row hands on is taken up by the next before it has left the cache, which
-/// matters for many materials (the errors of a row of 64 are 5 MB), and the arithmetic of rows
-/// overlaps, which matters for few.
+/// Processes row after row, each two columns behind the one above, which is as close as the error
+/// from above right allows: the errors of one row are read by the next before they have left the
+/// cache, which matters for many materials (the errors of a row of 64 are 5 MB), and the arithmetic
+/// of rows overlaps, which matters for few.
 template <DitherRule rule, int32_t fixed>
 OPENFAB_INLINE void diffuse_rows(const DitherSetup& setup, const DitherRow* rows, int32_t count,
                                  float* errors) {
@@ -431,4 +431,4 @@ OPENFAB_INLINE void any_rows(const DitherSetup& setup, const DitherRow* rows, in
 }
 
 }  // namespace
-}  // namespace openfab::slab::OPENFAB_LANES_ISA
+}  // namespace openfab::dither::OPENFAB_LANES_ISA

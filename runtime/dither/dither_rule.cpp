@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/dither/dither_rule.h"
 
-namespace openfab::slab {
+namespace openfab::dither {
 
 namespace {
 
@@ -31,4 +31,4 @@ std::string dither_names() {
     return names;
 }
 
-}  // namespace openfab::slab
+}  // namespace openfab::dither

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Slices as lanes: vectors of the compiler, the same operations in the same order for every
-// instruction set. A group's 8 slices are one vector of 8 lanes or two of 4, whichever the machine
+// instruction set. A slab's 8 slices are one vector of 8 lanes or two of 4, whichever the machine
 // has: compilers take wider vectors apart lane by lane. Between integers of different widths they
 // go lane by lane, too; those are intrinsics. Everything is inlined.
 //
@@ -13,10 +13,10 @@
 
 #define OPENFAB_INLINE_ANYWHERE inline __attribute__((always_inline))
 #define OPENFAB_INLINE inline __attribute__((always_inline, target(OPENFAB_LANES_TARGET)))
-/// Of lambdas, between their parameters and their bodies.
+/// Attribute of lambdas, between their parameters and their bodies.
 #define OPENFAB_INLINE_LAMBDA __attribute__((always_inline, target(OPENFAB_LANES_TARGET)))
 
-namespace openfab::slab::OPENFAB_LANES_ISA {
+namespace openfab::dither::OPENFAB_LANES_ISA {
 namespace {
 
 struct Lanes {
@@ -119,4 +119,4 @@ struct Lanes {
 };
 
 }  // namespace
-}  // namespace openfab::slab::OPENFAB_LANES_ISA
+}  // namespace openfab::dither::OPENFAB_LANES_ISA

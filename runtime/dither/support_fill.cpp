@@ -6,11 +6,11 @@
 #include <array>
 #include <cstring>
 
-namespace openfab::slab {
+namespace openfab::dither {
 
 namespace {
 
-using support::DepthMap;
+using support_material::DepthMap;
 
 constexpr uint64_t kOnes = 0x0101010101010101u;
 constexpr int32_t kTileBlocks = DepthMap::kTile / 8;
@@ -60,7 +60,7 @@ void add_support(const SupportFill& support, int32_t z, int32_t height, RowBand*
         std::array<int32_t, DepthMap::kTile> tops;
         tops.fill(range.lo);
         for (int32_t y = 0; y < rows && range.hi > z; ++y) {
-            // Where all reach above the group only that counts.
+            // Columns that all reach above the slab need no comparison.
             if (range.lo != range.hi && range.lo < z + 8)
                 map.tops(x, 8 * band->row + y, stop - x, tops.data());
             fill_columns(band->codes_at(x, y), tops.data(), stop - x, z, code);
@@ -69,4 +69,4 @@ void add_support(const SupportFill& support, int32_t z, int32_t height, RowBand*
     }
 }
 
-}  // namespace openfab::slab
+}  // namespace openfab::dither

@@ -7,7 +7,7 @@
 
 #include "abi/voxel_hash.h"
 
-namespace openfab::slab {
+namespace openfab::dither {
 
 namespace {
 
@@ -20,10 +20,11 @@ constexpr double kLine = 0.125;
 // Within the strips and the rods that are kWidth wide.
 constexpr double kStrip = 0.1, kRod = 0.02;
 constexpr int32_t kWidth = 8;
-// Of the Gaussian, one and two slices up or down. Measured with 61, 20, 13 and without strips and
-// rods: in layers one voxel thick, in a cube of 64, the printed share of 2 % is off by 6 % at most,
-// in columns of 64 voxels by 0.5 voxels (root mean square; 1.1 by chance), and of an even mixture
-// 54 % of the voxels differ from the one above. Without these two: 7 %, 1.3 voxels and 49 %.
+// Weights of the Gaussian, one and two slices up or down. Measured with 61, 20, 13 and without
+// strips and rods: in layers one voxel thick, in a cube of 64, the printed share of 2 % is off by 6
+// % at most, in columns of 64 voxels by 0.5 voxels (root mean square; 1.1 by chance), and of an
+// even mixture 54 % of the voxels differ from the one above. Without these two: 7 %, 1.3 voxels and
+// 49 %.
 constexpr double kNextSlice = 0.2, kSecondSlice = 0.05;
 
 // The share of windows of a width that hold two pixels this far apart, of those that hold one.
@@ -39,7 +40,7 @@ std::vector<int64_t> energies(int32_t side, int32_t step_x, int32_t step_y) {
         const int32_t rest = (i % side + side) % side;
         return std::min(rest, side - rest);
     };
-    // Of a pixel (x, y) away from where the mask stands `slices` later.
+    // The distance of a pixel (x, y) from the position of the mask `slices` later.
     const auto near = [&](int32_t x, int32_t y, int32_t slices) {
         const int32_t dx = around(x - slices * step_x), dy = around(y - slices * step_y);
         return gaussian[static_cast<size_t>(dx * dx + dy * dy)];
@@ -89,10 +90,10 @@ std::vector<uint16_t> void_and_cluster(int32_t side, int32_t step_x, int32_t ste
             return abi::mix32(static_cast<uint32_t>(a)) < abi::mix32(static_cast<uint32_t>(b));
         };
         for (int32_t p = 0; p < pixels; ++p) {
-            if (!taken[static_cast<size_t>(p)] && (best < 0 || before(p, best))) best = p;
+            if (!taken[p] && (best < 0 || before(p, best))) best = p;
         }
-        taken[static_cast<size_t>(best)] = true;
-        ranks[static_cast<size_t>(best)] = static_cast<uint16_t>(rank);
+        taken[best] = true;
+        ranks[best] = static_cast<uint16_t>(rank);
         for (int32_t y = 0; y < side; ++y) {
             const int32_t row = (y + side - best / side) % side * side;
             for (int32_t x = 0; x < side; ++x) {
@@ -104,4 +105,4 @@ std::vector<uint16_t> void_and_cluster(int32_t side, int32_t step_x, int32_t ste
     return ranks;
 }
 
-}  // namespace openfab::slab
+}  // namespace openfab::dither

@@ -8,7 +8,7 @@
 // The answer for a point is the closest point over all query micropolygons, distances compared as
 // the float squared distance that `closest_point` (nearest/triangle.h) evaluates; equal bits go to
 // the lowest (patch, triangle). It does not depend on block order, threads, caches or on which
-// other voxels are asked.
+// other voxels are active.
 
 #include <array>
 #include <cstdint>
@@ -28,12 +28,13 @@ constexpr int32_t kBlockVoxels = 512;
 
 struct BlockQuery {
     Vec3i block;  ///< part-relative voxel index of its lowest corner
-    const uint8_t* demand =
-        nullptr;  ///< 64 bytes: bit z of byte y * 8 + x is set where a voxel asks
-    float radius_mm = std::numeric_limits<float>::infinity();  ///< nothing farther is looked for
+    /// 64 bytes: bit z of byte y * 8 + x is set where a voxel is active; null: all are.
+    const uint8_t* active = nullptr;
+    float radius_mm = std::numeric_limits<float>::infinity();  ///< surface beyond it is ignored
 };
 
-/// Where there is no surface within the radius: distance2 is +inf and patch -1.
+/// The nearest surface point of each voxel. Without surface within the radius distance2 is +inf and
+/// patch is -1.
 struct BlockAnswer {
     alignas(32) float distance2[kBlockVoxels];  ///< mm²
     alignas(32) int32_t patch[kBlockVoxels];
@@ -42,17 +43,19 @@ struct BlockAnswer {
     alignas(32) float bary2[kBlockVoxels];       ///< and of corner 2
 };
 
-/// A coordinate of this size or more is as good as infinite: squared distances stay in float.
-constexpr float kFarthestPoint = 0x1p60f;
+/// Limit of a coordinate's magnitude, mm; larger ones count as infinite, so that squared distances
+/// fit a float.
+constexpr float kMaxCoordinate = 0x1p60f;
 
-/// Eight points anywhere, part-local mm; lane l asks where bit l of `mask` is set.
-struct alignas(32) PointGroup {
+/// Eight arbitrary points, part-local mm; lane l is active where bit l of `mask` is set.
+struct alignas(32) PointPacket {
     float p[3][8] = {};
     uint32_t mask = 0xff;
 };
 
-/// Lanes that did not ask, whose point has a coordinate that is NaN or beyond kFarthestPoint, or
-/// that have no surface within the radius: distance2 is +inf, patch -1 and the rest 0.
+/// The nearest surface point of each lane. distance2 is +inf, patch -1 and the rest 0 in lanes that
+/// are inactive, have a coordinate that is NaN or beyond kMaxCoordinate, or no surface within the
+/// radius.
 struct alignas(32) PointAnswer {
     float distance2[8];  ///< mm²
     int32_t patch[8];
@@ -61,30 +64,30 @@ struct alignas(32) PointAnswer {
     float bary2[8];
 };
 
-/// How far the nearest surface is from each point, in part-local mm. Where there is none, both
-/// distances are infinite.
+/// Bounds of the distance from each point to the surface, part-local mm; both are infinite if there
+/// is no surface.
 struct alignas(32) PointBounds {
     float low[8];       ///< no surface point is closer
-    float high[8];      ///< one is no farther
-    float point[3][8];  ///< this one; NaN where only distances are known
+    float high[8];      ///< some surface point is no farther
+    float point[3][8];  ///< that surface point; NaN if only the distances are known
 };
 
-/// How an engine cuts blocks for their bounds: into pieces of `size` voxels a side, by the lowest
-/// voxel of each in the block.
+/// The pieces into which an engine cuts a block to bound it: `size` voxels along each axis, and the
+/// lowest voxel of each piece, relative to the block.
 struct BlockPieces {
     Vec3i size;
     std::array<Vec3i, 32> lowest;
 };
 
-/// No voxel centre of a piece is closer to the surface than its `low`, none farther than its
-/// `high`, mm. Where there is no surface, both are infinite.
+/// Bounds of the distances of a block's pieces, mm: every voxel center of a piece is at least `low`
+/// and at most `high` from the surface. Both are infinite if there is no surface.
 struct alignas(64) BlockBounds {
     float low[32];
     float high[32];
 };
 
-/// One way in which the nearest point of a voxel in a cube may come out: it lies on a patch of this
-/// kind, no closer than `distance_lo`. Patches are of one kind where their flat (int) @nearest
+/// One possible outcome of the query of a voxel in a cube: the nearest point lies on a patch of
+/// this kind, no closer than `distance_lo`. Patches are of one kind where their flat (int) @nearest
 /// components agree, so that a front and a back stay apart, each with its own distance: together,
 /// "on the front" and "near" would both be possible almost anywhere.
 struct NearestCase {
@@ -93,115 +96,122 @@ struct NearestCase {
     std::vector<int32_t> int_lo, int_hi;
 };
 
-/// Conservative knowledge about a cube of voxels, for volume_bounds: every voxel falls under one of
-/// the cases.
+/// Conservative bounds over a cube of voxels, for volume_bounds: every voxel falls under one of the
+/// cases.
 struct BoxBounds {
-    /// More kinds than these share the last case.
-    static constexpr int32_t kMostCases = 4;
+    /// Maximum number of cases; further kinds share the last one.
+    static constexpr int32_t kMaxCases = 4;
 
-    float distance_hi =
-        0;  ///< unsigned distance of any voxel centre to the surface, mm; one for all cases
-    int32_t count = 0;  ///< of cases; 0 where there is no surface at all
-    std::array<NearestCase, kMostCases> cases;
+    float distance_hi = 0;  ///< upper bound of the unsigned distance of any voxel center, mm
+    int32_t count = 0;      ///< number of cases; 0 if there is no surface
+    std::array<NearestCase, kMaxCases> cases;
 
-    /// Empties the list; memory is kept.
+    /// Removes all cases; keeps their memory.
     void clear() { count = 0; }
-    /// Adds what one patch or group of patches may give.
+    /// Adds the case of one patch or node of patches.
     void add(float distance_lo, std::span<const float> float_lo, std::span<const float> float_hi,
              std::span<const int32_t> int_lo, std::span<const int32_t> int_hi);
 };
 
-/// Counters, added up over threads at the end.
+/// Query statistics; each thread has its own, summed at the end.
 struct QueryCounts {
-    int64_t asked = 0, skipped = 0, triangle_tests = 0, node_tests = 0;
+    int64_t queried = 0, skipped = 0, triangle_tests = 0, node_tests = 0;
 
     void add(const QueryCounts& c) {
-        asked += c.asked;
+        queried += c.queried;
         skipped += c.skipped;
         triangle_tests += c.triangle_tests;
         node_tests += c.node_tests;
     }
 };
 
+/// Answers nearest-surface queries of one surface in one frame. Threads share it, each with a
+/// Scratch of its own.
 class Engine {
   public:
     virtual ~Engine() = default;
-    /// Scratch memory for one thread; holds the warm start, which never changes an answer.
+    /// Scratch memory of one thread. It holds the warm start, which never changes an answer.
     class Scratch {
       public:
         virtual ~Scratch() = default;
         QueryCounts counts;
     };
+    /// Makes the scratch memory of one thread.
     virtual std::unique_ptr<Scratch> make_scratch() const = 0;
-    /// Finds for blocks what their queries without a radius would each search, which is cheaper for
-    /// many that are side by side. It changes no answer.
+    /// Searches the shared corners of many blocks at once, ahead of their queries without a radius;
+    /// cheaper than block by block where blocks are adjacent. Does not change any answer.
     virtual void prepare(std::span<const Vec3i> blocks, Scratch* scratch) const;
+    /// Finds the nearest surface point of each active voxel of a block.
     virtual void query(const BlockQuery& query, Scratch* scratch, BlockAnswer* answer) const = 0;
-    /// The same answers at any points: one PointAnswer for each group. Points that are close to the
-    /// ones asked before, in the group and from group to group, cost less.
-    virtual void query_points(std::span<const PointGroup> groups, float radius_mm, Scratch* scratch,
-                              PointAnswer* answers) const = 0;
-    /// How far points are from the surface, to about `off_mm`: a surface point that is farther than
-    /// the nearest will do, which costs less to find. What is asked before decides how close bounds
-    /// are, and so do points of the surface `near` each, one group of them for each group or none
-    /// at all; infinite where none is known. Points must be finite; all eight are bounded. An
-    /// engine without a way of its own queries them.
-    virtual void bound_points(std::span<const PointGroup> groups, std::span<const PointGroup> near,
-                              float off_mm, Scratch* scratch, PointBounds* bounds) const;
-    /// Into which `bound_blocks` cuts; the same for all blocks.
+    /// Finds the nearest surface point of arbitrary points: one PointAnswer per packet. Points
+    /// close to those before them, within a packet and from packet to packet, cost less.
+    virtual void query_points(std::span<const PointPacket> packets, float radius_mm,
+                              Scratch* scratch, PointAnswer* answers) const = 0;
+    /// Bounds the distances of points to the surface, to about `tolerance_mm`: cheaper than a
+    /// query, as a surface point slightly farther than the nearest is enough. `hints` are known
+    /// surface points, one packet per packet or none at all, infinite in lanes without one. How
+    /// tight bounds are depends on the hints and on earlier calls. Points must be finite; all eight
+    /// lanes are bounded. The default queries the points.
+    virtual void bound_points(std::span<const PointPacket> packets,
+                              std::span<const PointPacket> hints, float tolerance_mm,
+                              Scratch* scratch, PointBounds* bounds) const;
+    /// Returns the pieces that `bound_blocks` bounds, the same for all blocks.
     virtual const BlockPieces& pieces() const;
-    /// Bounds of the distances in blocks, for what `prepare` finds and little more. An engine
-    /// without a way of its own queries them.
+    /// Bounds the distances of blocks piece by piece, for little more than the cost of `prepare`.
+    /// The default queries the blocks.
     virtual void bound_blocks(std::span<const Vec3i> blocks, Scratch* scratch,
                               BlockBounds* bounds) const;
-    /// `size` is 8, 16, 32 or 64 voxels a side; `lowest` the part-relative index of the lowest
-    /// voxel.
+    /// Bounds the answers over a cube of `size` (8, 16, 32 or 64) voxels a side; `lowest` is the
+    /// part-relative index of its lowest voxel.
     virtual void bounds(const Vec3i& lowest, int32_t size, Scratch* scratch,
                         BoxBounds* out) const = 0;
 };
 
+/// Instruction sets the kernel is compiled for, narrowest first.
 enum class InstructionSet { kSse41, kAvx2, kAvx512 };
 
-/// Keeps the small trees of displaced patches. One may serve many surfaces, of which not all are
-/// near what is printed just now.
+/// Caches the small trees of displaced patches under one byte budget, for any number of surfaces.
 class PatchCache;
+/// Makes an empty cache of patch trees.
 std::shared_ptr<PatchCache> make_patch_cache(size_t budget_bytes);
-/// What a scratch keeps of displaced patches from block to block, beside the cache's budget.
+/// Bytes of patch trees a scratch keeps pinned from call to call, on top of the cache's budget.
 constexpr size_t kHeldPatchBytes = 2u << 20;
-/// What a thread holds of them at once, unless told: a block that needs more is searched in parts.
-/// One near a surface needs 10 MB or less.
-constexpr size_t kMostPinnedBytes = 32u << 20;
-/// While one thread alone uses it.
+/// Default limit of the bytes of patch trees one thread pins at once; a block that needs more is
+/// searched in parts. A block near the surface needs 10 MB or less.
+constexpr size_t kMaxPinnedBytes = 32u << 20;
+/// Changes the byte budget; call while no other thread uses the cache.
 void set_budget(PatchCache* cache, size_t bytes);
-void set_most_pinned(PatchCache* cache, size_t bytes);
+/// Changes the limit of pinned bytes per thread; call while no other thread uses the cache.
+void set_max_pinned(PatchCache* cache, size_t bytes);
 
+/// Options of a block index and its engines.
 struct BlockEngineOptions {
-    std::shared_ptr<PatchCache> cache;  ///< null: one of its own
-    size_t cache_bytes = 128u << 20;    ///< budget of that; one block's trees are always held
-    /// The widest instruction set that may be used where it exists; the bits are the same.
+    std::shared_ptr<PatchCache> cache;  ///< null: the index makes its own
+    size_t cache_bytes = 128u << 20;    ///< budget of that one; trees of one block always fit
+    /// The widest instruction set to use where the processor has it; results have the same bits.
     InstructionSet widest = InstructionSet::kAvx512;
 };
 
-/// What the block engines of one surface share wherever it stands: its trees, and the cache of
-/// those of displaced patches. Scratch made by one of them serves all.
+/// The trees over one surface and the cache of its patch trees, shared by the block engines of all
+/// places where the surface stands. Scratch made by one of these engines serves all of them.
 class BlockIndex;
-/// The surface must outlive it. Set-up reads every identity patch once. `along` is
-/// surface::along_curve of its patches, which is found here where it is not given.
+/// Builds the index; reads every identity patch once. The surface must outlive it. `morton` is
+/// surface::morton_order of its patches, computed here if empty.
 std::shared_ptr<const BlockIndex> make_block_index(const surface::Surface& surface,
                                                    const BlockEngineOptions& options = {},
-                                                   std::span<const uint64_t> along = {});
-/// What trees over whole triangles, which are made when a query first comes near, will hold once
-/// all are there, less what they hold now: rather more than that. `vertices` are the base mesh's.
-size_t bytes_to_come(const BlockIndex& index, size_t vertices);
+                                                   std::span<const uint64_t> morton = {});
+/// Estimates the bytes that lazily built trees will still take once all exist; errs on the high
+/// side. `vertices` is the number of vertices of the base mesh.
+size_t estimated_bytes(const BlockIndex& index, size_t vertices);
 
-/// `frame` as of scene::make_frame. Takes about 3 kB.
+/// Makes an engine that shares `index`; it takes about 3 kB. `frame` is from part::make_frame.
 std::unique_ptr<Engine> make_block_engine(std::shared_ptr<const BlockIndex> index,
                                           const std::array<float, OPENFAB_FRAME_COUNT>& frame);
-/// With an index of its own; the surface must outlive the engine.
+/// Makes an engine with an index of its own; the surface must outlive it.
 std::unique_ptr<Engine> make_block_engine(const surface::Surface& surface,
                                           const std::array<float, OPENFAB_FRAME_COUNT>& frame,
                                           const BlockEngineOptions& options = {});
-/// Plain loops over every micropolygon: the reference of tests, far too slow for anything else.
+/// Makes the reference engine of the tests: plain loops over every micropolygon.
 std::unique_ptr<Engine> make_brute_force_engine(
     const surface::Surface& surface, const std::array<float, OPENFAB_FRAME_COUNT>& frame);
 

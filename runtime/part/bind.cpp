@@ -20,7 +20,7 @@
 #include "texture/volume.h"
 #include "world/uniform_values.h"
 
-namespace openfab::scene {
+namespace openfab::part {
 namespace {
 
 const openfab_fablet* find_fablet(const openfab_fablet_list& list, const std::string& name) {
@@ -41,7 +41,7 @@ std::vector<std::string> fablet_names(const openfab_fablet_list& list) {
 struct SetValue {
     std::string object;
     std::string uniform;
-    UniformBinding binding;
+    world::UniformBinding binding;
 };
 
 Result<SetValue> parse_set(const std::string& text) {
@@ -66,27 +66,27 @@ Result<SetValue> parse_set(const std::string& text) {
         json.kind = JsonValue::Kind::kString;
         json.text = value;
     }
-    const SourceLocation place{fmt::format("--set {}", text), 0, 0};
-    Result<UniformBinding> binding =
-        uniform_binding(json, place, fmt::format("uniform `{}`", out.uniform));
+    const SourceLocation location{fmt::format("--set {}", text), 0, 0};
+    Result<world::UniformBinding> binding =
+        world::uniform_binding(json, location, fmt::format("uniform `{}`", out.uniform));
     if (!binding)
         return usage_error(
             fmt::format("--set {}: the value is not a number, a name or an array of these", text));
     out.binding = std::move(*binding);
-    out.binding.place = place;
+    out.binding.location = location;
     return out;
 }
 
 class WorldBinder {
   public:
-    WorldBinder(const World& world, const openfab_fablet_list& fablets, int64_t memory_bytes)
+    WorldBinder(const world::World& world, const openfab_fablet_list& fablets, int64_t memory_bytes)
         : world_(world), fablets_(fablets), memory_bytes_(memory_bytes) {}
 
     Result<std::vector<Part>> run(const BindOptions& options) {
         if (Result<void> sets = read_sets(options); !sets) return sets.error();
         memory_left_ = options.memory_bytes;
-        for (const Mesh& mesh : world_.meshes)
-            memory_left_ -= mesh_bytes(counts_of(mesh));
+        for (const mesh::Mesh& mesh : world_.meshes)
+            memory_left_ -= mesh::mesh_bytes(mesh::counts_of(mesh));
         std::vector<Part> parts;
         parts.reserve(world_.build.size());
         for (size_t i = 0; i < world_.build.size(); ++i) {
@@ -94,7 +94,7 @@ class WorldBinder {
             if (!part) return part.error();
             if (memory_left_ < 0) {
                 return error_at(
-                    world_.build[i].place,
+                    world_.build[i].location,
                     fmt::format("the parts up to this one, `{}`, take more memory than the {} MB "
                                 "that are allowed",
                                 part->name, options.memory_bytes / 1'000'000),
@@ -109,7 +109,7 @@ class WorldBinder {
   private:
     Result<void> read_sets(const BindOptions& options) {
         std::vector<std::string> objects;
-        for (const Object& object : world_.objects)
+        for (const world::Object& object : world_.objects)
             objects.push_back(object.name);
         for (const std::string& text : options.sets) {
             Result<SetValue> set = parse_set(text);
@@ -123,11 +123,12 @@ class WorldBinder {
         return Ok{};
     }
 
-    Result<const openfab_fablet*> fablet_of(const Object& object) const {
-        const FabletRef& ref = world_.fablets.at(object.fablet);
+    Result<const openfab_fablet*> fablet_of(const world::Object& object) const {
+        const world::FabletRef& ref = world_.fablets.at(object.fablet);
         const openfab_fablet* fablet = find_fablet(fablets_, ref.fablet);
         if (fablet == nullptr) {
-            return error_at(ref.place, fmt::format("fablet `{}` is not in this print", ref.fablet),
+            return error_at(ref.location,
+                            fmt::format("fablet `{}` is not in this print", ref.fablet),
                             suggest(ref.fablet, fablet_names(fablets_)));
         }
         if (fablet->abi_version != OPENFAB_ABI_VERSION) {
@@ -139,11 +140,11 @@ class WorldBinder {
         return fablet;
     }
 
-    Result<Part> bind_placement(const Placement& placement, int32_t instance) {
-        const Object& object = world_.objects[static_cast<size_t>(placement.object)];
+    Result<Part> bind_placement(const world::Placement& placement, int32_t instance) {
+        const world::Object& object = world_.objects[placement.object];
         const Result<const openfab_fablet*> fablet = fablet_of(object);
         if (!fablet) return fablet.error();
-        UniformBindings bindings = object.uniforms;
+        world::UniformBindings bindings = object.uniforms;
         for (const auto& [name, binding] : placement.overrides)
             bindings.insert_or_assign(name, binding);
         if (const auto sets = sets_.find(object.name); sets != sets_.end()) {
@@ -151,7 +152,7 @@ class WorldBinder {
                 bindings.insert_or_assign(name, binding);
         }
         Result<BoundUniforms> uniforms =
-            bind_uniforms(world_, **fablet, bindings, object.name, object.place);
+            bind_uniforms(world_, **fablet, bindings, object.name, object.location);
         if (!uniforms) return uniforms.error();
 
         Part part;
@@ -169,16 +170,16 @@ class WorldBinder {
             if (!pyramid) return pyramid.error();
             part.textures.push_back(std::move(*pyramid));
         }
-        for (const int32_t place : uniforms->objects) {
-            const std::vector<int32_t>& placed = placements_of(place);
+        for (const int32_t target : uniforms->objects) {
+            const std::vector<int32_t>& placed = placements_of(target);
             memory_left_ -= static_cast<int64_t>(placed.size() * sizeof(int32_t));
-            if (memory_left_ < 0) return part;  // told of by run
+            if (memory_left_ < 0) return part;  // reported by run
             part.objects.push_back(placed);
         }
         memory_left_ -= static_cast<int64_t>(sizeof part + part.name.size() +
                                              part.uniform_values.size() * sizeof(uint32_t));
         const Result<PolarFactors> polar = polar_factors(placement.transform.m);
-        if (!polar) return error_at(placement.place, polar.error().message, polar.error().help);
+        if (!polar) return error_at(placement.location, polar.error().message, polar.error().help);
         if (memory_left_ < 0) return part;
         Result<std::shared_ptr<const PartMesh>> mesh = part_mesh(object, **fablet, polar->s);
         if (mesh && *mesh == nullptr) return part;
@@ -193,16 +194,15 @@ class WorldBinder {
         if (placements_.empty()) {
             placements_.resize(world_.objects.size());
             for (size_t i = 0; i < world_.build.size(); ++i)
-                placements_[static_cast<size_t>(world_.build[i].object)].push_back(
-                    static_cast<int32_t>(i));
+                placements_[world_.build[i].object].push_back(static_cast<int32_t>(i));
         }
-        return placements_[static_cast<size_t>(object)];
+        return placements_[object];
     }
 
     Result<std::shared_ptr<const texture::Pyramid>> open_texture(int32_t index, bool volume) {
         auto& known = textures_[{index, volume}];
         if (known != nullptr) return known;
-        const Texture& texture = world_.textures[static_cast<size_t>(index)];
+        const world::Texture& texture = world_.textures[index];
         static constexpr const char* kSpaces[] = {"auto", "srgb", "linear", "data"};
         const texture::ImageOptions options{kSpaces[static_cast<size_t>(texture.space)],
                                             texture.luminance};
@@ -217,7 +217,7 @@ class WorldBinder {
         if (!pyramid) {
             Error error =
                 with_context(pyramid.error(), fmt::format("texture `{}`: ", texture.name));
-            error.location = texture.place;
+            error.location = texture.location;
             return error;
         }
         if (Result<void> fits = take_texture(texture, mapped_bytes(**pyramid)); !fits)
@@ -227,7 +227,7 @@ class WorldBinder {
     }
 
     /// Before the next one is made: all of them are looked at while the print goes on.
-    Result<void> take_texture(const Texture& texture, int64_t bytes) {
+    Result<void> take_texture(const world::Texture& texture, int64_t bytes) {
         texture_bytes_ += bytes;
         if (largest_texture_ == nullptr || bytes > largest_texture_bytes_) {
             largest_texture_ = &texture;
@@ -235,7 +235,7 @@ class WorldBinder {
         }
         if (texture_bytes_ <= memory_bytes_) return Ok{};
         return error_at(
-            texture.place,
+            texture.location,
             fmt::format("the textures up to this one, `{}`, take {} of memory together, more than "
                         "the {} of `--memory`",
                         texture.name, format_bytes(texture_bytes_), format_bytes(memory_bytes_)),
@@ -243,29 +243,29 @@ class WorldBinder {
                         largest_texture_->name, format_bytes(largest_texture_bytes_)));
     }
 
-    Result<std::shared_ptr<const PartMesh>> part_mesh(const Object& object,
+    Result<std::shared_ptr<const PartMesh>> part_mesh(const world::Object& object,
                                                       const openfab_fablet& fablet,
                                                       const std::array<double, 9>& s) {
         auto& known = meshes_[{object.mesh, &fablet, s}];
         if (known != nullptr) return known;
-        memory_left_ -= part_mesh_bytes(world_.meshes[static_cast<size_t>(object.mesh)], fablet);
+        memory_left_ -= part_mesh_bytes(world_.meshes[object.mesh], fablet);
         if (memory_left_ < 0) return known;  // run says that it is too much
         Result<std::shared_ptr<const PartMesh>> made =
-            make_part_mesh(world_.meshes[static_cast<size_t>(object.mesh)], fablet, s);
-        if (!made) return error_at(object.mesh_place, made.error().message, made.error().help);
+            make_part_mesh(world_.meshes[object.mesh], fablet, s);
+        if (!made) return error_at(object.mesh_location, made.error().message, made.error().help);
         known = *made;
         return known;
     }
 
-    const World& world_;
+    const world::World& world_;
     const openfab_fablet_list& fablets_;
     int64_t memory_bytes_;
     int64_t memory_left_ = 0;
     int64_t texture_bytes_ = 0;  ///< of all that were opened
-    const Texture* largest_texture_ = nullptr;
+    const world::Texture* largest_texture_ = nullptr;
     int64_t largest_texture_bytes_ = 0;
     std::vector<std::vector<int32_t>> placements_;  ///< by object; empty until one is asked for
-    std::map<std::string, UniformBindings> sets_;
+    std::map<std::string, world::UniformBindings> sets_;
     std::map<std::pair<int32_t, bool>, std::shared_ptr<const texture::Pyramid>> textures_;
     // Looked up alone, never walked: the order of pointers must not show.
     std::map<std::tuple<int32_t, const openfab_fablet*, std::array<double, 9>>,
@@ -274,7 +274,7 @@ class WorldBinder {
 };
 
 /// Distinct, bright colours: hue steps by the golden ratio, so that any number of them stay apart.
-Rgba8 generated_color(size_t index) {
+world::Rgba8 generated_color(size_t index) {
     const double hue = static_cast<double>(index) * 0.6180339887498949;
     const double h = (hue - std::floor(hue)) * 6;
     const auto channel = [&](double offset) {
@@ -288,7 +288,7 @@ Rgba8 generated_color(size_t index) {
 
 /// The files that are set for textures become textures of these names.
 Result<void> add_textures(const openfab_fablet& fablet, const std::vector<std::string>& sets,
-                          const SourceLocation& place, World* world) {
+                          const SourceLocation& location, world::World* world) {
     for (const std::string& text : sets) {
         const Result<SetValue> set = parse_set(text);
         if (!set) return set.error();
@@ -301,16 +301,16 @@ Result<void> add_textures(const openfab_fablet& fablet, const std::vector<std::s
         for (size_t i = 0; names != nullptr && texture && i < names->size(); ++i) {
             const std::string& name = (*names)[i];
             const bool known = std::any_of(world->textures.begin(), world->textures.end(),
-                                           [&](const Texture& t) { return t.name == name; });
+                                           [&](const world::Texture& t) { return t.name == name; });
             std::error_code ignored;
             if (!known && !std::filesystem::exists(name, ignored)) {
                 return user_error(fmt::format("--set {}: there is no file `{}`", text, name));
             }
             if (known) continue;
-            Texture added;
+            world::Texture added;
             added.name = name;
             added.file = name;
-            added.place = place;
+            added.location = location;
             world->textures.push_back(std::move(added));
             world->files.push_back(name);
         }
@@ -324,14 +324,14 @@ int64_t mapped_bytes(const texture::Pyramid& pyramid) {
     return static_cast<int64_t>(pyramid.texels().size_bytes() + pyramid.minmax().size_bytes());
 }
 
-Result<std::vector<Part>> bind(const World& world, const openfab_fablet_list& fablets,
+Result<std::vector<Part>> bind(const world::World& world, const openfab_fablet_list& fablets,
                                const BindOptions& options) {
     return WorldBinder(world, fablets, options.memory_bytes).run(options);
 }
 
-Result<World> make_quick_world(const std::filesystem::path& mesh,
-                               const openfab_fablet_list& fablets, const std::string& fablet,
-                               const std::vector<std::string>& sets, int64_t memory_bytes) {
+Result<world::World> make_quick_world(const std::filesystem::path& mesh,
+                                      const openfab_fablet_list& fablets, const std::string& fablet,
+                                      const std::vector<std::string>& sets, int64_t memory_bytes) {
     const openfab_fablet* found =
         fablet.empty() && fablets.count == 1 ? fablets.fablets[0] : find_fablet(fablets, fablet);
     if (found == nullptr) {
@@ -342,45 +342,45 @@ Result<World> make_quick_world(const std::filesystem::path& mesh,
                               fablets.count)
                 : fmt::format("no fablet is called `{}`; {}", fablet, suggest(fablet, names)));
     }
-    World world;
+    world::World world;
     world.file = mesh;
     world.files = {mesh};
     world.printer = "generic";
-    MeshOptions options;
+    mesh::MeshOptions options;
     options.name = mesh.stem().string();
     options.memory_bytes = memory_bytes;
-    Result<LoadedMesh> loaded = load_mesh(mesh, options);
+    Result<mesh::LoadedMesh> loaded = mesh::load_mesh(mesh, options);
     if (!loaded) return loaded.error();
     world.files.insert(world.files.end(), loaded->files.begin(), loaded->files.end());
     for (std::string& warning : loaded->warnings)
         world.warnings.push_back(std::move(warning));
     world.meshes.push_back(std::move(loaded->mesh));
 
-    const SourceLocation place{mesh.string(), 0, 0};
-    world.fablets[found->name] = {found->source_name, found->name, place, place};
-    Object object;
+    const SourceLocation location{mesh.string(), 0, 0};
+    world.fablets[found->name] = {found->source_name, found->name, location, location};
+    world::Object object;
     object.name = options.name;
     object.fablet = found->name;
-    object.place = object.mesh_place = place;
+    object.location = object.mesh_location = location;
     for (int32_t i = 0; i < found->uniform_count; ++i) {
         const openfab_uniform& u = found->uniforms[i];
         if (u.kind != OPENFAB_UNIFORM_MATERIAL) continue;
         std::vector<std::string> names;
         for (int32_t k = 0; k < u.array_length; ++k) {
-            Material material;
+            world::Material material;
             material.name = u.array_length == 1 ? u.name : fmt::format("{}[{}]", u.name, k);
             material.key = material.preview = generated_color(world.materials.size());
-            material.place = place;
+            material.location = location;
             names.push_back(material.name);
             world.materials.push_back(std::move(material));
         }
-        object.uniforms[u.name] = {names, false, place};
+        object.uniforms[u.name] = {names, false, location};
     }
-    if (Result<void> added = add_textures(*found, sets, place, &world); !added)
+    if (Result<void> added = add_textures(*found, sets, location, &world); !added)
         return added.error();
     world.objects.push_back(std::move(object));
-    world.build.push_back({0, {}, {}, place});
+    world.build.push_back({0, {}, {}, location});
     return world;
 }
 
-}  // namespace openfab::scene
+}  // namespace openfab::part

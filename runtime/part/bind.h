@@ -15,34 +15,35 @@
 #include "texture/cache.h"
 #include "world/world.h"
 
-namespace openfab::scene {
+namespace openfab::part {
 
 struct BindOptions {
     /// `OBJECT.UNIFORM=VALUE` each, in order; VALUE is JSON, or the bare name of a texture or
-    /// material. They win over the world, for every placement of the object.
+    /// material. They override the world, for every placement of the object.
     std::vector<std::string> sets;
     /// What the world's meshes and those of the parts may take together, all textures together,
     /// filtered, and the making of each; more is an error.
-    int64_t memory_bytes = kReadingBytes;
+    int64_t memory_bytes = mesh::kDefaultReadingBytes;
 };
 
 /// What a texture takes once all of it was looked at.
 int64_t mapped_bytes(const texture::Pyramid& pyramid);
 
-/// The parts in build order; slot_material holds 1 + the place in world.materials, or 0 for VOID.
-/// `fablets` must outlive them. Placements with the same mesh, fablet and bits of S share a
+/// Makes the parts in build order; slot_material holds 1 + the index in world.materials, or 0 for
+/// VOID. `fablets` must outlive them. Placements with the same mesh, fablet and bits of S share a
 /// PartMesh. Errors name the world's file:line:column (or the --set), the fablet's declared type,
 /// and what would be right.
-Result<std::vector<Part>> bind(const World& world, const openfab_fablet_list& fablets,
+Result<std::vector<Part>> bind(const world::World& world, const openfab_fablet_list& fablets,
                                const BindOptions& options = {});
 
-/// Quick mode: a world of one mesh file (mm) with the one fablet, printer `generic`. Each Material
+/// Makes a world of one mesh file (mm) with the one fablet, printer `generic`. Each Material
 /// uniform (array elements apart) is bound to a material of its own name with a generated colour.
 /// The object is called after the mesh file's stem. `fablet` picks one where the print has several.
-/// A texture uniform takes the name of a file from `sets`, as of BindOptions.
-Result<World> make_quick_world(const std::filesystem::path& mesh,
-                               const openfab_fablet_list& fablets, const std::string& fablet = {},
-                               const std::vector<std::string>& sets = {},
-                               int64_t memory_bytes = kReadingBytes);
+/// A texture uniform takes the name of a file from `sets`, see BindOptions.
+Result<world::World> make_quick_world(const std::filesystem::path& mesh,
+                                      const openfab_fablet_list& fablets,
+                                      const std::string& fablet = {},
+                                      const std::vector<std::string>& sets = {},
+                                      int64_t memory_bytes = mesh::kDefaultReadingBytes);
 
-}  // namespace openfab::scene
+}  // namespace openfab::part

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/part/part.h"
 
-namespace openfab::scene {
+namespace openfab::part {
 
 Affine3d local_to_voxel(const Part& part, const Grid& grid) {
     const Affine3d& build = part.local_to_build;
@@ -74,4 +74,4 @@ std::array<float, OPENFAB_FRAME_COUNT> make_frame(const Part& part, const Grid& 
     return frame;
 }
 
-}  // namespace openfab::scene
+}  // namespace openfab::part

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// A part: one placed object, its fablet found, its uniforms, textures and materials resolved. What
-// the pipeline runs on.
+// A part: one placed object with its fablet, uniforms, textures and materials resolved; the input
+// of the pipeline.
 //
 // Spaces (rule 13): mesh space -S-> part space -R,t-> build space -> voxel space.
 // A placement's matrix M is split as M = R S, S = sqrt(M^T M). Part-local space is part space
@@ -20,7 +20,7 @@
 #include "base/vec.h"
 #include "texture/pyramid.h"
 
-namespace openfab::scene {
+namespace openfab::part {
 
 /// One surface input of the fablet (or mesh attribute that a @nearest reads), resolved on a mesh.
 /// float: `components` values for each of 3 corners of each triangle; int/uint/bool: `components`
@@ -49,12 +49,12 @@ struct Part {
     std::string name;
     const openfab_fablet* fablet = nullptr;
     std::shared_ptr<const PartMesh> mesh;
-    std::vector<uint32_t> uniform_values;  ///< bit patterns, as BoundUniforms::values
+    std::vector<uint32_t> uniform_values;  ///< bit patterns, see BoundUniforms::values
     std::vector<std::shared_ptr<const texture::Pyramid>> textures;  ///< by texture index
     std::vector<uint8_t>
         slot_material;  ///< slot -> print material: 0 void, 1.. the code of the material
-    /// By place among the fablet's Object uniforms: where that object stands, as places in the
-    /// build list, rising; at least one.
+    /// For each Object uniform of the fablet: the placements of that object, as ascending indices
+    /// in the build list; at least one.
     std::vector<std::vector<int32_t>> objects;
     /// Part-local mm -> build mm: R and t. m is orthogonal; where the placement mirrors, det m =
     /// -1, and triangles that are counter-clockwise from outside in part space are clockwise in
@@ -62,8 +62,8 @@ struct Part {
     Affine3d local_to_build;
     float max_displacement_mm = std::numeric_limits<float>::infinity();
     int32_t priority = 0;
-    int32_t instance = 0;  ///< place in the world's build list
-    bool support = true;   ///< support goes below it, in prints that have any
+    int32_t instance = 0;  ///< index in the world's build list
+    bool support = true;   ///< support is put below it, in prints with support
 };
 
 /// The voxel grid of a print. Voxel (i, j, k) has its centre at origin + (i + 0.5, j + 0.5, k +
@@ -74,19 +74,19 @@ struct Grid {
     Vec3i size;  ///< voxels along x, y, z
 };
 
-/// Part-local mm -> continuous voxel coordinates of the grid (a centre is at i + 0.5), in double.
+/// Returns the map from part-local mm to continuous voxel coordinates of the grid (a centre is at
+/// i + 0.5), in double.
 Affine3d local_to_voxel(const Part& part, const Grid& grid);
 
-/// Part-local mm of one part -> part-local mm of another, both where they stand. Rigid, so that
-/// distances are the same; in double, and what it maps is rounded to float once.
+/// Returns the map from part-local mm of one part to part-local mm of another, both as placed.
+/// Rigid, so that distances are the same; in double, and mapped points are rounded to float once.
 Affine3d local_to_local(const Part& from, const Part& to);
 
-/// The part-relative index origin: frame values and block indices of kernels count voxels from this
-/// one, the voxel that holds the part's centre, so that float coordinates stay small anywhere on a
-/// tray.
+/// Returns the part-relative index origin, the voxel that holds the part's centre: frame values and
+/// block indices of kernels count from it, so that float coordinates stay small anywhere on a tray.
 Vec3i part_base_voxel(const Part& part, const Grid& grid);
 
-/// The frame values (openfab_frame_value) of a part in a grid, rounded once from double.
+/// Returns the frame values (openfab_frame_value) of a part in a grid, rounded once from double.
 std::array<float, OPENFAB_FRAME_COUNT> make_frame(const Part& part, const Grid& grid);
 
-}  // namespace openfab::scene
+}  // namespace openfab::part

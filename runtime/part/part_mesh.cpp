@@ -10,7 +10,7 @@
 #include <bit>
 #include <cmath>
 
-namespace openfab::scene {
+namespace openfab::part {
 namespace {
 
 using Matrix = std::array<double, 9>;
@@ -20,9 +20,9 @@ Vec3d apply(const Matrix& m, const Vec3d& p) {
 }
 
 Vec3d geometric_normal(const PartMesh& part, const std::array<int32_t, 3>& triangle) {
-    const Vec3d& a = part.positions[static_cast<size_t>(triangle[0])];
-    const Vec3d& b = part.positions[static_cast<size_t>(triangle[1])];
-    const Vec3d& c = part.positions[static_cast<size_t>(triangle[2])];
+    const Vec3d& a = part.positions[triangle[0]];
+    const Vec3d& b = part.positions[triangle[1]];
+    const Vec3d& c = part.positions[triangle[2]];
     const Vec3d n = cross(b - a, c - a);
     const double len = length(n);
     // A triangle without area has no normal; any unit vector will do, as it has no micropolygons of
@@ -30,9 +30,9 @@ Vec3d geometric_normal(const PartMesh& part, const std::array<int32_t, 3>& trian
     return len > 0 && std::isfinite(len) ? n * (1 / len) : Vec3d{0, 0, 1};
 }
 
-void fill_normals(const Mesh& mesh, const Matrix& s, PartMesh* part) {
+void fill_normals(const mesh::Mesh& mesh, const Matrix& s, PartMesh* part) {
     const Matrix normal_matrix = inverse_transposed(s);
-    const MeshAttribute* attribute = mesh.find("n");
+    const mesh::MeshAttribute* attribute = mesh.find("n");
     if (attribute != nullptr && (attribute->is_int || attribute->components != 3))
         attribute = nullptr;
     part->corner_normals.resize(mesh.triangles.size() * 3);
@@ -57,12 +57,12 @@ void fill_normals(const Mesh& mesh, const Matrix& s, PartMesh* part) {
                       });
 }
 
-std::string type_of(const MeshAttribute& attribute) {
+std::string type_of(const mesh::MeshAttribute& attribute) {
     const char* scalar = attribute.is_int ? "int" : "float";
     return attribute.components == 1 ? scalar : fmt::format("{}{}", scalar, attribute.components);
 }
 
-std::string list_of_attributes(const Mesh& mesh) {
+std::string list_of_attributes(const mesh::Mesh& mesh) {
     if (mesh.attributes.empty()) return "it has none";
     std::string text = "it has ";
     for (size_t i = 0; i < mesh.attributes.size(); ++i) {
@@ -87,7 +87,7 @@ void fill_default(const openfab_varying& varying, size_t triangles, PartAttribut
     }
 }
 
-void copy_attribute(const MeshAttribute& attribute, PartAttribute* out) {
+void copy_attribute(const mesh::MeshAttribute& attribute, PartAttribute* out) {
     const auto n = static_cast<size_t>(attribute.components);
     if (attribute.is_int) {
         for (int32_t value : attribute.faces) {
@@ -105,12 +105,12 @@ void copy_attribute(const MeshAttribute& attribute, PartAttribute* out) {
     }
 }
 
-Result<PartAttribute> resolve(const Mesh& mesh, const openfab_fablet& fablet,
+Result<PartAttribute> resolve(const mesh::Mesh& mesh, const openfab_fablet& fablet,
                               const openfab_varying& varying) {
     PartAttribute out;
     out.scalar = varying.scalar;
     out.components = varying.components;
-    const MeshAttribute* attribute = mesh.find(varying.name);
+    const mesh::MeshAttribute* attribute = mesh.find(varying.name);
     if (attribute == nullptr) {
         if (varying.default_bits != nullptr) {
             fill_default(varying, mesh.triangles.size(), &out);
@@ -135,7 +135,7 @@ Result<PartAttribute> resolve(const Mesh& mesh, const openfab_fablet& fablet,
 
 }  // namespace
 
-Result<std::shared_ptr<const PartMesh>> make_part_mesh(const Mesh& mesh,
+Result<std::shared_ptr<const PartMesh>> make_part_mesh(const mesh::Mesh& mesh,
                                                        const openfab_fablet& fablet,
                                                        const Matrix& s) {
     auto part = std::make_shared<PartMesh>();
@@ -165,7 +165,7 @@ Result<std::shared_ptr<const PartMesh>> make_part_mesh(const Mesh& mesh,
         part->nearest_attributes.push_back(std::move(*input));
     }
     fill_normals(mesh, s, part.get());
-    const MeshAttribute* uv = mesh.find("uv");
+    const mesh::MeshAttribute* uv = mesh.find("uv");
     if (uv != nullptr && !uv->is_int && uv->components == 2) {
         PartAttribute values;
         copy_attribute(*uv, &values);
@@ -174,7 +174,7 @@ Result<std::shared_ptr<const PartMesh>> make_part_mesh(const Mesh& mesh,
     return std::shared_ptr<const PartMesh>(std::move(part));
 }
 
-int64_t part_mesh_bytes(const Mesh& mesh, const openfab_fablet& fablet) {
+int64_t part_mesh_bytes(const mesh::Mesh& mesh, const openfab_fablet& fablet) {
     int64_t corner_values = 3 + 2;  // normals and uv
     const auto add = [&](const openfab_varying& varying) {
         // While a default is filled in, its list is copied as it grows.
@@ -193,4 +193,4 @@ Affine3d part_local_to_build(const PolarFactors& polar, const Vec3d& translation
     return {polar.r, apply(polar.r, center_part_mm) + translation_mm};
 }
 
-}  // namespace openfab::scene
+}  // namespace openfab::part

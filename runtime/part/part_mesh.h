@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// From a mesh to the part-local mesh that the pipeline runs on, its attributes laid out as a fablet
-// asks for them.
+// Converts a mesh to the part-local mesh that the pipeline runs on, with its attributes laid out
+// for a fablet.
 
 #include <array>
 #include <memory>
@@ -13,22 +13,22 @@
 #include "mesh/model/mesh.h"
 #include "runtime/part/part.h"
 
-namespace openfab::scene {
+namespace openfab::part {
 
 /// Applies S to the mesh, moves it to the centre of its box, and resolves the surface inputs and
 /// @nearest attributes of `fablet`. Normals are those of the mesh (attribute "n") taken through the
 /// inverse of S, else the geometric ones, flat. Fails where the mesh lacks an attribute that has no
 /// default, or has it with another type; the message names the mesh and lists what it has.
-Result<std::shared_ptr<const PartMesh>> make_part_mesh(const Mesh& mesh,
+Result<std::shared_ptr<const PartMesh>> make_part_mesh(const mesh::Mesh& mesh,
                                                        const openfab_fablet& fablet,
                                                        const std::array<double, 9>& s);
 
-/// What make_part_mesh makes at most.
-int64_t part_mesh_bytes(const Mesh& mesh, const openfab_fablet& fablet);
+/// Returns an upper bound of the bytes that make_part_mesh allocates.
+int64_t part_mesh_bytes(const mesh::Mesh& mesh, const openfab_fablet& fablet);
 
-/// Sets part->mesh's companion: local_to_build = R and t such that part-local points land where M
-/// and t put them.
+/// Returns local_to_build: R and a translation such that part-local points land where M and t put
+/// them.
 Affine3d part_local_to_build(const PolarFactors& polar, const Vec3d& translation_mm,
                              const Vec3d& center_part_mm);
 
-}  // namespace openfab::scene
+}  // namespace openfab::part

@@ -14,7 +14,7 @@
 #include "base/check.h"
 #include "base/near_miss.h"
 
-namespace openfab::scene {
+namespace openfab::part {
 namespace {
 
 size_t value_count(const openfab_uniform& u) {
@@ -62,13 +62,14 @@ bool to_bits(double value, bool boolean, openfab_scalar_type scalar, uint32_t* b
 
 class Binder {
   public:
-    Binder(const World& world, const openfab_fablet& fablet, const UniformBindings& bindings,
-           const std::string& object, const SourceLocation& object_place)
+    Binder(const world::World& world, const openfab_fablet& fablet,
+           const world::UniformBindings& bindings, const std::string& object,
+           const SourceLocation& object_location)
         : world_(world),
           fablet_(fablet),
           bindings_(bindings),
           object_(object),
-          object_place_(object_place) {}
+          object_location_(object_location) {}
 
     Result<BoundUniforms> run() {
         out_.values.assign(static_cast<size_t>(fablet_.uniform_value_count), 0);
@@ -95,7 +96,7 @@ class Binder {
             known.emplace_back(fablet_.uniforms[i].name);
         for (const auto& [name, binding] : bindings_) {
             if (std::find(known.begin(), known.end(), name) != known.end()) continue;
-            return error_at(binding.place,
+            return error_at(binding.location,
                             fmt::format("fablet `{}` has no uniform `{}`", fablet_.name, name),
                             suggest(name, known));
         }
@@ -104,7 +105,7 @@ class Binder {
 
     Result<void> take_default(const openfab_uniform& u) {
         if (u.kind != OPENFAB_UNIFORM_VALUE || u.default_bits == nullptr) {
-            return error_at(object_place_,
+            return error_at(object_location_,
                             fmt::format("object `{}` does not bind `{}` of fablet `{}`", object_,
                                         declaration(u), fablet_.name),
                             fmt::format("give it {}", what_is_needed(u)));
@@ -127,7 +128,7 @@ class Binder {
                                     u.scalar == OPENFAB_BOOL ? "booleans" : "numbers");
     }
 
-    std::string found(const UniformBinding& b) const {
+    std::string found(const world::UniformBinding& b) const {
         if (const auto* names = std::get_if<std::vector<std::string>>(&b.value)) {
             return names->size() == 1 ? fmt::format("the string `{}`", (*names)[0])
                                       : fmt::format("{} strings", names->size());
@@ -139,22 +140,22 @@ class Binder {
                          : fmt::format("the number {:.9g}", numbers[0]);
     }
 
-    Error mismatch(const openfab_uniform& u, const UniformBinding& b) const {
+    Error mismatch(const openfab_uniform& u, const world::UniformBinding& b) const {
         return error_at(
-            b.place,
+            b.location,
             fmt::format("`{}` of fablet `{}` is given {}", declaration(u), fablet_.name, found(b)),
             fmt::format("it takes {}", what_is_needed(u)));
     }
 
-    Error beyond(const openfab_uniform& u, const UniformBinding& b, double value) const {
+    Error beyond(const openfab_uniform& u, const world::UniformBinding& b, double value) const {
         const bool low = value < u.limits[0];
         return error_at(
-            b.place,
+            b.location,
             fmt::format("`{}` of fablet `{}` is given {:.9g}", declaration(u), fablet_.name, value),
             fmt::format("its `{}` is {:.9g}", low ? "min" : "max", u.limits[low ? 0 : 1]));
     }
 
-    Result<void> bind_one(const openfab_uniform& u, const UniformBinding& b) {
+    Result<void> bind_one(const openfab_uniform& u, const world::UniformBinding& b) {
         if (u.kind != OPENFAB_UNIFORM_VALUE) return bind_names(u, b);
         const auto* numbers = std::get_if<std::vector<double>>(&b.value);
         if (numbers == nullptr || numbers->size() != value_count(u)) return mismatch(u, b);
@@ -163,7 +164,7 @@ class Binder {
             if (!to_bits((*numbers)[i], b.boolean, u.scalar, &bits)) {
                 if (numbers->size() == 1 || b.boolean != (u.scalar == OPENFAB_BOOL))
                     return mismatch(u, b);
-                return error_at(b.place,
+                return error_at(b.location,
                                 fmt::format("`{}` of fablet `{}` is given {:.9g} as value {}",
                                             declaration(u), fablet_.name, (*numbers)[i], i),
                                 fmt::format("each must be {}", what_fits(u.scalar)));
@@ -177,7 +178,7 @@ class Binder {
         return Ok{};
     }
 
-    Result<void> bind_names(const openfab_uniform& u, const UniformBinding& b) {
+    Result<void> bind_names(const openfab_uniform& u, const world::UniformBinding& b) {
         const auto* names = std::get_if<std::vector<std::string>>(&b.value);
         if (names == nullptr || names->size() != static_cast<size_t>(u.array_length))
             return mismatch(u, b);
@@ -189,7 +190,8 @@ class Binder {
         return Ok{};
     }
 
-    /// What the world calls so: "texture", "material", "object", or null.
+    /// Returns the kind of thing that has this name in the world: "texture", "material", "object",
+    /// or null.
     const char* kind_of(const std::string& name) const {
         if (find(world_.textures, name) >= 0) return "texture";
         if (find(world_.materials, name) >= 0) return "material";
@@ -201,18 +203,18 @@ class Binder {
     }
 
     template <typename Thing>
-    Error unknown(const openfab_uniform& u, const UniformBinding& b, const std::string& name,
+    Error unknown(const openfab_uniform& u, const world::UniformBinding& b, const std::string& name,
                   const char* kind, const std::vector<Thing>& things) const {
         if (const char* other = kind_of(name); other != nullptr) {
             return error_at(
-                b.place,
+                b.location,
                 fmt::format("`{}` is {}, but `{}` of fablet `{}` takes the name of {}", name,
                             with_article(other), declaration(u), fablet_.name, with_article(kind)));
         }
         std::vector<std::string> known;
         for (const Thing& thing : things)
             known.push_back(thing.name);
-        return error_at(b.place,
+        return error_at(b.location,
                         fmt::format("no {} is called `{}`, for `{}` of fablet `{}`", kind, name,
                                     declaration(u), fablet_.name),
                         suggest(name, known));
@@ -226,40 +228,41 @@ class Binder {
         return -1;
     }
 
-    Result<void> bind_name(const openfab_uniform& u, const UniformBinding& b,
+    Result<void> bind_name(const openfab_uniform& u, const world::UniformBinding& b,
                            const std::string& name, size_t index) {
         if (u.kind == OPENFAB_UNIFORM_MATERIAL) {
-            const int32_t place = find(world_.materials, name);
-            if (place < 0 && name != kVoidName)
+            const int32_t found = find(world_.materials, name);
+            if (found < 0 && name != kVoidName)
                 return unknown(u, b, name, "material", world_.materials);
-            out_.slot_material[index] = static_cast<uint8_t>(place + 1);
+            out_.slot_material[index] = static_cast<uint8_t>(found + 1);
         } else if (u.kind == OPENFAB_UNIFORM_OBJECT) {
-            const int32_t place = find(world_.objects, name);
-            if (place < 0) return unknown(u, b, name, "object", world_.objects);
-            const bool placed = std::any_of(world_.build.begin(), world_.build.end(),
-                                            [&](const Placement& p) { return p.object == place; });
+            const int32_t found = find(world_.objects, name);
+            if (found < 0) return unknown(u, b, name, "object", world_.objects);
+            const bool placed =
+                std::any_of(world_.build.begin(), world_.build.end(),
+                            [&](const world::Placement& p) { return p.object == found; });
             if (!placed) {
                 return error_at(
-                    b.place,
+                    b.location,
                     fmt::format("object `{}` is given to `{}` of fablet `{}`, but stands nowhere",
                                 name, declaration(u), fablet_.name),
                     "add it to `build`");
             }
-            out_.objects[index] = place;
+            out_.objects[index] = found;
         } else {
-            const int32_t place = find(world_.textures, name);
-            if (place < 0) return unknown(u, b, name, "texture", world_.textures);
-            out_.textures[index] = place;
+            const int32_t found = find(world_.textures, name);
+            if (found < 0) return unknown(u, b, name, "texture", world_.textures);
+            out_.textures[index] = found;
             out_.texture_is_volume[index] = u.kind == OPENFAB_UNIFORM_TEXTURE3D;
         }
         return Ok{};
     }
 
-    const World& world_;
+    const world::World& world_;
     const openfab_fablet& fablet_;
-    const UniformBindings& bindings_;
+    const world::UniformBindings& bindings_;
     const std::string& object_;
-    const SourceLocation& object_place_;
+    const SourceLocation& object_location_;
     BoundUniforms out_;
 };
 
@@ -284,7 +287,7 @@ void derive_uniforms(const openfab_fablet& fablet, std::vector<uint32_t>* values
         if (arg.kind == OPENFAB_ARG_UNIFORM) {
             call.set(i, &(*values)[a]);
         } else {
-            abi::KernelBuffer& buffer = buffers[static_cast<size_t>(i)];
+            abi::KernelBuffer& buffer = buffers[i];
             buffer.set_dense(abi::halide_type(arg.scalar), &(*values)[count + a], {1});
             call.set(i, buffer.raw());
         }
@@ -293,10 +296,11 @@ void derive_uniforms(const openfab_fablet& fablet, std::vector<uint32_t>* values
     OPENFAB_CHECK(call.run().ok());
 }
 
-Result<BoundUniforms> bind_uniforms(const World& world, const openfab_fablet& fablet,
-                                    const UniformBindings& bindings, const std::string& object,
-                                    const SourceLocation& object_place) {
-    return Binder(world, fablet, bindings, object, object_place).run();
+Result<BoundUniforms> bind_uniforms(const world::World& world, const openfab_fablet& fablet,
+                                    const world::UniformBindings& bindings,
+                                    const std::string& object,
+                                    const SourceLocation& object_location) {
+    return Binder(world, fablet, bindings, object, object_location).run();
 }
 
-}  // namespace openfab::scene
+}  // namespace openfab::part

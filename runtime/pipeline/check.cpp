@@ -9,7 +9,7 @@
 #include "abi/stage_table.h"
 #include "runtime/dither/dither_rule.h"
 
-namespace openfab::slab {
+namespace openfab::pipeline {
 
 namespace {
 
@@ -23,7 +23,7 @@ bool volume_argument(openfab_arg_kind kind) {
     return common_argument(kind) || (kind >= OPENFAB_ARG_NEAREST && kind <= OPENFAB_ARG_WEIGHT);
 }
 
-bool phase_argument(openfab_arg_kind kind) {
+bool segment_argument(openfab_arg_kind kind) {
     return volume_argument(kind) || (kind >= OPENFAB_ARG_GROUPS && kind <= OPENFAB_ARG_STATE_OUT);
 }
 
@@ -36,7 +36,7 @@ bool demand_argument(openfab_arg_kind kind) {
     return common_argument(kind) || kind == OPENFAB_ARG_DEMAND;
 }
 
-Result<void> check_kernel(const scene::Part& part, const char* name, const openfab_kernel& kernel,
+Result<void> check_kernel(const part::Part& part, const char* name, const openfab_kernel& kernel,
                           bool (*fits)(openfab_arg_kind)) {
     for (int32_t i = 0; i < kernel.arg_count; ++i) {
         const openfab_arg& arg = kernel.args[i];
@@ -58,7 +58,7 @@ Result<void> check_kernel(const scene::Part& part, const char* name, const openf
     return {};
 }
 
-Result<void> check_part(const scene::Part& part, size_t materials) {
+Result<void> check_part(const part::Part& part, size_t materials) {
     const openfab_fablet& fablet = *part.fablet;
     if (fablet.abi_version != OPENFAB_ABI_VERSION) {
         return internal_error(fmt::format(
@@ -74,12 +74,12 @@ Result<void> check_part(const scene::Part& part, size_t materials) {
             return internal_error(
                 fmt::format("object `{}` uses material code {}", part.name, code));
     }
-    const openfab_phases& phases = fablet.volume_phases;
-    for (int32_t k = 0; k < (phases.step_count > 0 ? phases.kernel_count : 0); ++k) {
-        if (const auto r = check_kernel(part, "volume", phases.kernels[k], phase_argument); !r)
+    const openfab_segments& segments = fablet.volume_segments;
+    for (int32_t k = 0; k < (segments.step_count > 0 ? segments.kernel_count : 0); ++k) {
+        if (const auto r = check_kernel(part, "volume", segments.kernels[k], segment_argument); !r)
             return r.error();
     }
-    if (phases.step_count == 0) {
+    if (segments.step_count == 0) {
         if (const auto r = check_kernel(part, "volume", fablet.volume, volume_argument); !r)
             return r.error();
     }
@@ -92,9 +92,9 @@ Result<void> check_part(const scene::Part& part, size_t materials) {
 }  // namespace
 
 Result<void> check_input(const PrintInput& input, const PrintOptions& options) {
-    if (!find_dither(options.dither)) {
-        return usage_error(
-            fmt::format("there is no dither `{}`; one of: {}", options.dither, dither_names()));
+    if (!dither::find_dither(options.dither)) {
+        return usage_error(fmt::format("there is no dither `{}`; one of: {}", options.dither,
+                                       dither::dither_names()));
     }
     if (options.threads < 0 || options.threads > 1024) {
         return usage_error(fmt::format(
@@ -110,8 +110,8 @@ Result<void> check_input(const PrintInput& input, const PrintOptions& options) {
     }
     if (input.support_code < 0 ||
         input.support_code > static_cast<int32_t>(input.materials.size())) {
-        return internal_error(fmt::format("support has the material code {}, which there is not",
-                                          input.support_code));
+        return internal_error(fmt::format(
+            "support has the material code {}, but there is no such material", input.support_code));
     }
     for (int a = 0; a < 3; ++a) {
         if (!(input.pitch_mm[a] > 0) || !std::isfinite(input.pitch_mm[a])) {
@@ -119,10 +119,10 @@ Result<void> check_input(const PrintInput& input, const PrintOptions& options) {
                                           input.pitch_mm.x, input.pitch_mm.y, input.pitch_mm.z));
         }
     }
-    for (const scene::Part& part : input.parts) {
+    for (const part::Part& part : input.parts) {
         if (const auto r = check_part(part, input.materials.size()); !r) return r.error();
     }
     return {};
 }
 
-}  // namespace openfab::slab
+}  // namespace openfab::pipeline

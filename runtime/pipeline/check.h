@@ -3,13 +3,13 @@
 #pragma once
 
 #include "base/result.h"
-#include "runtime/pipeline/print.h"
+#include "runtime/pipeline/print_job.h"
 
-namespace openfab::slab {
+namespace openfab::pipeline {
 
-/// Refuses what the pipeline cannot run: an unknown dither, too many materials, a pitch or memory
-/// budget that makes no sense, and (our bug) a fablet whose kernels ask for arguments that do not
+/// Rejects input that the pipeline cannot run: an unknown dither, too many materials, a pitch or
+/// memory budget out of range, and (our bug) a fablet whose kernels take arguments that do not
 /// belong to their stage.
 Result<void> check_input(const PrintInput& input, const PrintOptions& options);
 
-}  // namespace openfab::slab
+}  // namespace openfab::pipeline

@@ -8,9 +8,9 @@
 #include <cmath>
 #include <map>
 
-#include "runtime/surface/map_box.h"
+#include "runtime/surface/transform_box.h"
 
-namespace openfab::slab {
+namespace openfab::pipeline {
 
 namespace {
 
@@ -28,7 +28,7 @@ std::string size_of(const Box3d& box) {
 }
 
 /// The part that reaches farthest, and how much of that its displacement does.
-std::string largest_part(const std::vector<scene::Part>& parts,
+std::string largest_part(const std::vector<part::Part>& parts,
                          const std::vector<std::shared_ptr<const surface::Surface>>& surfaces) {
     Box3d all;
     std::vector<Box3d> boxes;
@@ -70,10 +70,10 @@ bool contains(const Box3d& outer, const Box3d& inner) {
 
 }  // namespace
 
-Result<scene::Grid> make_grid(const std::vector<scene::Part>& parts,
-                              const std::vector<std::shared_ptr<const surface::Surface>>& surfaces,
-                              const Vec3d& pitch_mm, int32_t bits,
-                              const std::optional<Box3d>& crop_mm) {
+Result<part::Grid> make_grid(const std::vector<part::Part>& parts,
+                             const std::vector<std::shared_ptr<const surface::Surface>>& surfaces,
+                             const Vec3d& pitch_mm, int32_t bits,
+                             const std::optional<Box3d>& crop_mm) {
     Box3d box = crop_mm.value_or(Box3d{});
     bool any = false;
     std::map<const surface::Surface*, Box3f> bounds;
@@ -84,14 +84,14 @@ Result<scene::Grid> make_grid(const std::vector<scene::Part>& parts,
                 if ((patch.use & surface::kForCoverage) != 0) known->second.add(patch.bounds);
             }
         }
-        // Of many parts few are at the border; the others need not be looked at closely.
+        // Few of many parts are at the border; the others need not be measured exactly.
         if (known->second.empty()) continue;
         any = true;
-        if (contains(box, surface::map_box(parts[i].local_to_build, known->second))) continue;
+        if (contains(box, surface::transform_box(parts[i].local_to_build, known->second))) continue;
         box.add(surfaces[i]->exact_box(parts[i].local_to_build));
     }
     if (!any) return user_error("there is nothing to print: no part has a surface");
-    scene::Grid grid;
+    part::Grid grid;
     grid.pitch_mm = pitch_mm;
     for (int a = 0; a < 3; ++a) {
         const double lo = std::floor(snapped(box.lo[a] / pitch_mm[a]));
@@ -118,7 +118,7 @@ Result<scene::Grid> make_grid(const std::vector<scene::Part>& parts,
     return grid;
 }
 
-Result<Vec2<int32_t>> slice_range(const scene::Grid& grid, const PrintOptions& options) {
+Result<Vec2<int32_t>> slice_range(const part::Grid& grid, const PrintOptions& options) {
     Vec2<int32_t> range{0, grid.size.z};
     if (options.slices) {
         range = *options.slices;
@@ -141,4 +141,4 @@ Result<Vec2<int32_t>> slice_range(const scene::Grid& grid, const PrintOptions& o
     return range;
 }
 
-}  // namespace openfab::slab
+}  // namespace openfab::pipeline

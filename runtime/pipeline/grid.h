@@ -9,22 +9,22 @@
 
 #include "base/result.h"
 #include "runtime/part/part.h"
-#include "runtime/pipeline/print.h"
+#include "runtime/pipeline/print_job.h"
 #include "runtime/surface/surface.h"
 
-namespace openfab::slab {
+namespace openfab::pipeline {
 
-/// The grid of a print: the exact box of all displaced parts, rounded out to whole voxels. Its
-/// origin is a whole number of pitches from build (0, 0, 0), so voxel centres do not move when
+/// Makes the grid of a print: the exact box of all displaced parts, rounded out to whole voxels.
+/// Its origin is a whole number of pitches from build (0, 0, 0), so voxel centres do not move when
 /// another part joins the print. Positions are rounded to 1/256 voxel first, as the voxeliser does,
 /// so that a box whose side is a whole number of pitches gets no empty layer from the last bit of a
-/// double. `crop_mm` is covered too. Refuses what no print can hold.
-Result<scene::Grid> make_grid(const std::vector<scene::Part>& parts,
-                              const std::vector<std::shared_ptr<const surface::Surface>>& surfaces,
-                              const Vec3d& pitch_mm, int32_t bits,
-                              const std::optional<Box3d>& crop_mm = {});
+/// double. `crop_mm` is covered too. Fails for grids that no print can hold.
+Result<part::Grid> make_grid(const std::vector<part::Part>& parts,
+                             const std::vector<std::shared_ptr<const surface::Surface>>& surfaces,
+                             const Vec3d& pitch_mm, int32_t bits,
+                             const std::optional<Box3d>& crop_mm = {});
 
-/// First slice and one past the last that `options` ask for.
-Result<Vec2<int32_t>> slice_range(const scene::Grid& grid, const PrintOptions& options);
+/// Returns the first slice and one past the last that `options` select.
+Result<Vec2<int32_t>> slice_range(const part::Grid& grid, const PrintOptions& options);
 
-}  // namespace openfab::slab
+}  // namespace openfab::pipeline

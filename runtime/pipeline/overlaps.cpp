@@ -10,7 +10,7 @@
 
 #include "base/check.h"
 
-namespace openfab::slab {
+namespace openfab::pipeline {
 
 namespace {
 
@@ -38,8 +38,8 @@ void Overlaps::add(const Overlaps& other) {
         add(pair.first, pair.second, count);
 }
 
-std::vector<std::string> Overlaps::report(const std::vector<scene::Part>& parts,
-                                          const scene::Grid& grid) const {
+std::vector<std::string> Overlaps::report(const std::vector<part::Part>& parts,
+                                          const part::Grid& grid) const {
     std::vector<std::pair<std::pair<int32_t, int32_t>, Count>> pairs(counts_.begin(),
                                                                      counts_.end());
     std::stable_sort(pairs.begin(), pairs.end(), [](const auto& a, const auto& b) {
@@ -60,8 +60,7 @@ std::vector<std::string> Overlaps::report(const std::vector<scene::Part>& parts,
             "`{}` (number {} of the build) and `{}` (number {}) overlap in {} voxels, {:.3g} ml, "
             "near "
             "({:.4g}, {:.4g}, {:.4g}) mm; the later one has them, and no `priority` says so",
-            parts[static_cast<size_t>(pair.first)].name, pair.first,
-            parts[static_cast<size_t>(pair.second)].name, pair.second, count.voxels,
+            parts[pair.first].name, pair.first, parts[pair.second].name, pair.second, count.voxels,
             static_cast<double>(count.voxels) * voxel_ml, at.x, at.y, at.z));
     }
     return lines;
@@ -76,7 +75,7 @@ void RowClaims::reset(int32_t columns, int32_t first, int32_t end) {
     index_ = -1;
 }
 
-void RowClaims::begin_part(const scene::Part& part, int32_t index) {
+void RowClaims::begin_part(const part::Part& part, int32_t index) {
     if (index_ >= 0 && part.priority != priority_) {
         explained_ = claimed_;
         std::fill(claimant_.begin(), claimant_.end(), -1);
@@ -88,9 +87,9 @@ void RowClaims::begin_part(const scene::Part& part, int32_t index) {
 
 uint64_t RowClaims::take(int32_t block, int32_t y, uint64_t voxels) {
     OPENFAB_DCHECK(index_ >= 0);  // a part was begun
-    uint64_t& claimed = claimed_[place(block, y)];
+    uint64_t& claimed = claimed_[row_index(block, y)];
     const uint64_t left = voxels & ~claimed;
-    shared_ += std::popcount(voxels & claimed & ~explained_[place(block, y)]);
+    shared_ += std::popcount(voxels & claimed & ~explained_[row_index(block, y)]);
     claimed |= voxels;
     return left;
 }
@@ -103,4 +102,4 @@ void RowClaims::end_block(int32_t block, const Vec3i& corner, Overlaps* overlaps
     claimant = index_;
 }
 
-}  // namespace openfab::slab
+}  // namespace openfab::pipeline

@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Voxels that two parts of equal priority both cover: the later part has them, but nobody said so.
+// Counts voxels that two parts of equal priority both cover: the later part gets them, although the
+// world does not say so.
 
 #include <cstdint>
 #include <map>
@@ -14,9 +15,9 @@
 #include "base/vec.h"
 #include "runtime/part/part.h"
 
-namespace openfab::slab {
+namespace openfab::pipeline {
 
-/// Counts by pairs of parts, as places in the build list: the one that has the voxels last.
+/// Counts by pairs of parts, as indices in the build list; the second one gets the voxels.
 class Overlaps {
   public:
     struct Count {
@@ -24,37 +25,37 @@ class Overlaps {
         Vec3i block;  ///< the first one with any, in voxels: lowest, then front, then left
     };
 
-    /// What is beyond the first 1,000 pairs is not told.
+    /// Adds a count; pairs beyond the first 1,000 are dropped.
     void add(int32_t earlier, int32_t later, const Count& count);
     void add(const Overlaps& other);
     bool empty() const { return counts_.empty(); }
     void clear() { counts_.clear(); }
     const std::map<std::pair<int32_t, int32_t>, Count>& counts() const { return counts_; }
 
-    /// A line for each pair, those of most voxels first, at most 8 and one for the rest.
-    std::vector<std::string> report(const std::vector<scene::Part>& parts,
-                                    const scene::Grid& grid) const;
+    /// Returns a line for each pair, those of most voxels first, at most 8 and one for the rest.
+    std::vector<std::string> report(const std::vector<part::Part>& parts,
+                                    const part::Grid& grid) const;
 
   private:
     std::map<std::pair<int32_t, int32_t>, Count> counts_;
 };
 
-/// Which voxels of a row of blocks the parts before have, while parts are gone through from the
-/// highest priority down.
+/// Tracks which voxels of a row of blocks are taken, while parts are processed from the highest
+/// priority down.
 class RowClaims {
   public:
-    /// For blocks first to end - 1 of `columns`.
+    /// Starts a row with blocks first to end - 1 of `columns`.
     void reset(int32_t columns, int32_t first, int32_t end);
-    /// Before each part's blocks.
-    void begin_part(const scene::Part& part, int32_t index);
+    /// Must be called before each part's blocks.
+    void begin_part(const part::Part& part, int32_t index);
 
-    /// Takes the voxels of one row y of a block; those that are left for this part.
+    /// Claims the voxels of one row y of a block; returns those that this part gets.
     uint64_t take(int32_t block, int32_t y, uint64_t voxels);
-    /// After a block's 8 rows: notes what they had in common with a part of equal priority.
+    /// Ends a block after its 8 rows: counts its overlap with a part of equal priority.
     void end_block(int32_t block, const Vec3i& corner, Overlaps* overlaps);
 
   private:
-    size_t place(int32_t block, int32_t y) const {
+    size_t row_index(int32_t block, int32_t y) const {
         return static_cast<size_t>((block - first_) * 8 + y);
     }
 
@@ -66,4 +67,4 @@ class RowClaims {
     int64_t shared_ = 0;
 };
 
-}  // namespace openfab::slab
+}  // namespace openfab::pipeline

@@ -11,11 +11,12 @@
 
 #include "base/hash.h"
 
-namespace openfab::slab {
+namespace openfab::pipeline {
 
-/// `data`: `height` packed rows of `row_bytes`, without gaps, lowest y first, as in SliceView.
+/// Hashes one slice. `data`: `height` packed rows of `row_bytes`, without gaps, lowest y first, as
+/// in SliceView.
 inline uint64_t slice_hash(int32_t z, const uint8_t* data, size_t row_bytes, int32_t height) {
     return xxh3({data, row_bytes * static_cast<size_t>(height)}, static_cast<uint64_t>(z));
 }
 
-}  // namespace openfab::slab
+}  // namespace openfab::pipeline

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The interface between the slab loop and whatever takes the slices: files, folders, pictures.
+// The interface between the slab loop and its outputs: files, folders, pictures.
 
 #include <array>
 #include <cstdint>
@@ -14,7 +14,7 @@
 #include "base/result.h"
 #include "base/vec.h"
 
-namespace openfab::backends {
+namespace openfab::pipeline {
 
 struct SliceMaterial {
     std::string name;
@@ -24,7 +24,7 @@ struct SliceMaterial {
     std::string channel;
 };
 
-/// What is known before the first slice.
+/// The parameters of a print, known before the first slice.
 struct PrintInfo {
     Vec3i size;  ///< voxels of the grid along x, y, z
     Vec3d pitch_mm;
@@ -33,13 +33,13 @@ struct PrintInfo {
     int32_t slice_end = 0;                 ///< one past the last
     int32_t bits = 4;                      ///< bits a voxel in packed rows: 4 or 8
     std::vector<SliceMaterial> materials;  ///< code 1 is materials[0]; code 0 is void
-    int32_t support_code = 0;  ///< of the material that supports parts; 0: none or not known
+    int32_t support_code = 0;              ///< material code of support; 0: none or unknown
     std::string printer;
     std::string title;  ///< the world's or mesh's name
     uint64_t seed = 0;
-    /// What else decides the voxels, as names and short texts (settings, hashes): equal where, with
-    /// all of the above, the print is the same. Empty where that is not known.
-    std::vector<std::pair<std::string, std::string>> made_from;
+    /// Everything else that determines the voxels, as names and short texts (settings, hashes):
+    /// where these and the fields above are equal, so are the prints. Empty where unknown.
+    std::vector<std::pair<std::string, std::string>> provenance;
 };
 
 /// One slice of packed material codes. Row 0 is the lowest y; in a row, x rises; at 4 bits a byte
@@ -58,27 +58,27 @@ struct SliceView {
     }
 };
 
-/// What is known at the end, for manifests and indexes.
+/// The totals of a print, known at the end, for manifests and indexes.
 struct PrintTotals {
     bool complete = false;  ///< false: interrupted or failed; what was written stays valid
     int64_t voxels_solid = 0;
     std::vector<int64_t> voxels_by_code;  ///< [0] void inside the grid
-    uint64_t hash = 0;  ///< of all slices, independent of format (slab/print_hash.h)
-    Box3i tight;        ///< printed voxels, hi exclusive
+    uint64_t hash = 0;                    ///< of all slices, independent of format (print_hash.h)
+    Box3i tight;                          ///< printed voxels, hi exclusive
 };
 
-/// Slices arrive in order of z. `encode` is called from worker threads, for different slices at
-/// once, and touches no shared state; `commit` is called from one thread, in order, with what
-/// `encode` gave.
+/// Consumes slices in order of z. `encode` is called from worker threads, for different slices at
+/// once, and touches no shared state; `commit` is called from one thread, in order, with the result
+/// of `encode`.
 class SliceSink {
   public:
     virtual ~SliceSink() = default;
     virtual Result<void> begin(const PrintInfo& info) = 0;
-    /// Called once after begin: shows the whole slices that an earlier print, cut short, has left
-    /// in this output, in order from the first, and returns how many; the print goes on after them.
-    /// Where `show` returns false that is an error (kInterrupted). After an error the output is as
-    /// it was, also when finish has been called. Most outputs begin anew and have none.
-    virtual Result<int32_t> take_up(const std::function<bool(const SliceView&)>& show) {
+    /// Called once after begin: passes the whole slices that an interrupted print has left in this
+    /// output to `show`, in order from the first, and returns their number; the print continues
+    /// after them. Fails with kInterrupted where `show` returns false. After an error the output is
+    /// unchanged, also when finish has been called. Most outputs start from scratch and have none.
+    virtual Result<int32_t> resume(const std::function<bool(const SliceView&)>& show) {
         (void)show;
         return 0;
     }
@@ -90,4 +90,4 @@ class SliceSink {
     virtual Result<void> finish(const PrintTotals& totals) = 0;
 };
 
-}  // namespace openfab::backends
+}  // namespace openfab::pipeline

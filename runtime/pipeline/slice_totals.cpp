@@ -8,7 +8,7 @@
 
 #include "runtime/pipeline/print_hash.h"
 
-namespace openfab::slab {
+namespace openfab::pipeline {
 
 void SliceTotals::add(const SliceTotals& other) {
     for (size_t c = 0; c < by_code.size(); ++c)
@@ -115,7 +115,7 @@ bool add_columns(const uint8_t* row, RowSpan span, std::vector<uint64_t>* column
 
 }  // namespace
 
-SliceTotals count_slice(const backends::SliceView& slice, int32_t bits) {
+SliceTotals count_slice(const pipeline::SliceView& slice, int32_t bits) {
     SliceTotals totals;
     totals.hash = slice_hash(slice.z, slice.data, slice.row_bytes, slice.height);
     ByteHistogram histogram;
@@ -154,4 +154,4 @@ SliceTotals count_slice(const backends::SliceView& slice, int32_t bits) {
     return totals;
 }
 
-}  // namespace openfab::slab
+}  // namespace openfab::pipeline

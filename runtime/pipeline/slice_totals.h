@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// What is counted of finished slices.
+// Counters of finished slices.
 
 #include <array>
 #include <cstdint>
@@ -10,7 +10,7 @@
 #include "base/vec.h"
 #include "runtime/pipeline/slice_sink.h"
 
-namespace openfab::slab {
+namespace openfab::pipeline {
 
 struct SliceTotals {
     std::array<int64_t, 256> by_code{};
@@ -21,6 +21,6 @@ struct SliceTotals {
 };
 
 /// Counts a slice of codes of 4 or 8 bits, rows without gaps.
-SliceTotals count_slice(const backends::SliceView& slice, int32_t bits);
+SliceTotals count_slice(const pipeline::SliceView& slice, int32_t bits);
 
-}  // namespace openfab::slab
+}  // namespace openfab::pipeline

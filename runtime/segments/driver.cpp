@@ -8,11 +8,11 @@
 #include "base/check.h"
 #include "base/grow.h"
 
-namespace openfab::phases {
+namespace openfab::segments {
 
 namespace {
 
-// Of a second-level cache of 512 KiB to 2 MiB, what is left beside the stage's own buffers.
+// The part of a second-level cache of 512 KiB to 2 MiB that the stage's own buffers leave.
 constexpr size_t kStateBytes = 256u << 10;
 constexpr size_t kGroupBytes = kLanes * sizeof(uint32_t);
 
@@ -24,8 +24,8 @@ bool is_output(openfab_arg_kind kind) {
 
 }  // namespace
 
-int32_t group_limit(const openfab_phases& phases) {
-    const size_t one = static_cast<size_t>(std::max(phases.state_count, 1)) * kGroupBytes;
+int32_t group_limit(const openfab_segments& segments) {
+    const size_t one = static_cast<size_t>(std::max(segments.state_count, 1)) * kGroupBytes;
     const size_t blocks = kStateBytes / (one * kBlockGroups);
     return static_cast<int32_t>(std::clamp<size_t>(blocks, 1, 64)) * kBlockGroups;
 }
@@ -41,31 +41,32 @@ void Driver::bind_kernel(const openfab_kernel& kernel, openfab_isa isa, Argument
     }
     out->outputs.clear();
     out->first_output = count;
-    const int32_t places = groups_ * kLanes;
+    const int32_t lane_count = groups_ * kLanes;
     for (size_t i = 0; i < count; ++i) {
         const openfab_arg& arg = kernel.args[i];
         abi::KernelBuffer& buffer = out->buffers[i];
         if (is_output(arg.kind)) {
             out->first_output = std::min(out->first_output, i);
             Output output;
-            output.compact = compact_.data() + out->outputs.size() * static_cast<size_t>(places);
+            output.compact =
+                compact_.data() + out->outputs.size() * static_cast<size_t>(lane_count);
             output.direct = true;
             if (arg.kind == OPENFAB_ARG_STATE_OUT) {
-                output.place.data = states_[arg.a];
+                output.view.data = states_[arg.a];
                 for (size_t k = 0; k < i; ++k) {
                     const openfab_arg& read = kernel.args[k];
                     if (read.kind == OPENFAB_ARG_STATE && read.a == arg.a) output.direct = false;
                 }
             } else {
-                output.place = arguments->output(arg);
-                output.direct = output.place.block_stride == kBlockGroups * kLanes;
+                output.view = arguments->output(arg);
+                output.direct = output.view.block_stride == kBlockGroups * kLanes;
             }
             out->outputs.push_back(output);
             out->args[i] = buffer.raw();
         } else if (arg.kind == OPENFAB_ARG_GROUPS) {
             out->args[i] = buffer.raw();
         } else if (arg.kind == OPENFAB_ARG_STATE) {
-            buffer.set_dense(abi::halide_type(arg.scalar), states_[arg.a], {places});
+            buffer.set_dense(abi::halide_type(arg.scalar), states_[arg.a], {lane_count});
             out->args[i] = buffer.raw();
         } else {
             out->args[i] = const_cast<void*>(arguments->input(arg));
@@ -73,21 +74,21 @@ void Driver::bind_kernel(const openfab_kernel& kernel, openfab_isa isa, Argument
     }
 }
 
-void Driver::bind(const openfab_phases& phases, openfab_isa isa, Arguments* arguments) {
-    const auto places = static_cast<size_t>(groups_) * kLanes;
-    grow(&memory_, static_cast<size_t>(phases.state_count) * places);
-    states_ = States(memory_.data(), places);
+void Driver::bind(const openfab_segments& segments, openfab_isa isa, Arguments* arguments) {
+    const auto lane_count = static_cast<size_t>(groups_) * kLanes;
+    grow(&memory_, static_cast<size_t>(segments.state_count) * lane_count);
+    states_ = States(memory_.data(), lane_count);
     size_t outputs = 0;
-    for (int32_t k = 0; k < phases.kernel_count; ++k) {
-        const openfab_kernel& kernel = phases.kernels[k];
+    for (int32_t k = 0; k < segments.kernel_count; ++k) {
+        const openfab_kernel& kernel = segments.kernels[k];
         const auto count = std::count_if(kernel.args, kernel.args + kernel.arg_count,
                                          [](const openfab_arg& a) { return is_output(a.kind); });
         outputs = std::max(outputs, static_cast<size_t>(count));
     }
-    grow(&compact_, outputs * places);
-    grow(&kernels_, static_cast<size_t>(phases.kernel_count));
-    for (int32_t k = 0; k < phases.kernel_count; ++k)
-        bind_kernel(phases.kernels[k], isa, arguments, &kernels_[static_cast<size_t>(k)]);
+    grow(&compact_, outputs * lane_count);
+    grow(&kernels_, static_cast<size_t>(segments.kernel_count));
+    for (int32_t k = 0; k < segments.kernel_count; ++k)
+        bind_kernel(segments.kernels[k], isa, arguments, &kernels_[k]);
 }
 
 abi::KernelStatus Driver::run_kernel(const openfab_kernel& kernel, Kernel* bound) {
@@ -101,7 +102,7 @@ abi::KernelStatus Driver::run_kernel(const openfab_kernel& kernel, Kernel* bound
             buffer.set_dense(abi::halide_type(OPENFAB_INT), list.data(), {listed});
         } else if (i >= bound->first_output) {
             const Output& output = bound->outputs[i - bound->first_output];
-            const uint32_t* to = all && output.direct ? output.place.data : output.compact;
+            const uint32_t* to = all && output.direct ? output.view.data : output.compact;
             buffer.set_dense(abi::halide_type(arg.scalar), to, {kLanes, listed});
         }
     }
@@ -111,7 +112,7 @@ abi::KernelStatus Driver::run_kernel(const openfab_kernel& kernel, Kernel* bound
         if (all && output.direct) continue;
         const uint32_t* from = output.compact;
         for (const int32_t group : list) {
-            uint32_t* to = output.place.data + (group / kBlockGroups) * output.place.block_stride +
+            uint32_t* to = output.view.data + (group / kBlockGroups) * output.view.block_stride +
                            (group % kBlockGroups) * kLanes;
             std::memcpy(to, from, kGroupBytes);
             from += kLanes;
@@ -137,27 +138,27 @@ void Driver::narrow(const std::vector<int32_t>& from, int32_t active,
     to->resize(kept);
 }
 
-abi::KernelStatus Driver::run(const openfab_phases& phases, openfab_isa isa,
+abi::KernelStatus Driver::run(const openfab_segments& segments, openfab_isa isa,
                               std::span<const uint8_t> wanted, Arguments* arguments,
                               Handler* handler) {
     groups_ = static_cast<int32_t>(wanted.size());
-    bind(phases, isa, arguments);
+    bind(segments, isa, arguments);
     depth_ = 0;
     grow(&lists_, 1);
     lists_[0].clear();
     for (int32_t g = 0; g < groups_; ++g) {
         uint32_t* live = states_[0] + static_cast<ptrdiff_t>(g) * kLanes;
         for (int32_t l = 0; l < kLanes; ++l)
-            live[l] = wanted[static_cast<size_t>(g)] >> l & 1u;
-        if (wanted[static_cast<size_t>(g)] != 0) lists_[0].push_back(g);
+            live[l] = wanted[g] >> l & 1u;
+        if (wanted[g] != 0) lists_[0].push_back(g);
     }
     if (lists_[0].empty()) return {};
-    for (int32_t at = 0; at < phases.step_count;) {
-        const openfab_step& step = phases.steps[at++];
+    for (int32_t at = 0; at < segments.step_count;) {
+        const openfab_step& step = segments.steps[at++];
         abi::KernelStatus status;
         switch (step.kind) {
             case OPENFAB_STEP_KERNEL:
-                status = run_kernel(phases.kernels[step.a], &kernels_[static_cast<size_t>(step.a)]);
+                status = run_kernel(segments.kernels[step.a], &kernels_[step.a]);
                 break;
             case OPENFAB_STEP_LOOP:
                 grow(&lists_, depth_ + 2);
@@ -178,10 +179,10 @@ abi::KernelStatus Driver::run(const openfab_phases& phases, openfab_isa isa,
                 }
                 break;
             case OPENFAB_STEP_QUERY:
-                status = handler->query(phases.queries[step.a], lists_[depth_], states_);
+                status = handler->query(segments.queries[step.a], lists_[depth_], states_);
                 break;
-            case OPENFAB_STEP_PRINT:
-                handler->print(phases.prints[step.a], lists_[depth_], states_);
+            case OPENFAB_STEP_PRINTF:
+                handler->printf(segments.printfs[step.a], lists_[depth_], states_);
                 break;
         }
         if (!status.ok()) return status;
@@ -190,4 +191,4 @@ abi::KernelStatus Driver::run(const openfab_phases& phases, openfab_isa isa,
     return {};
 }
 
-}  // namespace openfab::phases
+}  // namespace openfab::segments

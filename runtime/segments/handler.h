@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// What a phased stage asks of the world around its kernels: answers to nearest-surface queries, and
-// a place for prints. Called once per step with the groups that the step is about, never per voxel.
+// What a segmented stage needs from outside its kernels: answers to nearest-surface queries, and a
+// sink for printf. Called once per step with the groups that the step is about, never per voxel.
 
 #include <cstdint>
 #include <span>
@@ -11,16 +11,16 @@
 #include "abi/fablet_table.h"
 #include "abi/kernel_status.h"
 
-namespace openfab::phases {
+namespace openfab::segments {
 
 constexpr int32_t kLanes = 8;
 
-/// The state of a batch: for each state number an array of 32-bit values, 8 for each group.
+/// The state of a batch: for each state number an array of 32-bit values, 8 for each lane group.
 class States {
   public:
     States() = default;
     States(uint32_t* values, size_t stride) : values_(values), stride_(stride) {}
-    /// Values of one state; those of group g start at 8 * g.
+    /// Returns the values of one state; those of group g start at 8 * g.
     uint32_t* operator[](int32_t state) const {
         return values_ + static_cast<size_t>(state) * stride_;
     }
@@ -37,9 +37,9 @@ class Handler {
     /// 0 where the guard is 0, and nothing is asked there. A failure ends the print.
     virtual abi::KernelStatus query(const openfab_query& query, std::span<const int32_t> groups,
                                     const States& states) = 0;
-    /// Prints for the places of the listed groups, in this order, whose guard is not 0.
-    virtual void print(const openfab_print& print, std::span<const int32_t> groups,
-                       const States& states) = 0;
+    /// Logs a printf for the lanes of the listed groups, in this order, whose guard is not 0.
+    virtual void printf(const openfab_printf& call, std::span<const int32_t> groups,
+                        const States& states) = 0;
 };
 
-}  // namespace openfab::phases
+}  // namespace openfab::segments

@@ -3,11 +3,11 @@
 #include <limits>
 
 #include "runtime/support_material/tops.h"
-#include "runtime/surface/map_box.h"
+#include "runtime/surface/transform_box.h"
 #include "runtime/voxel/crossings.h"
 #include "runtime/voxel/snapping.h"
 
-namespace openfab::support {
+namespace openfab::support_material {
 
 namespace {
 
@@ -58,7 +58,7 @@ namespace {
 
 class CoveredTops {
   public:
-    CoveredTops(const SupportedPart& part, const scene::Grid& grid, const Columns& columns,
+    CoveredTops(const SupportedPart& part, const part::Grid& grid, const Columns& columns,
                 ColumnScratch* scratch, TopRows* rows)
         : part_(part),
           columns_(columns),
@@ -90,7 +90,7 @@ class CoveredTops {
     template <typename Visit>
     void for_crossings(const Visit& visit) {
         const auto meets = [&](const Box3f& bounds) {
-            const Box3d b = surface::map_box(snapping_.map(), bounds);
+            const Box3d b = surface::transform_box(snapping_.map(), bounds);
             // A unit for what rounding to float took off.
             return voxel::first_row(voxel::snap(b.lo.x - 1)) < columns_.x1 &&
                    voxel::first_row(voxel::snap(b.hi.x + 1)) > columns_.x0 &&
@@ -98,8 +98,7 @@ class CoveredTops {
                    voxel::first_row(voxel::snap(b.hi.y + 1)) > columns_.y0;
         };
         part_.patches->find(meets, [&](int32_t p) {
-            const std::array<Vec3i, 3> v =
-                snapping_.triangle(part_.surface->patches()[static_cast<size_t>(p)].triangle);
+            const std::array<Vec3i, 3> v = snapping_.triangle(part_.surface->patches()[p].triangle);
             scratch_.crossings.clear();
             voxel::add_column_crossings(v[0], v[1], v[2], snapping_.turn(), window_,
                                         &scratch_.crossings);
@@ -161,9 +160,9 @@ class CoveredTops {
 
 }  // namespace
 
-void raise_to_covered(const SupportedPart& part, const scene::Grid& grid, const Columns& columns,
+void raise_to_covered(const SupportedPart& part, const part::Grid& grid, const Columns& columns,
                       ColumnScratch* scratch, TopRows* rows) {
     CoveredTops(part, grid, columns, scratch, rows).run();
 }
 
-}  // namespace openfab::support
+}  // namespace openfab::support_material

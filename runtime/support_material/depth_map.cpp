@@ -12,7 +12,7 @@
 #include "base/units.h"
 #include "runtime/support_material/tops.h"
 
-namespace openfab::support {
+namespace openfab::support_material {
 
 namespace {
 
@@ -36,7 +36,7 @@ int32_t load(const uint8_t* from, int32_t width) {
 }
 
 /// Tops of one row of tiles.
-void raise_rows(const std::vector<SupportedPart>& parts, const scene::Grid& grid,
+void raise_rows(const std::vector<SupportedPart>& parts, const part::Grid& grid,
                 ColumnScratch* scratch, TopRows* rows) {
     const int32_t y1 = std::min(rows->y0 + DepthMap::kTile, grid.size.y);
     for (const SupportedPart& part : parts) {
@@ -48,7 +48,7 @@ void raise_rows(const std::vector<SupportedPart>& parts, const scene::Grid& grid
             if (part.surface->identity()) {
                 raise_to_covered(part, grid, columns, scratch, rows);
             } else {
-                raise_to_reach(part, grid, columns, rows);
+                raise_to_bounds(part, grid, columns, rows);
             }
         }
     }
@@ -64,27 +64,27 @@ DepthMap::DepthMap(const Vec3i& size) : size_(size) {
     heights_.resize(static_cast<size_t>(tiles_y_));
 }
 
-Result<DepthMap> DepthMap::create(const std::vector<SupportedPart>& parts, const scene::Grid& grid,
-                                  int64_t most_bytes) {
+Result<DepthMap> DepthMap::create(const std::vector<SupportedPart>& parts, const part::Grid& grid,
+                                  int64_t max_bytes) {
     DepthMap map(grid.size);
     std::atomic<int64_t> bytes{map.bytes()};
     tbb::parallel_for(0, map.tiles_y_, [&](int32_t tile_y) {
-        if (bytes > most_bytes) return;
+        if (bytes > max_bytes) return;
         TopRows rows;
         rows.width = map.tiles_x_ * kTile;
         rows.y0 = tile_y * kTile;
         rows.top.assign(static_cast<size_t>(rows.width) * kTile, 0);
         raise_rows(parts, grid, make_column_scratch().get(), &rows);
         map.keep(tile_y, rows.top);
-        bytes += static_cast<int64_t>(map.heights_[static_cast<size_t>(tile_y)].capacity());
+        bytes += static_cast<int64_t>(map.heights_[tile_y].capacity());
     });
-    if (bytes > most_bytes) {
-        // What the rest would take is not known; two bytes a column are enough for most.
+    if (bytes > max_bytes) {
+        // The size of the rest is not known; two bytes per column are enough for most.
         const int64_t columns = int64_t{grid.size.x} * grid.size.y;
         return user_error(fmt::format(
             "support does not fit the memory budget: how high it reaches takes more than {}, and "
             "up to {}; raise `--memory`, or print with `--support off`",
-            format_bytes(std::max<int64_t>(most_bytes, 0)),
+            format_bytes(std::max<int64_t>(max_bytes, 0)),
             format_bytes(columns * (grid.size.z < 1 << 16 ? 2 : 4))));
     }
     return map;
@@ -94,7 +94,7 @@ Result<DepthMap> DepthMap::create(const std::vector<SupportedPart>& parts, const
 void DepthMap::keep(int32_t tile_y, const std::vector<int32_t>& tops) {
     const size_t stride = static_cast<size_t>(tiles_x_) * kTile;
     OPENFAB_CHECK_EQ(tops.size(), stride * kTile);
-    std::vector<uint8_t>& heights = heights_[static_cast<size_t>(tile_y)];
+    std::vector<uint8_t>& heights = heights_[tile_y];
     size_t bytes = 0;
     for (const bool measure : {true, false}) {
         if (!measure) heights.resize(bytes);
@@ -111,7 +111,7 @@ void DepthMap::keep(int32_t tile_y, const std::vector<int32_t>& tops) {
                 }
                 tile.width = width_of(tile.hi - tile.lo);
                 tile.first = static_cast<uint32_t>(bytes);
-                int32_t& highest = highest_[static_cast<size_t>(tile_y)];
+                int32_t& highest = highest_[tile_y];
                 highest = std::max(highest, tile.hi);
             }
             bytes += static_cast<size_t>(tile.width) * kTile * kTile;
@@ -133,7 +133,7 @@ int32_t DepthMap::top(int32_t x, int32_t y) const {
 
 void DepthMap::tops(int32_t x, int32_t y, int32_t count, int32_t* out) const {
     const int32_t tile_y = y / kTile;
-    const std::vector<uint8_t>& heights = heights_[static_cast<size_t>(tile_y)];
+    const std::vector<uint8_t>& heights = heights_[tile_y];
     for (const int32_t end = x + count; x < end;) {
         const Tile& tile = tiles_[tile_number(x / kTile, tile_y)];
         const int32_t stop = std::min(end, (x / kTile + 1) * kTile);
@@ -152,4 +152,4 @@ int64_t DepthMap::bytes() const {
     return sum;
 }
 
-}  // namespace openfab::support
+}  // namespace openfab::support_material

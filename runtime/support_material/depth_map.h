@@ -2,12 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// How far up each column of voxels needs support: the depth map of the OpenFab paper, section 5.1,
-// seen from above along z.
+// The height up to which each column of voxels needs support: the depth map of the OpenFab paper,
+// section 5.1, seen from above along z.
 //
-// A part whose surface is displaced nowhere gives each column the highest voxel that it covers,
-// exactly. Any other gives its base triangles grown by their displacement bounds, rounded up: what
-// it covers is always below. A column has the highest of all parts.
+// A part without displacement contributes the highest voxel that it covers in each column, exactly.
+// Any other contributes its base triangles grown by their displacement bounds, rounded up, which is
+// never too low. A column gets the highest of all parts.
 
 #include <cstdint>
 #include <vector>
@@ -18,49 +18,51 @@
 #include "runtime/surface/surface.h"
 #include "runtime/voxel/patch_index.h"
 
-namespace openfab::support {
+namespace openfab::support_material {
 
-/// A part that asks for support below it.
+/// A part that needs support below it.
 struct SupportedPart {
-    const scene::Part* part = nullptr;
+    const part::Part* part = nullptr;
     const surface::Surface* surface = nullptr;
     const voxel::PatchIndex* patches = nullptr;  ///< of the surface
     Box3i box;                                   ///< voxels that it may cover, within the grid
 };
 
+/// The depth map, in compressed tiles.
 class DepthMap {
   public:
-    /// Columns along a tile's side. Tiles keep as many bytes a column as their heights differ by: 0
-    /// where all are equal, else 1, 2 or 4 above the lowest.
+    /// Columns along a tile's side. A tile keeps heights above its lowest in 1, 2 or 4 bytes per
+    /// column, or none if all are equal.
     static constexpr int32_t kTile = 32;
 
-    /// Parts side by side in tbb's current arena. Refuses what would take more than `most_bytes`.
-    static Result<DepthMap> create(const std::vector<SupportedPart>& parts, const scene::Grid& grid,
-                                   int64_t most_bytes);
+    /// Computes the map, in parallel in TBB's current arena. An error if it would take more than
+    /// `max_bytes`.
+    static Result<DepthMap> create(const std::vector<SupportedPart>& parts, const part::Grid& grid,
+                                   int64_t max_bytes);
 
-    /// A voxel of column (x, y) that nothing is printed in is support if its z is below this.
+    /// Returns the top of column (x, y): a void voxel is support if its z is below this.
     int32_t top(int32_t x, int32_t y) const;
-    /// Tops of columns [x, x + count) of row y.
+    /// Gets the tops of columns [x, x + count) of row y.
     void tops(int32_t x, int32_t y, int32_t count, int32_t* out) const;
 
     /// The range of tops in a tile.
     struct Range {
         int32_t lo = 0, hi = 0;
     };
-    /// Of the tile of column (32 tile_x, y).
+    /// Returns the range of the tile of column (32 tile_x, y).
     Range tile_range(int32_t tile_x, int32_t y) const {
         const Tile& tile = tiles_[tile_number(tile_x, y / kTile)];
         return {tile.lo, tile.hi};
     }
     int32_t tiles_x() const { return tiles_x_; }
-    /// The greatest top of the rows of row y's tiles.
+    /// Returns the greatest top in the row of tiles that holds row y.
     int32_t highest(int32_t y) const { return highest_[static_cast<size_t>(y / kTile)]; }
     int64_t bytes() const;
 
   private:
     struct Tile {
         int32_t lo = 0, hi = 0;
-        int32_t width = 0;   ///< bytes a column
+        int32_t width = 0;   ///< bytes per column
         uint32_t first = 0;  ///< in the heights of its row of tiles
     };
     DepthMap(const Vec3i& size);
@@ -77,4 +79,4 @@ class DepthMap {
     std::vector<std::vector<uint8_t>> heights_;  ///< [tile row]: tiles, in them rows of 32 columns
 };
 
-}  // namespace openfab::support
+}  // namespace openfab::support_material

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Tops of a few rows of columns while the depth map is made.
+// Tops of a few rows of columns, while the depth map is computed.
 
 #include <algorithm>
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 #include "runtime/support_material/depth_map.h"
 
-namespace openfab::support {
+namespace openfab::support_material {
 
 /// Columns [x0, x1) x [y0, y1) of the grid.
 struct Columns {
@@ -27,6 +27,7 @@ struct TopRows {
     int32_t width = 0, y0 = 0;
     std::vector<int32_t> top;
 
+    /// Raises the top of a column to at least `to`.
     void raise(int32_t x, int32_t y, int32_t to) {
         int32_t& t =
             top[static_cast<size_t>(y - y0) * static_cast<size_t>(width) + static_cast<size_t>(x)];
@@ -34,16 +35,17 @@ struct TopRows {
     }
 };
 
-/// Working memory of one thread.
+/// Scratch memory of one thread.
 class ColumnScratch;
 std::shared_ptr<ColumnScratch> make_column_scratch();
 
-/// Of a part with an identity surface: the highest voxel that it covers in each column.
-void raise_to_covered(const SupportedPart& part, const scene::Grid& grid, const Columns& columns,
+/// Raises tops to the highest voxel that a part with an identity surface covers in each column.
+void raise_to_covered(const SupportedPart& part, const part::Grid& grid, const Columns& columns,
                       ColumnScratch* scratch, TopRows* rows);
 
-/// Of any part: the highest voxel that what its patches may reach has its centre in.
-void raise_to_reach(const SupportedPart& part, const scene::Grid& grid, const Columns& columns,
-                    TopRows* rows);
+/// Raises tops to the highest voxel whose center is within the displacement bounds of a part's
+/// patches.
+void raise_to_bounds(const SupportedPart& part, const part::Grid& grid, const Columns& columns,
+                     TopRows* rows);
 
-}  // namespace openfab::support
+}  // namespace openfab::support_material

@@ -14,15 +14,14 @@
 
 namespace openfab::surface {
 
-BaseMesh::BaseMesh(const scene::Part& part) : mesh_(*part.mesh) {
+BaseMesh::BaseMesh(const part::Part& part) : mesh_(*part.mesh) {
     classes.resize(mesh_.triangles.size(), TriangleClass::kDisplaced);
     tbb::parallel_for(tbb::blocked_range<int32_t>(0, triangle_count(), 16384),
                       [&](const auto& range) {
                           for (int32_t t = range.begin(); t < range.end(); ++t) {
                               const Vec3d &a = position(3 * t), &b = position(3 * t + 1),
                                           &c = position(3 * t + 2);
-                              if (a == b || b == c || c == a)
-                                  classes[static_cast<size_t>(t)] = TriangleClass::kDropped;
+                              if (a == b || b == c || c == a) classes[t] = TriangleClass::kDropped;
                           }
                       });
 }
@@ -32,7 +31,7 @@ void BaseMesh::set_factors(double micro_edge_mm) {
     tbb::parallel_for(
         tbb::blocked_range<int32_t>(0, triangle_count(), 4096), [&](const auto& range) {
             for (int32_t side = 3 * range.begin(); side < 3 * range.end(); ++side) {
-                factor[static_cast<size_t>(side)] =
+                factor[side] =
                     edge_factor(position(side), position(next_corner(side)), micro_edge_mm);
             }
         });
@@ -40,7 +39,7 @@ void BaseMesh::set_factors(double micro_edge_mm) {
 
 bool BaseMesh::rounded_corners(int32_t triangle, std::array<Vec3f, 3>* out) const {
     for (int32_t c = 0; c < 3; ++c)
-        (*out)[static_cast<size_t>(c)] = round_position(position(3 * triangle + c));
+        (*out)[c] = round_position(position(3 * triangle + c));
     return !degenerate((*out)[0], (*out)[1], (*out)[2]);
 }
 
@@ -49,8 +48,8 @@ int32_t BaseMesh::lattice_factor(int32_t triangle) const {
     return std::max({n[0], n[1], n[2]});
 }
 
-TriangleFrame BaseMesh::frame(int32_t triangle) const {
-    TriangleFrame out;
+TangentFrame BaseMesh::frame(int32_t triangle) const {
+    TangentFrame out;
     const Vec3d& p0 = position(3 * triangle);
     const Vec3d e1 = position(3 * triangle + 1) - p0, e2 = position(3 * triangle + 2) - p0;
     const Vec3d n = cross(e1, e2);
@@ -77,9 +76,7 @@ void BaseMesh::connect() {
 void BaseMesh::weld() {
     std::vector<int32_t> order(mesh_.positions.size());
     std::iota(order.begin(), order.end(), 0);
-    const auto at = [&](int32_t i) -> const Vec3d& {
-        return mesh_.positions[static_cast<size_t>(i)];
-    };
+    const auto at = [&](int32_t i) -> const Vec3d& { return mesh_.positions[i]; };
     tbb::parallel_sort(order.begin(), order.end(), [&](int32_t a, int32_t b) {
         if (position_less(at(a), at(b))) return true;
         return !position_less(at(b), at(a)) && a < b;
@@ -88,7 +85,7 @@ void BaseMesh::weld() {
     int32_t next = -1;
     for (size_t i = 0; i < order.size(); ++i) {
         if (i == 0 || position_less(at(order[i - 1]), at(order[i]))) ++next;
-        rank[static_cast<size_t>(order[i])] = next;
+        rank[order[i]] = next;
     }
     vertex.resize(3 * mesh_.triangles.size());
     for (size_t corner = 0; corner < vertex.size(); ++corner) {
@@ -110,7 +107,7 @@ int BaseMesh::compare_inputs(int32_t corner_a, int32_t corner_b) const {
             std::memcmp(&mesh_.corner_uv[2 * a], &mesh_.corner_uv[2 * b], 2 * sizeof(float));
         if (order != 0) return order;
     }
-    for (const scene::PartAttribute& input : mesh_.inputs) {
+    for (const part::PartAttribute& input : mesh_.inputs) {
         const size_t components = static_cast<size_t>(input.components);
         const int order = input.scalar == OPENFAB_FLOAT
                               ? std::memcmp(&input.corner_values[a * components],
@@ -125,7 +122,7 @@ int BaseMesh::compare_inputs(int32_t corner_a, int32_t corner_b) const {
 void BaseMesh::group_corners() {
     for (int32_t corner = 0; corner < 3 * triangle_count(); ++corner) {
         if (classes[static_cast<size_t>(corner / 3)] != TriangleClass::kDropped) {
-            ++vertex_first[static_cast<size_t>(vertex[static_cast<size_t>(corner)]) + 1];
+            ++vertex_first[static_cast<size_t>(vertex[corner]) + 1];
         }
     }
     for (size_t v = 1; v < vertex_first.size(); ++v)
@@ -134,7 +131,7 @@ void BaseMesh::group_corners() {
     vertex_corners.resize(static_cast<size_t>(vertex_first.back()));
     for (int32_t corner = 0; corner < 3 * triangle_count(); ++corner) {
         if (classes[static_cast<size_t>(corner / 3)] == TriangleClass::kDropped) continue;
-        const size_t v = static_cast<size_t>(vertex[static_cast<size_t>(corner)]);
+        const size_t v = static_cast<size_t>(vertex[corner]);
         vertex_corners[static_cast<size_t>(fill[v]++)] = corner;
     }
     corner_class.assign(vertex.size(), -1);
@@ -143,9 +140,8 @@ void BaseMesh::group_corners() {
         std::vector<int32_t> local;
         for (int32_t v = range.begin(); v < range.end(); ++v) {
             local.clear();
-            for (int32_t i = vertex_first[static_cast<size_t>(v)];
-                 i < vertex_first[static_cast<size_t>(v) + 1]; ++i) {
-                const int32_t corner = vertex_corners[static_cast<size_t>(i)];
+            for (int32_t i = vertex_first[v]; i < vertex_first[static_cast<size_t>(v) + 1]; ++i) {
+                const int32_t corner = vertex_corners[i];
                 if (classes[static_cast<size_t>(corner / 3)] == TriangleClass::kDisplaced)
                     local.push_back(corner);
             }
@@ -155,7 +151,7 @@ void BaseMesh::group_corners() {
             });
             for (size_t i = 0; i < local.size(); ++i) {
                 const bool same = i > 0 && compare_inputs(local[i - 1], local[i]) == 0;
-                corner_class[static_cast<size_t>(local[i])] =
+                corner_class[local[i]] =
                     same ? corner_class[static_cast<size_t>(local[i - 1])] : local[i];
             }
         }
@@ -192,14 +188,14 @@ void BaseMesh::pair_sides() {
             if (classes[static_cast<size_t>(side / 3)] == TriangleClass::kDisplaced)
                 displaced.push_back(side);
         }
-        // Where more than two triangles meet, the k-th of one direction goes with the k-th of the
+        // If more than two triangles meet, the k-th of one direction is paired with the k-th of the
         // other: any such matching keeps the surface closed.
         for (size_t k = 0; k < std::min(ways[0].size(), ways[1].size()); ++k) {
             partner[static_cast<size_t>(ways[0][k])] = ways[1][k];
             partner[static_cast<size_t>(ways[1][k])] = ways[0][k];
         }
         for (size_t i = first; i < end; ++i) {
-            divided[static_cast<size_t>(entries[i].side)] = !displaced.empty();
+            divided[entries[i].side] = !displaced.empty();
         }
         const auto ends = [&](int32_t side) {
             return std::array<int32_t, 2>{corner_class[static_cast<size_t>(lower_corner(side))],
@@ -210,7 +206,7 @@ void BaseMesh::pair_sides() {
         });
         for (size_t i = 0; i < displaced.size(); ++i) {
             const bool same = i > 0 && ends(displaced[i - 1]) == ends(displaced[i]);
-            side_evaluator[static_cast<size_t>(displaced[i])] =
+            side_evaluator[displaced[i]] =
                 same ? side_evaluator[static_cast<size_t>(displaced[i - 1])] : displaced[i] / 3;
         }
     }

@@ -2,13 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The base mesh as dicing sees it: which triangles stay as they are, edge factors, who shares an
-// edge or a vertex, and which triangle evaluates a shared micro-vertex.
+// The base mesh as input of dicing: classes of triangles, edge factors, shared edges and vertices,
+// and which triangle evaluates a shared micro-vertex.
 //
 // A *side* is 3 * triangle + e, a *corner* 3 * triangle + c. Vertices are welded by position and
 // numbered in order of position, so that comparing two numbers tells the lower end of an edge. A
-// triangle with two corners in one place has no surface: it is left out everywhere, which keeps a
-// closed mesh closed.
+// triangle with two equal corners has no surface and is left out everywhere, which keeps a closed
+// mesh closed.
 
 #include <array>
 #include <cstdint>
@@ -21,18 +21,19 @@ namespace openfab::surface {
 
 enum class TriangleClass : uint8_t { kDropped, kIdentity, kDisplaced };
 
-/// Values that are constant on a base triangle.
-struct TriangleFrame {
+/// Tangent frame of a base triangle: the geometric normal and the derivatives of position by uv.
+struct TangentFrame {
     Vec3f ng, dpdu, dpdv;
 };
 
 class BaseMesh {
   public:
-    explicit BaseMesh(const scene::Part& part);
+    explicit BaseMesh(const part::Part& part);
 
-    /// Edge factors of all triangles, in parallel.
+    /// Computes the edge factors of all triangles, in parallel.
     void set_factors(double micro_edge_mm);
-    /// Joins sides and corners. `classes` must be final; needed only where something is displaced.
+    /// Pairs sides and groups corners. `classes` must be final. Needed only if something is
+    /// displaced.
     void connect();
 
     int32_t triangle_count() const { return static_cast<int32_t>(mesh_.triangles.size()); }
@@ -40,31 +41,30 @@ class BaseMesh {
         return mesh_.positions[static_cast<size_t>(
             mesh_.triangles[static_cast<size_t>(corner / 3)][static_cast<size_t>(corner % 3)])];
     }
-    /// The corners as micropolygons have them; false where two of them, distinct in double, round
-    /// to one place.
+    /// Gets the corners rounded as in micropolygons; false if two of them, distinct in double,
+    /// round to the same position.
     bool rounded_corners(int32_t triangle, std::array<Vec3f, 3>* out) const;
     Vec3f normal(int32_t corner, const Vec3f& ng) const {
-        return mesh_.corner_normals.empty() ? ng
-                                            : mesh_.corner_normals[static_cast<size_t>(corner)];
+        return mesh_.corner_normals.empty() ? ng : mesh_.corner_normals[corner];
     }
-    TriangleFrame frame(int32_t triangle) const;
-    /// N: the finest of the three sides.
+    TangentFrame frame(int32_t triangle) const;
+    /// Returns N, the factor of the finest side.
     int32_t lattice_factor(int32_t triangle) const;
-    /// Corner at the lower (upper) end of a side. Valid after connect(), as is what follows.
+    /// Returns the corner at the lower (upper) end of a side. Valid after connect(), like all
+    /// below.
     int32_t lower_corner(int32_t side) const { return forward(side) ? side : next_corner(side); }
     int32_t upper_corner(int32_t side) const { return forward(side) ? next_corner(side) : side; }
     bool forward(int32_t side) const {
-        return vertex[static_cast<size_t>(side)] < vertex[static_cast<size_t>(next_corner(side))];
+        return vertex[side] < vertex[static_cast<size_t>(next_corner(side))];
     }
     static int32_t next_corner(int32_t corner) { return corner % 3 == 2 ? corner - 2 : corner + 1; }
 
-    const scene::PartMesh& mesh() const { return mesh_; }
+    const part::PartMesh& mesh() const { return mesh_; }
 
     std::vector<TriangleClass> classes;
-    std::vector<int32_t> factor;  ///< [side]
-    std::vector<int32_t> vertex;  ///< [corner] welded vertex, in order of position
-    std::vector<int32_t>
-        partner;  ///< [side] the side that runs the other way along the edge, -1 where open
+    std::vector<int32_t> factor;   ///< [side]
+    std::vector<int32_t> vertex;   ///< [corner] welded vertex, in order of position
+    std::vector<int32_t> partner;  ///< [side] the opposite side along the edge, -1 if open
     std::vector<uint8_t> divided;  ///< [side] some triangle on the edge is displaced
     /// [corner] lowest corner of a displaced triangle at the vertex with the same inputs to the
     /// surface stage; its triangle evaluates the corner. Only for displaced triangles.
@@ -81,7 +81,7 @@ class BaseMesh {
     void group_corners();
     void pair_sides();
 
-    const scene::PartMesh& mesh_;
+    const part::PartMesh& mesh_;
 };
 
 }  // namespace openfab::surface

@@ -44,7 +44,7 @@ bool is_input(openfab_arg_kind kind) {
 
 }  // namespace
 
-Range<float> corner_range(const scene::PartAttribute& attribute, int32_t triangle,
+Range<float> corner_range(const part::PartAttribute& attribute, int32_t triangle,
                           int32_t component) {
     const size_t stride = static_cast<size_t>(attribute.components);
     const float* v =
@@ -55,7 +55,7 @@ Range<float> corner_range(const scene::PartAttribute& attribute, int32_t triangl
     return out;
 }
 
-BoundsBatch::BoundsBatch(const scene::Part& part, const BaseMesh& base, const StaticArgs& args,
+BoundsBatch::BoundsBatch(const part::Part& part, const BaseMesh& base, const StaticArgs& args,
                          const NearestLayout& nearest, openfab_isa isa)
     : part_(part),
       base_(base),
@@ -83,10 +83,10 @@ BoundsBatch::BoundsBatch(const scene::Part& part, const BaseMesh& base, const St
         const size_t output = static_cast<size_t>(arg.a * kMaxComponents + arg.b);
         switch (arg.kind) {
             case OPENFAB_ARG_DISPLACEMENT_LO:
-                displacement_argument_[static_cast<size_t>(arg.b)][0] = index;
+                displacement_argument_[arg.b][0] = index;
                 break;
             case OPENFAB_ARG_DISPLACEMENT_HI:
-                displacement_argument_[static_cast<size_t>(arg.b)][1] = index;
+                displacement_argument_[arg.b][1] = index;
                 break;
             case OPENFAB_ARG_SURFACE_OUT_LO:
                 output_argument_[output][0] = index;
@@ -106,7 +106,7 @@ void BoundsBatch::clear() {
 
 void BoundsBatch::add_evaluator(Item* item, int32_t triangle) const {
     for (int32_t i = 0; i < item->evaluators; ++i) {
-        if (item->evaluator[static_cast<size_t>(i)] == triangle) return;
+        if (item->evaluator[i] == triangle) return;
     }
     OPENFAB_CHECK_LT(static_cast<size_t>(item->evaluators), item->evaluator.size());
     item->evaluator[static_cast<size_t>(item->evaluators++)] = triangle;
@@ -178,7 +178,7 @@ Range<float> BoundsBatch::normal_range(const Item& item, int32_t axis) const {
     const Vec3f ng = base_.frame(item.triangle).ng;
     std::array<Vec3f, 3> n;
     for (int32_t c = 0; c < 3; ++c)
-        n[static_cast<size_t>(c)] = base_.normal(3 * item.triangle + c, ng);
+        n[c] = base_.normal(3 * item.triangle + c, ng);
     if (n[0] == n[1] && n[0] == n[2]) {
         const float v = unit_normal(n[0], ng)[axis];
         return {v, v};
@@ -207,7 +207,7 @@ Range<float> BoundsBatch::normal_range(const Item& item, int32_t axis) const {
     return out;
 }
 
-Range<float> BoundsBatch::attribute_range(const scene::PartAttribute& attribute, int32_t component,
+Range<float> BoundsBatch::attribute_range(const part::PartAttribute& attribute, int32_t component,
                                           const Item& item) const {
     const size_t stride = static_cast<size_t>(attribute.components);
     const float* v = attribute.corner_values.data() +
@@ -216,7 +216,7 @@ Range<float> BoundsBatch::attribute_range(const scene::PartAttribute& attribute,
 }
 
 Range<float> BoundsBatch::input_range(const Item& item, const openfab_arg& arg) const {
-    return attribute_range(base_.mesh().inputs[static_cast<size_t>(arg.a)], arg.b, item);
+    return attribute_range(base_.mesh().inputs[arg.a], arg.b, item);
 }
 
 Range<float> BoundsBatch::gradient_range(const Item& item, const openfab_arg& arg) const {
@@ -225,11 +225,11 @@ Range<float> BoundsBatch::gradient_range(const Item& item, const openfab_arg& ar
         arg.kind == OPENFAB_ARG_SURFACE_IN_GRAD_LO || arg.kind == OPENFAB_ARG_SURFACE_IN_GRAD_HI;
     Range<float> out{kInf, -kInf};
     for (int32_t i = 0; i < item.evaluators; ++i) {
-        const int32_t t = item.evaluator[static_cast<size_t>(i)];
+        const int32_t t = item.evaluator[i];
         const int32_t n = base_.lattice_factor(t);
         float step = 0;
         if (of_input) {
-            const scene::PartAttribute& input = base_.mesh().inputs[static_cast<size_t>(arg.a)];
+            const part::PartAttribute& input = base_.mesh().inputs[arg.a];
             if (input.scalar == OPENFAB_FLOAT) {
                 const size_t stride = static_cast<size_t>(input.components);
                 const float* v =
@@ -256,7 +256,7 @@ Range<float> BoundsBatch::gradient_range(const Item& item, const openfab_arg& ar
 Range<float> BoundsBatch::frame_range(const Item& item, const openfab_arg& arg) const {
     Range<float> out{kInf, -kInf};
     for (int32_t i = 0; i < item.evaluators; ++i) {
-        const TriangleFrame frame = base_.frame(item.evaluator[static_cast<size_t>(i)]);
+        const TangentFrame frame = base_.frame(item.evaluator[i]);
         const Vec3f& v = arg.a == OPENFAB_SURFACE_NG     ? frame.ng
                          : arg.a == OPENFAB_SURFACE_DPDU ? frame.dpdu
                                                          : frame.dpdv;
@@ -303,7 +303,7 @@ abi::KernelStatus BoundsBatch::evaluate() {
             ints_[i].resize((n + 63) & ~size_t{63});
             data = ints_[i].data();
             for (size_t k = 0; k < n && is_input(arg.kind); ++k) {
-                const scene::PartAttribute& input = base_.mesh().inputs[static_cast<size_t>(arg.a)];
+                const part::PartAttribute& input = base_.mesh().inputs[arg.a];
                 ints_[i][k] = std::bit_cast<int32_t>(input.face_values[static_cast<size_t>(
                     items_[k].triangle * input.components + arg.b)]);
             }
@@ -314,7 +314,7 @@ abi::KernelStatus BoundsBatch::evaluate() {
 }
 
 /// The kernel's interval, cut to the user's bound: a displacement that is too long is scaled to it.
-/// Where an interval is known, all displacements are finite.
+/// Returns the range of a displacement. If an interval is known, all displacements are finite.
 Range<float> BoundsBatch::displacement(int32_t i, int32_t axis) const {
     const float bound = part_.max_displacement_mm;
     Range<float> all[3];
@@ -322,8 +322,7 @@ Range<float> BoundsBatch::displacement(int32_t i, int32_t axis) const {
     bool known = true;
     for (size_t a = 0; a < 3; ++a) {
         const auto [lo, hi] = displacement_argument_[a];
-        all[a] = {lo < 0 ? 0.0f : floats_[static_cast<size_t>(lo)][static_cast<size_t>(i)],
-                  hi < 0 ? 0.0f : floats_[static_cast<size_t>(hi)][static_cast<size_t>(i)]};
+        all[a] = {lo < 0 ? 0.0f : floats_[lo][i], hi < 0 ? 0.0f : floats_[hi][i]};
         known = known && all[a].lo <= all[a].hi && all[a].lo > -kInf && all[a].hi < kInf;
         const double most = std::max(std::fabs(static_cast<double>(all[a].lo)),
                                      std::fabs(static_cast<double>(all[a].hi)));
@@ -333,8 +332,8 @@ Range<float> BoundsBatch::displacement(int32_t i, int32_t axis) const {
     Range<float> out = all[axis];
     const double length = std::sqrt(length2);
     if (length > bound * (1 - 0x1p-20)) {
-        // What is scaled keeps at least this share, less what kShrink (bound_displacement.h) and
-        // rounding take; nothing where the share or the length may be beyond floats.
+        // A scaled displacement keeps at least this share, less kShrink (bound_displacement.h) and
+        // rounding; none if the share or the length may be outside the range of floats.
         const double share = bound / length;
         const double kept = share > 0x1p-100 && length < 0x1p120 ? share * (1 - 0x1p-19) : 0;
         out.lo = std::min(out.lo, below(static_cast<float>(out.lo * kept)));
@@ -345,7 +344,7 @@ Range<float> BoundsBatch::displacement(int32_t i, int32_t axis) const {
     return out;
 }
 
-bool BoundsBatch::still(int32_t i) const {
+bool BoundsBatch::is_zero(int32_t i) const {
     for (int32_t axis = 0; axis < 3; ++axis) {
         const Range<float> d = displacement(i, axis);
         if (!(d.lo == 0 && d.hi == 0)) return false;
@@ -356,7 +355,7 @@ bool BoundsBatch::still(int32_t i) const {
 Box3f BoundsBatch::box(int32_t i) const {
     Box3f out;
     for (int32_t axis = 0; axis < 3; ++axis) {
-        const Range<float> p = position_range(items_[static_cast<size_t>(i)], axis);
+        const Range<float> p = position_range(items_[i], axis);
         const Range<float> d = displacement(i, axis);
         // Rounding is monotone, so the rounded sums bound the rounded sums.
         out.lo[axis] = p.lo + d.lo;
@@ -365,7 +364,7 @@ Box3f BoundsBatch::box(int32_t i) const {
     return out;
 }
 
-bool BoundsBatch::bounded(int32_t i) const {
+bool BoundsBatch::is_bounded(int32_t i) const {
     const Box3f b = box(i);
     for (int32_t axis = 0; axis < 3; ++axis) {
         if (!(b.lo[axis] > -kInf && b.hi[axis] < kInf)) return false;
@@ -375,19 +374,18 @@ bool BoundsBatch::bounded(int32_t i) const {
 
 Range<float> BoundsBatch::float_range(size_t k, int32_t i) const {
     const NearestComponent& from = nearest_.floats[k];
-    const Item& item = items_[static_cast<size_t>(i)];
+    const Item& item = items_[i];
     if (from.from == NearestComponent::From::kSurfaceOutput) {
         const auto [lo, hi] =
             output_argument_[static_cast<size_t>(from.index * kMaxComponents + from.component)];
         if (lo < 0 || hi < 0) return {-kInf, kInf};
-        const Range<float> range{floats_[static_cast<size_t>(lo)][static_cast<size_t>(i)],
-                                 floats_[static_cast<size_t>(hi)][static_cast<size_t>(i)]};
+        const Range<float> range{floats_[lo][i], floats_[hi][i]};
         return range.lo <= range.hi ? range : Range<float>{-kInf, kInf};
     }
     const auto& attributes = from.from == NearestComponent::From::kMesh
                                  ? base_.mesh().nearest_attributes
                                  : base_.mesh().inputs;
-    return attribute_range(attributes[static_cast<size_t>(from.index)], from.component, item);
+    return attribute_range(attributes[from.index], from.component, item);
 }
 
 Range<int32_t> BoundsBatch::int_range(size_t k, int32_t i) const {
@@ -398,16 +396,15 @@ Range<int32_t> BoundsBatch::int_range(size_t k, int32_t i) const {
         const auto [lo, hi] =
             output_argument_[static_cast<size_t>(from.index * kMaxComponents + from.component)];
         if (lo < 0 || hi < 0) return kAny;
-        const Range<int32_t> range{ints_[static_cast<size_t>(lo)][static_cast<size_t>(i)],
-                                   ints_[static_cast<size_t>(hi)][static_cast<size_t>(i)]};
+        const Range<int32_t> range{ints_[lo][i], ints_[hi][i]};
         return range.lo <= range.hi ? range : kAny;
     }
     const auto& attributes = from.from == NearestComponent::From::kMesh
                                  ? base_.mesh().nearest_attributes
                                  : base_.mesh().inputs;
-    const scene::PartAttribute& attribute = attributes[static_cast<size_t>(from.index)];
+    const part::PartAttribute& attribute = attributes[from.index];
     const int32_t value = std::bit_cast<int32_t>(attribute.face_values[static_cast<size_t>(
-        items_[static_cast<size_t>(i)].triangle * attribute.components + from.component)]);
+        items_[i].triangle * attribute.components + from.component)]);
     return {value, value};
 }
 

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Conservative bounds of patches: the input ranges of a tile, and the surface_bounds kernel run on
-// them. One per thread.
+// Conservative bounds of patches: computes the input ranges of tiles and runs the surface_bounds
+// kernel on them. One per thread.
 //
 // A range holds what any micro-vertex of the tile is evaluated with: linear interpolants at the
 // tile's corners (and at the edge points its corners snap to), widened by the rounding of the
@@ -35,28 +35,29 @@ struct Range {
     }
 };
 
+/// A batch of tiles and triangles to bound.
 class BoundsBatch {
   public:
-    BoundsBatch(const scene::Part& part, const BaseMesh& base, const StaticArgs& args,
+    BoundsBatch(const part::Part& part, const BaseMesh& base, const StaticArgs& args,
                 const NearestLayout& nearest, openfab_isa isa);
 
     void clear();
-    /// A tile of a displaced triangle; the mesh must be connected.
+    /// Adds a tile of a displaced triangle; the mesh must be connected.
     void add_tile(int32_t triangle, const Tile& tile);
-    /// The whole triangle, with its own gradients only: to decide whether it is an identity.
+    /// Adds a whole triangle with its own gradients only, to decide whether it is an identity.
     void add_triangle(int32_t triangle);
     abi::KernelStatus evaluate();
 
-    /// The interval of the displacement is exactly zero.
-    bool still(int32_t i) const;
-    /// False where the displacement has no finite bound.
-    bool bounded(int32_t i) const;
+    /// Returns whether the interval of the displacement is exactly zero.
+    bool is_zero(int32_t i) const;
+    /// Returns whether the displacement has a finite bound.
+    bool is_bounded(int32_t i) const;
     Box3f box(int32_t i) const;
     Range<float> float_range(size_t k, int32_t i) const;
     Range<int32_t> int_range(size_t k, int32_t i) const;
 
   private:
-    /// What spans a tile, and the triangles that evaluate its vertices.
+    /// A tile's span and the triangles that evaluate its vertices.
     struct Item {
         int32_t triangle = 0;
         TileSpan span;
@@ -73,10 +74,10 @@ class BoundsBatch {
     Range<float> position_range(const Item& item, int32_t axis) const;
     Range<float> float_argument(const Item& item, const openfab_arg& arg) const;
     Range<float> displacement(int32_t i, int32_t axis) const;
-    Range<float> attribute_range(const scene::PartAttribute& attribute, int32_t component,
+    Range<float> attribute_range(const part::PartAttribute& attribute, int32_t component,
                                  const Item& item) const;
 
-    const scene::Part& part_;
+    const part::Part& part_;
     const BaseMesh& base_;
     const NearestLayout& nearest_;
     const openfab_kernel& kernel_;
@@ -91,8 +92,8 @@ class BoundsBatch {
     std::vector<Item> items_;
 };
 
-/// Ranges of attributes over a whole base triangle that is not displaced.
-Range<float> corner_range(const scene::PartAttribute& attribute, int32_t triangle,
+/// Returns the range of an attribute over a whole base triangle that is not displaced.
+Range<float> corner_range(const part::PartAttribute& attribute, int32_t triangle,
                           int32_t component);
 
 }  // namespace openfab::surface

@@ -9,7 +9,7 @@
 
 namespace openfab::surface {
 
-Dicer::Dicer(const scene::Part& part, const BaseMesh& base, const PatchTable& table,
+Dicer::Dicer(const part::Part& part, const BaseMesh& base, const PatchTable& table,
              const StaticArgs& args, const NearestLayout& nearest, openfab_isa isa)
     : part_(part),
       base_(base),
@@ -25,7 +25,7 @@ abi::KernelStatus Dicer::dice(int32_t index, MicroMesh* out) {
     batch_.clear();
     batch_.not_finite = batch_.cut_to_bound = 0;
     OPENFAB_CHECK_LT(static_cast<size_t>(index), table_.patches.size());
-    const Patch& patch = table_.patches[static_cast<size_t>(index)];
+    const Patch& patch = table_.patches[index];
     const Seam* seam = nullptr;
     switch (patch.kind) {
         case PatchKind::kIdentity:
@@ -43,8 +43,7 @@ abi::KernelStatus Dicer::dice(int32_t index, MicroMesh* out) {
             if (seam->side >= 0) {
                 // The kernel wants displaced runs first; dice_strip finds the two by their order
                 // here.
-                const int32_t forward = seam->side,
-                              backward = base_.partner[static_cast<size_t>(forward)];
+                const int32_t forward = seam->side, backward = base_.partner[forward];
                 const bool swap =
                     base_.classes[static_cast<size_t>(forward / 3)] == TriangleClass::kIdentity;
                 batch_.add_side(swap ? backward : forward, seam->i0, seam->i1);
@@ -54,7 +53,7 @@ abi::KernelStatus Dicer::dice(int32_t index, MicroMesh* out) {
                 for (const TriangleClass c :
                      {TriangleClass::kDisplaced, TriangleClass::kIdentity}) {
                     for (int32_t i = base_.vertex_first[v]; i < base_.vertex_first[v + 1]; ++i) {
-                        const int32_t corner = base_.vertex_corners[static_cast<size_t>(i)];
+                        const int32_t corner = base_.vertex_corners[i];
                         if (base_.classes[static_cast<size_t>(corner / 3)] == c)
                             batch_.add_corner(corner);
                     }
@@ -74,18 +73,18 @@ abi::KernelStatus Dicer::dice(int32_t index, MicroMesh* out) {
 }
 
 void Dicer::dice_identity(int32_t triangle, MicroMesh* out) const {
-    const scene::PartMesh& mesh = base_.mesh();
-    const auto attribute = [&](const NearestComponent& from) -> const scene::PartAttribute& {
+    const part::PartMesh& mesh = base_.mesh();
+    const auto attribute = [&](const NearestComponent& from) -> const part::PartAttribute& {
         const auto& all =
             from.from == NearestComponent::From::kMesh ? mesh.nearest_attributes : mesh.inputs;
-        return all[static_cast<size_t>(from.index)];
+        return all[from.index];
     };
     std::array<Vec3f, 3> corners;
     const bool any = base_.rounded_corners(triangle, &corners);
     for (int32_t c = 0; c < 3; ++c) {
-        out->positions.push_back(corners[static_cast<size_t>(c)]);
+        out->positions.push_back(corners[c]);
         for (const NearestComponent& from : nearest_.floats) {
-            const scene::PartAttribute& a = attribute(from);
+            const part::PartAttribute& a = attribute(from);
             out->vertex_attributes.push_back(a.corner_values[static_cast<size_t>(
                 (3 * triangle + c) * a.components + from.component)]);
         }
@@ -93,7 +92,7 @@ void Dicer::dice_identity(int32_t triangle, MicroMesh* out) const {
     if (!any) return;
     out->triangles.push_back({0, 1, 2});
     for (const NearestComponent& from : nearest_.ints) {
-        const scene::PartAttribute& a = attribute(from);
+        const part::PartAttribute& a = attribute(from);
         out->triangle_attributes.push_back(
             a.face_values[static_cast<size_t>(triangle * a.components + from.component)]);
     }
@@ -120,7 +119,7 @@ void Dicer::dice_fan(const Patch& patch, MicroMesh* out) const {
     const int32_t begin = patch.lattice[0], end = patch.lattice[2];
     int32_t before = 0;  // pieces of earlier sides
     for (int32_t e = 0; e < 3; ++e) {
-        const int32_t side = 3 * t + e, pieces = shape.pieces[static_cast<size_t>(e)];
+        const int32_t side = 3 * t + e, pieces = shape.pieces[e];
         const int32_t from = std::max(begin - before, 0), to = std::min(end - before, pieces);
         before += pieces;
         if (from >= to) continue;
@@ -132,14 +131,13 @@ void Dicer::dice_fan(const Patch& patch, MicroMesh* out) const {
             if (j == from) continue;
             const int32_t last = static_cast<int32_t>(out->positions.size()) - 1;
             const auto& p = out->positions;
-            if (degenerate(p[0], p[static_cast<size_t>(last) - 1], p[static_cast<size_t>(last)]))
-                continue;
+            if (degenerate(p[0], p[static_cast<size_t>(last) - 1], p[last])) continue;
             out->triangles.push_back({0, last - 1, last});
         }
     }
 }
 
-void Dicer::take_vertices(int32_t first, int32_t count, MicroMesh* out) const {
+void Dicer::append_vertices(int32_t first, int32_t count, MicroMesh* out) const {
     const size_t floats = nearest_.floats.size(), at = out->positions.size();
     out->positions.resize(at + static_cast<size_t>(count));
     for (int32_t i = 0; i < count; ++i)
@@ -151,7 +149,7 @@ void Dicer::take_vertices(int32_t first, int32_t count, MicroMesh* out) const {
     }
 }
 
-void Dicer::take_ints(int32_t vertex, MicroMesh* out) const {
+void Dicer::append_ints(int32_t vertex, MicroMesh* out) const {
     for (size_t k = 0; k < nearest_.ints.size(); ++k) {
         out->triangle_attributes.push_back(batch_.int_attribute(k, vertex));
     }
@@ -161,22 +159,20 @@ void Dicer::take_ints(int32_t vertex, MicroMesh* out) const {
 void Dicer::add_triangle(int32_t a, int32_t b, int32_t c, int32_t int_vertex,
                          MicroMesh* out) const {
     const std::vector<Vec3f>& p = out->positions;
-    if (degenerate(p[static_cast<size_t>(a)], p[static_cast<size_t>(b)], p[static_cast<size_t>(c)]))
-        return;
+    if (degenerate(p[a], p[b], p[c])) return;
     out->triangles.push_back({a, b, c});
-    take_ints(int_vertex, out);
+    append_ints(int_vertex, out);
 }
 
 void Dicer::dice_tile(const Patch& patch, MicroMesh* out) {
     const auto [a0, b0, a1, b1] = patch.lattice;
     const int32_t n = base_.lattice_factor(patch.triangle);
-    take_vertices(0, batch_.size(), out);
+    append_vertices(0, batch_.size(), out);
     const size_t most = 2 * static_cast<size_t>(a1 - a0) * static_cast<size_t>(b1 - b0);
     out->triangles.reserve(most);
     const std::vector<Vec3f>& p = out->positions;
     const auto place = [&](int32_t a, int32_t b, int32_t c) {
-        if (!degenerate(p[static_cast<size_t>(a)], p[static_cast<size_t>(b)],
-                        p[static_cast<size_t>(c)])) {
+        if (!degenerate(p[a], p[b], p[c])) {
             out->triangles.push_back({a, b, c});
         }
     };
@@ -204,13 +200,13 @@ void Dicer::dice_tile(const Patch& patch, MicroMesh* out) {
 }
 
 void Dicer::dice_strip(const Seam& seam, MicroMesh* out) {
-    const int32_t forward = seam.side, backward = base_.partner[static_cast<size_t>(forward)];
+    const int32_t forward = seam.side, backward = base_.partner[forward];
     const int32_t points = seam.i1 - seam.i0 + 1;
     const bool swap = base_.classes[static_cast<size_t>(forward / 3)] == TriangleClass::kIdentity;
-    // In the mesh: the forward side's points, then the backward side's.
+    // Order in the mesh: the forward side's points, then the backward side's.
     const int32_t forward_at = swap ? points : 0, backward_at = swap ? 0 : points;
-    take_vertices(forward_at, points, out);
-    take_vertices(backward_at, points, out);
+    append_vertices(forward_at, points, out);
+    append_vertices(backward_at, points, out);
     const int32_t ints_at = forward / 3 < backward / 3 ? forward_at : backward_at;
     for (int32_t i = 0; i + 1 < points; ++i) {
         const int32_t t = i, u = points + i;
@@ -238,9 +234,9 @@ void Dicer::dice_vertex(const Seam& seam, MicroMesh* out) {
         }
     }
     for (const int32_t at : batch_at)
-        take_vertices(at, 1, out);
+        append_vertices(at, 1, out);
     for (auto it = begin; it != end; ++it) {
-        const int32_t side = *it, other = base_.partner[static_cast<size_t>(side)];
+        const int32_t side = *it, other = base_.partner[side];
         if (other < 0) continue;
         const int32_t corner = BaseMesh::next_corner(other);
         const auto found = std::lower_bound(begin, end, corner);

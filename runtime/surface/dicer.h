@@ -13,15 +13,16 @@
 
 namespace openfab::surface {
 
+/// Dices patches.
 class Dicer {
   public:
-    Dicer(const scene::Part& part, const BaseMesh& base, const PatchTable& table,
+    Dicer(const part::Part& part, const BaseMesh& base, const PatchTable& table,
           const StaticArgs& args, const NearestLayout& nearest, openfab_isa isa);
 
     /// Replaces `out`; it is empty where the surface kernel failed.
     abi::KernelStatus dice(int32_t patch, MicroMesh* out);
 
-    /// Displacements of the last patch that were not finite or were cut to the user's bound.
+    /// Numbers of displacements of the last patch that were not finite, or cut to the user's bound.
     int64_t not_finite() const { return batch_.not_finite; }
     int64_t cut_to_bound() const { return batch_.cut_to_bound; }
 
@@ -31,11 +32,11 @@ class Dicer {
     void dice_tile(const Patch& patch, MicroMesh* out);
     void dice_strip(const Seam& seam, MicroMesh* out);
     void dice_vertex(const Seam& seam, MicroMesh* out);
-    void take_vertices(int32_t first, int32_t count, MicroMesh* out) const;
-    void take_ints(int32_t vertex, MicroMesh* out) const;
+    void append_vertices(int32_t first, int32_t count, MicroMesh* out) const;
+    void append_ints(int32_t vertex, MicroMesh* out) const;
     void add_triangle(int32_t a, int32_t b, int32_t c, int32_t int_vertex, MicroMesh* out) const;
 
-    const scene::Part& part_;
+    const part::Part& part_;
     const BaseMesh& base_;
     const PatchTable& table_;
     const NearestLayout& nearest_;

@@ -6,7 +6,7 @@
 
 namespace openfab::surface {
 
-StaticArgs::StaticArgs(const scene::Part& part)
+StaticArgs::StaticArgs(const part::Part& part)
     : part_(part), textures_(std::make_unique<abi::KernelBuffer[]>(3 * part.textures.size())) {
     for (int axis = 0; axis < 3; ++axis) {
         frame_[static_cast<size_t>(OPENFAB_FRAME_CENTER + axis)] =
@@ -28,9 +28,9 @@ StaticArgs::StaticArgs(const scene::Part& part)
 const void* StaticArgs::find(const openfab_arg& arg) const {
     switch (arg.kind) {
         case OPENFAB_ARG_UNIFORM:
-            return &part_.uniform_values[static_cast<size_t>(arg.a)];
+            return &part_.uniform_values[arg.a];
         case OPENFAB_ARG_FRAME:
-            return &frame_[static_cast<size_t>(arg.a)];
+            return &frame_[arg.a];
         case OPENFAB_ARG_INSTANCE:
             return &part_.instance;
         case OPENFAB_ARG_TEXTURE:
@@ -58,12 +58,11 @@ NearestLayout::NearestLayout(const openfab_fablet& fablet) {
 
 namespace {
 
-/// What the scene promises of a part's arrays; a mismatch is a bug of ours and would read out of
-/// range.
-Result<void> check_arrays(const scene::Part& part) {
-    const scene::PartMesh& mesh = *part.mesh;
+/// Checks the sizes of a part's arrays; a mismatch is a bug of ours and would read out of range.
+Result<void> check_arrays(const part::Part& part) {
+    const part::PartMesh& mesh = *part.mesh;
     const size_t triangles = mesh.triangles.size();
-    const auto fits = [&](const scene::PartAttribute& a) {
+    const auto fits = [&](const part::PartAttribute& a) {
         const size_t n = static_cast<size_t>(a.components);
         return a.scalar == OPENFAB_FLOAT ? a.corner_values.size() == 3 * triangles * n
                                          : a.face_values.size() == triangles * n;
@@ -75,23 +74,22 @@ Result<void> check_arrays(const scene::Part& part) {
                 mesh.nearest_attributes.size() == static_cast<size_t>(fablet.nearest_count) &&
                 (mesh.corner_normals.empty() || mesh.corner_normals.size() == 3 * triangles) &&
                 (mesh.corner_uv.empty() || mesh.corner_uv.size() == 6 * triangles);
-    for (const scene::PartAttribute& a : mesh.inputs)
+    for (const part::PartAttribute& a : mesh.inputs)
         good = good && fits(a);
     for (int32_t i = 0; good && i < fablet.nearest_count; ++i) {
-        good =
-            fablet.nearest[i].source >= 0 || fits(mesh.nearest_attributes[static_cast<size_t>(i)]);
+        good = fablet.nearest[i].source >= 0 || fits(mesh.nearest_attributes[i]);
     }
     if (good) return {};
     return internal_error(
         fmt::format("part `{}`: the mesh's arrays do not fit fablet `{}`", part.name, fablet.name));
 }
 
-Result<void> check_surface_kernels(const scene::Part& part) {
+Result<void> check_surface_kernels(const part::Part& part) {
     const openfab_fablet& fablet = *part.fablet;
     if (fablet.has_surface == 0) return {};
     for (const openfab_kernel* kernel : {&fablet.surface, &fablet.surface_bounds}) {
-        const bool phased = kernel == &fablet.surface && fablet.surface_phases.step_count > 0;
-        if (!phased && kernel->fn[OPENFAB_ISA_SSE41] == nullptr &&
+        const bool segmented = kernel == &fablet.surface && fablet.surface_segments.step_count > 0;
+        if (!segmented && kernel->fn[OPENFAB_ISA_SSE41] == nullptr &&
             kernel->fn[OPENFAB_ISA_AVX2] == nullptr) {
             return internal_error(fmt::format(
                 "fablet `{}` has a surface stage but lacks a kernel of it", fablet.name));
@@ -112,7 +110,7 @@ Result<void> check_surface_kernels(const scene::Part& part) {
             if (frame && arg.a != OPENFAB_FRAME_MAX_DISPLACEMENT &&
                 (arg.a < OPENFAB_FRAME_CENTER || arg.a >= OPENFAB_FRAME_CENTER + 3)) {
                 return internal_error(
-                    fmt::format("the surface stage of fablet `{}` asks for frame value {}, which "
+                    fmt::format("the surface stage of fablet `{}` reads frame value {}, which "
                                 "depends on the grid",
                                 fablet.name, arg.a));
             }
@@ -121,7 +119,7 @@ Result<void> check_surface_kernels(const scene::Part& part) {
                 arg.kind >= OPENFAB_ARG_SURFACE_IN && arg.kind <= OPENFAB_ARG_SURFACE_OUT_HI;
             if (!scalar && !batch) {
                 return internal_error(
-                    fmt::format("the surface stage of fablet `{}` asks for argument kind {}, which "
+                    fmt::format("the surface stage of fablet `{}` reads argument kind {}, which "
                                 "belongs to another stage",
                                 fablet.name, static_cast<int>(arg.kind)));
             }
@@ -132,7 +130,7 @@ Result<void> check_surface_kernels(const scene::Part& part) {
 
 }  // namespace
 
-Result<void> check_surface_input(const scene::Part& part) {
+Result<void> check_surface_input(const part::Part& part) {
     if (Result<void> good = check_arrays(part); !good) return good;
     return check_surface_kernels(part);
 }

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// What the surface and surface_bounds kernels are passed that does not change from call to call,
-// and where the @nearest inputs of the volume stage come from.
+// Arguments of the surface and surface_bounds kernels that stay the same from call to call, and the
+// sources of the volume stage's @nearest inputs.
 
 #include <array>
 #include <memory>
@@ -19,17 +19,17 @@ namespace openfab::surface {
 /// Scalars and textures of one part, at fixed addresses.
 class StaticArgs {
   public:
-    explicit StaticArgs(const scene::Part& part);
+    explicit StaticArgs(const part::Part& part);
     StaticArgs(const StaticArgs&) = delete;
     StaticArgs& operator=(const StaticArgs&) = delete;
 
-    /// The argument to pass, or null where `arg` is a buffer of the batch.
+    /// Returns the argument to pass, or null if `arg` is a buffer of the batch.
     const void* find(const openfab_arg& arg) const;
 
   private:
-    const scene::Part& part_;
+    const part::Part& part_;
     std::array<float, OPENFAB_FRAME_COUNT> frame_{};
-    std::unique_ptr<abi::KernelBuffer[]> textures_;  ///< 3 for each texture
+    std::unique_ptr<abi::KernelBuffer[]> textures_;  ///< 3 per texture
 };
 
 /// One component of a @nearest input.
@@ -39,14 +39,14 @@ struct NearestComponent {
     int32_t component = 0;
 };
 
-/// The @nearest inputs, flattened: floats, then everything else.
+/// The @nearest inputs, flattened: floats, then all others.
 struct NearestLayout {
     explicit NearestLayout(const openfab_fablet& fablet);
     std::vector<NearestComponent> floats, ints;
 };
 
-/// Refuses a kernel that asks for what a surface stage cannot have, or for `uv` on a mesh without
-/// it; and arrays of the mesh that do not fit the fablet.
-Result<void> check_surface_input(const scene::Part& part);
+/// Checks that the kernel reads only what a surface stage has, and `uv` only if the mesh has it,
+/// and that the mesh's arrays fit the fablet.
+Result<void> check_surface_input(const part::Part& part);
 
 }  // namespace openfab::surface

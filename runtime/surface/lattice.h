@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The arithmetic of dicing: edge factors, the barycentric lattice, its tiles, and interpolation on
-// it. What is here decides bits, so every formula stands in one place.
+// Arithmetic of dicing: edge factors, the barycentric lattice, its tiles, and interpolation on it.
+// These formulas decide bits, so each is defined only here.
 //
 //   corners   0 is lattice point (0, 0), 1 is (N, 0), 2 is (0, N)
 //   points    (a, b) with a, b >= 0 and a + b <= N
@@ -25,6 +25,7 @@ constexpr int32_t kMaxEdgeFactor = 65535;  ///< finer dicing of one base edge is
 constexpr int32_t kFanTriangles = 2048;    ///< largest fan patch
 constexpr int32_t kSeamQuads = 1024;       ///< largest strip patch
 
+/// Compares positions in (x, y, z) order.
 inline bool position_less(const Vec3d& a, const Vec3d& b) {
     if (a.x != b.x) return a.x < b.x;
     if (a.y != b.y) return a.y < b.y;
@@ -40,8 +41,8 @@ inline int32_t edge_factor(const Vec3d& a, const Vec3d& b, double micro_edge_mm)
     return n < 1 ? 1 : static_cast<int32_t>(n);
 }
 
-/// The edge point (of `factor`) on which place l (of `n` lattice steps, both from the lower end) is
-/// snapped: rounded to the nearest. With factor <= n the map is monotone and reaches every edge
+/// Returns the edge point (of `factor`) to which lattice point l (of `n`) snaps, both counted from
+/// the lower end: the nearest. With factor <= n the map is monotone and reaches every edge
 /// point.
 inline int32_t snap_to_edge(int32_t l, int32_t factor, int32_t n) {
     return static_cast<int32_t>((2 * static_cast<int64_t>(l) * factor + n) /
@@ -68,7 +69,7 @@ inline Tile tile_at(int32_t n, int32_t column, int32_t row) {
     const int32_t a0 = column * kTileEdges, b0 = row * kTileEdges;
     return {a0, b0, std::min(a0 + kTileEdges, n - b0), std::min(b0 + kTileEdges, n - a0)};
 }
-/// A tile that has lattice point (a, b) among its vertices.
+/// Returns the number of a tile that has lattice point (a, b) among its vertices.
 inline int32_t tile_of_point(int32_t n, int32_t a, int32_t b) {
     int32_t column = a / kTileEdges, row = b / kTileEdges;
     // On the far side a point may be the lowest corner of a tile that would hold no cell.
@@ -82,7 +83,7 @@ inline int32_t tile_of_point(int32_t n, int32_t a, int32_t b) {
     return tile_number(n, column, row);
 }
 
-/// Lattice point of place l on side e.
+/// Returns lattice point l of a side.
 inline std::array<int32_t, 2> side_point(int32_t n, int32_t side, int32_t l) {
     if (side == 0) return {l, 0};
     if (side == 1) return {n - l, l};
@@ -98,7 +99,7 @@ inline Vec3f round_position(const Vec3d& p) {
     return {round_position(p.x), round_position(p.y), round_position(p.z)};
 }
 
-/// Whether two corners of a triangle are in one place: then there is no triangle.
+/// Returns whether two corners of a triangle are equal: such a triangle is left out.
 inline bool degenerate(const Vec3f& a, const Vec3f& b, const Vec3f& c) {
     return a == b || b == c || c == a;
 }
@@ -108,7 +109,7 @@ inline double clamp_to(double x, double a, double b) {
     return x < lo ? lo : x > hi ? hi : x;
 }
 
-/// Point i of n on the edge from its lower end `lo` to `hi`; never outside their box.
+/// Returns point i of n on the edge from its lower end `lo` to `hi`; never outside their box.
 inline Vec3d edge_position(const Vec3d& lo, const Vec3d& hi, int32_t i, int32_t n) {
     if (i == 0) return lo;
     if (i == n) return hi;
@@ -124,7 +125,8 @@ inline float edge_value(float lo, float hi, int32_t i, int32_t n) {
     return t * (hi - lo) + lo;
 }
 
-/// Inside the lattice. Weights are a / N and b / N; the position is held in the triangle's box.
+/// Interpolates inside the lattice. Weights are a / N and b / N; the caller clamps positions to the
+/// triangle's box.
 inline double lattice_coordinate(double v0, double v1, double v2, double wa, double wb) {
     return (wa * (v1 - v0) + wb * (v2 - v0)) + v0;
 }
@@ -132,12 +134,12 @@ inline float lattice_value(float v0, float v1, float v2, float wa, float wb) {
     return (wa * (v1 - v0) + wb * (v2 - v0)) + v0;
 }
 
-/// Change of a linear interpolant per lattice step.
+/// Returns the change of a linear interpolant per lattice step.
 inline float lattice_gradient(float from, float to, int32_t n) {
     return (to - from) / static_cast<float>(n);
 }
 
-/// Interpolated normals are made unit; where they cancel, the geometric normal stands in.
+/// Normalises an interpolated normal; returns the geometric normal if it cancels out.
 inline Vec3f unit_normal(const Vec3f& n, const Vec3f& ng) {
     const float length2 = (n.x * n.x + n.y * n.y) + n.z * n.z;
     if (!(length2 > 0) || !(length2 <= std::numeric_limits<float>::max())) return ng;

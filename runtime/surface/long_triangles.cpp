@@ -25,17 +25,17 @@ double edge_length2(const Vec3d& a, const Vec3d& b) {
     return (d.x * d.x + d.y * d.y) + d.z * d.z;
 }
 
-/// Of a triangle that is too long, how long the pieces of its long edges may be: as long as it is
-/// high, but no shorter than a patch. 0 for all others.
+/// Returns the maximum length of pieces of a long triangle's edges: its height, but no less than a
+/// patch. 0 if the triangle is not long.
 double piece_length(const Vec3d& a, const Vec3d& b, const Vec3d& c, double micro_edge_mm) {
     const double longest2 = std::max({edge_length2(a, b), edge_length2(b, c), edge_length2(c, a)});
-    const double least = kLeastLongFactor * micro_edge_mm;
+    const double least = kMinLongFactor * micro_edge_mm;
     if (!(longest2 > least * least)) return 0;
     const double longest = std::sqrt(longest2);
     // Finer than can be diced, which is refused.
     if (!(longest / micro_edge_mm <= kMaxEdgeFactor)) return 0;
     const double height = length(cross(b - a, c - a)) / longest;
-    if (!(longest > kMostSlender * height)) return 0;
+    if (!(longest > kMaxSlenderness * height)) return 0;
     return std::max(height, kTileEdges * micro_edge_mm);
 }
 
@@ -45,10 +45,10 @@ struct PositionLess {
 
 class Splitter {
   public:
-    Splitter(const scene::PartMesh& mesh, double micro_edge_mm, std::vector<uint8_t> displaced)
+    Splitter(const part::PartMesh& mesh, double micro_edge_mm, std::vector<uint8_t> displaced)
         : mesh_(mesh), micro_edge_mm_(micro_edge_mm), displaced_(std::move(displaced)) {}
 
-    std::shared_ptr<const scene::PartMesh> run();
+    std::shared_ptr<const part::PartMesh> run();
 
   private:
     /// A triangle on its way: welded vertices, the triangle of the mesh that it came from, and
@@ -75,7 +75,7 @@ class Splitter {
 
     void weld();
     void lay_out_values();
-    const Vec3d& at(int32_t vertex) const { return positions_[static_cast<size_t>(vertex)]; }
+    const Vec3d& at(int32_t vertex) const { return positions_[vertex]; }
     int longest(const Triangle& t) const;
     double side_length2(const Triangle& t, int side) const {
         const Edge e = edge(t, side);
@@ -83,13 +83,11 @@ class Splitter {
     }
     static Edge edge(int32_t a, int32_t b) { return a < b ? Edge{a, b} : Edge{b, a}; }
     static Edge edge(const Triangle& t, int side) {
-        return edge(t.vertex[static_cast<size_t>(side)],
-                    t.vertex[static_cast<size_t>((side + 1) % 3)]);
+        return edge(t.vertex[side], t.vertex[static_cast<size_t>((side + 1) % 3)]);
     }
     /// The vertex in the middle of an edge, -1 where it is whole.
     int32_t middle_if(const Edge& e) const {
-        if (ends_[static_cast<size_t>(e[0])] == 0 || ends_[static_cast<size_t>(e[1])] == 0)
-            return -1;
+        if (ends_[e[0]] == 0 || ends_[e[1]] == 0) return -1;
         const auto found = middles_.find(e);
         return found == middles_.end() ? -1 : found->second;
     }
@@ -101,9 +99,9 @@ class Splitter {
     bool halve_cut();
     void add_points(int32_t b, int32_t values_b, Chain* chain);
     void add_needle(const Triangle& t, std::vector<Triangle>* out);
-    std::shared_ptr<const scene::PartMesh> result() const;
+    std::shared_ptr<const part::PartMesh> result() const;
 
-    const scene::PartMesh& mesh_;
+    const part::PartMesh& mesh_;
     const double micro_edge_mm_;
     const std::vector<uint8_t> displaced_;  ///< [triangle of the mesh]
     std::vector<Vec3d> positions_;          ///< welded, then middles
@@ -119,16 +117,14 @@ class Splitter {
 void Splitter::weld() {
     std::vector<int32_t> order(mesh_.positions.size());
     std::iota(order.begin(), order.end(), 0);
-    const auto place = [&](int32_t i) -> const Vec3d& {
-        return mesh_.positions[static_cast<size_t>(i)];
-    };
+    const auto place = [&](int32_t i) -> const Vec3d& { return mesh_.positions[i]; };
     std::sort(order.begin(), order.end(),
               [&](int32_t a, int32_t b) { return position_less(place(a), place(b)); });
     std::vector<int32_t> rank(order.size());
     for (const int32_t i : order) {
         if (positions_.empty() || position_less(positions_.back(), place(i)))
             positions_.push_back(place(i));
-        rank[static_cast<size_t>(i)] = static_cast<int32_t>(positions_.size()) - 1;
+        rank[i] = static_cast<int32_t>(positions_.size()) - 1;
     }
     welded_ = positions_.size();
     triangles_.reserve(mesh_.triangles.size());
@@ -214,7 +210,7 @@ int32_t Splitter::middle_of(const Edge& e) {
         }
         middle = known->second;
     }
-    ends_[static_cast<size_t>(e[0])] = ends_[static_cast<size_t>(e[1])] = 1;
+    ends_[e[0]] = ends_[e[1]] = 1;
     middles_.emplace(e, middle);
     return middle;
 }
@@ -227,7 +223,7 @@ void Splitter::cut(const Edge& e, double most2) {
     cut(edge(middle, e[1]), most2);
 }
 
-/// Where the values in the middle between two corners are, which are made.
+/// Makes the values midway between two corners; returns their index.
 int32_t Splitter::middle_values(int32_t a, int32_t b, int32_t values_a, int32_t values_b) {
     if (stride_ == 0) return 0;
     const bool forward = position_less(at(a), at(b));
@@ -260,7 +256,7 @@ void Splitter::find_needles() {
         while (!waiting.empty()) {
             Triangle one = waiting.back();
             waiting.pop_back();
-            const double piece = displaced_[static_cast<size_t>(one.from)] == 0
+            const double piece = displaced_[one.from] == 0
                                      ? 0
                                      : piece_length(at(one.vertex[0]), at(one.vertex[1]),
                                                     at(one.vertex[2]), micro_edge_mm_);
@@ -373,11 +369,11 @@ void Splitter::add_needle(const Triangle& t, std::vector<Triangle>* out) {
     }
 }
 
-std::shared_ptr<const scene::PartMesh> Splitter::result() const {
-    auto out = std::make_shared<scene::PartMesh>();
+std::shared_ptr<const part::PartMesh> Splitter::result() const {
+    auto out = std::make_shared<part::PartMesh>();
     out->positions = positions_;
     out->center_part_mm = mesh_.center_part_mm;
-    // What has values at corners is filled below.
+    // Values at corners are filled below.
     out->inputs = mesh_.inputs;
     out->nearest_attributes = mesh_.nearest_attributes;
     const size_t corners = 3 * triangles_.size();
@@ -399,8 +395,8 @@ std::shared_ptr<const scene::PartMesh> Splitter::result() const {
             });
         }
     }
-    const auto copy_faces = [&](const std::vector<scene::PartAttribute>& from,
-                                std::vector<scene::PartAttribute>* to) {
+    const auto copy_faces = [&](const std::vector<part::PartAttribute>& from,
+                                std::vector<part::PartAttribute>* to) {
         for (size_t i = 0; i < from.size(); ++i) {
             const std::vector<uint32_t>& old = from[i].face_values;
             if (old.empty()) continue;
@@ -419,7 +415,7 @@ std::shared_ptr<const scene::PartMesh> Splitter::result() const {
     return out;
 }
 
-std::shared_ptr<const scene::PartMesh> Splitter::run() {
+std::shared_ptr<const part::PartMesh> Splitter::run() {
     weld();
     lay_out_values();
     ends_.assign(positions_.size(), 0);
@@ -442,18 +438,18 @@ std::shared_ptr<const scene::PartMesh> Splitter::run() {
 
 }  // namespace
 
-std::shared_ptr<const scene::PartMesh> split_long_triangles(const scene::PartMesh& mesh,
-                                                            double micro_edge_mm,
-                                                            std::vector<uint8_t> displaced) {
+std::shared_ptr<const part::PartMesh> split_long_triangles(const part::PartMesh& mesh,
+                                                           double micro_edge_mm,
+                                                           std::vector<uint8_t> displaced) {
     return Splitter(mesh, micro_edge_mm, std::move(displaced)).run();
 }
 
-Result<std::shared_ptr<const scene::PartMesh>> mesh_to_dice(const scene::Part& part,
-                                                            const SurfaceOptions& options) {
-    const scene::PartMesh& mesh = *part.mesh;
+Result<std::shared_ptr<const part::PartMesh>> mesh_to_dice(const part::Part& part,
+                                                           const SurfaceOptions& options) {
+    const part::PartMesh& mesh = *part.mesh;
     if (part.fablet->has_surface == 0) return part.mesh;
     const auto long_one = [&](const std::array<int32_t, 3>& t) {
-        const auto at = [&](size_t c) { return mesh.positions[static_cast<size_t>(t[c])]; };
+        const auto at = [&](size_t c) { return mesh.positions[t[c]]; };
         return piece_length(at(0), at(1), at(2), options.micro_edge_mm) > 0;
     };
     if (std::none_of(mesh.triangles.begin(), mesh.triangles.end(), long_one)) return part.mesh;
@@ -466,7 +462,7 @@ Result<std::shared_ptr<const scene::PartMesh>> mesh_to_dice(const scene::Part& p
     std::vector<uint8_t> displaced(base.classes.size());
     std::transform(base.classes.begin(), base.classes.end(), displaced.begin(),
                    [](TriangleClass c) { return c == TriangleClass::kDisplaced ? 1 : 0; });
-    std::shared_ptr<const scene::PartMesh> split =
+    std::shared_ptr<const part::PartMesh> split =
         split_long_triangles(mesh, options.micro_edge_mm, std::move(displaced));
     return split != nullptr ? split : part.mesh;
 }

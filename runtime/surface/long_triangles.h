@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Long, thin triangles split before they are diced.
+// Splits long, thin triangles before they are diced.
 //
 // A lattice has the factor of a triangle's longest edge along both of its axes. One of 300 x 3 mm
 // would be diced a hundred times finer across than along, and its patches would be long, too: a
@@ -22,19 +22,20 @@
 
 namespace openfab::surface {
 
-/// The triangle is longer than kMostSlender times its height, and is diced finer than this.
-constexpr double kMostSlender = 4;
-constexpr int32_t kLeastLongFactor = 64;
+/// A triangle is long if it is longer than kMaxSlenderness times its height and its factor is above
+/// kMinLongFactor.
+constexpr double kMaxSlenderness = 4;
+constexpr int32_t kMinLongFactor = 64;
 
-/// A copy of the mesh in which those triangles that are long, and that `displaced` names, are cut.
-/// Values between corners are interpolated as dicing does. Null where nothing is to be done.
-std::shared_ptr<const scene::PartMesh> split_long_triangles(const scene::PartMesh& mesh,
-                                                            double micro_edge_mm,
-                                                            std::vector<uint8_t> displaced);
+/// Copies the mesh with its long triangles split, of those that `displaced` marks. Values between
+/// corners are interpolated as in dicing. Returns null if there is nothing to split.
+std::shared_ptr<const part::PartMesh> split_long_triangles(const part::PartMesh& mesh,
+                                                           double micro_edge_mm,
+                                                           std::vector<uint8_t> displaced);
 
-/// The same of the triangles that the part's surface stage displaces: what its surface is to be
-/// created with. The part's own mesh where nothing is to be done.
-Result<std::shared_ptr<const scene::PartMesh>> mesh_to_dice(const scene::Part& part,
-                                                            const SurfaceOptions& options);
+/// Splits the long triangles that the part's surface stage displaces; the part's surface is created
+/// from the result. Returns the part's own mesh if there is nothing to split.
+Result<std::shared_ptr<const part::PartMesh>> mesh_to_dice(const part::Part& part,
+                                                           const SurfaceOptions& options);
 
 }  // namespace openfab::surface

@@ -20,7 +20,7 @@ bool is_gradient(openfab_arg_kind kind) {
 
 }  // namespace
 
-MicroBatch::MicroBatch(const scene::Part& part, const BaseMesh& base, const StaticArgs& args,
+MicroBatch::MicroBatch(const part::Part& part, const BaseMesh& base, const StaticArgs& args,
                        const NearestLayout& nearest, openfab_isa isa)
     : part_(part),
       base_(base),
@@ -45,8 +45,7 @@ MicroBatch::MicroBatch(const scene::Part& part, const BaseMesh& base, const Stat
         batched_[i] = 1;
         call_.set(static_cast<int32_t>(i), buffers_[i].raw());
         const int32_t index = static_cast<int32_t>(i);
-        if (arg.kind == OPENFAB_ARG_POSITION)
-            position_argument_[static_cast<size_t>(arg.b)] = index;
+        if (arg.kind == OPENFAB_ARG_POSITION) position_argument_[arg.b] = index;
         if (arg.kind == OPENFAB_ARG_SURFACE_STATUS) status_argument_ = index;
         if (arg.kind == OPENFAB_ARG_SURFACE_OUT) {
             output_argument_[static_cast<size_t>(arg.a * kMaxComponents + arg.b)] = index;
@@ -85,7 +84,7 @@ void MicroBatch::grow(int32_t count) {
 }
 
 void MicroBatch::push_edge_point(const Run& run, int32_t index, int32_t side, int32_t i) {
-    const int32_t n = base_.factor[static_cast<size_t>(side)];
+    const int32_t n = base_.factor[side];
     const int32_t lo = base_.lower_corner(side), hi = base_.upper_corner(side);
     EdgePoint point{index, lo % 3, hi % 3, i, n, run.triangle};
     if (i == 0 || i == n) {
@@ -93,9 +92,9 @@ void MicroBatch::push_edge_point(const Run& run, int32_t index, int32_t side, in
         const int32_t corner = i == 0 ? lo : hi;
         point.lo = point.hi = corner % 3;
         point.i = 0, point.n = 1;
-        if (run.displaced) point.evaluator = base_.corner_class[static_cast<size_t>(corner)] / 3;
+        if (run.displaced) point.evaluator = base_.corner_class[corner] / 3;
     } else if (run.displaced) {
-        point.evaluator = base_.side_evaluator[static_cast<size_t>(side)];
+        point.evaluator = base_.side_evaluator[side];
     }
     edge_points_.push_back(point);
 }
@@ -130,8 +129,7 @@ int32_t MicroBatch::add_tile(int32_t triangle, const Tile& tile) {
         const auto on_side = [&](int32_t side, int32_t at, int32_t l) {
             const int32_t s = 3 * triangle + side;
             const int32_t from_lower = base_.forward(s) ? l : n - l;
-            push_edge_point(run, at, s,
-                            snap_to_edge(from_lower, base_.factor[static_cast<size_t>(s)], n));
+            push_edge_point(run, at, s, snap_to_edge(from_lower, base_.factor[s], n));
         };
         if (b == 0) {
             for (int32_t a = tile.a0; a <= end; ++a)
@@ -154,7 +152,7 @@ int32_t MicroBatch::add_side(int32_t side, int32_t i0, int32_t i1) {
             static_cast<int32_t>(edge_points_.size()),
             0,
             false,
-            base_.classes[static_cast<size_t>(triangle)] == TriangleClass::kDisplaced};
+            base_.classes[triangle] == TriangleClass::kDisplaced};
     for (int32_t i = i0; i <= i1; ++i)
         push_edge_point(run, first + i - i0, side, i);
     finish_run(run);
@@ -170,9 +168,8 @@ int32_t MicroBatch::add_corner(int32_t corner) {
             static_cast<int32_t>(edge_points_.size()),
             0,
             false,
-            base_.classes[static_cast<size_t>(triangle)] == TriangleClass::kDisplaced};
-    push_edge_point(run, first, corner,
-                    base_.forward(corner) ? 0 : base_.factor[static_cast<size_t>(corner)]);
+            base_.classes[triangle] == TriangleClass::kDisplaced};
+    push_edge_point(run, first, corner, base_.forward(corner) ? 0 : base_.factor[corner]);
     finish_run(run);
     return first;
 }
@@ -184,7 +181,7 @@ const MicroBatch::Run& MicroBatch::run_of(int32_t i) const {
     return *(after - 1);
 }
 
-MicroBatch::Corners MicroBatch::input_corners(int32_t triangle, const scene::PartAttribute& input,
+MicroBatch::Corners MicroBatch::input_corners(int32_t triangle, const part::PartAttribute& input,
                                               int32_t component) const {
     const size_t stride = static_cast<size_t>(input.components);
     const float* v =
@@ -224,7 +221,7 @@ void MicroBatch::interpolate(const Run& run, const Corners& corners, int32_t fro
         }
     }
     for (int32_t e = run.edge_first; e < run.edge_end; ++e) {
-        const EdgePoint& point = edge_points_[static_cast<size_t>(e)];
+        const EdgePoint& point = edge_points_[e];
         const int32_t i = point.index - run.first - from;
         if (i < 0 || i >= count) continue;
         out[static_cast<size_t>(i) * stride] =
@@ -236,7 +233,7 @@ void MicroBatch::fill_positions(const Run& run) {
     const Vec3d* p[3] = {&base_.position(3 * run.triangle), &base_.position(3 * run.triangle + 1),
                          &base_.position(3 * run.triangle + 2)};
     for (int axis = 0; axis < 3; ++axis) {
-        float* out = place_[static_cast<size_t>(axis)].data();
+        float* out = place_[axis].data();
         const double v0 = (*p[0])[axis], v1 = (*p[1])[axis], v2 = (*p[2])[axis];
         if (run.lattice) {
             const double lo = std::min({v0, v1, v2}), hi = std::max({v0, v1, v2});
@@ -248,11 +245,11 @@ void MicroBatch::fill_positions(const Run& run) {
         }
     }
     for (int32_t e = run.edge_first; e < run.edge_end; ++e) {
-        const EdgePoint& point = edge_points_[static_cast<size_t>(e)];
+        const EdgePoint& point = edge_points_[e];
         const Vec3f place =
             round_position(edge_position(*p[point.lo], *p[point.hi], point.i, point.n));
         for (int axis = 0; axis < 3; ++axis) {
-            place_[static_cast<size_t>(axis)][static_cast<size_t>(point.index)] = place[axis];
+            place_[axis][point.index] = place[axis];
         }
     }
 }
@@ -260,7 +257,7 @@ void MicroBatch::fill_positions(const Run& run) {
 void MicroBatch::fill_normals(const Run& run) {
     for (int axis = 0; axis < 3; ++axis) {
         interpolate(run, normal_corners(run.triangle, axis), 0, run.count,
-                    normal_[static_cast<size_t>(axis)].data() + run.first, 1);
+                    normal_[axis].data() + run.first, 1);
     }
     const Vec3f ng = base_.frame(run.triangle).ng;
     float *x = normal_[0].data() + run.first, *y = normal_[1].data() + run.first,
@@ -273,7 +270,7 @@ void MicroBatch::fill_normals(const Run& run) {
 
 /// ng, dpdu, dpdv.
 float MicroBatch::frame_value(const openfab_arg& arg, int32_t triangle) const {
-    const TriangleFrame frame = base_.frame(triangle);
+    const TangentFrame frame = base_.frame(triangle);
     const Vec3f& v = arg.a == OPENFAB_SURFACE_NG     ? frame.ng
                      : arg.a == OPENFAB_SURFACE_DPDU ? frame.dpdu
                                                      : frame.dpdv;
@@ -284,7 +281,7 @@ float MicroBatch::gradient(const openfab_arg& arg, int32_t triangle) const {
     const int32_t n = base_.lattice_factor(triangle);
     const int32_t component = arg.b / 2, to = arg.b % 2 + 1;
     if (arg.kind == OPENFAB_ARG_SURFACE_IN_GRAD) {
-        const scene::PartAttribute& input = base_.mesh().inputs[static_cast<size_t>(arg.a)];
+        const part::PartAttribute& input = base_.mesh().inputs[arg.a];
         if (input.scalar != OPENFAB_FLOAT) return 0;
         const Corners v = input_corners(triangle, input, component);
         return lattice_gradient(v[0], v[to], n);
@@ -312,7 +309,7 @@ void MicroBatch::fill_argument(const Run& run, size_t index) {
     const openfab_arg& arg = kernel_.args[index];
     float* out = floats_[index].empty() ? nullptr : floats_[index].data() + run.first;
     if (arg.kind == OPENFAB_ARG_SURFACE_IN) {
-        const scene::PartAttribute& input = base_.mesh().inputs[static_cast<size_t>(arg.a)];
+        const part::PartAttribute& input = base_.mesh().inputs[arg.a];
         if (input.scalar == OPENFAB_FLOAT) {
             interpolate(run, input_corners(run.triangle, input, arg.b), 0, run.count, out, 1);
         } else {
@@ -324,14 +321,14 @@ void MicroBatch::fill_argument(const Run& run, size_t index) {
     }
     if (arg.kind == OPENFAB_ARG_SURFACE_ATTR && arg.a <= OPENFAB_SURFACE_N) {
         const auto& from = arg.a == OPENFAB_SURFACE_P ? place_ : normal_;
-        std::copy_n(from[static_cast<size_t>(arg.b)].begin() + run.first, run.count, out);
+        std::copy_n(from[arg.b].begin() + run.first, run.count, out);
         return;
     }
     if (arg.kind == OPENFAB_ARG_SURFACE_ATTR && arg.a == OPENFAB_SURFACE_UV) {
         interpolate(run, uv_corners(run.triangle, arg.b), 0, run.count, out, 1);
         return;
     }
-    // What belongs to the triangle and not to the vertex comes from the triangle that evaluates it.
+    // Values of the triangle, not of the vertex, come from the triangle that evaluates it.
     const auto value = [&](int32_t triangle) {
         return is_gradient(arg.kind) ? gradient(arg, triangle) : frame_value(arg, triangle);
     };
@@ -339,12 +336,12 @@ void MicroBatch::fill_argument(const Run& run, size_t index) {
     int32_t last = run.triangle;
     float last_value = value(last);
     for (int32_t e = run.edge_first; e < run.edge_end; ++e) {
-        const EdgePoint& point = edge_points_[static_cast<size_t>(e)];
+        const EdgePoint& point = edge_points_[e];
         if (point.evaluator != last) {
             last = point.evaluator;
             last_value = value(last);
         }
-        floats_[index][static_cast<size_t>(point.index)] = last_value;
+        floats_[index][point.index] = last_value;
     }
 }
 
@@ -353,8 +350,7 @@ abi::KernelStatus MicroBatch::evaluate() {
     for (const Run& run : runs_)
         fill_positions(run);
     for (int axis = 0; axis < 3; ++axis) {
-        std::copy_n(place_[static_cast<size_t>(axis)].begin(), size_,
-                    result_[static_cast<size_t>(axis)].begin());
+        std::copy_n(place_[axis].begin(), size_, result_[axis].begin());
     }
     if (evaluated_ == 0) return {};
     for (const Run& run : runs_) {
@@ -373,23 +369,23 @@ abi::KernelStatus MicroBatch::evaluate() {
             scalar == OPENFAB_FLOAT ? static_cast<const void*>(floats_[i].data()) : ints_[i].data();
         buffers_[i].set_dense(abi::halide_type(scalar), data, {evaluated_});
     }
-    const bool phased = part_.fablet->surface_phases.step_count > 0;
-    const abi::KernelStatus error = phased ? run_phases() : call_.run();
+    const bool segmented = part_.fablet->surface_segments.step_count > 0;
+    const abi::KernelStatus error = segmented ? run_segments() : call_.run();
     if (error.ok()) read_results();
     return error;
 }
 
 /// The buffers of the batch have room for whole groups (see `grow`); places past the end are not
 /// asked for.
-abi::KernelStatus MicroBatch::run_phases() {
-    const int32_t groups = (evaluated_ + phases::kLanes - 1) / phases::kLanes;
+abi::KernelStatus MicroBatch::run_segments() {
+    const int32_t groups = (evaluated_ + segments::kLanes - 1) / segments::kLanes;
     wanted_.assign(static_cast<size_t>(groups), 255);
-    const int32_t rest = evaluated_ % phases::kLanes;
+    const int32_t rest = evaluated_ % segments::kLanes;
     if (rest != 0) wanted_.back() = static_cast<uint8_t>((1u << rest) - 1u);
     for (size_t i = 0; i < batched_.size(); ++i) {
-        if (batched_[i] != 0) buffers_[i].set_dim(0, groups * phases::kLanes, 1);
+        if (batched_[i] != 0) buffers_[i].set_dim(0, groups * segments::kLanes, 1);
     }
-    return driver_.run(part_.fablet->surface_phases, isa_, wanted_, this, this);
+    return driver_.run(part_.fablet->surface_segments, isa_, wanted_, this, this);
 }
 
 size_t MicroBatch::argument_index(const openfab_arg& arg) const {
@@ -406,7 +402,7 @@ const void* MicroBatch::input(const openfab_arg& arg) {
     return buffers_[argument_index(arg)].raw();
 }
 
-phases::OutputPlace MicroBatch::output(const openfab_arg& arg) {
+segments::OutputView MicroBatch::output(const openfab_arg& arg) {
     const size_t i = argument_index(arg);
     if (arg.scalar != OPENFAB_FLOAT) return {reinterpret_cast<uint32_t*>(ints_[i].data())};
     return {reinterpret_cast<uint32_t*>(floats_[i].data())};
@@ -415,20 +411,20 @@ phases::OutputPlace MicroBatch::output(const openfab_arg& arg) {
 /// The language has queries in the volume stage only.
 abi::KernelStatus MicroBatch::query(const openfab_query& /*query*/,
                                     std::span<const int32_t> /*groups*/,
-                                    const phases::States& /*states*/) {
+                                    const segments::States& /*states*/) {
     return abi::KernelStatus::of_code(halide_error_code_generic_error);
 }
 
 /// Surface stages do not print: a patch is evaluated as often as the cache needs it.
-void MicroBatch::print(const openfab_print& /*print*/, std::span<const int32_t> /*groups*/,
-                       const phases::States& /*states*/) {}
+void MicroBatch::printf(const openfab_printf& /*call*/, std::span<const int32_t> /*groups*/,
+                        const segments::States& /*states*/) {}
 
 void MicroBatch::read_results() {
     for (size_t axis = 0; axis < 3; ++axis) {
         if (position_argument_[axis] < 0) continue;
-        const float* from = floats_[static_cast<size_t>(position_argument_[axis])].data();
+        const float* from = floats_[position_argument_[axis]].data();
         for (int32_t i = 0; i < evaluated_; ++i)
-            result_[axis][static_cast<size_t>(i)] = from[i] + 0.0f;
+            result_[axis][i] = from[i] + 0.0f;
     }
     // A finite displacement can still overflow the sum; such a vertex stays where it was.
     constexpr float kMax = std::numeric_limits<float>::max();
@@ -442,7 +438,7 @@ void MicroBatch::read_results() {
         ++not_finite;
     }
     if (status_argument_ < 0) return;
-    const int32_t* status = ints_[static_cast<size_t>(status_argument_)].data();
+    const int32_t* status = ints_[status_argument_].data();
     for (int32_t i = 0; i < evaluated_; ++i) {
         not_finite += status[i] == 1;
         cut_to_bound += status[i] == 2;
@@ -452,7 +448,7 @@ void MicroBatch::read_results() {
 void MicroBatch::float_attribute(size_t k, int32_t first, int32_t count, float* out,
                                  size_t stride) const {
     const NearestComponent& from = nearest_.floats[k];
-    const scene::PartMesh& mesh = base_.mesh();
+    const part::PartMesh& mesh = base_.mesh();
     while (count > 0) {
         const Run& run = run_of(first);
         const int32_t here = std::min(count, run.first + run.count - first);
@@ -461,15 +457,12 @@ void MicroBatch::float_attribute(size_t k, int32_t first, int32_t count, float* 
                 output_argument_[static_cast<size_t>(from.index * kMaxComponents + from.component)];
             for (int32_t i = 0; i < here; ++i) {
                 out[static_cast<size_t>(i) * stride] =
-                    arg < 0 ? 0.0f
-                            : floats_[static_cast<size_t>(arg)][static_cast<size_t>(first + i)];
+                    arg < 0 ? 0.0f : floats_[arg][static_cast<size_t>(first + i)];
             }
         } else {
             const auto& attributes =
                 from.from == NearestComponent::From::kMesh ? mesh.nearest_attributes : mesh.inputs;
-            interpolate(run,
-                        input_corners(run.triangle, attributes[static_cast<size_t>(from.index)],
-                                      from.component),
+            interpolate(run, input_corners(run.triangle, attributes[from.index], from.component),
                         first - run.first, here, out, stride);
         }
         out += static_cast<size_t>(here) * stride;
@@ -483,14 +476,12 @@ uint32_t MicroBatch::int_attribute(size_t k, int32_t i) const {
     if (from.from == NearestComponent::From::kSurfaceOutput) {
         const int32_t arg =
             output_argument_[static_cast<size_t>(from.index * kMaxComponents + from.component)];
-        return arg < 0 ? 0u
-                       : std::bit_cast<uint32_t>(
-                             ints_[static_cast<size_t>(arg)][static_cast<size_t>(i)]);
+        return arg < 0 ? 0u : std::bit_cast<uint32_t>(ints_[arg][i]);
     }
-    const scene::PartMesh& mesh = base_.mesh();
+    const part::PartMesh& mesh = base_.mesh();
     const auto& attributes =
         from.from == NearestComponent::From::kMesh ? mesh.nearest_attributes : mesh.inputs;
-    const scene::PartAttribute& attribute = attributes[static_cast<size_t>(from.index)];
+    const part::PartAttribute& attribute = attributes[from.index];
     return attribute.face_values[static_cast<size_t>(run_of(i).triangle * attribute.components +
                                                      from.component)];
 }

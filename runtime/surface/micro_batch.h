@@ -2,11 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// A batch of micro-vertices: their inputs interpolated, the surface kernel run on them. One per
+// A batch of micro-vertices: interpolates their inputs and runs the surface kernel on them. One per
 // thread.
 //
-// Vertices come in runs that belong to one base triangle each. Vertices of identity triangles keep
-// their place and are not evaluated; runs of displaced triangles must be added before them, so that
+// Vertices come in runs that belong to one base triangle each. Vertices of identity triangles are
+// neither moved nor evaluated; runs of displaced triangles must be added before them, so that
 // the kernel sees a dense batch.
 
 #include <array>
@@ -23,31 +23,29 @@
 
 namespace openfab::surface {
 
-class MicroBatch : private phases::Arguments, private phases::Handler {
+/// The batch of one thread.
+class MicroBatch : private segments::Arguments, private segments::Handler {
   public:
-    MicroBatch(const scene::Part& part, const BaseMesh& base, const StaticArgs& args,
+    MicroBatch(const part::Part& part, const BaseMesh& base, const StaticArgs& args,
                const NearestLayout& nearest, openfab_isa isa);
 
     void clear();
-    /// The lattice points of a tile of a displaced triangle, row after row of b; point (a, b) is
-    /// first + sum of the row lengths before + a - a0. Returns the first index.
+    /// Adds the lattice points of a tile of a displaced triangle, row after row of b; point (a, b)
+    /// has index first + sum of the row lengths before + a - a0. Returns the first index.
     int32_t add_tile(int32_t triangle, const Tile& tile);
-    /// Points [i0, i1] of a side, counted from its lower end.
+    /// Adds points [i0, i1] of a side, counted from its lower end; returns the first index.
     int32_t add_side(int32_t side, int32_t i0, int32_t i1);
     int32_t add_corner(int32_t corner);
     /// Fills positions and, where something is displaced, runs the kernel.
     abi::KernelStatus evaluate();
 
     int32_t size() const { return size_; }
-    Vec3f position(int32_t i) const {
-        return {result_[0][static_cast<size_t>(i)], result_[1][static_cast<size_t>(i)],
-                result_[2][static_cast<size_t>(i)]};
-    }
+    Vec3f position(int32_t i) const { return {result_[0][i], result_[1][i], result_[2][i]}; }
     /// Writes float @nearest component `k` of vertices [first, first + count) to out[j * stride].
     void float_attribute(size_t k, int32_t first, int32_t count, float* out, size_t stride) const;
-    /// Other @nearest component `k` of vertex `i`.
+    /// Returns the bits of int @nearest component `k` of vertex `i`.
     uint32_t int_attribute(size_t k, int32_t i) const;
-    /// True where `int_attribute(k, …)` differs only from triangle to triangle.
+    /// Returns whether `int_attribute(k, …)` is constant on each triangle.
     bool int_is_flat(size_t k) const {
         return nearest_.ints[k].from != NearestComponent::From::kSurfaceOutput;
     }
@@ -84,27 +82,27 @@ class MicroBatch : private phases::Arguments, private phases::Handler {
     void fill_argument(const Run& run, size_t index);
     float gradient(const openfab_arg& arg, int32_t triangle) const;
     float frame_value(const openfab_arg& arg, int32_t triangle) const;
-    Corners input_corners(int32_t triangle, const scene::PartAttribute& input,
+    Corners input_corners(int32_t triangle, const part::PartAttribute& input,
                           int32_t component) const;
     Corners normal_corners(int32_t triangle, int32_t axis) const;
     Corners uv_corners(int32_t triangle, int32_t axis) const;
     void read_results();
-    abi::KernelStatus run_phases();
+    abi::KernelStatus run_segments();
     const void* input(const openfab_arg& arg) override;
-    phases::OutputPlace output(const openfab_arg& arg) override;
+    segments::OutputView output(const openfab_arg& arg) override;
     abi::KernelStatus query(const openfab_query& query, std::span<const int32_t> groups,
-                            const phases::States& states) override;
-    void print(const openfab_print& print, std::span<const int32_t> groups,
-               const phases::States& states) override;
+                            const segments::States& states) override;
+    void printf(const openfab_printf& call, std::span<const int32_t> groups,
+                const segments::States& states) override;
     size_t argument_index(const openfab_arg& arg) const;
 
-    const scene::Part& part_;
+    const part::Part& part_;
     const BaseMesh& base_;
     const NearestLayout& nearest_;
     const openfab_kernel& kernel_;
     const StaticArgs& static_args_;
     const openfab_isa isa_;
-    phases::Driver driver_;  ///< where the stage has phases
+    segments::Driver driver_;  ///< where the stage has segments
     std::vector<uint8_t> wanted_;
     abi::KernelCall call_;
     std::unique_ptr<abi::KernelBuffer[]> buffers_;  ///< [argument]; unused for scalars and textures

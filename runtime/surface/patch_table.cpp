@@ -24,7 +24,7 @@ constexpr int32_t kBoundsBatch = 512;  // patches a call of surface_bounds
 
 class TableBuilder {
   public:
-    TableBuilder(const scene::Part& part, const SurfaceOptions& options, const StaticArgs& args,
+    TableBuilder(const part::Part& part, const SurfaceOptions& options, const StaticArgs& args,
                  const NearestLayout& nearest, BaseMesh* base)
         : part_(part), options_(options), args_(args), nearest_(nearest), base_(*base) {}
 
@@ -43,12 +43,12 @@ class TableBuilder {
     void add_side_to_seam(int32_t seam_patch, int32_t side, int32_t i0, int32_t i1);
     void add_corner_to_seam(int32_t seam_patch, int32_t corner);
     bool displaced(int32_t triangle) const {
-        return base_.classes[static_cast<size_t>(triangle)] == TriangleClass::kDisplaced;
+        return base_.classes[triangle] == TriangleClass::kDisplaced;
     }
     void size_ranges();
     Error no_bound(int32_t triangle) const;
 
-    const scene::Part& part_;
+    const part::Part& part_;
     const SurfaceOptions& options_;
     const StaticArgs& args_;
     const NearestLayout& nearest_;
@@ -60,7 +60,7 @@ Result<void> TableBuilder::check_factors() const {
     int32_t longest = -1;
     double longest_mm = 0;
     for (int32_t side = 0; side < 3 * base_.triangle_count(); ++side) {
-        if (!displaced(side / 3) || base_.factor[static_cast<size_t>(side)] <= kMaxEdgeFactor) {
+        if (!displaced(side / 3) || base_.factor[side] <= kMaxEdgeFactor) {
             continue;
         }
         const double mm =
@@ -80,8 +80,8 @@ void TableBuilder::list_triangles() {
     table_.first_patch.resize(base_.classes.size());
     patches.reserve(base_.classes.size());
     for (int32_t t = 0; t < base_.triangle_count(); ++t) {
-        table_.first_patch[static_cast<size_t>(t)] = static_cast<int32_t>(patches.size());
-        if (base_.classes[static_cast<size_t>(t)] == TriangleClass::kDropped) continue;
+        table_.first_patch[t] = static_cast<int32_t>(patches.size());
+        if (base_.classes[t] == TriangleClass::kDropped) continue;
         Patch patch;
         patch.triangle = t;
         if (!displaced(t)) {
@@ -112,7 +112,7 @@ void TableBuilder::list_triangles() {
 void TableBuilder::add_strip(int32_t side) {
     Patch patch;
     patch.kind = PatchKind::kSeam;
-    const int32_t n = base_.factor[static_cast<size_t>(side)];
+    const int32_t n = base_.factor[side];
     for (int32_t i = 0; i < n; i += kSeamQuads) {
         table_.patches.push_back(patch);
         table_.seams.push_back({side, i, std::min(i + kSeamQuads, n), -1});
@@ -123,15 +123,14 @@ void TableBuilder::add_strip(int32_t side) {
 /// vertices.
 void TableBuilder::list_seams() {
     for (int32_t side = 0; side < 3 * base_.triangle_count(); ++side) {
-        const int32_t other = base_.partner[static_cast<size_t>(side)];
+        const int32_t other = base_.partner[side];
         // Each pair once, from its lower triangle.
         if (other < side) continue;
         if (!displaced(side / 3) && !displaced(other / 3)) continue;
         const int32_t forward = base_.forward(side) ? side : other,
                       backward = forward == side ? other : side;
         const auto same = [&](int32_t a, int32_t b) {
-            return base_.corner_class[static_cast<size_t>(a)] ==
-                   base_.corner_class[static_cast<size_t>(b)];
+            return base_.corner_class[a] == base_.corner_class[b];
         };
         if (displaced(side / 3) && displaced(other / 3) &&
             same(base_.lower_corner(forward), base_.lower_corner(backward)) &&
@@ -143,24 +142,21 @@ void TableBuilder::list_seams() {
     // Vertices in order of their first corner.
     for (int32_t corner = 0; corner < 3 * base_.triangle_count(); ++corner) {
         if (base_.classes[static_cast<size_t>(corner / 3)] == TriangleClass::kDropped) continue;
-        const int32_t v = base_.vertex[static_cast<size_t>(corner)];
-        if (base_.vertex_corners[static_cast<size_t>(base_.vertex_first[static_cast<size_t>(v)])] ==
-            corner) {
+        const int32_t v = base_.vertex[corner];
+        if (base_.vertex_corners[static_cast<size_t>(base_.vertex_first[v])] == corner) {
             add_vertex(v);
         }
     }
 }
 
 void TableBuilder::add_vertex(int32_t vertex) {
-    const auto begin =
-        base_.vertex_corners.begin() + base_.vertex_first[static_cast<size_t>(vertex)];
+    const auto begin = base_.vertex_corners.begin() + base_.vertex_first[vertex];
     const auto end =
         base_.vertex_corners.begin() + base_.vertex_first[static_cast<size_t>(vertex) + 1];
     // Identity corners have class -1, so this holds both for "all identities" and for "all
     // displaced alike".
     const bool alike = std::all_of(begin, end, [&](int32_t corner) {
-        return base_.corner_class[static_cast<size_t>(corner)] ==
-               base_.corner_class[static_cast<size_t>(*begin)];
+        return base_.corner_class[corner] == base_.corner_class[static_cast<size_t>(*begin)];
     });
     if (alike) return;
     Patch patch;
@@ -192,7 +188,7 @@ Error TableBuilder::no_bound(int32_t triangle) const {
 Result<void> TableBuilder::bound_tiles() {
     std::vector<int32_t> tiles;
     for (int32_t p = 0; p < table_.first_seam; ++p) {
-        if (table_.patches[static_cast<size_t>(p)].kind == PatchKind::kLattice) tiles.push_back(p);
+        if (table_.patches[p].kind == PatchKind::kLattice) tiles.push_back(p);
     }
     std::atomic<abi::KernelStatus> error{abi::KernelStatus{}};
     std::atomic<int32_t> unbounded{std::numeric_limits<int32_t>::max()};
@@ -202,7 +198,7 @@ Result<void> TableBuilder::bound_tiles() {
                           if (options_.stopped()) return;
                           BoundsBatch batch(part_, base_, args_, nearest_, options_.isa);
                           for (size_t k = range.begin(); k < range.end(); ++k) {
-                              const Patch& patch = table_.patches[static_cast<size_t>(tiles[k])];
+                              const Patch& patch = table_.patches[tiles[k]];
                               batch.add_tile(patch.triangle, {patch.lattice[0], patch.lattice[1],
                                                               patch.lattice[2], patch.lattice[3]});
                           }
@@ -213,7 +209,7 @@ Result<void> TableBuilder::bound_tiles() {
                           for (size_t k = range.begin(); k < range.end(); ++k) {
                               const int32_t item = static_cast<int32_t>(k - range.begin());
                               const size_t p = static_cast<size_t>(tiles[k]);
-                              if (!batch.bounded(item)) {
+                              if (!batch.is_bounded(item)) {
                                   // The lowest triangle is named, whichever thread finds it.
                                   int32_t seen = unbounded;
                                   const int32_t t = table_.patches[p].triangle;
@@ -243,7 +239,7 @@ Result<void> TableBuilder::bound_tiles() {
 
 void TableBuilder::bound_identities() {
     const size_t floats = nearest_.floats.size(), ints = nearest_.ints.size();
-    const scene::PartMesh& mesh = base_.mesh();
+    const part::PartMesh& mesh = base_.mesh();
     tbb::parallel_for(
         tbb::blocked_range<int32_t>(0, table_.first_seam, 4096), [&](const auto& range) {
             for (int32_t at = range.begin(); at < range.end(); ++at) {
@@ -258,8 +254,7 @@ void TableBuilder::bound_identities() {
                     const auto& all = from.from == NearestComponent::From::kMesh
                                           ? mesh.nearest_attributes
                                           : mesh.inputs;
-                    const Range<float> r =
-                        corner_range(all[static_cast<size_t>(from.index)], t, from.component);
+                    const Range<float> r = corner_range(all[from.index], t, from.component);
                     table_.ranges.float_lo[p * floats + c] = r.lo;
                     table_.ranges.float_hi[p * floats + c] = r.hi;
                 }
@@ -268,7 +263,7 @@ void TableBuilder::bound_identities() {
                     const auto& all = from.from == NearestComponent::From::kMesh
                                           ? mesh.nearest_attributes
                                           : mesh.inputs;
-                    const scene::PartAttribute& attribute = all[static_cast<size_t>(from.index)];
+                    const part::PartAttribute& attribute = all[from.index];
                     const int32_t value =
                         std::bit_cast<int32_t>(attribute.face_values[static_cast<size_t>(
                             t * attribute.components + from.component)]);
@@ -296,7 +291,7 @@ void TableBuilder::add_to_seam(int32_t seam_patch, int32_t patch) {
 }
 
 void TableBuilder::add_side_to_seam(int32_t seam_patch, int32_t side, int32_t i0, int32_t i1) {
-    const int32_t t = side / 3, first = table_.first_patch[static_cast<size_t>(t)];
+    const int32_t t = side / 3, first = table_.first_patch[t];
     if (!displaced(t)) {
         add_to_seam(seam_patch, first);
         return;
@@ -306,7 +301,7 @@ void TableBuilder::add_side_to_seam(int32_t seam_patch, int32_t side, int32_t i0
 }
 
 void TableBuilder::add_corner_to_seam(int32_t seam_patch, int32_t corner) {
-    const int32_t t = corner / 3, first = table_.first_patch[static_cast<size_t>(t)];
+    const int32_t t = corner / 3, first = table_.first_patch[t];
     if (!displaced(t)) {
         add_to_seam(seam_patch, first);
         return;
@@ -318,17 +313,16 @@ void TableBuilder::bound_seams() {
     const int32_t count = static_cast<int32_t>(table_.seams.size());
     tbb::parallel_for(tbb::blocked_range<int32_t>(0, count, 256), [&](const auto& range) {
         for (int32_t i = range.begin(); i < range.end(); ++i) {
-            const Seam& seam = table_.seams[static_cast<size_t>(i)];
+            const Seam& seam = table_.seams[i];
             const int32_t patch = table_.first_seam + i;
             if (seam.side >= 0) {
                 add_side_to_seam(patch, seam.side, seam.i0, seam.i1);
-                add_side_to_seam(patch, base_.partner[static_cast<size_t>(seam.side)], seam.i0,
-                                 seam.i1);
+                add_side_to_seam(patch, base_.partner[seam.side], seam.i0, seam.i1);
                 continue;
             }
             const size_t v = static_cast<size_t>(seam.vertex);
             for (int32_t c = base_.vertex_first[v]; c < base_.vertex_first[v + 1]; ++c) {
-                add_corner_to_seam(patch, base_.vertex_corners[static_cast<size_t>(c)]);
+                add_corner_to_seam(patch, base_.vertex_corners[c]);
             }
         }
     });
@@ -362,7 +356,7 @@ FanShape fan_shape(const BaseMesh& base, int32_t triangle) {
     for (int32_t e = 0; e < 3; ++e) {
         const size_t side = static_cast<size_t>(3 * triangle + e);
         const bool split = base.divided[side] != 0 && base.factor[side] > 1;
-        shape.pieces[static_cast<size_t>(e)] = split ? base.factor[side] : 1;
+        shape.pieces[e] = split ? base.factor[side] : 1;
         if (split) ++divided, last = e;
     }
     if (divided == 0) {
@@ -370,14 +364,14 @@ FanShape fan_shape(const BaseMesh& base, int32_t triangle) {
     } else if (divided == 1) {
         shape.apex_corner = (last + 2) % 3;
         for (int32_t e = 0; e < 3; ++e) {
-            if (e != last) shape.pieces[static_cast<size_t>(e)] = 0;
+            if (e != last) shape.pieces[e] = 0;
         }
     }
     return shape;
 }
 
-Result<void> classify(const scene::Part& part, const SurfaceOptions& options,
-                      const StaticArgs& args, const NearestLayout& nearest, BaseMesh* base) {
+Result<void> classify(const part::Part& part, const SurfaceOptions& options, const StaticArgs& args,
+                      const NearestLayout& nearest, BaseMesh* base) {
     const openfab_fablet& fablet = *part.fablet;
     bool copies = true;
     for (int32_t i = 0; i < fablet.surface_output_count; ++i)
@@ -391,22 +385,23 @@ Result<void> classify(const scene::Part& part, const SurfaceOptions& options,
     base->set_factors(options.micro_edge_mm);
     if (!copies || !options.infer_identity) return {};
     std::atomic<abi::KernelStatus> error{abi::KernelStatus{}};
-    tbb::parallel_for(tbb::blocked_range<int32_t>(0, base->triangle_count(), kBoundsBatch),
-                      [&](const auto& range) {
-                          if (options.stopped()) return;
-                          BoundsBatch batch(part, *base, args, nearest, options.isa);
-                          for (int32_t t = range.begin(); t < range.end(); ++t)
-                              batch.add_triangle(t);
-                          if (const abi::KernelStatus status = batch.evaluate(); !status.ok()) {
-                              error.store(status);
-                              return;
-                          }
-                          for (int32_t t = range.begin(); t < range.end(); ++t) {
-                              TriangleClass& c = base->classes[static_cast<size_t>(t)];
-                              if (c == TriangleClass::kDisplaced && batch.still(t - range.begin()))
-                                  c = TriangleClass::kIdentity;
-                          }
-                      });
+    tbb::parallel_for(
+        tbb::blocked_range<int32_t>(0, base->triangle_count(), kBoundsBatch),
+        [&](const auto& range) {
+            if (options.stopped()) return;
+            BoundsBatch batch(part, *base, args, nearest, options.isa);
+            for (int32_t t = range.begin(); t < range.end(); ++t)
+                batch.add_triangle(t);
+            if (const abi::KernelStatus status = batch.evaluate(); !status.ok()) {
+                error.store(status);
+                return;
+            }
+            for (int32_t t = range.begin(); t < range.end(); ++t) {
+                TriangleClass& c = base->classes[t];
+                if (c == TriangleClass::kDisplaced && batch.is_zero(t - range.begin()))
+                    c = TriangleClass::kIdentity;
+            }
+        });
     if (!error.load().ok()) {
         return internal_error(fmt::format("surface_bounds of fablet `{}` failed with code {}",
                                           fablet.name, error.load().code()));
@@ -414,7 +409,7 @@ Result<void> classify(const scene::Part& part, const SurfaceOptions& options,
     return {};
 }
 
-Result<PatchTable> make_patch_table(const scene::Part& part, const SurfaceOptions& options,
+Result<PatchTable> make_patch_table(const part::Part& part, const SurfaceOptions& options,
                                     const StaticArgs& args, const NearestLayout& nearest,
                                     BaseMesh* base) {
     return TableBuilder(part, options, args, nearest, base).build();

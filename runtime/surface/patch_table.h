@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The list of a surface's patches with their bounds: which triangles are identities, tiles of
-// displaced triangles, fans of identity triangles beside them, seams.
+// The table of a surface's patches with their bounds: identity triangles, tiles of displaced
+// triangles, fans of identity triangles beside them, seams.
 
 #include <vector>
 
@@ -17,12 +17,12 @@ namespace openfab::surface {
 
 /// A piece of a strip, or all fans that close one vertex.
 struct Seam {
-    int32_t side =
-        -1;  ///< strip: the side that runs from the edge's lower end to the upper; -1 for a vertex
+    int32_t side = -1;  ///< strip: the side from the edge's lower end to the upper; -1: a vertex
     int32_t i0 = 0, i1 = 0;  ///< strip: edge points, both included
     int32_t vertex = -1;     ///< welded vertex
 };
 
+/// All patches of a surface.
 struct PatchTable {
     std::vector<Patch> patches;
     PatchRanges ranges;
@@ -39,16 +39,16 @@ struct FanShape {
     std::array<int32_t, 3> pieces{};
     int32_t total() const { return pieces[0] + pieces[1] + pieces[2]; }
 };
-/// Nothing to fan (total 0) where no side is divided into two or more.
+/// Returns the fan of an identity triangle; total 0 if no side is divided into two or more.
 FanShape fan_shape(const BaseMesh& base, int32_t triangle);
 
-/// Decides base->classes, per base triangle: it is an identity where it moves nothing and every
-/// output is a copy. Sets edge factors where there is a surface stage.
-Result<void> classify(const scene::Part& part, const SurfaceOptions& options,
-                      const StaticArgs& args, const NearestLayout& nearest, BaseMesh* base);
+/// Decides base->classes: a triangle is an identity if it moves nothing and every output is a copy.
+/// Sets edge factors if there is a surface stage.
+Result<void> classify(const part::Part& part, const SurfaceOptions& options, const StaticArgs& args,
+                      const NearestLayout& nearest, BaseMesh* base);
 
-/// Decides base->classes, connects the mesh where something is displaced, and bounds all patches.
-Result<PatchTable> make_patch_table(const scene::Part& part, const SurfaceOptions& options,
+/// Decides base->classes, connects the mesh if something is displaced, and bounds all patches.
+Result<PatchTable> make_patch_table(const part::Part& part, const SurfaceOptions& options,
                                     const StaticArgs& args, const NearestLayout& nearest,
                                     BaseMesh* base);
 

@@ -15,11 +15,11 @@
 #include "base/lru_cache.h"
 #include "runtime/surface/base_mesh.h"
 #include "runtime/surface/dicer.h"
+#include "runtime/surface/displacement_bounds.h"
 #include "runtime/surface/kernel_args.h"
 #include "runtime/surface/lattice.h"
-#include "runtime/surface/map_box.h"
 #include "runtime/surface/patch_table.h"
-#include "runtime/surface/reach.h"
+#include "runtime/surface/transform_box.h"
 
 namespace openfab::surface {
 
@@ -37,7 +37,7 @@ constexpr size_t kShardBytes = 4u << 20;
 
 class DicedSurface final : public Surface {
   public:
-    DicedSurface(const scene::Part& part, const SurfaceOptions& options)
+    DicedSurface(const part::Part& part, const SurfaceOptions& options)
         : part_(part),
           isa_(options.isa),
           stop_(options.stop),
@@ -59,10 +59,10 @@ class DicedSurface final : public Surface {
     void set_cache_bytes(size_t bytes) const override { cache_.set_budget(bytes); }
     std::shared_ptr<const MicroMesh> micro(int32_t patch) const override;
     bool identity_corners(int32_t patch, std::array<Vec3f, 3>* out) const override {
-        return base_.rounded_corners(table_.patches[static_cast<size_t>(patch)].triangle, out);
+        return base_.rounded_corners(table_.patches[patch].triangle, out);
     }
-    void reach(int32_t patch, std::vector<Reach>* out) const override {
-        add_reach(base_, table_, patch, out);
+    void displacement_bounds(int32_t patch, std::vector<GrownPolygon>* out) const override {
+        add_displacement_bounds(base_, table_, patch, out);
     }
     Box3d exact_box(const Affine3d& local_to_other) const override;
     SurfaceCounts counts() const override;
@@ -73,7 +73,7 @@ class DicedSurface final : public Surface {
     std::unique_ptr<Dicer> take_dicer() const;
     void give_back(std::unique_ptr<Dicer> dicer) const;
 
-    const scene::Part& part_;
+    const part::Part& part_;
     const openfab_isa isa_;
     const std::atomic<bool>* const stop_;
     StaticArgs args_;
@@ -107,7 +107,7 @@ void DicedSurface::give_back(std::unique_ptr<Dicer> dicer) const {
 
 std::shared_ptr<const MicroMesh> DicedSurface::micro(int32_t patch) const {
     // One triangle is cheaper to make than to find.
-    const bool cached = table_.patches[static_cast<size_t>(patch)].kind != PatchKind::kIdentity;
+    const bool cached = table_.patches[patch].kind != PatchKind::kIdentity;
     if (cached) {
         if (stop_ != nullptr && stop_->load(std::memory_order_relaxed))
             return std::make_shared<MicroMesh>();
@@ -159,8 +159,7 @@ Box3d DicedSurface::exact_box(const Affine3d& local_to_other) const {
     if (open.empty()) return exact;
     std::vector<Box3d> bounds(table_.patches.size());
     for (const int32_t p : open)
-        bounds[static_cast<size_t>(p)] =
-            map_box(local_to_other, table_.patches[static_cast<size_t>(p)].bounds);
+        bounds[p] = transform_box(local_to_other, table_.patches[p].bounds);
     std::vector<uint8_t> done(table_.patches.size(), 0);
     for (int side = 0; side < 6; ++side) {
         const int axis = side / 2;
@@ -170,21 +169,19 @@ Box3d DicedSurface::exact_box(const Affine3d& local_to_other) const {
         };
         // A heap: few of them are looked at.
         const auto nearer = [&](int32_t a, int32_t b) {
-            const double ra = reach(bounds[static_cast<size_t>(a)]),
-                         rb = reach(bounds[static_cast<size_t>(b)]);
+            const double ra = reach(bounds[a]), rb = reach(bounds[b]);
             return ra != rb ? ra < rb : a > b;
         };
         std::make_heap(open.begin(), open.end(), nearer);
         for (auto end = open.end(); end != open.begin(); --end) {
             const int32_t p = open.front();
-            if (!exact.empty() && reach(bounds[static_cast<size_t>(p)]) <= reach(exact)) break;
+            if (!exact.empty() && reach(bounds[p]) <= reach(exact)) break;
             std::pop_heap(open.begin(), end, nearer);
-            if (std::exchange(done[static_cast<size_t>(p)], 1) != 0) continue;
+            if (std::exchange(done[p], 1) != 0) continue;
             const std::shared_ptr<const MicroMesh> mesh = micro(p);
             for (const auto& triangle : mesh->triangles) {
                 for (const int32_t v : triangle) {
-                    exact.add(local_to_other.apply(
-                        vec_cast<double>(mesh->positions[static_cast<size_t>(v)])));
+                    exact.add(local_to_other.apply(vec_cast<double>(mesh->positions[v])));
                 }
             }
         }
@@ -214,7 +211,7 @@ Result<void> DicedSurface::status() const {
 
 }  // namespace
 
-Result<std::unique_ptr<Surface>> Surface::create(const scene::Part& part,
+Result<std::unique_ptr<Surface>> Surface::create(const part::Part& part,
                                                  const SurfaceOptions& options) {
     if (!(options.micro_edge_mm > 0)) return internal_error("micro_edge_mm must be above zero");
     if (Result<void> good = check_surface_input(part); !good) return good.error();

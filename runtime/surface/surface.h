@@ -12,25 +12,25 @@
 // wherever the base mesh is closed: every directed micro-edge (of positions, to the bit) has its
 // opposite.
 //
-// What dicing gives, exactly (lattice.h has the formulas; tests/support/reference/dice.h does the
-// same plainly):
+// Specification of dicing (lattice.h has the formulas; tests/support/reference/dice.h does the
+// same, one vertex at a time):
 //  - Edge factor: n(e) = max(1, ceil(|e| / s)) in double; more than 65535 on a displaced triangle
 //    is refused.
-//  - Vertices are welded by position. A triangle with two corners in one place gives nothing.
+//  - Vertices are welded by position. A triangle with two equal corners is left out.
 //  - The lattice of a displaced triangle has N = the largest of its three factors. A lattice point
 //    on an edge with n < N is the edge point round(i n / N), counted from the edge's lower end
-//    (first in x, y, z order); the triangles of no area that this makes are left out. Tiles go row
-//    after row of b; in a tile, cells row after row of b; in a cell, first
+//    (first in x, y, z order); the triangles of no area that this makes are left out. Tiles are
+//    ordered row after row of b; in a tile, cells row after row of b; in a cell, first
 //    (a, b) (a+1, b) (a, b+1), then (a+1, b) (a+1, b+1) (a, b+1).
 //  - Points between the ends of an edge are interpolated from its two ends, from the lower one;
 //    others from corner 0. Positions are double until they are rounded to float, inputs float.
 //  - Shared evaluation: corners of displaced triangles at one vertex are *alike* if normal, uv and
 //    all inputs have equal bits. The lowest alike triangle evaluates a corner for all; the points
 //    between the ends of an edge are evaluated by the lowest displaced triangle on the edge that is
-//    alike at both ends. Gradients, ng, dpdu and dpdv are the evaluator's. Identity triangles take
-//    no part in this: their points stay where they are.
+//    alike at both ends. Gradients, ng, dpdu and dpdv are the evaluator's. Identity triangles are
+//    not evaluated: their points do not move.
 //  - An edge is *divided* if a displaced triangle is on it. An identity triangle with divided sides
-//    (of n > 1) is seen by the voxeliser as a fan over the edge points, from the opposite corner
+//    (of n > 1) is a fan over the edge points for the voxeliser, from the opposite corner
 //    where one side is divided, else from the centroid; queries see the base triangle.
 //  - Sides are paired along an edge: the k-th that runs up with the k-th that runs down, in order
 //    of triangles. Between points i and i + 1 of the up side T and the down side U a strip has
@@ -67,26 +67,25 @@ enum class PatchKind : uint8_t {
     kSeam,      ///< strips and corner fans
 };
 
-/// Patch ids are places in Surface::patches(); they rise with (base triangle, place on the
-/// lattice), seams last, so the tie rule of nearest queries is: lowest (patch id, triangle in
-/// patch).
+/// A unit of dicing. Patch ids are indices into Surface::patches(), ordered by (base triangle,
+/// tile), seams last, so ties of nearest queries go to the lowest (patch id, triangle in patch).
 struct Patch {
     PatchKind kind = PatchKind::kIdentity;
     uint8_t use = kForQuery | kForCoverage;
     int32_t triangle = -1;  ///< base triangle; -1 for seams
-    std::array<int32_t, 4>
-        lattice{};  ///< kLattice: first a, first b, end a, end b (vertices; inclusive);
-                    ///< kFan: first and end of the fan's triangles in [0] and [2]
-    Box3f bounds;   ///< part-local mm, holds every displaced point: conservative
+    /// kLattice: first a, first b, last a, last b (vertices); kFan: first and end of the fan's
+    /// triangles in [0] and [2]
+    std::array<int32_t, 4> lattice{};
+    Box3f bounds;  ///< conservative box of all displaced points, part-local mm
 };
 
 /// The micropolygons of one patch. Triangles of no area (equal corner indices or equal positions)
-/// are left out. Attributes are those that the fablet's @nearest inputs read, in that order; kFan
-/// patches carry none.
+/// are left out. Attributes are those of the fablet's @nearest inputs, in their order; kFan patches
+/// have none.
 struct MicroMesh {
     std::vector<Vec3f> positions;                   ///< part-local mm
     std::vector<std::array<int32_t, 3>> triangles;  ///< counter-clockwise from outside
-    /// Where two patches share a corner or an edge, positions have the same bits on both sides.
+    /// Positions have the same bits on both sides of a corner or edge that two patches share.
     std::vector<float>
         vertex_attributes;  ///< [vertex][float component], float nearest inputs flattened
     std::vector<uint32_t>
@@ -94,8 +93,8 @@ struct MicroMesh {
     size_t bytes() const;
 };
 
-/// Ranges of the @nearest inputs over a patch, conservative: lo/hi per flattened component, floats
-/// then ints apart.
+/// Conservative ranges of the @nearest inputs over each patch: lo and hi per flattened component,
+/// floats and ints apart.
 struct PatchRanges {
     std::vector<float> float_lo, float_hi;  ///< [patch][float component]
     std::vector<int32_t> int_lo, int_hi;    ///< [patch][int component]
@@ -108,23 +107,23 @@ struct SurfaceOptions {
     size_t cache_bytes = 256u << 20;  ///< budget of the micropolygon cache
     openfab_isa isa = OPENFAB_ISA_AVX2;
     bool infer_identity = true;  ///< off: every triangle is diced
-    /// Once set, nothing is diced or bounded any more and patches come back empty, so that whoever
-    /// asks is soon done with what nobody wants. It must outlive the surface, and stay set.
+    /// Once set, dicing and bounding stop and patches come back empty, so that callers finish
+    /// early. It must outlive the surface and stay set.
     const std::atomic<bool>* stop = nullptr;
     bool stopped() const { return stop != nullptr && stop->load(std::memory_order_relaxed); }
 };
 
 struct SurfaceCounts {
-    int64_t micro_triangles = 0;  ///< made, counting again what was evicted
+    int64_t micro_triangles = 0;  ///< diced, those diced again after eviction included
     int64_t not_finite = 0;       ///< displacements that were NaN or infinite, taken as 0
     int64_t cut_to_bound = 0;
     int64_t cache_hits = 0, cache_misses = 0, cache_evictions = 0;
     int64_t cache_peak_bytes = 0;
 };
 
-/// A flat convex polygon, the hull of its corners, grown by a box: all p + d with p in the polygon
-/// and d in `grow`. Part-local mm.
-struct Reach {
+/// A flat convex polygon grown by a box: all p + d with p in the hull of the corners and d in
+/// `grow`. Part-local mm.
+struct GrownPolygon {
     int32_t count = 0;
     std::array<Vec3d, 5> corners;
     Box3d grow;
@@ -132,39 +131,40 @@ struct Reach {
     void add(const Vec3d& corner) { corners[static_cast<size_t>(count++)] = corner; }
 };
 
+/// The displaced surface of one part.
 class Surface {
   public:
     /// Sets up patches and bounds (surface_bounds kernel). The part must outlive the surface.
-    static Result<std::unique_ptr<Surface>> create(const scene::Part& part,
+    static Result<std::unique_ptr<Surface>> create(const part::Part& part,
                                                    const SurfaceOptions& options);
     virtual ~Surface() = default;
 
     virtual const std::vector<Patch>& patches() const = 0;
     virtual const PatchRanges& ranges() const = 0;
-    /// True where no patch is displaced: queries can use the base mesh.
+    /// Returns whether no patch is displaced: queries can use the base mesh.
     virtual bool identity() const = 0;
 
-    /// The patch's micropolygons, made if they are not in the cache. Any thread; the handle pins
-    /// them.
+    /// Returns the patch's micropolygons, diced if they are not cached. From any thread; the handle
+    /// pins them.
     virtual std::shared_ptr<const MicroMesh> micro(int32_t patch) const = 0;
 
-    /// The corners of an identity patch's triangle, with the bits that micro() gives; false where
-    /// it has none. For those who want all of a large mesh: nothing is allocated or counted.
+    /// Gets the corners of an identity patch's triangle, with the bits of micro(); false if it has
+    /// no triangle. For reading all of a large mesh: allocates and counts nothing.
     virtual bool identity_corners(int32_t patch, std::array<Vec3f, 3>* out) const = 0;
 
     /// Appends pieces that together hold every micropolygon of the patch, without dicing it: the
-    /// base surface grown by its displacement bounds, in pieces as fine as these are. Closer than
-    /// `bounds` where the base surface leans.
-    virtual void reach(int32_t patch, std::vector<Reach>* out) const = 0;
+    /// base surface grown by its displacement bounds, in pieces of about a tile. Tighter than
+    /// `bounds` if the base surface is slanted.
+    virtual void displacement_bounds(int32_t patch, std::vector<GrownPolygon>* out) const = 0;
 
-    /// The exact box of all coverage micro-vertices under an affine map, by branch and bound over
-    /// patches.
+    /// Returns the exact box of all coverage micro-vertices under an affine map, by branch and
+    /// bound over patches.
     virtual Box3d exact_box(const Affine3d& local_to_other) const = 0;
     virtual SurfaceCounts counts() const = 0;
-    /// A new budget of the micropolygon cache, if there is one; while one thread alone uses it.
+    /// Changes the budget of the micropolygon cache, if any; call while no other thread uses it.
     virtual void set_cache_bytes(size_t /*bytes*/) const {}
-    /// An error once a surface kernel has failed; the patch it was run for came back empty. To be
-    /// read after each slab.
+    /// Returns an error once a surface kernel has failed; the patch it ran for came back empty. To
+    /// be checked after each slab.
     virtual Result<void> status() const { return {}; }
 };
 

@@ -8,15 +8,15 @@ namespace openfab::surface {
 
 namespace {
 
-/// Where lattice point (a, b) snaps to on the sides that it lies between the ends of.
+/// Adds the edge points to which lattice point (a, b) snaps, on the sides it lies inside of.
 void add_snapped(const BaseMesh& base, int32_t triangle, int32_t a, int32_t b, TileSpan* span) {
     const int32_t n = base.lattice_factor(triangle);
-    const std::array<int32_t, 3> place{b == 0 ? a : -1, a + b == n ? b : -1, a == 0 ? n - b : -1};
+    const std::array<int32_t, 3> on_side{b == 0 ? a : -1, a + b == n ? b : -1, a == 0 ? n - b : -1};
     for (int32_t side = 0; side < 3; ++side) {
-        const int32_t l = place[static_cast<size_t>(side)];
+        const int32_t l = on_side[side];
         if (l < 0 || l == 0 || l == n) continue;
         const int32_t s = 3 * triangle + side;
-        const int32_t factor = base.factor[static_cast<size_t>(s)];
+        const int32_t factor = base.factor[s];
         int32_t i = snap_to_edge(base.forward(s) ? l : n - l, factor, n);
         if (!base.forward(s)) i = factor - i;
         const double t = static_cast<double>(i) / factor;

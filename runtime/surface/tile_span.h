@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The points whose convex hull holds a tile's micro-vertices before they are displaced.
+// Points whose convex hull holds a tile's micro-vertices before displacement.
 
 #include <algorithm>
 #include <array>
@@ -13,11 +13,11 @@
 
 namespace openfab::surface {
 
-/// In barycentric weights of the triangle's corners 1 and 2.
+/// Those points, in barycentric weights of the triangle's corners 1 and 2.
 struct TileSpan {
     int32_t points = 0;
     std::array<double, 10> wa{}, wb{};
-    std::array<bool, 10> corner{};  ///< else where the corner before it snaps to on an edge
+    std::array<bool, 10> corner{};  ///< else the edge point to which the corner before it snaps
 
     void add(double a, double b, bool is_corner = true) {
         const auto i = static_cast<size_t>(points++);
@@ -25,18 +25,18 @@ struct TileSpan {
     }
 };
 
-/// The corners of the tile's part of the triangle, at most five; where they lie on an edge, the
-/// edge points they snap to as well, since snapping moves them along the edge, out of the tile.
+/// Returns the corners of the tile's part of the triangle, at most five, and for those on an edge
+/// the edge points to which they snap, as snapping moves them along the edge out of the tile.
 TileSpan span_tile(const BaseMesh& base, int32_t triangle, const Tile& tile);
 
 /// Calls visit(tile number) for every tile of a displaced triangle with a lattice point that snaps
-/// into edge points [i0, i1] of the side, counted from the edge's lower end; some more at both
-/// ends.
+/// into edge points [i0, i1] of the side, counted from the edge's lower end, and for a few more at
+/// both ends.
 template <typename Visit>
 void visit_side_tiles(const BaseMesh& base, int32_t side, int32_t i0, int32_t i1,
                       const Visit& visit) {
     const int32_t n = base.lattice_factor(side / 3);
-    const int64_t factor = base.factor[static_cast<size_t>(side)];
+    const int64_t factor = base.factor[side];
     const int32_t l0 =
         std::max<int32_t>(0, static_cast<int32_t>(i0 * static_cast<int64_t>(n) / factor) - 2);
     const int32_t l1 =
@@ -50,7 +50,7 @@ void visit_side_tiles(const BaseMesh& base, int32_t side, int32_t i0, int32_t i1
     }
 }
 
-/// A tile of a displaced triangle that has the corner among its vertices.
+/// Returns a tile of a displaced triangle that has the corner among its vertices.
 inline int32_t corner_tile(const BaseMesh& base, int32_t corner) {
     const int32_t n = base.lattice_factor(corner / 3);
     const auto [a, b] = side_point(n, corner % 3, 0);

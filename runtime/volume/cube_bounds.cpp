@@ -10,58 +10,59 @@
 #include "base/check.h"
 #include "base/infinity.h"
 
-namespace openfab::slab {
+namespace openfab::volume {
 
 namespace {
 
-/// How much farther than the nearest surface point that of a middle may be, in halves of the cube's
-/// diagonal: closer costs more than what it settles.
-constexpr float kOff = 0.03f;
+/// Tolerance of the distance at a centre, in halves of the cube's diagonal: tighter costs more than
+/// what it culls.
+constexpr float kCenterTolerance = 0.03f;
 
 }  // namespace
 
-int64_t CubeBounds::most_bytes(const PrintPart& part, int64_t cubes) {
+int64_t CubeBounds::most_bytes(const PlacedPart& part, int64_t cubes) {
     // Numbers of an entry: its corner and distances; every component low and high, as it comes and
     // as the kernel reads it; every weight low and high. Lists that grow by doubling hold twice.
     const int64_t components = part.nearest.floats() + part.nearest.ints();
     const int64_t numbers = 2 * 5 + components * (2 * 2 + 2) + 2 * int64_t{part.slots()};
     constexpr int64_t kPoint =
-        (2 * sizeof(nearest::PointGroup) + sizeof(nearest::PointBounds)) / 8 + 4;
-    return int64_t{kBlocks * sizeof(nearest::BlockBounds) + 3 * kKnownMiddles * sizeof(Middle)} +
-           cubes * (nearest::BoxBounds::kMostCases * 4 * numbers + int64_t{2 * sizeof(size_t)} +
-                    2 * (kPoint + int64_t{sizeof(Middle)}));
+        (2 * sizeof(nearest::PointPacket) + sizeof(nearest::PointBounds)) / 8 + 4;
+    return int64_t{kBlocks * sizeof(nearest::BlockBounds) +
+                   3 * kCachedCenters * sizeof(CenterDistance)} +
+           cubes * (nearest::BoxBounds::kMaxCases * 4 * numbers + int64_t{2 * sizeof(size_t)} +
+                    2 * (kPoint + int64_t{sizeof(CenterDistance)}));
 }
 
-CubeBounds::Middle& CubeBounds::known_middle(int32_t size, const Vec3i& lowest) {
+CubeBounds::CenterDistance& CubeBounds::cached_center(int32_t size, const Vec3i& lowest) {
     const auto level = static_cast<size_t>(std::countr_zero(static_cast<uint32_t>(size / 16)));
     const auto x = static_cast<uint32_t>(lowest.x) / static_cast<uint32_t>(size),
                y = static_cast<uint32_t>(lowest.y) / static_cast<uint32_t>(size);
-    static_assert(kKnownMiddles == 1 << 10);
-    return known_[level * kKnownMiddles + ((y & 15) << 6 | (x & 63))];
+    static_assert(kCachedCenters == 1 << 10);
+    return cached_[level * kCachedCenters + ((y & 15) << 6 | (x & 63))];
 }
 
-// Distances of the cubes' middles, about, in the order of operations of a voxel's centre. A cube is
-// asked for by every group that it crosses, so what was found is kept.
-void CubeBounds::find_middles(const PrintPart& part, int32_t size, std::span<const Vec3i> lowest,
+// Finds approximate distances of the cubes' centres, in the order of operations of a voxel's
+// centre. Every slab that crosses a cube asks for it, so results are cached.
+void CubeBounds::find_centers(const PlacedPart& part, int32_t size, std::span<const Vec3i> lowest,
                               nearest::Engine::Scratch* scratch) {
-    known_.resize(3 * kKnownMiddles);
-    middles_.resize(lowest.size());
+    cached_.resize(3 * kCachedCenters);
+    centers_.resize(lowest.size());
     missing_.clear();
     for (size_t i = 0; i < lowest.size(); ++i) {
-        const Middle& known = known_middle(size, lowest[i]);
-        if (known.part == &part && known.lowest == lowest[i]) {
-            middles_[i] = known;
+        const CenterDistance& cached = cached_center(size, lowest[i]);
+        if (cached.part == &part && cached.lowest == lowest[i]) {
+            centers_[i] = cached;
         } else {
             missing_.push_back(i);
         }
     }
-    const size_t groups = (missing_.size() + 7) / 8;
-    points_.resize(groups);
-    near_.resize(groups);
-    bounds_.resize(groups);
+    const size_t packets = (missing_.size() + 7) / 8;
+    points_.resize(packets);
+    near_.resize(packets);
+    bounds_.resize(packets);
     const float half = 0.5f * static_cast<float>(size);
-    for (size_t i = 0; i < 8 * groups; ++i) {
-        // Lanes that are left over ask what the last one does.
+    for (size_t i = 0; i < 8 * packets; ++i) {
+        // Unused lanes repeat the last query.
         const Vec3i& corner = lowest[missing_[std::min(i, missing_.size() - 1)]];
         const float x = static_cast<float>(corner.x) + half;
         const float y = static_cast<float>(corner.y) + half;
@@ -72,36 +73,36 @@ void CubeBounds::find_middles(const PrintPart& part, int32_t size, std::span<con
                                           z * part.frame[OPENFAB_FRAME_STEP_K + a]) +
                                          part.frame[OPENFAB_FRAME_ORIGIN + a];
         }
-        // What is known there is mostly the cube below.
-        const Middle& below = known_middle(size, corner);
+        // The cached entry is mostly that of the cube below.
+        const CenterDistance& below = cached_center(size, corner);
         for (size_t a = 0; a < 3; ++a)
             near_[i / 8].p[a][i % 8] =
                 below.part == &part ? below.point[static_cast<int>(a)] : kInfinity;
     }
-    part.engine->bound_points(points_, near_, kOff * half * part.voxel_diagonal_mm, scratch,
-                              bounds_.data());
+    part.engine->bound_points(points_, near_, kCenterTolerance * half * part.voxel_diagonal_mm,
+                              scratch, bounds_.data());
     for (size_t i = 0; i < missing_.size(); ++i) {
         const nearest::PointBounds& b = bounds_[i / 8];
         const size_t l = i % 8;
-        Middle& found = middles_[missing_[i]];
+        CenterDistance& found = centers_[missing_[i]];
         found = {&part, lowest[missing_[i]], b.low[l], b.high[l], {}, {}};
         for (int a = 0; a < 3; ++a) {
             found.at[a] = points_[i / 8].p[a][l];
             found.point[a] = b.point[a][l];
         }
-        known_middle(size, found.lowest) = found;
+        cached_center(size, found.lowest) = found;
     }
 }
 
-// What distances the voxels of a cube may have, whose outer ones are so many voxels from its
-// middle: none is farther than from the surface point that was found, which is farthest from a
+// Bounds the distances of the voxels of a cube, whose outermost ones are `voxels` from its centre:
+// none is farther than its distance to the surface point that was found, which is largest at a
 // corner.
-CubeBounds::Range CubeBounds::around_middle(const PrintPart& part, const Middle& middle,
-                                            float voxels) {
-    const float low = middle.low, high = middle.high;
+CubeBounds::Range CubeBounds::distance_range(const PlacedPart& part, const CenterDistance& center,
+                                             float voxels) {
+    const float low = center.low, high = center.high;
     // The slack is for the rounding of these distances and of a voxel's own.
     const float slack = high * 0x1p-13f + part.largest_coordinate_mm * 0x1p-17f;
-    const Vec3f way = middle.at - middle.point;
+    const Vec3f way = center.at - center.point;
     float square = dot(way, way);
     for (const size_t step : {OPENFAB_FRAME_STEP_I, OPENFAB_FRAME_STEP_J, OPENFAB_FRAME_STEP_K}) {
         const float* s = &part.frame[step];
@@ -114,7 +115,7 @@ CubeBounds::Range CubeBounds::around_middle(const PrintPart& part, const Middle&
     return {low > reach ? low - reach : 0.0f, std::min(high + reach, std::sqrt(square) + slack)};
 }
 
-// Only voxels inside the part count, where the distance is negative; given are unsigned ones.
+// Takes unsigned distances; only voxels inside the part count, where the distance is negative.
 void CubeBounds::add_entry(const Vec3i& corner, const nearest::NearestCase& of, float distance_lo,
                            float distance_hi) {
     corners_.insert(corners_.end(), {corner.x, corner.y, corner.z});
@@ -130,16 +131,16 @@ void CubeBounds::add_entry(const Vec3i& corner, const nearest::NearestCase& of, 
     }
 }
 
-// From entry after entry to component after component.
-void CubeBounds::lay_out(const PrintPart& part) {
+// Transposes from entry-major to component-major order.
+void CubeBounds::transpose_entries(const PlacedPart& part) {
     const size_t n = distance_lo_.size();
-    const auto transpose = [n](size_t components, const auto& from, auto* lo, auto* hi) {
+    const auto transpose = [n](size_t components, const auto& source, auto* lo, auto* hi) {
         lo->resize(components * n);
         hi->resize(components * n);
-        for (size_t i = 0; i < n && !from.empty(); ++i) {
+        for (size_t i = 0; i < n && !source.empty(); ++i) {
             for (size_t c = 0; c < components; ++c) {
-                (*lo)[c * n + i] = from[2 * components * i + c];
-                (*hi)[c * n + i] = from[2 * components * i + components + c];
+                (*lo)[c * n + i] = source[2 * components * i + c];
+                (*hi)[c * n + i] = source[2 * components * i + components + c];
             }
         }
     };
@@ -147,7 +148,7 @@ void CubeBounds::lay_out(const PrintPart& part) {
     transpose(static_cast<size_t>(part.nearest.ints()), case_ints_, &int_lo_, &int_hi_);
 }
 
-void CubeBounds::begin(const PrintPart& part) {
+void CubeBounds::begin(const PlacedPart& part) {
     first_entry_.assign(1, 0);
     corners_.clear();
     distance_lo_.clear();
@@ -163,19 +164,19 @@ void CubeBounds::begin(const PrintPart& part) {
                            std::numeric_limits<int32_t>::max());
 }
 
-void CubeBounds::add_middles(const PrintPart& part, int32_t size, std::span<const Vec3i> lowest,
+void CubeBounds::add_centers(const PlacedPart& part, int32_t size, std::span<const Vec3i> lowest,
                              nearest::Engine::Scratch* scratch) {
-    find_middles(part, size, lowest, scratch);
+    find_centers(part, size, lowest, scratch);
     for (size_t i = 0; i < lowest.size(); ++i) {
-        const Range d = around_middle(part, middles_[i], 0.5f * static_cast<float>(size - 1));
+        const Range d = distance_range(part, centers_[i], 0.5f * static_cast<float>(size - 1));
         add_entry(lowest[i], unknown_, d.low, d.high);
         first_entry_.push_back(distance_lo_.size());
     }
 }
 
 template <typename Visit>
-void CubeBounds::each_block(const PrintPart& part, std::span<const Vec3i> blocks,
-                            nearest::Engine::Scratch* scratch, const Visit& visit) {
+void CubeBounds::for_each_block(const PlacedPart& part, std::span<const Vec3i> blocks,
+                                nearest::Engine::Scratch* scratch, const Visit& visit) {
     blocks_.resize(kBlocks);
     for (size_t first = 0; first < blocks.size(); first += kBlocks) {
         const auto some = blocks.subspan(first, std::min(kBlocks, blocks.size() - first));
@@ -185,14 +186,14 @@ void CubeBounds::each_block(const PrintPart& part, std::span<const Vec3i> blocks
     }
 }
 
-void CubeBounds::add_cases(const PrintPart& part, int32_t size, std::span<const Vec3i> lowest,
+void CubeBounds::add_cases(const PlacedPart& part, int32_t size, std::span<const Vec3i> lowest,
                            nearest::Engine::Scratch* scratch) {
     for (const Vec3i& corner : lowest) {
         box_.clear();
         box_.distance_hi = kInfinity;
         if (part.bounds.any()) part.engine->bounds(corner, size, scratch, &box_);
         for (int32_t k = 0; k < box_.count; ++k) {
-            const nearest::NearestCase& one = box_.cases[static_cast<size_t>(k)];
+            const nearest::NearestCase& one = box_.cases[k];
             add_entry(corner, one, one.distance_lo, box_.distance_hi);
         }
         if (box_.count == 0) add_entry(corner, unknown_, 0.0f, box_.distance_hi);
@@ -200,44 +201,44 @@ void CubeBounds::add_cases(const PrintPart& part, int32_t size, std::span<const 
     }
 }
 
-// Intervals of what the queries can give in each cube, then of the weights.
-abi::KernelStatus CubeBounds::bound(const PrintPart& part, int32_t size,
-                                    std::span<const Vec3i> lowest, QueryBounds from,
+// Bounds the query results in each cube, then the weights.
+abi::KernelStatus CubeBounds::bound(const PlacedPart& part, int32_t size,
+                                    std::span<const Vec3i> lowest, BoundSource source,
                                     const Tools& tools) {
     begin(part);
-    if (from == QueryBounds::kCases || !part.bounds.any()) {
+    if (source == BoundSource::kPerCase || !part.bounds.any()) {
         add_cases(part, size, lowest, tools.scratch);
     } else if (size > 8) {
-        add_middles(part, size, lowest, tools.scratch);
+        add_centers(part, size, lowest, tools.scratch);
     } else {
-        each_block(part, lowest, tools.scratch,
-                   [&](const Vec3i& block, const nearest::BlockBounds& of) {
-                       add_entry(block, unknown_, *std::ranges::min_element(of.low),
-                                 *std::ranges::max_element(of.high));
-                       first_entry_.push_back(distance_lo_.size());
-                   });
+        for_each_block(part, lowest, tools.scratch,
+                       [&](const Vec3i& block, const nearest::BlockBounds& of) {
+                           add_entry(block, unknown_, *std::ranges::min_element(of.low),
+                                     *std::ranges::max_element(of.high));
+                           first_entry_.push_back(distance_lo_.size());
+                       });
     }
-    lay_out(part);
+    transpose_entries(part);
     return run_kernel(part, size, tools);
 }
 
-abi::KernelStatus CubeBounds::bound_pieces(const PrintPart& part, std::span<const Vec3i> blocks,
+abi::KernelStatus CubeBounds::bound_pieces(const PlacedPart& part, std::span<const Vec3i> blocks,
                                            const Tools& tools) {
     begin(part);
     const nearest::BlockPieces& pieces = part.engine->pieces();
-    each_block(part, blocks, tools.scratch,
-               [&](const Vec3i& block, const nearest::BlockBounds& of) {
-                   for (size_t p = 0; p < kPieces; ++p) {
-                       add_entry(block + pieces.lowest[p], unknown_, of.low[p], of.high[p]);
-                       first_entry_.push_back(distance_lo_.size());
-                   }
-               });
-    lay_out(part);
-    // The kernel knows cubes alone; one that holds a piece will do.
+    for_each_block(part, blocks, tools.scratch,
+                   [&](const Vec3i& block, const nearest::BlockBounds& of) {
+                       for (size_t p = 0; p < kPieces; ++p) {
+                           add_entry(block + pieces.lowest[p], unknown_, of.low[p], of.high[p]);
+                           first_entry_.push_back(distance_lo_.size());
+                       }
+                   });
+    transpose_entries(part);
+    // The kernel takes cubes only; one that holds a piece is enough.
     return run_kernel(part, std::max({pieces.size.x, pieces.size.y, pieces.size.z}), tools);
 }
 
-abi::KernelStatus CubeBounds::run_kernel(const PrintPart& part, int32_t size, const Tools& tools) {
+abi::KernelStatus CubeBounds::run_kernel(const PlacedPart& part, int32_t size, const Tools& tools) {
     const size_t n = distance_lo_.size();
     OPENFAB_CHECK_EQ(first_entry_.back(), n);
     // A slot that the fablet never sets may have no output; then it is 0.
@@ -266,7 +267,7 @@ abi::KernelStatus CubeBounds::run_kernel(const PrintPart& part, int32_t size, co
                 break;
             case OPENFAB_ARG_NEAREST_LO:
             case OPENFAB_ARG_NEAREST_HI: {
-                const size_t first = part.nearest.place(arg.a, arg.b) * n;
+                const size_t first = part.nearest.index(arg.a, arg.b) * n;
                 if (part.nearest.is_float(arg.a)) {
                     arguments.set_list(i, lo ? &float_lo_[first] : &float_hi_[first]);
                 } else {
@@ -281,7 +282,7 @@ abi::KernelStatus CubeBounds::run_kernel(const PrintPart& part, int32_t size, co
     return arguments.run(tools.isa);
 }
 
-bool CubeBounds::one_composition(size_t cube, std::vector<float>* weights) const {
+bool CubeBounds::is_uniform(size_t cube, std::vector<float>* weights) const {
     const size_t n = distance_lo_.size();
     const size_t first = first_entry_[cube];
     for (size_t s = 0; s < weights->size(); ++s) {
@@ -295,4 +296,4 @@ bool CubeBounds::one_composition(size_t cube, std::vector<float>* weights) const
     return true;
 }
 
-}  // namespace openfab::slab
+}  // namespace openfab::volume

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The interval form of the volume stage over cubes of voxels: which of them can hold one
-// composition only.
+// Evaluates the interval form of the volume stage over cubes of voxels, to find cubes with uniform
+// weights.
 
 #include <cstdint>
 #include <span>
@@ -11,80 +11,80 @@
 #include <vector>
 
 #include "runtime/volume/kernel_arguments.h"
-#include "runtime/volume/print_part.h"
+#include "runtime/volume/placed_part.h"
 
-namespace openfab::slab {
+namespace openfab::volume {
 
-/// Where the intervals of what queries give come from.
-enum class QueryBounds {
-    /// From about the distance of the cube's middle, of blocks from about those of their corners;
-    /// of the surface's attributes nothing is known. A tenth of a microsecond to one a cube.
-    kDistance,
-    /// The engine's bounds of distance and attributes, case by case. Tighter; ten microseconds.
-    kCases,
+/// The source of the intervals of query results.
+enum class BoundSource {
+    /// Approximate distances: of a cube's centre, or of a block's corners; surface attributes are
+    /// unknown. 0.1 to 1 us a cube.
+    kCenterDistance,
+    /// The engine's bounds of distance and attributes, per case. Tighter; 10 us a cube.
+    kPerCase,
 };
 
-/// Weights of some cubes as intervals. Memory is kept for the next ones, of any part.
+/// Intervals of the weights of some cubes. Memory is reused from call to call, for any part.
 class CubeBounds {
   public:
-    /// What a thread bounds with; `scratch` only where the part's bounds ask queries.
+    /// Per-thread tools; `scratch` is null where the part's bounds need no queries.
     struct Tools {
         nearest::Engine::Scratch* scratch;
         KernelArguments* arguments;
         openfab_isa isa;
     };
 
-    /// Of memory that so many cubes of the part can take.
-    static int64_t most_bytes(const PrintPart& part, int64_t cubes);
+    /// Returns the peak bytes for `cubes` cubes of this part.
+    static int64_t most_bytes(const PlacedPart& part, int64_t cubes);
 
     /// Cubes of `size` voxels a side, by their lowest voxels, part-relative.
-    abi::KernelStatus bound(const PrintPart& part, int32_t size, std::span<const Vec3i> lowest,
-                            QueryBounds from, const Tools& tools);
-    /// By kDistance the pieces of blocks (nearest::Engine::pieces): those of block i are cubes
-    /// i * kPieces to i * kPieces + kPieces - 1.
-    abi::KernelStatus bound_pieces(const PrintPart& part, std::span<const Vec3i> blocks,
+    abi::KernelStatus bound(const PlacedPart& part, int32_t size, std::span<const Vec3i> lowest,
+                            BoundSource source, const Tools& tools);
+    /// Bounds the pieces of blocks (nearest::Engine::pieces) by kCenterDistance: those of block i
+    /// are cubes i * kPieces to i * kPieces + kPieces - 1.
+    abi::KernelStatus bound_pieces(const PlacedPart& part, std::span<const Vec3i> blocks,
                                    const Tools& tools);
     static constexpr size_t kPieces = std::tuple_size_v<decltype(nearest::BlockPieces::lowest)>;
-    /// True where all cases of a cube give every slot the same single weight, which is then in
-    /// `weights`: one for each slot.
-    bool one_composition(size_t cube, std::vector<float>* weights) const;
-    /// A distance that a cube with one case may have, signed, mm.
+    /// Returns whether all cases of a cube give every slot the same exact weight; writes the
+    /// weights, one for each slot.
+    bool is_uniform(size_t cube, std::vector<float>* weights) const;
+    /// Returns a possible signed distance of a cube with one case, mm.
     float distance_of(size_t cube) const { return distance_lo_[first_entry_[cube]]; }
 
   private:
-    /// What is known of the distance of a cube's middle.
-    struct Middle {
-        const PrintPart* part = nullptr;
+    /// Bounds of the distance at a cube's centre.
+    struct CenterDistance {
+        const PlacedPart* part = nullptr;
         Vec3i lowest{};
         float low = 0, high = 0;  ///< mm
-        Vec3f at{};               ///< mm
-        Vec3f point{};            ///< of the surface, about as near as any
+        Vec3f at{};               ///< the centre, mm
+        Vec3f point{};            ///< a surface point, approximately the nearest
     };
-    static constexpr size_t kKnownMiddles = 1024;  ///< of each size
+    static constexpr size_t kCachedCenters = 1024;  ///< per size
 
-    void begin(const PrintPart& part);
-    Middle& known_middle(int32_t size, const Vec3i& lowest);
-    void find_middles(const PrintPart& part, int32_t size, std::span<const Vec3i> lowest,
+    void begin(const PlacedPart& part);
+    CenterDistance& cached_center(int32_t size, const Vec3i& lowest);
+    void find_centers(const PlacedPart& part, int32_t size, std::span<const Vec3i> lowest,
                       nearest::Engine::Scratch* scratch);
     struct Range {
         float low, high;
     };
-    static Range around_middle(const PrintPart& part, const Middle& middle, float voxels);
-    void add_middles(const PrintPart& part, int32_t size, std::span<const Vec3i> lowest,
+    static Range distance_range(const PlacedPart& part, const CenterDistance& center, float voxels);
+    void add_centers(const PlacedPart& part, int32_t size, std::span<const Vec3i> lowest,
                      nearest::Engine::Scratch* scratch);
-    /// visit(block, bounds of its pieces)
+    /// Calls visit(block, bounds of its pieces) for each block.
     template <typename Visit>
-    void each_block(const PrintPart& part, std::span<const Vec3i> blocks,
-                    nearest::Engine::Scratch* scratch, const Visit& visit);
-    void add_cases(const PrintPart& part, int32_t size, std::span<const Vec3i> lowest,
+    void for_each_block(const PlacedPart& part, std::span<const Vec3i> blocks,
+                        nearest::Engine::Scratch* scratch, const Visit& visit);
+    void add_cases(const PlacedPart& part, int32_t size, std::span<const Vec3i> lowest,
                    nearest::Engine::Scratch* scratch);
     void add_entry(const Vec3i& corner, const nearest::NearestCase& of, float distance_lo,
                    float distance_hi);
-    void lay_out(const PrintPart& part);
-    abi::KernelStatus run_kernel(const PrintPart& part, int32_t size, const Tools& tools);
+    void transpose_entries(const PlacedPart& part);
+    abi::KernelStatus run_kernel(const PlacedPart& part, int32_t size, const Tools& tools);
 
-    /// What the kernel bounds: an entry for each case of each cube; those of cube i are
-    /// entries first_entry_[i] … first_entry_[i + 1].
+    /// The kernel's input: an entry for each case of each cube; those of cube i are entries
+    /// first_entry_[i] … first_entry_[i + 1].
     std::vector<size_t> first_entry_;
     std::vector<int32_t> corners_;  ///< [entry][axis]
     std::vector<float> distance_lo_, distance_hi_;
@@ -93,15 +93,15 @@ class CubeBounds {
     std::vector<float> float_lo_, float_hi_;  ///< [component][entry], as the kernel reads them
     std::vector<int32_t> int_lo_, int_hi_;
     std::vector<float> weight_lo_, weight_hi_;  ///< [slot][entry]
-    nearest::NearestCase unknown_;              ///< of a part that asks no query, or has no surface
+    nearest::NearestCase unknown_;              ///< of a part without queries or without a surface
     nearest::BoxBounds box_;
-    std::vector<nearest::PointGroup> points_, near_;
+    std::vector<nearest::PointPacket> points_, near_;
     std::vector<nearest::PointBounds> bounds_;
-    std::vector<Middle> middles_;          ///< of the cubes in hand
-    std::vector<Middle> known_;            ///< of the last ones, [size][place]
-    std::vector<size_t> missing_;          ///< of those in hand, which were not known
-    static constexpr size_t kBlocks = 64;  ///< that are bounded at a time
+    std::vector<CenterDistance> centers_;  ///< of the current cubes
+    std::vector<CenterDistance> cached_;   ///< of recent cubes, [size][slot]
+    std::vector<size_t> missing_;          ///< current cubes that were not cached
+    static constexpr size_t kBlocks = 64;  ///< blocks per call
     std::vector<nearest::BlockBounds> blocks_;
 };
 
-}  // namespace openfab::slab
+}  // namespace openfab::volume

@@ -7,12 +7,12 @@
 
 #include "base/clock.h"
 
-namespace openfab::slab {
+namespace openfab::volume {
 
 namespace {
 
-// More different compositions than this and the rest is evaluated: finding one among them would
-// cost more than it saves.
+// Beyond this many different mixtures the rest is evaluated: finding one would cost more than it
+// saves.
 constexpr size_t kMostConstants = 256;
 
 constexpr int32_t kSides[] = {8, 4, 2, 1};  // of cubes, in blocks
@@ -22,16 +22,16 @@ int32_t align_down(int32_t value, int32_t side) {
     return value >= 0 ? value / side * side : -((-value + side - 1) / side * side);
 }
 
-/// Whether cubes are bounded by about the distances of some of their points. These are queries; of
-/// a displaced surface they would dice patches that no voxel asks for, which costs more than what
-/// they settle beyond the cases of patches that are not diced.
-bool points_tell(const PrintPart& part) {
+/// Returns whether cubes are bounded by approximate distances of some of their points. These are
+/// queries; on a displaced surface they would dice patches that no voxel asks for, which costs more
+/// than what they cull beyond the cases of undiced patches.
+bool points_tell(const PlacedPart& part) {
     return part.bounds.distance && part.surface->identity();
 }
 
 }  // namespace
 
-void PartCull::mark_covered(const voxel::GroupMask& mask) {
+void PartCull::mark_covered(const voxel::SlabMask& mask) {
     first_x_ = mask.x0 / 8;
     first_y_ = mask.y0 / 8;
     blocks_x_ = mask.width / 8;
@@ -57,11 +57,11 @@ bool PartCull::any_covered(const CullCube& cube, int32_t side) const {
     return false;
 }
 
-abi::KernelStatus PartCull::run(const PrintPart& part, int32_t group, const voxel::GroupMask& mask,
+abi::KernelStatus PartCull::run(const PlacedPart& part, int32_t slab, const voxel::SlabMask& mask,
                                 bool cull, BlockEvaluator* evaluator, std::atomic<int64_t>* room) {
     mark_covered(mask);
     constants_.clear();
-    finer_ = false;
+    cull_pieces_ = false;
     evaluator->counts.total += std::count(blocks_.begin(), blocks_.end(), kEvaluate);
     if (!cull || part.part->fablet->volume_bounds.arg_count == 0 || blocks_.empty()) return {};
     const double start = seconds_now();
@@ -81,9 +81,11 @@ abi::KernelStatus PartCull::run(const PrintPart& part, int32_t group, const voxe
         open.clear();
         if (cubes.empty()) break;
         if (points)
-            status = settle(part, group, side, QueryBounds::kDistance, evaluator, room, &cubes);
+            status = fill_uniform_cubes(part, slab, side, BoundSource::kCenterDistance, evaluator,
+                                        room, &cubes);
         if (status.ok() && cases)
-            status = settle(part, group, side, QueryBounds::kCases, evaluator, room, &cubes);
+            status = fill_uniform_cubes(part, slab, side, BoundSource::kPerCase, evaluator, room,
+                                        &cubes);
         if (!status.ok()) break;
         const int32_t half = side / 2;
         if (half == 0) break;
@@ -94,20 +96,21 @@ abi::KernelStatus PartCull::run(const PrintPart& part, int32_t group, const voxe
             }
         }
     }
-    if (status.ok()) status = try_finer(part, group, evaluator);
+    if (status.ok()) status = probe_pieces(part, slab, evaluator);
     evaluator->counts.filled +=
         std::count_if(blocks_.begin(), blocks_.end(), [](int32_t b) { return b >= 0; });
     evaluator->counts.seconds_bounds += seconds_now() - start;
     return status;
 }
 
-abi::KernelStatus PartCull::settle(const PrintPart& part, int32_t group, int32_t side,
-                                   QueryBounds from, BlockEvaluator* evaluator,
-                                   std::atomic<int64_t>* room, std::vector<CullCube>* cubes) {
+abi::KernelStatus PartCull::fill_uniform_cubes(const PlacedPart& part, int32_t slab, int32_t side,
+                                               BoundSource from, BlockEvaluator* evaluator,
+                                               std::atomic<int64_t>* room,
+                                               std::vector<CullCube>* cubes) {
     CubeBounds& bounds = evaluator->cube_bounds();
     std::vector<float> weights(static_cast<size_t>(part.slots()));
-    // Groups are in grid voxels, so a cube holds the whole group whatever its side.
-    const int32_t z = align_down(group, side) * 8 - part.base.z;
+    // Slabs are in grid voxels, so a cube holds the whole slab whatever its side.
+    const int32_t z = align_down(slab, side) * 8 - part.base.z;
     size_t left = 0;
     for (size_t first = 0; first < cubes->size(); first += kMostCubes) {
         const size_t count = std::min(kMostCubes, cubes->size() - first);
@@ -123,7 +126,7 @@ abi::KernelStatus PartCull::settle(const PrintPart& part, int32_t group, int32_t
         for (size_t i = 0; i < count; ++i) {
             const CullCube cube = (*cubes)[first + i];
             int32_t index = kEvaluate;
-            if (bounds.one_composition(i, &weights)) {
+            if (bounds.is_uniform(i, &weights)) {
                 const abi::KernelStatus status =
                     add_constant(part, weights.data(), evaluator, room, &index);
                 if (!status.ok()) return status;
@@ -139,26 +142,26 @@ abi::KernelStatus PartCull::settle(const PrintPart& part, int32_t group, int32_t
     return {};
 }
 
-void PartCull::fill(const CullCube& cube, int32_t side, int32_t composition) {
-    finer_ = true;
+void PartCull::fill(const CullCube& cube, int32_t side, int32_t constant_index) {
+    cull_pieces_ = true;
     for (int32_t y = std::max(cube.y, first_y_); y < std::min(cube.y + side, end_y()); ++y) {
         for (int32_t x = std::max(cube.x, first_x_); x < std::min(cube.x + side, end_x()); ++x) {
             int32_t& block =
                 blocks_[static_cast<size_t>((y - first_y_) * blocks_x_ + (x - first_x_))];
-            if (block == kEvaluate) block = composition;
+            if (block == kEvaluate) block = constant_index;
         }
     }
 }
 
-// Where not one cube was filled, pieces of some blocks tell whether any are worth a look.
-abi::KernelStatus PartCull::try_finer(const PrintPart& part, int32_t group,
-                                      BlockEvaluator* evaluator) {
+// Where no cube was filled, pieces of some blocks are probed for whether culling pieces pays.
+abi::KernelStatus PartCull::probe_pieces(const PlacedPart& part, int32_t slab,
+                                         BlockEvaluator* evaluator) {
     constexpr size_t kTried = 8;
     if (!points_tell(part)) {
-        finer_ = false;
+        cull_pieces_ = false;
         return {};
     }
-    if (finer_) return {};
+    if (cull_pieces_) return {};
     const size_t step = std::max<size_t>(blocks_.size() / kTried, 1);
     lowest_.clear();
     for (size_t from = 0; from < blocks_.size(); from += step) {
@@ -168,19 +171,20 @@ abi::KernelStatus PartCull::try_finer(const PrintPart& part, int32_t group,
         if (i == std::min(from + step, blocks_.size())) continue;
         const auto at = static_cast<int32_t>(i);
         lowest_.push_back({8 * (first_x_ + at % blocks_x_) - part.base.x,
-                           8 * (first_y_ + at / blocks_x_) - part.base.y, 8 * group - part.base.z});
+                           8 * (first_y_ + at / blocks_x_) - part.base.y, 8 * slab - part.base.z});
     }
     if (lowest_.empty()) return {};
     CubeBounds& bounds = evaluator->cube_bounds();
     const abi::KernelStatus status =
         bounds.bound_pieces(part, lowest_, evaluator->bound_tools(part));
     std::vector<float> weights(static_cast<size_t>(part.slots()));
-    for (size_t i = 0; i < CubeBounds::kPieces * lowest_.size() && status.ok() && !finer_; ++i)
-        finer_ = bounds.one_composition(i, &weights);
+    for (size_t i = 0; i < CubeBounds::kPieces * lowest_.size() && status.ok() && !cull_pieces_;
+         ++i)
+        cull_pieces_ = bounds.is_uniform(i, &weights);
     return status;
 }
 
-abi::KernelStatus PartCull::add_constant(const PrintPart& part, const float* weights,
+abi::KernelStatus PartCull::add_constant(const PlacedPart& part, const float* weights,
                                          BlockEvaluator* evaluator, std::atomic<int64_t>* room,
                                          int32_t* index) {
     const auto slots = static_cast<size_t>(part.slots());
@@ -219,4 +223,4 @@ int64_t PartCull::blocks_to_evaluate() const {
     return std::count(blocks_.begin(), blocks_.end(), kEvaluate);
 }
 
-}  // namespace openfab::slab
+}  // namespace openfab::volume

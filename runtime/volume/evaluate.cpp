@@ -12,15 +12,15 @@
 #include "base/grow.h"
 #include "base/infinity.h"
 
-namespace openfab::slab {
+namespace openfab::volume {
 
 namespace {
 
 constexpr size_t kBlockValues = nearest::kBlockVoxels;
 constexpr size_t kBatchValues = kBlockValues * BlockEvaluator::kBatch;
 
-/// For each column of a piece, by its number in the block, and its bits there.
-void each_column(const nearest::BlockPieces& pieces, size_t piece, const auto& visit) {
+/// Calls visit(column in the block, bits) for each column of a piece.
+void for_each_column(const nearest::BlockPieces& pieces, size_t piece, const auto& visit) {
     const Vec3i from = pieces.lowest[piece], to = from + pieces.size;
     const auto bits = static_cast<uint8_t>((1u << to.z) - (1u << from.z));
     for (int32_t y = from.y; y < to.y; ++y) {
@@ -32,7 +32,7 @@ void each_column(const nearest::BlockPieces& pieces, size_t piece, const auto& v
 }  // namespace
 
 BlockEvaluator::BlockEvaluator(const openfab_stage_set& set, openfab_isa isa, size_t parts)
-    : calls_(set, isa), isa_(isa), scratch_(parts), attribute_scratch_(parts), phases_(parts) {
+    : calls_(set, isa), isa_(isa), scratch_(parts), attribute_scratch_(parts), segments_(parts) {
     owned_.resize(64 * kBatch);
     demand_.resize(64 * kBatch);
     demanded_.resize(kBatchValues);
@@ -41,8 +41,8 @@ BlockEvaluator::BlockEvaluator(const openfab_stage_set& set, openfab_isa isa, si
     distance_.resize(kBatchValues);
 }
 
-nearest::Engine::Scratch* BlockEvaluator::scratch(const PrintPart& part) {
-    std::unique_ptr<nearest::Engine::Scratch>& mine = scratch_[static_cast<size_t>(part.owner)];
+nearest::Engine::Scratch* BlockEvaluator::scratch(const PlacedPart& part) {
+    std::unique_ptr<nearest::Engine::Scratch>& mine = scratch_[part.owner];
     if (mine == nullptr) mine = part.engine->make_scratch();
     return mine.get();
 }
@@ -52,12 +52,12 @@ nearest::QueryCounts BlockEvaluator::query_counts() const {
     for (const auto& s : scratch_) {
         if (s != nullptr) sum.add(s->counts);
     }
-    sum.add(phases_.query_counts());
+    sum.add(segments_.query_counts());
     return sum;
 }
 
-// Makes room for the part's inputs, and notes which of them its volume kernel reads.
-void BlockEvaluator::prepare(const PrintPart& part) {
+// Allocates the part's inputs, and notes which of them its volume kernel reads.
+void BlockEvaluator::prepare(const PlacedPart& part) {
     const auto floats = static_cast<size_t>(part.nearest.floats());
     const auto ints = static_cast<size_t>(part.nearest.ints());
     grow(&values_, floats * kBatchValues);
@@ -71,14 +71,14 @@ void BlockEvaluator::prepare(const PrintPart& part) {
     for (int32_t i = 0; i < kernel.arg_count; ++i) {
         const openfab_arg& arg = kernel.args[i];
         if (arg.kind == OPENFAB_ARG_NEAREST) {
-            const size_t c = part.nearest.place(arg.a, arg.b);
+            const size_t c = part.nearest.index(arg.a, arg.b);
             if (part.nearest.is_float(arg.a)) {
                 value_targets_[c] = &values_[c * kBatchValues];
             } else {
                 flat_targets_[c] = &flat_[c * kBatchValues];
             }
         } else if (arg.kind == OPENFAB_ARG_NEAREST_GRAD) {
-            const size_t c = part.nearest.place(arg.a, 0) * 3 + static_cast<size_t>(arg.b);
+            const size_t c = part.nearest.index(arg.a, 0) * 3 + static_cast<size_t>(arg.b);
             gradient_targets_[c] = &gradients_[c * kBatchValues];
         }
     }
@@ -86,7 +86,7 @@ void BlockEvaluator::prepare(const PrintPart& part) {
 
 // Finds which of the owned voxels look at their nearest surface point: all, where the fablet has no
 // kernel that tells.
-abi::KernelStatus BlockEvaluator::find_demand(const PrintPart& part, int32_t n) {
+abi::KernelStatus BlockEvaluator::find_demand(const PlacedPart& part, int32_t n) {
     const auto bytes = static_cast<size_t>(64 * n);
     std::copy_n(owned_.begin(), bytes, demand_.begin());
     const openfab_kernel& kernel = part.part->fablet->volume_demand;
@@ -107,7 +107,7 @@ abi::KernelStatus BlockEvaluator::find_demand(const PrintPart& part, int32_t n) 
 
 // Pieces that hold one composition whatever a query would say need none: for any distance in the
 // interval the volume kernel gives that composition.
-abi::KernelStatus BlockEvaluator::settle_pieces(const PrintPart& part, int32_t n) {
+abi::KernelStatus BlockEvaluator::cull_pieces(const PlacedPart& part, int32_t n) {
     if (const abi::KernelStatus status =
             cube_bounds_.bound_pieces(part, blocks_, bound_tools(part));
         !status.ok())
@@ -117,15 +117,15 @@ abi::KernelStatus BlockEvaluator::settle_pieces(const PrintPart& part, int32_t n
     for (size_t block = 0; block < static_cast<size_t>(n); ++block) {
         for (size_t p = 0; p < CubeBounds::kPieces; ++p) {
             const size_t cube = block * CubeBounds::kPieces + p;
-            if (!cube_bounds_.one_composition(cube, &piece_weights_)) continue;
-            settled_[block] |= 1u << p;
-            settled_distance_[block][p] = cube_bounds_.distance_of(cube);
-            uint8_t& code = settled_code_[block][p];
-            if (const abi::KernelStatus status = find_settled_code(part, &code); !status.ok())
+            if (!cube_bounds_.is_uniform(cube, &piece_weights_)) continue;
+            culled_pieces_[block] |= 1u << p;
+            culled_distance_[block][p] = cube_bounds_.distance_of(cube);
+            uint8_t& code = culled_code_[block][p];
+            if (const abi::KernelStatus status = find_culled_code(part, &code); !status.ok())
                 return status;
-            each_column(pieces, p, [&](size_t column, uint8_t bits) {
+            for_each_column(pieces, p, [&](size_t column, uint8_t bits) {
                 demand_[64 * block + column] &= static_cast<uint8_t>(~bits);
-                if (code != OPENFAB_CODE_MIXED) coded_[64 * block + column] |= bits;
+                if (code != OPENFAB_CODE_MIXED) known_code_mask_[64 * block + column] |= bits;
             });
         }
     }
@@ -134,7 +134,7 @@ abi::KernelStatus BlockEvaluator::settle_pieces(const PrintPart& part, int32_t n
 
 // The code of what piece_weights_ say, from what is known of the part or by normalising a block of
 // it.
-abi::KernelStatus BlockEvaluator::find_settled_code(const PrintPart& part, uint8_t* code) {
+abi::KernelStatus BlockEvaluator::find_culled_code(const PlacedPart& part, uint8_t* code) {
     constexpr size_t kMostKnown = 8;
     if (known_part_ != &part) known_codes_.clear();
     known_part_ = &part;
@@ -148,23 +148,23 @@ abi::KernelStatus BlockEvaluator::find_settled_code(const PrintPart& part, uint8
     return status;
 }
 
-// Gives the settled pieces of a block a distance of their intervals.
-void BlockEvaluator::fill_settled(const PrintPart& part, int32_t place) {
-    const auto block = static_cast<size_t>(place);
+// Gives the culled pieces of a block a distance from their intervals.
+void BlockEvaluator::fill_culled(const PlacedPart& part, int32_t index) {
+    const auto block = static_cast<size_t>(index);
     float* out = &distance_[block * kBlockValues];
     const nearest::BlockPieces& pieces = part.engine->pieces();
-    for (uint32_t left = settled_[block]; left != 0; left &= left - 1) {
+    for (uint32_t left = culled_pieces_[block]; left != 0; left &= left - 1) {
         const auto p = static_cast<size_t>(std::countr_zero(left));
-        each_column(pieces, p, [&](size_t column, uint8_t) {
+        for_each_column(pieces, p, [&](size_t column, uint8_t) {
             std::fill_n(out + 8 * column + pieces.lowest[p].z, pieces.size.z,
-                        settled_distance_[block][p]);
+                        culled_distance_[block][p]);
         });
     }
 }
 
-// What queries of the blocks would each search is searched for all of them together; of a displaced
-// surface that would hold the patches near all of them at once.
-void BlockEvaluator::prepare_queries(const PrintPart& part, int32_t n) {
+// Shares the search between the queries of all blocks; not on a displaced surface, where it would
+// hold the patches near all of them at once.
+void BlockEvaluator::prepare_queries(const PlacedPart& part, int32_t n) {
     if (!part.surface->identity()) return;
     for (int32_t i = n; i-- > 0;) {
         const uint8_t* demand = &demand_[static_cast<size_t>(64 * i)];
@@ -174,8 +174,8 @@ void BlockEvaluator::prepare_queries(const PrintPart& part, int32_t n) {
     part.engine->prepare(blocks_, scratch(part));
 }
 
-// Zeros the inputs of one block of the batch; the targets stand at its place.
-void BlockEvaluator::clear_inputs(const PrintPart& part, int32_t place) {
+// Zeros the inputs of one block of the batch; the targets point to it.
+void BlockEvaluator::clear_inputs(const PlacedPart& part, int32_t index) {
     const auto clear = [](const auto& targets) {
         for (auto* target : targets) {
             if (target != nullptr) std::fill_n(target, kBlockValues, 0);
@@ -185,62 +185,60 @@ void BlockEvaluator::clear_inputs(const PrintPart& part, int32_t place) {
     clear(gradient_targets_);
     clear(flat_targets_);
     if (part.volume.distance)
-        std::fill_n(&distance_[static_cast<size_t>(place) * kBlockValues], kBlockValues, 0.0f);
+        std::fill_n(&distance_[static_cast<size_t>(index) * kBlockValues], kBlockValues, 0.0f);
 }
 
-// Fills the inputs of one block of the batch, 0 where a voxel does not ask; the targets stand at
-// its place.
-void BlockEvaluator::query(const PrintPart& part, int32_t place) {
-    const uint8_t* demand = &demand_[static_cast<size_t>(64 * place)];
+// Fills the inputs of one block of the batch, 0 where a voxel does not query; the targets point to
+// it.
+void BlockEvaluator::query(const PlacedPart& part, int32_t index) {
+    const uint8_t* demand = &demand_[static_cast<size_t>(64 * index)];
     if (std::all_of(demand, demand + 64, [](uint8_t bits) { return bits == 0; })) {
         scratch(part)->counts.skipped += nearest::kBlockVoxels;
-        clear_inputs(part, place);
-        if (part.volume.distance) fill_settled(part, place);
+        clear_inputs(part, index);
+        if (part.volume.distance) fill_culled(part, index);
         return;
     }
     nearest::BlockQuery query;
-    const int32_t* corner = &corners_[static_cast<size_t>(3 * place)];
+    const int32_t* corner = &corners_[static_cast<size_t>(3 * index)];
     query.block = {corner[0], corner[1], corner[2]};
-    query.demand = demand;
+    query.active = demand;
     part.engine->query(query, scratch(part), &answer_);
     if (part.volume.attributes || part.volume.gradients) {
         const nearest::AttributeTargets targets{
             value_targets_.data(), part.volume.gradients ? gradient_targets_.data() : nullptr,
             flat_targets_.data()};
-        part.attributes->read(answer_, demand, targets,
-                              &attribute_scratch_[static_cast<size_t>(part.owner)]);
+        part.attributes->read(answer_, demand, targets, &attribute_scratch_[part.owner]);
     }
     if (part.volume.distance) {
         // Owned voxels are inside, so the distance is negative; taken from 0 so that none gives +0.
-        // What does not ask is infinitely far in the answer.
-        float* out = &distance_[static_cast<size_t>(place) * kBlockValues];
+        // Voxels that do not query are infinitely far in the answer.
+        float* out = &distance_[static_cast<size_t>(index) * kBlockValues];
         for (size_t v = 0; v < kBlockValues; ++v) {
             const float d2 = answer_.distance2[v];
             out[v] = 0.0f - std::sqrt(d2 < kInfinity ? d2 : 0.0f);
         }
-        fill_settled(part, place);
+        fill_culled(part, index);
     }
 }
 
-const void* BlockEvaluator::input(const PrintPart& part, const openfab_arg& arg) const {
+const void* BlockEvaluator::input(const PlacedPart& part, const openfab_arg& arg) const {
     switch (arg.kind) {
         case OPENFAB_ARG_DISTANCE:
             return distance_.data();
         case OPENFAB_ARG_NEAREST: {
-            const size_t first = part.nearest.place(arg.a, arg.b) * kBatchValues;
+            const size_t first = part.nearest.index(arg.a, arg.b) * kBatchValues;
             if (part.nearest.is_float(arg.a)) return &values_[first];
             return &flat_[first];
         }
         case OPENFAB_ARG_NEAREST_GRAD:
-            return &gradients_[(part.nearest.place(arg.a, 0) * 3 + static_cast<size_t>(arg.b)) *
+            return &gradients_[(part.nearest.index(arg.a, 0) * 3 + static_cast<size_t>(arg.b)) *
                                kBatchValues];
         default:
             return nullptr;
     }
 }
 
-abi::KernelStatus BlockEvaluator::run_volume(const PrintPart& part, int32_t n,
-                                             PointPrints* prints) {
+abi::KernelStatus BlockEvaluator::run_volume(const PlacedPart& part, int32_t n, PrintfLog* log) {
     const openfab_kernel& kernel = part.part->fablet->volume;
     const int32_t slots = part.slots();
     const auto written = static_cast<int32_t>(
@@ -249,10 +247,10 @@ abi::KernelStatus BlockEvaluator::run_volume(const PrintPart& part, int32_t n,
     // A slot that the fablet never sets may have no output.
     if (written < slots)
         std::fill_n(weights_.begin(), static_cast<size_t>(n * slots) * kBlockValues, 0.0f);
-    if (part.part->fablet->volume_phases.step_count > 0) {
-        return phases_.run(
+    if (part.part->fablet->volume_segments.step_count > 0) {
+        return segments_.run(
             part, isa_, corners_.data(), owned_.data(), n,
-            [&](const openfab_arg& arg) { return input(part, arg); }, weights_.data(), prints);
+            [&](const openfab_arg& arg) { return input(part, arg); }, weights_.data(), log);
     }
     arguments_.begin(kernel, part, corners_.data(), n, 8);
     for (int32_t i = 0; i < kernel.arg_count; ++i) {
@@ -266,7 +264,7 @@ abi::KernelStatus BlockEvaluator::run_volume(const PrintPart& part, int32_t n,
     return arguments_.run(isa_);
 }
 
-abi::KernelStatus BlockEvaluator::normalise(const PrintPart& part, int32_t n) {
+abi::KernelStatus BlockEvaluator::normalise(const PlacedPart& part, int32_t n) {
     uint8_t slices = 0;
     for (size_t i = 0; i < static_cast<size_t>(64 * n); ++i)
         slices |= owned_[i];
@@ -274,7 +272,7 @@ abi::KernelStatus BlockEvaluator::normalise(const PrintPart& part, int32_t n) {
         return normalise_slice(part, n, std::countr_zero(slices));
     columns_.clear();
     for (size_t i = 0; i < static_cast<size_t>(64 * n); ++i) {
-        if ((owned_[i] & ~coded_[i]) != 0) columns_.push_back(i);
+        if ((owned_[i] & ~known_code_mask_[i]) != 0) columns_.push_back(i);
     }
     // Packing a column costs about an eighth of what it saves.
     if (8 * columns_.size() < 7 * static_cast<size_t>(64 * n)) return normalise_columns(part, n);
@@ -282,26 +280,25 @@ abi::KernelStatus BlockEvaluator::normalise(const PrintPart& part, int32_t n) {
         calls_.normalise(weights_.data(), part.slots(), part.slot_material.data(), owned_.data(), n,
                          tiles_.data(), codes_.data(), unusable_.data());
     for (int32_t i = 0; i < 8 * n; ++i)
-        counts.unusable += unusable_[static_cast<size_t>(i)];
+        counts.unusable += unusable_[i];
     return status;
 }
 
-// As normalise, of blocks made up of what is packed_owned_ and packed_weights_.
-abi::KernelStatus BlockEvaluator::normalise_packed(const PrintPart& part, int32_t n) {
+// Same as normalise, for the blocks in packed_owned_ and packed_weights_.
+abi::KernelStatus BlockEvaluator::normalise_packed(const PlacedPart& part, int32_t n) {
     packed_codes_.resize(kBatchValues);
     packed_tiles_.resize(tiles_.size());
     const abi::KernelStatus status = calls_.normalise(
         packed_weights_.data(), part.slots(), part.slot_material.data(), packed_owned_.data(), n,
         packed_tiles_.data(), packed_codes_.data(), unusable_.data());
     for (int32_t i = 0; i < 8 * n; ++i)
-        counts.unusable += unusable_[static_cast<size_t>(i)];
+        counts.unusable += unusable_[i];
     return status;
 }
 
-// Where one slice of the blocks is all that is asked for (the first of a large print), it goes
-// through the kernel as a slice of a block that is made up of eight of them. What it writes for
-// other slices of a tile is what was there before: nobody looks at it.
-abi::KernelStatus BlockEvaluator::normalise_slice(const PrintPart& part, int32_t n, int32_t z) {
+// Normalises a single slice (the first of a large print): eight blocks at a time, as the slices of
+// one block. Other slices of a tile keep stale values, which nobody reads.
+abi::KernelStatus BlockEvaluator::normalise_slice(const PlacedPart& part, int32_t n, int32_t z) {
     const auto slots = static_cast<size_t>(part.slots()),
                channels = static_cast<size_t>(calls_.channels());
     const int32_t packed = (n + 7) / 8;
@@ -336,9 +333,8 @@ abi::KernelStatus BlockEvaluator::normalise_slice(const PrintPart& part, int32_t
     return status;
 }
 
-// Where the codes of many voxels are known, the columns that have others go through the kernel as
-// blocks made up of them.
-abi::KernelStatus BlockEvaluator::normalise_columns(const PrintPart& part, int32_t n) {
+// Normalises only columns with unknown codes, packed into blocks; used where many codes are known.
+abi::KernelStatus BlockEvaluator::normalise_columns(const PlacedPart& part, int32_t n) {
     const auto slots = static_cast<size_t>(part.slots()),
                tile_column = 8 * static_cast<size_t>(calls_.channels());
     const size_t packed = (columns_.size() + 63) / 64;
@@ -362,14 +358,14 @@ abi::KernelStatus BlockEvaluator::normalise_columns(const PrintPart& part, int32
         std::memcpy(&tiles_[tile_column * to], &packed_tiles_[tile_column * i],
                     tile_column * sizeof(uint16_t));
     }
-    // A part that asks no queries has no engine, and nothing settled.
+    // A part without queries has no engine and no culled pieces.
     for (size_t block = 0; block < static_cast<size_t>(n); ++block) {
-        for (uint32_t left = settled_[block]; left != 0; left &= left - 1) {
+        for (uint32_t left = culled_pieces_[block]; left != 0; left &= left - 1) {
             const auto p = static_cast<size_t>(std::countr_zero(left));
-            const uint8_t code = settled_code_[block][p];
+            const uint8_t code = culled_code_[block][p];
             if (code == OPENFAB_CODE_MIXED) continue;
             const nearest::BlockPieces& pieces = part.engine->pieces();
-            each_column(pieces, p, [&](size_t column, uint8_t) {
+            for_each_column(pieces, p, [&](size_t column, uint8_t) {
                 std::fill_n(&codes_[block * kBlockValues + 8 * column] + pieces.lowest[p].z,
                             pieces.size.z, code);
             });
@@ -378,9 +374,9 @@ abi::KernelStatus BlockEvaluator::normalise_columns(const PrintPart& part, int32
     return status;
 }
 
-abi::KernelStatus BlockEvaluator::evaluate(const PrintPart& part, int32_t group,
-                                           const OwnedBlock* blocks, int32_t n, bool finer,
-                                           RowBand* band, PointPrints* prints) {
+abi::KernelStatus BlockEvaluator::evaluate(const PlacedPart& part, int32_t slab,
+                                           const OwnedBlock* blocks, int32_t n, bool try_pieces,
+                                           dither::RowBand* band, PrintfLog* log) {
     OPENFAB_CHECK_GT(n, 0);
     OPENFAB_CHECK_LE(n, kBatch);
     const double start = seconds_now();
@@ -390,18 +386,17 @@ abi::KernelStatus BlockEvaluator::evaluate(const PrintPart& part, int32_t group,
         int32_t* corner = &corners_[static_cast<size_t>(3 * i)];
         corner[0] = 8 * blocks[i].block - part.base.x;
         corner[1] = 8 * band->row - part.base.y;
-        corner[2] = 8 * group - part.base.z;
+        corner[2] = 8 * slab - part.base.z;
         blocks_.push_back({corner[0], corner[1], corner[2]});
         std::copy(blocks[i].owned.begin(), blocks[i].owned.end(),
                   &owned_[static_cast<size_t>(64 * i)]);
     }
-    settled_.fill(0);
-    coded_.fill(0);
+    culled_pieces_.fill(0);
+    known_code_mask_.fill(0);
     if (part.volume.any()) {
         if (const abi::KernelStatus status = find_demand(part, n); !status.ok()) return status;
-        if (finer && part.bounds.distance) {
-            if (const abi::KernelStatus status = settle_pieces(part, n); !status.ok())
-                return status;
+        if (try_pieces && part.bounds.distance) {
+            if (const abi::KernelStatus status = cull_pieces(part, n); !status.ok()) return status;
         } else {
             prepare_queries(part, n);
         }
@@ -418,15 +413,15 @@ abi::KernelStatus BlockEvaluator::evaluate(const PrintPart& part, int32_t group,
         advance(flat_targets_);
     }
     const double queried = seconds_now();
-    abi::KernelStatus status = run_volume(part, n, prints);
+    abi::KernelStatus status = run_volume(part, n, log);
     const double evaluated = seconds_now();
     if (!status.ok()) return status;
     status = normalise(part, n);
     if (!status.ok()) return status;
     for (int32_t i = 0; i < n; ++i) {
-        const auto place = static_cast<size_t>(i);
-        band->merge(blocks[i].block, blocks[i].owned.data(), &codes_[place * kBlockValues],
-                    &tiles_[place * static_cast<size_t>(calls_.tile_values())], calls_.channels());
+        const auto index = static_cast<size_t>(i);
+        band->merge(blocks[i].block, blocks[i].owned.data(), &codes_[index * kBlockValues],
+                    &tiles_[index * static_cast<size_t>(calls_.tile_values())], calls_.channels());
     }
     counts.evaluated += n;
     counts.seconds_nearest += queried - start;
@@ -435,7 +430,7 @@ abi::KernelStatus BlockEvaluator::evaluate(const PrintPart& part, int32_t group,
     return {};
 }
 
-abi::KernelStatus BlockEvaluator::constant_block(const PrintPart& part, const float* weights,
+abi::KernelStatus BlockEvaluator::constant_block(const PlacedPart& part, const float* weights,
                                                  uint8_t* codes, uint16_t* tile) {
     grow(&weights_, static_cast<size_t>(part.slots()) * kBatchValues);
     for (int32_t s = 0; s < part.slots(); ++s) {
@@ -448,4 +443,4 @@ abi::KernelStatus BlockEvaluator::constant_block(const PrintPart& part, const fl
                             tile, codes, unusable_.data());
 }
 
-}  // namespace openfab::slab
+}  // namespace openfab::volume

@@ -6,9 +6,9 @@
 
 #include "base/check.h"
 
-namespace openfab::slab {
+namespace openfab::volume {
 
-const void* part_argument(const PrintPart& part, const openfab_arg& arg,
+const void* part_argument(const PlacedPart& part, const openfab_arg& arg,
                           abi::KernelBuffer* buffer) {
     const auto a = static_cast<size_t>(arg.a);
     switch (arg.kind) {
@@ -36,7 +36,7 @@ const void* part_argument(const PrintPart& part, const openfab_arg& arg,
     }
 }
 
-void KernelArguments::begin(const openfab_kernel& kernel, const PrintPart& part,
+void KernelArguments::begin(const openfab_kernel& kernel, const PlacedPart& part,
                             const int32_t* corners, int32_t n, int32_t block_size) {
     kernel_ = &kernel;
     n_ = n;
@@ -61,15 +61,15 @@ void KernelArguments::begin(const openfab_kernel& kernel, const PrintPart& part,
 }
 
 void KernelArguments::set_blocks(int32_t i, const void* data, int32_t stride) {
-    const auto place = static_cast<size_t>(i);
-    buffers_[place].set_blocks(abi::halide_type(kernel_->args[i].scalar), data, n_, stride);
-    args_[place] = buffers_[place].raw();
+    const auto index = static_cast<size_t>(i);
+    buffers_[index].set_blocks(abi::halide_type(kernel_->args[i].scalar), data, n_, stride);
+    args_[index] = buffers_[index].raw();
 }
 
 void KernelArguments::set_list(int32_t i, const void* data) {
-    const auto place = static_cast<size_t>(i);
-    buffers_[place].set_dense(abi::halide_type(kernel_->args[i].scalar), data, {n_});
-    args_[place] = buffers_[place].raw();
+    const auto index = static_cast<size_t>(i);
+    buffers_[index].set_dense(abi::halide_type(kernel_->args[i].scalar), data, {n_});
+    args_[index] = buffers_[index].raw();
 }
 
 abi::KernelStatus KernelArguments::run(openfab_isa isa) {
@@ -78,4 +78,4 @@ abi::KernelStatus KernelArguments::run(openfab_isa isa) {
     return abi::KernelStatus::of_code(abi::function_for(kernel_->fn, isa)(args_.data()));
 }
 
-}  // namespace openfab::slab
+}  // namespace openfab::volume

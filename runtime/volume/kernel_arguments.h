@@ -10,26 +10,27 @@
 #include <vector>
 
 #include "abi/kernel_call.h"
-#include "runtime/volume/print_part.h"
+#include "runtime/volume/placed_part.h"
 
-namespace openfab::slab {
+namespace openfab::volume {
 
-/// The address of a scalar, or `buffer`, filled, for a texture: what does not change from block to
-/// block. Null for all else.
-const void* part_argument(const PrintPart& part, const openfab_arg& arg, abi::KernelBuffer* buffer);
+/// Returns the address of an argument that is the same for all blocks: a scalar, or `buffer`,
+/// filled, for a texture. Null for others.
+const void* part_argument(const PlacedPart& part, const openfab_arg& arg,
+                          abi::KernelBuffer* buffer);
 
 class KernelArguments {
   public:
     /// Starts the list of `kernel` for n blocks or cubes of `block_size` voxels a side; `corners`:
-    /// 3 part-relative indices each. Sets everything that does not belong to a voxel; the caller
-    /// sets the rest, for which `is_set` is false.
-    void begin(const openfab_kernel& kernel, const PrintPart& part, const int32_t* corners,
+    /// 3 part-relative indices each. Sets all arguments that are not per voxel; the caller sets the
+    /// rest, for which `is_set` is false.
+    void begin(const openfab_kernel& kernel, const PlacedPart& part, const int32_t* corners,
                int32_t n, int32_t block_size);
-    bool is_set(int32_t i) const { return args_[static_cast<size_t>(i)] != nullptr; }
+    bool is_set(int32_t i) const { return args_[i] != nullptr; }
 
-    /// A volume buffer: n blocks of 512 values, `stride` apart.
+    /// Sets a volume buffer: n blocks of 512 values, `stride` apart.
     void set_blocks(int32_t i, const void* data, int32_t stride = 512);
-    /// A buffer of one value for each cube.
+    /// Sets a buffer of one value for each cube.
     void set_list(int32_t i, const void* data);
 
     abi::KernelStatus run(openfab_isa isa);
@@ -43,4 +44,4 @@ class KernelArguments {
     size_t buffer_count_ = 0;
 };
 
-}  // namespace openfab::slab
+}  // namespace openfab::volume

@@ -7,23 +7,23 @@
 #include <cmath>
 #include <limits>
 
-namespace openfab::slab {
+namespace openfab::volume {
 namespace {
 
 using nearest::PointAnswer;
-using nearest::PointGroup;
-using phases::kLanes;
+using nearest::PointPacket;
+using segments::kLanes;
 
 constexpr float kAnywhere = std::numeric_limits<float>::infinity();
 
-/// The 8 places of a group in one state.
-float* floats(const phases::States& states, int32_t state, int32_t group) {
+/// Returns the 8 values of a lane group in one state.
+float* floats(const segments::States& states, int32_t state, int32_t group) {
     return reinterpret_cast<float*>(states[state]) + kLanes * group;
 }
 
-PointGroup points_of(const openfab_query& query, int32_t group, const phases::States& states,
-                     uint32_t mask) {
-    PointGroup out;
+PointPacket points_of(const openfab_query& query, int32_t group, const segments::States& states,
+                      uint32_t mask) {
+    PointPacket out;
     for (size_t a = 0; a < 3; ++a)
         std::copy_n(floats(states, query.point[a], group), kLanes, out.p[a]);
     out.mask = mask;
@@ -37,7 +37,7 @@ float with_sign(float distance, bool inside) {
 
 }  // namespace
 
-void PointQueries::begin(const PrintPart& part, const int32_t* corners, const uint8_t* owned) {
+void PointQueries::begin(const PlacedPart& part, const int32_t* corners, const uint8_t* owned) {
     part_ = &part;
     corners_ = corners;
     owned_ = owned;
@@ -54,7 +54,7 @@ nearest::QueryCounts PointQueries::counts() const {
 }
 
 uint32_t PointQueries::wanted(const openfab_query& query, int32_t group,
-                              const phases::States& states) const {
+                              const segments::States& states) const {
     const uint32_t* guard = states[query.guard] + kLanes * group;
     uint32_t mask = 0;
     for (uint32_t l = 0; l < kLanes; ++l)
@@ -62,12 +62,12 @@ uint32_t PointQueries::wanted(const openfab_query& query, int32_t group,
     return mask & owned_[group];
 }
 
-/// Of the group's voxels, in the order of operations that abi/fablet_table.h gives.
-PointGroup PointQueries::centres(int32_t group) const {
+/// Returns the centres of a lane group's voxels, in the order of operations of abi/fablet_table.h.
+PointPacket PointQueries::centres(int32_t group) const {
     const int32_t* corner = corners_ + static_cast<ptrdiff_t>(3 * (group / 64));
     const float x = static_cast<float>(corner[0] + group % 8) + 0.5f;
     const float y = static_cast<float>(corner[1] + group / 8 % 8) + 0.5f;
-    PointGroup out;
+    PointPacket out;
     for (size_t a = 0; a < 3; ++a) {
         const auto at = [&](size_t base) { return part_->frame[base + a]; };
         for (int32_t l = 0; l < kLanes; ++l) {
@@ -81,15 +81,15 @@ PointGroup PointQueries::centres(int32_t group) const {
 }
 
 void PointQueries::ask(const nearest::Engine& engine, int32_t part,
-                       const std::vector<PointGroup>& points) {
-    Own& own = own_[static_cast<size_t>(part)];
+                       const std::vector<PointPacket>& points) {
+    Own& own = own_[part];
     if (own.scratch == nullptr) own.scratch = engine.make_scratch();
     answers_.resize(points.size());
     engine.query_points(points, kAnywhere, own.scratch.get(), answers_.data());
 }
 
 abi::KernelStatus PointQueries::answer(const openfab_query& query, std::span<const int32_t> groups,
-                                       const phases::States& states) {
+                                       const segments::States& states) {
     groups_.clear();
     points_.clear();
     for (const int32_t group : groups) {
@@ -110,7 +110,7 @@ abi::KernelStatus PointQueries::answer(const openfab_query& query, std::span<con
     return {};
 }
 
-void PointQueries::answer_own(const openfab_query& query, const phases::States& states) {
+void PointQueries::answer_own(const openfab_query& query, const segments::States& states) {
     ask(*part_->engine, part_->owner, points_);
     for (size_t k = 0; k < groups_.size(); ++k) {
         if (part_->points.sign) write_distance(query, k, states);
@@ -118,12 +118,12 @@ void PointQueries::answer_own(const openfab_query& query, const phases::States& 
     }
 }
 
-void PointQueries::write_distance(const openfab_query& query, size_t place,
-                                  const phases::States& states) {
-    const int32_t group = groups_[place];
-    const PointGroup& points = points_[place];
-    const PointAnswer& answer = answers_[place];
-    const PointGroup centre = centres(group);
+void PointQueries::write_distance(const openfab_query& query, size_t entry,
+                                  const segments::States& states) {
+    const int32_t group = groups_[entry];
+    const PointPacket& points = points_[entry];
+    const PointAnswer& answer = answers_[entry];
+    const PointPacket centre = centres(group);
     uint32_t at_centre = 0;
     for (size_t l = 0; l < kLanes; ++l) {
         const bool same = points.p[0][l] == centre.p[0][l] && points.p[1][l] == centre.p[1][l] &&
@@ -132,11 +132,11 @@ void PointQueries::write_distance(const openfab_query& query, size_t place,
     }
     // Coverage snaps vertices to 1/256 of a voxel.
     const float slack = part_->largest_pitch_mm * 0x1p-7f;
-    PointGroup elsewhere = points;
+    PointPacket elsewhere = points;
     elsewhere.mask &= ~at_centre;
     const uint32_t inside =
         at_centre | part_->winding->inside(elsewhere, answer, {&centre, owned_[group], slack},
-                                           &own_[static_cast<size_t>(part_->owner)].memory);
+                                           &own_[part_->owner].memory);
     for (int32_t i = 0; i < query.output_count; ++i) {
         const openfab_query_output& out = query.outputs[i];
         if (out.kind != OPENFAB_QUERY_DISTANCE) continue;
@@ -150,7 +150,7 @@ void PointQueries::write_distance(const openfab_query& query, size_t place,
 
 /// Positions, normals and attributes.
 void PointQueries::write_surface(const openfab_query& query, int32_t group,
-                                 const phases::States& states, const PointAnswer& answer) {
+                                 const segments::States& states, const PointAnswer& answer) {
     nearest::PointTargets targets;
     std::fill(values_.begin(), values_.end(), nullptr);
     std::fill(flat_.begin(), flat_.end(), nullptr);
@@ -162,27 +162,26 @@ void PointQueries::write_surface(const openfab_query& query, int32_t group,
         if (out.kind == OPENFAB_QUERY_POSITION) targets.position[out.b] = to;
         if (out.kind == OPENFAB_QUERY_NORMAL) targets.normal[out.b] = to;
         if (out.kind != OPENFAB_QUERY_ATTRIBUTE) continue;
-        const size_t place = part_->nearest.place(out.a, out.b);
+        const size_t index = part_->nearest.index(out.a, out.b);
         if (part_->nearest.is_float(out.a)) {
-            values_[place] = to;
+            values_[index] = to;
         } else {
-            flat_[place] = states[out.state] + kLanes * group;
+            flat_[index] = states[out.state] + kLanes * group;
         }
     }
     if (!any) return;
     targets.values = values_.data();
     targets.flat = flat_.data();
-    part_->attributes->read_points(answer, targets,
-                                   &own_[static_cast<size_t>(part_->owner)].attributes);
+    part_->attributes->read_points(answer, targets, &own_[part_->owner].attributes);
 }
 
-void PointQueries::answer_object(const openfab_query& query, const phases::States& states) {
+void PointQueries::answer_object(const openfab_query& query, const segments::States& states) {
     least_.resize(groups_.size());
     for (auto& least : least_)
         least.fill(kAnywhere);
-    for (const QueryTarget& target : part_->targets[static_cast<size_t>(query.object)]) {
+    for (const QueryTarget& target : part_->targets[query.object]) {
         moved_ = points_;
-        for (PointGroup& group : moved_) {
+        for (PointPacket& group : moved_) {
             for (size_t l = 0; l < kLanes; ++l) {
                 const Vec3d p{group.p[0][l], group.p[1][l], group.p[2][l]};
                 const Vec3f q = vec_cast<float>(target.to_local.apply(p));
@@ -191,7 +190,7 @@ void PointQueries::answer_object(const openfab_query& query, const phases::State
             }
         }
         ask(*target.engine, target.part, moved_);
-        nearest::Winding::Memory* memory = &own_[static_cast<size_t>(target.part)].memory;
+        nearest::Winding::Memory* memory = &own_[target.part].memory;
         for (size_t k = 0; k < moved_.size(); ++k) {
             const uint32_t inside = target.winding->inside(moved_[k], answers_[k], {}, memory);
             for (size_t l = 0; l < kLanes; ++l) {
@@ -209,4 +208,4 @@ void PointQueries::answer_object(const openfab_query& query, const phases::State
     }
 }
 
-}  // namespace openfab::slab
+}  // namespace openfab::volume

@@ -9,7 +9,7 @@
 #include <limits>
 #include <mutex>
 
-#include "runtime/surface/map_box.h"
+#include "runtime/surface/transform_box.h"
 #include "runtime/voxel/crossings.h"
 #include "runtime/voxel/snapping.h"
 
@@ -20,20 +20,20 @@ namespace {
 using surface::Patch;
 using surface::PatchKind;
 
-constexpr int32_t kGroupSlices = 8;
+constexpr int32_t kSlabSlices = 8;
 constexpr size_t kLocks = 64;
 // Bounds are of positions rounded to float; the triangles of identity surfaces are not rounded. In
 // 1/256 voxel, far more than the difference.
 constexpr double kBoundsSlack = 1;
 
-int32_t group_of(int32_t k) {
+int32_t slab_of(int32_t k) {
     return k >> 3;
 }
 
-/// The crossings of one patch in all groups that it touches, in order of groups.
+/// The crossings of one patch in all slabs that it touches, in order of slabs.
 struct PatchCrossings {
-    int32_t first_group = 0;
-    std::vector<int32_t> first;  ///< [group - first_group], and the end
+    int32_t first_slab = 0;
+    std::vector<int32_t> first;  ///< [slab - first_slab], and the end
     std::vector<Crossing> crossings;
 
     int64_t bytes() const {
@@ -42,13 +42,13 @@ struct PatchCrossings {
     }
 };
 
-/// What waits for later groups: a patch that reaches over several is diced and crossed once.
+/// Crossings that wait for later slabs: a patch that spans several is diced and crossed once.
 struct Waiting {
     std::shared_ptr<const PatchCrossings> kept;
-    int32_t groups_left = 0;  ///< groups that have not asked since it was made
+    int32_t slabs_left = 0;  ///< slabs that have yet to take them
 };
 
-/// Working memory of one call; handed from call to call.
+/// Scratch memory of one call, reused from call to call.
 struct Scratch {
     std::vector<Vec3i> snapped;
     std::vector<std::array<int32_t, 2>> rows;  ///< first_row of y and z
@@ -71,8 +71,8 @@ struct Voxeliser::Impl {
     mutable std::mutex scratch_mutex;
     mutable std::vector<std::unique_ptr<Scratch>> idle;
 
-    Impl(const scene::Part& p, const surface::Surface& s, const scene::Grid& g,
-         size_t waiting_bytes, std::shared_ptr<const PatchIndex> shared)
+    Impl(const part::Part& p, const surface::Surface& s, const part::Grid& g, size_t waiting_bytes,
+         std::shared_ptr<const PatchIndex> shared)
         : surface(s),
           snapping(p, g, s.identity()),
           most_kept(static_cast<int64_t>(waiting_bytes)),
@@ -85,29 +85,29 @@ struct Voxeliser::Impl {
     void find_box();
     void find_patch(int32_t patch, const Window& window, Scratch* scratch,
                     std::vector<Crossing>* out) const;
-    void take_patch(int32_t patch, int32_t group, const Window& window, Scratch* scratch) const;
-    std::shared_ptr<const PatchCrossings> cross_all_groups(int32_t patch, Scratch* scratch) const;
-    void fill(int32_t group, Scratch* scratch, GroupMask* out) const;
-    std::array<int32_t, 2> groups_of(const Box3f& bounds) const;
-    std::array<int32_t, 2> groups_of(int32_t patch) const {
-        return groups_of(surface.patches()[static_cast<size_t>(patch)].bounds);
+    void take_patch(int32_t patch, int32_t slab, const Window& window, Scratch* scratch) const;
+    std::shared_ptr<const PatchCrossings> cross_all_slabs(int32_t patch, Scratch* scratch) const;
+    void fill(int32_t slab, Scratch* scratch, SlabMask* out) const;
+    std::array<int32_t, 2> slabs_of(const Box3f& bounds) const;
+    std::array<int32_t, 2> slabs_of(int32_t patch) const {
+        return slabs_of(surface.patches()[patch].bounds);
     }
 };
 
-/// Groups [first, end) of the grid that what lies in a part-local box may cross.
-std::array<int32_t, 2> Voxeliser::Impl::groups_of(const Box3f& bounds) const {
-    const Vec2<double> z = surface::map_range(snapping.map(), bounds, 2);
+/// Returns the slabs [first, end) of the grid that the contents of a part-local box may cross.
+std::array<int32_t, 2> Voxeliser::Impl::slabs_of(const Box3f& bounds) const {
+    const Vec2<double> z = surface::transform_range(snapping.map(), bounds, 2);
     const int32_t first = std::max(first_row(snap(z.x - kBoundsSlack)), grid.lo.z);
     const int32_t end = std::min(first_row(snap(z.y + kBoundsSlack)), grid.hi.z);
     if (first >= end) return {0, 0};
-    return {group_of(first), group_of(end - 1) + 1};
+    return {slab_of(first), slab_of(end - 1) + 1};
 }
 
 void Voxeliser::Impl::find_box() {
     for (int axis = 0; axis < 3; ++axis)
         box.lo[axis] = grid.hi[axis], box.hi[axis] = grid.lo[axis];
     const auto rows = [&](const Box3f& bounds) {
-        const Box3d b = surface::map_box(snapping.map(), bounds);
+        const Box3d b = surface::transform_box(snapping.map(), bounds);
         Box3i out;
         for (int axis = 0; axis < 3; ++axis) {
             out.lo[axis] = std::max(first_row(snap(b.lo[axis] - kBoundsSlack)), grid.lo[axis]);
@@ -122,9 +122,7 @@ void Voxeliser::Impl::find_box() {
         }
         return false;
     };
-    index->find(sticks_out, [&](int32_t p) {
-        box.add(rows(surface.patches()[static_cast<size_t>(p)].bounds));
-    });
+    index->find(sticks_out, [&](int32_t p) { box.add(rows(surface.patches()[p].bounds)); });
     if (box.lo.x >= box.hi.x || box.lo.y >= box.hi.y || box.lo.z >= box.hi.z)
         box = {{0, 0, 0}, {0, 0, 0}};
 }
@@ -132,7 +130,7 @@ void Voxeliser::Impl::find_box() {
 /// Appends the patch's crossings in the window.
 void Voxeliser::Impl::find_patch(int32_t index, const Window& window, Scratch* scratch,
                                  std::vector<Crossing>* out) const {
-    const Patch& patch = surface.patches()[static_cast<size_t>(index)];
+    const Patch& patch = surface.patches()[index];
     if (patch.kind == PatchKind::kIdentity) {
         const std::array<Vec3i, 3> v = snapping.triangle(patch.triangle);
         add_crossings(v[0], v[1], v[2], snapping.turn(), window, out);
@@ -151,7 +149,7 @@ void Voxeliser::Impl::find_patch(int32_t index, const Window& window, Scratch* s
     for (const auto& triangle : mesh->triangles) {
         const size_t a = static_cast<size_t>(triangle[0]), b = static_cast<size_t>(triangle[1]),
                      c = static_cast<size_t>(triangle[2]);
-        // Most micropolygons lie between two rows of centres.
+        // Most micropolygons lie between two rows of centers.
         const int32_t y = (rows[a][0] ^ rows[b][0]) | (rows[a][0] ^ rows[c][0]);
         const int32_t z = (rows[a][1] ^ rows[b][1]) | (rows[a][1] ^ rows[c][1]);
         if (y != 0 && z != 0)
@@ -159,42 +157,42 @@ void Voxeliser::Impl::find_patch(int32_t index, const Window& window, Scratch* s
     }
 }
 
-std::shared_ptr<const PatchCrossings> Voxeliser::Impl::cross_all_groups(int32_t patch,
-                                                                        Scratch* scratch) const {
-    const auto [first, end] = groups_of(patch);
+std::shared_ptr<const PatchCrossings> Voxeliser::Impl::cross_all_slabs(int32_t patch,
+                                                                       Scratch* scratch) const {
+    const auto [first, end] = slabs_of(patch);
     auto made = std::make_shared<PatchCrossings>();
-    made->first_group = first;
+    made->first_slab = first;
     scratch->sorted.clear();
     find_patch(patch, grid, scratch, &scratch->sorted);
     made->first.assign(static_cast<size_t>(end - first) + 1, 0);
     for (const Crossing& x : scratch->sorted)
-        ++made->first[static_cast<size_t>(group_of(x.k) - first) + 1];
+        ++made->first[static_cast<size_t>(slab_of(x.k) - first) + 1];
     for (size_t g = 1; g < made->first.size(); ++g)
         made->first[g] += made->first[g - 1];
     made->crossings.resize(scratch->sorted.size());
     std::vector<int32_t> at(made->first.begin(), made->first.end() - 1);
     for (const Crossing& x : scratch->sorted) {
-        made->crossings[static_cast<size_t>(at[static_cast<size_t>(group_of(x.k) - first)]++)] = x;
+        made->crossings[static_cast<size_t>(at[static_cast<size_t>(slab_of(x.k) - first)]++)] = x;
     }
     return made;
 }
 
-/// Adds the patch's crossings in one group to scratch->crossings.
-void Voxeliser::Impl::take_patch(int32_t patch, int32_t group, const Window& window,
+/// Adds the patch's crossings in one slab to scratch->crossings.
+void Voxeliser::Impl::take_patch(int32_t patch, int32_t slab, const Window& window,
                                  Scratch* scratch) const {
-    const PatchKind kind = surface.patches()[static_cast<size_t>(patch)].kind;
-    const auto [first, end] = groups_of(patch);
+    const PatchKind kind = surface.patches()[patch].kind;
+    const auto [first, end] = slabs_of(patch);
     if (kind == PatchKind::kIdentity || end - first == 1) {
         find_patch(patch, window, scratch, &scratch->crossings);
         return;
     }
     std::shared_ptr<const PatchCrossings> found;
-    Waiting& slot = waiting[static_cast<size_t>(patch)];
+    Waiting& slot = waiting[patch];
     std::mutex& lock = locks[static_cast<size_t>(patch) % kLocks];
     {
         const std::lock_guard guard(lock);
         found = slot.kept;
-        if (found && --slot.groups_left <= 0) {
+        if (found && --slot.slabs_left <= 0) {
             kept_bytes -= found->bytes();
             slot.kept = nullptr;
         }
@@ -204,22 +202,22 @@ void Voxeliser::Impl::take_patch(int32_t patch, int32_t group, const Window& win
             find_patch(patch, window, scratch, &scratch->crossings);
             return;
         }
-        found = cross_all_groups(patch, scratch);
+        found = cross_all_slabs(patch, scratch);
         const std::lock_guard guard(lock);
         if (!slot.kept) {
             slot.kept = found;
-            slot.groups_left = end - first - 1;
+            slot.slabs_left = end - first - 1;
             kept_bytes += found->bytes();
         }
     }
-    const size_t g = static_cast<size_t>(group - found->first_group);
+    const size_t g = static_cast<size_t>(slab - found->first_slab);
     scratch->crossings.insert(scratch->crossings.end(), found->crossings.begin() + found->first[g],
                               found->crossings.begin() + found->first[g + 1]);
 }
 
 /// Turns crossings into bits: the inside state of each row is toggled where its winding number
 /// passes between 0 and 1, and a running XOR along x spreads the toggles of all 8 slices at once.
-void Voxeliser::Impl::fill(int32_t group, Scratch* scratch, GroupMask* out) const {
+void Voxeliser::Impl::fill(int32_t slab, Scratch* scratch, SlabMask* out) const {
     std::vector<Crossing>& all = scratch->crossings;
     out->x0 = out->y0 = out->width = out->height = 0;
     out->mask.clear();
@@ -240,9 +238,9 @@ void Voxeliser::Impl::fill(int32_t group, Scratch* scratch, GroupMask* out) cons
 
     // Counting sort by row (y, slice), then each row by place.
     const auto row_of = [&](const Crossing& x) {
-        return static_cast<size_t>((x.j - out->y0) * kGroupSlices + (x.k - group * kGroupSlices));
+        return static_cast<size_t>((x.j - out->y0) * kSlabSlices + (x.k - slab * kSlabSlices));
     };
-    scratch->row_first.assign(static_cast<size_t>(out->height) * kGroupSlices + 1, 0);
+    scratch->row_first.assign(static_cast<size_t>(out->height) * kSlabSlices + 1, 0);
     std::vector<int32_t>& first = scratch->row_first;
     for (const Crossing& x : all)
         ++first[row_of(x) + 1];
@@ -261,8 +259,8 @@ void Voxeliser::Impl::fill(int32_t group, Scratch* scratch, GroupMask* out) cons
         if (n == 0) continue;
         std::sort(row, row + n, [](const Crossing& a, const Crossing& b) { return a.c < b.c; });
         uint8_t* line =
-            out->mask.data() + (r / kGroupSlices) * static_cast<size_t>(out->width) - out->x0;
-        const uint8_t bit = static_cast<uint8_t>(1u << (r % kGroupSlices));
+            out->mask.data() + (r / kSlabSlices) * static_cast<size_t>(out->width) - out->x0;
+        const uint8_t bit = static_cast<uint8_t>(1u << (r % kSlabSlices));
         int32_t winding = 0;
         for (size_t i = 0; i < n;) {
             const int32_t c = row[i].c;
@@ -288,8 +286,8 @@ void Voxeliser::Impl::fill(int32_t group, Scratch* scratch, GroupMask* out) cons
     }
 }
 
-Voxeliser::Voxeliser(const scene::Part& part, const surface::Surface& surface,
-                     const scene::Grid& grid, size_t waiting_bytes,
+Voxeliser::Voxeliser(const part::Part& part, const surface::Surface& surface,
+                     const part::Grid& grid, size_t waiting_bytes,
                      std::shared_ptr<const PatchIndex> index)
     : impl_(new Impl(
           part, surface, grid, waiting_bytes,
@@ -299,7 +297,7 @@ Voxeliser::~Voxeliser() {
     delete impl_;
 }
 
-void Voxeliser::coverage(int32_t group, GroupMask* out) const {
+void Voxeliser::coverage(int32_t slab, SlabMask* out) const {
     const Impl& impl = *impl_;
     std::unique_ptr<Scratch> scratch;
     {
@@ -312,18 +310,18 @@ void Voxeliser::coverage(int32_t group, GroupMask* out) const {
     if (!scratch) scratch = std::make_unique<Scratch>();
     scratch->crossings.clear();
     Window window = impl.grid;
-    window.lo.z = std::max(window.lo.z, group * kGroupSlices);
-    window.hi.z = std::min(window.hi.z, (group + 1) * kGroupSlices);
+    window.lo.z = std::max(window.lo.z, slab * kSlabSlices);
+    window.hi.z = std::min(window.hi.z, (slab + 1) * kSlabSlices);
     // Any order of patches gives the same rows of crossings.
     const auto meets = [&](const Box3f& bounds) {
-        const auto [first, end] = impl.groups_of(bounds);
-        return first <= group && group < end;
+        const auto [first, end] = impl.slabs_of(bounds);
+        return first <= slab && slab < end;
     };
     impl.index->find(meets, [&](int32_t patch) {
-        if (meets(impl.surface.patches()[static_cast<size_t>(patch)].bounds))
-            impl.take_patch(patch, group, window, scratch.get());
+        if (meets(impl.surface.patches()[patch].bounds))
+            impl.take_patch(patch, slab, window, scratch.get());
     });
-    impl.fill(group, scratch.get(), out);
+    impl.fill(slab, scratch.get(), out);
     const std::lock_guard lock(impl.scratch_mutex);
     impl.idle.push_back(std::move(scratch));
 }

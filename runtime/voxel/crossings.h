@@ -2,11 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Where rows of voxel centres along +x cross triangles, in integers.
+// Crossings of triangles with rows of voxel centers along +x, in integers.
 //
 // Vertices are in 1/256 voxel. The sample of voxel (i, j, k) is (256 i + 128 + e, 256 j + 128 + e²,
-// 256 k + 128 + e³) with an infinitesimal e > 0, so that no sample lies on a plane or edge. What
-// follows from it:
+// 256 k + 128 + e³) with an infinitesimal e > 0, so that no sample lies on a plane or edge. It
+// follows that:
 //  - a row meets an edge P -> Q (seen in y, z) on its left if E > 0,
 //      E = dy (z - Pz) - dz (y - Py);
 //    where E = 0 the moved sample has the sign of dy e³ - dz e²: left if dz < 0, or dz = 0 and
@@ -30,18 +30,19 @@ constexpr int32_t kSnap = 256;  ///< units a voxel
 /// bits.
 constexpr int32_t kFarthest = 1 << 29;
 
+/// A crossing of row (j, k): voxels i < c lie below it.
 struct Crossing {
     int32_t k, j, c;
     int32_t turn;
 };
 
-/// Voxels that are looked at, hi exclusive; crossings beyond x are moved to its ends, which keeps
+/// The voxels of interest, hi exclusive; crossings beyond them in x move to the ends, which keeps
 /// the sums.
 struct Window {
     Vec3i lo, hi;
 };
 
-/// floor(x + 0.5) of a coordinate in 1/256 voxel.
+/// Returns floor(x + 0.5) of a coordinate in 1/256 voxel, clamped to +-kFarthest.
 inline int32_t snap(double x256) {
     double x = x256 + 0.5;
     x = x < -kFarthest ? -kFarthest : x;
@@ -50,7 +51,8 @@ inline int32_t snap(double x256) {
     return truncated - (x < truncated ? 1 : 0);
 }
 
-/// The first voxel whose centre (moved up) is above a snapped coordinate: rows [first_row(lo),
+/// Returns the first voxel whose center (moved up) is above a snapped coordinate:
+/// rows [first_row(lo),
 /// first_row(hi)) lie between.
 inline int32_t first_row(int32_t snapped) {
     return (snapped + 127) >> 8;
@@ -61,11 +63,11 @@ inline int32_t first_row(int32_t snapped) {
 void add_crossings(const Vec3i& a, const Vec3i& b, const Vec3i& c, int32_t turn,
                    const Window& window, std::vector<Crossing>* out);
 
-/// The same of columns of voxel centres along +z: a crossing of column (i, j) has i in `j`, j in
-/// `k`, and c counts from below. For the same samples, so that over a closed surface the winding
-/// number of a voxel is the same from its row and from its column. What differs: where a crossing
-/// falls on a sample's height the moved sample lies below it if the triangle rises along +x, or
-/// does not and rises along +y, for e moves the sample along x before e³ lifts it.
+/// Appends the crossings of columns of voxel centers along +z: a crossing of column (i, j) has i in
+/// `j`, j in `k`, and c counts from below. Samples are the same, so over a closed surface a voxel
+/// has the same winding number from its row and from its column. One rule differs: if a crossing
+/// falls on a sample's height, the moved sample lies below it if the triangle rises along +x, or is
+/// level along x and rises along +y, as e moves the sample along x before e³ lifts it.
 void add_column_crossings(const Vec3i& a, const Vec3i& b, const Vec3i& c, int32_t turn,
                           const Window& window, std::vector<Crossing>* out);
 

@@ -7,18 +7,19 @@
 #include <algorithm>
 #include <atomic>
 
-#include "runtime/surface/curve.h"
+#include "runtime/surface/morton_order.h"
 
 namespace openfab::voxel {
 namespace {
 
-/// More patches than these are sorted by several threads.
+/// More patches than this are processed in parallel.
 constexpr size_t kParallel = 16384;
 
 }  // namespace
 
 struct PatchIndex::Builder {
-    /// Of a tree over so many patches: sizes of the nodes of one level differ by one at most.
+    /// Returns the number of nodes of a tree over `size` patches: sizes of the nodes of one level
+    /// differ by at most one.
     static size_t node_count(size_t size) {
         size_t total = 0;
         size_t small = 1, large = 0;  // nodes of `size` patches, and of one more
@@ -41,11 +42,11 @@ struct PatchIndex::Builder {
         Box3f box;
         if (end - first <= kLeafPatches) {
             for (size_t i = first; i < end; ++i)
-                box.add(patches[static_cast<size_t>(order[i])].bounds);
+                box.add(patches[order[i]].bounds);
             nodes[node].box = box;
             return;
         }
-        // The middle by number, whatever the boxes: the depth is bounded.
+        // Split by number, whatever the boxes, so that the depth is bounded.
         const size_t middle = first + (end - first) / 2;
         const size_t child = used.fetch_add(2);
         nodes[node].child = static_cast<int32_t>(child);
@@ -68,15 +69,16 @@ struct PatchIndex::Builder {
 };
 
 PatchIndex::PatchIndex(const surface::Surface& surface)
-    : PatchIndex(surface, surface::along_curve(surface.patches())) {}
+    : PatchIndex(surface, surface::morton_order(surface.patches())) {}
 
-PatchIndex::PatchIndex(const surface::Surface& surface, std::span<const uint64_t> along) {
-    // Halves of the curve are about as good as halves by the longest axis, at a tenth of the time.
-    patches_.reserve(along.size());
+PatchIndex::PatchIndex(const surface::Surface& surface, std::span<const uint64_t> morton) {
+    // Halving the Morton order is about as good as halving by the longest axis, in a tenth of the
+    // time.
+    patches_.reserve(morton.size());
     const bool all = surface.identity();
-    for (const uint64_t place : along) {
-        const auto patch = static_cast<int32_t>(place & 0xffffffffu);
-        if (all || (surface.patches()[static_cast<size_t>(patch)].use & surface::kForCoverage) != 0)
+    for (const uint64_t item : morton) {
+        const auto patch = static_cast<int32_t>(item & 0xffffffffu);
+        if (all || (surface.patches()[patch].use & surface::kForCoverage) != 0)
             patches_.push_back(patch);
     }
     if (patches_.empty()) return;

@@ -49,21 +49,21 @@ TEST(BuildCommand, MarksAMisspelledDirective) {
 
 TEST(BuildCommand, MarksALineThatOnlyTheLoweringRefuses) {
     EXPECT_EQ(
-        errors_of("volume.sched", "weights.vectorize(z)\npicture_0.compute_at(places_0, z)\n", 1),
-        "volume.sched:2:1: error: this line cannot be applied to `picture_0` "
+        errors_of("volume.sched", "weights.vectorize(z)\nsamples_0.compute_at(requests_0, z)\n", 1),
+        "volume.sched:2:1: error: this line cannot be applied to `samples_0` "
         "[schedule-illegal]\n"
-        " 2 | picture_0.compute_at(places_0, z)\n"
+        " 2 | samples_0.compute_at(requests_0, z)\n"
         "   | ^~~~~~~~~\n"
         "help: a func is computed inside a loop of a func that uses it, or in none "
         "(compute_root)\n");
 }
 
-TEST(BuildCommand, SaysThatLookUpsHaveNoLoops) {
+TEST(BuildCommand, SaysThatSamplesHaveNoLoops) {
     EXPECT_EQ(
-        errors_of("volume.sched", "picture_0.compute_root().vectorize(z)\n", 1),
-        "volume.sched:1:26: error: `picture_0` is computed by the runtime: it has no loops of "
+        errors_of("volume.sched", "samples_0.compute_root().vectorize(z)\n", 1),
+        "volume.sched:1:26: error: `samples_0` is computed by the runtime: it has no loops of "
         "its own [schedule-illegal]\n"
-        " 1 | picture_0.compute_root().vectorize(z)\n"
+        " 1 | samples_0.compute_root().vectorize(z)\n"
         "   |                          ^~~~~~~~~\n"
         "help: it can be placed: compute_at, compute_root, store_at, store_root\n");
 }

@@ -27,9 +27,9 @@ bool is_scalar(int32_t kind) {
            kind == OPENFAB_ARG_INSTANCE || kind == OPENFAB_ARG_BLOCK_SIZE;
 }
 
-class Lookup : public interp::Environment {
+class ElementEnvironment : public interp::Environment {
   public:
-    Lookup(const StageInputs& inputs, bool volume, size_t place)
+    ElementEnvironment(const StageInputs& inputs, bool volume, size_t place)
         : inputs_(inputs), volume_(volume), place_(place) {}
 
     uint32_t input(int32_t kind, int32_t a, int32_t b) const override {
@@ -109,26 +109,25 @@ const openfab_kernel& member(const openfab_fablet& fablet, ir::StageKind kind) {
     return fablet.volume_bounds;
 }
 
-/// One place's walk through a phased stage.
-class PhaseWalk : public interp::Environment {
+/// Interprets a segmented stage for one voxel.
+class SegmentWalk : public interp::Environment {
   public:
-    PhaseWalk(const passes::PhasedStage& phased, const interp::Environment& place)
-        : phased_(phased), place_(place), states_(phased.states.size(), 0) {
+    SegmentWalk(const passes::SegmentedStage& segmented, const interp::Environment& outer)
+        : segmented_(segmented), outer_(outer), states_(segmented.states.size(), 0) {
         states_[0] = 1;
     }
 
     uint32_t input(int32_t kind, int32_t a, int32_t b) const override {
-        return kind == OPENFAB_ARG_STATE ? states_[static_cast<size_t>(a)]
-                                         : place_.input(kind, a, b);
+        return kind == OPENFAB_ARG_STATE ? states_[a] : outer_.input(kind, a, b);
     }
-    interp::TextureView texture(int32_t index) const override { return place_.texture(index); }
+    interp::TextureView texture(int32_t index) const override { return outer_.texture(index); }
 
     std::map<int32_t, uint32_t> run() {
-        for (size_t at = 0; at < phased_.steps.size();) {
-            const openfab_step& step = phased_.steps[at++];
+        for (size_t at = 0; at < segmented_.steps.size();) {
+            const openfab_step& step = segmented_.steps[at++];
             const auto a = static_cast<size_t>(step.a);
-            if (step.kind == OPENFAB_STEP_KERNEL) run_kernel(phased_.kernels[a]);
-            if (step.kind == OPENFAB_STEP_QUERY) run_query(phased_.queries[a]);
+            if (step.kind == OPENFAB_STEP_KERNEL) run_kernel(segmented_.kernels[a]);
+            if (step.kind == OPENFAB_STEP_QUERY) run_query(segmented_.queries[a]);
             const bool loop = step.kind == OPENFAB_STEP_LOOP;
             const bool end = step.kind == OPENFAB_STEP_LOOP_END;
             if ((loop && states_[a] == 0) || (end && states_[a] != 0)) {
@@ -144,23 +143,23 @@ class PhaseWalk : public interp::Environment {
         for (size_t k = 0; k < values.size(); ++k) {
             const ir::Output& output = kernel.outputs[k];
             if (output.kind == OPENFAB_ARG_STATE_OUT) {
-                states_[static_cast<size_t>(output.a)] = values[k];
+                states_[output.a] = values[k];
             } else {
                 outputs_[output.a] = values[k];
             }
         }
     }
-    void run_query(const passes::PhaseQuery& query) {
-        const auto state = [&](int32_t k) { return states_[static_cast<size_t>(k)]; };
+    void run_query(const passes::SegmentQuery& query) {
+        const auto state = [&](int32_t k) { return states_[k]; };
         const auto at = [&](size_t k) { return std::bit_cast<float>(state(query.point[k])); };
         for (const openfab_query_output& out : query.outputs) {
-            states_[static_cast<size_t>(out.state)] =
+            states_[out.state] =
                 state(query.guard) == 0 ? 0 : answer(out.kind, out.b, at(0), at(1), at(2));
         }
     }
 
-    const passes::PhasedStage& phased_;
-    const interp::Environment& place_;
+    const passes::SegmentedStage& segmented_;
+    const interp::Environment& outer_;
     std::vector<uint32_t> states_;
     std::map<int32_t, uint32_t> outputs_;  ///< by slot
 };
@@ -176,9 +175,9 @@ void set_texture(const openfab_arg& arg, const StageInputs& inputs, abi::KernelB
 }
 
 /// Flat buffers of the batch, in whole groups, and the answers to queries.
-class PhaseHost : public phases::Arguments, public phases::Handler {
+class SegmentHost : public segments::Arguments, public segments::Handler {
   public:
-    PhaseHost(const StageInputs& inputs, size_t places, StageResults* results)
+    SegmentHost(const StageInputs& inputs, size_t places, StageResults* results)
         : inputs_(inputs), places_((places + 7) / 8 * 8), results_(*results) {}
 
     const void* input(const openfab_arg& arg) override {
@@ -197,11 +196,11 @@ class PhaseHost : public phases::Arguments, public phases::Handler {
         }
         return buffer.raw();
     }
-    phases::OutputPlace output(const openfab_arg& arg) override {
-        return {results_[static_cast<size_t>(arg.a)].data()};
+    segments::OutputView output(const openfab_arg& arg) override {
+        return {results_[arg.a].data()};
     }
     abi::KernelStatus query(const openfab_query& query, std::span<const int32_t> groups,
-                            const phases::States& states) override {
+                            const segments::States& states) override {
         for (const int32_t group : groups) {
             for (int32_t i = 8 * group; i < 8 * group + 8; ++i) {
                 const auto at = [&](int32_t k) { return std::bit_cast<float>(states[k][i]); };
@@ -216,8 +215,8 @@ class PhaseHost : public phases::Arguments, public phases::Handler {
         }
         return {};
     }
-    void print(const openfab_print& /*print*/, std::span<const int32_t> /*groups*/,
-               const phases::States& /*states*/) override {}
+    void printf(const openfab_printf& /*call*/, std::span<const int32_t> /*groups*/,
+                const segments::States& /*states*/) override {}
 
   private:
     const StageInputs& inputs_;
@@ -242,7 +241,7 @@ std::unique_ptr<CompiledStage> CompiledStage::make(const ir::Stage& stage,
     out->isas_ = options.isas;
     passes::KernelStages stages;
     *member(&stages, stage.kind) = stage;
-    if (passes::needs_phases(stage)) stages.volume_phases = passes::cut_phases(stage);
+    if (passes::needs_segments(stage)) stages.volume_segments = passes::cut_segments(stage);
     ir::Fablet fablet;
     fablet.name = "Test";
     auto loaded = lower::load_program({{&fablet, &stages, "test.fl", 1}}, options);
@@ -256,8 +255,8 @@ std::unique_ptr<CompiledStage> CompiledStage::make(const ir::Stage& stage,
 }
 
 StageResults CompiledStage::run(openfab_isa isa, const StageInputs& inputs) const {
-    const openfab_phases& phases = program_->fablets().fablets[0]->volume_phases;
-    if (phases.step_count > 0) return run_phases(phases, isa, inputs);
+    const openfab_segments& segments = program_->fablets().fablets[0]->volume_segments;
+    if (segments.step_count > 0) return run_segments(segments, isa, inputs);
     const openfab_kernel& kernel = member(*program_->fablets().fablets[0], stage_.kind);
     const bool volume = of_voxels(stage_.kind);
     const size_t count = place_count(stage_, inputs);
@@ -298,14 +297,14 @@ StageResults CompiledStage::run(openfab_isa isa, const StageInputs& inputs) cons
     return results;
 }
 
-StageResults CompiledStage::run_phases(const openfab_phases& phases, openfab_isa isa,
-                                       const StageInputs& inputs) const {
+StageResults CompiledStage::run_segments(const openfab_segments& segments, openfab_isa isa,
+                                         const StageInputs& inputs) const {
     const size_t count = place_count(stage_, inputs);
     StageResults results(stage_.outputs.size(), std::vector<uint32_t>(count + 8, kUnwritten));
-    PhaseHost host(inputs, count, &results);
-    phases::Driver driver;
+    SegmentHost host(inputs, count, &results);
+    segments::Driver driver;
     const std::vector<uint8_t> wanted((count + 7) / 8, 255);
-    EXPECT_TRUE(driver.run(phases, isa, wanted, &host, &host).ok());
+    EXPECT_TRUE(driver.run(segments, isa, wanted, &host, &host).ok());
     for (auto& result : results) {
         EXPECT_EQ(result.back(), kUnwritten) << "written past the end";
         result.resize(count);
@@ -324,15 +323,15 @@ uint32_t answer(int32_t kind, int32_t b, float x, float y, float z) {
     }
 }
 
-StageResults interpret_phases(const ir::Stage& stage, const passes::PhasedStage& phased,
-                              const StageInputs& inputs) {
+StageResults interpret_segments(const ir::Stage& stage, const passes::SegmentedStage& segmented,
+                                const StageInputs& inputs) {
     size_t count = place_count(stage, inputs);
     if (inputs.only > 0) count = std::min(count, inputs.only);
     StageResults results(stage.outputs.size(), std::vector<uint32_t>(count));
     for (size_t place = 0; place < count; ++place) {
-        const Lookup lookup(inputs, true, place);
-        for (const auto& [slot, bits] : PhaseWalk(phased, lookup).run())
-            results[static_cast<size_t>(slot)][place] = bits;
+        const ElementEnvironment environment(inputs, true, place);
+        for (const auto& [slot, bits] : SegmentWalk(segmented, environment).run())
+            results[slot][place] = bits;
     }
     return results;
 }
@@ -342,8 +341,8 @@ StageResults interpret(const ir::Stage& stage, const StageInputs& inputs) {
     if (inputs.only > 0) count = std::min(count, inputs.only);
     StageResults results(stage.outputs.size(), std::vector<uint32_t>(count));
     for (size_t place = 0; place < count; ++place) {
-        const Lookup lookup(inputs, of_voxels(stage.kind), place);
-        const std::vector<uint32_t> values = interp::evaluate(stage, lookup);
+        const ElementEnvironment environment(inputs, of_voxels(stage.kind), place);
+        const std::vector<uint32_t> values = interp::evaluate(stage, environment);
         for (size_t k = 0; k < values.size(); ++k)
             results[k][place] = values[k];
     }

@@ -38,7 +38,7 @@ struct StageInputs {
     std::map<Key, std::vector<uint32_t>> values;
     std::vector<TestTexture> textures;
     int32_t places = 0;  ///< n of the kernel: blocks of 512 voxels in a volume stage
-    size_t only = 0;     ///< interpret no more than so many places; 0: all
+    size_t only = 0;     ///< interpret at most this many; 0: all
 
     void set(int32_t kind, int32_t a, int32_t b, std::vector<uint32_t> bits) {
         values[{kind, a, b}] = std::move(bits);
@@ -57,8 +57,8 @@ class CompiledStage {
     StageResults run(openfab_isa isa, const StageInputs& inputs) const;
 
   private:
-    StageResults run_phases(const openfab_phases& phases, openfab_isa isa,
-                            const StageInputs& inputs) const;
+    StageResults run_segments(const openfab_segments& segments, openfab_isa isa,
+                              const StageInputs& inputs) const;
 
     ir::Stage stage_;
     std::vector<openfab_isa> isas_;
@@ -69,8 +69,8 @@ class CompiledStage {
 StageResults interpret(const ir::Stage& stage, const StageInputs& inputs);
 
 /// The same through the kernels and steps of a stage that has been cut.
-StageResults interpret_phases(const ir::Stage& stage, const passes::PhasedStage& phased,
-                              const StageInputs& inputs);
+StageResults interpret_segments(const ir::Stage& stage, const passes::SegmentedStage& segmented,
+                                const StageInputs& inputs);
 
 /// What queries answer in these tests, by place and in every path alike.
 uint32_t answer(int32_t kind, int32_t b, float x, float y, float z);

@@ -45,7 +45,7 @@ class Generator {
 
     void allow_loops() {
         loops_ = true;
-        stage_.prints = {{"%f %d", false, 1, 2}};
+        stage_.printfs = {{"%f %d", false, 1, 2}};
     }
 
     void allow_functions() { functions_ = true; }
@@ -66,7 +66,7 @@ class Generator {
                 ++made;
             } else if (draw == 3 && random_() % 2 == 0) {
                 const ValueId guard = pick(Type::kBool);
-                b_.print(0, {guard, pick(Type::kFloat), pick(Type::kInt)});
+                b_.printf(0, {guard, pick(Type::kFloat), pick(Type::kInt)});
             } else {
                 made += add_operation() ? 1 : 0;
             }

@@ -24,7 +24,7 @@ ir::Stage random_stage(uint32_t seed, int32_t operations);
 /// The same with functions (compiler/functions) among them.
 ir::Stage random_stage_with_functions(uint32_t seed, int32_t operations);
 
-/// The same with loops, nested ones too, queries and prints among the operations.
+/// The same with loops, nested ones too, queries and printfs among the operations.
 ir::Stage random_looping_stage(uint32_t seed, int32_t operations);
 
 /// A float as a fablet may meet it: mostly of ordinary size, sometimes 0, an integer, huge or tiny;

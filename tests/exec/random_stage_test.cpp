@@ -10,7 +10,7 @@
 
 #include <bit>
 
-#include "compiler/passes/cut_phases.h"
+#include "compiler/passes/cut_segments.h"
 #include "compiler/passes/eliminate_common_values.h"
 #include "compiler/passes/eliminate_dead_values.h"
 #include "compiler/passes/hoist_invariants.h"
@@ -86,22 +86,22 @@ TEST(RandomStage, PassesAndCuttingChangeNoBitOfLoops) {
         inputs.only = 24;
         const StageResults expected = interpret(stage, inputs);
         clean(&stage);
-        ASSERT_EQ(ir::verify(stage), "") << ir::print(stage);
+        ASSERT_EQ(ir::verify(stage), "") << ir::dump(stage);
         expect_equal(stage, expected, interpret(stage, inputs), "after the passes");
         passes::hoist_invariants(&stage);
-        ASSERT_EQ(ir::verify(stage), "") << ir::print(stage);
+        ASSERT_EQ(ir::verify(stage), "") << ir::dump(stage);
         expect_equal(stage, expected, interpret(stage, inputs), "after hoist_invariants");
         // As they come, and in pieces of a few operations.
-        for (const size_t longest : {passes::kLongestKernel, size_t{20}, size_t{5}}) {
-            if (!passes::needs_phases(stage, longest)) continue;
-            const passes::PhasedStage phased = passes::cut_phases(stage, longest);
-            for (const ir::Stage& kernel : phased.kernels)
-                ASSERT_EQ(ir::verify(kernel), "") << ir::print(kernel);
-            const StageResults cut = interpret_phases(stage, phased, inputs);
+        for (const size_t longest : {passes::kMaxKernelOperations, size_t{20}, size_t{5}}) {
+            if (!passes::needs_segments(stage, longest)) continue;
+            const passes::SegmentedStage segmented = passes::cut_segments(stage, longest);
+            for (const ir::Stage& kernel : segmented.kernels)
+                ASSERT_EQ(ir::verify(kernel), "") << ir::dump(kernel);
+            const StageResults cut = interpret_segments(stage, segmented, inputs);
             expect_equal(stage, expected, cut, "cut");
         }
         if (HasFailure()) {
-            ADD_FAILURE() << ir::print(stage);
+            ADD_FAILURE() << ir::dump(stage);
             return;
         }
     }

@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The interval form of texture look-ups, compiled: every look-up in a box of places and footprints
+// The interval form of texture lookups, compiled: every lookup in a box of places and footprints
 // lies inside what the bounds kernel gives for the box.
 
 #include <gtest/gtest.h>
@@ -25,7 +25,7 @@ constexpr int32_t kArgs = 9;  // u, v, width, du and dv along three axes
 constexpr size_t kBoxes = 240;
 constexpr int32_t kPoints = 40;
 
-/// Displaces by the look-up along x.
+/// Displaces by the lookup along x.
 ir::Stage make_stage() {
     ir::Stage stage;
     stage.kind = ir::StageKind::kSurface;
@@ -55,7 +55,7 @@ Boxes make_boxes(uint32_t seed) {
         for (int32_t axis = 0; axis < 2; ++axis) {
             const float lo = k % 5 == 0 ? unit() * 3.0f - 1.0f : unit();
             const float size = std::ldexp(unit(), -static_cast<int>(random() % 10));
-            box[static_cast<size_t>(axis)] = {lo, k % 7 == 0 ? lo : lo + size};
+            box[axis] = {lo, k % 7 == 0 ? lo : lo + size};
         }
         box[2] = {0.0f, k % 3 == 0 ? 2.0f : 1.0f};
         for (size_t arg = 3; arg < kArgs; ++arg) {
@@ -71,7 +71,7 @@ Boxes make_boxes(uint32_t seed) {
         for (size_t end = 0; end < 2; ++end) {
             std::vector<uint32_t> bits;
             for (const auto& box : out.ends) {
-                bits.push_back(std::bit_cast<uint32_t>(box[static_cast<size_t>(arg)][end]));
+                bits.push_back(std::bit_cast<uint32_t>(box[arg][end]));
             }
             out.inputs.set(end == 0 ? OPENFAB_ARG_SURFACE_IN_LO : OPENFAB_ARG_SURFACE_IN_HI, 0, arg,
                            bits);
@@ -82,7 +82,7 @@ Boxes make_boxes(uint32_t seed) {
     return out;
 }
 
-/// Look-ups inside each box, as a surface run of kPoints places a box.
+/// Lookups inside each box, as a surface run of kPoints places a box.
 StageInputs make_points(const Boxes& boxes, uint32_t seed) {
     std::mt19937 random(seed);
     StageInputs inputs;
@@ -107,7 +107,7 @@ float as_float(uint32_t bits) {
     return std::bit_cast<float>(bits);
 }
 
-TEST(SampleBound, HoldsEveryLookUp) {
+TEST(SampleBound, HoldsEverySample) {
     const ir::Stage stage = make_stage();
     const ir::Stage bounds = passes::form_surface_bounds(stage);
     ASSERT_EQ(ir::verify(bounds), "");

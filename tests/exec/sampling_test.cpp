@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Texture look-ups in generated code against the interpreter, to the bit: wraps, filters,
+// Texture lookups in generated code against the interpreter, to the bit: wraps, filters,
 // footprints, channels, guards.
 
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ constexpr int32_t kWraps = 4;
 constexpr int32_t kFilters = 3;
 constexpr int32_t kInputs = 9;  // u, v, width, du and dv along three axes
 
-/// Arguments of a look-up at varying places; a bool input is the guard.
+/// Arguments of a lookup at varying places; a bool input is the guard.
 std::vector<ValueId> make_args(ir::Builder* b, int32_t inputs = kInputs) {
     std::vector<ValueId> args = {b->input(Type::kBool, OPENFAB_ARG_NEAREST, 1, 0)};
     for (int32_t k = 0; k < inputs; ++k)
@@ -47,8 +47,8 @@ ir::Stage make_stage(ir::StageKind kind, const std::vector<int32_t>& channels,
     return stage;
 }
 
-/// What a look-up finds moves the next; a dozen operations lie between them, and behind the last.
-ValueId look_up_twice(ir::Builder* b, std::vector<ValueId> args) {
+/// What a lookup finds moves the next; a dozen operations lie between them, and behind the last.
+ValueId add_two_samples(ir::Builder* b, std::vector<ValueId> args) {
     const auto stir = [&](ValueId x) {
         for (int32_t k = 0; k < 12; ++k)
             x = b->emit(k % 2 == 0 ? Op::kMul : Op::kSub,
@@ -65,11 +65,12 @@ ir::Stage make_dependent_stage(ir::StageKind kind) {
     ir::Stage stage;
     stage.kind = kind;
     ir::Builder b(&stage);
-    stage.outputs.push_back({"twice", OPENFAB_ARG_WEIGHT, 0, 0, look_up_twice(&b, make_args(&b))});
+    stage.outputs.push_back(
+        {"twice", OPENFAB_ARG_WEIGHT, 0, 0, add_two_samples(&b, make_args(&b))});
     return stage;
 }
 
-/// Three trips at most: the stage is cut into phases, of which one looks up.
+/// Three trips at most: the stage is cut into segments, one of which samples.
 ir::Stage make_looping_stage() {
     ir::Stage stage;
     stage.kind = ir::StageKind::kVolume;
@@ -81,7 +82,7 @@ ir::Stage make_looping_stage() {
     const ValueId before = b.loop_var(loop, 1, quarter);
     args[2] = b.emit(Op::kAdd, {args[2], before});
     const ValueId next = b.emit(Op::kAdd, {counter, b.constant(int32_t{1})});
-    const ValueId found = look_up_twice(&b, args);
+    const ValueId found = add_two_samples(&b, args);
     const ValueId again = b.emit(Op::kLt, {next, b.constant(int32_t{3})});
     const ValueId end = b.loop_end(loop, again, {next, found});
     stage.outputs.push_back({"found", OPENFAB_ARG_WEIGHT, 0, 0, b.loop_result(end, 1)});
@@ -140,7 +141,7 @@ StageInputs make_inputs(size_t count, int32_t places, uint32_t seed) {
         inputs.set(OPENFAB_ARG_NEAREST, 0, k, floats(count, change));
     }
     std::vector<uint32_t> guard;
-    // Whole vectors without a look-up, and mixed ones.
+    // Whole vectors without a lookup, and mixed ones.
     for (size_t k = 0; k < count; ++k)
         guard.push_back(k / 8 % 4 == 0 ? 0 : random() % 4 != 0);
     inputs.set(OPENFAB_ARG_NEAREST, 1, 0, guard);
@@ -187,7 +188,7 @@ TEST(Sampling, SurfaceEqualsInterpreter) {
     check(make_stage(ir::StageKind::kSurface, {0, 1, 3}));
 }
 
-TEST(Sampling, LookUpsOfWhatWasLookedUpEqualInterpreter) {
+TEST(Sampling, SamplesAtSampledCoordinatesEqualInterpreter) {
     check(make_dependent_stage(ir::StageKind::kVolume));
     check(make_dependent_stage(ir::StageKind::kSurface));
 }
@@ -199,7 +200,7 @@ TEST(Sampling, SchedulesChangeNoBit) {
     inputs.textures = {make_texture(37, 20, 3, 1, 1, 3)};
     const StageResults expected = interpret(stage, inputs);
     for (const char* text : {"weights.vectorize(z)\n",
-                             "values_early_*.compute_root()\npicture_1.compute_at(weights, x)\n"}) {
+                             "values_early_*.compute_root()\nsamples_1.compute_at(weights, x)\n"}) {
         SCOPED_TRACE(text);
         auto parsed = lower::parse_schedule("volume.sched", text);
         ASSERT_NE(std::get_if<lower::Schedule>(&parsed), nullptr);
@@ -213,7 +214,7 @@ TEST(Sampling, SchedulesChangeNoBit) {
     }
 }
 
-TEST(Sampling, LookUpsOfLoopsEqualInterpreter) {
+TEST(Sampling, SamplesInLoopsEqualInterpreter) {
     check(make_looping_stage());
 }
 

@@ -1,8 +1,8 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Look-ups in volumes: generated code against the interpreter to the bit, the interval form against
-// look-ups in its box, and the definition against closed forms.
+// Lookups in volumes: generated code against the interpreter to the bit, the interval form against
+// lookups in its box, and the definition against closed forms.
 
 #include <gtest/gtest.h>
 
@@ -37,7 +37,7 @@ TestTexture make_volume(const Vec3i& size, int32_t channels, int32_t wrap, int32
         const float along = static_cast<float>(k / channels % size.x) / static_cast<float>(size.x);
         texels.push_back(ramp * along + (1 - ramp) * noise);
     }
-    const texture::VolumePlace place{{-1.5f, 0.25f, 3.0f}, {4.0f, 2.5f, 3.0f}, false};
+    const texture::VolumeDomain place{{-1.5f, 0.25f, 3.0f}, {4.0f, 2.5f, 3.0f}, false};
     const auto pyramid = texture::Pyramid::from_volume(size, channels, place, texels, wrap, filter);
     const auto copy = [](const auto& span) { return std::vector(span.begin(), span.end()); };
     return {copy(pyramid->texels()), copy(pyramid->info()), copy(pyramid->minmax())};
@@ -107,7 +107,7 @@ TEST(VolumeSampling, EqualsInterpreter) {
     }
 }
 
-/// Red and green of a volume are where a picture is looked up, whose red moves a look-up in the
+/// Red and green of a volume are where a picture is looked up, whose red moves a lookup in the
 /// volume.
 ir::Stage make_mixed_stage() {
     ir::Stage stage;
@@ -139,7 +139,7 @@ TEST(VolumeSampling, BesidePicturesEqualsInterpreter) {
     }
 }
 
-/// Displaces by the look-up along x.
+/// Displaces by the lookup along x.
 ir::Stage make_displacing_stage() {
     ir::Stage stage;
     stage.kind = ir::StageKind::kSurface;
@@ -155,7 +155,7 @@ ir::Stage make_displacing_stage() {
     return stage;
 }
 
-TEST(VolumeSampling, BoundsHoldEveryLookUp) {
+TEST(VolumeSampling, BoundsHoldEverySample) {
     constexpr size_t kBoxes = 200;
     constexpr size_t kPoints = 40;
     const ir::Stage stage = make_displacing_stage();
@@ -225,7 +225,7 @@ TEST(VolumeSampling, BoundsHoldEveryLookUp) {
 /// Look-up of a volume in place (0, 0, 0) to (8, 4, 2), 1 mm a texel.
 float look(const std::vector<float>& texels, int32_t wrap, int32_t filter, const Vec3f& p,
            float width = 0, float step = 0) {
-    const texture::VolumePlace place{{0, 0, 0}, {8, 4, 2}, filter == texture::kFilterFinest};
+    const texture::VolumeDomain place{{0, 0, 0}, {8, 4, 2}, filter == texture::kFilterFinest};
     const auto pyramid =
         texture::Pyramid::from_volume({8, 4, 2}, 1, place, texels, wrap, place.table ? 1 : filter);
     interp::VolumeSampleArgs args;

@@ -17,7 +17,7 @@
 #include "compiler/driver/frontend.h"
 #include "tests/support/lang/expectations.h"
 
-namespace openfab::test {
+namespace openfab::testing {
 namespace {
 
 namespace fs = std::filesystem;
@@ -109,7 +109,7 @@ TEST(Lang, EveryIdHasATest) {
                 tested.insert(id_of(line));
         }
     }
-    // What is no fault of a program is looked for in other tests.
+    // Diagnostics that a program cannot cause are tested elsewhere.
     std::string others;
     for (const char* name : {"golden/frontend/frontend_golden_test.cpp"}) {
         others += read(folder().parent_path() / name);
@@ -122,4 +122,4 @@ TEST(Lang, EveryIdHasATest) {
 }
 
 }  // namespace
-}  // namespace openfab::test
+}  // namespace openfab::testing

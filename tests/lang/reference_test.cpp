@@ -16,7 +16,7 @@
 #include "compiler/driver/frontend.h"
 #include "compiler/driver/modules.h"
 
-namespace openfab::test {
+namespace openfab::testing {
 namespace {
 
 struct Block {
@@ -61,7 +61,8 @@ TEST(Reference, ItsExamplesCompile) {
         source::SourceManager sources;
         diag::Sink sink;
         const uint32_t file = sources.add("example.fl", text);
-        (void)driver::compile_to_ir(sources, file, sink, {.need_fablet = false, .prints = true});
+        (void)driver::compile_to_ir(sources, file, sink,
+                                    {.need_fablet = false, .enable_printf = true});
         const std::string messages = diag::render_text(sink, sources);
         if (block.kind.rfind("wrong ", 0) != 0) {
             EXPECT_EQ(messages, "") << "the block at line " << block.line;
@@ -80,13 +81,13 @@ TEST(Reference, NamesAllThatIsBuiltIn) {
                text.find("`" + word + "(") != std::string::npos ||
                text.find(" " + word + "(") != std::string::npos;
     };
-    for (const std::string& name : sema::function_names())
+    for (const std::string& name : check::function_names())
         EXPECT_TRUE(named(name)) << name;
     for (const std::string& name : driver::library_modules())
         EXPECT_TRUE(named(name)) << name;
-    for (const std::string& name : sema::type_names())
+    for (const std::string& name : check::type_names())
         EXPECT_NE(text.find(name.substr(0, name.find_first_of("234"))), std::string::npos) << name;
 }
 
 }  // namespace
-}  // namespace openfab::test
+}  // namespace openfab::testing

@@ -31,9 +31,9 @@ constexpr int64_t kMemoryMb = 3000;
 constexpr int64_t kMemoryMb = 300;
 #endif
 constexpr int64_t kSlackMb = 50;
-/// Of a processor that other tests share.
+/// Time limit on a processor that other tests share.
 constexpr double kMostSeconds = 20;
-/// Of the compiler, which takes no budget.
+/// Memory limit of the compiler, which has no budget.
 constexpr int64_t kCompilerMb = 1500;
 
 struct Crafted {
@@ -41,8 +41,8 @@ struct Crafted {
     const char* folder;                  ///< of tests/scenes/crafted
     const char* program;                 ///< openfab or openflc
     std::vector<std::string> arguments;  ///< the memory budget is added for `print`
-    /// What the message must hold where the input is refused; null where it must be printed, empty
-    /// where either is right.
+    /// Text that the message must contain where the input is refused; null where it must be
+    /// printed, empty where either is right.
     const char* refusal;
 };
 

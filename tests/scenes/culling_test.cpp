@@ -1,9 +1,9 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What culling fills, and what it spares queries, never shows: the same bytes with it and without,
-// for fablets that depend on the surface only near some depths, plain and displaced, turned and
-// stretched, in voxels that are not cubes.
+// Blocks that culling fills and queries that it saves never show: the same bytes with it and
+// without, for fablets that depend on the surface only near some depths, plain and displaced,
+// turned and stretched, in voxels that are not cubes.
 
 #include <fmt/format.h>
 
@@ -28,7 +28,7 @@ fablet ShellCore {
     }
 }
 
-// Layers thinner than a block: no block has one composition, some pieces do.
+// Layers thinner than a block: no block is uniform, some pieces are.
 fablet Onion {
     @uniform { Material light, dark; }
     @Volume(@varying { VolumeAttributes attr })
@@ -126,7 +126,7 @@ class Culling : public ::testing::Test {
         }
         int64_t least = least_memory_mb(try_print(fablet, {"--memory", "16MB"}));
 #ifdef OPENFAB_SANITIZED
-        // What a sanitizer keeps counts as resident, and changes from run to run.
+        // Memory that a sanitizer keeps counts as resident, and changes from run to run.
         least += least / 4;
 #endif
         const Printed small = print(fablet, {"--memory", fmt::format("{}MB", least)});

@@ -124,7 +124,7 @@ TEST_F(Demand, VoxelsInVoidsDoNotAsk) {
     check("Plain", kPlain);
 }
 
-TEST_F(Demand, VoxelsInVoidsDoNotAskInStagesOfPhases) {
+TEST_F(Demand, VoxelsInVoidsDoNotAskInStagesOfSegments) {
     check("Looping", kLooping);
 }
 

@@ -53,7 +53,7 @@ TEST_F(Determinism, SameBytesForAnyWayOfRunning) {
     }
 }
 
-// What a refusal names will do, with the least of caches.
+// The budget that a refusal names is enough, with the smallest caches.
 TEST_F(Determinism, TheLeastMemoryGivesTheSameBytes) {
 #ifdef OPENFAB_SANITIZED
     GTEST_SKIP() << "a sanitizer's memory counts in the budget, and changes from run to run";

@@ -179,7 +179,7 @@ TEST(Filter, CheckerboardOnASphere) {
                 const double want = supersampled(q);
                 (lon > 0 ? fine : coarse).add(got - want);
                 if (lon > 0) continue;
-                // Where a voxel and all of its neighbours see one check only, so must it.
+                // A voxel whose neighbourhood lies in one check must have its colour.
                 bool one = true;
                 for (int k = 0; k < 27 && one; ++k) {
                     const Vec3d n = {q.x + (k % 3 - 1) * kPitch, q.y + (k / 3 % 3 - 1) * kPitch,

@@ -47,7 +47,7 @@ std::vector<Piece> section_of_readme(const std::string& title) {
     return pieces;
 }
 
-/// What stands in backticks.
+/// Returns the text in backticks.
 std::vector<std::string> quoted_in(const std::string& text) {
     static const std::regex kCode("`([^`]+)`");
     std::vector<std::string> out;
@@ -60,8 +60,8 @@ bool names_a_file(const std::string& text) {
     return text.ends_with(".fl") || text.ends_with(".fab.json");
 }
 
-/// As a person would follow it: a block is a file where the text before it names one first thing,
-/// and else is typed.
+/// Follows the text like a person: a block is a file where the text before it names one first
+/// thing, and else is typed.
 std::string script_of(const std::vector<Piece>& pieces, int* files, int* commands) {
     std::string script = "set -euo pipefail\n";
     std::string last_text;

@@ -20,13 +20,13 @@ Voxels read_ofr(const std::filesystem::path& file) {
         ADD_FAILURE() << reader.error().text();
         return voxels;
     }
-    const backends::PrintInfo& info = (*reader)->info();
+    const pipeline::PrintInfo& info = (*reader)->info();
     voxels.size = info.size;
     voxels.pitch_mm = info.pitch_mm;
     voxels.origin_mm = info.origin_mm;
     voxels.slice_begin = info.slice_begin;
     voxels.slice_end = info.slice_end;
-    for (const backends::SliceMaterial& material : info.materials)
+    for (const pipeline::SliceMaterial& material : info.materials)
         voxels.materials.push_back(material.name);
     for (;;) {
         Result<bool> more = (*reader)->next();
@@ -35,7 +35,7 @@ Voxels read_ofr(const std::filesystem::path& file) {
             return voxels;
         }
         if (!*more) return voxels;
-        const backends::SliceView& slice = (*reader)->slice();
+        const pipeline::SliceView& slice = (*reader)->slice();
         for (int32_t y = 0; y < info.size.y; ++y) {
             for (int32_t x = 0; x < info.size.x; ++x)
                 voxels.codes.push_back(slice.code(x, y, info.bits));

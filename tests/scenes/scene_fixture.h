@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// What the end-to-end tests share: the programs under test, one print binary of the postcard,
+// Fixture of the end-to-end tests: the programs under test, one print binary of the postcard,
 // prints read back as voxels.
 
 #include <gtest/gtest.h>
@@ -42,13 +42,13 @@ struct Voxels {
     }
 };
 
-/// Reads a whole `.ofr`; fails the test where it is not whole.
+/// Reads a complete `.ofr`; fails the test where it is not complete.
 Voxels read_ofr(const std::filesystem::path& file);
 
-/// A number of a statistics file, as `queries/asked`; fails the test where it is missing.
+/// Reads a number of a statistics file, like `queries/asked`; fails the test where it is missing.
 double statistic(const std::filesystem::path& file, const std::string& name);
 
-/// What a refusal for too little memory says would do, MB; fails the test where it says nothing.
+/// Returns the budget that a memory error asks for, MB; fails the test where it names none.
 int64_t least_memory_mb(const Outcome& refused);
 
 /// A print program that the build has made (tests/scenes/CMakeLists.txt).

@@ -48,7 +48,7 @@ struct TriangleMesh {
 
 /// A mesh as a Surface. With `per_patch` 0 each triangle is an identity patch; else that many
 /// triangles in a row make one patch that is diced on demand, under a box that is `loose_mm` too
-/// large. Attributes: uv-like (x, y) / 10 and one int, the triangle's place in the mesh.
+/// large. Attributes: uv-like (x, y) / 10 and one int, the triangle's index in the mesh.
 class MeshSurface final : public surface::Surface {
   public:
     explicit MeshSurface(TriangleMesh mesh, int32_t per_patch = 0, float loose_mm = 0)
@@ -65,8 +65,8 @@ class MeshSurface final : public surface::Surface {
             patch.triangle = first;
             const int32_t end = std::min(count, first + per_patch_);
             for (int32_t t = first; t < end; ++t) {
-                for (const int32_t v : mesh_.triangles[static_cast<size_t>(t)]) {
-                    patch.bounds.add(mesh_.positions[static_cast<size_t>(v)]);
+                for (const int32_t v : mesh_.triangles[t]) {
+                    patch.bounds.add(mesh_.positions[v]);
                 }
             }
             for (int a = 0; a < 2; ++a) {
@@ -97,7 +97,7 @@ class MeshSurface final : public surface::Surface {
         for (size_t t = first; t < end; ++t) {
             const auto base = static_cast<int32_t>(out->positions.size());
             for (const int32_t v : mesh_.triangles[t]) {
-                const Vec3f& p = mesh_.positions[static_cast<size_t>(v)];
+                const Vec3f& p = mesh_.positions[v];
                 out->positions.push_back(p);
                 out->vertex_attributes.push_back(p.x / 10);
                 out->vertex_attributes.push_back(p.y / 10);
@@ -109,14 +109,15 @@ class MeshSurface final : public surface::Surface {
     }
     bool identity_corners(int32_t patch, std::array<Vec3f, 3>* out) const override {
         for (size_t k = 0; k < 3; ++k) {
-            const int32_t v = mesh_.triangles[static_cast<size_t>(patch)][k];
-            (*out)[k] = mesh_.positions[static_cast<size_t>(v)];
+            const int32_t v = mesh_.triangles[patch][k];
+            (*out)[k] = mesh_.positions[v];
         }
         return true;
     }
-    void reach(int32_t patch, std::vector<surface::Reach>* out) const override {
-        const Box3f& bounds = patches_[static_cast<size_t>(patch)].bounds;
-        surface::Reach all;
+    void displacement_bounds(int32_t patch,
+                             std::vector<surface::GrownPolygon>* out) const override {
+        const Box3f& bounds = patches_[patch].bounds;
+        surface::GrownPolygon all;
         all.add({0, 0, 0});
         all.grow = {vec_cast<double>(bounds.lo), vec_cast<double>(bounds.hi)};
         out->push_back(all);
@@ -143,7 +144,7 @@ class MeshSurface final : public surface::Surface {
     bool stopped_ = false;
 };
 
-/// Frame of an unrotated part whose voxel (0, 0, 0) has its centre half a pitch from `origin`.
+/// Frame of an unrotated part whose voxel (0, 0, 0) has its center half a pitch from `origin`.
 inline std::array<float, OPENFAB_FRAME_COUNT> make_test_frame(const Vec3f& pitch,
                                                               const Vec3f& origin) {
     std::array<float, OPENFAB_FRAME_COUNT> f{};
@@ -283,7 +284,7 @@ inline TriangleMesh make_cells(const std::vector<Vec3i>& cells, float size) {
     return m;
 }
 
-/// Triangles of an OBJ file, centred and scaled to a height (z extent after taking y up to z) of
+/// Triangles of an OBJ file, centered and scaled to a height (z extent after taking y up to z) of
 /// `height_mm`; empty where the file is not there.
 inline TriangleMesh read_obj(const std::string& path, double height_mm) {
     TriangleMesh m;
@@ -331,8 +332,7 @@ inline TriangleMesh subdivide(const TriangleMesh& m, int32_t n) {
         const auto next = static_cast<int32_t>(out.positions.size());
         const auto [at, fresh] = first_on_edge.try_emplace({low, high}, next);
         for (int32_t i = 1; fresh && i < n; ++i) {
-            out.add(between(m.positions[static_cast<size_t>(low)],
-                            m.positions[static_cast<size_t>(high)], i));
+            out.add(between(m.positions[low], m.positions[high], i));
         }
         return at->second + (a == low ? k : n - k) - 1;
     };
@@ -348,8 +348,7 @@ inline TriangleMesh subdivide(const TriangleMesh& m, int32_t n) {
                 } else if (k == 0 || k == r) {
                     row.push_back(k == 0 ? left : right);
                 } else {
-                    const Vec3f a = out.positions[static_cast<size_t>(left)],
-                                b = out.positions[static_cast<size_t>(right)];
+                    const Vec3f a = out.positions[left], b = out.positions[right];
                     row.push_back(
                         out.add(a + (b - a) * (static_cast<float>(k) / static_cast<float>(r))));
                 }

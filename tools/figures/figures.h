@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The gallery's figures: who they are, not how they are made.
+// The gallery's figures: what they are, not how they are made.
 
 #include <string>
 #include <vector>
@@ -14,11 +14,11 @@ namespace openfab::figures {
 struct Figure {
     std::string name;
     Shape shape;
-    Box3d box;           ///< holds the shape with room to spare
+    Box3d box;           ///< contains the shape with a margin
     double cell_mm = 1;  ///< of the polygoniser
 };
 
-/// rhino, bunny, bear, beetle, fish, amber, table, ring, in this order.
+/// Returns rhino, bunny, bear, beetle, fish, amber, table, ring, in this order.
 std::vector<Figure> all_figures();
 
 }  // namespace openfab::figures

@@ -18,7 +18,7 @@ struct Painting {
     std::vector<uint8_t> pixels;  ///< top row first
 };
 
-/// zebra (grey, for the rhino), reef (colours, for the fish).
+/// Returns zebra (grey, for the rhino) and reef (colours, for the fish).
 std::vector<Painting> all_paintings();
 
 }  // namespace openfab::figures

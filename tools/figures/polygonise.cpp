@@ -52,20 +52,20 @@ class Marcher {
     int64_t index(Vec3i at) const {
         return (static_cast<int64_t>(at.z) * count_.y + at.y) * count_.x + at.x;
     }
-    double value(int64_t i) const { return values_[static_cast<size_t>(i)]; }
+    double value(int64_t i) const { return values_[i]; }
 
     void cube(Vec3i at) {
         std::array<Vec3i, 8> corners;
         int inside = 0;
         for (int c = 0; c < 8; ++c) {
-            corners[static_cast<size_t>(c)] = at + Vec3i{c & 1, (c >> 1) & 1, c >> 2};
-            if (value(index(corners[static_cast<size_t>(c)])) < 0) ++inside;
+            corners[c] = at + Vec3i{c & 1, (c >> 1) & 1, c >> 2};
+            if (value(index(corners[c])) < 0) ++inside;
         }
         if (inside == 0 || inside == 8) return;
         for (const auto& row : kTetrahedra) {
             std::array<Vec3i, 4> tetrahedron;
             for (size_t k = 0; k < 4; ++k)
-                tetrahedron[k] = corners[static_cast<size_t>(row[k])];
+                tetrahedron[k] = corners[row[k]];
             cut(tetrahedron);
         }
     }

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// From a shape to a closed triangle mesh.
+// Converts a shape to a closed triangle mesh.
 
 #include <array>
 #include <cstdint>
@@ -20,15 +20,15 @@ struct TriangleMesh {
     Box3d box;
 };
 
-/// Marching tetrahedra over cubes of `cell_mm` cut into six tetrahedra each (Kuhn's): closed,
-/// consistently oriented, without ambiguous cases. The slivers that this leaves are smoothed away:
-/// points slide along the surface towards the mean of their neighbours and return to it by
-/// Newton's steps. `box` must hold the shape with a cell to spare.
+/// Polygonises by marching tetrahedra over cubes of `cell_mm` cut into six tetrahedra each
+/// (Kuhn's): closed, consistently oriented, without ambiguous cases. Slivers are smoothed away:
+/// points slide along the surface towards the mean of their neighbours and return to it by Newton
+/// steps. `box` must contain the shape with a margin of a cell.
 TriangleMesh polygonise(const Shape& shape, const Box3d& box, double cell_mm);
 
-/// OBJ text with normals and with the side view as texture coordinates: u runs along x from the
-/// lowest to the highest, v along z; both flanks of an animal carry the same picture and there is
-/// no seam. `name` and the cell go into its first lines.
+/// Returns OBJ text with normals and with the side view as texture coordinates: u runs along x from
+/// the lowest to the highest, v along z; both flanks of an animal carry the same picture and there
+/// is no seam. `name` and the cell go into its first lines.
 std::string write_obj(const TriangleMesh& mesh, const std::string& name, double cell_mm);
 
 }  // namespace openfab::figures

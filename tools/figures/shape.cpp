@@ -120,7 +120,7 @@ Shape& Shape::cut_cone(double blend, Vec3d a, double ra, Vec3d b, double rb) {
 }
 
 Shape& Shape::above(double height, double blend) {
-    // What lies below the plane is cut off: the part's own value is positive above.
+    // Cut off the part below the plane: the part's own value is positive above.
     parts_.push_back({Part::Kind::kAbove, Join::kCut, blend, {0, 0, height}, {}, 0, 0, {1, 0, 0}});
     set_bounds(&parts_.back());
     return *this;

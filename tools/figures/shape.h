@@ -12,7 +12,7 @@
 
 namespace openfab::figures {
 
-/// How a part joins what was there before it.
+/// The operation that joins a part with the previous ones.
 enum class Join { kAdd, kCut };
 
 struct Part {
@@ -37,13 +37,13 @@ class Shape {
     Shape& disc(double blend, Vec3d center, double radius, double half_height, double edge);
     Shape& cut_ball(double blend, Vec3d center, Vec3d radii, Vec3d axis = {1, 0, 0});
     Shape& cut_cone(double blend, Vec3d a, double ra, Vec3d b, double rb);
-    /// Keeps what is above z = height.
+    /// Keeps the part above z = height.
     Shape& above(double height, double blend);
-    /// The last `count` parts once more, mirrored in the plane y = 0.
+    /// Adds mirror images of the last `count` parts in the plane y = 0.
     Shape& mirror(int count);
 
     double value(Vec3d p) const;
-    /// Central differences over 1/256 mm; of about unit length at the surface.
+    /// Returns central differences over 1/256 mm; of about unit length at the surface.
     Vec3d gradient(Vec3d p) const;
 
   private:

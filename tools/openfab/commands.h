@@ -13,7 +13,7 @@
 #include "program/options.h"
 #include "tools/openfab/import.h"
 
-namespace openfab::tool {
+namespace openfab::tools {
 
 struct ImportArguments {
     std::string file, folder, unit, up, size, picture_size, repair, memory;
@@ -23,7 +23,7 @@ struct ImportArguments {
 struct ExportOptions {
     std::string file;
     std::string memory;
-    print::Options print;  ///< output, format, previews, png_indexed, flip_x
+    program::Options print;  ///< output, format, previews, png_indexed, flip_x
     std::vector<std::string> previews;
     std::string png = "rgba";
     int32_t slice = -1;
@@ -41,11 +41,12 @@ Result<void> verify(const std::string& file, const std::string& memory);
 /// `export`: writes an .ofr file as something else.
 Result<void> run_export(ExportOptions options);
 
-/// `openfab print …`: compiles what changed and becomes the print binary; returns the exit code
-/// where that fails. It reads the print binary's own options, so it is no CLI11 command.
+/// Runs `openfab print …`: compiles what changed and replaces the process by the print binary;
+/// returns the exit code where that fails. It parses the print binary's own options, so it is not a
+/// CLI11 command.
 int print_command(int argc, char** argv);
 
-/// `openfab texture …`: becomes `openfab-texture`, beside this program.
+/// Runs `openfab texture …`: replaces the process by `openfab-texture`, beside this program.
 int texture_command(char** argv);
 
-}  // namespace openfab::tool
+}  // namespace openfab::tools

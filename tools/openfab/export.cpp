@@ -20,22 +20,22 @@
 #include "tools/openfab/memory_option.h"
 #include "world/printer.h"
 
-namespace openfab::tool {
+namespace openfab::tools {
 
 namespace {
 
 /// The printer that the file names, for support and hand-off notes; a file of one that is not known
 /// here has none.
-scene::Printer printer_of(const backends::PrintInfo& info) {
-    Result<scene::Printer> printer = scene::load_printer(info.printer);
+world::Printer printer_of(const pipeline::PrintInfo& info) {
+    Result<world::Printer> printer = world::load_printer(info.printer);
     if (printer) return *printer;
-    scene::Printer unknown;
+    world::Printer unknown;
     unknown.name = info.printer;
     return unknown;
 }
 
-backends::PrintTotals totals_so_far(const ofr::OfrReader& reader) {
-    backends::PrintTotals totals;
+pipeline::PrintTotals totals_so_far(const ofr::OfrReader& reader) {
+    pipeline::PrintTotals totals;
     totals.voxels_by_code = reader.counts();
     for (size_t code = 1; code < totals.voxels_by_code.size(); ++code)
         totals.voxels_solid += totals.voxels_by_code[code];
@@ -62,41 +62,41 @@ Result<void> export_slice(const ExportOptions& options, ofr::OfrReader* reader) 
     }
 }
 
-Result<void> copy_slices(ofr::OfrReader* reader, backends::SliceSink* sink) {
+Result<void> copy_slices(ofr::OfrReader* reader, pipeline::SliceSink* sink) {
     for (;;) {
         Result<bool> more = reader->next();
         if (!more) return more.error();
         if (!*more) return {};
-        const backends::SliceView& slice = reader->slice();
+        const pipeline::SliceView& slice = reader->slice();
         if (Result<void> done = sink->commit(slice.z, sink->encode(slice)); !done) return done;
     }
 }
 
 Result<void> export_all(const ExportOptions& options, ofr::OfrReader* reader) {
-    Result<std::unique_ptr<backends::SliceSink>> sink =
-        print::open_output(options.print, printer_of(reader->info()));
+    Result<std::unique_ptr<pipeline::SliceSink>> sink =
+        program::open_output(options.print, printer_of(reader->info()));
     if (!sink) return sink.error();
     Result<void> done = (*sink)->begin(reader->info());
     if (!done) return done;
     done = copy_slices(reader, sink->get());
-    // What is whole stays, and says that it is not all.
+    // Complete slices stay; the output is marked as incomplete.
     Result<void> finished = (*sink)->finish(done ? reader->totals() : totals_so_far(*reader));
     return done ? finished : done;
 }
 
-/// What writing takes besides the reader's slice: pixels or a mesher's columns, what they are
-/// packed into, and previews.
+/// Checks the memory for writing besides the reader's slice: pixels or a mesher's columns, their
+/// encoding, and previews.
 Result<void> check_memory(const ExportOptions& options, const ofr::OfrReader& reader,
                           int64_t memory_bytes) {
-    const backends::PrintInfo& info = reader.info();
+    const pipeline::PrintInfo& info = reader.info();
     const std::string& format = options.print.format;
     const int64_t columns = int64_t{info.size.x} * info.size.y;
-    const int64_t each = print::encode_bytes_per_column(options.print, format) +
-                         print::output_bytes_per_column(format);
+    const int64_t each = program::encode_bytes_per_column(options.print, format) +
+                         program::output_bytes_per_column(format);
     // Compressed, a slice takes at most as much as its packed rows, and twice that while it is put
     // together.
     const int64_t rows = reader.slice_bytes() * (format == "ofr" || format == "png" ? 3 : 1);
-    const int64_t bytes = rows + columns * each + print::preview_bytes(options.print);
+    const int64_t bytes = rows + columns * each + program::preview_bytes(options.print);
     if (bytes <= memory_bytes) return {};
     return user_error(fmt::format(
         "{}: slices of {} x {} voxels take {} to write{}, and `--memory` allows {}; raise it if "
@@ -105,11 +105,11 @@ Result<void> check_memory(const ExportOptions& options, const ofr::OfrReader& re
         format.empty() ? "" : " as " + format, format_bytes(memory_bytes)));
 }
 
-/// Before anything is opened for writing. Of one slice, `-o` is a file.
-Result<void> check_apart(const ExportOptions& options, const backends::PrintInfo& info) {
+/// Checks the outputs before any is opened. With `--slice`, `-o` is a file.
+Result<void> check_apart(const ExportOptions& options, const pipeline::PrintInfo& info) {
     const std::string format = options.slice >= 0 ? "" : options.print.format;
-    return print::check_outputs(options.print, format, info.materials,
-                                {options.file == "-" ? "/dev/stdin" : options.file});
+    return program::check_outputs(options.print, format, info.materials,
+                                  {options.file == "-" ? "/dev/stdin" : options.file});
 }
 
 }  // namespace
@@ -133,10 +133,10 @@ Result<void> run_export(ExportOptions options) {
     if (!memory) return memory.error();
     Result<std::unique_ptr<ofr::OfrReader>> reader = ofr::OfrReader::open(options.file, *memory);
     if (!reader) return reader.error();
-    scene::Printer printer = printer_of((*reader)->info());
+    world::Printer printer = printer_of((*reader)->info());
     if (options.slice < 0) {
         printer.native_format = "png";
-        Result<std::string> format = print::choose_format(options.print, printer);
+        Result<std::string> format = program::choose_format(options.print, printer);
         if (!format) return format.error();
         options.print.format = *format;
     }
@@ -146,4 +146,4 @@ Result<void> run_export(ExportOptions options) {
     return export_all(options, reader->get());
 }
 
-}  // namespace openfab::tool
+}  // namespace openfab::tools

@@ -15,10 +15,10 @@
 #include <unordered_map>
 
 #include "base/json.h"
-#include "tools/openfab/standing.h"
 #include "tools/openfab/stock.h"
+#include "tools/openfab/up_axis.h"
 
-namespace openfab::tool {
+namespace openfab::tools {
 
 namespace {
 
@@ -26,7 +26,7 @@ namespace fs = std::filesystem;
 
 constexpr size_t kMostMaterials = 64;
 
-/// As JSON has it. Names come from files and may hold anything.
+/// Quotes a JSON string. Names come from files and may contain anything.
 std::string json_text(std::string_view text) {
     std::string out = "\"";
     for (const char c : text) {
@@ -89,7 +89,7 @@ std::string plain_name(const std::string& name) {
 
 using Key = std::array<int, 3>;
 
-/// Of sRGB; linear light in.
+/// Encodes linear light to sRGB.
 Key key_of(const std::array<double, 3>& linear) {
     Key key{};
     for (size_t c = 0; c < 3; ++c) {
@@ -118,13 +118,19 @@ Key free_key(Key key, std::vector<Key>* taken) {
 
 class Importer {
   public:
-    Importer(const scene::LoadedMesh& mesh, const Looks& looks, const std::string& file,
+    Importer(const mesh::LoadedMesh& mesh, const Appearances& appearances, const std::string& file,
              const ImportOptions& options)
-        : mesh_(mesh), looks_(looks), places_(places_of(looks)), file_(file), options_(options) {
+        : mesh_(mesh),
+          appearances_(appearances),
+          places_(places_of(appearances)),
+          file_(file),
+          options_(options) {
         for (const auto& [name, number] : mesh.groups)
             groups_.push_back(name);
         // A mesh of one material has no groups where the material has no name.
-        if (groups_.empty()) groups_.push_back(looks.looks.size() == 1 ? looks.looks[0].name : "");
+        if (groups_.empty())
+            groups_.push_back(appearances.appearances.size() == 1 ? appearances.appearances[0].name
+                                                                  : "");
         for (const Vec3d& p : mesh.mesh.positions)
             box_.add(p);
         if (options.largest_mm) {
@@ -143,8 +149,8 @@ class Importer {
         out_.files.push_back(
             {source_name(), std::make_shared<const std::string>(std::move(source))});
         out_.world = world();
-        if (!options_.y_up && !scene::format_says_up(file_)) {
-            if (const std::string why = why_y_seems_up(mesh_.mesh); !why.empty()) {
+        if (!options_.y_up && !mesh::format_says_up(file_)) {
+            if (const std::string why = y_up_evidence(mesh_.mesh); !why.empty()) {
                 out_.notes.push_back(fmt::format(
                     "`{}` may lie on its back: {}. Import it with `--up y` if y is up in it", file_,
                     why));
@@ -153,7 +159,7 @@ class Importer {
         if (mesh_.unit_note.starts_with("assumed") && !options_.largest_mm) {
             const Vec3d size = box_.size();
             out_.notes.push_back(fmt::format(
-                "`{}` says no unit: taken as millimetres, {:.4g} x {:.4g} x {:.4g} mm. Import it "
+                "`{}` gives no unit: taken as millimetres, {:.4g} x {:.4g} x {:.4g} mm. Import it "
                 "with --unit or --size if that is wrong",
                 file_, size.x, size.y, size.z));
         }
@@ -162,17 +168,18 @@ class Importer {
 
   private:
     bool has(const char* attribute, int32_t components) const {
-        const scene::MeshAttribute* a = mesh_.mesh.find(attribute);
+        const mesh::MeshAttribute* a = mesh_.mesh.find(attribute);
         return a != nullptr && !a->is_int && a->components == components;
     }
     bool any_picture() const {
         return !options_.picture.empty() ||
                std::any_of(groups_.begin(), groups_.end(),
-                           [&](const std::string& g) { return look(g).picture.has_value(); });
+                           [&](const std::string& g) { return appearance(g).picture.has_value(); });
     }
-    Look look(const std::string& group) const {
+    MaterialAppearance appearance(const std::string& group) const {
         const auto found = places_.find(group);
-        return found != places_.end() ? looks_.looks[found->second] : Look{};
+        return found != places_.end() ? appearances_.appearances[found->second]
+                                      : MaterialAppearance{};
     }
 
     std::string fitting_fablet() {
@@ -294,13 +301,13 @@ class Importer {
         }
         std::vector<std::string> names;
         for (size_t g = 0; g < groups_.size(); ++g) {
-            // Without a colour: greys that can be told apart.
+            // Without a colour: distinct greys.
             const double grey =
                 1 - 0.8 * static_cast<double>(g) / static_cast<double>(groups_.size());
             const std::string name = groups_[g].empty() ? "material" : groups_[g];
             names.push_back(add_material(
                 name == "VOID" ? "void" : name,
-                look(groups_[g]).color.value_or(std::array<double, 3>{grey, grey, grey})));
+                appearance(groups_[g]).color.value_or(std::array<double, 3>{grey, grey, grey})));
         }
         uniform("materials", names.size() == 1 ? json_text(names[0]) : list_of(names, json_text));
         return {};
@@ -310,11 +317,11 @@ class Importer {
         std::vector<int> map_of;
         std::vector<std::array<double, 3>> tints;
         for (const std::string& group : groups_) {
-            const Look of = look(group);
-            Result<int> place = add_picture(of);
-            if (!place) return place.error();
-            map_of.push_back(*place);
-            const bool white = *place >= 0 && !of.tinted;
+            const MaterialAppearance of = appearance(group);
+            Result<int> texture_index = add_picture(of);
+            if (!texture_index) return texture_index.error();
+            map_of.push_back(*texture_index);
+            const bool white = *texture_index >= 0 && !of.tinted;
             tints.push_back(white ? kWhite : of.color.value_or(kWhite));
         }
         if (textures_.empty())
@@ -369,9 +376,9 @@ class Importer {
     /// The picture of the first group that has one.
     Result<void> bind_first_picture(bool clamp) {
         for (const std::string& group : groups_) {
-            Result<int> place = add_picture(look(group), clamp);
-            if (!place) return place.error();
-            if (*place >= 0) break;
+            Result<int> texture_index = add_picture(appearance(group), clamp);
+            if (!texture_index) return texture_index.error();
+            if (*texture_index >= 0) break;
         }
         uniform("map", json_text(texture_names_[0]));
         return {};
@@ -386,7 +393,7 @@ class Importer {
     /// The picture that was asked for instead of the mesh's own.
     Result<SharedBytes> own_picture() {
         if (own_picture_ == nullptr) {
-            Result<std::string> bytes = scene::read_text_file(
+            Result<std::string> bytes = read_text_file(
                 options_.picture, static_cast<size_t>(std::max<int64_t>(options_.memory_bytes, 0)));
             if (!bytes) return bytes.error();
             own_picture_ = std::make_shared<const std::string>(std::move(*bytes));
@@ -394,9 +401,9 @@ class Importer {
         return own_picture_;
     }
 
-    /// The place of a look's picture among the textures, -1 where it has none. One that several
-    /// have is there once.
-    Result<int> add_picture(const Look& of, bool clamp = false) {
+    /// Adds a material's picture; returns its index among the textures, -1 where it has none. One
+    /// that several have is there once.
+    Result<int> add_picture(const MaterialAppearance& of, bool clamp = false) {
         Picture picture;
         if (!options_.picture.empty()) {
             const Result<SharedBytes> bytes = own_picture();
@@ -410,9 +417,9 @@ class Importer {
         picture.clamp = picture.clamp || clamp;
         const auto [shared, first] = shared_.try_emplace({picture.bytes.get(), picture.clamp}, 0);
         if (!first) return shared->second;
-        const auto place = static_cast<int>(textures_.size());
+        const auto texture_index = static_cast<int>(textures_.size());
         const auto [equal, fresh] =
-            pictures_[picture.clamp ? 1 : 0].try_emplace(*picture.bytes, place);
+            pictures_[picture.clamp ? 1 : 0].try_emplace(*picture.bytes, texture_index);
         shared->second = equal->second;
         if (!fresh) return equal->second;
         const fs::path plain = plain_name(picture.name);
@@ -425,7 +432,7 @@ class Importer {
                         json_text(file), picture.clamp ? "clamp" : "repeat",
                         out_.fablet == "relief" ? ", \"channels\": \"luminance\"" : ""));
         out_.files.push_back({file, picture.bytes});
-        return place;
+        return texture_index;
     }
 
     /// The unit of the file, unless it says it itself.
@@ -481,15 +488,15 @@ class Importer {
                            out_.fablet, repair, lines(uniforms_), name, scale);
     }
 
-    /// As in stdlib/mapping.fl.
+    /// Same as in stdlib/mapping.fl.
     static constexpr std::array<const char*, 6> kSides{"front", "right", "back",
                                                        "left",  "top",   "bottom"};
     static constexpr int kFront = 0, kRight = 1, kTop = 4;
     static constexpr std::array<double, 3> kWhite{1, 1, 1};
     static constexpr std::array<double, 3> kBlack{0, 0, 0};
 
-    const scene::LoadedMesh& mesh_;
-    const Looks& looks_;
+    const mesh::LoadedMesh& mesh_;
+    const Appearances& appearances_;
     const std::unordered_map<std::string_view, size_t> places_;  ///< of looks_ by name
     const std::string& file_;
     const ImportOptions& options_;
@@ -510,9 +517,9 @@ class Importer {
 
 }  // namespace
 
-Result<Import> make_import(const scene::LoadedMesh& mesh, const Looks& looks,
+Result<Import> make_import(const mesh::LoadedMesh& mesh, const Appearances& appearances,
                            const std::string& file, const ImportOptions& options) {
-    return Importer(mesh, looks, file, options).run();
+    return Importer(mesh, appearances, file, options).run();
 }
 
-}  // namespace openfab::tool
+}  // namespace openfab::tools

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// From a mesh file and its looks to a world: which stock fablet, with which materials, pictures and
-// numbers.
+// Makes a world from a mesh file and its appearance: which stock fablet, with which materials,
+// pictures and numbers.
 
 #include <optional>
 #include <string>
@@ -11,21 +11,21 @@
 #include <vector>
 
 #include "mesh/load/load_mesh.h"
-#include "tools/openfab/looks.h"
+#include "tools/openfab/appearance.h"
 
-namespace openfab::tool {
+namespace openfab::tools {
 
 struct ImportOptions {
-    std::string fablet;  ///< a stock fablet; empty: by what the mesh has
+    std::string fablet;  ///< a stock fablet; empty: chosen by the mesh's attributes
     std::string printer = "generic";
     std::string picture;               ///< a file instead of the mesh's own pictures
-    std::optional<double> largest_mm;  ///< size along the longest side; else as it is
-    std::string mapping;  ///< uv, planar, box or triplanar; empty: by what the mesh has
-    std::string side;     ///< planar: front, right, …; empty: the largest
-    std::optional<double> picture_mm;  ///< size of one picture; else as large as the mesh
-    bool y_up = false;                 ///< of the file; the mesh stands already
-    bool repair = false;               ///< the world says `"repair": "winding"`
-    int64_t memory_bytes = scene::kReadingBytes;  ///< that the picture may take
+    std::optional<double> largest_mm;  ///< size along the longest side; default: unchanged
+    std::string mapping;               ///< uv, planar, box or triplanar; empty: chosen by the mesh
+    std::string side;                  ///< planar: front, right, …; empty: the largest
+    std::optional<double> picture_mm;  ///< size of one picture; default: that of the mesh
+    bool y_up = false;                 ///< of the file; the mesh is turned already
+    bool repair = false;               ///< write `"repair": "winding"` to the world
+    int64_t memory_bytes = mesh::kDefaultReadingBytes;  ///< that the picture may take
 };
 
 /// A file to be written into the folder.
@@ -41,9 +41,9 @@ struct Import {
     std::vector<std::string> notes;
 };
 
-/// `file` is the mesh's name in the folder. Errors: a fablet that needs coordinates, colours or a
-/// picture which are not there; more than 64 materials.
-Result<Import> make_import(const scene::LoadedMesh& mesh, const Looks& looks,
+/// Makes the files; `file` is the mesh's name in the folder. Errors: a fablet that needs
+/// coordinates, colours or a picture that are missing; more than 64 materials.
+Result<Import> make_import(const mesh::LoadedMesh& mesh, const Appearances& appearances,
                            const std::string& file, const ImportOptions& options);
 
-}  // namespace openfab::tool
+}  // namespace openfab::tools

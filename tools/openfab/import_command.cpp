@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// `openfab import FILE -o FOLDER`: a world of a mesh and what belongs to it, ready to print.
+// `openfab import FILE -o FOLDER`: makes a world of a mesh with its files, ready to print.
 
 #include <fmt/format.h>
 
@@ -18,7 +18,7 @@
 #include "tools/openfab/stock.h"
 #include "world/printer.h"
 
-namespace openfab::tool {
+namespace openfab::tools {
 
 namespace {
 
@@ -52,7 +52,7 @@ Result<void> copy_into(const fs::path& from, const fs::path& to) {
 }
 
 /// The mesh, files that it is made of, pictures and fablet, and the world last.
-Result<void> write_all(const fs::path& mesh, const scene::LoadedMesh& loaded, const Import& import,
+Result<void> write_all(const fs::path& mesh, const mesh::LoadedMesh& loaded, const Import& import,
                        const fs::path& folder, const fs::path& world) {
     if (Result<void> done = copy_into(mesh, folder / mesh.filename()); !done) return done;
     for (const fs::path& other : loaded.files) {
@@ -73,9 +73,9 @@ Result<void> write_all(const fs::path& mesh, const scene::LoadedMesh& loaded, co
 
 Result<void> run_import(ImportArguments arguments) {
     const fs::path mesh = arguments.file;
-    if (!scene::is_mesh_file(mesh)) {
+    if (!mesh::is_mesh_file(mesh)) {
         return usage_error(fmt::format("`{}` does not have the extension of a mesh; supported: {}",
-                                       arguments.file, scene::mesh_formats()));
+                                       arguments.file, mesh::mesh_formats()));
     }
     if (!arguments.import.fablet.empty() && !is_stock_fablet(arguments.import.fablet)) {
         return usage_error(fmt::format("there is no stock fablet `{}`; choose from {}",
@@ -91,11 +91,11 @@ Result<void> run_import(ImportArguments arguments) {
     const Result<int64_t> memory = memory_of(arguments.memory);
     if (!memory) return memory.error();
     arguments.import.y_up = arguments.up == "y";
-    if (!arguments.up.empty() && scene::format_says_up(mesh)) {
+    if (!arguments.up.empty() && mesh::format_says_up(mesh)) {
         return usage_error(
-            "glTF has y up by its format, and the mesh stands already; leave `--up` out");
+            "glTF is y-up by definition, and the mesh is turned already; leave `--up` out");
     }
-    if (Result<scene::Printer> printer = scene::load_printer(arguments.import.printer); !printer)
+    if (Result<world::Printer> printer = world::load_printer(arguments.import.printer); !printer)
         return printer.error();
     const fs::path folder = arguments.folder;
     const fs::path world = folder / (mesh.stem().string() + ".fab.json");
@@ -104,24 +104,24 @@ Result<void> run_import(ImportArguments arguments) {
         return user_error(
             fmt::format("`{}` exists already; choose another folder", world.string()));
 
-    scene::MeshOptions options;
+    mesh::MeshOptions options;
     options.name = mesh.stem().string();
     options.unit_mm = unit_mm(arguments.unit);
     options.y_up = arguments.import.y_up;
     options.repair = arguments.import.repair = !arguments.repair.empty();
     options.memory_bytes = *memory;
-    Result<scene::LoadedMesh> loaded = scene::load_mesh(mesh, options);
+    Result<mesh::LoadedMesh> loaded = mesh::load_mesh(mesh, options);
     if (!loaded) return loaded.error();
-    const int64_t left = *memory - scene::mesh_bytes(scene::counts_of(loaded->mesh));
+    const int64_t left = *memory - mesh::mesh_bytes(mesh::counts_of(loaded->mesh));
     arguments.import.memory_bytes = left;
-    Result<Looks> looks = read_looks(mesh, left);
-    if (!looks) return looks.error();
+    Result<Appearances> appearances = read_appearances(mesh, left);
+    if (!appearances) return appearances.error();
     Result<Import> import =
-        make_import(*loaded, *looks, mesh.filename().string(), arguments.import);
+        make_import(*loaded, *appearances, mesh.filename().string(), arguments.import);
     if (!import) return import.error();
     for (const std::string& warning : loaded->warnings)
         warn(warning);
-    for (const auto* notes : {&looks->notes, &import->notes}) {
+    for (const auto* notes : {&appearances->notes, &import->notes}) {
         for (const std::string& text : *notes)
             note(text);
     }
@@ -133,4 +133,4 @@ Result<void> run_import(ImportArguments arguments) {
     return {};
 }
 
-}  // namespace openfab::tool
+}  // namespace openfab::tools

@@ -20,20 +20,20 @@
 #include "tools/openfab/memory_option.h"
 #include "world/world.h"
 
-namespace openfab::tool {
+namespace openfab::tools {
 
 namespace {
 
 namespace fs = std::filesystem;
 
-/// Vertices, placed, that are gone through for a world's size.
+/// Maximum number of placed vertices that are read for a world's size.
 constexpr double kMostVertices = 3e8;
 
-double voxel_ml(const backends::PrintInfo& info) {
+double voxel_ml(const pipeline::PrintInfo& info) {
     return info.pitch_mm.x * info.pitch_mm.y * info.pitch_mm.z * 1e-3;
 }
 
-void print_grid(const backends::PrintInfo& info) {
+void print_grid(const pipeline::PrintInfo& info) {
     const Vec3d& pitch = info.pitch_mm;
     show(fmt::format("title      {}\nprinter    {}\n", printable(info.title),
                      printable(info.printer)));
@@ -64,9 +64,9 @@ Result<std::string> describe_unfinished(ofr::OfrReader* reader) {
 Result<void> info_of_ofr(const std::string& file, int64_t memory_bytes) {
     Result<std::unique_ptr<ofr::OfrReader>> reader = ofr::OfrReader::open(file, memory_bytes);
     if (!reader) return reader.error();
-    const backends::PrintInfo& info = (*reader)->info();
+    const pipeline::PrintInfo& info = (*reader)->info();
     print_grid(info);
-    Result<backends::PrintTotals> totals = ofr::OfrReader::read_totals(file);
+    Result<pipeline::PrintTotals> totals = ofr::OfrReader::read_totals(file);
     if (totals) {
         show("complete   yes\n");
     } else {
@@ -75,7 +75,7 @@ Result<void> info_of_ofr(const std::string& file, int64_t memory_bytes) {
         show(fmt::format("complete   {}\n", *unfinished));
     }
     for (size_t m = 0; m < info.materials.size(); ++m) {
-        const backends::SliceMaterial& material = info.materials[m];
+        const pipeline::SliceMaterial& material = info.materials[m];
         show(fmt::format("material   {:2} #{:02x}{:02x}{:02x} {}", m + 1, material.key[0],
                          material.key[1], material.key[2], printable(material.name)));
         if (totals && m + 1 < totals->voxels_by_code.size()) {
@@ -144,7 +144,7 @@ Result<void> info_of_folder(const fs::path& folder) {
     return {};
 }
 
-void print_mesh(const scene::Mesh& mesh, const std::string& indent) {
+void print_mesh(const mesh::Mesh& mesh, const std::string& indent) {
     Box3d box;
     for (const Vec3d& p : mesh.positions)
         box.add(p);
@@ -155,7 +155,7 @@ void print_mesh(const scene::Mesh& mesh, const std::string& indent) {
         show(fmt::format("{}size       {:.4g} x {:.4g} x {:.4g} mm, from {:.4g} {:.4g} {:.4g}\n",
                          indent, size.x, size.y, size.z, box.lo.x, box.lo.y, box.lo.z));
     }
-    for (const scene::MeshAttribute& attribute : mesh.attributes) {
+    for (const mesh::MeshAttribute& attribute : mesh.attributes) {
         show(fmt::format("{}attribute  {}: {} {}\n", indent, printable(attribute.name),
                          attribute.components, attribute.is_int ? "int a face" : "float a corner"));
     }
@@ -163,8 +163,8 @@ void print_mesh(const scene::Mesh& mesh, const std::string& indent) {
 
 Result<void> info_of_world(const std::string& file, const std::vector<std::string>& allow,
                            int64_t memory_bytes) {
-    Result<scene::World> world =
-        scene::load_world(file, {{allow.begin(), allow.end()}, memory_bytes});
+    Result<world::World> world =
+        world::load_world(file, {{allow.begin(), allow.end()}, memory_bytes});
     if (!world) return world.error();
     show(fmt::format("printer    {}\n",
                      world->printer.empty() ? "none named" : printable(world->printer)));
@@ -172,34 +172,33 @@ Result<void> info_of_world(const std::string& file, const std::vector<std::strin
         show(fmt::format("fablet     {}: {} in {}\n", printable(name), printable(fablet.fablet),
                          printable(fablet.source.string())));
     }
-    for (const scene::Material& material : world->materials) {
+    for (const world::Material& material : world->materials) {
         show(fmt::format("material   {} #{:02x}{:02x}{:02x}\n", printable(material.name),
                          material.key[0], material.key[1], material.key[2]));
     }
-    for (const scene::Texture& texture : world->textures)
+    for (const world::Texture& texture : world->textures)
         show(fmt::format("texture    {}: {}\n", printable(texture.name),
                          printable(texture.file.string())));
-    for (const scene::Mesh& mesh : world->meshes) {
+    for (const mesh::Mesh& mesh : world->meshes) {
         show(fmt::format("mesh       {}\n", printable(mesh.name)));
         print_mesh(mesh, "  ");
     }
     std::vector<int64_t> placed(world->objects.size());
     Box3d box;
     double work = 0;
-    for (const scene::Placement& placement : world->build) {
-        ++placed[static_cast<size_t>(placement.object)];
-        const scene::Object& object = world->objects[static_cast<size_t>(placement.object)];
-        const scene::Mesh& mesh = world->meshes[static_cast<size_t>(object.mesh)];
+    for (const world::Placement& placement : world->build) {
+        ++placed[placement.object];
+        const world::Object& object = world->objects[placement.object];
+        const mesh::Mesh& mesh = world->meshes[object.mesh];
         work += static_cast<double>(mesh.positions.size());
         if (work > kMostVertices) continue;
         for (const Vec3d& p : mesh.positions)
             box.add(placement.transform.apply(p));
     }
     for (size_t i = 0; i < placed.size(); ++i) {
-        const scene::Object& object = world->objects[i];
+        const world::Object& object = world->objects[i];
         show(fmt::format("object     {}: mesh {}, fablet {}, placed {} times\n",
-                         printable(object.name),
-                         printable(world->meshes[static_cast<size_t>(object.mesh)].name),
+                         printable(object.name), printable(world->meshes[object.mesh].name),
                          printable(object.fablet), placed[i]));
     }
     const Vec3d size = box.size();
@@ -214,7 +213,7 @@ Result<void> info_of_world(const std::string& file, const std::vector<std::strin
     return {};
 }
 
-void print_checks(const scene::MeshChecks& checks) {
+void print_checks(const mesh::MeshChecks& checks) {
     const std::pair<const char*, int64_t> counts[] = {
         {"open edges", checks.edges.open},
         {"non-manifold edges", checks.edges.non_manifold},
@@ -235,10 +234,10 @@ void print_checks(const scene::MeshChecks& checks) {
 }
 
 Result<void> info_of_mesh(const std::string& file, int64_t memory_bytes) {
-    scene::MeshOptions options;
+    mesh::MeshOptions options;
     options.name = fs::path(file).stem().string();
     options.memory_bytes = memory_bytes;
-    Result<scene::LoadedMesh> loaded = scene::read_mesh(file, options);
+    Result<mesh::LoadedMesh> loaded = mesh::read_mesh(file, options);
     if (!loaded) return loaded.error();
     show(fmt::format("mesh       {}\n", printable(loaded->mesh.name)));
     show(fmt::format("unit       {:.6g} mm, {}\n", loaded->unit_mm, printable(loaded->unit_note)));
@@ -263,8 +262,8 @@ Result<void> info(const std::string& file, const std::vector<std::string>& allow
     std::error_code status;
     if (fs::is_directory(file, status)) return info_of_folder(file);
     if (file.ends_with(".json")) return info_of_world(file, allow, *bytes);
-    if (scene::is_mesh_file(file)) return info_of_mesh(file, *bytes);
+    if (mesh::is_mesh_file(file)) return info_of_mesh(file, *bytes);
     return info_of_ofr(file, *bytes);
 }
 
-}  // namespace openfab::tool
+}  // namespace openfab::tools

@@ -16,7 +16,7 @@
 #include "mesh/load/load_mesh.h"
 #include "tools/openfab/commands.h"
 
-namespace openfab::tool {
+namespace openfab::tools {
 
 namespace {
 
@@ -50,7 +50,7 @@ void add_import(CLI::App& app, Action* action) {
     CLI::App* command =
         app.add_subcommand("import", "make a world of a mesh, its colours and its pictures");
     auto a = std::make_shared<ImportArguments>();
-    command->add_option("FILE", a->file, "a mesh: " + scene::mesh_formats())->required();
+    command->add_option("FILE", a->file, "a mesh: " + mesh::mesh_formats())->required();
     command->add_option("-o,--output", a->folder, "the folder to make")->required();
     command->add_option(
         "--fablet", a->import.fablet,
@@ -172,8 +172,8 @@ int tool_main(int argc, char** argv) {
 
 }  // namespace
 
-}  // namespace openfab::tool
+}  // namespace openfab::tools
 
 int main(int argc, char** argv) {
-    return openfab::tool::tool_main(argc, argv);
+    return openfab::tools::tool_main(argc, argv);
 }

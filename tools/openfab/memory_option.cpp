@@ -5,13 +5,13 @@
 #include "base/units.h"
 #include "program/options.h"
 
-namespace openfab::tool {
+namespace openfab::tools {
 
 Result<int64_t> memory_of(const std::string& text) {
-    if (text.empty()) return print::Options().memory_bytes;
+    if (text.empty()) return program::Options().memory_bytes;
     Result<int64_t> bytes = parse_bytes(text);
     if (!bytes) return usage_error("`--memory`: " + bytes.error().text());
     return bytes;
 }
 
-}  // namespace openfab::tool
+}  // namespace openfab::tools

@@ -9,9 +9,9 @@
 
 #include "base/result.h"
 
-namespace openfab::tool {
+namespace openfab::tools {
 
-/// Empty: as much as a print takes unless told.
+/// Parses the option; empty: the default of prints.
 Result<int64_t> memory_of(const std::string& text);
 
-}  // namespace openfab::tool
+}  // namespace openfab::tools

@@ -11,7 +11,7 @@
 #include "tools/openfab/commands.h"
 #include "tools/openfab/stock.h"
 
-namespace openfab::tool {
+namespace openfab::tools {
 
 namespace {
 
@@ -50,7 +50,7 @@ Result<void> make_folder(const std::string& path) {
                            "0123456789_-") == std::string::npos;
     if (!plain || fablet.empty() || (fablet[0] >= '0' && fablet[0] <= '9')) {
         return usage_error(
-            fmt::format("`{}` does not make a fablet's name; use letters, digits, - and _, "
+            fmt::format("no fablet can be named after `{}`; use letters, digits, - and _, "
                         "a letter first",
                         path));
     }
@@ -73,4 +73,4 @@ Result<void> make_folder(const std::string& path) {
     return {};
 }
 
-}  // namespace openfab::tool
+}  // namespace openfab::tools

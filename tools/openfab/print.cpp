@@ -27,7 +27,7 @@
 #include "tools/openfab/stock.h"
 #include "world/world.h"
 
-namespace openfab::tool {
+namespace openfab::tools {
 
 namespace {
 
@@ -54,13 +54,13 @@ Result<std::string> take_fablet(std::vector<std::string>* arguments) {
     return fablet;
 }
 
-/// What is compiled, and the folder that it is in where that goes away.
+/// The sources to compile, and their folder if it is temporary.
 struct Sources {
     std::vector<std::filesystem::path> files;
     std::unique_ptr<TemporaryFolder> folder;
 };
 
-/// The file of a stock fablet, kept in the cache where there is one.
+/// Writes the file of a stock fablet, to the cache where there is one.
 Result<Sources> stock_sources(const std::string& fablet) {
     Sources sources;
     Result<std::filesystem::path> folder = texture::cache_folder("stock");
@@ -76,7 +76,7 @@ Result<Sources> stock_sources(const std::string& fablet) {
     return sources;
 }
 
-Result<Sources> sources_of(const print::Options& options, const std::string& fablet) {
+Result<Sources> sources_of(const program::Options& options, const std::string& fablet) {
     const std::string& input = options.input;
     if (is_stock_fablet(fablet)) return stock_sources(fablet);
     Sources sources;
@@ -91,14 +91,14 @@ Result<Sources> sources_of(const print::Options& options, const std::string& fab
             "{}",
             input, stock_fablet_names()));
     }
-    Result<scene::World> world = scene::load_world(
+    Result<world::World> world = world::load_world(
         input, {{options.allow.begin(), options.allow.end()}, options.memory_bytes});
     if (!world) return world.error();
     std::vector<std::filesystem::path>& files = sources.files;
     for (const auto& [name, ref] : world->fablets) {
         std::error_code ignored;
         if (!std::filesystem::exists(ref.source, ignored)) {
-            return error_at(ref.source_place,
+            return error_at(ref.source_location,
                             fmt::format("the source `{}` of fablet `{}` does not exist",
                                         ref.source.string(), name),
                             "paths count from the world's folder");
@@ -125,8 +125,8 @@ std::vector<std::filesystem::path> with_modules(const std::vector<std::filesyste
     return files;
 }
 
-/// Becomes the print program; returns only where that fails.
-Error become(const PrintProgram& program, const std::vector<std::string>& arguments) {
+/// Replaces this process by the print binary; returns only on failure.
+Error exec_print_binary(const PrintBinary& program, const std::vector<std::string>& arguments) {
     const std::string name = program.path.empty() ? "openfab print" : program.path.string();
     std::vector<char*> argv{const_cast<char*>(name.c_str())};
     for (const std::string& argument : arguments)
@@ -150,8 +150,8 @@ Result<void> print_world(std::vector<std::string> arguments) {
     std::vector<const char*> argv{"openfab print"};
     for (const std::string& argument : arguments)
         argv.push_back(argument.c_str());
-    Result<print::Options> options =
-        print::parse_options(static_cast<int>(argv.size()), argv.data(), "openfab print");
+    Result<program::Options> options =
+        program::parse_options(static_cast<int>(argv.size()), argv.data(), "openfab print");
     if (!options) return options.error();
     if (options->help) {
         show(fmt::format("{}\n--fablet FILE.fl names the fablet for a mesh; or one of {}.\n",
@@ -161,15 +161,15 @@ Result<void> print_world(std::vector<std::string> arguments) {
     Result<Sources> sources = sources_of(*options, *fablet);
     if (!sources) return sources.error();
     // The print binary asks again, with all that the world names; it does not know these files.
-    if (Result<void> apart =
-            print::check_outputs(print::outputs_of(*options, "", {}), with_modules(sources->files));
+    if (Result<void> apart = program::check_outputs(program::outputs_of(*options, "", {}),
+                                                    with_modules(sources->files));
         !apart)
         return apart.error();
-    const Result<PrintProgram> program =
-        print_program(sources->files, options->progress == report::ProgressMode::kNone);
+    const Result<PrintBinary> program = find_or_build_print_binary(
+        sources->files, options->progress == program::ProgressMode::kNone);
     if (!program) return program.error();
     sources->folder.reset();  // nothing is tidied up once we are another program
-    return become(*program, arguments);
+    return exec_print_binary(*program, arguments);
 }
 
 }  // namespace
@@ -194,4 +194,4 @@ int print_command(int argc, char** argv) {
     return done.error().message.empty() ? exit_code(done.error().code) : say_error(done.error());
 }
 
-}  // namespace openfab::tool
+}  // namespace openfab::tools

@@ -26,7 +26,7 @@
 
 extern char** environ;
 
-namespace openfab::tool {
+namespace openfab::tools {
 
 namespace {
 
@@ -36,7 +36,7 @@ namespace fs = std::filesystem;
 constexpr int64_t kLargestSource = 16 << 20;
 constexpr int64_t kLargestProgram = int64_t{1} << 32;
 
-/// What a program in the cache ends in, which no loader looks at: this, and the hash of what stands
+/// The trailer of a program in the cache, which no loader reads: this, and the hash of what stands
 /// before it.
 constexpr std::string_view kSeal = "OFPRINT1";
 constexpr size_t kSealBytes = 16;
@@ -62,7 +62,8 @@ class SourcesHash : public Hasher {
     }
 };
 
-/// Files of a folder with one of the extensions, sorted; none where there is no such folder.
+/// Lists files of a folder with one of the extensions, sorted; none where the folder does not
+/// exist.
 std::vector<fs::path> files_of(const fs::path& folder, const std::set<std::string>& extensions) {
     std::vector<fs::path> files;
     std::error_code status;
@@ -120,7 +121,8 @@ Result<int> run_program(const std::vector<std::string>& arguments) {
     }
     int status = 0;
     if (!RunningProgram(child).wait(&status))
-        return outside_error(fmt::format("lost `{}`: {}", arguments[0], std::strerror(errno)));
+        return outside_error(
+            fmt::format("cannot wait for `{}`: {}", arguments[0], std::strerror(errno)));
     if (WIFEXITED(status)) return WEXITSTATUS(status);
     if (WTERMSIG(status) == SIGINT) return exit_code(ErrorCode::kInterrupted);
     return outside_error(
@@ -153,7 +155,7 @@ Result<void> seal(const fs::path& program) {
 }
 
 /// A sealed program that is whole; an error, of no interest, for anything else.
-Result<PrintProgram> open_program(const fs::path& path) {
+Result<PrintBinary> open_print_binary(const fs::path& path) {
     Result<InputFile> file = InputFile::open(path);
     if (!file) return file.error();
     const Result<std::string> bytes = file->read_all(kLargestProgram);
@@ -165,7 +167,7 @@ Result<PrintProgram> open_program(const fs::path& path) {
     std::memcpy(&hash, end.data() + kSeal.size(), sizeof hash);
     if (!end.starts_with(kSeal) || hash != xxh3(body)) return user_error("it is damaged");
     if (::access(path.c_str(), X_OK) != 0) return outside_error(std::strerror(errno));
-    return PrintProgram{std::move(*file), path};
+    return PrintBinary{std::move(*file), path};
 }
 
 /// A name in the cache that says a little of what it is.
@@ -200,7 +202,7 @@ Result<fs::path> program_folder() {
     return self.parent_path();
 }
 
-Result<PrintProgram> print_program(const std::vector<fs::path>& sources, bool quiet) {
+Result<PrintBinary> find_or_build_print_binary(const std::vector<fs::path>& sources, bool quiet) {
     const Result<fs::path> programs = program_folder();
     if (!programs) return programs.error();
     const fs::path compiler = *programs / "openflc";
@@ -213,7 +215,7 @@ Result<PrintProgram> print_program(const std::vector<fs::path>& sources, bool qu
     const std::string name = cached_name(sources.front(), *hash);
     const Result<fs::path> cache = texture::cache_folder("prints");
     if (cache) {
-        if (Result<PrintProgram> found = open_program(*cache / name)) return found;
+        if (Result<PrintBinary> found = open_print_binary(*cache / name)) return found;
         clear_left_over(*cache);
     } else if (!quiet) {
         note(fmt::format("nothing is kept for the next print: {}", cache.error().text()));
@@ -233,7 +235,7 @@ Result<PrintProgram> print_program(const std::vector<fs::path>& sources, bool qu
         return outside_error(
             fmt::format("cannot write `{}`: {}", (*cache / name).string(), status.message()));
     }
-    Result<PrintProgram> program = open_program(cache ? *cache / name : made);
+    Result<PrintBinary> program = open_print_binary(cache ? *cache / name : made);
     if (!program) {
         return outside_error(
             fmt::format("cannot read the program that was compiled: {}", program.error().text()));
@@ -243,4 +245,4 @@ Result<PrintProgram> print_program(const std::vector<fs::path>& sources, bool qu
     return program;
 }
 
-}  // namespace openfab::tool
+}  // namespace openfab::tools

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Where the programs are, and print programs made from fablets.
+// Finds the programs, and print binaries made from fablets.
 
 #include <filesystem>
 #include <string>
@@ -11,22 +11,22 @@
 #include "base/input_file.h"
 #include "base/result.h"
 
-namespace openfab::tool {
+namespace openfab::tools {
 
-/// The folder of the running program.
+/// Returns the folder of the running program.
 Result<std::filesystem::path> program_folder();
 
-/// A print program that was found whole.
-struct PrintProgram {
+/// A print binary whose hash was verified.
+struct PrintBinary {
     InputFile file;
-    std::filesystem::path path;  ///< in the cache; empty where it is in no folder any more
+    std::filesystem::path path;  ///< in the cache; empty where it was already deleted
 };
 
-/// The print program of these OpenFL sources, compiled unless the cache has it. Its name there is a
-/// hash of everything that it is made of: the sources and modules beside them, the standard
-/// library, openflc, and the libraries it links; its end a hash of itself, so that one that is
-/// damaged is made again. Compile errors are printed by openflc; the error then has an empty
-/// message.
-Result<PrintProgram> print_program(const std::vector<std::filesystem::path>& sources, bool quiet);
+/// Returns the print binary of these OpenFL sources, compiled unless the cache has it. Its name
+/// there is a hash of all its inputs: the sources and modules beside them, the standard library,
+/// openflc, and the libraries it links; it ends in a hash of itself, so that a damaged one is
+/// rebuilt. Compile errors are printed by openflc; the error then has an empty message.
+Result<PrintBinary> find_or_build_print_binary(const std::vector<std::filesystem::path>& sources,
+                                               bool quiet);
 
-}  // namespace openfab::tool
+}  // namespace openfab::tools

@@ -13,7 +13,7 @@
 #include "base/check.h"
 #include "tools/openfab/stock_texts.h"
 
-namespace openfab::tool {
+namespace openfab::tools {
 
 std::string_view stock_text(std::string_view name) {
     const auto* const found = std::ranges::find(kStockTexts, name, &EmbeddedText::name);
@@ -66,4 +66,4 @@ Result<std::filesystem::path> stock_source(const std::string& fablet,
     return file;
 }
 
-}  // namespace openfab::tool
+}  // namespace openfab::tools

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Fablets that come with openfab, and what else it writes into folders that it makes.
+// Stock fablets of openfab, and other files that it writes to new folders.
 
 #include <array>
 #include <filesystem>
@@ -11,9 +11,9 @@
 
 #include "base/result.h"
 
-namespace openfab::tool {
+namespace openfab::tools {
 
-/// By its file's name; there must be one.
+/// Returns the text by its file name, which must exist.
 std::string_view stock_text(std::string_view name);
 
 /// A stock fablet's file is stock_NAME.fl; the fablet in it has the name with a capital.
@@ -22,14 +22,14 @@ constexpr std::array<const char*, 8> kStockFablets = {"solid",  "textured", "map
 
 bool is_stock_fablet(std::string_view name);
 
-/// "`solid`, `textured`, …", for messages.
+/// Returns "`solid`, `textured`, …", for messages.
 std::string stock_fablet_names();
 
-/// The file of a stock fablet as it is, in `folder`, to be compiled.
+/// Writes the unchanged file of a stock fablet to `folder` and returns its path.
 Result<std::filesystem::path> stock_source(const std::string& fablet,
                                            const std::filesystem::path& folder);
 
-/// Writes a file, and the folders that it is in. Errors: the disk's.
+/// Writes a file and creates its folders.
 Result<void> write_file(const std::filesystem::path& file, std::string_view text);
 
-}  // namespace openfab::tool
+}  // namespace openfab::tools

@@ -29,7 +29,7 @@ namespace {
 class Silence {
   public:
     Silence() : kept_(::dup(STDERR_FILENO)) {
-#ifndef OPENFAB_SANITIZED  // sanitizers speak there, too
+#ifndef OPENFAB_SANITIZED  // sanitizers report there, too
         const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
         if (nowhere >= 0) ::dup2(nowhere, STDERR_FILENO);
         if (nowhere >= 0) ::close(nowhere);
@@ -69,17 +69,18 @@ int main(int argc, char** argv) {
     app.add_option("-o,--output", output, "the .oftx file")->required();
     app.add_option("--space", options.space, "auto, srgb, linear or data")
         ->check(CLI::IsMember({"auto", "srgb", "linear", "data"}));
-    app.add_flag("--luminance", options.luminance, "one channel of three");
-    app.add_flag("--volume", is_volume,
-                 "of a volume: slices in one file, a folder or a pattern; NRRD, NPY or .cube");
+    app.add_flag("--luminance", options.luminance, "convert three channels to one");
+    app.add_flag(
+        "--volume", is_volume,
+        "the image is a volume: slices in one file, a folder or a pattern; NRRD, NPY or .cube");
     app.add_option("--origin", origin, "a volume's lowest corner in mm, X,Y,Z")
         ->delimiter(',')
         ->expected(3);
-    app.add_option("--memory", memory, "what it may take, 1.5GB unless told");
+    app.add_option("--memory", memory, "memory budget (default: 1.5GB)");
     app.add_option("--below", limits.roots,
-                   "a folder below which data files of NRRD may lie, its own unless told")
+                   "a folder below which data files of NRRD may lie (default: its own)")
         ->allow_extra_args(false);
-    app.add_option("--spacing", spacing, "the size of its texels in mm, X,Y,Z")
+    app.add_option("--spacing", spacing, "the size of a volume's texels in mm, X,Y,Z")
         ->delimiter(',')
         ->expected(3);
     try {

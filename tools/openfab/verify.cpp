@@ -13,7 +13,7 @@
 #include "tools/openfab/commands.h"
 #include "tools/openfab/memory_option.h"
 
-namespace openfab::tool {
+namespace openfab::tools {
 
 Result<void> verify(const std::string& file, const std::string& memory) {
     const Result<int64_t> bytes = memory_of(memory);
@@ -30,4 +30,4 @@ Result<void> verify(const std::string& file, const std::string& memory) {
     return {};
 }
 
-}  // namespace openfab::tool
+}  // namespace openfab::tools

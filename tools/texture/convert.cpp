@@ -14,7 +14,7 @@ namespace {
 
 using texture::ImageOptions;
 
-/// Where pixel (x, y) of the file, y down, lands in level 0, whose rows go up.
+/// Maps pixel (x, y) of the file, y down, to level 0, whose rows go up.
 struct Placement {
     int64_t start = 0, step_x = 0, step_y = 0;  ///< in texels
     int32_t width = 0, height = 0;              ///< of level 0
@@ -53,9 +53,9 @@ Result<void> convert(const std::filesystem::path& image, const std::filesystem::
             user_error(fmt::format("it has {} channels; 1 to 4 are possible", spec.nchannels)));
     const Decoder decoder(spec, options);
     const int orientation = spec.get_int_attribute("Orientation", 1);
-    const Placement place = placement_for(spec.width, spec.height, orientation);
+    const Placement placement = placement_for(spec.width, spec.height, orientation);
     Result<texture::PyramidLayout> layout =
-        texture::pyramid_layout(place.width, place.height, decoder.channels_out());
+        texture::pyramid_layout(placement.width, placement.height, decoder.channels_out());
     if (!layout) return bad(layout.error());
     if (Result<void> fits = check_memory(texture::pyramid_file_bytes(*layout), limits.memory_bytes);
         !fits)
@@ -71,12 +71,12 @@ Result<void> convert(const std::filesystem::path& image, const std::filesystem::
     const int64_t row_bytes =
         spec.width * (orientation >= 5 ? kBytesOfColumn : 4 * int64_t{decoder.channels_out()});
     const Result<void> read = (*in)->each_row([&](int y, const float* pixel) -> Result<void> {
-        int64_t texel = place.start + y * place.step_y;
+        int64_t texel = placement.start + y * placement.step_y;
         for (int x = 0; x < spec.width; ++x) {
             if (!decoder.pixel(pixel, level0 + texel * decoder.channels_out()))
                 return user_error(fmt::format("pixel ({}, {}) is not a finite number", x, y));
             pixel += decoder.channels_in();
-            texel += place.step_x;
+            texel += placement.step_x;
         }
         (*writer)->wrote(row_bytes);
         return {};

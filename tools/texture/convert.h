@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// From an image file to a pyramid, by OpenImageIO: what `openfab texture` does.
+// Converts an image file to a pyramid by OpenImageIO, for `openfab texture`.
 
 #include <filesystem>
 
@@ -11,12 +11,12 @@
 
 namespace openfab::tools {
 
-/// For messages: the formats that are read.
+/// The supported formats, for messages.
 constexpr const char* kStillFormats = "PNG, JPEG, TIFF, OpenEXR, Radiance HDR and PNM";
 
 /// Reads `image` (still_image.h; 8, 16, 32 bits or float; 1 to 4 channels; EXIF orientation is
-/// obeyed) and writes `out` (pyramid_file.h). Space "auto" takes 8-bit pictures for sRGB and others
-/// for linear; "data" is linear too, and the alpha channel always is. Integers are scaled to 0..1.
+/// obeyed) and writes `out` (pyramid_file.h). Space "auto" treats 8-bit pictures as sRGB and others
+/// as linear; "data" is linear, too, and so is alpha. Integers are scaled to 0..1.
 /// Errors: unreadable image with OpenImageIO's reason, values that are not finite, too large
 /// (pyramid_layout.h, or for the limits), `out` not writable.
 Result<void> make_pyramid_file(const std::filesystem::path& image, const std::filesystem::path& out,

@@ -122,8 +122,8 @@ MadeReader open_any(const std::vector<fs::path>& files, const texture::ImageOpti
     if (begin == "\x93NUMPY") return open_npy(files[0]);
     const std::string kind = lower_ascii(files[0].extension().string());
     if (kind == ".cube") return open_cube(files[0], limits);
-    if (kind == ".nrrd" || kind == ".nhdr") return user_error("it is no NRRD file");
-    if (kind == ".npy") return user_error("it is no NPY file");
+    if (kind == ".nrrd" || kind == ".nhdr") return user_error("it is not an NRRD file");
+    if (kind == ".npy") return user_error("it is not an NPY file");
     if (kind == ".vdb") return user_error("VDB files are not read; write the grid as NPY or NRRD");
     return open_stack(files, options, limits);
 }
@@ -159,14 +159,14 @@ Result<void> convert(const fs::path& source, const fs::path& out,
     const std::array<double, 3> one{1, 1, 1}, zero{};
     const std::array<double, 3> spacing = options.spacing_mm.value_or(volume.spacing.value_or(one));
     const std::array<double, 3> origin = options.origin_mm.value_or(volume.origin.value_or(zero));
-    texture::VolumePlace place;
-    place.table = volume.table;
+    texture::VolumeDomain domain;
+    domain.table = volume.table;
     for (size_t a = 0; a < 3; ++a) {
-        place.origin[a] = static_cast<float>(origin[a]);
-        place.extent[a] = static_cast<float>(spacing[a] * volume.size[static_cast<int>(a)]);
+        domain.origin[a] = static_cast<float>(origin[a]);
+        domain.extent[a] = static_cast<float>(spacing[a] * volume.size[static_cast<int>(a)]);
     }
     const Result<texture::PyramidLayout> layout =
-        texture::volume_layout(volume.size, volume.channels, place);
+        texture::volume_layout(volume.size, volume.channels, domain);
     if (!layout) return bad(layout.error());
     if (Result<void> fits = check_memory(texture::pyramid_file_bytes(*layout), limits.memory_bytes);
         !fits)

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// From a stack of slices, an NRRD, NPY or .cube file to a pyramid: what `openfab texture --volume`
-// does.
+// Converts a stack of slices, an NRRD, NPY or .cube file to a pyramid, for `openfab texture
+// --volume`.
 
 #include <filesystem>
 
@@ -13,7 +13,7 @@
 namespace openfab::tools {
 
 /// Reads `source` (texture::volume_files, volume_reader.h) and writes `out` (pyramid_file.h).
-/// Errors: as make_pyramid_file.
+/// Errors: see make_pyramid_file.
 Result<void> make_volume_file(const std::filesystem::path& source, const std::filesystem::path& out,
                               const texture::VolumeOptions& options,
                               const texture::ReadLimits& limits = {});

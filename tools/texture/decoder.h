@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// What the converters of pictures and of stacks of slices share.
+// Pixel decoding, shared by the converters of pictures and of stacks of slices.
 
 #include <OpenImageIO/imageio.h>
 
@@ -15,7 +15,7 @@
 
 namespace openfab::tools {
 
-/// What is done to each pixel between the file and the pyramid.
+/// Converts each pixel between the file and the pyramid.
 class Decoder {
   public:
     Decoder(const OIIO::ImageSpec& spec, const texture::ImageOptions& options)
@@ -28,8 +28,7 @@ class Decoder {
         channels_out_ = options.luminance ? 1 : channels_in_;
         if (srgb_ && eight_bit) {
             for (size_t i = 0; i < table_.size(); ++i) {
-                table_[i] =
-                    static_cast<float>(texture::srgb_to_linear(static_cast<double>(i) / 255.0));
+                table_[i] = static_cast<float>(srgb_to_linear(static_cast<double>(i) / 255.0));
             }
             use_table_ = true;
         }
@@ -37,15 +36,15 @@ class Decoder {
     int32_t channels_in() const { return channels_in_; }
     int32_t channels_out() const { return channels_out_; }
 
-    /// False where a value is not finite.
+    /// Converts one pixel; returns false where a value is not finite.
     bool pixel(const float* in, float* out) const {
         std::array<float, 4> v{};
         for (int32_t c = 0; c < channels_in_; ++c) {
             const float value = in[c];
             if (!std::isfinite(value)) return false;
-            v[static_cast<size_t>(c)] = srgb_ && c < colors_ ? decode(value) : value;
+            v[c] = srgb_ && c < colors_ ? decode(value) : value;
         }
-        if (to_luminance_) v[0] = texture::luminance(v[0], v[1], v[2]);
+        if (to_luminance_) v[0] = luminance(v[0], v[1], v[2]);
         std::copy_n(v.data(), channels_out_, out);
         return true;
     }
@@ -55,7 +54,7 @@ class Decoder {
         // OpenImageIO gives 8-bit values as i / 255.
         if (use_table_)
             return table_[static_cast<size_t>(std::clamp(value * 255.0f + 0.5f, 0.0f, 255.0f))];
-        return static_cast<float>(texture::srgb_to_linear(static_cast<double>(value)));
+        return static_cast<float>(srgb_to_linear(static_cast<double>(value)));
     }
 
     int32_t channels_in_ = 0;

@@ -305,8 +305,8 @@ Result<int64_t> behind_lines(const InputFile& file, int64_t begin, int64_t lines
     return begin;
 }
 
-/// Spacing and origin; an error for axes that are turned.
-Result<void> place(const texture::NrrdHeader& header, size_t first, NrrdReader* reader) {
+/// Reads spacing and origin; fails for rotated axes.
+Result<void> read_placement(const texture::NrrdHeader& header, size_t first, NrrdReader* reader) {
     const auto field = [&](const char* name) { return words_of(header.field(name)); };
     std::array<double, 3> spacing{1, 1, 1}, middle{};
     bool known = false;
@@ -314,13 +314,13 @@ Result<void> place(const texture::NrrdHeader& header, size_t first, NrrdReader* 
         for (size_t a = 0; a < 3; ++a) {
             std::array<double, 3> v{};
             if (!vector_of(directions[first + a], &v))
-                return user_error("its `space directions` are not understood");
+                return user_error("its `space directions` are malformed");
             for (size_t k = 0; k < 3; ++k) {
                 if (k != a && std::fabs(v[k]) > 1e-6 * std::fabs(v[a]))
                     return user_error("its axes are turned; write it along x, y and z");
             }
             if (!(v[a] > 0))
-                return user_error("an axis of it runs downwards; write it along x, y and z");
+                return user_error("one of its axes runs backwards; write it along x, y and z");
             spacing[a] = v[a];
         }
         known = true;
@@ -358,7 +358,7 @@ MadeReader open_nrrd(const fs::path& file, const texture::ReadLimits& limits) {
     const std::vector<std::string> sizes = words_of(header.field("sizes"));
     if (sizes.size() != 3 && sizes.size() != 4)
         return user_error(fmt::format(
-            "it has {} dimensions; 3, or 4 with the channels first, are right", sizes.size()));
+            "it has {} dimensions; it must have 3, or 4 with the channels first", sizes.size()));
     const size_t first = sizes.size() - 3;
     std::array<int64_t, 4> n{1, 1, 1, 1};
     int64_t numbers = 1;
@@ -372,7 +372,8 @@ MadeReader open_nrrd(const fs::path& file, const texture::ReadLimits& limits) {
     reader->channels = static_cast<int32_t>(n[0]);
     reader->size = {static_cast<int32_t>(n[1]), static_cast<int32_t>(n[2]),
                     static_cast<int32_t>(n[3])};
-    if (Result<void> placed = place(header, first, reader.get()); !placed) return placed.error();
+    if (Result<void> placed = read_placement(header, first, reader.get()); !placed)
+        return placed.error();
     int64_t begin = header.begin;
     if (const std::string name = header.data_file(); !name.empty()) {
         source = texture::open_data_file(file, name, limits);
@@ -384,7 +385,7 @@ MadeReader open_nrrd(const fs::path& file, const texture::ReadLimits& limits) {
     reader->text = encoding == "ascii" || encoding == "text" || encoding == "txt";
     if (!reader->packed && !reader->text && encoding != "raw") {
         return user_error(
-            fmt::format("its encoding `{}` is not known; raw, text and gzip are", encoding));
+            fmt::format("its encoding `{}` is unknown; known: raw, text, gzip", encoding));
     }
     // Before memory is asked for: a number takes its bytes, or a figure and a blank.
     const int64_t needed = reader->text ? 2 * numbers - 1 : numbers * reader->format.bytes;

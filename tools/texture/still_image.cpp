@@ -50,7 +50,7 @@ std::string format_of(std::string_view head) {
 }
 
 /// Memory that libjpeg takes for the coefficients of a picture that comes in several passes, which
-/// it does when the file is opened; 0 where no size is found, which the reader then tells.
+/// it does when the file is opened; 0 where no size is found, which the reader then reports.
 int64_t jpeg_bytes(const InputFile& file) {
     constexpr int kMostSegments = 65536;
     int64_t at = 2;
@@ -104,8 +104,9 @@ Result<std::unique_ptr<StillImage>> StillImage::open(const fs::path& file, int64
     image->shown_ = file.filename().string();
     image->format_ = format_of(std::string_view(head.data(), *got));
     if (image->format_.empty())
-        return user_error(fmt::format("it is no picture that is read; {} are", kStillFormats));
-    // What these two readers take as soon as they open a file.
+        return user_error(
+            fmt::format("it is not a supported picture; supported: {}", kStillFormats));
+    // Memory that these two readers allocate when they open a file.
     const int64_t at_once = image->format_ == "jpeg"  ? jpeg_bytes(image->file_)
                             : image->format_ == "pnm" ? image->file_.bytes()
                                                       : 0;
@@ -143,7 +144,7 @@ Result<void> StillImage::go_to(int page) {
     const bool first = page == 0 && page_file_ == nullptr;
     if (format_ == "tiff" && !first) {
         input_.reset();  // before the file that it reads
-        page_file_ = std::make_unique<TiffPage>(file_, places_[static_cast<size_t>(page)]);
+        page_file_ = std::make_unique<TiffPage>(file_, places_[page]);
         return open_input();
     }
     if (!input_->seek_subimage(page, 0)) return trouble(input_->geterror());
@@ -163,7 +164,7 @@ Result<void> StillImage::fits() const {
     const auto pixels = static_cast<double>(s.width) * s.height;
     const double row = static_cast<double>(s.width) * s.nchannels;
     const auto stored = static_cast<double>(s.format.size());
-    // As it is stored, twice, while it is unpacked; then as floats.
+    // The stored form, twice, while it is decompressed; then floats.
     double rows = band_rows();
     double whole = 0;
     if (format_ == "tiff") {

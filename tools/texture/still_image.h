@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Pictures, read by OpenImageIO row by row. Its reader is chosen by what the file begins with, not
-// by its name, and only among formats of still images: its readers for all else open files that a
-// playlist names, or have not been made for files of strangers.
+// Reads pictures row by row, by OpenImageIO. The reader is chosen by the file's signature, not by
+// its name, and only among formats of still images: other readers of OpenImageIO open files that a
+// playlist names, or are not hardened against untrusted files.
 
 #include <OpenImageIO/imageio.h>
 
@@ -25,20 +25,19 @@ class StillImage {
   public:
     static constexpr int kMostPages = 2048;
 
-    /// Reads the header of the first page; errors do not name the file. What takes more than half
-    /// of the memory to decode is refused before it is decoded; the other half is for what
-    /// libraries take and for what is made of it.
+    /// Reads the header of the first page; errors do not name the file. Fails for images that take
+    /// more than half of the memory to decode; the other half is for libraries and for the result.
     static Result<std::unique_ptr<StillImage>> open(const std::filesystem::path& file,
                                                     int64_t memory_bytes);
 
     const OIIO::ImageSpec& spec() const { return input_->spec(); }
-    /// How many pictures it holds; kMostPages + 1 where there are more than that.
+    /// Returns the number of pictures in the file; kMostPages + 1 where there are more.
     int pages();
     /// After an error it has no page any more.
     Result<void> go_to(int page);
 
     /// Calls use(y, row) for each row of the page from the top: interleaved floats, integers scaled
-    /// to 0..1. It ends with the first error of `use`.
+    /// to 0..1. Stops at the first error of `use`.
     Result<void> each_row(const std::function<Result<void>(int y, const float* row)>& use);
 
   private:
@@ -59,7 +58,7 @@ class StillImage {
     int subimage_ = 0;  ///< of input_
 };
 
-/// Whether something that needs so much memory may have it; the error says how much that is.
+/// Fails where `needed_bytes` exceed the memory; the error names them.
 Result<void> check_memory(int64_t needed_bytes, int64_t memory_bytes);
 
 }  // namespace openfab::tools

@@ -28,7 +28,7 @@ std::optional<uint64_t> number_at(const InputFile& file, uint64_t at, int bytes,
     uint64_t value = 0;
     for (int k = 0; k < bytes; ++k) {
         const int shift = 8 * (big_endian ? bytes - 1 - k : k);
-        value |= uint64_t{raw[static_cast<size_t>(k)]} << shift;
+        value |= uint64_t{raw[k]} << shift;
     }
     return value;
 }

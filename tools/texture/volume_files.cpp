@@ -70,9 +70,9 @@ class ArrayReader final : public VolumeReader {
         for (int64_t y = 0; y < size.y; ++y) {
             for (int64_t x = 0; x < size.x; ++x) {
                 for (int64_t c = 0; c < channels; ++c) {
-                    const int64_t place =
+                    const int64_t index =
                         x * strides[0] + y * strides[1] + z * strides[2] + c * strides[3];
-                    *out++ = read_number(format, bytes.data() + place * format.bytes);
+                    *out++ = read_number(format, bytes.data() + index * format.bytes);
                 }
             }
             wrote(4 * row_floats());
@@ -82,7 +82,7 @@ class ArrayReader final : public VolumeReader {
 
   private:
     /// At most two thirds of what the pyramid takes, for which there is room, and only once that is
-    /// known: the order of axes may ask for any place at any time.
+    /// known: the order of axes may need any element at any time.
     Result<void> load_all() {
         bytes.resize(static_cast<size_t>(slice_floats() * size.z * format.bytes));
         const Result<size_t> got = file->read(begin, bytes.data(), bytes.size());
@@ -91,7 +91,7 @@ class ArrayReader final : public VolumeReader {
     }
 };
 
-/// What stands behind `key` in the header's dictionary.
+/// Returns the value of `key` in the header's dictionary.
 std::string entry(const std::string& header, const std::string& key) {
     const size_t at = header.find("'" + key + "'");
     if (at == std::string::npos) return {};
@@ -152,7 +152,7 @@ MadeReader open_npy(const fs::path& file) {
     if (!got) return got.error();
     bytes.resize(*got);
     if (bytes.size() < 12 || bytes.compare(0, 6, "\x93NUMPY") != 0)
-        return user_error("it is no NPY file");
+        return user_error("it is not an NPY file");
     const bool long_header = bytes[6] >= 2;
     const size_t start = long_header ? 12 : 10;
     const size_t length = long_header ? load<uint32_t>(bytes.data() + 8, false)
@@ -166,7 +166,7 @@ MadeReader open_npy(const fs::path& file) {
     const std::vector<int64_t> shape = whole_numbers(entry(header, "shape"));
     if (shape.size() != 3 && shape.size() != 4)
         return user_error(fmt::format(
-            "it has {} dimensions; (z, y, x) or (z, y, x, channel) are right", shape.size()));
+            "it has {} dimensions; it must have (z, y, x) or (z, y, x, channel)", shape.size()));
     int64_t numbers = 1;
     for (const int64_t n : shape) {
         if (n < 1 || n > 16384) return user_error(fmt::format("a side of {} is not possible", n));
@@ -219,9 +219,8 @@ std::string_view take_word(std::string_view* line) {
 /// Takes as many numbers off a line as there is room for.
 template <size_t count>
 bool take_numbers(std::string_view* line, std::array<double, count>* out) {
-    return std::all_of(out->begin(), out->end(), [&](double& value) {
-        return scene::scan_number(take_word(line), &value).empty();
-    });
+    return std::all_of(out->begin(), out->end(),
+                       [&](double& value) { return scan_number(take_word(line), &value).empty(); });
 }
 
 }  // namespace

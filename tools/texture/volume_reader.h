@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Files that hold volumes: stacks of pictures, NRRD, NPY and .cube tables.
+// Readers of volumes: stacks of pictures, NRRD, NPY and .cube tables.
 
 #include <array>
 #include <cstdint>
@@ -25,14 +25,13 @@ class VolumeReader {
     virtual ~VolumeReader() = default;
     Vec3i size;
     int32_t channels = 1;
-    /// Lowest corner and size of a texel, where the file says them.
+    /// Lowest corner and size of a texel, where the file gives them.
     std::optional<std::array<double, 3>> origin, spacing;
     bool table = false;
 
     /// Fills a slice, size.x * size.y * channels floats: x innermost but for the channels, y going
-    /// up. In every format what comes first in the file has the lowest coordinates. Slices are read
-    /// once each, in order. `wrote` is told of the bytes that were written, now
-    /// and then.
+    /// up. In every format the first values of the file have the lowest coordinates. Slices are
+    /// read once each, in order. Calls `wrote` now and then for bytes that were written.
     using Wrote = std::function<void(int64_t bytes)>;
     virtual Result<void> read_slice(int32_t z, float* out, const Wrote& wrote) = 0;
 
@@ -42,19 +41,20 @@ class VolumeReader {
 
 using MadeReader = Result<std::unique_ptr<VolumeReader>>;
 
-/// Pictures of one size as slices, the first at the bottom; one file gives its pages. The first row
-/// is at the lowest y, as in an array of the same numbers; a picture, which is no volume, has it at
-/// the top. 8-bit colour is decoded from sRGB unless the space says
-/// otherwise, all else is taken as linear; integers are scaled to 0..1.
+/// Opens pictures of one size as slices, the first at the bottom; one file gives its pages. The
+/// first row is at the lowest y, like in an array of the same numbers, not at the top as in a
+/// picture. 8-bit colour is decoded from sRGB unless the space says otherwise, all else is taken as
+/// linear; integers are scaled to 0..1.
 MadeReader open_stack(const std::vector<std::filesystem::path>& files,
                       const texture::ImageOptions& options, const texture::ReadLimits& limits);
-/// NRRD of 3 dimensions, or of 4 with 1 to 4 channels first; raw, text or gzip, attached or in a
+/// Opens an NRRD of 3 dimensions, or of 4 with 1 to 4 channels first; raw, text or gzip, attached or in a
 /// file of its own, behind a `line skip` and a `byte skip`. Unsigned integers of 8 and 16 bits are scaled to 0..1, others are
-/// taken as they are. "space origin" is the middle of the first texel; axes must not be turned.
+/// taken as they are. "space origin" is the centre of the first texel; axes must not be rotated.
 MadeReader open_nrrd(const std::filesystem::path& file, const texture::ReadLimits& limits);
-/// NPY of shape (z, y, x) or (z, y, x, channel), integers as of NRRD.
+/// Opens an NPY of shape (z, y, x) or (z, y, x, channel), integers as in open_nrrd.
 MadeReader open_npy(const std::filesystem::path& file);
-/// A 3-D look-up table (LUT_3D_SIZE): red is x, the domain is the place; three channels.
+/// Opens a 3-D look-up table (LUT_3D_SIZE): red is x, DOMAIN_MIN and _MAX give the box; three
+/// channels.
 MadeReader open_cube(const std::filesystem::path& file, const texture::ReadLimits& limits);
 
 /// Number formats of NRRD and NPY.
@@ -64,7 +64,7 @@ struct NumberFormat {
     bool swapped = false;  ///< big-endian
 };
 
-/// One number; unsigned ones of 1 and 2 bytes become 0..1.
+/// Reads one number; unsigned ones of 1 and 2 bytes become 0..1.
 float read_number(const NumberFormat& format, const char* at);
 
 }  // namespace openfab::tools

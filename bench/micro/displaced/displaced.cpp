@@ -35,8 +35,8 @@ struct Block {
 
 /// The part and its grid, all blocks with a voxel inside in the order of a print.
 struct Scene {
-    scene::Part part;
-    scene::Grid grid;
+    part::Part part;
+    part::Grid grid;
     surface::SurfaceOptions options;
     std::vector<Block> blocks;
 
@@ -48,8 +48,8 @@ struct Scene {
         options.cache_bytes = size_t{1} << 30;
         const auto surface = make_surface();
         const voxel::Voxeliser voxeliser(part, *surface, grid);
-        const Vec3i base = scene::part_base_voxel(part, grid);
-        voxel::GroupMask mask;
+        const Vec3i base = part::part_base_voxel(part, grid);
+        voxel::SlabMask mask;
         for (int32_t g = 0; 8 * g < grid.size.z; ++g) {
             voxeliser.coverage(g, &mask);
             for (int32_t y = 0; y < mask.height; y += 8) {
@@ -58,7 +58,7 @@ struct Scene {
                     for (int32_t v = 0; v < 64; ++v) {
                         const uint8_t bits =
                             mask.mask[static_cast<size_t>((y + v / 8) * mask.width + x + v % 8)];
-                        block.demand[static_cast<size_t>(v)] = bits;
+                        block.demand[v] = bits;
                         block.asked += __builtin_popcount(bits);
                     }
                     if (block.asked != 0) blocks.push_back(block);
@@ -102,7 +102,7 @@ double ask(const nearest::Engine& engine, const std::vector<Block>& blocks, size
         if (i / kRun % every != 0) continue;
         nearest::BlockQuery query;
         query.block = blocks[i].lowest;
-        query.demand = blocks[i].demand.data();
+        query.active = blocks[i].demand.data();
         query.radius_mm = radius;
         engine.query(query, scratch.get(), &answer);
         for (int v = 0; v < nearest::kBlockVoxels; ++v) {
@@ -144,7 +144,7 @@ void measure(float amplitude_mm, int rounds) {
     const auto surface = scene.make_surface();
     const testing::TriangleMesh mesh = micropolygons(*surface);
     const testing::MeshSurface written(mesh);
-    const auto frame = scene::make_frame(scene.part, scene.grid);
+    const auto frame = part::make_frame(scene.part, scene.grid);
     const nearest::BlockEngineOptions roomy{.cache_bytes = size_t{2} << 30};
     const auto on_demand = nearest::make_block_engine(*surface, frame, roomy);
     const auto beforehand = nearest::make_block_engine(written, frame, roomy);

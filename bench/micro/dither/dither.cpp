@@ -19,7 +19,7 @@ openfab_isa isa_of(int64_t i) {
     return static_cast<openfab_isa>(i);
 }
 
-void make_band(slab::RowBand* band, int32_t row, int32_t channels, std::mt19937& random) {
+void make_band(dither::RowBand* band, int32_t row, int32_t channels, std::mt19937& random) {
     band->reset(row, kBlocks, 0, kBlocks);
     std::vector<uint8_t> owned(64, 255), codes(512, OPENFAB_CODE_MIXED);
     std::vector<uint16_t> tile(static_cast<size_t>(512) * channels);
@@ -41,19 +41,19 @@ void make_band(slab::RowBand* band, int32_t row, int32_t channels, std::mt19937&
 }
 
 void dither_and_pack(benchmark::State& state) {
-    const openfab_stage_set& set = *slab::find_stage_set(static_cast<int32_t>(state.range(0)));
+    const openfab_stage_set& set = *abi::find_stage_set(static_cast<int32_t>(state.range(0)));
     std::mt19937 random(1);
-    slab::RowBand bands[2];
+    dither::RowBand bands[2];
     for (int32_t i = 0; i < 2; ++i)
         make_band(&bands[i], i, set.materials + 1, random);
-    const auto rule = static_cast<slab::DitherRule>(state.range(2));
-    slab::GroupDither dither(set, isa_of(state.range(1)), rule, 1, {8 * kBlocks, 16, 8});
-    slab::GroupPlanes planes;
-    if (!planes.reset(8 * kBlocks, 16, slab::voxel_bits(set.materials)))
+    const auto rule = static_cast<dither::DitherRule>(state.range(2));
+    dither::SlabDither dither(set, isa_of(state.range(1)), rule, 1, {8 * kBlocks, 16, 8});
+    dither::SlabPlanes planes;
+    if (!planes.reset(8 * kBlocks, 16, abi::voxel_bits(set.materials)))
         state.SkipWithError("there is no memory");
     for (auto _ : state) {
         dither.begin(0, 255, &planes);
-        slab::RowBand* released = nullptr;
+        dither::RowBand* released = nullptr;
         bool ok = true;
         for (int32_t i = 0; i < 2; ++i)
             ok = dither.add(&bands[i], &released).ok() && ok;
@@ -67,7 +67,7 @@ BENCHMARK(dither_and_pack)
     ->ArgsProduct({{1, 2, 4, 8, 15, 32, 64}, {OPENFAB_ISA_SSE41, OPENFAB_ISA_AVX2}, {0, 1, 2, 3}});
 
 void pack(benchmark::State& state) {
-    slab::StageCalls calls(*slab::find_stage_set(1), isa_of(state.range(0)));
+    abi::StageCalls calls(*abi::find_stage_set(1), isa_of(state.range(0)));
     std::vector<uint8_t> codes(static_cast<size_t>(kBlocks) * 512, 1),
         planes(static_cast<size_t>(kBlocks) * 256);
     for (auto _ : state) {
@@ -84,7 +84,7 @@ BENCHMARK(pack)->ArgName("isa")->Arg(OPENFAB_ISA_SSE41)->Arg(OPENFAB_ISA_AVX2);
 
 void normalise(benchmark::State& state) {
     const auto materials = static_cast<int32_t>(state.range(0));
-    slab::StageCalls calls(*slab::find_stage_set(materials), isa_of(state.range(1)));
+    abi::StageCalls calls(*abi::find_stage_set(materials), isa_of(state.range(1)));
     const int32_t n = 16;
     std::mt19937 random(1);
     std::uniform_real_distribution<float> unit(0, 1);

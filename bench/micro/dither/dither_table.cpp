@@ -20,8 +20,8 @@
 namespace openfab {
 namespace {
 
+using dither::DitherRule;
 using reference::FractionField;
-using slab::DitherRule;
 
 struct Rule {
     const char* name;
@@ -34,7 +34,7 @@ constexpr double kFractions[] = {0.005, 0.01, 0.02, 0.05, 0.1, 0.25, 0.5, 0.75, 
 constexpr uint64_t kSeeds = 8;
 
 std::vector<uint8_t> print(const FractionField& field, uint64_t seed, DitherRule rule) {
-    return tests::print_field(field, seed, abi::best_isa(), rule);
+    return testing::print_field(field, seed, abi::best_isa(), rule);
 }
 
 /// Deviations from what is asked.
@@ -70,17 +70,17 @@ void print_skins() {
     for (const Rule& rule : kRules) {
         for (double fraction : kFractions) {
             Deviations faces[3], below, octants;
-            const FractionField box = tests::box({80, 80, 60}, tests::quantised({fraction}));
-            const FractionField ball = tests::ball(50, tests::quantised({fraction}));
+            const FractionField box = testing::box({80, 80, 60}, testing::quantised({fraction}));
+            const FractionField ball = testing::ball(50, testing::quantised({fraction}));
             for (uint64_t seed = 0; seed < kSeeds; ++seed) {
                 const std::vector<uint8_t> codes = print(box, seed, rule.rule);
-                const auto outer = tests::face_shares(box, codes, 2);
-                const auto next = tests::face_shares(box, codes, 2, 1);
+                const auto outer = testing::face_shares(box, codes, 2);
+                const auto next = testing::face_shares(box, codes, 2, 1);
                 for (size_t f = 0; f < 6; ++f) {
                     faces[f / 2].add(100 * (outer[f] - fraction));
                     if (f < 4) below.add(100 * (next[f] - fraction));
                 }
-                for (double share : tests::skin_shares(ball, print(ball, seed, rule.rule), 2))
+                for (double share : testing::skin_shares(ball, print(ball, seed, rule.rule), 2))
                     octants.add(100 * (share - fraction));
             }
             std::printf("| `%s`, %g %% | %.2f | %.2f | %.2f | %.2f | %.2f | %.2f | %.2f |\n",
@@ -92,10 +92,10 @@ void print_skins() {
 
 Deviations of_box(const Vec3i& size, double fraction, DitherRule rule) {
     Deviations result;
-    const FractionField field = tests::box(size, tests::quantised({fraction}));
+    const FractionField field = testing::box(size, testing::quantised({fraction}));
     for (uint64_t seed = 0; seed < kSeeds; ++seed) {
-        const double share =
-            tests::share_of(field, print(field, seed, rule), 2, [](const Vec3i&) { return true; });
+        const double share = testing::share_of(field, print(field, seed, rule), 2,
+                                               [](const Vec3i&) { return true; });
         result.add(100 * (share / fraction - 1));
     }
     return result;
@@ -121,14 +121,14 @@ std::string of_axes(int32_t length, int32_t width, double fraction, DitherRule r
 double round_rms(double radius, double hole, int32_t slices, double fraction, DitherRule rule) {
     const int32_t side = 2 * static_cast<int32_t>(radius) + 3;
     const FractionField field =
-        tests::shaped({side, side, slices}, tests::quantised({fraction}), [&](const Vec3i& v) {
+        testing::shaped({side, side, slices}, testing::quantised({fraction}), [&](const Vec3i& v) {
             const double r = std::hypot(v.x + 0.5 - side / 2.0, v.y + 0.5 - side / 2.0);
             return r < radius && r >= hole;
         });
     Deviations result;
     for (uint64_t seed = 0; seed < kSeeds; ++seed) {
-        const double share =
-            tests::share_of(field, print(field, seed, rule), 2, [](const Vec3i&) { return true; });
+        const double share = testing::share_of(field, print(field, seed, rule), 2,
+                                               [](const Vec3i&) { return true; });
         result.add(100 * (share / fraction - 1));
     }
     return result.rms();
@@ -257,7 +257,7 @@ void print_spectra() {
                 const std::vector<double> others =
                     four ? std::vector<double>(3, 0.25) : std::vector<double>{fraction};
                 const FractionField field =
-                    tests::box({kSide, kSide, kSide}, tests::quantised(others));
+                    testing::box({kSide, kSide, kSide}, testing::quantised(others));
                 const std::vector<uint8_t> codes = print(field, 0, rule.rule);
                 for (const View& view : kViews) {
                     Bins mean{};
@@ -290,7 +290,7 @@ bool write_sides(const std::filesystem::path& file, DitherRule rule) {
         rows[static_cast<size_t>(y) * row_bytes] = 0;
     for (int32_t line = 0; line < 2; ++line) {
         const FractionField field =
-            tests::box({kSide, kSide, kSide}, tests::quantised({line == 0 ? 0.1 : 0.25}));
+            testing::box({kSide, kSide, kSide}, testing::quantised({line == 0 ? 0.1 : 0.25}));
         const std::vector<uint8_t> codes = print(field, 0, rule);
         for (int32_t c = 0; c < 6; ++c) {
             const Plane plane = plane_of(codes, cuts[c], 50, 2);

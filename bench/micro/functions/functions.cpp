@@ -69,7 +69,7 @@ class Compiled {
         for (int32_t k = 0; k < kernel.arg_count; ++k) {
             const openfab_arg& arg = kernel.args[k];
             if (arg.kind == OPENFAB_ARG_FRAME) {
-                call_->set(k, &places.frame[static_cast<size_t>(arg.a)]);
+                call_->set(k, &places.frame[arg.a]);
             } else if (arg.kind == OPENFAB_ARG_BLOCKS) {
                 blocks_.set_dense(halide_type_t(halide_type_int, 32), places.blocks.data(),
                                   {3, kBlocks});
@@ -108,7 +108,7 @@ class HandWritten {
         const std::vector<Var> vars = {z_, x_, y_, n_};
         const auto frame = [&](int32_t k) {
             Halide::Param<float> param;
-            param.set(places.frame[static_cast<size_t>(k)]);
+            param.set(places.frame[k]);
             return Expr(param);
         };
         Func point("point");
@@ -116,8 +116,7 @@ class HandWritten {
         const std::array<Var, 3> axes = {x_, y_, z_};
         std::array<Expr, 3> index;
         for (int32_t k = 0; k < 3; ++k) {
-            index[static_cast<size_t>(k)] =
-                Halide::cast<float>(blocks(k, n_) + axes[static_cast<size_t>(k)]) + 0.5f;
+            index[k] = Halide::cast<float>(blocks(k, n_) + axes[k]) + 0.5f;
         }
         for (int32_t k = 0; k < 3; ++k) {
             p.push_back(frame(OPENFAB_FRAME_CENTER + k) +

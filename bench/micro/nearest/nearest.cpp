@@ -16,8 +16,8 @@
 
 #include "base/infinity.h"
 #include "bench/micro/nearest/embree_baseline.h"
-#include "runtime/nearest/attributes.h"
 #include "runtime/nearest/engine.h"
+#include "runtime/nearest/engine/attributes.h"
 #include "tests/support/mesh_surface.h"
 
 namespace openfab::bench {
@@ -67,7 +67,7 @@ Inside fill(const TriangleMesh& mesh) {
         Vec3d v[3];
         Box3d b;
         for (size_t k = 0; k < 3; ++k) {
-            const Vec3f& p = mesh.positions[static_cast<size_t>(t[k])];
+            const Vec3f& p = mesh.positions[t[k]];
             for (int a = 0; a < 3; ++a)
                 v[k][a] = static_cast<double>(p[a]) / kPitch[a] - grid.lowest[a] - 0.5;
             b.add(v[k]);
@@ -142,7 +142,7 @@ std::vector<Block> choose_blocks(const Inside& grid, int64_t voxels) {
     return blocks;
 }
 
-Vec3f centre(const Vec3i& voxel) {
+Vec3f center(const Vec3i& voxel) {
     return {(static_cast<float>(voxel.x) + 0.5f) * kPitch.x,
             (static_cast<float>(voxel.y) + 0.5f) * kPitch.y,
             (static_cast<float>(voxel.z) + 0.5f) * kPitch.z};
@@ -167,13 +167,13 @@ double run_embree(const EmbreeBaseline& embree, const std::vector<Block>& blocks
         if (seed == Seed::kBlockFirst) {
             // One query from the middle decides whether any voxel of the block can be in the band.
             const Vec3f middle =
-                (centre(block.lowest) + centre(block.lowest + Vec3i{7, 7, 7})) * 0.5f;
-            const Vec3f half = centre(block.lowest + Vec3i{7, 7, 7}) - middle;
+                (center(block.lowest) + center(block.lowest + Vec3i{7, 7, 7})) * 0.5f;
+            const Vec3f half = center(block.lowest + Vec3i{7, 7, 7}) - middle;
             if (!embree.query(&middle.x, radius + length(half) * 1.0001f, &hit)) continue;
         }
         for (int32_t v = 0; v < 512; ++v) {
             if ((block.demand[static_cast<size_t>(v >> 3)] >> (v & 7) & 1) == 0) continue;
-            const Vec3f p = centre(block.lowest + Vec3i{v >> 3 & 7, v >> 6, v & 7});
+            const Vec3f p = center(block.lowest + Vec3i{v >> 3 & 7, v >> 6, v & 7});
             float r = radius;
             if (seed == Seed::kPrevious && have_hit) {
                 const Vec3f d = p - Vec3f{hit.point[0], hit.point[1], hit.point[2]};
@@ -195,7 +195,7 @@ double run_engine(const nearest::Engine& engine, const std::vector<Block>& block
     for (const Block& block : blocks) {
         BlockQuery q;
         q.block = block.lowest;
-        q.demand = block.demand.data();
+        q.active = block.demand.data();
         q.radius_mm = radius;
         engine.query(q, scratch.get(), &answer);
         // Eight sums, so that none waits for the one before.
@@ -320,10 +320,10 @@ TriangleMesh make_spot(int32_t n) {
         testing::read_obj(OPENFAB_SOURCE_DIR "/tests/data/meshes/spot.obj", 50.0), n);
     std::vector<Vec3f> normals(m.positions.size());
     for (const auto& t : m.triangles) {
-        const auto at = [&](size_t k) { return m.positions[static_cast<size_t>(t[k])]; };
+        const auto at = [&](size_t k) { return m.positions[t[k]]; };
         const Vec3f n = cross(at(1) - at(0), at(2) - at(0));
         for (const int32_t v : t)
-            normals[static_cast<size_t>(v)] = normals[static_cast<size_t>(v)] + n;
+            normals[v] = normals[v] + n;
     }
     for (size_t i = 0; i < m.positions.size(); ++i) {
         const float l = length(normals[i]);

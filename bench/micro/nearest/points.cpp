@@ -4,7 +4,7 @@
 // Queries at any point on one core, against Embree's rtcPointQuery fresh and seeded from the point
 // before, on the same points in interleaved rounds: columns of 8 voxels inside a part, moved by a
 // wave as a fablet would, or scattered. Signed: with the side, by distances from the voxels'
-// centres and rays. Prints medians in M queries/s of thread time.
+// centers and rays. Prints medians in M queries/s of thread time.
 
 #include <time.h>
 
@@ -18,14 +18,14 @@
 #include "base/infinity.h"
 #include "bench/micro/nearest/embree_baseline.h"
 #include "runtime/nearest/engine.h"
-#include "runtime/nearest/winding.h"
+#include "runtime/nearest/engine/winding.h"
 #include "tests/support/mesh_surface.h"
 
 namespace openfab::bench {
 namespace {
 
 using nearest::PointAnswer;
-using nearest::PointGroup;
+using nearest::PointPacket;
 using testing::TriangleMesh;
 
 const Vec3f kPitch{25.4f / 150, 25.4f / 150, 0.06f};
@@ -42,22 +42,22 @@ double median(std::vector<double> v) {
 }
 
 struct Points {
-    std::vector<PointGroup> centres, moved;
+    std::vector<PointPacket> centers, moved;
 };
 
-/// Runs of columns along x as a print visits them, spread over the part; all centres are inside.
+/// Runs of columns along x as a print visits them, spread over the part; all centers are inside.
 Points make_points(const TriangleMesh& mesh, const nearest::Winding& winding, float wave,
                    size_t most) {
     Points out;
     const Box3f box = mesh.box();
     std::mt19937 random(1);
     const auto unit = [&] { return static_cast<float>(random() >> 8) * 0x1p-24f; };
-    while (out.centres.size() < most) {
+    while (out.centers.size() < most) {
         Vec3f at;
         for (int a = 0; a < 3; ++a)
             at[a] = box.lo[a] + unit() * box.size()[a];
         for (int run = 0; run < 48; ++run) {
-            PointGroup c, m;
+            PointPacket c, m;
             bool inside = true;
             for (int l = 0; l < 8; ++l) {
                 const Vec3f p{at.x + static_cast<float>(run % 8) * kPitch.x,
@@ -71,7 +71,7 @@ Points make_points(const TriangleMesh& mesh, const nearest::Winding& winding, fl
                 }
             }
             if (!inside) continue;
-            out.centres.push_back(c);
+            out.centers.push_back(c);
             out.moved.push_back(m);
         }
     }
@@ -88,7 +88,7 @@ double run_engine(const nearest::Engine& engine, const nearest::Winding* winding
         engine.query_points({&points.moved[g], 1}, kInfinity, scratch.get(), &answer);
         if (winding != nullptr) {
             const uint32_t inside = winding->inside(
-                points.moved[g], answer, {&points.centres[g], 0xff, kPitch.x * 0x1p-7f}, &memory);
+                points.moved[g], answer, {&points.centers[g], 0xff, kPitch.x * 0x1p-7f}, &memory);
             sum += static_cast<double>(inside & 1u) * 1e-9;
         }
         for (const float d2 : answer.distance2)
@@ -101,7 +101,7 @@ double run_embree(const EmbreeBaseline& embree, const Points& points, bool seede
     double sum = 0;
     EmbreeHit hit{};
     bool have_hit = false;
-    for (const PointGroup& g : points.moved) {
+    for (const PointPacket& g : points.moved) {
         for (int l = 0; l < 8; ++l) {
             const Vec3f p{g.p[0][l], g.p[1][l], g.p[2][l]};
             float radius = kInfinity;

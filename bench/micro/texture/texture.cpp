@@ -138,7 +138,7 @@ class Compiled {
             const openfab_arg& arg = kernel_->args[k];
             if (arg.kind != OPENFAB_ARG_TEXTURE) continue;
             const bool texels = arg.b == OPENFAB_TEXTURE_TEXELS;
-            abi::KernelBuffer& buffer = buffers_[static_cast<size_t>(k)];
+            abi::KernelBuffer& buffer = buffers_[k];
             if (texels) {
                 buffer.set_dense(abi::halide_type(OPENFAB_FLOAT), picture.texels().data(),
                                  {static_cast<int32_t>(picture.texels().size())});
@@ -160,7 +160,7 @@ class Compiled {
   private:
     void bind(int32_t k) {
         const openfab_arg& arg = kernel_->args[k];
-        abi::KernelBuffer& buffer = buffers_[static_cast<size_t>(k)];
+        abi::KernelBuffer& buffer = buffers_[k];
         const halide_type_t real = abi::halide_type(OPENFAB_FLOAT);
         switch (arg.kind) {
             case OPENFAB_ARG_BLOCKS:
@@ -228,7 +228,7 @@ void measure() {
                         rounds.push_back(sum);
                     }
                     fmt::print("{:10} {:12} {:16} {:8.1f}\n", sphere ? "sphere" : "card",
-                               filters[static_cast<size_t>(filter)], kernel.name,
+                               filters[filter], kernel.name,
                                static_cast<double>(kVoxels) * kCalls / median(rounds) * 1e-6);
                 }
             }

@@ -18,8 +18,8 @@ namespace {
 const Vec3d kPitch{25.4 / 600, 25.4 / 300, 0.027};
 
 struct Postcard {
-    scene::Part part;
-    scene::Grid grid;
+    part::Part part;
+    part::Grid grid;
     surface::SurfaceOptions options;
 
     Postcard()
@@ -71,7 +71,7 @@ void BM_ExactBox(benchmark::State& state) {
 }
 BENCHMARK(BM_ExactBox)->Unit(benchmark::kMillisecond);
 
-/// All groups of the card, dicing included; the argument is the cache's budget in MB.
+/// All slabs of the card, dicing included; the argument is the cache's budget in MB.
 void BM_Coverage(benchmark::State& state) {
     Postcard card;
     card.options.cache_bytes = static_cast<size_t>(state.range(0)) << 20;
@@ -82,7 +82,7 @@ void BM_Coverage(benchmark::State& state) {
         const auto surface = card.create();
         state.ResumeTiming();
         const voxel::Voxeliser voxeliser(card.part, *surface, card.grid);
-        voxel::GroupMask mask;
+        voxel::SlabMask mask;
         solid = 0;
         for (int32_t g = 0; 8 * g < card.grid.size.z; ++g) {
             voxeliser.coverage(g, &mask);
@@ -112,7 +112,7 @@ void BM_CoverageOfDiced(benchmark::State& state) {
         surface->micro(static_cast<int32_t>(p));
     for (auto _ : state) {
         const voxel::Voxeliser voxeliser(card.part, *surface, card.grid);
-        voxel::GroupMask mask;
+        voxel::SlabMask mask;
         for (int32_t g = 0; 8 * g < card.grid.size.z; ++g)
             voxeliser.coverage(g, &mask);
         benchmark::DoNotOptimize(mask);

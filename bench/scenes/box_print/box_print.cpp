@@ -15,34 +15,34 @@
 
 namespace {
 
-class NullSink final : public openfab::backends::SliceSink {
+class NullSink final : public openfab::pipeline::SliceSink {
   public:
-    openfab::Result<void> begin(const openfab::backends::PrintInfo&) override { return {}; }
-    std::vector<uint8_t> encode(const openfab::backends::SliceView&) const override { return {}; }
+    openfab::Result<void> begin(const openfab::pipeline::PrintInfo&) override { return {}; }
+    std::vector<uint8_t> encode(const openfab::pipeline::SliceView&) const override { return {}; }
     openfab::Result<void> commit(int32_t, const std::vector<uint8_t>&) override { return {}; }
-    openfab::Result<void> finish(const openfab::backends::PrintTotals&) override { return {}; }
+    openfab::Result<void> finish(const openfab::pipeline::PrintTotals&) override { return {}; }
 };
 
 }  // namespace
 
 int main(int argc, char** argv) {
     using namespace openfab;
-    slab::PrintOptions options;
+    pipeline::PrintOptions options;
     if (argc > 1) options.threads = std::atoi(argv[1]);
     if (argc > 2) options.memory_bytes = std::atoll(argv[2]) * 1'000'000;
-    const std::vector<tests::BoxPart> card{
-        {{0.013, 0.021, 0.009}, {100, 70, 2.7}, &tests::picture_fablet()}};
-    auto print =
-        slab::Print::create(tests::make_input(card, {25.4 / 600, 25.4 / 300, 0.027}), options);
+    const std::vector<testing::BoxPart> card{
+        {{0.013, 0.021, 0.009}, {100, 70, 2.7}, &testing::picture_fablet()}};
+    auto print = pipeline::PrintJob::create(
+        testing::make_input(card, {25.4 / 600, 25.4 / 300, 0.027}), options);
     if (!print) {
         std::fprintf(stderr, "%s\n", print.error().text().c_str());
         return exit_code(print.error().code);
     }
     NullSink sink;
     const std::atomic<bool> interrupt{false};
-    slab::PrintStatistics statistics;
+    pipeline::PrintStatistics statistics;
     const Result<void> run = (*print)->run(sink, {}, interrupt, &statistics);
     if (!run) std::fprintf(stderr, "%s\n", run.error().text().c_str());
-    std::fputs(report::statistics_json(statistics, (*print)->info()).c_str(), stdout);
+    std::fputs(program::statistics_json(statistics, (*print)->info()).c_str(), stdout);
     return run ? 0 : exit_code(run.error().code);
 }

@@ -61,7 +61,7 @@ std::string to_stl(const testing::TriangleMesh& mesh) {
             put(&out, 0.0f);  // a normal that readers work out
         for (const int32_t v : t) {
             for (int a = 0; a < 3; ++a)
-                put(&out, mesh.positions[static_cast<size_t>(v)][a]);
+                put(&out, mesh.positions[v][a]);
         }
         put(&out, uint16_t{0});
     }

@@ -310,7 +310,7 @@ TEST(Differential, WhatIsNotAskedForChangesNothing) {
             SCOPED_TRACE(::testing::Message() << "program " << k);
             const ir::Stage stage = program_of(fablet, k);
             ir::Stage demand = passes::form_demand(stage);
-            ASSERT_EQ(ir::verify(demand), "") << ir::print(demand);
+            ASSERT_EQ(ir::verify(demand), "") << ir::dump(demand);
             if (demand.outputs.empty()) continue;
             const StageResults asked = interpret(demand, inputs);
             StageInputs replaced = inputs;
@@ -321,7 +321,7 @@ TEST(Differential, WhatIsNotAskedForChangesNothing) {
                 }
             }
             ASSERT_EQ(interpret(stage, inputs), interpret(stage, replaced))
-                << text << ir::print(stage) << ir::print(demand);
+                << text << ir::dump(stage) << ir::dump(demand);
             spared += static_cast<size_t>(std::count(asked[0].begin(), asked[0].end(), 0u));
             if (++stages > kMostCompiled) continue;
             passes::expand_functions(&demand);

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-namespace openfab::tests {
+namespace openfab::testing {
 
 namespace {
 
@@ -187,4 +187,4 @@ std::string mutate(std::string bytes, bool text, std::mt19937_64* random) {
     return bytes;
 }
 
-}  // namespace openfab::tests
+}  // namespace openfab::testing

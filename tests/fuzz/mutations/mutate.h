@@ -7,9 +7,9 @@
 #include <random>
 #include <string>
 
-namespace openfab::tests {
+namespace openfab::testing {
 
 /// One to four changes, by what `random` gives. `text` is false where only bytes mean anything.
 std::string mutate(std::string bytes, bool text, std::mt19937_64* random);
 
-}  // namespace openfab::tests
+}  // namespace openfab::testing

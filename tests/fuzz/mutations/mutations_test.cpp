@@ -35,7 +35,7 @@
 #include "tools/texture/convert.h"
 #include "tools/texture/convert_volume.h"
 
-namespace openfab::tests {
+namespace openfab::testing {
 namespace {
 
 using namespace std::chrono_literals;
@@ -52,7 +52,7 @@ constexpr auto kPatience = 1s;
 constexpr long kMostKilobytes = 700'000;
 constexpr uint64_t kMutations = 1000;
 #endif
-/// Of the print; the rest of kMostKilobytes is for what reading takes.
+/// Memory budget of the print; the rest of kMostKilobytes is for reading.
 constexpr int64_t kBudget = 300'000'000;
 constexpr uint64_t kBatch = 25;
 
@@ -61,7 +61,7 @@ uint64_t from_environment(const char* name, uint64_t otherwise) {
     return text == nullptr ? otherwise : std::strtoull(text, nullptr, 10);
 }
 
-/// What the child tells the parent.
+/// Message from the child to the parent.
 struct Progress {
     std::atomic<uint64_t> seed;
     std::atomic<uint64_t> printed;  ///< that were whole enough
@@ -70,9 +70,9 @@ struct Progress {
 
 void print_file(const std::string& file, Clock::duration patience, std::atomic<uint64_t>* printed) {
     const openfab_fablet* const fablets[] = {&skin_fablet()};
-    print::Options options;
+    program::Options options;
     options.input = file;
-    options.progress = report::ProgressMode::kNone;
+    options.progress = program::ProgressMode::kNone;
     options.stats_file = "/dev/null";
     options.memory_bytes = kBudget + kSanitizerBytes;
     options.threads = 2;
@@ -84,7 +84,7 @@ void print_file(const std::string& file, Clock::duration patience, std::atomic<u
             std::this_thread::sleep_for(1ms);
         interrupt = true;
     });
-    const Result<void> done = print::run_print(options, {1, fablets}, interrupt);
+    const Result<void> done = program::run_print(options, {1, fablets}, interrupt);
     over = true;
     clock.join();
     if (done) {
@@ -242,4 +242,4 @@ TEST_F(Mutations, TheSoundFilesAreFine) {
 }
 
 }  // namespace
-}  // namespace openfab::tests
+}  // namespace openfab::testing

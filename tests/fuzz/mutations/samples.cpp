@@ -16,7 +16,7 @@
 #include "tests/support/meshes/temp_folder.h"
 #include "tests/support/meshes/zip_archive.h"
 
-namespace openfab::tests {
+namespace openfab::testing {
 
 namespace {
 
@@ -115,7 +115,7 @@ std::string stl_text() {
     for (const auto& t : kTriangles) {
         text += "facet normal 0 0 0\nouter loop\n";
         for (int corner : t) {
-            const auto& p = kCorners[static_cast<size_t>(corner)];
+            const auto& p = kCorners[corner];
             text += fmt::format("vertex {} {} {}\n", p[0], p[1], p[2]);
         }
         text += "endloop\nendfacet\n";
@@ -129,7 +129,7 @@ std::string stl_binary() {
     for (const auto& t : kTriangles) {
         bytes.append(12, '\0');
         for (int corner : t) {
-            for (float x : kCorners[static_cast<size_t>(corner)])
+            for (float x : kCorners[corner])
                 append(&bytes, x);
         }
         append(&bytes, uint16_t{0});
@@ -321,4 +321,4 @@ std::vector<Sample> samples() {
     return all;
 }
 
-}  // namespace openfab::tests
+}  // namespace openfab::testing

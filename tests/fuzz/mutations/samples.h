@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace openfab::tests {
+namespace openfab::testing {
 
 struct Sample {
     enum class Kind { kWorld, kMesh, kPart, kImage, kVolume };
@@ -23,9 +23,9 @@ struct Sample {
     std::string print;
 };
 
-/// What all find beside them: the fablet's source, `world.fab.json`, meshes, a printer.
+/// Files beside all samples: the fablet's source, `world.fab.json`, meshes, a printer.
 std::vector<std::pair<std::string, std::string>> sound_files();
 
 std::vector<Sample> samples();
 
-}  // namespace openfab::tests
+}  // namespace openfab::testing

@@ -8,8 +8,8 @@
 #include "tests/fuzz/readers/readers.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-    static const openfab::tests::Reader* const reader =
-        openfab::tests::find_reader(OPENFAB_FUZZED_READER);
+    static const openfab::testing::Reader* const reader =
+        openfab::testing::find_reader(OPENFAB_FUZZED_READER);
     if (reader == nullptr) std::abort();
     reader->read({reinterpret_cast<const char*>(data), size});
     return 0;

@@ -14,7 +14,7 @@
 #include "world/transforms_file.h"
 #include "world/world.h"
 
-namespace openfab::tests {
+namespace openfab::testing {
 namespace {
 
 /// Answers are values or mistakes of whoever made the file.
@@ -26,14 +26,14 @@ bool answered(const Result<T>& result) {
 }
 
 bool read_mesh(std::string_view bytes, const char* file) {
-    scene::MeshOptions options;
+    mesh::MeshOptions options;
     options.name = "part";
     options.repair = bytes.size() % 2 == 0;
     options.memory_bytes = kReaderBytes;
-    const Result<scene::LoadedMesh> loaded = scene::parse_mesh(bytes, file, options);
+    const Result<mesh::LoadedMesh> loaded = mesh::parse_mesh(bytes, file, options);
     if (!answered(loaded)) return false;
-    if (!scene::count_edges(loaded->mesh).fine()) std::abort();
-    for (const scene::MeshAttribute& a : loaded->mesh.attributes) {
+    if (!mesh::count_edges(loaded->mesh).fine()) std::abort();
+    for (const mesh::MeshAttribute& a : loaded->mesh.attributes) {
         const auto values = static_cast<int32_t>(a.values.size()) / a.components;
         for (const auto& corners : a.corners) {
             for (const int32_t corner : corners) {
@@ -56,19 +56,19 @@ std::string written(const char* name, std::string_view bytes) {
 }
 
 bool json(std::string_view bytes) {
-    return answered(scene::parse_json(bytes, "a.json", kReaderBytes));
+    return answered(parse_json(bytes, "a.json", kReaderBytes));
 }
 
 bool world(std::string_view bytes) {
-    return answered(scene::load_world(written("a.fab.json", bytes), {{}, kReaderBytes}));
+    return answered(world::load_world(written("a.fab.json", bytes), {{}, kReaderBytes}));
 }
 
 bool printer(std::string_view bytes) {
-    return answered(scene::load_printer(written("a.printer.json", bytes)));
+    return answered(world::load_printer(written("a.printer.json", bytes)));
 }
 
 bool transforms(std::string_view bytes) {
-    return answered(scene::parse_transforms(bytes, "a.txt", 100'000));
+    return answered(world::parse_transforms(bytes, "a.txt", 100'000));
 }
 
 bool ofr(std::string_view bytes) {
@@ -106,4 +106,4 @@ const Reader* find_reader(std::string_view name) {
     return nullptr;
 }
 
-}  // namespace openfab::tests
+}  // namespace openfab::testing

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The readers of what people hand to the programs, each as a function of bytes, and where their
-// corpora are: tests/fuzz/corpus/NAME. libFuzzer drives them (reader_fuzzer.cpp), and an ordinary
+// The readers of untrusted files, each as a function of bytes, with corpora in
+// tests/fuzz/corpus/NAME. libFuzzer drives them (reader_fuzzer.cpp), and an ordinary
 // test replays and damages what is in the corpora (readers_test.cpp).
 
 #include <cstdint>
@@ -11,19 +11,19 @@
 #include <string>
 #include <string_view>
 
-namespace openfab::tests {
+namespace openfab::testing {
 
-/// What a reader may take.
+/// Memory limit of a reader.
 constexpr int64_t kReaderBytes = 100'000'000;
 
 struct Reader {
     const char* name;
     bool text;  ///< damaged by words and numbers, else by bytes
-    /// Whether the bytes were read whole. Aborts where an answer makes no sense.
+    /// Returns whether the bytes were read successfully. Aborts where a result is inconsistent.
     bool (*read)(std::string_view bytes);
 };
 
 std::span<const Reader> readers();
 const Reader* find_reader(std::string_view name);
 
-}  // namespace openfab::tests
+}  // namespace openfab::testing

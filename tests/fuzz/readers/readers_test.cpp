@@ -22,7 +22,7 @@
 #include "tests/fuzz/readers/readers.h"
 #include "tests/support/memory/meter.h"
 
-namespace openfab::tests {
+namespace openfab::testing {
 namespace {
 
 namespace fs = std::filesystem;
@@ -105,4 +105,4 @@ TEST(Readers, AnswerWhateverTheyAreGiven) {
 }
 
 }  // namespace
-}  // namespace openfab::tests
+}  // namespace openfab::testing

@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The postcard of the paper after each phase of the front end, as openflc prints it.
+// The postcard of the paper after each step of the front end, as openflc dumps it.
 // OPENFAB_UPDATE=1 in the environment rewrites the files; review what changed.
 
 #include <gtest/gtest.h>

@@ -4,8 +4,8 @@
 // What each pass makes of small stages: a folder for each pass, a file for each case.
 //
 //     # What the case shows.
-//     longest 10               of cut_phases and split_kernel: operations of the longest kernel
-//       stage volume           as ir::print writes it; or a fablet
+//     longest 10               of cut_segments and split_kernel: operations of the longest kernel
+//       stage volume           as ir::dump writes it; or a fablet
 //         …
 //     =>
 //       stage volume           what the pass makes of it, without what it leaves dead; what
@@ -31,7 +31,7 @@
 
 #include "compiler/passes/attach_footprints.h"
 #include "compiler/passes/bound_displacement.h"
-#include "compiler/passes/cut_phases.h"
+#include "compiler/passes/cut_segments.h"
 #include "compiler/passes/eliminate_common_values.h"
 #include "compiler/passes/eliminate_dead_values.h"
 #include "compiler/passes/expand_functions.h"
@@ -72,18 +72,18 @@ std::vector<std::string> case_names() {
 
 struct Input {
     ir::Fablet fablet;
-    size_t longest = kLongestKernel;
+    size_t longest = kMaxKernelOperations;
 };
 
 std::string text_of(const ir::Stage& stage) {
     EXPECT_EQ(ir::verify(stage), "");
-    return ir::print(stage);
+    return ir::dump(stage);
 }
 
 std::string without_dead(ir::Stage stage) {
     EXPECT_EQ(ir::verify(stage), "");
     ir::drop_dead_values(&stage);
-    return ir::print(stage);
+    return ir::dump(stage);
 }
 
 std::string cleaned(ir::Stage stage) {
@@ -94,33 +94,33 @@ std::string cleaned(ir::Stage stage) {
 }
 
 std::string step_text(const openfab_step& step) {
-    constexpr const char* kNames[] = {"kernel", "loop", "loop_end", "query", "print"};
+    constexpr const char* kNames[] = {"kernel", "loop", "loop_end", "query", "printf"};
     const bool loop = step.kind == OPENFAB_STEP_LOOP || step.kind == OPENFAB_STEP_LOOP_END;
     return loop ? fmt::format("{} while state {}, to {}", kNames[step.kind], step.a, step.b)
                 : fmt::format("{} {}", kNames[step.kind], step.a);
 }
 
-std::string phases_text(const PhasedStage& phases) {
+std::string segments_text(const SegmentedStage& segments) {
     std::string out;
-    for (const ir::Stage& kernel : phases.kernels)
+    for (const ir::Stage& kernel : segments.kernels)
         out += text_of(kernel);
-    for (size_t k = 0; k < phases.queries.size(); ++k) {
-        const PhaseQuery& query = phases.queries[k];
+    for (size_t k = 0; k < segments.queries.size(); ++k) {
+        const SegmentQuery& query = segments.queries[k];
         out += fmt::format("  query {} of object {}: guard {}, point {}; gives", k, query.object,
                            query.guard, fmt::join(query.point, " "));
         for (const openfab_query_output& output : query.outputs)
             out += fmt::format(" {}", output.state);
         out += '\n';
     }
-    for (size_t k = 0; k < phases.prints.size(); ++k) {
-        const PhasePrint& print = phases.prints[k];
-        out += fmt::format("  print {} \"{}\": guard {}, values {}\n", k, print.print.format,
-                           print.guard, fmt::join(print.values, " "));
+    for (size_t k = 0; k < segments.printfs.size(); ++k) {
+        const SegmentPrintf& printf = segments.printfs[k];
+        out += fmt::format("  printf {} \"{}\": guard {}, values {}\n", k, printf.call.format,
+                           printf.guard, fmt::join(printf.values, " "));
     }
-    for (size_t k = 0; k < phases.steps.size(); ++k)
-        out += fmt::format("  step {}: {}\n", k, step_text(phases.steps[k]));
+    for (size_t k = 0; k < segments.steps.size(); ++k)
+        out += fmt::format("  step {}: {}\n", k, step_text(segments.steps[k]));
     out += "  states";
-    for (const ir::Type type : phases.states)
+    for (const ir::Type type : segments.states)
         out += std::string(" ") + ir::spelling(type);
     return out + '\n';
 }
@@ -174,8 +174,8 @@ const std::map<std::string, Run>& runs() {
         {"hoist_invariants", rewrites(hoist_invariants)},
         {"expand_functions", rewrites(expand_functions)},
         {"hoist_uniforms", hoisted},
-        {"cut_phases",
-         [](const Input& in) { return phases_text(cut_phases(in.fablet.volume, in.longest)); }},
+        {"cut_segments",
+         [](const Input& in) { return segments_text(cut_segments(in.fablet.volume, in.longest)); }},
         {"split_kernel", split},
     };
     return runs;

@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What takes the slices is slow, or full, as real pipes and disks are.
+// Outputs that are slow, or full, like real pipes and disks.
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -92,7 +92,7 @@ TEST_F(PipesAndDisks, ASlowReaderOfAPipeHoldsThePrintBackInTheMemoryThatWasPlann
 #ifndef OPENFAB_SANITIZED  // sanitizers keep their own memory
     const int64_t peak = number("slow.json", "peak_rss_bytes");
     EXPECT_LE(peak, number("plan.json", "memory_bytes"));
-    // What would wait for the reader without bound is twice this and more.
+    // An unbounded queue for the reader would take twice this and more.
     EXPECT_GT(static_cast<int64_t>(whole.size()), 36'000'000);
     EXPECT_LE(peak, number("free.json", "peak_rss_bytes") + 15'000'000);
 #endif

@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What programs refuse before they open anything for writing: outputs on inputs, formats that there
+// Refusals of programs before they open anything for writing: outputs on inputs, formats that there
 // are not, slices beyond the budget. And what they warn of: parts that vanish.
 
 #include <fmt/format.h>
@@ -162,7 +162,7 @@ TEST_F(Refusals, AFileOfAnotherFormatIsNoFolder) {
 }
 
 TEST_F(Refusals, SlicesBeyondTheBudgetAreRefusedBeforeTheyAreMade) {
-    backends::PrintInfo info;
+    pipeline::PrintInfo info;
     info.size = {16384, 16384, 2};
     info.slice_end = 2;
     info.bits = 4;
@@ -170,11 +170,11 @@ TEST_F(Refusals, SlicesBeyondTheBudgetAreRefusedBeforeTheyAreMade) {
     info.title = info.printer = "generic";
     info.materials.push_back({"white", {255, 255, 255, 255}, {255, 255, 255, 255}, 1, ""});
     // 134 MB of rows in 4 kB, 1.07 GB of pixels.
-    Result<std::unique_ptr<backends::SliceSink>> sink = ofr::OfrSink::create(path("large.ofr"));
+    Result<std::unique_ptr<pipeline::SliceSink>> sink = ofr::OfrSink::create(path("large.ofr"));
     ASSERT_TRUE(sink);
     ASSERT_TRUE((*sink)->begin(info));
     const std::vector<uint8_t> rows(size_t{8192} * 16384);
-    backends::PrintTotals totals;
+    pipeline::PrintTotals totals;
     totals.complete = true;
     for (int32_t z = 0; z < 2; ++z)
         ASSERT_TRUE((*sink)->commit(z, (*sink)->encode({z, rows.data(), 8192, 16384, 16384})));

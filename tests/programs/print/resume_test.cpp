@@ -1,8 +1,8 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Prints that are cut short by real signals and limits, and gone on with: the bytes must be those
-// of an undisturbed print.
+// Prints that are interrupted by real signals and limits, and resumed: the bytes must be those of
+// an undisturbed print.
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -168,7 +168,7 @@ TEST_F(Resume, KilledAtAnyMomentAFolderEndsWithTheSameFiles) {
                                              "--draft", "2",       "--resume"};
     for (int kill = 0; kill < std::min(kRounds, 3); ++kill) {
         killed_print(arguments, moment(random_));
-        // What has the name of a slice is all of that slice.
+        // A file with the name of a slice is complete.
         for (const auto& [name, bytes] : files_of(path("a"))) {
             if (!name.starts_with("slice_") || !name.ends_with(".png")) continue;
             EXPECT_TRUE(bytes == expected.at(name)) << name;
@@ -186,7 +186,7 @@ TEST_F(Resume, SlicesThatAreNotWholeAreMadeAgain) {
     const Files expected = files_of(path("a"));
     std::vector<std::string> again = arguments;
     again.push_back("--resume");
-    // As a power failure leaves them: named, and empty or full of zeros; and a part never named.
+    // Files after a power failure: named, and empty or full of zeros; and a part never named.
     for (const std::string& damage : {std::string(), std::string(900, '\0'), std::string("x")}) {
         scratch_.write("a/slice_0011.png", damage);
         scratch_.write("a/slice_0013.png.part", "x");
@@ -288,13 +288,14 @@ TEST_F(Resume, AnotherPrintIsRefusedAndLosesNothing) {
 }
 
 TEST_F(Resume, SlicesThatComeOutOtherwiseAreRefused) {
-    // What no header tells: another program, a bug, bits that rotted on the way to the disk.
+    // Changes that no header shows: another program, a bug, bits that rotted on the way to the
+    // disk.
     undisturbed({"-o", path("a.ofr"), "--draft", kSixth});
     undisturbed({"-o", path("b.ofr"), "--draft", kSixth, "--seed", "1"});
     Result<std::unique_ptr<ofr::OfrReader>> header = ofr::OfrReader::open(path("a.ofr"));
     Result<std::unique_ptr<ofr::OfrReader>> slices = ofr::OfrReader::open(path("b.ofr"));
     ASSERT_TRUE(header && slices);
-    Result<std::unique_ptr<backends::SliceSink>> forged = ofr::OfrSink::create(path("c.ofr"));
+    Result<std::unique_ptr<pipeline::SliceSink>> forged = ofr::OfrSink::create(path("c.ofr"));
     ASSERT_TRUE(forged);
     ASSERT_TRUE((*forged)->begin((*header)->info()));
     for (int32_t z = 0; z < 30; ++z) {
@@ -338,7 +339,7 @@ TEST_F(Resume, AFullDiskIsGoneOnWithOnceThereIsRoom) {
         undisturbed(arguments);
         arguments[1] = path(name);
         RunOptions full;
-        // Of a ball the middle slices, which come after this one, are the largest.
+        // The middle slices of a ball, which come after this one, are the largest.
         const std::string middle = path("whole" + name) + "/slice_0110.png";
         full.largest_file_bytes = static_cast<int64_t>(
             name == "a" ? fs::file_size(middle) : fs::file_size(path("wholea.ofr")) / 2);
@@ -392,13 +393,13 @@ TEST_F(Resume, TwoWritersAreRefused) {
         }
     };
     {
-        const Result<std::unique_ptr<backends::SliceSink>> file =
+        const Result<std::unique_ptr<pipeline::SliceSink>> file =
             ofr::OfrSink::create(path("a.ofr"));
         ASSERT_TRUE(file);
         scratch_.write("a.ofr", "what the first one has written");
         refused("a.ofr", "ofr");
         EXPECT_EQ(read_file(path("a.ofr")), "what the first one has written");
-        const Result<std::unique_ptr<backends::SliceSink>> folder =
+        const Result<std::unique_ptr<pipeline::SliceSink>> folder =
             raster::PngSink::create(path("a"), {});
         ASSERT_TRUE(folder);
         refused("a", "png");

@@ -1,8 +1,8 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What programs say, and where it goes: nobody reads it, there is no room for it, or names in it
-// are made to command the terminal.
+// Messages of programs, and their streams: nobody reads them, there is no room for it, or names in
+// it are made to command the terminal.
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -73,7 +73,7 @@ TEST_F(Streams, APrintDoesNotEndWithWhoeverReadsItsMessages) {
             EXPECT_TRUE(read_file(path("a.ofr")) == whole) << progress << " " << where;
         }
     }
-    // What a failure says is lost as well, its code is not.
+    // The message of a failure is lost as well, its exit code is not.
     for (const std::string where : {"2> /dev/full", "2>&-"}) {
         EXPECT_EQ(shell("{print} {dir}/none.fab.json -o {dir}/b.ofr " + where).exit_code, 1);
         EXPECT_EQ(shell("{print} --nonsense " + where).exit_code, 2);
@@ -125,7 +125,7 @@ void expect_harmless(const Outcome& outcome) {
 }
 
 TEST_F(Streams, NamesCommandNoTerminal) {
-    // As JSON escapes and as raw bytes; a thin part is warned of by its name.
+    // Both JSON escapes and raw bytes; a warning names a thin part.
     write_world("evil.fab.json", R"(a\u001b]0;pwn\u0007\u202eb\u009b2J\nc \u00fc)", "[4, 4, 0.01]");
     const std::string file = path("w\x1b[2J\xff\u202e.fab.json");
     fs::rename(path("evil.fab.json"), file);

@@ -25,7 +25,7 @@ using ::testing::Not;
 namespace fs = std::filesystem;
 
 struct Voxels {
-    backends::PrintInfo info;
+    pipeline::PrintInfo info;
     std::vector<uint8_t> codes;
 
     int64_t count(uint8_t code) const { return std::count(codes.begin(), codes.end(), code); }
@@ -91,7 +91,7 @@ class SupportOption : public ::testing::Test {
         out.info = (*reader)->info();
         Result<bool> more = true;
         while ((more = (*reader)->next()) && *more) {
-            const backends::SliceView& slice = (*reader)->slice();
+            const pipeline::SliceView& slice = (*reader)->slice();
             for (int32_t y = 0; y < slice.height; ++y) {
                 for (int32_t x = 0; x < slice.width; ++x)
                     out.codes.push_back(slice.code(x, y, out.info.bits));
@@ -222,7 +222,7 @@ TEST_F(SupportOption, ManifestsEstimatesAndStatisticsCountIt) {
     ASSERT_EQ(estimated.exit_code, 0) << estimated.err;
     EXPECT_NEAR(json("e.json")["ml_by_material"]["gel"].GetDouble(), ml, 0.1 * ml);
 
-    // A front end that makes its own is told so.
+    // The handoff text tells a front end that makes its own.
     ASSERT_EQ(print("plain.fab.json", "bare", {"--format", "png"}).exit_code, 0);
     EXPECT_STREQ(json("bare/manifest.json")["support_made_by"].GetString(), "front_end");
     ASSERT_EQ(print("on.fab.json", "both", {"--format", "png"}).exit_code, 0);
@@ -259,8 +259,8 @@ TEST_F(SupportOption, IsAClosedMeshOfItsOwn) {
     ASSERT_EQ(files.exit_code, 0) << files.err;
     const fs::path support = boundary::stl_path(scratch_ / "part.stl", voxels.info, 2);
     EXPECT_EQ(support.filename(), "part_support.stl");
-    // Where voxels touch along an edge, an STL has four triangles there, as many each way.
-    const Result<scene::MeshSource> read = scene::parse_stl(read_file(support), "part_support.stl");
+    // An edge along which voxels touch has four triangles in an STL, two each way.
+    const Result<mesh::MeshSource> read = mesh::parse_stl(read_file(support), "part_support.stl");
     ASSERT_TRUE(read) << read.error().text();
     EXPECT_EQ(read->mesh.triangles.size(), meshes.at(3).triangles.size());
     CollectedMesh mesh;
@@ -268,7 +268,7 @@ TEST_F(SupportOption, IsAClosedMeshOfItsOwn) {
     for (const auto& t : read->mesh.triangles) {
         std::array<Vec3i, 3> p;
         for (size_t c = 0; c < 3; ++c)
-            p[c] = half_voxels(read->mesh.positions[static_cast<size_t>(t[c])], voxels.info);
+            p[c] = half_voxels(read->mesh.positions[t[c]], voxels.info);
         const auto first = static_cast<uint32_t>(mesh.points.size());
         mesh.points.insert(mesh.points.end(), p.begin(), p.end());
         mesh.triangles.push_back({first, first + 1, first + 2});

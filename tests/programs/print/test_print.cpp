@@ -8,9 +8,9 @@
 #include "tests/support/slab/test_fablets.h"
 
 int main(int argc, char** argv) {
-    using namespace openfab::tests;
+    using namespace openfab::testing;
     // A binary of one fablet is what a mesh alone can be printed with.
     const openfab_fablet* const fablets[] = {&skin_fablet(), &solid_fablet(), &tint_fablet(),
                                              &broken_fablet()};
-    return openfab::print::print_main(argc, argv, {OPENFAB_TEST_FABLETS, fablets});
+    return openfab::program::print_main(argc, argv, {OPENFAB_TEST_FABLETS, fablets});
 }

@@ -71,7 +71,7 @@ TEST_F(OpenfabImport, ATexturedModelPrintsByItsMaterials) {
     const Outcome imported = openfab({"import", path("block.obj"), "-o", path("made")});
     ASSERT_EQ(imported.exit_code, 0) << imported.err;
     EXPECT_THAT(imported.err, HasSubstr("the fablet `textured`"));
-    EXPECT_THAT(imported.err, HasSubstr("says no unit: taken as millimetres, 4 x 4 x 2 mm"));
+    EXPECT_THAT(imported.err, HasSubstr("gives no unit: taken as millimetres, 4 x 4 x 2 mm"));
     const Outcome printed = openfab(
         {"print", path("made/block.fab.json"), "-o", path("a.ofr"), "--set", "block.density=1"});
     ASSERT_EQ(printed.exit_code, 0) << printed.err;
@@ -261,7 +261,7 @@ TEST_F(OpenfabImport, OptionsThatDoNotGoTogetherAreTold) {
     told({"--mapping", "round"}, 2, "planar");
     const Outcome gltf = openfab({"import", path("a.glb"), "-o", path("made"), "--up", "y"});
     EXPECT_EQ(gltf.exit_code, 2);
-    EXPECT_THAT(gltf.err, HasSubstr("glTF has y up by its format"));
+    EXPECT_THAT(gltf.err, HasSubstr("glTF is y-up by definition"));
 }
 
 /// A pyramid whose base is at the lowest y, or z.
@@ -290,7 +290,7 @@ TEST_F(OpenfabImport, AFigureThatLiesOnItsBackIsTold) {
     EXPECT_THAT(world, HasSubstr("\"up\": \"y\""));
     EXPECT_THAT(world, HasSubstr("\"high\": 10")) << "heights are along z";
     EXPECT_THAT(openfab({"info", path("up/figure.fab.json")}).out, HasSubstr("4 x 4 x 10 mm"));
-    // What stands, lies flat or may be either is left alone.
+    // Meshes that are z-up, flat or ambiguous are left alone.
     scratch_.write("stands.obj", pyramid(false));
     scratch_.write("plate.obj",
                    "v 0 0 0\nv 5 0 0\nv 5 20 0\nv 0 20 0\nv 0 0 1\nv 5 0 1\nv 5 20 1\nv 0 20 1\n"

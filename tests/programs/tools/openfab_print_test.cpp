@@ -252,7 +252,7 @@ TEST_F(OpenfabPrint, ADamagedProgramIsMadeAgain) {
 }
 
 TEST_F(OpenfabPrint, NothingCommonIsTrustedWithoutAHome) {
-    // What another user could have put there.
+    // A file that another user could have put there.
     ASSERT_EQ(print({path("world.fab.json"), "-o", path("a.ofr")}).exit_code, 0);
     const std::string name =
         fs::directory_iterator(path("cache/prints"))->path().filename().string();

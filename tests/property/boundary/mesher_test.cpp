@@ -48,7 +48,7 @@ int64_t triangles(const CollectedMeshes& meshes) {
 std::string trouble(const VoxelBlock& block, Crossings crossings = Crossings::kLookedFor) {
     const std::string wrong = check_meshes(block, mesh_block(block));
     if (!wrong.empty()) return wrong;
-    return check_meshes_by_places(block, mesh_block_by_places(block), crossings);
+    return check_meshes_by_position(block, mesh_block_by_position(block), crossings);
 }
 
 void expect_fine(const VoxelBlock& block) {
@@ -194,7 +194,7 @@ TEST(BoundaryMesher, LongRectanglesWithFewContacts) {
             }
         }
         ASSERT_EQ(trouble(block), "") << round;
-        rims += triangles(mesh_block_by_places(block)) - triangles(mesh_block(block));
+        rims += triangles(mesh_block_by_position(block)) - triangles(mesh_block(block));
     }
     EXPECT_GT(rims, 0);
 }
@@ -227,8 +227,8 @@ TEST(BoundaryMesher, OnlyVerticesThatCoincideMove) {
             block.at({4 + i % 4, 4 + i / 4, z}) = 1;
         }
     }
-    const CollectedMeshes meshes = mesh_block_by_places(block);
-    EXPECT_EQ(check_meshes_by_places(block, meshes), "");
+    const CollectedMeshes meshes = mesh_block_by_position(block);
+    EXPECT_EQ(check_meshes_by_position(block, meshes), "");
     int moved = 0;
     for (const Vec3i& p : meshes.at(1).points) {
         if (p.x % boundary::kSteps == 0 && p.y % boundary::kSteps == 0) continue;
@@ -254,7 +254,7 @@ TEST(BoundaryMesher, ABallHasFewTriangles) {
     std::printf("%d triangles\n", static_cast<int>(triangles(meshes)));
 }
 
-/// The checker itself: each kind of damage is told.
+/// The checker itself reports each kind of damage.
 TEST(BoundaryCheck, FindsDamage) {
     const VoxelBlock block =
         filled({3, 3, 3}, [](Vec3i v) { return static_cast<uint8_t>(v.x == 1 ? 2 : 1); });
@@ -285,9 +285,9 @@ TEST(BoundaryCheck, FindsDamage) {
                                       points.begin());
     }
     EXPECT_NE(check_manifold(joined[1]), "");
-    // By places they are one, unless they part.
-    CollectedMeshes parted = mesh_block_by_places(two);
-    ASSERT_EQ(check_meshes_by_places(two, parted), "");
+    // By position they are one, unless they are separated.
+    CollectedMeshes parted = mesh_block_by_position(two);
+    ASSERT_EQ(check_meshes_by_position(two, parted), "");
     for (Vec3i& p : parted[1].points) {
         for (int a = 0; a < 3; ++a)
             p[a] += p[a] % boundary::kSteps == 1 ? -3 : 0;

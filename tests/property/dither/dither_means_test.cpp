@@ -13,8 +13,8 @@
 namespace openfab {
 namespace {
 
+using dither::DitherRule;
 using reference::FractionField;
-using slab::DitherRule;
 
 constexpr DitherRule kFloydSteinberg = DitherRule::kFloydSteinberg;
 constexpr DitherRule kDecorrelated = DitherRule::kDecorrelated;
@@ -39,7 +39,7 @@ std::vector<double> bulk_shares(const std::vector<double>& shares, DitherRule ru
     for (size_t v = 0; v < 64 * 64 * 64; ++v)
         std::copy(mixture.begin(), mixture.end(), &field.fractions[v * mixture.size()]);
     std::vector<double> printed(shares.size(), 0.0);
-    for (uint8_t code : tests::print_field(field, 1, abi::best_isa(), rule))
+    for (uint8_t code : testing::print_field(field, 1, abi::best_isa(), rule))
         printed[code - 1u] += 1.0 / (64 * 64 * 64);
     return printed;
 }
@@ -98,7 +98,7 @@ double layer_share(int32_t n, int32_t axis, int32_t thickness, double fraction, 
         }
     }
     int64_t printed = 0;
-    for (uint8_t code : tests::print_field(field, 7, abi::best_isa(), rule))
+    for (uint8_t code : testing::print_field(field, 7, abi::best_isa(), rule))
         printed += code == 2 ? 1 : 0;
     return static_cast<double>(printed) / static_cast<double>(asked);
 }

@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What the dithers' dots look like: no columns from slice to slice, no worms, no empty first rows.
+// Patterns of the dithers' dots: no columns from slice to slice, no worms, no empty first rows.
 // Each measure is shown to tell Floyd-Steinberg's, which has all three.
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@
 namespace openfab {
 namespace {
 
-using slab::DitherRule;
+using dither::DitherRule;
 
 /// Slices of `side` x `side` voxels with `fraction` of material 2 in material 1.
 std::vector<uint8_t> mixture(int32_t side, int32_t slices, double fraction, DitherRule rule,
@@ -27,7 +27,7 @@ std::vector<uint8_t> mixture(int32_t side, int32_t slices, double fraction, Dith
         field.fractions[v + 2] = static_cast<uint16_t>(std::lround(fraction * 65535));
         field.fractions[v + 1] = static_cast<uint16_t>(65535 - field.fractions[v + 2]);
     }
-    return tests::print_field(field, seed, abi::best_isa(), rule);
+    return testing::print_field(field, seed, abi::best_isa(), rule);
 }
 
 double differing_from_above(double fraction, DitherRule rule) {

@@ -1,8 +1,8 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What one sees of a print is its outermost layer: the default rule gives every face, edge and thin
-// feature its share.
+// The visible part of a print is its outermost layer: the default rule gives every face, edge and
+// thin feature its share.
 
 #include <gtest/gtest.h>
 
@@ -16,10 +16,10 @@
 namespace openfab {
 namespace {
 
+using dither::DitherRule;
+using dither::kDefaultDither;
 using reference::FractionField;
-using slab::DitherRule;
-using slab::kDefaultDither;
-using tests::quantised;
+using testing::quantised;
 
 constexpr double kFractions[] = {0.01, 0.02, 0.05, 0.1, 0.25, 0.5, 0.75, 0.9};
 constexpr uint64_t kSeeds[] = {0, 1, 2};
@@ -31,17 +31,17 @@ double allowed(double fraction) {
 
 std::vector<uint8_t> print(const FractionField& field, uint64_t seed,
                            DitherRule rule = kDefaultDither) {
-    return tests::print_field(field, seed, abi::best_isa(), rule);
+    return testing::print_field(field, seed, abi::best_isa(), rule);
 }
 
 TEST(DitherSkin, EveryFaceOfABoxHasItsShare) {
     for (double fraction : kFractions) {
         for (const Vec3i& size : {Vec3i{80, 80, 60}, Vec3i{61, 90, 70}}) {
-            const FractionField field = tests::box(size, quantised({fraction}));
+            const FractionField field = testing::box(size, quantised({fraction}));
             for (uint64_t seed : kSeeds) {
                 const std::vector<uint8_t> codes = print(field, seed);
                 for (int32_t depth : {0, 1, 2}) {
-                    const auto shares = tests::face_shares(field, codes, 2, depth);
+                    const auto shares = testing::face_shares(field, codes, 2, depth);
                     for (size_t face = 0; face < shares.size(); ++face)
                         EXPECT_NEAR(shares[face], fraction, allowed(fraction))
                             << "face " << face << ", depth " << depth << ", seed " << seed;
@@ -53,19 +53,19 @@ TEST(DitherSkin, EveryFaceOfABoxHasItsShare) {
 
 TEST(DitherSkin, EveryMaterialOfAFaceHasItsShare) {
     const std::vector<double> shares{0.3, 0.05, 0.13};
-    const FractionField field = tests::box({80, 80, 60}, quantised({0.3, 0.05, 0.13}));
+    const FractionField field = testing::box({80, 80, 60}, quantised({0.3, 0.05, 0.13}));
     const std::vector<uint8_t> codes = print(field, 0);
     for (size_t m = 0; m < shares.size(); ++m) {
-        for (double share : tests::face_shares(field, codes, static_cast<uint8_t>(m + 2)))
+        for (double share : testing::face_shares(field, codes, static_cast<uint8_t>(m + 2)))
             EXPECT_NEAR(share, shares[m], allowed(shares[m])) << "material " << m + 2;
     }
 }
 
 /// The measure tells: error diffusion leaves the sides that it comes in by empty.
 TEST(DitherSkin, ErrorDiffusionHasNone) {
-    const FractionField field = tests::box({80, 80, 60}, quantised({0.1}));
+    const FractionField field = testing::box({80, 80, 60}, quantised({0.1}));
     for (DitherRule rule : {DitherRule::kFloydSteinberg, DitherRule::kDecorrelated}) {
-        const auto shares = tests::face_shares(field, print(field, 0, rule), 2);
+        const auto shares = testing::face_shares(field, print(field, 0, rule), 2);
         EXPECT_LT(shares[0], 0.05);
         EXPECT_LT(shares[2], 0.05);
     }
@@ -73,10 +73,10 @@ TEST(DitherSkin, ErrorDiffusionHasNone) {
 
 TEST(DitherSkin, EveryOctantOfABallHasItsShare) {
     for (double fraction : kFractions) {
-        const FractionField field = tests::ball(50, quantised({fraction}));
+        const FractionField field = testing::ball(50, quantised({fraction}));
         for (uint64_t seed : kSeeds) {
             double squares = 0;
-            for (double share : tests::skin_shares(field, print(field, seed), 2)) {
+            for (double share : testing::skin_shares(field, print(field, seed), 2)) {
                 // 3,200 voxels an octant, of which chance alone would print half a point more or
                 // less of 10 %, root mean square. Other seeds may have one octant that is off.
                 EXPECT_NEAR(share, fraction, (seed == 0 ? 1.0 : 1.5) * allowed(fraction))
@@ -92,7 +92,7 @@ TEST(DitherSkin, EdgesOfABoxHaveTheirShare) {
     for (double fraction : kFractions) {
         for (int32_t axis = 0; axis < 3; ++axis) {
             const Vec3i size{axis == 0 ? 488 : 12, axis == 1 ? 488 : 12, axis == 2 ? 488 : 12};
-            const FractionField field = tests::box(size, quantised({fraction}));
+            const FractionField field = testing::box(size, quantised({fraction}));
             const auto at_edge = [](int32_t i) { return i == 0 || i == 11; };
             const auto on_edge = [&](const Vec3i& v) {
                 const int32_t sides = (at_edge(v.x) && axis != 0 ? 1 : 0) +
@@ -100,20 +100,21 @@ TEST(DitherSkin, EdgesOfABoxHaveTheirShare) {
                                       (at_edge(v.z) && axis != 2 ? 1 : 0);
                 return sides == 2;
             };
-            EXPECT_NEAR(tests::share_of(field, print(field, 0), 2, on_edge), fraction,
+            EXPECT_NEAR(testing::share_of(field, print(field, 0), 2, on_edge), fraction,
                         allowed(fraction))
                 << "axis " << axis;
         }
     }
 }
 
-/// What is printed of the share in a rod, relative to it.
+/// Returns the printed share in a rod, relative to the requested one.
 double rod(int32_t width, int32_t length, int32_t axis, double fraction, uint64_t seed,
            DitherRule rule = kDefaultDither) {
     const Vec3i size{axis == 0 ? length : width, axis == 1 ? length : width,
                      axis == 2 ? length : width};
-    const FractionField field = tests::box(size, quantised({fraction}));
-    return tests::share_of(field, print(field, seed, rule), 2, [](const Vec3i&) { return true; }) /
+    const FractionField field = testing::box(size, quantised({fraction}));
+    return testing::share_of(field, print(field, seed, rule), 2,
+                             [](const Vec3i&) { return true; }) /
            fraction;
 }
 
@@ -142,12 +143,12 @@ TEST(DitherSkin, RodsHaveTheirShare) {
 /// By place in the section of a rod: 61 slices, where error diffusion printed 6 to 54 % of 30 %.
 TEST(DitherSkin, RodsHaveTheirShareEverywhereInTheirSection) {
     for (int32_t width : {3, 4, 6, 8}) {
-        const FractionField field = tests::box({width, width, 488}, quantised({0.3}));
+        const FractionField field = testing::box({width, width, 488}, quantised({0.3}));
         const std::vector<uint8_t> codes = print(field, 0);
         for (int32_t y = 0; y < width; ++y) {
             for (int32_t x = 0; x < width; ++x) {
                 const auto column = [&](const Vec3i& v) { return v.x == x && v.y == y; };
-                EXPECT_NEAR(tests::share_of(field, codes, 2, column), 0.3, 0.03)
+                EXPECT_NEAR(testing::share_of(field, codes, 2, column), 0.3, 0.03)
                     << x << " " << y << " of " << width;
             }
         }

@@ -32,14 +32,14 @@ std::string ring_stl(int nu, int nv) {
         const float normal[3] = {};
         put(normal, sizeof normal);
         for (const int32_t v : t)
-            put(&mesh.positions[static_cast<size_t>(v)], 12);
+            put(&mesh.positions[v], 12);
         put("\0", 2);
     }
     return out;
 }
 
 struct Ready {
-    scene::Mesh mesh;
+    mesh::Mesh mesh;
     std::vector<std::vector<uint8_t>> coverage;
     std::vector<nearest::BlockAnswer> answers;
 };
@@ -47,23 +47,23 @@ struct Ready {
 Ready set_up(const std::string& stl, size_t threads) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
     Ready out;
-    scene::MeshOptions options;
+    mesh::MeshOptions options;
     options.name = "ring";
-    auto loaded = scene::parse_mesh(stl, "ring.stl", options);
+    auto loaded = mesh::parse_mesh(stl, "ring.stl", options);
     EXPECT_TRUE(loaded) << loaded.error().text();
     out.mesh = std::move(loaded->mesh);
-    const scene::Part part = testing::make_part(testing::empty_fablet(), out.mesh);
-    const scene::Grid grid = testing::grid_around(part, {0.4, 0.4, 0.4});
+    const part::Part part = testing::make_part(testing::empty_fablet(), out.mesh);
+    const part::Grid grid = testing::grid_around(part, {0.4, 0.4, 0.4});
     const auto surface = std::move(*surface::Surface::create(part, {}));
     const voxel::Voxeliser voxels(part, *surface, grid);
-    voxel::GroupMask mask;
-    for (int32_t group = 0; 8 * group < grid.size.z; ++group) {
-        voxels.coverage(group, &mask);
+    voxel::SlabMask mask;
+    for (int32_t slab = 0; 8 * slab < grid.size.z; ++slab) {
+        voxels.coverage(slab, &mask);
         out.coverage.push_back(mask.mask);
     }
-    const auto engine = nearest::make_block_engine(*surface, scene::make_frame(part, grid));
+    const auto engine = nearest::make_block_engine(*surface, part::make_frame(part, grid));
     const auto scratch = engine->make_scratch();
-    const Vec3i base = scene::part_base_voxel(part, grid);
+    const Vec3i base = part::part_base_voxel(part, grid);
     for (int32_t x = 0; x < grid.size.x; x += 16) {
         for (int32_t y = 0; y < grid.size.y; y += 16)
             engine->query({Vec3i{x, y, grid.size.z / 2} - base}, scratch.get(),

@@ -10,8 +10,8 @@
 #include <cmath>
 #include <cstring>
 
-#include "runtime/nearest/attributes.h"
 #include "runtime/nearest/engine.h"
+#include "runtime/nearest/engine/attributes.h"
 #include "tests/support/surface/grid_over.h"
 #include "tests/support/surface/worlds.h"
 
@@ -19,8 +19,8 @@ namespace openfab::nearest {
 namespace {
 
 /// u lies between t and t + 0.5 on triangle t, and its int is t.
-scene::Mesh with_seams_everywhere(scene::Mesh mesh) {
-    for (scene::MeshAttribute& a : mesh.attributes) {
+mesh::Mesh with_seams_everywhere(mesh::Mesh mesh) {
+    for (mesh::MeshAttribute& a : mesh.attributes) {
         if (a.name == "uv") {
             a.values.clear();
             a.corners.clear();
@@ -45,16 +45,16 @@ struct Counts {
 };
 
 /// All blocks over the part.
-Counts check(const scene::Part& part, const surface::Surface& surface) {
-    const scene::Grid grid =
+Counts check(const part::Part& part, const surface::Surface& surface) {
+    const part::Grid grid =
         testing::grid_over(surface.exact_box(part.local_to_build), true, {1, 1, 1});
-    const auto frame = scene::make_frame(part, grid);
+    const auto frame = part::make_frame(part, grid);
     const auto engine = make_block_engine(surface, frame);
     const auto twin = make_brute_force_engine(surface, frame);
     const auto scratch = engine->make_scratch(), twin_scratch = twin->make_scratch();
     const AttributeReader reader(surface, frame);
     AttributeReader::Scratch reader_scratch;
-    const Vec3i base = scene::part_base_voxel(part, grid);
+    const Vec3i base = part::part_base_voxel(part, grid);
     BlockAnswer got, want;
     std::vector<float> u(kBlockVoxels), v(kBlockVoxels);
     std::vector<uint32_t> face(kBlockVoxels);
@@ -71,7 +71,7 @@ Counts check(const scene::Part& part, const surface::Surface& surface) {
                 reader.read(got, nullptr, {values, nullptr, flat}, &reader_scratch);
                 for (size_t i = 0; i < kBlockVoxels; ++i) {
                     const auto mesh = surface.micro(want.patch[i]);
-                    const auto& corners = mesh->triangles[static_cast<size_t>(want.triangle[i])];
+                    const auto& corners = mesh->triangles[want.triangle[i]];
                     const auto attribute = [&](size_t corner, size_t component) {
                         return mesh->vertex_attributes[2 * static_cast<size_t>(corners[corner]) +
                                                        component];
@@ -82,12 +82,11 @@ Counts check(const scene::Part& part, const surface::Surface& surface) {
                                          want.bary2[i] * (attribute(2, c) - a);
                         EXPECT_EQ(values[c][i], at);
                     }
-                    const int32_t t =
-                        surface.patches()[static_cast<size_t>(want.patch[i])].triangle;
+                    const int32_t t = surface.patches()[want.patch[i]].triangle;
                     if (t < 0) continue;  // a strip between two triangles
                     EXPECT_EQ(std::floor(u[i]), static_cast<float>(t));
                     EXPECT_EQ(face[i], static_cast<uint32_t>(t));
-                    seen[static_cast<size_t>(t)] = true;
+                    seen[t] = true;
                     ++counts.voxels;
                     const float rest = 1 - want.bary1[i] - want.bary2[i];
                     counts.on_edges +=
@@ -102,8 +101,8 @@ Counts check(const scene::Part& part, const surface::Surface& surface) {
 }
 
 /// Nothing is displaced by an amplitude of 0, and the fablet knows it.
-Counts check(const scene::Mesh& mesh, testing::HandMode mode, float amplitude_mm) {
-    const scene::Part part = testing::make_part(
+Counts check(const mesh::Mesh& mesh, testing::HandMode mode, float amplitude_mm) {
+    const part::Part part = testing::make_part(
         testing::Scenario{"seams", with_seams_everywhere(mesh), mode, amplitude_mm, 0.5});
     surface::SurfaceOptions options;
     options.micro_edge_mm = 0.5;
@@ -112,7 +111,7 @@ Counts check(const scene::Mesh& mesh, testing::HandMode mode, float amplitude_mm
 }
 
 TEST(AttributesAreTheWinners, OnIdentitySurfaces) {
-    // Faces of two triangles, on whose diagonals, edges and corners centres are nearest.
+    // Faces of two triangles, on whose diagonals, edges and corners centers are nearest.
     const Counts cube = check(testing::cube(2), testing::HandMode::kBack, 0);
     EXPECT_GT(cube.on_edges, cube.voxels / 50);
     const Counts torus = check(testing::torus(2, 0.7, 13, 7), testing::HandMode::kBack, 0);

@@ -11,8 +11,8 @@
 #include <random>
 #include <vector>
 
-#include "runtime/nearest/attributes.h"
 #include "runtime/nearest/engine.h"
+#include "runtime/nearest/engine/attributes.h"
 #include "tests/support/mesh_surface.h"
 
 namespace openfab::nearest {
@@ -28,7 +28,7 @@ struct Looseness {
 
 bool falls_under_a_case(const BoxBounds& bounds, float distance, float x, float y, int32_t id) {
     for (int32_t k = 0; k < bounds.count; ++k) {
-        const NearestCase& c = bounds.cases[static_cast<size_t>(k)];
+        const NearestCase& c = bounds.cases[k];
         if (distance >= c.distance_lo && x >= c.float_lo[0] - 1e-6f && x <= c.float_hi[0] + 1e-6f &&
             y >= c.float_lo[1] - 1e-6f && y <= c.float_hi[1] + 1e-6f && id >= c.int_lo[0] &&
             id <= c.int_hi[0]) {
@@ -47,7 +47,7 @@ void check_cube(const Engine& engine, const AttributeReader& reader, const Vec3i
     ASSERT_GT(bounds.count, 0);
     float least = bounds.distance_hi;
     for (int32_t k = 0; k < bounds.count; ++k)
-        least = std::min(least, bounds.cases[static_cast<size_t>(k)].distance_lo);
+        least = std::min(least, bounds.cases[k].distance_lo);
     looseness->width += (bounds.distance_hi - least) / (length(pitch) * static_cast<float>(size));
     ++looseness->cubes;
     AttributeReader::Scratch reader_scratch;

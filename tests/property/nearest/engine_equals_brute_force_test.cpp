@@ -58,7 +58,7 @@ std::vector<BlockQuery> make_queries(const Asked& s, std::vector<std::array<uint
                 BlockQuery q;
                 q.block = s.lowest + Vec3i{8 * i, 8 * j, 8 * k};
                 q.radius_mm = s.radius;
-                if (s.random_demand) q.demand = (*demand)[queries.size()].data();
+                if (s.random_demand) q.active = (*demand)[queries.size()].data();
                 queries.push_back(q);
             }
         }
@@ -119,7 +119,7 @@ constexpr bool kSanitized = false;
 
 void check(const surface::Surface& surface, const Asked& setup,
            const std::vector<size_t>& cache_bytes = {BlockEngineOptions{}.cache_bytes},
-           size_t most_pinned = nearest::kMostPinnedBytes) {
+           size_t most_pinned = nearest::kMaxPinnedBytes) {
     auto frame = testing::make_test_frame(setup.pitch, setup.origin);
     if (setup.turned) {
         constexpr float kTurn[3][3] = {{2, -1, 2}, {2, 2, -1}, {-1, 2, 2}};
@@ -140,7 +140,7 @@ void check(const surface::Surface& surface, const Asked& setup,
         for (const InstructionSet set :
              {InstructionSet::kAvx512, InstructionSet::kAvx2, InstructionSet::kSse41}) {
             const auto cache = nearest::make_patch_cache(bytes);
-            nearest::set_most_pinned(cache.get(), most_pinned);
+            nearest::set_max_pinned(cache.get(), most_pinned);
             const auto engine = make_block_engine(surface, frame, {.cache = cache, .widest = set});
             expect_equal(run(*engine, queries, setup.prepared), want, queries,
                          testing::name_of(set));
@@ -183,7 +183,7 @@ TEST(EngineEqualsBruteForce, TurnedParts) {
 
 TEST(EngineEqualsBruteForce, GridAlignedWithVoxelsOnSymmetryPlanes) {
     // An L, a staircase and two cells that touch in an edge; with pitch 1/8 and cells of 1 mm,
-    // voxel centres moved by half a voxel lie on faces, edges, vertices and on the planes between
+    // voxel centers moved by half a voxel lie on faces, edges, vertices and on the planes between
     // them.
     const std::vector<Vec3i> cells = {{0, 0, 0}, {1, 0, 0},  {1, 1, 0}, {0, 0, 1},
                                       {2, 2, 0}, {-2, 0, 0}, {-3, 1, 1}};
@@ -227,8 +227,8 @@ TEST(EngineEqualsBruteForce, TrianglesFarLargerThanBlocks) {
         std::mt19937 random(static_cast<uint32_t>(n));
         for (int i = 0; i < 40; ++i) {
             const auto& t = mesh.triangles[random() % mesh.triangles.size()];
-            const Vec3f a = mesh.positions[static_cast<size_t>(t[0])];
-            const Vec3f b = mesh.positions[static_cast<size_t>(t[1])];
+            const Vec3f a = mesh.positions[t[0]];
+            const Vec3f b = mesh.positions[t[1]];
             const Vec3f p = i % 4 == 0 ? a : a + (b - a) * (static_cast<float>(i) / 40);
             Asked setup;
             setup.pitch = {0.05f, 0.05f, 0.05f};
@@ -247,7 +247,7 @@ TEST(EngineEqualsBruteForce, TrianglesFarSmallerThanBlocks) {
         check_all_ways(torus, cover(torus, pitch, 2));
         if (kSanitized) return;
     }
-    // Ties everywhere: fine cells, voxel centres on their planes of symmetry.
+    // Ties everywhere: fine cells, voxel centers on their planes of symmetry.
     std::vector<Vec3i> cells;
     std::mt19937 random(3);
     for (int i = 0; i < 120; ++i)
@@ -279,7 +279,7 @@ TriangleMesh make_sheet(int cells, float side) {
 }
 
 TEST(EngineEqualsBruteForce, NeighboursThatTieByRoundingAlone) {
-    // Voxel centres a little beside the lines over a sheet's vertices: there the vertex is as near
+    // Voxel centers a little beside the lines over a sheet's vertices: there the vertex is as near
     // as the face below in float, though no point nearest to it is there.
     constexpr float kSide = 0.02f;
     const MeshSurface surface(make_sheet(80, kSide));

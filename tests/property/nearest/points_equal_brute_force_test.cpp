@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Queries at any point give, to the bit, what plain loops over all triangles give, and at voxel
-// centres what the block query gives.
+// centers what the block query gives.
 
 #include <gtest/gtest.h>
 
@@ -20,22 +20,22 @@ using testing::MeshSurface;
 using testing::TriangleMesh;
 
 #ifdef OPENFAB_SANITIZED
-constexpr int kGroups = 60;
+constexpr int kPackets = 60;
 #else
-constexpr int kGroups = 400;
+constexpr int kPackets = 400;
 #endif
 
 /// Groups around a mesh: a walk of close points, scattered points, points on vertices and edges,
 /// and some that are far away or no points at all.
-std::vector<PointGroup> make_groups(const TriangleMesh& mesh, int count, uint32_t seed) {
+std::vector<PointPacket> make_packets(const TriangleMesh& mesh, int count, uint32_t seed) {
     std::mt19937 random(seed);
     const auto uniform = [&] { return static_cast<float>(random() >> 8) * 0x1p-24f; };
     const Box3f box = mesh.box();
     const Vec3f size = box.size();
-    std::vector<PointGroup> groups(static_cast<size_t>(count));
+    std::vector<PointPacket> packets(static_cast<size_t>(count));
     Vec3f at = box.center();
-    for (size_t g = 0; g < groups.size(); ++g) {
-        groups[g].mask = g % 5 == 4 ? random() & 0xff : 0xff;
+    for (size_t g = 0; g < packets.size(); ++g) {
+        packets[g].mask = g % 5 == 4 ? random() & 0xff : 0xff;
         for (size_t l = 0; l < 8; ++l) {
             Vec3f p;
             for (int a = 0; a < 3; ++a)
@@ -53,21 +53,21 @@ std::vector<PointGroup> make_groups(const TriangleMesh& mesh, int count, uint32_
             if (random() % 131 == 0) p[static_cast<int>(l % 3)] = l < 4 ? kInfinity : std::nanf("");
             if (random() % 131 == 0) p[static_cast<int>(l % 3)] = -3e38f;
             for (size_t a = 0; a < 3; ++a)
-                groups[g].p[a][l] = p[static_cast<int>(a)];
+                packets[g].p[a][l] = p[static_cast<int>(a)];
         }
     }
-    return groups;
+    return packets;
 }
 
-std::vector<PointAnswer> run(const Engine& engine, const std::vector<PointGroup>& groups,
+std::vector<PointAnswer> run(const Engine& engine, const std::vector<PointPacket>& packets,
                              float radius) {
-    std::vector<PointAnswer> answers(groups.size());
+    std::vector<PointAnswer> answers(packets.size());
     const auto scratch = engine.make_scratch();
-    // In calls of one group and of many.
-    const size_t half = groups.size() / 2;
-    engine.query_points({groups.data(), half}, radius, scratch.get(), answers.data());
-    for (size_t g = half; g < groups.size(); ++g)
-        engine.query_points({groups.data() + g, 1}, radius, scratch.get(), answers.data() + g);
+    // In calls of one packet and of many.
+    const size_t half = packets.size() / 2;
+    engine.query_points({packets.data(), half}, radius, scratch.get(), answers.data());
+    for (size_t g = half; g < packets.size(); ++g)
+        engine.query_points({packets.data() + g, 1}, radius, scratch.get(), answers.data() + g);
     return answers;
 }
 
@@ -80,9 +80,9 @@ void expect_equal(const std::vector<PointAnswer>& got, const std::vector<PointAn
                         got[g].triangle[l] == want[g].triangle[l] &&
                         std::memcmp(&got[g].bary1[l], &want[g].bary1[l], 4) == 0 &&
                         std::memcmp(&got[g].bary2[l], &want[g].bary2[l], 4) == 0)
-                << what << ", group " << g << " lane " << l << ": " << got[g].distance2[l] << " of "
-                << got[g].patch[l] << "/" << got[g].triangle[l] << " and " << want[g].distance2[l]
-                << " of " << want[g].patch[l] << "/" << want[g].triangle[l];
+                << what << ", packet " << g << " lane " << l << ": " << got[g].distance2[l]
+                << " of " << got[g].patch[l] << "/" << got[g].triangle[l] << " and "
+                << want[g].distance2[l] << " of " << want[g].patch[l] << "/" << want[g].triangle[l];
         }
     }
 }
@@ -90,16 +90,16 @@ void expect_equal(const std::vector<PointAnswer>& got, const std::vector<PointAn
 void check(const surface::Surface& surface, const TriangleMesh& mesh, uint32_t seed,
            const BlockEngineOptions& options = {}) {
     const auto frame = testing::make_test_frame({0.1f, 0.1f, 0.1f}, {});
-    const std::vector<PointGroup> groups = make_groups(mesh, kGroups, seed);
+    const std::vector<PointPacket> packets = make_packets(mesh, kPackets, seed);
     const auto brute = make_brute_force_engine(surface, frame);
     for (const float radius : {kInfinity, length(mesh.box().size()) * 0.05f}) {
-        const auto want = run(*brute, groups, radius);
+        const auto want = run(*brute, packets, radius);
         for (const InstructionSet set :
              {InstructionSet::kAvx512, InstructionSet::kAvx2, InstructionSet::kSse41}) {
             BlockEngineOptions with_set = options;
             with_set.widest = set;
             const auto engine = make_block_engine(surface, frame, with_set);
-            expect_equal(run(*engine, groups, radius), want, testing::name_of(set));
+            expect_equal(run(*engine, packets, radius), want, testing::name_of(set));
         }
     }
 }
@@ -143,9 +143,9 @@ TEST(PointsEqualBruteForce, ScannedMeshes) {
         SCOPED_TRACE(name);
         const MeshSurface surface(mesh);
         const auto frame = testing::make_test_frame({0.1f, 0.1f, 0.1f}, {});
-        const std::vector<PointGroup> groups = make_groups(mesh, kGroups / 10, 17);
-        const auto want = run(*make_brute_force_engine(surface, frame), groups, kInfinity);
-        expect_equal(run(*make_block_engine(surface, frame), groups, kInfinity), want, "engine");
+        const std::vector<PointPacket> packets = make_packets(mesh, kPackets / 10, 17);
+        const auto want = run(*make_brute_force_engine(surface, frame), packets, kInfinity);
+        expect_equal(run(*make_block_engine(surface, frame), packets, kInfinity), want, "engine");
     }
 }
 
@@ -155,8 +155,8 @@ TEST(PointsEqualBruteForce, BoundsHoldTheDistance) {
          {testing::make_soup(2, 150, 2.0f, 0.3f), testing::make_torus(40, 20, 1.2, 0.5)}) {
         const MeshSurface surface(mesh);
         const auto frame = testing::make_test_frame({0.1f, 0.1f, 0.1f}, {});
-        std::vector<PointGroup> groups = make_groups(mesh, kGroups, 23);
-        for (PointGroup& g : groups) {
+        std::vector<PointPacket> packets = make_packets(mesh, kPackets, 23);
+        for (PointPacket& g : packets) {
             g.mask = 0xff;
             for (auto& coordinate : g.p) {
                 for (float& x : coordinate)
@@ -164,30 +164,30 @@ TEST(PointsEqualBruteForce, BoundsHoldTheDistance) {
             }
         }
         const auto brute = make_brute_force_engine(surface, frame);
-        const auto want = run(*brute, groups, kInfinity);
+        const auto want = run(*brute, packets, kInfinity);
         for (const InstructionSet set :
              {InstructionSet::kAvx512, InstructionSet::kAvx2, InstructionSet::kSse41}) {
             const auto engine = make_block_engine(surface, frame, {.widest = set});
             // Alone, and beside what was found then, but for one lane.
-            std::vector<PointGroup> near;
+            std::vector<PointPacket> near;
             for (const bool seeded : {false, true}) {
                 SCOPED_TRACE(seeded ? "seeded" : "alone");
-                std::vector<PointBounds> bounds(groups.size());
-                engine->bound_points(groups, near, kOff, engine->make_scratch().get(),
+                std::vector<PointBounds> bounds(packets.size());
+                engine->bound_points(packets, near, kOff, engine->make_scratch().get(),
                                      bounds.data());
                 size_t tight = 0, compared = 0;
-                for (size_t g = 0; g < groups.size(); ++g) {
-                    PointGroup found;
+                for (size_t g = 0; g < packets.size(); ++g) {
+                    PointPacket found;
                     std::copy_n(&bounds[g].point[0][0], 24, &found.p[0][0]);
                     const PointAnswer at = run(*brute, {found}, kInfinity).front();
                     for (size_t l = 0; l < 8; ++l) {
                         const float distance = std::sqrt(want[g].distance2[l]);
                         const float low = bounds[g].low[l], high = bounds[g].high[l];
-                        ASSERT_LE(low, distance) << "group " << g << " lane " << l;
-                        ASSERT_GE(high, distance) << "group " << g << " lane " << l;
+                        ASSERT_LE(low, distance) << "packet " << g << " lane " << l;
+                        ASSERT_GE(high, distance) << "packet " << g << " lane " << l;
                         float way2 = 0;
                         for (size_t a = 0; a < 3; ++a) {
-                            const float way = groups[g].p[a][l] - found.p[a][l];
+                            const float way = packets[g].p[a][l] - found.p[a][l];
                             way2 += way * way;
                         }
                         ASSERT_NEAR(std::sqrt(way2), high, 1e-4f);
@@ -219,14 +219,14 @@ TEST(PointsEqualBruteForce, VoxelCentresGiveTheBlockAnswer) {
     engine->query({{-8, 4, -4}}, scratch.get(), &block);
     for (int y = 0; y < 8; ++y) {
         for (int x = 0; x < 8; ++x) {
-            PointGroup group;
+            PointPacket packet;
             for (int z = 0; z < 8; ++z) {
-                group.p[0][z] = (static_cast<float>(x - 8) + 0.5f) * 0.0625f;
-                group.p[1][z] = (static_cast<float>(y + 4) + 0.5f) * 0.03125f;
-                group.p[2][z] = (static_cast<float>(z - 4) + 0.5f) * 0.125f;
+                packet.p[0][z] = (static_cast<float>(x - 8) + 0.5f) * 0.0625f;
+                packet.p[1][z] = (static_cast<float>(y + 4) + 0.5f) * 0.03125f;
+                packet.p[2][z] = (static_cast<float>(z - 4) + 0.5f) * 0.125f;
             }
             PointAnswer answer;
-            engine->query_points({&group, 1}, kInfinity, scratch.get(), &answer);
+            engine->query_points({&packet, 1}, kInfinity, scratch.get(), &answer);
             for (int z = 0; z < 8; ++z) {
                 const int v = (y * 8 + x) * 8 + z;
                 ASSERT_EQ(answer.distance2[z], block.distance2[v]);

@@ -1,9 +1,9 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The side of a voxel's centre that queries give is what the voxeliser gives: for shells in one
-// another, displacements that cut through themselves, thin walls, and centres on the surface. The
-// voxeliser's vertices are snapped, so a centre as close to the surface as that may differ, unless
+// The side of a voxel's center that queries give is what the voxeliser gives: for shells in one
+// another, displacements that cut through themselves, thin walls, and centers on the surface. The
+// voxeliser's vertices are snapped, so a center as close to the surface as that may differ, unless
 // the vertices are where they are snapped to.
 
 #include <gtest/gtest.h>
@@ -12,8 +12,8 @@
 #include <cmath>
 
 #include "runtime/nearest/engine.h"
-#include "runtime/nearest/voxel_centre.h"
-#include "runtime/nearest/winding.h"
+#include "runtime/nearest/engine/winding.h"
+#include "runtime/nearest/voxel_center.h"
 #include "runtime/voxel/coverage.h"
 #include "tests/support/surface/grid_over.h"
 #include "tests/support/surface/worlds.h"
@@ -23,30 +23,30 @@ namespace {
 
 struct Sides {
     int64_t inside = 0, outside = 0, differ = 0;
-    int64_t on_surface = 0;  ///< centres whose distance is 0
-    double farthest = 0;     ///< distance of a centre whose sides differ, in voxels
+    int64_t on_surface = 0;  ///< centers whose distance is 0
+    double farthest = 0;     ///< distance of a center whose sides differ, in voxels
 };
 
 /// Compares all voxels of the grid.
-Sides compare(const scene::Part& part, const surface::Surface& surface, const scene::Grid& grid) {
-    const auto frame = scene::make_frame(part, grid);
+Sides compare(const part::Part& part, const surface::Surface& surface, const part::Grid& grid) {
+    const auto frame = part::make_frame(part, grid);
     const auto engine = make_block_engine(surface, frame);
     const auto scratch = engine->make_scratch();
     const Winding winding(surface);
     Winding::Memory memory;
     const voxel::Voxeliser voxeliser(part, surface, grid);
-    const Vec3i base = scene::part_base_voxel(part, grid);
+    const Vec3i base = part::part_base_voxel(part, grid);
     const double pitch = std::min({grid.pitch_mm.x, grid.pitch_mm.y, grid.pitch_mm.z});
     Sides sides;
-    voxel::GroupMask mask;
-    for (int32_t group = 0; 8 * group < grid.size.z; ++group) {
-        voxeliser.coverage(group, &mask);
+    voxel::SlabMask mask;
+    for (int32_t slab = 0; 8 * slab < grid.size.z; ++slab) {
+        voxeliser.coverage(slab, &mask);
         for (int32_t y = 0; y < grid.size.y; ++y) {
             for (int32_t x = 0; x < grid.size.x; ++x) {
-                PointGroup points;
+                PointPacket points;
                 points.mask = 0;
-                for (int32_t l = 0; l < 8 && 8 * group + l < grid.size.z; ++l) {
-                    const Vec3f p = voxel_centre(frame, Vec3i{x, y, 8 * group + l} - base);
+                for (int32_t l = 0; l < 8 && 8 * slab + l < grid.size.z; ++l) {
+                    const Vec3f p = voxel_center(frame, Vec3i{x, y, 8 * slab + l} - base);
                     for (int a = 0; a < 3; ++a)
                         points.p[a][l] = p[a];
                     points.mask |= 1u << l;
@@ -75,7 +75,7 @@ Sides compare(const scene::Part& part, const surface::Surface& surface, const sc
     return sides;
 }
 
-std::unique_ptr<surface::Surface> make_surface(const scene::Part& part, double micro_edge_mm) {
+std::unique_ptr<surface::Surface> make_surface(const part::Part& part, double micro_edge_mm) {
     surface::SurfaceOptions options;
     options.micro_edge_mm = std::max(micro_edge_mm, 0.2);
     return std::move(*surface::Surface::create(part, options));
@@ -84,17 +84,17 @@ std::unique_ptr<surface::Surface> make_surface(const scene::Part& part, double m
 class SidesAgree : public ::testing::TestWithParam<testing::Scenario> {};
 
 TEST_P(SidesAgree, ExceptWithinTheSnapping) {
-    for (const bool on_centres : {false, true}) {
-        const scene::Part part = make_part(GetParam());
+    for (const bool on_centers : {false, true}) {
+        const part::Part part = make_part(GetParam());
         const auto surface = make_surface(part, GetParam().micro_edge_mm);
-        const scene::Grid grid =
-            testing::grid_over(surface->exact_box(part.local_to_build), on_centres, {1, 1.7, 1});
+        const part::Grid grid =
+            testing::grid_over(surface->exact_box(part.local_to_build), on_centers, {1, 1.7, 1});
         const Sides sides = compare(part, *surface, grid);
         EXPECT_GT(sides.inside + sides.outside, 1000);
         // Vertices move by 1/512 of a voxel along each axis.
         EXPECT_LE(sides.farthest, 1.7 / 256) << sides.differ << " differ";
-        // Few are that close, unless faces lie on centres.
-        if (!on_centres) {
+        // Few are that close, unless faces lie on centers.
+        if (!on_centers) {
             EXPECT_LE(sides.differ, (sides.inside + sides.outside) / 500);
         }
     }
@@ -108,22 +108,22 @@ INSTANTIATE_TEST_SUITE_P(Scenarios, SidesAgree, ::testing::ValuesIn(testing::sce
                              return name;
                          });
 
-/// Boxes whose faces, edges and corners lie on voxel centres: snapping moves nothing, so not one
+/// Boxes whose faces, edges and corners lie on voxel centers: snapping moves nothing, so not one
 /// voxel may differ, least of all those on the surface.
 TEST(SidesAgreeOnTheSurface, AtEveryVoxel) {
     using testing::cube;
     using testing::inside_out;
     using testing::joined;
-    const scene::Mesh thin = testing::card(3, 2, 0.125);
-    for (const scene::Mesh& mesh :
+    const mesh::Mesh thin = testing::card(3, 2, 0.125);
+    for (const mesh::Mesh& mesh :
          {cube(2), thin, joined(cube(3), inside_out(cube(1)), {1, 1, 1}),
           joined(cube(3), cube(1), {1, 1, 1}), joined(cube(2), cube(2), {1, 1, 1}),
           joined(cube(1), cube(1), {1, 1, 0}), joined(cube(1), cube(1), {1, 0, 0})}) {
         // Nothing is displaced by an amplitude of 0.
-        const scene::Part part =
+        const part::Part part =
             testing::make_part(testing::Scenario{"boxes", mesh, testing::HandMode::kBack, 0, 0.2});
         const auto surface = make_surface(part, 0.2);
-        const scene::Grid grid =
+        const part::Grid grid =
             testing::grid_over(surface->exact_box(part.local_to_build), true, {1, 1, 1});
         const Sides sides = compare(part, *surface, grid);
         EXPECT_EQ(sides.differ, 0);

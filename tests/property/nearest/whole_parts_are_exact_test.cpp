@@ -47,18 +47,18 @@ bool whole() {
 
 /// As the hand fablet wants it: uv and face, and no normals, so that displaced triangles come apart
 /// at their edges and strips join them.
-scene::Mesh as_scene_mesh(const TriangleMesh& from) {
-    scene::Mesh mesh;
+mesh::Mesh as_scene_mesh(const TriangleMesh& from) {
+    mesh::Mesh mesh;
     for (const Vec3f& p : from.positions)
         mesh.positions.push_back(vec_cast<double>(p));
     mesh.triangles = from.triangles;
-    scene::MeshAttribute uv;
+    mesh::MeshAttribute uv;
     uv.name = "uv";
     uv.components = 2;
     for (const Vec3f& p : from.positions)
         uv.values.insert(uv.values.end(), {p.x / 50, p.y / 50});
     uv.corners = mesh.triangles;
-    scene::MeshAttribute face;
+    mesh::MeshAttribute face;
     face.name = "face";
     face.is_int = true;
     face.faces.assign(mesh.triangles.size(), 0);
@@ -90,13 +90,13 @@ class WholePart {
     WholePart(const TriangleMesh& mesh, bool displaced, const Vec3d& pitch, double micro_edge_mm)
         : part_(make_part(mesh, displaced)),
           grid_(testing::grid_around(part_, pitch, displaced ? 0.5 : 0.1)),
-          base_(scene::part_base_voxel(part_, grid_)) {
+          base_(part::part_base_voxel(part_, grid_)) {
         surface::SurfaceOptions options;
         options.micro_edge_mm = micro_edge_mm;
-        // Deep voxels see all of the surface: what does not fit is made anew for every block.
+        // Deep voxels see all of the surface: what does not fit is built again for every block.
         options.cache_bytes = whole() ? size_t{2} << 30 : size_t{64} << 20;
         surface_ = std::move(*surface::Surface::create(part_, options));
-        const auto frame = scene::make_frame(part_, grid_);
+        const auto frame = part::make_frame(part_, grid_);
         voxels_ = std::make_unique<voxel::Voxeliser>(part_, *surface_, grid_);
         BlockEngineOptions engine_options;
         engine_options.cache_bytes = 2 * options.cache_bytes;
@@ -109,24 +109,24 @@ class WholePart {
     Counts compare(float radius_mm) const {
         struct Thread {
             std::unique_ptr<Engine::Scratch> engine, twin;
-            voxel::GroupMask mask;
+            voxel::SlabMask mask;
             Counts counts;
         };
         tbb::enumerable_thread_specific<Thread> threads([&] {
             return Thread{engine_->make_scratch(), twin_->make_scratch(), {}, {}};
         });
         const Box3i box = voxels_->voxel_box();
-        tbb::parallel_for(box.lo.z >> 3, (box.hi.z + 7) >> 3, [&](int32_t group) {
+        tbb::parallel_for(box.lo.z >> 3, (box.hi.z + 7) >> 3, [&](int32_t slab) {
             Thread& thread = threads.local();
-            voxels_->coverage(group, &thread.mask);
+            voxels_->coverage(slab, &thread.mask);
             for (int32_t y = 0; y < thread.mask.height; y += 8) {
                 for (int32_t x = 0; x < thread.mask.width; x += 8) {
                     std::array<uint8_t, 64> demand;
                     for (int32_t i = 0; i < 64; ++i) {
-                        demand[static_cast<size_t>(i)] = thread.mask.mask[static_cast<size_t>(
+                        demand[i] = thread.mask.mask[static_cast<size_t>(
                             (y + i / 8) * thread.mask.width + x + i % 8)];
                     }
-                    const Vec3i at{thread.mask.x0 + x, thread.mask.y0 + y, 8 * group};
+                    const Vec3i at{thread.mask.x0 + x, thread.mask.y0 + y, 8 * slab};
                     compare_block(at, demand.data(), radius_mm, thread.engine.get(),
                                   static_cast<EmbreeEngine::Scratch*>(thread.twin.get()),
                                   &thread.counts);
@@ -140,7 +140,7 @@ class WholePart {
     }
 
   private:
-    static scene::Part make_part(const TriangleMesh& mesh, bool displaced) {
+    static part::Part make_part(const TriangleMesh& mesh, bool displaced) {
         testing::PartOptions options;
         // Face 0 of a back stays as it is: the fablet finds that by itself.
         options.uniform_values =
@@ -153,7 +153,7 @@ class WholePart {
                        Counts* counts) const {
         if (std::all_of(demand, demand + 64, [](uint8_t b) { return b == 0; })) return;
         BlockQuery query{at - base_};
-        query.demand = demand;
+        query.active = demand;
         BlockAnswer want, got, bounded;
         twin_->query(query, twin_scratch, &want);
         engine_->query(query, engine_scratch, &got);
@@ -162,7 +162,7 @@ class WholePart {
         for (int v = 0; v < kBlockVoxels; ++v) {
             if ((demand[v >> 3] >> (v & 7) & 1) == 0) continue;
             ++counts->voxels;
-            const double exact = twin_scratch->exact_mm[static_cast<size_t>(v)];
+            const double exact = twin_scratch->exact_mm[v];
             const double error =
                 std::abs(std::sqrt(static_cast<double>(got.distance2[v])) - exact) /
                 twin_->allowed_mm(exact);
@@ -185,8 +185,8 @@ class WholePart {
         }
     }
 
-    scene::Part part_;
-    scene::Grid grid_;
+    part::Part part_;
+    part::Grid grid_;
     Vec3i base_;
     std::unique_ptr<surface::Surface> surface_;
     std::unique_ptr<voxel::Voxeliser> voxels_;

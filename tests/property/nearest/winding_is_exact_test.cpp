@@ -8,8 +8,8 @@
 
 #include <cmath>
 
-#include "runtime/nearest/exact.h"
-#include "runtime/nearest/winding.h"
+#include "runtime/nearest/engine/exact.h"
+#include "runtime/nearest/engine/winding.h"
 #include "tests/support/mesh_surface.h"
 #include "tests/support/reference/inside.h"
 
@@ -20,7 +20,7 @@ using testing::MeshSurface;
 using testing::TriangleMesh;
 
 /// Coordinates that are whole multiples of 2^-20, as the reference's integers: a point n becomes
-/// its voxel n, whose centre is 256 n + 128.
+/// its voxel n, whose center is 256 n + 128.
 int64_t to_lattice(float x) {
     const double n = std::ldexp(static_cast<double>(x), 20);
     EXPECT_EQ(n, std::floor(n));
@@ -32,7 +32,7 @@ std::vector<reference::SnappedTriangle> lattice_triangles(const TriangleMesh& me
     for (const auto& t : mesh.triangles) {
         reference::SnappedTriangle s;
         for (size_t k = 0; k < 3; ++k) {
-            const Vec3f& p = mesh.positions[static_cast<size_t>(t[k])];
+            const Vec3f& p = mesh.positions[t[k]];
             for (int a = 0; a < 3; ++a)
                 s[k][a] = 256 * to_lattice(p[a]) + 128;
         }
@@ -187,11 +187,11 @@ class Walk {
           winding_(surface_),
           triangles_(lattice_triangles(mesh)) {}
 
-    void ask(const PointGroup& group) {
+    void ask(const PointPacket& packet) {
         PointAnswer answer{};
-        const uint32_t got = winding_.inside(group, answer, {}, &memory_);
+        const uint32_t got = winding_.inside(packet, answer, {}, &memory_);
         for (uint32_t l = 0; l < 8; ++l) {
-            const Vec3f p{group.p[0][l], group.p[1][l], group.p[2][l]};
+            const Vec3f p{packet.p[0][l], packet.p[1][l], packet.p[2][l]};
             const int32_t want = reference_number(triangles_, p);
             ASSERT_EQ((got >> l & 1u) != 0, want > 0) << p.x << " " << p.y << " " << p.z;
             ASSERT_EQ(memory_.known[l].number, want) << p.x << " " << p.y << " " << p.z;
@@ -217,26 +217,26 @@ void walk(const TriangleMesh& mesh, const Vec3f& lo, float step, const Vec3i& si
     for (int32_t z = 0; z < size.z; z += 8) {
         for (int32_t y = 0; y < size.y; ++y) {
             for (int32_t x = 0; x < size.x; ++x) {
-                PointGroup group;
+                PointPacket packet;
                 for (int l = 0; l < 8; ++l)
-                    group.p[0][l] = at(x, 0), group.p[1][l] = at(y, 1),
-                    group.p[2][l] = at(z + l, 2);
-                out->ask(group);
+                    packet.p[0][l] = at(x, 0), packet.p[1][l] = at(y, 1),
+                    packet.p[2][l] = at(z + l, 2);
+                out->ask(packet);
                 if (::testing::Test::HasFatalFailure()) return;
             }
         }
     }
     std::mt19937 random(11);
     for (int g = 0; g < 500; ++g) {
-        PointGroup group;
+        PointPacket packet;
         for (int l = 0; l < 8; ++l) {
             for (int a = 0; a < 3; ++a)
-                group.p[a][l] =
+                packet.p[a][l] =
                     at(static_cast<int32_t>(random() % static_cast<uint32_t>(size[a])), a);
             const Vec3f& v = mesh.positions[random() % mesh.positions.size()];
-            if (l == 3) group.p[0][l] = v.x, group.p[1][l] = v.y, group.p[2][l] = v.z;
+            if (l == 3) packet.p[0][l] = v.x, packet.p[1][l] = v.y, packet.p[2][l] = v.z;
         }
-        out->ask(group);
+        out->ask(packet);
         if (::testing::Test::HasFatalFailure()) return;
     }
 }
@@ -272,13 +272,13 @@ TEST(WindingIsExact, StepsLookOnlyAtWhatTheyPass) {
     int groups = 0;
     for (int y = 0; y < 4; ++y) {
         for (int x = 0; x < 600; ++x, ++groups) {
-            PointGroup group;
+            PointPacket packet;
             for (int l = 0; l < 8; ++l) {
-                group.p[0][l] = -29 + 0.1f * static_cast<float>(x);
-                group.p[1][l] = 0.1f * static_cast<float>(y);
-                group.p[2][l] = 0.1f * static_cast<float>(l);
+                packet.p[0][l] = -29 + 0.1f * static_cast<float>(x);
+                packet.p[1][l] = 0.1f * static_cast<float>(y);
+                packet.p[2][l] = 0.1f * static_cast<float>(l);
             }
-            winding.inside(group, nothing, {}, &memory);
+            winding.inside(packet, nothing, {}, &memory);
         }
     }
     // A third of it for the boxes of patches, once. Rays would meet up to four sheets each.
@@ -298,27 +298,28 @@ TEST(WindingIsExact, ConclusionsFromDistancesChangeNothing) {
         Winding::Memory memory;
         const Box3f box = mesh.box();
         for (int g = 0; g < 2000; ++g) {
-            PointGroup group, centres;
+            PointPacket packet, centers;
             for (int l = 0; l < 8; ++l) {
                 for (int a = 0; a < 3; ++a) {
                     const float u = static_cast<float>(random() >> 8) * 0x1p-24f;
-                    centres.p[a][l] = box.lo[a] + (u * 1.2f - 0.1f) * box.size()[a];
+                    centers.p[a][l] = box.lo[a] + (u * 1.2f - 0.1f) * box.size()[a];
                     const float w = static_cast<float>(random() >> 8) * 0x1p-24f - 0.5f;
-                    group.p[a][l] = centres.p[a][l] + w * (g % 2 == 0 ? 0.1f : 0.5f);
-                    if (g % 3 == 0 && l > 0) group.p[a][l] = group.p[a][0] + w * 0.2f;
+                    packet.p[a][l] = centers.p[a][l] + w * (g % 2 == 0 ? 0.1f : 0.5f);
+                    if (g % 3 == 0 && l > 0) packet.p[a][l] = packet.p[a][0] + w * 0.2f;
                 }
             }
             PointAnswer answer;
-            engine->query_points({&group, 1}, std::numeric_limits<float>::infinity(), scratch.get(),
-                                 &answer);
+            engine->query_points({&packet, 1}, std::numeric_limits<float>::infinity(),
+                                 scratch.get(), &answer);
             uint32_t inside = 0;
             for (uint32_t l = 0; l < 8; ++l) {
-                const Vec3f c{centres.p[0][l], centres.p[1][l], centres.p[2][l]};
+                const Vec3f c{centers.p[0][l], centers.p[1][l], centers.p[2][l]};
                 if (winding.number(c) > 0) inside |= 1u << l;
             }
-            const uint32_t got = winding.inside(group, answer, {&centres, inside, 0.001f}, &memory);
+            const uint32_t got =
+                winding.inside(packet, answer, {&centers, inside, 0.001f}, &memory);
             for (uint32_t l = 0; l < 8; ++l) {
-                const Vec3f p{group.p[0][l], group.p[1][l], group.p[2][l]};
+                const Vec3f p{packet.p[0][l], packet.p[1][l], packet.p[2][l]};
                 ASSERT_EQ((got >> l & 1u) != 0, winding.number(p) > 0) << g << " " << l;
             }
         }

@@ -49,7 +49,7 @@ class Values : public interp::Environment {
         log.insert(log.end(), args.begin(), args.end());
         return args[1] ^ static_cast<uint32_t>(result.kind);
     }
-    void print(const ir::Print& /*print*/, std::span<const uint32_t> bits) const override {
+    void printf(const ir::Printf& /*call*/, std::span<const uint32_t> bits) const override {
         log.insert(log.end(), bits.begin(), bits.end());
     }
 
@@ -97,7 +97,7 @@ std::vector<ValueId> free_bools(const ir::Stage& stage) {
         const ir::Instr& instr = stage.instrs[id];
         depth += instr.op == Op::kLoop ? 1 : 0;
         bool mine = depth == 0 && instr.op != Op::kLoopResult && instr.op != Op::kQuery &&
-                    instr.op != Op::kQueryResult && instr.op != Op::kPrint &&
+                    instr.op != Op::kQueryResult && instr.op != Op::kPrintf &&
                     instr.op != Op::kLoopEnd && !(instr.op == Op::kInput && is_nearest(instr.kind));
         for (const ValueId arg : instr.args)
             mine = mine && free[arg];
@@ -143,11 +143,11 @@ struct Tally {
 
 void check_stage(const ir::Stage& stage, std::mt19937* random, Tally* tally) {
     const ir::Stage demand = passes::form_demand(stage);
-    ASSERT_EQ(ir::verify(demand), "") << ir::print(demand);
+    ASSERT_EQ(ir::verify(demand), "") << ir::dump(demand);
     if (demand.outputs.empty()) return;
     ++tally->stages;
     for (const ir::Instr& instr : demand.instrs)
-        ASSERT_FALSE(instr.op == Op::kInput && is_nearest(instr.kind)) << ir::print(demand);
+        ASSERT_FALSE(instr.op == Op::kInput && is_nearest(instr.kind)) << ir::dump(demand);
     for (int32_t point = 0; point < kPoints; ++point) {
         const Values values = random_values(random);
         ++tally->points;
@@ -159,8 +159,8 @@ void check_stage(const ir::Stage& stage, std::mt19937* random, Tally* tally) {
             other.values = values.values;
             replace_nearest(random, &other);
             const std::vector<uint32_t> got = interp::evaluate(stage, other);
-            ASSERT_EQ(expected, got) << ir::print(stage) << ir::print(demand);
-            ASSERT_EQ(values.log, other.log) << ir::print(stage) << ir::print(demand);
+            ASSERT_EQ(expected, got) << ir::dump(stage) << ir::dump(demand);
+            ASSERT_EQ(values.log, other.log) << ir::dump(stage) << ir::dump(demand);
         }
     }
 }

@@ -158,7 +158,7 @@ void check_stage(const ir::Stage& stage, uint32_t seed, Tally* tally) {
                 ASSERT_TRUE(contains(type, lo, hi, values[j]))
                     << output.name << " box " << box_number << std::hex << ": " << values[j]
                     << " is outside " << lo << " .. " << hi << "\n"
-                    << ir::print(stage);
+                    << ir::dump(stage);
                 if (type == ir::Type::kFloat) tally->all++;
                 if (type == ir::Type::kFloat && !unknown(type, lo)) tally->known++;
                 if (!single || unknown(type, lo) || type == ir::Type::kBool) continue;

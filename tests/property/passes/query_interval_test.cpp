@@ -63,7 +63,7 @@ class Place : public interp::Environment {
     uint32_t input(int32_t kind, int32_t a, int32_t) const override {
         switch (kind) {
             case OPENFAB_ARG_FRAME:
-                return std::bit_cast<uint32_t>(frame_[static_cast<size_t>(a)]);
+                return std::bit_cast<uint32_t>(frame_[a]);
             case ir::kVoxelCoord:
             case ir::kVoxelCoordLo:
                 return std::bit_cast<uint32_t>(static_cast<float>(low[a]) + 0.5f);

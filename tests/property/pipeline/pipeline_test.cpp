@@ -56,8 +56,9 @@ std::shared_ptr<const texture::Pyramid> picture(int32_t width, int32_t height, u
 }
 
 /// Noise in a box of the part, in mm; a table instead reads 0 to 1 along each axis.
-std::shared_ptr<const texture::Pyramid> volume(const Vec3i& size, const texture::VolumePlace& place,
-                                               uint32_t seed, int32_t wrap, int32_t filter) {
+std::shared_ptr<const texture::Pyramid> volume(const Vec3i& size,
+                                               const texture::VolumeDomain& place, uint32_t seed,
+                                               int32_t wrap, int32_t filter) {
     std::mt19937 random(seed);
     std::vector<float> texels;
     for (int32_t k = 0; k < size.x * size.y * size.z; ++k)
@@ -75,7 +76,7 @@ uint32_t bits(float value) {
 struct TestPart {
     const Compiled* compiled;
     std::string fablet;
-    scene::Mesh mesh;
+    mesh::Mesh mesh;
     testing::PartOptions options;
 };
 
@@ -96,7 +97,7 @@ Affine3d turned(double degrees, const Vec3d& axis, const Vec3d& scale, const Vec
 }
 
 struct Made {
-    std::vector<scene::Part> parts;
+    std::vector<part::Part> parts;
     std::vector<const ir::Fablet*> sources;
 };
 

@@ -12,7 +12,7 @@
 #include "abi/kernel_call.h"
 #include "compiler/diag/render.h"
 #include "compiler/driver/frontend.h"
-#include "runtime/pipeline/print.h"
+#include "runtime/pipeline/print_job.h"
 #include "tests/support/reference/column_scan.h"
 #include "tests/support/reference/pipeline.h"
 #include "tests/support/slab/box_print.h"
@@ -51,32 +51,32 @@ namespace {
 
 constexpr int32_t kMaterials = 4;
 
-struct Printed {
-    scene::Grid grid;
+struct PrintedGrid {
+    part::Grid grid;
     std::vector<uint8_t> codes;
-    slab::PrintStatistics statistics;
+    pipeline::PrintStatistics statistics;
 };
 
-Printed print(const std::vector<scene::Part>& parts, const Vec3d& pitch_mm, uint64_t seed,
-              bool support) {
-    slab::PrintInput input;
+PrintedGrid print(const std::vector<part::Part>& parts, const Vec3d& pitch_mm, uint64_t seed,
+                  bool support) {
+    pipeline::PrintInput input;
     input.parts = parts;
     for (int k = 0; k < kMaterials + (support ? 1 : 0); ++k)
         input.materials.push_back({fmt::format("m{}", k), {}, {}, 1, ""});
     if (support) input.support_code = kMaterials + 1;
     input.pitch_mm = pitch_mm;
 
-    Printed out;
-    slab::PrintOptions options;
+    PrintedGrid out;
+    pipeline::PrintOptions options;
     options.seed = seed;
     options.threads = 2;
-    options.memory_bytes += tests::kSanitizerBytes;
-    auto made = slab::Print::create(std::move(input), options);
+    options.memory_bytes += testing::kSanitizerBytes;
+    auto made = pipeline::PrintJob::create(std::move(input), options);
     if (!made) {
         ADD_FAILURE() << made.error().text();
         return out;
     }
-    tests::MemorySink sink;
+    testing::MemorySink sink;
     const std::atomic<bool> interrupt{false};
     const Result<void> ran = (*made)->run(sink, nullptr, interrupt, &out.statistics);
     if (!ran) ADD_FAILURE() << ran.error().text();
@@ -85,9 +85,9 @@ Printed print(const std::vector<scene::Part>& parts, const Vec3d& pitch_mm, uint
     return out;
 }
 
-std::vector<uint8_t> reference_of(const std::vector<scene::Part>& parts,
+std::vector<uint8_t> reference_of(const std::vector<part::Part>& parts,
                                   const std::vector<const ir::Fablet*>& sources,
-                                  const scene::Grid& grid, uint64_t seed) {
+                                  const part::Grid& grid, uint64_t seed) {
     std::vector<reference::ReferencePart> references;
     for (size_t k = 0; k < parts.size(); ++k)
         references.push_back({&parts[k], sources[k]});
@@ -95,7 +95,7 @@ std::vector<uint8_t> reference_of(const std::vector<scene::Part>& parts,
 }
 
 /// The print's own voxels: without support.
-void expect_same_parts(const Printed& printed, const std::vector<uint8_t>& expected) {
+void expect_same_parts(const PrintedGrid& printed, const std::vector<uint8_t>& expected) {
     const std::vector<uint8_t>& codes = printed.codes;
     ASSERT_EQ(codes.size(), expected.size());
     int64_t different = 0, solid = 0;
@@ -147,17 +147,17 @@ std::vector<int32_t> highest_around(const std::vector<uint8_t>& codes, const Vec
 
 }  // namespace
 
-void expect_reference(const std::vector<scene::Part>& parts,
+void expect_reference(const std::vector<part::Part>& parts,
                       const std::vector<const ir::Fablet*>& sources, const Vec3d& pitch_mm,
                       uint64_t seed) {
-    const Printed printed = print(parts, pitch_mm, seed, false);
+    const PrintedGrid printed = print(parts, pitch_mm, seed, false);
     expect_same_parts(printed, reference_of(parts, sources, printed.grid, seed));
 }
 
-void expect_reference_and_support(const std::vector<scene::Part>& parts,
+void expect_reference_and_support(const std::vector<part::Part>& parts,
                                   const std::vector<const ir::Fablet*>& sources,
                                   const Vec3d& pitch_mm, uint64_t seed, double reach_mm) {
-    const Printed printed = print(parts, pitch_mm, seed, true);
+    const PrintedGrid printed = print(parts, pitch_mm, seed, true);
     const std::vector<uint8_t> plain = reference_of(parts, sources, printed.grid, seed);
     expect_same_parts(printed, plain);
     const Vec3i size = printed.grid.size;

@@ -32,7 +32,7 @@ Compiled compile(const std::filesystem::path& file);
 
 /// Prints the parts with four materials, and compares every voxel with tests/support/reference.
 /// Fails also where less than a twentieth of the voxels is solid: nothing would be compared.
-void expect_reference(const std::vector<scene::Part>& parts,
+void expect_reference(const std::vector<part::Part>& parts,
                       const std::vector<const ir::Fablet*>& sources, const Vec3d& pitch_mm,
                       uint64_t seed);
 
@@ -40,7 +40,7 @@ void expect_reference(const std::vector<scene::Part>& parts,
 /// least those are support that a plain scan of the reference's columns calls for. What is more
 /// has voxels of the reference not farther away than `reach_mm` along x and y, and at most that
 /// much below.
-void expect_reference_and_support(const std::vector<scene::Part>& parts,
+void expect_reference_and_support(const std::vector<part::Part>& parts,
                                   const std::vector<const ir::Fablet*>& sources,
                                   const Vec3d& pitch_mm, uint64_t seed, double reach_mm);
 

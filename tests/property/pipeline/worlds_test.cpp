@@ -35,13 +35,13 @@ void expect_world(const std::string& rest, const Vec3d& pitch_mm, uint64_t seed,
         std::filesystem::path(OPENFAB_SOURCE_DIR) / "tests/property/pipeline/worlds.fl");
     ASSERT_NE(compiled.program, nullptr);
     const testing::TempFolder folder;
-    const Result<scene::World> world = scene::load_world(folder.write("w.fab.json", kHead + rest));
+    const Result<world::World> world = world::load_world(folder.write("w.fab.json", kHead + rest));
     ASSERT_TRUE(world) << world.error().text();
-    const Result<std::vector<scene::Part>> parts = scene::bind(*world, compiled.program->fablets());
+    const Result<std::vector<part::Part>> parts = part::bind(*world, compiled.program->fablets());
     ASSERT_TRUE(parts) << parts.error().text();
     EXPECT_EQ(parts->size(), count);
     std::vector<const ir::Fablet*> sources;
-    for (const scene::Part& part : *parts)
+    for (const part::Part& part : *parts)
         sources.push_back(&compiled.source(part.fablet->name));
     if (reach_mm > 0) {
         testing::expect_reference_and_support(*parts, sources, pitch_mm, seed, reach_mm);

@@ -16,7 +16,7 @@
 #include "tests/support/meshes/meshes.h"
 #include "tests/support/meshes/temp_folder.h"
 
-namespace openfab::scene {
+namespace openfab::mesh {
 namespace {
 
 namespace fs = std::filesystem;
@@ -136,4 +136,4 @@ TEST(ForeignMeshes, OfAFolderThatIsNamed) {
 }
 
 }  // namespace
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

@@ -14,17 +14,17 @@
 #include "tests/support/slab/box_print.h"
 #include "tests/support/slab/test_fablets.h"
 
-namespace openfab::slab {
+namespace openfab::pipeline {
 namespace {
 
 using namespace std::chrono_literals;
-using tests::BoxPart;
+using testing::BoxPart;
 
 /// Counts slices that have been encoded and not yet committed.
-class CountingSink : public backends::SliceSink {
+class CountingSink : public pipeline::SliceSink {
   public:
-    Result<void> begin(const backends::PrintInfo&) override { return {}; }
-    std::vector<uint8_t> encode(const backends::SliceView&) const override {
+    Result<void> begin(const pipeline::PrintInfo&) override { return {}; }
+    std::vector<uint8_t> encode(const pipeline::SliceView&) const override {
         std::unique_lock lock(mutex_);
         most_encoding_ = std::max(most_encoding_, ++encoding_);
         changed_.notify_all();
@@ -49,7 +49,7 @@ class CountingSink : public backends::SliceSink {
         ++committed_;
         return {};
     }
-    Result<void> finish(const backends::PrintTotals&) override { return {}; }
+    Result<void> finish(const pipeline::PrintTotals&) override { return {}; }
 
     int32_t slow_z_ = -1;
     int32_t expected_ = 0;
@@ -65,17 +65,17 @@ class CountingSink : public backends::SliceSink {
     mutable std::condition_variable changed_;
 };
 
-PrintOptions with_groups(int32_t groups) {
+PrintOptions with_slabs(int32_t slabs) {
     PrintOptions options;
     options.threads = 3;
-    options.groups_in_flight = groups;
-    options.memory_bytes += tests::kSanitizerBytes;
+    options.slabs_in_flight = slabs;
+    options.memory_bytes += testing::kSanitizerBytes;
     return options;
 }
 
 Result<PrintStatistics> print_into(CountingSink* sink, const PrintOptions& options) {
-    const std::vector<BoxPart> boxes{{{0, 0, 0}, {2, 2, 6}, &tests::skin_fablet()}};
-    Result<std::unique_ptr<Print>> print = Print::create(tests::make_input(boxes), options);
+    const std::vector<BoxPart> boxes{{{0, 0, 0}, {2, 2, 6}, &testing::skin_fablet()}};
+    Result<std::unique_ptr<PrintJob>> print = PrintJob::create(testing::make_input(boxes), options);
     if (!print) return print.error();
     PrintStatistics statistics;
     const std::atomic<bool> interrupt{false};
@@ -85,25 +85,25 @@ Result<PrintStatistics> print_into(CountingSink* sink, const PrintOptions& optio
 }
 
 TEST(BackPressure, ASlowSinkIsWaitedForWithABoundAndNoSooner) {
-    for (const int32_t groups : {2, 3, 5}) {
+    for (const int32_t slabs : {2, 3, 5}) {
         CountingSink sink;
-        // A slice of the second group: the first goes alone. While it is written, its group is in
+        // A slice of the second slab: the first goes alone. While it is written, its slab is in
         // flight, and so are as many as are allowed besides.
         sink.slow_z_ = 8;
-        sink.expected_ = 8 + 8 * groups;
-        const Result<PrintStatistics> printed = print_into(&sink, with_groups(groups));
+        sink.expected_ = 8 + 8 * slabs;
+        const Result<PrintStatistics> printed = print_into(&sink, with_slabs(slabs));
         ASSERT_TRUE(printed) << printed.error().text();
-        EXPECT_TRUE(sink.reached_) << groups << ": the pipeline stood still behind a slow sink";
-        EXPECT_EQ(sink.encoded_then_, sink.expected_) << groups << ": more waits than may";
-        EXPECT_LE(sink.most_waiting_, 8 * groups);
+        EXPECT_TRUE(sink.reached_) << slabs << ": the pipeline stalled behind a slow sink";
+        EXPECT_EQ(sink.encoded_then_, sink.expected_) << slabs << ": more waits than may";
+        EXPECT_LE(sink.most_waiting_, 8 * slabs);
         EXPECT_EQ(sink.committed_, printed->slices);
-        EXPECT_GT(printed->slices, 16 + 8 * groups);
+        EXPECT_GT(printed->slices, 16 + 8 * slabs);
     }
 }
 
 TEST(BackPressure, AsManySlicesAreEncodedAtOnceAsTheBudgetHasRoomFor) {
     CountingSink sink;
-    PrintOptions options = with_groups(0);
+    PrintOptions options = with_slabs(0);
     // A slice of 20 x 25 voxels would take a quarter of the budget.
     options.encode_bytes_per_column = options.memory_bytes / 4 / (20 * 25);
     sink.alone_for_ = 2ms;
@@ -112,7 +112,7 @@ TEST(BackPressure, AsManySlicesAreEncodedAtOnceAsTheBudgetHasRoomFor) {
     EXPECT_EQ(sink.most_encoding_, 1);
     CountingSink free;
     free.alone_for_ = 20s;
-    ASSERT_TRUE(print_into(&free, with_groups(0)));
+    ASSERT_TRUE(print_into(&free, with_slabs(0)));
     EXPECT_GT(free.most_encoding_, 1);
 }
 
@@ -120,16 +120,16 @@ TEST(BackPressure, UnlessToldAsManyGroupsWaitAsThereAreThreads) {
     CountingSink sink;
     sink.slow_z_ = 8;
     sink.expected_ = 8 + 8 * 3;
-    const Result<PrintStatistics> printed = print_into(&sink, with_groups(0));
+    const Result<PrintStatistics> printed = print_into(&sink, with_slabs(0));
     ASSERT_TRUE(printed) << printed.error().text();
     EXPECT_EQ(sink.encoded_then_, sink.expected_);
 }
 
-// One thread, so that nothing depends on who is faster: before it goes on with the next group, all
+// One thread, so that nothing depends on timing: before it continues with the next slab, all
 // slices that are made are in the sink.
 TEST(BackPressure, AFastSinkIsNotKeptWaitingForSlicesThatAreMade) {
     CountingSink sink;
-    PrintOptions options = with_groups(3);
+    PrintOptions options = with_slabs(3);
     options.threads = 1;
     const Result<PrintStatistics> printed = print_into(&sink, options);
     ASSERT_TRUE(printed) << printed.error().text();
@@ -138,4 +138,4 @@ TEST(BackPressure, AFastSinkIsNotKeptWaitingForSlicesThatAreMade) {
 }
 
 }  // namespace
-}  // namespace openfab::slab
+}  // namespace openfab::pipeline

@@ -14,38 +14,38 @@
 namespace openfab {
 namespace {
 
-using tests::BoxPart;
-using tests::Printed;
+using testing::BoxPart;
+using testing::Printed;
 
 // Corners are off the grid, so that no voxel centre is equally far from two sides or exactly at the
 // skin's depth.
 std::vector<BoxPart> one_skin() {
-    return {{{0.513, -0.271, 0.019}, {5.03, 4.11, 2.37}, &tests::skin_fablet()}};
+    return {{{0.513, -0.271, 0.019}, {5.03, 4.11, 2.37}, &testing::skin_fablet()}};
 }
 std::vector<BoxPart> one_picture() {
-    return {{{-3.013, 1.071, 0.019}, {7.03, 4.11, 1.37}, &tests::picture_fablet()}};
+    return {{{-3.013, 1.071, 0.019}, {7.03, 4.11, 1.37}, &testing::picture_fablet()}};
 }
 std::vector<BoxPart> assembly() {
     return {
-        {{0.013, 0.021, 0.019}, {6.03, 5.11, 2.37}, &tests::skin_fablet()},
-        {{1.513, 1.271, 0.519}, {2.03, 2.11, 2.37}, &tests::tint_fablet()},      // later: wins
-        {{2.113, 0.671, -0.419}, {0.93, 3.11, 1.37}, &tests::hole_fablet(), 5},  // cuts a hole
+        {{0.013, 0.021, 0.019}, {6.03, 5.11, 2.37}, &testing::skin_fablet()},
+        {{1.513, 1.271, 0.519}, {2.03, 2.11, 2.37}, &testing::tint_fablet()},      // later: wins
+        {{2.113, 0.671, -0.419}, {0.93, 3.11, 1.37}, &testing::hole_fablet(), 5},  // cuts a hole
         {{3.013, 2.071, 1.019},
          {5.03, 4.11, 2.37},
-         &tests::picture_fablet(),
+         &testing::picture_fablet(),
          -1,
          {2, 1, 0}},  // gives way
-        {{4.113, 0.371, 1.219}, {1.33, 1.11, 0.37}, &tests::solid_fablet(), 1, {2, 2, 0}},
+        {{4.113, 0.371, 1.219}, {1.33, 1.11, 0.37}, &testing::solid_fablet(), 1, {2, 2, 0}},
     };
 }
 
 void expect_reference(const std::vector<BoxPart>& boxes, uint64_t seed) {
-    slab::PrintOptions options;
+    pipeline::PrintOptions options;
     options.seed = seed;
-    const Printed printed = tests::print_boxes(boxes, options);
+    const Printed printed = testing::print_boxes(boxes, options);
     ASSERT_TRUE(printed.ok) << printed.error.text();
     const std::vector<uint8_t> codes = printed.sink.codes();
-    const std::vector<uint8_t> expected = tests::reference_codes(boxes, printed.sink.info, seed);
+    const std::vector<uint8_t> expected = testing::reference_codes(boxes, printed.sink.info, seed);
     ASSERT_EQ(codes.size(), expected.size());
     const Vec3i size = printed.sink.info.size;
     int64_t different = 0;
@@ -79,13 +79,13 @@ constexpr const char* kDithers[] = {"floyd_steinberg", "decorrelated", "blue_noi
 
 TEST(BoxPrint, EveryDitherIsTheReference) {
     for (const char* dither : kDithers) {
-        slab::PrintOptions options;
+        pipeline::PrintOptions options;
         options.seed = 4;
         options.dither = dither;
-        const Printed printed = tests::print_boxes(assembly(), options);
+        const Printed printed = testing::print_boxes(assembly(), options);
         ASSERT_TRUE(printed.ok) << printed.error.text();
-        EXPECT_EQ(printed.sink.codes(), tests::reference_codes(assembly(), printed.sink.info, 4,
-                                                               *slab::find_dither(dither)))
+        EXPECT_EQ(printed.sink.codes(), testing::reference_codes(assembly(), printed.sink.info, 4,
+                                                                 *dither::find_dither(dither)))
             << dither;
     }
 }
@@ -100,14 +100,15 @@ TEST(BoxPrint, ManyMaterialsAreTheReference) {
             }
         }
         for (const char* dither : kDithers) {
-            slab::PrintOptions options;
+            pipeline::PrintOptions options;
             options.dither = dither;
-            const Printed printed = tests::print_boxes(boxes, options, tests::kPitch, materials);
+            const Printed printed =
+                testing::print_boxes(boxes, options, testing::kPitch, materials);
             ASSERT_TRUE(printed.ok) << printed.error.text();
             EXPECT_EQ(printed.sink.info.bits, 8);
             const std::vector<uint8_t> codes = printed.sink.codes();
-            ASSERT_EQ(codes, tests::reference_codes(boxes, printed.sink.info, 0,
-                                                    *slab::find_dither(dither)))
+            ASSERT_EQ(codes, testing::reference_codes(boxes, printed.sink.info, 0,
+                                                      *dither::find_dither(dither)))
                 << materials << " materials, " << dither;
             std::vector<int64_t> counts(materials + 1, 0);
             for (uint8_t code : codes)
@@ -125,29 +126,30 @@ TEST(BoxPrint, ManyMaterialsAreTheReference) {
 // A print of few materials is the same where the world has many.
 TEST(BoxPrint, SpareMaterialsChangeNoVoxel) {
     for (const char* dither : kDithers) {
-        slab::PrintOptions options;
+        pipeline::PrintOptions options;
         options.dither = dither;
-        const Printed few = tests::print_boxes(assembly(), options);
+        const Printed few = testing::print_boxes(assembly(), options);
         for (size_t materials : {size_t{5}, size_t{15}, size_t{20}}) {
-            const Printed many = tests::print_boxes(assembly(), options, tests::kPitch, materials);
+            const Printed many =
+                testing::print_boxes(assembly(), options, testing::kPitch, materials);
             EXPECT_EQ(many.sink.codes(), few.sink.codes()) << dither << ", " << materials;
         }
     }
 }
 
-/// The same bits for any threads, groups, culling, instruction set and split of slices.
-void expect_one_output(slab::PrintOptions options, size_t materials) {
+/// The same bits for any threads, slabs, culling, instruction set and split of slices.
+void expect_one_output(pipeline::PrintOptions options, size_t materials) {
     options.threads = 1;
-    const Printed reference = tests::print_boxes(assembly(), options, tests::kPitch, materials);
+    const Printed reference = testing::print_boxes(assembly(), options, testing::kPitch, materials);
     ASSERT_TRUE(reference.ok) << reference.error.text();
     for (int32_t threads : {2, 4}) {
         for (openfab_isa isa : {OPENFAB_ISA_SSE41, OPENFAB_ISA_AVX2}) {
             options.threads = threads;
-            options.groups_in_flight = threads - 1;
+            options.slabs_in_flight = threads - 1;
             options.isa = isa;
             options.culling = isa == OPENFAB_ISA_AVX2;
             const Printed printed =
-                tests::print_boxes(assembly(), options, tests::kPitch, materials);
+                testing::print_boxes(assembly(), options, testing::kPitch, materials);
             ASSERT_TRUE(printed.ok) << printed.error.text();
             EXPECT_EQ(printed.statistics.hash, reference.statistics.hash)
                 << options.dither << ", " << materials << " materials, " << threads
@@ -158,7 +160,7 @@ void expect_one_output(slab::PrintOptions options, size_t materials) {
     std::vector<std::vector<uint8_t>> slices;
     for (const Vec2<int32_t>& range : {Vec2<int32_t>{0, 5}, Vec2<int32_t>{5, n}}) {
         options.slices = range;
-        const Printed part = tests::print_boxes(assembly(), options, tests::kPitch, materials);
+        const Printed part = testing::print_boxes(assembly(), options, testing::kPitch, materials);
         slices.insert(slices.end(), part.sink.slices.begin(), part.sink.slices.end());
     }
     EXPECT_EQ(slices, reference.sink.slices) << options.dither;
@@ -166,7 +168,7 @@ void expect_one_output(slab::PrintOptions options, size_t materials) {
 
 TEST(BoxPrint, OneOutputOfEveryDither) {
     for (const char* dither : kDithers) {
-        slab::PrintOptions options;
+        pipeline::PrintOptions options;
         options.dither = dither;
         expect_one_output(options, 2);
         expect_one_output(options, 20);
@@ -174,12 +176,12 @@ TEST(BoxPrint, OneOutputOfEveryDither) {
 }
 
 TEST(BoxPrint, OneOutputWhateverTheSettings) {
-    slab::PrintOptions plain;
+    pipeline::PrintOptions plain;
     plain.threads = 1;
-    const Printed reference = tests::print_boxes(assembly(), plain);
+    const Printed reference = testing::print_boxes(assembly(), plain);
     ASSERT_TRUE(reference.ok) << reference.error.text();
     struct Case {
-        int32_t threads, groups;
+        int32_t threads, slabs;
         bool culling;
         openfab_isa isa;
         int64_t memory;
@@ -190,26 +192,26 @@ TEST(BoxPrint, OneOutputWhateverTheSettings) {
                           Case{1, 1, false, OPENFAB_ISA_AVX2, 1'500'000'000},
                           Case{2, 2, false, OPENFAB_ISA_SSE41, 1'500'000'000},
                           Case{3, 3, true, OPENFAB_ISA_SSE41, 300'000'000}}) {
-        slab::PrintOptions options;
+        pipeline::PrintOptions options;
         options.threads = c.threads;
-        options.groups_in_flight = c.groups;
+        options.slabs_in_flight = c.slabs;
         options.culling = c.culling;
         options.isa = c.isa;
-        options.memory_bytes = c.memory + tests::kSanitizerBytes;
-        const Printed printed = tests::print_boxes(assembly(), options);
+        options.memory_bytes = c.memory + testing::kSanitizerBytes;
+        const Printed printed = testing::print_boxes(assembly(), options);
         ASSERT_TRUE(printed.ok) << printed.error.text();
         EXPECT_EQ(printed.statistics.hash, reference.statistics.hash)
-            << c.threads << " threads, " << c.groups << " groups, culling " << c.culling << ", isa "
+            << c.threads << " threads, " << c.slabs << " slabs, culling " << c.culling << ", isa "
             << c.isa;
         EXPECT_EQ(printed.sink.slices, reference.sink.slices);
         EXPECT_EQ(printed.statistics.voxels_by_code, reference.statistics.voxels_by_code);
     }
 }
 
-// A large first group is printed in two steps, for the first slice's sake.
+// A large first slab is printed in two steps, for the first slice's sake.
 void expect_first_slice_changes_nothing(size_t materials) {
-    const auto print = [&](const slab::PrintOptions& options) {
-        return tests::print_boxes(assembly(), options, tests::kPitch, materials);
+    const auto print = [&](const pipeline::PrintOptions& options) {
+        return testing::print_boxes(assembly(), options, testing::kPitch, materials);
     };
     const Printed whole = print({});
     ASSERT_TRUE(whole.ok) << whole.error.text();
@@ -217,7 +219,7 @@ void expect_first_slice_changes_nothing(size_t materials) {
     ASSERT_GT(whole.statistics.blocks_evaluated, 0);
     for (const Vec2<int32_t>& range : {Vec2<int32_t>{11, n}, Vec2<int32_t>{12, n},
                                        Vec2<int32_t>{15, 20}, Vec2<int32_t>{13, 14}}) {
-        slab::PrintOptions options;
+        pipeline::PrintOptions options;
         options.slices = range;
         const Printed one_step = print(options);
         options.most_blocks_at_first = 0;
@@ -249,16 +251,16 @@ TEST(BoxPrint, AFirstSliceOfEightBitsByItselfChangesNothing) {
 }
 
 TEST(BoxPrint, PartsOfTheSlicesAddUpToTheWhole) {
-    const Printed whole = tests::print_boxes(assembly());
+    const Printed whole = testing::print_boxes(assembly());
     ASSERT_TRUE(whole.ok) << whole.error.text();
     const int32_t n = whole.sink.info.size.z;
     uint64_t hash = 0;
     std::vector<std::vector<uint8_t>> slices;
     for (const Vec2<int32_t>& range :
          {Vec2<int32_t>{0, 3}, Vec2<int32_t>{3, 16}, Vec2<int32_t>{16, 17}, Vec2<int32_t>{17, n}}) {
-        slab::PrintOptions options;
+        pipeline::PrintOptions options;
         options.slices = range;
-        const Printed part = tests::print_boxes(assembly(), options);
+        const Printed part = testing::print_boxes(assembly(), options);
         ASSERT_TRUE(part.ok) << part.error.text();
         EXPECT_EQ(part.sink.info.slice_begin, range.x);
         EXPECT_EQ(part.sink.info.slice_end, range.y);

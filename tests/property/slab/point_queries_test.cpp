@@ -18,7 +18,7 @@
 #include "tests/support/reference/closest_point.h"
 #include "tests/support/surface/hand_fablet.h"
 
-namespace openfab::slab {
+namespace openfab::volume {
 namespace {
 
 using testing::HandMode;
@@ -46,19 +46,19 @@ const openfab_fablet& asking_fablet() {
     static const openfab_fablet fablet = [] {
         openfab_fablet f = testing::hand_fablet(true);
         f.object_count = 1;
-        f.volume_phases.query_count = 2;
-        f.volume_phases.queries = kQueries;
+        f.volume_segments.query_count = 2;
+        f.volume_segments.queries = kQueries;
         return f;
     }();
     return fablet;
 }
 
 struct Scene {
-    std::vector<scene::Part> parts;
-    std::vector<std::unique_ptr<PrintPart>> print;
-    scene::Grid grid;
+    std::vector<part::Part> parts;
+    std::vector<std::unique_ptr<PlacedPart>> print;
+    part::Grid grid;
 
-    void add(const openfab_fablet& fablet, const scene::Mesh& mesh, const Affine3d& transform,
+    void add(const openfab_fablet& fablet, const mesh::Mesh& mesh, const Affine3d& transform,
              HandMode mode, float amplitude) {
         testing::PartOptions options;
         options.transform = transform;
@@ -75,18 +75,17 @@ struct Scene {
         ASSERT_TRUE(surfaces) << surfaces.error().text();
         const auto trees = nearest::make_patch_cache(1 << 20);
         for (size_t i = 0; i < parts.size(); ++i) {
-            print.push_back(std::make_unique<PrintPart>(parts[i]));
+            print.push_back(std::make_unique<PlacedPart>(parts[i]));
             print[i]->index = static_cast<int32_t>(i);
             print[i]->surface = (*surfaces)[i];
-            print[i]->place(grid, OPENFAB_ISA_AVX2, trees, 1 << 20,
-                            *print[static_cast<size_t>(owners[i])]);
+            print[i]->set_grid(grid, OPENFAB_ISA_AVX2, trees, 1 << 20, *print[owners[i]]);
         }
-        connect_targets(print, OPENFAB_ISA_AVX2, trees);
+        resolve_object_queries(print, OPENFAB_ISA_AVX2, trees);
     }
 };
 
 /// Signed distance in build space, of one part: the sign by the solid angle that the surface takes.
-double plain_distance(const scene::Part& part, const std::vector<Triangle>& triangles,
+double plain_distance(const part::Part& part, const std::vector<Triangle>& triangles,
                       const Vec3d& p_build) {
     double d = 1e300, angle = 0;
     for (const Triangle& t : triangles) {
@@ -115,7 +114,7 @@ struct Batch {
     std::vector<int32_t> groups;
     std::vector<Vec3f> centres;
 
-    Batch(const PrintPart& part, uint32_t seed) : owned(128), values(kStates * 1024, 77) {
+    Batch(const PlacedPart& part, uint32_t seed) : owned(128), values(kStates * 1024, 77) {
         std::mt19937 random(seed);
         const auto uniform = [&] { return static_cast<float>(random() >> 8) * 0x1p-24f - 0.5f; };
         const Vec3i middle = (part.box.lo + part.box.hi);
@@ -162,9 +161,10 @@ struct Batch {
     bool asked(size_t v) const { return values[v] != 0 && (owned[v / 8] >> (v % 8) & 1) != 0; }
 };
 
-void expect_own(const PrintPart& part, const nearest::Engine& brute, const Batch& batch, size_t v) {
+void expect_own(const PlacedPart& part, const nearest::Engine& brute, const Batch& batch,
+                size_t v) {
     const Vec3f p = batch.point(kPoint, v);
-    nearest::PointGroup group;
+    nearest::PointPacket group;
     for (size_t a = 0; a < 3; ++a)
         group.p[a][0] = p[static_cast<int>(a)];
     group.mask = 1;
@@ -181,7 +181,7 @@ void expect_own(const PrintPart& part, const nearest::Engine& brute, const Batch
     const float d = std::sqrt(answer.distance2[0]);
     ASSERT_EQ(batch.at(kDistance, v), inside ? -d : d) << "voxel " << v;
     const auto mesh = part.surface->micro(answer.patch[0]);
-    const auto& corners = mesh->triangles[static_cast<size_t>(answer.triangle[0])];
+    const auto& corners = mesh->triangles[answer.triangle[0]];
     const auto corner = [&](size_t k) { return static_cast<size_t>(corners[k]); };
     const Vec3f v0 = mesh->positions[corner(0)], v1 = mesh->positions[corner(1)],
                 v2 = mesh->positions[corner(2)];
@@ -199,7 +199,7 @@ void expect_own(const PrintPart& part, const nearest::Engine& brute, const Batch
                            answer.bary2[0] * (value(2) - value(0));
         EXPECT_EQ(batch.at(kUv + static_cast<int32_t>(c), v), want);
     }
-    // Of the int inputs: face, zone.
+    // The int inputs: face, zone.
     EXPECT_EQ(batch.values[kZone * 1024 + v],
               mesh->triangle_attributes[static_cast<size_t>(answer.triangle[0]) * 2 + 1]);
 }
@@ -207,18 +207,17 @@ void expect_own(const PrintPart& part, const nearest::Engine& brute, const Batch
 void check(Scene* scene, const std::vector<int32_t>& targets, uint32_t seed) {
     scene->parts[0].objects = {targets};
     scene->set_up();
-    const PrintPart& part = *scene->print[0];
+    const PlacedPart& part = *scene->print[0];
     const auto brute = nearest::make_brute_force_engine(*part.surface, part.frame);
     std::vector<std::vector<Triangle>> theirs(scene->parts.size());
     for (const int32_t t : targets) {
-        theirs[static_cast<size_t>(t)] = testing::triangles_of(
-            *scene->print[static_cast<size_t>(t)]->surface, surface::kForQuery);
+        theirs[t] = testing::triangles_of(*scene->print[t]->surface, surface::kForQuery);
     }
     PointQueries queries(scene->print.size());
     int own = 0, near = 0;
     for (uint32_t round = 0; round < 3; ++round) {
         Batch batch(part, seed + round);
-        const phases::States states(batch.values.data(), 1024);
+        const segments::States states(batch.values.data(), 1024);
         queries.begin(part, batch.corners.data(), batch.owned.data());
         ASSERT_TRUE(queries.answer(kQueries[0], batch.groups, states).ok());
         ASSERT_TRUE(queries.answer(kQueries[1], batch.groups, states).ok());
@@ -257,33 +256,29 @@ void check(Scene* scene, const std::vector<int32_t>& targets, uint32_t seed) {
     }
     EXPECT_GT(own, 100);
     EXPECT_GT(near, 10);
-    EXPECT_GT(queries.counts().asked, 0);
+    EXPECT_GT(queries.counts().queried, 0);
 }
 
 TEST(PointQueries, DisplacedPartAsksRotatedAndScaledOnes) {
     Scene scene;
     scene.add(asking_fablet(), testing::sphere(5, 24, 12),
-              scene::placement_transform({1, 1, 1}, {20, -35, 60}, {3, 2, 1}), HandMode::kBumps,
-              0.6f);
+              placement_transform({1, 1, 1}, {20, -35, 60}, {3, 2, 1}), HandMode::kBumps, 0.6f);
     scene.add(testing::hand_fablet(true), testing::torus(3, 1.2),
-              scene::placement_transform({1.5, 0.7, 1.2}, {75, 10, 5}, {4, 4, 3}), HandMode::kBumps,
+              placement_transform({1.5, 0.7, 1.2}, {75, 10, 5}, {4, 4, 3}), HandMode::kBumps, 0.3f);
+    scene.add(testing::hand_fablet(true), testing::torus(3, 1.2),
+              placement_transform({1.5, 0.7, 1.2}, {0, 80, 35}, {-1, 0, 2}), HandMode::kBumps,
               0.3f);
-    scene.add(testing::hand_fablet(true), testing::torus(3, 1.2),
-              scene::placement_transform({1.5, 0.7, 1.2}, {0, 80, 35}, {-1, 0, 2}),
-              HandMode::kBumps, 0.3f);
     check(&scene, {1, 2}, 1);
 }
 
 TEST(PointQueries, MirroredAndItself) {
     Scene scene;
     scene.add(asking_fablet(), testing::cube(6),
-              scene::placement_transform({-1, 1, 1}, {15, 25, -40}, {0, 0, 0}), HandMode::kBack,
-              0.5f);
+              placement_transform({-1, 1, 1}, {15, 25, -40}, {0, 0, 0}), HandMode::kBack, 0.5f);
     scene.add(testing::hand_fablet(true), testing::sphere(4),
-              scene::placement_transform({1, -1.4, 0.8}, {45, 5, 10}, {-4, 5, 2}), HandMode::kStill,
-              0.0f);
+              placement_transform({1, -1.4, 0.8}, {45, 5, 10}, {-4, 5, 2}), HandMode::kStill, 0.0f);
     check(&scene, {0, 1}, 7);
 }
 
 }  // namespace
-}  // namespace openfab::slab
+}  // namespace openfab::volume

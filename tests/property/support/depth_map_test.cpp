@@ -18,36 +18,36 @@
 namespace openfab {
 namespace {
 
-using support::DepthMap;
+using support_material::DepthMap;
 using surface::Surface;
 
 /// A part with all that the depth map asks of it.
 struct Standing {
-    scene::Part part;
+    part::Part part;
     std::unique_ptr<Surface> surface;
     std::unique_ptr<voxel::PatchIndex> patches;
 
-    Standing(scene::Part p, double micro_edge_mm) : part(std::move(p)) {
+    Standing(part::Part p, double micro_edge_mm) : part(std::move(p)) {
         surface::SurfaceOptions options;
         options.micro_edge_mm = micro_edge_mm;
         surface = std::move(*Surface::create(part, options));
         patches = std::make_unique<voxel::PatchIndex>(*surface);
     }
-    support::SupportedPart on(const scene::Grid& grid) const {
+    support_material::SupportedPart on(const part::Grid& grid) const {
         return {&part, surface.get(), patches.get(),
                 voxel::Voxeliser(part, *surface, grid).voxel_box()};
     }
-    std::vector<uint8_t> inside(const scene::Grid& grid) const {
+    std::vector<uint8_t> inside(const part::Grid& grid) const {
         return reference::inside(
-            reference::snap_triangles(scene::local_to_voxel(part, grid),
+            reference::snap_triangles(part::local_to_voxel(part, grid),
                                       testing::covering_triangles(part, *surface)),
             grid.size);
     }
 };
 
-Result<DepthMap> map_of(const std::vector<const Standing*>& parts, const scene::Grid& grid,
+Result<DepthMap> map_of(const std::vector<const Standing*>& parts, const part::Grid& grid,
                         int64_t most_bytes = 1 << 28) {
-    std::vector<support::SupportedPart> on;
+    std::vector<support_material::SupportedPart> on;
     for (const Standing* part : parts)
         on.push_back(part->on(grid));
     return DepthMap::create(on, grid, most_bytes);
@@ -72,12 +72,12 @@ std::vector<int32_t> all_tops(const DepthMap& map, const Vec3i& size) {
     return tops;
 }
 
-scene::Grid grid_over(const Box3d& box, bool on_centres) {
-    return testing::grid_over(box, on_centres, {1, 1.3, 0.8});
+part::Grid grid_over(const Box3d& box, bool on_centers) {
+    return testing::grid_over(box, on_centers, {1, 1.3, 0.8});
 }
 
-scene::Grid grid_over(const Standing& part, bool on_centres) {
-    return grid_over(part.surface->exact_box(part.part.local_to_build), on_centres);
+part::Grid grid_over(const Standing& part, bool on_centers) {
+    return grid_over(part.surface->exact_box(part.part.local_to_build), on_centers);
 }
 
 std::vector<Affine3d> transforms() {
@@ -90,7 +90,7 @@ std::vector<Affine3d> transforms() {
 }
 
 // The whole point of an exact map: no column has more support than it needs.
-void expect_columns(const Standing& part, const scene::Grid& grid, const std::string& what) {
+void expect_columns(const Standing& part, const part::Grid& grid, const std::string& what) {
     const std::vector<int32_t> expected = column_tops(part.inside(grid), grid.size);
     const Result<DepthMap> map = map_of({&part}, grid);
     ASSERT_TRUE(map) << map.error().text();
@@ -136,31 +136,31 @@ TEST(DepthMap, EqualsTheColumnsOfAnUndisplacedPart) {
     for (const testing::Scenario& scenario : scenarios()) {
         int number = 0;
         for (const Affine3d& transform : transforms()) {
-            for (const bool on_centres : {false, true}) {
+            for (const bool on_centers : {false, true}) {
                 testing::PartOptions options;
                 options.transform = transform;
                 const Standing part(
                     testing::make_part(testing::empty_fablet(), scenario.mesh, options), 0.2);
-                expect_columns(part, grid_over(part, on_centres),
+                expect_columns(part, grid_over(part, on_centers),
                                scenario.name + " " + std::to_string(number++));
             }
         }
     }
 }
 
-// Vertices on voxel centres and edges through them, shells that cut through each other and through
+// Vertices on voxel centers and edges through them, shells that cut through each other and through
 // themselves, several deep: what the two highest crossings do not decide.
 TEST(DepthMap, EqualsTheColumnsOfEdgesThroughVoxelCentres) {
     for (uint32_t seed = 1; seed <= 24; ++seed) {
         std::mt19937 random(seed);
-        scene::Mesh mesh = testing::shaken(testing::sphere(1.5, 7, 5), seed, 0.7);
+        mesh::Mesh mesh = testing::shaken(testing::sphere(1.5, 7, 5), seed, 0.7);
         for (int k = 0; k < 4; ++k) {
             const auto off = [&] { return static_cast<double>(random() % 9) / 8 - 0.5; };
             const Vec3d offset{off(), off(), off()};
             mesh =
                 testing::joined(mesh, testing::shaken(testing::cube(1), seed + 100, 0.5), offset);
         }
-        // Onto a grid of 1/8 mm, on which the voxels' centres lie; every third turned inside out.
+        // Onto a grid of 1/8 mm, on which the voxels' centers lie; every third turned inside out.
         for (Vec3d& p : mesh.positions) {
             for (int axis = 0; axis < 3; ++axis)
                 p[axis] = std::round(p[axis] * 8) / 8;
@@ -182,7 +182,7 @@ TEST(DepthMap, IsTheHighestOfAllParts) {
         testing::make_part(testing::empty_fablet(), testing::torus(0.9, 0.3, 16, 8), above), 0.2);
     Box3d box = one.surface->exact_box(one.part.local_to_build);
     box.add(two.surface->exact_box(two.part.local_to_build));
-    const scene::Grid grid = grid_over(box, false);
+    const part::Grid grid = grid_over(box, false);
     const std::vector<int32_t> first = column_tops(one.inside(grid), grid.size);
     std::vector<int32_t> expected = column_tops(two.inside(grid), grid.size);
     for (size_t i = 0; i < expected.size(); ++i)
@@ -198,7 +198,7 @@ TEST(DepthMap, KeepsEveryHeight) {
                                            testing::shaken(testing::sphere(2, 9, 7), 3, 0.3)),
                         0.2);
     for (const double fine : {1.0, 30.0, 2000.0, 3e4}) {
-        scene::Grid grid = grid_over(part, false);
+        part::Grid grid = grid_over(part, false);
         grid.pitch_mm.x /= 3;
         grid.pitch_mm.z /= fine;
         grid.size.x *= 3;
@@ -207,7 +207,7 @@ TEST(DepthMap, KeepsEveryHeight) {
         ASSERT_TRUE(map);
         // The plain winding of some columns' tops and of what lies over them.
         const auto triangles =
-            reference::snap_triangles(scene::local_to_voxel(part.part, grid),
+            reference::snap_triangles(part::local_to_voxel(part.part, grid),
                                       testing::covering_triangles(part.part, *part.surface));
         int32_t highest = 0, checked = 0;
         for (int32_t y = 0; y < grid.size.y; ++y) {
@@ -240,7 +240,7 @@ TEST(DepthMap, KeepsEveryHeight) {
 TEST(DepthMap, RefusesWhatDoesNotFit) {
     const Standing part(testing::make_part(testing::empty_fablet(), testing::sphere(2, 32, 16)),
                         0.2);
-    scene::Grid grid = grid_over(part, false);
+    part::Grid grid = grid_over(part, false);
     grid.pitch_mm.x /= 20;
     grid.size.x *= 20;
     const int64_t bytes = map_of({&part}, grid)->bytes();
@@ -254,7 +254,7 @@ TEST(DepthMap, RefusesWhatDoesNotFit) {
 TEST(DepthMap, IsTheSameForAnyNumberOfThreads) {
     const testing::Scenario scenario = testing::scenarios()[0];
     const Standing part(make_part(scenario, transforms()[3]), 0.2);
-    const scene::Grid grid = grid_over(part, false);
+    const part::Grid grid = grid_over(part, false);
     std::vector<int32_t> first;
     for (const int threads : {1, 2, 7}) {
         tbb::task_arena arena(threads);

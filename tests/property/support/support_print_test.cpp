@@ -16,18 +16,18 @@
 namespace openfab {
 namespace {
 
-using tests::BoxPart;
+using testing::BoxPart;
 
 struct Printed {
-    tests::MemorySink sink;
-    slab::PrintStatistics statistics;
+    testing::MemorySink sink;
+    pipeline::PrintStatistics statistics;
     std::vector<uint8_t> codes;
 };
 
-Printed print(slab::PrintInput input, slab::PrintOptions options) {
+Printed print(pipeline::PrintInput input, pipeline::PrintOptions options) {
     Printed out;
-    options.memory_bytes += tests::kSanitizerBytes;
-    auto made = slab::Print::create(std::move(input), options);
+    options.memory_bytes += testing::kSanitizerBytes;
+    auto made = pipeline::PrintJob::create(std::move(input), options);
     if (!made) {
         ADD_FAILURE() << made.error().text();
         return out;
@@ -40,7 +40,7 @@ Printed print(slab::PrintInput input, slab::PrintOptions options) {
 }
 
 /// The same with a support material, which is added as the last.
-slab::PrintInput with_support(slab::PrintInput input) {
+pipeline::PrintInput with_support(pipeline::PrintInput input) {
     input.materials.emplace_back();
     input.materials.back().name = "support";
     input.support_code = static_cast<int32_t>(input.materials.size());
@@ -48,12 +48,12 @@ slab::PrintInput with_support(slab::PrintInput input) {
 }
 
 /// What the columns of a print without support call for.
-std::vector<uint8_t> scanned(const Printed& without, const slab::PrintInput& input) {
+std::vector<uint8_t> scanned(const Printed& without, const pipeline::PrintInput& input) {
     return reference::add_support(without.codes, without.codes, without.sink.info.size,
                                   static_cast<uint8_t>(input.materials.size() + 1));
 }
 
-void expect_equal(const slab::PrintInput& input, const slab::PrintOptions& options = {}) {
+void expect_equal(const pipeline::PrintInput& input, const pipeline::PrintOptions& options = {}) {
     const Printed without = print(input, options), with = print(with_support(input), options);
     const std::vector<uint8_t> expected = scanned(without, input);
     ASSERT_EQ(with.codes.size(), expected.size());
@@ -68,7 +68,7 @@ void expect_equal(const slab::PrintInput& input, const slab::PrintOptions& optio
 }
 
 /// At least the scanned support; nothing but void becomes support.
-void expect_no_less(const slab::PrintInput& input, const slab::PrintOptions& options = {}) {
+void expect_no_less(const pipeline::PrintInput& input, const pipeline::PrintOptions& options = {}) {
     const Printed without = print(input, options), with = print(with_support(input), options);
     const std::vector<uint8_t> expected = scanned(without, input);
     ASSERT_EQ(with.codes.size(), expected.size());
@@ -98,29 +98,29 @@ std::vector<BoxPart> overhangs(const openfab_fablet& fablet) {
 }
 
 TEST(SupportPrint, IsWhatTheColumnsOfUndisplacedPartsCallFor) {
-    expect_equal(tests::make_input(overhangs(tests::solid_fablet())));
-    expect_equal(tests::make_input(overhangs(tests::tint_fablet())));
-    expect_equal(tests::make_input(overhangs(tests::picture_fablet())));
+    expect_equal(testing::make_input(overhangs(testing::solid_fablet())));
+    expect_equal(testing::make_input(overhangs(testing::tint_fablet())));
+    expect_equal(testing::make_input(overhangs(testing::picture_fablet())));
 }
 
 TEST(SupportPrint, PacksWhatItNeeds) {
     for (const size_t materials : {size_t{14}, size_t{15}, size_t{20}}) {
-        const slab::PrintInput input =
-            tests::make_input(overhangs(tests::tint_fablet()), tests::kPitch, materials);
+        const pipeline::PrintInput input =
+            testing::make_input(overhangs(testing::tint_fablet()), testing::kPitch, materials);
         expect_equal(input);
         EXPECT_EQ(print(with_support(input), {}).sink.info.bits, materials < 15 ? 4 : 8);
     }
 }
 
 TEST(SupportPrint, IsNeverLessWhereFabletsReturnVoid) {
-    std::vector<BoxPart> boxes = overhangs(tests::skin_fablet());
-    expect_no_less(tests::make_input(boxes));
-    boxes.push_back({{0.813, -0.571, 2.019}, {1.03, 1.11, 0.97}, &tests::hole_fablet(), 5});
-    expect_no_less(tests::make_input(boxes));
+    std::vector<BoxPart> boxes = overhangs(testing::skin_fablet());
+    expect_no_less(testing::make_input(boxes));
+    boxes.push_back({{0.813, -0.571, 2.019}, {1.03, 1.11, 0.97}, &testing::hole_fablet(), 5});
+    expect_no_less(testing::make_input(boxes));
 }
 
 TEST(SupportPrint, MayBeOfAMaterialThatPartsHaveToo) {
-    slab::PrintInput input = tests::make_input(overhangs(tests::tint_fablet()));
+    pipeline::PrintInput input = testing::make_input(overhangs(testing::tint_fablet()));
     const Printed without = print(input, {});
     input.support_code = 2;
     const Printed with = print(input, {});
@@ -129,29 +129,30 @@ TEST(SupportPrint, MayBeOfAMaterialThatPartsHaveToo) {
 }
 
 TEST(SupportPrint, IsNotPutBelowPartsThatAskForNone) {
-    const std::vector<BoxPart> boxes = overhangs(tests::solid_fablet());
-    slab::PrintInput input = tests::make_input(boxes);
+    const std::vector<BoxPart> boxes = overhangs(testing::solid_fablet());
+    pipeline::PrintInput input = testing::make_input(boxes);
     const Printed without = print(input, {});
     input.parts[2].support = false;
     const Printed with = print(with_support(input), {});
     const std::vector<uint8_t> asking =
-        tests::reference_codes({boxes[0], boxes[1], boxes[3]}, without.sink.info, 0);
+        testing::reference_codes({boxes[0], boxes[1], boxes[3]}, without.sink.info, 0);
     EXPECT_TRUE(with.codes ==
                 reference::add_support(without.codes, asking, without.sink.info.size, 3));
-    for (scene::Part& part : input.parts)
+    for (part::Part& part : input.parts)
         part.support = false;
     EXPECT_TRUE(print(with_support(input), {}).codes == without.codes);
 }
 
 TEST(SupportPrint, IsTheSameForAnySettingsAndSlices) {
-    const slab::PrintInput input = with_support(tests::make_input(overhangs(tests::skin_fablet())));
+    const pipeline::PrintInput input =
+        with_support(testing::make_input(overhangs(testing::skin_fablet())));
     const Printed whole = print(input, {});
     for (const int32_t threads : {1, 2, 4}) {
         for (const bool culling : {true, false}) {
-            slab::PrintOptions options;
+            pipeline::PrintOptions options;
             options.threads = threads;
             options.culling = culling;
-            options.groups_in_flight = 1 + threads;
+            options.slabs_in_flight = 1 + threads;
             options.isa = threads == 2 ? OPENFAB_ISA_SSE41 : OPENFAB_ISA_AVX2;
             const Printed other = print(input, options);
             EXPECT_TRUE(other.codes == whole.codes);
@@ -163,7 +164,7 @@ TEST(SupportPrint, IsTheSameForAnySettingsAndSlices) {
         std::vector<uint8_t> joined;
         uint64_t hash = 0;
         for (const Vec2<int32_t> part : {Vec2<int32_t>{0, cut}, Vec2<int32_t>{cut, height}}) {
-            slab::PrintOptions options;
+            pipeline::PrintOptions options;
             options.slices = part;
             const Printed half = print(input, options);
             joined.insert(joined.end(), half.codes.begin(), half.codes.end());
@@ -176,7 +177,7 @@ TEST(SupportPrint, IsTheSameForAnySettingsAndSlices) {
 
 // A wider grid moves no voxel; the slices of the bed below parts that float are support's.
 TEST(SupportPrint, ReachesTheBottomOfTheGrid) {
-    slab::PrintInput input = tests::make_input(overhangs(tests::solid_fablet()));
+    pipeline::PrintInput input = testing::make_input(overhangs(testing::solid_fablet()));
     input.crop_mm = Box3d{{-4, -3, -2}, {9, 7, -2}};
     expect_equal(input);
 }
@@ -192,16 +193,16 @@ TEST(SupportPrint, OfRandomBoxesIsWhatTheColumnsCallFor) {
         for (int k = 0; k < 25; ++k) {
             BoxPart box{{number(0, 12), number(0, 9), number(0, 3)},
                         {number(0.05, 3), number(0.05, 2), number(0.02, 0.8)},
-                        k % 2 == 0 ? &tests::solid_fablet() : &tests::tint_fablet(),
+                        k % 2 == 0 ? &testing::solid_fablet() : &testing::tint_fablet(),
                         static_cast<int32_t>(random() % 3)};
             boxes.push_back(box);
         }
-        expect_equal(tests::make_input(boxes));
+        expect_equal(testing::make_input(boxes));
     }
 }
 
-slab::PrintInput part_input(const std::vector<scene::Part>& parts, const Vec3d& pitch_mm) {
-    slab::PrintInput input;
+pipeline::PrintInput part_input(const std::vector<part::Part>& parts, const Vec3d& pitch_mm) {
+    pipeline::PrintInput input;
     input.parts = parts;
     input.pitch_mm = pitch_mm;
     input.materials.resize(2);
@@ -211,7 +212,7 @@ slab::PrintInput part_input(const std::vector<scene::Part>& parts, const Vec3d& 
 }
 
 TEST(SupportPrint, OfMirroredAndShearedMeshesIsWhatTheColumnsCallFor) {
-    std::vector<scene::Part> parts;
+    std::vector<part::Part> parts;
     const std::vector<std::array<double, 9>> turns{
         {1, 0, 0, 0, 1, 0, 0, 0, 1},
         {-1, 0, 0, 0, 1, 0, 0, 0, 1},
@@ -225,10 +226,10 @@ TEST(SupportPrint, OfMirroredAndShearedMeshesIsWhatTheColumnsCallFor) {
         options.instance = static_cast<int32_t>(k);
         options.priority = static_cast<int32_t>(k % 2);
         options.slot_material = {1, 2, 0};
-        const scene::Mesh mesh =
+        const mesh::Mesh mesh =
             k % 2 == 0 ? testing::torus(1, 0.35, 19, 9)
                        : testing::shaken(testing::sphere(0.9, 9, 7), static_cast<uint32_t>(k), 0.2);
-        parts.push_back(testing::make_part(tests::tint_fablet(), mesh, options));
+        parts.push_back(testing::make_part(testing::tint_fablet(), mesh, options));
     }
     expect_equal(part_input(parts, {0.11, 0.13, 0.07}));
     expect_equal(part_input(parts, {0.05, 0.04, 0.2}));

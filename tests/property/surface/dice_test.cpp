@@ -24,7 +24,7 @@ using surface::SurfaceOptions;
 
 class Dicing : public ::testing::TestWithParam<testing::Scenario> {
   protected:
-    std::unique_ptr<Surface> create(const scene::Part& part, SurfaceOptions options = {}) {
+    std::unique_ptr<Surface> create(const part::Part& part, SurfaceOptions options = {}) {
         options.micro_edge_mm = GetParam().micro_edge_mm;
         auto made = Surface::create(part, options);
         EXPECT_TRUE(made.has_value()) << made.error().text();
@@ -58,7 +58,7 @@ void expect_equal(const Surface& surface, const std::vector<reference::DicedTria
             ASSERT_EQ(expected.coverage, (use & surface::kForCoverage) != 0) << p;
             for (size_t c = 0; c < 3; ++c) {
                 const int32_t v = mesh->triangles[i][c];
-                const Vec3f& position = mesh->positions[static_cast<size_t>(v)];
+                const Vec3f& position = mesh->positions[v];
                 ASSERT_TRUE(same_bits(position, expected.positions[c]))
                     << "patch " << p << " triangle " << i << " corner " << c << ": " << position.x
                     << " " << position.y << " " << position.z << " against "
@@ -79,7 +79,7 @@ void expect_equal(const Surface& surface, const std::vector<reference::DicedTria
 }
 
 TEST_P(Dicing, EqualsThePlainTwinToTheBit) {
-    const scene::Part part = make_part(GetParam());
+    const part::Part part = make_part(GetParam());
     const auto surface = create(part);
     expect_equal(*surface,
                  reference::dice(part, GetParam().micro_edge_mm, testing::hand_identities(part),
@@ -87,7 +87,7 @@ TEST_P(Dicing, EqualsThePlainTwinToTheBit) {
 }
 
 TEST_P(Dicing, EqualsThePlainTwinWithoutIdentities) {
-    const scene::Part part = make_part(GetParam());
+    const part::Part part = make_part(GetParam());
     SurfaceOptions options;
     options.infer_identity = false;
     const auto surface = create(part, options);
@@ -98,7 +98,7 @@ TEST_P(Dicing, EqualsThePlainTwinWithoutIdentities) {
 }
 
 TEST_P(Dicing, CoverageSurfaceIsClosed) {
-    const scene::Part part = make_part(GetParam());
+    const part::Part part = make_part(GetParam());
     for (const bool infer : {true, false}) {
         SurfaceOptions options;
         options.infer_identity = infer;
@@ -110,7 +110,7 @@ TEST_P(Dicing, CoverageSurfaceIsClosed) {
 }
 
 TEST_P(Dicing, StaysInsideItsBoundsAndRanges) {
-    const scene::Part part = make_part(GetParam());
+    const part::Part part = make_part(GetParam());
     const auto surface = create(part);
     const surface::PatchRanges& r = surface->ranges();
     const size_t floats = static_cast<size_t>(r.float_components),
@@ -141,7 +141,7 @@ TEST_P(Dicing, StaysInsideItsBoundsAndRanges) {
 }
 
 TEST_P(Dicing, IsTheSameForAnyCacheAndThreads) {
-    const scene::Part part = make_part(GetParam());
+    const part::Part part = make_part(GetParam());
     const auto plenty = create(part);
     const size_t count = plenty->patches().size();
     for (const size_t bytes : {size_t{0}, size_t{20000}, size_t{200000}}) {
@@ -165,7 +165,7 @@ TEST_P(Dicing, IsTheSameForAnyCacheAndThreads) {
 }
 
 TEST_P(Dicing, ExactBoxIsThatOfAllVertices) {
-    const scene::Part part = make_part(GetParam());
+    const part::Part part = make_part(GetParam());
     const auto surface = create(part);
     Affine3d turned;
     turned.m = {0.36, 0.48, -0.8, -0.8, 0.6, 0, 0.48, 0.64, 0.6};

@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Coverage against point-in-solid by exact winding numbers; parts that touch; any order of groups.
+// Coverage against point-in-solid by exact winding numbers; parts that touch; any order of slabs.
 
 #include "runtime/voxel/coverage.h"
 
@@ -27,11 +27,11 @@ size_t index(const Vec3i& size, int32_t x, int32_t y, int32_t z) {
            static_cast<size_t>(x);
 }
 
-std::vector<uint8_t> voxels(const voxel::Voxeliser& voxeliser, const scene::Grid& grid,
-                            const std::vector<int32_t>& groups) {
+std::vector<uint8_t> voxels(const voxel::Voxeliser& voxeliser, const part::Grid& grid,
+                            const std::vector<int32_t>& slabs) {
     std::vector<uint8_t> out(index(grid.size, 0, 0, grid.size.z), 0);
-    voxel::GroupMask mask;
-    for (const int32_t g : groups) {
+    voxel::SlabMask mask;
+    for (const int32_t g : slabs) {
         voxeliser.coverage(g, &mask);
         for (int32_t y = 0; y < mask.height; ++y) {
             for (int32_t x = 0; x < mask.width; ++x) {
@@ -46,18 +46,18 @@ std::vector<uint8_t> voxels(const voxel::Voxeliser& voxeliser, const scene::Grid
     return out;
 }
 
-std::vector<int32_t> all_groups(const scene::Grid& grid) {
+std::vector<int32_t> all_slabs(const part::Grid& grid) {
     std::vector<int32_t> out;
     for (int32_t g = 0; 8 * g < grid.size.z; ++g)
         out.push_back(g);
     return out;
 }
 
-std::vector<uint8_t> voxels(const scene::Part& part, const scene::Grid& grid, double s = 0.1) {
+std::vector<uint8_t> voxels(const part::Part& part, const part::Grid& grid, double s = 0.1) {
     SurfaceOptions options;
     options.micro_edge_mm = s;
     auto surface = std::move(*Surface::create(part, options));
-    return voxels(voxel::Voxeliser(part, *surface, grid), grid, all_groups(grid));
+    return voxels(voxel::Voxeliser(part, *surface, grid), grid, all_slabs(grid));
 }
 
 class Coverage : public ::testing::TestWithParam<testing::Scenario> {};
@@ -80,36 +80,36 @@ TEST_P(Coverage, EqualsTheWindingNumberOfEveryVoxel) {
     options.micro_edge_mm = std::max(GetParam().micro_edge_mm, 0.2);
     int number = 0;
     for (const Affine3d& transform : {Affine3d{}, turned_transform(), mirrored_transform()}) {
-        const scene::Part part = make_part(GetParam(), transform);
+        const part::Part part = make_part(GetParam(), transform);
         auto surface = std::move(*Surface::create(part, options));
-        const scene::Grid grid = testing::grid_over(surface->exact_box(part.local_to_build),
-                                                    number++ % 2 == 0, {1, 1.7, 1});
+        const part::Grid grid = testing::grid_over(surface->exact_box(part.local_to_build),
+                                                   number++ % 2 == 0, {1, 1.7, 1});
         const voxel::Voxeliser voxeliser(part, *surface, grid);
         const auto expected = reference::inside(
-            reference::snap_triangles(scene::local_to_voxel(part, grid),
+            reference::snap_triangles(part::local_to_voxel(part, grid),
                                       testing::covering_triangles(part, *surface)),
             grid.size);
-        std::vector<int32_t> groups = all_groups(grid);
-        ASSERT_EQ(voxels(voxeliser, grid, groups), expected) << "transform " << number;
+        std::vector<int32_t> slabs = all_slabs(grid);
+        ASSERT_EQ(voxels(voxeliser, grid, slabs), expected) << "transform " << number;
         // Any order, and a second time.
-        std::reverse(groups.begin(), groups.end());
-        EXPECT_EQ(voxels(voxeliser, grid, groups), expected);
-        std::shuffle(groups.begin(), groups.end(), std::mt19937(number));
-        EXPECT_EQ(voxels(voxeliser, grid, groups), expected);
-        // Nothing waiting between groups, and all groups at once on many threads.
+        std::reverse(slabs.begin(), slabs.end());
+        EXPECT_EQ(voxels(voxeliser, grid, slabs), expected);
+        std::shuffle(slabs.begin(), slabs.end(), std::mt19937(number));
+        EXPECT_EQ(voxels(voxeliser, grid, slabs), expected);
+        // Nothing waiting between slabs, and all slabs at once on many threads.
         const voxel::Voxeliser forgetful(part, *surface, grid, 0);
-        EXPECT_EQ(voxels(forgetful, grid, groups), expected);
+        EXPECT_EQ(voxels(forgetful, grid, slabs), expected);
         const voxel::Voxeliser shared(part, *surface, grid);
-        std::vector<voxel::GroupMask> masks(groups.size());
-        tbb::parallel_for(size_t{0}, 3 * groups.size(), [&](size_t i) {
-            const size_t g = i % groups.size();
-            voxel::GroupMask mask;
-            shared.coverage(groups[g], &mask);
-            if (i < groups.size()) masks[g] = std::move(mask);
+        std::vector<voxel::SlabMask> masks(slabs.size());
+        tbb::parallel_for(size_t{0}, 3 * slabs.size(), [&](size_t i) {
+            const size_t g = i % slabs.size();
+            voxel::SlabMask mask;
+            shared.coverage(slabs[g], &mask);
+            if (i < slabs.size()) masks[g] = std::move(mask);
         });
-        for (size_t g = 0; g < groups.size(); ++g) {
-            voxel::GroupMask mask;
-            voxeliser.coverage(groups[g], &mask);
+        for (size_t g = 0; g < slabs.size(); ++g) {
+            voxel::SlabMask mask;
+            voxeliser.coverage(slabs[g], &mask);
             EXPECT_EQ(masks[g].x0, mask.x0);
             EXPECT_EQ(masks[g].y0, mask.y0);
             EXPECT_EQ(masks[g].width, mask.width);
@@ -138,7 +138,7 @@ INSTANTIATE_TEST_SUITE_P(Scenarios, Coverage, ::testing::ValuesIn(testing::scena
                          });
 
 /// A random tetrahedral cut of a box: parts that share their inner faces to the bit.
-std::vector<scene::Mesh> cut_box(uint32_t seed) {
+std::vector<mesh::Mesh> cut_box(uint32_t seed) {
     std::mt19937 random(seed);
     const auto number = [&] { return static_cast<double>(random() % 1001) / 1000; };
     std::vector<Vec3d> p;
@@ -146,20 +146,20 @@ std::vector<scene::Mesh> cut_box(uint32_t seed) {
         p.push_back({i & 1 ? 3.0 + number() : number(), i & 2 ? 3.0 + number() : number(),
                      i & 4 ? 3.0 + number() : number()});
     }
-    // Half of the cuts run through voxel centres exactly.
+    // Half of the cuts run through voxel centers exactly.
     if (seed % 2 == 0) {
         for (Vec3d& v : p)
             v = {std::round(v.x * 4) / 4 + 0.125, std::round(v.y * 4) / 4 + 0.125,
                  std::round(v.z * 4) / 4 + 0.125};
     }
-    // The centre and the 12 triangles of the outside make 12 tetrahedra.
+    // The center and the 12 triangles of the outside make 12 tetrahedra.
     p.push_back({2 + 0.25 * std::floor(number() * 3), 2, 2});
     const std::vector<std::array<int32_t, 3>> outside{{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6},
                                                       {0, 1, 4}, {1, 5, 4}, {2, 6, 3}, {3, 6, 7},
                                                       {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
-    std::vector<scene::Mesh> out;
+    std::vector<mesh::Mesh> out;
     for (const auto& t : outside) {
-        scene::Mesh mesh;
+        mesh::Mesh mesh;
         mesh.name = "cut";
         mesh.positions = p;
         mesh.triangles = {t, {t[0], 8, t[1]}, {t[1], 8, t[2]}, {t[2], 8, t[0]}};
@@ -176,16 +176,16 @@ std::vector<scene::Mesh> cut_box(uint32_t seed) {
 
 TEST(TouchingParts, ShareNoVoxelAndLeaveNoGap) {
     for (uint32_t seed = 1; seed <= 12; ++seed) {
-        const std::vector<scene::Mesh> cuts = cut_box(seed);
-        const scene::Grid grid{{0, 0, 0}, {0.25, 0.25, 0.25}, {18, 18, 18}};
+        const std::vector<mesh::Mesh> cuts = cut_box(seed);
+        const part::Grid grid{{0, 0, 0}, {0.25, 0.25, 0.25}, {18, 18, 18}};
         std::vector<int> owners(index(grid.size, 0, 0, grid.size.z), 0);
-        scene::Mesh whole = cuts[0];
+        mesh::Mesh whole = cuts[0];
         whole.triangles.clear();
-        for (const scene::Mesh& cut : cuts) {
+        for (const mesh::Mesh& cut : cuts) {
             whole.triangles.push_back(cut.triangles[0]);
-            // Parts are stored relative to their own centres, so vertices are given in 2^-6 mm to
+            // Parts are stored relative to their own centers, so vertices are given in 2^-6 mm to
             // come out alike.
-            scene::Mesh mesh = cut;
+            mesh::Mesh mesh = cut;
             for (Vec3d& v : mesh.positions) {
                 for (int axis = 0; axis < 3; ++axis)
                     v[axis] = std::round(v[axis] * 64) / 64;

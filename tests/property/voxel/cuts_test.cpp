@@ -36,10 +36,10 @@ constexpr int kRounds =
 /// Where the assembly stands, and on which grid.
 struct Stage {
     Affine3d transform;
-    scene::Grid grid;
+    part::Grid grid;
 
     /// A turned, moved assembly that takes about `voxels` along the longest side.
-    Stage(const scene::Mesh& mesh, std::mt19937* random, int32_t voxels, bool turned) {
+    Stage(const mesh::Mesh& mesh, std::mt19937* random, int32_t voxels, bool turned) {
         const auto number = [&] { return static_cast<double>((*random)() % 100001) / 100000; };
         if (turned) {
             Vec3d axis{number() - 0.5, number() - 0.5, number() + 0.1};
@@ -68,17 +68,17 @@ struct Stage {
 };
 
 /// 1 for each voxel that the part of the mesh covers.
-std::vector<uint8_t> voxels(const scene::Mesh& mesh, const Stage& stage) {
+std::vector<uint8_t> voxels(const mesh::Mesh& mesh, const Stage& stage) {
     const Vec3i size = stage.grid.size;
     std::vector<uint8_t> out(static_cast<size_t>(size.x) * static_cast<size_t>(size.y) *
                              static_cast<size_t>(size.z));
     if (mesh.triangles.empty()) return out;
     testing::PartOptions options;
     options.transform = stage.transform;
-    const scene::Part part = testing::make_part(testing::empty_fablet(), mesh, options);
+    const part::Part part = testing::make_part(testing::empty_fablet(), mesh, options);
     const auto surface = std::move(*surface::Surface::create(part, {}));
     const voxel::Voxeliser voxeliser(part, *surface, stage.grid);
-    voxel::GroupMask mask;
+    voxel::SlabMask mask;
     for (int32_t g = 0; 8 * g < size.z; ++g) {
         voxeliser.coverage(g, &mask);
         for (int32_t y = 0; y < mask.height; ++y) {
@@ -108,7 +108,7 @@ struct Compared {
 
 /// `all_cut`: every cut goes through all pieces that it meets, so that outside they fit each other.
 /// Else there is no mesh with all vertices, and the one without takes its place.
-Compared compare(const scene::Mesh& mesh, const std::vector<CutPiece>& pieces, const Stage& stage,
+Compared compare(const mesh::Mesh& mesh, const std::vector<CutPiece>& pieces, const Stage& stage,
                  bool all_cut = true) {
     CutPiece refined;
     std::vector<uint8_t> owners = voxels({}, stage);
@@ -133,7 +133,7 @@ Compared compare(const scene::Mesh& mesh, const std::vector<CutPiece>& pieces, c
     return out;
 }
 
-/// How far from the surface of all pieces the farthest of these voxels has its centre, in 1/256
+/// How far from the surface of all pieces the farthest of these voxels has its center, in 1/256
 /// voxel. Snapping moves a surface by 0.87 at most, and nothing else may decide otherwise.
 double farthest(const std::vector<size_t>& voxels, const std::vector<CutPiece>& pieces,
                 const Stage& stage) {
@@ -147,7 +147,7 @@ double farthest(const std::vector<size_t>& voxels, const std::vector<CutPiece>& 
                height = static_cast<size_t>(stage.grid.size.y);
     double most = 0;
     for (const size_t v : voxels) {
-        const Vec3d centre{256 * (static_cast<double>(v % width) + 0.5),
+        const Vec3d center{256 * (static_cast<double>(v % width) + 0.5),
                            256 * (static_cast<double>(v / width % height) + 0.5),
                            256 * (static_cast<double>(v / (width * height)) + 0.5)};
         double least = std::numeric_limits<double>::infinity();
@@ -155,8 +155,8 @@ double farthest(const std::vector<size_t>& voxels, const std::vector<CutPiece>& 
             for (const auto* triangles : {&piece.outer, &piece.caps}) {
                 for (const testing::CutTriangle& t : *triangles) {
                     const Vec3d q =
-                        reference::closest_point(centre, units(t[0]), units(t[1]), units(t[2]));
-                    least = std::min(least, length(q - centre));
+                        reference::closest_point(center, units(t[0]), units(t[1]), units(t[2]));
+                    least = std::min(least, length(q - center));
                 }
             }
         }
@@ -175,7 +175,7 @@ std::vector<CutPiece> cut_all(std::vector<CutPiece> pieces, const CutPlane& plan
     return out;
 }
 
-CutPlane random_plane(const scene::Mesh& mesh, std::mt19937* random) {
+CutPlane random_plane(const mesh::Mesh& mesh, std::mt19937* random) {
     const auto number = [&] { return static_cast<double>((*random)() % 10001) / 10000; };
     Box3d box;
     for (const Vec3d& p : mesh.positions)
@@ -192,17 +192,17 @@ CutPlane random_plane(const scene::Mesh& mesh, std::mt19937* random) {
 }
 
 /// Long ones, whose coordinates take most bits of a float.
-std::vector<scene::Mesh> convex_meshes() {
-    std::vector<scene::Mesh> out{scene::make_box({300, 11, 9}), testing::sphere(20, 24, 15),
-                                 scene::make_cylinder(14, 90)};
-    scene::Mesh egg = testing::sphere(10, 17, 11);
+std::vector<mesh::Mesh> convex_meshes() {
+    std::vector<mesh::Mesh> out{mesh::make_box({300, 11, 9}), testing::sphere(20, 24, 15),
+                                mesh::make_cylinder(14, 90)};
+    mesh::Mesh egg = testing::sphere(10, 17, 11);
     for (Vec3d& p : egg.positions)
         p = {13.37 * p.x + 0.1 * p.y, p.y + 0.02 * p.x, 0.7 * p.z};
     out.push_back(egg);
     return out;
 }
 
-void expect_exact(const scene::Mesh& mesh, const std::vector<CutPiece>& pieces, const Stage& stage,
+void expect_exact(const mesh::Mesh& mesh, const std::vector<CutPiece>& pieces, const Stage& stage,
                   const std::string& what, int64_t* solid, int64_t* moved) {
     const Compared c = compare(mesh, pieces, stage);
     EXPECT_EQ(c.twice, 0) << what;
@@ -216,11 +216,11 @@ void expect_exact(const scene::Mesh& mesh, const std::vector<CutPiece>& pieces, 
 
 TEST(Cuts, InAnyDirectionLeaveTheVoxelsOfTheUncutPart) {
     int64_t solid = 0, moved = 0;
-    const std::vector<scene::Mesh> meshes = convex_meshes();
+    const std::vector<mesh::Mesh> meshes = convex_meshes();
     for (uint32_t seed = 1; seed <= kRounds; ++seed) {
         std::mt19937 random(seed);
-        for (const scene::Mesh& mesh : meshes) {
-            // Along the box 3000 voxels of which it has 50 across: far from its centre floats are
+        for (const mesh::Mesh& mesh : meshes) {
+            // Along the box 3000 voxels of which it has 50 across: far from its center floats are
             // coarse.
             const bool bar = &mesh == &meshes[0] && seed % 2 == 0;
             const Stage stage(mesh, &random, bar ? 3000 : 60, seed % 4 != 0 && !bar);
@@ -237,7 +237,7 @@ TEST(Cuts, InAnyDirectionLeaveTheVoxelsOfTheUncutPart) {
 // Three metres long: counted in floats from the middle of each half, half of a vertex's bits would
 // be above 1/256 voxel.
 TEST(Cuts, FarFromTheMiddleLeaveTheVoxelsOfTheUncutPart) {
-    scene::Mesh mesh = testing::sphere(1, 24, 16);
+    mesh::Mesh mesh = testing::sphere(1, 24, 16);
     for (Vec3d& p : mesh.positions)
         p = {1500 * p.x, 3 * p.y, 2 * p.z};
     int64_t solid = 0, moved = 0;
@@ -259,7 +259,7 @@ TEST(Cuts, IntoManyPiecesLeaveTheVoxelsOfTheUncutPart) {
     int64_t solid = 0, moved = 0;
     for (uint32_t seed = 1; seed <= kRounds; ++seed) {
         std::mt19937 random(seed);
-        for (const scene::Mesh& mesh : convex_meshes()) {
+        for (const mesh::Mesh& mesh : convex_meshes()) {
             const Stage stage(mesh, &random, 50, seed % 3 != 0);
             std::vector<CutPiece> pieces{testing::whole(mesh)};
             for (int k = 0; k < 3; ++k)
@@ -272,7 +272,7 @@ TEST(Cuts, IntoManyPiecesLeaveTheVoxelsOfTheUncutPart) {
 }
 
 /// Planes through one point of the mesh, or through one line.
-std::vector<CutPlane> planes_through_one(const scene::Mesh& mesh, size_t count, bool line,
+std::vector<CutPlane> planes_through_one(const mesh::Mesh& mesh, size_t count, bool line,
                                          std::mt19937* random) {
     const auto number = [&] { return static_cast<double>((*random)() % 10001) / 10000 - 0.5; };
     Box3d box;
@@ -298,7 +298,7 @@ TEST(Cuts, ThatMeetAtALineOrAtAPointLeaveTheVoxelsOfTheUncutPart) {
     int64_t solid = 0, moved = 0;
     for (uint32_t seed = 1; seed <= kRounds; ++seed) {
         std::mt19937 random(seed);
-        for (const scene::Mesh& mesh : convex_meshes()) {
+        for (const mesh::Mesh& mesh : convex_meshes()) {
             const Stage stage(mesh, &random, 50, seed % 3 != 0);
             for (const bool line : {true, false}) {
                 std::vector<CutPiece> pieces{testing::whole(mesh)};
@@ -313,13 +313,13 @@ TEST(Cuts, ThatMeetAtALineOrAtAPointLeaveTheVoxelsOfTheUncutPart) {
 }
 
 // The second cut goes through one half only, so the other half's side of the first cut lacks the
-// vertices which that made: at such T-junctions a voxel may be lost or doubled, if its centre is
+// vertices which that made: at such T-junctions a voxel may be lost or doubled, if its center is
 // within 1/256 voxel of the cut.
 TEST(Cuts, OfOneHalfOnlyStayNextToTheCut) {
     Compared sum;
     for (uint32_t seed = 1; seed <= 2 * kRounds; ++seed) {
         std::mt19937 random(seed);
-        for (const scene::Mesh& mesh : convex_meshes()) {
+        for (const mesh::Mesh& mesh : convex_meshes()) {
             const Stage stage(mesh, &random, 50, seed % 3 != 0);
             std::vector<CutPiece> halves =
                 cut_all({testing::whole(mesh)}, random_plane(mesh, &random));
@@ -342,7 +342,7 @@ TEST(Cuts, OfOneHalfOnlyStayNextToTheCut) {
 TEST(Cuts, OfAnUprightBoxLeaveItsVoxels) {
     for (uint32_t seed = 1; seed <= kRounds; ++seed) {
         std::mt19937 random(seed);
-        const scene::Mesh mesh = scene::make_box({61.7, 23.3, 9.1});
+        const mesh::Mesh mesh = mesh::make_box({61.7, 23.3, 9.1});
         const Stage stage(mesh, &random, 150, false);
         // The diagonals of its faces are edges too; these are inside flat faces.
         const std::vector<CutPiece> pieces =
@@ -357,7 +357,7 @@ TEST(Cuts, ThroughVerticesLeaveTheVoxelsOfTheUncutPart) {
     int64_t solid = 0, moved = 0;
     for (uint32_t seed = 1; seed <= kRounds; ++seed) {
         std::mt19937 random(seed);
-        for (const scene::Mesh& mesh : convex_meshes()) {
+        for (const mesh::Mesh& mesh : convex_meshes()) {
             const Stage stage(mesh, &random, 50, seed % 2 == 0);
             const CutPiece all = testing::whole(mesh);
             const auto vertex = [&] {
@@ -374,11 +374,11 @@ TEST(Cuts, ThroughVerticesLeaveTheVoxelsOfTheUncutPart) {
     EXPECT_LT(moved, solid / 5'000);
 }
 
-// All coordinates in halves of voxels, the cuts through the centres of voxels and of edges.
+// All coordinates in halves of voxels, the cuts through the centers of voxels and of edges.
 TEST(Cuts, ThroughVoxelCentresLeaveTheVoxelsOfTheUncutPart) {
     for (uint32_t seed = 1; seed <= kRounds; ++seed) {
         std::mt19937 random(seed);
-        const scene::Mesh mesh = scene::make_box({16, 12, 8});
+        const mesh::Mesh mesh = mesh::make_box({16, 12, 8});
         Stage stage(mesh, &random, 64, false);
         stage.grid.pitch_mm = {0.25, 0.25, 0.25};
         stage.grid.origin_mm = {-9, -7, -1};
@@ -407,7 +407,7 @@ TEST_P(MeshCuts, LoseAndDoubleNoVoxel) {
         std::string(OPENFAB_SOURCE_DIR "/tests/data/meshes/") + GetParam() + ".obj";
     const testing::TriangleMesh read = testing::read_obj(file, 60);
     ASSERT_FALSE(read.triangles.empty());
-    scene::Mesh mesh;
+    mesh::Mesh mesh;
     for (const Vec3f& p : read.positions)
         mesh.positions.push_back(vec_cast<double>(p));
     mesh.triangles = read.triangles;

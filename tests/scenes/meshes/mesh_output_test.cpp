@@ -69,16 +69,14 @@ TEST_F(MeshOutput, HasTheVolumeOfTheVoxels) {
     EXPECT_TRUE(read_file(scratch() / "card.3mf") == read_file(scratch() / "exported.3mf"));
 
     const Voxels voxels = read_ofr(scratch() / "card.ofr");
-    Result<scene::LoadedMesh> mesh = scene::load_mesh(scratch() / "card.3mf", {});
+    Result<mesh::LoadedMesh> mesh = mesh::load_mesh(scratch() / "card.3mf", {});
     ASSERT_TRUE(mesh) << mesh.error().text();
-    const scene::MeshAttribute* face = mesh->mesh.find("face");
+    const mesh::MeshAttribute* face = mesh->mesh.find("face");
     ASSERT_NE(face, nullptr);
     std::map<std::string, double> six_volumes;
     for (size_t t = 0; t < mesh->mesh.triangles.size(); ++t) {
         const auto& corners = mesh->mesh.triangles[t];
-        const auto at = [&](size_t c) {
-            return mesh->mesh.positions[static_cast<size_t>(corners[c])];
-        };
+        const auto at = [&](size_t c) { return mesh->mesh.positions[corners[c]]; };
         for (const auto& [name, number] : mesh->groups) {
             if (number == face->faces[t]) six_volumes[name] += dot(at(0), cross(at(1), at(2)));
         }

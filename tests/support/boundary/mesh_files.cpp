@@ -10,7 +10,7 @@
 
 namespace openfab::testing {
 
-Vec3i half_voxels(const Vec3d& mm, const backends::PrintInfo& info) {
+Vec3i half_voxels(const Vec3d& mm, const pipeline::PrintInfo& info) {
     Vec3i p;
     for (int a = 0; a < 3; ++a)
         p[a] =
@@ -18,8 +18,8 @@ Vec3i half_voxels(const Vec3d& mm, const backends::PrintInfo& info) {
     return p;
 }
 
-CollectedMeshes read_threemf_meshes(const std::string& bytes, const backends::PrintInfo& info) {
-    const Result<scene::MeshSource> source = scene::parse_threemf(bytes, "print.3mf");
+CollectedMeshes read_threemf_meshes(const std::string& bytes, const pipeline::PrintInfo& info) {
+    const Result<mesh::MeshSource> source = mesh::parse_threemf(bytes, "print.3mf");
     if (!source) {
         ADD_FAILURE() << source.error().text();
         return {};
@@ -27,8 +27,7 @@ CollectedMeshes read_threemf_meshes(const std::string& bytes, const backends::Pr
     CollectedMeshes meshes;
     std::map<uint8_t, std::map<int32_t, uint32_t>> numbers;
     for (size_t t = 0; t < source->mesh.triangles.size(); ++t) {
-        const std::string& material =
-            source->groups[static_cast<size_t>(source->face_groups[t])].material;
+        const std::string& material = source->groups[source->face_groups[t]].material;
         uint8_t code = 1;
         while (code < info.materials.size() && info.materials[code - 1u].name != material)
             ++code;
@@ -38,8 +37,7 @@ CollectedMeshes read_threemf_meshes(const std::string& bytes, const backends::Pr
             auto& points = meshes[code].points;
             const auto [it, fresh] =
                 numbers[code].try_emplace(v, static_cast<uint32_t>(points.size()));
-            if (fresh)
-                points.push_back(half_voxels(source->mesh.positions[static_cast<size_t>(v)], info));
+            if (fresh) points.push_back(half_voxels(source->mesh.positions[v], info));
             corners[c] = it->second;
         }
         meshes[code].triangles.push_back(corners);

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Meshes that a print has written to files, read back for check_meshes.
+// Reads back mesh files of a print for check_meshes.
 
 #include <string>
 
@@ -11,11 +11,11 @@
 
 namespace openfab::testing {
 
-/// The place of a point of the print's build space, in half voxels of its grid.
-Vec3i half_voxels(const Vec3d& mm, const backends::PrintInfo& info);
+/// Converts a point of the print's build space to half voxels of its grid.
+Vec3i half_voxels(const Vec3d& mm, const pipeline::PrintInfo& info);
 
-/// The meshes of a 3MF by the codes of their materials, with the vertices that it shares. None, and
-/// a failed test, where our reader refuses it.
-CollectedMeshes read_threemf_meshes(const std::string& bytes, const backends::PrintInfo& info);
+/// Reads the meshes of a 3MF by material code, with shared vertices. Fails the test and returns
+/// none where our reader rejects it.
+CollectedMeshes read_threemf_meshes(const std::string& bytes, const pipeline::PrintInfo& info);
 
 }  // namespace openfab::testing

@@ -118,7 +118,7 @@ class Coverage {
     std::vector<std::array<int32_t, 2>> counts_;
 };
 
-/// Calls visit(face, axis, low, high) for each place between two voxels or at the block's border.
+/// Calls visit(face, axis, low, high) for each face between two voxels or at the block's border.
 template <typename Visit>
 void for_each_face(const VoxelBlock& block, Visit visit) {
     for (int axis = 0; axis < 3; ++axis) {
@@ -183,12 +183,12 @@ std::string check_interfaces(const VoxelBlock& block, const CollectedMeshes& mes
                        single, outer);
 }
 
-/// Takes meshes by places.
+/// Receives meshes by position.
 class PlaceCollector : public boundary::MeshReceiver {
   public:
     CollectedMeshes meshes;
 
-    bool goes_by_places() const override { return true; }
+    bool identifies_by_position() const override { return true; }
     Result<void> take_vertices(uint8_t, std::span<const Vec3i>) override { return {}; }
     Result<void> take_triangles(uint8_t code,
                                 std::span<const boundary::MeshTriangle> triangles) override {
@@ -198,7 +198,7 @@ class PlaceCollector : public boundary::MeshReceiver {
             for (size_t i = 0; i < 3; ++i) {
                 Vec3i p = t[i].point * (boundary::kSteps / 2);
                 for (int a = 0; a < 3; ++a)
-                    p[a] += t[i].off[static_cast<size_t>(a)];
+                    p[a] += t[i].off[a];
                 const auto number = static_cast<uint32_t>(mesh.points.size());
                 const auto [at, fresh] = numbers_[code].try_emplace({p.x, p.y, p.z}, number);
                 if (fresh) mesh.points.push_back(p);
@@ -216,7 +216,7 @@ Result<void> send(const VoxelBlock& block, boundary::MeshReceiver* receiver) {
     boundary::Mesher mesher(block.size.x, block.size.y, 0, receiver);
     const auto row = static_cast<size_t>(block.size.x);
     for (int32_t z = 0; z < block.size.z; ++z) {
-        const backends::SliceView slice{
+        const pipeline::SliceView slice{
             z,
             block.codes.data() + static_cast<size_t>(z) * row * static_cast<size_t>(block.size.y),
             row, block.size.x, block.size.y};
@@ -244,7 +244,7 @@ std::array<int, 2> axes_of(const Triangle& t) {
     return {(axis + 1) % 3, (axis + 2) % 3};
 }
 
-/// Whether a triangle and a segment, which share no vertex, meet.
+/// Returns whether a triangle and a segment, which share no vertex, meet.
 bool meets(const Triangle& t, const Vec3i& p, const Vec3i& q) {
     const int sp = sign(side_of(t[0], t[1], t[2], p)), sq = sign(side_of(t[0], t[1], t[2], q));
     if (sp * sq > 0) return false;
@@ -267,7 +267,8 @@ bool meets(const Triangle& t, const Vec3i& p, const Vec3i& q) {
     return !((s0 > 0 && s1 > 0 && s2 > 0) || (s0 < 0 && s1 < 0 && s2 < 0));
 }
 
-/// Whether a segment from a triangle's first vertex runs in its plane and between its other two.
+/// Returns whether a segment from a triangle's first vertex runs in its plane and between its other
+/// two.
 bool runs_inside(const Triangle& t, const Vec3i& q) {
     if (side_of(t[0], t[1], t[2], q) != 0) return false;
     const auto [u, v] = axes_of(t);
@@ -278,7 +279,7 @@ bool runs_inside(const Triangle& t, const Vec3i& q) {
     return turn(t[1], q) * inner >= 0 && turn(q, t[2]) * inner >= 0;
 }
 
-/// Whether a side of one triangle goes through another, not only up to it.
+/// Returns whether a side of one triangle goes through another, not only up to it.
 bool goes_through(const Triangle& from, const Triangle& t) {
     for (size_t i = 0; i < 3; ++i) {
         const Vec3i &p = from[i], &q = from[(i + 1) % 3];
@@ -300,17 +301,18 @@ bool boxes_meet(const Triangle& a, const Triangle& b) {
     return true;
 }
 
-/// Whether a side of the triangle `from` meets the triangle `with` elsewhere than it should.
+/// Returns whether a side of the triangle `from` meets the triangle `with` elsewhere than it
+/// should.
 bool pierces(const CollectedMesh& mesh, const std::array<uint32_t, 3>& from,
              const std::array<uint32_t, 3>& with) {
     for (size_t i = 0; i < 3; ++i) {
         uint32_t p = from[i], q = from[(i + 1) % 3];
-        const auto place = [&](uint32_t v) { return std::find(with.begin(), with.end(), v); };
-        if (place(p) == with.end()) std::swap(p, q);
-        const auto shared = place(p);
+        const auto position_of = [&](uint32_t v) { return std::find(with.begin(), with.end(), v); };
+        if (position_of(p) == with.end()) std::swap(p, q);
+        const auto shared = position_of(p);
         if (shared == with.end()) {
             if (meets(corners(mesh, with), mesh.points[p], mesh.points[q])) return true;
-        } else if (place(q) == with.end()) {
+        } else if (position_of(q) == with.end()) {
             std::array<uint32_t, 3> turned = with;
             std::rotate(turned.begin(), turned.begin() + (shared - with.begin()), turned.end());
             if (runs_inside(corners(mesh, turned), mesh.points[q])) return true;
@@ -394,7 +396,7 @@ CollectedMeshes mesh_block(const VoxelBlock& block) {
     return collector.corners_fit ? collector.meshes : CollectedMeshes();
 }
 
-CollectedMeshes mesh_block_by_places(const VoxelBlock& block) {
+CollectedMeshes mesh_block_by_position(const VoxelBlock& block) {
     PlaceCollector collector;
     return send(block, &collector) ? collector.meshes : CollectedMeshes();
 }
@@ -467,8 +469,8 @@ std::string check_crossings(const CollectedMesh& mesh) {
                        [&](const auto& a, const auto& b) { return a != b && pierces(mesh, a, b); });
 }
 
-std::string check_meshes_by_places(const VoxelBlock& block, const CollectedMeshes& meshes,
-                                   Crossings crossings) {
+std::string check_meshes_by_position(const VoxelBlock& block, const CollectedMeshes& meshes,
+                                     Crossings crossings) {
     constexpr int64_t kUnit = boundary::kSteps;
     std::set<uint8_t> codes(block.codes.begin(), block.codes.end());
     codes.erase(0);

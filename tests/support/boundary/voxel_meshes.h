@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Blocks of voxels, their meshes in memory, and what must be true of these: a list of all faces,
-// made one by one, is the twin that the mesher is held against.
+// Blocks of voxels, their meshes in memory, and checks of these: the mesher is compared with a
+// twin, a list of all faces made one by one.
 
 #include <array>
 #include <cstdint>
@@ -28,7 +28,7 @@ struct VoxelBlock {
                          static_cast<size_t>(size.x) +
                      static_cast<size_t>(v.x)];
     }
-    /// Void outside.
+    /// Returns the code of a voxel; void outside.
     uint8_t code(Vec3i v) const;
     int64_t count(uint8_t code) const;
 };
@@ -38,7 +38,7 @@ struct CollectedMesh {
     std::vector<std::array<uint32_t, 3>> triangles;
 };
 
-/// By code.
+/// Meshes by code.
 using CollectedMeshes = std::map<uint8_t, CollectedMesh>;
 
 class Collector : public boundary::MeshReceiver {
@@ -55,36 +55,35 @@ class Collector : public boundary::MeshReceiver {
     std::map<uint8_t, std::vector<boundary::MeshTriangle>> taken_;
 };
 
-/// The meshes of a block as the mesher gives them; an empty map where it failed.
+/// Returns the meshes of a block from the mesher; an empty map where it failed.
 CollectedMeshes mesh_block(const VoxelBlock& block);
 
-/// The meshes of a block by the places of their vertices alone, as a file without numbers has them:
-/// equal points are one. In steps, kSteps a voxel.
-CollectedMeshes mesh_block_by_places(const VoxelBlock& block);
+/// Returns the meshes of a block with vertices identified by position, like in a file without
+/// vertex indices: equal points are one. In steps, kSteps a voxel.
+CollectedMeshes mesh_block_by_position(const VoxelBlock& block);
 
-/// What is wrong with one mesh alone: triangles without area, edges that are not between two
-/// triangles that pass them in opposite directions, vertices that none or several fans of triangles
-/// share. Empty if nothing is.
+/// Checks one mesh; returns the first fault, empty if none: degenerate triangles, edges that are
+/// not between two triangles of opposite directions, vertices with no or several fans of triangles.
 std::string check_manifold(const CollectedMesh& mesh);
 
-/// Six times the volume in half voxels: 48 for each voxel.
+/// Returns six times the volume in half voxels: 48 for each voxel.
 int64_t six_volumes(const CollectedMesh& mesh);
 
-/// What is wrong with the meshes as those of the block: check_manifold of each; the volume is not
+/// Checks the meshes of a block; returns the first fault: check_manifold of each; the volume is not
 /// that of the voxels; a face is not covered exactly once, from the right side; a triangle between
 /// two materials is not in both meshes.
 std::string check_meshes(const VoxelBlock& block, const CollectedMeshes& meshes);
 
-/// What is wrong with a mesh as a surface in space: a triangle that meets another elsewhere than in
-/// the vertices that they share. Takes time with the square of the triangles.
+/// Checks for self-intersections; returns the first: triangles that meet other than in vertices
+/// that they share. Quadratic in the number of triangles.
 std::string check_crossings(const CollectedMesh& mesh);
 
 enum class Crossings { kLookedFor, kNotLookedFor };
 
-/// What is wrong with meshes by places as those of the block: check_manifold and check_crossings of
-/// each; the volume is another than the voxels' by more than a step all over the surface; a face is
-/// not covered exactly once, from the right side and within a step.
-std::string check_meshes_by_places(const VoxelBlock& block, const CollectedMeshes& meshes,
-                                   Crossings crossings = Crossings::kLookedFor);
+/// Checks the meshes of a block by position; returns the first fault: check_manifold and
+/// check_crossings of each; the volume differs from the voxels' by more than a step all over the
+/// surface; a face is not covered exactly once, from the right side and within a step.
+std::string check_meshes_by_position(const VoxelBlock& block, const CollectedMeshes& meshes,
+                                     Crossings crossings = Crossings::kLookedFor);
 
 }  // namespace openfab::testing

@@ -141,7 +141,7 @@ class Reader {
     uint32_t next_constant(Type type) {
         const std::string word = next();
         const std::optional<uint32_t> bits = constant_bits(type, word);
-        if (!bits) fail(fmt::format("`{}` is no {}", word, spelling(type)));
+        if (!bits) fail(fmt::format("`{}` is not a valid {}", word, spelling(type)));
         return bits.value_or(0);
     }
     std::vector<uint32_t> read_defaults(Type type) {
@@ -173,14 +173,14 @@ class Reader {
             fablet_.nearest.push_back(read_varying());
         } else if (word == "stage") {
             read_stage();
-        } else if ((word == "print" || word == "assert") && stage_ != nullptr) {
-            Print p;
+        } else if ((word == "printf" || word == "assert") && stage_ != nullptr) {
+            Printf p;
             p.is_assert = word == "assert";
             p.format = next();
             p.source = next();
             p.line = next_int();
             p.column = next_int();
-            stage_->prints.push_back(std::move(p));
+            stage_->printfs.push_back(std::move(p));
         } else if (word == "output" && stage_ != nullptr) {
             read_output();
         } else {
@@ -240,12 +240,12 @@ class Reader {
     void read_stage() {
         const std::string name = next();
         for (StageKind kind :
-             {StageKind::kSurface, StageKind::kSurfaceBounds, StageKind::kSurfacePhase,
+             {StageKind::kSurface, StageKind::kSurfaceBounds, StageKind::kSurfaceSegment,
               StageKind::kVolume, StageKind::kVolumeBounds, StageKind::kVolumeDemand,
-              StageKind::kVolumePhase, StageKind::kDerived}) {
+              StageKind::kVolumeSegment, StageKind::kDerived}) {
             if (name != stage_name(kind)) continue;
             const bool surface =
-                kind <= StageKind::kSurfaceBounds || kind == StageKind::kSurfacePhase;
+                kind <= StageKind::kSurfaceBounds || kind == StageKind::kSurfaceSegment;
             stage_ = surface ? &fablet_.surface : &fablet_.volume;
             stage_->kind = kind;
             fablet_.has_surface = fablet_.has_surface || surface;

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Reads the text that ir::print writes, for tests that start from IR written by hand.
+// Reads the text that ir::dump writes, for tests that start from IR written by hand.
 
 #include <cstdint>
 #include <optional>
@@ -13,7 +13,7 @@
 
 namespace openfab::ir {
 
-/// Reads the fablet that `print` wrote, all but its spans, which the text does not hold; or stages
+/// Reads the fablet that `dump` wrote, all but its spans, which the text does not hold; or stages
 /// alone, each of any kind, which are the fablet's surface or volume. Empty lines and lines that
 /// start with `#` are skipped. On a fault: empty, and `fault` says `line N: what`.
 std::optional<Fablet> read(std::string_view text, std::string* fault);

@@ -12,7 +12,7 @@
 
 #include "compiler/diag/render.h"
 
-namespace openfab::test {
+namespace openfab::testing {
 
 namespace {
 
@@ -167,4 +167,4 @@ std::string with_expectations(std::string_view text, const diag::Sink& sink,
     return out;
 }
 
-}  // namespace openfab::test
+}  // namespace openfab::testing

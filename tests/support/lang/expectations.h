@@ -18,7 +18,7 @@
 #include "compiler/diag/sink.h"
 #include "compiler/source/source_manager.h"
 
-namespace openfab::test {
+namespace openfab::testing {
 
 /// What the file's comments expect, and what the sink holds, in one form: `3:15+1 error: … [id]`,
 /// `note 3:7: …`, `help: …`. Sorted by position; notes and help behind their message.
@@ -35,4 +35,4 @@ std::string difference(const std::vector<std::string>& expected,
 std::string with_expectations(std::string_view text, const diag::Sink& sink,
                               const source::SourceManager& sources);
 
-}  // namespace openfab::test
+}  // namespace openfab::testing

@@ -6,7 +6,7 @@
 
 #include "compiler/driver/frontend.h"
 
-namespace openfab::test {
+namespace openfab::testing {
 namespace {
 
 std::string check(const std::string& text) {
@@ -84,4 +84,4 @@ TEST(Expectations, UpdatingGivesAFileThatPasses) {
 }
 
 }  // namespace
-}  // namespace openfab::test
+}  // namespace openfab::testing

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Counts what a piece of a test allocates. A program that links this has operators new and delete
-// that keep count; what C libraries take by malloc is not in it.
+// Counts the allocations of a part of a test. A program that links this has counting operators new
+// and delete; malloc by C libraries is not counted.
 
 #include <cstdint>
 #include <ctime>
@@ -13,7 +13,7 @@ namespace openfab::testing {
 class Meter {
   public:
     Meter();
-    /// The most that was there at once since the meter was made, besides what was there before.
+    /// Returns the peak of allocated bytes since the meter was made, above those allocated before.
     int64_t peak_bytes() const;
     /// Since then, of processors, which other programs share.
     double seconds() const { return static_cast<double>(std::clock() - start_) / CLOCKS_PER_SEC; }

@@ -55,8 +55,8 @@ void add_fan(const std::vector<Corner>& polygon, std::vector<CutTriangle>* out) 
 
 }  // namespace
 
-scene::Mesh CutPiece::mesh(bool with_caps) const {
-    scene::Mesh out;
+mesh::Mesh CutPiece::mesh(bool with_caps) const {
+    mesh::Mesh out;
     out.name = "piece";
     const auto add = [&](const std::vector<CutTriangle>& triangles) {
         for (const CutTriangle& t : triangles) {
@@ -70,12 +70,11 @@ scene::Mesh CutPiece::mesh(bool with_caps) const {
     return out;
 }
 
-CutPiece whole(const scene::Mesh& mesh) {
+CutPiece whole(const mesh::Mesh& mesh) {
     CutPiece out;
     for (const auto& t : mesh.triangles) {
-        out.outer.push_back({rounded(mesh.positions[static_cast<size_t>(t[0])]),
-                             rounded(mesh.positions[static_cast<size_t>(t[1])]),
-                             rounded(mesh.positions[static_cast<size_t>(t[2])])});
+        out.outer.push_back({rounded(mesh.positions[t[0]]), rounded(mesh.positions[t[1]]),
+                             rounded(mesh.positions[t[2]])});
     }
     return out;
 }

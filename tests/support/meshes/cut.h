@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Cuts meshes by planes as a CAD program does that exports the pieces of an assembly: both pieces
+// Cuts meshes by planes, like a CAD program that exports the pieces of an assembly: both pieces
 // have the same vertices along the cut, rounded to float, and the same cap from either side.
 
 #include <array>
@@ -15,12 +15,12 @@ namespace openfab::testing {
 
 using CutTriangle = std::array<Vec3d, 3>;
 
-/// A closed surface: what is left of the mesh that was cut, and the caps that close it.
+/// One piece of a cut mesh, closed by caps.
 struct CutPiece {
     std::vector<CutTriangle> outer, caps;
 
     bool empty() const { return outer.empty() && caps.empty(); }
-    scene::Mesh mesh(bool with_caps = true) const;
+    mesh::Mesh mesh(bool with_caps = true) const;
 };
 
 struct CutPlane {
@@ -30,10 +30,11 @@ struct CutPlane {
     double side(const Vec3d& p) const { return dot(normal, p) - offset; }
 };
 
-/// With positions rounded to float, as most files have them.
-CutPiece whole(const scene::Mesh& mesh);
+/// Rounds positions to float, as in most files.
+CutPiece whole(const mesh::Mesh& mesh);
 
-/// Above the plane and below it. Each cap is a fan around the middle of its outline: with outlines
+/// Returns the pieces above and below the plane. Each cap is a fan around the center of its
+/// outline: with outlines
 /// that are not star-shaped its triangles overlap each other, and cancel where they do.
 std::array<CutPiece, 2> cut(const CutPiece& piece, const CutPlane& plane);
 

@@ -21,8 +21,8 @@ T need(Result<T> result) {
     return std::move(*result);
 }
 
-scene::MeshAttribute attribute(const char* name, int32_t components) {
-    scene::MeshAttribute out;
+mesh::MeshAttribute attribute(const char* name, int32_t components) {
+    mesh::MeshAttribute out;
     out.name = name;
     out.components = components;
     return out;
@@ -35,7 +35,7 @@ struct Grid2 {
     int32_t uv(int32_t row, int32_t column) const { return row * (columns + 1) + column; }
 };
 
-void add_uv(scene::MeshAttribute* uv, int32_t columns, int32_t rows) {
+void add_uv(mesh::MeshAttribute* uv, int32_t columns, int32_t rows) {
     for (int32_t row = 0; row <= rows; ++row) {
         for (int32_t column = 0; column <= columns; ++column) {
             uv->values.push_back(static_cast<float>(column) / static_cast<float>(columns));
@@ -44,12 +44,12 @@ void add_uv(scene::MeshAttribute* uv, int32_t columns, int32_t rows) {
     }
 }
 
-void add_normal(scene::MeshAttribute* n, const Vec3d& v) {
+void add_normal(mesh::MeshAttribute* n, const Vec3d& v) {
     for (int axis = 0; axis < 3; ++axis)
         n->values.push_back(static_cast<float>(v[axis]));
 }
 
-void add_triangle(scene::Mesh* mesh, const std::array<int32_t, 3>& p,
+void add_triangle(mesh::Mesh* mesh, const std::array<int32_t, 3>& p,
                   const std::array<int32_t, 3>& uv) {
     mesh->triangles.push_back(p);
     mesh->attributes[0].corners.push_back(uv);
@@ -57,8 +57,8 @@ void add_triangle(scene::Mesh* mesh, const std::array<int32_t, 3>& p,
     mesh->attributes[2].faces.push_back(0);
 }
 
-scene::Mesh fresh(const char* name) {
-    scene::Mesh mesh;
+mesh::Mesh fresh(const char* name) {
+    mesh::Mesh mesh;
     mesh.name = name;
     mesh.attributes = {attribute("uv", 2), attribute("n", 3), attribute("face", 1)};
     mesh.attributes[2].is_int = true;
@@ -67,22 +67,22 @@ scene::Mesh fresh(const char* name) {
 
 }  // namespace
 
-scene::Mesh cube(double side_mm) {
-    scene::Mesh mesh = scene::make_box({side_mm, side_mm, side_mm});
+mesh::Mesh cube(double side_mm) {
+    mesh::Mesh mesh = mesh::make_box({side_mm, side_mm, side_mm});
     mesh.name = "cube";
     for (Vec3d& p : mesh.positions)
         p = p + Vec3d{side_mm / 2, side_mm / 2, 0};
     return mesh;
 }
 
-scene::Mesh card(double width_mm, double height_mm, double thickness_mm) {
-    scene::Mesh mesh = scene::make_box({width_mm, height_mm, thickness_mm});
+mesh::Mesh card(double width_mm, double height_mm, double thickness_mm) {
+    mesh::Mesh mesh = mesh::make_box({width_mm, height_mm, thickness_mm});
     mesh.name = "card";
     return mesh;
 }
 
-scene::Mesh sphere(double radius_mm, int32_t around, int32_t stacks) {
-    scene::Mesh mesh = fresh("sphere");
+mesh::Mesh sphere(double radius_mm, int32_t around, int32_t stacks) {
+    mesh::Mesh mesh = fresh("sphere");
     add_uv(&mesh.attributes[0], around, stacks);
     const auto add = [&](const Vec3d& n) {
         mesh.positions.push_back(n * radius_mm);
@@ -90,9 +90,9 @@ scene::Mesh sphere(double radius_mm, int32_t around, int32_t stacks) {
     };
     add({0, 0, -1});
     for (int32_t stack = 1; stack < stacks; ++stack) {
-        const scene::SinCos lat = scene::sin_cos_degrees(-90.0 + 180.0 * stack / stacks);
+        const SinCos lat = sin_cos_degrees(-90.0 + 180.0 * stack / stacks);
         for (int32_t i = 0; i < around; ++i) {
-            const scene::SinCos lon = scene::sin_cos_degrees(360.0 * i / around);
+            const SinCos lon = sin_cos_degrees(360.0 * i / around);
             add({lat.cos * lon.cos, lat.cos * lon.sin, lat.sin});
         }
     }
@@ -115,13 +115,13 @@ scene::Mesh sphere(double radius_mm, int32_t around, int32_t stacks) {
     return mesh;
 }
 
-scene::Mesh torus(double major_radius_mm, double minor_radius_mm, int32_t around, int32_t across) {
-    scene::Mesh mesh = fresh("torus");
+mesh::Mesh torus(double major_radius_mm, double minor_radius_mm, int32_t around, int32_t across) {
+    mesh::Mesh mesh = fresh("torus");
     add_uv(&mesh.attributes[0], across, around);
     for (int32_t i = 0; i < around; ++i) {
-        const scene::SinCos a = scene::sin_cos_degrees(360.0 * i / around);
+        const SinCos a = sin_cos_degrees(360.0 * i / around);
         for (int32_t j = 0; j < across; ++j) {
-            const scene::SinCos b = scene::sin_cos_degrees(360.0 * j / across);
+            const SinCos b = sin_cos_degrees(360.0 * j / across);
             const Vec3d n{a.cos * b.cos, a.sin * b.cos, b.sin};
             mesh.positions.push_back(Vec3d{a.cos, a.sin, 0} * major_radius_mm +
                                      n * minor_radius_mm);
@@ -141,31 +141,30 @@ scene::Mesh torus(double major_radius_mm, double minor_radius_mm, int32_t around
     return mesh;
 }
 
-scene::Mesh without(scene::Mesh mesh, const std::string& attribute) {
+mesh::Mesh without(mesh::Mesh mesh, const std::string& attribute) {
     std::erase_if(mesh.attributes,
-                  [&](const scene::MeshAttribute& a) { return a.name == attribute; });
+                  [&](const mesh::MeshAttribute& a) { return a.name == attribute; });
     return mesh;
 }
 
-double signed_volume(const scene::Mesh& mesh) {
+double signed_volume(const mesh::Mesh& mesh) {
     double sum = 0;
     for (const std::array<int32_t, 3>& t : mesh.triangles) {
         const auto& p = mesh.positions;
-        sum += dot(p[static_cast<size_t>(t[0])],
-                   cross(p[static_cast<size_t>(t[1])], p[static_cast<size_t>(t[2])]));
+        sum += dot(p[t[0]], cross(p[t[1]], p[t[2]]));
     }
     return sum / 6;
 }
 
-scene::Part make_part(const openfab_fablet& fablet, const scene::Mesh& mesh,
-                      const PartOptions& options) {
-    const scene::PolarFactors polar = need(scene::polar_factors(options.transform.m));
-    scene::Part part;
+part::Part make_part(const openfab_fablet& fablet, const mesh::Mesh& mesh,
+                     const PartOptions& options) {
+    const PolarFactors polar = need(polar_factors(options.transform.m));
+    part::Part part;
     part.name = mesh.name;
     part.fablet = &fablet;
-    part.mesh = need(scene::make_part_mesh(mesh, fablet, polar.s));
+    part.mesh = need(part::make_part_mesh(mesh, fablet, polar.s));
     part.local_to_build =
-        scene::part_local_to_build(polar, options.transform.t, part.mesh->center_part_mm);
+        part::part_local_to_build(polar, options.transform.t, part.mesh->center_part_mm);
     part.uniform_values = options.uniform_values;
     if (part.uniform_values.empty()) {
         part.uniform_values.assign(static_cast<size_t>(fablet.uniform_value_count), 0);
@@ -177,7 +176,7 @@ scene::Part make_part(const openfab_fablet& fablet, const scene::Mesh& mesh,
             }
         }
     }
-    scene::derive_uniforms(fablet, &part.uniform_values);
+    part::derive_uniforms(fablet, &part.uniform_values);
     part.textures = options.textures;
     part.slot_material = options.slot_material;
     if (part.slot_material.empty()) {
@@ -204,11 +203,11 @@ const openfab_fablet& empty_fablet() {
     return fablet;
 }
 
-scene::Grid grid_around(const scene::Part& part, const Vec3d& pitch_mm, double margin_mm) {
+part::Grid grid_around(const part::Part& part, const Vec3d& pitch_mm, double margin_mm) {
     Box3d box;
     for (const Vec3d& p : part.mesh->positions)
         box.add(part.local_to_build.apply(p));
-    scene::Grid grid;
+    part::Grid grid;
     grid.pitch_mm = pitch_mm;
     for (int axis = 0; axis < 3; ++axis) {
         const double lo = std::floor((box.lo[axis] - margin_mm) / pitch_mm[axis]);

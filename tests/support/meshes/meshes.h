@@ -17,20 +17,22 @@
 
 namespace openfab::testing {
 
-/// A box with lowest corner at the origin: 12 triangles, attributes uv, n, face as scene::make_box.
-scene::Mesh cube(double side_mm);
-/// The postcard's base: width x height x thickness, centred in x and y on z = 0; face 0 front, 1
+/// A box with lowest corner at the origin: 12 triangles, attributes uv, n, face
+/// as in mesh::make_box.
+mesh::Mesh cube(double side_mm);
+/// The postcard's base: width x height x thickness, centered in x and y on z = 0; face 0 front, 1
 /// back.
-scene::Mesh card(double width_mm, double height_mm, double thickness_mm);
+mesh::Mesh card(double width_mm, double height_mm, double thickness_mm);
 /// Longitude and latitude, around the origin; smooth normals, uv, face 0. around >= 3, stacks >= 2.
-scene::Mesh sphere(double radius_mm, int32_t around = 32, int32_t stacks = 16);
+mesh::Mesh sphere(double radius_mm, int32_t around = 32, int32_t stacks = 16);
 /// Around the z axis and the origin; smooth normals, uv with seams, face 0.
-scene::Mesh torus(double major_radius_mm, double minor_radius_mm, int32_t around = 32,
-                  int32_t across = 16);
-/// The same mesh without the attribute.
-scene::Mesh without(scene::Mesh mesh, const std::string& attribute);
-/// Signed volume in mm^3; positive for a closed mesh that is counter-clockwise from outside.
-double signed_volume(const scene::Mesh& mesh);
+mesh::Mesh torus(double major_radius_mm, double minor_radius_mm, int32_t around = 32,
+                 int32_t across = 16);
+/// Returns the mesh without the attribute.
+mesh::Mesh without(mesh::Mesh mesh, const std::string& attribute);
+/// Returns the signed volume in mm^3:
+/// positive for a closed mesh that is counter-clockwise from outside.
+double signed_volume(const mesh::Mesh& mesh);
 
 struct PartOptions {
     Affine3d transform;                    ///< mesh mm to build mm
@@ -40,19 +42,20 @@ struct PartOptions {
     double max_displacement_mm = std::numeric_limits<double>::infinity();
     int32_t priority = 0;
     int32_t instance = 0;
-    std::vector<std::vector<int32_t>> objects;  ///< as scene::Part::objects
+    std::vector<std::vector<int32_t>> objects;  ///< as in part::Part::objects
 };
 
-/// A part as scene::bind makes it. Prints the reason and aborts where the mesh lacks an attribute
-/// or the transform is singular. `fablet` must outlive the part.
-scene::Part make_part(const openfab_fablet& fablet, const scene::Mesh& mesh,
-                      const PartOptions& options = {});
+/// Makes a part like part::bind. Prints the reason and aborts if the mesh lacks an attribute or
+/// the transform is singular. `fablet` must outlive the part.
+part::Part make_part(const openfab_fablet& fablet, const mesh::Mesh& mesh,
+                     const PartOptions& options = {});
 
-/// A fablet without kernels, stages or uniforms, for what needs geometry alone.
+/// A fablet without kernels, stages or uniforms, for tests of geometry alone.
 const openfab_fablet& empty_fablet();
 
-/// The smallest grid that holds the part's base mesh (grown by `margin_mm`), cut to whole multiples
+/// Returns the smallest grid that holds
+/// the part's base mesh (grown by `margin_mm`), cut to whole multiples
 /// of the pitch from the build origin.
-scene::Grid grid_around(const scene::Part& part, const Vec3d& pitch_mm, double margin_mm = 0);
+part::Grid grid_around(const part::Part& part, const Vec3d& pitch_mm, double margin_mm = 0);
 
 }  // namespace openfab::testing

@@ -14,9 +14,9 @@
 #include <limits>
 #include <vector>
 
-#include "runtime/nearest/patch_cache.h"
-#include "runtime/nearest/triangle.h"
-#include "runtime/nearest/voxel_centre.h"
+#include "runtime/nearest/engine/patch_cache.h"
+#include "runtime/nearest/tree/triangle.h"
+#include "runtime/nearest/voxel_center.h"
 #include "tests/support/reference/closest_point.h"
 
 namespace openfab::testing {
@@ -25,7 +25,7 @@ namespace {
 using nearest::BlockAnswer;
 using nearest::BlockQuery;
 using nearest::PointAnswer;
-using nearest::PointGroup;
+using nearest::PointPacket;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -36,7 +36,7 @@ class Engine final : public EmbreeEngine {
         std::vector<nearest::InputTriangle> triangles;
         const auto count = static_cast<int32_t>(surface.patches().size());
         for (int32_t p = 0; p < count; ++p) {
-            if ((surface.patches()[static_cast<size_t>(p)].use & surface::kForQuery) == 0) continue;
+            if ((surface.patches()[p].use & surface::kForQuery) == 0) continue;
             nearest::append_triangles(*surface.micro(p), p, &triangles);
         }
         frames_.resize(triangles.size());
@@ -73,12 +73,12 @@ class Engine final : public EmbreeEngine {
         for (int32_t v = 0; v < nearest::kBlockVoxels; ++v) {
             const auto at = static_cast<size_t>(v);
             const bool asked =
-                query.demand == nullptr || (query.demand[at >> 3] >> (v & 7) & 1) != 0;
-            ++(asked ? s.counts.asked : s.counts.skipped);
+                query.active == nullptr || (query.active[at >> 3] >> (v & 7) & 1) != 0;
+            ++(asked ? s.counts.queried : s.counts.skipped);
             Found best;
             if (asked) {
                 const Vec3i voxel = query.block + Vec3i{v >> 3 & 7, v >> 6, v & 7};
-                best = closest(nearest::voxel_centre(frame_, voxel), query.radius_mm, &s);
+                best = closest(nearest::voxel_center(frame_, voxel), query.radius_mm, &s);
             }
             s.exact_mm[at] = best.exact_mm;
             answer->distance2[v] = best.hit.distance2;
@@ -89,16 +89,16 @@ class Engine final : public EmbreeEngine {
         }
     }
 
-    void query_points(std::span<const PointGroup> groups, float radius_mm,
+    void query_points(std::span<const PointPacket> packets, float radius_mm,
                       nearest::Engine::Scratch* scratch, PointAnswer* answers) const override {
         auto& s = static_cast<EmbreeEngine::Scratch&>(*scratch);
-        for (size_t g = 0; g < groups.size(); ++g) {
+        for (size_t g = 0; g < packets.size(); ++g) {
             for (size_t l = 0; l < 8; ++l) {
-                const Vec3f p{groups[g].p[0][l], groups[g].p[1][l], groups[g].p[2][l]};
-                bool asked = (groups[g].mask >> l & 1u) != 0;
-                s.counts.asked += asked ? 1 : 0;
+                const Vec3f p{packets[g].p[0][l], packets[g].p[1][l], packets[g].p[2][l]};
+                bool asked = (packets[g].mask >> l & 1u) != 0;
+                s.counts.queried += asked ? 1 : 0;
                 for (int a = 0; a < 3; ++a)
-                    asked = asked && std::fabs(p[a]) < nearest::kFarthestPoint;
+                    asked = asked && std::fabs(p[a]) < nearest::kMaxCoordinate;
                 const Found best = asked ? closest(p, radius_mm, &s) : Found{};
                 answers[g].distance2[l] = best.hit.distance2;
                 answers[g].patch[l] = best.patch(*this);
@@ -112,9 +112,9 @@ class Engine final : public EmbreeEngine {
     void bounds(const Vec3i& lowest, int32_t size, nearest::Engine::Scratch* scratch,
                 nearest::BoxBounds* out) const override {
         auto& s = static_cast<EmbreeEngine::Scratch&>(*scratch);
-        const Vec3f lo = nearest::voxel_centre(frame_, lowest),
+        const Vec3f lo = nearest::voxel_center(frame_, lowest),
                     hi =
-                        nearest::voxel_centre(frame_, lowest + Vec3i{size - 1, size - 1, size - 1});
+                        nearest::voxel_center(frame_, lowest + Vec3i{size - 1, size - 1, size - 1});
         const Vec3f middle = (lo + hi) * 0.5f;
         const double reach = 0.501 * static_cast<double>(length(hi - lo));
         const double distance =
@@ -157,9 +157,7 @@ class Engine final : public EmbreeEngine {
         std::vector<std::pair<int64_t, double>> triangles;  // and how far they are
     };
 
-    const nearest::TriangleDetail& detail(int64_t triangle) const {
-        return details_[static_cast<size_t>(triangle)];
-    }
+    const nearest::TriangleDetail& detail(int64_t triangle) const { return details_[triangle]; }
 
     void make_scene(const std::vector<nearest::InputTriangle>& triangles) {
         device_ = rtcNewDevice(nullptr);
@@ -195,7 +193,7 @@ class Engine final : public EmbreeEngine {
     }
 
     double exact_distance(int64_t triangle, const Vec3d& p) const {
-        const nearest::TriangleFrame& f = frames_[static_cast<size_t>(triangle)];
+        const nearest::TriangleFrame& f = frames_[triangle];
         const nearest::TriangleDetail& d = detail(triangle);
         const auto vec = [](const float* v) { return Vec3d{v[0], v[1], v[2]}; };
         return length(p - reference::closest_point(p, vec(f.v0), vec(d.v1), vec(d.v2)));
@@ -223,8 +221,8 @@ class Engine final : public EmbreeEngine {
         const auto triangle = static_cast<int64_t>(args->primID);
         const double exact = s.engine->exact_distance(triangle, vec_cast<double>(s.p));
         if (exact > s.best.exact_mm + 2 * s.engine->allowed_mm(s.best.exact_mm)) return false;
-        const nearest::Hit hit = nearest::closest_point(
-            s.engine->frames_[static_cast<size_t>(triangle)], s.engine->detail(triangle), s.p);
+        const nearest::Hit hit =
+            nearest::closest_point(s.engine->frames_[triangle], s.engine->detail(triangle), s.p);
         // Triangles are in order of patch and of place in the patch.
         if (hit.distance2 < s.best.hit.distance2 ||
             (hit.distance2 == s.best.hit.distance2 && triangle < s.best.triangle)) {

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The twin that reads whole parts: Embree finds the triangles that may be nearest, which are then
+// Reference engine for whole parts: Embree finds the triangles that may be nearest, which are then
 // evaluated one by one. It shares neither hierarchy nor traversal with the block engine, and is
 // fast enough for every voxel of a part where plain loops are not. Link openfab_test_embree, where
 // Embree was found.
@@ -14,27 +14,28 @@
 
 namespace openfab::testing {
 
-/// Gives the bits of the brute-force engine. Every triangle that could win by its distance in float
+/// Returns the same bits as the brute-force engine.
+/// Every triangle that could win by its distance in float
 /// is seen: Embree looks as far as the best distance in double and twice the error that is allowed
 /// between the two (rule 16). The surface may go once the engine is made, but for `ranges`.
 class EmbreeEngine : public nearest::Engine {
   public:
-    /// What one query found besides its answer, for as long as the scratch is not used again.
+    /// Further results of a query, valid until the scratch is used again.
     class Scratch : public nearest::Engine::Scratch {
       public:
-        /// The distance of each voxel that asked, from double arithmetic; infinity where nothing is
-        /// in the radius.
+        /// Distance of each active voxel in double arithmetic; infinite without surface within the
+        /// radius.
         std::array<double, nearest::kBlockVoxels> exact_mm;
-        /// The triangle that won last: where the next search starts from, which changes no answer.
+        /// The last winner: the next search starts from it, which changes no answer.
         int64_t last = -1;
     };
 
-    /// By how much a distance in float may differ from one of `exact_mm`.
+    /// Returns how much a distance in float may differ from `exact_mm`.
     virtual double allowed_mm(double exact_mm) const = 0;
     virtual int64_t triangle_count() const = 0;
 };
 
-/// All micropolygons are held: 250 bytes each, with Embree's.
+/// Makes the engine. It holds all micropolygons, 250 bytes each with Embree's.
 std::unique_ptr<EmbreeEngine> make_embree_engine(
     const surface::Surface& surface, const std::array<float, OPENFAB_FRAME_COUNT>& frame);
 

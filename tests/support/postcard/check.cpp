@@ -46,8 +46,8 @@ void fault(Findings& found, std::string text) {
 
 void compare_texture(const Columns& at, const Picture& front, Findings& found) {
     constexpr int32_t kWindow = 32;
-    // Of one window in one slice: an ordered dither does not count its dots. The worst of 26,000 is
-    // off by 0.020.
+    // Tolerance for one window in one slice: an ordered dither does not count its dots. The worst
+    // of 26,000 is off by 0.020.
     constexpr double kAllowedWindow = 0.025;
     const Voxels& print = at.print;
     double sum = 0;

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Compares a printed magic postcard with what its two pictures ask for, from first principles:
-// pictures decoded by OpenImageIO, colour and filter in double, no code of the pipeline.
+// Compares a printed magic postcard with its two pictures, from first principles: pictures decoded
+// by OpenImageIO, colour and filter in double, no code of the pipeline.
 
 #include <cstdint>
 #include <functional>
@@ -19,7 +19,7 @@ struct Picture {
     int32_t width = 0, height = 0;
     std::vector<double> luminance;
 
-    /// Bilinear, clamped at the edges; v = 0 is the bottom.
+    /// Samples bilinearly, clamped at the edges; v = 0 is the bottom.
     double sample(double u, double v) const;
 };
 
@@ -52,7 +52,7 @@ struct Findings {
         0;  ///< columns whose lowest voxel lies outside the reference by more than a slice
     int64_t holes = 0;            ///< columns with a void between two solid voxels
     int64_t missing_columns = 0;  ///< columns over the card with nothing printed
-    std::string first_fault;      ///< one place in words, empty where nothing is wrong
+    std::string first_fault;      ///< a description, empty where nothing is wrong
 };
 
 Findings compare(const Voxels& print, const Card& card, const Picture& front,

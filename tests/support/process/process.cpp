@@ -88,8 +88,8 @@ void collect(pid_t child, const Pipe& out, const Pipe& err, const RunOptions& op
 }
 
 #ifdef OPENFAB_SANITIZED
-/// What the address sanitizer says of itself, where programs are built with it, is none of the
-/// program's words: Halide compiles on stacks of its own, which it remarks on.
+/// Removes messages of the address sanitizer about itself: it warns of the stacks that Halide
+/// compiles on.
 std::string without_sanitizer_notes(const std::string& text) {
     std::istringstream lines(text);
     std::string out;

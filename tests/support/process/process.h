@@ -19,24 +19,24 @@ struct Outcome {
     int exit_code = -1;  ///< 128 + signal where one ended it
     std::string out;
     std::string err;
-    int64_t peak_rss_bytes = 0;    ///< of the program, and of what it became
+    int64_t peak_rss_bytes = 0;    ///< of the process, across exec
     double processor_seconds = 0;  ///< user and system, with those of programs that it waited for
 };
 
 struct RunOptions {
     std::vector<std::pair<std::string, std::string>> environment;  ///< added to the test's own
     std::filesystem::path folder;  ///< working folder, empty: the test's
-    /// Asked again and again with the milliseconds since the start and what was said so far;
-    /// `signal` is sent when it is true for the first time.
+    /// Polled with the milliseconds since the start and the output so far; `signal` is sent when it
+    /// first returns true.
     std::function<bool(int elapsed_ms, const Outcome& so_far)> interrupt_when;
     int signal = SIGINT;
-    int64_t largest_file_bytes = -1;  ///< a limit of the system's, as a full disk; -1: none
-    /// Called before each time that the program's standard output is read, at most 64 KB of it,
-    /// with what was read so far. A reader that is slow takes its time here.
+    int64_t largest_file_bytes = -1;  ///< RLIMIT_FSIZE, like a full disk; -1: none
+    /// Called before each read of the program's standard output, of at most 64 KB, with the output
+    /// so far. A test of a slow reader waits here.
     std::function<void(const Outcome& so_far)> before_read;
 };
 
-/// `argv[0]` is a path. Ends a program that runs longer than ten minutes.
+/// Runs a program; `argv[0]` is a path. Kills a program that runs longer than ten minutes.
 Outcome run(const std::vector<std::string>& argv, const RunOptions& options = {});
 
 /// A fresh folder below the system's temporary one, removed with everything in it.
@@ -55,18 +55,17 @@ class ScratchFolder {
     std::filesystem::path path_;
 };
 
-/// A disk of its own, in memory, mounted over a fresh folder until the end. Needs rights that not
-/// everybody has.
+/// A small in-memory file system, mounted over a fresh folder until destruction. Needs privileges.
 class SmallDisk {
   public:
-    /// Null, and why in `why_not`, where the system refuses.
+    /// Mounts one; returns null, and the reason in `why_not`, where the system refuses.
     static std::unique_ptr<SmallDisk> create(int64_t bytes, std::string* why_not);
     ~SmallDisk();
     SmallDisk(const SmallDisk&) = delete;
     SmallDisk& operator=(const SmallDisk&) = delete;
 
     std::string path(const std::string& name) const { return (folder_ / name).string(); }
-    /// Fills what is free with a file of this name, but for `but_for` bytes.
+    /// Fills the free space with a file of this name, except `but_for` bytes.
     void fill(const std::string& name, int64_t but_for) const;
 
   private:

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The closest point on a triangle, in double: what distances in float are measured against.
+// The closest point on a triangle, in double: the reference for distances in float.
 
 #include <algorithm>
 
@@ -10,7 +10,8 @@
 
 namespace openfab::reference {
 
-/// The point of triangle (a, b, c) that is closest to p; a triangle without area is its edges.
+/// Returns the point of triangle (a, b, c) closest to p; a triangle without area counts as its
+/// edges.
 inline Vec3d closest_point(const Vec3d& p, const Vec3d& a, const Vec3d& b, const Vec3d& c) {
     const auto on_segment = [&](const Vec3d& s, const Vec3d& e) {
         const double l2 = dot(e - s, e - s);

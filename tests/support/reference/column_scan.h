@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Support plainly: each column is walked down from its top, and below the first voxel of what asks
-// for support every void voxel is support.
+// Reference of support: each column is scanned from its top, and below the first voxel of a
+// material that needs support every void voxel is support.
 
 #include <cstdint>
 #include <vector>

@@ -31,7 +31,7 @@ struct Vertex {
 
 class PlainDicer {
   public:
-    PlainDicer(const scene::Part& part, double s, const std::vector<uint8_t>& identity,
+    PlainDicer(const part::Part& part, double s, const std::vector<uint8_t>& identity,
                const EvaluateMicro& evaluate)
         : part_(part), mesh_(*part.mesh), s_(s), identity_(identity), evaluate_(evaluate) {
         for (int32_t t = 0; t < triangles(); ++t) {
@@ -50,8 +50,7 @@ class PlainDicer {
 
     int32_t triangles() const { return static_cast<int32_t>(mesh_.triangles.size()); }
     const Vec3d& place(int32_t t, int32_t c) const {
-        return mesh_.positions[static_cast<size_t>(
-            mesh_.triangles[static_cast<size_t>(t)][static_cast<size_t>(c % 3)])];
+        return mesh_.positions[static_cast<size_t>(mesh_.triangles[t][static_cast<size_t>(c % 3)])];
     }
     Key key(int32_t t, int32_t c) const {
         const Vec3d& p = place(t, c);
@@ -60,9 +59,7 @@ class PlainDicer {
     bool dropped(int32_t t) const {
         return key(t, 0) == key(t, 1) || key(t, 1) == key(t, 2) || key(t, 2) == key(t, 0);
     }
-    bool displaced(int32_t t) const {
-        return !dropped(t) && identity_[static_cast<size_t>(t)] == 0;
-    }
+    bool displaced(int32_t t) const { return !dropped(t) && identity_[t] == 0; }
     bool up(int32_t t, int32_t side) const { return key(t, side) < key(t, side + 1); }
     int32_t factor(int32_t t, int32_t side) const {
         const Vec3d &a = place(t, side), &b = place(t, side + 1);
@@ -90,7 +87,7 @@ class PlainDicer {
     Point side_point(int32_t t, int32_t side, int32_t i) const;
     Vec3d undisplaced(int32_t t, const Point& point) const;
     float value(int32_t t, const Point& point, const std::array<float, 3>& corners) const;
-    std::array<float, 3> corners_of(const scene::PartAttribute& attribute, int32_t t,
+    std::array<float, 3> corners_of(const part::PartAttribute& attribute, int32_t t,
                                     int32_t component) const;
     MicroInputs inputs(int32_t t, const Point& point) const;
     void frame(int32_t t, MicroInputs* in) const;
@@ -104,8 +101,8 @@ class PlainDicer {
     void do_strip(const Corner& forward, const Corner& backward);
     void do_vertex(const std::vector<Corner>& corners);
 
-    const scene::Part& part_;
-    const scene::PartMesh& mesh_;
+    const part::Part& part_;
+    const part::PartMesh& mesh_;
     const double s_;
     const std::vector<uint8_t>& identity_;
     const EvaluateMicro& evaluate_;
@@ -135,7 +132,7 @@ std::vector<uint32_t> PlainDicer::input_bits(int32_t t, int32_t c) const {
     }
     if (!mesh_.corner_uv.empty())
         add(mesh_.corner_uv[2 * corner]), add(mesh_.corner_uv[2 * corner + 1]);
-    for (const scene::PartAttribute& input : mesh_.inputs) {
+    for (const part::PartAttribute& input : mesh_.inputs) {
         for (int32_t k = 0; k < input.components; ++k) {
             if (input.scalar == OPENFAB_FLOAT) {
                 add(corners_of(input, t, k)[static_cast<size_t>(c % 3)]);
@@ -219,7 +216,7 @@ Vec3d PlainDicer::undisplaced(int32_t t, const Point& point) const {
 }
 
 float PlainDicer::value(int32_t t, const Point& point, const std::array<float, 3>& v) const {
-    if (point.kind == Point::kCorner) return v[static_cast<size_t>(point.number)];
+    if (point.kind == Point::kCorner) return v[point.number];
     if (point.kind == Point::kSide) {
         const bool rising = up(t, point.number);
         const float from = v[static_cast<size_t>(rising ? point.number : (point.number + 1) % 3)];
@@ -233,11 +230,11 @@ float PlainDicer::value(int32_t t, const Point& point, const std::array<float, 3
     return (wa * (v[1] - v[0]) + wb * (v[2] - v[0])) + v[0];
 }
 
-std::array<float, 3> PlainDicer::corners_of(const scene::PartAttribute& attribute, int32_t t,
+std::array<float, 3> PlainDicer::corners_of(const part::PartAttribute& attribute, int32_t t,
                                             int32_t component) const {
     std::array<float, 3> v;
     for (int32_t c = 0; c < 3; ++c) {
-        v[static_cast<size_t>(c)] =
+        v[c] =
             attribute
                 .corner_values[static_cast<size_t>((3 * t + c) * attribute.components + component)];
     }
@@ -282,11 +279,10 @@ MicroInputs PlainDicer::inputs(int32_t t, const Point& point) const {
     };
     for (int axis = 0; axis < 3; ++axis) {
         in.n[axis] = value(t, point, normal(t, own.ng, axis));
-        in.n_gradient[static_cast<size_t>(axis)] = gradient(normal(evaluator, in.ng, axis));
+        in.n_gradient[axis] = gradient(normal(evaluator, in.ng, axis));
         for (int32_t step = 0; step < 2; ++step) {
             const double d = place(evaluator, step + 1)[axis] - place(evaluator, 0)[axis];
-            in.p_gradient[static_cast<size_t>(axis)][static_cast<size_t>(step)] =
-                static_cast<float>(d / steps(evaluator));
+            in.p_gradient[axis][step] = static_cast<float>(d / steps(evaluator));
         }
     }
     const float length2 = (in.n.x * in.n.x + in.n.y * in.n.y) + in.n.z * in.n.z;
@@ -304,7 +300,7 @@ MicroInputs PlainDicer::inputs(int32_t t, const Point& point) const {
         in.uv[k] = value(t, point, uv(t));
         in.uv_gradient[k] = gradient(uv(evaluator));
     }
-    for (const scene::PartAttribute& input : mesh_.inputs) {
+    for (const part::PartAttribute& input : mesh_.inputs) {
         in.floats.emplace_back(), in.flats.emplace_back(), in.gradients.emplace_back();
         for (int32_t k = 0; k < input.components; ++k) {
             if (input.scalar == OPENFAB_FLOAT) {
@@ -341,12 +337,12 @@ Vertex PlainDicer::vertex(int32_t t, const Point& point) const {
             const bool is_float = nearest.scalar == OPENFAB_FLOAT;
             uint32_t bits = 0;
             if (nearest.source >= 0 && copied < 0) {
-                bits = result.outputs[static_cast<size_t>(nearest.source)][c];
+                bits = result.outputs[nearest.source][c];
             } else if (nearest.source >= 0) {
-                bits = is_float ? std::bit_cast<uint32_t>(in.floats[static_cast<size_t>(copied)][c])
-                                : in.flats[static_cast<size_t>(copied)][c];
+                bits =
+                    is_float ? std::bit_cast<uint32_t>(in.floats[copied][c]) : in.flats[copied][c];
             } else {
-                const scene::PartAttribute& a = mesh_.nearest_attributes[static_cast<size_t>(i)];
+                const part::PartAttribute& a = mesh_.nearest_attributes[i];
                 bits = is_float ? std::bit_cast<uint32_t>(value(t, point, corners_of(a, t, k)))
                                 : a.face_values[static_cast<size_t>(t * a.components + k)];
             }
@@ -516,7 +512,7 @@ std::vector<DicedTriangle> PlainDicer::run() {
 
 }  // namespace
 
-std::vector<DicedTriangle> dice(const scene::Part& part, double micro_edge_mm,
+std::vector<DicedTriangle> dice(const part::Part& part, double micro_edge_mm,
                                 const std::vector<uint8_t>& identity,
                                 const EvaluateMicro& evaluate) {
     return PlainDicer(part, micro_edge_mm, identity, evaluate).run();

@@ -3,7 +3,7 @@
 #pragma once
 
 // Dicing as runtime/surface/surface.h defines it, done plainly: one micro-vertex at a time, shared
-// micro-vertices found by looking, everything in memory. The surface stage is any function; which
+// micro-vertices found by search, everything in memory. The surface stage is any function; which
 // base triangles are identities is given.
 
 #include <array>
@@ -16,7 +16,7 @@
 
 namespace openfab::reference {
 
-/// What the surface stage reads at one micro-vertex. Gradients are changes per lattice step along
+/// Inputs of the surface stage at one micro-vertex. Gradients are changes per lattice step along
 /// the two lattice axes.
 struct MicroInputs {
     Vec3f p, n, ng, dpdu, dpdv;
@@ -38,7 +38,7 @@ using EvaluateMicro = std::function<MicroOutputs(const MicroInputs&)>;
 
 struct DicedTriangle {
     int32_t patch = 0;     ///< number of the patch in the order of surface.h
-    int32_t in_patch = 0;  ///< place among the patch's triangles
+    int32_t in_patch = 0;  ///< index among the patch's triangles
     bool query = true, coverage = true;
     std::array<Vec3f, 3> positions;
     std::array<std::vector<float>, 3>
@@ -46,8 +46,8 @@ struct DicedTriangle {
     std::vector<uint32_t> ints;  ///< other @nearest components; empty where query is false
 };
 
-/// `identity[t]` nonzero: base triangle t is an identity. `evaluate` is not called where all are.
-std::vector<DicedTriangle> dice(const scene::Part& part, double micro_edge_mm,
+/// `identity[t]` nonzero: base triangle t is an identity. `evaluate` is not called if all are.
+std::vector<DicedTriangle> dice(const part::Part& part, double micro_edge_mm,
                                 const std::vector<uint8_t>& identity,
                                 const EvaluateMicro& evaluate);
 

@@ -27,8 +27,7 @@ std::vector<uint16_t> normalise(std::span<const float> weights,
     const float scale = total > 0x1p127f ? 0x1p-64f : 1.0f;
     std::vector<float> sums(static_cast<size_t>(materials) + 1, 0.0f);
     for (size_t s = 0; s < amounts.size(); ++s) {
-        sums[static_cast<size_t>(slot_material[s])] +=
-            amounts[s] == infinity ? 0x1p100f : amounts[s] * scale;
+        sums[slot_material[s]] += amounts[s] == infinity ? 0x1p100f : amounts[s] * scale;
     }
     float whole = 0;
     for (float sum : sums)
@@ -118,7 +117,7 @@ int32_t decorrelated_code(const uint16_t* fractions, const float* value, int32_t
     }
     const float threshold = static_cast<float>(hash >> 16) / 65536.0f * sum;
     int32_t code = 0;
-    while (!(sums[static_cast<size_t>(code)] > threshold))
+    while (!(sums[code] > threshold))
         ++code;
     return code;
 }
@@ -126,7 +125,7 @@ int32_t decorrelated_code(const uint16_t* fractions, const float* value, int32_t
 /// One slice: `value` starts as the fractions and gathers errors.
 class Slice {
   public:
-    Slice(const FractionField& field, int32_t z, slab::DitherRule rule, uint32_t seed)
+    Slice(const FractionField& field, int32_t z, dither::DitherRule rule, uint32_t seed)
         : field_(field),
           rule_(rule),
           z_(z),
@@ -145,14 +144,14 @@ class Slice {
         if (!is_mixed(fractions, field_.channels))
             return static_cast<uint8_t>(pure_code(fractions, field_.channels));
         const Vec3i place{field_.origin.x + x, field_.origin.y + y, field_.origin.z + z_};
-        if (rule_ == slab::DitherRule::kMajority)
+        if (rule_ == dither::DitherRule::kMajority)
             return static_cast<uint8_t>(most_frequent(fractions, field_.channels));
-        if (rule_ == slab::DitherRule::kBlueNoise) {
-            const int32_t threshold = slab::blue_noise_threshold(place, face(x, y), seed_);
+        if (rule_ == dither::DitherRule::kBlueNoise) {
+            const int32_t threshold = dither::blue_noise_threshold(place, face(x, y), seed_);
             return static_cast<uint8_t>(
                 drawn_code(fractions, field_.channels, static_cast<uint32_t>(threshold)));
         }
-        const int32_t code = rule_ == slab::DitherRule::kDecorrelated
+        const int32_t code = rule_ == dither::DitherRule::kDecorrelated
                                  ? choose_decorrelated(x, y, fractions, hash_at(place))
                                  : choose_floyd_steinberg(x, y, fractions, hash_at(place));
         scatter(x, y);
@@ -167,8 +166,8 @@ class Slice {
     }
 
     /// The side that a voxel is on, if any.
-    slab::BlueNoiseFace face(int32_t x, int32_t y) const {
-        using enum slab::BlueNoiseFace;
+    dither::BlueNoiseFace face(int32_t x, int32_t y) const {
+        using enum dither::BlueNoiseFace;
         const bool low_x = !takes(x - 1, y), high_x = !takes(x + 1, y);
         const bool low_y = !takes(x, y - 1), high_y = !takes(x, y + 1);
         const auto side_x = low_x ? kLowX : kHighX, side_y = low_y ? kLowY : kHighY;
@@ -205,7 +204,7 @@ class Slice {
         int32_t sum = 0;
         for (int32_t m = 0; m < field_.channels; ++m) {
             if (fractions[m] == 0 || m == most) continue;
-            const uint32_t random = abi::phase_hash(hash, static_cast<uint64_t>(m)) >> 16;
+            const uint32_t random = abi::first_error_hash(hash, static_cast<uint64_t>(m)) >> 16;
             const int32_t phase = static_cast<int32_t>(random) - 32768;
             value[m] += static_cast<float>(phase);
             sum += phase;
@@ -236,7 +235,7 @@ class Slice {
     }
 
     const FractionField& field_;
-    slab::DitherRule rule_;
+    dither::DitherRule rule_;
     int32_t z_;
     uint32_t seed_;
     std::vector<int32_t> received_;  ///< neighbours behind that have handed on errors
@@ -245,7 +244,7 @@ class Slice {
 
 }  // namespace
 
-std::vector<uint8_t> dither(const FractionField& field, uint64_t seed, slab::DitherRule rule) {
+std::vector<uint8_t> dither(const FractionField& field, uint64_t seed, dither::DitherRule rule) {
     std::vector<uint8_t> codes;
     for (int32_t z = 0; z < field.size.z; ++z) {
         Slice slice(field, z, rule, abi::fold_seed(seed));

@@ -44,6 +44,6 @@ bool is_mixed(const uint16_t* fractions, int32_t channels);
 /// Error diffusion scatters errors forward, as in the paper of 1976, with the zero rule. Returns a
 /// material code for each voxel, x fastest, then y, then z.
 std::vector<uint8_t> dither(const FractionField& field, uint64_t seed,
-                            slab::DitherRule rule = slab::kDefaultDither);
+                            dither::DitherRule rule = dither::kDefaultDither);
 
 }  // namespace openfab::reference

@@ -21,7 +21,7 @@ int sign(std::initializer_list<Wide> coefficients) {
 
 /// Whether the line along x through the sample meets the triangle: +1 or -1 by the side it is seen
 /// from, 0 if not. `n` gets the triangle's normal.
-int meets(const SnappedTriangle& t, const Vec3<int64_t>& centre, Vec3<Wide>* n) {
+int meets(const SnappedTriangle& t, const Vec3<int64_t>& center, Vec3<Wide>* n) {
     const Vec3<Wide> a = vec_cast<Wide>(t[0]), b = vec_cast<Wide>(t[1]), c = vec_cast<Wide>(t[2]);
     *n = cross(b - a, c - a);
     const int facing = sign({n->x});
@@ -29,7 +29,7 @@ int meets(const SnappedTriangle& t, const Vec3<int64_t>& centre, Vec3<Wide>* n) 
         const Vec3<int64_t>&p = t[e], &q = t[(e + 1) % 3];
         const Wide dy = q.y - p.y, dz = q.z - p.z;
         // Twice the (y, z) area of p, q and the sample (y + e², z + e³).
-        const int left = sign({dy * (centre.z - p.z) - dz * (centre.y - p.y), 0, -dz, dy});
+        const int left = sign({dy * (center.z - p.z) - dz * (center.y - p.y), 0, -dz, dy});
         if (left != facing) return 0;
     }
     return facing;
@@ -68,14 +68,14 @@ std::vector<SnappedTriangle> snap_triangles(const Affine3d& local_to_voxel,
 }
 
 int32_t winding(const std::vector<SnappedTriangle>& triangles, const Vec3i& voxel) {
-    const Vec3<int64_t> centre{256ll * voxel.x + 128, 256ll * voxel.y + 128, 256ll * voxel.z + 128};
+    const Vec3<int64_t> center{256ll * voxel.x + 128, 256ll * voxel.y + 128, 256ll * voxel.z + 128};
     int32_t sum = 0;
     for (const SnappedTriangle& t : triangles) {
         Vec3<Wide> n;
-        const int facing = meets(t, centre, &n);
+        const int facing = meets(t, center, &n);
         if (facing == 0) continue;
         // The sample must lie on the -x side of the triangle's plane.
-        const Vec3<Wide> d = vec_cast<Wide>(centre - t[0]);
+        const Vec3<Wide> d = vec_cast<Wide>(center - t[0]);
         if (sign({dot(n, d), n.x, n.y, n.z}) == -facing) sum += facing;
     }
     return sum;

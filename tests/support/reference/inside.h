@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Point in solid, plainly: the exact winding number of a voxel's centre, moved by (e, e², e³),
+// Point in solid, plainly: the exact winding number of a voxel's center, moved by (e, e², e³),
 // counted along +x over every triangle. Vertices snap to floor(256 v + 0.5) in voxel units; all
 // tests are exact in 128 bits.
 
@@ -16,7 +16,7 @@ namespace openfab::reference {
 
 using SnappedTriangle = std::array<Vec3<int64_t>, 3>;
 
-/// A point in part-local mm -> 1/256 voxel. `local_to_voxel` as of scene::local_to_voxel.
+/// Snaps a point in part-local mm to 1/256 voxel. `local_to_voxel` is from part::local_to_voxel.
 Vec3<int64_t> snap(const Affine3d& local_to_voxel, const Vec3d& point);
 
 /// Snaps triangles; where the map mirrors, turns them over so that they stay counter-clockwise from
@@ -26,10 +26,11 @@ std::vector<SnappedTriangle> snap_triangles(const Affine3d& local_to_voxel,
 std::vector<SnappedTriangle> snap_triangles(const Affine3d& local_to_voxel,
                                             const std::vector<std::array<Vec3f, 3>>& triangles);
 
-/// Winding number of voxel (i, j, k).
+/// Returns the winding number of voxel (i, j, k).
 int32_t winding(const std::vector<SnappedTriangle>& triangles, const Vec3i& voxel);
 
-/// 1 where the winding number is above zero, for voxels [0, size): [(z * size.y + y) * size.x + x].
+/// Returns 1 where the winding number is above zero:
+/// for voxels [0, size): [(z * size.y + y) * size.x + x].
 std::vector<uint8_t> inside(const std::vector<SnappedTriangle>& triangles, const Vec3i& size);
 
 }  // namespace openfab::reference

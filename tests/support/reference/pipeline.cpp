@@ -14,8 +14,8 @@
 #include "compiler/passes/bound_displacement.h"
 #include "compiler/passes/pipeline.h"
 #include "runtime/nearest/engine.h"
-#include "runtime/nearest/exact.h"
-#include "runtime/nearest/triangle.h"
+#include "runtime/nearest/engine/exact.h"
+#include "runtime/nearest/tree/triangle.h"
 #include "tests/support/reference/dice.h"
 #include "tests/support/reference/dither.h"
 #include "tests/support/reference/inside.h"
@@ -31,7 +31,7 @@ uint32_t bits(float value) {
 /// What every stage of a part reads: uniforms, frame, textures.
 class PartEnvironment : public interp::Environment {
   public:
-    PartEnvironment(const scene::Part& part, const std::array<float, OPENFAB_FRAME_COUNT>& frame)
+    PartEnvironment(const part::Part& part, const std::array<float, OPENFAB_FRAME_COUNT>& frame)
         : part_(part), frame_(frame) {}
 
     uint32_t input(int32_t kind, int32_t a, int32_t b) const final {
@@ -48,20 +48,20 @@ class PartEnvironment : public interp::Environment {
         }
     }
     interp::TextureView texture(int32_t index) const final {
-        const texture::Pyramid& pyramid = *part_.textures[static_cast<size_t>(index)];
+        const texture::Pyramid& pyramid = *part_.textures[index];
         return {pyramid.texels(), pyramid.info()};
     }
 
   protected:
     virtual uint32_t varying(int32_t kind, size_t a, size_t b) const = 0;
 
-    const scene::Part& part_;
+    const part::Part& part_;
     const std::array<float, OPENFAB_FRAME_COUNT>& frame_;
 };
 
 class SurfaceEnvironment final : public PartEnvironment {
   public:
-    SurfaceEnvironment(const scene::Part& part, const std::array<float, OPENFAB_FRAME_COUNT>& frame,
+    SurfaceEnvironment(const part::Part& part, const std::array<float, OPENFAB_FRAME_COUNT>& frame,
                        const MicroInputs& in)
         : PartEnvironment(part, frame), in_(in) {}
 
@@ -110,7 +110,7 @@ class SurfaceEnvironment final : public PartEnvironment {
 /// an identity.
 class TriangleBoundsEnvironment final : public PartEnvironment {
   public:
-    TriangleBoundsEnvironment(const scene::Part& part,
+    TriangleBoundsEnvironment(const part::Part& part,
                               const std::array<float, OPENFAB_FRAME_COUNT>& frame, size_t triangle)
         : PartEnvironment(part, frame), triangle_(triangle) {}
 
@@ -119,7 +119,7 @@ class TriangleBoundsEnvironment final : public PartEnvironment {
         const bool low = kind == OPENFAB_ARG_SURFACE_IN_LO;
         if (!low && kind != OPENFAB_ARG_SURFACE_IN_HI)
             return bits(std::numeric_limits<float>::quiet_NaN());
-        const scene::PartAttribute& attribute = part_.mesh->inputs[a];
+        const part::PartAttribute& attribute = part_.mesh->inputs[a];
         const auto components = static_cast<size_t>(attribute.components);
         if (attribute.scalar != OPENFAB_FLOAT)
             return attribute.face_values[triangle_ * components + b];
@@ -148,7 +148,7 @@ using Ask =
 
 class VolumeEnvironment final : public PartEnvironment {
   public:
-    VolumeEnvironment(const scene::Part& part, const std::array<float, OPENFAB_FRAME_COUNT>& frame,
+    VolumeEnvironment(const part::Part& part, const std::array<float, OPENFAB_FRAME_COUNT>& frame,
                       const Vec3i& voxel, const NearestPoint& nearest, const Ask& ask)
         : PartEnvironment(part, frame), voxel_(voxel), nearest_(nearest), ask_(ask) {}
     uint32_t query(const ir::Instr& query, const ir::Instr& result,
@@ -159,7 +159,7 @@ class VolumeEnvironment final : public PartEnvironment {
         return ask_(query, result, p);
     }
 
-    static uint32_t attribute_at(const scene::Part& part, const NearestPoint& at, size_t input,
+    static uint32_t attribute_at(const part::Part& part, const NearestPoint& at, size_t input,
                                  size_t component) {
         const size_t c = place(part, input, component);
         const DicedTriangle& t = *at.triangle;
@@ -186,7 +186,7 @@ class VolumeEnvironment final : public PartEnvironment {
     }
     /// Place of a component among all float (or all other) components of the fablet's @nearest
     /// inputs.
-    static size_t place(const scene::Part& part, size_t input, size_t component) {
+    static size_t place(const part::Part& part, size_t input, size_t component) {
         const bool is_float = part.fablet->nearest[input].scalar == OPENFAB_FLOAT;
         for (size_t k = 0; k < input; ++k) {
             if ((part.fablet->nearest[k].scalar == OPENFAB_FLOAT) == is_float) {
@@ -221,10 +221,10 @@ class VolumeEnvironment final : public PartEnvironment {
 /// One part, set up to answer voxel by voxel.
 class PlainPart {
   public:
-    PlainPart(const ReferencePart& reference, const scene::Grid& grid)
+    PlainPart(const ReferencePart& reference, const part::Grid& grid)
         : part_(*reference.part),
-          frame_(scene::make_frame(part_, grid)),
-          base_(scene::part_base_voxel(part_, grid)),
+          frame_(part::make_frame(part_, grid)),
+          base_(part::part_base_voxel(part_, grid)),
           surface_(reference.fablet->surface),
           volume_(reference.fablet->volume) {
         passes::attach_footprints(&volume_);
@@ -253,10 +253,10 @@ class PlainPart {
 
     std::vector<uint16_t> fractions(const Vec3i& voxel, int32_t materials) const {
         const Vec3i relative = voxel - base_;
-        const Vec3f centre = voxel_centre(relative);
-        const NearestPoint nearest = find_nearest(centre);
+        const Vec3f center = voxel_center(relative);
+        const NearestPoint nearest = find_nearest(center);
         const Ask ask = [&](const ir::Instr& query, const ir::Instr& result, const Vec3f& p) {
-            return answer(query, result, p, centre);
+            return answer(query, result, p, center);
         };
         const VolumeEnvironment environment(part_, frame_, relative, nearest, ask);
         std::vector<float> weights;
@@ -296,22 +296,20 @@ class PlainPart {
             if (output.kind == OPENFAB_ARG_POSITION)
                 out.position[output.b] = std::bit_cast<float>(values[k]) + 0.0f;
             if (output.kind == OPENFAB_ARG_SURFACE_OUT) {
-                out.outputs[static_cast<size_t>(output.a)][static_cast<size_t>(output.b)] =
-                    values[k];
+                out.outputs[output.a][output.b] = values[k];
             }
         }
         return out;
     }
 
-    void cover(const scene::Grid& grid, bool identity) {
+    void cover(const part::Grid& grid, bool identity) {
         if (identity) {
             std::vector<std::array<Vec3d, 3>> exact;
             for (const auto& t : part_.mesh->triangles) {
-                exact.push_back({part_.mesh->positions[static_cast<size_t>(t[0])],
-                                 part_.mesh->positions[static_cast<size_t>(t[1])],
-                                 part_.mesh->positions[static_cast<size_t>(t[2])]});
+                exact.push_back({part_.mesh->positions[t[0]], part_.mesh->positions[t[1]],
+                                 part_.mesh->positions[t[2]]});
             }
-            inside_ = reference::inside(snap_triangles(scene::local_to_voxel(part_, grid), exact),
+            inside_ = reference::inside(snap_triangles(part::local_to_voxel(part_, grid), exact),
                                         grid.size);
             return;
         }
@@ -319,7 +317,7 @@ class PlainPart {
         for (const DicedTriangle& t : diced_) {
             if (t.coverage) triangles.push_back(t.positions);
         }
-        inside_ = reference::inside(snap_triangles(scene::local_to_voxel(part_, grid), triangles),
+        inside_ = reference::inside(snap_triangles(part::local_to_voxel(part_, grid), triangles),
                                     grid.size);
     }
 
@@ -358,21 +356,21 @@ class PlainPart {
     }
 
     uint32_t answer(const ir::Instr& query, const ir::Instr& result, const Vec3f& p,
-                    const Vec3f& centre) const {
+                    const Vec3f& center) const {
         if (query.a >= 0) {
             float least = std::numeric_limits<float>::infinity();
-            for (const int32_t place : part_.objects[static_cast<size_t>(query.a)]) {
-                const PlainPart& other = *(*world_)[static_cast<size_t>(place)];
+            for (const int32_t place : part_.objects[query.a]) {
+                const PlainPart& other = *(*world_)[place];
                 const Vec3f q = vec_cast<float>(
-                    scene::local_to_local(part_, other.part_).apply(vec_cast<double>(p)));
+                    part::local_to_local(part_, other.part_).apply(vec_cast<double>(p)));
                 least = std::min(least, other.signed_distance(q, other.find_nearest(q)));
             }
             return bits(least);
         }
         const NearestPoint nearest = find_nearest(p);
         if (result.kind == OPENFAB_QUERY_DISTANCE) {
-            // At the voxel's own centre the part covers it.
-            return bits(p == centre ? 0.0f - std::sqrt(nearest.distance2)
+            // At the voxel's own center the part covers it.
+            return bits(p == center ? 0.0f - std::sqrt(nearest.distance2)
                                     : signed_distance(p, nearest));
         }
         if (nearest.triangle == nullptr) return 0;
@@ -393,7 +391,7 @@ class PlainPart {
                            : 0;
     }
 
-    Vec3f voxel_centre(const Vec3i& voxel) const {
+    Vec3f voxel_center(const Vec3i& voxel) const {
         Vec3f p;
         const float x = static_cast<float>(voxel.x) + 0.5f, y = static_cast<float>(voxel.y) + 0.5f,
                     z = static_cast<float>(voxel.z) + 0.5f;
@@ -409,7 +407,7 @@ class PlainPart {
     NearestPoint find_nearest(const Vec3f& p) const {
         NearestPoint best;
         for (int a = 0; a < 3; ++a) {
-            if (!(std::fabs(p[a]) < nearest::kFarthestPoint)) return best;
+            if (!(std::fabs(p[a]) < nearest::kMaxCoordinate)) return best;
         }
         for (size_t t = 0; t < query_.size(); ++t) {
             const nearest::Hit hit = nearest::closest_point(frames_[t], details_[t], p);
@@ -422,7 +420,7 @@ class PlainPart {
         return best;
     }
 
-    const scene::Part& part_;
+    const part::Part& part_;
     const std::array<float, OPENFAB_FRAME_COUNT> frame_;
     const Vec3i base_;
     ir::Stage surface_, volume_;
@@ -436,7 +434,7 @@ class PlainPart {
 
 }  // namespace
 
-std::vector<uint8_t> print(const std::vector<ReferencePart>& parts, const scene::Grid& grid,
+std::vector<uint8_t> print(const std::vector<ReferencePart>& parts, const part::Grid& grid,
                            int32_t materials, uint64_t seed) {
     std::vector<std::unique_ptr<PlainPart>> plain;
     for (const ReferencePart& part : parts)

@@ -16,13 +16,13 @@
 namespace openfab::reference {
 
 struct ReferencePart {
-    const scene::Part* part = nullptr;
+    const part::Part* part = nullptr;
     const ir::Fablet* fablet = nullptr;  ///< what part->fablet was compiled from
 };
 
 /// Material codes of the grid: x fastest, then y, then z. `materials` is the number of the print's
 /// materials, codes 1 to that; parts are in build order.
-std::vector<uint8_t> print(const std::vector<ReferencePart>& parts, const scene::Grid& grid,
+std::vector<uint8_t> print(const std::vector<ReferencePart>& parts, const part::Grid& grid,
                            int32_t materials, uint64_t seed);
 
 }  // namespace openfab::reference

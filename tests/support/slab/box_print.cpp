@@ -10,14 +10,14 @@
 #include "tests/support/reference/dither.h"
 #include "tests/support/slab/test_fablets.h"
 
-namespace openfab::tests {
+namespace openfab::testing {
 
-Result<void> MemorySink::begin(const backends::PrintInfo& print_info) {
+Result<void> MemorySink::begin(const pipeline::PrintInfo& print_info) {
     info = print_info;
     return {};
 }
 
-std::vector<uint8_t> MemorySink::encode(const backends::SliceView& slice) const {
+std::vector<uint8_t> MemorySink::encode(const pipeline::SliceView& slice) const {
     return {slice.data, slice.data + slice.row_bytes * static_cast<size_t>(slice.height)};
 }
 
@@ -28,7 +28,7 @@ Result<void> MemorySink::commit(int32_t slice_z, const std::vector<uint8_t>& byt
     return {};
 }
 
-Result<void> MemorySink::finish(const backends::PrintTotals& print_totals) {
+Result<void> MemorySink::finish(const pipeline::PrintTotals& print_totals) {
     totals = print_totals;
     ++finished;
     return {};
@@ -37,7 +37,7 @@ Result<void> MemorySink::finish(const backends::PrintTotals& print_totals) {
 std::vector<uint8_t> MemorySink::codes() const {
     std::vector<uint8_t> out;
     for (const std::vector<uint8_t>& slice : slices) {
-        backends::SliceView view;
+        pipeline::SliceView view;
         view.data = slice.data();
         view.row_bytes = static_cast<size_t>((info.size.x * info.bits + 7) / 8);
         for (int32_t y = 0; y < info.size.y; ++y) {
@@ -48,9 +48,9 @@ std::vector<uint8_t> MemorySink::codes() const {
     return out;
 }
 
-slab::PrintInput make_input(const std::vector<BoxPart>& boxes, const Vec3d& pitch_mm,
-                            size_t materials) {
-    slab::PrintInput input;
+pipeline::PrintInput make_input(const std::vector<BoxPart>& boxes, const Vec3d& pitch_mm,
+                                size_t materials) {
+    pipeline::PrintInput input;
     input.pitch_mm = pitch_mm;
     for (size_t m = 0; m < materials; ++m) {
         input.materials.emplace_back();
@@ -65,7 +65,7 @@ slab::PrintInput make_input(const std::vector<BoxPart>& boxes, const Vec3d& pitc
         options.priority = box.priority;
         options.instance = static_cast<int32_t>(input.parts.size());
         input.parts.push_back(
-            testing::make_part(*box.fablet, scene::make_box(box.size_mm), options));
+            testing::make_part(*box.fablet, mesh::make_box(box.size_mm), options));
     }
     return input;
 }
@@ -103,8 +103,8 @@ Weights weights_at(const BoxPart& box, const Vec3d& p, double distance, int32_t 
 }  // namespace
 
 std::vector<uint8_t> reference_codes(const std::vector<BoxPart>& boxes,
-                                     const backends::PrintInfo& info, uint64_t seed,
-                                     slab::DitherRule rule) {
+                                     const pipeline::PrintInfo& info, uint64_t seed,
+                                     dither::DitherRule rule) {
     const auto materials = static_cast<int32_t>(info.materials.size());
     reference::FractionField field = reference::make_field(info.size, materials);
     for (int32_t z = 0; z < info.size.z; ++z) {
@@ -139,10 +139,10 @@ std::vector<uint8_t> reference_codes(const std::vector<BoxPart>& boxes,
     return reference::dither(field, seed, rule);
 }
 
-Printed print_boxes(const std::vector<BoxPart>& boxes, const slab::PrintOptions& options,
+Printed print_boxes(const std::vector<BoxPart>& boxes, const pipeline::PrintOptions& options,
                     const Vec3d& pitch_mm, size_t materials) {
     Printed printed;
-    auto print = slab::Print::create(make_input(boxes, pitch_mm, materials), options);
+    auto print = pipeline::PrintJob::create(make_input(boxes, pitch_mm, materials), options);
     if (!print) {
         printed.error = print.error();
         return printed;
@@ -154,4 +154,4 @@ Printed print_boxes(const std::vector<BoxPart>& boxes, const slab::PrintOptions&
     return printed;
 }
 
-}  // namespace openfab::tests
+}  // namespace openfab::testing

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Prints of axis-aligned boxes with the fablets of test_fablets.h, and the same by a plain
+// Prints axis-aligned boxes with the fablets of test_fablets.h, and computes the same by a plain
 // reference: a box's coverage and nearest face in closed form, and the textbook twins of normalise
 // and dither over the whole grid at once.
 
@@ -11,32 +11,32 @@
 #include <vector>
 
 #include "runtime/dither/dither_rule.h"
-#include "runtime/pipeline/print.h"
+#include "runtime/pipeline/print_job.h"
 
-namespace openfab::tests {
+namespace openfab::testing {
 
-/// A memory budget is for the whole process, of which a sanitizer takes its share.
+/// Extra memory budget for sanitizers: a budget is for the whole process.
 #ifdef OPENFAB_SANITIZED
 inline constexpr int64_t kSanitizerBytes = 4'000'000'000;
 #else
 inline constexpr int64_t kSanitizerBytes = 0;
 #endif
 
-/// Keeps what it is given.
-class MemorySink : public backends::SliceSink {
+/// A sink that stores all slices in memory.
+class MemorySink : public pipeline::SliceSink {
   public:
-    Result<void> begin(const backends::PrintInfo& info) override;
-    std::vector<uint8_t> encode(const backends::SliceView& slice) const override;
+    Result<void> begin(const pipeline::PrintInfo& info) override;
+    std::vector<uint8_t> encode(const pipeline::SliceView& slice) const override;
     Result<void> commit(int32_t z, const std::vector<uint8_t>& bytes) override;
-    Result<void> finish(const backends::PrintTotals& totals) override;
+    Result<void> finish(const pipeline::PrintTotals& totals) override;
 
-    /// Codes of the slices committed: x fastest, then y, then z.
+    /// Returns the codes of the committed slices: x fastest, then y, then z.
     std::vector<uint8_t> codes() const;
 
-    backends::PrintInfo info;
+    pipeline::PrintInfo info;
     std::vector<int32_t> z;
     std::vector<std::vector<uint8_t>> slices;  ///< packed rows
-    backends::PrintTotals totals;
+    pipeline::PrintTotals totals;
     int finished = 0;
     int32_t fail_at = -1;  ///< slice whose commit fails
 };
@@ -52,22 +52,22 @@ struct BoxPart {
 
 constexpr Vec3d kPitch{0.1, 0.08, 0.05};
 
-slab::PrintInput make_input(const std::vector<BoxPart>& boxes, const Vec3d& pitch_mm = kPitch,
-                            size_t materials = 2);
+pipeline::PrintInput make_input(const std::vector<BoxPart>& boxes, const Vec3d& pitch_mm = kPitch,
+                                size_t materials = 2);
 
-/// Codes of the whole grid that `info` describes.
+/// Computes the codes of the whole grid that `info` describes.
 std::vector<uint8_t> reference_codes(const std::vector<BoxPart>& boxes,
-                                     const backends::PrintInfo& info, uint64_t seed,
-                                     slab::DitherRule rule = slab::kDefaultDither);
+                                     const pipeline::PrintInfo& info, uint64_t seed,
+                                     dither::DitherRule rule = dither::kDefaultDither);
 
 struct Printed {
     MemorySink sink;
-    slab::PrintStatistics statistics;
+    pipeline::PrintStatistics statistics;
     bool ok = false;
     Error error;
 };
-/// Creates and runs; a failed creation shows in `error` too.
-Printed print_boxes(const std::vector<BoxPart>& boxes, const slab::PrintOptions& options = {},
+/// Creates and runs a print job; a failed creation is stored in `error`, too.
+Printed print_boxes(const std::vector<BoxPart>& boxes, const pipeline::PrintOptions& options = {},
                     const Vec3d& pitch_mm = kPitch, size_t materials = 2);
 
-}  // namespace openfab::tests
+}  // namespace openfab::testing

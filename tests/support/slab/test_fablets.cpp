@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-namespace openfab::tests {
+namespace openfab::testing {
 
 Weights skin_weights(float distance) {
     if (distance <= kSkin) return {0.25f, 0.6f, 0.15f};
@@ -218,4 +218,4 @@ const openfab_fablet& broken_fablet() {
     return f;
 }
 
-}  // namespace openfab::tests
+}  // namespace openfab::testing

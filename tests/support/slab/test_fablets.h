@@ -2,21 +2,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Fablet tables written by hand, with plain C++ for kernels: what the slab loop needs to be tested
-// without the compiler. None has a surface stage. All have the slots `a`, `b` (materials) and VOID,
+// Fablet tables written by hand, with kernels in plain C++, to test the slab loop without the
+// compiler. None has a surface stage. All have the slots `a`, `b` (materials) and VOID,
 // in this order.
 
 #include <span>
 
 #include "abi/fablet_table.h"
 
-namespace openfab::tests {
+namespace openfab::testing {
 
 /// Material a everywhere; no query.
 const openfab_fablet& solid_fablet();
 /// 30 % a, 70 % b everywhere; no query.
 const openfab_fablet& tint_fablet();
-/// Where the distance to the surface is at most kSkin mm: 25 % a, 60 % b, 15 % void. Deeper: a.
+/// 25 % a, 60 % b, 15 % void where the distance to the surface is at most kSkin mm. Deeper: a.
 const openfab_fablet& skin_fablet();
 constexpr float kSkin = 0.33f;
 /// VOID everywhere: cuts a hole. No query.
@@ -35,4 +35,4 @@ struct Weights {
 Weights skin_weights(float distance);
 Weights picture_weights(float distance, int32_t face, float u);
 
-}  // namespace openfab::tests
+}  // namespace openfab::testing

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace openfab::tests {
+namespace openfab::testing {
 
 using reference::FractionField;
 
@@ -121,4 +121,4 @@ std::array<double, 8> skin_shares(const FractionField& field, const std::vector<
     return shares;
 }
 
-}  // namespace openfab::tests
+}  // namespace openfab::testing

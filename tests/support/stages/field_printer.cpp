@@ -6,7 +6,7 @@
 
 #include "runtime/dither/band.h"
 
-namespace openfab::tests {
+namespace openfab::testing {
 
 namespace {
 
@@ -52,21 +52,21 @@ Block make_block(const FractionField& field, int32_t bx, int32_t by, int32_t bz)
 }  // namespace
 
 std::vector<uint8_t> print_field(const FractionField& field, uint64_t seed, openfab_isa isa,
-                                 slab::DitherRule rule) {
-    const openfab_stage_set* set = slab::find_stage_set(field.channels - 1);
+                                 dither::DitherRule rule) {
+    const openfab_stage_set* set = abi::find_stage_set(field.channels - 1);
     EXPECT_EQ(set->materials, field.channels - 1);
-    const int32_t bits = slab::voxel_bits(set->materials);
+    const int32_t bits = abi::voxel_bits(set->materials);
     const Vec3i blocks{(field.size.x + 7) / 8, (field.size.y + 7) / 8, (field.size.z + 7) / 8};
     std::vector<uint8_t> codes(static_cast<size_t>(field.size.x) * field.size.y * field.size.z);
-    slab::GroupDither dither(*set, isa, rule, seed, field.size);
-    slab::GroupPlanes planes;
-    slab::RowBand bands[2];
+    dither::SlabDither dither(*set, isa, rule, seed, field.size);
+    dither::SlabPlanes planes;
+    dither::RowBand bands[2];
     for (int32_t bz = 0; bz < blocks.z; ++bz) {
         EXPECT_TRUE(planes.reset(field.size.x, field.size.y, bits));
         dither.begin(field.origin.z / 8 + bz, 255, &planes);
-        slab::RowBand* released = nullptr;
+        dither::RowBand* released = nullptr;
         for (int32_t by = 0; by < blocks.y; ++by) {
-            slab::RowBand& band = bands[by % 2];
+            dither::RowBand& band = bands[by % 2];
             band.reset(by, blocks.x, 0, blocks.x);
             for (int32_t bx = 0; bx < blocks.x; ++bx) {
                 const Block block = make_block(field, bx, by, bz);
@@ -95,4 +95,4 @@ std::vector<openfab_isa> runnable_isas() {
     return isas;
 }
 
-}  // namespace openfab::tests
+}  // namespace openfab::testing

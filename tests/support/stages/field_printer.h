@@ -11,14 +11,14 @@
 #include "abi/kernel_call.h"
 #include "tests/support/reference/dither.h"
 
-namespace openfab::tests {
+namespace openfab::testing {
 
-/// Codes as the twin gives them: x fastest, then y, then z. `field.origin` must be a multiple of 8
-/// in z and 0 in x and y; its number of materials must be that of a compiled set.
+/// Returns codes in the twin's order: x fastest, then y, then z. `field.origin` must be a multiple
+/// of 8 in z and 0 in x and y; its number of materials must be that of a compiled set.
 std::vector<uint8_t> print_field(const reference::FractionField& field, uint64_t seed,
-                                 openfab_isa isa, slab::DitherRule rule = slab::kDefaultDither);
+                                 openfab_isa isa, dither::DitherRule rule = dither::kDefaultDither);
 
-/// The instruction sets that this machine can run.
+/// Returns the instruction sets that this machine can run.
 std::vector<openfab_isa> runnable_isas();
 
-}  // namespace openfab::tests
+}  // namespace openfab::testing

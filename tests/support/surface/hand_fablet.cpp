@@ -343,7 +343,7 @@ std::vector<uint32_t> hand_uniforms(HandMode mode, float amplitude_mm) {
     return {static_cast<uint32_t>(mode), std::bit_cast<uint32_t>(amplitude_mm)};
 }
 
-reference::EvaluateMicro hand_evaluate(const scene::Part& part) {
+reference::EvaluateMicro hand_evaluate(const part::Part& part) {
     return [&part](const reference::MicroInputs& in) {
         Hand hand;
         hand.mode = static_cast<int32_t>(part.uniform_values[0]);
@@ -363,7 +363,7 @@ reference::EvaluateMicro hand_evaluate(const scene::Part& part) {
     };
 }
 
-std::vector<uint8_t> hand_identities(const scene::Part& part, bool infer_identity) {
+std::vector<uint8_t> hand_identities(const part::Part& part, bool infer_identity) {
     const size_t triangles = part.mesh->triangles.size();
     std::vector<uint8_t> out(triangles, part.fablet->has_surface == 0 ? 1 : 0);
     const bool possible =
@@ -383,22 +383,19 @@ std::vector<std::array<Vec3f, 3>> triangles_of(const surface::Surface& surface,
         if ((surface.patches()[p].use & use) == 0) continue;
         const auto mesh = surface.micro(static_cast<int32_t>(p));
         for (const auto& t : mesh->triangles) {
-            out.push_back({mesh->positions[static_cast<size_t>(t[0])],
-                           mesh->positions[static_cast<size_t>(t[1])],
-                           mesh->positions[static_cast<size_t>(t[2])]});
+            out.push_back({mesh->positions[t[0]], mesh->positions[t[1]], mesh->positions[t[2]]});
         }
     }
     return out;
 }
 
-std::vector<std::array<Vec3d, 3>> covering_triangles(const scene::Part& part,
+std::vector<std::array<Vec3d, 3>> covering_triangles(const part::Part& part,
                                                      const surface::Surface& surface) {
     std::vector<std::array<Vec3d, 3>> out;
     if (surface.identity()) {
         for (const auto& t : part.mesh->triangles) {
-            out.push_back({part.mesh->positions[static_cast<size_t>(t[0])],
-                           part.mesh->positions[static_cast<size_t>(t[1])],
-                           part.mesh->positions[static_cast<size_t>(t[2])]});
+            out.push_back({part.mesh->positions[t[0]], part.mesh->positions[t[1]],
+                           part.mesh->positions[t[2]]});
         }
         return out;
     }

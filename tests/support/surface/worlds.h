@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The meshes and surface stages that the property tests of dicing and of coverage go through.
+// The meshes and surface stages of the property tests of dicing and of coverage.
 
 #include <random>
 #include <string>
@@ -16,7 +16,7 @@ namespace openfab::testing {
 /// Moves every vertex by up to `amount_mm`, turns the corners of triangles round and shuffles their
 /// order, and gives each triangle a face number of 0 to 2. A closed mesh stays closed; it may cut
 /// through itself.
-inline scene::Mesh shaken(scene::Mesh mesh, uint32_t seed, double amount_mm) {
+inline mesh::Mesh shaken(mesh::Mesh mesh, uint32_t seed, double amount_mm) {
     std::mt19937 random(seed);
     const auto number = [&](uint32_t below) { return static_cast<uint32_t>(random() % below); };
     for (Vec3d& p : mesh.positions) {
@@ -29,7 +29,7 @@ inline scene::Mesh shaken(scene::Mesh mesh, uint32_t seed, double amount_mm) {
         order[i] = i;
     for (size_t i = count; i > 1; --i)
         std::swap(order[i - 1], order[number(static_cast<uint32_t>(i))]);
-    scene::Mesh out = mesh;
+    mesh::Mesh out = mesh;
     for (size_t i = 0; i < count; ++i) {
         const size_t turn = number(3);
         const auto turned = [&](const std::array<int32_t, 3>& v) {
@@ -48,7 +48,7 @@ inline scene::Mesh shaken(scene::Mesh mesh, uint32_t seed, double amount_mm) {
 }
 
 /// Two meshes with the same attributes in one; where they touch, edges have four triangles.
-inline scene::Mesh joined(scene::Mesh a, const scene::Mesh& b, const Vec3d& offset_mm) {
+inline mesh::Mesh joined(mesh::Mesh a, const mesh::Mesh& b, const Vec3d& offset_mm) {
     const int32_t first = static_cast<int32_t>(a.positions.size());
     for (const Vec3d& p : b.positions)
         a.positions.push_back(p + offset_mm);
@@ -57,8 +57,8 @@ inline scene::Mesh joined(scene::Mesh a, const scene::Mesh& b, const Vec3d& offs
             v += first;
         a.triangles.push_back(t);
     }
-    for (scene::MeshAttribute& to : a.attributes) {
-        const scene::MeshAttribute& from = *b.find(to.name);
+    for (mesh::MeshAttribute& to : a.attributes) {
+        const mesh::MeshAttribute& from = *b.find(to.name);
         const int32_t values = static_cast<int32_t>(to.values.size()) / to.components;
         to.values.insert(to.values.end(), from.values.begin(), from.values.end());
         for (std::array<int32_t, 3> t : from.corners) {
@@ -72,10 +72,10 @@ inline scene::Mesh joined(scene::Mesh a, const scene::Mesh& b, const Vec3d& offs
 }
 
 /// The same surface seen from its other side: joined to a larger one it makes that hollow.
-inline scene::Mesh inside_out(scene::Mesh mesh) {
+inline mesh::Mesh inside_out(mesh::Mesh mesh) {
     for (size_t t = 0; t < mesh.triangles.size(); ++t) {
         std::swap(mesh.triangles[t][1], mesh.triangles[t][2]);
-        for (scene::MeshAttribute& a : mesh.attributes) {
+        for (mesh::MeshAttribute& a : mesh.attributes) {
             if (!a.is_int) std::swap(a.corners[t][1], a.corners[t][2]);
         }
     }
@@ -84,7 +84,7 @@ inline scene::Mesh inside_out(scene::Mesh mesh) {
 
 struct Scenario {
     std::string name;
-    scene::Mesh mesh;
+    mesh::Mesh mesh;
     HandMode mode;
     float amplitude_mm;
     double micro_edge_mm;
@@ -92,7 +92,7 @@ struct Scenario {
     double max_displacement_mm = std::numeric_limits<double>::infinity();
 };
 
-inline scene::Part make_part(const Scenario& scenario, const Affine3d& transform = {}) {
+inline part::Part make_part(const Scenario& scenario, const Affine3d& transform = {}) {
     PartOptions options;
     options.uniform_values = hand_uniforms(scenario.mode, scenario.amplitude_mm);
     options.max_displacement_mm = scenario.max_displacement_mm;
@@ -108,7 +108,7 @@ inline std::vector<Scenario> scenarios() {
     all.push_back(
         {"card back, computed outputs", card(3, 2, 0.5), HandMode::kBack, 0.3f, 0.06, true});
     all.push_back(
-        {"sheet with a displaced back", scene::make_plane(3, 2), HandMode::kBack, 0.5f, 0.2});
+        {"sheet with a displaced back", mesh::make_plane(3, 2), HandMode::kBack, 0.5f, 0.2});
     all.push_back({"relief", card(9, 6, 1), HandMode::kRelief, 1.0f, 0.15});
     all.push_back({"cube bumps", cube(2), HandMode::kBumps, 0.3f, 0.15});
     all.push_back({"cube still", cube(2), HandMode::kStill, 0.3f, 0.11});
@@ -130,7 +130,7 @@ inline std::vector<Scenario> scenarios() {
     all.push_back({"two cubes, the same place", joined(cube(1), cube(1), {0, 0, 0}),
                    HandMode::kBack, 0.2f, 0.3});
     // Shells in one another, a wall thinner than a voxel, and displacements that turn inside out.
-    const scene::Mesh hollow = joined(sphere(2, 10, 6), inside_out(sphere(1.4, 9, 5)), {});
+    const mesh::Mesh hollow = joined(sphere(2, 10, 6), inside_out(sphere(1.4, 9, 5)), {});
     all.push_back(
         {"hollow with a core", joined(hollow, sphere(0.8, 8, 5), {}), HandMode::kBumps, 0.2f, 0.2});
     all.push_back({"shell in a shell", joined(sphere(2, 10, 6), sphere(1.2, 8, 5), {}),

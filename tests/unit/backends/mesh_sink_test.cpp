@@ -87,7 +87,7 @@ TEST_F(MeshFiles, A3mfHoldsTheMeshes) {
 TEST_F(MeshFiles, A3mfCanBePrinted) {
     SamplePrint print = exact_sample({40, 30, 20});
     ASSERT_TRUE(write(print, "part.3mf"));
-    Result<scene::LoadedMesh> mesh = scene::load_mesh(scratch_ / "part.3mf", {});
+    Result<mesh::LoadedMesh> mesh = mesh::load_mesh(scratch_ / "part.3mf", {});
     ASSERT_TRUE(mesh) << mesh.error().text();
     EXPECT_TRUE(mesh->checks.edges.fine());
     EXPECT_EQ(mesh->checks.turned, 0);
@@ -105,7 +105,7 @@ TEST_F(MeshFiles, AnStlHasTheTrianglesOfItsMaterial) {
     for (uint8_t code = 1; code < 4; ++code) {
         const fs::path file = boundary::stl_path(scratch_ / "part.stl", print.info, code - 1u);
         const std::string bytes = read_file(file);
-        Result<scene::MeshSource> source = scene::parse_stl(bytes, "part.stl");
+        Result<mesh::MeshSource> source = mesh::parse_stl(bytes, "part.stl");
         ASSERT_TRUE(source);
         const CollectedMesh& mesh = expected.at(code);
         ASSERT_EQ(bytes.size(), 84 + 50 * mesh.triangles.size());
@@ -124,8 +124,9 @@ TEST_F(MeshFiles, AnStlHasTheTrianglesOfItsMaterial) {
     }
 }
 
-/// As every reader of an STL does: equal coordinates are one vertex. Places are in 1/4096 voxel.
-CollectedMesh merged(const std::string& bytes, const backends::PrintInfo& info) {
+/// Welds like every reader of an STL: equal coordinates are one vertex. Positions are in 1/4096
+/// voxel.
+CollectedMesh merged(const std::string& bytes, const pipeline::PrintInfo& info) {
     CollectedMesh mesh;
     std::map<std::array<float, 3>, uint32_t> numbers;
     for (size_t at = 84; at + 50 <= bytes.size(); at += 50) {
@@ -136,11 +137,10 @@ CollectedMesh merged(const std::string& bytes, const backends::PrintInfo& info) 
             const auto number = static_cast<uint32_t>(mesh.points.size());
             const auto [found, fresh] = numbers.try_emplace(p, number);
             if (fresh) {
-                Vec3i& place = mesh.points.emplace_back();
+                Vec3i& vertex = mesh.points.emplace_back();
                 for (int a = 0; a < 3; ++a) {
-                    const double voxels =
-                        (p[static_cast<size_t>(a)] - info.origin_mm[a]) / info.pitch_mm[a];
-                    place[a] = static_cast<int32_t>(std::lround(voxels * 4096));
+                    const double voxels = (p[a] - info.origin_mm[a]) / info.pitch_mm[a];
+                    vertex[a] = static_cast<int32_t>(std::lround(voxels * 4096));
                 }
             }
             triangle[c] = found->second;
@@ -247,7 +247,7 @@ TEST_F(MeshFiles, TheLetterFIsNotMirrored) {
     print.info.origin_mm = {1, 2, 3};
     ASSERT_TRUE(write(print, "f.3mf"));
     EXPECT_EQ(check_meshes(block_of(print), read_threemf(print, "f.3mf")), "");
-    Result<scene::LoadedMesh> mesh = scene::load_mesh(scratch_ / "f.3mf", {});
+    Result<mesh::LoadedMesh> mesh = mesh::load_mesh(scratch_ / "f.3mf", {});
     ASSERT_TRUE(mesh) << mesh.error().text();
     double top = 0, right_at_top = 0, right_at_bottom = 0;
     for (const Vec3d& p : mesh->mesh.positions)
@@ -314,7 +314,7 @@ TEST_F(MeshFiles, MaterialsWithoutVoxelsHaveNoMesh) {
 }
 
 TEST_F(MeshFiles, NamesOfMaterialsAreMadeFitForFiles) {
-    backends::PrintInfo info = exact_sample({1, 1, 1}).info;
+    pipeline::PrintInfo info = exact_sample({1, 1, 1}).info;
     info.materials[0].name = "Red";
     info.materials[1].name = "red";
     info.materials[2].name = "../up";
@@ -392,7 +392,7 @@ TEST_F(MeshFiles, LargePackages) {
     }
     const std::string bytes = read_file(scratch_ / "large.zip");
     EXPECT_THAT(bytes, HasSubstr(std::string("\x01\x00\x10\x00", 4)));  // sizes of 8 bytes each
-    Result<scene::ZipFile> zip = scene::ZipFile::open(bytes, "large.zip");
+    Result<mesh::ZipFile> zip = mesh::ZipFile::open(bytes, "large.zip");
     ASSERT_TRUE(zip) << zip.error().text();
     Result<std::string> read = zip->read("model");
     ASSERT_TRUE(read) << read.error().text();

@@ -23,7 +23,7 @@ class Ofr : public ::testing::Test {
     }
 
     void write(const SamplePrint& print, bool complete = true) {
-        Result<std::unique_ptr<backends::SliceSink>> sink = ofr::OfrSink::create(file());
+        Result<std::unique_ptr<pipeline::SliceSink>> sink = ofr::OfrSink::create(file());
         ASSERT_TRUE(sink) << sink.error().text();
         Result<void> done = print.send(sink->get(), complete);
         ASSERT_TRUE(done) << done.error().text();
@@ -50,7 +50,7 @@ class Ofr : public ::testing::Test {
                 return result;
             }
             if (!*more) return result;
-            const backends::SliceView& slice = (*reader)->slice();
+            const pipeline::SliceView& slice = (*reader)->slice();
             const std::vector<uint8_t> expected = print.rows(slice.z);
             const size_t bytes = slice.row_bytes * static_cast<size_t>(slice.height);
             EXPECT_EQ(slice.z, print.info.slice_begin + result.good);
@@ -75,7 +75,7 @@ TEST_F(Ofr, RoundTrip) {
 
         auto reader = ofr::OfrReader::open(file());
         ASSERT_TRUE(reader);
-        const backends::PrintInfo& info = (*reader)->info();
+        const pipeline::PrintInfo& info = (*reader)->info();
         EXPECT_EQ(info.size, print.info.size);
         EXPECT_EQ(info.pitch_mm, print.info.pitch_mm);
         EXPECT_EQ(info.origin_mm, print.info.origin_mm);
@@ -92,7 +92,7 @@ TEST_F(Ofr, RoundTrip) {
         EXPECT_EQ(info.materials[1].density_g_cm3, 1.2);
         EXPECT_EQ(info.materials[1].channel, "B");
 
-        Result<backends::PrintTotals> totals = ofr::OfrReader::read_totals(file());
+        Result<pipeline::PrintTotals> totals = ofr::OfrReader::read_totals(file());
         ASSERT_TRUE(totals) << totals.error().text();
         EXPECT_EQ(totals->voxels_solid, print.totals().voxels_solid);
         EXPECT_EQ(totals->voxels_by_code, print.totals().voxels_by_code);
@@ -183,7 +183,7 @@ TEST_F(Ofr, IsReadFromAPipe) {
 
 TEST_F(Ofr, AFullDiskIsTheOutsidesFault) {
     const SamplePrint print = make_sample({31, 17, 6});
-    Result<std::unique_ptr<backends::SliceSink>> sink = ofr::OfrSink::create("/dev/full");
+    Result<std::unique_ptr<pipeline::SliceSink>> sink = ofr::OfrSink::create("/dev/full");
     ASSERT_TRUE(sink) << sink.error().text();
     Result<void> done = print.send(sink->get());
     ASSERT_FALSE(done);
@@ -193,11 +193,11 @@ TEST_F(Ofr, AFullDiskIsTheOutsidesFault) {
 }
 
 TEST_F(Ofr, RefusesAFolderAndAMissingFolder) {
-    Result<std::unique_ptr<backends::SliceSink>> folder =
+    Result<std::unique_ptr<pipeline::SliceSink>> folder =
         ofr::OfrSink::create(scratch_.path().string());
     ASSERT_FALSE(folder);
     EXPECT_THAT(folder.error().text(), HasSubstr("is a folder"));
-    Result<std::unique_ptr<backends::SliceSink>> missing =
+    Result<std::unique_ptr<pipeline::SliceSink>> missing =
         ofr::OfrSink::create(file("no/such/print.ofr"));
     ASSERT_FALSE(missing);
     EXPECT_EQ(missing.error().code, ErrorCode::kOutside);

@@ -21,12 +21,12 @@ class PngSlices : public ::testing::Test {
   protected:
     Result<void> write(const SamplePrint& print, const raster::PngOptions& options,
                        const std::string& folder = "slices", bool complete = true) {
-        Result<std::unique_ptr<backends::SliceSink>> sink =
+        Result<std::unique_ptr<pipeline::SliceSink>> sink =
             raster::PngSink::create(scratch_ / folder, options);
         if (!sink) return sink.error();
         return print.send(sink->get(), complete);
     }
-    /// What the picture must show of a voxel, by the print's own colours.
+    /// Returns the expected pixel of a voxel, by the print's own colours.
     static std::array<uint8_t, 4> color(const SamplePrint& print, int32_t x, int32_t y, int32_t z) {
         const uint8_t code = print.at(x, y, z);
         return code == 0 ? std::array<uint8_t, 4>{} : print.info.materials[code - 1].key;
@@ -125,9 +125,7 @@ TEST_F(PngSlices, TheLetterFStandsUprightSeenFromAbove) {
                                         "#....", "#....", "#...."};
     for (int32_t row = 0; row < 7; ++row) {
         for (int32_t column = 0; column < 5; ++column) {
-            EXPECT_EQ(inked(column, row),
-                      rows[static_cast<size_t>(row)][static_cast<size_t>(column)] == '#')
-                << column << ' ' << row;
+            EXPECT_EQ(inked(column, row), rows[row][column] == '#') << column << ' ' << row;
         }
     }
 }

@@ -39,8 +39,7 @@ class Preview : public ::testing::Test {
         for (int32_t row = 0; row < 7; ++row) {
             for (int32_t column = 0; column < 5; ++column) {
                 const auto& pixel = png.at(column * cell + cell / 2, row * cell + cell / 2);
-                if (pixel[3] == 255)
-                    rows[static_cast<size_t>(row)][static_cast<size_t>(column)] = '#';
+                if (pixel[3] == 255) rows[row][column] = '#';
             }
         }
         return rows;
@@ -128,9 +127,7 @@ TEST_F(Preview, ModelFromStraightAboveIsTheFront) {
         for (int32_t column = 0; column < 5; ++column) {
             const auto& pixel =
                 png.at(png.width * (2 * column + 1) / 10, png.height * (2 * row + 1) / 14);
-            EXPECT_EQ(pixel[3] > 128,
-                      kLetter[static_cast<size_t>(row)][static_cast<size_t>(column)] == '#')
-                << column << ' ' << row;
+            EXPECT_EQ(pixel[3] > 128, kLetter[row][column] == '#') << column << ' ' << row;
         }
     }
 }
@@ -186,7 +183,7 @@ SamplePrint block_with_skin(double pitch_mm, int32_t skin, bool filled) {
     return print;
 }
 
-// What an opaque skin covers is not seen, neither through it nor as dents in it.
+// Voxels behind an opaque skin are not visible, neither through it nor as dents in it.
 TEST_F(Preview, AnOpaqueSkinIsDrawnAsItIs) {
     for (const auto& [pitch_mm, skin] : {std::pair{0.1, 4}, {0.085, 5}, {0.2, 3}}) {
         for (const char* view :
@@ -296,8 +293,7 @@ TEST(PreviewColumns, AgreeWithAPlainLookAtEachColumn) {
                 for (int32_t row = 0; row < 2; ++row) {
                     preview::PaddedRow codes(preview::padded(width), 0);
                     for (int32_t x = 0; x < width; ++x)
-                        codes[static_cast<size_t>(x)] =
-                            stacks[static_cast<size_t>(row * width + x)][static_cast<size_t>(z)];
+                        codes[x] = stacks[static_cast<size_t>(row * width + x)][z];
                     above.add_row(kFirst + z, row, codes);
                     below.add_row(kFirst + z, row, codes);
                     thickness.add_row(kFirst + z, row, codes);
@@ -316,8 +312,8 @@ TEST(PreviewColumns, AgreeWithAPlainLookAtEachColumn) {
                                                         [](uint8_t code) { return code != 0; });
                         ASSERT_EQ(sight.covered, first != stack.end());
                         if (!sight.covered) continue;
-                        const auto place = static_cast<int32_t>(first - stack.begin());
-                        EXPECT_EQ(sight.z, kFirst + (from_above ? kSlices - 1 - place : place));
+                        const auto index = static_cast<int32_t>(first - stack.begin());
+                        EXPECT_EQ(sight.z, kFirst + (from_above ? kSlices - 1 - index : index));
                         const auto end = std::find(first, stack.end(), 0);
                         const std::vector<uint8_t> expected(
                             first, std::min(end, first + std::min<std::ptrdiff_t>(

@@ -25,22 +25,22 @@ std::vector<uint8_t> SamplePrint::rows(int32_t z) const {
     std::vector<uint8_t> rows(row_bytes * static_cast<size_t>(info.size.y));
     for (int32_t y = 0; y < info.size.y; ++y) {
         for (int32_t x = 0; x < info.size.x; ++x) {
-            const int32_t place = info.bits == 8 ? x : x / 2;
+            const int32_t byte = info.bits == 8 ? x : x / 2;
             const int32_t shift = info.bits == 8 ? 0 : 4 * (x % 2);
-            rows[static_cast<size_t>(y) * row_bytes + static_cast<size_t>(place)] |=
+            rows[static_cast<size_t>(y) * row_bytes + static_cast<size_t>(byte)] |=
                 static_cast<uint8_t>(at(x, y, z) << shift);
         }
     }
     return rows;
 }
 
-backends::SliceView SamplePrint::view(int32_t z, const std::vector<uint8_t>& rows) const {
+pipeline::SliceView SamplePrint::view(int32_t z, const std::vector<uint8_t>& rows) const {
     return {z, rows.data(), backends::packed_row_bytes(info.size.x, info.bits), info.size.x,
             info.size.y};
 }
 
-backends::PrintTotals SamplePrint::totals() const {
-    backends::PrintTotals totals;
+pipeline::PrintTotals SamplePrint::totals() const {
+    pipeline::PrintTotals totals;
     totals.complete = true;
     totals.voxels_by_code.assign(info.materials.size() + 1, 0);
     for (int32_t z = info.slice_begin; z < info.slice_end; ++z) {
@@ -52,7 +52,7 @@ backends::PrintTotals SamplePrint::totals() const {
             }
         }
         const std::vector<uint8_t> packed = rows(z);
-        totals.hash += slab::slice_hash(
+        totals.hash += pipeline::slice_hash(
             z, packed.data(), backends::packed_row_bytes(info.size.x, info.bits), info.size.y);
     }
     totals.tight.lo = {0, 0, info.slice_begin};
@@ -60,13 +60,13 @@ backends::PrintTotals SamplePrint::totals() const {
     return totals;
 }
 
-Result<void> SamplePrint::send(backends::SliceSink* sink, bool complete) const {
+Result<void> SamplePrint::send(pipeline::SliceSink* sink, bool complete) const {
     Result<void> done = sink->begin(info);
     for (int32_t z = info.slice_begin; z < info.slice_end && done; ++z) {
         const std::vector<uint8_t> packed = rows(z);
         done = sink->commit(z, sink->encode(view(z, packed)));
     }
-    backends::PrintTotals all = totals();
+    pipeline::PrintTotals all = totals();
     all.complete = complete && done.has_value();
     Result<void> finished = sink->finish(all);
     return done ? finished : done;

@@ -15,26 +15,26 @@
 namespace openfab::testing {
 
 struct SamplePrint {
-    backends::PrintInfo info;
+    pipeline::PrintInfo info;
     std::vector<uint8_t> codes;  ///< one a voxel, x fastest, then y, z
 
     uint8_t& at(int32_t x, int32_t y, int32_t z);
     uint8_t at(int32_t x, int32_t y, int32_t z) const {
         return const_cast<SamplePrint*>(this)->at(x, y, z);
     }
-    /// The packed rows of a slice.
+    /// Returns the packed rows of a slice.
     std::vector<uint8_t> rows(int32_t z) const;
-    backends::SliceView view(int32_t z, const std::vector<uint8_t>& rows) const;
-    backends::PrintTotals totals() const;
-    /// begin, every slice of the range, finish.
-    Result<void> send(backends::SliceSink* sink, bool complete = true) const;
+    pipeline::SliceView view(int32_t z, const std::vector<uint8_t>& rows) const;
+    pipeline::PrintTotals totals() const;
+    /// Sends begin, every slice of the range, finish.
+    Result<void> send(pipeline::SliceSink* sink, bool complete = true) const;
 };
 
-/// 3 materials, an odd width, a pattern in which no two slices are alike.
+/// Makes a print of 3 materials, an odd width, and a pattern in which all slices differ.
 SamplePrint make_sample(Vec3i size, int32_t bits = 4);
 
-/// An F of code 1 whose stem is at the lowest x and whose bars point to +x at the highest y; 5 x 7
-/// cells of `cell` voxels.
+/// Makes an F of code 1 whose stem is at the lowest x and whose bars point to +x at the highest y;
+/// 5 x 7 cells of `cell` voxels.
 SamplePrint make_letter_f(int32_t cell, int32_t slices);
 
 struct ReadPng {
@@ -48,7 +48,7 @@ struct ReadPng {
     }
 };
 
-/// Fails the test where libpng finds anything wrong.
+/// Reads a PNG; fails the test where libpng reports an error.
 ReadPng read_png(const std::filesystem::path& file);
 
 }  // namespace openfab::testing

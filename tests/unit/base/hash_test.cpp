@@ -26,7 +26,7 @@ TEST(HashTest, IsTheLibrarysWhateverTheVectors) {
                           XXH3_64bits_withSeed(bytes.data() + from, count, seed))
                     << count << " bytes from " << from;
             }
-            // What `.ofr` files of before have.
+            // The value in existing `.ofr` files.
             ASSERT_EQ(xxh3({bytes.data() + from, count}, 0),
                       XXH3_64bits(bytes.data() + from, count));
         }

@@ -93,30 +93,31 @@ TEST(AsArgument, IsNoOption) {
 
 TEST(OwnFolder, IsMadeForOneselfAndClearedOfWhatDied) {
     const testing::TempFolder folder;
-    const fs::path place = folder.path() / "a/b";
-    const Result<fs::path> own = own_folder(place);
+    const fs::path own_path = folder.path() / "a/b";
+    const Result<fs::path> own = own_folder(own_path);
     ASSERT_TRUE(own) << own.error().text();
-    EXPECT_EQ(fs::status(place).permissions(), fs::perms(0700));
-    EXPECT_EQ(fs::status(place.parent_path()).permissions(), fs::perms(0700));
-    const fs::path left = place / "openfab.tmp-abcdef";
+    EXPECT_EQ(fs::status(own_path).permissions(), fs::perms(0700));
+    EXPECT_EQ(fs::status(own_path.parent_path()).permissions(), fs::perms(0700));
+    const fs::path left = own_path / "openfab.tmp-abcdef";
     fs::create_directory(left);
     std::ofstream(left / "half") << "x";
-    std::ofstream(place / "kept.tmp-abc") << "x";
+    std::ofstream(own_path / "kept.tmp-abc") << "x";
     {
-        const auto held = TemporaryFolder::create(place);
+        const auto held = TemporaryFolder::create(own_path);
         ASSERT_TRUE(held);
         EXPECT_EQ(fs::status((*held)->path()).permissions(), fs::perms(0700));
-        clear_left_over(place);
+        clear_left_over(own_path);
         EXPECT_FALSE(fs::exists(left));
         EXPECT_TRUE(fs::exists((*held)->path()));
     }
-    EXPECT_EQ(std::distance(fs::directory_iterator(place), {}), 1) << "another kind of name stays";
+    EXPECT_EQ(std::distance(fs::directory_iterator(own_path), {}), 1)
+        << "another kind of name stays";
     fs::permissions(folder.path() / "a", fs::perms(0770));
-    EXPECT_THAT(own_folder(place).error().text(), HasSubstr("above it (mode 770)"));
+    EXPECT_THAT(own_folder(own_path).error().text(), HasSubstr("above it (mode 770)"));
     if (::geteuid() == 0) {
         fs::permissions(folder.path() / "a", fs::perms(0700));
-        ASSERT_EQ(::chown(place.c_str(), 12345, 12345), 0);
-        EXPECT_THAT(own_folder(place).error().text(), HasSubstr("belongs to another user"));
+        ASSERT_EQ(::chown(own_path.c_str(), 12345, 12345), 0);
+        EXPECT_THAT(own_folder(own_path).error().text(), HasSubstr("belongs to another user"));
     }
 }
 

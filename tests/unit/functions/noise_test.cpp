@@ -23,7 +23,7 @@ using Point = std::vector<float>;
 
 #ifdef OPENFAB_SANITIZED
 constexpr int kPoints = 20000;
-constexpr double kCorrelation = 0.06;  ///< what so many points may show by chance
+constexpr double kCorrelation = 0.06;  ///< what this many points may show by chance
 #else
 constexpr int kPoints = 300000;
 constexpr double kCorrelation = 0.03;

@@ -18,7 +18,7 @@
 #include "compiler/driver/frontend.h"
 #include "compiler/interp/evaluate.h"
 
-namespace openfab::test {
+namespace openfab::testing {
 
 /// A pyramid in memory: level 0 given, bottom row first; the levels above are box-filtered as in
 /// texture/pyramid.h.
@@ -63,7 +63,7 @@ class MapEnvironment : public interp::Environment {
   public:
     std::map<std::tuple<int32_t, int32_t, int32_t>, uint32_t> inputs;
     std::vector<Picture> pictures;
-    mutable int look_ups = 0;
+    mutable int sample_count = 0;
 
     void set(int32_t kind, int32_t a, int32_t b, float value) {
         inputs[{kind, a, b}] = std::bit_cast<uint32_t>(value);
@@ -77,7 +77,7 @@ class MapEnvironment : public interp::Environment {
         return found == inputs.end() ? 0 : found->second;
     }
     interp::TextureView texture(int32_t index) const override {
-        ++look_ups;
+        ++sample_count;
         return pictures.at(static_cast<size_t>(index)).view();
     }
 };
@@ -117,4 +117,4 @@ inline float evaluate(const std::string& body, float x = 0, float y = 0, float z
     return out.empty() ? 0 : as_float(out[0]);
 }
 
-}  // namespace openfab::test
+}  // namespace openfab::testing

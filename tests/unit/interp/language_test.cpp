@@ -11,7 +11,7 @@
 
 #include "tests/unit/interp/fixture.h"
 
-namespace openfab::test {
+namespace openfab::testing {
 namespace {
 
 TEST(Language, OperatorsAndPrecedence) {
@@ -198,7 +198,7 @@ TEST(Language, MaterialsAreSlots) {
     EXPECT_EQ(as_float(out[2]), 1.5f);
 }
 
-TEST(Language, ALookUpRunsOnlyWhereItsPathIsTaken) {
+TEST(Language, ASampleRunsOnlyWhereItsPathIsTaken) {
     const ir::Fablet fablet = compile(
         "fablet A { @uniform { ImageTexture2D t; float x, y; Material m; }\n"
         "float look(float u) { if (x > 0) return t.Sample1(u, 0.5, 0); return 0; }\n"
@@ -207,23 +207,23 @@ TEST(Language, ALookUpRunsOnlyWhereItsPathIsTaken) {
         "bool b = x > 0 && t.Sample1(0.5, 0.5, 0) > 0; float c = y > 2 ? t.Sample1(0.5, 0.5, 1) : "
         "0;\n"
         "if (y < 0) return mc; mc.Set(m, s + b + c + t.Sample1(0.1, 0.1, 0)); return mc; } }");
-    const auto look_ups = [&](float x, float y) {
+    const auto sample_count = [&](float x, float y) {
         MapEnvironment env;
         env.pictures.emplace_back(1, 1, 1, std::vector<float>{1}, 0, 0);
         env.set(OPENFAB_ARG_UNIFORM, 0, 0, x);
         env.set(OPENFAB_ARG_UNIFORM, 1, 0, y);
         (void)interp::evaluate(fablet.volume, env);
-        return env.look_ups;
+        return env.sample_count;
     };
-    // The same look-up under the same condition is one instruction: x > 0 alone makes the one of &&
+    // The same lookup under the same condition is one instruction: x > 0 alone makes the one of &&
     // …
-    EXPECT_EQ(look_ups(-1, -1), 0);
-    EXPECT_EQ(look_ups(-1, 0), 1);
-    EXPECT_EQ(look_ups(-1, 3), 2);
-    EXPECT_EQ(look_ups(1, -1), 1);
+    EXPECT_EQ(sample_count(-1, -1), 0);
+    EXPECT_EQ(sample_count(-1, 0), 1);
+    EXPECT_EQ(sample_count(-1, 3), 2);
+    EXPECT_EQ(sample_count(1, -1), 1);
     // … and each trip that x > 0 and y let in one more.
-    EXPECT_EQ(look_ups(1, 1), look_ups(1, 0) + 1);
-    EXPECT_EQ(look_ups(1, 2), look_ups(1, 0) + 2);
+    EXPECT_EQ(sample_count(1, 1), sample_count(1, 0) + 1);
+    EXPECT_EQ(sample_count(1, 2), sample_count(1, 0) + 2);
 }
 
 TEST(Language, AttributesComeFromTheFrameInTheOrderOfTheAbi) {
@@ -277,4 +277,4 @@ TEST(Language, OutputsThatCopyAnInputSaySo) {
 }
 
 }  // namespace
-}  // namespace openfab::test
+}  // namespace openfab::testing

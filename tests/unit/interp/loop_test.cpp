@@ -8,7 +8,7 @@
 
 #include "tests/unit/interp/fixture.h"
 
-namespace openfab::test {
+namespace openfab::testing {
 namespace {
 
 size_t count_loops(const ir::Stage& stage) {
@@ -200,4 +200,4 @@ TEST(RealLoop, DefiniteAssignment) {
 }
 
 }  // namespace
-}  // namespace openfab::test
+}  // namespace openfab::testing

@@ -11,7 +11,7 @@
 
 #include "tests/unit/interp/fixture.h"
 
-namespace openfab::test {
+namespace openfab::testing {
 namespace {
 
 ir::Fablet postcard() {
@@ -43,7 +43,7 @@ std::vector<float> surface(float u, float v, int32_t face) {
     std::vector<float> out;
     for (uint32_t bits : interp::evaluate(fablet.surface, env))
         out.push_back(as_float(bits));
-    EXPECT_EQ(env.look_ups, face == 1 ? 1 : 0);
+    EXPECT_EQ(env.sample_count, face == 1 ? 1 : 0);
     return out;
 }
 
@@ -57,7 +57,7 @@ std::vector<float> volume(int32_t face, float distance) {
     std::vector<float> out;
     for (uint32_t bits : interp::evaluate(fablet.volume, env))
         out.push_back(as_float(bits));
-    EXPECT_EQ(env.look_ups, face == 0 && std::fabs(distance) <= 0.25f ? 1 : 0);
+    EXPECT_EQ(env.sample_count, face == 0 && std::fabs(distance) <= 0.25f ? 1 : 0);
     return out;
 }
 
@@ -96,4 +96,4 @@ TEST(Postcard, TheRestIsWhite) {
 }
 
 }  // namespace
-}  // namespace openfab::test
+}  // namespace openfab::testing

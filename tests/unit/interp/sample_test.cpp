@@ -10,7 +10,7 @@
 
 #include "tests/unit/interp/fixture.h"
 
-namespace openfab::test {
+namespace openfab::testing {
 namespace {
 
 using interp::sample;
@@ -77,7 +77,7 @@ TEST(Sample, LevelsFollowTheFootprint) {
     // A checkerboard of single texels: from level 1 on it is 0.5 everywhere.
     std::vector<float> checks(64);
     for (int i = 0; i < 64; ++i)
-        checks[static_cast<size_t>(i)] = static_cast<float>((i + i / 8) % 2);
+        checks[i] = static_cast<float>((i + i / 8) % 2);
     const Picture p(8, 8, 1, checks, kRepeat, kTrilinear);
     SampleArgs args = at(0.0625f, 0.0625f, 1);
     EXPECT_EQ(sample(p.view(), 0, args), 0);
@@ -174,4 +174,4 @@ TEST(Sample, AnyInputStaysInsideTheTextureAndItsRange) {
 }
 
 }  // namespace
-}  // namespace openfab::test
+}  // namespace openfab::testing

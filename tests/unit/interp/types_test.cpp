@@ -9,7 +9,7 @@
 
 #include "tests/unit/interp/fixture.h"
 
-namespace openfab::test {
+namespace openfab::testing {
 namespace {
 
 TEST(Arrays, AVaryingIndexIsClamped) {
@@ -88,8 +88,7 @@ TEST(Arrays, UniformsAndMaterials) {
         env.set(OPENFAB_ARG_UNIFORM, 3, 0, i);
         const std::vector<uint32_t> out = interp::evaluate(fablet.volume, env);
         for (int32_t k = 0; k < 3; ++k) {
-            EXPECT_EQ(as_float(out[static_cast<size_t>(k)]),
-                      k == i ? static_cast<float>(i + 1) : 0);
+            EXPECT_EQ(as_float(out[k]), k == i ? static_cast<float>(i + 1) : 0);
         }
         EXPECT_EQ(as_float(out[3]), 7);
     }
@@ -202,11 +201,11 @@ TEST(Textures, AVaryingOneIsLookedUpByThoseWhoMeanIt) {
             env.pictures.emplace_back(1, 1, 1, std::vector<float>{static_cast<float>(k + 1)}, 0, 0);
         env.set(OPENFAB_ARG_UNIFORM, 0, 0, i);
         EXPECT_EQ(as_float(interp::evaluate(fablet.volume, env)[0]), static_cast<float>(i + 1));
-        EXPECT_EQ(env.look_ups, 1);
+        EXPECT_EQ(env.sample_count, 1);
     }
 }
 
-/// The prints that are compiled in, with their number of values.
+/// The printfs that are compiled in, each with its number of values.
 std::vector<std::pair<std::string, size_t>> prints_of(const std::string& body, bool on) {
     source::SourceManager sources;
     diag::Sink sink;
@@ -216,15 +215,15 @@ std::vector<std::pair<std::string, size_t>> prints_of(const std::string& body, b
         "attr }) {" +
             body + " MaterialComposition mc; return mc; } }");
     const std::optional<ir::Module> module =
-        driver::compile_to_ir(sources, file, sink, {.prints = on});
+        driver::compile_to_ir(sources, file, sink, {.enable_printf = on});
     EXPECT_TRUE(module.has_value()) << diag::render_text(sink, sources);
     std::vector<std::pair<std::string, size_t>> out;
     if (!module) return out;
     const ir::Stage& volume = module->fablets[0].volume;
     EXPECT_EQ(ir::verify(volume), "");
     for (const ir::Instr& instr : volume.instrs) {
-        if (instr.op != ir::Op::kPrint) continue;
-        out.emplace_back(volume.prints[static_cast<size_t>(instr.a)].format, instr.args.size() - 1);
+        if (instr.op != ir::Op::kPrintf) continue;
+        out.emplace_back(volume.printfs[instr.a].format, instr.args.size() - 1);
     }
     return out;
 }
@@ -243,4 +242,4 @@ TEST(Prints, AreCompiledInWhereTheyAreAskedFor) {
 }
 
 }  // namespace
-}  // namespace openfab::test
+}  // namespace openfab::testing

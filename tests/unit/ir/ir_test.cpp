@@ -75,14 +75,14 @@ Fablet sampler() {
     return f;
 }
 
-TEST(IrText, ReadGivesBackWhatPrintWrote) {
+TEST(IrText, ReadInvertsDump) {
     const Fablet f = sampler();
     ASSERT_EQ(verify(f.volume), "");
-    const std::string text = print(f);
+    const std::string text = dump(f);
     std::string fault;
     const std::optional<Fablet> back = read(text, &fault);
     ASSERT_TRUE(back.has_value()) << fault;
-    EXPECT_EQ(print(*back), text);
+    EXPECT_EQ(dump(*back), text);
     ASSERT_EQ(back->volume.instrs.size(), f.volume.instrs.size());
     for (size_t i = 0; i < f.volume.instrs.size(); ++i) {
         EXPECT_EQ(back->volume.instrs[i].bits, f.volume.instrs[i].bits) << i;
@@ -105,7 +105,7 @@ TEST(IrText, FaultsNameTheLine) {
     EXPECT_EQ(fault_of("%0 = const float 1\n"), "line 1: an instruction outside a stage");
     EXPECT_EQ(fault_of("stage volume\n%1 = const float 1\n"), "line 2: expected %0");
     EXPECT_EQ(fault_of("stage volume\n%0 = fly float\n"), "line 2: no operation `fly`");
-    EXPECT_EQ(fault_of("stage volume\n%0 = const int 1.5\n"), "line 2: `1.5` is no int");
+    EXPECT_EQ(fault_of("stage volume\n%0 = const int 1.5\n"), "line 2: `1.5` is not a valid int");
     EXPECT_EQ(fault_of("stage volume\n%0 = const float\n"), "line 2: the line ends early");
     EXPECT_EQ(fault_of("stage volume\n%0 = const float 1 2\n"),
               "line 2: expected a value, not `2`");

@@ -1,6 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/nearest/attributes.h"
+#include "runtime/nearest/engine/attributes.h"
 
 #include <gtest/gtest.h>
 
@@ -108,7 +108,7 @@ TEST(Attributes, NothingWhereNothingIsAskedOrInReach) {
     const Ball ball;
     const auto demand = every_so_often();
     BlockQuery query{{4, 4, 0}};
-    query.demand = demand.data();
+    query.active = demand.data();
     query.radius_mm = 0.2f;
     const BlockAnswer answer = ball.query(query);
     Arrays out;

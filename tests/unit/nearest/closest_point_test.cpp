@@ -6,7 +6,7 @@
 #include <cstring>
 #include <random>
 
-#include "runtime/nearest/triangle.h"
+#include "runtime/nearest/tree/triangle.h"
 #include "tests/support/mesh_surface.h"
 #include "tests/support/reference/closest_point.h"
 

@@ -1,6 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/nearest/cones.h"
+#include "runtime/nearest/tree/cones.h"
 
 #include <gtest/gtest.h>
 
@@ -16,14 +16,14 @@ using openfab::testing::TriangleMesh;
 using testing::to_vec;
 using testing::tree_of;
 
-/// visit(node) for each node with the triangle at `place` below it.
+/// Calls visit(node) for each node with triangle `index` below it.
 template <typename Visit>
-bool visit_around(const Tree& tree, size_t node, uint32_t place, const Visit& visit) {
+bool visit_around(const Tree& tree, size_t node, uint32_t index, const Visit& visit) {
     const Node& n = tree.nodes[node];
-    bool found = n.is_leaf() && place >= n.first() && place < n.first() + n.count();
+    bool found = n.is_leaf() && index >= n.first() && index < n.first() + n.count();
     if (!n.is_leaf()) {
         for (uint32_t i = n.child(); i < n.child() + n.children() && !found; ++i)
-            found = visit_around(tree, i, place, visit);
+            found = visit_around(tree, i, index, visit);
     }
     if (found) visit(node);
     return found;
@@ -40,7 +40,7 @@ int check_cones(const TriangleMesh& mesh, float away, uint32_t seed) {
         const Vec3f from = mesh.positions[random() % mesh.positions.size()];
         const Vec3f p = from + Vec3f{some(random), some(random), some(random)};
         const testing::NearestTriangle nearest = testing::nearest_triangle(tree, p);
-        visit_around(tree, 0, nearest.place, [&](size_t n) {
+        visit_around(tree, 0, nearest.index, [&](size_t n) {
             told += tree.cones[n].sine < 1 ? 1 : 0;
             const Vec3f way = p - nearest.point;
             const float across = length(cross(way, to_vec(tree.nodes[n].axis[2])));

@@ -2,11 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Meshes as trees, and what is nearest in them by trying all.
+// Trees of meshes, and the nearest triangle in them by exhaustive search.
 
 #include <cmath>
 
-#include "runtime/nearest/hierarchy.h"
+#include "runtime/nearest/tree/hierarchy.h"
 #include "tests/support/mesh_surface.h"
 
 namespace openfab::nearest::testing {
@@ -18,14 +18,14 @@ inline Vec3f to_vec(const float* v) {
 inline Tree tree_of(const openfab::testing::TriangleMesh& mesh) {
     std::vector<InputTriangle> input;
     for (const auto& t : mesh.triangles) {
-        const auto at = [&](size_t k) { return mesh.positions[static_cast<size_t>(t[k])]; };
+        const auto at = [&](size_t k) { return mesh.positions[t[k]]; };
         input.push_back({{at(0), at(1), at(2)}, static_cast<int32_t>(input.size()), 0});
     }
     return build_tree(input, {});
 }
 
 struct NearestTriangle {
-    uint32_t place = 0;  ///< in the tree
+    uint32_t index = 0;  ///< in the tree
     Hit hit{INFINITY, 0, 0};
     Vec3f point;
 };
@@ -34,17 +34,17 @@ inline NearestTriangle nearest_triangle(const Tree& tree, const Vec3f& p) {
     NearestTriangle best;
     for (uint32_t t = 0; t < tree.frames.size(); ++t) {
         const Hit hit = closest_point(tree.frames[t], tree.details[t], p);
-        const TriangleDetail &a = tree.details[t], &b = tree.details[best.place];
+        const TriangleDetail &a = tree.details[t], &b = tree.details[best.index];
         if (hit.distance2 > best.hit.distance2 ||
             (hit.distance2 == best.hit.distance2 &&
              !precedes(a.patch, a.triangle, b.patch, b.triangle)))
             continue;
         best.hit = hit;
-        best.place = t;
+        best.index = t;
     }
-    const Vec3f v0 = to_vec(tree.frames[best.place].v0);
-    best.point = v0 + (to_vec(tree.details[best.place].v1) - v0) * best.hit.bary1 +
-                 (to_vec(tree.details[best.place].v2) - v0) * best.hit.bary2;
+    const Vec3f v0 = to_vec(tree.frames[best.index].v0);
+    best.point = v0 + (to_vec(tree.details[best.index].v1) - v0) * best.hit.bary1 +
+                 (to_vec(tree.details[best.index].v2) - v0) * best.hit.bary2;
     return best;
 }
 

@@ -1,6 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/nearest/leaf_features.h"
+#include "runtime/nearest/tree/leaf_features.h"
 
 #include <gtest/gtest.h>
 
@@ -22,7 +22,7 @@ float most_beyond(const Tree& tree, const LeafFeatures& leaf, size_t features, s
         tree.half_spaces.values.data() + leaf.first_half_space * HalfSpaces::kValues + feature;
     const Vec3f from_origin = p - to_vec(leaf.origin);
     float most = 0;
-    for (int side = 0; side < kSides; ++side) {
+    for (int side = 0; side < kHalfSpaces; ++side) {
         float beyond = 0;
         for (int c = 0; c < 3; ++c, values += features)
             beyond += static_cast<float>(*values) / HalfSpaces::kUnit * from_origin[c];

@@ -117,7 +117,7 @@ Moved move(std::array<float, 3> d, float limit) {
     EXPECT_EQ(ir::verify(stage), "");
     Values values;
     for (int32_t axis = 0; axis < 3; ++axis) {
-        values.floats[{OPENFAB_ARG_SURFACE_IN, 0, axis}] = d[static_cast<size_t>(axis)];
+        values.floats[{OPENFAB_ARG_SURFACE_IN, 0, axis}] = d[axis];
         values.floats[{OPENFAB_ARG_SURFACE_ATTR, OPENFAB_SURFACE_P, axis}] = 0.0f;
     }
     values.floats[{OPENFAB_ARG_FRAME, OPENFAB_FRAME_MAX_DISPLACEMENT, 0}] = limit;

@@ -6,7 +6,7 @@
 
 #include "program/outputs.h"
 
-namespace openfab::print {
+namespace openfab::program {
 namespace {
 
 using ::testing::ElementsAre;
@@ -60,7 +60,7 @@ TEST(PrintOptions, Everything) {
     EXPECT_EQ(options->seed, 18446744073709551615ULL);
     EXPECT_THAT(options->settings, ElementsAre("a.b=[1,2.5]", "c.on=true", "c.m=oak"));
     ASSERT_EQ(options->previews.size(), 2u);
-    EXPECT_EQ(options->progress, report::ProgressMode::kJson);
+    EXPECT_EQ(options->progress, program::ProgressMode::kJson);
     EXPECT_FALSE(options->culling);
     EXPECT_EQ(options->isa, OPENFAB_ISA_SSE41);
     EXPECT_TRUE(options->png_indexed);
@@ -77,7 +77,7 @@ TEST(PrintOptions, ThePrintersPitchUnlessTold) {
     EXPECT_EQ(print_pitch(*parse({"w", "-o", "o", "--voxel", "0.1mm"}), j750),
               (Vec3d{0.1, 0.1, 0.1}));
     EXPECT_EQ(print_pitch(*parse({"w", "-o", "o", "--layer", "14um"}), j750).z, 0.014);
-    // What takes meshes does not print their voxels.
+    // Printers that take meshes do not print their voxels.
     EXPECT_EQ(print_pitch(*parse({"w", "-o", "o.3mf"}), j750, true), (Vec3d{0.1, 0.1, 0.1}));
     EXPECT_EQ(print_pitch(*parse({"w", "-o", "o.3mf", "--mesh-pitch", "0.25mm"}), j750, true),
               (Vec3d{0.25, 0.25, 0.25}));
@@ -144,7 +144,7 @@ TEST(PrintOptions, HelpFitsOnAPage) {
 TEST(PrintOutputs, Format) {
     const auto format = [](std::vector<const char*> arguments, const char* native) {
         arguments.insert(arguments.begin(), "w");
-        scene::Printer printer;
+        world::Printer printer;
         printer.native_format = native;
         return choose_format(*parse(arguments), printer);
     };
@@ -169,4 +169,4 @@ TEST(PrintOutputs, Format) {
 }
 
 }  // namespace
-}  // namespace openfab::print
+}  // namespace openfab::program

@@ -8,7 +8,7 @@
 
 #include "tests/support/process/process.h"
 
-namespace openfab::print {
+namespace openfab::program {
 namespace {
 
 using ::testing::HasSubstr;
@@ -25,7 +25,7 @@ class OutputCheck : public ::testing::Test {
     fs::path path(const std::string& name) const { return scratch_ / name; }
     static std::string check(const Options& options, const std::string& format,
                              const std::vector<fs::path>& inputs) {
-        const std::vector<backends::SliceMaterial> materials{{"white", {}, {}, 1, ""},
+        const std::vector<pipeline::SliceMaterial> materials{{"white", {}, {}, 1, ""},
                                                              {"a b", {}, {}, 1, ""}};
         const Result<void> done = check_outputs(options, format, materials, inputs);
         if (done) return "";
@@ -106,7 +106,7 @@ TEST_F(OutputCheck, AFolderOfSlicesSparesItsNeighbours) {
     EXPECT_EQ(output(path("elsewhere"), "png"), "");
     Options options;
     options.output = folder;
-    // What no print writes there is left to the sink, which wants such a folder to be empty.
+    // Other files are left to the sink, which requires such a folder to be empty.
     EXPECT_EQ(check(options, "png", {path("folder/leaf.png")}), "");
     EXPECT_THAT(check(options, "png", {path("folder/manifest.json")}),
                 HasSubstr("would overwrite"));
@@ -123,4 +123,4 @@ TEST_F(OutputCheck, AFolderOfSlicesSparesItsNeighbours) {
 }
 
 }  // namespace
-}  // namespace openfab::print
+}  // namespace openfab::program

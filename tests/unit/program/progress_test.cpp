@@ -7,12 +7,12 @@
 #include <cstdio>
 #include <string>
 
-namespace openfab::report {
+namespace openfab::program {
 namespace {
 
 using ::testing::HasSubstr;
 
-/// What a print of 100 slices, one a second, writes to a file.
+/// Returns the progress that a print of 100 slices, one a second, writes to a file.
 std::string lines_of(ProgressMode mode) {
     std::FILE* file = std::tmpfile();
     Progress progress(mode, file);
@@ -51,13 +51,13 @@ TEST(Progress, Describe) {
     EXPECT_EQ(Progress::describe({12, 150, 12'000'000, 150'000'000, 2}),
               "slice 12 of 150  8 %  6.0 M voxels/s  23.0 s left");
     // Whatever came before the first slice says nothing of those that are left.
-    const slab::ProgressEvent first{1, 150, 1'000'000, 150'000'000, 90};
+    const pipeline::ProgressEvent first{1, 150, 1'000'000, 150'000'000, 90};
     EXPECT_EQ(Progress::describe(first, first), "slice 1 of 150  1 %");
     EXPECT_EQ(Progress::describe({3, 150, 3'000'000, 150'000'000, 92}, first),
               "slice 3 of 150  2 %  1.0 M voxels/s  2 min 27 s left");
-    const slab::ProgressEvent only{1, 1, 1'000'000, 1'000'000, 2};
+    const pipeline::ProgressEvent only{1, 1, 1'000'000, 1'000'000, 2};
     EXPECT_EQ(Progress::describe(only, only), "slice 1 of 1  100 %  0.5 M voxels/s");
 }
 
 }  // namespace
-}  // namespace openfab::report
+}  // namespace openfab::program

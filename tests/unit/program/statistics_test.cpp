@@ -5,11 +5,11 @@
 #include <gtest/gtest.h>
 #include <rapidjson/document.h>
 
-namespace openfab::report {
+namespace openfab::program {
 namespace {
 
-backends::PrintInfo info() {
-    backends::PrintInfo info;
+pipeline::PrintInfo info() {
+    pipeline::PrintInfo info;
     info.size = {10, 20, 30};
     info.pitch_mm = {0.1, 0.2, 0.05};
     info.title = "card \"one\"";
@@ -21,7 +21,7 @@ backends::PrintInfo info() {
 }
 
 TEST(StatisticsJson, HasTheNamesOfTheDesign) {
-    slab::PrintStatistics s;
+    pipeline::PrintStatistics s;
     s.voxels_total = 6'000'000;
     s.voxels_solid = 3'000'000;
     s.voxels_by_code = {3'000'000, 2'000'000, 1'000'000};
@@ -29,7 +29,7 @@ TEST(StatisticsJson, HasTheNamesOfTheDesign) {
     s.layer_time_s = 10;
     s.seconds_total = 2;
     s.seconds_first_slice = 0.5;
-    s.seconds_by_phase = {{"volume", 1.25}};
+    s.seconds_by_stage = {{"volume", 1.25}};
     s.blocks_total = 7;
     s.hash = 0xfedcba9876543210u;
     s.warnings = {"thin"};
@@ -75,4 +75,4 @@ TEST(StatisticsFile, AnUnwritablePlaceIsNamed) {
 }
 
 }  // namespace
-}  // namespace openfab::report
+}  // namespace openfab::program

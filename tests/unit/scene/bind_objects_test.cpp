@@ -9,7 +9,7 @@
 #include "tests/support/meshes/meshes.h"
 #include "tests/support/meshes/temp_folder.h"
 
-namespace openfab::scene {
+namespace openfab::part {
 namespace {
 
 const openfab_uniform kUniforms[] = {
@@ -51,7 +51,7 @@ class BindObjectsTest : public ::testing::Test {
     Result<std::vector<Part>> bind_with(const std::string& from, const std::string& to) {
         std::string text = kWorld;
         if (!from.empty()) text.replace(text.find(from), from.size(), to);
-        Result<World> world = load_world(folder_.write("w.fab.json", text));
+        Result<world::World> world = world::load_world(folder_.write("w.fab.json", text));
         if (!world) return world.error();
         return bind(*world, {1, pointers_});
     }
@@ -106,4 +106,4 @@ TEST_F(BindObjectsTest, NamesWhatWouldBeRight) {
 }
 
 }  // namespace
-}  // namespace openfab::scene
+}  // namespace openfab::part

@@ -13,7 +13,7 @@
 #include "texture/cache.h"
 #include "texture/pyramid_file.h"
 
-namespace openfab::scene {
+namespace openfab::part {
 namespace {
 
 const uint32_t kHalf[] = {0x3f000000u};
@@ -85,7 +85,7 @@ class BindTest : public ::testing::Test {
     }
 
     Result<std::vector<Part>> bind_text(const std::string& text, const BindOptions& options = {}) {
-        Result<World> world = load_world(folder_.write("w.fab.json", text));
+        Result<world::World> world = world::load_world(folder_.write("w.fab.json", text));
         if (!world) return world.error();
         return bind(*world, list_, options);
     }
@@ -128,7 +128,7 @@ TEST_F(BindTest, LaysEverythingOut) {
     EXPECT_EQ(as_float(part.uniform_values[9]), 4.0f);
     EXPECT_EQ(part.slot_material, (std::vector<uint8_t>{2, 0, 1, 0}));
     ASSERT_EQ(part.textures.size(), 1u);
-    EXPECT_EQ(part.textures[0]->info()[2], static_cast<int32_t>(Wrap::kMirror));
+    EXPECT_EQ(part.textures[0]->info()[2], static_cast<int32_t>(world::Wrap::kMirror));
     EXPECT_EQ(part.textures[0]->texels()[3], 0.75f);
     EXPECT_EQ(part.mesh->center_part_mm, (Vec3d{0, 0, 15}));
     EXPECT_EQ(part.local_to_build.t, (Vec3d{0, 0, 15}));
@@ -247,14 +247,14 @@ TEST_F(BindTest, MakesAQuickWorldOfAMesh) {
     fablet_.surface_input_count = 0;
     const std::filesystem::path file = folder_.write(
         "tetra.obj", "v 0 0 0\nv 9 0 0\nv 0 9 0\nv 0 0 9\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n");
-    const Result<World> world = make_quick_world(file, list_);
+    const Result<world::World> world = make_quick_world(file, list_);
     ASSERT_TRUE(world) << world.error().text();
     EXPECT_EQ(world->printer, "generic");
     ASSERT_EQ(world->materials.size(), 3u);
     EXPECT_EQ(world->materials[0].name, "skin");
     EXPECT_EQ(world->materials[2].name, "palette[1]");
-    std::set<Rgba8> keys;
-    for (const Material& m : world->materials)
+    std::set<world::Rgba8> keys;
+    for (const world::Material& m : world->materials)
         keys.insert(m.key);
     EXPECT_EQ(keys.size(), 3u);
     const Result<std::vector<Part>> parts = bind(*world, list_, {{"tetra.gain=2"}});
@@ -262,11 +262,11 @@ TEST_F(BindTest, MakesAQuickWorldOfAMesh) {
     EXPECT_EQ((*parts)[0].slot_material, (std::vector<uint8_t>{1, 2, 3, 0}));
     EXPECT_EQ(as_float((*parts)[0].uniform_values[2]), 2.0f);
     EXPECT_FALSE(make_quick_world(folder_.path() / "none.obj", list_));
-    const Result<World> step = make_quick_world(folder_.write("x.step", "solid"), list_);
+    const Result<world::World> step = make_quick_world(folder_.write("x.step", "solid"), list_);
     ASSERT_FALSE(step);
     EXPECT_NE(step.error().text().find("does not have the extension of a mesh"), std::string::npos);
     EXPECT_FALSE(make_quick_world(file, list_, "Other"));
 }
 
 }  // namespace
-}  // namespace openfab::scene
+}  // namespace openfab::part

@@ -13,7 +13,7 @@
 #include "world/transforms_file.h"
 #include "world/world.h"
 
-namespace openfab::scene {
+namespace openfab::world {
 namespace {
 
 namespace fs = std::filesystem;
@@ -182,8 +182,8 @@ TEST_F(BuildTest, NamesThePlaceOfWhatIsWrong) {
          "4:66: build[0] has a height in `translate_mm` and is `on_bed`; give `translate_mm` two "
          "numbers"},
         {"", R"([{"object": "box", "grid": {"count": [2, 2]}}])",
-         "4:37: `grid` of build[0] needs `spacing_mm`, the room between copies, or `step_mm`, from "
-         "one to the next; one of the two"},
+         "4:37: `grid` of build[0] needs `spacing_mm` (the gap between copies) or `step_mm` (from "
+         "one copy to the next), not both"},
         {"", R"([{"object": "box", "grid": {"count": [2, 0], "step_mm": 1}}])",
          "4:51: `count` of `grid` of build[0] is 0; it must be between 1 and 100000"},
         // The product does not fit 64 bits.
@@ -283,15 +283,15 @@ TEST_F(BuildTest, SurvivesDamage) {
     int whole = 0;
     for (int i = 0; i < 400; ++i) {
         std::string damaged = text;
-        const auto place = [&] { return random() % damaged.size(); };
+        const auto offset = [&] { return random() % damaged.size(); };
         for (unsigned k = 0; k < 1 + random() % 3; ++k) {
-            const size_t at = place();
+            const size_t at = offset();
             if (random() % 3 == 0) {
                 damaged[at] = "9-[]{}\"\xff,0e"[random() % 11];
             } else if (random() % 2 == 0) {
                 damaged.erase(at, 1 + random() % 6);
             } else {
-                damaged.insert(at, damaged.substr(place(), random() % 30));
+                damaged.insert(at, damaged.substr(offset(), random() % 30));
             }
         }
         const Result<World> world = load_world(folder_.write("w.fab.json", damaged));
@@ -311,4 +311,4 @@ TEST(TransformsFile, TakesNoNumberForGranted) {
 }
 
 }  // namespace
-}  // namespace openfab::scene
+}  // namespace openfab::world

@@ -6,7 +6,7 @@
 #include "tests/support/meshes/temp_folder.h"
 #include "tests/unit/scene/mesh_files.h"
 
-namespace openfab::scene {
+namespace openfab::mesh {
 namespace {
 
 /// A buffer and the views and accessors into it.
@@ -236,13 +236,13 @@ TEST(Gltf, NamesWhatIsWrong) {
     EXPECT_NE(parse_error(swapped(good, "\"2.0\"", "\"1.0\""), "a.glb").find("version 1.0"),
               std::string::npos);
     EXPECT_NE(parse_error(swapped(good, "\"indices\": 5", "\"indices\": 9"), "a.glb")
-                  .find("a mesh asks for accessors 9, but there are 6"),
+                  .find("a mesh refers to accessors 9, but there are 6"),
               std::string::npos);
     EXPECT_NE(parse_error(swapped(good, "\"indices\": 5", "\"indices\": 4"), "a.glb")
                   .find("indices must be SCALAR and of an unsigned integer type"),
               std::string::npos);
     EXPECT_NE(parse_error(swapped(good, "\"count\": 36", "\"count\": 37"), "a.glb")
-                  .find("asks for 37 elements of 2 bytes, but there are 36"),
+                  .find("needs 37 elements of 2 bytes, but there are 36"),
               std::string::npos);
     EXPECT_NE(parse_error(swapped(good, "\"children\": [1, 2]", "\"children\": [1, 1]"), "a.glb")
                   .find("node 1 has two parents"),
@@ -271,4 +271,4 @@ TEST(Gltf, SurvivesDamage) {
 }
 
 }  // namespace
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

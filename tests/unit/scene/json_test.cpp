@@ -16,7 +16,7 @@
 #include "base/caret.h"
 #include "tests/support/meshes/temp_folder.h"
 
-namespace openfab::scene {
+namespace openfab::testing {
 namespace {
 
 std::string error_of(std::string_view text) {
@@ -55,8 +55,8 @@ TEST(Json, RefusesWhatIsNotStrict) {
               "f.json:1:10: not valid JSON; `x` where the end of the file should be");
     EXPECT_EQ(error_of("[NaN]"), "f.json:1:2: not valid JSON; `NaN` where a value should be");
     EXPECT_EQ(error_of("[+1]"), "f.json:1:2: not valid JSON; `+1` where a value should be");
-    EXPECT_EQ(error_of("[-01]"), "f.json:1:2: not valid JSON; a number with a zero before it");
-    EXPECT_EQ(error_of("[1-2]"), "f.json:1:2: not valid JSON; `1-2` is no number");
+    EXPECT_EQ(error_of("[-01]"), "f.json:1:2: not valid JSON; a number with a leading zero");
+    EXPECT_EQ(error_of("[1-2]"), "f.json:1:2: not valid JSON; `1-2` is not a number");
     EXPECT_EQ(error_of("[1.]"), "f.json:1:2: not valid JSON; `1.` where a value should be");
     EXPECT_EQ(error_of("\"\xFF\""),
               "f.json:1:2: not valid JSON; in a string: ill-formed UTF-8 byte");
@@ -76,7 +76,8 @@ TEST(Json, SaysWhatPeopleWriteThatItHasNot) {
     EXPECT_EQ(error_of("{\"a\": 1, // no\n}"), "f.json:1:10: " + comment);
     EXPECT_EQ(error_of("/* no */ {}"), "f.json:1:1: " + comment);
     EXPECT_EQ(error_of("{\"a\": 1 # no\n}"), "f.json:1:9: " + comment);
-    EXPECT_EQ(error_of("{'a': 1}"), "f.json:1:2: not valid JSON; strings stand in double quotes");
+    EXPECT_EQ(error_of("{'a': 1}"),
+              "f.json:1:2: not valid JSON; strings are written in double quotes");
     EXPECT_EQ(error_of("{a: 1}"),
               "f.json:1:2: not valid JSON; `a` where a key in double quotes should be");
     EXPECT_EQ(error_of("{\"a\": 1 \"b\": 2}"),
@@ -229,4 +230,4 @@ TEST(Caret, PointsAtTheToken) {
 }
 
 }  // namespace
-}  // namespace openfab::scene
+}  // namespace openfab::testing

@@ -4,7 +4,7 @@
 
 #include "tests/unit/scene/mesh_files.h"
 
-namespace openfab::scene {
+namespace openfab::mesh {
 namespace {
 
 /// A tetrahedron of this size, in two groups and two materials.
@@ -87,4 +87,4 @@ TEST(LoadMesh, RefusesOtherExtensions) {
 }
 
 }  // namespace
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

@@ -9,7 +9,7 @@
 #include "tests/support/meshes/temp_folder.h"
 #include "tests/unit/scene/mesh_files.h"
 
-namespace openfab::scene {
+namespace openfab::mesh {
 namespace {
 
 Mesh box(const Vec3d& lo, double side, bool outward = true) {
@@ -119,7 +119,7 @@ TEST(MeshCheck, WeldsOnlyWithinAPart) {
             const auto v = static_cast<int32_t>(soup.positions.size());
             soup.triangles.push_back({v, v + 1, v + 2});
             for (int32_t corner : t) {
-                soup.positions.push_back(one.positions[static_cast<size_t>(corner)]);
+                soup.positions.push_back(one.positions[corner]);
                 parts.push_back(part);
             }
         }
@@ -147,8 +147,8 @@ TEST(MeshCheck, CountsTrianglesThatCross) {
     both.add(Vec3d{7, 6.5, 8.25});
     both.add(Vec3d{10, 10, 10});
     Box3d place;
-    place.add(plain.place);
-    EXPECT_TRUE(both.overlaps(place)) << plain.place.x << " " << plain.place.y;
+    place.add(plain.point);
+    EXPECT_TRUE(both.overlaps(place)) << plain.point.x << " " << plain.point.y;
     EXPECT_GT(find_intersections(joined({box({0, 0, 0}, 10), box({5, 5, 5}, 10)})).pairs, 0);
 }
 
@@ -170,9 +170,7 @@ TEST(MeshCheck, CrossingsAreFoundAsByBruteForce) {
     }
     const auto sign = [&](int32_t a, int32_t b, int32_t c, int32_t d) {
         using V = Vec3<long double>;
-        const auto p = [&](int32_t v) {
-            return vec_cast<long double>(soup.positions[static_cast<size_t>(v)]);
-        };
+        const auto p = [&](int32_t v) { return vec_cast<long double>(soup.positions[v]); };
         const V n = cross(p(b) - p(a), p(c) - p(a));
         const long double volume = dot(n, p(d) - p(a));
         return volume > 0 ? 1 : volume < 0 ? -1 : 0;
@@ -211,4 +209,4 @@ TEST(MeshCheck, TellsOfMeshesThatCannotBePrinted) {
 }
 
 }  // namespace
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

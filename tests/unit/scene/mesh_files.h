@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// What the tests of mesh formats share: files made in memory, and damage done to them.
+// Shared by the tests of mesh formats: files made in memory, and damaged copies.
 
 #include <gtest/gtest.h>
 
@@ -16,7 +16,7 @@
 #include "mesh/load/load_mesh.h"
 #include "tests/support/meshes/meshes.h"
 
-namespace openfab::scene {
+namespace openfab::mesh {
 
 inline Result<LoadedMesh> parse_bytes(const std::string& bytes, const std::string& file,
                                       MeshOptions options = {}) {
@@ -38,29 +38,29 @@ void append(std::string* bytes, T value, bool big_endian = false) {
 }
 
 /// Loads `count` damaged forms of a file: bytes changed, set to extremes, cut out, doubled, or the
-/// end cut off. Any answer will do but a crash; one that is a mesh must be sound.
+/// end cut off. Any result but a crash is accepted; a mesh must be valid.
 inline void survive_damage(const std::string& bytes, const std::string& file, int count) {
     std::mt19937 random(7);
     size_t meshes = 0;
     for (int i = 0; i < count; ++i) {
         std::string damaged = bytes;
-        const auto place = [&] { return random() % damaged.size(); };
+        const auto offset = [&] { return random() % damaged.size(); };
         for (unsigned k = 0; k < 1 + random() % 4; ++k) {
             switch (random() % 5) {
                 case 0:
-                    damaged[place()] = static_cast<char>(random());
+                    damaged[offset()] = static_cast<char>(random());
                     break;
                 case 1:
-                    damaged[place()] = "\x00\xff\x7f\x80-9"[random() % 6];
+                    damaged[offset()] = "\x00\xff\x7f\x80-9"[random() % 6];
                     break;
                 case 2:
-                    damaged.erase(place(), 1 + random() % 8);
+                    damaged.erase(offset(), 1 + random() % 8);
                     break;
                 case 3:
-                    damaged.insert(place(), damaged.substr(place(), random() % 40));
+                    damaged.insert(offset(), damaged.substr(offset(), random() % 40));
                     break;
                 default:
-                    if (random() % 4 == 0) damaged.resize(place());
+                    if (random() % 4 == 0) damaged.resize(offset());
             }
             if (damaged.empty()) damaged = "x";
         }
@@ -89,4 +89,4 @@ inline void survive_damage(const std::string& bytes, const std::string& file, in
     EXPECT_GT(meshes, 0u) << file;
 }
 
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

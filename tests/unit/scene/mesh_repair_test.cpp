@@ -19,7 +19,7 @@
 #include "tests/support/meshes/temp_folder.h"
 #include "world/world.h"
 
-namespace openfab::scene {
+namespace openfab::mesh {
 namespace {
 
 #ifdef OPENFAB_SANITIZED
@@ -38,7 +38,7 @@ double winding(const Mesh& mesh, const Vec3d& p) {
         Vec3d v[3];
         double l[3];
         for (size_t c = 0; c < 3; ++c) {
-            v[c] = mesh.positions[static_cast<size_t>(t[c])] - p;
+            v[c] = mesh.positions[t[c]] - p;
             l[c] = length(v[c]);
         }
         const double over = l[0] * l[1] * l[2] + dot(v[0], v[1]) * l[2] + dot(v[1], v[2]) * l[0] +
@@ -51,7 +51,7 @@ double winding(const Mesh& mesh, const Vec3d& p) {
 double volume(const Mesh& mesh) {
     double sum = 0;
     for (const auto& t : mesh.triangles) {
-        const auto at = [&](size_t c) { return mesh.positions[static_cast<size_t>(t[c])]; };
+        const auto at = [&](size_t c) { return mesh.positions[t[c]]; };
         sum += dot(at(0), cross(at(1), at(2))) / 6;
     }
     return sum;
@@ -285,19 +285,19 @@ TEST(MeshRepair, IsAskedForByAnObject) {
     }
     folder.write("open.obj", obj);
     const auto load = [&](const std::string& repair) {
-        return load_world(folder.write("w.fab.json", R"({"openfab": 1,
+        return world::load_world(folder.write("w.fab.json", R"({"openfab": 1,
             "fablets": {"f": {"source": "f.fl", "fablet": "F"}},
             "meshes": {"m": {"file": "open.obj"}},
             "objects": {"a": {"mesh": "m", "fablet": "f"},
-                        "b": {"mesh": "m", "fablet": "f")" +
-                                                         repair + R"(}},
+                        "b": {"mesh": "m", "fablet": "f")" + repair +
+                                                                R"(}},
             "build": [{"object": "b"}]})"));
     };
     folder.write("f.fl", "");
-    const Result<World> refused = load("");
+    const Result<world::World> refused = load("");
     ASSERT_FALSE(refused);
     EXPECT_THAT(refused.error().text(), HasSubstr(R"(`"repair": "winding"`)"));
-    const Result<World> world = load(R"(, "repair": "winding")");
+    const Result<world::World> world = load(R"(, "repair": "winding")");
     ASSERT_TRUE(world) << world.error().text();
     ASSERT_EQ(world->meshes.size(), 1u);
     EXPECT_TRUE(count_edges(world->meshes[0]).fine());
@@ -334,4 +334,4 @@ TEST(MeshRepair, BrokenMeshesOfOthers) {
 }
 
 }  // namespace
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

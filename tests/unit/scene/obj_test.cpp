@@ -15,7 +15,7 @@
 #include "mesh/model/polygon.h"
 #include "tests/support/meshes/meshes.h"
 
-namespace openfab::scene {
+namespace openfab::mesh {
 namespace {
 
 // A cube of 10 mm with a uv for each corner, normals by side and two groups.
@@ -94,7 +94,7 @@ TEST(Obj, ReadsPositionsAttributesAndGroups) {
 }
 
 TEST(Obj, NamesTheLineOfWhatIsWrong) {
-    EXPECT_EQ(error_of(replaced(kCube, "v 10 0 0", "v 10 x 0")), "m.obj:3:6: `x` is no number");
+    EXPECT_EQ(error_of(replaced(kCube, "v 10 0 0", "v 10 x 0")), "m.obj:3:6: `x` is not a number");
     EXPECT_EQ(error_of(replaced(kCube, "v 10 0 0", "v 10 nan 0")),
               "m.obj:3:6: `nan` is not finite or too large");
     EXPECT_EQ(error_of(replaced(kCube, "v 10 0 0", "v 1e400 0 0")),
@@ -102,15 +102,15 @@ TEST(Obj, NamesTheLineOfWhatIsWrong) {
     EXPECT_EQ(error_of(replaced(kCube, "v 10 0 0", "v 10 0")),
               "m.obj:3:1: `v` has 2 numbers; it takes 3 to 7");
     EXPECT_EQ(error_of(replaced(kCube, "f 5/1/2", "f 9/1/2")),
-              "m.obj:23:3: `9/1/2` asks for vertex 9, but there are 8 so far");
+              "m.obj:23:3: `9/1/2` refers to vertex 9, but there are 8 so far");
     EXPECT_EQ(error_of(replaced(kCube, "f 5/1/2", "f 5/7/2")),
-              "m.obj:23:3: `5/7/2` asks for texture coordinate 7, but there are 4 so far");
+              "m.obj:23:3: `5/7/2` refers to texture coordinate 7, but there are 4 so far");
     EXPECT_EQ(error_of(replaced(kCube, "f 5/1/2", "f 0/1/2")),
-              "m.obj:23:3: `0/1/2` asks for vertex 0, but there are 8 so far");
+              "m.obj:23:3: `0/1/2` refers to vertex 0, but there are 8 so far");
     EXPECT_EQ(error_of(replaced(kCube, "-2/4/-2", "-9/4/-2")),
-              "m.obj:29:3: `-9/4/-2` asks for vertex -9, but there are 8 so far");
+              "m.obj:29:3: `-9/4/-2` refers to vertex -9, but there are 8 so far");
     EXPECT_EQ(error_of(replaced(kCube, "f 5/1/2", "f 5;1;2")),
-              "m.obj:23:3: `5;1;2` is no corner; write it as v, v/vt, v//vn or v/vt/vn");
+              "m.obj:23:3: `5;1;2` is not a corner; write it as v, v/vt, v//vn or v/vt/vn");
     EXPECT_EQ(error_of(replaced(kCube, "f 5/1/2 6/2/2 7/3/2 8/4/2", "f 5 6")),
               "m.obj:23:1: a face with 2 corners; it needs 3 or more");
     EXPECT_TRUE(error_of("solid ascii stl\n").starts_with("m.obj:1:1: unknown statement `solid`"));
@@ -159,7 +159,7 @@ TEST(Obj, WeldsEqualPositionsOnlyWhereTheMeshIsOpen) {
     std::string text;
     for (const auto& t : cube.triangles) {
         for (int32_t v : t) {
-            const Vec3d& p = cube.positions[static_cast<size_t>(v)];
+            const Vec3d& p = cube.positions[v];
             text += "v " + std::to_string(p.x) + " " + std::to_string(p.y) + " " +
                     std::to_string(p.z) + "\n";
         }
@@ -246,7 +246,7 @@ TEST(Polygon, TriangulatesConcaveOnesWithoutOverlap) {
     double area = 0;
     int64_t effort = kTriangulationEffort;
     for (const auto& t : triangulate(l, &effort)) {
-        const auto p = [&](size_t i) { return l[static_cast<size_t>(t[i])]; };
+        const auto p = [&](size_t i) { return l[t[i]]; };
         const double part = cross(p(1) - p(0), p(2) - p(0)).z / 2;
         EXPECT_GT(part, 0);
         area += part;
@@ -426,4 +426,4 @@ TEST(Obj, ReadsMeshesOfOthers) {
 }
 
 }  // namespace
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

@@ -19,13 +19,13 @@ using Matrix = std::array<double, 9>;
 TEST(Rotation, AgreesWithLibmAndIsExactAtQuarterTurns) {
     constexpr double kArgument = 4e-15;  // what rounding the radians costs the reference
     for (double degrees = -725; degrees < 725; degrees += 0.37) {
-        const scene::SinCos sc = scene::sin_cos_degrees(degrees);
+        const SinCos sc = sin_cos_degrees(degrees);
         const double x = degrees * 3.14159265358979323846 / 180;
         EXPECT_NEAR(sc.sin, std::sin(x), kArgument);
         EXPECT_NEAR(sc.cos, std::cos(x), kArgument);
     }
     for (int quarter = -9; quarter <= 9; ++quarter) {
-        const scene::SinCos sc = scene::sin_cos_degrees(quarter * 90.0);
+        const SinCos sc = sin_cos_degrees(quarter * 90.0);
         const int phase = (quarter % 4 + 4) % 4;
         EXPECT_EQ(sc.sin, phase == 1 ? 1 : phase == 3 ? -1 : 0);
         EXPECT_EQ(sc.cos, phase == 0 ? 1 : phase == 2 ? -1 : 0);
@@ -33,7 +33,7 @@ TEST(Rotation, AgreesWithLibmAndIsExactAtQuarterTurns) {
 }
 
 TEST(Rotation, TurnsAboutXThenYThenZ) {
-    const Affine3d t = scene::placement_transform({2, 1, 1}, {90, 0, 90}, {10, 0, 0});
+    const Affine3d t = placement_transform({2, 1, 1}, {90, 0, 90}, {10, 0, 0});
     // x is scaled to 2, left by the turn about x, and turned to y.
     EXPECT_EQ(t.apply({1, 0, 0}), (Vec3d{10, 2, 0}));
     // y goes to z, which the turn about z leaves.
@@ -41,7 +41,7 @@ TEST(Rotation, TurnsAboutXThenYThenZ) {
 }
 
 void expect_polar(const Matrix& m) {
-    const Result<scene::PolarFactors> polar = scene::polar_factors(m);
+    const Result<PolarFactors> polar = polar_factors(m);
     ASSERT_TRUE(polar) << polar.error().text();
     for (size_t i = 0; i < 3; ++i) {
         for (size_t j = 0; j < 3; ++j) {
@@ -64,16 +64,16 @@ TEST(Polar, SplitsRotationScaleAndShear) {
     expect_polar({2, 0, 0, 0, 3, 0, 0, 0, 0.1});
     expect_polar({1, 0.4, 0, 0, 1, -0.2, 0.1, 0, 1.5});
     expect_polar({-1, 0, 0, 0, 1, 0, 0, 0, 1});
-    expect_polar(scene::placement_transform({2, 3, 4}, {10, 20, 30}, {}).m);
-    expect_polar(scene::placement_transform({25.4, -25.4, 25.4}, {-77, 120, 3}, {}).m);
+    expect_polar(placement_transform({2, 3, 4}, {10, 20, 30}, {}).m);
+    expect_polar(placement_transform({25.4, -25.4, 25.4}, {-77, 120, 3}, {}).m);
 }
 
 TEST(Polar, GivesEqualBitsOfSUnderAnyRotation) {
     for (double angle = 0; angle < 360; angle += 17) {
-        const Result<scene::PolarFactors> unit = scene::polar_factors(
-            scene::placement_transform({1, 1, 1}, {angle, 2 * angle, -angle}, {}).m);
-        const Result<scene::PolarFactors> scaled =
-            scene::polar_factors(scene::placement_transform({0.1, 2, 7.3}, {angle, 5, 1}, {}).m);
+        const Result<PolarFactors> unit =
+            polar_factors(placement_transform({1, 1, 1}, {angle, 2 * angle, -angle}, {}).m);
+        const Result<PolarFactors> scaled =
+            polar_factors(placement_transform({0.1, 2, 7.3}, {angle, 5, 1}, {}).m);
         ASSERT_TRUE(unit && scaled);
         EXPECT_EQ(unit->s, (Matrix{1, 0, 0, 0, 1, 0, 0, 0, 1}));
         EXPECT_EQ(scaled->s, (Matrix{0.1, 0, 0, 0, 2, 0, 0, 0, 7.3}));
@@ -81,24 +81,23 @@ TEST(Polar, GivesEqualBitsOfSUnderAnyRotation) {
 }
 
 TEST(Polar, LeavesRotationOfAxisAlignedScaleExact) {
-    const Result<scene::PolarFactors> polar = scene::polar_factors({0, -3, 0, 2, 0, 0, 0, 0, -5});
+    const Result<PolarFactors> polar = polar_factors({0, -3, 0, 2, 0, 0, 0, 0, -5});
     ASSERT_TRUE(polar);
     EXPECT_EQ(polar->r, (Matrix{0, -1, 0, 1, 0, 0, 0, 0, -1}));
     EXPECT_EQ(polar->s, (Matrix{2, 0, 0, 0, 3, 0, 0, 0, 5}));
 }
 
 TEST(Polar, RefusesSingularAndNonFiniteMatrices) {
-    EXPECT_FALSE(scene::polar_factors({1, 0, 0, 0, 1, 0, 0, 0, 0}));
-    EXPECT_FALSE(scene::polar_factors({1, 0, 0, 0, 1, 0, 1, 1, 0}));
-    EXPECT_FALSE(scene::polar_factors({1e-5, 0, 0, 0, 1e-5, 0, 0, 0, 1e-5}));
-    EXPECT_FALSE(scene::polar_factors({1e6, 0, 0, 0, 1e6, 0, 0, 0, 1e-6}));
-    EXPECT_FALSE(scene::polar_factors({std::nan(""), 0, 0, 0, 1, 0, 0, 0, 1}));
-    EXPECT_FALSE(
-        scene::polar_factors({std::numeric_limits<double>::infinity(), 0, 0, 0, 1, 0, 0, 0, 1}));
+    EXPECT_FALSE(polar_factors({1, 0, 0, 0, 1, 0, 0, 0, 0}));
+    EXPECT_FALSE(polar_factors({1, 0, 0, 0, 1, 0, 1, 1, 0}));
+    EXPECT_FALSE(polar_factors({1e-5, 0, 0, 0, 1e-5, 0, 0, 0, 1e-5}));
+    EXPECT_FALSE(polar_factors({1e6, 0, 0, 0, 1e6, 0, 0, 0, 1e-6}));
+    EXPECT_FALSE(polar_factors({std::nan(""), 0, 0, 0, 1, 0, 0, 0, 1}));
+    EXPECT_FALSE(polar_factors({std::numeric_limits<double>::infinity(), 0, 0, 0, 1, 0, 0, 0, 1}));
 }
 
 /// Every directed edge must be met by its opposite exactly once.
-void expect_closed(const scene::Mesh& mesh) {
+void expect_closed(const mesh::Mesh& mesh) {
     std::map<std::pair<int32_t, int32_t>, int> edges;
     for (const auto& t : mesh.triangles) {
         for (size_t i = 0; i < 3; ++i)
@@ -108,7 +107,7 @@ void expect_closed(const scene::Mesh& mesh) {
         ASSERT_EQ(count, 1) << mesh.name;
         ASSERT_TRUE(edges.contains({edge.second, edge.first})) << mesh.name;
     }
-    for (const scene::MeshAttribute& a : mesh.attributes) {
+    for (const mesh::MeshAttribute& a : mesh.attributes) {
         ASSERT_EQ(a.is_int ? a.faces.size() : a.corners.size(), mesh.triangles.size());
         for (const auto& corners : a.corners) {
             for (int32_t corner : corners) {
@@ -122,11 +121,11 @@ void expect_closed(const scene::Mesh& mesh) {
 
 TEST(Primitives, AreClosedAndOutward) {
     constexpr double kPi = 3.14159265358979323846;
-    const std::vector<std::pair<scene::Mesh, double>> cases = {
-        {scene::make_box({2, 3, 4}), 24},
-        {scene::make_sphere(2), 4 * kPi / 3},
-        {scene::make_cylinder(2, 5), 5 * kPi},
-        {scene::make_plane(2, 3), 0},
+    const std::vector<std::pair<mesh::Mesh, double>> cases = {
+        {mesh::make_box({2, 3, 4}), 24},
+        {mesh::make_sphere(2), 4 * kPi / 3},
+        {mesh::make_cylinder(2, 5), 5 * kPi},
+        {mesh::make_plane(2, 3), 0},
         {testing::cube(2), 8},
         {testing::card(100, 70, 2), 14000},
         {testing::sphere(1, 128, 64), 4 * kPi / 3},
@@ -139,13 +138,13 @@ TEST(Primitives, AreClosedAndOutward) {
 }
 
 TEST(Primitives, NormalsPointOutAndUvFollowThePicture) {
-    for (const scene::Mesh& mesh : {scene::make_box({2, 3, 4}), scene::make_sphere(2),
-                                    scene::make_cylinder(2, 5), testing::torus(3, 1)}) {
-        const scene::MeshAttribute& n = *mesh.find("n");
+    for (const mesh::Mesh& mesh : {mesh::make_box({2, 3, 4}), mesh::make_sphere(2),
+                                   mesh::make_cylinder(2, 5), testing::torus(3, 1)}) {
+        const mesh::MeshAttribute& n = *mesh.find("n");
         for (size_t t = 0; t < mesh.triangles.size(); ++t) {
             const auto& p = mesh.positions;
             const auto& tri = mesh.triangles[t];
-            const auto at = [&](size_t i) { return p[static_cast<size_t>(tri[i])]; };
+            const auto at = [&](size_t i) { return p[tri[i]]; };
             const Vec3d geometric = cross(at(1) - at(0), at(2) - at(0));
             for (size_t c = 0; c < 3; ++c) {
                 const float* v = &n.values[static_cast<size_t>(n.corners[t][c]) * 3];
@@ -155,8 +154,8 @@ TEST(Primitives, NormalsPointOutAndUvFollowThePicture) {
         }
     }
     // Front and back of a card have the same uv at the same place.
-    const scene::Mesh card = testing::card(10, 6, 1);
-    const scene::MeshAttribute& uv = *card.find("uv");
+    const mesh::Mesh card = testing::card(10, 6, 1);
+    const mesh::MeshAttribute& uv = *card.find("uv");
     for (size_t t = 0; t < 4; ++t) {
         EXPECT_EQ(card.find("face")->faces[t], t < 2 ? 0 : 1);
         for (size_t c = 0; c < 3; ++c) {
@@ -171,12 +170,12 @@ TEST(Primitives, NormalsPointOutAndUvFollowThePicture) {
 
 TEST(Frame, VoxelCentresAgreeWithTheVoxelMap) {
     testing::PartOptions options;
-    options.transform = scene::placement_transform({1, 2, 1}, {30, 40, 50}, {300, 200, 100});
-    const scene::Part part = make_part(testing::empty_fablet(), testing::card(10, 8, 2), options);
-    const scene::Grid grid = testing::grid_around(part, {0.042, 0.085, 0.027}, 1);
-    const Affine3d to_voxel = scene::local_to_voxel(part, grid);
-    const Vec3i base = scene::part_base_voxel(part, grid);
-    const std::array<float, OPENFAB_FRAME_COUNT> frame = scene::make_frame(part, grid);
+    options.transform = placement_transform({1, 2, 1}, {30, 40, 50}, {300, 200, 100});
+    const part::Part part = make_part(testing::empty_fablet(), testing::card(10, 8, 2), options);
+    const part::Grid grid = testing::grid_around(part, {0.042, 0.085, 0.027}, 1);
+    const Affine3d to_voxel = part::local_to_voxel(part, grid);
+    const Vec3i base = part::part_base_voxel(part, grid);
+    const std::array<float, OPENFAB_FRAME_COUNT> frame = part::make_frame(part, grid);
     for (const Vec3i& index : {Vec3i{0, 0, 0}, Vec3i{40, -30, 17}, Vec3i{-100, 50, -60}}) {
         const Vec3<float> x = vec_cast<float>(index) + Vec3f{0.5f, 0.5f, 0.5f};
         Vec3d local;
@@ -202,9 +201,9 @@ TEST(Frame, VoxelCentresAgreeWithTheVoxelMap) {
 
 TEST(Part, PlacesTheMeshWhereTheTransformPutsIt) {
     testing::PartOptions options;
-    options.transform = scene::placement_transform({1, 2, -3}, {12, 34, 56}, {7, 8, 9});
-    const scene::Mesh mesh = testing::torus(3, 1, 128, 64);
-    const scene::Part part = make_part(testing::empty_fablet(), mesh, options);
+    options.transform = placement_transform({1, 2, -3}, {12, 34, 56}, {7, 8, 9});
+    const mesh::Mesh mesh = testing::torus(3, 1, 128, 64);
+    const part::Part part = make_part(testing::empty_fablet(), mesh, options);
     Box3d box;
     for (size_t i = 0; i < mesh.positions.size(); ++i) {
         const Vec3d want = options.transform.apply(mesh.positions[i]);
@@ -246,25 +245,25 @@ openfab_fablet postcard_like() {
 TEST(Part, ResolvesAttributesOrNamesTheMesh) {
     const openfab_fablet fablet = postcard_like();
     const Matrix s{1, 0, 0, 0, 1, 0, 0, 0, 1};
-    const scene::Mesh card = testing::card(4, 2, 1);
-    const auto mesh = scene::make_part_mesh(card, fablet, s);
+    const mesh::Mesh card = testing::card(4, 2, 1);
+    const auto mesh = part::make_part_mesh(card, fablet, s);
     ASSERT_TRUE(mesh) << mesh.error().text();
     EXPECT_EQ((*mesh)->inputs[0].corner_values.size(), 12u * 6);
     EXPECT_EQ((*mesh)->inputs[0].corner_values, (*mesh)->corner_uv);
     EXPECT_EQ((*mesh)->inputs[1].face_values,
               (std::vector<uint32_t>{0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5}));
 
-    const auto lacking = scene::make_part_mesh(testing::without(card, "face"), fablet, s);
+    const auto lacking = part::make_part_mesh(testing::without(card, "face"), fablet, s);
     ASSERT_FALSE(lacking);
     EXPECT_EQ(
         lacking.error().text(),
         "mesh `card` has no attribute `face`, which fablet `Card` reads as `int face`; it has `uv` "
         "(float2), `n` (float3)");
 
-    scene::Mesh wrong = testing::without(card, "uv");
+    mesh::Mesh wrong = testing::without(card, "uv");
     wrong.attributes.push_back(*card.find("n"));
     wrong.attributes.back().name = "uv";
-    const auto mistyped = scene::make_part_mesh(wrong, fablet, s);
+    const auto mistyped = part::make_part_mesh(wrong, fablet, s);
     ASSERT_FALSE(mistyped);
     EXPECT_NE(mistyped.error().text().find("is float3, but fablet `Card` reads `float2 uv`"),
               std::string::npos);
@@ -276,7 +275,7 @@ TEST(Part, TakesTheDefaultWhereTheMeshLacksAnInput) {
     openfab_fablet fablet = testing::empty_fablet();
     fablet.surface_input_count = 1;
     fablet.surface_inputs = &input;
-    const auto mesh = scene::make_part_mesh(testing::cube(1), fablet, {1, 0, 0, 0, 1, 0, 0, 0, 1});
+    const auto mesh = part::make_part_mesh(testing::cube(1), fablet, {1, 0, 0, 0, 1, 0, 0, 0, 1});
     ASSERT_TRUE(mesh);
     ASSERT_EQ((*mesh)->inputs[0].corner_values.size(), 12u * 3 * 2);
     EXPECT_EQ((*mesh)->inputs[0].corner_values[70], 0.5f);
@@ -284,8 +283,8 @@ TEST(Part, TakesTheDefaultWhereTheMeshLacksAnInput) {
 }
 
 TEST(Part, HasFlatNormalsWithoutMeshNormals) {
-    const auto mesh = scene::make_part_mesh(testing::without(testing::cube(1), "n"),
-                                            testing::empty_fablet(), {1, 0, 0, 0, 1, 0, 0, 0, 1});
+    const auto mesh = part::make_part_mesh(testing::without(testing::cube(1), "n"),
+                                           testing::empty_fablet(), {1, 0, 0, 0, 1, 0, 0, 0, 1});
     ASSERT_TRUE(mesh);
     EXPECT_EQ((*mesh)->corner_normals[0], (Vec3f{0, 0, 1}));
     EXPECT_EQ((*mesh)->corner_normals[35], (Vec3f{-1, 0, 0}));

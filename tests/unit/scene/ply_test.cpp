@@ -4,7 +4,7 @@
 
 #include "tests/unit/scene/mesh_files.h"
 
-namespace openfab::scene {
+namespace openfab::mesh {
 namespace {
 
 enum class Kind { kAscii, kLittle, kBig };
@@ -147,19 +147,19 @@ std::string replaced(std::string text, const std::string& from, const std::strin
 TEST(Ply, NamesWhatIsWrong) {
     const std::string text = cube_ply(Kind::kAscii);
     EXPECT_EQ(parse_error("plx\n", "a.ply"),
-              "a.ply:1:1: no PLY file: it does not start with `ply`");
+              "a.ply:1:1: not a PLY file: it does not start with `ply`");
     EXPECT_EQ(parse_error(replaced(text, "ascii 1.0", "binary 1.0"), "a.ply"),
               "a.ply:2:1: unknown format `binary`");
     EXPECT_EQ(parse_error(replaced(text, "property double x", "property real x"), "a.ply"),
               "a.ply:8:1: unknown type `real`");
     EXPECT_EQ(parse_error(replaced(text, "element vertex 8", "element vertex many"), "a.ply"),
-              "a.ply:7:1: `many` is no whole number from 0 to 200000000");
+              "a.ply:7:1: `many` is not a whole number from 0 to 200000000");
     EXPECT_EQ(parse_error(replaced(text, "vertex_indices", "corners"), "a.ply"),
               "a.ply: faces have no list `vertex_indices`");
     EXPECT_EQ(parse_error(replaced(text, "0 3 2 1 8", "0 3 2 8 8"), "a.ply"),
-              "a.ply:38:1: the face asks for vertex 8, but there are 8");
+              "a.ply:38:1: the face refers to vertex 8, but there are 8");
     EXPECT_EQ(parse_error(replaced(text, "4 0 3 2 1 8", "4 0 3 2 1.5 8"), "a.ply"),
-              "a.ply:38:1: `1.5` is no whole number from -2147483648 to 2147483647");
+              "a.ply:38:1: `1.5` is not a whole number from -2147483648 to 2147483647");
     EXPECT_EQ(parse_error(replaced(text, "element face", "element strip"), "a.ply"),
               "a.ply: the file has no element `face`; a mesh needs `vertex` and `face` (triangle "
               "strips and points are not supported)");
@@ -208,8 +208,8 @@ TEST(Ply, ReadsCornersAlone) {
     const auto little = [](uint8_t corners, int32_t last) {
         return parse_error(corners_only(Kind::kLittle, corners, last), "a.ply");
     };
-    EXPECT_EQ(little(3, 4), "a.ply: face 3: the face asks for vertex 4, but there are 4");
-    EXPECT_EQ(little(3, -1), "a.ply: face 3: the face asks for vertex -1, but there are 4");
+    EXPECT_EQ(little(3, 4), "a.ply: face 3: the face refers to vertex 4, but there are 4");
+    EXPECT_EQ(little(3, -1), "a.ply: face 3: the face refers to vertex -1, but there are 4");
     EXPECT_EQ(little(4, 3), "a.ply: face 3: the list `vertex_indices` is 4 long");
     EXPECT_EQ(little(2, 3), "a.ply: face 3: a face with fewer than 3 corners");
     const std::string whole = corners_only(Kind::kLittle);
@@ -261,4 +261,4 @@ TEST(Ply, SurvivesDamage) {
 }
 
 }  // namespace
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

@@ -20,7 +20,7 @@
 #include "tests/unit/scene/mesh_files.h"
 #include "world/world.h"
 
-namespace openfab::scene {
+namespace openfab::mesh {
 namespace {
 
 constexpr int64_t kMegabyte = 1'000'000;
@@ -132,7 +132,7 @@ TEST(ReadingMemory, LimitsLayersOfMultiproperties) {
 
 TEST(ReadingMemory, LimitsTagsOfXml) {
     class Nothing : public XmlHandler {
-        std::string start(std::string_view, const XmlAttributes&) override { return {}; }
+        Complaint start(std::string_view, const XmlAttributes&) override { return {}; }
         void end(std::string_view) override {}
     } nothing;
     // Blanks between tags are no tag.
@@ -455,7 +455,7 @@ std::string ball(int rings, bool stl, bool open, bool shells) {
             out.append(12, '\0');
             for (const int v : f) {
                 for (int a = 0; a < 3; ++a)
-                    append(&out, static_cast<float>(p[static_cast<size_t>(v)][a]));
+                    append(&out, static_cast<float>(p[v][a]));
             }
             out.append(2, '\0');
         }
@@ -532,7 +532,7 @@ std::string world_refusal(const std::string& text, int64_t memory_bytes = 50 * k
     const testing::Meter meter;
     std::string message;
     {
-        const Result<World> world = load_world(file, {{}, memory_bytes});
+        const Result<world::World> world = world::load_world(file, {{}, memory_bytes});
         message = world ? "no error" : world.error().text();
     }
     EXPECT_LE(meter.peak_bytes(), memory_bytes + 4 * kMegabyte);
@@ -642,4 +642,4 @@ TEST(ReadingMemory, FindsNamesAmongManyAtOnce) {
 }
 
 }  // namespace
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

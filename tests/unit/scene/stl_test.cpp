@@ -4,7 +4,7 @@
 
 #include "tests/unit/scene/mesh_files.h"
 
-namespace openfab::scene {
+namespace openfab::mesh {
 namespace {
 
 std::string binary_stl(const Mesh& mesh, const std::string& head = "made by a test") {
@@ -15,7 +15,7 @@ std::string binary_stl(const Mesh& mesh, const std::string& head = "made by a te
         for (int i = 0; i < 3; ++i)
             append(&bytes, 0.0f);
         for (int32_t v : mesh.triangles[t]) {
-            const Vec3d& p = mesh.positions[static_cast<size_t>(v)];
+            const Vec3d& p = mesh.positions[v];
             for (int a = 0; a < 3; ++a)
                 append(&bytes, static_cast<float>(p[a]));
         }
@@ -29,7 +29,7 @@ std::string ascii_stl(const Mesh& mesh, const std::string& name) {
     for (const auto& t : mesh.triangles) {
         text += "  facet normal 0 0 nan\n    outer loop\n";
         for (int32_t v : t) {
-            const Vec3d& p = mesh.positions[static_cast<size_t>(v)];
+            const Vec3d& p = mesh.positions[v];
             text += fmt::format("      vertex {} {} {:e}\n", p.x, p.y, p.z);
         }
         text += "    endloop\n  endfacet\n";
@@ -77,7 +77,7 @@ TEST(Stl, NamesWhatIsWrong) {
     const std::string text = ascii_stl(testing::cube(10), "c");
     std::string bad = text;
     bad.replace(bad.find("vertex 10"), 9, "vertex 1O");
-    EXPECT_TRUE(parse_error(bad, "a.stl").ends_with("`1O` is no number"));
+    EXPECT_TRUE(parse_error(bad, "a.stl").ends_with("`1O` is not a number"));
     EXPECT_TRUE(parse_error(bad, "a.stl").starts_with("a.stl:"));
     EXPECT_EQ(parse_error(text.substr(0, text.find("endloop")), "a.stl"),
               "a.stl:7:5: the file ends where `endloop` should be; it was cut short");
@@ -86,9 +86,9 @@ TEST(Stl, NamesWhatIsWrong) {
     EXPECT_EQ(parse_error("solid x\nendsolid x\n", "a.stl"), "a.stl: mesh `part` has no faces");
     const std::string binary = binary_stl(testing::cube(10));
     EXPECT_EQ(parse_error(binary.substr(0, 300), "a.stl"),
-              "a.stl: binary STL that says 12 triangles but ends after 4; it was cut short, or is "
-              "no STL");
-    EXPECT_NE(parse_error("nothing", "a.stl").find("no STL file"), std::string::npos);
+              "a.stl: binary STL that declares 12 triangles but ends after 4; it was cut short, or "
+              "is not STL");
+    EXPECT_NE(parse_error("nothing", "a.stl").find("not an STL file"), std::string::npos);
     std::string infinite = binary;
     const float inf = HUGE_VALF;
     std::memcpy(infinite.data() + 84 + 50 + 12, &inf, 4);
@@ -101,4 +101,4 @@ TEST(Stl, SurvivesDamage) {
 }
 
 }  // namespace
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

@@ -5,7 +5,7 @@
 #include "tests/support/meshes/zip_archive.h"
 #include "tests/unit/scene/mesh_files.h"
 
-namespace openfab::scene {
+namespace openfab::mesh {
 namespace {
 
 using Files = std::vector<std::pair<std::string, std::string>>;
@@ -144,13 +144,13 @@ std::string with(const std::string& from, const std::string& to) {
 }
 
 TEST(Threemf, NamesWhatIsWrong) {
-    EXPECT_NE(parse_error("PK but no more", "a.3mf").find("no ZIP archive"), std::string::npos);
+    EXPECT_NE(parse_error("PK but no more", "a.3mf").find("not a ZIP archive"), std::string::npos);
     const std::string good = package(two_boxes());
-    EXPECT_NE(parse_error(good.substr(0, good.size() - 30), "a.3mf").find("no ZIP archive"),
+    EXPECT_NE(parse_error(good.substr(0, good.size() - 30), "a.3mf").find("not a ZIP archive"),
               std::string::npos);
     EXPECT_EQ(
         parse_error(with("v1=\"0\"", "v1=\"8\""), "a.3mf"),
-        "a.3mf: /3D/3dmodel.model: a triangle of object 1 asks for vertex 8, but there are 8");
+        "a.3mf: /3D/3dmodel.model: a triangle of object 1 refers to vertex 8, but there are 8");
     EXPECT_EQ(parse_error(with("unit=\"centimeter\"", "unit=\"cubit\""), "a.3mf"),
               "a.3mf: /3D/3dmodel.model:2:1: unknown unit `cubit`");
     EXPECT_NE(parse_error(with("\"m p\"", "\"m q\""), "a.3mf").find("requires the extension `q`"),
@@ -158,7 +158,7 @@ TEST(Threemf, NamesWhatIsWrong) {
     EXPECT_NE(parse_error(with("</vertices>", "</vertexes>"), "a.3mf").find("mismatched tag"),
               std::string::npos);
     EXPECT_NE(parse_error(with("<item objectid=\"3\"", "<item objectid=\"4\""), "a.3mf")
-                  .find("asks for object 4, which is not there"),
+                  .find("refers to object 4, which does not exist"),
               std::string::npos);
     EXPECT_NE(
         parse_error(with("<component objectid=\"1\"/>", "<component objectid=\"3\"/>"), "a.3mf")
@@ -200,4 +200,4 @@ TEST(Threemf, SurvivesDamage) {
 }
 
 }  // namespace
-}  // namespace openfab::scene
+}  // namespace openfab::mesh

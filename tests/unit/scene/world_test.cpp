@@ -14,7 +14,7 @@
 #include "world/printer.h"
 #include "world/world_keys.h"
 
-namespace openfab::scene {
+namespace openfab::world {
 namespace {
 
 constexpr const char* kWorld = R"({
@@ -101,7 +101,7 @@ TEST_F(WorldTest, IsReadWhole) {
     EXPECT_EQ(world->materials[0].name, "white");
     EXPECT_EQ(world->materials[0].preview, (Rgba8{0xf0, 0xf0, 0xf0, 0x80}));
     EXPECT_EQ(world->materials[1].preview, (Rgba8{0, 0, 0, 255}));
-    EXPECT_EQ(world->materials[1].place.line, 7);
+    EXPECT_EQ(world->materials[1].location.line, 7);
     const Texture& texture = world->textures.at(0);
     EXPECT_EQ(texture.wrap, Wrap::kClamp);
     EXPECT_EQ(texture.filter, Filter::kTrilinear);
@@ -120,8 +120,8 @@ TEST_F(WorldTest, IsReadWhole) {
     EXPECT_EQ(std::get<0>(b.uniforms.at("m").value), (std::vector<double>{1, 2, 3, 4}));
     EXPECT_TRUE(b.uniforms.at("on").boolean);
     EXPECT_EQ(std::get<1>(b.uniforms.at("t").value), (std::vector<std::string>{"photo"}));
-    EXPECT_EQ(b.uniforms.at("v").place.line, 18);
-    EXPECT_EQ(b.uniforms.at("v").place.column, 37);
+    EXPECT_EQ(b.uniforms.at("v").location.line, 18);
+    EXPECT_EQ(b.uniforms.at("v").location.column, 37);
     EXPECT_EQ(world->objects[1].max_displacement_mm, std::numeric_limits<double>::infinity());
     ASSERT_EQ(world->build.size(), 3u);
     EXPECT_EQ(world->build[0].object, 1);
@@ -179,7 +179,7 @@ TEST_F(WorldTest, NamesThePlaceOfWhatIsWrong) {
         {"\"sphere\": 8", "\"file\": \"photo.png\"",
          "12:22: mesh `ball` is `photo.png`, which does not have the extension of a mesh; "
          "supported: " +
-             mesh_formats()},
+             mesh::mesh_formats()},
         {"\"mesh\": \"ball\"", "\"mesh\": \"bal\"",
          "19:19: no mesh is called `bal`; did you mean `ball`?"},
         {"\"fablet\": \"f\", \"priority\"", "\"fablet\": \"ggg\", \"priority\"",
@@ -248,8 +248,8 @@ TEST_F(WorldTest, PassesTheErrorsOfMeshFilesOn) {
 TEST_F(WorldTest, SaysWhichAxisOfAFileIsUp) {
     folder_.write("part.glb", "not read");
     EXPECT_TRUE(error_with("\"sphere\": 8", "\"file\": \"part.glb\", \"up\": \"y\"")
-                    .ends_with("`up` of mesh `ball`: glTF has y up by its format, and the mesh "
-                               "stands already; leave it out"));
+                    .ends_with("`up` of mesh `ball`: glTF is y-up by definition, and the mesh "
+                               "is turned already; leave it out"));
     folder_.write("part.obj", "not read");
     const std::string other = error_with("\"sphere\": 8", "\"file\": \"part.obj\", \"up\": \"x\"");
     EXPECT_NE(other.find("`up` of mesh `ball` is `x`"), std::string::npos) << other;
@@ -340,9 +340,10 @@ TEST(Printer, HasTheProfilesOfTheDesign) {
         EXPECT_EQ(load_printer(name)->name, name);
         EXPECT_FALSE(load_printer(name)->handoff.empty());
     }
-    EXPECT_EQ(load_printer("j75").error().text(),
-              "no printer is called `j75`, and it is no path of a .printer.json file; did you mean "
-              "`j750`?");
+    EXPECT_EQ(
+        load_printer("j75").error().text(),
+        "no printer is called `j75`, and it is not the path of a .printer.json file; did you mean "
+        "`j750`?");
 }
 
 TEST(Printer, IsReadFromAFile) {
@@ -389,4 +390,4 @@ TEST(Printer, IsReadFromAFile) {
 }
 
 }  // namespace
-}  // namespace openfab::scene
+}  // namespace openfab::world

@@ -8,7 +8,7 @@
 
 #include "compiler/interp/evaluate.h"
 
-namespace openfab::sema {
+namespace openfab::check {
 namespace {
 
 using ir::Op;
@@ -27,7 +27,7 @@ TEST(Emitter, FoldingKeepsEveryTruthTable) {
     std::mt19937 random(11);
     for (int round = 0; round < 200; ++round) {
         ir::Stage stage;
-        Emitter emit(&stage);
+        translate::Emitter emit(&stage);
         std::vector<ValueId> values = {emit.constant(false), emit.constant(true)};
         std::vector<uint32_t> tables = {0x00, 0xff};  // bit k: the value under assignment k
         for (int a = 0; a < kInputs; ++a) {
@@ -74,7 +74,7 @@ TEST(Emitter, FoldingKeepsEveryTruthTable) {
 
 TEST(Emitter, ConstantsFoldAsTheInterpreterEvaluates) {
     ir::Stage stage;
-    Emitter emit(&stage);
+    translate::Emitter emit(&stage);
     const auto folded = [&](ValueId value) {
         EXPECT_TRUE(emit.is_constant(value));
         return emit.instr(value).bits;
@@ -90,7 +90,7 @@ TEST(Emitter, ConstantsFoldAsTheInterpreterEvaluates) {
 
 TEST(Emitter, FloatsThatLookAlikeStayApart) {
     ir::Stage stage;
-    Emitter emit(&stage);
+    translate::Emitter emit(&stage);
     const ValueId x = emit.input(ir::Type::kFloat, OPENFAB_ARG_DISTANCE, 0, 0);
     EXPECT_NE(emit.constant(0.0f), emit.constant(-0.0f));
     // x + 0 and x * 1 are not x for -0 and NaN; x == x is not true.
@@ -101,20 +101,20 @@ TEST(Emitter, FloatsThatLookAlikeStayApart) {
 
 TEST(Emitter, TheSameInstructionIsMadeOnce) {
     ir::Stage stage;
-    Emitter emit(&stage);
+    translate::Emitter emit(&stage);
     const ValueId x = emit.input(ir::Type::kFloat, OPENFAB_ARG_DISTANCE, 0, 0);
     EXPECT_EQ(emit.binary(Op::kMul, x, x), emit.binary(Op::kMul, x, x));
     EXPECT_EQ(emit.input(ir::Type::kFloat, OPENFAB_ARG_DISTANCE, 0, 0), x);
     const ValueId yes = emit.constant(true);
     const ValueId no = emit.binary(Op::kLt, x, x);
-    // Under another guard a look-up is another one.
+    // Under another guard a lookup is another one.
     EXPECT_NE(emit.sample(0, 0, {yes, x, x, x}), emit.sample(0, 0, {no, x, x, x}));
     EXPECT_NE(emit.sample(0, 0, {yes, x, x, x}), emit.sample(0, 1, {yes, x, x, x}));
 }
 
 TEST(Emitter, ImpliesSeesThroughConjunctions) {
     ir::Stage stage;
-    Emitter emit(&stage);
+    translate::Emitter emit(&stage);
     const ValueId a = emit.input(ir::Type::kBool, OPENFAB_ARG_UNIFORM, 0, 0);
     const ValueId b = emit.input(ir::Type::kBool, OPENFAB_ARG_UNIFORM, 1, 0);
     const ValueId both = emit.logical_and(a, b);
@@ -125,4 +125,4 @@ TEST(Emitter, ImpliesSeesThroughConjunctions) {
 }
 
 }  // namespace
-}  // namespace openfab::sema
+}  // namespace openfab::check

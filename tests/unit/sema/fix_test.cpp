@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The fix of a diagnostic, put in its place, mends the program.
+// Applying the fix of a diagnostic repairs the program.
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 #include "compiler/diag/render.h"
 #include "compiler/driver/frontend.h"
 
-namespace openfab::test {
+namespace openfab::testing {
 namespace {
 
 std::string apply(std::string text, std::vector<diag::Edit> edits) {
@@ -23,7 +23,7 @@ std::string apply(std::string text, std::vector<diag::Edit> edits) {
 }
 
 /// The text with the fix of the first diagnostic, and whether there was just that one.
-std::string mended(const std::string& text) {
+std::string fixed(const std::string& text) {
     source::SourceManager sources;
     diag::Sink sink;
     (void)driver::compile_to_ir(sources, sources.add("t.fl", text), sink);
@@ -49,7 +49,7 @@ TEST(Fixes, MendTheProgram) {
           "int i = 3; @bond(4) while (i < p.x) i++;", "mc.Set(0.5, white);",
           "int k = 1; if (k = 2) mc.Set(white, 1);", "int k = 1; k == 2; mc.Set(white, k);",
           "bool b = True;"}) {
-        const std::string text = mended(program(body));
+        const std::string text = fixed(program(body));
         source::SourceManager sources;
         diag::Sink sink;
         (void)driver::compile_to_ir(sources, sources.add("t.fl", text), sink);
@@ -63,12 +63,12 @@ TEST(Fixes, MendADeclaration) {
         " @Volume(@varying { VolumeAttributes attr }) { MaterialComposition mc; mc.Set(m, 1); "
         "return mc; } }";
     const std::string right = "fablet A { @uniform { Material m; }" + volume;
-    EXPECT_EQ(mended("fablet A { uniform Material m;" + volume),
+    EXPECT_EQ(fixed("fablet A { uniform Material m;" + volume),
               "fablet A { @uniform { Material m; }" + volume);
-    EXPECT_EQ(mended("fablet A { @uniform Material m;" + volume),
+    EXPECT_EQ(fixed("fablet A { @uniform Material m;" + volume),
               "fablet A { @uniform { Material m; }" + volume);
-    EXPECT_EQ(mended("shader A { @uniform { Material m; }" + volume), right);
-    EXPECT_EQ(mended("Fablet A { @uniform { Material m; }" + volume), right);
+    EXPECT_EQ(fixed("shader A { @uniform { Material m; }" + volume), right);
+    EXPECT_EQ(fixed("Fablet A { @uniform { Material m; }" + volume), right);
     source::SourceManager sources;
     diag::Sink sink;
     (void)driver::compile_to_ir(sources, sources.add("t.fl", right), sink);
@@ -76,9 +76,9 @@ TEST(Fixes, MendADeclaration) {
 }
 
 TEST(Fixes, AMissingMark) {
-    EXPECT_EQ(mended("fablet A { Volume() { MaterialComposition mc; return mc; } }"),
+    EXPECT_EQ(fixed("fablet A { Volume() { MaterialComposition mc; return mc; } }"),
               "fablet A { @Volume() { MaterialComposition mc; return mc; } }");
 }
 
 }  // namespace
-}  // namespace openfab::test
+}  // namespace openfab::testing

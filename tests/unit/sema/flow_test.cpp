@@ -10,7 +10,7 @@
 #include "compiler/diag/render.h"
 #include "compiler/driver/frontend.h"
 
-namespace openfab::test {
+namespace openfab::testing {
 namespace {
 
 struct Case {
@@ -248,4 +248,4 @@ TEST(Flow, SectionsOfASwitchEnd) {
 }
 
 }  // namespace
-}  // namespace openfab::test
+}  // namespace openfab::testing

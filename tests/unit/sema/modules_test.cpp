@@ -10,7 +10,7 @@
 #include "compiler/diag/render.h"
 #include "compiler/driver/frontend.h"
 
-namespace openfab::test {
+namespace openfab::testing {
 namespace {
 
 namespace fs = std::filesystem;
@@ -87,4 +87,4 @@ TEST_F(ModuleFiles, CanBeCheckedAlone) {
 }
 
 }  // namespace
-}  // namespace openfab::test
+}  // namespace openfab::testing

@@ -5,9 +5,9 @@
 #include <gtest/gtest.h>
 
 #include "compiler/check/builtins.h"
-#include "compiler/check/habits.h"
+#include "compiler/check/foreign_names.h"
 
-namespace openfab::sema {
+namespace openfab::check {
 namespace {
 
 TEST(Types, NamesGoBothWays) {
@@ -23,13 +23,13 @@ TEST(Types, WhatIsNoTypeIsNone) {
     for (const char* name : {"float5", "float33", "float5x2", "floatx", "int0", "", "int2x2"}) {
         EXPECT_TRUE(find_type(name).is_error()) << name;
     }
-    EXPECT_EQ(habit_of_type("int1x4"), "a matrix is of floats, with 2 to 4 rows and columns");
+    EXPECT_EQ(foreign_type_help("int1x4"), "a matrix is of floats, with 2 to 4 rows and columns");
 }
 
 TEST(Types, ArraysPeelFromTheOutside) {
     const Type table = array_of(array_of(find_type("float2x3"), 4), 5);
     EXPECT_EQ(type_name(table), "float2x3[5][4]");
-    EXPECT_EQ(least_components(table), 5 * 4 * 6);
+    EXPECT_EQ(min_components(table), 5 * 4 * 6);
     EXPECT_EQ(type_name(table.element()), "float2x3[4]");
     EXPECT_EQ(type_name(table.element().element()), "float2x3");
     EXPECT_EQ(type_name(table.element().element().element()), "float3");
@@ -38,19 +38,19 @@ TEST(Types, ArraysPeelFromTheOutside) {
 }
 
 TEST(Types, HabitsAreAnswered) {
-    EXPECT_EQ(habit_of_type("vec3"), "write `float3`");
-    EXPECT_EQ(habit_of_type("Texture2D"), "write `ImageTexture2D`");
-    EXPECT_EQ(habit_of_function("mix"), "OpenFL calls it `lerp`");
-    EXPECT_EQ(habit_of_function("vec3"), "write `float3`");
-    EXPECT_EQ(habit_of_function("lerp"), "");
+    EXPECT_EQ(foreign_type_help("vec3"), "write `float3`");
+    EXPECT_EQ(foreign_type_help("Texture2D"), "write `ImageTexture2D`");
+    EXPECT_EQ(foreign_function_help("mix"), "OpenFL calls it `lerp`");
+    EXPECT_EQ(foreign_function_help("vec3"), "write `float3`");
+    EXPECT_EQ(foreign_function_help("lerp"), "");
 }
 
 TEST(Habits, AreNoWordsOfOurs) {
     for (const std::string& name : function_names())
-        EXPECT_EQ(habit_of_function(name), "") << name;
+        EXPECT_EQ(foreign_function_help(name), "") << name;
     for (const std::string& name : type_names())
-        EXPECT_EQ(habit_of_type(name), "") << name;
+        EXPECT_EQ(foreign_type_help(name), "") << name;
 }
 
 }  // namespace
-}  // namespace openfab::sema
+}  // namespace openfab::check

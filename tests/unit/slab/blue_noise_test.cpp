@@ -9,7 +9,7 @@
 
 #include "runtime/dither/void_and_cluster.h"
 
-namespace openfab::slab {
+namespace openfab::dither {
 namespace {
 
 constexpr auto kSide = static_cast<int32_t>(kBlueNoiseSide);
@@ -21,7 +21,7 @@ int32_t rank_at(const Vec3i& voxel, BlueNoiseFace face, uint32_t seed) {
     return static_cast<int32_t>((drifted - blue_noise_drift(voxel.x, voxel.y, voxel.z)) & 0xffff);
 }
 
-/// Of windows 8 wide.
+/// Statistics of windows 8 wide.
 double both(double distance, double width = 8) {
     return std::max(1 - distance / width, 0.0);
 }
@@ -50,17 +50,16 @@ TEST(VoidAndCluster, EachRankIsInTheLargestVoidOfThoseBefore) {
         const std::vector<uint16_t> ranks = void_and_cluster(side, 1, 2);
         const int32_t pixels = side * side;
         ASSERT_EQ(ranks.size(), static_cast<size_t>(pixels));
-        std::vector<int32_t> place(ranks.size(), -1);
+        std::vector<int32_t> position(ranks.size(), -1);
         for (int32_t p = 0; p < pixels; ++p)
-            place[ranks[static_cast<size_t>(p)]] = p;
-        ASSERT_EQ(std::count(place.begin(), place.end(), -1), 0) << "a permutation";
+            position[ranks[p]] = p;
+        ASSERT_EQ(std::count(position.begin(), position.end(), -1), 0) << "a permutation";
         for (int32_t rank = 0; rank < pixels; ++rank) {
             double least = 1e30, own = 0;
             for (int32_t later = rank; later < pixels; ++later) {
                 double sum = 0;
                 for (int32_t before = 0; before < rank; ++before)
-                    sum += energy(place[static_cast<size_t>(later)],
-                                  place[static_cast<size_t>(before)], side);
+                    sum += energy(position[later], position[before], side);
                 least = std::min(least, sum);
                 if (later == rank) own = sum;
             }
@@ -91,7 +90,7 @@ TEST(BlueNoise, EveryLineHasItsShareOfEveryRangeOfRanks) {
     }
 }
 
-// What upright layers and those at 45 degrees owe their means to.
+// The property that gives upright layers and those at 45 degrees their means.
 TEST(BlueNoise, EveryLayerMeetsEveryPixelOnce) {
     const Vec3i normals[] = {{1, 0, 0}, {0, 1, 0},  {1, 1, 0}, {1, -1, 0},
                              {1, 0, 1}, {1, 0, -1}, {0, 1, 1}, {0, 1, -1}};
@@ -162,7 +161,7 @@ TEST(BlueNoise, PrintsFractionsBelowItsLevels) {
     }
 }
 
-// What a side looks like: the mask, not cuts through it.
+// The pattern of a side: the mask, not cuts through it.
 TEST(BlueNoise, SidesHaveTheMaskInTheirPlane) {
     using enum BlueNoiseFace;
     for (const BlueNoiseFace face : {kLowX, kHighX, kLowY, kHighY}) {
@@ -176,7 +175,7 @@ TEST(BlueNoise, SidesHaveTheMaskInTheirPlane) {
                 ASSERT_NEAR(found.back(), rank_at(behind, face, 3), 1);
             }
         }
-        const auto turn = static_cast<int32_t>(BlueNoisePlace(3, face).turn);
+        const auto turn = static_cast<int32_t>(BlueNoiseOffset(3, face).turn);
         for (int32_t& rank : ranks)
             rank = (rank + turn) & 0xffff;
         std::sort(found.begin(), found.end());
@@ -221,4 +220,4 @@ TEST(BlueNoise, FacesOfAVoxel) {
 }
 
 }  // namespace
-}  // namespace openfab::slab
+}  // namespace openfab::dither

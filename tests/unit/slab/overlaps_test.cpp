@@ -4,21 +4,21 @@
 
 #include <gmock/gmock.h>
 
-namespace openfab::slab {
+namespace openfab::pipeline {
 namespace {
 
 using ::testing::HasSubstr;
 
-scene::Part part(const char* name, int32_t priority) {
-    scene::Part out;
+part::Part part(const char* name, int32_t priority) {
+    part::Part out;
     out.name = name;
     out.priority = priority;
     return out;
 }
 
-/// Parts from the highest priority down, of equals the later first, as groups go through them; one
+/// Parts from the highest priority down, ties to the later first, in the order of a slab; one
 /// block each.
-Overlaps claim(const std::vector<scene::Part>& parts, const std::vector<int32_t>& order,
+Overlaps claim(const std::vector<part::Part>& parts, const std::vector<int32_t>& order,
                const std::vector<uint64_t>& voxels, std::vector<uint64_t>* owned) {
     RowClaims claims;
     Overlaps overlaps;
@@ -34,7 +34,7 @@ Overlaps claim(const std::vector<scene::Part>& parts, const std::vector<int32_t>
 }
 
 TEST(Overlaps, AreOfEqualPriorityOnly) {
-    const std::vector<scene::Part> parts = {part("low", 0), part("low too", 0), part("high", 1)};
+    const std::vector<part::Part> parts = {part("low", 0), part("low too", 0), part("high", 1)};
     std::vector<uint64_t> owned;
     // The high part has bits 0 to 3; the low ones share bits 2 to 5, of which two are explained.
     const Overlaps overlaps = claim(parts, {2, 1, 0}, {0b1111100, 0b0111100, 0b0001111}, &owned);
@@ -49,21 +49,21 @@ TEST(Overlaps, AreOfEqualPriorityOnly) {
 }
 
 TEST(Overlaps, AreNoneWherePrioritiesDiffer) {
-    const std::vector<scene::Part> parts = {part("a", 5), part("b", 0)};
+    const std::vector<part::Part> parts = {part("a", 5), part("b", 0)};
     std::vector<uint64_t> owned;
     EXPECT_TRUE(claim(parts, {0, 1}, {0xff, 0xff}, &owned).empty());
     EXPECT_EQ(owned[1], 0u);
 }
 
 TEST(Overlaps, AreToldLargestFirst) {
-    std::vector<scene::Part> parts;
+    std::vector<part::Part> parts;
     Overlaps overlaps;
     for (int32_t i = 0; i < 12; ++i) {
         parts.push_back(part("p", 0));
         if (i > 0) overlaps.add(i - 1, i, {1000 * i, {8 * i, 0, 0}});
     }
     overlaps.add(0, 1, {1'000'000, {0, 0, 0}});
-    const scene::Grid grid{{-10, 0, 0}, {0.1, 0.1, 0.1}, {100, 100, 100}};
+    const part::Grid grid{{-10, 0, 0}, {0.1, 0.1, 0.1}, {100, 100, 100}};
     const std::vector<std::string> lines = overlaps.report(parts, grid);
     ASSERT_EQ(lines.size(), 9u);
     EXPECT_THAT(lines[0], HasSubstr("`p` (number 0 of the build) and `p` (number 1) overlap in "
@@ -73,4 +73,4 @@ TEST(Overlaps, AreToldLargestFirst) {
 }
 
 }  // namespace
-}  // namespace openfab::slab
+}  // namespace openfab::pipeline

@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What a print refuses before it starts, and how it ends early.
+// Refusals of a print before it starts, and how it ends early.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -13,52 +13,52 @@
 namespace openfab {
 namespace {
 
+using testing::BoxPart;
 using ::testing::HasSubstr;
-using tests::BoxPart;
-using tests::MemorySink;
-using tests::Printed;
+using testing::MemorySink;
+using testing::Printed;
 
 std::vector<BoxPart> box() {
-    return {{{0.013, 0.021, 0.019}, {3.03, 2.11, 2.37}, &tests::skin_fablet()}};
+    return {{{0.013, 0.021, 0.019}, {3.03, 2.11, 2.37}, &testing::skin_fablet()}};
 }
 
-void expect_refused(const slab::PrintInput& input, const slab::PrintOptions& options,
+void expect_refused(const pipeline::PrintInput& input, const pipeline::PrintOptions& options,
                     ErrorCode code, const std::string& text) {
-    const auto print = slab::Print::create(input, options);
+    const auto print = pipeline::PrintJob::create(input, options);
     ASSERT_FALSE(print.has_value()) << text;
     EXPECT_EQ(print.error().code, code);
     EXPECT_THAT(print.error().text(), HasSubstr(text));
 }
 
 TEST(PrintRefuses, AnUnknownDitherAndListsWhatThereIs) {
-    slab::PrintOptions options;
+    pipeline::PrintOptions options;
     options.dither = "ordered";
     expect_refused(
-        tests::make_input(box()), options, ErrorCode::kUsage,
+        testing::make_input(box()), options, ErrorCode::kUsage,
         "no dither `ordered`; one of: floyd_steinberg, decorrelated, blue_noise, majority");
 }
 
 TEST(PrintRefuses, MoreMaterialsThanCodes) {
-    slab::PrintInput input = tests::make_input(box());
+    pipeline::PrintInput input = testing::make_input(box());
     input.materials.resize(65);
     input.materials[64].name = "gold";
     expect_refused(input, {}, ErrorCode::kUserInput,
                    "uses 65 materials, and at most 64 are possible");
     expect_refused(input, {}, ErrorCode::kUserInput, "gold");
     input.materials.resize(64);
-    EXPECT_TRUE(slab::Print::create(input, {}).has_value());
+    EXPECT_TRUE(pipeline::PrintJob::create(input, {}).has_value());
 }
 
 TEST(PrintRefuses, TooSmallABudgetAndNamesTheLeast) {
-    slab::PrintOptions options;
+    pipeline::PrintOptions options;
     options.memory_bytes = 1'000'000;
-    expect_refused(tests::make_input(box()), options, ErrorCode::kUserInput,
+    expect_refused(testing::make_input(box()), options, ErrorCode::kUserInput,
                    "this print needs at least");
 }
 
-/// What a refusal says is needed; 0 where the print is possible.
-int64_t least_budget(const slab::PrintInput& input, const slab::PrintOptions& options) {
-    const auto print = slab::Print::create(input, options);
+/// Returns the memory that a refusal asks for; 0 where the print is possible.
+int64_t least_budget(const pipeline::PrintInput& input, const pipeline::PrintOptions& options) {
+    const auto print = pipeline::PrintJob::create(input, options);
     if (print) return 0;
     const std::string& text = print.error().text();
     const std::string before = "this print needs at least ";
@@ -74,16 +74,16 @@ TEST(PrintRefuses, TheBudgetThatItNamesWillDo) {
     GTEST_SKIP() << "a sanitizer's memory counts in the budget, and grows from print to print";
 #endif
     // A tray of 120 parts in four layers, and slices that take memory while they are encoded.
-    std::vector<tests::BoxPart> tray;
+    std::vector<testing::BoxPart> tray;
     for (int32_t i = 0; i < 120; ++i) {
         tray.push_back(
-            {{i % 6 * 20.0, i / 6 % 5 * 20.0, i / 30 * 5.0}, {19, 19, 4}, &tests::skin_fablet()});
+            {{i % 6 * 20.0, i / 6 % 5 * 20.0, i / 30 * 5.0}, {19, 19, 4}, &testing::skin_fablet()});
     }
-    for (const std::vector<tests::BoxPart>& boxes : {box(), tray}) {
-        const slab::PrintInput input = tests::make_input(boxes);
+    for (const std::vector<testing::BoxPart>& boxes : {box(), tray}) {
+        const pipeline::PrintInput input = testing::make_input(boxes);
         for (int64_t encoded : {0, 40}) {
             for (int32_t threads : {1, 8}) {
-                slab::PrintOptions options;
+                pipeline::PrintOptions options;
                 options.threads = threads;
                 options.encode_bytes_per_column = encoded;
                 options.memory_bytes = 1'000'000;
@@ -98,73 +98,73 @@ TEST(PrintRefuses, TheBudgetThatItNamesWillDo) {
     }
 }
 
-// Parts that no group meets at once do not add up.
+// Parts that are never in one slab together do not add up.
 TEST(PrintRefuses, LayersOfPartsNeedWhatOneNeeds) {
     const auto least = [](int32_t layers) {
-        std::vector<tests::BoxPart> boxes;
+        std::vector<testing::BoxPart> boxes;
         for (int32_t i = 0; i < layers; ++i)
-            boxes.push_back({{0, 0, i * 5.0}, {150, 150, 4}, &tests::solid_fablet()});
-        slab::PrintOptions options;
+            boxes.push_back({{0, 0, i * 5.0}, {150, 150, 4}, &testing::solid_fablet()});
+        pipeline::PrintOptions options;
         options.memory_bytes = 1'000'000;
-        return least_budget(tests::make_input(boxes), options);
+        return least_budget(testing::make_input(boxes), options);
     };
     const int64_t one = least(1);
     EXPECT_LT(least(20), one + one / 10);
 }
 
 TEST(PrintRefuses, SlicesOutsideThePrint) {
-    slab::PrintOptions options;
+    pipeline::PrintOptions options;
     options.slices = Vec2<int32_t>{5, 500};
-    expect_refused(tests::make_input(box()), options, ErrorCode::kUserInput,
+    expect_refused(testing::make_input(box()), options, ErrorCode::kUserInput,
                    "which has slices 0:48");
     options.slices = Vec2<int32_t>{5, 5};
-    expect_refused(tests::make_input(box()), options, ErrorCode::kUserInput, "--slices 5:5");
+    expect_refused(testing::make_input(box()), options, ErrorCode::kUserInput, "--slices 5:5");
     options.slices.reset();
     options.z_range_mm = Vec2<double>{3, 5};
-    expect_refused(tests::make_input(box()), options, ErrorCode::kUserInput,
+    expect_refused(testing::make_input(box()), options, ErrorCode::kUserInput,
                    "holds no slice: the print is 2.4 mm high");
 }
 
 TEST(PrintRefuses, NothingToPrint) {
-    expect_refused(tests::make_input({}), {}, ErrorCode::kUserInput, "nothing to print");
+    expect_refused(testing::make_input({}), {}, ErrorCode::kUserInput, "nothing to print");
 }
 
 TEST(PrintRefuses, AGridBeyondAllLimits) {
-    expect_refused(tests::make_input(box(), {1e-7, 0.1, 0.1}), {}, ErrorCode::kUserInput,
+    expect_refused(testing::make_input(box(), {1e-7, 0.1, 0.1}), {}, ErrorCode::kUserInput,
                    "voxels of 1e-07 mm");
-    expect_refused(tests::make_input(box(), {0, 0.1, 0.1}), {}, ErrorCode::kUserInput,
+    expect_refused(testing::make_input(box(), {0, 0.1, 0.1}), {}, ErrorCode::kUserInput,
                    "not possible");
 }
 
-TEST(Print, ChoosesSlicesByHeight) {
-    slab::PrintOptions options;
+TEST(PrintJob, ChoosesSlicesByHeight) {
+    pipeline::PrintOptions options;
     options.z_range_mm = Vec2<double>{0.49, 1.01};
-    const auto print = slab::Print::create(tests::make_input(box()), options);
+    const auto print = pipeline::PrintJob::create(testing::make_input(box()), options);
     ASSERT_TRUE(print.has_value());
     EXPECT_EQ((*print)->info().slice_begin, 9);  // 0.45 to 0.5 mm
     EXPECT_EQ((*print)->info().slice_end, 21);   // 1.0 to 1.05 mm
 }
 
-TEST(Print, GridStandsOnWholePitches) {
-    const auto print = slab::Print::create(tests::make_input(box()), {});
+TEST(PrintJob, GridStandsOnWholePitches) {
+    const auto print = pipeline::PrintJob::create(testing::make_input(box()), {});
     ASSERT_TRUE(print.has_value());
-    const backends::PrintInfo& info = (*print)->info();
+    const pipeline::PrintInfo& info = (*print)->info();
     EXPECT_EQ(info.size, (Vec3i{31, 27, 48}));
     EXPECT_EQ(info.origin_mm, (Vec3d{0, 0, 0}));
     // A box of whole pitches gets no empty layer.
-    const auto whole = slab::Print::create(
-        tests::make_input({{{0.3, 0.3, 0.3}, {0.6, 0.3, 0.9}, &tests::solid_fablet()}},
-                          {0.1, 0.1, 0.1}),
+    const auto whole = pipeline::PrintJob::create(
+        testing::make_input({{{0.3, 0.3, 0.3}, {0.6, 0.3, 0.9}, &testing::solid_fablet()}},
+                            {0.1, 0.1, 0.1}),
         {});
     ASSERT_TRUE(whole.has_value());
     EXPECT_EQ((*whole)->info().size, (Vec3i{6, 3, 9}));
 }
 
-TEST(Print, StatisticsOfASolidBox) {
-    const Printed printed = tests::print_boxes(
-        {{{0.3, 0.3, 0.3}, {0.6, 0.3, 0.9}, &tests::solid_fablet()}}, {}, {0.1, 0.1, 0.1});
+TEST(PrintJob, StatisticsOfASolidBox) {
+    const Printed printed = testing::print_boxes(
+        {{{0.3, 0.3, 0.3}, {0.6, 0.3, 0.9}, &testing::solid_fablet()}}, {}, {0.1, 0.1, 0.1});
     ASSERT_TRUE(printed.ok) << printed.error.text();
-    const slab::PrintStatistics& s = printed.statistics;
+    const pipeline::PrintStatistics& s = printed.statistics;
     EXPECT_EQ(s.voxels_total, 6 * 3 * 9);
     EXPECT_EQ(s.voxels_solid, 6 * 3 * 9);
     EXPECT_EQ(s.voxels_by_code, (std::vector<int64_t>{0, 6 * 3 * 9, 0}));
@@ -181,13 +181,13 @@ TEST(Print, StatisticsOfASolidBox) {
     EXPECT_TRUE(printed.sink.totals.complete);
 }
 
-TEST(Print, AFailingSinkEndsItWithWholeSlicesKept) {
+TEST(PrintJob, AFailingSinkEndsItWithWholeSlicesKept) {
     for (int32_t threads : {1, 2}) {
-        auto print = slab::Print::create(tests::make_input(box()), {.threads = threads});
+        auto print = pipeline::PrintJob::create(testing::make_input(box()), {.threads = threads});
         ASSERT_TRUE(print.has_value());
         MemorySink sink;
         sink.fail_at = 19;
-        slab::PrintStatistics statistics;
+        pipeline::PrintStatistics statistics;
         const Result<void> run = (*print)->run(sink, {}, false, &statistics);
         ASSERT_FALSE(run.has_value());
         EXPECT_EQ(run.error().code, ErrorCode::kOutside);
@@ -200,13 +200,13 @@ TEST(Print, AFailingSinkEndsItWithWholeSlicesKept) {
     }
 }
 
-TEST(Print, AnInterruptKeepsWholeSlices) {
-    auto print = slab::Print::create(tests::make_input(box()), {.threads = 2});
+TEST(PrintJob, AnInterruptKeepsWholeSlices) {
+    auto print = pipeline::PrintJob::create(testing::make_input(box()), {.threads = 2});
     ASSERT_TRUE(print.has_value());
     MemorySink sink;
-    slab::PrintStatistics statistics;
+    pipeline::PrintStatistics statistics;
     std::atomic<bool> interrupt{false};
-    const auto progress = [&](const slab::ProgressEvent& event) {
+    const auto progress = [&](const pipeline::ProgressEvent& event) {
         EXPECT_EQ(event.slices_total, 48);
         if (event.slices_done == 9) interrupt.store(true);
     };
@@ -219,17 +219,17 @@ TEST(Print, AnInterruptKeepsWholeSlices) {
     EXPECT_FALSE(sink.totals.complete);
 }
 
-TEST(Print, AnInterruptDuringSetUpEndsIt) {
+TEST(PrintJob, AnInterruptDuringSetUpEndsIt) {
     const std::atomic<bool> interrupt{true};
-    slab::PrintOptions options;
+    pipeline::PrintOptions options;
     options.interrupt = &interrupt;
-    expect_refused(tests::make_input(box()), options, ErrorCode::kInterrupted,
+    expect_refused(testing::make_input(box()), options, ErrorCode::kInterrupted,
                    "interrupted before the first slice");
 }
 
-TEST(Print, AFailingKernelNamesTheSlices) {
+TEST(PrintJob, AFailingKernelNamesTheSlices) {
     const Printed printed =
-        tests::print_boxes({{{0.013, 0.021, 0.019}, {1, 1, 1}, &tests::broken_fablet()}});
+        testing::print_boxes({{{0.013, 0.021, 0.019}, {1, 1, 1}, &testing::broken_fablet()}});
     EXPECT_FALSE(printed.ok);
     EXPECT_EQ(printed.error.code, ErrorCode::kInternal);
     EXPECT_THAT(printed.error.text(), HasSubstr("slices 0 to 7: a kernel failed with code -7"));

@@ -8,7 +8,7 @@
 
 #include "tests/support/reference/pack.h"
 
-namespace openfab::slab {
+namespace openfab::pipeline {
 namespace {
 
 TEST(SliceTotals, EqualsACountVoxelByVoxel) {
@@ -22,12 +22,11 @@ TEST(SliceTotals, EqualsACountVoxelByVoxel) {
         for (int32_t y = 0; y < height; ++y) {
             std::vector<uint8_t> codes(static_cast<size_t>(width), 0);
             for (int32_t x = 0; x < width && y > 1 && y < 6; ++x) {
-                codes[static_cast<size_t>(x)] =
-                    random() % other == 0 ? static_cast<uint8_t>(random() % 16) : uint8_t{1};
+                codes[x] = random() % other == 0 ? static_cast<uint8_t>(random() % 16) : uint8_t{1};
             }
             if (y > 1 && y < 6) codes[0] = 0;
             for (int32_t x = 0; x < width; ++x) {
-                const uint8_t code = codes[static_cast<size_t>(x)];
+                const uint8_t code = codes[x];
                 ++expected.by_code[code];
                 if (code == 0) continue;
                 expected.tight.add(Vec3i{x, y, 11});
@@ -63,4 +62,4 @@ TEST(SliceTotals, HashSeesContentAndHeight) {
 }
 
 }  // namespace
-}  // namespace openfab::slab
+}  // namespace openfab::pipeline

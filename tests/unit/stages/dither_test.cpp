@@ -13,8 +13,8 @@
 namespace openfab {
 namespace {
 
+using dither::DitherRule;
 using reference::FractionField;
-using slab::DitherRule;
 
 constexpr DitherRule kRules[] = {DitherRule::kFloydSteinberg, DitherRule::kDecorrelated,
                                  DitherRule::kBlueNoise, DitherRule::kMajority};
@@ -69,8 +69,8 @@ FractionField random_field(const Vec3i& size, int32_t materials, Kind kind, uint
 
 void expect_same(const FractionField& field, uint64_t seed, DitherRule rule) {
     const std::vector<uint8_t> expected = reference::dither(field, seed, rule);
-    for (openfab_isa isa : tests::runnable_isas()) {
-        const std::vector<uint8_t> printed = tests::print_field(field, seed, isa, rule);
+    for (openfab_isa isa : testing::runnable_isas()) {
+        const std::vector<uint8_t> printed = testing::print_field(field, seed, isa, rule);
         ASSERT_EQ(printed.size(), expected.size());
         for (size_t i = 0; i < expected.size(); ++i) {
             const auto x = static_cast<int64_t>(i) % field.size.x,
@@ -133,7 +133,7 @@ TEST(Dither, AbsentMaterialIsNeverChosenAndPureStays) {
         const FractionField field = random_field({64, 64, 16}, 4, kind, 11);
         for (DitherRule rule : kRules) {
             const std::vector<uint8_t> printed =
-                tests::print_field(field, 5, abi::best_isa(), rule);
+                testing::print_field(field, 5, abi::best_isa(), rule);
             for (size_t i = 0; i < printed.size(); ++i) {
                 ASSERT_GT(field.fractions[i * static_cast<size_t>(field.channels) + printed[i]], 0);
             }
@@ -149,8 +149,8 @@ TEST(Dither, SlicesShareNoState) {
             set_pure(changed.at(x, y, 3), changed.channels, 1);
     }
     for (DitherRule rule : kRules) {
-        std::vector<uint8_t> a = tests::print_field(field, 5, abi::best_isa(), rule);
-        std::vector<uint8_t> b = tests::print_field(changed, 5, abi::best_isa(), rule);
+        std::vector<uint8_t> a = testing::print_field(field, 5, abi::best_isa(), rule);
+        std::vector<uint8_t> b = testing::print_field(changed, 5, abi::best_isa(), rule);
         const size_t slice = 48 * 40;
         for (size_t z = 0; z < 8; ++z) {
             const bool same = std::equal(&a[z * slice], &a[z * slice] + slice, &b[z * slice]);

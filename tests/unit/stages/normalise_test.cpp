@@ -28,7 +28,7 @@ struct OneVoxel {
 
 OneVoxel normalise_one(const std::vector<float>& amounts, const std::vector<int32_t>& slot_material,
                        int32_t materials, openfab_isa isa) {
-    slab::StageCalls calls(*slab::find_stage_set(materials), isa);
+    abi::StageCalls calls(*abi::find_stage_set(materials), isa);
     std::vector<float> weights(512 * amounts.size());
     for (size_t s = 0; s < amounts.size(); ++s)
         std::fill_n(&weights[512 * s], 512, amounts[s]);
@@ -37,10 +37,11 @@ OneVoxel normalise_one(const std::vector<float>& amounts, const std::vector<int3
     std::vector<uint16_t> fractions(static_cast<size_t>(calls.tile_values()));
     uint8_t codes[512];
     int32_t unusable[8];
-    EXPECT_EQ(
-        calls.normalise(weights.data(), static_cast<int32_t>(amounts.size()), slot_material.data(),
-                        owned.data(), 1, fractions.data(), codes, unusable),
-        0);
+    EXPECT_TRUE(calls
+                    .normalise(weights.data(), static_cast<int32_t>(amounts.size()),
+                               slot_material.data(), owned.data(), 1, fractions.data(), codes,
+                               unusable)
+                    .ok());
     OneVoxel result;
     for (int32_t m = 0; m < calls.channels(); ++m) {
         result.fractions.push_back(
@@ -60,7 +61,7 @@ OneVoxel normalise_one(const std::vector<float>& amounts, const std::vector<int3
 using Fractions = std::vector<uint16_t>;
 
 TEST(Normalise, PureIsExactly65535) {
-    for (openfab_isa isa : tests::runnable_isas()) {
+    for (openfab_isa isa : testing::runnable_isas()) {
         for (float w : {1e-38f, 1e-45f, 0.1f, 1.0f, 3.0f, 1e38f, kInf}) {
             const OneVoxel v = normalise_one({0, w}, {1, 2}, 2, isa);
             EXPECT_EQ(v.fractions, (Fractions{0, 0, 65535})) << w;
@@ -71,7 +72,7 @@ TEST(Normalise, PureIsExactly65535) {
 }
 
 TEST(Normalise, NothingIsVoid) {
-    for (openfab_isa isa : tests::runnable_isas()) {
+    for (openfab_isa isa : testing::runnable_isas()) {
         const OneVoxel v = normalise_one({0, -0.0f}, {1, 2}, 2, isa);
         EXPECT_EQ(v.fractions, (Fractions{65535, 0, 0}));
         EXPECT_EQ(v.code, 0);
@@ -80,7 +81,7 @@ TEST(Normalise, NothingIsVoid) {
 }
 
 TEST(Normalise, NegativeAndNanCountAsNothingAndAreCounted) {
-    for (openfab_isa isa : tests::runnable_isas()) {
+    for (openfab_isa isa : testing::runnable_isas()) {
         const OneVoxel v = normalise_one({-1, kNan, 2, -kInf}, {1, 2, 2, 1}, 2, isa);
         EXPECT_EQ(v.fractions, (Fractions{0, 0, 65535}));
         EXPECT_EQ(v.unusable, 3);
@@ -88,7 +89,7 @@ TEST(Normalise, NegativeAndNanCountAsNothingAndAreCounted) {
 }
 
 TEST(Normalise, SlotsOfOneMaterialAddUp) {
-    for (openfab_isa isa : tests::runnable_isas()) {
+    for (openfab_isa isa : testing::runnable_isas()) {
         const OneVoxel v = normalise_one({1, 1, 2}, {1, 2, 1}, 2, isa);
         EXPECT_EQ(v.fractions,
                   (Fractions{0, 49151, 16384}));  // 3/4 rounds up and gives the remainder back
@@ -97,14 +98,14 @@ TEST(Normalise, SlotsOfOneMaterialAddUp) {
 }
 
 TEST(Normalise, VoidTakesPartInTheMixture) {
-    for (openfab_isa isa : tests::runnable_isas()) {
+    for (openfab_isa isa : testing::runnable_isas()) {
         EXPECT_EQ(normalise_one({1, 1}, {0, 1}, 1, isa).fractions, (Fractions{32767, 32768}));
         EXPECT_EQ(normalise_one({1, 1}, {0, 1}, 1, isa).code, OPENFAB_CODE_MIXED);
     }
 }
 
 TEST(Normalise, RemainderGoesToTheLargestFirstOfEquals) {
-    for (openfab_isa isa : tests::runnable_isas()) {
+    for (openfab_isa isa : testing::runnable_isas()) {
         // Three thirds round to 21845 and leave nothing; two halves round up to 32768 each, one too
         // many.
         EXPECT_EQ(normalise_one({1, 1, 1}, {1, 2, 3}, 3, isa).fractions,
@@ -114,7 +115,7 @@ TEST(Normalise, RemainderGoesToTheLargestFirstOfEquals) {
 }
 
 TEST(Normalise, HugeAmountsDoNotOverflow) {
-    for (openfab_isa isa : tests::runnable_isas()) {
+    for (openfab_isa isa : testing::runnable_isas()) {
         EXPECT_EQ(normalise_one({3e38f, 3e38f, 3e38f}, {1, 2, 2}, 2, isa).fractions,
                   (Fractions{0, 21845, 43690}));
         EXPECT_EQ(normalise_one({kInf, 3e38f, kInf}, {1, 2, 3}, 3, isa).fractions,
@@ -127,8 +128,8 @@ TEST(Normalise, SameBitsAsTheTwin) {
     std::uniform_real_distribution<float> unit(0, 1);
     const float odd[] = {0, -0.0f, -1, kNan, kInf, -kInf, 1e-45f, 3e38f, 1.7e38f, 1};
     for (int32_t materials : {1, 2, 3, 4, 6, 8, 12, 15}) {
-        for (openfab_isa isa : tests::runnable_isas()) {
-            slab::StageCalls calls(*slab::find_stage_set(materials), isa);
+        for (openfab_isa isa : testing::runnable_isas()) {
+            abi::StageCalls calls(*abi::find_stage_set(materials), isa);
             const int32_t slots = materials + 2, n = 3;
             std::vector<int32_t> slot_material;
             for (int32_t s = 0; s < slots; ++s)

@@ -13,7 +13,7 @@ namespace {
 
 TEST(Pack, SameBytesAsTheTwinForEveryWidth) {
     std::mt19937 random(3);
-    for (openfab_isa isa : tests::runnable_isas()) {
+    for (openfab_isa isa : testing::runnable_isas()) {
         for (int32_t bytes : {1, 2, 3, 4, 7, 8, 15, 16, 17, 33, 64}) {
             const int32_t rows = 3, width = 2 * bytes;
             std::vector<uint8_t> codes(static_cast<size_t>(width) * rows * 8);
@@ -21,7 +21,7 @@ TEST(Pack, SameBytesAsTheTwinForEveryWidth) {
                 c = static_cast<uint8_t>(random() % 16);
             // A byte more a row than is written, to see that nothing is written beyond.
             std::vector<uint8_t> planes(static_cast<size_t>(bytes + 1) * rows * 8, 0xee);
-            slab::StageCalls calls(*slab::find_stage_set(1), isa);
+            abi::StageCalls calls(*abi::find_stage_set(1), isa);
             ASSERT_TRUE(calls
                             .pack(4, codes.data(), width * 8, bytes, rows, planes.data(), bytes + 1,
                                   (bytes + 1) * rows)
@@ -43,14 +43,14 @@ TEST(Pack, SameBytesAsTheTwinForEveryWidth) {
 
 TEST(Pack, EightBitsAreTheCodes) {
     std::mt19937 random(3);
-    for (openfab_isa isa : tests::runnable_isas()) {
+    for (openfab_isa isa : testing::runnable_isas()) {
         for (int32_t width : {1, 7, 8, 17, 64}) {
             const int32_t rows = 3;
             std::vector<uint8_t> codes(static_cast<size_t>(width) * rows * 8);
             for (uint8_t& c : codes)
                 c = static_cast<uint8_t>(random() % 65);
             std::vector<uint8_t> planes(static_cast<size_t>(width + 1) * rows * 8, 0xee);
-            slab::StageCalls calls(*slab::find_stage_set(64), isa);
+            abi::StageCalls calls(*abi::find_stage_set(64), isa);
             ASSERT_TRUE(calls
                             .pack(8, codes.data(), width * 8, width, rows, planes.data(), width + 1,
                                   (width + 1) * rows)

@@ -13,10 +13,10 @@
 namespace openfab {
 namespace {
 
-using scene::PartMesh;
+using part::PartMesh;
 using Triangle = std::array<Vec3d, 3>;
 
-std::shared_ptr<const PartMesh> split(const scene::Part& part, double s) {
+std::shared_ptr<const PartMesh> split(const part::Part& part, double s) {
     surface::SurfaceOptions options;
     options.micro_edge_mm = s;
     const auto mesh = surface::mesh_to_dice(part, options);
@@ -24,14 +24,14 @@ std::shared_ptr<const PartMesh> split(const scene::Part& part, double s) {
     return *mesh;
 }
 
-scene::Part hand_part(const scene::Mesh& mesh, testing::HandMode mode) {
+part::Part hand_part(const mesh::Mesh& mesh, testing::HandMode mode) {
     return make_part(testing::Scenario{"", mesh, mode, 0.05f, 0, false});
 }
 
 std::vector<Triangle> triangles(const PartMesh& mesh) {
     std::vector<Triangle> out;
     for (const auto& t : mesh.triangles) {
-        const auto at = [&](size_t c) { return mesh.positions[static_cast<size_t>(t[c])]; };
+        const auto at = [&](size_t c) { return mesh.positions[t[c]]; };
         out.push_back({at(0), at(1), at(2)});
     }
     return out;
@@ -82,7 +82,7 @@ double total_area(const std::vector<Triangle>& all) {
 
 TEST(LongTrianglesTest, ABarIsCutAcross) {
     const double s = 0.046;
-    const scene::Part part = hand_part(testing::card(300, 3, 3), testing::HandMode::kBumps);
+    const part::Part part = hand_part(testing::card(300, 3, 3), testing::HandMode::kBumps);
     const auto mesh = split(part, s);
     const std::vector<Triangle> before = triangles(*part.mesh), after = triangles(*mesh);
     EXPECT_EQ(open_edges(after), 0u);
@@ -99,19 +99,19 @@ TEST(LongTrianglesTest, ABarIsCutAcross) {
 
 /// Slender meshes of several kinds: flat, round, irregular, ones that meet at an edge, at a vertex
 /// and everywhere, and an open one.
-std::vector<scene::Mesh> slender_meshes() {
-    const auto stretched = [](scene::Mesh mesh, double x, double y) {
+std::vector<mesh::Mesh> slender_meshes() {
+    const auto stretched = [](mesh::Mesh mesh, double x, double y) {
         for (Vec3d& p : mesh.positions)
             p = {p.x * x, p.y * y, p.z};
         return mesh;
     };
-    const scene::Mesh bar = testing::card(100, 3, 2);
-    std::vector<scene::Mesh> all = {bar,
-                                    stretched(testing::sphere(1, 9, 6), 40, 2),
-                                    testing::joined(bar, bar, {0, 3, 2}),
-                                    testing::joined(bar, bar, {100, 3, 2}),
-                                    testing::joined(bar, bar, {0, 0, 0}),
-                                    stretched(scene::make_plane(3, 2), 40, 1)};
+    const mesh::Mesh bar = testing::card(100, 3, 2);
+    std::vector<mesh::Mesh> all = {bar,
+                                   stretched(testing::sphere(1, 9, 6), 40, 2),
+                                   testing::joined(bar, bar, {0, 3, 2}),
+                                   testing::joined(bar, bar, {100, 3, 2}),
+                                   testing::joined(bar, bar, {0, 0, 0}),
+                                   stretched(mesh::make_plane(3, 2), 40, 1)};
     for (uint32_t seed = 1; seed <= 4; ++seed) {
         all.push_back(
             stretched(testing::shaken(testing::torus(2, 0.7, 7, 5), seed, 0.3), 20 * seed, 1));
@@ -131,8 +131,8 @@ std::vector<uint8_t> some_displaced(const PartMesh& mesh, uint32_t seed) {
 }
 
 TEST(LongTrianglesTest, NeighboursShareTheirCutPoints) {
-    for (const scene::Mesh& mesh : slender_meshes()) {
-        const scene::Part part = hand_part(mesh, testing::HandMode::kBumps);
+    for (const mesh::Mesh& mesh : slender_meshes()) {
+        const part::Part part = hand_part(mesh, testing::HandMode::kBumps);
         const std::vector<Triangle> before = triangles(*part.mesh);
         for (uint32_t seed = 0; seed < 8; ++seed) {
             const auto cut = surface::split_long_triangles(*part.mesh, kMicroEdge_mm,
@@ -149,9 +149,9 @@ TEST(LongTrianglesTest, NeighboursShareTheirCutPoints) {
 }
 
 TEST(LongTrianglesTest, DicedPiecesLeaveNoCrack) {
-    for (const scene::Mesh& mesh : slender_meshes()) {
+    for (const mesh::Mesh& mesh : slender_meshes()) {
         for (const auto mode : {testing::HandMode::kBumps, testing::HandMode::kBack}) {
-            scene::Part part = hand_part(mesh, mode);
+            part::Part part = hand_part(mesh, mode);
             if (open_edges(triangles(*part.mesh)) != 0) continue;
             surface::SurfaceOptions options;
             options.micro_edge_mm = 8 * kMicroEdge_mm;
@@ -179,9 +179,9 @@ TEST(LongTrianglesTest, TheOrderOfTrianglesChangesNoBit) {
             all.insert(turned(t));
         return all;
     };
-    for (const scene::Mesh& mesh : slender_meshes()) {
+    for (const mesh::Mesh& mesh : slender_meshes()) {
         for (uint32_t seed = 0; seed < 4; ++seed) {
-            const scene::Part part = hand_part(mesh, testing::HandMode::kBumps);
+            const part::Part part = hand_part(mesh, testing::HandMode::kBumps);
             PartMesh one;
             one.positions = part.mesh->positions;
             one.triangles = part.mesh->triangles;
@@ -205,8 +205,8 @@ TEST(LongTrianglesTest, TheOrderOfTrianglesChangesNoBit) {
 TEST(LongTrianglesTest, CutCornersHaveTheValuesBetweenTheEnds) {
     // What is linear in the position stays so: single precision, in up to a dozen halves.
     const auto value = [](const Vec3d& p) { return 0.25 * p.x - 0.5 * p.y + p.z + 1; };
-    for (const scene::Mesh& mesh : slender_meshes()) {
-        const scene::Part part = hand_part(mesh, testing::HandMode::kBumps);
+    for (const mesh::Mesh& mesh : slender_meshes()) {
+        const part::Part part = hand_part(mesh, testing::HandMode::kBumps);
         PartMesh given = *part.mesh;
         const size_t corners = 3 * given.triangles.size();
         given.inputs.resize(2);

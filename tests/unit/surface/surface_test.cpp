@@ -24,7 +24,7 @@ std::map<PatchKind, int> kinds(const Surface& surface) {
     return out;
 }
 
-std::unique_ptr<Surface> create(const scene::Part& part, double s) {
+std::unique_ptr<Surface> create(const part::Part& part, double s) {
     SurfaceOptions options;
     options.micro_edge_mm = s;
     auto made = Surface::create(part, options);
@@ -32,40 +32,39 @@ std::unique_ptr<Surface> create(const scene::Part& part, double s) {
     return std::move(*made);
 }
 
-std::string failure(const scene::Part& part, double s) {
+std::string failure(const part::Part& part, double s) {
     SurfaceOptions options;
     options.micro_edge_mm = s;
     const auto made = Surface::create(part, options);
     return made ? "" : made.error().text();
 }
 
-scene::Part hand_part(const scene::Mesh& mesh, testing::HandMode mode, float amplitude,
-                      bool computed = false) {
+part::Part hand_part(const mesh::Mesh& mesh, testing::HandMode mode, float amplitude,
+                     bool computed = false) {
     return make_part(testing::Scenario{"", mesh, mode, amplitude, 0, computed});
 }
 
 TEST(SurfaceTest, WithoutASurfaceStageTheBaseMeshIsTheSurface) {
-    const scene::Part part = testing::make_part(testing::empty_fablet(), testing::cube(2));
+    const part::Part part = testing::make_part(testing::empty_fablet(), testing::cube(2));
     const auto surface = create(part, 0.01);
     EXPECT_TRUE(surface->identity());
     ASSERT_EQ(surface->patches().size(), 12u);
     for (int32_t p = 0; p < 12; ++p) {
-        const Patch& patch = surface->patches()[static_cast<size_t>(p)];
+        const Patch& patch = surface->patches()[p];
         EXPECT_EQ(patch.kind, PatchKind::kIdentity);
         EXPECT_EQ(patch.triangle, p);
         EXPECT_EQ(patch.use, surface::kForQuery | surface::kForCoverage);
         const auto mesh = surface->micro(p);
         ASSERT_EQ(mesh->triangles.size(), 1u);
         for (size_t c = 0; c < 3; ++c) {
-            const auto v = part.mesh->triangles[static_cast<size_t>(p)][c];
-            EXPECT_EQ(mesh->positions[c],
-                      vec_cast<float>(part.mesh->positions[static_cast<size_t>(v)]));
+            const auto v = part.mesh->triangles[p][c];
+            EXPECT_EQ(mesh->positions[c], vec_cast<float>(part.mesh->positions[v]));
         }
     }
 }
 
 TEST(SurfaceTest, OnlyTheBackOfACardIsDiced) {
-    const scene::Part part = hand_part(testing::card(7, 5, 1), testing::HandMode::kBack, 0.6f);
+    const part::Part part = hand_part(testing::card(7, 5, 1), testing::HandMode::kBack, 0.6f);
     const auto surface = create(part, 0.5);
     EXPECT_FALSE(surface->identity());
     const auto count = kinds(*surface);
@@ -81,7 +80,7 @@ TEST(SurfaceTest, OnlyTheBackOfACardIsDiced) {
 
 TEST(SurfaceTest, SeamsOfADisplacementThatIsZeroAtTheEdgeAreEmpty) {
     // wave(uv) vanishes on the border, so the displaced back meets the sides without a strip.
-    const scene::Part part = hand_part(testing::card(7, 5, 1), testing::HandMode::kBack, 0.6f);
+    const part::Part part = hand_part(testing::card(7, 5, 1), testing::HandMode::kBack, 0.6f);
     const auto surface = create(part, 0.5);
     for (size_t p = 0; p < surface->patches().size(); ++p) {
         if (surface->patches()[p].kind == PatchKind::kSeam) {
@@ -91,7 +90,7 @@ TEST(SurfaceTest, SeamsOfADisplacementThatIsZeroAtTheEdgeAreEmpty) {
 }
 
 TEST(SurfaceTest, FansAreSplit) {
-    const scene::Part part = hand_part(testing::card(100, 70, 2), testing::HandMode::kBack, 0.6f);
+    const part::Part part = hand_part(testing::card(100, 70, 2), testing::HandMode::kBack, 0.6f);
     const auto surface = create(part, 0.04);
     for (size_t p = 0; p < surface->patches().size(); ++p) {
         if (surface->patches()[p].kind == PatchKind::kFan) {
@@ -102,26 +101,25 @@ TEST(SurfaceTest, FansAreSplit) {
 }
 
 TEST(SurfaceTest, AnEdgeThatIsTooFineIsRefused) {
-    const scene::Part part = hand_part(testing::card(100, 70, 2), testing::HandMode::kBack, 0.6f);
+    const part::Part part = hand_part(testing::card(100, 70, 2), testing::HandMode::kBack, 0.6f);
     const std::string message = failure(part, 1e-3);
     EXPECT_NE(message.find("122.066"), std::string::npos) << message;
     EXPECT_NE(message.find("65535"), std::string::npos) << message;
     EXPECT_NE(message.find("0.001 mm"), std::string::npos) << message;
     // Identity triangles are not diced, so their edges do not matter.
-    const scene::Part plain =
-        testing::make_part(testing::empty_fablet(), testing::card(100, 70, 2));
+    const part::Part plain = testing::make_part(testing::empty_fablet(), testing::card(100, 70, 2));
     EXPECT_EQ(failure(plain, 1e-6), "");
 }
 
 TEST(SurfaceTest, ADisplacementWithoutABoundIsRefused) {
     testing::PartOptions options;
     options.uniform_values = testing::hand_uniforms(testing::HandMode::kBumps, 0.2f);
-    const scene::Part part =
+    const part::Part part =
         testing::make_part(testing::hand_fablet_unbounded(), testing::cube(1), options);
     EXPECT_NE(failure(part, 0.1).find("max_displacement_mm"), std::string::npos)
         << failure(part, 0.1);
     options.max_displacement_mm = 0.5;
-    const scene::Part bounded =
+    const part::Part bounded =
         testing::make_part(testing::hand_fablet_unbounded(), testing::cube(1), options);
     EXPECT_EQ(failure(bounded, 0.1), "");
 }
@@ -129,7 +127,7 @@ TEST(SurfaceTest, ADisplacementWithoutABoundIsRefused) {
 TEST(SurfaceTest, CountsWhatTheStageGotWrong) {
     testing::Scenario scenario{
         "", testing::sphere(2, 8, 5), testing::HandMode::kBroken, 0.4f, 0.2, true, 0.25};
-    const scene::Part part = make_part(scenario);
+    const part::Part part = make_part(scenario);
     const auto surface = create(part, 0.2);
     for (size_t p = 0; p < surface->patches().size(); ++p) {
         for (const Vec3f& v : surface->micro(static_cast<int32_t>(p))->positions) {
@@ -143,7 +141,7 @@ TEST(SurfaceTest, CountsWhatTheStageGotWrong) {
 TEST(SurfaceTest, BoundsOfWhatIsCutKnowHowMuchIsLeft) {
     // Upper sides are moved by 1 to 1.5 mm, before the cut.
     for (const double most : {0.5, 1.0, 1.5}) {
-        const scene::Part part = make_part(testing::Scenario{
+        const part::Part part = make_part(testing::Scenario{
             "", testing::cube(2), testing::HandMode::kFootprint, 1.0f, 0, false, most});
         const auto surface = create(part, 0.15);
         float top = -1e9f;
@@ -169,7 +167,7 @@ TEST(SurfaceTest, BoundsOfWhatIsCutKnowHowMuchIsLeft) {
 }
 
 TEST(SurfaceTest, CacheKeepsToItsBudgetAndHandlesPin) {
-    const scene::Part part = hand_part(testing::card(20, 15, 1), testing::HandMode::kBack, 0.6f);
+    const part::Part part = hand_part(testing::card(20, 15, 1), testing::HandMode::kBack, 0.6f);
     SurfaceOptions options;
     options.micro_edge_mm = 0.1;
     options.cache_bytes = 300000;
@@ -203,7 +201,7 @@ TEST(SurfaceTest, AFailingKernelIsReported) {
     fablet.surface.fn[OPENFAB_ISA_SSE41] = failing_kernel;
     testing::PartOptions options;
     options.uniform_values = testing::hand_uniforms(testing::HandMode::kBumps, 0.2f);
-    const scene::Part part = testing::make_part(fablet, testing::cube(1), options);
+    const part::Part part = testing::make_part(fablet, testing::cube(1), options);
     const auto surface = create(part, 0.5);
     EXPECT_TRUE(surface->status());
     EXPECT_EQ(surface->micro(0)->triangles.size(), 0u);
@@ -221,9 +219,9 @@ TEST(SurfaceTest, ReadingUvWithoutUvIsRefused) {
     fablet.surface.args = args.data();
     testing::PartOptions options;
     options.uniform_values = testing::hand_uniforms(testing::HandMode::kBumps, 0.2f);
-    scene::Part part = testing::make_part(fablet, testing::cube(1), options);
+    part::Part part = testing::make_part(fablet, testing::cube(1), options);
     EXPECT_EQ(failure(part, 0.5), "");
-    auto mesh = std::make_shared<scene::PartMesh>(*part.mesh);
+    auto mesh = std::make_shared<part::PartMesh>(*part.mesh);
     mesh->corner_uv.clear();
     part.mesh = mesh;
     EXPECT_NE(failure(part, 0.5).find("`uv`"), std::string::npos) << failure(part, 0.5);

@@ -17,7 +17,7 @@
 #include "compiler/diag/render.h"
 #include "compiler/driver/frontend.h"
 
-namespace openfab::test {
+namespace openfab::testing {
 namespace {
 
 unsigned seed() {
@@ -313,4 +313,4 @@ TEST(Robustness, LongAndHeavyProgramsEnd) {
 }
 
 }  // namespace
-}  // namespace openfab::test
+}  // namespace openfab::testing

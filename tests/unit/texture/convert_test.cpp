@@ -55,9 +55,7 @@ class ConvertTest : public ::testing::Test {
                          static_cast<size_t>(p.channels());
         return {p.texels().begin(), p.texels().begin() + static_cast<std::ptrdiff_t>(n)};
     }
-    static float decoded(int value) {
-        return static_cast<float>(texture::srgb_to_linear(value / 255.0));
-    }
+    static float decoded(int value) { return static_cast<float>(srgb_to_linear(value / 255.0)); }
 
     testing::TempFolder folder_;
 };
@@ -80,7 +78,7 @@ TEST_F(ConvertTest, DecodesEveryByteExactly) {
         all[i] = static_cast<uint8_t>(i);
     const auto p = converted(image<uint8_t>("all.png", 256, 1, 1, all));
     for (int i = 0; i < 256; ++i)
-        EXPECT_EQ(p->texels()[static_cast<size_t>(i)], decoded(i));
+        EXPECT_EQ(p->texels()[i], decoded(i));
 }
 
 TEST_F(ConvertTest, ReadsSixteenBitsAndFloatAsLinear) {
@@ -89,14 +87,14 @@ TEST_F(ConvertTest, ReadsSixteenBitsAndFloatAsLinear) {
     const auto real = converted(image<float>("f.exr", 2, 1, 1, {-1.5f, 7.25f}));
     EXPECT_EQ(level0(*real), (std::vector<float>{-1.5f, 7.25f}));
     const auto forced = converted(folder_.path() / "f.exr", {"srgb", false});
-    EXPECT_FLOAT_EQ(forced->texels()[1], static_cast<float>(texture::srgb_to_linear(7.25)));
+    EXPECT_FLOAT_EQ(forced->texels()[1], static_cast<float>(srgb_to_linear(7.25)));
 }
 
 TEST_F(ConvertTest, MakesLuminanceAfterLinearising) {
     const auto file = image<uint8_t>("c.png", 1, 1, 3, {200, 100, 50});
     const auto p = converted(file, {"auto", true});
     EXPECT_EQ(p->channels(), 1);
-    EXPECT_EQ(p->texels()[0], texture::luminance(decoded(200), decoded(100), decoded(50)));
+    EXPECT_EQ(p->texels()[0], luminance(decoded(200), decoded(100), decoded(50)));
     EXPECT_EQ(converted(file)->channels(), 3);
     // Alpha neither counts nor is decoded.
     const auto rgba = image<uint8_t>("a.png", 1, 1, 4, {200, 100, 50, 128});
@@ -205,7 +203,7 @@ TEST_F(ConvertTest, PassesTheHelpersReasonOn) {
                   .find("No such file"),
               std::string::npos);
     EXPECT_FALSE(texture::get_pyramid(folder_.path(), {}, 0, 0));
-    // Where there can be no cache, it is made without one.
+    // Without a usable cache, it is made without one.
     ::setenv("OPENFAB_CACHE", "/proc/nowhere", 1);
     const auto file = image<uint8_t>("g.png", 1, 1, 1, {9});
     EXPECT_TRUE(texture::get_pyramid(file, {"auto", false}, 0, 0));

@@ -29,13 +29,13 @@ constexpr int kSide = 4096;
 #endif
 
 struct Wrapped {
-    scene::Wrap ours;
+    world::Wrap ours;
     OIIO::TextureOpt::Wrap theirs;
 };
-constexpr Wrapped kWraps[] = {{scene::Wrap::kClamp, OIIO::TextureOpt::WrapClamp},
-                              {scene::Wrap::kRepeat, OIIO::TextureOpt::WrapPeriodic},
-                              {scene::Wrap::kMirror, OIIO::TextureOpt::WrapMirror},
-                              {scene::Wrap::kBlack, OIIO::TextureOpt::WrapBlack}};
+constexpr Wrapped kWraps[] = {{world::Wrap::kClamp, OIIO::TextureOpt::WrapClamp},
+                              {world::Wrap::kRepeat, OIIO::TextureOpt::WrapPeriodic},
+                              {world::Wrap::kMirror, OIIO::TextureOpt::WrapMirror},
+                              {world::Wrap::kBlack, OIIO::TextureOpt::WrapBlack}};
 
 class OiioTest : public ::testing::Test {
   protected:
@@ -71,7 +71,7 @@ class OiioTest : public ::testing::Test {
     float largest_difference(const Wrapped& wrap, const std::function<float()>& width) {
         const auto pyramid =
             texture::Pyramid::open(ours_, static_cast<int32_t>(wrap.ours),
-                                   static_cast<int32_t>(scene::Filter::kTrilinear));
+                                   static_cast<int32_t>(world::Filter::kTrilinear));
         EXPECT_TRUE(pyramid);
         if (!pyramid) return 1;
         const interp::TextureView view{(*pyramid)->texels(), (*pyramid)->info()};
@@ -80,12 +80,12 @@ class OiioTest : public ::testing::Test {
         options.mipmode = OIIO::TextureOpt::MipModeTrilinear;
         options.interpmode = OIIO::TextureOpt::InterpBilinear;
         std::mt19937 random(3);
-        const auto place = [&] {
+        const auto coordinate = [&] {
             return static_cast<float>(random() >> 8) * 0x1p-24f * 4.0f - 1.5f;
         };
         float largest = 0;
         for (int i = 0; i < 20000; ++i) {
-            const float u = place(), v = place(), step = width() / kSide;
+            const float u = coordinate(), v = coordinate(), step = width() / kSide;
             interp::SampleArgs args;
             args.u = u;
             args.v = v;

@@ -140,7 +140,7 @@ TEST_F(PyramidFile, IsRefusedWhenCutShortOrForeign) {
         EXPECT_NE(error_of(bytes_.substr(0, n)), "no error") << n;
     }
     EXPECT_NE(error_of(bytes_ + "x").find("is cut short or damaged"), std::string::npos);
-    EXPECT_NE(error_of("\x89PNG\r\n\x1a\n" + std::string(100, 'x')).find("is no .oftx file"),
+    EXPECT_NE(error_of("\x89PNG\r\n\x1a\n" + std::string(100, 'x')).find("is not an .oftx file"),
               std::string::npos);
     EXPECT_FALSE(Pyramid::open(folder_.path(), 0, 0));
     EXPECT_FALSE(Pyramid::open(folder_.path() / "none.oftx", 0, 0));

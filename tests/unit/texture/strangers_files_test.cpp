@@ -94,7 +94,7 @@ class StrangersFiles : public ::testing::Test {
             make_pyramid_file(file, folder_.path() / "out.oftx", {}, {memory, {}});
         return made ? "no error" : made.error().text();
     }
-    /// Of a header in the folder `world`.
+    /// Reads a header in the folder `world`.
     std::string error_of_volume(const std::string& name, int64_t memory = kMemory) {
         const Result<void> made = make_volume_file(folder_.path() / "world" / name,
                                                    folder_.path() / "out.oftx", {}, {memory, {}});
@@ -114,13 +114,13 @@ TEST_F(StrangersFiles, FormatsAreToldByContentAndOnlyThoseOfPictures) {
         EXPECT_EQ(error_of(picture(std::string(format) + ".avi", format)), "no error") << format;
     for (const char* format : {"bmp", "iff", "ico", "targa"}) {
         EXPECT_THAT(error_of(picture("p.png", format)),
-                    HasSubstr("it is no picture that is read; PNG, JPEG"))
+                    HasSubstr("it is not a supported picture; supported: PNG, JPEG"))
             << format;
     }
     // A playlist, by which a player would open what it names.
     const fs::path list = folder_.write(
         "list.avi", "#EXTM3U\n#EXT-X-MEDIA-SEQUENCE:0\n#EXTINF:10.0,\nfile:///etc/passwd\n");
-    EXPECT_THAT(error_of(list), HasSubstr("it is no picture that is read"));
+    EXPECT_THAT(error_of(list), HasSubstr("it is not a supported picture"));
 }
 
 TEST_F(StrangersFiles, WhatIsNoFileIsNotOpened) {

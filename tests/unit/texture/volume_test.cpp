@@ -85,7 +85,7 @@ class VolumeTest : public ::testing::Test {
         return {p.texels().begin(), p.texels().begin() + s.x * s.y * s.z * p.channels()};
     }
     /// Origin, then extent.
-    static std::vector<float> place(const Pyramid& p) {
+    static std::vector<float> domain(const Pyramid& p) {
         std::vector<float> out;
         for (size_t k = 8; k < 14; ++k)
             out.push_back(std::bit_cast<float>(p.info()[k]));
@@ -126,7 +126,7 @@ TEST_F(VolumeTest, NpyInBothOrders) {
     EXPECT_TRUE(p->is_volume());
     EXPECT_EQ(size(*p), (Vec3i{4, 3, 2}));
     EXPECT_EQ(level0(*p), c);
-    EXPECT_EQ(place(*p), (std::vector<float>{0, 0, 0, 4, 3, 2}));
+    EXPECT_EQ(domain(*p), (std::vector<float>{0, 0, 0, 4, 3, 2}));
     EXPECT_EQ(p->texels().back(), 61.5f) << "the coarsest level is the mean";
     EXPECT_EQ(p->minmax()[p->minmax().size() - 1], 123.0f);
     const auto second = folder_.write("f.npy", npy("<f4", "True", "(2, 3, 4)", bytes_of(fortran)));
@@ -135,7 +135,7 @@ TEST_F(VolumeTest, NpyInBothOrders) {
     options.spacing_mm = {{0.5, 0.25, 2}};
     const auto q = converted(second, options);
     EXPECT_EQ(level0(*q), c);
-    EXPECT_EQ(place(*q), (std::vector<float>{-1, 2, 0.5f, 2, 0.75f, 4}));
+    EXPECT_EQ(domain(*q), (std::vector<float>{-1, 2, 0.5f, 2, 0.75f, 4}));
 }
 
 TEST_F(VolumeTest, NpyOfIntegersAndChannels) {
@@ -148,7 +148,7 @@ TEST_F(VolumeTest, NpyOfIntegersAndChannels) {
         "b.npy", npy(">i2", "False", "(1, 1, 2)", std::string("\xff\xfe\x01\x00", 4)));
     EXPECT_EQ(level0(*converted(big)), (std::vector<float>{-2, 256}));
     EXPECT_EQ(trouble(folder_.write("d.npy", npy("<f4", "False", "(2, 2)", std::string(16, 0)))),
-              "it has 2 dimensions; (z, y, x) or (z, y, x, channel) are right");
+              "it has 2 dimensions; it must have (z, y, x) or (z, y, x, channel)");
     EXPECT_EQ(trouble(folder_.write("e.npy", npy("<f4", "False", "(2, 2, 2)", std::string(16, 0)))),
               "it is cut short");
     EXPECT_EQ(trouble(folder_.write("g.npy", npy("<c8", "False", "(1, 1, 1)", std::string(16, 0)))),
@@ -166,7 +166,7 @@ TEST_F(VolumeTest, NrrdWithItsPlace) {
     const auto raw = folder_.write("r.nrrd", header + "encoding: raw\n\n" + bytes_of(values));
     const auto p = converted(raw);
     EXPECT_EQ(level0(*p), values);
-    EXPECT_EQ(place(*p), (std::vector<float>{9.75f, 19.5f, 29, 1, 2, 4}));
+    EXPECT_EQ(domain(*p), (std::vector<float>{9.75f, 19.5f, 29, 1, 2, 4}));
     EXPECT_EQ(level0(*converted(
                   folder_.write("t.nrrd", header + "encoding: ascii\n\n1 2 3 4\n5 6 7 8\n"))),
               values);
@@ -193,7 +193,7 @@ TEST_F(VolumeTest, NrrdWithItsPlace) {
                                     "(1,1,0) (0,1,0) (0,0,1)\nencoding: raw\n\n1234")),
               "its axes are turned; write it along x, y and z");
     EXPECT_EQ(trouble(folder_.write("w.nrrd", header + "encoding: bzip2\n\nxx")),
-              "its encoding `bzip2` is not known; raw, text and gzip are");
+              "its encoding `bzip2` is unknown; known: raw, text, gzip");
 }
 
 TEST_F(VolumeTest, NrrdBehindWhatItSkips) {
@@ -259,7 +259,7 @@ TEST_F(VolumeTest, CubeTables) {
     const auto p = converted(folder_.write("t.cube", text));
     EXPECT_EQ(p->channels(), 3);
     EXPECT_EQ(level0(*p), values);
-    EXPECT_EQ(place(*p), (std::vector<float>{-0.5f, -1, -0.5f, 2, 4, 2}));
+    EXPECT_EQ(domain(*p), (std::vector<float>{-0.5f, -1, -0.5f, 2, 4, 2}));
     EXPECT_EQ(p->info()[2], 0) << "a table is clamped, whatever the world says";
     EXPECT_EQ(p->info()[3], texture::kFilterFinest);
     EXPECT_EQ(trouble(folder_.write("short.cube", "LUT_3D_SIZE 2\n0 0 0\n")),
@@ -328,7 +328,7 @@ TEST_F(VolumeTest, PagesOfATiff) {
     out->close();
     const auto p = converted(file);
     EXPECT_EQ(size(*p), (Vec3i{2, 1, 3}));
-    EXPECT_EQ(level0(*p)[12], static_cast<float>(texture::srgb_to_linear(200 / 255.0)))
+    EXPECT_EQ(level0(*p)[12], static_cast<float>(srgb_to_linear(200 / 255.0)))
         << "8-bit colour is sRGB";
 }
 
@@ -340,11 +340,11 @@ std::string tiff(size_t pages, bool big_endian, bool large, uint64_t behind_last
         for (size_t k = 0; k < bytes; ++k)
             out += static_cast<char>(value >> 8 * (big_endian ? bytes - 1 - k : k) & 0xff);
     };
-    const size_t place = large ? 8 : 4, entry = large ? 20 : 12, count = large ? 8 : 2;
+    const size_t domain = large ? 8 : 4, entry = large ? 20 : 12, count = large ? 8 : 2;
     out = big_endian ? "MM" : "II";
     put(large ? 43 : 42, 2);
     if (large) put(8, 2), put(0, 2);
-    put(out.size() + place, place);
+    put(out.size() + domain, domain);
     for (size_t page = 0; page < pages; ++page) {
         const std::array<std::pair<int, uint64_t>, 9> tags = {{{256, 2},
                                                                {257, 1},
@@ -355,16 +355,16 @@ std::string tiff(size_t pages, bool big_endian, bool large, uint64_t behind_last
                                                                {277, 1},
                                                                {278, 1},
                                                                {279, 2}}};
-        const size_t data = out.size() + count + tags.size() * entry + place;
+        const size_t data = out.size() + count + tags.size() * entry + domain;
         put(tags.size(), count);
         for (const auto& [tag, value] : tags) {
             put(static_cast<uint64_t>(tag), 2);
             put(4, 2);
-            put(1, place);
+            put(1, domain);
             put(tag == 273 ? data : value, 4);
-            out.append(place - 4, '\0');
+            out.append(domain - 4, '\0');
         }
-        put(page + 1 < pages ? data + 2 : behind_last, place);
+        put(page + 1 < pages ? data + 2 : behind_last, domain);
         out += std::string(2, static_cast<char>(page % 256));
     }
     return out;
@@ -444,7 +444,7 @@ TEST_F(VolumeTest, ComesFromTheCacheAndTheHelper) {
     const auto made = texture::get_volume(file, options, 2, 1);
     ASSERT_TRUE(made) << made.error().text();
     EXPECT_EQ(level0(**made), values);
-    EXPECT_EQ(place(**made)[0], -1.5f);
+    EXPECT_EQ(domain(**made)[0], -1.5f);
     ::unsetenv("OPENFAB_HELPER");
     EXPECT_TRUE(texture::get_volume(file, options, 0, 0)) << "the second time it is in the cache";
     options.spacing_mm = {{2, 2, 2}};

@@ -11,7 +11,7 @@
 namespace openfab {
 namespace {
 
-scene::Grid grid(const Vec3i& size, double pitch = 1) {
+part::Grid grid(const Vec3i& size, double pitch = 1) {
     return {{0, 0, 0}, {pitch, pitch, pitch}, size};
 }
 
@@ -22,11 +22,11 @@ Affine3d moved(double x, double y, double z) {
 }
 
 /// Voxels of a part on a grid: [(z * ny + y) * nx + x].
-std::vector<uint8_t> voxels(const scene::Part& part, const scene::Grid& grid) {
+std::vector<uint8_t> voxels(const part::Part& part, const part::Grid& grid) {
     auto surface = std::move(*surface::Surface::create(part, {}));
     const voxel::Voxeliser voxeliser(part, *surface, grid);
     std::vector<uint8_t> out(static_cast<size_t>(grid.size.x * grid.size.y * grid.size.z), 0);
-    voxel::GroupMask mask;
+    voxel::SlabMask mask;
     for (int32_t g = 0; 8 * g < grid.size.z; ++g) {
         voxeliser.coverage(g, &mask);
         EXPECT_EQ(mask.x0 % 8, 0);
@@ -56,7 +56,7 @@ int64_t count(const std::vector<uint8_t>& v) {
     return n;
 }
 
-bool at(const std::vector<uint8_t>& v, const scene::Grid& g, int32_t x, int32_t y, int32_t z) {
+bool at(const std::vector<uint8_t>& v, const part::Grid& g, int32_t x, int32_t y, int32_t z) {
     return v[static_cast<size_t>((z * g.size.y + y) * g.size.x + x)] != 0;
 }
 
@@ -71,9 +71,9 @@ TEST(Coverage, SnapsToTheNearestUnitHalvesUp) {
 }
 
 TEST(Coverage, ABoxOfWholeVoxelsHasJustThese) {
-    const scene::Part part = testing::make_part(testing::empty_fablet(), testing::cube(3),
-                                                {.transform = moved(2, 5, 7)});
-    const scene::Grid g = grid({20, 20, 20});
+    const part::Part part = testing::make_part(testing::empty_fablet(), testing::cube(3),
+                                               {.transform = moved(2, 5, 7)});
+    const part::Grid g = grid({20, 20, 20});
     const auto v = voxels(part, g);
     EXPECT_EQ(count(v), 27);
     EXPECT_TRUE(at(v, g, 2, 5, 7));
@@ -82,10 +82,10 @@ TEST(Coverage, ABoxOfWholeVoxelsHasJustThese) {
 }
 
 TEST(Coverage, ACentreOnAFaceBelongsToTheSolidAboveIt) {
-    // Faces at 2.5 and 5.5 pass through the centres of voxels 2 and 5.
-    const scene::Part part = testing::make_part(testing::empty_fablet(), testing::cube(3),
-                                                {.transform = moved(2.5, 2.5, 2.5)});
-    const scene::Grid g = grid({10, 10, 10});
+    // Faces at 2.5 and 5.5 pass through the centers of voxels 2 and 5.
+    const part::Part part = testing::make_part(testing::empty_fablet(), testing::cube(3),
+                                               {.transform = moved(2.5, 2.5, 2.5)});
+    const part::Grid g = grid({10, 10, 10});
     const auto v = voxels(part, g);
     EXPECT_EQ(count(v), 27);
     EXPECT_TRUE(at(v, g, 2, 2, 2));
@@ -97,9 +97,9 @@ TEST(Coverage, ACentreOnAFaceBelongsToTheSolidAboveIt) {
 TEST(Coverage, AMirroredPartIsSolidToo) {
     Affine3d mirror = moved(8, 1, 1);
     mirror.m[0] = -1;
-    const scene::Part part =
+    const part::Part part =
         testing::make_part(testing::empty_fablet(), testing::cube(3), {.transform = mirror});
-    const scene::Grid g = grid({10, 10, 10});
+    const part::Grid g = grid({10, 10, 10});
     const auto v = voxels(part, g);
     EXPECT_EQ(count(v), 27);
     EXPECT_TRUE(at(v, g, 5, 1, 1));
@@ -107,26 +107,26 @@ TEST(Coverage, AMirroredPartIsSolidToo) {
 }
 
 TEST(Coverage, APartIsCutAtTheGrid) {
-    const scene::Part part = testing::make_part(testing::empty_fablet(), testing::cube(30),
-                                                {.transform = moved(-10, -10, -10)});
-    const scene::Grid g = grid({13, 9, 11});
+    const part::Part part = testing::make_part(testing::empty_fablet(), testing::cube(30),
+                                               {.transform = moved(-10, -10, -10)});
+    const part::Grid g = grid({13, 9, 11});
     EXPECT_EQ(count(voxels(part, g)), 13 * 9 * 11);
-    const scene::Part beside = testing::make_part(testing::empty_fablet(), testing::cube(3),
-                                                  {.transform = moved(50, 0, 0)});
+    const part::Part beside = testing::make_part(testing::empty_fablet(), testing::cube(3),
+                                                 {.transform = moved(50, 0, 0)});
     EXPECT_EQ(count(voxels(beside, g)), 0);
 }
 
 TEST(Coverage, AnEmptyGroupHasNoMask) {
-    const scene::Part part = testing::make_part(testing::empty_fablet(), testing::cube(3),
-                                                {.transform = moved(2, 2, 2)});
+    const part::Part part = testing::make_part(testing::empty_fablet(), testing::cube(3),
+                                               {.transform = moved(2, 2, 2)});
     auto surface = std::move(*surface::Surface::create(part, {}));
     const voxel::Voxeliser voxeliser(part, *surface, grid({10, 10, 40}));
-    voxel::GroupMask mask;
-    for (const int32_t group : {-1, 1, 4, 5, 1000}) {
+    voxel::SlabMask mask;
+    for (const int32_t slab : {-1, 1, 4, 5, 1000}) {
         mask.width = 8;
-        voxeliser.coverage(group, &mask);
-        EXPECT_EQ(mask.width, 0) << group;
-        EXPECT_EQ(mask.height, 0) << group;
+        voxeliser.coverage(slab, &mask);
+        EXPECT_EQ(mask.width, 0) << slab;
+        EXPECT_EQ(mask.height, 0) << slab;
     }
     EXPECT_EQ(voxeliser.voxel_box(), (Box3i{{2, 2, 2}, {5, 5, 5}}));
 }
@@ -135,14 +135,14 @@ TEST(Coverage, HugeTrianglesDoNotOverflow) {
     // 12000 voxels along x and 10000 along y: plane tests pass 64 bits.
     Affine3d turned = moved(6000, 100, 20);
     turned.m = {0.8, -0.6, 0, 0.6, 0.8, 0, 0, 0, 1};
-    const scene::Part part = testing::make_part(
-        testing::empty_fablet(), scene::make_box({9000, 8000, 12}), {.transform = turned});
-    const scene::Grid g = {{0, 3000, 16}, {1, 1, 1}, {12000, 3, 8}};
+    const part::Part part = testing::make_part(
+        testing::empty_fablet(), mesh::make_box({9000, 8000, 12}), {.transform = turned});
+    const part::Grid g = {{0, 3000, 16}, {1, 1, 1}, {12000, 3, 8}};
     auto surface = std::move(*surface::Surface::create(part, {}));
     const voxel::Voxeliser voxeliser(part, *surface, g);
-    voxel::GroupMask mask;
+    voxel::SlabMask mask;
     voxeliser.coverage(0, &mask);
-    const auto triangles = reference::snap_triangles(scene::local_to_voxel(part, g),
+    const auto triangles = reference::snap_triangles(part::local_to_voxel(part, g),
                                                      testing::covering_triangles(part, *surface));
     for (int32_t x = 0; x < 12000; ++x) {
         for (int32_t y = 0; y < 3; ++y) {

@@ -1,0 +1,97 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "backends/common/resume_check.h"
+
+#include <fmt/format.h>
+
+namespace openfab::backends {
+
+namespace {
+
+bool is_hash(const std::string& text) {
+    return text.size() == 16 && text.find_first_not_of("0123456789abcdef") == std::string::npos;
+}
+
+}  // namespace
+
+std::string differs(const std::string& what, const std::string& there, const std::string& here) {
+    return is_hash(here) ? fmt::format("the {} are not the same", what)
+                         : fmt::format("the {} is `{}` there and `{}` here", what, there, here);
+}
+
+namespace {
+
+std::string text_of(const pipeline::SliceMaterial& m) {
+    return fmt::format("{} #{:02x}{:02x}{:02x}{:02x} preview #{:02x}{:02x}{:02x}{:02x} {} g/cm3 {}",
+                       m.name, m.key[0], m.key[1], m.key[2], m.key[3], m.preview[0], m.preview[1],
+                       m.preview[2], m.preview[3], m.density_g_cm3, m.channel);
+}
+
+std::string material_difference(const pipeline::PrintInfo& there, const pipeline::PrintInfo& here) {
+    if (there.materials.size() != here.materials.size()) {
+        return differs("number of materials", std::to_string(there.materials.size()),
+                       std::to_string(here.materials.size()));
+    }
+    for (size_t m = 0; m < here.materials.size(); ++m) {
+        const std::string a = text_of(there.materials[m]), b = text_of(here.materials[m]);
+        if (a != b) return differs(fmt::format("material {}", m + 1), a, b);
+    }
+    return {};
+}
+
+std::string setting_difference(const pipeline::PrintInfo& there, const pipeline::PrintInfo& here) {
+    if (there.provenance.empty()) {
+        return "it does not record what it was made from (an earlier version of this program wrote "
+               "it)";
+    }
+    for (size_t i = 0; i < here.provenance.size(); ++i) {
+        const auto& [name, value] = here.provenance[i];
+        if (i >= there.provenance.size() || there.provenance[i].first != name)
+            return "it records different settings than this program does";
+        const std::string& other = there.provenance[i].second;
+        if (other != value) return differs(name, other, value);
+    }
+    return there.provenance.size() == here.provenance.size()
+               ? std::string()
+               : "it records different settings than this program does";
+}
+
+std::string exact(const Vec3d& v) {
+    return fmt::format("{} x {} x {}", v.x, v.y, v.z);
+}
+
+}  // namespace
+
+std::string first_difference(const pipeline::PrintInfo& there, const pipeline::PrintInfo& here) {
+    const auto slices = [](const pipeline::PrintInfo& i) {
+        return fmt::format("{}:{}", i.slice_begin, i.slice_end);
+    };
+    const auto size = [](const pipeline::PrintInfo& i) {
+        return fmt::format("{} x {} x {}", i.size.x, i.size.y, i.size.z);
+    };
+    if (there.title != here.title) return differs("world", there.title, here.title);
+    if (there.printer != here.printer) return differs("printer", there.printer, here.printer);
+    if (there.seed != here.seed)
+        return differs("seed", std::to_string(there.seed), std::to_string(here.seed));
+    if (exact(there.pitch_mm) != exact(here.pitch_mm))
+        return differs("pitch in mm", exact(there.pitch_mm), exact(here.pitch_mm));
+    // Before sizes: another mesh has another size, but the mesh is what differs.
+    if (std::string found = setting_difference(there, here); !found.empty()) return found;
+    if (std::string found = material_difference(there, here); !found.empty()) return found;
+    if (there.size != here.size) return differs("size in voxels", size(there), size(here));
+    if (exact(there.origin_mm) != exact(here.origin_mm))
+        return differs("origin in mm", exact(there.origin_mm), exact(here.origin_mm));
+    if (slices(there) != slices(here))
+        return differs("range of slices", slices(there), slices(here));
+    if (there.bits != here.bits) return "it has another number of bits a voxel";
+    return {};
+}
+
+Error resume_refused(const std::string& output, const std::string& why) {
+    return user_error(fmt::format(
+        "cannot resume `{}`: {}; use the same world and options as the first run, or start over "
+        "without `--resume`",
+        output, why));
+}
+
+}  // namespace openfab::backends

@@ -1,0 +1,195 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "compiler/check/check_state.h"
+
+namespace openfab::check {
+
+namespace {
+
+constexpr size_t kMaxPrintedValues = 64;
+
+/// `%-8.3f` at the head of `text`: its length with the letter, or 0.
+size_t conversion_length(std::string_view text) {
+    size_t at = 1;
+    const auto take = [&](std::string_view set) {
+        while (at < text.size() && set.find(text[at]) != std::string_view::npos)
+            ++at;
+    };
+    constexpr std::string_view kDigits = "0123456789";
+    take("-+ 0#");
+    const size_t width = at;
+    take(kDigits);
+    size_t longest = at - width;
+    if (at < text.size() && text[at] == '.') {
+        ++at;
+        const size_t precision = at;
+        take(kDigits);
+        longest = std::max(longest, at - precision);
+    }
+    return at < text.size() && longest <= 2 ? at + 1 : 0;
+}
+
+/// Returns the type that a conversion takes; an error type if the letter is unknown.
+Type conversion_type(char letter) {
+    constexpr std::string_view kIntegers = "di";
+    constexpr std::string_view kUnsigned = "uxX";
+    constexpr std::string_view kFloats = "fFeEgG";
+    if (kIntegers.find(letter) != std::string_view::npos) return kIntType;
+    if (kUnsigned.find(letter) != std::string_view::npos) return kUintType;
+    if (kFloats.find(letter) != std::string_view::npos) return kFloatType;
+    return {};
+}
+
+char escaped(char c) {
+    if (c == 'n') return '\n';
+    return c == 't' ? '\t' : c;
+}
+
+}  // namespace
+
+const Expr* side_effect(const Expr& expr) {
+    switch (expr.kind) {
+        case ExprKind::kAssign:
+        case ExprKind::kIncrement:
+        case ExprKind::kSet:
+        case ExprKind::kAdd:
+        case ExprKind::kClear:
+        case ExprKind::kPrintf:
+            return &expr;
+        case ExprKind::kIntrinsic:
+            if (expr.intrinsic == Intrinsic::kSincos || expr.intrinsic == Intrinsic::kModf ||
+                expr.intrinsic == Intrinsic::kFrexp) {
+                return &expr;
+            }
+            break;
+        case ExprKind::kCall:
+            for (const auto& p : expr.function->parameters) {
+                if (p->is_out) return &expr;
+            }
+            break;
+        default:
+            break;
+    }
+    for (const ExprPtr& arg : expr.args) {
+        if (const Expr* found = side_effect(*arg)) return found;
+    }
+    return nullptr;
+}
+
+/// Matches a format with the values from `first` on, which become what their conversions take. A
+/// vector is printed as its components, each by the same conversion.
+bool Checker::match_format(const ast::Expr& literal, std::vector<ExprPtr>* values, size_t first,
+                           std::string* out) {
+    const std::string_view text = literal.text;
+    const auto span_of = [&](size_t begin, size_t count) {
+        source::Span span = literal.span;
+        span.begin += static_cast<uint32_t>(begin) + 1;
+        span.end = span.begin + static_cast<uint32_t>(count);
+        return span;
+    };
+    size_t next = first;
+    int conversions = 0;
+    for (size_t at = 0; at < text.size(); ++at) {
+        if (text[at] == '\\' && at + 1 < text.size()) {
+            *out += escaped(text[++at]);
+            continue;
+        }
+        if (text[at] != '%') {
+            *out += text[at];
+            continue;
+        }
+        if (text.substr(at, 2) == "%%") {
+            *out += "%%";
+            ++at;
+            continue;
+        }
+        const size_t length = conversion_length(text.substr(at));
+        const std::string_view conversion = text.substr(at, std::max<size_t>(length, 1));
+        const Type wanted = length == 0 ? kErrorType : conversion_type(conversion.back());
+        if (wanted.is_error()) {
+            sink_->report(span_of(at, conversion.size()), diag::kBadFormat, conversion)
+                .help("`%d` `%u` `%x` take integers, `%f` `%e` `%g` floats; `%%` is a per cent");
+            return false;
+        }
+        ++conversions;
+        if (next < values->size()) {
+            ExprPtr& value = (*values)[next++];
+            const Type given = value->type;
+            const bool fits =
+                given.is_numeric() && (given.base != Base::kFloat || wanted.base == Base::kFloat);
+            if (!fits) {
+                diag::Diagnostic& d = sink_->report(value->span, diag::kBadOperand, conversion,
+                                                    fmt::format("`{}`", type_name(given)));
+                if (given.is_numeric()) d.help("`%g` prints a float");
+                return false;
+            }
+            value = convert(std::move(value), {wanted.base, given.size});
+            for (int i = 0; i < given.size; ++i)
+                *out += fmt::format("{}{}", i == 0 ? "" : " ", conversion);
+        }
+        at += length - 1;
+    }
+    if (static_cast<size_t>(conversions) == values->size() - first) return true;
+    sink_->report(literal.span, diag::kArgumentCount, "the format",
+                  fmt::format("{} value{}", conversions, conversions == 1 ? "" : "s"),
+                  static_cast<int>(values->size() - first));
+    return false;
+}
+
+/// `printf("…", values)` and `assert(condition)`, which may have a format and values too.
+ExprPtr Checker::printf_call(const ast::Expr& expr) {
+    const std::string_view name = expr.args[0]->text;
+    const bool is_assert = name == "assert";
+    const size_t format = is_assert ? 2 : 1;
+    const bool has_format =
+        expr.args.size() > format && expr.args[format]->kind == ast::ExprKind::kStringLiteral;
+    const bool right = is_assert ? expr.args.size() == 2 || has_format : has_format;
+    if (!right) {
+        sink_->report(expr.args[0]->span, diag::kExpected,
+                      is_assert ? "`assert(condition)` or `assert(condition, \"format\", values)`"
+                                : "`printf(\"format\", values)`",
+                      "other arguments");
+        return poison(expr.span);
+    }
+    if (context_ == StageContext::kGlobal) {
+        sink_->report(expr.args[0]->span, diag::kStageMismatch, name, "called outside a stage");
+        return poison(expr.span);
+    }
+    ExprPtr out = make(ExprKind::kPrintf, kVoidType, expr.span);
+    out->is_assert = is_assert;
+    if (is_assert) out->args.push_back(condition(*expr.args[1]));
+    for (size_t i = format + 1; i < expr.args.size(); ++i)
+        out->args.push_back(expression(*expr.args[i]));
+    for (const ExprPtr& arg : out->args) {
+        if (arg->type.is_error()) return poison(expr.span);
+        const Expr* effect = side_effect(*arg);
+        if (effect == nullptr) continue;
+        sink_->report(effect->span, diag::kSideEffect, name)
+            .help("the call is compiled only when printing is on: move the side effect out of it");
+        return poison(expr.span);
+    }
+    // Every value is kept in memory until the line is printed; a vector counts per component.
+    size_t value_count = 0;
+    for (size_t i = is_assert ? 1 : 0; i < out->args.size(); ++i)
+        value_count += static_cast<size_t>(out->args[i]->type.size);
+    if (value_count > kMaxPrintedValues) {
+        sink_
+            ->report(expr.args[0]->span, diag::kTooComplex,
+                     fmt::format("{} values in one call; the limit is {}", value_count,
+                                 kMaxPrintedValues))
+            .help(fmt::format("split them over several calls of `{}`", name));
+        return poison(expr.span);
+    }
+    if (has_format) {
+        const bool ok = match_format(*expr.args[format], &out->args, is_assert ? 1 : 0, &out->text);
+        return ok ? std::move(out) : poison(expr.span);
+    }
+    out->text = "assertion failed";
+    return out;
+}
+
+}  // namespace openfab::check

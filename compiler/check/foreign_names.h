@@ -1,0 +1,22 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Names of other shading languages, and what to write in OpenFL. Functions return the text of a
+// help line, empty for other words.
+
+#include <string>
+#include <string_view>
+
+namespace openfab::check {
+
+/// Returns the OpenFL name of a type or function that only differs in name, else empty.
+std::string renamed_type(std::string_view name);
+std::string renamed_function(std::string_view name);
+
+std::string foreign_type_help(std::string_view name);
+std::string foreign_function_help(std::string_view name);
+std::string foreign_attribute_help(std::string_view name, bool surface);
+std::string foreign_name_help(std::string_view name);
+
+}  // namespace openfab::check

@@ -1,0 +1,28 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Help for syntax of other languages (GLSL, C++, Python, Rust) that OpenFL does not have. Names of
+// other languages are in compiler/check/foreign_names.h.
+
+#include <string>
+#include <string_view>
+
+namespace openfab::syntax {
+
+/// The tokens around an unexpected one; empty where there is none.
+struct Surroundings {
+    std::string_view first;     ///< of the statement or declaration
+    std::string_view previous;  ///< before the unexpected one
+    std::string_view found;
+    std::string_view next;
+};
+
+/// Returns a line of help, or "".
+std::string foreign_syntax_help(const Surroundings& at);
+
+/// The form of the varyings, for messages.
+extern const char* const kVaryingsForm;
+extern const char* const kSurfaceVaryingsForm;
+
+}  // namespace openfab::syntax

@@ -1,0 +1,247 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Targets: the parts of a variable or a value that swizzles, members and indices select. A varying
+// index selects one of several alternatives by a condition; it is clamped to the array, so that it
+// always selects an element.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <numeric>
+
+#include "compiler/ir/arithmetic.h"
+#include "compiler/translate/translate_state.h"
+
+namespace openfab::translate {
+
+using ir::Op;
+using ir::ValueId;
+
+namespace {
+
+constexpr size_t kMaxAlternatives = 4096;
+
+}  // namespace
+
+/// Returns the first component of member `index`, and the number of its components.
+std::pair<size_t, size_t> StageTranslator::member_range(const check::Type& type,
+                                                        size_t index) const {
+    const std::vector<check::StructMember>& members =
+        type.is(check::Base::kSurfacePoint) ? fablet_.point_members : type.record->members;
+    size_t first = 0;
+    for (size_t i = 0; i < index; ++i)
+        first += component_count(members[i].type);
+    return {first, component_count(members[index].type)};
+}
+
+/// Returns the condition under which a varying index, clamped to 0 … count - 1, is `k`.
+ValueId StageTranslator::index_is(ValueId index, int k, int count) {
+    const ir::Type type = emit_.type(index);
+    const auto number = [&](int value) {
+        return emit_.constant(type, static_cast<uint32_t>(value));
+    };
+    if (count == 1) return emit_.constant(true);
+    if (k == count - 1) return emit_.binary(Op::kGe, index, number(k));
+    return emit_.binary(k == 0 ? Op::kLe : Op::kEq, index, number(k));
+}
+
+/// Replaces each alternative of `target` by its element at the index.
+void StageTranslator::pick_element(const check::Expr& expr, Target* target) {
+    const check::Type& type = expr.args[0]->type;
+    const auto count = static_cast<size_t>(type.length());
+    const ValueId index = scalar(*expr.args[1]);
+    const auto element = [&](const Alternative& alternative, size_t k) {
+        const size_t width = alternative.lanes.size() / count;
+        const auto first = alternative.lanes.begin() + static_cast<ptrdiff_t>(k * width);
+        return std::vector<size_t>(first, first + static_cast<ptrdiff_t>(width));
+    };
+    if (emit_.is_constant(index)) {
+        const int32_t at = ir::as_int(emit_.instr(index).bits);
+        if (at < 0 || at >= type.length()) {
+            sink_->report(expr.args[1]->span, diag::kOutOfRange, "index", at, 0, type.length() - 1);
+        }
+        const size_t k = static_cast<size_t>(std::clamp(at, 0, type.length() - 1));
+        for (Alternative& alternative : target->alternatives)
+            alternative.lanes = element(alternative, k);
+        return;
+    }
+    if (target->alternatives.size() * count > kMaxAlternatives) {
+        if (!gave_up_) {
+            sink_->report(expr.span, diag::kTooComplex,
+                          fmt::format("a varying index that may pick more than {} elements",
+                                      kMaxAlternatives));
+        }
+        gave_up_ = true;
+        return;
+    }
+    std::vector<Alternative> alternatives;
+    for (size_t k = 0; k < count; ++k) {
+        const ValueId here = index_is(index, static_cast<int>(k), static_cast<int>(count));
+        for (const Alternative& alternative : target->alternatives) {
+            alternatives.push_back(
+                {emit_.logical_and(alternative.condition, here), element(alternative, k)});
+        }
+    }
+    target->alternatives = std::move(alternatives);
+}
+
+/// Called once per mention in the program: an index may have side effects.
+StageTranslator::Target StageTranslator::target(const check::Expr& expr) {
+    Target out;
+    const bool part = expr.kind == check::ExprKind::kSwizzle ||
+                      expr.kind == check::ExprKind::kMember || expr.kind == check::ExprKind::kIndex;
+    if (!part) {
+        const bool variable =
+            expr.kind == check::ExprKind::kVariable && frame_.variables.count(expr.symbol) != 0;
+        if (variable) {
+            out.symbol = expr.symbol;
+        } else {
+            out.value = expression(expr);
+        }
+        out.alternatives.push_back({emit_.constant(true), {}});
+        out.alternatives[0].lanes.resize(variable ? component_count(expr.type) : out.value.size());
+        std::iota(out.alternatives[0].lanes.begin(), out.alternatives[0].lanes.end(), size_t{0});
+        return out;
+    }
+    out = target(*expr.args[0]);
+    if (gave_up_) return {};
+    if (expr.kind == check::ExprKind::kIndex) {
+        pick_element(expr, &out);
+        return gave_up_ ? Target{} : out;
+    }
+    std::vector<size_t> picked(expr.lanes.begin(),
+                               expr.lanes.begin() + std::min(expr.type.size, 4));
+    if (expr.kind == check::ExprKind::kMember) {
+        const auto [first, count] = member_range(expr.args[0]->type, expr.bits);
+        picked.resize(count);
+        std::iota(picked.begin(), picked.end(), first);
+    }
+    for (Alternative& alternative : out.alternatives) {
+        std::vector<size_t> lanes;
+        for (size_t lane : picked)
+            lanes.push_back(alternative.lanes[lane]);
+        alternative.lanes = std::move(lanes);
+    }
+    return out;
+}
+
+/// Reports a read of a variable before it has a value.
+void StageTranslator::check_read(const Target& target, const source::Span& span) {
+    const check::Symbol& symbol = *target.symbol;
+    const Variable& v = variables_[variable_of(symbol)];
+    if (v.assigned.empty()) return;
+    const bool first_trip = first_trip_comes_here();
+    bool never = true;
+    bool maybe = false;
+    for (const Alternative& alternative : target.alternatives) {
+        bool unset = false;
+        for (size_t lane : alternative.lanes) {
+            const ValueId assigned = v.assigned[lane];
+            unset = unset || emit_.is_false(assigned) ||
+                    (first_trip && unassigned_in_first_trip(assigned));
+            maybe =
+                maybe || !(emit_.is_true(assigned) || is_implied(assigned, alternative.condition));
+        }
+        never = never && unset;
+    }
+    if (never) {
+        sink_->report(span, diag::kUninitialized, symbol.name)
+            .note(symbol.span, fmt::format("`{}` is declared here", symbol.name));
+    } else if (maybe && !outer_live_.empty()) {
+        return doubt(target, span);
+    } else if (maybe) {
+        report_maybe(symbol, span);
+    } else {
+        return;
+    }
+    take_as_assigned(target);
+}
+
+void StageTranslator::report_maybe(const check::Symbol& symbol, const source::Span& span) {
+    sink_->report(span, diag::kMaybeUninitialized, symbol.name)
+        .note(symbol.span, fmt::format("`{}` is declared here", symbol.name))
+        .help("give it a value where it is declared");
+}
+
+/// What the trips of a loop assign is known at its end only.
+void StageTranslator::doubt(const Target& target, const source::Span& span) {
+    const Variable& v = variables_[variable_of(*target.symbol)];
+    DoubtfulRead read{target.symbol, span, live_, {}};
+    for (const Alternative& alternative : target.alternatives) {
+        read.alternatives.push_back({alternative.condition, {}});
+        for (const size_t lane : alternative.lanes)
+            read.alternatives.back().assigned.push_back(v.assigned[lane]);
+    }
+    doubts_.push_back(std::move(read));
+}
+
+/// Marks a variable as assigned after a report, so that later reads are not reported too.
+void StageTranslator::take_as_assigned(const Target& target) {
+    Variable& v = variables_[variable_of(*target.symbol)];
+    for (const Alternative& alternative : target.alternatives) {
+        for (const size_t lane : alternative.lanes)
+            v.assigned[lane] = emit_.constant(true);
+    }
+}
+
+Value StageTranslator::read(const Target& target, const check::Expr& expr) {
+    if (target.alternatives.empty()) return zero(expr.type);
+    if (target.symbol != nullptr) check_read(target, expr.span);
+    const Value& whole =
+        target.symbol != nullptr ? variables_[variable_of(*target.symbol)].value : target.value;
+    // The last alternative applies where no condition before it holds.
+    Value out;
+    for (size_t lane : target.alternatives.back().lanes)
+        out.push_back(whole[lane]);
+    for (size_t p = target.alternatives.size() - 1; p-- > 0;) {
+        const Alternative& alternative = target.alternatives[p];
+        for (size_t i = 0; i < out.size(); ++i)
+            out[i] = emit_.select(alternative.condition, whole[alternative.lanes[i]], out[i]);
+    }
+    return out;
+}
+
+void StageTranslator::store(const Target& target, const Value& value) {
+    if (target.symbol == nullptr) return;
+    const VariableId id = variable_of(*target.symbol);
+    Variable v = variables_[id];
+    for (const Alternative& alternative : target.alternatives) {
+        for (size_t i = 0; i < alternative.lanes.size(); ++i) {
+            const size_t lane = alternative.lanes[i];
+            v.value[lane] = emit_.select(alternative.condition, value[i], v.value[lane]);
+            if (v.assigned.empty()) continue;
+            v.assigned[lane] =
+                emit_.select(alternative.condition, emit_.constant(true), v.assigned[lane]);
+        }
+    }
+    set(id, std::move(v));
+}
+
+/// Returns the indices that a texture, material or object value may have, ascending; all of 0 to
+/// `all` - 1 if unknown.
+std::vector<int32_t> StageTranslator::possible_indices(ValueId value, int32_t all) const {
+    std::vector<int32_t> out;
+    std::vector<ValueId> open = {value};
+    std::set<ValueId> seen;
+    while (!open.empty()) {
+        const ValueId id = open.back();
+        open.pop_back();
+        if (!seen.insert(id).second) continue;
+        const ir::Instr& instr = emit_.instr(id);
+        if (instr.op == Op::kConst) {
+            out.push_back(ir::as_int(instr.bits));
+        } else if (instr.op == Op::kSelect) {
+            open.push_back(instr.args[1]);
+            open.push_back(instr.args[2]);
+        } else {
+            out.resize(static_cast<size_t>(all));
+            std::iota(out.begin(), out.end(), 0);
+            return out;
+        }
+    }
+    std::sort(out.begin(), out.end());
+    out.erase(std::unique(out.begin(), out.end()), out.end());
+    return out;
+}
+
+}  // namespace openfab::translate

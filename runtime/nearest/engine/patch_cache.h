@@ -1,0 +1,96 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// LRU cache of the small trees of diced patches, built when a query first needs them, under a byte
+// budget. Answers do not depend on what is cached.
+
+#include <atomic>
+#include <memory>
+#include <vector>
+
+#include "base/lru_cache.h"
+#include "runtime/nearest/engine/patch_boxes.h"
+#include "runtime/nearest/tree/hierarchy.h"
+#include "runtime/nearest/tree/treelets.h"
+#include "runtime/surface/surface.h"
+
+namespace openfab::nearest {
+
+/// The tree of a diced patch.
+struct PatchTree {
+    Tree tree;
+    TreeView view;  ///< `nodes` is null if the patch has no triangle
+
+    size_t bytes() const { return tree.bytes(); }
+};
+
+/// Appends the micropolygons of a patch.
+void append_triangles(const surface::MicroMesh& mesh, int32_t patch,
+                      std::vector<InputTriangle>* out);
+
+/// Caches trees of displaced patches of any number of surfaces, under one budget.
+class PatchCache {
+    // The tree of a full tile takes about 100 kB.
+    static constexpr size_t kShardBytes = 8u << 20;
+
+  public:
+    explicit PatchCache(size_t budget_bytes) : trees_(budget_bytes, kShardBytes) {}
+    /// Changes a limit; call while no other thread uses the cache.
+    void set_budget(size_t bytes) { trees_.set_budget(bytes); }
+    void set_max_pinned(size_t bytes) { max_pinned_ = bytes; }
+    size_t max_pinned() const { return max_pinned_; }
+    /// Returns a surface id that is new in this and any other cache.
+    static int32_t new_surface_id() {
+        static std::atomic<int32_t> last{0};
+        return ++last;
+    }
+    /// Returns the tree of a patch, built if it is not cached. From any thread; two threads may
+    /// build the same patch at once, and both get the same tree unless it is larger than the cache.
+    /// `surface_id` is from new_surface_id().
+    std::shared_ptr<const PatchTree> get(const surface::Surface& surface, int32_t surface_id,
+                                         int32_t patch);
+
+  private:
+    LruCache<uint64_t, PatchTree> trees_;  ///< surface_id, patch
+    size_t max_pinned_ = kMaxPinnedBytes;
+};
+
+/// The sources of the trees of one surface.
+struct TreeSources {
+    PatchCache* cache;
+    const surface::Surface* surface;
+    int32_t surface_id;  ///< from PatchCache::new_surface_id()
+    const LazyTreelets* treelets;
+    PatchBoxes* boxes;
+};
+
+/// Pins the patches that one kernel call needs until it ends, so that its pointers stay valid; and
+/// longer while they are few (kHeldPatchBytes), as the next call mostly needs the same.
+///
+/// Pins at most PatchCache::max_pinned() bytes unless `all`: beyond that patches come back empty,
+/// the results of the call are invalid, and the caller must repeat it in smaller parts.
+class PatchPins {
+  public:
+    /// Begins a call.
+    void begin(const TreeSources& sources, bool all = false);
+    /// Ends the call; returns false if patches were left out.
+    bool end();
+    /// PatchSource::fetch: returns the tree of a patch, which it pins, or of a treelet, which needs
+    /// no pin. `context` is a PatchPins.
+    static const TreeView* fetch(void* context, int32_t id);
+
+  private:
+    const TreeView* pin(int32_t patch);
+    void release();
+    void rehash(size_t slots);
+
+    TreeSources sources_{};
+    std::vector<std::pair<int32_t, std::shared_ptr<const PatchTree>>> pins_;
+    size_t bytes_ = 0;      // of the pinned trees
+    size_t max_bytes_ = 0;  // their limit in this call
+    bool left_out_ = false;
+    std::vector<int32_t> table_;  // index in pins_ + 1; power of two, at most half full
+};
+
+}  // namespace openfab::nearest

@@ -1,0 +1,208 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/nearest/tree/leaf_features.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/vec.h"
+#include "runtime/nearest/tree/hierarchy.h"
+
+namespace openfab::nearest {
+namespace {
+
+/// Widest read of the kernels, in lanes; the last ones may be unused.
+constexpr size_t kMaxLanes = 16;
+constexpr size_t kMaxFeatures = 64;  ///< per leaf
+static_assert(kMaxLeafTriangles * (1 + 3 + 3) <= kMaxFeatures);
+constexpr float kMaxValue = 32767;  ///< of a half-space
+
+Vec3f to_vec(const float* v) {
+    return {v[0], v[1], v[2]};
+}
+
+size_t features_of(const LeafFeatures& leaf, const Node& node) {
+    return node.count() + size_t{leaf.edges} + leaf.vertices;
+}
+
+/// Collects the half-spaces of one leaf before rounding, the same for all kinds of features.
+class LeafHalfSpaces {
+  public:
+    explicit LeafHalfSpaces(const LeafFeatures& leaf) : origin_(to_vec(leaf.origin)) {}
+
+    /// Adds the feature's next half-space: up to `at` along the unit vector `outwards`, or a
+    /// shorter one. A longer one, from an underflow of squared lengths, is left empty.
+    void add(const Vec3f& outwards, const Vec3f& at) {
+        const bool usable = dot(outwards, outwards) < 1.00001f;
+        const Vec3f from_origin = at - origin_;
+        for (int c = 0; c < 3; ++c) {
+            outwards_[half_space_][c][feature_] = usable ? outwards[c] : 0;
+            at_[half_space_][c][feature_] = from_origin[c];
+        }
+        ++half_space_;
+    }
+    void next_feature() {
+        for (; half_space_ < kHalfSpaces;)
+            add({0, 0, 0}, origin_);
+        half_space_ = 0;
+        ++feature_;
+    }
+    /// Writes the values row after row, and a few more beyond the end.
+    void write(float step, int16_t* values) {
+        const size_t features = feature_;
+        while (feature_ % kTogether != 0)
+            next_feature();
+        const float per_step = step > 0 ? 1 / step : 0;
+        for (size_t half_space = 0; half_space < kHalfSpaces; ++half_space) {
+            float offset[kMaxFeatures];
+            std::fill_n(offset, feature_, 0.0f);
+            for (size_t c = 0; c < 3; ++c, values += features) {
+                for (size_t l = 0; l < feature_; l += kTogether)
+                    round(outwards_[half_space][c] + l, at_[half_space][c] + l, offset + l,
+                          values + l);
+            }
+            for (size_t l = 0; l < feature_; l += kTogether)
+                round_offsets(offset + l, per_step, values + l);
+            values += features;
+        }
+    }
+
+  private:
+    static constexpr size_t kTogether = 4;
+
+    /// Rounds down a value in the range of a half-space, or 2^-8 beyond it.
+    static int32_t floor_of(float x) { return static_cast<int32_t>(x + 0x1p15f) - 0x8000; }
+    static void round(const float* outwards, const float* at, float* offset, int16_t* values) {
+        for (size_t l = 0; l < kTogether; ++l) {
+            const int32_t v = floor_of(outwards[l] * kMaxValue + 0.5f);
+            values[l] = static_cast<int16_t>(v);
+            offset[l] -= static_cast<float>(v) * (1 / HalfSpaces::kUnit) * at[l];
+        }
+    }
+    /// Rounds down, so that half-spaces do not grow.
+    static void round_offsets(const float* offset, float per_step, int16_t* values) {
+        for (size_t l = 0; l < kTogether; ++l)
+            values[l] = static_cast<int16_t>(floor_of(offset[l] * per_step));
+    }
+
+    Vec3f origin_;
+    size_t feature_ = 0, half_space_ = 0;
+    float outwards_[kHalfSpaces][3][kMaxFeatures], at_[kHalfSpaces][3][kMaxFeatures];
+};
+
+void add_face(const TriangleFrame& face, const TriangleDetail& detail, LeafHalfSpaces* to) {
+    const Vec3f v[3] = {to_vec(face.v0), to_vec(detail.v1), to_vec(detail.v2)};
+    for (int i = 0; i < 3; ++i)
+        to->add(to_vec(face.m[i]) * -1.0f, v[i]);
+    to->next_feature();
+}
+
+void add_edge(const EdgeFeature& edge, const EdgeHalfSpaces& half_spaces, LeafHalfSpaces* to) {
+    const Vec3f a = to_vec(edge.a), ab = to_vec(edge.ab);
+    const Vec3f along = ab * (1.0f / std::sqrt(edge.length2));
+    to->add(to_vec(half_spaces.wing[0]), a);
+    to->add(to_vec(half_spaces.wing[1]), a);
+    to->add(along * -1.0f, a);
+    to->add(along, a + ab);
+    to->next_feature();
+}
+
+/// Adds a vertex with its most useful edges: the one that leads most into the part, which excludes
+/// convex vertices as seen from there, then those in the widest gaps.
+void add_vertex(const VertexFeature& vertex, const VertexHalfSpaces& half_spaces,
+                const Vec3f& normal, LeafHalfSpaces* to) {
+    constexpr size_t kCandidates = VertexHalfSpaces::kMaxDirections;
+    constexpr float kNone = 2;  // more than any cosine
+    float x[kCandidates], y[kCandidates], z[kCandidates], first[kCandidates], gap[kCandidates];
+    for (size_t i = 0; i < kCandidates; ++i) {
+        const Vec3f d = to_vec(half_spaces.direction[i]);
+        x[i] = d.x, y[i] = d.y, z[i] = d.z;
+        // Means of edges are shorter.
+        const bool is_edge = dot(d, d) > 0.99f;
+        first[i] = is_edge ? dot(d, normal) : kNone;
+        gap[i] = is_edge ? -1 : kNone;
+    }
+    const float* cost = first;
+    for (int k = 0; k < kHalfSpaces; ++k, cost = gap) {
+        size_t best = 0;
+        for (size_t i = 1; i < kCandidates; ++i)
+            best = cost[i] < cost[best] ? i : best;
+        if (cost[best] == kNone) break;
+        const Vec3f taken = to_vec(half_spaces.direction[best]);
+        to->add(taken, to_vec(vertex.v));
+        for (size_t i = 0; i < kCandidates; ++i)
+            gap[i] = std::max(gap[i], x[i] * taken.x + y[i] * taken.y + z[i] * taken.z);
+        gap[best] = kNone;
+    }
+    to->next_feature();
+}
+
+/// Returns the least step with which the offsets of all its features' points fit.
+float offset_step(const Tree& tree, const Node& node, const LeafFeatures& leaf) {
+    float farthest2 = 0;
+    const auto add = [&](const Vec3f& v) {
+        const Vec3f d = v - to_vec(leaf.origin);
+        farthest2 = std::max(farthest2, dot(d, d));
+    };
+    for (size_t i = node.first(); i < node.first() + node.count(); ++i) {
+        add(to_vec(tree.frames[i].v0));
+        add(to_vec(tree.details[i].v1));
+        add(to_vec(tree.details[i].v2));
+    }
+    return std::sqrt(farthest2) * 1.001f / kMaxValue;
+}
+
+void write(const Tree& tree, const Features& f, const Node& node, const LeafFeatures& leaf,
+           int16_t* values) {
+    LeafHalfSpaces all(leaf);
+    for (size_t i = node.first(); i < node.first() + node.count(); ++i)
+        add_face(tree.frames[i], tree.details[i], &all);
+    for (size_t i = leaf.first_edge; i < leaf.first_edge + size_t{leaf.edges}; ++i)
+        add_edge(f.edges[i], f.edge_half_spaces[i], &all);
+    for (size_t i = leaf.first_vertex; i < leaf.first_vertex + size_t{leaf.vertices}; ++i)
+        add_vertex(f.vertices[i], f.vertex_half_spaces[i],
+                   to_vec(tree.frames[f.vertices[i].owner()].n), &all);
+    all.write(leaf.step, values);
+}
+
+LeafFeatures of_leaf(const Tree& tree, const Features& f, const Node& node) {
+    LeafFeatures leaf;
+    const size_t first = node.first(), end = first + node.count();
+    leaf.first_edge = f.first_edge[first];
+    leaf.first_vertex = f.first_vertex[first];
+    leaf.edges = static_cast<uint16_t>(f.first_edge[end] - leaf.first_edge);
+    leaf.vertices = static_cast<uint16_t>(f.first_vertex[end] - leaf.first_vertex);
+    std::copy_n(tree.frames[first].v0, 3, leaf.origin);
+    leaf.step = offset_step(tree, node, leaf);
+    for (size_t i = leaf.first_edge; i < f.first_edge[end]; ++i)
+        leaf.inv_reach = std::max(leaf.inv_reach, f.edge_half_spaces[i].inv_reach);
+    for (size_t i = leaf.first_vertex; i < f.first_vertex[end]; ++i)
+        leaf.inv_reach = std::max(leaf.inv_reach, f.vertex_half_spaces[i].inv_reach);
+    return leaf;
+}
+
+}  // namespace
+
+void make_leaf_features(const Features& features, Tree* tree) {
+    tree->leaves.resize(tree->nodes.size());
+    size_t used = 0;
+    const auto each_leaf = [&](const auto& visit) {
+        for (size_t i = 0; i < tree->nodes.size(); ++i) {
+            const Node& node = tree->nodes[i];
+            if (node.is_leaf() && node.count() != 0) visit(node, &tree->leaves[i]);
+        }
+    };
+    each_leaf([&](const Node& node, LeafFeatures* leaf) {
+        *leaf = of_leaf(*tree, features, node);
+        leaf->first_half_space = static_cast<uint32_t>(used);
+        used += features_of(*leaf, node);
+    });
+    std::vector<int16_t>& values = tree->half_spaces.values;
+    values.resize(used * HalfSpaces::kValues + kMaxLanes);
+    each_leaf([&](const Node& node, const LeafFeatures* leaf) {
+        write(*tree, features, node, *leaf,
+              values.data() + leaf->first_half_space * HalfSpaces::kValues);
+    });
+}
+
+}  // namespace openfab::nearest

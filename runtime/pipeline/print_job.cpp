@@ -1,0 +1,691 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/pipeline/print_job.h"
+
+#include <fmt/format.h>
+#include <tbb/global_control.h>
+#include <tbb/info.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_pipeline.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <semaphore>
+
+#include "abi/halide_hooks.h"
+#include "base/check.h"
+#include "base/clock.h"
+#include "runtime/pipeline/check.h"
+#include "runtime/pipeline/grid.h"
+#include "runtime/pipeline/plan.h"
+#include "runtime/pipeline/provenance.h"
+#include "runtime/pipeline/slab.h"
+#include "runtime/pipeline/slice_totals.h"
+
+namespace openfab::pipeline {
+
+namespace {
+
+/// Encoded slices of one slab, waiting to be committed in order.
+struct FinishedSlices {
+    int32_t first = 0, end = 0;
+    abi::KernelStatus status;
+    std::string kernel_error;
+    Result<void> surfaces;  ///< an error where a surface kernel has failed
+    struct Slice {
+        int32_t z = 0;
+        SliceTotals totals;
+        std::vector<uint8_t> bytes;
+    };
+    std::vector<Slice> slices;
+    volume::PrintfLog log;
+};
+
+int64_t solid_of(const SliceTotals& totals) {
+    return std::accumulate(totals.by_code.begin() + 1, totals.by_code.end(), int64_t{0});
+}
+
+/// Takes finished slabs in order, from one thread at a time, and commits their slices to the sink.
+class SliceCommitter {
+  public:
+    SliceCommitter(pipeline::SliceSink& sink,
+                   const std::function<void(const ProgressEvent&)>& progress,
+                   const std::atomic<bool>& interrupt, const pipeline::PrintInfo& info,
+                   const std::function<void(const std::string&)>& print_line)
+        : sink_(sink),
+          progress_(progress),
+          info_(info),
+          print_line_(print_line),
+          stop_{interrupt} {}
+
+    /// Returns whether to stop printing: interrupted, or something failed.
+    bool stopped() const { return stop_.requested(); }
+    const StopFlags& stop_flags() const { return stop_; }
+
+    void commit(FinishedSlices slab) {
+        if (failed_ || ended_) return;
+        if (!slab.status.ok()) {
+            ended_ = true;
+            stop_.failed.store(true);
+            if (slab.status.is_stopped()) return;
+            fail(internal_error(fmt::format("slices {} to {}: a kernel failed with code {}: {}",
+                                            slab.first, slab.end - 1, slab.status.code(),
+                                            slab.kernel_error)));
+            return;
+        }
+        if (!show_log(slab.log)) return;
+        if (!slab.surfaces) return fail(slab.surfaces.error());
+        for (const FinishedSlices::Slice& slice : slab.slices) {
+            if (slice.z < info_.slice_begin + resumed_) {
+                if (!matches_resumed_slice(slice)) return;
+                continue;
+            }
+            OPENFAB_CHECK_EQ(slice.z, info_.slice_begin + slices_);  // the sink takes them in order
+            const double start = seconds_now();
+            const Result<void> written = sink_.commit(slice.z, slice.bytes);
+            seconds_commit_ += seconds_now() - start;
+            if (!written) {
+                fail(written.error());
+                return;
+            }
+            if (slices_ == resumed_) first_slice_ = process_age_seconds();
+            ++slices_;
+            totals_.add(slice.totals);
+            report();
+        }
+    }
+
+    /// Counts a slice that an earlier print has written; returns false to stop.
+    bool count_resumed(const pipeline::SliceView& slice) {
+        OPENFAB_CHECK_EQ(slice.z, info_.slice_begin + slices_);
+        const SliceTotals totals = count_slice(slice, info_.bits);
+        last_resumed_[static_cast<size_t>(slice.z & 7)] = totals.hash;
+        totals_.add(totals);
+        ++slices_;
+        resumed_ = slices_;
+        return !stop_.requested();
+    }
+    int32_t resumed() const { return resumed_; }
+    void end_resumed() {
+        solid_resumed_ = solid_of(totals_);
+        if (info_.support_code != 0) solid_resumed_ -= totals_.by_code[info_.support_code];
+    }
+    int64_t solid_resumed() const { return solid_resumed_; }
+
+    void fail(Error error) {
+        failed_ = true;
+        stop_.failed.store(true);
+        error_ = std::move(error);
+    }
+
+    bool failed() const { return failed_; }
+    const Error& error() const { return error_; }
+    int32_t slices() const { return slices_; }
+    const SliceTotals& totals() const { return totals_; }
+    double first_slice() const { return first_slice_; }
+    double seconds_commit() const { return seconds_commit_; }
+
+    /// Logs how many lines of each printf were left out.
+    void end_log() {
+        if (!print_line_) return;
+        for (const auto& [print, count] : log_.left_out()) {
+            print_line_(fmt::format("{}:{}: {} more line{} not shown", print->source, print->line,
+                                    count, count == 1 ? "" : "s"));
+        }
+    }
+
+  private:
+    /// Prints the log of a slab's voxels; returns false at a failed assertion.
+    bool show_log(volume::PrintfLog& log) {
+        if (log.empty()) return true;
+        const size_t shown = log_.lines().size();
+        log_.append(&log);
+        for (size_t i = shown; i < log_.lines().size(); ++i) {
+            const volume::PrintfLog::Line& line = log_.lines()[i];
+            if (line.print->is_assert != 0) {
+                fail(user_error(line.text));
+                return false;
+            }
+            if (print_line_) print_line_(line.text);
+        }
+        return true;
+    }
+
+    /// Resumed slices must be those that this print makes: those of the first slab are printed
+    /// again to check.
+    bool matches_resumed_slice(const FinishedSlices::Slice& slice) {
+        if (slice.totals.hash == last_resumed_[static_cast<size_t>(slice.z & 7)]) return true;
+        fail(user_error(fmt::format(
+            "slice {} differs from the one already written: the program or an input has changed "
+            "since; start over without `--resume`",
+            slice.z)));
+        return false;
+    }
+
+    void report() {
+        if (!progress_) return;
+        const int64_t slice_voxels = int64_t{info_.size.x} * info_.size.y;
+        ProgressEvent event;
+        event.slices_done = slices_;
+        event.slices_total = info_.slice_end - info_.slice_begin;
+        event.voxels_done = slices_ * slice_voxels;
+        event.voxels_total = event.slices_total * slice_voxels;
+        event.seconds = process_age_seconds();
+        progress_(event);
+    }
+
+    pipeline::SliceSink& sink_;
+    const std::function<void(const ProgressEvent&)>& progress_;
+    const pipeline::PrintInfo& info_;
+    const std::function<void(const std::string&)>& print_line_;
+    volume::PrintfLog log_;
+    StopFlags stop_;
+    bool failed_ = false, ended_ = false;
+    Error error_;
+    int32_t slices_ = 0;  ///< including resumed ones
+    int32_t resumed_ = 0;
+    std::array<uint64_t, 8> last_resumed_{};  ///< hashes, by z modulo 8
+    int64_t solid_resumed_ = 0;
+    SliceTotals totals_;
+    double first_slice_ = 0, seconds_commit_ = 0;
+};
+
+Error interrupted_early() {
+    return Error{ErrorCode::kInterrupted, "interrupted before the first slice"};
+}
+
+class PrintJobImpl final : public PrintJob {
+  public:
+    PrintJobImpl(PrintInput input, PrintOptions options)
+        : input_(std::move(input)), options_(std::move(options)) {}
+
+    Result<void> set_up();
+    const pipeline::PrintInfo& info() const override { return info_; }
+    PrintEstimate estimate() const override;
+    Result<void> run(pipeline::SliceSink& sink,
+                     const std::function<void(const ProgressEvent&)>& progress,
+                     const std::atomic<bool>& interrupt, PrintStatistics* statistics) override;
+
+  private:
+    bool owns_surface(size_t part) const { return owners_[part] == static_cast<int32_t>(part); }
+    void place_parts(const std::shared_ptr<nearest::PatchCache>& trees, size_t crossing_bytes);
+    Result<void> surface_status() const;
+    Result<void> resume(pipeline::SliceSink& sink, SliceCommitter* committer);
+    Result<void> set_up_support();
+    int32_t model_materials() const;
+    void print_slabs(pipeline::SliceSink& sink, SliceCommitter* committer);
+    void print_first_slab(int32_t slab, const pipeline::SliceSink& sink, SliceCommitter* committer);
+    FinishedSlices print_slab(int32_t slab, const pipeline::SliceSink& sink,
+                              SliceCommitter* committer);
+    FinishedSlices print_slices(int32_t first, int32_t end, abi::KernelStatus begun, SlabRun* run,
+                                const pipeline::SliceSink& sink, SliceCommitter* committer);
+    void encode(const pipeline::SliceSink& sink, const SlabRun& run, FinishedSlices* finished);
+    void fill_statistics(const SliceCommitter& committer, PrintStatistics* statistics);
+
+    PrintInput input_;
+    PrintOptions options_;
+    part::Grid grid_;
+    Vec2<int32_t> range_;
+    pipeline::PrintInfo info_;
+    std::vector<int32_t> owners_;  ///< by part: the first one with its surface
+    std::vector<std::shared_ptr<const surface::Surface>> surfaces_;  ///< by part
+    std::vector<std::unique_ptr<volume::PlacedPart>> parts_;
+    SlabSetup setup_;
+    std::unique_ptr<const support_material::DepthMap> support_;
+    MemoryPlan plan_;
+    int32_t threads_ = 1;
+    double seconds_set_up_ = 0;
+    Pool<SlabRun> runs_;
+    Pool<volume::BlockEvaluator> evaluators_;
+    std::optional<std::counting_semaphore<>> encoders_;  ///< limits concurrent encodes
+    std::mutex encode_mutex_;
+    double seconds_encode_ = 0, seconds_count_ = 0;
+};
+
+Result<void> PrintJobImpl::set_up() {
+    const double start = seconds_now();
+    threads_ = options_.threads > 0 ? options_.threads : tbb::info::default_concurrency();
+    options_.isa = abi::best_isa(options_.isa);
+    if (const Result<void> checked = check_input(input_, options_); !checked)
+        return checked.error();
+
+    const int64_t textures = texture_bytes(input_.parts);
+    surface::SurfaceOptions surface_options;
+    surface_options.micro_edge_mm =
+        std::cbrt(input_.pitch_mm.x * input_.pitch_mm.y * input_.pitch_mm.z);
+    surface_options.isa = options_.isa;
+    surface_options.infer_identity = options_.infer_identity;
+    surface_options.stop = options_.interrupt;
+    owners_ = volume::surface_owners(input_.parts);
+    size_t displaced = 0, displaced_parts = 0;
+    for (size_t i = 0; i < owners_.size(); ++i) {
+        if (input_.parts[i].fablet->has_surface == 0) continue;
+        ++displaced_parts;
+        displaced += owns_surface(i) ? 1 : 0;
+    }
+    const int64_t before = resident_bytes();
+    CacheBudgets budgets = cache_budgets(options_, before, textures, displaced, displaced_parts);
+    surface_options.cache_bytes = budgets.micropolygons;
+    if (const Result<void> split = volume::split_meshes(owners_, surface_options, &input_.parts);
+        !split)
+        return split.error();
+    int64_t room = 0;
+    for (size_t i = 0; i < owners_.size(); ++i)
+        room += owns_surface(i) ? surface_bytes(input_.parts[i]) : 0;
+    if (const Result<void> fits = check_memory(room, options_); !fits) return fits.error();
+    auto surfaces = volume::make_surfaces(input_.parts, owners_, surface_options);
+    if (!surfaces) return surfaces.error();
+    surfaces_ = std::move(*surfaces);
+    if (options_.interrupted()) return interrupted_early();
+    room = 0;
+    for (size_t i = 0; i < owners_.size(); ++i) {
+        if (owns_surface(i))
+            room += tree_bytes(*surfaces_[i], volume::asks_surface(*input_.parts[i].fablet));
+    }
+    if (const Result<void> fits = check_memory(room, options_); !fits) return fits.error();
+
+    Result<part::Grid> grid =
+        make_grid(input_.parts, surfaces_, input_.pitch_mm,
+                  abi::voxel_bits(static_cast<int32_t>(input_.materials.size())), input_.crop_mm);
+    if (options_.interrupted()) return interrupted_early();
+    if (!grid) return grid.error();
+    if (const Result<void> diced = surface_status(); !diced) return diced.error();
+    grid_ = *grid;
+    Result<Vec2<int32_t>> range = slice_range(grid_, options_);
+    if (!range) return range.error();
+    range_ = *range;
+
+    for (size_t i = 0; i < input_.parts.size(); ++i) {
+        parts_.push_back(std::make_unique<volume::PlacedPart>(input_.parts[i]));
+        parts_.back()->index = static_cast<int32_t>(i);
+        parts_.back()->surface = surfaces_[i];
+        setup_.order.push_back(static_cast<int32_t>(i));
+    }
+    const std::shared_ptr<nearest::PatchCache> trees = nearest::make_patch_cache(budgets.trees);
+    const size_t pinned = max_pinned_bytes(options_, threads_);
+    nearest::set_max_pinned(trees.get(), pinned);
+    place_parts(trees, budgets.crossings);
+    volume::resolve_object_queries(parts_, options_.isa, trees);
+    if (options_.interrupted()) return interrupted_early();
+    std::sort(setup_.order.begin(), setup_.order.end(), [&](int32_t a, int32_t b) {
+        const int32_t pa = parts_[a]->part->priority;
+        const int32_t pb = parts_[b]->part->priority;
+        return pa != pb ? pa > pb : a > b;
+    });
+    setup_.parts = &parts_;
+    setup_.stages = abi::find_stage_set(model_materials());
+    setup_.bits = abi::voxel_bits(static_cast<int32_t>(input_.materials.size()));
+    setup_.isa = options_.isa;
+    setup_.dither = *dither::find_dither(options_.dither);
+    setup_.seed = options_.seed;
+    setup_.size = grid_.size;
+    setup_.culling = options_.culling;
+    setup_.interrupt = options_.interrupt;
+
+    if (const Result<void> made = set_up_support(); !made) return made.error();
+    if (options_.interrupted()) return interrupted_early();
+    const int64_t columns = int64_t{grid_.size.x} * grid_.size.y;
+    const int64_t encode = options_.encode_bytes_per_column * columns;
+    int32_t encoders = encode == 0 ? threads_
+                                   : static_cast<int32_t>(std::clamp<int64_t>(
+                                         options_.memory_bytes / 3 / encode, 1, threads_));
+    MemoryNeeds needs =
+        memory_needs(parts_, grid_.size, setup_.stages->materials, setup_.bits, pinned);
+    const bool dices = std::any_of(surfaces_.begin(), surfaces_.end(),
+                                   [](const auto& surface) { return !surface->identity(); });
+    const auto total_cache_bytes = [&](const CacheBudgets& caches) {
+        size_t sum = 0;
+        for (size_t i = 0; i < surfaces_.size(); ++i) {
+            if (surfaces_[i]->identity()) continue;
+            sum += caches.crossings + (owns_surface(i) ? caches.micropolygons : 0);
+        }
+        return static_cast<int64_t>(sum) + (dices ? resident_trees(caches.trees) : 0);
+    };
+    needs.fixed += textures + options_.sink_bytes_per_column * columns;
+    const int32_t slabs = (range_.y + 7) / 8 - range_.x / 8;
+    const auto plan_with = [&](const CacheBudgets& caches) {
+        MemoryNeeds all = needs;
+        all.fixed += total_cache_bytes(caches) + encode * encoders;
+        return make_plan(all, options_, threads_, slabs);
+    };
+    Result<MemoryPlan> plan = plan_with(budgets);
+    if (!plan) {
+        budgets = min_cache_budgets(displaced, displaced_parts);
+        for (const auto& surface : surfaces_)
+            surface->set_cache_bytes(budgets.micropolygons);
+        plan = plan_with(budgets);
+    }
+    for (; !plan && encoders > 1; plan = plan_with(budgets))
+        --encoders;
+    encoders_.emplace(encoders);
+    if (!plan) return plan.error();
+    plan_ = *plan;
+    if (dices) {
+        // Trees get a share of what the plan leaves: a slab needs those of the one before, and
+        // building them again takes longer than anything else.
+        const int64_t over = (options_.memory_bytes - plan_.total_bytes) / 3;
+        plan_.total_bytes += resident_trees(static_cast<size_t>(over));
+        nearest::set_budget(trees.get(), budgets.trees + static_cast<size_t>(over));
+    }
+    setup_.rows_in_flight = plan_.rows_in_flight;
+
+    info_.size = grid_.size;
+    info_.pitch_mm = grid_.pitch_mm;
+    info_.origin_mm = grid_.origin_mm;
+    info_.slice_begin = range_.x;
+    info_.slice_end = range_.y;
+    info_.bits = setup_.bits;
+    info_.materials = input_.materials;
+    info_.support_code = input_.support_code;
+    info_.printer = input_.printer;
+    info_.title = input_.title;
+    info_.seed = options_.seed;
+    info_.provenance = provenance(input_, options_);
+    seconds_set_up_ = seconds_now() - start;
+    return {};
+}
+
+/// Returns the number of materials that fablets can name: support, where it is the last material
+/// and not one of theirs, is added after the stages.
+int32_t PrintJobImpl::model_materials() const {
+    const auto all = static_cast<int32_t>(input_.materials.size());
+    if (input_.support_code != all) return all;
+    for (const part::Part& part : input_.parts) {
+        for (const uint8_t code : part.slot_material) {
+            if (code == all) return all;
+        }
+    }
+    return all - 1;
+}
+
+Result<void> PrintJobImpl::set_up_support() {
+    if (input_.support_code == 0) return {};
+    std::vector<support_material::SupportedPart> supported;
+    for (const auto& part : parts_) {
+        if (part->part->support)
+            supported.push_back({part->part, part->surface.get(), part->patches.get(), part->box});
+    }
+    Result<support_material::DepthMap> map = support_material::DepthMap::create(
+        supported, grid_, options_.memory_bytes - resident_bytes());
+    if (!map) return map.error();
+    support_ = std::make_unique<const support_material::DepthMap>(std::move(*map));
+    setup_.support = {support_.get(), static_cast<uint8_t>(input_.support_code)};
+    return {};
+}
+
+// In parallel: parts that own their surface first, since the others share theirs.
+void PrintJobImpl::place_parts(const std::shared_ptr<nearest::PatchCache>& trees,
+                               size_t crossing_bytes) {
+    for (const bool owners : {true, false}) {
+        tbb::parallel_for(size_t{0}, parts_.size(), [&](size_t i) {
+            if (owns_surface(i) != owners) return;
+            parts_[i]->set_grid(grid_, options_.isa, trees, crossing_bytes, *parts_[owners_[i]]);
+        });
+    }
+}
+
+PrintEstimate PrintJobImpl::estimate() const {
+    // Voxels of the grid per second and thread, typical of one evaluated layer around a culled
+    // core.
+    constexpr double kTypicalRate = 15e6;
+    PrintEstimate estimate;
+    estimate.size = grid_.size;
+    estimate.voxels_total = int64_t{grid_.size.x} * grid_.size.y * (range_.y - range_.x);
+    estimate.memory_bytes = plan_.total_bytes;
+    estimate.seconds = static_cast<double>(estimate.voxels_total) / (kTypicalRate * threads_);
+    return estimate;
+}
+
+Result<void> PrintJobImpl::run(pipeline::SliceSink& sink,
+                               const std::function<void(const ProgressEvent&)>& progress,
+                               const std::atomic<bool>& interrupt, PrintStatistics* statistics) {
+    SliceCommitter committer(sink, progress, interrupt, info_, options_.print_line);
+    if (const Result<void> begun = resume(sink, &committer); !begun) {
+        committer.fail(begun.error());
+    } else {
+        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
+                                        static_cast<size_t>(threads_));
+        tbb::task_arena arena(threads_);
+        arena.execute([&] { print_slabs(sink, &committer); });
+    }
+    committer.end_log();
+    const bool complete = !committer.failed() && committer.slices() == range_.y - range_.x;
+
+    pipeline::PrintTotals totals;
+    totals.complete = complete;
+    const SliceTotals& counted = committer.totals();
+    totals.voxels_by_code.assign(
+        counted.by_code.begin(),
+        counted.by_code.begin() + static_cast<std::ptrdiff_t>(input_.materials.size() + 1));
+    totals.voxels_solid = solid_of(counted);
+    totals.hash = counted.hash;
+    totals.tight = counted.tight;
+    const Result<void> finished = sink.finish(totals);
+    if (!finished && !committer.failed()) committer.fail(finished.error());
+
+    fill_statistics(committer, statistics);
+    statistics->complete = complete && !committer.failed();
+    statistics->voxels_by_code = totals.voxels_by_code;
+    if (input_.support_code != 0) {
+        statistics->voxels_support = totals.voxels_by_code[input_.support_code];
+    }
+    statistics->voxels_solid = totals.voxels_solid - statistics->voxels_support;
+    if (committer.failed()) return committer.error();
+    if (!complete) {
+        return Error{ErrorCode::kInterrupted,
+                     fmt::format("interrupted after {} of {} slices; what was written is kept",
+                                 committer.slices(), range_.y - range_.x)};
+    }
+    return {};
+}
+
+/// Begins the sink, and counts slices that an earlier print has written.
+Result<void> PrintJobImpl::resume(pipeline::SliceSink& sink, SliceCommitter* committer) {
+    if (const Result<void> begun = sink.begin(info_); !begun) return begun;
+    const Result<int32_t> resumed = sink.resume(
+        [&](const pipeline::SliceView& slice) { return committer->count_resumed(slice); });
+    if (!resumed) return resumed.error();
+    committer->end_resumed();
+    return {};
+}
+
+/// A patch whose kernel failed is empty in all slabs from the first that needed it.
+Result<void> PrintJobImpl::surface_status() const {
+    for (size_t i = 0; i < surfaces_.size(); ++i) {
+        if (!owns_surface(i)) continue;
+        const Result<void> status = surfaces_[i]->status();
+        if (status) continue;
+        return with_context(status.error(), fmt::format("part `{}`: ", input_.parts[i].name));
+    }
+    return {};
+}
+
+void PrintJobImpl::print_slabs(pipeline::SliceSink& sink, SliceCommitter* committer) {
+    if (committer->slices() == range_.y - range_.x) return;
+    // Start with the slab of the last resumed slice.
+    int32_t next = (range_.x + std::max(committer->resumed() - 1, 0)) / 8;
+    const int32_t end = (range_.y + 7) / 8;
+    // The first slab runs alone: all threads work on its rows, and the first slices are early.
+    if (next < end) print_first_slab(next++, sink, committer);
+    const auto source = [&](tbb::flow_control& control) {
+        if (next >= end || committer->stopped()) {
+            control.stop();
+            return int32_t{0};
+        }
+        return next++;
+    };
+    const auto print = [&](int32_t slab) {
+        return std::make_shared<FinishedSlices>(print_slab(slab, sink, committer));
+    };
+    const auto commit = [&](const std::shared_ptr<FinishedSlices>& finished) {
+        committer->commit(std::move(*finished));
+    };
+    // A slab's token is released when its slices are written, which throttles the others if the
+    // sink is slow.
+    using Finished = std::shared_ptr<FinishedSlices>;
+    tbb::parallel_pipeline(
+        static_cast<size_t>(plan_.slabs_in_flight),
+        tbb::make_filter<void, int32_t>(tbb::filter_mode::serial_in_order, source) &
+            tbb::make_filter<int32_t, Finished>(tbb::filter_mode::parallel, print) &
+            tbb::make_filter<Finished, void>(tbb::filter_mode::serial_in_order, commit));
+}
+
+void PrintJobImpl::print_first_slab(int32_t slab, const pipeline::SliceSink& sink,
+                                    SliceCommitter* committer) {
+    SlabRun* run = runs_.take([&] { return std::make_unique<SlabRun>(setup_); });
+    const abi::KernelStatus begun = run->begin(slab, &evaluators_);
+    int32_t first = std::max(8 * slab, range_.x);
+    const int32_t end = std::min(8 * slab + 8, range_.y);
+    // printf lines are ordered by column of a slab, which printing a single slice would break.
+    const bool has_printf = std::any_of(parts_.begin(), parts_.end(), [](const auto& p) {
+        return p->part->fablet->volume_segments.printf_count > 0;
+    });
+    if (first + 1 < end && run->blocks_to_evaluate() > options_.most_blocks_at_first &&
+        !has_printf) {
+        committer->commit(print_slices(first, first + 1, begun, run, sink, committer));
+        ++first;
+    }
+    committer->commit(print_slices(first, end, begun, run, sink, committer));
+    runs_.give(run);
+}
+
+FinishedSlices PrintJobImpl::print_slab(int32_t slab, const pipeline::SliceSink& sink,
+                                        SliceCommitter* committer) {
+    SlabRun* run = runs_.take([&] { return std::make_unique<SlabRun>(setup_); });
+    const abi::KernelStatus begun = run->begin(slab, &evaluators_);
+    FinishedSlices finished =
+        print_slices(std::max(8 * slab, range_.x), std::min(8 * slab + 8, range_.y), begun, run,
+                     sink, committer);
+    runs_.give(run);
+    return finished;
+}
+
+// Slices [first, end) of the slab that `run` has begun, which gave the status `begun`.
+FinishedSlices PrintJobImpl::print_slices(int32_t first, int32_t end, abi::KernelStatus begun,
+                                          SlabRun* run, const pipeline::SliceSink& sink,
+                                          SliceCommitter* committer) {
+    FinishedSlices finished;
+    finished.first = first;
+    finished.end = end;
+    const auto slices = static_cast<uint8_t>(((1 << (end - first)) - 1) << (first & 7));
+    finished.status = begun.ok() ? run->run(slices, &evaluators_, committer->stop_flags()) : begun;
+    if (!run->log().empty()) finished.log.append(&run->log());
+    if (!finished.status.ok()) {
+        finished.kernel_error = abi::take_kernel_error();
+    } else if (finished.surfaces = surface_status(); !finished.surfaces) {
+        // Slices printed with an empty patch must not be committed.
+    } else if (committer->stopped()) {
+        finished.status = abi::KernelStatus::stopped();
+    } else {
+        encode(sink, *run, &finished);
+    }
+    return finished;
+}
+
+void PrintJobImpl::encode(const pipeline::SliceSink& sink, const SlabRun& run,
+                          FinishedSlices* finished) {
+    const dither::SlabPlanes& planes = run.planes();
+    const int32_t first = finished->first, end = finished->end;
+    finished->slices.resize(static_cast<size_t>(end - first));
+    tbb::this_task_arena::isolate([&] {
+        tbb::parallel_for(first, end, [&](int32_t z) {
+            FinishedSlices::Slice& slice = finished->slices[static_cast<size_t>(z - first)];
+            pipeline::SliceView view;
+            view.z = z;
+            view.data = planes.data.get() + (z & 7) * planes.plane_bytes;
+            view.row_bytes = static_cast<size_t>(planes.row_bytes);
+            view.width = planes.width;
+            view.height = planes.height;
+            const double start = seconds_now();
+            slice.z = z;
+            slice.totals = count_slice(view, info_.bits);
+            const double counted = seconds_now();
+            encoders_->acquire();
+            slice.bytes = sink.encode(view);
+            encoders_->release();
+            const std::lock_guard lock(encode_mutex_);
+            seconds_count_ += counted - start;
+            seconds_encode_ += seconds_now() - counted;
+        });
+    });
+}
+
+void PrintJobImpl::fill_statistics(const SliceCommitter& committer, PrintStatistics* s) {
+    *s = {};
+    s->tight = committer.totals().tight;
+    if (!s->tight.empty()) {
+        const Vec3i size = s->tight.size();
+        s->voxels_total = int64_t{size.x} * size.y * size.z;
+    }
+    s->slices = committer.slices();
+    s->slices_resumed = committer.resumed();
+    s->voxels_solid_resumed = committer.solid_resumed();
+    s->hash = committer.totals().hash;
+    s->threads = threads_;
+    s->warnings = input_.warnings;
+    volume::EvaluationCounts sum;
+    for (const auto& e : evaluators_.all()) {
+        const nearest::QueryCounts queries = e->query_counts();
+        s->queries_asked += queries.queried;
+        s->queries_skipped += queries.skipped;
+        s->blocks_total += e->counts.total;
+        s->blocks_filled += e->counts.filled;
+        s->blocks_evaluated += e->counts.evaluated;
+        s->weights_not_usable += e->counts.unusable;
+        sum.seconds_bounds += e->counts.seconds_bounds;
+        sum.seconds_nearest += e->counts.seconds_nearest;
+        sum.seconds_volume += e->counts.seconds_volume;
+        sum.seconds_normalise += e->counts.seconds_normalise;
+    }
+    SlabTimes times;
+    Overlaps overlaps;
+    for (const auto& r : runs_.all()) {
+        times.coverage += r->times.coverage;
+        times.dither += r->times.dither;
+        times.support += r->times.support;
+        times.pack += r->times.pack;
+        overlaps.add(r->overlaps());
+    }
+    for (std::string& line : overlaps.report(input_.parts, grid_))
+        s->overlaps.push_back(std::move(line));
+    s->warnings.insert(s->warnings.end(), s->overlaps.begin(), s->overlaps.end());
+    s->seconds_by_stage = {{"set_up", seconds_set_up_},
+                           {"coverage", times.coverage},
+                           {"volume_bounds", sum.seconds_bounds},
+                           {"nearest", sum.seconds_nearest},
+                           {"volume", sum.seconds_volume},
+                           {"normalise", sum.seconds_normalise},
+                           {"dither", times.dither},
+                           {"support", times.support},
+                           {"pack", times.pack},
+                           {"count", seconds_count_},
+                           {"encode", seconds_encode_},
+                           {"commit", committer.seconds_commit()}};
+    for (size_t i = 0; i < surfaces_.size(); ++i) {
+        if (!owns_surface(i)) continue;
+        const surface::SurfaceCounts counts = surfaces_[i]->counts();
+        s->cache_hits += counts.cache_hits;
+        s->cache_misses += counts.cache_misses;
+        s->cache_evictions += counts.cache_evictions;
+        s->cache_peak_bytes += counts.cache_peak_bytes;
+        s->displacements_not_finite += counts.not_finite;
+        s->displacements_cut += counts.cut_to_bound;
+    }
+    s->peak_rss_bytes = peak_resident_bytes();
+    s->seconds_first_slice = committer.first_slice();
+    s->seconds_total = process_age_seconds();
+}
+
+}  // namespace
+
+Result<std::unique_ptr<PrintJob>> PrintJob::create(PrintInput input, PrintOptions options) {
+    auto job = std::make_unique<PrintJobImpl>(std::move(input), std::move(options));
+    const Result<void> made = job->set_up();
+    if (!made) return made.error();
+    return std::unique_ptr<PrintJob>(std::move(job));
+}
+
+}  // namespace openfab::pipeline

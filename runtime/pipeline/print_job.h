@@ -1,0 +1,134 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// A print job: parts on a grid, run slab by slab (8 slices), bottom up, into a sink, under a memory
+// budget.
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "abi/fablet_table.h"
+#include "base/result.h"
+#include "runtime/dither/dither_rule.h"
+#include "runtime/part/part.h"
+#include "runtime/pipeline/slice_sink.h"
+
+namespace openfab::pipeline {
+
+struct PrintOptions {
+    int64_t memory_bytes = 1'500'000'000;  ///< without the reserved part
+    int64_t reserved_bytes = 0;            ///< part of the user's budget that others use: previews
+    int32_t threads = 0;                   ///< 0: all cores
+    std::string dither = dither::kDefaultDitherName;
+    uint64_t seed = 0;
+    std::optional<Vec2<double>> z_range_mm;  ///< --z, above the grid's lowest corner
+    std::optional<Vec2<int32_t>> slices;     ///< --slices A:B, B exclusive
+    bool culling = true;  ///< off: every covered block is evaluated voxel by voxel
+    bool infer_identity = true;
+    int32_t slabs_in_flight =
+        0;  ///< 0: from threads and memory; the output never depends on it, which tests check
+    /// Where culling leaves more blocks of the first slab, its first slice is printed alone and
+    /// then the others, which evaluates the blocks twice: it costs a second or so, once, but gives
+    /// the first slice seconds earlier. Tests vary it, too.
+    int64_t most_blocks_at_first = 40'000;
+    openfab_isa isa = OPENFAB_ISA_AVX2;
+    /// Once set, set-up and run end soon, set-up with an error. It must outlive the print.
+    const std::atomic<bool>* interrupt = nullptr;
+    bool interrupted() const {
+        return interrupt != nullptr && interrupt->load(std::memory_order_relaxed);
+    }
+    int64_t sink_bytes_per_column = 0;  ///< memory of the sink for each voxel of a slice
+    /// Memory of the sink for each voxel of a slice while it encodes it. At most as many slices are
+    /// encoded at once as fit a third of the budget.
+    int64_t encode_bytes_per_column = 0;
+    /// Receives the lines of printf, in an order that does not depend on threads; called from one
+    /// thread.
+    std::function<void(const std::string& line)> print_line;
+};
+
+struct PrintInput {
+    std::vector<part::Part> parts;                   ///< in build order
+    std::vector<pipeline::SliceMaterial> materials;  ///< code 1 is materials[0]
+    /// The material code of support below parts; 0: no support.
+    int32_t support_code = 0;
+    Vec3d pitch_mm;
+    std::optional<Box3d> crop_mm;  ///< a box that the grid covers besides the parts
+    std::string printer;
+    std::string title;
+    std::vector<std::string> warnings;  ///< copied to the statistics
+};
+
+/// The figures of `--estimate`, known after set-up and before the first slice.
+struct PrintEstimate {
+    Vec3i size;
+    int64_t voxels_total = 0;
+    int64_t memory_bytes = 0;
+    double seconds = 0;
+};
+
+/// The figures that `--stats` writes.
+struct PrintStatistics {
+    int64_t voxels_total = 0;  ///< tight box of printed voxels
+    int64_t voxels_solid = 0;  ///< without support
+    int64_t voxels_support = 0;
+    std::vector<int64_t> voxels_by_code;
+    Box3i tight;
+    int32_t slices = 0;
+    double seconds_total = 0;        ///< from the start of the process
+    double seconds_first_slice = 0;  ///< likewise
+    std::vector<std::pair<std::string, double>> seconds_by_stage;  ///< summed over threads
+    int64_t peak_rss_bytes = 0;
+    int32_t threads = 0;
+    int64_t blocks_total = 0, blocks_filled = 0, blocks_evaluated = 0;
+    int64_t queries_asked = 0, queries_skipped = 0;
+    int64_t cache_hits = 0, cache_misses = 0, cache_evictions = 0, cache_peak_bytes = 0;
+    int64_t weights_not_usable = 0;  ///< negative or NaN amounts, taken as 0
+    int64_t displacements_not_finite = 0, displacements_cut = 0;
+    uint64_t hash = 0;  ///< of all slices' packed rows
+    bool complete = false;
+    double layer_time_s = 0;  ///< of the printer; 0: unknown
+    /// Slices that an earlier print had written; the times and the other counters are this print's
+    /// alone.
+    int32_t slices_resumed = 0;
+    int64_t voxels_solid_resumed = 0;   ///< without support
+    std::vector<std::string> warnings;  ///< those of the input, and `overlaps`
+    std::vector<std::string> overlaps;  ///< messages on parts of equal priority
+};
+
+/// Returns the share of voxels_total that this print has made itself, by slices.
+inline int64_t voxels_printed(const PrintStatistics& s) {
+    return s.slices_resumed == 0 ? s.voxels_total
+                                 : s.voxels_total / s.slices * (s.slices - s.slices_resumed);
+}
+
+/// Progress after each committed slice; reported from one thread.
+struct ProgressEvent {
+    int32_t slices_done = 0, slices_total = 0;
+    int64_t voxels_done = 0, voxels_total = 0;
+    double seconds = 0;
+};
+
+class PrintJob {
+  public:
+    /// Sets up surfaces, displacement bounds, query trees and the grid. Fails where the budget is
+    /// too small and names the smallest sufficient one.
+    static Result<std::unique_ptr<PrintJob>> create(PrintInput input, PrintOptions options);
+    virtual ~PrintJob() = default;
+
+    virtual const pipeline::PrintInfo& info() const = 0;
+    virtual PrintEstimate estimate() const = 0;
+    /// Runs to the end, or until `interrupt` is set or the sink fails; slices that were written
+    /// stay. The statistics are valid in every case; the error says why it ended early. Calls
+    /// sink.begin, resume, encode, commit and finish.
+    virtual Result<void> run(pipeline::SliceSink& sink,
+                             const std::function<void(const ProgressEvent&)>& progress,
+                             const std::atomic<bool>& interrupt, PrintStatistics* statistics) = 0;
+};
+
+}  // namespace openfab::pipeline

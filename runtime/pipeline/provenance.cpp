@@ -1,0 +1,129 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/pipeline/provenance.h"
+
+#include <fmt/format.h>
+
+#include <map>
+
+#include "base/hash.h"
+
+namespace openfab::pipeline {
+
+namespace {
+
+/// With the kinds of lists that a print is made from.
+class Hash : public Hasher {
+  public:
+    using Hasher::add;
+    void add(const Vec3d& v) { add(v.x), add(v.y), add(v.z); }
+    void add(const std::string& text) { add_text(text); }
+    template <typename T>
+    void add_all(const T& list) {
+        add(list.size());
+        for (const auto& value : list)
+            add(value);
+    }
+    /// The same in one go.
+    template <typename T>
+    void add_all(const std::vector<Vec3<T>>& list) {
+        static_assert(sizeof(Vec3<T>) == 3 * sizeof(T));
+        add(list.size());
+        add_bytes(list.data(), list.size() * sizeof list[0]);
+    }
+    std::string text() const { return fmt::format("{:016x}", value()); }
+};
+
+void add_floats(Hash* hash, std::span<const float> values) {
+    hash->add(values.size());
+    hash->add_bytes(values.data(), values.size_bytes());
+}
+
+uint64_t hash_of(const part::PartMesh& mesh) {
+    Hash hash;
+    hash.add_all(mesh.positions);
+    hash.add(mesh.triangles.size());
+    hash.add_bytes(mesh.triangles.data(), mesh.triangles.size() * sizeof mesh.triangles[0]);
+    hash.add(mesh.center_part_mm);
+    for (const auto* attributes : {&mesh.inputs, &mesh.nearest_attributes}) {
+        hash.add(attributes->size());
+        for (const part::PartAttribute& attribute : *attributes) {
+            hash.add(static_cast<int32_t>(attribute.scalar));
+            hash.add(attribute.components);
+            add_floats(&hash, attribute.corner_values);
+            hash.add_all(attribute.face_values);
+        }
+    }
+    hash.add_all(mesh.corner_normals);
+    add_floats(&hash, mesh.corner_uv);
+    return hash.value();
+}
+
+/// The finest level decides the others.
+uint64_t hash_of(const texture::Pyramid& pyramid) {
+    Hash hash;
+    const std::span<const int32_t> info = pyramid.info();
+    hash.add_bytes(info.data(), info.size_bytes());
+    const int32_t header = pyramid.is_volume() ? texture::kVolumeInfoHeader : texture::kInfoHeader;
+    const int32_t* level = info.data() + header;
+    size_t values = static_cast<size_t>(level[1]) * static_cast<size_t>(level[2]) *
+                    static_cast<size_t>(pyramid.channels());
+    if (pyramid.is_volume()) values *= static_cast<size_t>(level[3]);
+    add_floats(&hash, pyramid.texels().subspan(static_cast<size_t>(level[0]), values));
+    return hash.value();
+}
+
+/// By address, so that what many parts share is read once. Nothing depends on the order.
+template <typename T>
+class Shared {
+  public:
+    uint64_t of(const T* thing) {
+        if (thing == nullptr) return 0;
+        const auto [entry, fresh] = known_.try_emplace(thing, 0);
+        if (fresh) entry->second = hash_of(*thing);
+        return entry->second;
+    }
+
+  private:
+    std::map<const T*, uint64_t> known_;
+};
+
+}  // namespace
+
+std::vector<std::pair<std::string, std::string>> provenance(const PrintInput& input,
+                                                            const PrintOptions& options) {
+    Hash fablets, meshes, uniforms, textures, placements;
+    Shared<part::PartMesh> mesh_hashes;
+    Shared<texture::Pyramid> texture_hashes;
+    for (const part::Part& part : input.parts) {
+        fablets.add(std::string(part.fablet->name));
+        fablets.add(part.fablet->hash);
+        meshes.add(mesh_hashes.of(part.mesh.get()));
+        // Not what follows from them, which passes decide.
+        uniforms.add_all(std::span(part.uniform_values)
+                             .first(static_cast<size_t>(part.fablet->uniform_value_count)));
+        uniforms.add_all(part.slot_material);
+        uniforms.add(part.max_displacement_mm);
+        textures.add(part.textures.size());
+        for (const auto& pyramid : part.textures)
+            textures.add(texture_hashes.of(pyramid.get()));
+        placements.add_all(part.local_to_build.m);
+        placements.add(part.local_to_build.t);
+        placements.add(part.priority);
+        placements.add(part.instance);
+        placements.add(int32_t{part.support});
+        for (const std::vector<int32_t>& objects : part.objects)
+            placements.add_all(objects);
+    }
+    return {{"version of openfab", OPENFAB_VERSION},
+            {"dither", options.dither},
+            {"support",
+             input.support_code == 0 ? "none" : input.materials[input.support_code - 1].name},
+            {"fablets", fablets.text()},
+            {"meshes", meshes.text()},
+            {"uniforms", uniforms.text()},
+            {"textures", textures.text()},
+            {"placements", placements.text()}};
+}
+
+}  // namespace openfab::pipeline

@@ -1,0 +1,248 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/pipeline/slab.h"
+
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_pipeline.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <cstring>
+#include <map>
+
+#include "base/check.h"
+#include "base/clock.h"
+
+namespace openfab::pipeline {
+
+SlabRun::SlabRun(const SlabSetup& setup)
+    : setup_(setup),
+      dither_(*setup.stages, setup.isa, setup.dither, setup.seed, setup.size, &setup.support) {}
+
+abi::KernelStatus SlabRun::run(uint8_t slices, Pool<volume::BlockEvaluator>* evaluators,
+                               const StopFlags& stop) {
+    if (!planes_.reset(setup_.size.x, setup_.size.y, setup_.bits))
+        return abi::KernelStatus::of_code(halide_error_code_out_of_memory);
+    OPENFAB_CHECK_NE(slices, 0);
+    slices_ = slices * 0x0101010101010101u;
+    abi::KernelStatus status;
+    int32_t first = setup_.size.y, end = 0;
+    for (const auto& active : active_) {
+        first = std::min(first, active->cull.first_y());
+        end = std::max(end, active->cull.end_y());
+    }
+    const int32_t rows = (setup_.size.y + 7) / 8;
+    for (int32_t row = 0; setup_.support.on() && row < rows; ++row) {
+        const Vec2<int32_t> blocks = dither::support_blocks(setup_.support, row, 8 * slab_);
+        if (blocks.x >= blocks.y) continue;
+        first = std::min(first, row);
+        end = std::max(end, row + 1);
+    }
+    if (first < end) status = run_rows(first, end, evaluators, stop);
+    if (status.ok() && stop.requested()) status = abi::KernelStatus::stopped();
+    times.dither = dither_.seconds_dither;
+    times.support = dither_.seconds_support;
+    times.pack = dither_.seconds_pack;
+    return status;
+}
+
+abi::KernelStatus SlabRun::begin(int32_t slab, Pool<volume::BlockEvaluator>* evaluators) {
+    slab_ = slab;
+    blocks_to_evaluate_ = 0;
+    // Memory is reused per part: shared between parts, each piece would grow to the size of the
+    // largest.
+    std::map<int32_t, std::unique_ptr<ActivePart>> kept;
+    for (auto& active : active_)
+        kept[active->part->index] = std::move(active);
+    active_.clear();
+    for (int32_t index : setup_.order) {
+        const volume::PlacedPart& part = *(*setup_.parts)[index];
+        if (part.box.lo.z >= 8 * slab + 8 || part.box.hi.z <= 8 * slab) continue;
+        std::unique_ptr<ActivePart>& known = kept[index];
+        if (known == nullptr) known = std::make_unique<ActivePart>();
+        known->part = &part;
+        active_.push_back(std::move(known));
+    }
+    std::atomic<int64_t> room = kUniformBlockBytes;
+    std::atomic<abi::KernelStatus> status{abi::KernelStatus{}};
+    // Isolated as rows are. One part after the other would leave the first slab to one thread.
+    tbb::this_task_arena::isolate([&] {
+        tbb::parallel_for(
+            tbb::blocked_range<size_t>(0, active_.size(), 1),
+            [&](const tbb::blocked_range<size_t>& range) {
+                for (size_t i = range.begin(); i < range.end() && status.load().ok(); ++i) {
+                    volume::BlockEvaluator* evaluator = take_evaluator(evaluators);
+                    const abi::KernelStatus result = begin_part(active_[i].get(), evaluator, &room);
+                    evaluators->give(evaluator);
+                    if (!result.ok()) status.store(result);
+                }
+            },
+            tbb::simple_partitioner());
+    });
+    std::erase_if(active_, [](const auto& active) { return !active->covers(); });
+    for (const auto& active : active_) {
+        times.coverage += active->seconds_coverage;
+        blocks_to_evaluate_ += active->cull.blocks_to_evaluate();
+    }
+    return status.load();
+}
+
+abi::KernelStatus SlabRun::begin_part(ActivePart* active, volume::BlockEvaluator* evaluator,
+                                      std::atomic<int64_t>* room) const {
+    const volume::PlacedPart& part = *active->part;
+    const double start = seconds_now();
+    part.voxeliser->coverage(slab_, &active->mask);
+    active->seconds_coverage = seconds_now() - start;
+    if (!active->covers()) return {};
+    return active->cull.run(part, slab_, active->mask, setup_.culling, evaluator, room);
+}
+
+volume::BlockEvaluator* SlabRun::take_evaluator(Pool<volume::BlockEvaluator>* evaluators) const {
+    return evaluators->take([&] {
+        return std::make_unique<volume::BlockEvaluator>(*setup_.stages, setup_.isa,
+                                                        setup_.parts->size());
+    });
+}
+
+abi::KernelStatus SlabRun::run_rows(int32_t first, int32_t end,
+                                    Pool<volume::BlockEvaluator>* evaluators,
+                                    const StopFlags& stop) {
+    std::atomic<abi::KernelStatus> status{abi::KernelStatus{}};
+    int32_t next = first;
+    dither_.begin(slab_, static_cast<uint8_t>(slices_), &planes_);
+    std::vector<Row*>
+        in_order;  // rows handed to the dither, in its order; it gives their bands back one late
+    const auto release = [&](const dither::RowBand* band) {
+        if (band == nullptr) return;
+        OPENFAB_CHECK(!in_order.empty() && band == &in_order.front()->band);
+        rows_.give(in_order.front());
+        in_order.erase(in_order.begin());
+    };
+    const auto source = [&](tbb::flow_control& control) {
+        if (next >= end || !status.load().ok() || stop.requested()) {
+            control.stop();
+            return int32_t{0};
+        }
+        return next++;
+    };
+    const auto evaluate = [&](int32_t row) {
+        Row* scratch = rows_.take([] { return std::make_unique<Row>(); });
+        volume::BlockEvaluator* evaluator = take_evaluator(evaluators);
+        const abi::KernelStatus result = evaluate_row(row, scratch, evaluator);
+        evaluators->give(evaluator);
+        if (!result.ok()) status.store(result);
+        return scratch;
+    };
+    const auto dither = [&](Row* scratch) {
+        in_order.push_back(scratch);
+        if (!scratch->log.empty()) log_.append(&scratch->log);
+        if (!scratch->overlaps.empty()) {
+            overlaps_.add(scratch->overlaps);
+            scratch->overlaps.clear();
+        }
+        if (!status.load().ok()) return;
+        dither::RowBand* released = nullptr;
+        const abi::KernelStatus result = dither_.add(&scratch->band, &released);
+        if (!result.ok()) status.store(result);
+        release(released);
+    };
+    // Isolated: a thread that waits here must not begin another slab, which would keep this one
+    // from its end.
+    tbb::this_task_arena::isolate([&] {
+        tbb::parallel_pipeline(
+            static_cast<size_t>(setup_.rows_in_flight),
+            tbb::make_filter<void, int32_t>(tbb::filter_mode::serial_in_order, source) &
+                tbb::make_filter<int32_t, Row*>(tbb::filter_mode::parallel, evaluate) &
+                tbb::make_filter<Row*, void>(tbb::filter_mode::serial_in_order, dither));
+    });
+    dither::RowBand* released = nullptr;
+    const abi::KernelStatus result = dither_.end(&released);
+    for (Row* row : in_order)
+        rows_.give(row);
+    return status.load().ok() ? result : status.load();
+}
+
+abi::KernelStatus SlabRun::evaluate_row(int32_t row, Row* scratch,
+                                        volume::BlockEvaluator* evaluator) const {
+    const int32_t columns = (setup_.size.x + 7) / 8;
+    int32_t first = columns, end = 0;
+    int32_t parts = 0;
+    for (const auto& active : active_) {
+        if (row < active->cull.first_y() || row >= active->cull.end_y()) continue;
+        first = std::min(first, active->cull.first_x());
+        end = std::max(end, active->cull.end_x());
+        ++parts;
+    }
+    int32_t written_first = std::min(first, end), written_end = end;
+    if (setup_.support.on()) {
+        const Vec2<int32_t> blocks = dither::support_blocks(setup_.support, row, 8 * slab_);
+        if (blocks.x < blocks.y) {
+            written_first = end > first ? std::min(first, blocks.x) : blocks.x;
+            written_end = std::min(std::max(end, blocks.y), columns);
+        }
+    }
+    scratch->band.reset(row, columns, written_first, written_end);
+    scratch->many = parts > 1;
+    if (scratch->many) scratch->claims.reset(columns, first, end);
+    for (const auto& active : active_) {
+        if (row < active->cull.first_y() || row >= active->cull.end_y()) continue;
+        const abi::KernelStatus status = evaluate_part(*active, scratch, evaluator);
+        if (!status.ok()) return status;
+    }
+    return {};
+}
+
+abi::KernelStatus SlabRun::evaluate_part(const ActivePart& active, Row* scratch,
+                                         volume::BlockEvaluator* evaluator) const {
+    dither::RowBand& band = scratch->band;
+    std::vector<volume::OwnedBlock>& pending = scratch->pending;
+    volume::PrintfLog* log = &scratch->log;
+    pending.clear();
+    if (scratch->many) scratch->claims.begin_part(*active.part->part, active.part->index);
+    const voxel::SlabMask& mask = active.mask;
+    const uint8_t* rows = &mask.mask[static_cast<size_t>(8 * band.row - mask.y0) * mask.width];
+    for (int32_t b = active.cull.first_x(); b < active.cull.end_x(); ++b) {
+        const int32_t constant_index = active.cull.at(b, band.row);
+        if (constant_index == volume::PartCull::kNotCovered) continue;
+        volume::OwnedBlock block;
+        block.block = b;
+        uint64_t any = 0;
+        for (int32_t y = 0; y < 8; ++y) {
+            uint64_t columns;
+            std::memcpy(&columns, rows + static_cast<size_t>(y) * mask.width + (8 * b - mask.x0),
+                        8);
+            columns &= slices_;
+            if (scratch->many) columns = scratch->claims.take(b, y, columns);
+            std::memcpy(&block.owned[static_cast<size_t>(y * 8)], &columns, 8);
+            any |= columns;
+        }
+        if (scratch->many)
+            scratch->claims.end_block(b, {8 * b, 8 * band.row, 8 * slab_}, &scratch->overlaps);
+        if (any == 0) continue;
+        if (constant_index >= 0) {
+            const volume::PartCull::Constant& constant = active.cull.constant(constant_index);
+            if (constant.mixed) {
+                band.merge(b, block.owned.data(), constant.codes.data(), constant.tile.data(),
+                           evaluator->channels());
+            } else if (constant.code != 0) {
+                band.fill(b, block.owned.data(), constant.code);
+            }
+            continue;
+        }
+        pending.push_back(block);
+        if (static_cast<int32_t>(pending.size()) < volume::BlockEvaluator::kBatch) continue;
+        if (setup_.interrupt != nullptr && setup_.interrupt->load())
+            return abi::KernelStatus::stopped();
+        const abi::KernelStatus status =
+            evaluator->evaluate(*active.part, slab_, pending.data(), volume::BlockEvaluator::kBatch,
+                                active.cull.should_cull_pieces(), &band, log);
+        if (!status.ok()) return status;
+        pending.clear();
+    }
+    if (pending.empty()) return {};
+    return evaluator->evaluate(*active.part, slab_, pending.data(),
+                               static_cast<int32_t>(pending.size()),
+                               active.cull.should_cull_pieces(), &band, log);
+}
+
+}  // namespace openfab::pipeline

@@ -1,0 +1,151 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Runs one slab (8 slices) from coverage to packed planes. Rows of blocks are evaluated in
+// parallel, ahead of the dither, which takes them in order; so one slab can use several threads,
+// and the first slice is ready early.
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "runtime/dither/band.h"
+#include "runtime/dither/support_fill.h"
+#include "runtime/pipeline/overlaps.h"
+#include "runtime/volume/cull.h"
+#include "runtime/volume/evaluate.h"
+#include "runtime/volume/placed_part.h"
+
+namespace openfab::pipeline {
+
+/// A pool of objects that are used by one task at a time and reused. A task owns what it took until
+/// it is done; with thread-local storage, a thread that waits inside a task and runs another would
+/// share the object with itself.
+template <typename T>
+class Pool {
+  public:
+    template <typename Make>
+    T* take(const Make& make) {
+        const std::lock_guard lock(mutex_);
+        if (free_.empty()) {
+            all_.push_back(make());
+            return all_.back().get();
+        }
+        T* object = free_.back();
+        free_.pop_back();
+        return object;
+    }
+    void give(T* object) {
+        const std::lock_guard lock(mutex_);
+        free_.push_back(object);
+    }
+    /// Returns all objects; none may be taken meanwhile.
+    const std::vector<std::unique_ptr<T>>& all() const { return all_; }
+
+  private:
+    std::mutex mutex_;
+    std::vector<std::unique_ptr<T>> all_;
+    std::vector<T*> free_;
+};
+
+/// Reasons to end a print early; checked for each row of blocks.
+struct StopFlags {
+    const std::atomic<bool>& interrupt;  ///< set by the caller
+    std::atomic<bool> failed{false};
+    bool requested() const {
+        return failed.load(std::memory_order_relaxed) || interrupt.load(std::memory_order_relaxed);
+    }
+};
+
+/// Settings that are the same for all slabs.
+struct SlabSetup {
+    const std::vector<std::unique_ptr<volume::PlacedPart>>* parts = nullptr;  ///< in build order
+    std::vector<int32_t>
+        order;  ///< of parts: higher priority first, ties go to the later in the build list
+    const openfab_stage_set* stages = nullptr;
+    openfab_isa isa = OPENFAB_ISA_AVX2;
+    dither::DitherRule dither = dither::kDefaultDither;
+    uint64_t seed = 0;
+    Vec3i size;  ///< grid size, voxels
+    bool culling = true;
+    const std::atomic<bool>* interrupt = nullptr;  ///< see PrintOptions
+    int32_t rows_in_flight = 2;                    ///< rows of blocks of one slab evaluated ahead
+    int32_t bits = 4;                              ///< per packed voxel
+    dither::SupportFill support;
+};
+
+/// Stage times, seconds summed over threads.
+struct SlabTimes {
+    double coverage = 0, dither = 0, support = 0, pack = 0;
+};
+
+/// Memory of one slab in flight, reused by later slabs.
+class SlabRun {
+  public:
+    explicit SlabRun(const SlabSetup& setup);
+
+    /// Memory limit for mixtures that fill whole blocks of one slab, over all its parts.
+    static constexpr int64_t kUniformBlockBytes = 8 << 20;
+
+    /// Coverage and culling of slices [8 slab, 8 slab + 8).
+    abi::KernelStatus begin(int32_t slab, Pool<volume::BlockEvaluator>* evaluators);
+    /// Returns the number of blocks that culling left: the cost of printing any slices of the slab.
+    int64_t blocks_to_evaluate() const { return blocks_to_evaluate_; }
+    /// Prints some slices of the slab that was begun into planes(), those of bit z & 7 in
+    /// `slices`; what the planes of the others hold then means nothing.
+    abi::KernelStatus run(uint8_t slices, Pool<volume::BlockEvaluator>* evaluators,
+                          const StopFlags& stop);
+
+    const dither::SlabPlanes& planes() const { return planes_; }
+    /// Returns the printf lines of the slab's voxels, for the caller to take.
+    volume::PrintfLog& log() { return log_; }
+    /// Returns the overlaps of all slabs so far.
+    const Overlaps& overlaps() const { return overlaps_; }
+    SlabTimes times;
+
+  private:
+    struct ActivePart {
+        const volume::PlacedPart* part;
+        voxel::SlabMask mask;
+        volume::PartCull cull;
+        double seconds_coverage = 0;
+
+        bool covers() const { return mask.width > 0 && mask.height > 0; }
+    };
+    /// Scratch of one row in flight.
+    struct Row {
+        dither::RowBand band;
+        bool many = false;  ///< more than one part in the row: claims are tracked
+        RowClaims claims;
+        Overlaps overlaps;
+        std::vector<volume::OwnedBlock> pending;  ///< blocks of one part to evaluate
+        volume::PrintfLog log;
+    };
+
+    abi::KernelStatus begin_part(ActivePart* active, volume::BlockEvaluator* evaluator,
+                                 std::atomic<int64_t>* room) const;
+    volume::BlockEvaluator* take_evaluator(Pool<volume::BlockEvaluator>* evaluators) const;
+    abi::KernelStatus evaluate_row(int32_t row, Row* scratch,
+                                   volume::BlockEvaluator* evaluator) const;
+    abi::KernelStatus evaluate_part(const ActivePart& active, Row* scratch,
+                                    volume::BlockEvaluator* evaluator) const;
+    abi::KernelStatus run_rows(int32_t first, int32_t end, Pool<volume::BlockEvaluator>* evaluators,
+                               const StopFlags& stop);
+
+    const SlabSetup& setup_;
+    int32_t slab_ = 0;
+    uint64_t slices_ = 0;  ///< bits of the slices to print, repeated in each byte (column)
+    int64_t blocks_to_evaluate_ = 0;
+    /// Parts in this slab; those that the next slab meets are reused.
+    std::vector<std::unique_ptr<ActivePart>> active_;
+    Pool<Row> rows_;
+    dither::SlabPlanes planes_;
+    volume::PrintfLog log_;
+    Overlaps overlaps_;
+    dither::SlabDither dither_;
+};
+
+}  // namespace openfab::pipeline

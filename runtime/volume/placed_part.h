@@ -1,0 +1,127 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// A part placed on the grid of a print: shared read-only by all threads.
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "runtime/nearest/engine.h"
+#include "runtime/nearest/engine/attributes.h"
+#include "runtime/nearest/engine/winding.h"
+#include "runtime/part/part.h"
+#include "runtime/surface/surface.h"
+#include "runtime/voxel/coverage.h"
+
+namespace openfab::volume {
+
+/// The query results that a kernel's arguments need.
+struct QueryNeeds {
+    bool distance = false;
+    bool attributes = false;
+    bool gradients = false;
+    bool any() const { return distance || attributes || gradients; }
+};
+
+QueryNeeds query_needs(const openfab_kernel& kernel);
+QueryNeeds query_needs(const openfab_segments& segments);
+
+/// The results that queries of a stage at arbitrary points need from the part's own surface.
+struct PointNeeds {
+    bool any = false;
+    bool sign = false;
+    bool geometry = false;  ///< positions or normals
+};
+
+PointNeeds point_needs(const openfab_segments& segments);
+
+/// Returns the query results that the volume stage needs at voxels.
+QueryNeeds volume_needs(const openfab_fablet& fablet);
+/// Returns whether parts with this fablet need trees over their surface.
+bool asks_surface(const openfab_fablet& fablet);
+
+/// The index of each component of a @nearest input among the flattened float or other components,
+/// in the order of surface::MicroMesh.
+class NearestIndex {
+  public:
+    explicit NearestIndex(const openfab_fablet& fablet);
+    int32_t floats() const { return floats_; }
+    int32_t ints() const { return ints_; }
+    bool is_float(int32_t input) const { return is_float_[input]; }
+    size_t index(int32_t input, int32_t component) const {
+        return static_cast<size_t>(first_[input] + component);
+    }
+
+  private:
+    std::vector<bool> is_float_;
+    std::vector<int32_t> first_;
+    int32_t floats_ = 0, ints_ = 0;
+};
+
+/// A placement of an object whose distance a fablet queries.
+struct QueryTarget {
+    int32_t part = 0;  ///< the part whose engine is used; parts with one surface share it
+    const nearest::Engine* engine = nullptr;
+    const nearest::Winding* winding = nullptr;
+    Affine3d to_local;  ///< part-local mm of the querying part -> of the placement
+};
+
+struct PlacedPart {
+    const part::Part* part = nullptr;
+    std::shared_ptr<const surface::Surface> surface;
+    /// The index of the first part with this surface, which owns what all of them share. Threads
+    /// index their scratch by it.
+    int32_t owner = 0;
+    std::shared_ptr<const voxel::PatchIndex> patches;
+    std::unique_ptr<voxel::Voxeliser> voxeliser;
+    std::shared_ptr<const nearest::BlockIndex> trees;  ///< null where no kernel queries
+    std::unique_ptr<nearest::Engine> engine;           ///< likewise
+    std::unique_ptr<nearest::AttributeReader> attributes;
+    std::shared_ptr<const nearest::Winding> winding;  ///< null where no query needs a sign
+    std::vector<std::vector<QueryTarget>> targets;    ///< by index among the Object uniforms
+    std::array<float, OPENFAB_FRAME_COUNT> frame{};
+    Vec3i base;  ///< voxel of the grid with part-relative index 0
+    Box3i box;   ///< voxels that may be covered, hi exclusive, cut to the grid
+    std::vector<int32_t> slot_material;
+    NearestIndex nearest;
+    QueryNeeds volume, bounds;
+    PointNeeds points;
+    float largest_pitch_mm = 0;
+    float voxel_diagonal_mm = 0;      ///< longest diagonal of a voxel, in part space
+    float largest_coordinate_mm = 0;  ///< of the surface, part-local, with a margin of some voxels
+    int32_t index = 0;                ///< index in the build list
+
+    explicit PlacedPart(const part::Part& of) : part(&of), nearest(*of.fablet) {}
+    /// Sets up everything but the surface, which was set before. `first` is the part that owns the
+    /// surface, set up before, or this one. `trees_of_patches` is shared by all parts;
+    /// `crossing_bytes` is the budget of a cache of its own.
+    void set_grid(const part::Grid& grid, openfab_isa isa,
+                  const std::shared_ptr<nearest::PatchCache>& trees_of_patches,
+                  size_t crossing_bytes, const PlacedPart& first);
+    int32_t slots() const { return part->fablet->slot_count; }
+    /// Makes the structures for signed distances at arbitrary points, unless they exist.
+    void build_sign_query(openfab_isa isa,
+                          const std::shared_ptr<nearest::PatchCache>& trees_of_patches);
+};
+
+/// Resolves the objects whose distance the parts' fablets query. All parts must be set up.
+void resolve_object_queries(const std::vector<std::unique_ptr<PlacedPart>>& parts, openfab_isa isa,
+                            const std::shared_ptr<nearest::PatchCache>& trees_of_patches);
+
+/// Returns for each part the first one with the same surface: same mesh, fablet, bound, and
+/// arguments of the surface kernels.
+std::vector<int32_t> surface_owners(const std::vector<part::Part>& parts);
+
+/// Replaces the meshes of displaced parts by those that are diced; parts share their owner's.
+Result<void> split_meshes(const std::vector<int32_t>& owners,
+                          const surface::SurfaceOptions& options, std::vector<part::Part>* parts);
+
+/// Makes one surface for each owner; its parts share it.
+Result<std::vector<std::shared_ptr<const surface::Surface>>> make_surfaces(
+    const std::vector<part::Part>& parts, const std::vector<int32_t>& owners,
+    const surface::SurfaceOptions& options);
+
+}  // namespace openfab::volume

@@ -1,0 +1,159 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/volume/printf_log.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cstdio>
+#include <cstring>
+#include <utility>
+
+#include "base/check.h"
+
+namespace openfab::volume {
+
+namespace {
+
+// Pending lines beyond this are cut to what can still be shown.
+constexpr size_t kPendingRoom = 4096;
+
+/// Formats one printf conversion; the compiler has checked the value's type.
+void append_value(const std::string& conversion, openfab_scalar_type type, uint32_t bits,
+                  std::string* out) {
+    char text[512];
+    int length = 0;
+    if (type == OPENFAB_FLOAT) {
+        length = std::snprintf(text, sizeof text, conversion.c_str(),
+                               static_cast<double>(std::bit_cast<float>(bits)));
+    } else if (type == OPENFAB_UINT) {
+        length = std::snprintf(text, sizeof text, conversion.c_str(), bits);
+    } else {
+        length = std::snprintf(text, sizeof text, conversion.c_str(), static_cast<int32_t>(bits));
+    }
+    if (length > 0) out->append(text, std::min(static_cast<size_t>(length), sizeof text - 1));
+}
+
+std::string format_values(const openfab_printf& print, const openfab_segments& segments,
+                          const segments::States& states, int32_t index) {
+    std::string out;
+    const char* at = print.format;
+    int32_t next = 0;
+    while (*at != '\0') {
+        if (*at != '%' || at[1] == '%') {
+            out += *at;
+            at += *at == '%' ? 2 : 1;
+            continue;
+        }
+        const char* end = std::strpbrk(at, "diuxXfFeEgG");
+        if (end == nullptr || next == print.value_count) break;
+        const int32_t state = print.values[next++];
+        append_value(std::string(at, end + 1), segments.states[state], states[state][index], &out);
+        at = end + 1;
+    }
+    while (!out.empty() && out.back() == '\n')
+        out.pop_back();
+    return out;
+}
+
+/// Formats attr.voxelCenter of a voxel, in the order of operations of abi/fablet_table.h.
+std::string centre_text(const PlacedPart& part, const int32_t* corner, int32_t voxel) {
+    const auto half = [](int32_t index) { return static_cast<float>(index) + 0.5f; };
+    const float x = half(corner[0] + voxel / 8 % 8);
+    const float y = half(corner[1] + voxel / 64 % 8);
+    const float z = half(corner[2] + voxel % 8);
+    std::array<float, 3> at{};
+    for (size_t a = 0; a < 3; ++a) {
+        const auto f = [&](size_t base) { return part.frame[base + a]; };
+        at[a] = ((x * f(OPENFAB_FRAME_STEP_I) + y * f(OPENFAB_FRAME_STEP_J)) +
+                 z * f(OPENFAB_FRAME_STEP_K)) +
+                f(OPENFAB_FRAME_ORIGIN) + f(OPENFAB_FRAME_CENTER);
+    }
+    return fmt::format("({}, {}, {}) mm", at[0], at[1], at[2]);
+}
+
+}  // namespace
+
+PrintfLog::Count& PrintfLog::count_of(const openfab_printf* print) {
+    for (Count& count : counts_) {
+        if (count.print == print) return count;
+    }
+    return counts_.emplace_back(Count{print, 0, 0});
+}
+
+void PrintfLog::add(const PlacedPart& part, const openfab_segments& segments,
+                    const int32_t* corners, const openfab_printf& print,
+                    std::span<const int32_t> groups, const segments::States& states) {
+    int64_t all = 0;
+    for (const int32_t group : groups) {
+        for (int32_t l = 0; l < segments::kLanes; ++l) {
+            const int32_t voxel = segments::kLanes * group + l;
+            if (states[print.guard][voxel] == 0) continue;
+            ++all;
+            Line line{&print, fmt::format("{}:{}: at {}: {}", print.source, print.line,
+                                          centre_text(part, corners + 3 * (voxel / 512), voxel),
+                                          format_values(print, segments, states, voxel))};
+            pending_.push_back({voxel, std::move(line)});
+            if (pending_.size() > sorted_ + kPendingRoom) shorten();
+        }
+    }
+    if (all > 0) count_of(&print).all += all;
+}
+
+/// Sorts by voxel, stably, and drops all but the first lines of each printf.
+void PrintfLog::shorten() {
+    std::stable_sort(pending_.begin(), pending_.end(),
+                     [](const Pending& a, const Pending& b) { return a.voxel < b.voxel; });
+    std::vector<Count> seen;
+    std::erase_if(pending_, [&](const Pending& p) {
+        auto found = std::find_if(seen.begin(), seen.end(),
+                                  [&](const Count& c) { return c.print == p.line.print; });
+        if (found == seen.end()) found = seen.insert(seen.end(), Count{p.line.print, 0, 0});
+        return ++found->kept > kMostLines;
+    });
+    sorted_ = pending_.size();
+}
+
+void PrintfLog::end_batch() {
+    if (pending_.empty()) return;
+    shorten();
+    for (Pending& p : pending_) {
+        Count& count = count_of(p.line.print);
+        if (count.kept == kMostLines) continue;
+        ++count.kept;
+        lines_.push_back(std::move(p.line));
+    }
+    pending_.clear();
+    sorted_ = 0;
+}
+
+void PrintfLog::append(PrintfLog* later) {
+    OPENFAB_CHECK(later->pending_.empty());  // its batches were ended
+    for (Line& line : later->lines_) {
+        Count& count = count_of(line.print);
+        if (count.kept == kMostLines) continue;
+        ++count.kept;
+        lines_.push_back(std::move(line));
+    }
+    for (const Count& more : later->counts_)
+        count_of(more.print).all += more.all;
+    later->clear();
+}
+
+void PrintfLog::clear() {
+    pending_.clear();
+    sorted_ = 0;
+    lines_.clear();
+    counts_.clear();
+}
+
+std::vector<std::pair<const openfab_printf*, int64_t>> PrintfLog::left_out() const {
+    std::vector<std::pair<const openfab_printf*, int64_t>> out;
+    for (const Count& count : counts_) {
+        if (count.all > count.kept) out.emplace_back(count.print, count.all - count.kept);
+    }
+    return out;
+}
+
+}  // namespace openfab::volume

@@ -1,0 +1,62 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Lines of printf and assert at voxels, in an order that does not depend on threads: by row of
+// blocks, part, block, voxel (y, x, z), then program order. Only the first kMostLines of each
+// printf are kept and the rest counted; since logs are joined in that order, the first of the whole
+// print are among them.
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "runtime/segments/handler.h"
+#include "runtime/volume/placed_part.h"
+
+namespace openfab::volume {
+
+class PrintfLog {
+  public:
+    static constexpr int64_t kMostLines = 100;
+
+    struct Line {
+        const openfab_printf* print = nullptr;
+        std::string text;  ///< "a.fl:7: at (1.25, 0.5, 3) mm: value 3"
+    };
+
+    /// Adds the lines of one step of a batch of blocks; `corners` are 3 part-relative indices each.
+    void add(const PlacedPart& part, const openfab_segments& segments, const int32_t* corners,
+             const openfab_printf& print, std::span<const int32_t> groups,
+             const segments::States& states);
+    /// Ends a batch: sorts its lines.
+    void end_batch();
+    /// Appends the lines of a later log, which is emptied.
+    void append(PrintfLog* later);
+    void clear();
+    bool empty() const { return counts_.empty(); }
+
+    const std::vector<Line>& lines() const { return lines_; }
+    /// Returns for each printf how many lines are not in the list.
+    std::vector<std::pair<const openfab_printf*, int64_t>> left_out() const;
+
+  private:
+    struct Pending {
+        int32_t voxel = 0;
+        Line line;
+    };
+    struct Count {
+        const openfab_printf* print = nullptr;
+        int64_t kept = 0, all = 0;
+    };
+    Count& count_of(const openfab_printf* print);
+    void shorten();
+
+    std::vector<Pending> pending_;  ///< of the current batch, in the order of its steps
+    size_t sorted_ = 0;             ///< number of pending lines after the last `shorten`
+    std::vector<Line> lines_;
+    std::vector<Count> counts_;
+};
+
+}  // namespace openfab::volume

@@ -1,0 +1,90 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Reads the appearance of materials from mesh files: colours and pictures. Only `openfab import`
+// uses it, to make a world.
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+#include "base/result.h"
+#include "mesh/model/mesh.h"
+
+namespace openfab::tools {
+
+/// Shared by all that have the same: a picture is mostly that of many materials.
+using SharedBytes = std::shared_ptr<const std::string>;
+
+struct Picture {
+    std::string name;    ///< of its file, without folders
+    SharedBytes bytes;   ///< the file's content
+    bool clamp = false;  ///< beyond 0 … 1 the border is repeated, not the picture
+};
+
+/// The appearance of one material of a file.
+struct MaterialAppearance {
+    std::string name;                            ///< same as in mesh::LoadedMesh::groups
+    std::optional<std::array<double, 3>> color;  ///< linear light, 0 … 1
+    std::optional<Picture> picture;
+    /// Whether the colour multiplies the picture; else it is only a fallback.
+    bool tinted = false;
+};
+
+struct Appearances {
+    std::vector<MaterialAppearance> appearances;  ///< each name once
+    std::vector<std::string> notes;               ///< features that were ignored
+};
+
+/// The place of each look by its name.
+std::unordered_map<std::string_view, size_t> places_of(const Appearances& appearances);
+
+/// Collects the looks of a file, and keeps to what they may take.
+class LooksMaker {
+  public:
+    /// `*memory_left`, which others may take of, goes down by what the looks take.
+    explicit LooksMaker(int64_t* memory_left) : memory_left_(*memory_left) {}
+
+    /// A new look, valid until the next one; null where there is one of this name, which counts, or
+    /// where it would be too much.
+    MaterialAppearance* add(const std::string& name);
+    /// A picture's bytes, which `read` gives, at most so many, where `key` was not asked for before.
+    Result<SharedBytes> picture(const std::string& key,
+                                const std::function<Result<std::string>(int64_t most)>& read);
+    void note(std::string text);
+    int64_t memory_left() const { return memory_left_; }
+
+    /// An error where they were too much.
+    Result<Appearances> finish(const std::string& file);
+
+  private:
+    /// Whether there is so much left, which is taken.
+    bool take(size_t bytes);
+
+    int64_t& memory_left_;
+    Appearances appearances_;
+    std::unordered_map<std::string, size_t> places_;
+    std::map<std::string, Result<SharedBytes>> pictures_;
+};
+
+/// Reads the appearance of a mesh file of any format; empty where it has none. Files that it names
+/// are read below its own folder only; a note reports others. More than `memory_bytes`
+/// is an error, of the file and its looks; a picture that is too large for what is left is a note.
+Result<Appearances> read_appearances(const std::filesystem::path& mesh,
+                                     int64_t memory_bytes = mesh::kDefaultReadingBytes);
+
+Result<Appearances> gltf_appearances(std::string_view bytes, const std::string& file,
+                                     int64_t memory_bytes = mesh::kDefaultReadingBytes);
+Result<Appearances> threemf_appearances(std::string_view bytes, const std::string& file,
+                                        int64_t memory_bytes = mesh::kDefaultReadingBytes);
+
+}  // namespace openfab::tools
