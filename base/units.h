@@ -12,6 +12,9 @@
 
 namespace openfab {
 
+/// The default of `--memory`, for every program that has the option.
+constexpr int64_t kDefaultMemoryBytes = 1'500'000'000;
+
 /// Parses a length with its unit (um, mm, cm, m, in) into millimetres. A bare number is an error.
 Result<double> parse_length_mm(std::string_view text);
 /// Parses a size in bytes: B, kB, MB, GB (powers of 1000), KiB, MiB, GiB.

@@ -12,6 +12,7 @@
 #include "abi/fablet_table.h"
 #include "backends/preview/preview_spec.h"
 #include "base/result.h"
+#include "base/units.h"
 #include "base/vec.h"
 #include "program/progress.h"
 
@@ -29,7 +30,7 @@ struct Options {
     int32_t draft = 1;
     std::optional<Vec2<double>> z_range_mm;
     std::optional<Vec2<int32_t>> slices;
-    int64_t memory_bytes = 1'500'000'000;
+    int64_t memory_bytes = kDefaultMemoryBytes;
     int32_t threads = 0;
     std::string dither;  ///< empty: majority for meshes, else the pipeline's own
     uint64_t seed = 0;

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "base/units.h"
 #include "texture/pyramid.h"
 
 namespace openfab::texture {
@@ -22,12 +23,10 @@ struct ImageOptions {
     bool luminance = false;      ///< one channel of three
 };
 
-constexpr int64_t kDefaultMemory = 1'500'000'000;
-
 /// Limits for converting an image to a pyramid.
 struct ReadLimits {
     /// Pyramids that take more memory are refused, and so are files that take more to decode.
-    int64_t memory_bytes = kDefaultMemory;
+    int64_t memory_bytes = kDefaultMemoryBytes;
     /// Folders below which a file may name others (base/input_file.h); empty: its own.
     std::vector<std::filesystem::path> roots;
 };

@@ -20,7 +20,8 @@
 #include "base/clock.h"
 #include "runtime/pipeline/check.h"
 #include "runtime/pipeline/grid.h"
-#include "runtime/pipeline/plan.h"
+#include "runtime/pipeline/memory_needs.h"
+#include "runtime/pipeline/memory_planner.h"
 #include "runtime/pipeline/provenance.h"
 #include "runtime/pipeline/slab.h"
 #include "runtime/pipeline/slice_totals.h"
@@ -211,7 +212,14 @@ class PrintJobImpl final : public PrintJob {
 
   private:
     bool owns_surface(size_t part) const { return owners_[part] == static_cast<int32_t>(part); }
+    Result<void> set_up_surfaces(const MemoryPlanner& planner, const CacheBudgets& caches);
+    Result<void> set_up_grid();
+    void set_up_parts(const std::shared_ptr<nearest::PatchCache>& trees, size_t crossing_bytes);
     void place_parts(const std::shared_ptr<nearest::PatchCache>& trees, size_t crossing_bytes);
+    void set_up_slabs();
+    Result<MemoryPlan> plan_memory(const MemoryPlanner& planner, const CacheBudgets& caches,
+                                   const SurfaceCounts& displaced, int64_t textures) const;
+    void fill_info();
     Result<void> surface_status() const;
     Result<void> resume(pipeline::SliceSink& sink, SliceCommitter* committer);
     Result<void> set_up_support();
@@ -249,72 +257,103 @@ Result<void> PrintJobImpl::set_up() {
     const double start = seconds_now();
     threads_ = options_.threads > 0 ? options_.threads : tbb::info::default_concurrency();
     options_.isa = abi::best_isa(options_.isa);
-    if (const Result<void> checked = check_input(input_, options_); !checked)
-        return checked.error();
-
+    if (const Result<void> checked = check_input(input_, options_); !checked) return checked;
+    const MemoryPlanner planner({options_.memory_bytes, options_.reserved_bytes}, threads_);
     const int64_t textures = texture_bytes(input_.parts);
-    surface::SurfaceOptions surface_options;
-    surface_options.micro_edge_mm =
-        std::cbrt(input_.pitch_mm.x * input_.pitch_mm.y * input_.pitch_mm.z);
-    surface_options.isa = options_.isa;
-    surface_options.infer_identity = options_.infer_identity;
-    surface_options.stop = options_.interrupt;
+
     owners_ = volume::surface_owners(input_.parts);
-    size_t displaced = 0, displaced_parts = 0;
+    SurfaceCounts displaced;
     for (size_t i = 0; i < owners_.size(); ++i) {
         if (input_.parts[i].fablet->has_surface == 0) continue;
-        ++displaced_parts;
-        displaced += owns_surface(i) ? 1 : 0;
+        ++displaced.parts;
+        displaced.surfaces += owns_surface(i) ? 1 : 0;
     }
-    const int64_t before = resident_bytes();
-    CacheBudgets budgets = cache_budgets(options_, before, textures, displaced, displaced_parts);
-    surface_options.cache_bytes = budgets.micropolygons;
-    if (const Result<void> split = volume::split_meshes(owners_, surface_options, &input_.parts);
-        !split)
-        return split.error();
-    int64_t room = 0;
+    const CacheBudgets caches = planner.caches(displaced, resident_bytes(), textures);
+    if (const Result<void> made = set_up_surfaces(planner, caches); !made) return made;
+    if (const Result<void> made = set_up_grid(); !made) return made;
+    const std::shared_ptr<nearest::PatchCache> trees = nearest::make_patch_cache(caches.trees);
+    nearest::set_max_pinned(trees.get(), planner.max_pinned_bytes());
+    set_up_parts(trees, caches.crossings);
+    if (options_.interrupted()) return interrupted_early();
+    set_up_slabs();
+    if (const Result<void> made = set_up_support(); !made) return made;
+    if (options_.interrupted()) return interrupted_early();
+
+    const Result<MemoryPlan> plan = plan_memory(planner, caches, displaced, textures);
+    if (!plan) return plan.error();
+    plan_ = *plan;
+    for (const auto& surface : surfaces_)
+        surface->set_cache_bytes(plan_.caches.micropolygons);
+    nearest::set_budget(trees.get(), plan_.caches.trees);
+    encoders_.emplace(plan_.encoders);
+    setup_.rows_in_flight = plan_.rows_in_flight;
+    fill_info();
+    seconds_set_up_ = seconds_now() - start;
+    return {};
+}
+
+/// Cuts and dices displaced meshes, and refuses what cannot fit before it is made.
+Result<void> PrintJobImpl::set_up_surfaces(const MemoryPlanner& planner,
+                                           const CacheBudgets& caches) {
+    surface::SurfaceOptions options;
+    options.micro_edge_mm = std::cbrt(input_.pitch_mm.x * input_.pitch_mm.y * input_.pitch_mm.z);
+    options.isa = options_.isa;
+    options.infer_identity = options_.infer_identity;
+    options.stop = options_.interrupt;
+    options.cache_bytes = caches.micropolygons;
+    if (const Result<void> split = volume::split_meshes(owners_, options, &input_.parts); !split)
+        return split;
+    int64_t bytes = 0;
     for (size_t i = 0; i < owners_.size(); ++i)
-        room += owns_surface(i) ? surface_bytes(input_.parts[i]) : 0;
-    if (const Result<void> fits = check_memory(room, options_); !fits) return fits.error();
-    auto surfaces = volume::make_surfaces(input_.parts, owners_, surface_options);
+        bytes += owns_surface(i) ? surface_bytes(input_.parts[i]) : 0;
+    if (const Result<void> fits = planner.check(bytes, resident_bytes()); !fits) return fits;
+    auto surfaces = volume::make_surfaces(input_.parts, owners_, options);
     if (!surfaces) return surfaces.error();
     surfaces_ = std::move(*surfaces);
     if (options_.interrupted()) return interrupted_early();
-    room = 0;
+    bytes = 0;
     for (size_t i = 0; i < owners_.size(); ++i) {
         if (owns_surface(i))
-            room += tree_bytes(*surfaces_[i], volume::asks_surface(*input_.parts[i].fablet));
+            bytes += tree_bytes(*surfaces_[i], volume::asks_surface(*input_.parts[i].fablet));
     }
-    if (const Result<void> fits = check_memory(room, options_); !fits) return fits.error();
+    return planner.check(bytes, resident_bytes());
+}
 
+/// Finds the grid around all surfaces and the slices of it that are printed.
+Result<void> PrintJobImpl::set_up_grid() {
     Result<part::Grid> grid =
         make_grid(input_.parts, surfaces_, input_.pitch_mm,
                   abi::voxel_bits(static_cast<int32_t>(input_.materials.size())), input_.crop_mm);
     if (options_.interrupted()) return interrupted_early();
     if (!grid) return grid.error();
-    if (const Result<void> diced = surface_status(); !diced) return diced.error();
+    if (const Result<void> diced = surface_status(); !diced) return diced;
     grid_ = *grid;
     Result<Vec2<int32_t>> range = slice_range(grid_, options_);
     if (!range) return range.error();
     range_ = *range;
+    return {};
+}
 
+/// Places the parts on the grid and orders them: higher priority first, then the later in the build
+/// list.
+void PrintJobImpl::set_up_parts(const std::shared_ptr<nearest::PatchCache>& trees,
+                                size_t crossing_bytes) {
     for (size_t i = 0; i < input_.parts.size(); ++i) {
         parts_.push_back(std::make_unique<volume::PlacedPart>(input_.parts[i]));
         parts_.back()->index = static_cast<int32_t>(i);
         parts_.back()->surface = surfaces_[i];
         setup_.order.push_back(static_cast<int32_t>(i));
     }
-    const std::shared_ptr<nearest::PatchCache> trees = nearest::make_patch_cache(budgets.trees);
-    const size_t pinned = max_pinned_bytes(options_, threads_);
-    nearest::set_max_pinned(trees.get(), pinned);
-    place_parts(trees, budgets.crossings);
+    place_parts(trees, crossing_bytes);
     volume::resolve_object_queries(parts_, options_.isa, trees);
-    if (options_.interrupted()) return interrupted_early();
     std::sort(setup_.order.begin(), setup_.order.end(), [&](int32_t a, int32_t b) {
         const int32_t pa = parts_[a]->part->priority;
         const int32_t pb = parts_[b]->part->priority;
         return pa != pb ? pa > pb : a > b;
     });
+}
+
+void PrintJobImpl::set_up_slabs() {
     setup_.parts = &parts_;
     setup_.stages = abi::find_stage_set(model_materials());
     setup_.bits = abi::voxel_bits(static_cast<int32_t>(input_.materials.size()));
@@ -324,54 +363,28 @@ Result<void> PrintJobImpl::set_up() {
     setup_.size = grid_.size;
     setup_.culling = options_.culling;
     setup_.interrupt = options_.interrupt;
+}
 
-    if (const Result<void> made = set_up_support(); !made) return made.error();
-    if (options_.interrupted()) return interrupted_early();
+Result<MemoryPlan> PrintJobImpl::plan_memory(const MemoryPlanner& planner,
+                                             const CacheBudgets& caches,
+                                             const SurfaceCounts& displaced,
+                                             int64_t textures) const {
+    SurfaceCounts diced;
+    for (size_t i = 0; i < surfaces_.size(); ++i) {
+        if (surfaces_[i]->identity()) continue;
+        ++diced.parts;
+        diced.surfaces += owns_surface(i) ? 1 : 0;
+    }
     const int64_t columns = int64_t{grid_.size.x} * grid_.size.y;
-    const int64_t encode = options_.encode_bytes_per_column * columns;
-    int32_t encoders = encode == 0 ? threads_
-                                   : static_cast<int32_t>(std::clamp<int64_t>(
-                                         options_.memory_bytes / 3 / encode, 1, threads_));
-    MemoryNeeds needs =
-        memory_needs(parts_, grid_.size, setup_.stages->materials, setup_.bits, pinned);
-    const bool dices = std::any_of(surfaces_.begin(), surfaces_.end(),
-                                   [](const auto& surface) { return !surface->identity(); });
-    const auto total_cache_bytes = [&](const CacheBudgets& caches) {
-        size_t sum = 0;
-        for (size_t i = 0; i < surfaces_.size(); ++i) {
-            if (surfaces_[i]->identity()) continue;
-            sum += caches.crossings + (owns_surface(i) ? caches.micropolygons : 0);
-        }
-        return static_cast<int64_t>(sum) + (dices ? resident_trees(caches.trees) : 0);
-    };
+    MemoryNeeds needs = memory_needs(parts_, grid_.size, setup_.stages->materials, setup_.bits,
+                                     planner.max_pinned_bytes());
     needs.fixed += textures + options_.sink_bytes_per_column * columns;
+    needs.per_encoder = options_.encode_bytes_per_column * columns;
     const int32_t slabs = (range_.y + 7) / 8 - range_.x / 8;
-    const auto plan_with = [&](const CacheBudgets& caches) {
-        MemoryNeeds all = needs;
-        all.fixed += total_cache_bytes(caches) + encode * encoders;
-        return make_plan(all, options_, threads_, slabs);
-    };
-    Result<MemoryPlan> plan = plan_with(budgets);
-    if (!plan) {
-        budgets = min_cache_budgets(displaced, displaced_parts);
-        for (const auto& surface : surfaces_)
-            surface->set_cache_bytes(budgets.micropolygons);
-        plan = plan_with(budgets);
-    }
-    for (; !plan && encoders > 1; plan = plan_with(budgets))
-        --encoders;
-    encoders_.emplace(encoders);
-    if (!plan) return plan.error();
-    plan_ = *plan;
-    if (dices) {
-        // Trees get a share of what the plan leaves: a slab needs those of the one before, and
-        // building them again takes longer than anything else.
-        const int64_t over = (options_.memory_bytes - plan_.total_bytes) / 3;
-        plan_.total_bytes += resident_trees(static_cast<size_t>(over));
-        nearest::set_budget(trees.get(), budgets.trees + static_cast<size_t>(over));
-    }
-    setup_.rows_in_flight = plan_.rows_in_flight;
+    return planner.plan(needs, caches, displaced, diced, slabs, options_.slabs_in_flight);
+}
 
+void PrintJobImpl::fill_info() {
     info_.size = grid_.size;
     info_.pitch_mm = grid_.pitch_mm;
     info_.origin_mm = grid_.origin_mm;
@@ -384,8 +397,6 @@ Result<void> PrintJobImpl::set_up() {
     info_.title = input_.title;
     info_.seed = options_.seed;
     info_.provenance = provenance(input_, options_);
-    seconds_set_up_ = seconds_now() - start;
-    return {};
 }
 
 /// Returns the number of materials that fablets can name: support, where it is the last material

@@ -15,6 +15,7 @@
 
 #include "abi/fablet_table.h"
 #include "base/result.h"
+#include "base/units.h"
 #include "runtime/dither/dither_rule.h"
 #include "runtime/part/part.h"
 #include "runtime/pipeline/slice_sink.h"
@@ -22,9 +23,9 @@
 namespace openfab::pipeline {
 
 struct PrintOptions {
-    int64_t memory_bytes = 1'500'000'000;  ///< without the reserved part
-    int64_t reserved_bytes = 0;            ///< part of the user's budget that others use: previews
-    int32_t threads = 0;                   ///< 0: all cores
+    int64_t memory_bytes = kDefaultMemoryBytes;  ///< without the reserved part
+    int64_t reserved_bytes = 0;  ///< part of the user's budget that others use: previews
+    int32_t threads = 0;         ///< 0: all cores
     std::string dither = dither::kDefaultDitherName;
     uint64_t seed = 0;
     std::optional<Vec2<double>> z_range_mm;  ///< --z, above the grid's lowest corner
