@@ -10,8 +10,8 @@
 #include <cstdlib>
 
 #include "program/statistics.h"
-#include "tests/support/slab/box_print.h"
-#include "tests/support/slab/test_fablets.h"
+#include "tests/support/prints/box_print.h"
+#include "tests/support/prints/test_fablets.h"
 
 namespace {
 

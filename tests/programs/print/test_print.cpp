@@ -5,7 +5,7 @@
 // compiler.
 
 #include "program/print_main.h"
-#include "tests/support/slab/test_fablets.h"
+#include "tests/support/prints/test_fablets.h"
 
 int main(int argc, char** argv) {
     using namespace openfab::testing;

@@ -15,7 +15,7 @@
 #include "runtime/pipeline/print_job.h"
 #include "tests/support/reference/column_scan.h"
 #include "tests/support/reference/pipeline.h"
-#include "tests/support/slab/box_print.h"
+#include "tests/support/prints/box_print.h"
 
 namespace openfab::testing {
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include "tests/unit/scene/mesh_files.h"
+#include "tests/unit/mesh/mesh_files.h"
 
 namespace openfab::mesh {
 namespace {

@@ -17,7 +17,7 @@
 #include "tests/support/memory/meter.h"
 #include "tests/support/meshes/temp_folder.h"
 #include "tests/support/meshes/zip_archive.h"
-#include "tests/unit/scene/mesh_files.h"
+#include "tests/unit/mesh/mesh_files.h"
 #include "world/world.h"
 
 namespace openfab::mesh {

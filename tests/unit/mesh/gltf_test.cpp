@@ -4,7 +4,7 @@
 #include <sys/stat.h>
 
 #include "tests/support/meshes/temp_folder.h"
-#include "tests/unit/scene/mesh_files.h"
+#include "tests/unit/mesh/mesh_files.h"
 
 namespace openfab::mesh {
 namespace {

@@ -7,8 +7,8 @@
 #include <gtest/gtest.h>
 
 #include "base/units.h"
-#include "tests/support/slab/box_print.h"
-#include "tests/support/slab/test_fablets.h"
+#include "tests/support/prints/box_print.h"
+#include "tests/support/prints/test_fablets.h"
 
 namespace openfab {
 namespace {

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "tests/support/meshes/zip_archive.h"
-#include "tests/unit/scene/mesh_files.h"
+#include "tests/unit/mesh/mesh_files.h"
 
 namespace openfab::mesh {
 namespace {

@@ -1,6 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/support/slab/test_fablets.h"
+#include "tests/support/prints/test_fablets.h"
 
 #include <HalideRuntime.h>
 

@@ -1,6 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/support/slab/box_print.h"
+#include "tests/support/prints/box_print.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 #include "mesh/model/primitives.h"
 #include "tests/support/meshes/meshes.h"
 #include "tests/support/reference/dither.h"
-#include "tests/support/slab/test_fablets.h"
+#include "tests/support/prints/test_fablets.h"
 
 namespace openfab::testing {
 

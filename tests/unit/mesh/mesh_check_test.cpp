@@ -7,7 +7,7 @@
 #include "mesh/check/mesh_intersections.h"
 #include "mesh/check/triangle_tree.h"
 #include "tests/support/meshes/temp_folder.h"
-#include "tests/unit/scene/mesh_files.h"
+#include "tests/unit/mesh/mesh_files.h"
 
 namespace openfab::mesh {
 namespace {
