@@ -52,7 +52,7 @@ struct Symbol {
 };
 
 enum class ExprKind : uint8_t {
-#define OPENFAB_SEMA_EXPR(name) k##name,
+#define OPENFAB_TREE_EXPR(name) k##name,
 #include "compiler/check/nodes.def"
 };
 
@@ -124,7 +124,7 @@ struct Expr {
 };
 
 enum class StmtKind : uint8_t {
-#define OPENFAB_SEMA_STMT(name) k##name,
+#define OPENFAB_TREE_STMT(name) k##name,
 #include "compiler/check/nodes.def"
 };
 
