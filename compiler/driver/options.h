@@ -27,7 +27,7 @@ struct CompilationOptions {
     std::string target = "both";  ///< sse41, avx2 or both
     int threads = 0;              ///< kernels compiled at once; 0: all cores
     bool time = false;            ///< seconds of each step to stderr
-    bool enable_printf = false;          ///< `printf` and `assert` do something
+    bool enable_printf = false;   ///< `printf` and `assert` do something
     BackEndOptions back_end;
 };
 

@@ -13,9 +13,9 @@
 #include "compiler/diag/render.h"
 #include "compiler/driver/frontend.h"
 #include "runtime/pipeline/print_job.h"
+#include "tests/support/prints/box_print.h"
 #include "tests/support/reference/column_scan.h"
 #include "tests/support/reference/pipeline.h"
-#include "tests/support/prints/box_print.h"
 
 namespace openfab::testing {
 

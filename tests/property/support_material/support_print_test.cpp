@@ -8,9 +8,9 @@
 #include <algorithm>
 #include <random>
 
-#include "tests/support/reference/column_scan.h"
 #include "tests/support/prints/box_print.h"
 #include "tests/support/prints/test_fablets.h"
+#include "tests/support/reference/column_scan.h"
 #include "tests/support/surface/worlds.h"
 
 namespace openfab {

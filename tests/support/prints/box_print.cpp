@@ -7,8 +7,8 @@
 
 #include "mesh/model/primitives.h"
 #include "tests/support/meshes/meshes.h"
-#include "tests/support/reference/dither.h"
 #include "tests/support/prints/test_fablets.h"
+#include "tests/support/reference/dither.h"
 
 namespace openfab::testing {
 
