@@ -62,7 +62,7 @@ TEST_F(Determinism, TheLeastMemoryGivesTheSameBytes) {
     const std::string preview = (scratch() / "least.png").string();
     for (const std::string& threads : {std::string("1"), std::string("2")}) {
         std::vector<std::string> arguments{"--threads", threads, "--memory",
-                                           "5MB",       "-o",    (scratch() / "none.ofr").string(),
+                                           "20MB",      "-o",    (scratch() / "none.ofr").string(),
                                            "--preview", preview};
         arguments.insert(arguments.end(), kDraft.begin(), kDraft.end());
         const std::string least = fmt::format("{}MB", least_memory_mb(print(arguments)));

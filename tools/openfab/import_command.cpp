@@ -116,15 +116,16 @@ Result<void> run_import(ImportArguments arguments) {
     arguments.import.memory_bytes = left;
     Result<Appearances> appearances = read_appearances(mesh, left);
     if (!appearances) return appearances.error();
+    // Before what may fail for want of something that was left out.
+    for (const std::string& warning : loaded->warnings)
+        warn(warning);
+    for (const std::string& text : appearances->notes)
+        note(text);
     Result<Import> import =
         make_import(*loaded, *appearances, mesh.filename().string(), arguments.import);
     if (!import) return import.error();
-    for (const std::string& warning : loaded->warnings)
-        warn(warning);
-    for (const auto* notes : {&appearances->notes, &import->notes}) {
-        for (const std::string& text : *notes)
-            note(text);
-    }
+    for (const std::string& text : import->notes)
+        note(text);
     if (Result<void> done = write_all(mesh, *loaded, *import, folder, world); !done) return done;
     for (const auto& [name, number] : loaded->groups)
         say(fmt::format("group {} is {}\n", number, printable(name)));
