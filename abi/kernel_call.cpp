@@ -2,12 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "abi/kernel_call.h"
 
+#include "simd/isa.h"
+
 namespace openfab::abi {
 
 openfab_isa best_isa(openfab_isa limit) {
-    __builtin_cpu_init();
-    if (limit >= OPENFAB_ISA_AVX2 && __builtin_cpu_supports("avx2")) return OPENFAB_ISA_AVX2;
-    return OPENFAB_ISA_SSE41;
+    const bool wide = limit >= OPENFAB_ISA_AVX2 && simd::best_isa() >= simd::Isa::kAvx2;
+    return wide ? OPENFAB_ISA_AVX2 : OPENFAB_ISA_SSE41;
 }
 
 }  // namespace openfab::abi
