@@ -20,6 +20,7 @@
 #include "base/vec.h"
 #include "runtime/part/part.h"
 #include "runtime/surface/surface.h"
+#include "simd/isa.h"
 
 namespace openfab::nearest {
 
@@ -167,9 +168,6 @@ class Engine {
                         BoxBounds* out) const = 0;
 };
 
-/// Instruction sets the kernel is compiled for, narrowest first.
-enum class InstructionSet { kSse41, kAvx2, kAvx512 };
-
 /// Caches the small trees of displaced patches under one byte budget, for any number of surfaces.
 class PatchCache;
 /// Makes an empty cache of patch trees.
@@ -189,7 +187,7 @@ struct BlockEngineOptions {
     std::shared_ptr<PatchCache> cache;  ///< null: the index makes its own
     size_t cache_bytes = 128u << 20;    ///< budget of that one; trees of one block always fit
     /// The widest instruction set to use where the processor has it; results have the same bits.
-    InstructionSet widest = InstructionSet::kAvx512;
+    simd::Isa widest = simd::Isa::kAvx512;
 };
 
 /// The trees over one surface and the cache of its patch trees, shared by the block engines of all

@@ -11,6 +11,7 @@
 
 #include "runtime/surface/long_triangles.h"
 #include "runtime/surface/morton_order.h"
+#include "simd/isa.h"
 
 namespace openfab::volume {
 
@@ -88,9 +89,8 @@ NearestIndex::NearestIndex(const openfab_fablet& fablet) {
 namespace {
 
 /// Fablets are compiled for AVX2 at most; queries may use more.
-nearest::InstructionSet widest_queries(openfab_isa isa) {
-    return isa == OPENFAB_ISA_AVX2 ? nearest::InstructionSet::kAvx512
-                                   : nearest::InstructionSet::kSse41;
+simd::Isa widest_queries(openfab_isa isa) {
+    return isa == OPENFAB_ISA_AVX2 ? simd::Isa::kAvx512 : simd::Isa::kSse41;
 }
 
 /// Returns the largest coordinate in a box of voxels, part-relative.

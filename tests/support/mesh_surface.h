@@ -21,13 +21,12 @@
 
 #include "runtime/nearest/engine.h"
 #include "runtime/surface/surface.h"
+#include "simd/isa.h"
 
 namespace openfab::testing {
 
-inline const char* name_of(nearest::InstructionSet set) {
-    return set == nearest::InstructionSet::kAvx512 ? "AVX-512"
-           : set == nearest::InstructionSet::kAvx2 ? "AVX2"
-                                                   : "SSE4.1";
+inline const char* name_of(simd::Isa set) {
+    return set == simd::Isa::kAvx512 ? "AVX-512" : set == simd::Isa::kAvx2Fma ? "AVX2" : "SSE4.1";
 }
 
 struct TriangleMesh {

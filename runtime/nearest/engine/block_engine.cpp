@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The block-coherent engine: trees, the cache of diced patches, scratch. The inner loops are in
-// kernel.inl.
+// kernel/.
 
 #include <algorithm>
 #include <atomic>
@@ -16,6 +16,7 @@
 #include "runtime/nearest/kernel/kernel.h"
 #include "runtime/nearest/tree/treelets.h"
 #include "runtime/nearest/voxel_center.h"
+#include "simd/isa.h"
 
 namespace openfab::nearest {
 
@@ -137,13 +138,16 @@ uint64_t next_serial() {
     return ++serial;
 }
 
-const KernelTable& best_kernels(InstructionSet widest) {
-    const bool half = __builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("fma") != 0;
-    const bool wide = half && __builtin_cpu_supports("avx512f") != 0 &&
-                      __builtin_cpu_supports("avx512vl") != 0 &&
-                      __builtin_cpu_supports("avx512dq") != 0;
-    if (wide && widest >= InstructionSet::kAvx512) return avx512::kKernels;
-    if (half && widest >= InstructionSet::kAvx2) return avx2::kKernels;
+const KernelTable& best_kernels(simd::Isa widest) {
+    switch (simd::best_isa(widest)) {
+        case simd::Isa::kAvx512:
+            return avx512::kKernels;
+        case simd::Isa::kAvx2Fma:
+            return avx2_fma::kKernels;
+        case simd::Isa::kAvx2:
+        case simd::Isa::kSse41:
+            break;
+    }
     return sse41::kKernels;
 }
 

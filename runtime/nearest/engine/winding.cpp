@@ -303,7 +303,7 @@ bool Winding::one_side(const Vec3f& p, float distance, const Known& known) const
     float largest = largest_;
     for (int a = 0; a < 3; ++a)
         largest = std::max({largest, std::fabs(p[a]), std::fabs(known.p[a])});
-    // Room for the rounding of distances and positions, as in kernel.inl.
+    // Room for the rounding of distances and positions, as in kernel/kernel_table.h.
     return gap * (1 + 0x1p-18f) + largest * 0x1p-18f < std::max(distance, known.distance_mm);
 }
 

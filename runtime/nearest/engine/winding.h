@@ -22,7 +22,7 @@
 
 #include "base/vec.h"
 #include "runtime/nearest/engine.h"
-#include "runtime/nearest/triangle_runs.h"
+#include "runtime/nearest/engine/triangle_runs.h"
 #include "runtime/surface/surface.h"
 
 namespace openfab::nearest {

@@ -3,7 +3,7 @@
 #pragma once
 
 // Interface between the block engine (plain C++) and its inner loops, which are compiled from
-// kernel.inl once per instruction set. Only plain data crosses it, so that no library code is
+// kernel_table.h once per instruction set. Only plain data crosses it, so that no library code is
 // compiled for the wrong set.
 
 #include <cstddef>
@@ -225,7 +225,7 @@ struct KernelTable {
 namespace avx512 {
 extern const KernelTable kKernels;
 }
-namespace avx2 {
+namespace avx2_fma {
 extern const KernelTable kKernels;
 }
 namespace sse41 {

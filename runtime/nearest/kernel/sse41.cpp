@@ -1,4 +1,3 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#define OPENFAB_NEAREST_ISA sse41
-#include "runtime/nearest/kernel/kernel.inl"
+#include "runtime/nearest/kernel/kernel_table.h"

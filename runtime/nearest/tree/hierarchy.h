@@ -120,7 +120,7 @@ struct TreeSurroundings {
     Box3f whole;                          ///< box of the whole surface, or empty
     std::vector<InputTriangle> one_ring;  ///< other triangles that share a vertex (make_features)
     /// The triangles are a diced patch, whose tree is small, short-lived and traversed
-    /// (kernel/near.inl): its leaves have fewer triangles, and its cones are not computed.
+    /// (kernel/near.h): its leaves have fewer triangles, and its cones are not computed.
     bool diced = false;
 };
 

@@ -33,7 +33,7 @@ struct LeafFeatures {
 /// then edges, then vertices. A point p is not nearest to a feature if, for any of its half-spaces,
 ///     dot(value xyz / kUnit, p - origin) + offset * step > limit,
 /// where the limit bounds the rounding: of a distance for faces and for the last two of edges;
-/// larger for the others (kernel/half_spaces.inl).
+/// larger for the others (kernel/half_spaces.h).
 struct HalfSpaces {
     static constexpr float kUnit = 32768;
     static constexpr size_t kValues = kHalfSpaces * 4;  ///< per feature

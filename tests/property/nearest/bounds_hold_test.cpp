@@ -13,6 +13,7 @@
 
 #include "runtime/nearest/engine.h"
 #include "runtime/nearest/engine/attributes.h"
+#include "simd/isa.h"
 #include "tests/support/mesh_surface.h"
 
 namespace openfab::nearest {
@@ -182,8 +183,8 @@ TEST(BoundsHold, PiecesOfBlocks) {
                 }
                 blocks.push_back(block);
             }
-            for (const InstructionSet set :
-                 {InstructionSet::kAvx512, InstructionSet::kAvx2, InstructionSet::kSse41}) {
+            for (const simd::Isa set :
+                 {simd::Isa::kAvx512, simd::Isa::kAvx2Fma, simd::Isa::kSse41}) {
                 const auto engine = make_block_engine(surface, frame, {.widest = set});
                 // A piece that lies across the way to the surface has an interval of no width.
                 EXPECT_LT(check_pieces(*engine, blocks, pitch), 2.0) << testing::name_of(set);

@@ -12,6 +12,7 @@
 #include "base/infinity.h"
 #include "runtime/nearest/engine.h"
 #include "tests/support/long_run.h"
+#include "simd/isa.h"
 #include "tests/support/mesh_surface.h"
 
 namespace openfab::nearest {
@@ -137,8 +138,7 @@ void check(const surface::Surface& surface, const Asked& setup,
     }
     const auto want = run(*make_brute_force_engine(surface, frame), queries);
     for (const size_t bytes : cache_bytes) {
-        for (const InstructionSet set :
-             {InstructionSet::kAvx512, InstructionSet::kAvx2, InstructionSet::kSse41}) {
+        for (const simd::Isa set : {simd::Isa::kAvx512, simd::Isa::kAvx2Fma, simd::Isa::kSse41}) {
             const auto cache = nearest::make_patch_cache(bytes);
             nearest::set_max_pinned(cache.get(), most_pinned);
             const auto engine = make_block_engine(surface, frame, {.cache = cache, .widest = set});

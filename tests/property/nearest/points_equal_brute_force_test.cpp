@@ -11,6 +11,7 @@
 
 #include "base/infinity.h"
 #include "runtime/nearest/engine.h"
+#include "simd/isa.h"
 #include "tests/support/mesh_surface.h"
 
 namespace openfab::nearest {
@@ -94,8 +95,7 @@ void check(const surface::Surface& surface, const TriangleMesh& mesh, uint32_t s
     const auto brute = make_brute_force_engine(surface, frame);
     for (const float radius : {kInfinity, length(mesh.box().size()) * 0.05f}) {
         const auto want = run(*brute, packets, radius);
-        for (const InstructionSet set :
-             {InstructionSet::kAvx512, InstructionSet::kAvx2, InstructionSet::kSse41}) {
+        for (const simd::Isa set : {simd::Isa::kAvx512, simd::Isa::kAvx2Fma, simd::Isa::kSse41}) {
             BlockEngineOptions with_set = options;
             with_set.widest = set;
             const auto engine = make_block_engine(surface, frame, with_set);
@@ -165,8 +165,7 @@ TEST(PointsEqualBruteForce, BoundsHoldTheDistance) {
         }
         const auto brute = make_brute_force_engine(surface, frame);
         const auto want = run(*brute, packets, kInfinity);
-        for (const InstructionSet set :
-             {InstructionSet::kAvx512, InstructionSet::kAvx2, InstructionSet::kSse41}) {
+        for (const simd::Isa set : {simd::Isa::kAvx512, simd::Isa::kAvx2Fma, simd::Isa::kSse41}) {
             const auto engine = make_block_engine(surface, frame, {.widest = set});
             // Alone, and beside what was found then, but for one lane.
             std::vector<PointPacket> near;

@@ -1,15 +1,27 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-//
-// Bounds over whole cubes of voxels. Part of kernel.inl.
+#pragma once
+
+// Bounds over whole cubes of voxels.
+
+#include <cstddef>
+#include <cstdint>
+
+#include "runtime/nearest/kernel/kernel.h"
+#include "runtime/nearest/kernel/nodes.h"
+#include "runtime/nearest/kernel/packet.h"
+#include "runtime/nearest/kernel/voxel_box.h"
+
+namespace openfab::nearest::OPENFAB_SIMD_ISA {
+namespace {
 
 /// Returns the squared distance from each point to the farthest point of the node's box.
-OPENFAB_INLINE F8 max_distance2(const Node& n, const Points& p) {
-    F8 sum;
+OPENFAB_INLINE Floats8 max_distance2(const Node& n, const Points& p) {
+    Floats8 sum;
     for (int k = 0; k < 3; ++k) {
-        const F8 u =
-            dot3(set1(n.axis[k][0]), set1(n.axis[k][1]), set1(n.axis[k][2]), p.x, p.y, p.z);
-        const F8 d = absolute(u - set1(n.center[k])) + set1(n.half[k]);
+        const Floats8 u = dot3(Floats8(n.axis[k][0]), Floats8(n.axis[k][1]), Floats8(n.axis[k][2]),
+                               p.x, p.y, p.z);
+        const Floats8 d = absolute(u - Floats8(n.center[k])) + Floats8(n.half[k]);
         sum = k == 0 ? d * d : sum + d * d;
     }
     return sum;
@@ -18,7 +30,7 @@ OPENFAB_INLINE F8 max_distance2(const Node& n, const Points& p) {
 /// Upper bounds of the squared distance at the corners, without dicing: exact for triangles; for
 /// patches, the farthest point of their boxes.
 struct CubeUpper {
-    F8 distance2;
+    Floats8 distance2;
     const Node* node[8];  ///< the patch box it is from; null if it is from a triangle
 };
 
@@ -33,14 +45,13 @@ inline void find_upper_bounds(const KernelInput& in, const Points& p, KernelScra
         const Node& node = e.tree->nodes[e.node];
         if (bits(node_distance2(node, p) < upper->distance2 - w->tolerance2) == 0) continue;
         if (!node.is_leaf()) {
-            const F8 bar = upper->distance2 - w->tolerance2;
-            F8 of_child[kMaxChildren];
+            const Floats8 bar = upper->distance2 - w->tolerance2;
+            Floats8 of_child[kMaxChildren];
             const uint32_t near = test_children(*e.tree, node, p, bar, of_child);
             const uint32_t child = node.child(), nearest = nearest_child(of_child);
-            each_other_child(
-                near, nearest, [&](uint32_t i) __attribute__((always_inline)) {
-                    scratch->stack.push({e.tree, child + i});
-                });
+            each_other_child(near, nearest, [&](uint32_t i) OPENFAB_INLINE_LAMBDA {
+                scratch->stack.push({e.tree, child + i});
+            });
             if ((near >> nearest & 1u) != 0) scratch->stack.push({e.tree, child + nearest});
             continue;
         }
@@ -51,8 +62,8 @@ inline void find_upper_bounds(const KernelInput& in, const Points& p, KernelScra
             continue;
         }
         if (node.count() == 0) {
-            const F8 far2 = max_distance2(node, p);
-            const M8 closer = far2 < upper->distance2;
+            const Floats8 far2 = max_distance2(node, p);
+            const Mask8 closer = far2 < upper->distance2;
             upper->distance2 = select(closer, far2, upper->distance2);
             const uint32_t mask = bits(closer);
             for (int l = 0; l < 8; ++l) {
@@ -63,7 +74,7 @@ inline void find_upper_bounds(const KernelInput& in, const Points& p, KernelScra
         for (uint32_t i = node.first(); i < node.first() + node.count(); ++i) {
             update_witness_triangle(e.tree->frames[i], e.tree->details[i], p, w);
         }
-        const M8 closer = w->distance2 < upper->distance2;
+        const Mask8 closer = w->distance2 < upper->distance2;
         upper->distance2 = select(closer, w->distance2, upper->distance2);
         const uint32_t mask = bits(closer);
         for (int l = 0; l < 8; ++l) {
@@ -105,11 +116,11 @@ NodeDistance node_distance(const NodeRef& e, const Points& center, const Points&
 float separation2(const Node& n, const Points& corner) {
     float sum = 0;
     for (int k = 0; k < 3; ++k) {
-        const F8 u = dot3(set1(n.axis[k][0]), set1(n.axis[k][1]), set1(n.axis[k][2]), corner.x,
-                          corner.y, corner.z) -
-                     set1(n.center[k]);
+        const Floats8 u = dot3(Floats8(n.axis[k][0]), Floats8(n.axis[k][1]), Floats8(n.axis[k][2]),
+                               corner.x, corner.y, corner.z) -
+                          Floats8(n.center[k]);
         const float above = least_lane(u) - n.half[k];
-        const float below = least_lane(set1(0.0f) - u) - n.half[k];
+        const float below = least_lane(Floats8(0.0f) - u) - n.half[k];
         const float gap = larger(larger(above, below), 0.0f);
         sum += gap * gap;
     }
@@ -124,15 +135,15 @@ float bound_cube(const KernelInput& in, const Vec3i& lowest, int32_t size, Kerne
     const int32_t low[3] = {lowest.x, lowest.y, lowest.z};
     const int32_t sizes[3] = {size, size, size};
     const VoxelBox box = make_box(in, low, sizes);
-    Witnesses w{set1(kInfinity), set1(0), set1(0), set1(0), 0, witness_tolerance(box)};
-    CubeUpper upper{set1(kInfinity), {}};
+    Witnesses w{Floats8(kInfinity), Floats8(0), Floats8(0), Floats8(0), 0, witness_tolerance(box)};
+    CubeUpper upper{Floats8(kInfinity), {}};
     find_upper_bounds(in, box.corner, scratch, &w, &upper);
 
     PruneBounds bounds;
     make_prune_bounds(box, w, &bounds);
     float hi2 = kInfinity;
     for (int i = 0; i < bounds.count; ++i) {
-        const float far2 = largest_lane(load(bounds.bound[i]));
+        const float far2 = largest_lane(Floats8::load(bounds.bound[i]));
         hi2 = far2 < hi2 ? far2 : hi2;
     }
     // Any point of a patch's box may be the one on the surface: the bound is the farthest one at
@@ -142,7 +153,7 @@ float bound_cube(const KernelInput& in, const Vec3i& lowest, int32_t size, Kerne
         for (int j = 0; j < l; ++j)
             fresh = fresh && upper.node[j] != upper.node[l];
         if (!fresh) continue;
-        const F8 bound = with_slack(max_distance2(*upper.node[l], box.corner), box.delta);
+        const Floats8 bound = with_slack(max_distance2(*upper.node[l], box.corner), box.delta);
         store(bounds.bound[bounds.count++], bound);
         const float far2 = largest_lane(bound);
         hi2 = far2 < hi2 ? far2 : hi2;
@@ -152,10 +163,13 @@ float bound_cube(const KernelInput& in, const Vec3i& lowest, int32_t size, Kerne
     collect_frontier(box, stop * stop, false, nullptr, &bounds, scratch);
 
     alignas(32) float center[3];
-    center[0] = largest_lane(box.corner.x) * 0.5f - largest_lane(set1(0.0f) - box.corner.x) * 0.5f;
-    center[1] = largest_lane(box.corner.y) * 0.5f - largest_lane(set1(0.0f) - box.corner.y) * 0.5f;
-    center[2] = largest_lane(box.corner.z) * 0.5f - largest_lane(set1(0.0f) - box.corner.z) * 0.5f;
-    const Points center_point{set1(center[0]), set1(center[1]), set1(center[2])};
+    center[0] =
+        largest_lane(box.corner.x) * 0.5f - largest_lane(Floats8(0.0f) - box.corner.x) * 0.5f;
+    center[1] =
+        largest_lane(box.corner.y) * 0.5f - largest_lane(Floats8(0.0f) - box.corner.y) * 0.5f;
+    center[2] =
+        largest_lane(box.corner.z) * 0.5f - largest_lane(Floats8(0.0f) - box.corner.z) * 0.5f;
+    const Points center_point{Floats8(center[0]), Floats8(center[1]), Floats8(center[2])};
     size_t kept = 0;
     for (size_t i = 0; i < scratch->frontier.size; ++i) {
         const NodeRef e = scratch->frontier.data[i];
@@ -173,3 +187,6 @@ float bound_cube(const KernelInput& in, const Vec3i& lowest, int32_t size, Kerne
     scratch->frontier.size = kept;
     return __builtin_sqrtf(hi2) * kSlack + box.delta;
 }
+
+}  // namespace
+}  // namespace openfab::nearest::OPENFAB_SIMD_ISA

@@ -1,6 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/nearest/triangle_runs.h"
+#include "runtime/nearest/engine/triangle_runs.h"
 
 #include <algorithm>
 

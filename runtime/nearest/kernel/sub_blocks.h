@@ -1,11 +1,24 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-//
-// Narrows the frontier of a deep block to its sub-blocks. Part of kernel.inl.
+#pragma once
+
+// Narrows the frontier of a deep block to its sub-blocks.
 //
 // Corners of the whole block prune little near the centers of its faces: half of the leaves they
 // keep matter to no voxel. So each sub-block gets witnesses of its own, from the leaves of the
 // block's frontier.
+
+#include <cstddef>
+#include <cstdint>
+
+#include "runtime/nearest/kernel/kernel.h"
+#include "runtime/nearest/kernel/nodes.h"
+#include "runtime/nearest/kernel/packet.h"
+#include "runtime/nearest/kernel/voxel_box.h"
+#include "simd/lists.h"
+
+namespace openfab::nearest::OPENFAB_SIMD_ISA {
+namespace {
 
 /// Shorter frontiers are not narrowed: it would cost what it saves (docs/measurements).
 constexpr size_t kMinLeaves = 56;
@@ -17,7 +30,8 @@ constexpr uint32_t kFourCorners =
 /// The nearest leaves to four corners of each sub-block, each lane among those it has seen.
 template <typename V>
 struct NearestLeaves {
-    V distance2[8][4], index[8][4];  ///< indices in the frontier, as bits
+    V distance2[8][4];
+    typename V::Ints index[8][4];  ///< in the frontier
 };
 
 /// Computes the squared distances of the frontier's leaves to the corners of the sub-blocks in
@@ -30,15 +44,15 @@ OPENFAB_INLINE void measure_leaves(const VoxelBox* sub_box, uint32_t subs, Kerne
     scratch->frontier_distance2.reserve((count + kLanes) / kLanes * 64);
     for (int sub = 0; sub < 8; ++sub) {
         for (int i = 0; i < 4; ++i) {
-            nearest->distance2[sub][i] = splat<V>(kInfinity);
-            nearest->index[sub][i] = Width<V>::splat_bits(0);
+            nearest->distance2[sub][i] = V(kInfinity);
+            nearest->index[sub][i] = 0;
         }
     }
     alignas(64) int32_t indices_of[kLanes];
     for (size_t first = 0; first < count; first += kLanes) {
         for (size_t l = 0; l < kLanes; ++l)
             indices_of[l] = static_cast<int32_t>(first + l < count ? first + l : first);
-        const V index = Width<V>::load(reinterpret_cast<const float*>(indices_of));
+        const auto index = V::Ints::load(indices_of);
         const auto boxes = load_boxes<V>(scratch->frontier.data + first, count - first);
         Lanes* out = scratch->frontier_distance2.data + first / kLanes * 64;
         for (uint32_t left = subs; left != 0; left &= left - 1) {
@@ -58,13 +72,13 @@ OPENFAB_INLINE void measure_leaves(const VoxelBox* sub_box, uint32_t subs, Kerne
     }
 }
 
-/// Returns the bits of `of` in the lane with the least value.
+/// Returns `of` in the lane with the least value.
 template <typename V>
-OPENFAB_INLINE int32_t at_least_lane(V value, V of) {
+OPENFAB_INLINE int32_t at_least_lane(V value, typename V::Ints of) {
     alignas(64) float v[V::kLanes];
     alignas(64) int32_t o[V::kLanes];
     store(v, value);
-    store_bits(o, of);
+    store(o, of);
     for (int half = V::kLanes / 2; half > 0; half /= 2) {
         for (int l = 0; l < half; ++l) {
             o[l] = v[l + half] < v[l] ? o[l + half] : o[l];
@@ -88,7 +102,7 @@ template <typename V>
 OPENFAB_INLINE void make_sub_block_bounds(const VoxelBox& box, int sub, float radius,
                                           const NearestLeaves<V>& nearest, KernelScratch* scratch,
                                           PruneBounds* bounds) {
-    Witnesses w{set1(kInfinity), set1(0), set1(0), set1(0), 0, set1(0)};
+    Witnesses w{Floats8(kInfinity), Floats8(0), Floats8(0), Floats8(0), 0, Floats8(0)};
     int32_t leaf[4];
     for (int i = 0; i < 4; ++i) {
         leaf[i] = at_least_lane(nearest.distance2[sub][i], nearest.index[sub][i]);
@@ -110,7 +124,7 @@ OPENFAB_INLINE void make_sub_block_bounds(const VoxelBox& box, int sub, float ra
 /// frontier_subs tells of which.
 __attribute__((noinline)) void narrow_to_sub_blocks(const KernelInput& in, const BlockQuery& q,
                                                     uint32_t subs, KernelScratch* scratch) {
-    using V = Widest;
+    using V = simd::WidestFloats;
     constexpr size_t kLanes = V::kLanes;
     const size_t count = scratch->frontier.size;
     scratch->frontier_subs.reserve(count + 32);
@@ -135,9 +149,9 @@ __attribute__((noinline)) void narrow_to_sub_blocks(const KernelInput& in, const
             const Lanes* in = scratch->frontier_distance2.data + first / kLanes * 64 + sub * 8;
             V distance2[8];
             for (int c = 0; c < 8; ++c)
-                distance2[c] = Width<V>::load(in[c].v);
+                distance2[c] = V::load(in[c].v);
             const uint32_t kept = ~prunable_lanes(distance2, bounds);
-            add_bit<V>(kept, sub, mask + first);
+            simd::add_bit<V::kLanes>(kept, sub, mask + first);
         }
     }
     size_t kept = 0;
@@ -148,3 +162,6 @@ __attribute__((noinline)) void narrow_to_sub_blocks(const KernelInput& in, const
     }
     scratch->frontier.size = kept;
 }
+
+}  // namespace
+}  // namespace openfab::nearest::OPENFAB_SIMD_ISA

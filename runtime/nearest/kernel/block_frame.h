@@ -1,7 +1,17 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-//
-// The frame of a block in part space, and linear functions over it. Part of kernel.inl.
+#pragma once
+
+// The frame of a block in part space, and linear functions over it.
+
+#include <cstdint>
+
+#include "runtime/nearest/kernel/kernel.h"
+#include "runtime/nearest/kernel/packet.h"
+#include "runtime/nearest/kernel/voxel_box.h"
+
+namespace openfab::nearest::OPENFAB_SIMD_ISA {
+namespace {
 
 /// A block of voxels in part space.
 struct BlockFrame {
@@ -17,7 +27,7 @@ struct BlockFrame {
 };
 
 /// Makes the frame of a block. `reach2` is the squared reach; delta bounds the errors of squared
-/// distances as in kernel.inl, which are largest for large triangles.
+/// distances as in kernel_table.h, which are largest for large triangles.
 inline BlockFrame make_block_frame(const KernelInput& in, const Vec3i& block, float reach2,
                                    float delta) {
     const float* f = in.frame;
@@ -52,8 +62,8 @@ struct LinearForm {
 /// Returns how much it deviates at the outer voxel centers of a part from its value at the center.
 template <typename V>
 OPENFAB_INLINE V deviation(const LinearForm<V>& s, const float* half) {
-    return (absolute(s.by[0]) * splat<V>(half[0]) + absolute(s.by[1]) * splat<V>(half[1])) +
-           absolute(s.by[2]) * splat<V>(half[2]);
+    return (absolute(s.by[0]) * V(half[0]) + absolute(s.by[1]) * V(half[1])) +
+           absolute(s.by[2]) * V(half[2]);
 }
 
 /// Computes the values at the centers of the parts of a box that is halved `bits` times, from the
@@ -62,10 +72,13 @@ template <int bits, typename V>
 OPENFAB_INLINE void part_centers(const LinearForm<V>& s, const int32_t* axis, const float* half,
                                  V* at) {
     for (int k = 0; k < bits; ++k) {
-        const V by = s.by[axis[k]] * splat<V>(half[k]);
+        const V by = s.by[axis[k]] * V(half[k]);
         for (int i = 0; i < 1 << k; ++i) {
             at[i + (1 << k)] = at[i] + by;
             at[i] = at[i] - by;
         }
     }
 }
+
+}  // namespace
+}  // namespace openfab::nearest::OPENFAB_SIMD_ISA

@@ -1,7 +1,16 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-//
-// Answers of features. Part of kernel.inl.
+#pragma once
+
+// Answers of features.
+
+#include <cstdint>
+
+#include "runtime/nearest/kernel/kernel.h"
+#include "simd/target.h"
+
+namespace openfab::nearest::OPENFAB_SIMD_ISA {
+namespace {
 
 /// Farther than any feature, but less than the infinity of an excluded one.
 constexpr float kNoFeature = 0x1.fffffep127f;
@@ -82,3 +91,6 @@ OPENFAB_INLINE void write_voxel(int v, const FeatureAnswer& a, float distance2, 
     answer->bary1[v] = bary1;
     answer->bary2[v] = bary2;
 }
+
+}  // namespace
+}  // namespace openfab::nearest::OPENFAB_SIMD_ISA

@@ -1,8 +1,19 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-//
+#pragma once
+
 // The cached corners of blocks: the surface point nearest to a corner is a witness for the blocks
-// around it, and its distance bounds theirs. Part of kernel.inl.
+// around it, and its distance bounds theirs.
+
+#include <cstddef>
+#include <cstdint>
+
+#include "runtime/nearest/kernel/kernel.h"
+#include "runtime/nearest/kernel/packet.h"
+#include "runtime/nearest/kernel/voxel_box.h"
+
+namespace openfab::nearest::OPENFAB_SIMD_ISA {
+namespace {
 
 /// Tolerance of the surface points of corners, in half diagonals of a block.
 constexpr float kCornerTolerance = 0.35f;
@@ -55,7 +66,8 @@ OPENFAB_INLINE void update_witness_neighbours(const KernelInput& in, const Corne
             for (int c = 0; c < 3; ++c)
                 point[c][l] = cached ? e.point[c] : kInfinity;
         }
-        update_witness_points({load(point[0]), load(point[1]), load(point[2])}, p, w);
+        update_witness_points(
+            {Floats8::load(point[0]), Floats8::load(point[1]), Floats8::load(point[2])}, p, w);
     }
 }
 
@@ -76,26 +88,26 @@ __attribute__((noinline)) void search_corners(const KernelInput& in, const Corne
             largest = larger(largest, __builtin_fabsf(p[c][l]));
         }
     }
-    const Points points{load(p[0]), load(p[1]), load(p[2])};
+    const Points points{Floats8::load(p[0]), Floats8::load(p[1]), Floats8::load(p[2])};
     const float half_diagonal = in.shape->half_diagonal;
     const float off = kCornerTolerance * half_diagonal;
     // Every voxel has a corner of its block within half the diagonal; with a little more the corner
     // can also rule out its whole sub-block.
     const float reach = radius + 1.25f * half_diagonal;
-    Witnesses w{set1(reach < kInfinity ? reach * reach : kInfinity),
-                set1(0),
-                set1(0),
-                set1(0),
+    Witnesses w{Floats8(reach < kInfinity ? reach * reach : kInfinity),
+                Floats8(0),
+                Floats8(0),
+                Floats8(0),
                 0,
-                set1(off * off)};
+                Floats8(off * off)};
     WarmStart& warm = scratch->warm;
     for (int i = 0; i < warm.count; ++i)
         update_witness_point(warm.point[0][i], warm.point[1][i], warm.point[2][i], points, &w);
     update_witness_neighbours(in, list, points, scratch, &w);
     find_witnesses({&in.root, 0}, points, scratch, &w);
-    const F8 least2 = max(w.distance2 - w.tolerance2, set1(0.0f));
-    const F8 least =
-        max(sqrt(least2) * set1(1.0f - 0x1p-18f) - set1(largest * 0x1p-18f), set1(0.0f));
+    const Floats8 least2 = max(w.distance2 - w.tolerance2, Floats8(0.0f));
+    const Floats8 least =
+        max(sqrt(least2) * Floats8(1.0f - 0x1p-18f) - Floats8(largest * 0x1p-18f), Floats8(0.0f));
     alignas(32) float point[3][8], lower[8];
     store(point[0], w.x);
     store(point[1], w.y);
@@ -198,3 +210,6 @@ OPENFAB_INLINE uint32_t sub_blocks_in_reach(const KernelInput& in, const BlockCo
     }
     return mask;
 }
+
+}  // namespace
+}  // namespace openfab::nearest::OPENFAB_SIMD_ISA

@@ -1,7 +1,26 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-//
-// Queries of blocks of 8 x 8 x 8 voxels. Part of kernel.inl.
+#pragma once
+
+// Queries of blocks of 8 x 8 x 8 voxels.
+
+#include <cstddef>
+#include <cstdint>
+
+#include "runtime/nearest/kernel/answers.h"
+#include "runtime/nearest/kernel/best.h"
+#include "runtime/nearest/kernel/block_frame.h"
+#include "runtime/nearest/kernel/corner_cache.h"
+#include "runtime/nearest/kernel/features.h"
+#include "runtime/nearest/kernel/kernel.h"
+#include "runtime/nearest/kernel/near.h"
+#include "runtime/nearest/kernel/nodes.h"
+#include "runtime/nearest/kernel/packet.h"
+#include "runtime/nearest/kernel/sub_blocks.h"
+#include "runtime/nearest/kernel/voxel_box.h"
+
+namespace openfab::nearest::OPENFAB_SIMD_ISA {
+namespace {
 
 /// Counts the active voxels of the block.
 OPENFAB_INLINE int count_active_voxels(const BlockQuery& q) {
@@ -75,7 +94,7 @@ OPENFAB_INLINE uint32_t sub_blocks_of(uint32_t quarters) {
 OPENFAB_INLINE void query_quarter(const KernelInput& in, const BlockQuery& q, int quarter,
                                   const uint8_t* active_lanes, float radius2,
                                   KernelScratch* scratch, BlockAnswer* answer) {
-    using V = Widest;
+    using V = simd::WidestFloats;
     constexpr int kParts = V::kLanes / 8;
     const BlockFeatures& block = scratch->features;
     const uint32_t features = block.quarter_count[quarter];
@@ -94,7 +113,7 @@ OPENFAB_INLINE void query_quarter(const KernelInput& in, const BlockQuery& q, in
         if ((bits(best.tied) & lanes) != 0) break_ties(candidates, p, lanes, &best);
         scratch->counts->triangle_tests += int64_t{features} * kParts;
         const int16_t* voxel = in.shape->voxel + packet * 8;
-        each_found(candidates, best, lanes & found_within(best, splat<V>(radius2)),
+        each_found(candidates, best, lanes & found_within(best, V(radius2)),
                    [&](int l, int32_t, const FeatureAnswer& a, float distance2, float bary1,
                        float bary2) { write_voxel(voxel[l], a, distance2, bary1, bary2, answer); });
     }
@@ -181,3 +200,6 @@ void query(const KernelInput& in, const BlockQuery& q, KernelScratch* scratch,
     collect_features(frame, quarters, scratch);
     query_quarters(in, q, quarters, active_lanes, scratch, answer);
 }
+
+}  // namespace
+}  // namespace openfab::nearest::OPENFAB_SIMD_ISA

@@ -1,13 +1,28 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-//
-// Candidate faces, edges and vertices of a block, listed for its quarters. Part of kernel.inl.
+#pragma once
+
+// Candidate faces, edges and vertices of a block, listed for its quarters.
+
+#include <cstddef>
+#include <cstdint>
+
+#include "runtime/nearest/kernel/answers.h"
+#include "runtime/nearest/kernel/block_frame.h"
+#include "runtime/nearest/kernel/half_spaces.h"
+#include "runtime/nearest/kernel/kernel.h"
+#include "runtime/nearest/kernel/packet.h"
+#include "runtime/nearest/kernel/voxel_box.h"
+#include "simd/lists.h"
+
+namespace openfab::nearest::OPENFAB_SIMD_ISA {
+namespace {
 
 /// Returns an upper bound of the squared distance of every point of the box.
 OPENFAB_INLINE float upper_bound2(const PruneBounds& bounds) {
     float farthest2 = kInfinity;
     for (int i = 0; i < bounds.count; ++i) {
-        const float far2 = largest_lane(load(bounds.bound[i]));
+        const float far2 = largest_lane(Floats8::load(bounds.bound[i]));
         farthest2 = far2 < farthest2 ? far2 : farthest2;
     }
     return farthest2;
@@ -30,7 +45,7 @@ OPENFAB_INLINE uint32_t quarters_of(uint32_t subs) {
 }
 
 /// Features of a leaf tested at once.
-constexpr auto kLeafLanes = static_cast<uint32_t>(I16::kLanes);
+constexpr auto kLeafLanes = static_cast<uint32_t>(Fixed16::kLanes);
 
 /// A tagged index has the feature's kind in the bits above these.
 constexpr uint32_t kIndexBits = 30;
@@ -57,8 +72,8 @@ OPENFAB_INLINE void partition_by_kind(const uint32_t* tagged, uint32_t count, Fe
             index[l] = tagged[i + l] & ((1u << kIndexBits) - 1);
         for (uint32_t kind = 0; kind < kFeatureKinds; ++kind) {
             auto& indices = out->indices[kind];
-            indices.size += list_numbers(there & lanes_of_kind(tagged + i, kind), index,
-                                         indices.data + indices.size);
+            indices.size += simd::list_numbers(there & simd::lanes_with_high_bits(tagged + i, kind),
+                                               index, indices.data + indices.size);
         }
     }
 }
@@ -80,9 +95,9 @@ OPENFAB_INLINE void append_to_quarter(int quarter, uint32_t candidates, const ui
     uint32_t& count = f->quarter_count[quarter];
     if (__builtin_expect(count + kLeafLanes > f->quarter_stride, 0))
         widen_quarters(2 * f->quarter_stride, f);
-    count +=
-        list_numbers(candidates, indices,
-                     f->in_quarter.data + static_cast<size_t>(quarter) * f->quarter_stride + count);
+    count += simd::list_numbers(
+        candidates, indices,
+        f->in_quarter.data + static_cast<size_t>(quarter) * f->quarter_stride + count);
 }
 
 OPENFAB_INLINE const int16_t* half_spaces_of(const TreeView& tree, const LeafFeatures& leaf) {
@@ -127,7 +142,7 @@ OPENFAB_INLINE void collect_leaf(const HalfSpaceFrame& frame, const NodeRef& e, 
                         leaf.first_vertex + first - vertices_from}});
         f->candidates.reserve(f->candidates.size + kLeafLanes);
         f->candidates.size +=
-            list_numbers(anywhere, indices, f->candidates.data + f->candidates.size);
+            simd::list_numbers(anywhere, indices, f->candidates.data + f->candidates.size);
     }
 }
 
@@ -168,12 +183,12 @@ OPENFAB_INLINE void look_up_answers(BlockFeatures* f, FeaturesByKind* by_kind) {
     find_features(by_kind->indices[kFaces], kFaces, &TreeView::frames, f);
     find_features(by_kind->indices[kEdges], kEdges, &TreeView::edges, f);
     find_features(by_kind->indices[kVertices], kVertices, &TreeView::vertices, f);
-    const auto each = [by_kind](uint32_t kind, const auto& visit) __attribute__((always_inline)) {
+    const auto each = [by_kind](uint32_t kind, const auto& visit) OPENFAB_INLINE_LAMBDA {
         const auto& indices = by_kind->indices[kind];
         for (size_t i = 0; i < indices.size; ++i)
             visit(indices.data[i]);
     };
-    const auto own = [f](uint32_t index, uint32_t owner) __attribute__((always_inline)) {
+    const auto own = [f](uint32_t index, uint32_t owner) OPENFAB_INLINE_LAMBDA {
         const TriangleDetail* d = f->lanes.data[index / kLeafLanes].tree->details + owner;
         __builtin_prefetch(&d->patch);
         f->details.data[index] = d;
@@ -225,23 +240,19 @@ struct FeaturesOfQuarter {
 
     template <typename Visit>
     OPENFAB_INLINE void faces(const Visit& visit) const {
-        each(
-            kFaces, [&](uint32_t index) __attribute__((always_inline)) {
-                visit(face_at(block, index), block.margins.data[index], index);
-            });
+        each(kFaces, [&](uint32_t index) OPENFAB_INLINE_LAMBDA {
+            visit(face_at(block, index), block.margins.data[index], index);
+        });
     }
     template <typename Visit>
     OPENFAB_INLINE void edges(const Visit& visit) const {
-        each(
-            kEdges, [&](uint32_t index)
-                        __attribute__((always_inline)) { visit(edge_at(block, index), index); });
+        each(kEdges,
+             [&](uint32_t index) OPENFAB_INLINE_LAMBDA { visit(edge_at(block, index), index); });
     }
     template <typename Visit>
     OPENFAB_INLINE void vertices(const Visit& visit) const {
-        each(
-            kVertices, [&](uint32_t index) __attribute__((always_inline)) {
-                visit(vertex_at(block, index).v, index);
-            });
+        each(kVertices, [&](uint32_t index)
+                            OPENFAB_INLINE_LAMBDA { visit(vertex_at(block, index).v, index); });
     }
     OPENFAB_INLINE const FeatureAnswer& answer(int32_t index) const {
         return block.answers.data[index];
@@ -256,3 +267,6 @@ struct FeaturesOfQuarter {
             visit(indices[i]);
     }
 };
+
+}  // namespace
+}  // namespace openfab::nearest::OPENFAB_SIMD_ISA

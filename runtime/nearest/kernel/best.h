@@ -1,30 +1,39 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-//
-// Nearest feature for each point of a packet. Part of kernel.inl.
+#pragma once
+
+// Nearest feature for each point of a packet.
 //
 // `Features` below provides the features. It has faces(visit), edges(visit) and vertices(visit),
 // which call visit(frame, margin, index), visit(edge, index) and visit(position, index) for each,
 // and answer(index), the answer where that feature wins. Indices are its own.
 
+#include <cstdint>
+
+#include "runtime/nearest/kernel/answers.h"
+#include "runtime/nearest/kernel/packet.h"
+
+namespace openfab::nearest::OPENFAB_SIMD_ISA {
+namespace {
+
 /// The nearest features of a packet so far.
 template <typename V>
 struct FeatureBest {
     V distance2, x, y;  ///< x and y: position in the feature, as in FeatureAnswer
-    V index;            ///< as bits
-    MaskOf<V> tied;     ///< another feature has the same distance2
+    typename V::Ints index;
+    typename V::Mask tied;  ///< another feature has the same distance2
 };
 
 template <typename V>
 OPENFAB_INLINE FeatureBest<V> nothing_found() {
-    const V zero = splat<V>(0.0f);
-    return {splat<V>(kNoFeature), zero, zero, Width<V>::splat_bits(0), zero < zero};
+    const V zero = V(0.0f);
+    return {V(kNoFeature), zero, zero, typename V::Ints(0), zero < zero};
 }
 
 /// Returns the lanes whose feature is within the radius.
 template <typename V>
 OPENFAB_INLINE uint32_t found_within(const FeatureBest<V>& best, V radius2) {
-    return bits((best.distance2 <= radius2) & (best.distance2 < splat<V>(kNoFeature)));
+    return bits((best.distance2 <= radius2) & (best.distance2 < V(kNoFeature)));
 }
 
 /// Calls visit(index, distance2, x, y) for every feature; distance2 is infinite where the nearest
@@ -32,35 +41,32 @@ OPENFAB_INLINE uint32_t found_within(const FeatureBest<V>& best, V radius2) {
 template <typename V, typename Features, typename Visit>
 OPENFAB_INLINE void each_feature(const Features& features, const PointsOf<V>& p,
                                  const Visit& visit) {
-    const V infinity = splat<V>(kInfinity), zero = splat<V>(0.0f);
+    const V infinity = V(kInfinity), zero = V(0.0f);
     features.faces([&](const TriangleFrame& frame, float margin, uint32_t index)
-                       __attribute__((always_inline)) {
+                       OPENFAB_INLINE_LAMBDA {
                            const InFrameOf<V> f = to_frame(frame, p);
-                           const auto inside = splat<V>(margin) <= min(min(f.s[0], f.s[1]), f.s[2]);
+                           const auto inside = V(margin) <= min(min(f.s[0], f.s[1]), f.s[2]);
                            visit(index, select(inside, f.h * f.h, infinity), f.s[2], f.s[0]);
                        });
-    features.edges([&](const EdgeFeature& edge, uint32_t index) __attribute__((always_inline)) {
+    features.edges([&](const EdgeFeature& edge, uint32_t index) OPENFAB_INLINE_LAMBDA {
         const AlongEdgeOf<V> at = along_edge(edge, p);
         visit(index, select(at.between, at.distance2, infinity), at.tau, at.tau);
     });
-    features.vertices([&](const float* v, uint32_t index) __attribute__((always_inline)) {
-        visit(index, distance2_to(v, p), zero, zero);
-    });
+    features.vertices([&](const float* v, uint32_t index)
+                          OPENFAB_INLINE_LAMBDA { visit(index, distance2_to(v, p), zero, zero); });
 }
 
 template <typename V, typename Features>
 OPENFAB_INLINE void update_nearest(const Features& features, const PointsOf<V>& p,
                                    FeatureBest<V>* best) {
-    each_feature(
-        features, p, [best](uint32_t index, V distance2, V x, V y) __attribute__((always_inline)) {
-            const auto closer = distance2 < best->distance2;
-            best->tied = andnot(closer, best->tied) | (distance2 == best->distance2);
-            best->distance2 = min(best->distance2, distance2);
-            best->x = select(closer, x, best->x);
-            best->y = select(closer, y, best->y);
-            best->index =
-                select(closer, Width<V>::splat_bits(static_cast<int32_t>(index)), best->index);
-        });
+    each_feature(features, p, [best](uint32_t index, V distance2, V x, V y) OPENFAB_INLINE_LAMBDA {
+        const auto closer = distance2 < best->distance2;
+        best->tied = andnot(closer, best->tied) | (distance2 == best->distance2);
+        best->distance2 = min(best->distance2, distance2);
+        best->x = select(closer, x, best->x);
+        best->y = select(closer, y, best->y);
+        best->index = select(closer, typename V::Ints(static_cast<int32_t>(index)), best->index);
+    });
 }
 
 /// Resolves ties in the lanes of `active`: the feature that is first by (patch, triangle, order)
@@ -73,7 +79,7 @@ __attribute__((noinline)) void break_ties(const Features& features, const Points
     alignas(64) int32_t winner[kLanes];
     store(x, best->x);
     store(y, best->y);
-    store_bits(winner, best->index);
+    store(winner, best->index);
     const uint32_t tied = bits(best->tied) & active;
     each_feature(features, p, [&](uint32_t index, V distance2, V of_x, V of_y) {
         uint32_t equal = bits(distance2 == best->distance2) & tied;
@@ -89,9 +95,9 @@ __attribute__((noinline)) void break_ties(const Features& features, const Points
             y[l] = at_y[l];
         }
     });
-    best->x = Width<V>::load(x);
-    best->y = Width<V>::load(y);
-    best->index = Width<V>::load(reinterpret_cast<const float*>(winner));
+    best->x = V::load(x);
+    best->y = V::load(y);
+    best->index = V::Ints::load(winner);
 }
 
 /// Calls each(lane, index, answer, distance2, bary1, bary2) for the lanes of `found`.
@@ -104,10 +110,13 @@ OPENFAB_INLINE void each_found(const Features& features, const FeatureBest<V>& b
     store(d2, best.distance2);
     store(x, best.x);
     store(y, best.y);
-    store_bits(index, best.index);
+    store(index, best.index);
     for (; found != 0; found &= found - 1) {
         const int l = __builtin_ctz(found);
         const FeatureAnswer& a = features.answer(index[l]);
         each(l, index[l], a, d2[l], a.bary1 + a.bary1_x * x[l], a.bary2 + a.bary2_y * y[l]);
     }
 }
+
+}  // namespace
+}  // namespace openfab::nearest::OPENFAB_SIMD_ISA

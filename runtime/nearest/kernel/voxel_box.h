@@ -1,8 +1,17 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-//
-// A box of voxel centers: witnesses and pruning by corner domination. Part of
-// kernel.inl.
+#pragma once
+
+// A box of voxel centers: witnesses and pruning by corner domination.
+
+#include <cstddef>
+#include <cstdint>
+
+#include "runtime/nearest/kernel/kernel.h"
+#include "runtime/nearest/kernel/packet.h"
+
+namespace openfab::nearest::OPENFAB_SIMD_ISA {
+namespace {
 
 /// Tolerance of witnesses, in half diagonals of the box: finding one nearer than that costs more
 /// than it would prune.
@@ -13,7 +22,7 @@ struct VoxelBox {
     Points corner;
     float center[3];
     float half[3][3];  ///< from the center to the upper ends of its axes
-    float delta;       ///< see kernel.inl
+    float delta;       ///< see kernel_table.h
     float half_diagonal;
 };
 
@@ -67,7 +76,7 @@ OPENFAB_INLINE VoxelBox make_box(const KernelInput& in, const int32_t* lowest,
         for (int a = 0; a < 3; ++a)
             box.half[a][c] = static_cast<float>(axis[a][c]);
     }
-    box.corner = {load(lanes[0]), load(lanes[1]), load(lanes[2])};
+    box.corner = {Floats8::load(lanes[0]), Floats8::load(lanes[1]), Floats8::load(lanes[2])};
     box.delta = largest * 0x1p-19f;
     box.half_diagonal = static_cast<float>(__builtin_sqrt(diagonal2)) + 2 * box.delta;
     return box;
@@ -92,22 +101,22 @@ inline VoxelBox box_around(const KernelInput& in, const Vec3i& block, uint32_t s
 /// The nearest surface point known for each corner of a box. It need not be the nearest there is:
 /// any surface point is a valid witness, a near one a strong one.
 struct Witnesses {
-    F8 distance2;
-    F8 x, y, z;  ///< meaningful where distance2 was lowered by a point
+    Floats8 distance2;
+    Floats8 x, y, z;  ///< meaningful where distance2 was lowered by a point
     uint32_t found;
-    F8 tolerance2;  ///< only points nearer by at least this are searched for, mm²
+    Floats8 tolerance2;  ///< only points nearer by at least this are searched for, mm²
 };
 
-OPENFAB_INLINE F8 witness_tolerance(const VoxelBox& box) {
+OPENFAB_INLINE Floats8 witness_tolerance(const VoxelBox& box) {
     const float off = kWitnessTolerance * box.half_diagonal;
-    return set1(off * off);
+    return Floats8(off * off);
 }
 
 /// Updates each lane with a surface point of its own; infinite coordinates where there is none.
 OPENFAB_INLINE void update_witness_points(const Points& of_surface, const Points& p, Witnesses* w) {
-    const F8 dx = p.x - of_surface.x, dy = p.y - of_surface.y, dz = p.z - of_surface.z;
-    const F8 d2 = dot3(dx, dy, dz, dx, dy, dz);
-    const M8 closer = d2 < w->distance2;
+    const Floats8 dx = p.x - of_surface.x, dy = p.y - of_surface.y, dz = p.z - of_surface.z;
+    const Floats8 d2 = dot3(dx, dy, dz, dx, dy, dz);
+    const Mask8 closer = d2 < w->distance2;
     w->distance2 = select(closer, d2, w->distance2);
     w->x = select(closer, of_surface.x, w->x);
     w->y = select(closer, of_surface.y, w->y);
@@ -116,7 +125,7 @@ OPENFAB_INLINE void update_witness_points(const Points& of_surface, const Points
 }
 
 OPENFAB_INLINE void update_witness_point(float x, float y, float z, const Points& p, Witnesses* w) {
-    update_witness_points({set1(x), set1(y), set1(z)}, p, w);
+    update_witness_points({Floats8(x), Floats8(y), Floats8(z)}, p, w);
 }
 
 OPENFAB_INLINE void update_witness_triangle(const TriangleFrame& t, const TriangleDetail& d,
@@ -125,19 +134,22 @@ OPENFAB_INLINE void update_witness_triangle(const TriangleFrame& t, const Triang
     const uint32_t near = bits(lower_bound(f) < w->distance2 - w->tolerance2);
     if (near == 0) return;
     const Closest c = closest_about(t, d, p, f, near);
-    const M8 closer = c.distance2 < w->distance2;
+    const Mask8 closer = c.distance2 < w->distance2;
     const uint32_t mask = bits(closer);
     if (mask == 0) return;
-    const F8 v0[3] = {set1(t.v0[0]), set1(t.v0[1]), set1(t.v0[2])};
-    w->x = select(closer,
-                  v0[0] + (c.bary1 * (set1(d.v1[0]) - v0[0]) + c.bary2 * (set1(d.v2[0]) - v0[0])),
-                  w->x);
-    w->y = select(closer,
-                  v0[1] + (c.bary1 * (set1(d.v1[1]) - v0[1]) + c.bary2 * (set1(d.v2[1]) - v0[1])),
-                  w->y);
-    w->z = select(closer,
-                  v0[2] + (c.bary1 * (set1(d.v1[2]) - v0[2]) + c.bary2 * (set1(d.v2[2]) - v0[2])),
-                  w->z);
+    const Floats8 v0[3] = {Floats8(t.v0[0]), Floats8(t.v0[1]), Floats8(t.v0[2])};
+    w->x = select(
+        closer,
+        v0[0] + (c.bary1 * (Floats8(d.v1[0]) - v0[0]) + c.bary2 * (Floats8(d.v2[0]) - v0[0])),
+        w->x);
+    w->y = select(
+        closer,
+        v0[1] + (c.bary1 * (Floats8(d.v1[1]) - v0[1]) + c.bary2 * (Floats8(d.v2[1]) - v0[1])),
+        w->y);
+    w->z = select(
+        closer,
+        v0[2] + (c.bary1 * (Floats8(d.v1[2]) - v0[2]) + c.bary2 * (Floats8(d.v2[2]) - v0[2])),
+        w->z);
     w->distance2 = select(closer, c.distance2, w->distance2);
     w->found |= mask;
 }
@@ -168,15 +180,14 @@ __attribute__((noinline)) void find_witnesses(const NodeRef& start, const Points
         const Node* node = e.tree->nodes + e.node;
         if (bits(node_distance2(*node, p) < w->distance2 - w->tolerance2) == 0) continue;
         while (node != nullptr && !node->is_leaf()) {
-            F8 of_child[kMaxChildren];
+            Floats8 of_child[kMaxChildren];
             const uint32_t near =
                 test_children(*e.tree, *node, p, w->distance2 - w->tolerance2, of_child);
             scratch->counts->node_tests += node->children();
             const uint32_t child = node->child(), nearest = nearest_child(of_child);
-            each_other_child(
-                near, nearest, [&](uint32_t i) __attribute__((always_inline)) {
-                    scratch->stack.push({e.tree, child + i});
-                });
+            each_other_child(near, nearest, [&](uint32_t i) OPENFAB_INLINE_LAMBDA {
+                scratch->stack.push({e.tree, child + i});
+            });
             node = (near >> nearest & 1u) != 0 ? e.tree->nodes + child + nearest : nullptr;
         }
         if (node == nullptr) continue;
@@ -210,13 +221,14 @@ OPENFAB_INLINE float bound_slack(float distance2, float delta) {
 }
 
 /// Adds slack to a bound; the same at all corners, so that it holds everywhere between them.
-OPENFAB_INLINE F8 with_slack(F8 r2, float delta) {
-    return r2 + set1(bound_slack(largest_lane(r2), delta));
+OPENFAB_INLINE Floats8 with_slack(Floats8 r2, float delta) {
+    return r2 + Floats8(bound_slack(largest_lane(r2), delta));
 }
 
 OPENFAB_INLINE void add_point_bound(const VoxelBox& box, float x, float y, float z,
                                     PruneBounds* bounds) {
-    const F8 dx = box.corner.x - set1(x), dy = box.corner.y - set1(y), dz = box.corner.z - set1(z);
+    const Floats8 dx = box.corner.x - Floats8(x), dy = box.corner.y - Floats8(y),
+                  dz = box.corner.z - Floats8(z);
     store(bounds->bound[bounds->count++], with_slack(dot3(dx, dy, dz, dx, dy, dz), box.delta));
 }
 
@@ -224,7 +236,7 @@ OPENFAB_INLINE void add_radius_bound(const VoxelBox& box, float radius, PruneBou
     if (!(radius < kInfinity)) return;
     // Each point of the box has a corner within half the diagonal.
     const float reach = radius + box.half_diagonal;
-    store(bounds->bound[bounds->count++], with_slack(set1(reach * reach), box.delta));
+    store(bounds->bound[bounds->count++], with_slack(Floats8(reach * reach), box.delta));
 }
 
 OPENFAB_INLINE void make_prune_bounds(const VoxelBox& box, const Witnesses& w,
@@ -245,11 +257,12 @@ OPENFAB_INLINE void make_prune_bounds(const VoxelBox& box, const Witnesses& w,
     }
 }
 
-OPENFAB_INLINE bool can_prune(F8 distance2, PruneBounds* d) {
+OPENFAB_INLINE bool can_prune(Floats8 distance2, PruneBounds* d) {
     for (int i = 0; i < d->count; ++i) {
-        if (!any(distance2 <= load(d->bound[i]))) {
+        if (!any(distance2 <= Floats8::load(d->bound[i]))) {
             if (i > 0) {
-                const F8 hit = load(d->bound[i]), before = load(d->bound[i - 1]);
+                const Floats8 hit = Floats8::load(d->bound[i]),
+                              before = Floats8::load(d->bound[i - 1]);
                 store(d->bound[i - 1], hit);
                 store(d->bound[i], before);
             }
@@ -258,3 +271,6 @@ OPENFAB_INLINE bool can_prune(F8 distance2, PruneBounds* d) {
     }
     return false;
 }
+
+}  // namespace
+}  // namespace openfab::nearest::OPENFAB_SIMD_ISA

@@ -1,18 +1,30 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-//
-// Tests of one packet of points, 8 or 16, against boxes and triangles. Part of kernel.inl.
+#pragma once
+
+// Tests of one packet of points, 8 or 16, against boxes and triangles.
+
+#include <cstdint>
+
+#include "runtime/nearest/kernel/kernel.h"
+#include "simd/vectors.h"
+
+namespace openfab::nearest::OPENFAB_SIMD_ISA {
+namespace {
 
 constexpr float kSlack = 1.0f + 0x1p-18f;
 constexpr float kSlackMm2 = 0x1p-40f;
 constexpr float kInfinity = __builtin_inff();
+
+using simd::Floats8;
+using simd::Mask8;
 
 /// The points of a packet. V is a vector of floats, one lane per point.
 template <typename V>
 struct PointsOf {
     V x, y, z;
 };
-using Points = PointsOf<F8>;
+using Points = PointsOf<Floats8>;
 
 OPENFAB_INLINE float larger(float a, float b) {
     return a < b ? b : a;
@@ -24,37 +36,40 @@ template <typename V>
 struct InFrameOf {
     V h, s[3];
 };
-using InFrame = InFrameOf<F8>;
+using InFrame = InFrameOf<Floats8>;
+
+OPENFAB_INLINE Floats8 dot3(Floats8 ax, Floats8 ay, Floats8 az, Floats8 bx, Floats8 by,
+                            Floats8 bz) {
+    return (ax * bx + ay * by) + az * bz;
+}
 
 template <typename V>
 OPENFAB_INLINE V dot_with(const float* a, V x, V y, V z) {
-    return (splat<V>(a[0]) * x + splat<V>(a[1]) * y) + splat<V>(a[2]) * z;
+    return (V(a[0]) * x + V(a[1]) * y) + V(a[2]) * z;
 }
 
 /// Returns a . b + c, for pruning tests.
 template <typename V>
 OPENFAB_INLINE V about_dot(const V* a, const float* b, V c) {
-    return about_mul_add(
-        a[0], splat<V>(b[0]),
-        about_mul_add(a[1], splat<V>(b[1]), about_mul_add(a[2], splat<V>(b[2]), c)));
+    return about_mul_add(a[0], V(b[0]),
+                         about_mul_add(a[1], V(b[1]), about_mul_add(a[2], V(b[2]), c)));
 }
 
 /// Returns the distance of each point from the center of the node's box along its axis k.
 template <typename V>
 OPENFAB_INLINE V along_axis(const Node& n, int k, const PointsOf<V>& p) {
     const float* axis = n.axis[k];
-    const V z = about_mul_sub(splat<V>(axis[2]), p.z, splat<V>(n.center[k]));
-    return absolute(
-        about_mul_add(splat<V>(axis[0]), p.x, about_mul_add(splat<V>(axis[1]), p.y, z)));
+    const V z = about_mul_sub(V(axis[2]), p.z, V(n.center[k]));
+    return absolute(about_mul_add(V(axis[0]), p.x, about_mul_add(V(axis[1]), p.y, z)));
 }
 
 /// Returns the squared distance of each point to the node's box.
 template <typename V>
 OPENFAB_INLINE V node_distance2(const Node& n, const PointsOf<V>& p) {
-    const V zero = splat<V>(0.0f);
+    const V zero = V(0.0f);
     V sum = zero;
     for (int k = 0; k < 3; ++k) {
-        const V d = max(along_axis(n, k, p) - splat<V>(n.half[k]), zero);
+        const V d = max(along_axis(n, k, p) - V(n.half[k]), zero);
         sum = k == 0 ? d * d : about_mul_add(d, d, sum);
     }
     return sum;
@@ -68,7 +83,7 @@ OPENFAB_INLINE uint32_t test_children(const TreeView& tree, const Node& node, co
     const Node* const child = tree.nodes + node.child();
     uint32_t near = 0;
     for (uint32_t i = 0; i < kMaxChildren; ++i) {
-        distance2[i] = splat<V>(kInfinity);
+        distance2[i] = V(kInfinity);
         if (i >= node.children()) continue;
         distance2[i] = node_distance2(child[i], p);
         near |= static_cast<uint32_t>(any(distance2[i] <= limit)) << i;
@@ -79,7 +94,7 @@ OPENFAB_INLINE uint32_t test_children(const TreeView& tree, const Node& node, co
 /// Returns the child that is nearest for most lanes.
 template <typename V>
 OPENFAB_INLINE uint32_t nearest_child(const V* distance2) {
-    const auto nearer = [](V a, V b) __attribute__((always_inline)) {
+    const auto nearer = [](V a, V b) OPENFAB_INLINE_LAMBDA {
         return __builtin_popcount(bits(a < b)) > V::kLanes / 2;
     };
     const bool second = nearer(distance2[1], distance2[0]);
@@ -100,12 +115,11 @@ OPENFAB_INLINE void each_other_child(uint32_t near, uint32_t nearest, const Visi
 
 template <typename V>
 OPENFAB_INLINE InFrameOf<V> to_frame(const TriangleFrame& t, const PointsOf<V>& p) {
-    const V wx = p.x - splat<V>(t.v0[0]), wy = p.y - splat<V>(t.v0[1]),
-            wz = p.z - splat<V>(t.v0[2]);
+    const V wx = p.x - V(t.v0[0]), wy = p.y - V(t.v0[1]), wz = p.z - V(t.v0[2]);
     InFrameOf<V> f;
     f.h = dot_with(t.n, wx, wy, wz);
     f.s[0] = dot_with(t.m[0], wx, wy, wz);
-    f.s[1] = dot_with(t.m[1], wx, wy, wz) + splat<V>(t.height0);
+    f.s[1] = dot_with(t.m[1], wx, wy, wz) + V(t.height0);
     f.s[2] = dot_with(t.m[2], wx, wy, wz);
     return f;
 }
@@ -130,65 +144,65 @@ OPENFAB_INLINE EdgeLine edge_line(const float* a, const float* b) {
 template <typename V>
 struct AlongEdgeOf {
     V distance2, tau;
-    MaskOf<V> between;  ///< the foot lies between the two ends
+    typename V::Mask between;  ///< the foot lies between the two ends
 };
-using AlongEdge = AlongEdgeOf<F8>;
+using AlongEdge = AlongEdgeOf<Floats8>;
 
 /// `Line` has the members of EdgeLine.
 template <typename V, typename Line>
 OPENFAB_INLINE AlongEdgeOf<V> along_edge(const Line& e, const PointsOf<V>& p) {
-    const V ex = splat<V>(e.ab[0]), ey = splat<V>(e.ab[1]), ez = splat<V>(e.ab[2]);
-    const V wx = p.x - splat<V>(e.a[0]), wy = p.y - splat<V>(e.a[1]), wz = p.z - splat<V>(e.a[2]);
+    const V ex = V(e.ab[0]), ey = V(e.ab[1]), ez = V(e.ab[2]);
+    const V wx = p.x - V(e.a[0]), wy = p.y - V(e.a[1]), wz = p.z - V(e.a[2]);
     const V along = (wx * ex + wy * ey) + wz * ez;
     AlongEdgeOf<V> at;
-    at.tau = along * splat<V>(e.inv_length2);
+    at.tau = along * V(e.inv_length2);
     const V qx = wx - at.tau * ex, qy = wy - at.tau * ey, qz = wz - at.tau * ez;
     at.distance2 = (qx * qx + qy * qy) + qz * qz;
-    at.between = (splat<V>(0.0f) < along) & (along < splat<V>(e.length2));
+    at.between = (V(0.0f) < along) & (along < V(e.length2));
     return at;
 }
 
 template <typename V>
 OPENFAB_INLINE V distance2_to(const float* v, const PointsOf<V>& p) {
-    const V x = p.x - splat<V>(v[0]), y = p.y - splat<V>(v[1]), z = p.z - splat<V>(v[2]);
+    const V x = p.x - V(v[0]), y = p.y - V(v[1]), z = p.z - V(v[2]);
     return (x * x + y * y) + z * z;
 }
 
 /// Returns a lower bound of the squared distance: from the plane, and from the farthest edge line
 /// the point is outside of.
-OPENFAB_INLINE F8 lower_bound(const InFrame& f) {
-    const F8 beyond = min(min(min(f.s[0], f.s[1]), f.s[2]), set1(0.0f));
+OPENFAB_INLINE Floats8 lower_bound(const InFrame& f) {
+    const Floats8 beyond = min(min(min(f.s[0], f.s[1]), f.s[2]), Floats8(0.0f));
     return f.h * f.h + beyond * beyond;
 }
 
 struct Closest {
-    F8 distance2, bary1, bary2;
+    Floats8 distance2, bary1, bary2;
 };
 
 /// Returns the approximately nearest point of the triangle in the lanes of `near`; other lanes get
 /// some point of it, or infinity.
 OPENFAB_INLINE Closest closest_about(const TriangleFrame& t, const TriangleDetail& d,
                                      const Points& p, const InFrame& f, uint32_t near) {
-    const F8 margin = set1(d.margin);
-    const M8 outside = min(min(f.s[0], f.s[1]), f.s[2]) < margin;
+    const Floats8 margin = Floats8(d.margin);
+    const Mask8 outside = min(min(f.s[0], f.s[1]), f.s[2]) < margin;
     Closest c;
-    c.distance2 = select(outside, set1(kInfinity), f.h * f.h);
-    c.bary1 = f.s[2] * set1(d.inv_height1);
-    c.bary2 = f.s[0] * set1(d.inv_height2);
+    c.distance2 = select(outside, Floats8(kInfinity), f.h * f.h);
+    c.bary1 = f.s[2] * Floats8(d.inv_height1);
+    c.bary2 = f.s[0] * Floats8(d.inv_height2);
     if ((bits(outside) & near) == 0) return c;
-    const F8 one = set1(1.0f), zero = set1(0.0f);
+    const Floats8 one = Floats8(1.0f), zero = Floats8(0.0f);
     const float* v[4] = {t.v0, d.v1, d.v2, t.v0};
     for (int i = 0; i < 3; ++i) {
         if ((bits(f.s[i] < margin) & near) == 0) continue;
         const AlongEdge at = along_edge(edge_line(v[i], v[i + 1]), p);
-        const M8 take = at.between & (at.distance2 < c.distance2);
+        const Mask8 take = at.between & (at.distance2 < c.distance2);
         c.distance2 = select(take, at.distance2, c.distance2);
         c.bary1 = select(take, i == 0 ? at.tau : i == 1 ? one - at.tau : zero, c.bary1);
         c.bary2 = select(take, i == 0 ? zero : i == 1 ? at.tau : one - at.tau, c.bary2);
     }
     for (int i = 0; i < 3; ++i) {
-        const F8 d2 = distance2_to(v[i], p);
-        const M8 take = d2 < c.distance2;
+        const Floats8 d2 = distance2_to(v[i], p);
+        const Mask8 take = d2 < c.distance2;
         c.distance2 = select(take, d2, c.distance2);
         c.bary1 = select(take, i == 1 ? one : zero, c.bary1);
         c.bary2 = select(take, i == 2 ? one : zero, c.bary2);
@@ -196,7 +210,7 @@ OPENFAB_INLINE Closest closest_about(const TriangleFrame& t, const TriangleDetai
     return c;
 }
 
-OPENFAB_INLINE float largest_lane(F8 a) {
+OPENFAB_INLINE float largest_lane(Floats8 a) {
     alignas(32) float v[8];
     store(v, a);
     float m = v[0];
@@ -205,7 +219,7 @@ OPENFAB_INLINE float largest_lane(F8 a) {
     return m;
 }
 
-OPENFAB_INLINE float least_lane(F8 a) {
+OPENFAB_INLINE float least_lane(Floats8 a) {
     alignas(32) float v[8];
     store(v, a);
     float m = v[0];
@@ -221,18 +235,21 @@ OPENFAB_INLINE PointsOf<V> voxel_centers(const KernelInput& in, const Vec3i& blo
     const BlockShape& s = *in.shape;
     V at[3];
     for (int a = 0; a < 3; ++a) {
-        F8 parts[V::kLanes / 8];
+        Floats8 parts[V::kLanes / 8];
         for (int h = 0; h < V::kLanes / 8; ++h) {
-            parts[h] = set1(static_cast<float>(block[a] + s.packet_origin[packet + h][a])) +
-                       load(s.lane_offset[a]) + set1(0.5f);
+            parts[h] = Floats8(static_cast<float>(block[a] + s.packet_origin[packet + h][a])) +
+                       Floats8::load(s.lane_offset[a]) + Floats8(0.5f);
         }
-        at[a] = Width<V>::join(parts);
+        at[a] = V::join(parts);
     }
     V c[3];
     for (int a = 0; a < 3; ++a) {
         const float step[3] = {f[OPENFAB_FRAME_STEP_I + a], f[OPENFAB_FRAME_STEP_J + a],
                                f[OPENFAB_FRAME_STEP_K + a]};
-        c[a] = dot_with(step, at[0], at[1], at[2]) + splat<V>(f[OPENFAB_FRAME_ORIGIN + a]);
+        c[a] = dot_with(step, at[0], at[1], at[2]) + V(f[OPENFAB_FRAME_ORIGIN + a]);
     }
     return {c[0], c[1], c[2]};
 }
+
+}  // namespace
+}  // namespace openfab::nearest::OPENFAB_SIMD_ISA

@@ -1,7 +1,20 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-//
-// Tests of nodes against boxes of voxel centers, one node per lane. Part of kernel.inl.
+#pragma once
+
+// Tests of nodes against boxes of voxel centers, one node per lane.
+
+#include <cstddef>
+#include <cstdint>
+
+#include "runtime/nearest/kernel/block_frame.h"
+#include "runtime/nearest/kernel/kernel.h"
+#include "runtime/nearest/kernel/packet.h"
+#include "runtime/nearest/kernel/voxel_box.h"
+#include "simd/shuffles.h"
+
+namespace openfab::nearest::OPENFAB_SIMD_ISA {
+namespace {
 
 /// The boxes of several nodes, one per lane, in the layout of Node.
 template <typename V>
@@ -38,7 +51,7 @@ OPENFAB_INLINE void corner_coordinates(V center, const V* half, V* at) {
 /// Adds the square of how far `at` is outside of the box along its axis k.
 template <typename V>
 OPENFAB_INLINE void add_outside2(const NodeBoxes<V>& boxes, int k, V at, V* distance2) {
-    const V d = max(absolute(at) - boxes.half[k], splat<V>(0.0f));
+    const V d = max(absolute(at) - boxes.half[k], V(0.0f));
     *distance2 = about_mul_add(d, d, *distance2);
 }
 
@@ -52,9 +65,9 @@ OPENFAB_INLINE ProjectedBox<V> project_box(const NodeBoxes<V>& boxes, const Voxe
     ProjectedBox<V> projected;
     for (int k = 0; k < 3; ++k) {
         const V* axis = boxes.axis[k];
-        projected.center[k] = about_dot(axis, box.center, splat<V>(0.0f) - boxes.center[k]);
+        projected.center[k] = about_dot(axis, box.center, V(0.0f) - boxes.center[k]);
         for (int a = 0; a < 3; ++a)
-            projected.half[k][a] = about_dot(axis, box.half[a], splat<V>(0.0f));
+            projected.half[k][a] = about_dot(axis, box.half[a], V(0.0f));
     }
     return projected;
 }
@@ -64,7 +77,7 @@ template <typename V>
 OPENFAB_INLINE void corner_distances2(const NodeBoxes<V>& boxes, const ProjectedBox<V>& box,
                                       V* distance2) {
     for (int c = 0; c < 8; ++c)
-        distance2[c] = splat<V>(0.0f);
+        distance2[c] = V(0.0f);
     for (int k = 0; k < 3; ++k) {
         V at[8];
         corner_coordinates(box.center[k], box.half[k], at);
@@ -89,34 +102,32 @@ OPENFAB_INLINE NodeCones<V> load_cones(const NodeRef* entries, size_t count) {
         of[2][l] = cone.offset_by_reach;
         of[3][l] = e.tree->longest_edge;
     }
-    return {Width<V>::load(of[0]), Width<V>::load(of[1]), Width<V>::load(of[2]),
-            Width<V>::load(of[3])};
+    return {V::load(of[0]), V::load(of[1]), V::load(of[2]), V::load(of[3])};
 }
 
 /// Returns how far rounding may put a voxel outside the normal cone of its nearest point: twice
 /// what NodeCone says, as the error along a cone is as large as the one across.
 template <typename V>
 OPENFAB_INLINE V cone_offset(const NodeCones<V>& cones, const BlockFrame& frame) {
-    const V rounded = (cones.longest_edge + splat<V>(frame.reach)) * splat<V>(kRounded);
-    const V x = min(splat<V>(frame.excess), rounded);
-    return about_mul_add(x + x, max(cones.offset, x * cones.offset_by_reach),
-                         splat<V>(frame.slack));
+    const V rounded = (cones.longest_edge + V(frame.reach)) * V(kRounded);
+    const V x = min(V(frame.excess), rounded);
+    return about_mul_add(x + x, max(cones.offset, x * cones.offset_by_reach), V(frame.slack));
 }
 
 /// Returns the lanes that are out of the block's reach, or whose normal cones miss the box.
 template <typename V>
 OPENFAB_INLINE uint32_t outside_cone_lanes(const NodeBoxes<V>& boxes, const ProjectedBox<V>& box,
                                            const NodeCones<V>& cones, const BlockFrame& frame) {
-    V d[3], sum = splat<V>(0.0f);
+    V d[3], sum = V(0.0f);
     for (int k = 0; k < 3; ++k) {
         const V extent = (absolute(box.half[k][0]) + absolute(box.half[k][1])) +
                          (absolute(box.half[k][2]) + boxes.half[k]);
-        d[k] = max(absolute(box.center[k]) - extent, splat<V>(0.0f));
+        d[k] = max(absolute(box.center[k]) - extent, V(0.0f));
         sum = about_mul_add(d[k], d[k], sum);
     }
-    const V across = about_mul_add(splat<V>(frame.reach), cones.sine, cone_offset(cones, frame));
+    const V across = about_mul_add(V(frame.reach), cones.sine, cone_offset(cones, frame));
     const float far = frame.reach + frame.slack;
-    return bits((across < max(d[0], d[1])) | (splat<V>(far * far) < sum));
+    return bits((across < max(d[0], d[1])) | (V(far * far) < sum));
 }
 
 /// Returns the lanes whose distances to the corners exceed some bound.
@@ -125,9 +136,9 @@ OPENFAB_INLINE uint32_t prunable_lanes(const V* distance2, const PruneBounds& d)
     constexpr uint32_t kAll = (1u << V::kLanes) - 1;
     uint32_t lanes = 0;
     for (int i = 0; i < d.count && lanes != kAll; ++i) {
-        auto beyond = splat<V>(d.bound[i][0]) < distance2[0];
+        auto beyond = V(d.bound[i][0]) < distance2[0];
         for (int c = 1; c < 8; ++c)
-            beyond = beyond & (splat<V>(d.bound[i][c]) < distance2[c]);
+            beyond = beyond & (V(d.bound[i][c]) < distance2[c]);
         lanes |= bits(beyond);
     }
     return lanes;
@@ -167,7 +178,7 @@ OPENFAB_INLINE void expand_node(NodeRef e, bool small, bool expand, const VoxelB
 __attribute__((noinline)) void collect_frontier(const VoxelBox& box, float stop2, bool dice,
                                                 const BlockFrame* block, PruneBounds* bounds,
                                                 KernelScratch* scratch) {
-    using V = Widest;
+    using V = simd::WidestFloats;
     constexpr size_t kLanes = V::kLanes;
     for (size_t first = 0; first < scratch->stack.size;) {
         const size_t left = scratch->stack.size - first;
@@ -185,7 +196,7 @@ __attribute__((noinline)) void collect_frontier(const VoxelBox& box, float stop2
         }
         const V* half = boxes.half;
         const V size2 = half[0] * half[0] + half[1] * half[1] + half[2] * half[2];
-        const uint32_t small = bits(size2 <= splat<V>(stop2));
+        const uint32_t small = bits(size2 <= V(stop2));
         scratch->counts->node_tests += static_cast<int64_t>(count);
         for (; kept != 0; kept &= kept - 1) {
             const auto l = static_cast<size_t>(__builtin_ctz(kept));
@@ -199,3 +210,6 @@ __attribute__((noinline)) void collect_frontier(const VoxelBox& box, float stop2
     }
     scratch->stack.size = 0;
 }
+
+}  // namespace
+}  // namespace openfab::nearest::OPENFAB_SIMD_ISA

@@ -1,35 +1,51 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-//
-// Queries of arbitrary points, 8 at a time. Part of kernel.inl.
+#pragma once
+
+// Queries of arbitrary points, 8 at a time.
+
+#include <cstddef>
+#include <cstdint>
+
+#include "runtime/nearest/kernel/best.h"
+#include "runtime/nearest/kernel/cube.h"
+#include "runtime/nearest/kernel/kernel.h"
+#include "runtime/nearest/kernel/packet.h"
+#include "runtime/nearest/kernel/search.h"
+#include "runtime/nearest/kernel/voxel_box.h"
+
+namespace openfab::nearest::OPENFAB_SIMD_ISA {
+namespace {
 
 OPENFAB_INLINE void clear(PointAnswer* answer) {
-    store(answer->distance2, set1(kInfinity));
-    store_bits(answer->patch, set1_bits(-1));
-    store_bits(answer->triangle, set1(0.0f));
-    store(answer->bary1, set1(0.0f));
-    store(answer->bary2, set1(0.0f));
+    store(answer->distance2, Floats8(kInfinity));
+    store(answer->patch, Floats8::Ints(-1));
+    store(answer->triangle, Floats8::Ints(0));
+    store(answer->bary1, Floats8(0.0f));
+    store(answer->bary2, Floats8(0.0f));
 }
 
 /// Queries packets of eight points: sixteen lie so far apart that the lanes of a wide packet would
 /// share too little of the traversal.
 void query_points(const KernelInput& in, const PointPacket* packets, size_t count, float radius,
                   KernelScratch* scratch, PointAnswer* answers) {
-    const F8 radius2 = set1(radius < kInfinity ? radius * radius : kInfinity);
-    const F8 far = set1(kMaxCoordinate);
+    const Floats8 radius2 = Floats8(radius < kInfinity ? radius * radius : kInfinity);
+    const Floats8 far = Floats8(kMaxCoordinate);
     const NodeRef root{&in.root, 0};
     for (size_t g = 0; g < count; ++g) {
         PointAnswer& answer = answers[g];
         clear(&answer);
-        SearchOf<F8> s;
-        s.p = {load(packets[g].p[0]), load(packets[g].p[1]), load(packets[g].p[2])};
-        const F8 ax = absolute(s.p.x), ay = absolute(s.p.y), az = absolute(s.p.z);
-        const M8 finite = (ax < far) & (ay < far) & (az < far);
+        SearchOf<Floats8> s;
+        s.p = {Floats8::load(packets[g].p[0]), Floats8::load(packets[g].p[1]),
+               Floats8::load(packets[g].p[2])};
+        const Floats8 ax = absolute(s.p.x), ay = absolute(s.p.y), az = absolute(s.p.z);
+        const Mask8 finite = (ax < far) & (ay < far) & (az < far);
         const uint32_t active = in.root.nodes == nullptr ? 0 : packets[g].mask & bits(finite);
         if (active == 0) continue;
-        const F8 delta = max(max(max(ax, ay), az), set1(in.largest_coordinate)) * set1(0x1p-19f);
+        const Floats8 delta =
+            max(max(max(ax, ay), az), Floats8(in.largest_coordinate)) * Floats8(0x1p-19f);
         // The surface is no farther than the far end of the box around it.
-        const F8 start2 = min(radius2, max_distance2(in.root.nodes[0], s.p));
+        const Floats8 start2 = min(radius2, max_distance2(in.root.nodes[0], s.p));
         begin_search(active, warm_distance2(scratch->warm_points, s.p, start2), delta, scratch, &s);
         search(&root, 1, scratch, &s);
         const uint32_t found = active & found_within(s.best, radius2);
@@ -50,10 +66,10 @@ void query_points(const KernelInput& in, const PointPacket* packets, size_t coun
     }
 }
 
-/// Bounds the distances of packets, by the search used for corners of blocks (corner_cache.inl).
+/// Bounds the distances of packets, by the search used for corners of blocks (corner_cache.h).
 void bound_points(const KernelInput& in, const PointPacket* packets, const PointPacket* hints,
                   size_t count, float tolerance_mm, KernelScratch* scratch, PointBounds* bounds) {
-    const F8 zero = set1(0.0f), infinity = set1(kInfinity);
+    const Floats8 zero = Floats8(0.0f), infinity = Floats8(kInfinity);
     for (size_t g = 0; g < count; ++g) {
         PointBounds& out = bounds[g];
         store(out.low, infinity);
@@ -61,24 +77,27 @@ void bound_points(const KernelInput& in, const PointPacket* packets, const Point
         for (auto& coordinate : out.point)
             store(coordinate, zero);
         if (in.root.nodes == nullptr) continue;
-        const Points p{load(packets[g].p[0]), load(packets[g].p[1]), load(packets[g].p[2])};
+        const Points p{Floats8::load(packets[g].p[0]), Floats8::load(packets[g].p[1]),
+                       Floats8::load(packets[g].p[2])};
         Witnesses w{infinity, zero, zero, zero, 0, zero};
         WarmStart& warm = scratch->warm_points;
         for (int i = 0; i < warm.count; ++i)
             update_witness_point(warm.point[0][i], warm.point[1][i], warm.point[2][i], p, &w);
         if (hints != nullptr)
-            update_witness_points({load(hints[g].p[0]), load(hints[g].p[1]), load(hints[g].p[2])},
+            update_witness_points({Floats8::load(hints[g].p[0]), Floats8::load(hints[g].p[1]),
+                                   Floats8::load(hints[g].p[2])},
                                   p, &w);
         // If distances differ by `tolerance_mm`, their squares differ by at most this.
-        const F8 most2 = min(w.distance2, max_distance2(in.root.nodes[0], p));
-        w.tolerance2 = set1(2 * tolerance_mm) * sqrt(most2);
+        const Floats8 most2 = min(w.distance2, max_distance2(in.root.nodes[0], p));
+        w.tolerance2 = Floats8(2 * tolerance_mm) * sqrt(most2);
         find_witnesses({&in.root, 0}, p, scratch, &w);
-        const F8 largest =
-            max(max(absolute(p.x), absolute(p.y)), max(absolute(p.z), set1(in.largest_coordinate)));
-        const F8 rounded = largest * set1(0x1p-18f);
-        const F8 least = sqrt(max(w.distance2 - w.tolerance2, zero)) * set1(1.0f - 0x1p-18f);
+        const Floats8 largest = max(max(absolute(p.x), absolute(p.y)),
+                                    max(absolute(p.z), Floats8(in.largest_coordinate)));
+        const Floats8 rounded = largest * Floats8(0x1p-18f);
+        const Floats8 least =
+            sqrt(max(w.distance2 - w.tolerance2, zero)) * Floats8(1.0f - 0x1p-18f);
         store(out.low, max(least - rounded, zero));
-        store(out.high, sqrt(w.distance2) * set1(1.0f + 0x1p-18f) + rounded);
+        store(out.high, sqrt(w.distance2) * Floats8(1.0f + 0x1p-18f) + rounded);
         store(out.point[0], w.x);
         store(out.point[1], w.y);
         store(out.point[2], w.z);
@@ -86,3 +105,6 @@ void bound_points(const KernelInput& in, const PointPacket* packets, const Point
         warm.count = 8;
     }
 }
+
+}  // namespace
+}  // namespace openfab::nearest::OPENFAB_SIMD_ISA

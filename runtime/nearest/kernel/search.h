@@ -1,8 +1,21 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-//
+#pragma once
+
 // Nearest triangles of a packet of points by one traversal of the tree, each lane with its own
-// limit. Part of kernel.inl.
+// limit.
+
+#include <cstddef>
+#include <cstdint>
+
+#include "runtime/nearest/kernel/answers.h"
+#include "runtime/nearest/kernel/best.h"
+#include "runtime/nearest/kernel/kernel.h"
+#include "runtime/nearest/kernel/packet.h"
+#include "runtime/nearest/kernel/voxel_box.h"
+
+namespace openfab::nearest::OPENFAB_SIMD_ISA {
+namespace {
 
 /// The features of one leaf met in a traversal; indices count from `first_index`.
 struct FeaturesOfLeaf {
@@ -85,18 +98,18 @@ struct SearchOf {
 
 template <typename V>
 OPENFAB_INLINE V limit_of(V distance2, V slack) {
-    return distance2 * splat<V>(kSlack) + slack;
+    return distance2 * V(kSlack) + slack;
 }
 
 /// Starts a search of the `active` lanes within start2, mm², which is finite. `delta` is that of
-/// kernel.inl, per lane.
+/// kernel_table.h, per lane.
 template <typename V>
 OPENFAB_INLINE void begin_search(uint32_t active, V start2, V delta, KernelScratch* scratch,
                                  SearchOf<V>* s) {
     const V r = sqrt(start2);
-    s->slack = (r + r + delta) * delta * splat<V>(kSlack * kSlack) + splat<V>(kSlackMm2);
+    s->slack = (r + r + delta) * delta * V(kSlack * kSlack) + V(kSlackMm2);
     s->best = nothing_found<V>();
-    s->limit = select(Width<V>::mask(active), limit_of(start2, s->slack), splat<V>(-1.0f));
+    s->limit = select(V::Mask::from_bits(active), limit_of(start2, s->slack), V(-1.0f));
     scratch->leaves.size = 0;
 }
 
@@ -114,7 +127,7 @@ OPENFAB_INLINE void search_leaf(const NodeRef& entry, KernelScratch* scratch, Se
 template <typename V>
 struct PrefetchedLeaf {
     NodeRef entry{nullptr, 0};
-    V distance2 = splat<V>(0.0f);  ///< to its box
+    V distance2 = V(0.0f);  ///< to its box
 
     OPENFAB_INLINE void flush(KernelScratch* scratch, SearchOf<V>* s) {
         if (entry.tree != nullptr && any(distance2 <= s->limit)) search_leaf(entry, scratch, s);
@@ -137,7 +150,7 @@ __attribute__((noinline)) void search(const NodeRef* starts, size_t count, Kerne
     SearchOf<V> local = *result;
     SearchOf<V>* const s = &local;
     scratch->stack.size = 0;
-    const auto push = [&](const NodeRef& e, V distance2) __attribute__((always_inline)) {
+    const auto push = [&](const NodeRef& e, V distance2) OPENFAB_INLINE_LAMBDA {
         const size_t index = scratch->stack.size;
         scratch->stack.push(e);
         scratch->frontier_distance2.reserve(index + 1);
@@ -152,7 +165,7 @@ __attribute__((noinline)) void search(const NodeRef* starts, size_t count, Kerne
     while (scratch->stack.size != 0) {
         const size_t top = --scratch->stack.size;
         const NodeRef e = scratch->stack.data[top];
-        V distance2 = Width<V>::load(scratch->frontier_distance2.data[top].v);
+        V distance2 = V::load(scratch->frontier_distance2.data[top].v);
         if (bits(distance2 <= s->limit) == 0) continue;
         const TreeView* tree = e.tree;
         const Node* node = tree->nodes + e.node;
@@ -177,10 +190,9 @@ __attribute__((noinline)) void search(const NodeRef* starts, size_t count, Kerne
             node = nullptr;
             if (near == 0) break;
             const uint32_t nearest = nearest_child(of_child);
-            each_other_child(
-                near, nearest, [&](uint32_t i) __attribute__((always_inline)) {
-                    push({tree, child + i}, of_child[i]);
-                });
+            each_other_child(near, nearest, [&](uint32_t i) OPENFAB_INLINE_LAMBDA {
+                push({tree, child + i}, of_child[i]);
+            });
             if ((near >> nearest & 1u) != 0) {
                 node = tree->nodes + child + nearest;
                 distance2 = of_child[nearest];
@@ -214,3 +226,6 @@ OPENFAB_INLINE V warm_distance2(const WarmStart& warm, const PointsOf<V>& p, V s
     }
     return start2;
 }
+
+}  // namespace
+}  // namespace openfab::nearest::OPENFAB_SIMD_ISA

@@ -1,8 +1,22 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-//
+#pragma once
+
 // Tests of the half-spaces of a leaf's features (tree/leaf_features.h) against parts of a block,
-// one feature per lane, in fixed point. Part of kernel.inl.
+// one feature per lane, in fixed point.
+
+#include <cstddef>
+#include <cstdint>
+
+#include "runtime/nearest/kernel/block_frame.h"
+#include "runtime/nearest/kernel/kernel.h"
+#include "runtime/nearest/kernel/packet.h"
+#include "simd/fixed.h"
+
+namespace openfab::nearest::OPENFAB_SIMD_ISA {
+namespace {
+
+using simd::Fixed16;
 
 /// Bound of the error that rounding a half-space's normal causes, relative to the distance from the
 /// feature: each component is off by less than half a unit.
@@ -61,9 +75,9 @@ OPENFAB_INLINE HalfSpaceFrame make_half_space_frame(const BlockFrame& frame, flo
 /// A block in the fixed-point units of one leaf. The unit is such that no distance from the leaf's
 /// origin to a voxel of the block, plus the size of the leaf, exceeds kMaxDistance.
 struct LeafFrame {
-    int32_t center[3];  ///< center of the block, from the leaf's origin
-    int32_t half[16];   ///< as in HalfSpaceFrame
-    int32_t step;       ///< of offsets, 2^-15
+    int32_t center[3];             ///< center of the block, from the leaf's origin
+    alignas(32) int32_t half[16];  ///< as in HalfSpaceFrame
+    int32_t step;                  ///< of offsets, 2^-15
     int32_t limit, excess_limit;
 
     OPENFAB_INLINE LeafFrame(const HalfSpaceFrame& frame, const LeafFeatures& leaf) {
@@ -76,8 +90,8 @@ struct LeafFrame {
         const float per_mm = kMaxDistance / (__builtin_sqrtf(far2) + (frame.half_diagonal + size));
         for (int c = 0; c < 3; ++c)
             center[c] = static_cast<int32_t>(from_origin[c] * per_mm);
-        store_rounded(half, load(frame.half) * set1(per_mm));
-        store_rounded(half + 8, load(frame.half + 8) * set1(per_mm));
+        store(half, round_to_ints(Floats8::load(frame.half) * Floats8(per_mm)));
+        store(half + 8, round_to_ints(Floats8::load(frame.half + 8) * Floats8(per_mm)));
         step = static_cast<int32_t>(size * per_mm);
         limit = limit_of(frame.limit * per_mm);
         // What drops any of `excess` along the shortest side.
@@ -105,39 +119,40 @@ class LeafTest {
     /// then edges in those below `edges`, then vertices.
     OPENFAB_INLINE LeafTest(const HalfSpaceFrame& frame, const LeafFrame& leaf,
                             const int16_t* values, size_t stride, int32_t faces, int32_t edges) {
-        const I16 lane = lane_numbers();
-        const I16 own = splat_fixed(leaf.limit), excess_limit = splat_fixed(leaf.excess_limit);
-        const I16 limits[2] = {select(splat_fixed(faces) > lane, own, excess_limit),
-                               select(splat_fixed(edges) > lane, own, excess_limit)};
+        const Fixed16 lane = simd::fixed_lane_numbers();
+        const Fixed16 own = Fixed16(leaf.limit), excess_limit = Fixed16(leaf.excess_limit);
+        const Fixed16 limits[2] = {select(Fixed16(faces) > lane, own, excess_limit),
+                                   select(Fixed16(edges) > lane, own, excess_limit)};
         for (int k = 0; k < kHalfSpaces; ++k, values += 4 * stride) {
-            const I16 d[3] = {load_fixed(values), load_fixed(values + stride),
-                              load_fixed(values + 2 * stride)};
+            const Fixed16 d[3] = {Fixed16::load_unaligned(values),
+                                  Fixed16::load_unaligned(values + stride),
+                                  Fixed16::load_unaligned(values + 2 * stride)};
             at_center_[k] = along(d, leaf.center) +
-                            times(load_fixed(values + 3 * stride), splat_fixed(leaf.step));
-            I16 half[3];
+                            times(Fixed16::load_unaligned(values + 3 * stride), Fixed16(leaf.step));
+            Fixed16 half[3];
             for (int a = 0; a < 3; ++a) {
                 const int32_t* h = leaf.half + 3 * a;
-                half[a] = frame.aligned ? times(d[a], splat_fixed(h[a])) : along(d, h);
+                half[a] = frame.aligned ? times(d[a], Fixed16(h[a])) : along(d, h);
             }
             for (int i = 0; i < 3; ++i) {
-                const I16 to = times(half[frame.shape->sub_axis[i]], splat_fixed(frame.to_sub[i]));
-                to_sub_[k][i][0] = splat_fixed(0) - to;
+                const Fixed16 to = times(half[frame.shape->sub_axis[i]], Fixed16(frame.to_sub[i]));
+                to_sub_[k][i][0] = Fixed16(0) - to;
                 to_sub_[k][i][1] = to;
             }
-            I16 sub_reach = splat_fixed(0), quarter_reach = splat_fixed(0);
+            Fixed16 sub_reach = Fixed16(0), quarter_reach = Fixed16(0);
             for (int a = 0; a < 3; ++a) {
-                const I16 way = absolute(half[a]);
-                sub_reach = sub_reach + times(way, splat_fixed(frame.sub_reach[a]));
-                quarter_reach = quarter_reach + times(way, splat_fixed(frame.quarter_reach[a]));
+                const Fixed16 way = absolute(half[a]);
+                sub_reach = sub_reach + times(way, Fixed16(frame.sub_reach[a]));
+                quarter_reach = quarter_reach + times(way, Fixed16(frame.quarter_reach[a]));
             }
-            const I16 limit = limits[k / 2];
+            const Fixed16 limit = limits[k / 2];
             sub_limit_[k] = add_capped(sub_reach, limit);
-            I16 to_quarter[2];
+            Fixed16 to_quarter[2];
             for (int i = 0; i < 2; ++i)
                 to_quarter[i] =
-                    times(half[frame.shape->quarter_axis[i]], splat_fixed(frame.to_quarter[i]));
+                    times(half[frame.shape->quarter_axis[i]], Fixed16(frame.to_quarter[i]));
             for (int q = 0; q < 4; ++q) {
-                I16 r = quarter_reach;
+                Fixed16 r = quarter_reach;
                 for (int i = 0; i < 2; ++i)
                     r = (q >> i & 1) != 0 ? r - to_quarter[i] : r + to_quarter[i];
                 quarter_limit_[k][q] = add_capped(r, limit);
@@ -146,7 +161,7 @@ class LeafTest {
     }
     /// Enters a sub-block. Returns bit l set if the feature of lane l is a candidate there.
     OPENFAB_INLINE uint32_t enter(int sub) {
-        I16 excluded = splat_fixed(0);
+        Fixed16 excluded = Fixed16(0);
         for (int k = 0; k < kHalfSpaces; ++k) {
             const auto& to = to_sub_[k];
             at_[k] = (at_center_[k] + to[0][sub & 1]) + (to[1][sub >> 1 & 1] + to[2][sub >> 2]);
@@ -156,20 +171,23 @@ class LeafTest {
     }
     /// Returns the candidates of a quarter of that sub-block.
     OPENFAB_INLINE uint32_t candidates_in(int quarter) const {
-        I16 excluded = splat_fixed(0);
+        Fixed16 excluded = Fixed16(0);
         for (int k = 0; k < kHalfSpaces; ++k)
             excluded = excluded | (at_[k] > quarter_limit_[k][quarter]);
         return ~bits(excluded);
     }
 
   private:
-    static OPENFAB_INLINE I16 along(const I16* d, const int32_t* way) {
-        return (times(d[0], splat_fixed(way[0])) + times(d[1], splat_fixed(way[1]))) +
-               times(d[2], splat_fixed(way[2]));
+    static OPENFAB_INLINE Fixed16 along(const Fixed16* d, const int32_t* way) {
+        return (times(d[0], Fixed16(way[0])) + times(d[1], Fixed16(way[1]))) +
+               times(d[2], Fixed16(way[2]));
     }
 
-    I16 at_center_[kHalfSpaces];     ///< at the block's center
-    I16 to_sub_[kHalfSpaces][3][2];  ///< from there to a sub-block's, by bits of its number
-    I16 at_[kHalfSpaces];            ///< at the sub-block's center
-    I16 sub_limit_[kHalfSpaces], quarter_limit_[kHalfSpaces][4];
+    Fixed16 at_center_[kHalfSpaces];     ///< at the block's center
+    Fixed16 to_sub_[kHalfSpaces][3][2];  ///< from there to a sub-block's, by bits of its number
+    Fixed16 at_[kHalfSpaces];            ///< at the sub-block's center
+    Fixed16 sub_limit_[kHalfSpaces], quarter_limit_[kHalfSpaces][4];
 };
+
+}  // namespace
+}  // namespace openfab::nearest::OPENFAB_SIMD_ISA

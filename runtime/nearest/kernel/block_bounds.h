@@ -1,14 +1,23 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-//
-// Bounds of the distances of the pieces of a block, from its corners alone. Part of
-// kernel.inl.
+#pragma once
+
+// Bounds of the distances of the pieces of a block, from its corners alone.
 //
 // For a point v between the corners c, v = sum w_c c with weights of 0 to 1 whose sum is 1, and any
 // q it is |v - q|^2 = sum w_c |c - q|^2 - sum w_c |c - v|^2. No surface point q is closer to c than
 // r_c, so the squared distance of v is no less than sum w_c r_c^2 - sum w_c |c - v|^2. With weights
 // that are linear along each axis the second sum is that of h^2 (1 - t^2) over the axes, h half the
 // block's side and t from -1 to 1.
+
+#include <cstddef>
+
+#include "runtime/nearest/kernel/corner_cache.h"
+#include "runtime/nearest/kernel/kernel.h"
+#include "runtime/nearest/kernel/packet.h"
+
+namespace openfab::nearest::OPENFAB_SIMD_ISA {
+namespace {
 
 /// Positions of the pieces in the block, one piece per lane.
 struct PieceLanes {
@@ -48,14 +57,14 @@ inline void make_piece_lanes(const KernelInput& in, PieceLanes* lanes) {
 /// squared lower bounds of the corners.
 template <typename V>
 OPENFAB_INLINE V least_distance2(const PieceLanes& lanes, int first, const float* r2) {
-    const auto end = [&](int a, int e) { return Width<V>::load(lanes.end[a][e] + first); };
-    const auto less = [&](int a, int e) { return Width<V>::load(lanes.less[a][e] + first); };
-    V least = splat<V>(kInfinity);
+    const auto end = [&](int a, int e) { return V::load(lanes.end[a][e] + first); };
+    const auto less = [&](int a, int e) { return V::load(lanes.less[a][e] + first); };
+    V least = V(kInfinity);
     for (int x = 0; x < 2; ++x) {
         V of_x[4];
         for (int k = 0; k < 4; ++k) {
-            of_x[k] = about_mul_add(end(0, x), splat<V>(r2[2 * k + 1] - r2[2 * k]),
-                                    splat<V>(r2[2 * k]) - less(0, x));
+            of_x[k] =
+                about_mul_add(end(0, x), V(r2[2 * k + 1] - r2[2 * k]), V(r2[2 * k]) - less(0, x));
         }
         for (int y = 0; y < 2; ++y) {
             V of_y[2];
@@ -76,13 +85,12 @@ OPENFAB_INLINE V least_distance2(const PieceLanes& lanes, int first, const float
 /// piece, mm^2; the points are in the block's axes, relative to its low end.
 template <typename V>
 OPENFAB_INLINE V farthest_distance2(const PieceLanes& lanes, int first, const float (*point)[8]) {
-    V most = splat<V>(kInfinity);
+    V most = V(kInfinity);
     for (int p = 0; p < 8; ++p) {
-        V sum = splat<V>(0.0f);
+        V sum = V(0.0f);
         for (int a = 0; a < 3; ++a) {
             const V way =
-                absolute(Width<V>::load(lanes.center[a] + first) - splat<V>(point[a][p])) +
-                splat<V>(lanes.reach[a]);
+                absolute(V::load(lanes.center[a] + first) - V(point[a][p])) + V(lanes.reach[a]);
             sum = about_mul_add(way, way, sum);
         }
         most = min(most, sum);
@@ -93,7 +101,7 @@ OPENFAB_INLINE V farthest_distance2(const PieceLanes& lanes, int first, const fl
 /// Bounds the distances of blocks, piece by piece.
 void bound_blocks(const KernelInput& in, const Vec3i* blocks, size_t count, KernelScratch* scratch,
                   BlockBounds* bounds) {
-    using V = Widest;
+    using V = simd::WidestFloats;
     prepare(in, blocks, count, scratch);
     PieceLanes lanes;
     make_piece_lanes(in, &lanes);
@@ -119,13 +127,14 @@ void bound_blocks(const KernelInput& in, const Vec3i* blocks, size_t count, Kern
             largest = larger(largest, __builtin_fabsf(origin[c]) + 2 * in.shape->half_diagonal);
         }
         alignas(32) float point[3][8];
-        const Points p{load(corners.point[0]), load(corners.point[1]), load(corners.point[2])};
+        const Points p{Floats8::load(corners.point[0]), Floats8::load(corners.point[1]),
+                       Floats8::load(corners.point[2])};
         for (int a = 0; a < 3; ++a) {
             const float* axis = lanes.axis[a];
-            const F8 from_x = p.x - set1(origin[0]), from_y = p.y - set1(origin[1]),
-                     from_z = p.z - set1(origin[2]);
-            store(point[a],
-                  dot3(set1(axis[0]), set1(axis[1]), set1(axis[2]), from_x, from_y, from_z));
+            const Floats8 from_x = p.x - Floats8(origin[0]), from_y = p.y - Floats8(origin[1]),
+                          from_z = p.z - Floats8(origin[2]);
+            store(point[a], dot3(Floats8(axis[0]), Floats8(axis[1]), Floats8(axis[2]), from_x,
+                                 from_y, from_z));
         }
         float r2[8], most2 = 0;
         for (int c = 0; c < 8; ++c) {
@@ -133,14 +142,16 @@ void bound_blocks(const KernelInput& in, const Vec3i* blocks, size_t count, Kern
             most2 = larger(most2, r2[c]);
         }
         // Bounds of the rounding of squares, and of positions.
-        const V rounded2 = splat<V>(most2 * 0x1p-19f), rounded = splat<V>(largest * 0x1p-17f);
-        const V zero = splat<V>(0.0f);
+        const V rounded2 = V(most2 * 0x1p-19f), rounded = V(largest * 0x1p-17f);
+        const V zero = V(0.0f);
         for (int first = 0; first < kQuarters; first += V::kLanes) {
             const V low2 = least_distance2<V>(lanes, first, r2) - rounded2;
             const V high2 = farthest_distance2<V>(lanes, first, point);
             store(bounds[i].low + first, max(sqrt(max(low2, zero)) - rounded, zero));
-            store(bounds[i].high + first,
-                  about_mul_add(sqrt(high2), splat<V>(1.0f + 0x1p-16f), rounded));
+            store(bounds[i].high + first, about_mul_add(sqrt(high2), V(1.0f + 0x1p-16f), rounded));
         }
     }
 }
+
+}  // namespace
+}  // namespace openfab::nearest::OPENFAB_SIMD_ISA
