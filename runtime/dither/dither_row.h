@@ -7,12 +7,16 @@
 // did 17 M voxels/s a core for 15 materials where this does more than 100, and took half a minute
 // to compile for 24. The twins in tests/support/reference define the result to the bit.
 
+#include <cstddef>
 #include <cstdint>
 
 #include "abi/fablet_table.h"
 #include "runtime/dither/dither_rule.h"
 
 namespace openfab::dither {
+
+/// Slices of a slab; values in memory stand [material][slice].
+constexpr int32_t kSlices = 8;
 
 /// Margin in voxels on both sides of every row of mixed bits and errors, so that neighbours
 /// need no test.
@@ -48,5 +52,13 @@ size_t error_count(const DitherSetup& setup);
 /// Chooses a material in the mixed voxels of some rows of one run, y by y. Rows come in rising y;
 /// `errors` is of error_count() floats, finite, and only rules that diffuse them use it.
 void dither_rows(const DitherSetup& setup, const DitherRow* rows, int32_t count, float* errors);
+
+// The same for one instruction set each; count > 0.
+namespace avx2 {
+void dither_rows(const DitherSetup& setup, const DitherRow* rows, int32_t count, float* errors);
+}
+namespace sse41 {
+void dither_rows(const DitherSetup& setup, const DitherRow* rows, int32_t count, float* errors);
+}
 
 }  // namespace openfab::dither

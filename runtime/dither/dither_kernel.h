@@ -1,11 +1,31 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
+#pragma once
 
-// Implements dither_rows for one instruction set: included by dither_row.cpp once for each, after
-// lanes.inl.
+// Implements dither_rows. dither_avx2.cpp and dither_sse41.cpp compile it, each with the flags of a
+// set. Slices are lanes: a slab's 8 slices are one vector of 8 lanes or two of 4, whichever the
+// machine has. Everything is inlined.
 
-namespace openfab::dither::OPENFAB_LANES_ISA {
+#include <cstdint>
+#include <limits>
+
+#include "abi/dither_rules.h"
+#include "abi/stage_table.h"
+#include "abi/voxel_hash.h"
+#include "runtime/dither/blue_noise.h"
+#include "runtime/dither/dither_row.h"
+#include "simd/vectors.h"
+
+namespace openfab::dither::OPENFAB_SIMD_ISA {
 namespace {
+
+using simd::Floats;
+using simd::Ints;
+using simd::Mask;
+using simd::Uints;
+
+constexpr int32_t kLanes = simd::kLanes;
+constexpr int32_t kMaxChannels = OPENFAB_MAX_MATERIALS + 1;
 
 template <int32_t from, int32_t end, typename F>
 OPENFAB_INLINE void written_out(const F& f) {
@@ -32,41 +52,40 @@ OPENFAB_INLINE void for_channels(int32_t count, const F& f) {
 /// in registers; else 0.
 template <int32_t fixed>
 struct Column {
-    static constexpr int32_t kMost = fixed > 0 ? fixed : kMostChannels;
+    static constexpr int32_t kMost = fixed > 0 ? fixed : kMaxChannels;
     const uint16_t* fractions = nullptr;  ///< [material][slice], at `first`
     int32_t variable = 0;
-    Lanes::Ints received,
-        interior;  ///< a neighbour behind is mixed; all four are
+    Mask received, interior;  ///< a neighbour behind is mixed; all four are
     bool all_received = false;
-    Lanes::Hashes hash = Lanes::Hashes(0);
-    Lanes::Floats value[kMost];  ///< fractions with the errors received
+    Uints hash = Uints(0);
+    Floats value[kMost];  ///< fractions with the errors received
 
     OPENFAB_INLINE int32_t channels() const { return fixed > 0 ? fixed : variable; }
-    OPENFAB_INLINE Lanes::Ints fraction(int32_t m) const {
-        return Lanes::load(fractions + m * kSlices);
+    OPENFAB_INLINE Ints fraction(int32_t m) const {
+        return Ints::load_unaligned(fractions + m * kSlices);
     }
 };
 
 /// The first material at which the running sum of the fractions exceeds the
 /// threshold; the last sum is 65535 and always does.
-OPENFAB_INLINE Lanes::Ints first_above(const uint16_t* fractions, int32_t channels,
-                                       const Lanes::Ints& threshold) {
-    Lanes::Ints sum{}, code{};
+OPENFAB_INLINE Ints first_above(const uint16_t* fractions, int32_t channels,
+                                const Ints& threshold) {
+    Ints sum = 0, code = channels - 1;
     for (int32_t m = 0; m + 1 < channels; ++m) {
-        sum += Lanes::load(fractions + m * kSlices);
-        code -= sum <= threshold;
+        sum += Ints::load_unaligned(fractions + m * kSlices);
+        code += as_ints(sum > threshold);
     }
     return code;
 }
 
 /// The most frequent material; ties go to the first.
-OPENFAB_INLINE Lanes::Ints largest(const uint16_t* fractions, int32_t channels) {
-    Lanes::Ints code{}, most{};
+OPENFAB_INLINE Ints largest(const uint16_t* fractions, int32_t channels) {
+    Ints code = 0, most = 0;
     for (int32_t m = 0; m < channels; ++m) {
-        const Lanes::Ints fraction = Lanes::load(fractions + m * kSlices);
-        const Lanes::Ints more = fraction > most;
-        code = more ? Lanes::all(m) : code;
-        most = more ? fraction : most;
+        const Ints fraction = Ints::load_unaligned(fractions + m * kSlices);
+        const Mask more = fraction > most;
+        code = select(more, m, code);
+        most = max(most, fraction);
     }
     return code;
 }
@@ -74,44 +93,42 @@ OPENFAB_INLINE Lanes::Ints largest(const uint16_t* fractions, int32_t channels) 
 /// Floyd and Steinberg 1976: the largest value wins, ties go to the first, among
 /// materials that are present; where nothing was received, the hash decides.
 template <int32_t fixed>
-OPENFAB_INLINE Lanes::Ints floyd_steinberg(const Column<fixed>& c) {
-    Lanes::Floats best = Lanes::all(-std::numeric_limits<float>::infinity());
-    Lanes::Ints code{};
+OPENFAB_INLINE Ints floyd_steinberg(const Column<fixed>& c) {
+    Floats best = -std::numeric_limits<float>::infinity();
+    Ints code = 0;
     for_channels<fixed>(c.channels(), [&](int32_t m) OPENFAB_INLINE_LAMBDA {
-        const Lanes::Ints wins = (c.fraction(m) > 0) & (c.value[m] > best);
-        code = wins ? Lanes::all(m) : code;
-        best = wins ? c.value[m] : best;
+        const Mask wins = (c.fraction(m) > 0) & (c.value[m] > best);
+        code = select(wins, m, code);
+        best = select(wins, c.value[m], best);
     });
     if (c.all_received) return code;
-    const Lanes::Ints threshold = abi::fraction_threshold(c.hash).ints();
-    return c.received ? code : first_above(c.fractions, c.channels(), threshold);
+    const Ints threshold = as_ints(abi::fraction_threshold(c.hash));
+    return select(c.received, code, first_above(c.fractions, c.channels(), threshold));
 }
 
 /// The first material at which the running sum of what each value has above a
 /// floor exceeds a random share of the whole sum. Why the floor is what it is:
 /// abi/dither_rules.h.
 template <bool inside, int32_t fixed>
-OPENFAB_INLINE Lanes::Ints decorrelated(const Column<fixed>& c) {
-    using Floats = Lanes::Floats;
-    const Floats with_some = c.interior ? Lanes::all(abi::kDecorrelatedInteriorFloor)
-                                        : Lanes::all(abi::kDecorrelatedBorderFloor);
-    const Floats floor = inside       ? Lanes::all(abi::kDecorrelatedInteriorFloor)
-                         : c.received ? with_some
-                                      : Floats{};
-    Floats sum[Column<fixed>::kMost], total{};
+OPENFAB_INLINE Ints decorrelated(const Column<fixed>& c) {
+    const Floats interior = abi::kDecorrelatedInteriorFloor;
+    const Floats floor =
+        inside ? interior
+               : masked(c.received, select(c.interior, interior, abi::kDecorrelatedBorderFloor));
+    Floats sum[Column<fixed>::kMost], total = 0;
     for_channels<fixed>(c.channels(), [&](int32_t m) OPENFAB_INLINE_LAMBDA {
-        const Lanes::Ints fraction = c.fraction(m);
+        const Ints fraction = c.fraction(m);
         const Floats above = c.value[m] - floor;
-        const Floats least = Lanes::to_floats(fraction) * abi::kDecorrelatedLeast;
-        const Floats weight = above > least ? above : least;
-        total += fraction > 0 ? weight : Floats{};
+        const Floats least = to_floats(fraction) * abi::kDecorrelatedLeast;
+        total += masked(fraction > 0, max(above, least));
         sum[m] = total;
     });
-    const Floats share = Lanes::to_floats((c.hash >> Lanes::Hashes(16)).ints()) * 0x1p-16f;
+    const Floats share = to_floats(as_ints(c.hash >> Uints(16))) * 0x1p-16f;
     const Floats threshold = share * total;
-    Lanes::Ints code{};
-    for_channels<fixed - (fixed > 0)>(
-        c.channels() - 1, [&](int32_t m) OPENFAB_INLINE_LAMBDA { code -= sum[m] <= threshold; });
+    Ints code = 0;
+    for_channels<fixed - (fixed > 0)>(c.channels() - 1, [&](int32_t m) OPENFAB_INLINE_LAMBDA {
+        code -= as_ints(sum[m] <= threshold);
+    });
     return code;
 }
 
@@ -119,18 +136,17 @@ OPENFAB_INLINE Lanes::Ints decorrelated(const Column<fixed>& c) {
 /// error, which that one compensates.
 template <int32_t fixed>
 OPENFAB_INLINE void add_first_error(Column<fixed>* c) {
-    using Ints = Lanes::Ints;
     const Ints most = largest(c->fractions, c->channels());
-    Ints all{};
+    Ints all = 0;
     for (int32_t m = 0; m < c->channels(); ++m) {
-        const Ints gets = (c->fraction(m) > 0) & (most != m) & ~c->received;
+        const Mask gets = andnot((most == m) | c->received, c->fraction(m) > 0);
         const auto hash = abi::first_error_hash(c->hash, static_cast<uint64_t>(m));
-        const Ints error = gets & ((hash >> Lanes::Hashes(16)).ints() - 32768);
+        const Ints error = masked(gets, as_ints(hash >> Uints(16)) - 32768);
         all += error;
-        c->value[m] += Lanes::to_floats(error);
+        c->value[m] += to_floats(error);
     }
     for (int32_t m = 0; m < c->channels(); ++m)
-        c->value[m] -= Lanes::to_floats((most == m) & all);
+        c->value[m] -= to_floats(masked(most == m, all));
 }
 
 /// The fractions of the run's i-th column.
@@ -139,21 +155,26 @@ OPENFAB_INLINE const uint16_t* column_fractions(const DitherRow& row, int32_t i,
     return row.fractions + voxel * channels * kSlices;
 }
 
+/// Returns a mask from the bits of the slices from `first` on.
+OPENFAB_INLINE Mask from_bits(int32_t bits, int32_t first) {
+    return Mask::from_bits(static_cast<uint32_t>(bits >> first));
+}
+
 template <bool inside>
-OPENFAB_INLINE void write_codes(const DitherRow& row, int32_t i, int32_t first,
-                                const Lanes::Ints& code) {
+OPENFAB_INLINE void write_codes(const DitherRow& row, int32_t i, int32_t first, const Ints& code) {
     uint8_t* out = row.codes + int64_t{i} * kSlices + first;
     if constexpr (inside) {
-        Lanes::store(out, code);
+        store_low_bytes(out, code);
     } else {
-        Lanes::store(out, Lanes::from_bits(row.here[i], first) ? code : Lanes::load(out));
+        const Mask mixed = from_bits(row.here[i], first);
+        store_low_bytes(out, select(mixed, code, Ints::load_unaligned(out)));
     }
 }
 
 template <bool inside>
-OPENFAB_INLINE Lanes::Floats edge_weight(uint8_t mixed, int32_t first, float weight) {
-    if constexpr (inside) return Lanes::all(weight);
-    return Lanes::masked(Lanes::from_bits(mixed, first), weight);
+OPENFAB_INLINE Floats edge_weight(uint8_t mixed, int32_t first, float weight) {
+    if constexpr (inside) return weight;
+    return masked(from_bits(mixed, first), Floats(weight));
 }
 
 /// The one rule for which no voxel knows its neighbours.
@@ -161,7 +182,7 @@ OPENFAB_INLINE void majority_row(const DitherSetup& setup, const DitherRow& row)
     for (int32_t i = 0; i < 8 * row.blocks; ++i) {
         if (row.here[i] == 0) continue;
         const uint16_t* fractions = column_fractions(row, i, setup.channels);
-        for (int32_t first = 0; first < kSlices; first += Lanes::kCount) {
+        for (int32_t first = 0; first < kSlices; first += kLanes) {
             write_codes<false>(row, i, first, largest(fractions + first, setup.channels));
         }
     }
@@ -188,11 +209,9 @@ struct BlueNoiseLines {
     }
 };
 
-OPENFAB_INLINE Lanes::Ints ranks_at(const uint16_t* const* lines, uint32_t x, uint32_t turn) {
-    Lanes::Ints rank;
-    for (int32_t l = 0; l < Lanes::kCount; ++l)
-        rank[l] = lines[l][x];
-    return rank + static_cast<int32_t>(turn);
+OPENFAB_INLINE Ints ranks_at(const uint16_t* const* lines, uint32_t x, uint32_t turn) {
+    const auto rank = [&](int32_t l) OPENFAB_INLINE_LAMBDA { return int32_t{lines[l][x]}; };
+    return Ints::generate(rank) + static_cast<int32_t>(turn);
 }
 
 OPENFAB_INLINE void blue_noise_row(const DitherSetup& setup, const DitherRow& row) {
@@ -212,26 +231,27 @@ OPENFAB_INLINE void blue_noise_row(const DitherSetup& setup, const DitherRow& ro
         const BlueNoiseFaces faces({row.here[i], row.here[i - 1], row.here[i + 1], row.above[i],
                                     row.below[i], row.above[i - 1], row.above[i + 1],
                                     row.below[i - 1], row.below[i + 1]});
-        for (int32_t first = 0; first < kSlices; first += Lanes::kCount) {
+        for (int32_t first = 0; first < kSlices; first += kLanes) {
             const auto facing = [&](uint32_t bits) OPENFAB_INLINE_LAMBDA {
-                return Lanes::from_bits(static_cast<int32_t>(bits), first);
+                return from_bits(static_cast<int32_t>(bits), first);
             };
-            Lanes::Ints rank = ranks_at(lines.inside + first, x, turn);
+            Ints rank = ranks_at(lines.inside + first, x, turn);
             if ((faces.low_x | faces.high_x) != 0) {
-                rank = facing(faces.low_x) ? Lanes::load(lines.low_x + first) : rank;
-                rank = facing(faces.high_x) ? Lanes::load(lines.high_x + first) : rank;
+                rank = select(facing(faces.low_x), Ints::load_unaligned(lines.low_x + first), rank);
+                rank =
+                    select(facing(faces.high_x), Ints::load_unaligned(lines.high_x + first), rank);
             }
             if (faces.low_y != 0) {
-                const Lanes::Ints side = ranks_at(lines.low_y + first, x, turn_low_y);
-                rank = facing(faces.low_y) ? side : rank;
+                const Ints side = ranks_at(lines.low_y + first, x, turn_low_y);
+                rank = select(facing(faces.low_y), side, rank);
             }
             if (faces.high_y != 0) {
-                const Lanes::Ints side = ranks_at(lines.high_y + first, x, turn_high_y);
-                rank = facing(faces.high_y) ? side : rank;
+                const Ints side = ranks_at(lines.high_y + first, x, turn_high_y);
+                rank = select(facing(faces.high_y), side, rank);
             }
-            rank = (rank + Lanes::load(drift + first) + drift_here) & 0xffff;
+            rank = (rank + Ints::load_unaligned(drift + first) + drift_here) & 0xffff;
             // fraction_threshold: rank 65535 / 65536, rounded down.
-            const Lanes::Ints threshold = rank + (rank > 0);
+            const Ints threshold = rank + as_ints(rank > 0);
             write_codes<false>(row, i, first,
                                first_above(fractions + first, setup.channels, threshold));
         }
@@ -247,35 +267,33 @@ constexpr int32_t kFewChannels = 8;
 template <int32_t fixed>
 OPENFAB_INLINE void diffuse_many(const DitherSetup& setup, const DitherRow& row, int32_t i,
                                  int32_t first, uint32_t hash, const float* up, float* here) {
-    using Floats = Lanes::Floats;
     const int32_t channels = fixed > 0 ? fixed : setup.channels;
     const int64_t next = int64_t{channels} * kSlices;
     const uint16_t* fractions = column_fractions(row, i, channels) + first;
-    const Lanes::Hashes hashes = abi::mix32(
-        Lanes::Hashes(hash) ^ Lanes::Hashes(Lanes::Unsigned(Lanes::count() + row.z + first)));
-    Floats sum[kMostChannels], total{};
+    const Uints hashes = abi::mix32(Uints(hash) ^ Uints(Ints::lane_numbers() + row.z + first));
+    Floats sum[kMaxChannels], total = 0;
     for_channels<fixed>(channels, [&](int32_t m) OPENFAB_INLINE_LAMBDA {
         const int32_t k = m * kSlices;
-        const Lanes::Ints fraction = Lanes::load(fractions + k);
-        const Floats asked = Lanes::to_floats(fraction);
-        Floats v = asked + Lanes::load(up + k - next);
-        v = v + 5.0f * Lanes::load(up + k);
-        v = v + 3.0f * Lanes::load(up + k + next);
-        v = v + 7.0f * Lanes::load(here + k - next);
+        const Ints fraction = Ints::load_unaligned(fractions + k);
+        const Floats asked = to_floats(fraction);
+        Floats v = asked + Floats::load_unaligned(up + k - next);
+        v = v + 5.0f * Floats::load_unaligned(up + k);
+        v = v + 3.0f * Floats::load_unaligned(up + k + next);
+        v = v + 7.0f * Floats::load_unaligned(here + k - next);
         const Floats above = v - abi::kDecorrelatedInteriorFloor;
         const Floats least = asked * abi::kDecorrelatedLeast;
-        const Floats weight = above > least ? above : least;
-        total += fraction > 0 ? weight : Floats{};
+        total += masked(fraction > 0, max(above, least));
         sum[m] = total;
-        Lanes::store(here + k, v * 0x1p-4f);
+        store_unaligned(here + k, v * 0x1p-4f);
     });
-    const Floats share = Lanes::to_floats((hashes >> Lanes::Hashes(16)).ints()) * 0x1p-16f;
+    const Floats share = to_floats(as_ints(hashes >> Uints(16))) * 0x1p-16f;
     const Floats threshold = share * total;
-    Lanes::Ints code{};
-    for_channels<fixed - (fixed > 0)>(
-        channels - 1, [&](int32_t m) OPENFAB_INLINE_LAMBDA { code -= sum[m] <= threshold; });
-    for (int32_t l = 0; l < Lanes::kCount; ++l) {
-        float& chosen = here[code[l] * kSlices + l];
+    Ints code = 0;
+    for_channels<fixed - (fixed > 0)>(channels - 1, [&](int32_t m) OPENFAB_INLINE_LAMBDA {
+        code -= as_ints(sum[m] <= threshold);
+    });
+    for (int32_t l = 0; l < kLanes; ++l) {
+        float& chosen = here[code.lane(l) * kSlices + l];
         chosen = (16 * chosen - 65535.0f) * 0x1p-4f;
     }
     write_codes<true>(row, i, first, code);
@@ -302,7 +320,6 @@ OPENFAB_INLINE void diffuse_many(const DitherSetup& setup, const DitherRow& row,
 template <DitherRule rule, bool inside, int32_t fixed>
 OPENFAB_INLINE void diffuse_column(const DitherSetup& setup, const DitherRow& row, int32_t i,
                                    int32_t first, uint32_t hash, const float* up, float* here) {
-    using Floats = Lanes::Floats;
     if constexpr (rule == DitherRule::kDecorrelated && inside &&
                   (fixed == 0 || fixed > kFewChannels)) {
         return diffuse_many<fixed>(setup, row, i, first, hash, up, here);
@@ -315,35 +332,33 @@ OPENFAB_INLINE void diffuse_column(const DitherSetup& setup, const DitherRow& ro
     Column<fixed> c;
     c.fractions = column_fractions(row, i, channels) + first;
     c.variable = channels;
-    c.hash = abi::mix32(Lanes::Hashes(hash) ^
-                        Lanes::Hashes(Lanes::Unsigned(Lanes::count() + row.z + first)));
-    c.received = Lanes::from_bits(received, first);
-    c.interior = Lanes::from_bits(e & se & s & sw, first);
+    c.hash = abi::mix32(Uints(hash) ^ Uints(Ints::lane_numbers() + row.z + first));
+    c.received = from_bits(received, first);
+    c.interior = from_bits(e & se & s & sw, first);
     c.all_received = inside || (row.here[i] & ~received) == 0;
     const Floats w_e = edge_weight<inside>(e, first, 7), w_se = edge_weight<inside>(se, first, 1),
                  w_s = edge_weight<inside>(s, first, 5), w_sw = edge_weight<inside>(sw, first, 3);
     for_channels<fixed>(channels, [&](int32_t m) OPENFAB_INLINE_LAMBDA {
         const int32_t k = m * kSlices;
-        Floats v = Lanes::to_floats(c.fraction(m));
-        v = v + w_se * Lanes::load(up + k - next);
-        v = v + w_s * Lanes::load(up + k);
-        v = v + w_sw * Lanes::load(up + k + next);
-        c.value[m] = v + w_e * Lanes::load(here + k - next);
+        Floats v = to_floats(c.fraction(m));
+        v = v + w_se * Floats::load_unaligned(up + k - next);
+        v = v + w_s * Floats::load_unaligned(up + k);
+        v = v + w_sw * Floats::load_unaligned(up + k + next);
+        c.value[m] = v + w_e * Floats::load_unaligned(here + k - next);
     });
-    const Lanes::Ints code =
+    const Ints code =
         rule == DitherRule::kFloydSteinberg ? floyd_steinberg(c) : decorrelated<inside, fixed>(c);
     const Floats ahead = edge_weight<inside>(row.here[i + 1], first, 7) +
                          edge_weight<inside>(row.below[i - 1], first, 3) +
                          edge_weight<inside>(row.below[i], first, 5) +
                          edge_weight<inside>(row.below[i + 1], first, 1);
-    const Floats hand_on =
-        inside ? Lanes::all(1.0f / 16) : 1.0f / (ahead > 1.0f ? ahead : Lanes::all(1.0f));
+    const Floats hand_on = inside ? Floats(1.0f / 16) : 1.0f / max(ahead, 1.0f);
     for_channels<fixed>(channels, [&](int32_t m) OPENFAB_INLINE_LAMBDA {
-        c.value[m] -= Lanes::masked(code == m, 65535.0f);
+        c.value[m] -= masked(code == m, Floats(65535.0f));
     });
     if (rule == DitherRule::kDecorrelated && !c.all_received) add_first_error(&c);
     for_channels<fixed>(channels, [&](int32_t m) OPENFAB_INLINE_LAMBDA {
-        Lanes::store(here + m * kSlices, c.value[m] * hand_on);
+        store_unaligned(here + m * kSlices, c.value[m] * hand_on);
     });
     write_codes<inside>(row, i, first, code);
 }
@@ -372,7 +387,7 @@ OPENFAB_INLINE void diffuse_rows(const DitherSetup& setup, const DitherRow* rows
                                  row.below[i - 1] & row.below[i] & row.below[i + 1]) == 255;
             float* own = begin + (row.y & 1) * row_values + i * voxel_values;
             const float* behind = begin + (1 - (row.y & 1)) * row_values + i * voxel_values;
-            for (int32_t first = 0; first < kSlices; first += Lanes::kCount) {
+            for (int32_t first = 0; first < kSlices; first += kLanes) {
                 if (inside) {
                     diffuse_column<rule, true, fixed>(setup, row, i, first, hash, behind + first,
                                                       own + first);
@@ -412,8 +427,11 @@ OPENFAB_INLINE void diffuse_rows_of(const DitherSetup& setup, const DitherRow* r
     }
 }
 
-OPENFAB_INLINE void any_rows(const DitherSetup& setup, const DitherRow* rows, int32_t count,
-                             float* errors) {
+}  // namespace
+
+// `flatten`: the functions of no instruction set that it calls are inlined, too.
+__attribute__((flatten)) void dither_rows(const DitherSetup& setup, const DitherRow* rows,
+                                          int32_t count, float* errors) {
     switch (setup.rule) {
         case DitherRule::kFloydSteinberg:
             return diffuse_rows_of<DitherRule::kFloydSteinberg>(setup, rows, count, errors);
@@ -430,5 +448,4 @@ OPENFAB_INLINE void any_rows(const DitherSetup& setup, const DitherRow* rows, in
     }
 }
 
-}  // namespace
-}  // namespace openfab::dither::OPENFAB_LANES_ISA
+}  // namespace openfab::dither::OPENFAB_SIMD_ISA
