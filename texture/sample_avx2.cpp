@@ -1,7 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#define OPENFAB_SAMPLE_ISA avx2
-#include "texture/sample.inl"
+#include "texture/sample_kernel.h"
 
 int openfab_sample_avx2(halide_buffer_t* requests, halide_buffer_t* texels, halide_buffer_t* info,
                         int32_t fields, int32_t channels, halide_buffer_t* out) {

@@ -1,26 +1,35 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-//
-// Samples of pictures, a vector of requests at a time. Included by look_up_avx2.cpp and
-// look_up_sse41.cpp. The order of float operations is that of compiler/interp/sample.h; only the
-// way in which texels are fetched differs.
+#pragma once
 
-#include <immintrin.h>
+// Samples of pictures, a vector of requests at a time. sample_avx2.cpp and sample_sse41.cpp compile
+// it, each with the flags of a set. The order of float operations is that of
+// compiler/interp/sample.h; only the way in which texels are fetched differs.
 
-#include <algorithm>
 #include <array>
-#include <cstring>
+#include <cstddef>
+#include <cstdint>
 
+#include "simd/shuffles.h"
+#include "simd/vectors.h"
 #include "texture/pyramid.h"
 #include "texture/sample.h"
 
-namespace openfab::texture::OPENFAB_SAMPLE_ISA {
+namespace openfab::texture::OPENFAB_SIMD_ISA {
 namespace {
 
-#include "texture/sample_lanes.inl"
+using simd::Floats;
+using simd::Ints;
+using simd::kLanes;
+using simd::Mask;
 
 constexpr int32_t kMaxTaps = 8;
 constexpr int32_t kMaxChannels = 4;
+
+/// Clamps: x > lo ? (x < hi ? x : hi) : lo, for lo <= hi.
+OPENFAB_INLINE Floats bound(Floats x, float lo, float hi) {
+    return min(max(x, lo), hi);
+}
 
 /// Texels along one axis of level 0.
 struct Side {
@@ -33,7 +42,7 @@ Side make_side(int32_t n) {
     return {real, 1.0f / real, (n & (n - 1)) == 0};
 }
 
-OPENFAB_INLINE F over(F x, const Side& side) {
+OPENFAB_INLINE Floats over(Floats x, const Side& side) {
     return side.exact ? x * side.inverse : x / side.n;
 }
 
@@ -45,136 +54,137 @@ struct Picture {
 };
 
 struct SampleRequest {
-    I active;
-    F u, v, width;
-    F du[3], dv[3];
+    Mask active;
+    Floats u, v, width;
+    Floats du[3], dv[3];
 };
 
 struct Level {
-    I offset, width, height;
+    Ints offset, width, height;
 };
 
 /// The footprints of a vector of requests. Inactive lanes have no taps.
 struct Footprint {
-    F u, v;
-    F taps, major, ax, ay, fraction;
+    Floats u, v;
+    Floats taps, major, ax, ay, fraction;
     std::array<Level, 2> levels;
-    I active;
+    Mask active;
     bool inside;  ///< no tap reads a texel that has to be wrapped; inactive lanes are at 0.5
 };
 
-OPENFAB_INLINE F log2_of(F x) {
-    const I bits = as_ints(x);
-    const F e = to_floats((bits >> 23) - 127);
-    const F f = as_floats((bits & 0x7fffff) | 0x3f800000) - 1.0f;
-    const F q = ((-0.0448739553f * f + 0.150533197f) * f + -0.269578015f) * f + 0.442418579f;
+OPENFAB_INLINE Floats log2_of(Floats x) {
+    const Ints pattern = as_ints(x);
+    const Floats e = to_floats((pattern >> 23) - 127);
+    const Floats f = as_floats((pattern & 0x7fffff) | 0x3f800000) - 1.0f;
+    const Floats q = ((-0.0448739553f * f + 0.150533197f) * f + -0.269578015f) * f + 0.442418579f;
     return masked(x >= 1.0f, e + (f + (f * (1.0f - f)) * q));
 }
 
 /// Returns the level of each lane; mostly all are the same. An inactive lane gets that of an active
 /// one: its own might have no two texels in a row.
-OPENFAB_INLINE Level level_of(const Picture& picture, I level, I active) {
-    const int32_t one = level[__builtin_ctz(signs(active))];
-    if (signs(active & (level != one)) == 0) {
+OPENFAB_INLINE Level level_of(const Picture& picture, Ints level, Mask active) {
+    const int32_t one = level.lane(__builtin_ctz(bits(active)));
+    if (!any(andnot(level == one, active))) {
         const int32_t* const row = picture.levels + one * kInfoPerLevel;
-        return {splat(row[0]), splat(row[1]), splat(row[2])};
+        return {row[0], row[1], row[2]};
     }
-    level = active ? level : splat(one);
-    alignas(sizeof(I)) int32_t fields[3][kLanes];
+    level = select(active, level, one);
+    alignas(sizeof(Ints)) int32_t fields[3][kLanes];
     for (int32_t i = 0; i < kLanes; ++i) {
-        const int32_t* const row = picture.levels + level[i] * kInfoPerLevel;
+        const int32_t* const row = picture.levels + level.lane(i) * kInfoPerLevel;
         for (int32_t k = 0; k < 3; ++k)
             fields[k][i] = row[k];
     }
-    return {load<I>(fields[0]), load<I>(fields[1]), load<I>(fields[2])};
+    return {Ints::load(fields[0]), Ints::load(fields[1]), Ints::load(fields[2])};
 }
 
 /// Moves a coordinate into the range that its wrap mode reads.
-OPENFAB_INLINE F wrap_coordinate(const Picture& picture, F u) {
+OPENFAB_INLINE Floats wrap_coordinate(const Picture& picture, Floats u) {
     if (picture.wrap == kWrapRepeat) {
         u -= floor(u);
     } else if (picture.wrap == kWrapMirror) {
-        const F half = u * 0.5f;
+        const Floats half = u * 0.5f;
         u = (half - floor(half)) * 2.0f;
     }
     return bound(u, -2.0f, 3.0f);
 }
 
 /// Same for coordinates between 0 and 1, or moved there by `repeat`.
-OPENFAB_INLINE F wrap_inside(const Picture& picture, F u) {
+OPENFAB_INLINE Floats wrap_inside(const Picture& picture, Floats u) {
     return picture.wrap == kWrapRepeat ? u - floor(u) : u;
 }
 
 /// Returns whether all taps along one axis read texels x0 and x0 + 1 of both levels with 0 <= x0
 /// and x0 + 1 < n: a margin of a texel of the coarser level, and a quarter for rounding.
-OPENFAB_INLINE I stays_inside(const Picture& picture, F u, F along, const Side& side, I coarse) {
-    const F n = to_floats(coarse);
-    const F center = wrap_inside(picture, u) * n;
-    const F reach = absolute(along) * (n * side.inverse) + 1.25f;
+OPENFAB_INLINE Mask stays_inside(const Picture& picture, Floats u, Floats along, const Side& side,
+                                 Ints coarse) {
+    const Floats n = to_floats(coarse);
+    const Floats center = wrap_inside(picture, u) * n;
+    const Floats reach = absolute(along) * (n * side.inverse) + 1.25f;
     return (absolute(u) < 32.0f) & (center > reach) & (center + reach < n);
 }
 
 OPENFAB_INLINE void find_footprint(const Picture& picture, const SampleRequest& request,
                                    Footprint* to) {
-    F sx[3], sy[3];
+    Floats sx[3], sy[3];
     for (int32_t k = 0; k < 3; ++k) {
         sx[k] = request.du[k] * picture.width.n;
         sy[k] = request.dv[k] * picture.height.n;
     }
-    const F a = (sx[0] * sx[0] + sx[1] * sx[1]) + sx[2] * sx[2];
-    const F b = (sx[0] * sy[0] + sx[1] * sy[1]) + sx[2] * sy[2];
-    const F c = (sy[0] * sy[0] + sy[1] * sy[1]) + sy[2] * sy[2];
-    const F m = (a + c) * 0.5f;
-    const F d = (a - c) * 0.5f;
-    const F r = sqrt(d * d + b * b);
+    const Floats a = (sx[0] * sx[0] + sx[1] * sx[1]) + sx[2] * sx[2];
+    const Floats b = (sx[0] * sy[0] + sx[1] * sy[1]) + sx[2] * sy[2];
+    const Floats c = (sy[0] * sy[0] + sy[1] * sy[1]) + sy[2] * sy[2];
+    const Floats m = (a + c) * 0.5f;
+    const Floats d = (a - c) * 0.5f;
+    const Floats r = sqrt(d * d + b * b);
     Footprint& out = *to;
     out.active = request.active;
     out.major = bound(sqrt(m + r) * request.width, 0.0f, 0x1p30f);
-    const F minor = bound(sqrt(bound(m - r, 0.0f, 0x1p60f)) * request.width, 0.0f, 0x1p30f);
-    const I wide_x = d >= 0.0f;
-    const F ex = wide_x ? d + r : b;
-    const F ey = wide_x ? b : r - d;
-    const F e = sqrt(ex * ex + ey * ey);
-    const I usable = (e > 0.0f) & (e < 0x1p60f);
-    out.ax = usable ? ex / e : splat(1.0f);
+    const Floats minor = bound(sqrt(bound(m - r, 0.0f, 0x1p60f)) * request.width, 0.0f, 0x1p30f);
+    const Mask wide_x = d >= 0.0f;
+    const Floats ex = select(wide_x, d + r, b);
+    const Floats ey = select(wide_x, b, r - d);
+    const Floats e = sqrt(ex * ex + ey * ey);
+    const Mask usable = (e > 0.0f) & (e < 0x1p60f);
+    out.ax = select(usable, ex / e, 1.0f);
     out.ay = masked(usable, ey / e);
 
-    F wide = out.major;
-    out.taps = splat(1.0f);
+    Floats wide = out.major;
+    out.taps = 1.0f;
     if (picture.filter != kFilterTrilinear) {
-        wide = larger(minor, out.major * 0.125f);
-        out.taps = bound(ceil(out.major / larger(wide, splat(1.0f))), 1.0f, float{kMaxTaps});
+        wide = max(minor, out.major * 0.125f);
+        out.taps = bound(ceil(out.major / max(wide, 1.0f)), 1.0f, float{kMaxTaps});
     }
     out.taps = masked(request.active, out.taps);
-    const F level = bound(log2_of(wide), 0.0f, static_cast<float>(picture.last_level));
-    const F whole = floor(level);
+    const Floats level = bound(log2_of(wide), 0.0f, static_cast<float>(picture.last_level));
+    const Floats whole = floor(level);
     out.fraction = level - whole;
-    const I fine = to_ints(whole);
+    const Ints fine = to_ints(whole);
     out.levels[0] = level_of(picture, fine, request.active);
-    out.levels[1] =
-        level_of(picture, bound(fine + 1, splat(0), splat(picture.last_level)), request.active);
-    const F half = out.major * 0.5f;
+    out.levels[1] = level_of(picture, min(max(fine + 1, 0), picture.last_level), request.active);
+    const Floats half = out.major * 0.5f;
     const Level& coarse = out.levels[1];
-    const I inside = stays_inside(picture, request.u, half * out.ax, picture.width, coarse.width) &
-                     stays_inside(picture, request.v, half * out.ay, picture.height, coarse.height);
-    out.inside = signs(request.active & ~inside) == 0;
-    const I kept = out.inside ? request.active : splat(-1);
-    out.u = kept ? request.u : splat(0.5f);
-    out.v = kept ? request.v : splat(0.5f);
+    const Mask inside =
+        stays_inside(picture, request.u, half * out.ax, picture.width, coarse.width) &
+        stays_inside(picture, request.v, half * out.ay, picture.height, coarse.height);
+    out.inside = !any(andnot(inside, request.active));
+    const Mask kept = out.inside ? request.active : Mask::all();
+    out.u = select(kept, request.u, 0.5f);
+    out.v = select(kept, request.v, 0.5f);
 }
 
 /// The taps of one trip, and the lanes that take one.
 struct Tap {
-    I taken;
-    F u, v;
+    Mask taken;
+    Floats u, v;
 };
 
 /// Computes the tap of a trip; lanes that take none stay at the centre.
 OPENFAB_INLINE Tap tap_of(const Picture& picture, const Footprint& footprint, int32_t trip) {
-    const F number = splat(static_cast<float>(trip));
+    const Floats number = static_cast<float>(trip);
     Tap out;
     out.taken = number < footprint.taps;
-    const F t = masked(out.taken, ((number + 0.5f) / footprint.taps - 0.5f) * footprint.major);
+    const Floats t = masked(out.taken, ((number + 0.5f) / footprint.taps - 0.5f) * footprint.major);
     out.u = footprint.u + over(t * footprint.ax, picture.width);
     out.v = footprint.v + over(t * footprint.ay, picture.height);
     return out;
@@ -182,16 +192,16 @@ OPENFAB_INLINE Tap tap_of(const Picture& picture, const Footprint& footprint, in
 
 /// One axis of a tap in one level: its first texel, and the weight of the second.
 struct Along {
-    I texel;
-    F weight;
+    Ints texel;
+    Floats weight;
 };
-OPENFAB_INLINE Along along_axis(F coordinate, I n) {
-    const F x = coordinate * to_floats(n) - 0.5f;
-    const F whole = floor(x);
+OPENFAB_INLINE Along along_axis(Floats coordinate, Ints n) {
+    const Floats x = coordinate * to_floats(n) - 0.5f;
+    const Floats whole = floor(x);
     return {to_ints(whole), x - whole};
 }
 
-OPENFAB_INLINE F mix(F a, F b, F weight) {
+OPENFAB_INLINE Floats mix(Floats a, Floats b, Floats weight) {
     return a + (b - a) * weight;
 }
 
@@ -201,8 +211,9 @@ OPENFAB_INLINE F mix(F a, F b, F weight) {
 struct OnlyChannel {
     static constexpr size_t kCount = 1;
     static constexpr int32_t stride() { return 1; }
-    OPENFAB_INLINE void load(const float* texels, const int32_t* at, F* first, F* second) const {
-        load_pairs(texels, at, first, second);
+    OPENFAB_INLINE void load(const float* texels, const int32_t* at, Floats* first,
+                             Floats* second) const {
+        simd::load_pairs(texels, at, first, second);
     }
 };
 
@@ -211,9 +222,10 @@ struct OneChannel {
     static constexpr size_t kCount = 1;
     int32_t channels, channel;
     int32_t stride() const { return channels; }
-    OPENFAB_INLINE void load(const float* texels, const int32_t* at, F* first, F* second) const {
-        first[0] = gather(texels + channel, at);
-        second[0] = gather(texels + channel + channels, at);
+    OPENFAB_INLINE void load(const float* texels, const int32_t* at, Floats* first,
+                             Floats* second) const {
+        first[0] = simd::gather(texels + channel, at);
+        second[0] = simd::gather(texels + channel + channels, at);
     }
 };
 
@@ -223,18 +235,19 @@ struct AllChannels {
     static constexpr size_t kCount = kMaxChannels;
     int32_t channels;
     int32_t stride() const { return channels; }
-    OPENFAB_INLINE void load(const float* texels, const int32_t* at, F* first, F* second) const {
-        load_quads(texels, at, first);
-        load_quads(texels + channels, at, second);
+    OPENFAB_INLINE void load(const float* texels, const int32_t* at, Floats* first,
+                             Floats* second) const {
+        simd::load_quads(texels, at, first);
+        simd::load_quads(texels + channels, at, second);
     }
 };
 
 /// The reads of one trip: the first texels of the rows, lower and upper, in both levels, and the
 /// weights of their neighbours to the right and above.
 struct Reading {
-    alignas(sizeof(I)) int32_t at[2][2][kLanes];
-    F x[2], y[2];
-    I taken;
+    alignas(sizeof(Ints)) int32_t at[2][2][kLanes];
+    Floats x[2], y[2];
+    Mask taken;
 };
 
 /// Lists the readings of lanes that all stay inside; returns one past the last.
@@ -242,13 +255,13 @@ OPENFAB_INLINE Reading* list_readings(const Picture& picture, const Footprint& f
                                       int32_t stride, Reading* to) {
     for (int32_t trip = 0; trip < kMaxTaps; ++trip, ++to) {
         const Tap tap = tap_of(picture, footprint, trip);
-        if (signs(tap.taken) == 0) break;
+        if (!any(tap.taken)) break;
         to->taken = tap.taken;
-        const F u = wrap_inside(picture, tap.u), v = wrap_inside(picture, tap.v);
+        const Floats u = wrap_inside(picture, tap.u), v = wrap_inside(picture, tap.v);
         for (size_t l = 0; l < 2; ++l) {
             const Level& level = footprint.levels[l];
             const Along x = along_axis(u, level.width), y = along_axis(v, level.height);
-            const I first = level.offset + (y.texel * level.width + x.texel) * stride;
+            const Ints first = level.offset + (y.texel * level.width + x.texel) * stride;
             store(to->at[l][0], first);
             store(to->at[l][1], first + level.width * stride);
             to->x[l] = x.weight;
@@ -259,12 +272,12 @@ OPENFAB_INLINE Reading* list_readings(const Picture& picture, const Footprint& f
 }
 
 template <typename Channels>
-OPENFAB_INLINE void add_reading(const Picture& picture, const Reading& reading, F fraction,
-                                const Channels& channels, F* sums) {
+OPENFAB_INLINE void add_reading(const Picture& picture, const Reading& reading, Floats fraction,
+                                const Channels& channels, Floats* sums) {
     constexpr size_t kCount = Channels::kCount;
-    F of_level[2][kCount];
+    Floats of_level[2][kCount];
     for (size_t l = 0; l < 2; ++l) {
-        F t[2][2][kCount];
+        Floats t[2][2][kCount];
         for (size_t row = 0; row < 2; ++row)
             channels.load(picture.texels, reading.at[l][row], t[row][0], t[row][1]);
         for (size_t c = 0; c < kCount; ++c) {
@@ -278,35 +291,37 @@ OPENFAB_INLINE void add_reading(const Picture& picture, const Reading& reading, 
 
 /// A texel's index along one axis after the wrap, and whether it was outside before.
 struct Texel {
-    I index, outside;
+    Ints index;
+    Mask outside;
 };
-OPENFAB_INLINE Texel wrap_texel(const Picture& picture, I x, I n) {
-    const I below = x < 0, above = x >= n;
-    I moved = x;
+OPENFAB_INLINE Texel wrap_texel(const Picture& picture, Ints x, Ints n) {
+    const Ints last = n - 1;
+    const Mask below = x<0, above = x> last;
+    Ints moved = x;
     if (picture.wrap == kWrapRepeat) {
-        moved = below ? x + n : (above ? x - n : x);
+        moved = select(below, x + n, select(above, x - n, x));
     } else if (picture.wrap == kWrapMirror) {
-        moved = below ? -1 - x : (above ? 2 * n - 1 - x : x);
+        moved = select(below, -1 - x, select(above, 2 * n - 1 - x, x));
     }
-    return {bound(moved, splat(0), n - 1), below | above};
+    return {min(max(moved, 0), last), below | above};
 }
 
 /// One channel of a texel.
-OPENFAB_INLINE F texel_at(const Picture& picture, const Level& level, const Texel& x,
-                          const Texel& y, int32_t channel) {
-    alignas(sizeof(I)) int32_t at[kLanes];
+OPENFAB_INLINE Floats texel_at(const Picture& picture, const Level& level, const Texel& x,
+                               const Texel& y, int32_t channel) {
+    alignas(sizeof(Ints)) int32_t at[kLanes];
     store(at, level.offset + (y.index * level.width + x.index) * picture.channels);
-    const F value = gather(picture.texels + channel, at);
-    return picture.wrap == kWrapBlack ? masked(~(x.outside | y.outside), value) : value;
+    const Floats value = simd::gather(picture.texels + channel, at);
+    return picture.wrap == kWrapBlack ? andnot(x.outside | y.outside, value) : value;
 }
 
 /// Sums the taps of lanes of which some read across the border.
 OPENFAB_INLINE void sum_wrapped(const Picture& picture, const Footprint& footprint, uint32_t wanted,
-                                F* sums) {
+                                Floats* sums) {
     for (int32_t trip = 0; trip < kMaxTaps; ++trip) {
         const Tap tap = tap_of(picture, footprint, trip);
-        if (signs(tap.taken) == 0) break;
-        const F pu = wrap_coordinate(picture, tap.u), pv = wrap_coordinate(picture, tap.v);
+        if (!any(tap.taken)) break;
+        const Floats pu = wrap_coordinate(picture, tap.u), pv = wrap_coordinate(picture, tap.v);
         struct {
             Along x, y;
             Texel columns[2], rows[2];
@@ -322,11 +337,11 @@ OPENFAB_INLINE void sum_wrapped(const Picture& picture, const Footprint& footpri
         }
         for (uint32_t rest = wanted; rest != 0; rest &= rest - 1) {
             const int32_t channel = __builtin_ctz(rest);
-            F of_level[2];
+            Floats of_level[2];
             for (size_t l = 0; l < 2; ++l) {
-                F row[2];
+                Floats row[2];
                 for (size_t k = 0; k < 2; ++k) {
-                    const auto value = [&](size_t i) __attribute__((always_inline)) {
+                    const auto value = [&](size_t i) OPENFAB_INLINE_LAMBDA {
                         return texel_at(picture, footprint.levels[l], read[l].columns[i],
                                         read[l].rows[k], channel);
                     };
@@ -334,7 +349,7 @@ OPENFAB_INLINE void sum_wrapped(const Picture& picture, const Footprint& footpri
                 }
                 of_level[l] = mix(row[0], row[1], read[l].y.weight);
             }
-            const F value = mix(of_level[0], of_level[1], footprint.fraction);
+            const Floats value = mix(of_level[0], of_level[1], footprint.fraction);
             sums[channel] += masked(tap.taken, value);
         }
     }
@@ -342,9 +357,9 @@ OPENFAB_INLINE void sum_wrapped(const Picture& picture, const Footprint& footpri
 
 /// Reads the wanted channels by nearest-texel filtering.
 OPENFAB_INLINE void read_nearest(const Picture& picture, const SampleRequest& request,
-                                 uint32_t wanted, F* values) {
-    const Level level = level_of(picture, splat(0), request.active);
-    const auto at = [&](F u, I n) __attribute__((always_inline)) {
+                                 uint32_t wanted, Floats* values) {
+    const Level level = level_of(picture, 0, request.active);
+    const auto at = [&](Floats u, Ints n) OPENFAB_INLINE_LAMBDA {
         return wrap_texel(picture, to_ints(floor(wrap_coordinate(picture, u) * to_floats(n))), n);
     };
     const Texel x = at(request.u, level.width), y = at(request.v, level.height);
@@ -415,16 +430,18 @@ class Sampler {
     }
 
   private:
-    OPENFAB_INLINE I active_of(const Lanes& lanes) const { return load<F>(lanes.from) > 0.0f; }
+    OPENFAB_INLINE Mask active_of(const Lanes& lanes) const {
+        return Floats::load_unaligned(lanes.from) > 0.0f;
+    }
 
-    OPENFAB_INLINE F field(const Lanes& lanes, int32_t k) const {
-        return load<F>(lanes.from + k * field_);
+    OPENFAB_INLINE Floats field(const Lanes& lanes, int32_t k) const {
+        return Floats::load_unaligned(lanes.from + k * field_);
     }
 
     OPENFAB_INLINE void run_nearest(const Lanes& lanes) const {
-        const I active = active_of(lanes);
-        F values[kMaxChannels];
-        if (signs(active) != 0) {
+        const Mask active = active_of(lanes);
+        Floats values[kMaxChannels];
+        if (any(active)) {
             const SampleRequest request = {active, field(lanes, 1), field(lanes, 2), {}, {}, {}};
             read_nearest(picture_, request, wanted_, values);
         }
@@ -453,43 +470,43 @@ class Sampler {
             SampleRequest request;
             request.active = active_of(lanes[i]);
             footprints[i].active = request.active;
-            if (signs(request.active) == 0) continue;
+            if (!any(request.active)) continue;
             request.u = field(lanes[i], 1);
             request.v = field(lanes[i], 2);
             request.width = field(lanes[i], 3);
             for (int32_t k = 0; k < 3; ++k) {
-                request.du[k] = has_footprint_ ? field(lanes[i], 4 + k) : F{};
-                request.dv[k] = has_footprint_ ? field(lanes[i], 7 + k) : F{};
+                request.du[k] = has_footprint_ ? field(lanes[i], 4 + k) : Floats(0.0f);
+                request.dv[k] = has_footprint_ ? field(lanes[i], 7 + k) : Floats(0.0f);
             }
             find_footprint(picture_, request, &footprints[i]);
         }
         Reading* reading = readings;
         for (size_t i = 0; i < count; ++i) {
-            if (signs(footprints[i].active) != 0 && footprints[i].inside)
+            if (any(footprints[i].active) && footprints[i].inside)
                 reading = list_readings(picture_, footprints[i], channels.stride(), reading);
             ends[i] = reading;
         }
         reading = readings;
         for (size_t i = 0; i < count; ++i) {
             const Footprint& footprint = footprints[i];
-            F values[kMaxChannels] = {};
-            if (signs(footprint.active) != 0) {
+            Floats values[kMaxChannels] = {};
+            if (any(footprint.active)) {
                 if (!footprint.inside) sum_wrapped(picture_, footprint, wanted_, values);
                 for (; reading != ends[i]; ++reading)
                     add_reading(picture_, *reading, footprint.fraction, channels, values + first);
                 for (uint32_t rest = wanted_; rest != 0; rest &= rest - 1)
-                    values[__builtin_ctz(rest)] /= footprint.taps;
+                    values[__builtin_ctz(rest)] = values[__builtin_ctz(rest)] / footprint.taps;
             }
             write(lanes[i], footprint.active, values);
         }
     }
 
-    OPENFAB_INLINE void write(const Lanes& lanes, I active, const F* values) const {
-        const bool any = signs(active) != 0;
+    OPENFAB_INLINE void write(const Lanes& lanes, Mask active, const Floats* values) const {
+        const bool some = any(active);
         for (int32_t k = 0; k < results_; ++k) {
-            F value{};
-            if (any) value = channels_[k] < 0 ? splat(missing_[k]) : values[channels_[k]];
-            store(lanes.to + k * result_, masked(active, value));
+            Floats value{};
+            if (some) value = channels_[k] < 0 ? Floats(missing_[k]) : values[channels_[k]];
+            store_unaligned(lanes.to + k * result_, masked(active, value));
         }
     }
 
@@ -550,4 +567,4 @@ int sample(halide_buffer_t* requests, const halide_buffer_t* texels, const halid
 }
 
 }  // namespace
-}  // namespace openfab::texture::OPENFAB_SAMPLE_ISA
+}  // namespace openfab::texture::OPENFAB_SIMD_ISA
