@@ -11,8 +11,8 @@
 
 #include "base/infinity.h"
 #include "runtime/nearest/engine.h"
-#include "tests/support/long_run.h"
 #include "simd/isa.h"
+#include "tests/support/long_run.h"
 #include "tests/support/mesh_surface.h"
 
 namespace openfab::nearest {
