@@ -392,11 +392,9 @@ void BuildReader::grid(const JsonValue& value, const std::string& what,
     const JsonMember* spacing = value.find("spacing_mm");
     const JsonMember* step = value.find("step_mm");
     if ((spacing != nullptr) == (step != nullptr)) {
-        return json_.fail(value,
-                          fmt::format("{} needs `spacing_mm` (the gap between copies) or "
-                                      "`step_mm`, from one to the next",
-                                      name),
-                          "one of the two");
+        return json_.fail(value, fmt::format("{} needs `spacing_mm` (the gap between copies) or "
+                                             "`step_mm` (from one copy to the next), not both",
+                                             name));
     }
     const JsonValue& counts = value.find("count")->value;
     const bool three = counts.is(Kind::kArray) && counts.items.size() == 3;
@@ -466,10 +464,9 @@ Box3d BuildReader::box(const JsonValue& value, const std::vector<Placement>& pla
     for (const Placement& p : placements) {
         const int32_t mesh = world_.objects[p.object].mesh;
         if (looked_at_ > kMostLookedAt) {
-            json_.fail(value,
-                       "the places of this build are found from boxes of too many turned meshes; "
-                       "turn more of them alike, or give places with `translate_mm` of three "
-                       "numbers");
+            json_.fail(
+                value, "the placements of this build depend on the boxes of too many turned meshes",
+                "turn more of them alike, or place them by a `translate_mm` of three numbers");
             break;
         }
         const Box3d& turned = turned_box(mesh, p.transform.m);

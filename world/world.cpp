@@ -328,7 +328,7 @@ class WorldReader {
                 json_.fail(
                     p->value,
                     fmt::format(
-                        "`up` of {}: glTF has y up by its format, and the mesh stands already",
+                        "`up` of {}: glTF is y-up by definition, and the mesh is turned already",
                         what),
                     "leave it out");
             }

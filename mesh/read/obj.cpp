@@ -244,7 +244,7 @@ class ObjReader {
         const auto [end, code] =
             std::from_chars(digits.data(), digits.data() + digits.size(), value);
         if (code != std::errc() || end != digits.data() + digits.size()) {
-            fail(token, fmt::format("`{}` is no corner", token.substr(0, 40)),
+            fail(token, fmt::format("`{}` is not a corner", token.substr(0, 40)),
                  "write it as v, v/vt, v//vn or v/vt/vn");
             return false;
         }
