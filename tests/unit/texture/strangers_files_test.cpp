@@ -281,7 +281,7 @@ TEST_F(StrangersFiles, ACacheThatOthersCanWriteIsNotUsed) {
     const Result<fs::path> folder = texture::cache_folder();
     ASSERT_FALSE(folder);
     EXPECT_THAT(folder.error().text(),
-                HasSubstr("cache` is not used: others can write it (mode 777)"));
+                HasSubstr("cache` is not used: others can write to it (mode 777)"));
     const auto before = fs::last_write_time(cache);
     const auto made = texture::get_pyramid(file, {"data", false}, 0, 0);
     ASSERT_TRUE(made) << made.error().text();
