@@ -47,7 +47,9 @@ void check(const Operands& in, const Results& r) {
         expect_same(r.selected[l], a < b ? a : c, "select", l);
         EXPECT_EQ(r.selected_ints[l], a < b ? in.i[l] : 7) << l;
         const float once = std::fma(a, b, c), twice = a * b + c;
-        if (!std::isnan(twice)) EXPECT_TRUE(r.about_sum[l] == once || r.about_sum[l] == twice) << l;
+        if (!std::isnan(twice)) {
+            EXPECT_TRUE(r.about_sum[l] == once || r.about_sum[l] == twice) << l;
+        }
         const float once_less = std::fma(a, b, -c), twice_less = a * b - c;
         if (!std::isnan(twice_less)) {
             EXPECT_TRUE(r.about_difference[l] == once_less || r.about_difference[l] == twice_less)
