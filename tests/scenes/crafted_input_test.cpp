@@ -211,7 +211,7 @@ fablet Many {
     EXPECT_EQ(refused.exit_code, 1);
     EXPECT_THAT(refused.err,
                 AllOf(HasSubstr("of memory together, more than the 300 MB of `--memory`"),
-                      HasSubstr("help: the largest is `large` with 33.6 MB")));
+                      HasSubstr("help: the largest is `large` with 34 MB")));
     // Those behind it were not converted: a small world does not fill the disk either.
     int64_t kept = 0;
     for (const auto& entry : std::filesystem::directory_iterator(scratch / "cache"))
