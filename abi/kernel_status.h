@@ -10,7 +10,7 @@ class [[nodiscard]] KernelStatus {
   public:
     /// All went well.
     constexpr KernelStatus() = default;
-    /// What generated code returned: 0, or a Halide error code.
+    /// The value that generated code returned: 0, or a Halide error code.
     static constexpr KernelStatus of_code(int code) {
         return {code == 0 ? Kind::kOk : Kind::kFailed, code};
     }

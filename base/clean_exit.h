@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// What a process takes with it when a signal ends it: its temporary files and folders, and the
+// Removes what a process would leave behind when a signal ends it: its temporary files and folders, and the
 // programs that it runs. What SIGKILL leaves, the next process removes (own_folder.h).
 
 #include <sys/types.h>
@@ -24,7 +24,7 @@ void end_cleanly(int exit_code);
 /// Lists a file, or a folder with all that it holds, as long as it lives.
 class RemovedAtEnd {
   public:
-    /// Of what `make` makes, whose path it returns, empty where that fails: no signal comes between.
+    /// Lists the path that `make` makes and returns, empty where that fails: no signal comes between.
     explicit RemovedAtEnd(const std::function<std::filesystem::path()>& make);
     ~RemovedAtEnd();
     RemovedAtEnd(const RemovedAtEnd&) = delete;

@@ -12,13 +12,13 @@
 
 namespace openfab {
 
-/// Of bytes that are there in one piece, by the widest vectors that this machine has.
+/// Hashes bytes that are there in one piece, by the widest vectors that this machine has.
 uint64_t xxh3(std::span<const uint8_t> bytes, uint64_t seed);
 inline uint64_t xxh3(std::string_view text) {
     return xxh3({reinterpret_cast<const uint8_t*>(text.data()), text.size()}, 0);
 }
 
-/// Of bytes that come one after another: what xxh3 gives of all of them, with the seed 0.
+/// Hashes bytes that come one after another, to what xxh3 gives for all of them with the seed 0.
 class Hasher {
   public:
     Hasher();

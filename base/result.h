@@ -14,7 +14,7 @@
 
 namespace openfab {
 
-/// What kind of trouble; the exit code of a program follows from it (exit_code below).
+/// The kind of trouble; the exit code of a program follows from it (exit_code below).
 enum class ErrorCode {
     kUserInput,    ///< a file, option or value that the user gave is wrong
     kUsage,        ///< the command line is wrong
@@ -23,7 +23,7 @@ enum class ErrorCode {
     kInterrupted,  ///< Ctrl-C
 };
 
-/// What went wrong, for a person. All parts are lower case and without a final stop.
+/// Tells a person what went wrong. All parts are lower case and without a final stop.
 struct Error {
     ErrorCode code = ErrorCode::kInternal;
     std::string message;      ///< what was found
@@ -34,7 +34,7 @@ struct Error {
     std::string text() const;
 };
 
-/// What is wrong with a part of a file, while its place is not known yet; empty where nothing is.
+/// Tells what is wrong with a part of a file whose place is not known yet; empty where nothing is.
 struct Complaint {
     std::string what;
     std::string help;

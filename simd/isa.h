@@ -7,7 +7,7 @@
 
 namespace openfab::simd {
 
-/// What code is compiled for; each set holds those before it. SSE4.1 is required. kAvx512 stands
+/// Instruction sets that code is compiled for; each set holds those before it. SSE4.1 is required. kAvx512 stands
 /// for AVX-512 F, VL and DQ.
 enum class Isa { kSse41, kAvx2, kAvx2Fma, kAvx512 };
 

@@ -37,7 +37,7 @@
 namespace openfab::simd {
 inline namespace OPENFAB_SIMD_ISA {
 
-// As many lanes as a register of SSE4.1 or AVX2 holds.
+// The number of lanes that a register of SSE4.1 or AVX2 holds.
 #if defined(__AVX2__)
 using Floats = Floats8;
 using Ints = Ints8;
@@ -51,7 +51,7 @@ using Mask = Mask4;
 #endif
 constexpr int kLanes = Floats::kLanes;
 
-// As many lanes as are quickest for code that takes any number from eight.
+// The number of lanes that is quickest for code that takes any number from eight.
 #if defined(__AVX512F__)
 using WidestFloats = Floats16;
 #else

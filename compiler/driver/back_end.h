@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// What `build` and `emit` share: the passes as asked for, and schedules of the user's.
+// Shared by `build` and `emit`: the passes as asked for, and schedules of the user's.
 
 #include <string>
 #include <vector>

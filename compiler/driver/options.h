@@ -2,14 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// What the command lines of openflc say; main.cpp alone knows how they are written.
+// The options of openflc's commands; main.cpp alone knows how they are written.
 
 #include <string>
 #include <vector>
 
 namespace openfab::driver {
 
-/// What every command takes.
+/// Options of every command.
 struct CommonOptions {
     bool json_diagnostics = false;
 };
@@ -21,7 +21,7 @@ struct BackEndOptions {
     bool time_passes = false;
 };
 
-/// What `build` and `run` share.
+/// Options that `build` and `run` share.
 struct CompilationOptions {
     std::vector<std::string> files;
     std::string target = "both";  ///< sse41, avx2 or both

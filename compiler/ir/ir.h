@@ -227,7 +227,7 @@ class Builder {
     explicit Builder(Stage* stage) : stage_(stage) {}
     virtual ~Builder() = default;
 
-    /// Of the instructions that follow.
+    /// Sets the span of the instructions that follow.
     void set_span(const source::Span& span) { span_ = span; }
 
     ValueId constant(Type type, uint32_t bits);

@@ -21,7 +21,7 @@ namespace openfab::translate {
 enum Unknown : int32_t {
     kEarlierTrip = -1,  ///< an earlier trip of a loop has assigned a variable
     kSomeTrip = -2,     ///< any trip has
-    // Of a function that is looked at by itself:
+    // In a function that is checked by itself:
     kArgument = -3,    ///< a component of its parameters
     kCallResult = -4,  ///< what it gets of another one
     kChange = -5,      ///< a derivative
@@ -31,10 +31,10 @@ class Emitter : public ir::Builder {
   public:
     using ir::Builder::Builder;
 
-    /// What was emitted since `loop` is of no use after it, and is not found again.
+    /// Ends a loop. Values emitted since `loop` are of no use after it, and are not found again.
     ir::ValueId loop_end(ir::ValueId loop, ir::ValueId again,
                          const std::vector<ir::ValueId>& next) override;
-    /// What is not known but follows from `args` alone: the same input for the same values.
+    /// Returns a value that is unknown but follows from `args` alone: the same for the same values.
     ir::ValueId unknown(ir::Type type, int32_t kind, int32_t a, int32_t b,
                         std::vector<ir::ValueId> args);
     /// Removes all instructions from number `size` on.

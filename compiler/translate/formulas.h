@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// What built-in functions compute, written as IR: the formulas that compiler/check/intrinsics.def
+// Writes as IR what built-in functions compute: the formulas that compiler/check/intrinsics.def
 // and OPENFL.md state, on values alone. Of variables, paths and stages they know nothing. Formulas
 // that are not said here: compiler/functions.
 
@@ -30,16 +30,16 @@ class Formulas {
 
     /// `min` to `isfinite`, of one component of each argument.
     ir::ValueId component(check::Intrinsic id, const std::vector<ir::ValueId>& x);
-    /// Of one component too: a function of the IR, or one that looks at bits. Those of one argument
+    /// Writes one component: a function of the IR, or one that looks at bits. Those of one argument
     /// do not look at `y`.
     ir::ValueId elementary(check::Intrinsic id, ir::ValueId x, ir::ValueId y);
     static bool is_elementary(check::Intrinsic id);
-    /// Of whole vectors: `any`, `dot`, `refract`, …
+    /// Writes functions of whole vectors: `any`, `dot`, `refract`, …
     Value geometric(check::Intrinsic id, const std::vector<Value>& args);
     static bool is_geometric(check::Intrinsic id);
     /// Noises and hashes; `size` components come out.
     Value field(check::Intrinsic id, int32_t size, const std::vector<Value>& args);
-    /// Of frexp.
+    /// Writes the two results of frexp.
     std::array<ir::ValueId, 2> mantissa_and_exponent(ir::ValueId x);
 
     /// Matrices, row by row. The product of sums of `inner` terms each.

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// What a real loop surely does: its counters are followed from trip to trip for as long as their
+// Finds what a real loop surely does: its counters are followed from trip to trip for as long as their
 // values and the loop's condition are known when compiled. This is how `for (int i = 0; i < 300;
 // ++i) a[i] = x;` is found to assign all of `a`, at any number of trips, upwards or downwards and
 // in nested loops, while a `break` ends what is known.
@@ -33,7 +33,7 @@ struct DoubtfulRead {
 
 class SureTrips {
   public:
-    /// Of a loop that has ended: `again` and `next` are the condition and the next values that its
+    /// Takes a loop that has ended: `again` and `next` are the condition and the next values that its
     /// LoopEnd has. `facts` are the bools that will be asked about.
     SureTrips(const ir::Stage& stage, ir::ValueId loop, ir::ValueId again,
               const std::vector<ir::ValueId>& next, const std::vector<ir::ValueId>& facts);
@@ -42,7 +42,7 @@ class SureTrips {
     /// trip runs, some trip ends with `fact`. False where nothing is known.
     ir::ValueId some_gives(ir::ValueId fact, Emitter* emit) const;
 
-    /// What a trip gives under what stands for "an earlier trip gave it".
+    /// The value that a trip gives under what stands for "an earlier trip gave it".
     using ByTrips = std::map<ir::ValueId, ir::ValueId>;
 
     /// True where each trip that may run finds assigned what it reads, by itself or by those before

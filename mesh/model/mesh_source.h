@@ -22,7 +22,7 @@ struct FaceGroup {
     auto operator<=>(const FaceGroup&) const = default;
 };
 
-/// Where triangles come from, for messages.
+/// The origin of triangles in their file, for messages.
 struct MeshOrigin {
     std::string file;
     std::vector<int32_t> lines;  ///< by triangle; empty where there is no file

@@ -21,12 +21,12 @@ struct BindOptions {
     /// `OBJECT.UNIFORM=VALUE` each, in order; VALUE is JSON, or the bare name of a texture or
     /// material. They override the world, for every placement of the object.
     std::vector<std::string> sets;
-    /// What the world's meshes and those of the parts may take together, all textures together,
+    /// Memory that the world's meshes and those of the parts may take together, all textures together,
     /// filtered, and the making of each; more is an error.
     int64_t memory_bytes = mesh::kDefaultReadingBytes;
 };
 
-/// What a texture takes once all of it was looked at.
+/// Returns the memory of a texture once all of it was read.
 int64_t mapped_bytes(const texture::Pyramid& pyramid);
 
 /// Makes the parts in build order; slot_material holds 1 + the index in world.materials, or 0 for

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// What a segmented stage needs from outside its kernels: answers to nearest-surface queries, and a
+// Gives a segmented stage what it needs from outside its kernels: answers to nearest-surface queries, and a
 // sink for printf. Called once per step with the groups that the step is about, never per voxel.
 
 #include <cstdint>

@@ -59,7 +59,7 @@ class PointQueries {
     const PlacedPart* part_ = nullptr;
     const int32_t* corners_ = nullptr;
     const uint8_t* owned_ = nullptr;
-    // Of the lane groups with an active lane.
+    // One entry for each lane group with an active lane.
     std::vector<int32_t> groups_;
     std::vector<nearest::PointPacket> points_, moved_;
     std::vector<nearest::PointAnswer> answers_;

@@ -72,7 +72,7 @@ StageResults interpret(const ir::Stage& stage, const StageInputs& inputs);
 StageResults interpret_segments(const ir::Stage& stage, const passes::SegmentedStage& segmented,
                                 const StageInputs& inputs);
 
-/// What queries answer in these tests, by place and in every path alike.
+/// The answers of queries in these tests, by place and in every path alike.
 uint32_t answer(int32_t kind, int32_t b, float x, float y, float z);
 
 /// Compares results to the bit, any NaN being as good as another, and reports the first

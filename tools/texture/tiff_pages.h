@@ -15,7 +15,7 @@
 
 namespace openfab::tools {
 
-/// Where the directories of the pages lie, in their order, `most` at most. They end where the file
+/// Finds where the directories of the pages lie, in their order, `most` at most. They end where the file
 /// does, or where one comes a second time.
 std::vector<uint64_t> tiff_pages(const InputFile& file, size_t most);
 

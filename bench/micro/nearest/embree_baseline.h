@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// What our nearest queries are measured against: Embree's rtcPointQuery on one thread, built for
+// The peer that our nearest queries are measured against: Embree's rtcPointQuery on one thread, built for
 // quality. Frozen: the build refuses a changed embree_baseline.cpp, so that ratios stay comparable.
 
 #include <array>

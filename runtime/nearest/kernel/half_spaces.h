@@ -94,7 +94,7 @@ struct LeafFrame {
         store(half + 8, round_to_ints(Floats8::load(frame.half + 8) * Floats8(per_mm)));
         step = static_cast<int32_t>(size * per_mm);
         limit = limit_of(frame.limit * per_mm);
-        // What drops any of `excess` along the shortest side.
+        // Drops any of `excess` along the shortest side.
         const float drop = frame.excess * larger(1.0f, frame.excess * leaf.inv_reach);
         excess_limit = limit_of((drop + frame.limit) * per_mm);
     }

@@ -130,7 +130,7 @@ struct PatchSource {
     int32_t first_treelet = 0;              ///< ids from here on are treelets
 };
 
-/// What one engine passes to every call of a kernel.
+/// Arguments that one engine passes to every call of a kernel.
 struct KernelInput {
     TreeView root;
     const float* frame = nullptr;  ///< OPENFAB_FRAME_COUNT values

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// What the operations of simd/ give for each instruction set, as plain data.
+// Results that the operations of simd/ give for each instruction set, as plain data.
 
 #include <cstdint>
 
