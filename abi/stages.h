@@ -29,8 +29,8 @@ class StageCalls {
     int32_t channels() const { return set_.materials + 1; }
     int32_t tile_values() const { return 512 * channels(); }
 
-    /// Normalises `weights`: n blocks of `slots` x 512 floats; `owned`: 64 bytes a block; `fractions`:
-    /// tile_values() a block; `codes`: 512 a block; `unusable`: 8 a block.
+    /// Normalises `weights`: n blocks of `slots` x 512 floats; `owned`: 64 bytes a block;
+    /// `fractions`: tile_values() a block; `codes`: 512 a block; `unusable`: 8 a block.
     abi::KernelStatus normalise(const float* weights, int32_t slots, const int32_t* slot_material,
                                 const uint8_t* owned, int32_t n, uint16_t* fractions,
                                 uint8_t* codes, int32_t* unusable);

@@ -21,8 +21,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// How the process is to end: an exit code, or less than 0 a signal. It goes from a handler through a
-/// pipe to a thread, since a handler may not remove files.
+/// How the process is to end: an exit code, or less than 0 a signal. It goes from a handler through
+/// a pipe to a thread, since a handler may not remove files.
 using Ending = int;
 
 std::atomic<int> pipe_to_cleaner{-1};
@@ -150,7 +150,8 @@ RunningProgram::~RunningProgram() {
 }
 
 bool RunningProgram::wait(int* status) {
-    // Looked at first and taken away under the lock: its number is nobody else's while it is listed.
+    // Looked at first and taken away under the lock: its number is nobody else's while it is
+    // listed.
     siginfo_t info{};
     while (::waitid(P_PID, static_cast<id_t>(child_), &info, WEXITED | WNOWAIT) != 0 &&
            errno == EINTR) {

@@ -28,8 +28,8 @@ constexpr std::string_view kTemporaryMark = ".tmp-";
 /// with the maker (clean_exit.h).
 class TemporaryFolder {
   public:
-    /// Creates one in `base_folder`; empty: in the system's folder for temporary files. Those that were left there by
-    /// makers that were killed are removed.
+    /// Creates one in `base_folder`; empty: in the system's folder for temporary files. Those that
+    /// were left there by makers that were killed are removed.
     static Result<std::unique_ptr<TemporaryFolder>> create(
         const std::filesystem::path& base_folder = {});
     /// Removes the folder and its contents.

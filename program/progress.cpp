@@ -41,8 +41,8 @@ double share_done(const pipeline::ProgressEvent& event) {
     return event.slices_total > 0 ? static_cast<double>(event.slices_done) / event.slices_total : 1;
 }
 
-/// For text that is fit for a terminal, or is the bar's own control codes. What cannot be written is
-/// passed over: a print does not end with whoever watched it.
+/// For text that is fit for a terminal, or is the bar's own control codes. What cannot be written
+/// is passed over: a print does not end with whoever watched it.
 void put(std::FILE* stream, const std::string& text) {
     (void)std::fwrite(text.data(), 1, text.size(), stream);
 }

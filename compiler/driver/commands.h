@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The commands of openflc. Each returns the exit code: 0 done, 1 the user's input is wrong, 2 usage,
-// 3 the outside world, 4 a bug. Results go to stdout, everything for a person to stderr.
+// The commands of openflc. Each returns the exit code: 0 done, 1 the user's input is wrong, 2
+// usage, 3 the outside world, 4 a bug. Results go to stdout, everything for a person to stderr.
 
 #include <filesystem>
 #include <string>

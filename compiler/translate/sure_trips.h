@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Finds what a real loop surely does: its counters are followed from trip to trip for as long as their
-// values and the loop's condition are known when compiled. This is how `for (int i = 0; i < 300;
-// ++i) a[i] = x;` is found to assign all of `a`, at any number of trips, upwards or downwards and
-// in nested loops, while a `break` ends what is known.
+// Finds what a real loop surely does: its counters are followed from trip to trip for as long as
+// their values and the loop's condition are known when compiled. This is how `for (int i = 0; i <
+// 300; ++i) a[i] = x;` is found to assign all of `a`, at any number of trips, upwards or downwards
+// and in nested loops, while a `break` ends what is known.
 
 #include <cstdint>
 #include <map>
@@ -33,8 +33,8 @@ struct DoubtfulRead {
 
 class SureTrips {
   public:
-    /// Takes a loop that has ended: `again` and `next` are the condition and the next values that its
-    /// LoopEnd has. `facts` are the bools that will be asked about.
+    /// Takes a loop that has ended: `again` and `next` are the condition and the next values that
+    /// its LoopEnd has. `facts` are the bools that will be asked about.
     SureTrips(const ir::Stage& stage, ir::ValueId loop, ir::ValueId again,
               const std::vector<ir::ValueId>& next, const std::vector<ir::ValueId>& facts);
 

@@ -57,7 +57,8 @@ struct MeshChecks {
 
 /// A mesh as its file has it.
 struct MeshSource {
-    /// The mesh in the file's unit. Corners of float attributes may be -1 where a face has no value.
+    /// The mesh in the file's unit. Corners of float attributes may be -1 where a face has no
+    /// value.
     Mesh mesh;
     MeshOrigin origin;
     double unit_mm = 0;  ///< from the file or its format, 0 if unknown; after conversion to mm,

@@ -34,8 +34,8 @@ class GltfFile {
     static Result<GltfFile> open(std::string_view bytes, const std::string& file,
                                  int64_t memory_bytes = kDefaultReadingBytes);
 
-    /// Memory that is left of memory_bytes by the tree, by the buffers that were read, and by what others
-    /// take of it.
+    /// Memory that is left of memory_bytes by the tree, by the buffers that were read, and by what
+    /// others take of it.
     int64_t memory_left() const { return memory_left_; }
     int64_t& memory_left() { return memory_left_; }
 

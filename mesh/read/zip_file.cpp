@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Not by the unzip of minizip, by which packages are written: of 15,000 damaged archives it read as
-// safely (with the address sanitizer), but took three times as long, refused some that are read here
-// and read some that are refused here; it inflates by zlib instead of libdeflate, and each bound
-// below would stand beside it all the same.
+// safely (with the address sanitizer), but took three times as long, refused some that are read
+// here and read some that are refused here; it inflates by zlib instead of libdeflate, and each
+// bound below would stand beside it all the same.
 #include "mesh/read/zip_file.h"
 
 #include <fmt/format.h>

@@ -21,8 +21,8 @@ struct BindOptions {
     /// `OBJECT.UNIFORM=VALUE` each, in order; VALUE is JSON, or the bare name of a texture or
     /// material. They override the world, for every placement of the object.
     std::vector<std::string> sets;
-    /// Memory that the world's meshes and those of the parts may take together, all textures together,
-    /// filtered, and the making of each; more is an error.
+    /// Memory that the world's meshes and those of the parts may take together, all textures
+    /// together, filtered, and the making of each; more is an error.
     int64_t memory_bytes = mesh::kDefaultReadingBytes;
 };
 

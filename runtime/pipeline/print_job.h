@@ -34,9 +34,9 @@ struct PrintOptions {
     bool infer_identity = true;
     int32_t slabs_in_flight =
         0;  ///< 0: from threads and memory; the output never depends on it, which tests check
-    /// Number of blocks of the first slab; where culling leaves more, its first slice is printed alone and
-    /// then the others, which evaluates the blocks twice: it costs a second or so, once, but gives
-    /// the first slice seconds earlier. Tests vary it, too.
+    /// Number of blocks of the first slab; where culling leaves more, its first slice is printed
+    /// alone and then the others, which evaluates the blocks twice: it costs a second or so, once,
+    /// but gives the first slice seconds earlier. Tests vary it, too.
     int64_t most_blocks_at_first = 40'000;
     openfab_isa isa = OPENFAB_ISA_AVX2;
     /// Once set, set-up and run end soon, set-up with an error. It must outlive the print.

@@ -2,8 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Gives a segmented stage what it needs from outside its kernels: answers to nearest-surface queries, and a
-// sink for printf. Called once per step with the groups that the step is about, never per voxel.
+// Gives a segmented stage what it needs from outside its kernels: answers to nearest-surface
+// queries, and a sink for printf. Called once per step with the groups that the step is about,
+// never per voxel.
 
 #include <cstdint>
 #include <span>

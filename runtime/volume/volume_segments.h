@@ -24,8 +24,8 @@ class VolumeSegments : private segments::Arguments, private segments::Handler {
 
     explicit VolumeSegments(size_t parts) : queries_(parts) {}
 
-    /// Runs the stage on n blocks: `corners` 3 part-relative indices, `owned` 64 bytes each. Amounts go to
-    /// weights[block][slot][512].
+    /// Runs the stage on n blocks: `corners` 3 part-relative indices, `owned` 64 bytes each.
+    /// Amounts go to weights[block][slot][512].
     abi::KernelStatus run(const PlacedPart& part, openfab_isa isa, const int32_t* corners,
                           const uint8_t* owned, int32_t n, const Input& input, float* weights,
                           PrintfLog* log);

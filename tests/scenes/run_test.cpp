@@ -36,8 +36,8 @@ TEST_F(RunCommand, GivesTheBytesOfThePrintBinary) {
     EXPECT_TRUE(read_file(built) == read_file(run_file));
 }
 
-/// All but form_surface_bounds, without which surfaces are diced that could stay as they are. All at
-/// once on each push, and each alone at night.
+/// All but form_surface_bounds, without which surfaces are diced that could stay as they are. All
+/// at once on each push, and each alone at night.
 TEST_F(RunCommand, NoPassChangesTheBytes) {
     const std::filesystem::path with = scratch() / "with.ofr", without = scratch() / "without.ofr";
     const Outcome printed = print({"--draft", "8", "-o", with.string()});

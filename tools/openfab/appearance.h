@@ -57,7 +57,8 @@ class LooksMaker {
     /// A new look, valid until the next one; null where there is one of this name, which counts, or
     /// where it would be too much.
     MaterialAppearance* add(const std::string& name);
-    /// A picture's bytes, which `read` gives, at most so many, where `key` was not asked for before.
+    /// A picture's bytes, which `read` gives, at most so many, where `key` was not asked for
+    /// before.
     Result<SharedBytes> picture(const std::string& key,
                                 const std::function<Result<std::string>(int64_t most)>& read);
     void note(std::string text);

@@ -15,8 +15,8 @@
 
 namespace openfab::tools {
 
-/// Finds where the directories of the pages lie, in their order, `most` at most. They end where the file
-/// does, or where one comes a second time.
+/// Finds where the directories of the pages lie, in their order, `most` at most. They end where the
+/// file does, or where one comes a second time.
 std::vector<uint64_t> tiff_pages(const InputFile& file, size_t most);
 
 /// The file, but for its header, which says that the directory at `place` is the first.

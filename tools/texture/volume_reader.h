@@ -47,9 +47,10 @@ using MadeReader = Result<std::unique_ptr<VolumeReader>>;
 /// linear; integers are scaled to 0..1.
 MadeReader open_stack(const std::vector<std::filesystem::path>& files,
                       const texture::ImageOptions& options, const texture::ReadLimits& limits);
-/// Opens an NRRD of 3 dimensions, or of 4 with 1 to 4 channels first; raw, text or gzip, attached or in a
-/// file of its own, behind a `line skip` and a `byte skip`. Unsigned integers of 8 and 16 bits are scaled to 0..1, others are
-/// taken as they are. "space origin" is the centre of the first texel; axes must not be rotated.
+/// Opens an NRRD of 3 dimensions, or of 4 with 1 to 4 channels first; raw, text or gzip, attached
+/// or in a file of its own, behind a `line skip` and a `byte skip`. Unsigned integers of 8 and 16
+/// bits are scaled to 0..1, others are taken as they are. "space origin" is the centre of the first
+/// texel; axes must not be rotated.
 MadeReader open_nrrd(const std::filesystem::path& file, const texture::ReadLimits& limits);
 /// Opens an NPY of shape (z, y, x) or (z, y, x, channel), integers as in open_nrrd.
 MadeReader open_npy(const std::filesystem::path& file);

@@ -20,8 +20,8 @@
 
 namespace openfab::testing {
 
-/// Gives what the file's comments expect and what the sink holds in one form: `3:15+1 error: … [id]`,
-/// `note 3:7: …`, `help: …`. Sorted by position; notes and help behind their message.
+/// Gives what the file's comments expect and what the sink holds in one form: `3:15+1 error: …
+/// [id]`, `note 3:7: …`, `help: …`. Sorted by position; notes and help behind their message.
 std::vector<std::string> expected_diagnostics(std::string_view text);
 std::vector<std::string> actual_diagnostics(const diag::Sink& sink,
                                             const source::SourceManager& sources);

@@ -334,8 +334,8 @@ TEST(ReadingMemory, LimitsWhatGltfRepeatsWithANode) {
 }
 
 TEST(ReadingMemory, GoesThroughGroupsOfObjOnce) {
-    // Two materials in turn, of faces that are in 4,000 groups; and one with a long name in turns of
-    // two groups.
+    // Two materials in turn, of faces that are in 4,000 groups; and one with a long name in turns
+    // of two groups.
     std::string obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\ng";
     for (int i = 0; i < 4000; ++i)
         obj += fmt::format(" group_with_a_long_name_{}", i);
