@@ -426,8 +426,8 @@ TEST_P(MeshCuts, LoseAndDoubleNoVoxel) {
     printf("%s: %ld voxels, %ld beside, %ld otherwise without the vertices of the cut\n",
            GetParam(), static_cast<long>(sum.solid), static_cast<long>(sum.extra),
            static_cast<long>(sum.moved));
-    EXPECT_LT(sum.extra, sum.solid / 50'000);
-    EXPECT_LT(sum.moved, sum.solid / 50'000);
+    EXPECT_LE(sum.extra, sum.solid / 50'000);
+    EXPECT_LE(sum.moved, sum.solid / 50'000);
 }
 
 INSTANTIATE_TEST_SUITE_P(Data, MeshCuts,
