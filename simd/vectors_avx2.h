@@ -74,6 +74,8 @@ OPENFAB_INLINE bool any(Mask8 a) {
 struct Ints8 {
     static constexpr int kLanes = 8;
     using Register = int32_t __attribute__((vector_size(32)));
+    /// Arithmetic goes through these, whose overflow is defined.
+    using Wrapping = uint32_t __attribute__((vector_size(32)));
     Register v;
 
     Ints8() = default;
@@ -102,22 +104,22 @@ struct Ints8 {
     static OPENFAB_INLINE Ints8 lane_numbers() { return Register{0, 1, 2, 3, 4, 5, 6, 7}; }
 
     OPENFAB_INLINE Ints8& operator+=(Ints8 b) {
-        v += b.v;
+        v = Register(Wrapping(v) + Wrapping(b.v));
         return *this;
     }
     OPENFAB_INLINE Ints8& operator-=(Ints8 b) {
-        v -= b.v;
+        v = Register(Wrapping(v) - Wrapping(b.v));
         return *this;
     }
 };
 OPENFAB_INLINE Ints8 operator+(Ints8 a, Ints8 b) {
-    return a.v + b.v;
+    return Ints8::Register(Ints8::Wrapping(a.v) + Ints8::Wrapping(b.v));
 }
 OPENFAB_INLINE Ints8 operator-(Ints8 a, Ints8 b) {
-    return a.v - b.v;
+    return Ints8::Register(Ints8::Wrapping(a.v) - Ints8::Wrapping(b.v));
 }
 OPENFAB_INLINE Ints8 operator*(Ints8 a, Ints8 b) {
-    return a.v * b.v;
+    return Ints8::Register(Ints8::Wrapping(a.v) * Ints8::Wrapping(b.v));
 }
 OPENFAB_INLINE Ints8 operator&(Ints8 a, Ints8 b) {
     return a.v & b.v;

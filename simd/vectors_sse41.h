@@ -46,6 +46,8 @@ OPENFAB_INLINE bool any(Mask4 a) {
 struct Ints4 {
     static constexpr int kLanes = 4;
     using Register = int32_t __attribute__((vector_size(16)));
+    /// Arithmetic goes through these, whose overflow is defined.
+    using Wrapping = uint32_t __attribute__((vector_size(16)));
     Register v;
 
     Ints4() = default;
@@ -76,22 +78,22 @@ struct Ints4 {
     static OPENFAB_INLINE Ints4 lane_numbers() { return Register{0, 1, 2, 3}; }
 
     OPENFAB_INLINE Ints4& operator+=(Ints4 b) {
-        v += b.v;
+        v = Register(Wrapping(v) + Wrapping(b.v));
         return *this;
     }
     OPENFAB_INLINE Ints4& operator-=(Ints4 b) {
-        v -= b.v;
+        v = Register(Wrapping(v) - Wrapping(b.v));
         return *this;
     }
 };
 OPENFAB_INLINE Ints4 operator+(Ints4 a, Ints4 b) {
-    return a.v + b.v;
+    return Ints4::Register(Ints4::Wrapping(a.v) + Ints4::Wrapping(b.v));
 }
 OPENFAB_INLINE Ints4 operator-(Ints4 a, Ints4 b) {
-    return a.v - b.v;
+    return Ints4::Register(Ints4::Wrapping(a.v) - Ints4::Wrapping(b.v));
 }
 OPENFAB_INLINE Ints4 operator*(Ints4 a, Ints4 b) {
-    return a.v * b.v;
+    return Ints4::Register(Ints4::Wrapping(a.v) * Ints4::Wrapping(b.v));
 }
 OPENFAB_INLINE Ints4 operator&(Ints4 a, Ints4 b) {
     return a.v & b.v;

@@ -160,8 +160,7 @@ TEST_P(CraftedInput, IsPrintedOrRefusedWithinTheBudget) {
 #ifndef OPENFAB_SANITIZED  // sanitizers keep their own memory, and take their own time
     const bool compiles = crafted.arguments[0] == "build";
     EXPECT_LE(outcome.peak_rss_bytes, (compiles ? kCompilerMb : kMemoryMb + kSlackMb) << 20);
-    EXPECT_LE(outcome.processor_seconds, compiles ? kCompilerSeconds : kMostSeconds)
-        << outcome.err;
+    EXPECT_LE(outcome.processor_seconds, compiles ? kCompilerSeconds : kMostSeconds) << outcome.err;
 #endif
 }
 
@@ -296,13 +295,13 @@ fablet Bumpy {
 };
 
 TEST_F(FineBall, IsRefusedBeforeItsTreesTakeMoreThanIsAllowed) {
+#ifdef OPENFAB_SANITIZED
+    GTEST_SKIP() << "the budget that a sanitizer needs is enough for it, and the print takes long";
+#endif
     const Outcome outcome = print(std::to_string(kMemoryMb) + "MB");
-#ifndef OPENFAB_SANITIZED
     EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
     EXPECT_THAT(outcome.err, HasSubstr("take about"));
     EXPECT_LE(outcome.peak_rss_bytes, (kMemoryMb + kSlackMb) << 20);
-#endif
-    EXPECT_TRUE(outcome.exit_code == 0 || outcome.exit_code == 1) << outcome.err;
 }
 
 /// Reading, checking, displacement bounds, trees, the first slab: wherever it is.

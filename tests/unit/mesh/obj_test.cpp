@@ -365,7 +365,9 @@ TEST(Polygon, LargeOnesTakeLittleTime) {
         const auto start = std::chrono::steady_clock::now();
         const std::string message = error_of(text);
         const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
+#ifndef OPENFAB_SANITIZED
         EXPECT_LT(took.count(), 10);
+#endif
         fmt::print("{:.2f} s: {}\n", took.count(), message.substr(0, 100));
         EXPECT_EQ(message.find("too many corners; split them into triangles where the mesh is "
                                "made") != std::string::npos,
