@@ -11,6 +11,7 @@
 #include <limits>
 #include <string>
 
+#include "base/infinity.h"
 #include "texture/pyramid.h"
 
 namespace openfab::texture {
@@ -115,8 +116,8 @@ void minmax_level(const PyramidLayout& layout, size_t level, float* minmax, cons
         taps_between(below, above), 8 * channels, wrote,
         [&](const Taps& tx, const Taps& ty, const Taps& tz) {
             for (int32_t c = 0; c < channels; ++c) {
-                float least = std::numeric_limits<float>::infinity();
-                float greatest = -std::numeric_limits<float>::infinity();
+                float least = kInfinity;
+                float greatest = -kInfinity;
                 for (int32_t k = 0; k < tz.count; ++k) {
                     for (int32_t j = 0; j < ty.count; ++j) {
                         const float* row =

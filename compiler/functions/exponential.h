@@ -9,11 +9,11 @@
 
 #include <limits>
 
+#include "base/infinity.h"
 #include "compiler/functions/machine.h"
 
 namespace openfab::functions {
 
-inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
 inline constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 /// 1.5 * 2^23: adding it to |x| < 2^22 rounds x to an integer, whose two's complement is then in
 /// the low bits of the sum.

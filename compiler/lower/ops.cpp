@@ -17,7 +17,7 @@ using ir::Type;
 
 constexpr uint32_t kSign = 0x80000000u;
 constexpr uint32_t kMagnitude = 0x7fffffffu;
-constexpr uint32_t kInfinity = 0x7f800000u;
+constexpr uint32_t kInfinityBits = 0x7f800000u;
 constexpr uint32_t kQuietNan = 0x7fc00000u;
 constexpr float kTwo31 = 2147483648.0f;
 constexpr float kTwo32 = 4294967296.0f;
@@ -81,11 +81,11 @@ std::optional<uint32_t> zero_constant(const Expr& e) {
 /// zero (seen for AVX2).
 Expr above_zero(const Expr& x) {
     const Expr bits = as_int(x);
-    return both(bits > i32(0), i32(static_cast<int32_t>(kInfinity) + 1) > bits);
+    return both(bits > i32(0), i32(static_cast<int32_t>(kInfinityBits) + 1) > bits);
 }
 Expr below_zero(const Expr& x) {
     const Expr bits = as_uint(x);
-    return both(bits > u32(kSign), u32((kSign | kInfinity) + 1) > bits);
+    return both(bits > u32(kSign), u32((kSign | kInfinityBits) + 1) > bits);
 }
 
 /// a > b on floats. The target feature marks float results only: without the wrapper LLVM is told
@@ -106,7 +106,7 @@ bool is_ordered_constant(const Expr& e) {
 /// One bit: e is a NaN, from its pattern.
 Expr nan_bit(const Expr& e) {
     if (is_ordered_constant(e)) return boolean(false);
-    return (as_uint(e) & u32(kMagnitude)) > u32(kInfinity);
+    return (as_uint(e) & u32(kMagnitude)) > u32(kInfinityBits);
 }
 Expr ordered(const Expr& a, const Expr& b) {
     if (is_ordered_constant(a)) return invert(nan_bit(b));
@@ -123,7 +123,7 @@ Expr float_equality(const Expr& a, const Expr& b) {
 /// a / 0 from the pattern: newer Halides refuse a division by a constant 0.
 Expr divide_by_zero(const Expr& a, uint32_t zero) {
     const Expr nothing = (as_uint(a) & u32(kMagnitude)) == u32(0);
-    const Expr infinity = ((as_uint(a) ^ u32(zero)) & u32(kSign)) | u32(kInfinity);
+    const Expr infinity = ((as_uint(a) ^ u32(zero)) & u32(kSign)) | u32(kInfinityBits);
     return as_float(choose(either(nothing, nan_bit(a)), u32(kQuietNan), infinity));
 }
 /// The root of a zero is that zero. LLVM 14 forgets that it may be -0: as if 1 / sqrt(x) were never

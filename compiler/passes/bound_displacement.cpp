@@ -3,7 +3,8 @@
 #include "compiler/passes/bound_displacement.h"
 
 #include <array>
-#include <limits>
+
+#include "base/infinity.h"
 
 namespace openfab::passes {
 
@@ -18,7 +19,7 @@ constexpr int32_t kStatusNotFinite = 1;
 constexpr int32_t kStatusCut = 2;
 
 ValueId all_finite(ir::Builder* b, const Vector& magnitude) {
-    const ValueId infinity = b->constant(std::numeric_limits<float>::infinity());
+    const ValueId infinity = b->constant(kInfinity);
     ValueId all = b->constant(true);
     for (const ValueId m : magnitude) {
         all = b->emit(Op::kAnd, {all, b->emit(Op::kLt, {m, infinity})});

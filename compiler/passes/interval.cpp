@@ -7,6 +7,8 @@
 #include <limits>
 #include <utility>
 
+#include "base/infinity.h"
+
 namespace openfab::passes {
 
 namespace {
@@ -59,7 +61,7 @@ ir::ValueId IntervalForm::nan() {
 
 ir::ValueId IntervalForm::finite(Id value) {
     return emit(Op::kLt, emit(Op::kAbs, value),
-                b_.constant(std::numeric_limits<float>::infinity()));
+                b_.constant(kInfinity));
 }
 
 Interval IntervalForm::finish_if(Id known, Id lo, Id hi) {

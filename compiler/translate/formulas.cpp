@@ -3,10 +3,10 @@
 #include "compiler/translate/formulas.h"
 
 #include <algorithm>
-#include <limits>
 #include <optional>
 #include <utility>
 
+#include "base/infinity.h"
 #include "compiler/ir/arithmetic.h"
 
 namespace openfab::translate {
@@ -202,7 +202,7 @@ ValueId Formulas::component(check::Intrinsic id, const std::vector<ValueId>& x) 
             return emit_.unary(Op::kIsNan, x[0]);
         case check::Intrinsic::kIsInf:
         case check::Intrinsic::kIsFinite: {
-            const ValueId inf = emit_.constant(std::numeric_limits<float>::infinity());
+            const ValueId inf = emit_.constant(kInfinity);
             const Op op = id == check::Intrinsic::kIsInf ? Op::kEq : Op::kLt;
             return bin(op, emit_.unary(Op::kAbs, x[0]), inf);
         }
@@ -384,7 +384,7 @@ std::array<ValueId, 2> Formulas::mantissa_and_exponent(ValueId x) {
         emit_.binary(Op::kBitOr, kept, uint_constant(0x3f000000u)), ir::Type::kFloat);
     const ValueId above = emit_.binary(Op::kGt, magnitude, emit_.constant(0.0f));
     const ValueId below =
-        emit_.binary(Op::kLt, magnitude, emit_.constant(std::numeric_limits<float>::infinity()));
+        emit_.binary(Op::kLt, magnitude, emit_.constant(kInfinity));
     const ValueId plain = emit_.binary(Op::kAnd, above, below);
     const ValueId number = emit_.convert(emit_.convert(exponent, ir::Type::kInt), ir::Type::kFloat);
     return {emit_.select(plain, mantissa, x), emit_.select(plain, number, emit_.constant(0.0f))};

@@ -7,11 +7,11 @@
 // machine has. Everything is inlined.
 
 #include <cstdint>
-#include <limits>
 
 #include "abi/dither_rules.h"
 #include "abi/stage_table.h"
 #include "abi/voxel_hash.h"
+#include "base/infinity.h"
 #include "runtime/dither/blue_noise.h"
 #include "runtime/dither/dither_row.h"
 #include "simd/vectors.h"
@@ -94,7 +94,7 @@ OPENFAB_INLINE Ints largest(const uint16_t* fractions, int32_t channels) {
 /// materials that are present; where nothing was received, the hash decides.
 template <int32_t fixed>
 OPENFAB_INLINE Ints floyd_steinberg(const Column<fixed>& c) {
-    Floats best = -std::numeric_limits<float>::infinity();
+    Floats best = -kInfinity;
     Ints code = 0;
     for_channels<fixed>(c.channels(), [&](int32_t m) OPENFAB_INLINE_LAMBDA {
         const Mask wins = (c.fraction(m) > 0) & (c.value[m] > best);

@@ -12,11 +12,11 @@
 
 #include <array>
 #include <cstdint>
-#include <limits>
 #include <memory>
 #include <span>
 #include <vector>
 
+#include "base/infinity.h"
 #include "base/vec.h"
 #include "runtime/part/part.h"
 #include "runtime/surface/surface.h"
@@ -31,7 +31,7 @@ struct BlockQuery {
     Vec3i block;  ///< part-relative voxel index of its lowest corner
     /// 64 bytes: bit z of byte y * 8 + x is set where a voxel is active; null: all are.
     const uint8_t* active = nullptr;
-    float radius_mm = std::numeric_limits<float>::infinity();  ///< surface beyond it is ignored
+    float radius_mm = kInfinity;  ///< surface beyond it is ignored
 };
 
 /// The nearest surface point of each voxel. Without surface within the radius distance2 is +inf and
@@ -209,8 +209,5 @@ std::unique_ptr<Engine> make_block_engine(std::shared_ptr<const BlockIndex> inde
 std::unique_ptr<Engine> make_block_engine(const surface::Surface& surface,
                                           const std::array<float, OPENFAB_FRAME_COUNT>& frame,
                                           const BlockEngineOptions& options = {});
-/// Makes the reference engine of the tests: plain loops over every micropolygon.
-std::unique_ptr<Engine> make_brute_force_engine(
-    const surface::Surface& surface, const std::array<float, OPENFAB_FRAME_COUNT>& frame);
 
 }  // namespace openfab::nearest

@@ -5,7 +5,8 @@
 #include <embree3/rtcore.h>
 
 #include <cstring>
-#include <limits>
+
+#include "base/infinity.h"
 
 namespace openfab::bench {
 namespace {
@@ -117,10 +118,10 @@ bool EmbreeBaseline::query(const float point[3], float radius, EmbreeHit* hit) c
     query.z = point[2];
     query.time = 0;
     query.radius = radius;
-    hit->distance2 = std::numeric_limits<float>::infinity();
+    hit->distance2 = kInfinity;
     State state{impl_->positions.data(), impl_->triangles.data(), hit};
     rtcPointQuery(impl_->scene, &query, &context, visit, &state);
-    return hit->distance2 < std::numeric_limits<float>::infinity();
+    return hit->distance2 < kInfinity;
 }
 
 }  // namespace openfab::bench

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/infinity.h"
 #include "runtime/nearest/engine.h"
 
 namespace openfab::nearest {
@@ -40,7 +41,7 @@ void BoxBounds::add(float distance_lo, std::span<const float> float_lo,
 void Engine::bound_points(std::span<const PointPacket> packets, std::span<const PointPacket>, float,
                           Scratch* scratch, PointBounds* bounds) const {
     std::vector<PointAnswer> answers(packets.size());
-    query_points(packets, std::numeric_limits<float>::infinity(), scratch, answers.data());
+    query_points(packets, kInfinity, scratch, answers.data());
     for (size_t g = 0; g < packets.size(); ++g) {
         for (size_t l = 0; l < 8; ++l)
             bounds[g].low[l] = bounds[g].high[l] = std::sqrt(answers[g].distance2[l]);
@@ -69,7 +70,7 @@ void Engine::bound_blocks(std::span<const Vec3i> blocks, Scratch* scratch,
     for (size_t i = 0; i < blocks.size(); ++i) {
         query({.block = blocks[i]}, scratch, &answer);
         for (size_t q = 0; q < cut.lowest.size(); ++q) {
-            float low = std::numeric_limits<float>::infinity(), high = 0;
+            float low = kInfinity, high = 0;
             const Vec3i from = cut.lowest[q], to = from + cut.size;
             for (int32_t y = from.y; y < to.y; ++y) {
                 for (int32_t x = from.x; x < to.x; ++x) {

@@ -9,6 +9,7 @@
 #include <bit>
 #include <cmath>
 
+#include "base/infinity.h"
 #include "runtime/nearest/engine/exact.h"
 
 namespace openfab::nearest {
@@ -19,7 +20,6 @@ constexpr uint32_t kFirst = (1u << 28) - 1;
 constexpr size_t kMaxTrianglesInLeaf = 4;
 /// Halving by count keeps a tree of 2^28 items this shallow.
 constexpr size_t kMaxDepth = 64;
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 /// Calls visit(lane) for each bit of the mask.
 template <typename Visit>

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 
+#include "base/infinity.h"
 #include "runtime/nearest/kernel/kernel.h"
 #include "simd/vectors.h"
 
@@ -14,7 +15,6 @@ namespace {
 
 constexpr float kSlack = 1.0f + 0x1p-18f;
 constexpr float kSlackMm2 = 0x1p-40f;
-constexpr float kInfinity = __builtin_inff();
 
 using simd::Floats8;
 using simd::Mask8;

@@ -7,9 +7,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <tuple>
 
+#include "base/infinity.h"
 #include "base/vec.h"
 #include "runtime/nearest/tree/vertex_numbers.h"
 
@@ -147,7 +147,7 @@ class Builder {
         out.feature.owner_corner = owner / 3 << 2 | owner % 3;
         const float* n = frames_[out.feature.owner()].n;
         Vec3f up{}, down{}, along_edge[VertexHalfSpaces::kMaxEdges];
-        float shortest = std::numeric_limits<float>::infinity();
+        float shortest = kInfinity;
         int edges = 0, ups = 0;
         for (size_t i = 0; i < spokes.size() && edges < VertexHalfSpaces::kMaxEdges; ++i) {
             if (i > 0 && spokes[i].other == spokes[i - 1].other) continue;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "base/infinity.h"
 #include "runtime/nearest/tree/treelets.h"
 
 namespace openfab::nearest {
@@ -15,8 +16,8 @@ NodeRanges::NodeRanges(const Tree& tree, const surface::PatchRanges& r,
       ints_(static_cast<size_t>(r.int_components)) {
     if (floats_ + ints_ == 0) return;
     const size_t nodes = tree.nodes.size();
-    float_lo_.assign(nodes * floats_, std::numeric_limits<float>::infinity());
-    float_hi_.assign(nodes * floats_, -std::numeric_limits<float>::infinity());
+    float_lo_.assign(nodes * floats_, kInfinity);
+    float_hi_.assign(nodes * floats_, -kInfinity);
     int_lo_.assign(nodes * ints_, std::numeric_limits<int32_t>::max());
     int_hi_.assign(nodes * ints_, std::numeric_limits<int32_t>::lowest());
     // Children come after their parents, so one pass backwards carries leaves up to the root.

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/infinity.h"
+
 namespace openfab::nearest {
 namespace {
 
@@ -55,7 +57,7 @@ struct Bins {
 /// Returns axis and last bin of the left side of the cheapest split; axis -1 if there is none.
 template <int kBins>
 std::pair<int, int> cheapest_split(const Bins<kBins>& bins, const Range& centroids, size_t count) {
-    float best_cost = std::numeric_limits<float>::infinity();
+    float best_cost = kInfinity;
     std::pair<int, int> best{-1, 0};
     for (int axis = 0; axis < 3; ++axis) {
         if (!(centroids.hi[axis] - centroids.lo[axis] > 0)) continue;
@@ -130,7 +132,7 @@ size_t split_few(size_t begin, size_t end, std::vector<Item>* items, Extent side
     const size_t n = end - begin;
     Item* list = items->data() + begin;
     uint8_t order[3][kMaxSorted];
-    float best_cost = std::numeric_limits<float>::infinity();
+    float best_cost = kInfinity;
     size_t best_axis = 0, best_count = n / 2;
     for (size_t axis = 0; axis < 3; ++axis) {
         float along[kMaxSorted];

@@ -11,9 +11,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <limits>
 #include <vector>
 
+#include "base/infinity.h"
 #include "base/vec.h"
 
 namespace openfab::nearest {
@@ -33,8 +33,7 @@ struct Range {
     F4 lo, hi;
 
     Range() {
-        constexpr float kInf = std::numeric_limits<float>::infinity();
-        lo = F4{kInf, kInf, kInf, kInf};
+        lo = F4{kInfinity, kInfinity, kInfinity, kInfinity};
         hi = -lo;
     }
     void add(F4 point) {

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "base/infinity.h"
+
 namespace openfab::nearest {
 namespace {
 
@@ -105,7 +107,7 @@ Hit closest_point(const TriangleFrame& frame, const TriangleDetail& detail, cons
     const float h = dot3(to_vec(frame.n), w);
     const float s[3] = {dot3(to_vec(frame.m[0]), w), dot3(to_vec(frame.m[1]), w) + frame.height0,
                         dot3(to_vec(frame.m[2]), w)};
-    Hit best{std::numeric_limits<float>::infinity(), 0, 0};
+    Hit best{kInfinity, 0, 0};
     if (s[0] >= detail.margin && s[1] >= detail.margin && s[2] >= detail.margin)
         best = {h * h, s[2] * detail.inv_height1, s[0] * detail.inv_height2};
     for (int i = 0; i < 3; ++i)

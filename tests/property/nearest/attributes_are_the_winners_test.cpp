@@ -12,6 +12,7 @@
 
 #include "runtime/nearest/engine.h"
 #include "runtime/nearest/engine/attributes.h"
+#include "tests/support/reference/brute_force.h"
 #include "tests/support/surface/grid_over.h"
 #include "tests/support/surface/worlds.h"
 
@@ -50,7 +51,7 @@ Counts check(const part::Part& part, const surface::Surface& surface) {
         testing::grid_over(surface.exact_box(part.local_to_build), true, {1, 1, 1});
     const auto frame = part::make_frame(part, grid);
     const auto engine = make_block_engine(surface, frame);
-    const auto twin = make_brute_force_engine(surface, frame);
+    const auto twin = reference::make_brute_force_engine(surface, frame);
     const auto scratch = engine->make_scratch(), twin_scratch = twin->make_scratch();
     const AttributeReader reader(surface, frame);
     AttributeReader::Scratch reader_scratch;

@@ -15,6 +15,7 @@
 #include "runtime/nearest/engine/attributes.h"
 #include "simd/isa.h"
 #include "tests/support/mesh_surface.h"
+#include "tests/support/reference/brute_force.h"
 
 namespace openfab::nearest {
 namespace {
@@ -191,7 +192,7 @@ TEST(BoundsHold, PiecesOfBlocks) {
                 if (HasFailure()) return;
             }
             blocks.resize(3);
-            EXPECT_LT(check_pieces(*make_brute_force_engine(surface, frame), blocks, pitch), 1.0);
+            EXPECT_LT(check_pieces(*reference::make_brute_force_engine(surface, frame), blocks, pitch), 1.0);
         }
     }
 }

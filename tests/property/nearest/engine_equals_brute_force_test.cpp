@@ -14,6 +14,7 @@
 #include "simd/isa.h"
 #include "tests/support/long_run.h"
 #include "tests/support/mesh_surface.h"
+#include "tests/support/reference/brute_force.h"
 
 namespace openfab::nearest {
 namespace {
@@ -136,7 +137,7 @@ void check(const surface::Surface& surface, const Asked& setup,
             queries[k] = queries[3 * k];
         queries.resize((queries.size() + 2) / 3);
     }
-    const auto want = run(*make_brute_force_engine(surface, frame), queries);
+    const auto want = run(*reference::make_brute_force_engine(surface, frame), queries);
     for (const size_t bytes : cache_bytes) {
         for (const simd::Isa set : {simd::Isa::kAvx512, simd::Isa::kAvx2Fma, simd::Isa::kSse41}) {
             const auto cache = nearest::make_patch_cache(bytes);

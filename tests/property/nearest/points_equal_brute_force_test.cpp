@@ -13,6 +13,7 @@
 #include "runtime/nearest/engine.h"
 #include "simd/isa.h"
 #include "tests/support/mesh_surface.h"
+#include "tests/support/reference/brute_force.h"
 
 namespace openfab::nearest {
 namespace {
@@ -92,7 +93,7 @@ void check(const surface::Surface& surface, const TriangleMesh& mesh, uint32_t s
            const BlockEngineOptions& options = {}) {
     const auto frame = testing::make_test_frame({0.1f, 0.1f, 0.1f}, {});
     const std::vector<PointPacket> packets = make_packets(mesh, kPackets, seed);
-    const auto brute = make_brute_force_engine(surface, frame);
+    const auto brute = reference::make_brute_force_engine(surface, frame);
     for (const float radius : {kInfinity, length(mesh.box().size()) * 0.05f}) {
         const auto want = run(*brute, packets, radius);
         for (const simd::Isa set : {simd::Isa::kAvx512, simd::Isa::kAvx2Fma, simd::Isa::kSse41}) {
@@ -144,7 +145,7 @@ TEST(PointsEqualBruteForce, ScannedMeshes) {
         const MeshSurface surface(mesh);
         const auto frame = testing::make_test_frame({0.1f, 0.1f, 0.1f}, {});
         const std::vector<PointPacket> packets = make_packets(mesh, kPackets / 10, 17);
-        const auto want = run(*make_brute_force_engine(surface, frame), packets, kInfinity);
+        const auto want = run(*reference::make_brute_force_engine(surface, frame), packets, kInfinity);
         expect_equal(run(*make_block_engine(surface, frame), packets, kInfinity), want, "engine");
     }
 }
@@ -163,7 +164,7 @@ TEST(PointsEqualBruteForce, BoundsHoldTheDistance) {
                     x = std::abs(x) < 100 ? x : 0;
             }
         }
-        const auto brute = make_brute_force_engine(surface, frame);
+        const auto brute = reference::make_brute_force_engine(surface, frame);
         const auto want = run(*brute, packets, kInfinity);
         for (const simd::Isa set : {simd::Isa::kAvx512, simd::Isa::kAvx2Fma, simd::Isa::kSse41}) {
             const auto engine = make_block_engine(surface, frame, {.widest = set});

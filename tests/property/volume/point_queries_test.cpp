@@ -15,6 +15,7 @@
 
 #include "base/rotation.h"
 #include "tests/support/meshes/meshes.h"
+#include "tests/support/reference/brute_force.h"
 #include "tests/support/reference/closest_point.h"
 #include "tests/support/surface/hand_fablet.h"
 
@@ -208,7 +209,7 @@ void check(Scene* scene, const std::vector<int32_t>& targets, uint32_t seed) {
     scene->parts[0].objects = {targets};
     scene->set_up();
     const PlacedPart& part = *scene->print[0];
-    const auto brute = nearest::make_brute_force_engine(*part.surface, part.frame);
+    const auto brute = reference::make_brute_force_engine(*part.surface, part.frame);
     std::vector<std::vector<Triangle>> theirs(scene->parts.size());
     for (const int32_t t : targets) {
         theirs[t] = testing::triangles_of(*scene->print[t]->surface, surface::kForQuery);

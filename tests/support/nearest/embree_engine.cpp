@@ -11,9 +11,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <vector>
 
+#include "base/infinity.h"
 #include "runtime/nearest/engine/patch_cache.h"
 #include "runtime/nearest/tree/triangle.h"
 #include "runtime/nearest/voxel_center.h"
@@ -27,7 +27,6 @@ using nearest::BlockQuery;
 using nearest::PointAnswer;
 using nearest::PointPacket;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 class Engine final : public EmbreeEngine {
   public:
@@ -118,7 +117,7 @@ class Engine final : public EmbreeEngine {
         const Vec3f middle = (lo + hi) * 0.5f;
         const double reach = 0.501 * static_cast<double>(length(hi - lo));
         const double distance =
-            closest(middle, std::numeric_limits<float>::infinity(), &s).exact_mm;
+            closest(middle, kInfinity, &s).exact_mm;
         out->clear();
         out->distance_hi = static_cast<float>(distance * 1.0001 + reach);
         Near near{this, vec_cast<double>(middle), {}};
@@ -138,7 +137,7 @@ class Engine final : public EmbreeEngine {
 
   private:
     struct Found {
-        nearest::Hit hit{std::numeric_limits<float>::infinity(), 0, 0};
+        nearest::Hit hit{kInfinity, 0, 0};
         int64_t triangle = -1;
         double exact_mm = kInfinity;
 

@@ -3,6 +3,7 @@
 
 // Edge values of the operations, against rule 2 and C.
 
+#include "base/infinity.h"
 #include "compiler/ir/arithmetic.h"
 
 #include <gtest/gtest.h>
@@ -13,7 +14,6 @@
 namespace openfab::ir {
 namespace {
 
-constexpr float kInf = std::numeric_limits<float>::infinity();
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr int32_t kIntMin = std::numeric_limits<int32_t>::min();
 constexpr int32_t kIntMax = std::numeric_limits<int32_t>::max();
@@ -103,7 +103,7 @@ TEST(Arithmetic, ConversionsSaturate) {
     EXPECT_EQ(as_int(to(Type::kInt, kNan)), 0);
     EXPECT_EQ(as_int(to(Type::kInt, 3e9f)), kIntMax);
     EXPECT_EQ(as_int(to(Type::kInt, -3e9f)), kIntMin);
-    EXPECT_EQ(as_int(to(Type::kInt, -kInf)), kIntMin);
+    EXPECT_EQ(as_int(to(Type::kInt, -kInfinity)), kIntMin);
     EXPECT_EQ(as_int(to(Type::kInt, -2.9f)), -2);
     EXPECT_EQ(to(Type::kUint, -1.0f), 0u);
     EXPECT_EQ(to(Type::kUint, kNan), 0u);

@@ -11,6 +11,7 @@
 #include <limits>
 #include <random>
 
+#include "base/infinity.h"
 #include "simd/isa.h"
 #include "tests/unit/simd/operations.h"
 
@@ -18,7 +19,6 @@ namespace openfab::testing {
 namespace {
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 /// Fails unless both have the same bits, or are both NaN.
 void expect_same(float value, float expected, const char* what, int lane) {

@@ -10,13 +10,13 @@
 #include <random>
 
 #include "abi/stages.h"
+#include "base/infinity.h"
 #include "tests/support/reference/dither.h"
 #include "tests/support/stages/field_printer.h"
 
 namespace openfab {
 namespace {
 
-constexpr float kInf = std::numeric_limits<float>::infinity();
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
 /// Normalises one list of amounts, put in every voxel of a block.
@@ -62,7 +62,7 @@ using Fractions = std::vector<uint16_t>;
 
 TEST(Normalise, PureIsExactly65535) {
     for (openfab_isa isa : testing::runnable_isas()) {
-        for (float w : {1e-38f, 1e-45f, 0.1f, 1.0f, 3.0f, 1e38f, kInf}) {
+        for (float w : {1e-38f, 1e-45f, 0.1f, 1.0f, 3.0f, 1e38f, kInfinity}) {
             const OneVoxel v = normalise_one({0, w}, {1, 2}, 2, isa);
             EXPECT_EQ(v.fractions, (Fractions{0, 0, 65535})) << w;
             EXPECT_EQ(v.code, 2);
@@ -82,7 +82,7 @@ TEST(Normalise, NothingIsVoid) {
 
 TEST(Normalise, NegativeAndNanCountAsNothingAndAreCounted) {
     for (openfab_isa isa : testing::runnable_isas()) {
-        const OneVoxel v = normalise_one({-1, kNan, 2, -kInf}, {1, 2, 2, 1}, 2, isa);
+        const OneVoxel v = normalise_one({-1, kNan, 2, -kInfinity}, {1, 2, 2, 1}, 2, isa);
         EXPECT_EQ(v.fractions, (Fractions{0, 0, 65535}));
         EXPECT_EQ(v.unusable, 3);
     }
@@ -118,7 +118,7 @@ TEST(Normalise, HugeAmountsDoNotOverflow) {
     for (openfab_isa isa : testing::runnable_isas()) {
         EXPECT_EQ(normalise_one({3e38f, 3e38f, 3e38f}, {1, 2, 2}, 2, isa).fractions,
                   (Fractions{0, 21845, 43690}));
-        EXPECT_EQ(normalise_one({kInf, 3e38f, kInf}, {1, 2, 3}, 3, isa).fractions,
+        EXPECT_EQ(normalise_one({kInfinity, 3e38f, kInfinity}, {1, 2, 3}, 3, isa).fractions,
                   (Fractions{0, 32767, 0, 32768}));
     }
 }
@@ -126,7 +126,7 @@ TEST(Normalise, HugeAmountsDoNotOverflow) {
 TEST(Normalise, SameBitsAsTheTwin) {
     std::mt19937 random(7);
     std::uniform_real_distribution<float> unit(0, 1);
-    const float odd[] = {0, -0.0f, -1, kNan, kInf, -kInf, 1e-45f, 3e38f, 1.7e38f, 1};
+    const float odd[] = {0, -0.0f, -1, kNan, kInfinity, -kInfinity, 1e-45f, 3e38f, 1.7e38f, 1};
     for (int32_t materials : {1, 2, 3, 4, 6, 8, 12, 15}) {
         for (openfab_isa isa : testing::runnable_isas()) {
             abi::StageCalls calls(*abi::find_stage_set(materials), isa);

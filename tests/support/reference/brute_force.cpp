@@ -1,19 +1,20 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-//
-// The reference that every engine is compared with: plain loops over all micropolygons, no pruning.
+#include "tests/support/reference/brute_force.h"
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
 
-#include "runtime/nearest/engine.h"
+#include "base/infinity.h"
 #include "runtime/nearest/engine/patch_cache.h"
 #include "runtime/nearest/tree/triangle.h"
 #include "runtime/nearest/voxel_center.h"
 
-namespace openfab::nearest {
+namespace openfab::reference {
 namespace {
+
+using namespace nearest;
 
 class BruteForceEngine final : public Engine {
   public:
@@ -76,7 +77,7 @@ class BruteForceEngine final : public Engine {
         const Vec3f lo = center(lowest), hi = center(lowest + Vec3i{size - 1, size - 1, size - 1});
         const Vec3f middle = (lo + hi) * 0.5f;
         const float reach = length(hi - lo) * 0.5f * 1.001f;
-        float least = std::numeric_limits<float>::infinity();
+        float least = kInfinity;
         for (size_t i = 0; i < frames_.size(); ++i) {
             least = std::min(least, closest_point(frames_[i], details_[i], middle).distance2);
         }
@@ -100,7 +101,7 @@ class BruteForceEngine final : public Engine {
     Vec3f center(const Vec3i& voxel) const { return voxel_center(frame_, voxel); }
 
     struct Winner {
-        Hit hit{std::numeric_limits<float>::infinity(), 0, 0};
+        Hit hit{kInfinity, 0, 0};
         int32_t patch = -1, triangle = -1;
     };
 
@@ -134,9 +135,9 @@ class BruteForceEngine final : public Engine {
 
 }  // namespace
 
-std::unique_ptr<Engine> make_brute_force_engine(
+std::unique_ptr<nearest::Engine> make_brute_force_engine(
     const surface::Surface& surface, const std::array<float, OPENFAB_FRAME_COUNT>& frame) {
     return std::make_unique<BruteForceEngine>(surface, frame);
 }
 
-}  // namespace openfab::nearest
+}  // namespace openfab::reference
