@@ -16,7 +16,7 @@
 
 namespace openfab::bench {
 
-/// Compiles OpenFL text in this process. A fault ends the benchmark, with the diagnostics.
+/// Compiles OpenFL text in this process. An error prints the diagnostics and ends the benchmark.
 inline std::unique_ptr<lower::LoadedProgram> load_fablet(const std::string& text) {
     source::SourceManager sources;
     diag::Sink sink;

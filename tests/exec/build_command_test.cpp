@@ -23,7 +23,7 @@ Outcome openflc(std::vector<std::string> args) {
     return run(args);
 }
 
-/// Builds the postcard for one target with a schedule; stderr with the folder taken out.
+/// Builds the postcard for one target with a schedule; returns stderr without the folder.
 std::string errors_of(const std::string& name, const std::string& schedule, int exit_code) {
     const ScratchFolder folder;
     folder.write(name, schedule);
@@ -110,7 +110,7 @@ TEST(BuildCommand, LeavesNothingBehindWhenItIsEnded) {
         RunOptions options;
         options.environment = {{"TMPDIR", temporary.string()}};
         options.signal = signal;
-        // While kernels are in its folder already.
+        // While its folder already contains kernels.
         options.interrupt_when = [&](int, const Outcome&) {
             for (const auto& entry : std::filesystem::directory_iterator(temporary)) {
                 std::error_code gone;
@@ -124,7 +124,7 @@ TEST(BuildCommand, LeavesNothingBehindWhenItIsEnded) {
         EXPECT_EQ(count(temporary), signal == SIGKILL ? 1u : 0u);
         EXPECT_EQ(count(folder.path()), 1u);
         if (signal != SIGKILL) continue;
-        // The next one that has a temporary folder there.
+        // The next one that creates a temporary folder there.
         options.interrupt_when = nullptr;
         EXPECT_EQ(
             run({OPENFAB_OPENFLC, "emit", kPostcard, "--stage", "volume_bounds", "--as", "asm"},

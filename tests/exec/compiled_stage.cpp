@@ -68,7 +68,7 @@ class ElementEnvironment : public interp::Environment {
     size_t place_;
 };
 
-/// One place is a voxel.
+/// One element is a voxel.
 bool of_voxels(ir::StageKind kind) {
     return kind == ir::StageKind::kVolume || kind == ir::StageKind::kVolumeDemand;
 }
@@ -164,7 +164,7 @@ class SegmentWalk : public interp::Environment {
     std::map<int32_t, uint32_t> outputs_;  ///< by slot
 };
 
-/// Texels, info or their least and greatest, of the texture that `arg` names.
+/// Returns the texels, info or min-max values of the texture that `arg` names.
 void set_texture(const openfab_arg& arg, const StageInputs& inputs, abi::KernelBuffer* buffer) {
     const TestTexture& t = inputs.textures.at(static_cast<size_t>(arg.a));
     const bool info = arg.b == OPENFAB_TEXTURE_INFO;
@@ -174,7 +174,7 @@ void set_texture(const openfab_arg& arg, const StageInputs& inputs, abi::KernelB
                       {static_cast<int32_t>(info ? t.info.size() : floats.size())});
 }
 
-/// Flat buffers of the batch, in whole groups, and the answers to queries.
+/// Provides flat buffers of the batch, in whole groups, and the answers to queries.
 class SegmentHost : public segments::Arguments, public segments::Handler {
   public:
     SegmentHost(const StageInputs& inputs, size_t places, StageResults* results)
@@ -261,7 +261,7 @@ StageResults CompiledStage::run(openfab_isa isa, const StageInputs& inputs) cons
     const bool volume = of_voxels(stage_.kind);
     const size_t count = place_count(stage_, inputs);
     const size_t first_output = static_cast<size_t>(kernel.arg_count) - stage_.outputs.size();
-    // One element more than the kernel may write.
+    // One element beyond what the kernel may write.
     StageResults results(stage_.outputs.size(), std::vector<uint32_t>(count + 1, kUnwritten));
     std::deque<abi::KernelBuffer> buffers;
     abi::KernelCall call(kernel, isa);

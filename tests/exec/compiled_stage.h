@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Runs one stage both ways: compiled for an instruction set, and in the interpreter. Tests give the
-// inputs as bit patterns.
+// Runs a stage both compiled for an instruction set and in the interpreter. Tests give the inputs
+// as bit patterns.
 
 #include <array>
 #include <cstdint>
@@ -26,13 +26,12 @@ struct TestTexture {
     std::vector<float> minmax;
 };
 
-/// A box-filtered pyramid of texels in [0, 1]: noise, and a ramp along u that makes up `ramp` of
-/// it.
+/// A box-filtered pyramid of texels in [0, 1]: noise blended with a ramp along u of weight `ramp`.
 TestTexture make_texture(int32_t width, int32_t height, int32_t channels, int32_t wrap,
                          int32_t filter, uint32_t seed, float ramp = 0.0f);
 
-/// Bits of every input: one value a place, or one for scalars (kinds of the frame, uniforms, …).
-/// Blocks are (3, n).
+/// Bits of every input: one value per element, or one for scalars (kinds of the frame, uniforms,
+/// …). Blocks are (3, n).
 struct StageInputs {
     using Key = std::array<int32_t, 3>;  ///< kind, a, b
     std::map<Key, std::vector<uint32_t>> values;
@@ -65,22 +64,21 @@ class CompiledStage {
     std::unique_ptr<lower::LoadedProgram> program_;
 };
 
-/// `voxel` places of a volume stage are (z, x, y, n), z fastest.
+/// Elements of a volume stage are voxels (z, x, y, n), z fastest.
 StageResults interpret(const ir::Stage& stage, const StageInputs& inputs);
 
-/// The same through the kernels and steps of a stage that has been cut.
+/// Same, through the kernels and steps of a segmented stage.
 StageResults interpret_segments(const ir::Stage& stage, const passes::SegmentedStage& segmented,
                                 const StageInputs& inputs);
 
-/// The answers of queries in these tests, by place and in every path alike.
+/// The answers of queries in these tests, by element, the same in every path.
 uint32_t answer(int32_t kind, int32_t b, float x, float y, float z);
 
-/// Compares results to the bit, any NaN being as good as another, and reports the first
-/// differences.
+/// Compares results bit for bit, treating all NaNs as equal, and reports the first differences.
 void expect_equal(const ir::Stage& stage, const StageResults& expected, const StageResults& got,
                   const std::string& what);
 
-/// The same, of what `compiled` makes of `inputs` for each instruction set that it has.
+/// Same, for the results of `compiled` on `inputs` for each instruction set.
 void expect_equal(const ir::Stage& stage, const StageResults& expected,
                   const CompiledStage& compiled, const StageInputs& inputs);
 

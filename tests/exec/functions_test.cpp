@@ -1,8 +1,8 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Every function of compiler/functions on awkward and on random values: what is written out in
-// primitive operations and compiled, against the function itself in the interpreter, to the bit.
+// Every function of compiler/functions on edge cases and random values: expanded to primitive
+// operations and compiled, against the interpreter, bit for bit.
 
 #include <gtest/gtest.h>
 

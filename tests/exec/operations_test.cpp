@@ -1,8 +1,8 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Every IR operation on every pair of awkward values: compiled code against the interpreter, to the
-// bit.
+// Every IR operation on every pair of edge-case values: compiled code against the interpreter, bit
+// for bit.
 
 #include <gtest/gtest.h>
 
@@ -87,7 +87,7 @@ class Operations {
 
     void add_varying() {
         add_all("", x_, y_);
-        // The same value twice: compilers like to fold those.
+        // The same value twice, which compilers like to fold.
         add_all(" same", x_, x_);
     }
 
@@ -139,7 +139,7 @@ class Operations {
     ir::Builder& builder() { return b_; }
     ir::ValueId x() const { return x_; }
 
-    /// A mirror of the pairs of awkward values.
+    /// A mirror image of the pairs of edge-case values.
     StageInputs inputs() const {
         const std::vector<uint32_t> values = values_of(type_);
         std::vector<uint32_t> a;

@@ -73,7 +73,7 @@ class Generator {
         }
     }
 
-    /// Up to 7 trips, fewer where a value says so; what is inside stays inside.
+    /// Up to 7 iterations, fewer depending on a value; values inside are not used outside.
     int32_t add_loop(int32_t most) {
         const ValueId limit = b_.constant(static_cast<int32_t>(1 + random_() % 7));
         const ValueId zero = b_.constant(int32_t{0});
@@ -188,7 +188,7 @@ class Generator {
             args.push_back(pick(type));
         note(b_.emit(op, args));
         if (ir::verify(stage_).empty()) return true;
-        // Not defined on this type: take it back.
+        // Not defined on this type: drop it.
         values_[b_.type(static_cast<ValueId>(stage_.instrs.size() - 1))].pop_back();
         stage_.instrs.pop_back();
         return false;

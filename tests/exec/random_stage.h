@@ -21,14 +21,14 @@ constexpr int32_t kIntUniform = 1;
 /// `operations` instructions after the inputs and some constants; the last values of each type are
 /// outputs.
 ir::Stage random_stage(uint32_t seed, int32_t operations);
-/// The same with functions (compiler/functions) among them.
+/// Same, including functions (compiler/functions).
 ir::Stage random_stage_with_functions(uint32_t seed, int32_t operations);
 
-/// The same with loops, nested ones too, queries and printfs among the operations.
+/// Same, including (nested) loops, queries and printfs.
 ir::Stage random_looping_stage(uint32_t seed, int32_t operations);
 
-/// A float as a fablet may meet it: mostly of ordinary size, sometimes 0, an integer, huge or tiny;
-/// finite.
+/// A float such as a fablet may encounter: mostly of ordinary size, sometimes 0, an integer, huge
+/// or tiny; finite.
 float random_float(std::mt19937* random);
 int32_t random_int(std::mt19937* random);
 

@@ -1,8 +1,8 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The interval form of texture lookups, compiled: every lookup in a box of places and footprints
-// lies inside what the bounds kernel gives for the box.
+// The interval form of texture lookups, compiled: every lookup in a box of coordinates and
+// footprints lies within the bounds kernel's result for the box.
 
 #include <gtest/gtest.h>
 
@@ -82,7 +82,7 @@ Boxes make_boxes(uint32_t seed) {
     return out;
 }
 
-/// Lookups inside each box, as a surface run of kPoints places a box.
+/// Lookups inside each box, as a surface run of kPoints coordinates per box.
 StageInputs make_points(const Boxes& boxes, uint32_t seed) {
     std::mt19937 random(seed);
     StageInputs inputs;
@@ -118,7 +118,7 @@ TEST(SampleBound, HoldsEverySample) {
         for (int32_t filter = 0; filter < 3; ++filter, ++seed) {
             Boxes boxes = make_boxes(seed);
             StageInputs points = make_points(boxes, seed);
-            // Sizes that do not halve evenly, so that levels are out of step.
+            // Sizes that do not halve evenly, so that levels do not align.
             points.textures = {make_texture(149, 83, 1, wrap, filter, seed, 0.9f)};
             boxes.inputs.textures = points.textures;
             const StageResults ends = compiled->run(compiled->isas()[0], boxes.inputs);
@@ -134,7 +134,7 @@ TEST(SampleBound, HoldsEverySample) {
                 ASSERT_TRUE(lo >= 0.0f && hi <= 1.0f) << "texels are in [0, 1]";
                 narrow += hi - lo < 0.6f ? 1 : 0;
             }
-            // The whole image would hold everything too.
+            // The whole image would contain everything, too.
             EXPECT_GT(narrow * 20, values.size()) << "wrap " << wrap << " filter " << filter;
         }
     }

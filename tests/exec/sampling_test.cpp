@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Texture lookups in generated code against the interpreter, to the bit: wraps, filters,
+// Texture lookups in generated code against the interpreter, bit for bit: wraps, filters,
 // footprints, channels, guards.
 
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ constexpr int32_t kWraps = 4;
 constexpr int32_t kFilters = 3;
 constexpr int32_t kInputs = 9;  // u, v, width, du and dv along three axes
 
-/// Arguments of a lookup at varying places; a bool input is the guard.
+/// Arguments of a lookup at varying coordinates; a bool input is the guard.
 std::vector<ValueId> make_args(ir::Builder* b, int32_t inputs = kInputs) {
     std::vector<ValueId> args = {b->input(Type::kBool, OPENFAB_ARG_NEAREST, 1, 0)};
     for (int32_t k = 0; k < inputs; ++k)
@@ -47,7 +47,7 @@ ir::Stage make_stage(ir::StageKind kind, const std::vector<int32_t>& channels,
     return stage;
 }
 
-/// What a lookup finds moves the next; a dozen operations lie between them, and behind the last.
+/// Each lookup's result offsets the next; a dozen operations follow each.
 ValueId add_two_samples(ir::Builder* b, std::vector<ValueId> args) {
     const auto stir = [&](ValueId x) {
         for (int32_t k = 0; k < 12; ++k)
@@ -70,7 +70,7 @@ ir::Stage make_dependent_stage(ir::StageKind kind) {
     return stage;
 }
 
-/// Three trips at most: the stage is cut into segments, one of which samples.
+/// Three iterations at most: the stage is cut into segments, one of which samples.
 ir::Stage make_looping_stage() {
     ir::Stage stage;
     stage.kind = ir::StageKind::kVolume;
@@ -96,9 +96,9 @@ std::vector<uint32_t> floats(size_t count, const std::function<float(size_t)>& v
     return bits;
 }
 
-/// Random places, and every awkward one; footprints from none to many texels, of every direction
-/// and ratio. Every other vector of 8 looks at one place with small footprints: inside the picture
-/// it needs no wrap, and has its own code.
+/// Random coordinates, and every edge case; footprints from none to many texels, of every direction
+/// and ratio. Every other vector of 8 samples one spot with small footprints: inside the picture it
+/// needs no wrap, and has a code path of its own.
 StageInputs make_inputs(size_t count, int32_t places, uint32_t seed) {
     std::mt19937 random(seed);
     const auto unit = [&] { return static_cast<float>(random() >> 8) * 0x1p-24f; };
@@ -148,7 +148,7 @@ StageInputs make_inputs(size_t count, int32_t places, uint32_t seed) {
     return inputs;
 }
 
-/// Voxels of two blocks, or micro-vertices that leave lanes over.
+/// Voxels of two blocks, or micro-vertices that leave lanes unused.
 void check(const ir::Stage& stage) {
     const bool volume = stage.kind == ir::StageKind::kVolume;
     const size_t count = volume ? 1024 : 203;
@@ -175,7 +175,7 @@ void check(const ir::Stage& stage) {
     }
 }
 
-// Which channels are asked for decides how texels are read.
+// The requested channels decide how texels are read.
 TEST(Sampling, VolumeEqualsInterpreter) {
     for (const std::vector<int32_t>& channels :
          {std::vector<int32_t>{0, 1, 3}, {0}, {2}, {0, 1, 2, 3, 4, 300}})
@@ -193,7 +193,7 @@ TEST(Sampling, SamplesAtSampledCoordinatesEqualInterpreter) {
     check(make_dependent_stage(ir::StageKind::kSurface));
 }
 
-// Without a word they come first of all; the other way, columns of what a whole call computed.
+// By default they are computed first of all; otherwise per column of a whole call.
 TEST(Sampling, SchedulesChangeNoBit) {
     const ir::Stage stage = make_dependent_stage(ir::StageKind::kVolume);
     StageInputs inputs = make_inputs(1024, 2, 3);

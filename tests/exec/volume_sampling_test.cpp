@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Lookups in volumes: generated code against the interpreter to the bit, the interval form against
+// Lookups in volumes: generated code against the interpreter bit for bit, the interval form against
 // lookups in its box, and the definition against closed forms.
 
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ using ir::Type;
 constexpr int32_t kArgs = 13;  // x, y, z, width, and their changes along three axes
 constexpr int32_t kFilters[] = {0, 1, 2, texture::kFilterFinest};
 
-/// Texels in [0, 1]: noise, and a ramp along x that makes up `ramp` of it.
+/// Texels in [0, 1]: noise blended with a ramp along x of weight `ramp`.
 TestTexture make_volume(const Vec3i& size, int32_t channels, int32_t wrap, int32_t filter,
                         uint32_t seed, float ramp = 0) {
     std::mt19937 random(seed);
@@ -107,8 +107,8 @@ TEST(VolumeSampling, EqualsInterpreter) {
     }
 }
 
-/// Red and green of a volume are where a picture is looked up, whose red moves a lookup in the
-/// volume.
+/// Red and green of a volume are the coordinates of a lookup in a picture, whose red offsets a
+/// lookup in the volume.
 ir::Stage make_mixed_stage() {
     ir::Stage stage;
     stage.kind = ir::StageKind::kVolume;
@@ -222,7 +222,7 @@ TEST(VolumeSampling, BoundsHoldEverySample) {
     }
 }
 
-/// Look-up of a volume in place (0, 0, 0) to (8, 4, 2), 1 mm a texel.
+/// A lookup in a volume from (0, 0, 0) to (8, 4, 2), 1 mm per texel.
 float look(const std::vector<float>& texels, int32_t wrap, int32_t filter, const Vec3f& p,
            float width = 0, float step = 0) {
     const texture::VolumeDomain place{{0, 0, 0}, {8, 4, 2}, filter == texture::kFilterFinest};
@@ -245,7 +245,7 @@ TEST(VolumeSampling, ClosedForms) {
                                  128 * static_cast<float>(z));
         }
     }
-    // Between texel centres a linear function is itself; its texel centres are at halves.
+    // Between texel centres a linear function is reproduced; texel centres are at halves.
     for (const Vec3f& p :
          {Vec3f{3.25f, 2.5f, 1.0f}, Vec3f{0.5f, 0.5f, 0.5f}, Vec3f{7.5f, 3.0f, 1.5f}}) {
         EXPECT_FLOAT_EQ(look(linear, 0, 0, p),
@@ -261,7 +261,7 @@ TEST(VolumeSampling, ClosedForms) {
     // A footprint as large as the volume gives its mean; a table is never filtered.
     EXPECT_FLOAT_EQ(look(linear, 0, 0, {1, 1, 1}, 1, 8), 3.5f + 16 * 1.5f + 128 * 0.5f);
     EXPECT_EQ(look(linear, 0, texture::kFilterFinest, {0.5f, 0.5f, 0.5f}, 1, 8), 0.0f);
-    // A cube of 2 mm takes the level of 2 texels: of texels 2 x 2 x 2 the mean.
+    // A cube of 2 mm selects the level of 2 texels: the mean of 2 x 2 x 2 texels.
     EXPECT_FLOAT_EQ(look(linear, 0, 1, {3, 3, 1}, 1, 2), 2.5f + 16 * 2.5f + 128 * 0.5f);
 }
 

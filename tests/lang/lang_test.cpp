@@ -93,7 +93,7 @@ TEST(Lang, Fail) {
     check("fail");
 }
 
-/// The word in the last brackets of a message.
+/// Returns the word in the last brackets of a message.
 std::string id_of(const std::string& line) {
     const size_t open = line.rfind(" [");
     return line.back() == ']' && open != std::string::npos

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Compiles each block of compiler/OPENFL.md that is marked `openfl`: a whole file; with
-// `statements` the inside of a volume stage; with `wrong id` what gives just that message. And
-// looks whether all that is built in is on the page.
+// `statements` the body of a volume stage; with `wrong id` code that gives exactly that message.
+// Also checks that everything built in is documented there.
 
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@ namespace {
 
 struct Block {
     int line = 0;
-    std::string kind;  ///< what stands behind `openfl`
+    std::string kind;  ///< the words after `openfl`
     std::string text;
 };
 

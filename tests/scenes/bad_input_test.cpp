@@ -1,8 +1,8 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Errors of the outside world get a message with a location, the right exit code, and keeps the
-// slices that are whole.
+// Errors of the outside world: a message with a location, the right exit code, and complete slices
+// are kept.
 
 #include <gmock/gmock.h>
 

@@ -1,8 +1,8 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Inputs that were made to break in, to take more memory than was allowed, or never to end. The
-// programs print them or refuse them with a message, within the budget and soon.
+// Malicious inputs: exploits, memory bombs and endless work. The programs print them or refuse them
+// with a message, within the memory budget and a time limit.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-#ifdef OPENFAB_SANITIZED  // what a sanitizer keeps counts
+#ifdef OPENFAB_SANITIZED  // a sanitizer's own memory counts
 constexpr int64_t kMemoryMb = 3000;
 #else
 constexpr int64_t kMemoryMb = 300;
@@ -44,8 +44,8 @@ struct Crafted {
     const char* folder;                  ///< of tests/scenes/crafted
     const char* program;                 ///< openfab or openflc
     std::vector<std::string> arguments;  ///< the memory budget is added for `print`
-    /// Text that the message must contain where the input is refused; null where it must be
-    /// printed, empty where either is right.
+    /// Text that the error message must contain; null if the input must be printed, empty if either
+    /// is right.
     const char* refusal;
 };
 
@@ -174,7 +174,7 @@ TEST(Textures, TakeTogetherWhatIsAllowed) {
     std::string textures, maps;
     for (int i = 0; i < kTextures; ++i) {
         const std::string name = "t" + std::to_string(i);
-        // Each is another picture, or they would be one in the cache.
+        // All different, or they would share a cache entry.
         scratch.write(name + ".pgm",
                       "P5 1024 1024 255\n" + std::string(1 << 20, static_cast<char>(i)));
         textures += (i > 0 ? ", \"" : "\"") + name + R"(": {"file": ")" + name + R"(.pgm"})";
@@ -214,7 +214,7 @@ fablet Many {
     EXPECT_THAT(refused.err,
                 AllOf(HasSubstr("of memory together, more than the 300 MB of `--memory`"),
                       HasSubstr("help: the largest is `large` with 34 MB")));
-    // Those behind it were not converted: a small world does not fill the disk either.
+    // Later ones were not converted: a small world does not fill the disk either.
     int64_t kept = 0;
     for (const auto& entry : std::filesystem::directory_iterator(scratch / "cache"))
         kept += entry.is_regular_file() ? static_cast<int64_t>(entry.file_size()) : 0;
@@ -304,7 +304,7 @@ TEST_F(FineBall, IsRefusedBeforeItsTreesTakeMoreThanIsAllowed) {
     EXPECT_LE(outcome.peak_rss_bytes, (kMemoryMb + kSlackMb) << 20);
 }
 
-/// Reading, checking, displacement bounds, trees, the first slab: wherever it is.
+/// During any phase: reading, checking, displacement bounds, trees, the first slab.
 TEST_F(FineBall, ASignalEndsAnyPhaseSoon) {
     using Clock = std::chrono::steady_clock;
     for (const int after_ms : {20, 100, 250, 500, 1000, 2000}) {
@@ -322,7 +322,7 @@ TEST_F(FineBall, ASignalEndsAnyPhaseSoon) {
         EXPECT_TRUE(outcome.exit_code == 130 || outcome.exit_code == 128 + SIGTERM)
             << outcome.exit_code << '\n'
             << outcome.err;
-        // 2 s on a machine that does nothing else.
+        // 2 s on an idle machine.
         EXPECT_LE(took.count(), 8.0);
     }
 }
@@ -358,7 +358,7 @@ TEST_P(SlowPrint, ASignalKeepsWholeSlicesAndEndsItSoon) {
         EXPECT_TRUE(outcome.exit_code == 130 || outcome.exit_code == 128 + SIGTERM)
             << outcome.exit_code << '\n'
             << outcome.err;
-        // 2 s on a machine that does nothing else.
+        // 2 s on an idle machine.
         EXPECT_LE(took.count(), 8.0);
         if (!std::filesystem::exists(scratch / "out.ofr")) continue;
         const Outcome info =

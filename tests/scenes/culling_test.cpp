@@ -1,9 +1,9 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Blocks that culling fills and queries that it saves never show: the same bytes with it and
-// without, for fablets that depend on the surface only near some depths, plain and displaced,
-// turned and stretched, in voxels that are not cubes.
+// Culling never changes the output: the same bytes with and without, for fablets that depend on the
+// surface only near some depths, plain and displaced, rotated and stretched, in voxels that are not
+// cubes.
 
 #include <fmt/format.h>
 
@@ -15,7 +15,7 @@ namespace {
 constexpr const char* kFablets = R"(
 import shell;
 
-// Exact distances decide in a band, which is thinner than a block and crosses it in any way.
+// Exact distances matter in a band, thinner than a block, that crosses blocks at any angle.
 fablet ShellCore {
     @uniform { Material light, dark; }
     @Volume(@varying { VolumeAttributes attr })
@@ -112,8 +112,7 @@ class Culling : public ::testing::Test {
                 statistic(statistics, "queries/asked")};
     }
 
-    /// Blocks filled, and the share of queries that is left, those that culling itself asks among
-    /// them.
+    /// Filled blocks, and the fraction of remaining queries, including those of culling itself.
     void check(const std::string& fablet, double least_filled, double most_asked) {
         const Printed all = print(fablet, {"--no-cull", "--threads", "1"});
         EXPECT_GT(all.bytes.size(), 5'000u);
@@ -126,7 +125,7 @@ class Culling : public ::testing::Test {
         }
         int64_t least = least_memory_mb(try_print(fablet, {"--memory", "16MB"}));
 #ifdef OPENFAB_SANITIZED
-        // Memory that a sanitizer keeps counts as resident, and changes from run to run.
+        // A sanitizer's memory counts as resident and varies from run to run.
         least += least / 4;
 #endif
         const Printed small = print(fablet, {"--memory", fmt::format("{}MB", least)});

@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Voxels that do not look at their nearest surface point do not ask for it, and the print stays the
+// Voxels that do not depend on their nearest surface point do not query it, and the print stays the
 // same.
 
 #include <cstdlib>
@@ -21,7 +21,7 @@ constexpr const char* kWorld = R"({
     "build": [{"object": "ball"}]
 })";
 
-/// Voids first, then what needs the distance and an attribute.
+/// Voids first, then materials that need the distance and an attribute.
 constexpr const char* kPlain = R"(
 import foam;
 
@@ -47,7 +47,7 @@ fablet Plain {
 }
 )";
 
-/// A loop whose trips depend on the voxel.
+/// A loop whose trip count depends on the voxel.
 constexpr const char* kLooping = R"(
 import foam;
 

@@ -1,8 +1,8 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// One world, one set of bytes: whatever the threads, memory, schedule, instruction set, culling,
-// and however the slices are split.
+// One world gives one set of bytes for any threads, memory, schedule, instruction set, culling and
+// split of the slices.
 
 #include <fmt/format.h>
 
@@ -53,12 +53,12 @@ TEST_F(Determinism, SameBytesForAnyWayOfRunning) {
     }
 }
 
-// The budget that a refusal names is enough, with the smallest caches.
+// The budget in the error message suffices, with the smallest caches.
 TEST_F(Determinism, TheLeastMemoryGivesTheSameBytes) {
 #ifdef OPENFAB_SANITIZED
     GTEST_SKIP() << "a sanitizer's memory counts in the budget, and changes from run to run";
 #endif
-    // Previews take their part of the budget.
+    // Previews count towards the budget.
     const std::string preview = (scratch() / "least.png").string();
     for (const std::string& threads : {std::string("1"), std::string("2")}) {
         std::vector<std::string> arguments{"--threads", threads, "--memory",
@@ -109,7 +109,7 @@ TEST_F(Determinism, SlicesInPartsPutTogetherAreTheWhole) {
     const Voxels whole = read_ofr(scratch() / "whole.ofr");
     ASSERT_GT(whole.slice_end, 9);
     std::vector<uint8_t> together;
-    // Cuts off the multiples of 8, so that groups are computed by two prints.
+    // Splits at slices that are not multiples of 8, so that some slabs are computed by two prints.
     const std::vector<int32_t> cuts{0, 3, 9, whole.slice_end};
     for (size_t part = 0; part + 1 < cuts.size(); ++part) {
         const std::filesystem::path file = scratch() / fmt::format("part{}.ofr", part);

@@ -1,9 +1,9 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A fine picture on a round thing: every voxel under the skin of a sphere with a 4k checkerboard
-// shows what the picture is, on average, over the voxel. Neither do checks that are finer than a
-// voxel make patterns, nor are edges of coarse ones softer than a voxel.
+// A fine picture on a curved surface: every voxel under the skin of a sphere with a 4k checkerboard
+// shows the picture's mean over the voxel. Checks finer than a voxel do not alias, and edges of
+// coarse ones are not blurred by more than a voxel.
 
 #include <fmt/format.h>
 
@@ -50,7 +50,7 @@ std::string sphere() {
         }
     }
     const auto corner = [](int a, int b) {
-        // Vertices on the seam and at the poles are one; their texture coordinates are many.
+        // Vertices on the seam and at the poles are shared; their texture coordinates are not.
         const int vertex = b * (kAround + 1) + (b == 0 || b == kUp ? 0 : a % kAround) + 1;
         return fmt::format(" {}/{}", vertex, b * (kAround + 1) + a + 1);
     };
@@ -64,7 +64,7 @@ std::string sphere() {
     return text;
 }
 
-/// The grey level is told by the material, so nothing is dithered.
+/// Each grey level has its own material, so nothing is dithered.
 std::string fablet() {
     return fmt::format(R"(
 fablet Skin {{
@@ -171,8 +171,8 @@ TEST(Filter, CheckerboardOnASphere) {
                 const auto at = [](int32_t k, double o) { return o + (k + 0.5) * kPitch; };
                 const Vec3d q = {at(x, voxels.origin_mm.x), at(y, voxels.origin_mm.y),
                                  at(z, voxels.origin_mm.z)};
-                // Towards the poles and at the meridians where the halves meet, the picture is not
-                // what the formula says.
+                // Towards the poles and at the meridians where the halves meet, the picture differs
+                // from the formula.
                 const double lon = std::atan2(q.y, q.x);
                 if (std::abs(q.z) > 0.7 * kRadius || std::abs(std::sin(lon)) < 0.05) continue;
                 const double got = static_cast<double>(grey) / (kLevels - 1);

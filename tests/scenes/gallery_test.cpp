@@ -1,9 +1,9 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Every object of the gallery at a small size: the bytes that it had when its picture was looked
-// at, the same for any number of threads, without culling and for either instruction set, and its
-// fablet on meshes that it was not written for.
+// Every object of the gallery at a small size: its recorded hash, the same for any number of
+// threads, without culling and for either instruction set; and its fablet on meshes that it was not
+// written for.
 
 #include <fmt/format.h>
 #include <rapidjson/document.h>
@@ -147,7 +147,7 @@ TEST_P(Gallery, IsWhatItWas) {
         EXPECT_GT(voxels, 0) << material;
 }
 
-/// The postcard on each push, whose program has both instruction sets; all exhibits at night.
+/// The postcard, whose program has both instruction sets, on each push; all exhibits in long runs.
 class GalleryInEveryWay : public Gallery {
   public:
     static std::vector<Exhibit> exhibits() {
@@ -171,7 +171,7 @@ TEST_P(GalleryInEveryWay, PrintsTheSame) {
 }
 
 TEST_P(Gallery, WorksOnForeignMeshes) {
-    // The paper's postcard asks for an int `face`, which our own primitives carry.
+    // The paper's postcard requires an int `face`, which our primitives have.
     const bool needs_faces = std::string(GetParam().folder) == "magic_postcard";
     const std::filesystem::path goat = source_dir() / "tests" / "data" / "meshes" / "goathead.obj";
     const auto file = [](const std::filesystem::path& path) {

@@ -82,8 +82,8 @@ TEST_F(Postcard, FollowsBothPictures) {
            found.worst_window, found.signed_mean);
 }
 
-// The same comparison must see a mirrored and a flipped card: it is no comparison of a card with
-// itself.
+// The same comparison must detect a mirrored and a flipped card, which shows that it is able to
+// fail.
 TEST_F(Postcard, AMirroredOrFlippedCardIsFound) {
     EXPECT_GT(compare(true, false).worst_window, 0.05);
     EXPECT_GT(compare(true, false).relief_misses, 1000);

@@ -1,8 +1,8 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// README.md followed to the letter, in a folder that looks like a clone that was built: its blocks
-// in their order in one shell, and every command of ours that its text shows.
+// Executes README.md literally, in a folder that looks like a built clone: its code blocks in order
+// in one shell, and every command of OpenFab in its text.
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -19,7 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-/// A block between fences, or a line of text between two of them.
+/// A fenced block, or a line of text between two of them.
 struct Piece {
     bool block = false;
     std::string text;
@@ -60,8 +60,8 @@ bool names_a_file(const std::string& text) {
     return text.ends_with(".fl") || text.ends_with(".fab.json");
 }
 
-/// Follows the text like a person: a block is a file where the text before it names one first
-/// thing, and else is typed.
+/// Follows the text like a reader: a block is a file if the text before it starts with a file name,
+/// else it is typed.
 std::string script_of(const std::vector<Piece>& pieces, int* files, int* commands) {
     std::string script = "set -euo pipefail\n";
     std::string last_text;
@@ -77,7 +77,7 @@ std::string script_of(const std::vector<Piece>& pieces, int* files, int* command
                 const bool endless = code.find("--watch") != std::string::npos;
                 script += fmt::format("echo {} >&2\n{}{}\n", "'" + code + "'",
                                       endless ? "timeout --signal=INT 8 " : "", code);
-                // It ends as it was told to, after the print.
+                // It ends on request, after the print.
                 if (endless) script.replace(script.size() - 1, 1, " || test $? = 124\n");
             }
             continue;
@@ -103,7 +103,7 @@ TEST(Readme, FiveMinutesWorkAsWritten) {
     const ScratchFolder clone;
     fs::create_directories(clone / "build/release");
     fs::create_directory_symlink(OPENFAB_BIN_DIR, clone / "build/release/bin");
-    // The mesh of one's own.
+    // The user's own mesh.
     fs::create_directories(clone / "out/ball");
     clone.write("out/ball/robot.obj",
                 "v 0 0 0\nv 4 0 0\nv 4 3 0\nv 0 3 0\nv 0 0 2\nv 4 0 2\nv 4 3 2\nv 0 3 2\n"

@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// `openflc run`: the print binary's bytes without a print binary, and again after a change.
+// `openflc run`: the bytes of the print binary, without one, and again after a change.
 
 #include <gmock/gmock.h>
 
@@ -36,8 +36,8 @@ TEST_F(RunCommand, GivesTheBytesOfThePrintBinary) {
     EXPECT_TRUE(read_file(built) == read_file(run_file));
 }
 
-/// All but form_surface_bounds, without which surfaces are diced that could stay as they are. All
-/// at once on each push, and each alone at night.
+/// All but form_surface_bounds, without which undisplaced surfaces are diced. All at once on each
+/// push, and each one alone in long runs.
 TEST_F(RunCommand, NoPassChangesTheBytes) {
     const std::filesystem::path with = scratch() / "with.ofr", without = scratch() / "without.ofr";
     const Outcome printed = print({"--draft", "8", "-o", with.string()});
@@ -80,7 +80,7 @@ TEST_F(RunCommand, AMistakeInTheFabletIsADiagnostic) {
     EXPECT_THAT(outcome.err, HasSubstr("wrong.fl:1:15: error"));
 }
 
-/// Each time the command waits, the fablet is changed: to black, to a mistake, and back.
+/// Each time the command waits, the fablet is changed: to black, to an error, and back.
 TEST_F(RunCommand, WatchPrintsAgainAfterEachChange) {
     const std::filesystem::path folder = scratch() / "watched";
     std::filesystem::create_directories(folder);

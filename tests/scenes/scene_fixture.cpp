@@ -79,7 +79,7 @@ std::filesystem::path PostcardScene::binary() {
 }
 
 RunOptions PostcardScene::environment() {
-    // The cache is the test's own; the helper that makes texture pyramids is the one just built.
+    // The cache belongs to the test; the texture helper is the one just built.
     return {{{"OPENFAB_CACHE", (scratch() / "cache").string()},
              {"OPENFAB_HELPER", program("openfab").string()}},
             {},

@@ -48,10 +48,10 @@ Voxels read_ofr(const std::filesystem::path& file);
 /// Reads a number of a statistics file, like `queries/asked`; fails the test where it is missing.
 double statistic(const std::filesystem::path& file, const std::string& name);
 
-/// Returns the budget that a memory error asks for, MB; fails the test where it names none.
+/// Returns the budget in a memory error, MB; fails the test if there is none.
 int64_t least_memory_mb(const Outcome& refused);
 
-/// A print program that the build has made (tests/scenes/CMakeLists.txt).
+/// A print program made by the build (tests/scenes/CMakeLists.txt).
 inline std::filesystem::path print_program(const std::string& name) {
     return std::filesystem::path(OPENFAB_PRINT_PROGRAMS) / name;
 }

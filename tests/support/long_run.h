@@ -6,8 +6,8 @@
 
 namespace openfab::testing {
 
-/// Whether this is a night's run (`scripts/test --long`), which repeats what others do in part;
-/// docs/testing.md has the table.
+/// Returns whether this is a long run (`scripts/test --long`), which does in full what others do in
+/// part; see the table in docs/testing.md.
 inline bool long_run() {
     return std::getenv("OPENFAB_LONG") != nullptr;
 }

@@ -46,7 +46,7 @@ struct TriangleMesh {
 };
 
 /// A mesh as a Surface. With `per_patch` 0 each triangle is an identity patch; else that many
-/// triangles in a row make one patch that is diced on demand, under a box that is `loose_mm` too
+/// consecutive triangles form one patch that is diced on demand, with a box that is `loose_mm` too
 /// large. Attributes: uv-like (x, y) / 10 and one int, the triangle's index in the mesh.
 class MeshSurface final : public surface::Surface {
   public:
@@ -130,7 +130,7 @@ class MeshSurface final : public surface::Surface {
     surface::SurfaceCounts counts() const override { return {}; }
     Result<void> status() const override { return {}; }
     int64_t times_made() const { return made_; }
-    /// From here on, patches that are diced come back empty, as those of a print that is stopped.
+    /// From now on dicing returns empty patches, as when a print is stopped.
     void stop() { stopped_ = true; }
 
   private:
@@ -143,7 +143,8 @@ class MeshSurface final : public surface::Surface {
     bool stopped_ = false;
 };
 
-/// Frame of an unrotated part whose voxel (0, 0, 0) has its center half a pitch from `origin`.
+/// Returns the frame of an unrotated part whose voxel (0, 0, 0) has its center half a pitch from
+/// `origin`.
 inline std::array<float, OPENFAB_FRAME_COUNT> make_test_frame(const Vec3f& pitch,
                                                               const Vec3f& origin) {
     std::array<float, OPENFAB_FRAME_COUNT> f{};
@@ -157,7 +158,8 @@ inline std::array<float, OPENFAB_FRAME_COUNT> make_test_frame(const Vec3f& pitch
     return f;
 }
 
-/// Random triangles in a cube of +-`reach`, some of them needles, some without area, some doubled.
+/// Makes random triangles in a cube of +-`reach`, some of them needles, some without area, some
+/// duplicated.
 inline TriangleMesh make_soup(uint32_t seed, int count, float reach, float size) {
     std::mt19937 random(seed);
     const auto uniform = [&](float r) {
@@ -183,7 +185,8 @@ inline TriangleMesh make_soup(uint32_t seed, int count, float reach, float size)
     return m;
 }
 
-/// (u, v) in [0, 1]² to a closed surface, `nu` by `nv` quads, both directions periodic.
+/// Makes a closed surface from a map of (u, v) in [0, 1]², `nu` by `nv` quads, both directions
+/// periodic.
 template <typename Map>
 TriangleMesh make_periodic(int nu, int nv, const Map& map) {
     TriangleMesh m;
@@ -208,7 +211,7 @@ inline TriangleMesh make_torus(int nu, int nv, double large, double small) {
     });
 }
 
-/// A cube's faces, `n` by `n` quads each, pushed out to a sphere: closed, 12 n² triangles.
+/// Projects a cube's faces, `n` by `n` quads each, onto a sphere: closed, 12 n² triangles.
 /// `radius_at` takes a unit vector.
 template <typename Radius>
 TriangleMesh make_ball(int n, const Radius& radius_at) {
@@ -250,8 +253,8 @@ TriangleMesh make_ball(int n, const Radius& radius_at) {
     return m;
 }
 
-/// The boundary of a union of unit cells of a grid (1 = full): reflex edges, vertices on the grid,
-/// ties everywhere.
+/// Makes the boundary of a union of unit cells of a grid (1 = full): reflex edges, vertices on the
+/// grid, ties everywhere.
 inline TriangleMesh make_cells(const std::vector<Vec3i>& cells, float size) {
     TriangleMesh m;
     const auto full = [&](const Vec3i& c) {
@@ -283,8 +286,8 @@ inline TriangleMesh make_cells(const std::vector<Vec3i>& cells, float size) {
     return m;
 }
 
-/// Triangles of an OBJ file, centered and scaled to a height (z extent after taking y up to z) of
-/// `height_mm`; empty where the file is not there.
+/// Reads the triangles of an OBJ file, rotated from y up to z up, centered and scaled to a height
+/// of `height_mm`; empty if the file does not exist.
 inline TriangleMesh read_obj(const std::string& path, double height_mm) {
     TriangleMesh m;
     std::ifstream in(path);
@@ -315,7 +318,7 @@ inline TriangleMesh read_obj(const std::string& path, double height_mm) {
     return m;
 }
 
-/// Each triangle in n², along n segments of each edge; neighbours share their vertices.
+/// Splits each triangle into n², with n segments along each edge; neighbours share their vertices.
 inline TriangleMesh subdivide(const TriangleMesh& m, int32_t n) {
     TriangleMesh out;
     out.positions = m.positions;
@@ -323,7 +326,7 @@ inline TriangleMesh subdivide(const TriangleMesh& m, int32_t n) {
         return a + (b - a) * (static_cast<float>(k) / static_cast<float>(n));
     };
     std::map<std::pair<int32_t, int32_t>, int32_t> first_on_edge;
-    // Vertex k of n from corner a to corner b.
+    // Returns vertex k of n from corner a to corner b.
     const auto on_edge = [&](int32_t a, int32_t b, int32_t k) {
         if (k == 0) return a;
         if (k == n) return b;

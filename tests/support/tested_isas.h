@@ -8,8 +8,8 @@
 
 namespace openfab::testing {
 
-/// Instruction sets that tests compile for: both instruction sets; one under sanitizers, which make
-/// Halide several times slower and do not look into the code that it makes.
+/// The instruction sets that tests compile for: both, but one under sanitizers, which slow Halide
+/// down several times and do not instrument the code that it generates.
 inline std::vector<openfab_isa> tested_isas() {
 #ifdef OPENFAB_SANITIZED
     return {OPENFAB_ISA_SSE41};

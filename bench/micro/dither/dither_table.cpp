@@ -1,8 +1,8 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What the dithers print, by rule: `bench_dither_table [FOLDER]` writes the tables of bench/README
-// to standard output, and pictures of a box's sides into the folder. Nothing here is timed.
+// Measures the quality of each dither: `bench_dither_table [FOLDER]` writes the tables of
+// bench/README to standard output, and pictures of a box's sides into the folder. Nothing is timed.
 
 #include <algorithm>
 #include <cmath>
@@ -37,7 +37,7 @@ std::vector<uint8_t> print(const FractionField& field, uint64_t seed, DitherRule
     return testing::print_field(field, seed, abi::best_isa(), rule);
 }
 
-/// Deviations from what is asked.
+/// Deviations from the requested fractions.
 struct Deviations {
     double squares = 0, worst = 0;
     int64_t count = 0;

@@ -3,7 +3,7 @@
 #pragma once
 
 // Halide Exprs as a machine of compiler/functions, with Halide's own operators: the same arithmetic
-// as somebody would write it by hand.
+// as one would write by hand.
 
 #include <Halide.h>
 

@@ -1,9 +1,9 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What functions cost in a volume kernel: a marble of four octaves of noise and a sine against the
-// same arithmetic written by hand in Halide, in interleaved rounds; then each function alone. One
-// thread, AVX2; the least time of all rounds counts.
+// Measures the cost of functions in a volume kernel: a marble of four octaves of noise and a sine
+// against the same arithmetic written by hand in Halide, in interleaved rounds; then each function
+// alone. One thread, AVX2; minimum over all rounds.
 
 #include <Halide.h>
 #include <fmt/format.h>
@@ -98,7 +98,7 @@ class Compiled {
     std::array<std::vector<float>, 2> weights_;
 };
 
-/// The marble below, written in Halide: a Func for each octave, all at one column of voxels.
+/// The marble below, written in Halide: a Func for each octave, all for one column of voxels.
 class HandWritten {
   public:
     HandWritten(const Places& places, bool strict) : weights_{buffer(), buffer()} {

@@ -2,9 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The peer that our nearest queries are measured against: Embree's rtcPointQuery on one thread,
-// built for quality. Frozen: the build refuses a changed embree_baseline.cpp, so that ratios stay
-// comparable.
+// The baseline of our nearest queries: Embree's rtcPointQuery on one thread, built for quality.
+// Frozen: the build refuses a changed embree_baseline.cpp, so that ratios stay comparable.
 
 #include <array>
 #include <cstdint>

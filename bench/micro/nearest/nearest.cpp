@@ -123,8 +123,8 @@ void add_slab(const Inside& grid, int32_t z, std::vector<Block>* blocks) {
     }
 }
 
-/// Whole slabs, three in a row as in a print, spread evenly over the part: neighbours in all
-/// directions are what any engine's caches live on.
+/// Whole slabs, three in a row as in a print, spread evenly over the part: the caches of any engine
+/// depend on neighbours in all directions.
 std::vector<Block> choose_blocks(const Inside& grid, int64_t voxels) {
     int64_t inside = 0;
     for (const uint8_t b : grid.bit)
@@ -148,7 +148,7 @@ Vec3f center(const Vec3i& voxel) {
             (static_cast<float>(voxel.z) + 0.5f) * kPitch.z};
 }
 
-/// Processor time of this thread: on a shared machine the wall clock measures the neighbours.
+/// Processor time of this thread: on a shared machine wall-clock time includes other processes.
 double thread_seconds() {
     timespec t{};
     clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
@@ -157,7 +157,8 @@ double thread_seconds() {
 
 enum class Seed { kFresh, kPrevious, kBlockFirst };
 
-/// Sum of distances, so that nothing is optimised away; compared with the engine's.
+/// Returns the sum of distances, so that nothing is optimised away; it is compared with the
+/// engine's.
 double run_embree(const EmbreeBaseline& embree, const std::vector<Block>& blocks, float radius,
                   Seed seed) {
     double sum = 0;
@@ -165,7 +166,8 @@ double run_embree(const EmbreeBaseline& embree, const std::vector<Block>& blocks
     bool have_hit = false;
     for (const Block& block : blocks) {
         if (seed == Seed::kBlockFirst) {
-            // One query from the middle decides whether any voxel of the block can be in the band.
+            // One query from the block's center decides whether any voxel of the block can be in
+            // the band.
             const Vec3f middle =
                 (center(block.lowest) + center(block.lowest + Vec3i{7, 7, 7})) * 0.5f;
             const Vec3f half = center(block.lowest + Vec3i{7, 7, 7}) - middle;
@@ -198,7 +200,7 @@ double run_engine(const nearest::Engine& engine, const std::vector<Block>& block
         q.active = block.demand.data();
         q.radius_mm = radius;
         engine.query(q, scratch.get(), &answer);
-        // Eight sums, so that none waits for the one before.
+        // Eight accumulators break the dependency chain.
         float part[8] = {};
         for (int v = 0; v < nearest::kBlockVoxels; v += 8) {
             for (int l = 0; l < 8; ++l) {

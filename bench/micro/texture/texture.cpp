@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Texture look-ups of the volume stage: the skin of a sphere of 50 mm under a 4k picture, and of a
-// card that one covers, in voxels of a J750. Places and footprints are those that the queries would
-// give. One thread, AVX2; batches of 16 blocks as in a print, each of which finds its inputs in the
-// cache; the median of all rounds counts.
+// card that one covers, in voxels of a J750. Coordinates and footprints are those that the queries
+// would give. One thread, AVX2; batches of 16 blocks as in a print, each of which finds its inputs
+// in the cache; the median of all rounds counts.
 
 #include <fmt/format.h>
 
@@ -39,7 +39,7 @@ enum Component { kU, kV, kDu, kDv = kDu + 3, kComponents = kDv + 3 };
 /// uv and its changes along the voxel's axes, [component][block][512].
 using Batch = std::vector<float>;
 
-/// Longitude and latitude of a voxel's place, and how they change along the axes on the sphere.
+/// Longitude and latitude of a voxel's center, and their derivatives along the axes.
 void on_sphere(const std::array<double, 3>& p, std::array<double, kComponents>* out) {
     const double ring2 = p[0] * p[0] + p[1] * p[1], all2 = ring2 + p[2] * p[2];
     const double ring = std::sqrt(ring2);
@@ -106,14 +106,14 @@ std::shared_ptr<const texture::Pyramid> make_picture(int32_t channels, int32_t f
     return texture::Pyramid::from_texels(kSide, kSide, channels, texels, 1, filter);
 }
 
-/// Of this thread.
+/// Processor time of this thread.
 double processor_seconds() {
     timespec t{};
     clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
     return static_cast<double>(t.tv_sec) + static_cast<double>(t.tv_nsec) * 1e-9;
 }
 
-/// A volume stage whose weights are looked up in a picture.
+/// A volume stage whose weights are sampled from a picture.
 class Compiled {
   public:
     explicit Compiled(const std::string& body) : inputs_(kComponents * kVoxels) {
@@ -149,7 +149,7 @@ class Compiled {
             call_->set(k, buffer.raw());
         }
     }
-    /// Seconds of one call.
+    /// Returns the seconds that one call takes.
     double run(const Batch& batch) {
         std::memcpy(inputs_.data(), batch.data(), batch.size() * sizeof(float));
         const double begin = processor_seconds();

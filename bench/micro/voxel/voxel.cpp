@@ -3,7 +3,7 @@
 
 // Dicing and voxelising the postcard's shape: a card of 100 x 70 mm at 600 x 300 dpi and 27 um, its
 // back displaced by a relief of up to 1 mm with detail down to half a millimetre. The surface stage
-// is a cheap one in plain C++, so that what is timed is the engine; run on one thread.
+// is a cheap one in plain C++, so that the engine dominates the time; one thread.
 
 #include <benchmark/benchmark.h>
 #include <tbb/global_control.h>

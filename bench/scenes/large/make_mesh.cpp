@@ -58,7 +58,7 @@ std::string to_stl(const testing::TriangleMesh& mesh) {
     put(&out, static_cast<uint32_t>(mesh.triangles.size()));
     for (const auto& t : mesh.triangles) {
         for (int a = 0; a < 3; ++a)
-            put(&out, 0.0f);  // a normal that readers work out
+            put(&out, 0.0f);  // a zero normal: readers compute it
         for (const int32_t v : t) {
             for (int a = 0; a < 3; ++a)
                 put(&out, mesh.positions[v][a]);

@@ -1,9 +1,9 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Random fablets: what the interpreter makes of the unoptimised stage, and what compiled code gives
-// after all passes. 40 programs unless OPENFAB_PROGRAMS says otherwise; OPENFAB_SEED is the first
-// seed. Fablets that found a fault once are in finds/.
+// Random fablets: the interpreter on the unoptimised stage against compiled code after all passes.
+// 40 programs unless OPENFAB_PROGRAMS says otherwise; OPENFAB_SEED is the first seed. Fablets that
+// have found a bug are in finds/.
 
 #include <gtest/gtest.h>
 
@@ -35,7 +35,7 @@ uint64_t from_environment(const char* name, uint64_t otherwise) {
     return text == nullptr ? otherwise : std::strtoull(text, nullptr, 10);
 }
 
-/// Values that programs stumble over, between plain ones.
+/// Edge-case values among ordinary ones.
 uint32_t float_bits(std::mt19937_64* random) {
     static constexpr std::array<float, 12> special = {0.0f,
                                                       -0.0f,
@@ -100,7 +100,7 @@ StageInputs inputs_for(const ir::Fablet& fablet, uint64_t seed) {
     return inputs;
 }
 
-/// Puts what follows from uniforms behind them.
+/// Appends the derived uniforms.
 void add_derived(const ir::Fablet& fablet, const ir::Stage& derived, StageInputs* inputs) {
     const StageResults values = interpret(derived, *inputs);
     for (size_t k = 0; k < values.size(); ++k) {
@@ -109,7 +109,7 @@ void add_derived(const ir::Fablet& fablet, const ir::Stage& derived, StageInputs
     }
 }
 
-/// Fails the test where there is a mistake in it.
+/// Fails the test if the fablet has an error.
 std::optional<ir::Module> compile_text(const std::string& text) {
     source::SourceManager sources;
     diag::Sink sink;
@@ -129,7 +129,7 @@ void check(const std::string& text, uint64_t seed) {
     const passes::PipelineResult made = passes::run_pipeline(fablet, {});
     ASSERT_EQ(made.fault, "") << text;
     add_derived(fablet, made.stages.derived, &inputs);
-    // One instruction set for each: that both agree is what other tests are about.
+    // One instruction set for each; other tests check that both agree.
     const openfab_isa isa = seed % 2 == 0 ? OPENFAB_ISA_SSE41 : OPENFAB_ISA_AVX2;
     lower::ProgramOptions options;
     options.isas = {isa};
@@ -252,7 +252,7 @@ TEST(Differential, IntervalsHoldEverySample) {
             }
         }
     }
-    // A bound that knows nothing is sound and useless.
+    // A trivial bound is sound but useless.
     EXPECT_GT(known * 5, all) << known << " of " << all << " bounds say something";
 }
 
@@ -292,8 +292,8 @@ ir::Stage program_of(const ir::Fablet& fablet, size_t k) {
     return stage;
 }
 
-/// Where a voxel does not ask for its nearest surface point, other inputs in place of what comes
-/// from there change no bit; and the code that says so agrees with the interpreter.
+/// If a voxel does not need its nearest surface point, replacing the inputs that derive from it
+/// changes no bit; and the demand kernel agrees with the interpreter.
 TEST(Differential, WhatIsNotAskedForChangesNothing) {
     const uint64_t fablets = from_environment("OPENFAB_PROGRAMS", 300) / kProgramsPerFablet;
     const uint64_t first = from_environment("OPENFAB_SEED", 1);
@@ -335,7 +335,7 @@ TEST(Differential, WhatIsNotAskedForChangesNothing) {
             }
         }
     }
-    // A demand that always holds is sound and useless.
+    // A demand that always holds is sound but useless.
     EXPECT_GT(stages * 5, fablets);
     EXPECT_GT(spared, 512u * fablets / 10);
 }

@@ -57,9 +57,9 @@ struct Piece {
     Piece(int value) : text(std::to_string(value)) {}
 };
 
-/// `format` with `{}` or `{k}` replaced by pieces, `{{` and `}}` being braces. Not fmt::format,
-/// whose arguments a compiler may evaluate in any order, and with them the random choices; a list
-/// in braces is evaluated from left to right.
+/// Replaces `{}` or `{k}` in `format` by pieces, `{{` and `}}` by braces. Not fmt::format, whose
+/// arguments, and with them the random choices, may be evaluated in any order; a braced list is
+/// evaluated from left to right.
 std::string fill(std::string_view format, std::initializer_list<Piece> pieces) {
     std::string out;
     size_t next = 0;
@@ -185,7 +185,7 @@ class Writer {
         return random_.of(floats);
     }
 
-    /// A value of this very type that needs no more than what is in scope.
+    /// A value of exactly this type, from what is in scope.
     std::string leaf(const Type& type) {
         std::vector<std::string> found;
         for (const Variable& v : scope_) {
@@ -255,8 +255,8 @@ class Writer {
         return floating(type, depth);
     }
 
-    /// Of `count` elements. Beyond the ends only where that cannot come out as a constant, which
-    /// would be an error: `wild` is an input that nothing changes.
+    /// An index of `count` elements. Out of range only if it cannot fold to a constant, which would
+    /// be an error: `wild` is an input that nothing changes.
     std::string index(int count, int depth) {
         if (wild_ && random_.chance(50)) return fill("(wild + {})", {expression(kInt, depth)});
         return fill("({} & {})", {expression(kInt, depth), count >= 4 ? 3 : 1});
@@ -500,7 +500,7 @@ class Writer {
         }
         scope_.push_back({counter, kInt, 0, false});
         block(depth - 1, true);
-        scope_.resize(marks_.back());  // a condition at the end sees nothing of the body
+        scope_.resize(marks_.back());  // a condition at the end sees no declarations of the body
         close(kind == 3 ? fill("}} while ({});", {expression(kBool, 2)}) : "}");
     }
 
@@ -587,8 +587,8 @@ class Writer {
     }
 
     Random random_;
-    /// Loops whose trips depend on the voxel: each cuts the stage in more kernels, which is what
-    /// compiling costs, so only some fablets have them.
+    /// Loops with a voxel-dependent number of iterations: each splits the stage into more kernels,
+    /// which dominate compile time, so only some fablets have them.
     bool real_loops_;
     std::string out_;
     std::vector<Variable> scope_;

@@ -16,7 +16,7 @@ namespace openfab::testing {
 constexpr int kProgramsPerFablet = 10;
 
 /// `@nearest float4 f, int2 i`, `distance(attr.voxelCenter)`, `attr.voxelCenter`, and the uniforms
-/// `float scale`, `int3 counts`, `float table[5]` are what the programs compute from.
+/// `float scale`, `int3 counts`, `float table[5]` are the inputs of the programs.
 std::string random_fablet(uint64_t seed);
 
 }  // namespace openfab::testing

@@ -1,8 +1,8 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// libFuzzer target (preset `fuzz`): whatever the bytes, the front end ends with diagnostics or with
-// IR that verifies, and its renderers cope. Start it on tests/lang: `front_end_fuzzer corpus/
+// libFuzzer target (preset `fuzz`): for any bytes, the front end ends with diagnostics or with
+// valid IR, and the renderers handle both. Start it on tests/lang: `front_end_fuzzer corpus/
 // tests/lang/pass tests/lang/fail`.
 
 #include <cstdlib>

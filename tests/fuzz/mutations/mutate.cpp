@@ -53,7 +53,7 @@ size_t below(Random* random, size_t n) {
     return n == 0 ? 0 : (*random)() % n;
 }
 
-/// Begin and length.
+/// Start and length.
 using Range = std::pair<size_t, size_t>;
 
 bool in_number(char c) {
@@ -74,7 +74,7 @@ std::vector<Range> numbers_of(std::string_view text) {
     return found;
 }
 
-/// A value of JSON that begins at `i`; 0 where none does.
+/// Returns the length of the JSON value that begins at `i`; 0 if none does.
 size_t value_length(std::string_view text, size_t i) {
     if (text[i] == '"') {
         size_t end = i + 1;
@@ -175,7 +175,7 @@ void change_text(std::string* text, Random* random) {
 }  // namespace
 
 std::string mutate(std::string bytes, bool text, std::mt19937_64* random) {
-    // A text that is damaged in many places is refused for the first: one change is the usual case.
+    // A text with several faults is rejected at the first: mostly makes one change.
     const size_t changes = 1 + below(random, 2) * below(random, 4);
     for (size_t i = 0; i < changes && !bytes.empty() && bytes.size() < (1U << 20); ++i) {
         if (text) {

@@ -1,10 +1,10 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Damaged worlds, meshes, pictures, printers and lists of places go through load and, where they
-// load, a small print: any answer will do but a crash, a hang, a leak, or more memory than the
-// budget. OPENFAB_MUTATIONS says how many, OPENFAB_MUTATION_SEED from which; a failure names its
-// seed, and leaves the file.
+// Damaged worlds, meshes, pictures, printers and transform lists are loaded and, if they load,
+// printed small: any result is fine except a crash, a hang, a leak, or more memory than the budget.
+// OPENFAB_MUTATIONS: how many; OPENFAB_MUTATION_SEED: the first seed. A failure names its seed and
+// keeps the file.
 
 #ifdef __SANITIZE_ADDRESS__
 #include <sanitizer/lsan_interface.h>
@@ -64,7 +64,7 @@ uint64_t from_environment(const char* name, uint64_t otherwise) {
 /// Message from the child to the parent.
 struct Progress {
     std::atomic<uint64_t> seed;
-    std::atomic<uint64_t> printed;  ///< that were whole enough
+    std::atomic<uint64_t> printed;  ///< that could be printed
     std::atomic<bool> too_much_memory;
 };
 
@@ -92,7 +92,7 @@ void print_file(const std::string& file, Clock::duration patience, std::atomic<u
         return;
     }
     fmt::print(stderr, "{}\n", done.error().text());
-    // Nobody but us is to blame for these.
+    // Only a bug of ours causes these.
     if (done.error().code == ErrorCode::kInternal) std::abort();
 }
 
@@ -110,10 +110,10 @@ void convert(const Sample& sample, const std::string& file, std::atomic<uint64_t
         ++*printed;
 }
 
-/// Without destructors of libraries, some of which wait for threads that a fork does not copy.
+/// Skips destructors of libraries, some of which wait for threads that fork does not copy.
 [[noreturn]] void end_child() {
 #ifdef __SANITIZE_ADDRESS__
-    __lsan_do_leak_check();  // ends the process where there is one
+    __lsan_do_leak_check();  // ends the process on a leak
 #endif
     ::_exit(0);
 }
@@ -136,9 +136,9 @@ class Mutations : public ::testing::Test {
     }
     std::string path(const std::string& name) const { return (folder_.path() / name).string(); }
 
-    /// One of the kinds of samples, in turn, so that all come up.
+    /// Cycles through the kinds of samples.
     const Sample& sample_of(uint64_t seed) const {
-        // Every third is a world: most of what is read is in there.
+        // Every third is a world, which covers most of the readers.
         return seed % 3 == 0 ? samples_[0] : samples_[seed / 3 % samples_.size()];
     }
     std::string content_of(uint64_t seed) const {
@@ -154,7 +154,7 @@ class Mutations : public ::testing::Test {
                        &progress_->printed);
         }
     }
-    /// In a child: it may crash.
+    /// In a child process, which may crash.
     void run_batch(uint64_t begin, uint64_t end) {
         for (uint64_t seed = begin; seed < end; ++seed) {
             progress_->seed = seed;
@@ -170,7 +170,7 @@ class Mutations : public ::testing::Test {
             }
         }
     }
-    /// How a child ended: empty where well.
+    /// Describes how a child ended; empty on success.
     std::string wait_for(pid_t child) const {
         int status = 0;
         uint64_t seed = progress_->seed;
@@ -222,7 +222,7 @@ TEST_F(Mutations, AnswerAndNothingWorse) {
                       << "\nthe file:\n"
                       << content_of(seed - 1).substr(0, 3000);
     }
-    // Damage that nothing survives would test the first check alone.
+    // If nothing survived, only the first check would be tested.
     EXPECT_GT(progress_->printed, count / 20);
     fmt::print("{} of {} were printed\n", progress_->printed.load(), count);
 }

@@ -249,8 +249,8 @@ bool write_picture(const std::string& file) {
            out->close();
 }
 
-/// A picture of 7 x 5 pixels in the format of the name. Another process writes it: OpenImageIO
-/// starts threads, which whoever forks afterwards would wait for in vain.
+/// A picture of 7 x 5 pixels in the format of the name. Written by another process: OpenImageIO
+/// starts threads, for which a process that forks later would wait forever.
 std::string picture(const std::string& name) {
     const testing::TempFolder folder;
     const std::string file = (folder.path() / name).string();
@@ -294,7 +294,7 @@ std::vector<std::pair<std::string, std::string>> sound_files() {
 
 std::vector<Sample> samples() {
     using Kind = Sample::Kind;
-    // The base64 of the cube's buffer is too long to be worth damage; a file is beside it.
+    // The base64 of the cube's buffer is too long to be worth damaging; a separate file is used.
     const std::string buffer = R"({"byteLength": 168, "uri": "cube.bin"})";
     std::vector<Sample> all{
         {"world.fab.json", Kind::kWorld, true, kWorld, {}, {}},

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The files that are damaged: small, whole, of every kind that a print reads.
+// The files to damage: small and valid, of every kind that a print reads.
 
 #include <functional>
 #include <string>
@@ -16,8 +16,8 @@ struct Sample {
     Kind kind = Kind::kWorld;
     bool text = true;
     std::string content;
-    /// kMesh and kPart: from the damaged content to the file's bytes, for packages whose content
-    /// would else be hidden behind a checksum; empty: as it is.
+    /// kMesh and kPart: converts the damaged content to the file's bytes, for packages whose
+    /// content would otherwise be protected by a checksum; empty: unchanged.
     std::function<std::string(const std::string&)> pack;
     /// kPart: a file that world.fab.json or a mesh reads; what is printed is this one.
     std::string print;

@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// libFuzzer target (preset `fuzz`), built once for each reader: whatever the bytes, it answers.
+// libFuzzer target (preset `fuzz`), built once for each reader: it must handle any bytes.
 
 #include <cstdlib>
 

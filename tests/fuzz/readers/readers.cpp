@@ -17,7 +17,7 @@
 namespace openfab::testing {
 namespace {
 
-/// Answers are values or mistakes of whoever made the file.
+/// Results are values or user errors.
 template <typename T>
 bool answered(const Result<T>& result) {
     if (result) return true;
@@ -49,7 +49,7 @@ bool mesh(std::string_view bytes) {
     return read_mesh(bytes, file);
 }
 
-/// A file of these bytes, for readers that open one by its name.
+/// A file with these bytes, for readers that open files by name.
 std::string written(const char* name, std::string_view bytes) {
     static const testing::TempFolder folder;
     return folder.write(name, bytes).string();

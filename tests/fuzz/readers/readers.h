@@ -18,7 +18,7 @@ constexpr int64_t kReaderBytes = 100'000'000;
 
 struct Reader {
     const char* name;
-    bool text;  ///< damaged by words and numbers, else by bytes
+    bool text;  ///< damaged in words and numbers, else in bytes
     /// Returns whether the bytes were read successfully. Aborts where a result is inconsistent.
     bool (*read)(std::string_view bytes);
 };

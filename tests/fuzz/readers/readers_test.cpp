@@ -1,9 +1,9 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Every file of the readers' corpora, and damaged forms of each: any answer will do but a crash, a
-// minute, or more memory than is allowed. OPENFAB_MUTATIONS says how many of each reader,
-// OPENFAB_MUTATION_SEED from which; a failure names its seed and leaves the file.
+// Every file of the readers' corpora, and damaged forms of each: any result is fine except a crash,
+// a minute, or too much memory. OPENFAB_MUTATIONS: how many for each reader; OPENFAB_MUTATION_SEED:
+// the first seed. A failure names its seed and keeps the file.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -33,7 +33,7 @@ constexpr double kSoon = 60;
 constexpr double kSoon = 10;
 #endif
 constexpr uint64_t kMutations = 300;
-/// Beside what readers take: the file in the test, and messages.
+/// In addition to the readers' memory: the file in the test, and messages.
 constexpr int64_t kSlack = 10'000'000;
 
 uint64_t from_environment(const char* name, uint64_t otherwise) {
@@ -58,7 +58,7 @@ std::vector<Sample> corpus(const Reader& reader) {
     return samples;
 }
 
-/// Whether they were read; what it took is looked at.
+/// Returns whether they were read; checks the memory.
 bool use(const Reader& reader, const std::string& bytes, const std::string& what) {
     const testing::Meter meter;
     const bool whole = reader.read(bytes);
@@ -90,14 +90,13 @@ TEST(Readers, AnswerWhateverTheyAreGiven) {
             std::mt19937_64 random(seed);
             const Sample& sample = samples[random() % samples.size()];
             const std::string bytes = mutate(sample.bytes, reader.text, &random);
-            // There if the reader ends the program.
+            // Kept if the reader ends the program.
             std::ofstream(left, std::ios::binary) << bytes;
             whole += use(reader, bytes,
                          fmt::format("{} seed {} of {}, in {}", reader.name, seed, sample.name,
                                      left.string()));
         }
-        // Damage that nothing survives would test the first check alone. Of bytes all may be
-        // summed.
+        // If nothing survived, only the first check would be tested. All bytes may be checksummed.
         EXPECT_TRUE(whole > 0 || !reader.text) << reader.name;
         fmt::print("{}: {} of {} were read whole\n", reader.name, whole, count);
     }

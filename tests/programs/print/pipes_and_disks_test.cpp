@@ -23,7 +23,7 @@ using Clock = std::chrono::steady_clock;
 
 #ifdef OPENFAB_SANITIZED
 constexpr const char* kBlock = "[20, 20, 10]";
-constexpr const char* kTower = "[20, 20, 80]";  ///< what comes before the first slice is little
+constexpr const char* kTower = "[20, 20, 80]";  ///< little work before the first slice
 #else
 constexpr const char* kBlock = "[50, 50, 120]";  ///< 300 million voxels, 41 MB of them packed
 constexpr const char* kTower = kBlock;
@@ -66,9 +66,9 @@ class PipesAndDisks : public ::testing::Test {
     ScratchFolder scratch_;
 };
 
-// A reader that stands still for longer than the whole print takes, and then goes on.
+// A reader that stalls for longer than the whole print takes, and then continues.
 TEST_F(PipesAndDisks, ASlowReaderOfAPipeHoldsThePrintBackInTheMemoryThatWasPlanned) {
-    // Error diffusion compresses badly, so that much would wait.
+    // Error diffusion compresses badly, so that much would be queued.
     const auto print_block = [&](std::vector<std::string> arguments, const RunOptions& options) {
         arguments.insert(arguments.end(), {"--dither", "decorrelated"});
         return print("block.fab.json", arguments, options);
@@ -98,7 +98,8 @@ TEST_F(PipesAndDisks, ASlowReaderOfAPipeHoldsThePrintBackInTheMemoryThatWasPlann
 #endif
 }
 
-// Slices are in the pipe as soon as they are made: a reader has many of them before the last.
+// Slices are written as soon as they are made: a reader gets many of them before the last one is
+// printed.
 TEST_F(PipesAndDisks, AFastReaderOfAPipeIsNotKeptWaiting) {
     RunOptions watched;
     const Clock::time_point start = Clock::now();
@@ -126,7 +127,7 @@ TEST_F(PipesAndDisks, AReaderThatGoesAwayEndsThePrint) {
 
 using Files = std::map<std::string, std::string>;
 
-/// Name to content; a file is a folder of one.
+/// Maps names to contents; a file counts as a folder of one.
 Files files_of(const fs::path& output) {
     if (!fs::is_directory(output)) return {{"", read_file(output)}};
     Files files;
@@ -167,7 +168,7 @@ TEST_F(PipesAndDisks, AFullDiskThatIsFreedIsGoneOnWith) {
         EXPECT_THAT(full.err, HasSubstr("the same command with `--resume` continues"));
         const Files left = files_of(output);
 
-        // Still full: nothing that was whole is lost.
+        // Still full: no complete slice is lost.
         const Outcome again = print("ball.fab.json", arguments(output, true));
         EXPECT_EQ(again.exit_code, 3);
         if (format == "ofr") {
@@ -189,7 +190,7 @@ TEST_F(PipesAndDisks, AFullDiskThatIsFreedIsGoneOnWith) {
     }
 }
 
-// A mesh is no mesh before its end, so what does not fit leaves nothing and is made anew.
+// A mesh is invalid before its end, so one that does not fit leaves nothing and is made again.
 TEST_F(PipesAndDisks, AMeshThatFillsTheDiskLeavesItAsItWas) {
     ASSERT_EQ(print("ball.fab.json", {"-o", path("whole.3mf")}).exit_code, 0);
     const int64_t bytes = static_cast<int64_t>(fs::file_size(path("whole.3mf")));

@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The print program from outside: what it writes, says, and returns.
+// The print program as a black box: its outputs, messages and exit codes.
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -197,7 +197,7 @@ TEST_F(PrintProgram, APrintLargerThanThePrinterIsRefused) {
     EXPECT_THAT(large.err, HasSubstr("111.1 mm too much: `j750` builds 490 x 390 x 200 mm"));
 }
 
-/// The world with other keys before its fablets, and another build.
+/// The world with additional keys before its fablets, and another build.
 std::string changed(std::string world, const std::string& keys, const std::string& build) {
     world.insert(world.find("\"fablets\""), keys);
     const std::string old = "[{\"object\": \"thing\"}]";

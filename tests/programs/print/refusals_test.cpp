@@ -1,8 +1,8 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Refusals of programs before they open anything for writing: outputs on inputs, formats that there
-// are not, slices beyond the budget. And what they warn of: parts that vanish.
+// Errors before anything is opened for writing: outputs on inputs, unknown formats, slices beyond
+// the budget. And warnings: parts that vanish.
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -82,7 +82,7 @@ TEST_F(Refusals, APrintSparesAllThatItIsMadeFrom) {
             EXPECT_FALSE(fs::exists(path("a.ofr"))) << file;
         }
     }
-    // The file of the printer that the command line names, and a mesh by itself.
+    // The printer's file from the command line, and a mesh without a world.
     write_world("plain.fab.json", R"({"box": [4, 3, 2]})");
     EXPECT_EQ(print({"--printer", path("my.printer.json"), "--stats", path("my.printer.json"), "-o",
                      path("a.ofr")},
@@ -149,9 +149,9 @@ TEST_F(Refusals, AFileOfAnotherFormatIsNoFolder) {
         EXPECT_THAT(outcome.err, HasSubstr(".3mf, .stl")) << name;
         EXPECT_FALSE(fs::exists(path(name))) << name;
     }
-    // Whoever means it says so.
+    // Explicit options are honoured.
     EXPECT_EQ(print({"-o", path("x.zip/")}).exit_code, 0);
-    EXPECT_EQ(print({"-o", path("x.zip")}).exit_code, 0);  // which is a folder now
+    EXPECT_EQ(print({"-o", path("x.zip")}).exit_code, 0);  // now a folder
     EXPECT_EQ(print({"-o", path("y.tif"), "--format", "png"}).exit_code, 0);
     EXPECT_TRUE(fs::is_directory(path("y.tif")));
     EXPECT_EQ(print({"-o", path("ball_v1.2")}).exit_code, 0);
@@ -205,14 +205,14 @@ TEST_F(Refusals, SlicesBeyondTheBudgetAreRefusedBeforeTheyAreMade) {
 
 TEST_F(Refusals, AnIndexOfNoLengthThatIsPossibleIsNotRead) {
     ASSERT_EQ(print({"-o", path("e.ofr")}).exit_code, 0);
-    // A file that claims an index of 8 GB, most of it a hole.
+    // A file that claims an index of 8 GB, mostly a hole.
     std::string tail = read_file(path("e.ofr"));
     tail = tail.substr(tail.size() - 16);
     std::memset(tail.data(), 0, 8);
     fs::copy_file(path("e.ofr"), path("hole.ofr"));
     fs::resize_file(path("hole.ofr"), uintmax_t{8} << 30);
     std::ofstream(path("hole.ofr"), std::ios::binary | std::ios::app) << tail;
-    // In an address space that has no room for it; sanitizers need one without end.
+    // In an address space too small for it; sanitizers need an unlimited one.
 #ifdef OPENFAB_SANITIZED
     const char* limit = "true";
 #else

@@ -39,10 +39,10 @@ constexpr int kKillsARound = 4;
 
 using Files = std::map<std::string, std::string>;
 
-/// Name to content.
+/// Maps names to contents.
 Files files_of(const fs::path& folder) {
     Files files;
-    if (!fs::exists(folder)) return files;  // killed before it was made
+    if (!fs::exists(folder)) return files;  // killed before it was created
     for (const auto& entry : fs::directory_iterator(folder))
         files[entry.path().filename().string()] = read_file(entry.path());
     return files;
@@ -78,7 +78,7 @@ class Resume : public ::testing::Test {
         argv.insert(argv.end(), arguments.begin(), arguments.end());
         return run(argv, options);
     }
-    /// Ends by kill -9, or by itself where it is done sooner.
+    /// Kills the print with SIGKILL, unless it ends sooner.
     Outcome killed_print(std::vector<std::string> arguments, int after_us) {
         RunOptions options;
         options.signal = SIGKILL;
@@ -90,7 +90,7 @@ class Resume : public ::testing::Test {
         };
         return print(std::move(arguments), options);
     }
-    /// Whole slices of a file; fails where not even the header can be read of one that has one.
+    /// Returns the number of complete slices of a file; fails if its header is unreadable.
     int whole_slices(const std::string& name) {
         const Result<std::unique_ptr<ofr::OfrReader>> reader = ofr::OfrReader::open(path(name));
         if (!reader) {
@@ -111,7 +111,7 @@ class Resume : public ::testing::Test {
         }
         return whole;
     }
-    /// A print of the same world without anything happening to it; how long it took.
+    /// An undisturbed print of the same world, and its duration.
     int undisturbed(const std::vector<std::string>& arguments) {
         const auto start = std::chrono::steady_clock::now();
         const Outcome outcome = print(arguments);
@@ -145,7 +145,7 @@ TEST_F(Resume, KilledAtAnyMomentAFileEndsWithTheSameBytes) {
             EXPECT_THAT(outcome.exit_code, ::testing::AnyOf(0, 128 + SIGKILL)) << outcome.err;
             killed += outcome.exit_code == 0 ? 0 : 1;
             const int now = whole_slices("a.ofr");
-            EXPECT_GE(now, before);  // nothing whole is lost
+            EXPECT_GE(now, before);  // no complete slice is lost
             with_slices += now > before ? 1 : 0;
             before = now;
         }
@@ -153,7 +153,7 @@ TEST_F(Resume, KilledAtAnyMomentAFileEndsWithTheSameBytes) {
         ASSERT_EQ(last.exit_code, 0) << last.err;
         ASSERT_TRUE(read_file(path("a.ofr")) == expected) << "round " << round;
     }
-    // Else the print was too short for the moments to mean anything.
+    // Otherwise the print was too short for the test to mean anything.
     EXPECT_GE(killed, kRounds * kKillsARound / 2);
 #ifndef OPENFAB_SANITIZED  // there most of the time goes before the first slice
     EXPECT_GE(with_slices, kRounds);
@@ -186,7 +186,8 @@ TEST_F(Resume, SlicesThatAreNotWholeAreMadeAgain) {
     const Files expected = files_of(path("a"));
     std::vector<std::string> again = arguments;
     again.push_back("--resume");
-    // Files after a power failure: named, and empty or full of zeros; and a part never named.
+    // Files after a power failure: renamed but empty or full of zeros; and a part that was never
+    // renamed.
     for (const std::string& damage : {std::string(), std::string(900, '\0'), std::string("x")}) {
         scratch_.write("a/slice_0011.png", damage);
         scratch_.write("a/slice_0013.png.part", "x");
@@ -207,8 +208,8 @@ TEST_F(Resume, TotalsAndPicturesAreThoseOfTheWholePrint) {
         return arguments({"-o", path(name + ".ofr"), "--stats", path(name + ".json"), "--preview",
                           path(name + ".png"), "--resume"});
     };
-    ASSERT_EQ(print(with_all("a")).exit_code, 0);  // nothing is there yet: a print like any other
-    // Cut in the middle of a slice.
+    ASSERT_EQ(print(with_all("a")).exit_code, 0);  // no output yet: an ordinary print
+    // Truncated in the middle of a slice.
     const std::string bytes = read_file(path("a.ofr"));
     scratch_.write("b.ofr", bytes.substr(0, bytes.size() / 2));
     const Outcome outcome = print(with_all("b"));
@@ -225,7 +226,7 @@ TEST_F(Resume, TotalsAndPicturesAreThoseOfTheWholePrint) {
     for (const char* same : {"hash", "complete", "slices", "voxels_total", "voxels_solid",
                              "voxels_by_material", "ml_by_material", "g_by_material"})
         EXPECT_TRUE(a[same] == b[same]) << same;
-    // Once more: all is there.
+    // Once more: it is complete.
     const Outcome done = print(with_all("b"));
     EXPECT_EQ(done.exit_code, 0);
     EXPECT_THAT(done.err, HasSubstr("48 slices (48 resumed)"));
@@ -288,8 +289,7 @@ TEST_F(Resume, AnotherPrintIsRefusedAndLosesNothing) {
 }
 
 TEST_F(Resume, SlicesThatComeOutOtherwiseAreRefused) {
-    // Changes that no header shows: another program, a bug, bits that rotted on the way to the
-    // disk.
+    // Changes that no header shows: another program, a bug, corruption on the disk.
     undisturbed({"-o", path("a.ofr"), "--draft", kSixth});
     undisturbed({"-o", path("b.ofr"), "--draft", kSixth, "--seed", "1"});
     Result<std::unique_ptr<ofr::OfrReader>> header = ofr::OfrReader::open(path("a.ofr"));
@@ -339,7 +339,7 @@ TEST_F(Resume, AFullDiskIsGoneOnWithOnceThereIsRoom) {
         undisturbed(arguments);
         arguments[1] = path(name);
         RunOptions full;
-        // The middle slices of a ball, which come after this one, are the largest.
+        // The middle slices of a ball, which follow, are the largest.
         const std::string middle = path("whole" + name) + "/slice_0110.png";
         full.largest_file_bytes = static_cast<int64_t>(
             name == "a" ? fs::file_size(middle) : fs::file_size(path("wholea.ofr")) / 2);

@@ -1,8 +1,8 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Messages of programs, and their streams: nobody reads them, there is no room for it, or names in
-// it are made to command the terminal.
+// Messages and streams of programs: unread, on a full disk, or with names that try to control the
+// terminal.
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -111,7 +111,7 @@ std::string without_line_ends(std::string text) {
     return text;
 }
 
-/// No control character, ESC and C1 among them, and nothing that turns the direction of writing.
+/// No control character, ESC and C1 among them, and nothing that changes the text direction.
 void expect_harmless(const Outcome& outcome) {
     for (const std::string& text : {outcome.out, outcome.err}) {
         for (const char c : without_line_ends(text)) {

@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Support from outside: who asks for it, what it is made of, and where outputs name it.
+// Support as seen in the outputs: what enables it, its material, and where outputs name it.
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -50,8 +50,8 @@ class SupportOption : public ::testing::Test {
             "build_volume_mm": [200, 200, 100], "native_format": "ofr", "makes_support": false,
             "support_material": {"name": "gel", "key": "#00ff80", "density_g_cm3": 1.5}})");
     }
-    /// A plate that a pin holds at its middle, and a ball that floats beside it. Of the fablet some
-    /// is void near the surface.
+    /// A plate on a central pin, and a floating ball beside it. The fablet is partly void near the
+    /// surface.
     void write_world(const std::string& name, const std::string& keys,
                      const std::string& ball = "") {
         scratch_.write(name, fmt::format(R"({{
@@ -111,7 +111,7 @@ class SupportOption : public ::testing::Test {
         EXPECT_FALSE(d.HasParseError()) << name;
         return d;
     }
-    /// At least what the columns of the print without call for; nothing but void became support.
+    /// At least what the columns of the print without support require; only void became support.
     void expect_supports(const Voxels& with, const Voxels& without, uint8_t code) {
         ASSERT_EQ(with.codes.size(), without.codes.size());
         const std::vector<uint8_t> scanned =
@@ -222,7 +222,7 @@ TEST_F(SupportOption, ManifestsEstimatesAndStatisticsCountIt) {
     ASSERT_EQ(estimated.exit_code, 0) << estimated.err;
     EXPECT_NEAR(json("e.json")["ml_by_material"]["gel"].GetDouble(), ml, 0.1 * ml);
 
-    // The handoff text tells a front end that makes its own.
+    // The handoff text mentions a front end that makes its own support.
     ASSERT_EQ(print("plain.fab.json", "bare", {"--format", "png"}).exit_code, 0);
     EXPECT_STREQ(json("bare/manifest.json")["support_made_by"].GetString(), "front_end");
     ASSERT_EQ(print("on.fab.json", "both", {"--format", "png"}).exit_code, 0);
@@ -240,7 +240,7 @@ TEST_F(SupportOption, AnExportedPrintSaysTheSame) {
     }
 }
 
-// Support is one more closed mesh, and with the others it tiles what is printed.
+// Support is another closed mesh, and together all meshes tile the print.
 TEST_F(SupportOption, IsAClosedMeshOfItsOwn) {
     const std::vector<std::string> pitch{"--mesh-pitch", "0.1mm"};
     const Voxels voxels = printed("on.fab.json", {"--dither", "majority"});

@@ -9,7 +9,7 @@
 
 int main(int argc, char** argv) {
     using namespace openfab::testing;
-    // A binary of one fablet is what a mesh alone can be printed with.
+    // A mesh alone can only be printed by a binary with one fablet.
     const openfab_fablet* const fablets[] = {&skin_fablet(), &solid_fablet(), &tint_fablet(),
                                              &broken_fablet()};
     return openfab::program::print_main(argc, argv, {OPENFAB_TEST_FABLETS, fablets});

@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// `openfab import`, `new` and quick mode, to the print: no OpenFL is written.
+// `openfab import`, `new` and quick mode, up to the print, without writing OpenFL.
 
 #include <gmock/gmock.h>
 
@@ -56,7 +56,7 @@ class OpenfabImport : public ::testing::Test {
         arguments.insert(arguments.begin(), OPENFAB_PROGRAM);
         return run(arguments, {{{"OPENFAB_CACHE", path("cache")}}, {}, {}});
     }
-    /// Millilitres of a material in a print, as `openfab info` tells them; 0 where it has none.
+    /// Returns the millilitres of a material in a print, from `openfab info`; 0 if it has none.
     double ml(const std::string& file, const std::string& material) const {
         const std::string text = openfab({"info", path(file)}).out;
         const size_t at = text.find(" " + material + ", ");
@@ -85,11 +85,11 @@ TEST_F(OpenfabImport, ATexturedModelPrintsByItsMaterials) {
     EXPECT_GT(ml("a.ofr", "black"), 0.0008);
     // The core of 3 x 3 x 1 mm at least.
     EXPECT_GE(ml("a.ofr", "white"), 0.009);
-    // Not over what is there.
+    // Does not overwrite files.
     EXPECT_EQ(openfab({"import", path("block.obj"), "-o", path("made")}).exit_code, 1);
 }
 
-// The way out that the refusal of an open mesh names.
+// The remedy in the error for an open mesh.
 TEST_F(OpenfabImport, AnOpenMeshIsRepairedWhereThatIsAskedFor) {
     const std::string block = kBlock;
     scratch_.write("open.obj", block.substr(0, block.find("usemtl photo")));
@@ -369,7 +369,7 @@ TEST_F(OpenfabImport, KeepsToItsMemory) {
     const Outcome made =
         openfab({"import", path("many.obj"), "-o", path("out"), "--memory", "400MB"});
     EXPECT_EQ(made.exit_code, 0) << made.err;
-    // Pictures count with the mesh.
+    // Pictures count towards the memory, like the mesh.
     scratch_.write("photo.ppm", std::string(30'000'000, ' '));
     const Outcome picture = openfab({"import", path("block.obj"), "-o", path("block"), "--fablet",
                                      "textured", "--memory", "20MB"});

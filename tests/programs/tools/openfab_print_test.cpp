@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// `openfab print`: compiles what changed, once, and gives the compiler's errors through.
+// `openfab print`: compiles what changed, once, and passes the compiler's errors on.
 
 #include <gmock/gmock.h>
 #include <sys/stat.h>
@@ -120,7 +120,7 @@ TEST_F(OpenfabPrint, LimitsOfAUniformHold) {
     EXPECT_EQ(high.exit_code, 1);
     EXPECT_THAT(high.err, HasSubstr("its `max` is 1"));
     EXPECT_THAT(with("thing.pair=[0, -2]").err, HasSubstr("is given -2; its `min` is -1"));
-    // The world's own values are held to them as well, with their place.
+    // The world's own values are checked against them, too, with their locations.
     std::string world = kWorld;
     world.insert(world.find("\"body\": \"resin\""), "\"part\": -3, ");
     scratch_.write("world.fab.json", world);
@@ -157,7 +157,7 @@ TEST_F(OpenfabPrint, ImageLibrariesDoNotSpeakForThemselves) {
     EXPECT_EQ(outcome.exit_code, 1);
     EXPECT_THAT(outcome.err, HasSubstr("error: "));
     EXPECT_THAT(outcome.err, HasSubstr("broken.png"));
-#ifndef OPENFAB_SANITIZED  // there standard error stays open, for what sanitizers say
+#ifndef OPENFAB_SANITIZED  // standard error stays open for the sanitizers' reports
     EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
 #endif
     const Outcome onto =
@@ -209,7 +209,7 @@ TEST_F(OpenfabPrint, NamesOfAWorldAreNoOptions) {
         EXPECT_THAT(outcome.err, HasSubstr("--linker=./evil.fl:1:1: error"));
     }
     EXPECT_FALSE(fs::exists(path("was-here")));
-    // A good fablet of such a name is one.
+    // A valid fablet may have such a name.
     scratch_.write("-o.fl", kFablet);
     world = kWorld;
     world.replace(world.find("plain.fl"), 8, "-o.fl");
@@ -252,7 +252,7 @@ TEST_F(OpenfabPrint, ADamagedProgramIsMadeAgain) {
 }
 
 TEST_F(OpenfabPrint, NothingCommonIsTrustedWithoutAHome) {
-    // A file that another user could have put there.
+    // A file that another user could have created.
     ASSERT_EQ(print({path("world.fab.json"), "-o", path("a.ofr")}).exit_code, 0);
     const std::string name =
         fs::directory_iterator(path("cache/prints"))->path().filename().string();
@@ -298,7 +298,7 @@ TEST_F(OpenfabPrint, NeighboursOfAFabletNeitherHoldUpNorLeadAway) {
     EXPECT_EQ(refused.exit_code, 1);
     EXPECT_THAT(refused.err, HasSubstr("`far` cannot be read"));
     EXPECT_THAT(refused.err, HasSubstr("which is not below"));
-    // A project may spread over its folders.
+    // A project may use all of its folders.
     scratch_.write("openfab.project", "");
     EXPECT_EQ(print({path("w/world.fab.json"), "-o", path("a.ofr")}).exit_code, 0);
 }

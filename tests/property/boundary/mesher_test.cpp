@@ -81,7 +81,7 @@ TEST(BoundaryMesher, AllBlocksOfTwoVoxels) {
     }
 }
 
-/// Two materials and void in every way around a point.
+/// Two materials and void in every arrangement around a point.
 TEST(BoundaryMesher, AllBlocksOfTwoMaterials) {
     for (uint32_t pick = 1; pick < 6561; pick += kRounds == 400 ? 1 : 17) {
         uint32_t rest = pick;
@@ -139,7 +139,7 @@ TEST(BoundaryMesher, RandomVoxels) {
     }
 }
 
-/// Boxes over each other: flat faces, corners of one in the sides of another.
+/// Overlapping boxes: flat faces, with corners of one in the sides of another.
 TEST(BoundaryMesher, RandomBoxes) {
     Random random(2);
     for (int round = 0; round < kRounds / 4; ++round) {
@@ -163,7 +163,7 @@ TEST(BoundaryMesher, RandomBoxes) {
     }
 }
 
-/// More than a word of points in a row, and more materials than a byte has signs.
+/// More than a word of points in a row, and more than 127 materials.
 TEST(BoundaryMesher, WideRowsAndManyMaterials) {
     Random random(3);
     expect_fine(
@@ -172,8 +172,8 @@ TEST(BoundaryMesher, WideRowsAndManyMaterials) {
         filled({66, 5, 4}, [&](Vec3i) { return static_cast<uint8_t>(below(&random, 256)); }));
 }
 
-/// Two plates of voxels under each other, their pattern alike but for a few voxels: rectangles of
-/// any length with sheets that touch at some of their points.
+/// Two plates of voxels, one above the other, that differ in a few voxels: rectangles of any length
+/// with sheets that touch at some of their points.
 TEST(BoundaryMesher, LongRectanglesWithFewContacts) {
     Random random(4);
     int64_t rims = 0;
@@ -199,8 +199,8 @@ TEST(BoundaryMesher, LongRectanglesWithFewContacts) {
     EXPECT_GT(rims, 0);
 }
 
-/// A bar with a contact just before its end: a triangle there, from the other end on, is so thin
-/// that a step of one corner would turn it over.
+/// A bar with a contact just before its end: a triangle from the other end to it is so thin that a
+/// step of one corner would flip it.
 TEST(BoundaryMesher, AStepTurnsNoTriangleOver) {
     for (int axis = 0; axis < 3; ++axis) {
         for (int side = 0; side < 2; ++side) {
@@ -218,7 +218,7 @@ TEST(BoundaryMesher, AStepTurnsNoTriangleOver) {
     }
 }
 
-/// Next to one contact only the vertices there are off the voxels' corners.
+/// Around a single contact only its vertices are not at voxel corners.
 TEST(BoundaryMesher, OnlyVerticesThatCoincideMove) {
     VoxelBlock block({9, 9, 3});
     for (int32_t z = 0; z < 3; ++z) {

@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The dithers print what is asked for: in bulk, and in layers only a few voxels thick.
+// The dithers print the requested fractions: in bulk, and in layers only a few voxels thick.
 
 #include <gtest/gtest.h>
 
@@ -31,7 +31,7 @@ std::vector<uint16_t> quantised(const std::vector<double>& shares) {
     return fractions;
 }
 
-/// Shares printed of materials 1, 2, … of one mixture in 64 x 64 x 64 voxels.
+/// Returns the printed fractions of materials 1, 2, … of one mixture in 64 x 64 x 64 voxels.
 std::vector<double> bulk_shares(const std::vector<double>& shares, DitherRule rule) {
     const auto materials = static_cast<int32_t>(shares.size());
     FractionField field = reference::make_field({64, 64, 64}, materials);
@@ -118,8 +118,8 @@ void expect_layers(int32_t n, int32_t axes, DitherRule rule) {
     }
 }
 
-// Chains of the 1976 rule begin in the same phase everywhere: it prints 1 of 64 voxels where 1.28
-// are asked for.
+// Chains of the 1976 rule begin in the same phase everywhere: it prints 1 of 64 voxels instead of
+// 1.28.
 TEST(DitherMeans, ThinLayersOfFloydSteinberg) {
     expect_layers(96, 4, kFloydSteinberg);
 }

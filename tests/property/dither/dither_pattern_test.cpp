@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Patterns of the dithers' dots: no columns from slice to slice, no worms, no empty first rows.
-// Each measure is shown to tell Floyd-Steinberg's, which has all three.
+// Each measure is shown to detect these in Floyd-Steinberg's rule, which has all three.
 
 #include <gtest/gtest.h>
 
@@ -44,7 +44,7 @@ TEST(DitherPattern, SlicesDoNotRepeat) {
         const double half = differing_from_above(0.5, rule);
         EXPECT_GE(half, 0.45);
         EXPECT_LE(half, 0.75);
-        // Dots of a small fraction stand on each other no more often than by chance.
+        // Dots of a small fraction lie above each other no more often than by chance.
         EXPECT_GE(differing_from_above(0.02, rule), 0.9 * 2 * 0.02 * 0.98);
         EXPECT_GE(differing_from_above(0.1, rule), 0.9 * 2 * 0.1 * 0.9);
     }
@@ -65,7 +65,7 @@ TEST(DitherPattern, NoColumns) {
     }
 }
 
-/// Directions to the dots that stand about one mean distance from each other, in 12 sectors of 15
+/// A histogram of the directions between dots about one mean distance apart, in 12 sectors of 15
 /// degrees.
 using Sectors = std::vector<double>;
 
@@ -94,7 +94,7 @@ Sectors directions(double fraction, DitherRule rule, uint64_t seed) {
     return sectors;
 }
 
-/// Between the most and the least frequent one, relative to their mean.
+/// The difference between the most and the least frequent one, relative to the mean.
 double spread(const Sectors& sectors) {
     const auto [least, most] = std::minmax_element(sectors.begin(), sectors.end());
     return (*most - *least) * 12 / std::accumulate(sectors.begin(), sectors.end(), 0.0);
@@ -106,8 +106,8 @@ TEST(DitherPattern, NoWorms) {
         uint64_t seeds;
         double each, all;
     };
-    // Even white noise has 0.9 at 2 % here. Of 0.5 % the mask of blue noise has 18 dots, which it
-    // repeats, so that one seed alone says little there.
+    // Even white noise has 0.9 at 2 % here. At 0.5 % the blue-noise mask has 18 dots, which repeat,
+    // so a single seed says little.
     for (const Bar& bar : {Bar{0.005, 16, 3, 1.8}, Bar{0.02, 16, 1.6, 1.4}, Bar{0.1, 6, 1, 0.9}}) {
         for (DitherRule rule : {DitherRule::kDecorrelated, DitherRule::kBlueNoise}) {
             Sectors all(12, 0.0);
@@ -125,7 +125,7 @@ TEST(DitherPattern, NoWorms) {
     }
 }
 
-/// Dots in the first quarter of the rows, relative to what is asked.
+/// Dots in the first quarter of the rows, relative to the requested number.
 double first_rows(double fraction, DitherRule rule) {
     const int32_t side = 64;
     const std::vector<uint8_t> codes = mixture(side, side, fraction, rule);

@@ -1,8 +1,8 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The visible part of a print is its outermost layer: the default rule gives every face, edge and
-// thin feature its share.
+// The visible part of a print is its outermost layer: the default rule prints the right fraction in
+// every face, edge and thin feature.
 
 #include <gtest/gtest.h>
 
@@ -61,7 +61,7 @@ TEST(DitherSkin, EveryMaterialOfAFaceHasItsShare) {
     }
 }
 
-/// The measure tells: error diffusion leaves the sides that it comes in by empty.
+/// A check of the measure: error diffusion leaves the sides where it starts empty.
 TEST(DitherSkin, ErrorDiffusionHasNone) {
     const FractionField field = testing::box({80, 80, 60}, quantised({0.1}));
     for (DitherRule rule : {DitherRule::kFloydSteinberg, DitherRule::kDecorrelated}) {
@@ -77,8 +77,8 @@ TEST(DitherSkin, EveryOctantOfABallHasItsShare) {
         for (uint64_t seed : kSeeds) {
             double squares = 0;
             for (double share : testing::skin_shares(field, print(field, seed), 2)) {
-                // 3,200 voxels an octant, of which chance alone would print half a point more or
-                // less of 10 %, root mean square. Other seeds may have one octant that is off.
+                // 3,200 voxels per octant: for 10 %, white noise alone would err by half a point,
+                // root mean square. With other seeds a single octant may fail.
                 EXPECT_NEAR(share, fraction, (seed == 0 ? 1.0 : 1.5) * allowed(fraction))
                     << "seed " << seed;
                 squares += (share - fraction) * (share - fraction) / 8;
@@ -140,7 +140,8 @@ TEST(DitherSkin, RodsHaveTheirShare) {
     EXPECT_GT(rod(8, 488, 2, 0.01, 0, DitherRule::kDecorrelated), 1.1);
 }
 
-/// By place in the section of a rod: 61 slices, where error diffusion printed 6 to 54 % of 30 %.
+/// By position in the cross-section of a rod: 61 slices, where error diffusion printed 6 to 54 % of
+/// 30 %.
 TEST(DitherSkin, RodsHaveTheirShareEverywhereInTheirSection) {
     for (int32_t width : {3, 4, 6, 8}) {
         const FractionField field = testing::box({width, width, 488}, quantised({0.3}));

@@ -1,8 +1,8 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The interval rule of each function over many boxes: what is computed inside lies in the bounds.
-// And that bounds are of use: small boxes have narrow ones.
+// The interval rule of each function over many boxes: values inside lie within the bounds. And
+// bounds are useful: small boxes have narrow ones.
 
 #include <gtest/gtest.h>
 
@@ -149,7 +149,7 @@ TEST(FunctionBounds, HoldOverBoxesOfNoise) {
     }
 }
 
-/// Width of the bounds over a cube of the given size around a place.
+/// Width of the bounds over a cube of the given size around a point.
 float width(const Case& c, float place, float size) {
     const ir::Stage bounds = passes::form_volume_bounds(stage_of(c.op, c.axes, c.which, false));
     Values ends;

@@ -1,9 +1,9 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Meshes that were not made for us: each loads, or is refused with a reason. Those of the shared
-// data, and of two Debian packages where they are installed (assimp-testmodels, many of them
-// malformed on purpose, and libcgal-demo).
+// Third-party meshes: each loads, or is refused with a reason. Those of the shared data, and of two
+// Debian packages where they are installed (assimp-testmodels, many of them malformed on purpose,
+// and libcgal-demo).
 
 #include <gtest/gtest.h>
 
@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 
 struct Tally {
     int printable = 0;
-    int refused = 0;  ///< read, but not fit to print
+    int refused = 0;  ///< read, but not printable
     int unread = 0;
 };
 
@@ -33,7 +33,7 @@ void look_at(const fs::path& file, Tally* tally) {
     MeshOptions options;
     options.name = "part";
     const Result<LoadedMesh> told = read_mesh(file, options);
-    // The largest would take most of the time, and go the same way.
+    // The largest would take most of the time without testing more.
     if (told && told->mesh.triangles.size() > 50'000) return;
     const Result<LoadedMesh> loaded = load_mesh(file, options);
     EXPECT_EQ(loaded.has_value(), told.has_value() && told->refusal.empty());
@@ -81,7 +81,7 @@ TEST(ForeignMeshes, OfTheRepository) {
     EXPECT_EQ(broken.printable + broken.unread, 0);
 }
 
-/// OFF as OBJ text: corners count from 0 there, from 1 here.
+/// Converts OFF to OBJ text; indices count from 0 in OFF, from 1 in OBJ.
 std::string obj_of_off(const fs::path& off) {
     std::ifstream in(off);
     std::string line;
@@ -117,8 +117,7 @@ std::string obj_of_off(const fs::path& off) {
     return obj;
 }
 
-// By hand: OPENFAB_MESHES names a folder, such as that of a package of meshes, and every mesh below
-// it is looked at.
+// A manual test: checks every mesh below the folder OPENFAB_MESHES.
 TEST(ForeignMeshes, OfAFolderThatIsNamed) {
     const char* named = std::getenv("OPENFAB_MESHES");
     if (named == nullptr) return;

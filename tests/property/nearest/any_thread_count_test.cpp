@@ -1,8 +1,8 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A mesh large enough for every part of the set-up to go to several threads is the same set-up on
-// one: what is read from its file, coverage, and answers of queries.
+// A mesh large enough to use several threads in every part of the set-up gives the same results on
+// one: the mesh read, coverage, and answers of queries.
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
@@ -19,7 +19,7 @@
 namespace openfab {
 namespace {
 
-/// A ring as a binary STL, each corner by itself, so that loading welds them.
+/// A ring as a binary STL, with separate corners, so that loading welds them.
 std::string ring_stl(int nu, int nv) {
     const testing::TriangleMesh mesh = testing::make_torus(nu, nv, 15, 6);
     std::string out(80, ' ');

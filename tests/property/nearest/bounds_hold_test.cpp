@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What Engine::bounds says of a cube of voxels holds for every voxel of it: distance, and the
+// What Engine::bounds says about a cube of voxels holds for each of its voxels: distance, and the
 // attributes at nearest points; and what Engine::bound_blocks says of the pieces of blocks.
 
 #include <gtest/gtest.h>
@@ -97,8 +97,7 @@ void check(const TriangleMesh& mesh, const Vec3f& pitch, int32_t per_patch, floa
                 }
             }
         }
-        // Sound would be easy: it must also say something. A tight interval is about one diagonal
-        // wide.
+        // Bounds must be tight as well as sound: a tight interval is about one diagonal wide.
         EXPECT_LT(looseness.width / looseness.cubes, widest) << "cubes of " << size;
     }
 }
@@ -171,7 +170,7 @@ TEST(BoundsHold, PiecesOfBlocks) {
                 for (size_t c = 0; c < 3; ++c)
                     frame[3 * a + c] = pitch[static_cast<int>(a)] * kTurn[a][c] / 3;
             }
-            // In no order, so that corners push each other out of what is kept.
+            // In random order, so that corners evict each other from the cache.
             std::mt19937 random(11);
             std::vector<Vec3i> blocks;
             for (int i = 0; i < 400; ++i) {
@@ -187,12 +186,15 @@ TEST(BoundsHold, PiecesOfBlocks) {
             for (const simd::Isa set :
                  {simd::Isa::kAvx512, simd::Isa::kAvx2Fma, simd::Isa::kSse41}) {
                 const auto engine = make_block_engine(surface, frame, {.widest = set});
-                // A piece that lies across the way to the surface has an interval of no width.
+                // A piece perpendicular to the direction to the surface has an interval of no
+                // width.
                 EXPECT_LT(check_pieces(*engine, blocks, pitch), 2.0) << testing::name_of(set);
                 if (HasFailure()) return;
             }
             blocks.resize(3);
-            EXPECT_LT(check_pieces(*reference::make_brute_force_engine(surface, frame), blocks, pitch), 1.0);
+            EXPECT_LT(
+                check_pieces(*reference::make_brute_force_engine(surface, frame), blocks, pitch),
+                1.0);
         }
     }
 }

@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The block engine gives, to the bit, what plain loops over all triangles give: distance, patch,
+// The block engine gives the same bits as plain loops over all triangles: distance, patch,
 // triangle, barycentrics.
 
 #include <gtest/gtest.h>
@@ -28,11 +28,11 @@ struct Asked {
     Vec3i lowest, blocks;  ///< in voxels, and how many blocks along each axis
     float radius = kInfinity;
     bool random_demand = false;
-    bool prepared = false;  ///< blocks are prepared for, all at once
-    bool turned = false;    ///< voxels are along no axis of the part
+    bool prepared = false;  ///< blocks are prepared together
+    bool turned = false;    ///< the voxel axes are not those of the part
 };
 
-/// As many blocks as `most` a side, spread over the mesh's box and a little beyond.
+/// Up to `most` blocks per axis, spread over the mesh's box and a little beyond.
 Asked cover(const TriangleMesh& mesh, const Vec3f& pitch, int most) {
     Asked s;
     s.pitch = pitch;
@@ -111,8 +111,8 @@ void expect_equal(const std::vector<BlockAnswer>& got, const std::vector<BlockAn
     }
 }
 
-// Brute force takes its time: all blocks are compared at night, and a third of them else. Under a
-// sanitizer most meshes are asked by the unbounded query alone, and one of the scanned ones.
+// Brute force is slow: all blocks are compared in long runs, a third of them otherwise. Under a
+// sanitizer most meshes get only the unbounded query, and only one scanned mesh is used.
 #ifdef OPENFAB_SANITIZED
 constexpr bool kSanitized = true;
 #else
@@ -183,8 +183,8 @@ TEST(EngineEqualsBruteForce, TurnedParts) {
 }
 
 TEST(EngineEqualsBruteForce, GridAlignedWithVoxelsOnSymmetryPlanes) {
-    // An L, a staircase and two cells that touch in an edge; with pitch 1/8 and cells of 1 mm,
-    // voxel centers moved by half a voxel lie on faces, edges, vertices and on the planes between
+    // An L, a staircase and two cells that touch along an edge; with pitch 1/8 and cells of 1 mm,
+    // voxel centers shifted by half a voxel lie on faces, edges, vertices and on the planes between
     // them.
     const std::vector<Vec3i> cells = {{0, 0, 0}, {1, 0, 0},  {1, 1, 0}, {0, 0, 1},
                                       {2, 2, 0}, {-2, 0, 0}, {-3, 1, 1}};
@@ -220,7 +220,7 @@ TEST(EngineEqualsBruteForce, SubBlocksOfEveryShape) {
 }
 
 TEST(EngineEqualsBruteForce, TrianglesFarLargerThanBlocks) {
-    // What is rounded grows with the triangles; voxels stay close to the surface, the edges' planes
+    // Rounding errors grow with the triangles; voxels stay close to the surface, the edges' planes
     // and the vertices.
     for (const int n : {1, 2, 3}) {
         const TriangleMesh mesh = testing::make_ball(n, [](const Vec3d&) { return 45.0; });
@@ -281,7 +281,7 @@ TriangleMesh make_sheet(int cells, float side) {
 
 TEST(EngineEqualsBruteForce, NeighboursThatTieByRoundingAlone) {
     // Voxel centers a little beside the lines over a sheet's vertices: there the vertex is as near
-    // as the face below in float, though no point nearest to it is there.
+    // as the face below in float, although the nearest point is not at it.
     constexpr float kSide = 0.02f;
     const MeshSurface surface(make_sheet(80, kSide));
     for (const Vec3f& shift :
@@ -388,7 +388,7 @@ TEST(EngineEqualsBruteForce, OneScratchForSeveralEnginesAndRadii) {
     Asked setup = cover(mesh, {0.1f, 0.1f, 0.1f}, 5);
     std::vector<std::array<uint8_t, 64>> demand;
     std::vector<BlockQuery> queries = make_queries(setup, &demand);
-    // The small radius first: what it did not find says nothing about the large one.
+    // The small radius first: what it missed must not affect the large one.
     const auto scratch = engines[0]->make_scratch();
     for (BlockQuery& q : queries) {
         for (const float radius : {0.15f, 0.6f, kInfinity}) {
@@ -416,7 +416,7 @@ TEST(EngineEqualsBruteForce, AnyOrderAndAnyNumberOfThreads) {
         options.cache_bytes = 50000;
         const auto engine = make_block_engine(*surface, frame, options);
         const auto want = run(*engine, queries);
-        // The 8 orders that rising and falling x, y, z give.
+        // The 8 orders of ascending and descending x, y, z.
         for (int order = 1; order < 8; ++order) {
             std::vector<BlockAnswer> got(queries.size());
             const auto scratch = engine->make_scratch();

@@ -1,8 +1,8 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Queries at any point give, to the bit, what plain loops over all triangles give, and at voxel
-// centers what the block query gives.
+// Queries at arbitrary points give the same bits as plain loops over all triangles, and at voxel
+// centers the same as the block query.
 
 #include <gtest/gtest.h>
 
@@ -27,8 +27,8 @@ constexpr int kPackets = 60;
 constexpr int kPackets = 400;
 #endif
 
-/// Groups around a mesh: a walk of close points, scattered points, points on vertices and edges,
-/// and some that are far away or no points at all.
+/// Packets around a mesh: a walk of close points, scattered points, points on vertices and edges,
+/// and some that are far away or not finite.
 std::vector<PointPacket> make_packets(const TriangleMesh& mesh, int count, uint32_t seed) {
     std::mt19937 random(seed);
     const auto uniform = [&] { return static_cast<float>(random() >> 8) * 0x1p-24f; };
@@ -65,7 +65,7 @@ std::vector<PointAnswer> run(const Engine& engine, const std::vector<PointPacket
                              float radius) {
     std::vector<PointAnswer> answers(packets.size());
     const auto scratch = engine.make_scratch();
-    // In calls of one packet and of many.
+    // In calls of one packet and of many packets.
     const size_t half = packets.size() / 2;
     engine.query_points({packets.data(), half}, radius, scratch.get(), answers.data());
     for (size_t g = half; g < packets.size(); ++g)
@@ -145,7 +145,8 @@ TEST(PointsEqualBruteForce, ScannedMeshes) {
         const MeshSurface surface(mesh);
         const auto frame = testing::make_test_frame({0.1f, 0.1f, 0.1f}, {});
         const std::vector<PointPacket> packets = make_packets(mesh, kPackets / 10, 17);
-        const auto want = run(*reference::make_brute_force_engine(surface, frame), packets, kInfinity);
+        const auto want =
+            run(*reference::make_brute_force_engine(surface, frame), packets, kInfinity);
         expect_equal(run(*make_block_engine(surface, frame), packets, kInfinity), want, "engine");
     }
 }
@@ -168,7 +169,7 @@ TEST(PointsEqualBruteForce, BoundsHoldTheDistance) {
         const auto want = run(*brute, packets, kInfinity);
         for (const simd::Isa set : {simd::Isa::kAvx512, simd::Isa::kAvx2Fma, simd::Isa::kSse41}) {
             const auto engine = make_block_engine(surface, frame, {.widest = set});
-            // Alone, and beside what was found then, but for one lane.
+            // Without hints, and with the points found before as hints, except in one lane.
             std::vector<PointPacket> near;
             for (const bool seeded : {false, true}) {
                 SCOPED_TRACE(seeded ? "seeded" : "alone");
@@ -192,8 +193,8 @@ TEST(PointsEqualBruteForce, BoundsHoldTheDistance) {
                         }
                         ASSERT_NEAR(std::sqrt(way2), high, 1e-4f);
                         ASSERT_LT(at.distance2[l], 1e-8f) << "not a point of the surface";
-                        // Groups that follow a walk begin beside what it found; after scattered
-                        // points nothing is known of the surface, and bounds may be loose.
+                        // Packets after a walk start near its results; after scattered points
+                        // nothing is known about the surface, and bounds may be loose.
                         if (seeded ? l != 3 : g % 4 == 1) {
                             ++compared;
                             tight += high - low < 2 * kOff ? 1 : 0;

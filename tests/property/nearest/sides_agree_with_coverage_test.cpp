@@ -1,10 +1,10 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The side of a voxel's center that queries give is what the voxeliser gives: for shells in one
-// another, displacements that cut through themselves, thin walls, and centers on the surface. The
-// voxeliser's vertices are snapped, so a center as close to the surface as that may differ, unless
-// the vertices are where they are snapped to.
+// Queries classify voxel centers as inside or outside like the voxeliser: for nested shells,
+// self-intersecting displacements, thin walls, and centers on the surface. The voxeliser's vertices
+// are snapped, so a center as close to the surface as that may differ, unless the vertices are
+// where they are snapped to.
 
 #include <gtest/gtest.h>
 
@@ -108,8 +108,8 @@ INSTANTIATE_TEST_SUITE_P(Scenarios, SidesAgree, ::testing::ValuesIn(testing::sce
                              return name;
                          });
 
-/// Boxes whose faces, edges and corners lie on voxel centers: snapping moves nothing, so not one
-/// voxel may differ, least of all those on the surface.
+/// Boxes whose faces, edges and corners lie on voxel centers: snapping moves nothing, so no voxel
+/// may differ, least of all those on the surface.
 TEST(SidesAgreeOnTheSurface, AtEveryVoxel) {
     using testing::cube;
     using testing::inside_out;

@@ -1,9 +1,8 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Treelets of a large mesh: each triangle is in one, each tree is built once however many threads
-// need it
-// for it, is the same whoever makes it, and takes no more memory than was planned.
+// Treelets of a large mesh: each triangle is in one; each tree is built once, however many threads
+// need it, is the same whichever thread builds it, and takes no more memory than planned.
 
 #include <gtest/gtest.h>
 
@@ -27,9 +26,8 @@ constexpr int kAround = 120;
 constexpr int kAround = 400;
 #endif
 
-/// A ring, a cloud of triangles that share nothing, a ring beside a far speck, so that nearly all
-/// of it is in one place on the curve, a sheet of which all lies in one plane, and a ring with a
-/// triangle across.
+/// A ring, a cloud of triangles that share nothing, a ring beside a distant speck, so that nearly
+/// all of it has one Morton code, a planar sheet, and a ring with a triangle across.
 std::vector<TriangleMesh> meshes() {
     std::vector<TriangleMesh> out;
     out.push_back(testing::make_torus(kAround, kAround / 4, 15, 6));
@@ -56,7 +54,7 @@ std::vector<int32_t> ids_of(const LazyTreelets& treelets) {
 }
 
 struct FeatureCount {
-    size_t edges = 0, vertices = 0, half_spaces = 0;  ///< values of those
+    size_t edges = 0, vertices = 0, half_spaces = 0;  ///< values of half-spaces
     bool operator==(const FeatureCount&) const = default;
 };
 
@@ -146,7 +144,8 @@ TEST(LazyTreelets, AreMadeOnceByAnyNumberOfThreads) {
         for (size_t t = 0; t < kThreads; ++t) {
             threads.emplace_back([&, t] {
                 for (size_t i = 0; i < ids.size(); ++i) {
-                    // Two and two from either end, so that they want the same at the same time.
+                    // Pairs of threads from either end, so that they need the same tree at the same
+                    // time.
                     const size_t c = t % 2 == 0 ? i : ids.size() - 1 - i;
                     got[t][c] = treelets.get(ids[c]);
                     if (got[t][c]->nodes != nullptr) links[t] += got[t][c]->nodes->link;
@@ -158,7 +157,7 @@ TEST(LazyTreelets, AreMadeOnceByAnyNumberOfThreads) {
         EXPECT_EQ(treelets.made(), ids.size());
         for (size_t t = 1; t < kThreads; ++t)
             EXPECT_TRUE(got[t] == got[0] && links[t] == links[0]);
-        // The same trees where they are made alone, the last first.
+        // The same trees when built by one thread, the last one first.
         for (size_t c = ids.size(); c-- > 0;) {
             const TreeView &a = *got[0][c], &b = *others.get(ids[c]);
             ASSERT_EQ(a.nodes == nullptr, b.nodes == nullptr);

@@ -1,11 +1,11 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Every voxel of whole parts: the block engine gives the bits of the Embree twin, no distance is
-// farther from one in double than rule 16 allows, and with a radius none is missed and none too
-// many is found. A sample is not enough: pruning that loses one voxel in a thousand has passed one.
+// Every voxel of whole parts: the block engine gives the bits of the Embree twin, no distance
+// differs from that in double by more than rule 16 allows, and a radius neither misses nor adds a
+// voxel. Sampling is not enough: pruning that lost one voxel in a thousand has passed it.
 //
-// By itself this compares small parts. OPENFAB_WHOLE_PART=1 takes a part of 50 mm instead, at
+// By default this compares small parts. OPENFAB_WHOLE_PART=1 takes a part of 50 mm instead, at
 // printers' pitches: some ten minutes on two cores.
 
 #include <gtest/gtest.h>
@@ -45,8 +45,8 @@ bool whole() {
     return std::getenv("OPENFAB_WHOLE_PART") != nullptr;
 }
 
-/// As the hand fablet wants it: uv and face, and no normals, so that displaced triangles come apart
-/// at their edges and strips join them.
+/// As the hand-written fablet requires it: uv and face, but no normals, so that displaced triangles
+/// separate at their edges and strips join them.
 mesh::Mesh as_scene_mesh(const TriangleMesh& from) {
     mesh::Mesh mesh;
     for (const Vec3f& p : from.positions)
@@ -68,7 +68,7 @@ mesh::Mesh as_scene_mesh(const TriangleMesh& from) {
 
 struct Counts {
     int64_t voxels = 0, in_radius = 0;
-    double worst = 0;  ///< error of a distance, in what is allowed
+    double worst = 0;  ///< error of a distance, relative to the tolerance
     std::string wrong;
 
     void add(const Counts& c) {
@@ -93,7 +93,7 @@ class WholePart {
           base_(part::part_base_voxel(part_, grid_)) {
         surface::SurfaceOptions options;
         options.micro_edge_mm = micro_edge_mm;
-        // Deep voxels see all of the surface: what does not fit is built again for every block.
+        // Deep voxels need all of the surface: trees that do not fit are rebuilt for every block.
         options.cache_bytes = whole() ? size_t{2} << 30 : size_t{64} << 20;
         surface_ = std::move(*surface::Surface::create(part_, options));
         const auto frame = part::make_frame(part_, grid_);
@@ -142,7 +142,7 @@ class WholePart {
   private:
     static part::Part make_part(const TriangleMesh& mesh, bool displaced) {
         testing::PartOptions options;
-        // Face 0 of a back stays as it is: the fablet finds that by itself.
+        // Face 0 is not displaced, which the fablet infers.
         options.uniform_values =
             testing::hand_uniforms(displaced ? HandMode::kBumps : HandMode::kBack, 0.25f);
         return testing::make_part(testing::hand_fablet(false), as_scene_mesh(mesh), options);
@@ -211,7 +211,7 @@ TriangleMesh make_mesh() {
 void check(bool displaced, const Vec3d& pitch) {
     using Clock = std::chrono::steady_clock;
     const auto start = Clock::now();
-    // One micropolygon a voxel.
+    // One micropolygon per voxel.
     const WholePart part(make_mesh(), displaced, pitch, std::cbrt(pitch.x * pitch.y * pitch.z));
     const Counts counts = part.compare(0.5f);
     std::printf(

@@ -1,8 +1,8 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The winding number at any point is that of 128-bit integers, also for points on vertices, edges
-// and faces; and what is concluded from distances agrees with it.
+// The winding number at any point equals that of 128-bit integers, also for points on vertices,
+// edges and faces; and numbers derived from distances agree with it.
 
 #include <gtest/gtest.h>
 
@@ -135,9 +135,9 @@ int sign_of(Wide x) {
 }
 
 TEST(WindingIsExact, SignsOfDeterminantsNearZero) {
-    // Three points a last bit apart around the diagonal, far from the origin, and one 2^-60 from
-    // the origin: no double holds the differences, and what that one adds decides only where the
-    // others give zero.
+    // Three points one ulp apart around the diagonal, far from the origin, and one 2^-60 from the
+    // origin: no double holds the differences, and the last one decides only where the others give
+    // zero.
     std::mt19937 random(5);
     int areas = 0, volumes = 0;
     for (int i = 0; i < 20000; ++i) {
@@ -179,7 +179,7 @@ TriangleMesh together(TriangleMesh a, const TriangleMesh& b, const Vec3f& offset
     return a;
 }
 
-/// Groups of points whose number nothing but the points before can tell: distances say nothing.
+/// Packets of points whose number only follows from the previous points, not from distances.
 class Walk {
   public:
     Walk(const TriangleMesh& mesh, int per_patch)
@@ -211,7 +211,8 @@ class Walk {
     int above_one_ = 0, outside_ = 0;
 };
 
-/// Row by row as blocks ask, `step` apart from `lo` on; then as many anywhere, on the same lattice.
+/// Row by row as blocks query them, `step` apart from `lo` on; then as many at random, on the same
+/// lattice.
 void walk(const TriangleMesh& mesh, const Vec3f& lo, float step, const Vec3i& size, Walk* out) {
     const auto at = [&](int32_t i, int axis) { return lo[axis] + static_cast<float>(i) * step; };
     for (int32_t z = 0; z < size.z; z += 8) {

@@ -1,9 +1,9 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Demand of random stages: where a voxel does not ask for its nearest surface point, anything may
-// stand in the inputs that come from there and no output, query or print changes by a bit. Seeds
-// are printed with a failure.
+// Demand of random stages: if a voxel does not need its nearest surface point, the inputs that
+// derive from it may have any value without changing a bit of an output, query or printf. Seeds are
+// printed with a failure.
 
 #include <gtest/gtest.h>
 
@@ -54,7 +54,7 @@ class Values : public interp::Environment {
     }
 
     std::map<Key, uint32_t> values;
-    mutable std::vector<uint32_t> log;  ///< what was asked and printed
+    mutable std::vector<uint32_t> log;  ///< queries and printfs
 };
 
 Values random_values(std::mt19937* random) {
@@ -75,7 +75,7 @@ Values random_values(std::mt19937* random) {
     return out;
 }
 
-/// Anything at all in the inputs that are not asked for.
+/// Arbitrary values in the inputs that are not needed.
 void replace_nearest(std::mt19937* random, Values* values) {
     const std::array<uint32_t, 5> special = {
         0, std::bit_cast<uint32_t>(std::numeric_limits<float>::quiet_NaN()),
@@ -108,12 +108,12 @@ std::vector<ValueId> free_bools(const ir::Stage& stage) {
     return out;
 }
 
-/// The stage with one of its outputs, behind conditions as early returns make them.
+/// The stage with one of its outputs, under conditions such as early returns make.
 ir::Stage behind_conditions(const ir::Stage& stage, size_t output, std::mt19937* random) {
     ir::Stage out = stage;
     out.outputs = {stage.outputs[output]};
     std::vector<ValueId> conditions = free_bools(stage);
-    // One that says something, as random ones seldom do.
+    // A nontrivial one, which random stages seldom have.
     ir::Builder b(&out);
     conditions.push_back(b.emit(Op::kLt, {b.input(Type::kFloat, ir::kVoxelCoord, 0, 0),
                                           b.input(Type::kFloat, ir::kVoxelCoord, 1, 0)}));
@@ -132,7 +132,7 @@ ir::Stage behind_conditions(const ir::Stage& stage, size_t output, std::mt19937*
                                      : b.select(condition, rest, value);
     }
     out.outputs[0].value = value;
-    // What is dead is not run: it may ask anything.
+    // Dead code does not run and may query anything.
     ir::drop_dead_values(&out);
     return out;
 }
@@ -179,7 +179,7 @@ void check_all(ir::Stage (*make)(uint32_t seed, int32_t operations), int64_t lea
         check_stage(stage, &random, &tally);
         if (::testing::Test::HasFatalFailure()) return;
     }
-    // A demand that always holds would pass too.
+    // A demand that always holds would pass, too.
     EXPECT_GT(tally.stages, static_cast<int64_t>(kStages) / 4);
     EXPECT_GT(tally.spared * 100, tally.points * least_share)
         << tally.spared << " of " << tally.points;

@@ -1,9 +1,8 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The interval form of random stages: what is computed at points of a box lies inside the bounds
-// computed for the box, and a box of one point is answered with that point's bits or with
-// "unknown". Seeds are printed with a failure.
+// The interval form of random stages: values at points of a box lie within the bounds of the box,
+// and a box of one point gives that point's bits or "unknown". Seeds are printed with a failure.
 
 #include <gtest/gtest.h>
 
@@ -55,7 +54,7 @@ Box random_box(std::mt19937* random, bool single) {
     const auto add_float = [&](const Key& key, int32_t lo_kind, int32_t hi_kind) {
         float lo = random_float(random);
         float hi = single || (*random)() % 6 == 0 ? lo : random_float(random);
-        // Narrow boxes are the ones with something to say.
+        // Narrow boxes give useful bounds.
         if (!single && (*random)() % 2 == 0) hi = lo + std::abs(lo) * 0.01f;
         if (lo > hi) std::swap(lo, hi);
         box.floats[key] = {lo, hi};
@@ -178,7 +177,7 @@ TEST(Interval, HoldsWhatPointsGive) {
         check_stage(random_stage(seed, kOperations), seed, &tally);
         if (::testing::Test::HasFatalFailure()) return;
     }
-    // Bounds that are always unknown would pass too.
+    // Bounds that are always unknown would pass, too.
     EXPECT_GT(tally.known * 10, tally.all);
 }
 

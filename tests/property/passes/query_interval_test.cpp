@@ -1,8 +1,8 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The interval of `distance(p)` over cubes of voxels in a ball holds what each voxel inside gets,
-// and says something.
+// The interval of `distance(p)` over cubes of voxels in a ball contains the value of each voxel
+// inside, and is not trivial.
 
 #include <gtest/gtest.h>
 
@@ -147,7 +147,7 @@ TEST(QueryInterval, HoldsWhatVoxelsGet) {
         }
     }
     ASSERT_GT(cubes, 200);
-    // What is added is twice the length of the offset, and little more.
+    // The added width is twice the length of the offset, and little more.
     EXPECT_LT(width[0] / cubes, 2 * std::sqrt(0.38) + 0.1);
     EXPECT_LT(width[1] / cubes, 2 * std::sqrt(0.53) + 0.1);
     EXPECT_LT(width[4] / cubes, 1e-6);

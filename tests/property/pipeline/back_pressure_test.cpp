@@ -1,8 +1,8 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A slow printer holds the pipeline back, and only that: what waits for it is bounded, and work
-// goes on behind it until the bound is reached.
+// Back-pressure: a slow sink stalls the pipeline; the queued work is bounded, and work continues
+// until that bound is reached.
 
 #include <gtest/gtest.h>
 
@@ -38,8 +38,7 @@ class CountingSink : public pipeline::SliceSink {
     Result<void> commit(int32_t z, const std::vector<uint8_t>&) override {
         std::unique_lock lock(mutex_);
         if (z == slow_z_) {
-            // The printer takes its time: until the pipeline has gone as far as it may, and then
-            // some.
+            // A slow sink: waits until the pipeline has run as far ahead as it may, and longer.
             reached_ = changed_.wait_for(lock, 60s, [&] { return encoded_ >= expected_; });
             lock.unlock();
             std::this_thread::sleep_for(200ms);
@@ -87,8 +86,8 @@ Result<PrintStatistics> print_into(CountingSink* sink, const PrintOptions& optio
 TEST(BackPressure, ASlowSinkIsWaitedForWithABoundAndNoSooner) {
     for (const int32_t slabs : {2, 3, 5}) {
         CountingSink sink;
-        // A slice of the second slab: the first goes alone. While it is written, its slab is in
-        // flight, and so are as many as are allowed besides.
+        // A slice of the second slab: the first goes alone. While it is written, its slab and as
+        // many others as are allowed are in flight.
         sink.slow_z_ = 8;
         sink.expected_ = 8 + 8 * slabs;
         const Result<PrintStatistics> printed = print_into(&sink, with_slabs(slabs));
@@ -126,7 +125,7 @@ TEST(BackPressure, UnlessToldAsManyGroupsWaitAsThereAreThreads) {
 }
 
 // One thread, so that nothing depends on timing: before it continues with the next slab, all
-// slices that are made are in the sink.
+// finished slices are in the sink.
 TEST(BackPressure, AFastSinkIsNotKeptWaitingForSlicesThatAreMade) {
     CountingSink sink;
     PrintOptions options = with_slabs(3);

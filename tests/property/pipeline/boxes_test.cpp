@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Whole prints of boxes against the plain reference, voxel for voxel, and one output whatever the
+// Whole prints of boxes against the plain reference, voxel for voxel, and the same output for all
 // settings.
 
 #include <gtest/gtest.h>
@@ -90,7 +90,7 @@ TEST(BoxPrint, EveryDitherIsTheReference) {
     }
 }
 
-// Codes 1 and 2 become any two of many: 8 bits a voxel from 16 materials on.
+// Codes 1 and 2 are mapped to any two of many: 8 bits a voxel from 16 materials on.
 TEST(BoxPrint, ManyMaterialsAreTheReference) {
     for (size_t materials : {size_t{16}, size_t{64}}) {
         std::vector<BoxPart> boxes = assembly();
@@ -123,7 +123,7 @@ TEST(BoxPrint, ManyMaterialsAreTheReference) {
     }
 }
 
-// A print of few materials is the same where the world has many.
+// A print of few materials is the same if the world has many.
 TEST(BoxPrint, SpareMaterialsChangeNoVoxel) {
     for (const char* dither : kDithers) {
         pipeline::PrintOptions options;
@@ -208,7 +208,7 @@ TEST(BoxPrint, OneOutputWhateverTheSettings) {
     }
 }
 
-// A large first slab is printed in two steps, for the first slice's sake.
+// A large first slab is printed in two steps, for an early first slice.
 void expect_first_slice_changes_nothing(size_t materials) {
     const auto print = [&](const pipeline::PrintOptions& options) {
         return testing::print_boxes(assembly(), options, testing::kPitch, materials);
@@ -233,7 +233,8 @@ void expect_first_slice_changes_nothing(size_t materials) {
             EXPECT_EQ(two_steps.statistics.voxels_by_code, one_step.statistics.voxels_by_code);
             EXPECT_EQ(two_steps.statistics.overlaps, one_step.statistics.overlaps);
             EXPECT_EQ(two_steps.statistics.blocks_total, one_step.statistics.blocks_total);
-            // Blocks of several slices were evaluated for the first one, and then for the others.
+            // Blocks of several slices were evaluated for the first slice, and again for the
+            // others.
             const bool alone = range.x % 8 == 7 || range.y - range.x == 1;
             EXPECT_EQ(two_steps.statistics.blocks_evaluated > one_step.statistics.blocks_evaluated,
                       !alone)

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Compiled fablets through the whole pipeline against the plain reference
-// (tests/support/reference/pipeline.h): the same voxels, to the bit, on small worlds.
+// (tests/support/reference/pipeline.h): bit-identical voxels on small worlds.
 
 #include <gtest/gtest.h>
 
@@ -241,8 +241,8 @@ TEST(Pipeline, VolumesAreTheReference) {
                      {0.12, 0.11, 0.13}, 12);
 }
 
-// Parts that `@Surface` moves are supported by what they may reach: never less than they need, and
-// no more than their greatest displacement above or beside them.
+// Displaced parts are supported according to their displacement bounds: never less than they need,
+// and no more than their greatest displacement above or beside them.
 
 TEST(PipelineSupport, OfAPostcardAtAnAngleIsNeverLess) {
     expect_reference_and_support(
@@ -277,7 +277,7 @@ TEST(PipelineSupport, OfRipplesWithHolesIsNeverLess) {
                                  {0.1, 0.1, 0.1}, 9, 2 * 0.3);
 }
 
-// Displaced and undisplaced parts share the map, and there is room above the displaced one.
+// Displaced and undisplaced parts share the map, and the displaced one has slack above.
 TEST(PipelineSupport, OfDisplacedPartsAmongOthersIsNeverLess) {
     testing::PartOptions ball;
     ball.textures = {picture(32, 32, 4, 1, 0)};

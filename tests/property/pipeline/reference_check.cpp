@@ -94,7 +94,7 @@ std::vector<uint8_t> reference_of(const std::vector<part::Part>& parts,
     return reference::print(references, grid, kMaterials, seed);
 }
 
-/// The print's own voxels: without support.
+/// The print's voxels without support.
 void expect_same_parts(const PrintedGrid& printed, const std::vector<uint8_t>& expected) {
     const std::vector<uint8_t>& codes = printed.codes;
     ASSERT_EQ(codes.size(), expected.size());
@@ -118,8 +118,8 @@ void expect_same_parts(const PrintedGrid& printed, const std::vector<uint8_t>& e
            static_cast<long>(printed.statistics.blocks_evaluated));
 }
 
-/// Of each column the slices [0, top) in which the columns around, `reach` voxels of each axis away
-/// at most, are filled, or `reach` voxels below.
+/// For each column, the slices [0, top) below voxels of columns at most `reach` voxels away along
+/// each axis, extended by `reach` voxels.
 std::vector<int32_t> highest_around(const std::vector<uint8_t>& codes, const Vec3i& size,
                                     const Vec3i& reach) {
     const auto at = [&](int32_t x, int32_t y) {

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Fablets compiled for a test, and prints of them compared with the plain reference to the bit.
+// Compiles fablets for a test, and compares prints of them with the plain reference bit for bit.
 
 #include <filesystem>
 #include <memory>
@@ -31,15 +31,14 @@ struct Compiled {
 Compiled compile(const std::filesystem::path& file);
 
 /// Prints the parts with four materials, and compares every voxel with tests/support/reference.
-/// Fails also where less than a twentieth of the voxels is solid: nothing would be compared.
+/// Also fails if less than a twentieth of the voxels is solid: little would be compared.
 void expect_reference(const std::vector<part::Part>& parts,
                       const std::vector<const ir::Fablet*>& sources, const Vec3d& pitch_mm,
                       uint64_t seed);
 
-/// The same of a print with support, whose parts must be the reference's; of the other voxels at
-/// least those are support that a plain scan of the reference's columns calls for. What is more
-/// has voxels of the reference not farther away than `reach_mm` along x and y, and at most that
-/// much below.
+/// Same for a print with support: its parts must equal the reference's, and at least the voxels
+/// that a plain scan of the reference's columns requires must be support. Any excess support must
+/// be within `reach_mm` of voxels of the reference along x and y, and at most that much below.
 void expect_reference_and_support(const std::vector<part::Part>& parts,
                                   const std::vector<const ir::Fablet*>& sources,
                                   const Vec3d& pitch_mm, uint64_t seed, double reach_mm);

@@ -1,8 +1,8 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Worlds of groups in groups, with scale, shear and mirror, from the file to the voxels: the same
-// as the plain reference, to the bit.
+// Worlds of nested groups, with scale, shear and mirroring, from the file to the voxels:
+// bit-identical to the plain reference.
 
 #include <gtest/gtest.h>
 
@@ -60,7 +60,8 @@ TEST(Worlds, NestedGroupsWithScaleAndMirrorAreTheReference) {
 }
 
 TEST(Worlds, ShearedInstancesOfADisplacedShapeAreTheReference) {
-    // Four with one shear, one with its mirror image, two of them turned: they share what they can.
+    // Four with one shear, one with its mirror image, two of them rotated: they share what they
+    // can.
     expect_world(R"("groups": {
         "leaning": [{"object": "ball", "matrix": [1, 0.35, 0, 0, 0, 1, 0.2, 0, 0, 0, 0.9, 0]}]},
       "build": [{"group": "leaning", "grid": {"count": [2, 1], "spacing_mm": 0.1}},

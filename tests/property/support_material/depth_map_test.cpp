@@ -21,7 +21,7 @@ namespace {
 using support_material::DepthMap;
 using surface::Surface;
 
-/// A part with all that the depth map asks of it.
+/// A part with everything that the depth map needs.
 struct Standing {
     part::Part part;
     std::unique_ptr<Surface> surface;
@@ -106,7 +106,7 @@ void expect_columns(const Standing& part, const part::Grid& grid, const std::str
     }
 }
 
-/// Where every access is checked, some of the scenarios.
+/// Only some of the scenarios under a sanitizer.
 std::vector<testing::Scenario> scenarios() {
     std::vector<testing::Scenario> all = testing::scenarios();
 #ifdef OPENFAB_SANITIZED
@@ -148,8 +148,8 @@ TEST(DepthMap, EqualsTheColumnsOfAnUndisplacedPart) {
     }
 }
 
-// Vertices on voxel centers and edges through them, shells that cut through each other and through
-// themselves, several deep: what the two highest crossings do not decide.
+// Vertices on voxel centers and edges through them, and shells that intersect each other and
+// themselves, several deep: cases that the two highest crossings do not decide.
 TEST(DepthMap, EqualsTheColumnsOfEdgesThroughVoxelCentres) {
     for (uint32_t seed = 1; seed <= 24; ++seed) {
         std::mt19937 random(seed);

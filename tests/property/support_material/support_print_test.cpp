@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Prints with support against the same prints without, whose columns are walked plainly.
+// Prints with support against the same prints without, whose columns are scanned plainly.
 
 #include <gtest/gtest.h>
 
@@ -47,7 +47,7 @@ pipeline::PrintInput with_support(pipeline::PrintInput input) {
     return input;
 }
 
-/// What the columns of a print without support call for.
+/// The support that the columns of a print without support require.
 std::vector<uint8_t> scanned(const Printed& without, const pipeline::PrintInput& input) {
     return reference::add_support(without.codes, without.codes, without.sink.info.size,
                                   static_cast<uint8_t>(input.materials.size() + 1));
@@ -87,7 +87,7 @@ void expect_no_less(const pipeline::PrintInput& input, const pipeline::PrintOpti
     EXPECT_GT(supported, 100) << "the scene shows too little";
 }
 
-/// A table with a shelf, a lid that floats over both, and a block that stands deep in another.
+/// A table with a shelf, a lid that floats over both, and a block embedded in another.
 std::vector<BoxPart> overhangs(const openfab_fablet& fablet) {
     return {
         {{0.013, 0.021, 0.019}, {1.03, 1.11, 2.37}, &fablet},
@@ -175,7 +175,7 @@ TEST(SupportPrint, IsTheSameForAnySettingsAndSlices) {
     }
 }
 
-// A wider grid moves no voxel; the slices of the bed below parts that float are support's.
+// A wider grid moves no voxel; slices of the bed below floating parts are support.
 TEST(SupportPrint, ReachesTheBottomOfTheGrid) {
     pipeline::PrintInput input = testing::make_input(overhangs(testing::solid_fablet()));
     input.crop_mm = Box3d{{-4, -3, -2}, {9, 7, -2}};

@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Dicing against its plain twin, to the bit: every micropolygon, its order and attributes;
+// Dicing against its plain twin, bit for bit: every micropolygon, its order and attributes;
 // closedness; bounds.
 
 #include <gtest/gtest.h>

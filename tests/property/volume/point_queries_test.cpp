@@ -25,7 +25,7 @@ namespace {
 using testing::HandMode;
 using Triangle = std::array<Vec3f, 3>;
 
-// States: 0 guard, 1..3 point, then what the queries give.
+// States: 0 guard, 1..3 point, then the results of the queries.
 constexpr int32_t kGuard = 0, kPoint = 1, kDistance = 4, kPosition = 5, kNormal = 8, kUv = 11,
                   kZone = 13, kToObject = 14, kStates = 15;
 
@@ -42,7 +42,7 @@ const openfab_query kQueries[] = {
     {0, kGuard, {kPoint, kPoint + 1, kPoint + 2}, 1, kObjectOutputs},
 };
 
-/// The hand fablet with a volume stage that asks both queries.
+/// The hand-written fablet with a volume stage that makes both queries.
 const openfab_fablet& asking_fablet() {
     static const openfab_fablet fablet = [] {
         openfab_fablet f = testing::hand_fablet(true);
@@ -85,7 +85,7 @@ struct Scene {
     }
 };
 
-/// Signed distance in build space, of one part: the sign by the solid angle that the surface takes.
+/// Signed distance in build space, of one part: the sign by the solid angle of the surface.
 double plain_distance(const part::Part& part, const std::vector<Triangle>& triangles,
                       const Vec3d& p_build) {
     double d = 1e300, angle = 0;
@@ -107,7 +107,7 @@ double plain_distance(const part::Part& part, const std::vector<Triangle>& trian
     return turn * angle > 2 * M_PI ? -d : d;
 }
 
-/// Points for 2 blocks: centres, points near them, points all over and points that are none.
+/// Points for 2 blocks: centres, points near them, random points and non-finite ones.
 struct Batch {
     std::vector<int32_t> corners;
     std::vector<uint8_t> owned;

@@ -91,12 +91,12 @@ TEST_P(Coverage, EqualsTheWindingNumberOfEveryVoxel) {
             grid.size);
         std::vector<int32_t> slabs = all_slabs(grid);
         ASSERT_EQ(voxels(voxeliser, grid, slabs), expected) << "transform " << number;
-        // Any order, and a second time.
+        // In any order, and twice.
         std::reverse(slabs.begin(), slabs.end());
         EXPECT_EQ(voxels(voxeliser, grid, slabs), expected);
         std::shuffle(slabs.begin(), slabs.end(), std::mt19937(number));
         EXPECT_EQ(voxels(voxeliser, grid, slabs), expected);
-        // Nothing waiting between slabs, and all slabs at once on many threads.
+        // No crossings kept between slabs, and all slabs at once on many threads.
         const voxel::Voxeliser forgetful(part, *surface, grid, 0);
         EXPECT_EQ(voxels(forgetful, grid, slabs), expected);
         const voxel::Voxeliser shared(part, *surface, grid);
@@ -115,7 +115,7 @@ TEST_P(Coverage, EqualsTheWindingNumberOfEveryVoxel) {
             EXPECT_EQ(masks[g].width, mask.width);
             EXPECT_EQ(masks[g].mask, mask.mask);
         }
-        // Nothing outside the box that was promised.
+        // Nothing outside the reported box.
         const Box3i box = voxeliser.voxel_box();
         for (int32_t z = 0; z < grid.size.z; ++z) {
             for (int32_t y = 0; y < grid.size.y; ++y) {
@@ -137,7 +137,7 @@ INSTANTIATE_TEST_SUITE_P(Scenarios, Coverage, ::testing::ValuesIn(testing::scena
                              return name;
                          });
 
-/// A random tetrahedral cut of a box: parts that share their inner faces to the bit.
+/// A random tetrahedral cut of a box: parts that share their inner faces exactly.
 std::vector<mesh::Mesh> cut_box(uint32_t seed) {
     std::mt19937 random(seed);
     const auto number = [&] { return static_cast<double>(random() % 1001) / 1000; };
@@ -183,8 +183,8 @@ TEST(TouchingParts, ShareNoVoxelAndLeaveNoGap) {
         whole.triangles.clear();
         for (const mesh::Mesh& cut : cuts) {
             whole.triangles.push_back(cut.triangles[0]);
-            // Parts are stored relative to their own centers, so vertices are given in 2^-6 mm to
-            // come out alike.
+            // Parts are stored relative to their own centers, so vertices are multiples of 2^-6 mm,
+            // which are exact.
             mesh::Mesh mesh = cut;
             for (Vec3d& v : mesh.positions) {
                 for (int axis = 0; axis < 3; ++axis)

@@ -1,9 +1,9 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Assemblies of pieces that were cut from one mesh: no voxel has two halves, and together pieces
-// have the voxels of the mesh that was cut, to the bit, if it has the vertices that the cut made on
-// its edges. Against the mesh without these vertices only what is next to such an edge differs: a
+// Assemblies of pieces that were cut from one mesh: no voxel is in two pieces, and together they
+// have exactly the voxels of the mesh that was cut, if it has the vertices that the cut made on its
+// edges. Compared with the mesh without these vertices, only voxels next to such an edge differ: a
 // vertex that is rounded to float and snapped to 1/256 voxel is not on the edge any more.
 
 #include <gtest/gtest.h>
@@ -33,12 +33,12 @@ constexpr int kRounds =
     25;
 #endif
 
-/// Where the assembly stands, and on which grid.
+/// The placement of the assembly, and its grid.
 struct Stage {
     Affine3d transform;
     part::Grid grid;
 
-    /// A turned, moved assembly that takes about `voxels` along the longest side.
+    /// A rotated, translated assembly of about `voxels` voxels along the longest side.
     Stage(const mesh::Mesh& mesh, std::mt19937* random, int32_t voxels, bool turned) {
         const auto number = [&] { return static_cast<double>((*random)() % 100001) / 100000; };
         if (turned) {
@@ -67,7 +67,7 @@ struct Stage {
     }
 };
 
-/// 1 for each voxel that the part of the mesh covers.
+/// Returns 1 for each voxel that the mesh's part covers.
 std::vector<uint8_t> voxels(const mesh::Mesh& mesh, const Stage& stage) {
     const Vec3i size = stage.grid.size;
     std::vector<uint8_t> out(static_cast<size_t>(size.x) * static_cast<size_t>(size.y) *
@@ -102,12 +102,12 @@ struct Compared {
     int64_t twice = 0;        ///< voxels of two pieces or more
     int64_t gaps = 0;         ///< of no piece, but of the mesh with the cut's vertices
     int64_t extra = 0;        ///< of a piece, but not of that mesh
-    int64_t moved = 0;        ///< that the mesh without the cut's vertices has otherwise
+    int64_t moved = 0;        ///< that differ from the mesh without the cut's vertices
     std::vector<size_t> odd;  ///< the voxels of all of these
 };
 
-/// `all_cut`: every cut goes through all pieces that it meets, so that outside they fit each other.
-/// Else there is no mesh with all vertices, and the one without takes its place.
+/// `all_cut`: every cut passes through all pieces that it meets, so that their outsides match.
+/// Otherwise there is no mesh with all vertices, and the one without is used instead.
 Compared compare(const mesh::Mesh& mesh, const std::vector<CutPiece>& pieces, const Stage& stage,
                  bool all_cut = true) {
     CutPiece refined;
@@ -133,8 +133,8 @@ Compared compare(const mesh::Mesh& mesh, const std::vector<CutPiece>& pieces, co
     return out;
 }
 
-/// How far from the surface of all pieces the farthest of these voxels has its center, in 1/256
-/// voxel. Snapping moves a surface by 0.87 at most, and nothing else may decide otherwise.
+/// Returns the largest distance of these voxels' centers from the surfaces of all pieces, in 1/256
+/// voxel. Snapping moves a surface by at most 0.87, and is the only permitted cause.
 double farthest(const std::vector<size_t>& voxels, const std::vector<CutPiece>& pieces,
                 const Stage& stage) {
     const auto units = [&](const Vec3d& p) {
@@ -183,7 +183,7 @@ CutPlane random_plane(const mesh::Mesh& mesh, std::mt19937* random) {
     CutPlane plane{{number() - 0.5, number() - 0.5, number() - 0.5}};
     Vec3d through;
     for (int a = 0; a < 3; ++a) {
-        // In any direction of what may be far from a cube.
+        // In any direction of a box that may be far from a cube.
         plane.normal[a] /= box.size()[a];
         through[a] = box.lo[a] + (0.3 + 0.4 * number()) * box.size()[a];
     }
@@ -191,7 +191,7 @@ CutPlane random_plane(const mesh::Mesh& mesh, std::mt19937* random) {
     return plane;
 }
 
-/// Long ones, whose coordinates take most bits of a float.
+/// Long ones, whose coordinates use most bits of a float.
 std::vector<mesh::Mesh> convex_meshes() {
     std::vector<mesh::Mesh> out{mesh::make_box({300, 11, 9}), testing::sphere(20, 24, 15),
                                 mesh::make_cylinder(14, 90)};
@@ -220,8 +220,7 @@ TEST(Cuts, InAnyDirectionLeaveTheVoxelsOfTheUncutPart) {
     for (uint32_t seed = 1; seed <= kRounds; ++seed) {
         std::mt19937 random(seed);
         for (const mesh::Mesh& mesh : meshes) {
-            // Along the box 3000 voxels of which it has 50 across: far from its center floats are
-            // coarse.
+            // 3000 voxels along the box and 50 across: far from its center floats are coarse.
             const bool bar = &mesh == &meshes[0] && seed % 2 == 0;
             const Stage stage(mesh, &random, bar ? 3000 : 60, seed % 4 != 0 && !bar);
             const CutPlane plane = random_plane(mesh, &random);
@@ -234,8 +233,8 @@ TEST(Cuts, InAnyDirectionLeaveTheVoxelsOfTheUncutPart) {
     EXPECT_LT(moved, solid / 10'000);
 }
 
-// Three metres long: counted in floats from the middle of each half, half of a vertex's bits would
-// be above 1/256 voxel.
+// Three metres long: relative to the center of each half, an ulp of a float would exceed 1/256
+// voxel.
 TEST(Cuts, FarFromTheMiddleLeaveTheVoxelsOfTheUncutPart) {
     mesh::Mesh mesh = testing::sphere(1, 24, 16);
     for (Vec3d& p : mesh.positions)
@@ -293,7 +292,7 @@ std::vector<CutPlane> planes_through_one(const mesh::Mesh& mesh, size_t count, b
     return out;
 }
 
-// Whoever owns them: no voxel is lost and none is added, whatever number of pieces meets there.
+// Whichever piece owns them, no voxel is lost or added, however many pieces meet there.
 TEST(Cuts, ThatMeetAtALineOrAtAPointLeaveTheVoxelsOfTheUncutPart) {
     int64_t solid = 0, moved = 0;
     for (uint32_t seed = 1; seed <= kRounds; ++seed) {
@@ -312,9 +311,9 @@ TEST(Cuts, ThatMeetAtALineOrAtAPointLeaveTheVoxelsOfTheUncutPart) {
     EXPECT_LT(moved, solid / 5'000);
 }
 
-// The second cut goes through one half only, so the other half's side of the first cut lacks the
-// vertices which that made: at such T-junctions a voxel may be lost or doubled, if its center is
-// within 1/256 voxel of the cut.
+// The second cut passes through one half only, so the other half's side of the first cut lacks its
+// vertices: at such T-junctions a voxel may be lost or doubled, if its center is within 1/256 voxel
+// of the cut.
 TEST(Cuts, OfOneHalfOnlyStayNextToTheCut) {
     Compared sum;
     for (uint32_t seed = 1; seed <= 2 * kRounds; ++seed) {
@@ -338,13 +337,13 @@ TEST(Cuts, OfOneHalfOnlyStayNextToTheCut) {
     EXPECT_GT(sum.odd.size(), 0u) << "nothing shows that these are the cuts that are meant";
 }
 
-// Nothing moves where the edges that are cut run along an axis: the vertices stay on them.
+// Nothing moves where the cut edges run along an axis: the new vertices are exactly on them.
 TEST(Cuts, OfAnUprightBoxLeaveItsVoxels) {
     for (uint32_t seed = 1; seed <= kRounds; ++seed) {
         std::mt19937 random(seed);
         const mesh::Mesh mesh = mesh::make_box({61.7, 23.3, 9.1});
         const Stage stage(mesh, &random, 150, false);
-        // The diagonals of its faces are edges too; these are inside flat faces.
+        // The diagonals of its faces are edges, too; these are inside flat faces.
         const std::vector<CutPiece> pieces =
             cut_all(cut_all({testing::whole(mesh)}, random_plane(mesh, &random)),
                     random_plane(mesh, &random));
@@ -366,7 +365,7 @@ TEST(Cuts, ThroughVerticesLeaveTheVoxelsOfTheUncutPart) {
             const Vec3d a = vertex(), b = vertex(), c = vertex();
             const Vec3d n = cross(b - a, c - a);
             if (!(length(n) > 1e-3)) continue;
-            // Rounding puts the other two beside the plane or on it.
+            // Rounding moves the other two beside the plane or onto it.
             expect_exact(mesh, cut_all({all}, {n, dot(n, a)}), stage,
                          "seed " + std::to_string(seed), &solid, &moved);
         }
@@ -401,7 +400,8 @@ TEST(Cuts, ThroughVoxelCentresLeaveTheVoxelsOfTheUncutPart) {
 class MeshCuts : public ::testing::TestWithParam<const char*> {};
 
 // Their sections are not star-shaped, so caps overlap themselves; within 1/256 voxel of the cut a
-// voxel beside the mesh may be taken, as of any cap that leaves the solid. None is lost or doubled.
+// voxel beside the mesh may be covered, as with any cap that leaves the solid. None is lost or
+// doubled.
 TEST_P(MeshCuts, LoseAndDoubleNoVoxel) {
     const std::string file =
         std::string(OPENFAB_SOURCE_DIR "/tests/data/meshes/") + GetParam() + ".obj";

@@ -1,8 +1,8 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Meshes out of whole prints: the same bytes for any way of running, the volume of the voxels, and
-// nothing where a print ends early.
+// Meshes of whole prints: the same bytes for all settings, the volume of the voxels, and no files
+// if a print ends early.
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -57,7 +57,7 @@ TEST_F(MeshOutput, SameBytesForAnyWayOfRunning) {
     }
 }
 
-/// The mesh of a print is that of the same voxels exported, and has their volume.
+/// The mesh of a print equals that of the exported voxels, and has their volume.
 TEST_F(MeshOutput, HasTheVolumeOfTheVoxels) {
     expect_print({"--voxel", "0.5mm", "--dither", "floyd_steinberg"}, scratch() / "card.ofr");
     expect_print({"--mesh-pitch", "0.5mm", "--dither", "floyd_steinberg"}, scratch() / "card.3mf");
@@ -89,7 +89,7 @@ TEST_F(MeshOutput, HasTheVolumeOfTheVoxels) {
     }
 }
 
-/// Dithered, the front of the card would be specks.
+/// Dithered, the front of the card would consist of specks.
 TEST_F(MeshOutput, IsNotDitheredUnlessTold) {
     for (const char* dither : {"majority", "floyd_steinberg"})
         expect_print({"--mesh-pitch", "0.5mm", "--dither", dither},

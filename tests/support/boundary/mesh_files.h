@@ -15,7 +15,7 @@ namespace openfab::testing {
 Vec3i half_voxels(const Vec3d& mm, const pipeline::PrintInfo& info);
 
 /// Reads the meshes of a 3MF by material code, with shared vertices. Fails the test and returns
-/// none where our reader rejects it.
+/// none if our reader rejects it.
 CollectedMeshes read_threemf_meshes(const std::string& bytes, const pipeline::PrintInfo& info);
 
 }  // namespace openfab::testing

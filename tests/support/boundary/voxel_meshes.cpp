@@ -31,7 +31,7 @@ std::string text(const Vec3i& p) {
     return fmt::format("({}, {}, {})", p.x, p.y, p.z);
 }
 
-/// From its lowest corner on, so that the same triangle is the same key.
+/// Rotated to its lowest corner, so that equal triangles have equal keys.
 std::array<std::array<int32_t, 3>, 3> key_of(const Triangle& t) {
     std::array<std::array<int32_t, 3>, 3> key{};
     for (size_t i = 0; i < 3; ++i)
@@ -40,7 +40,7 @@ std::array<std::array<int32_t, 3>, 3> key_of(const Triangle& t) {
     return key;
 }
 
-/// Places on each unit face where triangles are counted; off all lines between half voxels.
+/// Sample points on each unit face where triangles are counted; off all lines between half voxels.
 constexpr std::array<std::array<int64_t, 2>, 3> kSamples{
     {{401'113, 1'201'741}, {1'490'003, 700'867}, {1'000'213, 1'900'081}}};
 constexpr int64_t kScale = 1'048'576;  // of half a voxel
@@ -62,7 +62,7 @@ class Coverage {
         if (area[axis] == 0) return "a triangle has no area";
         const int32_t plane = (t[0][axis] + unit_ / 2) / unit_;
         for (const Vec3i& p : t) {
-            // In half voxels nothing is off its plane; in steps a vertex may be, by one.
+            // In half voxels vertices are on the plane; in steps they may be off by one.
             if (std::abs(p[axis] - plane * unit_) > (unit_ == 2 ? 0 : 1))
                 return fmt::format("a triangle at {} lies in no plane of faces", text(t[0]));
         }
@@ -235,7 +235,7 @@ int sign(int64_t x) {
     return x > 0 ? 1 : x < 0 ? -1 : 0;
 }
 
-/// The two axes that a plane is seen along with its area as large as it can be.
+/// Returns the two axes of the projection with the largest area.
 std::array<int, 2> axes_of(const Triangle& t) {
     const Vec3<int64_t> area = doubled_area(t);
     int axis = 0;
@@ -257,7 +257,7 @@ bool meets(const Triangle& t, const Vec3i& p, const Vec3i& q) {
     const auto turn = [u = u, v = v](const Vec3i& a, const Vec3i& b, const Vec3i& c) {
         return sign(cross2(b[u] - a[u], b[v] - a[v], c[u] - a[u], c[v] - a[v]));
     };
-    // In one plane: they meet unless a side of the triangle, or the segment, parts them.
+    // Coplanar: they meet unless a side of the triangle, or the segment, separates them.
     for (size_t i = 0; i < 3; ++i) {
         const Vec3i &a = t[i], &b = t[(i + 1) % 3], &c = t[(i + 2) % 3];
         const int inner = turn(a, b, c);
@@ -301,8 +301,7 @@ bool boxes_meet(const Triangle& a, const Triangle& b) {
     return true;
 }
 
-/// Returns whether a side of the triangle `from` meets the triangle `with` elsewhere than it
-/// should.
+/// Returns whether a side of the triangle `from` meets the triangle `with` where it must not.
 bool pierces(const CollectedMesh& mesh, const std::array<uint32_t, 3>& from,
              const std::array<uint32_t, 3>& with) {
     for (size_t i = 0; i < 3; ++i) {
@@ -321,7 +320,7 @@ bool pierces(const CollectedMesh& mesh, const std::array<uint32_t, 3>& from,
     return false;
 }
 
-/// The first pair of triangles of two meshes whose boxes meet and that are `wrong`.
+/// Returns the first pair of triangles of two meshes whose boxes meet and that are `wrong`.
 template <typename Wrong>
 std::string check_pairs(const CollectedMesh& one, const CollectedMesh& two, const Wrong& wrong) {
     Box3i box;

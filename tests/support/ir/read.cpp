@@ -14,7 +14,7 @@ namespace openfab::ir {
 
 namespace {
 
-/// The words of one line; a quoted word keeps its spaces.
+/// Splits a line into words; a quoted word keeps its spaces.
 std::vector<std::string> split(std::string_view line) {
     std::vector<std::string> words;
     size_t i = 0;

@@ -18,7 +18,7 @@ namespace openfab::ir {
 /// start with `#` are skipped. On a fault: empty, and `fault` says `line N: what`.
 std::optional<Fablet> read(std::string_view text, std::string* fault);
 
-/// The input or output kind that kind_name (compiler/ir/text.h) calls so.
+/// Returns the input or output kind of this name (kind_name in compiler/ir/text.h).
 std::optional<int32_t> kind_from_name(std::string_view name);
 
 }  // namespace openfab::ir

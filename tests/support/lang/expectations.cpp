@@ -69,7 +69,7 @@ std::vector<Item> parse_expected(std::string_view text) {
     return items;
 }
 
-/// Reads what the compiler prints, so that the printing is tested as well.
+/// Parses the compiler's output, so that the rendering is tested, too.
 std::vector<Item> parse_rendered(const std::string& text) {
     static const std::regex kMessage(R"(^.*?:(\d+):(\d+): ((?:error|warning): .*)$)");
     static const std::regex kNote(R"(^.*?:(\d+:\d+): note: (.*)$)");

@@ -20,18 +20,18 @@
 
 namespace openfab::testing {
 
-/// Gives what the file's comments expect and what the sink holds in one form: `3:15+1 error: …
+/// Return the file's expected diagnostics and those in the sink in one form: `3:15+1 error: …
 /// [id]`, `note 3:7: …`, `help: …`. Sorted by position; notes and help behind their message.
 std::vector<std::string> expected_diagnostics(std::string_view text);
 std::vector<std::string> actual_diagnostics(const diag::Sink& sink,
                                             const source::SourceManager& sources);
 
-/// Empty where both lists are the same, else the lines that only one has.
+/// Returns an empty text if both lists are equal, else the lines that only one has.
 std::string difference(const std::vector<std::string>& expected,
                        const std::vector<std::string>& actual);
 
-/// The text with its expectations replaced by what the sink holds. Line numbers in notes settle on
-/// a second run.
+/// Returns the text with its expectations replaced by the diagnostics in the sink. Line numbers in
+/// notes converge in a second run.
 std::string with_expectations(std::string_view text, const diag::Sink& sink,
                               const source::SourceManager& sources);
 

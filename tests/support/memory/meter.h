@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Counts the allocations of a part of a test. A program that links this has counting operators new
-// and delete; malloc by C libraries is not counted.
+// Measures the allocations in part of a test. A program that links this gets counting operators new
+// and delete; malloc in C libraries is not counted.
 
 #include <cstdint>
 #include <ctime>
@@ -15,7 +15,7 @@ class Meter {
     Meter();
     /// Returns the peak of allocated bytes since the meter was made, above those allocated before.
     int64_t peak_bytes() const;
-    /// Since then, of processors, which other programs share.
+    /// Returns the processor time since then, independent of other programs.
     double seconds() const { return static_cast<double>(std::clock() - start_) / CLOCKS_PER_SEC; }
 
   private:

@@ -14,7 +14,7 @@ bool before(const Vec3d& a, const Vec3d& b) {
     return a.x != b.x ? a.x < b.x : a.y != b.y ? a.y < b.y : a.z < b.z;
 }
 
-/// Where an edge meets the plane: the same for whoever has the edge, in either direction.
+/// Returns the point where an edge meets the plane, independent of the edge's direction.
 Vec3d edge_point(Vec3d a, Vec3d b, const CutPlane& plane) {
     if (before(b, a)) std::swap(a, b);
     const double sa = plane.side(a), sb = plane.side(b);
@@ -26,7 +26,7 @@ struct Corner {
     bool on_plane;
 };
 
-/// The part of a triangle on one side, 1 above and -1 below.
+/// Clips a triangle to one side, 1 above and -1 below.
 std::vector<Corner> clip(const CutTriangle& t, const CutPlane& plane, int side) {
     std::vector<Corner> out;
     for (size_t c = 0; c < 3; ++c) {
@@ -39,7 +39,7 @@ std::vector<Corner> clip(const CutTriangle& t, const CutPlane& plane, int side) 
     return out;
 }
 
-/// From the corner that comes first by position, so that a cap is divided alike on both sides.
+/// From the first corner by position, so that a cap is triangulated alike on both sides.
 void add_fan(const std::vector<Corner>& polygon, std::vector<CutTriangle>* out) {
     const size_t n = polygon.size();
     size_t first = 0;
@@ -86,7 +86,7 @@ std::array<CutPiece, 2> cut(const CutPiece& piece, const CutPlane& plane) {
         for (const CutTriangle& t : triangles) {
             const bool flat =
                 plane.side(t[0]) == 0 && plane.side(t[1]) == 0 && plane.side(t[2]) == 0;
-            // What lies in the plane closes the piece that it looks away from.
+            // Triangles in the plane belong to the piece that they face away from.
             const bool looks_up = dot(cross(t[1] - t[0], t[2] - t[0]), plane.normal) > 0;
             for (size_t k = 0; k < 2; ++k) {
                 if (flat && (k == 0) == looks_up) continue;
@@ -102,7 +102,7 @@ std::array<CutPiece, 2> cut(const CutPiece& piece, const CutPlane& plane) {
     };
     cut_all(piece.outer, false);
     cut_all(piece.caps, true);
-    // In the plane, and inside a convex outline, as the middle of its box need not be.
+    // In the plane and inside a convex outline, unlike the center of its box.
     Vec3d middle;
     for (const auto& edge : outline[0])
         middle = middle + edge[0] * (1 / static_cast<double>(outline[0].size()));

@@ -34,8 +34,7 @@ struct CutPlane {
 CutPiece whole(const mesh::Mesh& mesh);
 
 /// Returns the pieces above and below the plane. Each cap is a fan around the center of its
-/// outline: with outlines
-/// that are not star-shaped its triangles overlap each other, and cancel where they do.
+/// outline: for outlines that are not star-shaped its triangles overlap and cancel.
 std::array<CutPiece, 2> cut(const CutPiece& piece, const CutPlane& plane);
 
 }  // namespace openfab::testing

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// A folder of a test's own that goes away with it.
+// A temporary folder of a test, removed with it.
 
 #include <stdlib.h>
 

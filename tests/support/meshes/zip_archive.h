@@ -8,7 +8,7 @@
 
 namespace openfab::testing {
 
-/// A ZIP archive of names and contents; entries are deflated, but for the first.
+/// Makes a ZIP archive of names and contents; all entries but the first are deflated.
 std::string zip_archive(const std::vector<std::pair<std::string, std::string>>& files);
 
 }  // namespace openfab::testing

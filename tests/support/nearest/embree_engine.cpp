@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/support/nearest/embree_engine.h"
 
-// The two versions that systems have agree in all that is used here.
+// Both versions agree in everything that is used here.
 #if __has_include(<embree4/rtcore.h>)
 #include <embree4/rtcore.h>
 #else
@@ -26,7 +26,6 @@ using nearest::BlockAnswer;
 using nearest::BlockQuery;
 using nearest::PointAnswer;
 using nearest::PointPacket;
-
 
 class Engine final : public EmbreeEngine {
   public:
@@ -116,8 +115,7 @@ class Engine final : public EmbreeEngine {
                         nearest::voxel_center(frame_, lowest + Vec3i{size - 1, size - 1, size - 1});
         const Vec3f middle = (lo + hi) * 0.5f;
         const double reach = 0.501 * static_cast<double>(length(hi - lo));
-        const double distance =
-            closest(middle, kInfinity, &s).exact_mm;
+        const double distance = closest(middle, kInfinity, &s).exact_mm;
         out->clear();
         out->distance_hi = static_cast<float>(distance * 1.0001 + reach);
         Near near{this, vec_cast<double>(middle), {}};
@@ -153,7 +151,7 @@ class Engine final : public EmbreeEngine {
     struct Near {
         const Engine* engine;
         Vec3d p;
-        std::vector<std::pair<int64_t, double>> triangles;  // and how far they are
+        std::vector<std::pair<int64_t, double>> triangles;  // with their distances
     };
 
     const nearest::TriangleDetail& detail(int64_t triangle) const { return details_[triangle]; }
@@ -198,8 +196,8 @@ class Engine final : public EmbreeEngine {
         return length(p - reference::closest_point(p, vec(f.v0), vec(d.v1), vec(d.v2)));
     }
 
-    /// How far to look where something is known to be at `exact_mm`: any triangle that may win in
-    /// float is no farther, with what Embree rounds.
+    /// Returns the search radius if something is known to be at `exact_mm`: no triangle that may
+    /// win in float is farther, including Embree's rounding.
     float reach(double exact_mm) const {
         return static_cast<float>(exact_mm + 4 * allowed_mm(exact_mm));
     }
@@ -222,7 +220,7 @@ class Engine final : public EmbreeEngine {
         if (exact > s.best.exact_mm + 2 * s.engine->allowed_mm(s.best.exact_mm)) return false;
         const nearest::Hit hit =
             nearest::closest_point(s.engine->frames_[triangle], s.engine->detail(triangle), s.p);
-        // Triangles are in order of patch and of place in the patch.
+        // Triangles are ordered by patch and index in the patch.
         if (hit.distance2 < s.best.hit.distance2 ||
             (hit.distance2 == s.best.hit.distance2 && triangle < s.best.triangle)) {
             s.best.hit = hit;

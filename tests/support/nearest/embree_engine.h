@@ -14,10 +14,10 @@
 
 namespace openfab::testing {
 
-/// Returns the same bits as the brute-force engine.
-/// Every triangle that could win by its distance in float
-/// is seen: Embree looks as far as the best distance in double and twice the error that is allowed
-/// between the two (rule 16). The surface may go once the engine is made, but for `ranges`.
+/// Returns the same bits as the brute-force engine. Every triangle that could win by its distance
+/// in float is considered: Embree searches up to the best distance in double plus twice the
+/// permitted error between the two (rule 16). Only the `ranges` of the surface must outlive the
+/// engine.
 class EmbreeEngine : public nearest::Engine {
   public:
     /// Further results of a query, valid until the scratch is used again.

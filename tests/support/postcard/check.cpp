@@ -32,7 +32,7 @@ struct Columns {
     }
 };
 
-/// Thickness that the back has at (u, v), in mm below z = 0.
+/// Returns the thickness of the back at (u, v), in mm below z = 0.
 double relief_mm(const Card& card, const Picture& hidden, double u, double v) {
     if (u < card.border_u || u > 1 - card.border_u || v < card.border_v || v > 1 - card.border_v) {
         return card.max_thickness_mm;
@@ -46,7 +46,7 @@ void fault(Findings& found, std::string text) {
 
 void compare_texture(const Columns& at, const Picture& front, Findings& found) {
     constexpr int32_t kWindow = 32;
-    // Tolerance for one window in one slice: an ordered dither does not count its dots. The worst
+    // Tolerance for one window in one slice: an ordered dither is not exact per window. The worst
     // of 26,000 is off by 0.020.
     constexpr double kAllowedWindow = 0.025;
     const Voxels& print = at.print;

@@ -56,7 +56,7 @@ struct Pipe {
     _exit(127);
 }
 
-/// Collects both streams until they close; sends the signals that are due on the way.
+/// Collects both streams until they close; sends the signals that are due meanwhile.
 void collect(pid_t child, const Pipe& out, const Pipe& err, const RunOptions& options,
              Outcome* outcome) {
     using Clock = std::chrono::steady_clock;
@@ -88,8 +88,8 @@ void collect(pid_t child, const Pipe& out, const Pipe& err, const RunOptions& op
 }
 
 #ifdef OPENFAB_SANITIZED
-/// Removes messages of the address sanitizer about itself: it warns of the stacks that Halide
-/// compiles on.
+/// Removes messages of the address sanitizer about itself: it warns about the stacks on which
+/// Halide compiles.
 std::string without_sanitizer_notes(const std::string& text) {
     std::istringstream lines(text);
     std::string out;

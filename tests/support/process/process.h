@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Runs the project's own programs from tests, without a shell, and gives each test a folder that
-// goes away with it.
+// Runs the project's own programs from tests, without a shell, and gives each test a folder that is
+// removed with it.
 
 #include <csignal>
 #include <cstdint>
@@ -16,11 +16,11 @@
 namespace openfab::testing {
 
 struct Outcome {
-    int exit_code = -1;  ///< 128 + signal where one ended it
+    int exit_code = -1;  ///< 128 + signal if a signal ended it
     std::string out;
     std::string err;
     int64_t peak_rss_bytes = 0;    ///< of the process, across exec
-    double processor_seconds = 0;  ///< user and system, with those of programs that it waited for
+    double processor_seconds = 0;  ///< user and system, including children
 };
 
 struct RunOptions {
@@ -58,7 +58,7 @@ class ScratchFolder {
 /// A small in-memory file system, mounted over a fresh folder until destruction. Needs privileges.
 class SmallDisk {
   public:
-    /// Mounts one; returns null, and the reason in `why_not`, where the system refuses.
+    /// Mounts one; returns null, and the reason in `why_not`, if the system refuses.
     static std::unique_ptr<SmallDisk> create(int64_t bytes, std::string* why_not);
     ~SmallDisk();
     SmallDisk(const SmallDisk&) = delete;

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Dicing as runtime/surface/surface.h defines it, done plainly: one micro-vertex at a time, shared
-// micro-vertices found by search, everything in memory. The surface stage is any function; which
-// base triangles are identities is given.
+// A plain implementation of dicing as defined in runtime/surface/surface.h: one micro-vertex at a
+// time, shared micro-vertices found by search, everything in memory. The surface stage is any
+// function; which base triangles are identities is given.
 
 #include <array>
 #include <cstdint>

@@ -23,7 +23,7 @@ std::vector<uint16_t> normalise(std::span<const float> weights,
         amounts.push_back(w > 0 ? w : 0);
         total += amounts.back();
     }
-    // Sums this large are taken of amounts scaled down, so that nothing overflows.
+    // Larger sums use scaled-down amounts, so that nothing overflows.
     const float scale = total > 0x1p127f ? 0x1p-64f : 1.0f;
     std::vector<float> sums(static_cast<size_t>(materials) + 1, 0.0f);
     for (size_t s = 0; s < amounts.size(); ++s) {
@@ -80,7 +80,7 @@ int32_t pure_code(const uint16_t* fractions, int32_t channels) {
     return 0;
 }
 
-/// The first material at which the running sum of the fractions exceeds the threshold.
+/// Returns the first material at which the running sum of the fractions exceeds the threshold.
 int32_t drawn_code(const uint16_t* fractions, int32_t channels, uint32_t threshold) {
     uint32_t sum = 0;
     for (int32_t m = 0; m < channels; ++m) {
@@ -98,12 +98,12 @@ int32_t largest_code(const uint16_t* fractions, const float* value, int32_t chan
     return best;
 }
 
-/// Of the fractions; the first of equals.
+/// Returns the largest fraction; ties go to the first.
 int32_t most_frequent(const uint16_t* fractions, int32_t channels) {
     return static_cast<int32_t>(std::max_element(fractions, fractions + channels) - fractions);
 }
 
-/// Draws a material in proportion to what its value has above the floor.
+/// Draws a material in proportion to the excess of its value over the floor.
 int32_t decorrelated_code(const uint16_t* fractions, const float* value, int32_t channels,
                           float floor, uint32_t hash) {
     std::vector<float> sums;
@@ -122,7 +122,7 @@ int32_t decorrelated_code(const uint16_t* fractions, const float* value, int32_t
     return code;
 }
 
-/// One slice: `value` starts as the fractions and gathers errors.
+/// One slice: `value` starts as the fractions and accumulates errors.
 class Slice {
   public:
     Slice(const FractionField& field, int32_t z, dither::DitherRule rule, uint32_t seed)
@@ -165,7 +165,7 @@ class Slice {
                                          static_cast<uint32_t>(place.z), seed_);
     }
 
-    /// The side that a voxel is on, if any.
+    /// Returns the side that a voxel is on, if any.
     dither::BlueNoiseFace face(int32_t x, int32_t y) const {
         using enum dither::BlueNoiseFace;
         const bool low_x = !takes(x - 1, y), high_x = !takes(x + 1, y);
@@ -173,8 +173,8 @@ class Slice {
         const auto side_x = low_x ? kLowX : kHighX, side_y = low_y ? kLowY : kHighY;
         if (!low_x && !high_x) return low_y || high_y ? side_y : kInside;
         if (low_x == high_x || low_y == high_y) return side_x;
-        // An outer corner, whose border goes on in two directions: along x is the longer tread if
-        // the border gets away from it in y only.
+        // An outer corner, whose border continues in two directions: the longer step is along x if
+        // the border leaves it in y only.
         const int32_t out_x = low_x ? -1 : 1, out_y = low_y ? -1 : 1;
         return takes(x + out_x, y - out_y) && !takes(x - out_x, y + out_y) ? side_y : side_x;
     }
@@ -198,7 +198,7 @@ class Slice {
         const int32_t code = decorrelated_code(fractions, value, field_.channels, floor, hash);
         value[code] -= 65535.0f;
         if (behind > 0) return code;
-        // A start has a random phase in each material; the most frequent one makes up for the
+        // A start has a random error in each material; the most frequent one compensates the
         // others.
         const int32_t most = most_frequent(fractions, field_.channels);
         int32_t sum = 0;
@@ -238,7 +238,7 @@ class Slice {
     dither::DitherRule rule_;
     int32_t z_;
     uint32_t seed_;
-    std::vector<int32_t> received_;  ///< neighbours behind that have handed on errors
+    std::vector<int32_t> received_;  ///< previous neighbours that have passed on errors
     std::vector<float> value_;
 };
 

@@ -41,8 +41,8 @@ FractionField make_field(const Vec3i& size, int32_t materials);
 /// Two or more fractions above 0.
 bool is_mixed(const uint16_t* fractions, int32_t channels);
 
-/// Error diffusion scatters errors forward, as in the paper of 1976, with the zero rule. Returns a
-/// material code for each voxel, x fastest, then y, then z.
+/// Error diffusion scatters errors forward, as in Floyd and Steinberg 1976, with the zero rule.
+/// Returns a material code for each voxel, x fastest, then y, then z.
 std::vector<uint8_t> dither(const FractionField& field, uint64_t seed,
                             dither::DitherRule rule = dither::kDefaultDither);
 

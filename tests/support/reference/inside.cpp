@@ -19,8 +19,8 @@ int sign(std::initializer_list<Wide> coefficients) {
     return 0;
 }
 
-/// Whether the line along x through the sample meets the triangle: +1 or -1 by the side it is seen
-/// from, 0 if not. `n` gets the triangle's normal.
+/// Returns +1 or -1, by its orientation, if the line along x through the sample meets the triangle,
+/// else 0. `n` receives the triangle's normal.
 int meets(const SnappedTriangle& t, const Vec3<int64_t>& center, Vec3<Wide>* n) {
     const Vec3<Wide> a = vec_cast<Wide>(t[0]), b = vec_cast<Wide>(t[1]), c = vec_cast<Wide>(t[2]);
     *n = cross(b - a, c - a);
@@ -88,7 +88,7 @@ std::vector<uint8_t> inside(const std::vector<SnappedTriangle>& triangles, const
     std::vector<SnappedTriangle> row;
     for (int32_t k = 0; k < size.z; ++k) {
         for (int32_t j = 0; j < size.y; ++j) {
-            // Whether the line of a row meets a triangle is the same for all its voxels.
+            // Whether the line of a row meets a triangle is the same for all voxels of the row.
             row.clear();
             Vec3<Wide> n;
             for (const SnappedTriangle& t : triangles) {

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Point in solid, plainly: the exact winding number of a voxel's center, moved by (e, e², e³),
-// counted along +x over every triangle. Vertices snap to floor(256 v + 0.5) in voxel units; all
-// tests are exact in 128 bits.
+// A plain point-in-solid test: the exact winding number of a voxel's center, perturbed by (e, e²,
+// e³), counted along +x over every triangle. Vertices snap to floor(256 v + 0.5) in voxel units;
+// all tests are exact in 128 bits.
 
 #include <array>
 #include <cstdint>
@@ -19,7 +19,7 @@ using SnappedTriangle = std::array<Vec3<int64_t>, 3>;
 /// Snaps a point in part-local mm to 1/256 voxel. `local_to_voxel` is from part::local_to_voxel.
 Vec3<int64_t> snap(const Affine3d& local_to_voxel, const Vec3d& point);
 
-/// Snaps triangles; where the map mirrors, turns them over so that they stay counter-clockwise from
+/// Snaps triangles, and flips them if the map mirrors, so that they stay counter-clockwise from
 /// outside.
 std::vector<SnappedTriangle> snap_triangles(const Affine3d& local_to_voxel,
                                             const std::vector<std::array<Vec3d, 3>>& triangles);

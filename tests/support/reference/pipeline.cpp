@@ -28,7 +28,7 @@ uint32_t bits(float value) {
     return std::bit_cast<uint32_t>(value);
 }
 
-/// What every stage of a part reads: uniforms, frame, textures.
+/// The inputs of every stage of a part: uniforms, frame, textures.
 class PartEnvironment : public interp::Environment {
   public:
     PartEnvironment(const part::Part& part, const std::array<float, OPENFAB_FRAME_COUNT>& frame)
@@ -106,8 +106,8 @@ class SurfaceEnvironment final : public PartEnvironment {
     const MicroInputs& in_;
 };
 
-/// One base triangle as a box of inputs: which displacement interval it has decides whether it is
-/// an identity.
+/// One base triangle as a box of inputs: its displacement interval decides whether it is an
+/// identity.
 class TriangleBoundsEnvironment final : public PartEnvironment {
   public:
     TriangleBoundsEnvironment(const part::Part& part,
@@ -184,8 +184,8 @@ class VolumeEnvironment final : public PartEnvironment {
                 return 0;
         }
     }
-    /// Place of a component among all float (or all other) components of the fablet's @nearest
-    /// inputs.
+    /// Returns the index of a component among all float (or all other) components of the fablet's
+    /// @nearest inputs.
     static size_t place(const part::Part& part, size_t input, size_t component) {
         const bool is_float = part.fablet->nearest[input].scalar == OPENFAB_FLOAT;
         for (size_t k = 0; k < input; ++k) {
@@ -248,7 +248,7 @@ class PlainPart {
 
     bool inside(size_t voxel) const { return inside_[voxel] != 0; }
     int32_t priority() const { return part_.priority; }
-    /// All parts of the world, by place in the build list: what distance_to asks.
+    /// All parts of the world, by index in the build list, for distance_to.
     void set_world(const std::vector<std::unique_ptr<PlainPart>>* world) { world_ = world; }
 
     std::vector<uint16_t> fractions(const Vec3i& voxel, int32_t materials) const {
@@ -292,7 +292,7 @@ class PlainPart {
         }
         for (size_t k = 0; k < values.size(); ++k) {
             const ir::Output& output = surface_.outputs[k];
-            // The sum turns -0 into 0, so that equal places have equal bits.
+            // The sum turns -0 into 0, so that equal positions have equal bits.
             if (output.kind == OPENFAB_ARG_POSITION)
                 out.position[output.b] = std::bit_cast<float>(values[k]) + 0.0f;
             if (output.kind == OPENFAB_ARG_SURFACE_OUT) {
@@ -330,7 +330,7 @@ class PlainPart {
         }
     }
 
-    /// +1 where the ray from p along +x, p moved by (e, e², e³), leaves through the triangle.
+    /// +1 where the ray from p along +x, p perturbed by (e, e², e³), leaves through the triangle.
     static int32_t crossing(const std::array<Vec3f, 3>& t, const Vec3f& p) {
         int side = 0;
         for (size_t e = 0; e < 3; ++e) {
@@ -344,7 +344,7 @@ class PlainPart {
         return nearest::volume_sign(t[0], t[1], t[2], p) == -side ? side : 0;
     }
 
-    /// Signed distance of any point; infinite where it is no point.
+    /// Returns the signed distance of any point; infinite if it is not finite.
     float signed_distance(const Vec3f& p, const NearestPoint& nearest) const {
         if (nearest.triangle == nullptr) return std::numeric_limits<float>::infinity();
         int32_t winding = 0;
@@ -446,7 +446,7 @@ std::vector<uint8_t> print(const std::vector<ReferencePart>& parts, const part::
     for (int32_t z = 0; z < grid.size.z; ++z) {
         for (int32_t y = 0; y < grid.size.y; ++y) {
             for (int32_t x = 0; x < grid.size.x; ++x, ++place) {
-                // Highest priority first; of equals the later one has the voxel.
+                // Highest priority first; on ties the later one has the voxel.
                 const PlainPart* owner = nullptr;
                 for (const auto& part : plain) {
                     if (part->inside(place) &&

@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The whole print, plainly: fablets walked by the interpreter, surfaces diced one micro-vertex at a
-// time, point in solid by winding number, nearest point by trying every micropolygon, textbook
-// dither. Slow, small and independent of the slab loop, the voxeliser, the query engine, culling,
-// and generated code. What the pipeline prints must equal this to the bit.
+// A plain implementation of the whole print: fablets run by the interpreter, surfaces diced one
+// micro-vertex at a time, point in solid by winding number, nearest point by trying every
+// micropolygon, textbook dither. Slow, small and independent of the slab loop, the voxeliser, the
+// query engine, culling, and generated code. The pipeline's output must equal this bit for bit.
 
 #include <cstdint>
 #include <vector>

@@ -2,8 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Runs a field of fractions through the generated dither and pack kernels, the way the slab loop
-// does.
+// Runs a field of fractions through the dither and the pack kernel, as the slab loop does.
 
 #include <cstdint>
 #include <vector>

@@ -30,7 +30,7 @@ struct HandOut {
     int32_t zone = 0;
 };
 
-/// 0 at whole numbers, 1 between them.
+/// 0 at integers, 1 midway between them.
 float wave(float x) {
     const float f = x - std::floor(x);
     return 4 * f * (1 - f);
@@ -214,7 +214,8 @@ const std::vector<openfab_arg>& bounds_args() {
     return args;
 }
 
-/// As tight as the arguments allow, so that a gradient or a normal missing from their ranges shows.
+/// As tight as the arguments allow, to detect a gradient or normal that is missing from their
+/// ranges.
 void footprint_range(void** args, int32_t i, float amplitude, float* lo, float* hi) {
     float least = 0, most = 0;
     for (int32_t g = kBGrad; g < kBD; g += 2) {

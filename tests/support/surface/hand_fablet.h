@@ -27,7 +27,7 @@ enum class HandMode : int32_t {
                 ///< identity
     kBumps = 1,      ///< everything moves along n by a wave of p
     kFootprint = 2,  ///< everything moves along n by a function of uv gradients and ng
-    kStill = 3,      ///< moves by exactly 0, which the interval form does not tell
+    kStill = 3,      ///< moves by exactly 0, which its interval form does not show
     kRelief = 5,     ///< like kBack, with photographic detail: waves of 50 down to 0.5 mm on a
                      ///< 100 mm card
     kBroken = 4,     ///< NaN on a part of the surface, infinite on another

@@ -13,9 +13,9 @@
 
 namespace openfab::testing {
 
-/// Moves every vertex by up to `amount_mm`, turns the corners of triangles round and shuffles their
-/// order, and gives each triangle a face number of 0 to 2. A closed mesh stays closed; it may cut
-/// through itself.
+/// Moves every vertex by up to `amount_mm`, rotates the corners of triangles and shuffles their
+/// order, and gives each triangle a face number of 0 to 2. A closed mesh stays closed, but may
+/// intersect itself.
 inline mesh::Mesh shaken(mesh::Mesh mesh, uint32_t seed, double amount_mm) {
     std::mt19937 random(seed);
     const auto number = [&](uint32_t below) { return static_cast<uint32_t>(random() % below); };
@@ -47,7 +47,7 @@ inline mesh::Mesh shaken(mesh::Mesh mesh, uint32_t seed, double amount_mm) {
     return out;
 }
 
-/// Two meshes with the same attributes in one; where they touch, edges have four triangles.
+/// Joins two meshes with the same attributes; where they touch, edges have four triangles.
 inline mesh::Mesh joined(mesh::Mesh a, const mesh::Mesh& b, const Vec3d& offset_mm) {
     const int32_t first = static_cast<int32_t>(a.positions.size());
     for (const Vec3d& p : b.positions)
@@ -71,7 +71,7 @@ inline mesh::Mesh joined(mesh::Mesh a, const mesh::Mesh& b, const Vec3d& offset_
     return a;
 }
 
-/// The same surface seen from its other side: joined to a larger one it makes that hollow.
+/// Inverts a surface: joined to a larger one it makes that hollow.
 inline mesh::Mesh inside_out(mesh::Mesh mesh) {
     for (size_t t = 0; t < mesh.triangles.size(); ++t) {
         std::swap(mesh.triangles[t][1], mesh.triangles[t][2]);
@@ -129,7 +129,7 @@ inline std::vector<Scenario> scenarios() {
                    0.2f, 0.17});
     all.push_back({"two cubes, the same place", joined(cube(1), cube(1), {0, 0, 0}),
                    HandMode::kBack, 0.2f, 0.3});
-    // Shells in one another, a wall thinner than a voxel, and displacements that turn inside out.
+    // Nested shells, a wall thinner than a voxel, and displacements that turn inside out.
     const mesh::Mesh hollow = joined(sphere(2, 10, 6), inside_out(sphere(1.4, 9, 5)), {});
     all.push_back(
         {"hollow with a core", joined(hollow, sphere(0.8, 8, 5), {}), HandMode::kBumps, 0.2f, 0.2});

@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Meshes as files: read back by the library that others use, and by our own readers.
+// Mesh files, read back by a widely used library and by our own readers.
 
 #include "backends/boundary/mesh_sink.h"
 
@@ -37,7 +37,7 @@ using ::testing::HasSubstr;
 using ::testing::UnorderedElementsAre;
 namespace fs = std::filesystem;
 
-/// Coordinates of such a print are exact in any number of bits.
+/// Coordinates of such a print are exact in single precision.
 SamplePrint exact_sample(Vec3i size, int32_t bits = 4) {
     SamplePrint print = make_sample(size, bits);
     print.info.pitch_mm = {0.125, 0.25, 0.5};
@@ -83,7 +83,7 @@ TEST_F(MeshFiles, A3mfHoldsTheMeshes) {
     }
 }
 
-/// Our own loader finds nothing to object to, though voxels touch in all ways.
+/// Our own loader accepts it without warnings, although voxels touch in all ways.
 TEST_F(MeshFiles, A3mfCanBePrinted) {
     SamplePrint print = exact_sample({40, 30, 20});
     ASSERT_TRUE(write(print, "part.3mf"));
@@ -124,8 +124,7 @@ TEST_F(MeshFiles, AnStlHasTheTrianglesOfItsMaterial) {
     }
 }
 
-/// Welds like every reader of an STL: equal coordinates are one vertex. Positions are in 1/4096
-/// voxel.
+/// Welds like any STL reader: equal coordinates are one vertex. Positions are in 1/4096 voxel.
 CollectedMesh merged(const std::string& bytes, const pipeline::PrintInfo& info) {
     CollectedMesh mesh;
     std::map<std::array<float, 3>, uint32_t> numbers;
@@ -150,7 +149,7 @@ CollectedMesh merged(const std::string& bytes, const pipeline::PrintInfo& info) 
 }
 
 /// Two triangles to an edge and one fan to a vertex, though voxels touch in all ways; also where a
-/// step is less than single precision tells.
+/// step is below single precision.
 TEST_F(MeshFiles, AnStlIsManifoldByItsCoordinates) {
     for (const double pitch : {0.125, 0.1, 1.7e-4}) {
         SamplePrint print = exact_sample({40, 30, 20});

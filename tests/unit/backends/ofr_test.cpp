@@ -31,9 +31,9 @@ class Ofr : public ::testing::Test {
 
     struct Read {
         int32_t good = 0;
-        std::string error;  ///< empty: whole and complete
+        std::string error;  ///< empty: complete
     };
-    /// Reads all of a file; every slice that comes must be that of `print`.
+    /// Reads a whole file; every slice must equal that of `print`.
     static Read read(const std::string& path, const SamplePrint& print) {
         Read result;
         Result<std::unique_ptr<ofr::OfrReader>> reader = ofr::OfrReader::open(path);
@@ -140,16 +140,16 @@ TEST_F(Ofr, EveryFlippedBitIsAnErrorOrDoesNoHarm) {
     write(print);
     const std::string bytes = read_file(file());
     int32_t harmless = 0;
-    // One bit of each byte or two; 7 and 8 have no common factor, so all places in a byte come up.
+    // One bit of each byte or two; 7 and 8 have no common factor, so all bit positions occur.
     for (size_t bit = 0; bit < bytes.size() * 8; bit += 7) {
         std::string damaged = bytes;
         damaged[bit / 8] = static_cast<char>(damaged[bit / 8] ^ (1 << (bit % 8)));
         scratch_.write("bad.ofr", damaged);
-        // read() compares the voxels of every slice that comes.
+        // read() compares the voxels of every slice.
         harmless += read(file("bad.ofr"), print).error.empty() ? 1 : 0;
         (void)ofr::OfrReader::read_totals(file("bad.ofr"));  // no crash
     }
-    EXPECT_LE(harmless, 4);  // a few bits of zstd frames mean nothing
+    EXPECT_LE(harmless, 4);  // a few bits of zstd frames are unused
 }
 
 TEST_F(Ofr, TrailingBytesAreAnError) {
@@ -166,7 +166,7 @@ TEST_F(Ofr, IsReadFromAPipe) {
     int ends[2];
     ASSERT_EQ(::pipe(ends), 0);
     std::thread writer([&] {
-        // In odd pieces, so that reads come up short.
+        // In pieces of odd size, so that reads are short.
         for (size_t at = 0; at < bytes.size(); at += 7) {
             const std::string piece = bytes.substr(at, 7);
             ASSERT_EQ(::write(ends[1], piece.data(), piece.size()),

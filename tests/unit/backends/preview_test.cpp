@@ -105,8 +105,8 @@ TEST_F(Preview, PixelsAreSquare) {
 TEST_F(Preview, TransmissionFallsWithTheSquareOfTheThickness) {
     SamplePrint print = make_letter_f(4, 21);
     std::fill(print.codes.begin(), print.codes.end(), uint8_t{0});
-    // Thickness 1 at the left to 20 at the right, in voxels; the part stands on no level ground, so
-    // order does not matter.
+    // Thickness 1 at the left to 20 at the right, in voxels; the part does not start at one level,
+    // so order does not matter.
     for (int32_t x = 0; x < 20; ++x) {
         for (int32_t y = 0; y < 28; ++y) {
             for (int32_t n = 0; n <= x; ++n)
@@ -132,7 +132,7 @@ TEST_F(Preview, ModelFromStraightAboveIsTheFront) {
     }
 }
 
-// Turned by 90 degrees the viewer stands at +x: what is at the lowest y is on the left.
+// At a turn of 90 degrees the viewer is at +x, and the lowest y is on the left.
 TEST_F(Preview, ModelTurnsWithTheViewer) {
     SamplePrint print = make_letter_f(10, 12);
     std::fill(print.codes.begin(), print.codes.end(), uint8_t{0});
@@ -270,7 +270,7 @@ TEST(PreviewColumns, SightStopsAtTheFirstVoid) {
     }
 }
 
-// Long runs, which are skipped, against a plain look at each column.
+// Long runs, which are skipped, against a plain scan of each column.
 TEST(PreviewColumns, AgreeWithAPlainLookAtEachColumn) {
     uint32_t state = 3;
     const auto random = [&state](uint32_t below) {

@@ -67,7 +67,7 @@ TEST_F(InputFileTest, ReadsNoMoreThanItMay) {
     EXPECT_EQ(file->bytes(), 3);
     EXPECT_EQ(*file->read_all(3), "own");
     EXPECT_THAT(file->read_all(2).error().text(), HasSubstr("it is larger than 2 B"));
-    // The system tells no size of these.
+    // The system reports no size for these.
     const Result<InputFile> endless = InputFile::open("/proc/self/maps");
     ASSERT_TRUE(endless);
     EXPECT_FALSE(endless->read_all(10));

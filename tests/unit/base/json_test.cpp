@@ -98,8 +98,8 @@ uint64_t bits_of(double value) {
     return std::bit_cast<uint64_t>(value);
 }
 
-/// Literals of all shapes: many zeros, long digits, exponents, the least and the largest doubles,
-/// and places half-way between two.
+/// Literals of all shapes: many zeros, many digits, exponents, the smallest and the largest
+/// doubles, and midpoints between two.
 std::vector<std::string> literals() {
     std::mt19937_64 random(20);
     const auto below = [&](size_t n) { return static_cast<size_t>(random() % n); };
@@ -115,7 +115,7 @@ std::vector<std::string> literals() {
     while (all.size() < 40'000) {
         std::string text = below(4) == 0 ? "-" : "";
         switch (below(5)) {
-            case 0:  // zeros, then whatever
+            case 0:  // zeros, then random digits
                 text += "0." + std::string(below(40) + 1, '0') + digits(below(4));
                 break;
             case 1:
@@ -124,7 +124,7 @@ std::vector<std::string> literals() {
             case 2:
                 text += fmt::format("{}{}", 1 + below(9), digits(below(300)));
                 break;
-            case 3: {  // half-way between two doubles, all digits of it
+            case 3: {  // the midpoint of two doubles, all digits
                 const double at = std::bit_cast<double>(random() % bits_of(1e300));
                 const double next = std::nextafter(at, HUGE_VAL);
                 std::array<char, 1200> buffer;
@@ -137,7 +137,7 @@ std::vector<std::string> literals() {
             default:
                 text += fmt::format("{:.17g}", std::bit_cast<double>(random() % bits_of(1e300)));
         }
-        // The parser's own limit of size is tried apart.
+        // The parser's own size limit is tested separately.
         if (text.find('e') == text.npos && below(2) == 0)
             text += fmt::format("e{}{}", below(2) == 0 ? "-" : "", below(340));
         if (std::isfinite(std::strtod(text.c_str(), nullptr))) all.push_back(std::move(text));
@@ -170,7 +170,7 @@ TEST(Json, ReadsLongNumbersAtOnce) {
         ASSERT_TRUE(root) << root.error().text();
         EXPECT_EQ(bits_of(root->number), bits_of(std::strtod(text.c_str(), nullptr)));
         EXPECT_LT(took.count(),
-                  1);  // a few milliseconds; it grows with the square where it is wrong
+                  1);  // a few milliseconds; a regression would be quadratic
     }
 }
 
@@ -178,7 +178,7 @@ TEST(Json, FindsTwoEqualKeysAmongMany) {
     std::string text = "{\"k\": 0";
     for (int i = 0; i < 200'000; ++i)
         text += fmt::format(",\n\"k{}\": 0", i);
-    EXPECT_EQ(error_of(text + "}"), "no error");  // comparing each with each takes a minute
+    EXPECT_EQ(error_of(text + "}"), "no error");  // pairwise comparison would take a minute
     EXPECT_EQ(error_of(text + ",\"k77\":1}"),
               "f.json:200001:14: duplicate key `k77`; it is first given at line 79");
 }
@@ -212,7 +212,7 @@ TEST(Json, SurvivesEveryTruncation) {
         std::string damaged = text;
         for (char c : {'\x01', '{', ']', '"', '\xC3'}) {
             damaged[n] = c;
-            (void)error_of(damaged);  // any answer but a crash
+            (void)error_of(damaged);  // any result but a crash
         }
     }
 }

@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Temporary folders go with the processes that made them, however these end.
+// Temporary folders are removed with the processes that created them, however these end.
 
 #include "base/own_folder.h"
 
@@ -25,8 +25,8 @@ namespace fs = std::filesystem;
 
 class TemporaryFolders : public ::testing::Test {
   protected:
-    /// A process that makes a folder with a file in it, and a file beside it, runs a program that
-    /// does not end, and is ended by `signal`; how it ended.
+    /// Starts a process that makes a folder with a file in it and a file beside it, and runs a
+    /// program that does not end; ends it by `signal` and returns how it ended.
     int end_one(int signal, const std::function<void()>& prepare = clean_up_on_signals) {
         int ready[2];
         if (::pipe(ready) != 0) return -1;
@@ -41,7 +41,7 @@ class TemporaryFolders : public ::testing::Test {
                 return file;
             });
             std::ofstream((*folder)->path() / "inside") << "text";
-            // Apart from this test's output, whose reader would wait for it.
+            // Detached from this test's output, whose reader would wait for it.
             posix_spawn_file_actions_t actions;
             posix_spawn_file_actions_init(&actions);
             for (const int end : {STDOUT_FILENO, STDERR_FILENO})
@@ -98,7 +98,7 @@ TEST_F(TemporaryFolders, OfKilledMakersGoWhenTheNextIsMade) {
     EXPECT_EQ(end_one(SIGKILL), SIGKILL);
     EXPECT_EQ(left(), 2u);
     ::kill(program_, SIGKILL);
-    // What looks like them and is not.
+    // Names that look similar but are not temporary.
     place_.write("openfab.tmp-abcdef", "a file");
     fs::create_directory(place_ / "other.tmp-abcdef");
     fs::create_directory(place_ / "openfab.tmp-abc");

@@ -47,7 +47,7 @@ TEST(Text, BytesThatAreNotUtf8AreShownAsBytes) {
     EXPECT_EQ(valid_utf8("a\xffz\xC3"), "a\uFFFDz\uFFFD");
 }
 
-// Composed messages may hold text that was escaped before.
+// Composed messages may contain text that is already escaped.
 TEST(Text, EscapingTwiceIsEscapingOnce) {
     std::string all;
     for (int byte = 0; byte < 256; ++byte)
@@ -76,7 +76,7 @@ TEST(Text, TheCaretStandsBelowItsTokenBehindEscapes) {
     const testing::ScratchFolder scratch;
     scratch.write("w.json", "{\"\x1b[31m\": \"b\x9b\", \"c\": 1}\n");
     const std::string file = (scratch / "w.json").string();
-    // Bytes that continue nothing are in no column of their own.
+    // Stray continuation bytes take no column of their own.
     EXPECT_EQ(render_error(error_at({file, 1, 11}, "what", "help\x1b")),
               file + ":1:11: error: what\n" +
                   " 1 | {\"\\x1b[31m\": \"b\\x9b\", \"c\": 1}\n"
@@ -84,7 +84,7 @@ TEST(Text, TheCaretStandsBelowItsTokenBehindEscapes) {
                   "help: help\\x1b\n");
 }
 
-// The place may be made up by whoever named a file.
+// The location may be forged by the name of a file.
 TEST(Text, APlaceInAPipeOrFarOutIsNotLookedUp) {
     EXPECT_EQ(render_error(error_at({"/dev/zero", 1, 1}, "oh")), "/dev/zero:1:1: error: oh\n");
     const testing::ScratchFolder scratch;
@@ -94,10 +94,10 @@ TEST(Text, APlaceInAPipeOrFarOutIsNotLookedUp) {
     EXPECT_LT(text.size(), 2 * file.size() + 200);
 }
 
-// One place writes to people, so one place keeps their terminals safe.
+// Only one file writes messages, so that only one has to keep terminals safe.
 TEST(Text, ProgramsWriteByOneDoor) {
     const std::string root = OPENFAB_SOURCE_DIR;
-    // The door; the bar, which has no names in it; an assertion; tools of the build.
+    // say.cpp itself; the progress bar, which shows no names; assertions; build tools.
     const std::set<std::string> exempt = {
         "base/say.cpp", "program/progress.cpp", "compiler/lower/schedule.cpp",
         "compiler/stages/stage_gen.cpp", "runtime/dither/blue_noise_gen.cpp"};

@@ -22,7 +22,7 @@ std::string apply(std::string text, std::vector<diag::Edit> edits) {
     return text;
 }
 
-/// The text with the fix of the first diagnostic, and whether there was just that one.
+/// Returns the text with the fix of the first diagnostic, and whether it was the only one.
 std::string fixed(const std::string& text) {
     source::SourceManager sources;
     diag::Sink sink;
@@ -57,7 +57,7 @@ TEST(Fixes, MendTheProgram) {
     }
 }
 
-/// What other languages write outside of a stage.
+/// Code of other languages outside of a stage.
 TEST(Fixes, MendADeclaration) {
     const std::string volume =
         " @Volume(@varying { VolumeAttributes attr }) { MaterialComposition mc; mc.Set(m, 1); "

@@ -25,7 +25,7 @@ class ModuleFiles : public ::testing::Test {
     void write(const std::string& name, const std::string& text) {
         std::ofstream(folder_ / name, std::ios::binary) << text;
     }
-    /// What is said about a file.
+    /// Returns the diagnostics of a file.
     std::string check(const std::string& name, const driver::FrontEndOptions& options = {}) {
         source::SourceManager sources;
         diag::Sink sink;
@@ -46,7 +46,7 @@ TEST_F(ModuleFiles, StandBesideTheImportingFileNotTheProgram) {
     write("main.fl", "import one;\n" + kProgram);
     write("one.fl", "float f() { return 1; }");
     EXPECT_EQ(check("main.fl"), "");
-    // `inner/two.fl` is seen from `inner` alone.
+    // `inner/two.fl` is visible from `inner` only.
     write("inner/main.fl", "import two;\n" + kProgram);
     write("inner/two.fl", "import three;\nfloat f() { return g(); }");
     write("inner/three.fl", "float g() { return 1; }");

@@ -15,7 +15,7 @@ namespace {
 constexpr auto kSide = static_cast<int32_t>(kBlueNoiseSide);
 constexpr BlueNoiseFace kInside = BlueNoiseFace::kInside;
 
-/// The rank that a threshold was made of, before it drifted; one more where that was 0.
+/// The rank that a threshold was made from, before rotation; one more if that was 0.
 int32_t rank_at(const Vec3i& voxel, BlueNoiseFace face, uint32_t seed) {
     const auto drifted = static_cast<uint32_t>(blue_noise_threshold(voxel, face, seed) + 1);
     return static_cast<int32_t>((drifted - blue_noise_drift(voxel.x, voxel.y, voxel.z)) & 0xffff);
@@ -26,7 +26,7 @@ double both(double distance, double width = 8) {
     return std::max(1 - distance / width, 0.0);
 }
 
-/// How much pixel a repels b, where the mask moves by (1, 2) from slice to slice.
+/// Returns how strongly pixel a repels b if the mask moves by (1, 2) from slice to slice.
 double energy(int32_t a, int32_t b, int32_t side) {
     double sum = 0;
     for (int32_t slice = -side; slice < side; ++slice) {
@@ -84,13 +84,13 @@ TEST(BlueNoise, EveryLineHasItsShareOfEveryRangeOfRanks) {
                 ASSERT_LT(threshold, 65535);
                 ++count[static_cast<size_t>(threshold / 4096)];
             }
-            // 3.8 in each 16th would be ideal; by chance some would have 12.
+            // 3.8 in each 16th would be ideal; in white noise some would have 12.
             EXPECT_LE(*std::max_element(count.begin(), count.end()), 8);
         }
     }
 }
 
-// The property that gives upright layers and those at 45 degrees their means.
+// The property that gives vertical and 45 degree layers their means.
 TEST(BlueNoise, EveryLayerMeetsEveryPixelOnce) {
     const Vec3i normals[] = {{1, 0, 0}, {0, 1, 0},  {1, 1, 0}, {1, -1, 0},
                              {1, 0, 1}, {1, 0, -1}, {0, 1, 1}, {0, 1, -1}};
@@ -127,7 +127,7 @@ TEST(BlueNoise, GoesOnBelowZero) {
     }
 }
 
-// The mask is part of what a print is: it must be the same wherever it was made.
+// The mask determines prints: it must be the same wherever it is built.
 TEST(BlueNoise, MaskIsTheSameEverywhere) {
     uint32_t hash = 0;
     for (uint16_t rank : kBlueNoiseMask)
@@ -146,7 +146,7 @@ TEST(BlueNoise, SeedMovesTheMask) {
     EXPECT_LT(same, 5);
 }
 
-// A fraction below the mask's levels is printed in its share, neither everywhere nor nowhere.
+// A fraction below the mask's levels is printed in proportion, neither everywhere nor nowhere.
 TEST(BlueNoise, PrintsFractionsBelowItsLevels) {
     for (int32_t fraction : {9, 12, 16}) {
         int32_t printed = 0;
@@ -161,7 +161,7 @@ TEST(BlueNoise, PrintsFractionsBelowItsLevels) {
     }
 }
 
-// The pattern of a side: the mask, not cuts through it.
+// The pattern of a side is the mask, not sections through it.
 TEST(BlueNoise, SidesHaveTheMaskInTheirPlane) {
     using enum BlueNoiseFace;
     for (const BlueNoiseFace face : {kLowX, kHighX, kLowY, kHighY}) {
@@ -191,7 +191,7 @@ BlueNoiseNeighbours neighbours(const char* rows) {
     return {at(4), at(3), at(5), at(1), at(7), at(0), at(2), at(6), at(8)};
 }
 
-// Rows in rising y, each in rising x; the voxel is the one in the middle.
+// Rows in ascending y, each in ascending x; the voxel is the one in the middle.
 TEST(BlueNoise, FacesOfAVoxel) {
     struct Case {
         const char* rows;
@@ -205,7 +205,7 @@ TEST(BlueNoise, FacesOfAVoxel) {
         {"....#....", "-x"}, {"####.####", "-"},                       // alone; not mixed
         {"....##.##", "-x"}, {"##.##....", "+x"},                      // corners of a square
         {"..#.##.##", "-x"}, {"..#.#####", "-x"},                      // steep, 45 degrees
-        {"....#####", "-y"}, {"...##.###", "-y"},                      // treads along x
+        {"....#####", "-y"}, {"...##.###", "-y"},                      // steps along x
         {"###.##...", "+y"}, {"#####....", "+y"}, {"......###", "-"},  //
     };
     for (const Case& c : cases) {

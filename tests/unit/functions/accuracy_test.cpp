@@ -39,7 +39,7 @@ class Exact {
     mpfr_t value;
 };
 
-/// Of a result that rounds to a denormal number, an ulp is the least one.
+/// For a result that rounds to a denormal, an ulp is the smallest denormal.
 double error_in_ulp(float got, const Exact& exact) {
     const float nearest = mpfr_get_flt(exact.value, MPFR_RNDN);
     if (std::isnan(got) || std::isnan(nearest)) {
@@ -84,7 +84,7 @@ TEST_P(AccuracyTest, IsWithinItsBound) {
     }
     RecordProperty("worst", std::to_string(worst));
     EXPECT_LE(worst, f.bound) << f.name << " of " << at;
-    // A bound that says little is one that was not measured.
+    // A loose bound was not measured.
     if (sweep) {
         std::printf("%s: %.3f ulp at %a\n", f.name, worst, static_cast<double>(at));
     }
@@ -116,7 +116,7 @@ float any_float(std::mt19937* random) {
     return ir::as_float(static_cast<uint32_t>((*random)()));
 }
 
-/// Pairs of every kind; pairs whose power is a number of middling size; bases near 1.
+/// Pairs of every kind; pairs whose power is of moderate size; bases near 1.
 TEST(Accuracy, Pow) {
     std::mt19937 random(5);
     Exact x(24);
@@ -178,7 +178,7 @@ TEST(Accuracy, LargeAnglesStayInRange) {
     }
 }
 
-/// cmath's answers of these are IEEE 754's; equal to the sign of 0, any NaN being as good.
+/// cmath follows IEEE 754 here; compared including the sign of 0, with all NaNs equal.
 void expect_same(float got, float right, const char* name, float x, float y = 0) {
     const bool same = std::isnan(right) ? std::isnan(got) : ir::as_bits(got) == ir::as_bits(right);
     EXPECT_TRUE(same) << name << '(' << x << ", " << y << ") = " << got << ", not " << right;

@@ -1,8 +1,8 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What compiler/functions/README.md states of noises and hashes: ranges, periods, seeds, zeros at
-// lattice points, gradients, continuity, and the quality of the hash.
+// Checks what compiler/functions/README.md states about noises and hashes: ranges, periods, seeds,
+// zeros at lattice points, gradients, continuity, and the quality of the hash.
 
 #include <gtest/gtest.h>
 
@@ -23,7 +23,7 @@ using Point = std::vector<float>;
 
 #ifdef OPENFAB_SANITIZED
 constexpr int kPoints = 20000;
-constexpr double kCorrelation = 0.06;  ///< what this many points may show by chance
+constexpr double kCorrelation = 0.06;  ///< the correlation that this many points may show by chance
 #else
 constexpr int kPoints = 300000;
 constexpr double kCorrelation = 0.03;
@@ -65,7 +65,8 @@ struct Extremes {
     double sum = 0;
 };
 
-/// Of a noise over many cells and seeds; half the points in the middle of cells, where it is large.
+/// The range of a noise over many cells and seeds; half the points at cell centers, where it is
+/// large.
 Extremes extremes(Op op, size_t axes, int32_t which) {
     Points points(11);
     Extremes out;
@@ -90,7 +91,7 @@ TEST(Noise, StaysInItsRange) {
             SCOPED_TRACE(::testing::Message() << ir::spelling(op) << ' ' << axes);
             EXPECT_GE(e.least, -1.0f);
             EXPECT_LE(e.most, 1.0f);
-            // And it uses most of it.
+            // And most of the range is used.
             EXPECT_LT(e.least, -0.6f);
             EXPECT_GT(e.most, 0.6f);
             EXPECT_NEAR(e.sum / kPoints, 0.0, 0.005);
@@ -98,8 +99,8 @@ TEST(Noise, StaysInItsRange) {
     }
 }
 
-/// All 12 gradients at all 8 corners are independent, so the largest value at a place is the sum of
-/// the corners' largest: bounded over a cell by branch and bound.
+/// All 12 gradients at all 8 corners are independent, so the largest value at a point is the sum of
+/// the corners' maxima: bounded over a cell by branch and bound.
 TEST(Noise, LargestValueOfThreeAxesIsBelowOne) {
     const auto fade = [](double t) { return t * t * t * (t * (t * 6 - 15) + 10); };
     const auto largest = [&](const std::array<double, 3>& t) {
@@ -175,13 +176,13 @@ TEST(Noise, RepeatsAfterItsPeriod) {
                       noise(Op::kNoise, shifted, 0, 9, periods));
         }
     }
-    // A long period is that of the noise without, on the positive side.
+    // With a long period the noise equals the aperiodic one, for positive coordinates.
     EXPECT_EQ(noise(Op::kNoise, {3.3f, 5.1f}, 0, 7, {1000, 1000}),
               noise(Op::kNoise, {3.3f, 5.1f}, 0, 7));
     EXPECT_EQ(noise(Op::kNoise, {0.25f}, 0, 7, {0}), noise(Op::kNoise, {5.25f}, 0, 7, {1}));
 }
 
-/// Pearson's, of a noise with itself under another seed or moved by whole cells.
+/// Pearson correlation of a noise with itself under another seed or shifted by whole cells.
 double correlation(Op op, size_t axes, uint32_t seed, float shift) {
     Points points(5);
     double sum = 0;
@@ -233,7 +234,7 @@ TEST(Noise, GradientsAreRight) {
     }
 }
 
-/// Nearest distances change by no more than the place does, over borders of cells too.
+/// Nearest distances are 1-Lipschitz, across cell borders, too.
 TEST(Cellular, DistancesAreContinuous) {
     Points points(7);
     for (size_t axes = 2; axes <= 3; ++axes) {
@@ -288,7 +289,7 @@ TEST(Hash, Avalanches) {
     }
 }
 
-/// The results that one list has are independent, and so are lists with their words exchanged.
+/// The hashes of one list are independent, and so are those of lists with swapped words.
 TEST(Hash, ResultsAreIndependent) {
     int equal = 0;
     for (uint32_t x = 0; x < 1000; ++x) {
@@ -297,7 +298,7 @@ TEST(Hash, ResultsAreIndependent) {
             equal += hash<Plain>({x, which}, 0) >> 24 == hash<Plain>({which, x}, 0) >> 24 ? 1 : 0;
         }
     }
-    EXPECT_LT(equal, 50);  // 6000 / 256 are to be expected
+    EXPECT_LT(equal, 50);  // 6000 / 256 expected
 }
 
 }  // namespace

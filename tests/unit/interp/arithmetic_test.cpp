@@ -3,8 +3,8 @@
 
 // Edge values of the operations, against rule 2 and C.
 
-#include "base/infinity.h"
 #include "compiler/ir/arithmetic.h"
+#include "base/infinity.h"
 
 #include <gtest/gtest.h>
 

@@ -2,8 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Programs in a string, inputs in a map, pictures in a list: what tests of the interpreter are made
-// of.
+// Fixture of the interpreter's tests: programs in a string, inputs in a map, pictures in a list.
 
 #include <gtest/gtest.h>
 
@@ -82,7 +81,7 @@ class MapEnvironment : public interp::Environment {
     }
 };
 
-/// The only fablet of a program that must compile.
+/// Returns the only fablet of a program that must compile.
 inline ir::Fablet compile(const std::string& text) {
     source::SourceManager sources;
     diag::Sink sink;

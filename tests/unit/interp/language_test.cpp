@@ -1,8 +1,8 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What programs evaluate to: control flow, assignment, functions, built-in functions, against
-// closed forms.
+// Results of programs: control flow, assignment, functions, built-in functions, against closed
+// forms.
 
 #include <gtest/gtest.h>
 
@@ -215,13 +215,13 @@ TEST(Language, ASampleRunsOnlyWhereItsPathIsTaken) {
         (void)interp::evaluate(fablet.volume, env);
         return env.sample_count;
     };
-    // The same lookup under the same condition is one instruction: x > 0 alone makes the one of &&
-    // …
+    // Equal lookups under the same condition are one instruction: with x > 0 alone those of &&
+    // merge …
     EXPECT_EQ(sample_count(-1, -1), 0);
     EXPECT_EQ(sample_count(-1, 0), 1);
     EXPECT_EQ(sample_count(-1, 3), 2);
     EXPECT_EQ(sample_count(1, -1), 1);
-    // … and each trip that x > 0 and y let in one more.
+    // … and each iteration under x > 0 and y adds one.
     EXPECT_EQ(sample_count(1, 1), sample_count(1, 0) + 1);
     EXPECT_EQ(sample_count(1, 2), sample_count(1, 0) + 2);
 }

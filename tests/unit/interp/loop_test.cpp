@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Loops whose trips depend on values: the same text in OpenFL and in C++.
+// Loops with data-dependent trip counts: the same text in OpenFL and in C++.
 #include <algorithm>
 #include <cmath>
 #include <string>

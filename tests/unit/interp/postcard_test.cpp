@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The postcard of the paper, evaluated point by point against what its text says.
+// The paper's postcard, evaluated point by point against its source.
 
 #include <gtest/gtest.h>
 

@@ -95,8 +95,7 @@ TEST(Sample, LevelsFollowTheFootprint) {
 }
 
 TEST(Sample, AnisotropyKeepsWhatLiesAcross) {
-    // Stripes along u: a footprint that is long along u alone must not blur them; an isotropic one
-    // does.
+    // Stripes along u: a footprint elongated along them must not blur them; an isotropic one does.
     std::vector<float> stripes(16 * 16);
     for (size_t i = 0; i < stripes.size(); ++i)
         stripes[i] = static_cast<float>(i / 16 % 2);
@@ -108,8 +107,8 @@ TEST(Sample, AnisotropyKeepsWhatLiesAcross) {
 }
 
 TEST(Sample, TapsLieAlongTheMajorAxisAlsoWhereItIsOblique) {
-    // A valley along one diagonal: a footprint that is long along it sees its floor; one across it
-    // sees the slopes.
+    // A valley along one diagonal: a footprint elongated along it samples its floor; one across it
+    // the slopes.
     for (const float sign : {1.0f, -1.0f}) {
         std::vector<float> valley(64 * 64);
         for (size_t i = 0; i < valley.size(); ++i) {

@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What arrays, structs, matrices, `switch` and compositions mean, by the interpreter.
+// Semantics of arrays, structs, matrices, `switch` and compositions, by the interpreter.
 
 #include <gtest/gtest.h>
 
@@ -22,7 +22,7 @@ TEST(Arrays, AVaryingIndexIsClamped) {
             << i;
         EXPECT_EQ(evaluate(list + "return (a[i] += 1) - 1;", 0, 0, 0, i), there) << i;
     }
-    // A uint beyond the ints is beyond the end, not before the beginning.
+    // A uint above INT_MAX is past the end, not before the start.
     EXPECT_EQ(evaluate(list + "return a[uint(i) + 0x80000000u];"), 13);
 }
 
@@ -152,8 +152,8 @@ TEST(Switch, BreakLeavesItAndContinueTheLoopAround) {
         "float r = 0; for (int k = 0; k < 5; k++) { switch (k + i) { case 1: continue; case 3: "
         "break; "
         "default: r += 1; break; } r += 10; } return r;";
-    EXPECT_EQ(evaluate(body), 3 + 40);               // k = 0 … 4: 1 goes on, 3 adds 10 only
-    EXPECT_EQ(evaluate(body, 0, 0, 0, 10), 5 + 50);  // all by default
+    EXPECT_EQ(evaluate(body), 3 + 40);               // k = 0 … 4: 1 continues, 3 adds 10 only
+    EXPECT_EQ(evaluate(body, 0, 0, 0, 10), 5 + 50);  // all in `default`
 }
 
 TEST(Compositions, OverFillsWhatIsLeftFree) {
@@ -236,7 +236,7 @@ TEST(Prints, AreCompiledInWhereTheyAreAskedFor) {
     EXPECT_EQ(prints_of(body, false), List{});
     EXPECT_EQ(prints_of(body, true),
               (List{{"%d\n%5.2f %5.2f %5.2f%%", 4}, {"assertion failed", 0}, {"x %g", 1}}));
-    // The same values twice are two lines.
+    // Equal values print two lines.
     EXPECT_EQ(prints_of("printf(\"a\"); printf(\"a\");", true).size(), 2u);
     EXPECT_EQ(prints_of("for (int k = 0; k < 3; k++) printf(\"a\");", true).size(), 3u);
 }

@@ -13,7 +13,7 @@
 namespace openfab::ir {
 namespace {
 
-/// Every operation, every type, awkward constants, names and annotations.
+/// Every operation, every type, unusual constants, names and annotations.
 Fablet sampler() {
     Fablet f;
     f.name = "All";

@@ -1,8 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Schedule files: what is accepted, and where and why what is wrong is reported
-// ([schedule-illegal]).
+// Schedule files: what is accepted, and the locations and messages of errors ([schedule-illegal]).
 
 #include "compiler/lower/schedule.h"
 
@@ -98,7 +97,7 @@ TEST(Schedule, MapsWhatHalideRefusesToTheLine) {
     const ScheduleFault fault =
         apply_fault("weights.vectorize(z)\n\nweights.unroll(x).vectorize(n)\n");
     EXPECT_EQ(fault.line, 3);
-    // In our words: Halide's own names and text stay inside.
+    // In our terms, without Halide's own names and text.
     EXPECT_EQ(fault.help.find("Error"), std::string::npos);
     EXPECT_EQ(fault.help.find('$'), std::string::npos);
 }

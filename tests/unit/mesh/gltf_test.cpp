@@ -103,7 +103,7 @@ std::string replaced(std::string text, const std::string& from, const std::strin
     return at == std::string::npos ? text : text.replace(at, from.size(), to);
 }
 
-/// The same text of the same length, so that chunks keep their places.
+/// Text of the same length, so that chunks keep their offsets.
 std::string swapped(const std::string& glb, const std::string& from, std::string to) {
     to.resize(from.size(), ' ');
     return replaced(glb, from, to);
@@ -118,7 +118,7 @@ TEST(Gltf, PlacesNodesInMillimetresWithZUp) {
     EXPECT_TRUE(loaded->warnings.empty());
     EXPECT_EQ(mesh.triangles.size(), 24u);
     EXPECT_EQ(mesh.positions.size(), 16u);
-    // The second is mirrored, so that its triangles must have been turned.
+    // The second is mirrored, so that its triangles must have been flipped.
     EXPECT_NEAR(testing::signed_volume(mesh), 2 * 10 * 20 * 30, 1e-6);
     Box3d box;
     for (const Vec3d& p : mesh.positions)
@@ -131,7 +131,7 @@ TEST(Gltf, PlacesNodesInMillimetresWithZUp) {
         return a
             .values[static_cast<size_t>(a.corners[triangle][corner] * a.components) + component];
     };
-    // Triangle 0 is 0 3 2; 12 is the same in the mirrored one, turned to 0 2 3.
+    // Triangle 0 is 0 3 2; 12 is the same in the mirrored one, flipped to 0 2 3.
     EXPECT_EQ(value("heat", 0, 1, 0), 30);
     EXPECT_EQ(value("heat", 12, 1, 0), 20);
     EXPECT_EQ(value("uv", 0, 1, 1), 0.75f);
@@ -180,7 +180,7 @@ TEST(Gltf, ReadsTextWithBuffersBesideItOrInIt) {
             folder.write("b.gltf", gltf_json(b, fmt::format(R"({{"uri": "{}"}})", uri)));
         EXPECT_FALSE(load_mesh(bad, {})) << uri;
     }
-    // Nor does a link lead out of the folder, nor a pipe hold us up.
+    // Nor does a link lead out of the folder, nor does a pipe block.
     testing::TempFolder elsewhere;
     std::filesystem::create_symlink(elsewhere.write("b.bin", b.bytes), folder.path() / "link.bin");
     ASSERT_EQ(::mkfifo((folder.path() / "pipe.bin").c_str(), 0600), 0);

@@ -67,7 +67,7 @@ TEST(MeshCheck, NamesShellsThatCutNothingOut) {
                       nested.mesh.positions[static_cast<size_t>(nested.mesh.triangles[12][0])].y,
                       nested.mesh.positions[static_cast<size_t>(nested.mesh.triangles[12][0])].z) +
                   ") mm; for a hollow, turn its triangles round"}));
-    // A solid in the hollow of another is fine.
+    // A solid in the cavity of another is fine.
     MeshSource rattle =
         source_of(joined({box({0, 0, 0}, 10), box({2, 2, 2}, 6, false), box({4, 4, 4}, 2)}));
     ASSERT_TRUE(prepare_mesh(&rattle));
@@ -98,7 +98,7 @@ TEST(MeshCheck, LeavesOutDuplicatesAndPairsThatCancel) {
     ASSERT_EQ(twice.warnings.size(), 1u);
     EXPECT_NE(twice.warnings[0].find("1 triangle over the corners of another; left out"),
               std::string::npos);
-    // A wall of no thickness inside: both sides go.
+    // An inner wall without thickness: both sides are dropped.
     Mesh wall = box({0, 0, 0}, 10);
     wall.triangles.push_back({0, 2, 5});
     wall.triangles.push_back({0, 5, 2});
@@ -109,8 +109,8 @@ TEST(MeshCheck, LeavesOutDuplicatesAndPairsThatCancel) {
 }
 
 TEST(MeshCheck, WeldsOnlyWithinAPart) {
-    // Boxes that share an edge, each triangle with corners of its own: welded over all, four
-    // triangles would meet in that edge.
+    // Boxes that share an edge, each triangle with corners of its own: if welded entirely, four
+    // triangles would meet at that edge.
     Mesh soup;
     std::vector<int32_t> parts;
     for (int part = 0; part < 2; ++part) {
@@ -133,10 +133,10 @@ TEST(MeshCheck, WeldsOnlyWithinAPart) {
 
 TEST(MeshCheck, CountsTrianglesThatCross) {
     EXPECT_EQ(find_intersections(box({0, 0, 0}, 10)).pairs, 0);
-    // Side by side, edge to edge, and one upon the other: nothing but touching.
+    // Side by side, edge to edge, and on top of each other: only touching.
     for (const Vec3d& at : {Vec3d{10, 0, 0}, Vec3d{10, 10, 0}, Vec3d{5, 5, 10}, Vec3d{10, 3, 3}})
         EXPECT_EQ(find_intersections(joined({box({0, 0, 0}, 10), box(at, 10)})).pairs, 0) << at.x;
-    // Into each other, at a plain place and where edges meet diagonals.
+    // Intersecting, in general position and where edges meet diagonals.
     const Intersections plain =
         find_intersections(joined({box({0, 0, 0}, 10), box({7, 6.5, 8.25}, 10)}));
     EXPECT_GT(plain.pairs, 0);
@@ -153,7 +153,7 @@ TEST(MeshCheck, CountsTrianglesThatCross) {
 }
 
 TEST(MeshCheck, CrossingsAreFoundAsByBruteForce) {
-    // Triangles over few random points, far from any tie: each pair of crossing triangles has an
+    // Triangles over few random points, far from degenerate: each pair of crossing triangles has an
     // edge of one that goes through the other, by signs of volumes in long double.
     std::mt19937 random(11);
     const auto number = [&] { return static_cast<double>(random() % 20011) / 100; };

@@ -37,8 +37,8 @@ void append(std::string* bytes, T value, bool big_endian = false) {
     bytes->append(raw, sizeof value);
 }
 
-/// Loads `count` damaged forms of a file: bytes changed, set to extremes, cut out, doubled, or the
-/// end cut off. Any result but a crash is accepted; a mesh must be valid.
+/// Loads `count` damaged forms of a file: bytes changed, set to extremes, removed, duplicated, or
+/// truncated. Any result but a crash is accepted; a mesh must be valid.
 inline void survive_damage(const std::string& bytes, const std::string& file, int count) {
     std::mt19937 random(7);
     size_t meshes = 0;
@@ -85,7 +85,7 @@ inline void survive_damage(const std::string& bytes, const std::string& file, in
             }
         }
     }
-    // Damage that nothing survives would test the first check alone.
+    // If nothing survived, only the first check would be tested.
     EXPECT_GT(meshes, 0u) << file;
 }
 

@@ -1,8 +1,8 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Broken meshes made closed: the generalised winding number of what comes out is an integer
-// everywhere, and over flat holes it says what that of the broken mesh says.
+// Repairs of broken meshes: the generalised winding number of the result is an integer everywhere,
+// and over flat holes it classifies points like that of the broken mesh.
 
 #include "mesh/check/mesh_repair.h"
 
@@ -133,7 +133,7 @@ TEST(MeshRepair, CubesThatShareAnEdgeOrAVertex) {
     for (const Vec3d& offset : {Vec3d{10, 10, 0}, Vec3d{0, 10, 10}, Vec3d{-10, 0, 10}}) {
         Mesh two = cube();
         add(&two, cube(), offset);
-        // With an edge that both have the welded form has four triangles to it.
+        // With a common edge, the welded form has four triangles at it.
         std::swap(two.triangles[3][0], two.triangles[3][1]);
         MeshSource source = source_of(two);
         ASSERT_TRUE(prepare_mesh(&source, true));
@@ -182,12 +182,12 @@ TEST(MeshRepair, SheetsThatTouchAlongAnEdge) {
         }
     }
     std::swap(mesh.triangles[0][0], mesh.triangles[0][1]);
-    // Walls between cubes go: two triangles over the same corners enclose nothing.
+    // Walls between cubes are dropped: two triangles over the same corners enclose nothing.
     const Mesh closed = repaired(mesh);
     EXPECT_NEAR(volume(closed), 10'000, 1e-9);
 }
 
-/// Whatever is done to a ball, what comes out is closed, and is the ball away from the damage.
+/// However a ball is damaged, the result is closed, and equals the ball away from the damage.
 TEST(MeshRepair, RandomDamage) {
     const auto below = [&](size_t end) { return static_cast<size_t>(random_numbers() % end); };
     for (int round = 0; round < kRounds; ++round) {
@@ -270,7 +270,7 @@ TEST(MeshRepair, FlatSheetsAreStillRefused) {
     EXPECT_THAT(done.error().text(), HasSubstr("encloses no volume"));
 }
 
-/// One object that asks for it is enough.
+/// One object that requests it is enough.
 TEST(MeshRepair, IsAskedForByAnObject) {
     const testing::TempFolder folder;
     std::string obj;

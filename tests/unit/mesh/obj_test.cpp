@@ -214,7 +214,7 @@ TEST(Obj, TurnsInsideOutShellsButKeepsCavities) {
     EXPECT_NE(turned->warnings[0].find("m.obj:9:1: mesh `part` has a shell inside out"),
               std::string::npos);
 
-    // Beside each other, one of them turned.
+    // Side by side, one of them inverted.
     const Result<LoadedMesh> beside = parse(box_text(0, 10, true, 1) + box_text(12, 18, false, 9));
     ASSERT_TRUE(beside);
     EXPECT_NEAR(testing::signed_volume(beside->mesh), 1216, 1e-9);
@@ -284,7 +284,7 @@ TEST(Obj, NamesPlacesAsTheFileHasThem) {
     EXPECT_EQ(error_of(open).find("(in the file"), std::string::npos) << error_of(open);
 }
 
-/// As triangulate, looking at everything again for each triangle.
+/// Same as triangulate, but tests everything again for each triangle.
 std::vector<std::array<int32_t, 3>> clip_ears(const std::vector<Vec3d>& p) {
     Vec3d normal;
     for (size_t i = 1; i + 1 < p.size(); ++i)
@@ -324,7 +324,7 @@ TEST(Polygon, FindsTheEarsThatALongSearchFinds) {
     std::mt19937 random(3);
     const auto below = [&](unsigned n) { return static_cast<double>(random() % n); };
     for (int round = 0; round < 2000; ++round) {
-        // Stars, and corners anywhere, which cross and meet each other.
+        // Stars, and random corners, which cross and touch each other.
         const size_t n = 5 + random() % 30;
         std::vector<Vec3d> p = {{0, 0, 0}};
         for (size_t i = 1; i < n; ++i) {
@@ -347,7 +347,7 @@ std::string comb(int corners, bool nested) {
     for (int i = 0; i < corners; ++i) {
         const double depth = 0.5 + 0.001 * (i % 7);
         vertices += i % 2 == 0 ? fmt::format("v {} 0 0\n", i)
-                    // All teeth over all others: wherever one looks, everything is near.
+                    // All teeth overlap: everything is near everything.
                     : nested ? fmt::format("v {} {} 0\n", corners - i, 100 + i)
                              : fmt::format("v {} {} 0\n", i, depth);
         face += fmt::format(" {}", i + 1);
@@ -396,7 +396,7 @@ TEST(Obj, SurvivesDamage) {
             damaged[random() % damaged.size()] = letters[random() % (sizeof letters - 1)];
         }
         damaged.resize(random() % damaged.size() + 1);
-        (void)error_of(damaged);  // any answer but a crash
+        (void)error_of(damaged);  // any result but a crash
     }
 }
 

@@ -57,7 +57,7 @@ property uchar tag_1
 end_header
 )";
 
-/// A cube of 10 mm out of quads, with a bit of everything that PLY has.
+/// A cube of 10 mm made of quads, with every feature of PLY.
 std::string cube_ply(Kind kind) {
     Writer w(kind);
     w.text = std::string("ply\nformat ") +
@@ -234,7 +234,7 @@ TEST(Ply, LeavesOutWhatIsNoAttribute) {
     EXPECT_NE(twice->warnings[0].find("has the name of an attribute"), std::string::npos);
 }
 
-/// A list that is cut short behind one of large doubles, which no corner can be.
+/// A truncated list after one of large doubles, which are no valid corners.
 TEST(Ply, TakesNoNumbersOfTheListBefore) {
     std::string bytes =
         "ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty float x\nproperty float "

@@ -1,8 +1,8 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Small files that ask for much: what reading takes stays below what it may take, whether the file
-// is read or refused, and it ends soon.
+// Small files with large claims: memory and time of reading stay below their limits, whether the
+// file is read or refused.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -31,7 +31,7 @@ constexpr double kSoon = 60;
 constexpr double kSoon = 10;
 #endif
 
-/// The message that a file is refused with, which takes no more than is allowed.
+/// Returns the error for a file; memory must stay below the limit.
 std::string refusal(const std::string& bytes, const std::string& file,
                     int64_t memory_bytes = 50 * kMegabyte) {
     const testing::TempFolder folder;
@@ -106,7 +106,7 @@ TEST(ReadingMemory, CountsComponentsOf3mfBeforeItMakesThem) {
 TEST(ReadingMemory, BoundsWhatA3mfUnpacksTo) {
     EXPECT_SAYS(refusal(threemf(std::string(60'000'000, ' '), ""), "a.3mf"),
                 "unpacks to 61 MB, and 49 MB are allowed");
-    // Within the memory, but packed tighter than anything that is meant.
+    // Within the memory, but with a compression ratio of no legitimate file.
     EXPECT_SAYS(refusal(threemf(std::string(60'000'000, ' '), ""), "a.3mf", 400 * kMegabyte),
                 "times its size, as no mesh does");
     // Elements without a mesh.
@@ -135,7 +135,7 @@ TEST(ReadingMemory, LimitsTagsOfXml) {
         Complaint start(std::string_view, const XmlAttributes&) override { return {}; }
         void end(std::string_view) override {}
     } nothing;
-    // Blanks between tags are no tag.
+    // White space between tags is not a tag.
     EXPECT_TRUE(parse_xml("<a>" + std::string(80'000'000, ' ') + "<b/></a>", "x", &nothing));
     const testing::Meter meter;
     const Result<void> parsed =
@@ -146,7 +146,7 @@ TEST(ReadingMemory, LimitsTagsOfXml) {
 }
 
 TEST(ReadingMemory, LimitsNamesOf3mf) {
-    // A name is copied for each object that it stands in.
+    // A name is copied for each object that contains it.
     std::string nested = R"(<object id="1">)" + tetrahedra(1) + "</object>";
     for (int i = 2; i < 25'000; ++i)
         nested += fmt::format(
@@ -205,7 +205,7 @@ std::string gltf(int nodes, int primitives, int quads, const std::string& more =
 }
 
 TEST(ReadingMemory, GoesThroughNamesOf3mfOnceAPlacement) {
-    // Long names of objects in each other, and an object of many materials, placed many times.
+    // Long names of nested objects, and an object of many materials, placed many times.
     constexpr int kMaterials = 400, kDeep = 30, kPlaced = 2000;
     std::string resources = R"(<basematerials id="1">)";
     for (int i = 0; i < kMaterials; ++i)
@@ -247,7 +247,7 @@ TEST(ReadingMemory, LimitsExtensionsOf3mf) {
         "the file requires 100000 extensions; at most 64 are possible");
 }
 
-/// `archive` with `count` more entries in its directory, all of the data of the last.
+/// Returns `archive` with `count` more directory entries, all for the data of the last one.
 std::string overlapping(std::string archive, int count) {
     const size_t end = archive.size() - 22;
     uint32_t directory = 0;
@@ -288,7 +288,7 @@ TEST(ReadingMemory, RefusesEntriesOf3mfThatLieOverEachOther) {
     };
     EXPECT_SAYS(refusal(overlapping(archive(std::string(20'000'000, ' ')), kParts), "a.3mf"),
                 "its entries are larger than the file");
-    // Side by side they are what they are: 60 times 9 MB in 600 kB.
+    // Without overlap this is legitimate: 60 times 9 MB in 600 kB.
     std::vector<std::pair<std::string, std::string>> parts = {{"stored", ""}};
     for (int i = 0; i < 60; ++i)
         parts.emplace_back(fmt::format("{}.model", i), std::string(9'000'000, ' '));
@@ -298,7 +298,7 @@ TEST(ReadingMemory, RefusesEntriesOf3mfThatLieOverEachOther) {
 TEST(ReadingMemory, CountsInstancesOfGltfBeforeItMakesThem) {
     EXPECT_SAYS(refusal(gltf(3000, 1, 60), "a.glb"), "a mesh of 21600000 triangles takes");
     EXPECT_SAYS(refusal(gltf(9000, 1, 60), "a.glb"), "too many triangles");
-    // Without a triangle there is work to do, too.
+    // Work without any triangle.
     EXPECT_SAYS(refusal(gltf(3000, 3000, 0), "a.glb"),
                 "the nodes have more than 1000000 primitives");
 }
@@ -322,7 +322,7 @@ TEST(ReadingMemory, LimitsWhatGltfRepeatsWithANode) {
                             std::string(1'000'000, 'x') + R"("}]})",
                         "a.gltf", 400 * kMegabyte),
                 "a name of 1000000 bytes; at most 1000 are possible");
-    // 100,000 times a million numbers that replace the one of an accessor.
+    // 100,000 times a million sparse values that replace the one of an accessor.
     EXPECT_SAYS(
         refusal(
             json +
@@ -334,8 +334,8 @@ TEST(ReadingMemory, LimitsWhatGltfRepeatsWithANode) {
 }
 
 TEST(ReadingMemory, GoesThroughGroupsOfObjOnce) {
-    // Two materials in turn, of faces that are in 4,000 groups; and one with a long name in turns
-    // of two groups.
+    // Two alternating materials of faces in 4,000 groups; and one with a long name, alternating
+    // between two groups.
     std::string obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\ng";
     for (int i = 0; i < 4000; ++i)
         obj += fmt::format(" group_with_a_long_name_{}", i);
@@ -413,7 +413,7 @@ TEST(ReadingMemory, CountsWhatPropertiesOfPlyBecome) {
     EXPECT_SAYS(refusal(head, "a.ply"), "takes");
 }
 
-/// A ball of about `triangles`, as STL, with corners as they come, or as OBJ.
+/// A ball of about `triangles`, as STL, with unshared corners, or as OBJ.
 std::string ball(int rings, bool stl, bool open, bool shells) {
     const int around = 2 * rings;
     std::vector<Vec3d> p;
@@ -428,7 +428,7 @@ std::string ball(int rings, bool stl, bool open, bool shells) {
                 t.push_back({first + f[0], first + f[1], first + f[2]});
         }
     } else {
-        // A torus: as regular as meshes come.
+        // A torus: a perfectly regular mesh.
         for (int i = 0; i < rings; ++i) {
             for (int k = 0; k < around; ++k) {
                 const double a = 6.283185307179586 * i / rings, b = 6.283185307179586 * k / around;
@@ -521,7 +521,7 @@ TEST(ReadingMemory, ShowsALineWithoutKeepingALongerOne) {
     EXPECT_LT(meter.peak_bytes(), kMegabyte);
 }
 
-/// The message that a world is refused with.
+/// Returns the error for a world.
 std::string world_refusal(const std::string& text, int64_t memory_bytes = 50 * kMegabyte) {
     const testing::TempFolder folder;
     const auto file = folder.write("w.fab.json", text);
@@ -597,7 +597,7 @@ TEST(ReadingMemory, BoundsTheWorkThatAWorldAsksFor) {
     EXPECT_SAYS(world_refusal(grouped(all), 200 * kMegabyte),
                 "the placements so far, with their uniforms, take");
     EXPECT_EQ(world_refusal(grouped(one), 400 * kMegabyte), "no error");
-    // Boxes of turned meshes.
+    // Boxes of rotated meshes.
     std::string turned;
     for (int i = 0; i < 90'000; ++i)
         turned += fmt::format(
@@ -614,11 +614,11 @@ TEST(ReadingMemory, BoundsTheWorkThatAWorldAsksFor) {
     EXPECT_SAYS(
         world_refusal(world_of(again + box, objects, R"({"object": "o"})"), 2000 * kMegabyte),
         "the world reads files that it has read before");
-    // Names, which messages and places have again and again.
+    // Names, which messages and locations repeat.
     EXPECT_SAYS(world_refusal(world_of(R"(")" + std::string(1001, 'x') + R"(": {"box": [1, 1, 1]})",
                                        objects, R"({"object": "o"})")),
                 "a name of 1001 bytes in `meshes`; at most 1000 are possible");
-    // A name that none of many like it is.
+    // A name that differs from many similar ones.
     std::string many;
     for (int i = 0; i < 150'000; ++i)
         many += fmt::format(R"({}"{:0>200}": {{"box": [1, 1, 1]}})", i > 0 ? "," : "", i);

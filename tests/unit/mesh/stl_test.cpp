@@ -38,7 +38,7 @@ std::string ascii_stl(const Mesh& mesh, const std::string& name) {
 }
 
 TEST(Stl, ReadsBinaryFilesAndTheirExtraBytes) {
-    // Files of some programs start with "solid" and are binary all the same.
+    // Some programs write binary files that start with "solid".
     for (const char* head : {"made by a test", "solid of some program"}) {
         const Result<LoadedMesh> loaded = parse_bytes(binary_stl(testing::cube(10), head), "a.STL");
         ASSERT_TRUE(loaded) << loaded.error().text();

@@ -79,7 +79,7 @@ TEST(Threemf, PlacesComponentsInTheFilesUnit) {
     Box3d box;
     for (const Vec3d& p : mesh.positions)
         box.add(p);
-    // x of the pair runs to 5 and becomes y; y becomes -x.
+    // The pair's x reaches 5 and becomes y; y becomes -x.
     EXPECT_EQ(box.lo, (Vec3d{-20, 0, 100}));
     EXPECT_EQ(box.hi, (Vec3d{0, 50, 130}));
     EXPECT_EQ(loaded->warnings,
@@ -115,7 +115,7 @@ TEST(Threemf, ReadsColorsAndTextureCoordinates) {
     EXPECT_EQ(value("color", 2, 1, 0), 0);
     EXPECT_EQ(value("uv", 2, 2, 0), 0.25f);
     EXPECT_EQ(value("uv", 2, 2, 1), 0.75f);
-    // In the mirrored one corners 2 and 3 have changed places, and their values with them.
+    // In the mirrored one corners 2 and 3 are swapped, and so are their values.
     EXPECT_EQ(value("uv", 14, 1, 1), 0.75f);
     EXPECT_EQ(value("uv", 14, 2, 1), 0);
 }

@@ -76,7 +76,7 @@ TEST(Attributes, AreThoseOfTheNearestPointAndItsPlane) {
     }
 }
 
-/// A ball of 1 mm and all that it takes to read its attributes.
+/// A ball of 1 mm and everything needed to read its attributes.
 struct Ball {
     const MeshSurface surface{testing::make_ball(4, [](const Vec3d&) { return 1.0; })};
     const std::array<float, OPENFAB_FRAME_COUNT> frame =
@@ -96,7 +96,7 @@ struct Ball {
     }
 };
 
-/// A demand without any order to it.
+/// An irregular demand.
 std::array<uint8_t, 64> every_so_often() {
     std::array<uint8_t, 64> demand{};
     for (size_t i = 0; i < 64; ++i)

@@ -122,7 +122,8 @@ TEST(ClosestPoint, AsExactAsPromised) {
         worst = std::max(worst, std::abs(got - want) / allowed);
         ASSERT_LE(std::abs(got - want), allowed) << "case " << i << ": " << got << " for " << want;
 
-        // The barycentrics name a point at that distance; in a sliver they are as bad as its shape.
+        // The barycentrics give a point at that distance; in slivers they are as inaccurate as the
+        // shape is thin.
         const double longest = std::max({length(vb - va), length(vc - va), length(vc - vb)});
         const double height = length(cross(vb - va, vc - va)) / longest;
         if (height < 0.05 * longest) continue;

@@ -29,8 +29,8 @@ bool visit_around(const Tree& tree, size_t node, uint32_t index, const Visit& vi
     return found;
 }
 
-/// Where points are nearest to a triangle, the way there is in the cones of all nodes around it.
-/// Returns of how many nodes that said something.
+/// Checks that if a point is nearest to a triangle, the direction to it lies in the cones of all
+/// nodes above it. Returns the number of nodes whose cone is known.
 int check_cones(const TriangleMesh& mesh, float away, uint32_t seed) {
     const Tree tree = tree_of(mesh);
     std::mt19937 random(seed);
@@ -86,7 +86,8 @@ TEST(Cones, AreLinesOverASheet) {
                     at_border |= v[a] < 0.05f || v[a] > 0.1f * kCells - 0.05f;
             }
         }
-        // At the border some own an edge with one face, beside which the surface is nearest, too.
+        // At the border some own an edge with a single face, beside which the surface is nearest,
+        // too.
         if (!at_border) {
             EXPECT_LT(tree.cones[n].sine, 0.01f);
             ++lines;

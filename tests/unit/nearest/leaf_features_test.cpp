@@ -15,7 +15,7 @@ namespace {
 using openfab::testing::TriangleMesh;
 using testing::to_vec;
 
-/// How far the point is beyond the half-space that it is farthest beyond, mm.
+/// Returns how far the point is outside of the half-space that it is farthest outside of, mm.
 float most_beyond(const Tree& tree, const LeafFeatures& leaf, size_t features, size_t feature,
                   const Vec3f& p) {
     const int16_t* values =
@@ -55,8 +55,8 @@ std::optional<Vec3f> nearest_of(const Tree& tree, const Node& node, const LeafFe
     return to_vec(tree.vertices[leaf.first_vertex + feature - leaf.edges].v);
 }
 
-/// No point is beyond a half-space of what is nearest to it. Returns the part of all features that
-/// a point is beyond one of.
+/// Checks that no point is outside a half-space of its nearest feature. Returns the fraction of all
+/// features that have the point outside one of their half-spaces.
 double check_half_spaces(const TriangleMesh& mesh, float away, uint32_t seed) {
     const Tree tree = testing::tree_of(mesh);
     std::mt19937 random(seed);
@@ -79,7 +79,7 @@ double check_half_spaces(const TriangleMesh& mesh, float away, uint32_t seed) {
                 const std::optional<Vec3f> x = nearest_of(tree, node, leaf, f, p);
                 if (!x || length(p - *x) > distance + 1e-6f) continue;
                 ++nearest_ones;
-                // As near in float: so much to the side makes no difference.
+                // Equally near in float: a lateral offset of this size makes no difference.
                 const float aside = std::sqrt(4e-6f * (distance + distance * distance));
                 EXPECT_LE(most, aside * std::max(1.0f, aside * leaf.inv_reach))
                     << "feature " << f << " of node " << n;
@@ -99,7 +99,7 @@ TEST(LeafFeatures, HalfSpacesHoldNothingThatIsNearest) {
     check_half_spaces(openfab::testing::make_cells({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}}, 0.5f), 0.5f,
                       3);
     check_half_spaces(openfab::testing::make_soup(4, 100, 1.0f, 0.4f), 0.5f, 4);
-    // Far away, where all is in few units.
+    // Far away, where everything spans few units.
     check_half_spaces(openfab::testing::make_torus(40, 20, 0.6, 0.25), 30.0f, 5);
 }
 

@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// `Object` uniforms: bound by the name of an object that stands somewhere.
+// `Object` uniforms: bound by the name of an object that is placed somewhere.
 
 #include <gtest/gtest.h>
 

@@ -18,7 +18,7 @@ namespace {
 
 const uint32_t kHalf[] = {0x3f000000u};
 
-// As openflc lays the uniforms out: values, textures and slots are each numbered on their own.
+// Lays out uniforms like openflc: values, textures and slots are numbered separately.
 const openfab_uniform kUniforms[] = {
     {"border", "float2", OPENFAB_UNIFORM_VALUE, OPENFAB_FLOAT, 2, 1, 0, nullptr},
     {"gain", "float", OPENFAB_UNIFORM_VALUE, OPENFAB_FLOAT, 1, 1, 2, kHalf},
@@ -71,7 +71,7 @@ class BindTest : public ::testing::Test {
         fablet_ = make_fablet();
         pointers_[0] = &fablet_;
         list_ = {1, pointers_};
-        // The pyramid is put into the cache by hand: no helper runs here.
+        // The pyramid is written to the cache directly: no helper runs here.
         ::setenv("OPENFAB_CACHE", (folder_.path() / "cache").c_str(), 1);
         std::filesystem::create_directories(folder_.path() / "cache");
         const std::filesystem::path photo = folder_.write("photo.png", "stands for a picture");

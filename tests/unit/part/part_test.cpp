@@ -17,7 +17,7 @@ using testing::make_part;
 using Matrix = std::array<double, 9>;
 
 TEST(Rotation, AgreesWithLibmAndIsExactAtQuarterTurns) {
-    constexpr double kArgument = 4e-15;  // what rounding the radians costs the reference
+    constexpr double kArgument = 4e-15;  // error of the reference due to rounded radians
     for (double degrees = -725; degrees < 725; degrees += 0.37) {
         const SinCos sc = sin_cos_degrees(degrees);
         const double x = degrees * 3.14159265358979323846 / 180;
@@ -34,9 +34,9 @@ TEST(Rotation, AgreesWithLibmAndIsExactAtQuarterTurns) {
 
 TEST(Rotation, TurnsAboutXThenYThenZ) {
     const Affine3d t = placement_transform({2, 1, 1}, {90, 0, 90}, {10, 0, 0});
-    // x is scaled to 2, left by the turn about x, and turned to y.
+    // x is scaled to 2, fixed by the rotation about x, and rotated to y.
     EXPECT_EQ(t.apply({1, 0, 0}), (Vec3d{10, 2, 0}));
-    // y goes to z, which the turn about z leaves.
+    // y goes to z, which the rotation about z fixes.
     EXPECT_EQ(t.apply({0, 1, 0}), (Vec3d{10, 0, 1}));
 }
 
@@ -153,7 +153,7 @@ TEST(Primitives, NormalsPointOutAndUvFollowThePicture) {
             }
         }
     }
-    // Front and back of a card have the same uv at the same place.
+    // Front and back of a card have the same uv at the same (x, y).
     const mesh::Mesh card = testing::card(10, 6, 1);
     const mesh::MeshAttribute& uv = *card.find("uv");
     for (size_t t = 0; t < 4; ++t) {
@@ -214,7 +214,8 @@ TEST(Part, PlacesTheMeshWhereTheTransformPutsIt) {
     }
     for (int axis = 0; axis < 3; ++axis)
         EXPECT_NEAR(box.center()[axis], 0, 1e-12);
-    // A stretched sphere's normals are not stretched with it: they stay across the surface.
+    // A stretched sphere's normals are not stretched with it: they stay perpendicular to the
+    // surface.
     EXPECT_EQ(part.mesh->corner_normals.size(), mesh.triangles.size() * 3);
     for (size_t t = 0; t < mesh.triangles.size(); ++t) {
         const auto at = [&](size_t i) {

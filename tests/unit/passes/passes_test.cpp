@@ -187,7 +187,7 @@ TEST(Pipeline, LeavesOutWhatIsSwitchedOff) {
     EXPECT_TRUE(result.stages.surface.outputs.empty());
 }
 
-/// So that the order of the table is the order of the stages that `after` is told of.
+/// So that the order of the table is the order of the stages passed to `after`.
 TEST(Pipeline, RunsPassesInTheOrderOfTheirNames) {
     ir::Fablet fablet;
     fablet.volume = stage_of(ir::StageKind::kVolume);
@@ -203,7 +203,7 @@ TEST(Pipeline, RunsPassesInTheOrderOfTheirNames) {
     run_pipeline(fablet, options);
     std::vector<std::string> names;
     for (const PassName& pass : pass_names()) {
-        // Those of a surface have nothing to run on.
+        // Passes on the surface have nothing to run on.
         const std::string name = pass.name;
         if (name != "form_surface_bounds" && name != "bound_displacement") names.push_back(name);
     }

@@ -18,7 +18,7 @@ using ir::ValueId;
 
 constexpr size_t kStates = 8;
 
-/// States of one place, and what kernels write there.
+/// The states of one lane, and what kernels write there.
 class Place : public interp::Environment {
   public:
     explicit Place(size_t states) : bits(states) {
@@ -46,8 +46,8 @@ class Place : public interp::Environment {
     std::vector<uint32_t> bits;
 };
 
-/// A kernel over uint states, of which the first four are written: two change places, one takes
-/// what another was, one is computed, so that the order of reading and writing shows. A third of
+/// A kernel over uint states, of which the first four are written: two are swapped, one takes the
+/// old value of another, one is computed, so that the order of reads and writes matters. A third of
 /// the other outputs are a constant, a third one value.
 ir::Stage long_kernel(int operations, int outputs) {
     ir::Stage stage;
@@ -58,7 +58,7 @@ ir::Stage long_kernel(int operations, int outputs) {
         values.push_back(b.input(ir::Type::kUint, OPENFAB_ARG_STATE, static_cast<int32_t>(k), 0));
     values.push_back(b.input(ir::Type::kUint, OPENFAB_ARG_UNIFORM, 0, 0));
     for (size_t k = 0; k < static_cast<size_t>(operations); ++k) {
-        // Mostly of what came last, sometimes of what came long before.
+        // Mostly of recent values, sometimes of much earlier ones.
         const size_t n = values.size();
         const ValueId first = values[n - 1 - k % std::min<size_t>(n, 5)];
         const ValueId second =

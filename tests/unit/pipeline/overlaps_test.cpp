@@ -16,8 +16,7 @@ part::Part part(const char* name, int32_t priority) {
     return out;
 }
 
-/// Parts from the highest priority down, ties to the later first, in the order of a slab; one
-/// block each.
+/// Parts in descending priority, ties in reverse build order, as in a slab; one block each.
 Overlaps claim(const std::vector<part::Part>& parts, const std::vector<int32_t>& order,
                const std::vector<uint64_t>& voxels, std::vector<uint64_t>* owned) {
     RowClaims claims;

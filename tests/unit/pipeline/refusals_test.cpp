@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Refusals of a print before it starts, and how it ends early.
+// Errors before a print starts, and how a print ends early.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -56,7 +56,7 @@ TEST(PrintRefuses, TooSmallABudgetAndNamesTheLeast) {
                    "this print needs at least");
 }
 
-/// Returns the memory that a refusal asks for; 0 where the print is possible.
+/// Returns the memory that an error asks for; 0 if the print is possible.
 int64_t least_budget(const pipeline::PrintInput& input, const pipeline::PrintOptions& options) {
     const auto print = pipeline::PrintJob::create(input, options);
     if (print) return 0;

@@ -110,7 +110,7 @@ TEST_F(OutputCheck, AFolderOfSlicesSparesItsNeighbours) {
     EXPECT_EQ(check(options, "png", {path("folder/leaf.png")}), "");
     EXPECT_THAT(check(options, "png", {path("folder/manifest.json")}),
                 HasSubstr("would overwrite"));
-    // A link in the folder that has the name of a slice, and leads to an input.
+    // A link in the folder that has the name of a slice, and points to an input.
     fs::create_directories(path("linked"));
     fs::create_hard_link(path("in.3mf"), path("linked/slice_0009.png"));
     EXPECT_THAT(output(path("linked"), "png"), HasSubstr("would overwrite"));

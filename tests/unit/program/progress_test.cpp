@@ -50,7 +50,7 @@ TEST(Progress, NothingWhereNoneIsWanted) {
 TEST(Progress, Describe) {
     EXPECT_EQ(Progress::describe({12, 150, 12'000'000, 150'000'000, 2}),
               "slice 12 of 150  8 %  6.0 M voxels/s  23.0 s left");
-    // Whatever came before the first slice says nothing of those that are left.
+    // The time before the first slice does not affect the estimate for the rest.
     const pipeline::ProgressEvent first{1, 150, 1'000'000, 150'000'000, 90};
     EXPECT_EQ(Progress::describe(first, first), "slice 1 of 150  1 %");
     EXPECT_EQ(Progress::describe({3, 150, 3'000'000, 150'000'000, 92}, first),

@@ -2,8 +2,9 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# isolation.sh NM COUNT OBJECTS…: fails if an object defines a symbol that the linker may share, as inline functions are: those
-# of an object that is compiled for a wider instruction set would run on machines that do not have it. COUNT: of the objects.
+# isolation.sh NM COUNT OBJECTS…: fails if an object defines a symbol that the linker may share, as inline functions
+# are: those of an object that is compiled for a wider instruction set would run on machines that do not have it. COUNT:
+# the number of objects.
 nm=$1 count=$2
 shift 2
 if [ $# -ne "$count" ]; then

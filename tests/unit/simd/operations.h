@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Results that the operations of simd/ give for each instruction set, as plain data.
+// Results of the operations of simd/ for each instruction set, as plain data.
 
 #include <cstdint>
 
@@ -18,7 +18,7 @@ struct Operands {
     uint8_t bytes[8];
 };
 
-/// Results of the vectors that take any number of lanes from eight.
+/// Results of vectors of any number of lanes from eight.
 struct Results {
     int lanes = 0;  ///< of the vectors of floats
     alignas(64) float sum[16], difference[16], product[16], quotient[16], least[16], most[16],

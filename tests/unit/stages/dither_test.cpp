@@ -37,7 +37,7 @@ void set_pure(uint16_t* f, int32_t channels, uint32_t m) {
     f[m] = 65535;
 }
 
-// Hash-like choice for a cube of voxels, so that regions cross the borders of blocks.
+// A pseudo-random choice for each cube of voxels, so that regions cross the borders of blocks.
 uint32_t region(int32_t x, int32_t y, int32_t z) {
     return (static_cast<uint32_t>(x / 5) * 73856093u ^ static_cast<uint32_t>(y / 3) * 19349663u ^
             static_cast<uint32_t>(z / 2) * 83492791u) >>

@@ -19,7 +19,7 @@ namespace {
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
-/// Normalises one list of amounts, put in every voxel of a block.
+/// Normalises one list of amounts, replicated in every voxel of a block.
 struct OneVoxel {
     std::vector<uint16_t> fractions;
     uint8_t code = 0;
@@ -106,7 +106,7 @@ TEST(Normalise, VoidTakesPartInTheMixture) {
 
 TEST(Normalise, RemainderGoesToTheLargestFirstOfEquals) {
     for (openfab_isa isa : testing::runnable_isas()) {
-        // Three thirds round to 21845 and leave nothing; two halves round up to 32768 each, one too
+        // Three thirds round to 21845 without remainder; two halves round up to 32768 each, one too
         // many.
         EXPECT_EQ(normalise_one({1, 1, 1}, {1, 2, 3}, 3, isa).fractions,
                   (Fractions{0, 21845, 21845, 21845}));

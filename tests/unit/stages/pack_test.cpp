@@ -19,7 +19,7 @@ TEST(Pack, SameBytesAsTheTwinForEveryWidth) {
             std::vector<uint8_t> codes(static_cast<size_t>(width) * rows * 8);
             for (uint8_t& c : codes)
                 c = static_cast<uint8_t>(random() % 16);
-            // A byte more a row than is written, to see that nothing is written beyond.
+            // One more byte per row, to detect writes past the end.
             std::vector<uint8_t> planes(static_cast<size_t>(bytes + 1) * rows * 8, 0xee);
             abi::StageCalls calls(*abi::find_stage_set(1), isa);
             ASSERT_TRUE(calls

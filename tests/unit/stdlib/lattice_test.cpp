@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Distances to minimal surfaces, against the nearest of many points of each surface, in double
-// precision: how far a wall or a solid comes out from what was asked for.
+// precision: the error of a wall's thickness or a solid's volume.
 
 #include <gtest/gtest.h>
 
@@ -26,7 +26,7 @@ using Vec = std::array<double, 3>;
 
 constexpr double kTwoPi = 2 * std::numbers::pi;
 constexpr double kPeriod = 8;  // mm
-// Where a wall ends, from its middle, as a share of the period: up to 0.28 in thickness.
+// Half the thickness of a wall, as a fraction of the period: up to 0.28 in thickness.
 constexpr std::array<double, 6> kHalves = {0.008, 0.03, 0.045, 0.07, 0.1, 0.14};
 
 double dot(const Vec& a, const Vec& b) {
@@ -37,7 +37,7 @@ Vec along(const Vec& a, const Vec& b, double t) {
     return {a[0] + b[0] * t, a[1] + b[1] * t, a[2] + b[2] * t};
 }
 
-/// Fields of period 2 pi, as the functions of their names.
+/// Fields of period 2 pi, like the functions of the same names.
 double gyroid(const Vec& q) {
     return std::sin(q[0]) * std::cos(q[1]) + std::sin(q[1]) * std::cos(q[2]) +
            std::sin(q[2]) * std::cos(q[0]);
@@ -67,7 +67,7 @@ Vec gradient(Field field, const Vec& q) {
     return out;
 }
 
-/// A point of the surface not far from q.
+/// Returns a point of the surface near q.
 Vec onto(Field field, Vec q, int steps) {
     for (int k = 0; k < steps; ++k) {
         const Vec g = gradient(field, q);
@@ -77,7 +77,7 @@ Vec onto(Field field, Vec q, int steps) {
     return q;
 }
 
-/// Points all over the surface in a period and around it, by cells.
+/// Points on the surface in one period and around it, in cells.
 class Surface {
   public:
     explicit Surface(Field field) : field_(field) {
@@ -89,7 +89,8 @@ class Surface {
         }
     }
 
-    /// Unsigned. From the nearest of the points, along the surface to where the normal is on q.
+    /// Unsigned. From the nearest of the points, along the surface to where the normal passes
+    /// through q.
     double distance(const Vec& q) const {
         Vec y = nearest(q);
         for (int k = 0; k < 8; ++k) {
@@ -156,7 +157,7 @@ class Point : public interp::Environment {
 struct Case {
     const char* name;
     Field field;
-    double largest;  ///< distance from the surface, as a share of the period
+    double largest;  ///< distance from the surface, as a fraction of the period
 };
 
 class Lattice : public ::testing::TestWithParam<Case> {};
@@ -194,7 +195,7 @@ TEST_P(Lattice, WallsAndSolidsAreAsThickAsAsked) {
             const double half = kHalves[h] * kPeriod;
             walls[h] += std::abs(exact) < half ? 1 : 0;
             walls_found[h] += std::abs(found) < half ? 1 : 0;
-            // A solid on one side, cut back by as much.
+            // A solid on one side, eroded by as much.
             solids[h] += exact < -half ? 1 : 0;
             solids_found[h] += found < -half ? 1 : 0;
         }
@@ -202,7 +203,7 @@ TEST_P(Lattice, WallsAndSolidsAreAsThickAsAsked) {
     }
     for (size_t h = 0; h < kHalves.size(); ++h) {
         SCOPED_TRACE(::testing::Message() << "a wall of " << 2 * kHalves[h] << " of the period");
-        // 2 %, and what chance adds where there are few points.
+        // 2 %, plus the sampling error where there are few points.
         EXPECT_NEAR(walls_found[h], walls[h], 0.02 * walls[h] + 4);
         EXPECT_NEAR(solids_found[h], solids[h], 0.02 * std::max(solids[h], walls[h]) + 4);
         RecordProperty("share_" + std::to_string(h),

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The standard library through the interpreter: each function stays in the range that its comment
-// states and reaches its ends, and known values come out.
+// states and reaches its ends, and known values are reproduced.
 
 #include <gtest/gtest.h>
 
@@ -31,7 +31,7 @@ class Point : public interp::Environment {
     interp::TextureView texture(int32_t) const override { return {}; }
 };
 
-/// `body` is the end of a function that returns a float, with float3 p and float t at hand.
+/// `body` ends a function that returns a float, with float3 p and float t in scope.
 std::optional<ir::Module> compile(const std::string& modules, const std::string& body) {
     std::string text;
     for (const char* name : {"color", "foam", "grade", "halftone", "lattice", "lens", "mapping",
@@ -58,7 +58,7 @@ struct Range {
     const char* modules;
     const char* expression;
     float low, high;
-    float reach;  ///< how near to both ends sampled values come, as a share of the range
+    float reach;  ///< how close sampled values come to both ends, as a fraction of the range
 };
 
 constexpr Range kRanges[] = {
@@ -162,14 +162,14 @@ TEST(Stdlib, KnownValues) {
     EXPECT_EQ(value("shell", "return shell_index(-2.5, 1);"), 2);
     EXPECT_EQ(value("shell", "return shell_onion(-0.5, 1) + 2 * shell_onion(-1.5, 1);"), 1);
     EXPECT_EQ(value("halftone", "return bayer8(0, 0);"), 0.5F / 64);
-    // An F would do; Z is not its own mirror image either.
+    // Like F, Z is not its own mirror image.
     EXPECT_EQ(value("pattern", "return glyph(float2(1.9, 2), 7, GLYPH_Z);"), 1);
     EXPECT_EQ(value("pattern", "return glyph(float2(-1.9, 2), 7, GLYPH_Z);"), 0);
     EXPECT_EQ(value("pattern", "return arrow(float2(4, 0), 5, 1) + arrow(float2(-1, 0), 5, 1);"),
               1);
 }
 
-/// Where edges of a box of pictures meet, both sides are at a border to the bit.
+/// Where edges of a box of pictures meet, both sides are exactly at a border.
 TEST(Stdlib, PicturesEndAtTheEdgesOfTheirBox) {
     for (const char* side :
          {"MAP_FRONT", "MAP_RIGHT", "MAP_BACK", "MAP_LEFT", "MAP_TOP", "MAP_BOTTOM"}) {
@@ -204,8 +204,8 @@ class Place : public Point {
     }
 };
 
-/// For who looks at a side, pictures stand upright and read from left to right, and the footprint
-/// is that of the side.
+/// For a viewer who faces a side, pictures are upright and read from left to right, and the
+/// footprint is that of the side.
 TEST(Stdlib, PicturesOfABoxStandUprightOnEachSide) {
     const std::string text =
         "import mapping;\nfablet T { @uniform { float3 n; float t; Material m; ImageTexture2D map; "
@@ -246,7 +246,7 @@ TEST(Stdlib, PicturesOfABoxStandUprightOnEachSide) {
         }
         EXPECT_NEAR(argument(1), u, 1e-6F);
         EXPECT_NEAR(argument(2), v, 1e-6F);
-        // Right times up is out of the side.
+        // Right x up points out of the side.
         const float out =
             side.normal[0] * (side.right[1] * side.up[2] - side.right[2] * side.up[1]) +
             side.normal[1] * (side.right[2] * side.up[0] - side.right[0] * side.up[2]) +
@@ -255,7 +255,7 @@ TEST(Stdlib, PicturesOfABoxStandUprightOnEachSide) {
     }
 }
 
-/// The share of space where the gyroid lies below gyroid_level(fraction) is that fraction.
+/// The fraction of space where the gyroid lies below gyroid_level(fraction) is that fraction.
 TEST(Stdlib, GyroidLevels) {
     std::mt19937 random(11);
     std::uniform_real_distribution<float> place(0, 10);

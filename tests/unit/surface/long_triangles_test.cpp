@@ -89,8 +89,7 @@ TEST(LongTrianglesTest, ABarIsCutAcross) {
     EXPECT_NEAR(total_area(after), total_area(before), 1e-9 * total_area(before));
     for (const Triangle& t : after)
         EXPECT_LE(longest_edge(t), 5);
-    // As many as its area needs, in squares of two, and some; before, nearly a hundred times as
-    // many.
+    // About as many as its area needs; without splitting, nearly a hundred times as many.
     const double needed = 2 * total_area(before) / (s * s);
     EXPECT_GT(diced(before, s), 90 * needed);
     EXPECT_LT(diced(after, s), 4 * needed);
@@ -163,8 +162,7 @@ TEST(LongTrianglesTest, DicedPiecesLeaveNoCrack) {
     }
 }
 
-/// The three corners from the first in order of positions, as a triangle is the same however it is
-/// turned.
+/// The corners, rotated to start at the first by position, to compare triangles.
 std::array<Place, 3> turned(const Triangle& t) {
     std::array<Place, 3> out{place(t[0]), place(t[1]), place(t[2])};
     std::rotate(out.begin(), std::min_element(out.begin(), out.end()), out.end());
@@ -203,7 +201,8 @@ TEST(LongTrianglesTest, TheOrderOfTrianglesChangesNoBit) {
 }
 
 TEST(LongTrianglesTest, CutCornersHaveTheValuesBetweenTheEnds) {
-    // What is linear in the position stays so: single precision, in up to a dozen halves.
+    // Linear functions of the position stay linear: single precision, over up to a dozen
+    // bisections.
     const auto value = [](const Vec3d& p) { return 0.25 * p.x - 0.5 * p.y + p.z + 1; };
     for (const mesh::Mesh& mesh : slender_meshes()) {
         const part::Part part = hand_part(mesh, testing::HandMode::kBumps);

@@ -139,7 +139,7 @@ TEST(SurfaceTest, CountsWhatTheStageGotWrong) {
 }
 
 TEST(SurfaceTest, BoundsOfWhatIsCutKnowHowMuchIsLeft) {
-    // Upper sides are moved by 1 to 1.5 mm, before the cut.
+    // Upper sides are displaced by 1 to 1.5 mm, before clamping.
     for (const double most : {0.5, 1.0, 1.5}) {
         const part::Part part = make_part(testing::Scenario{
             "", testing::cube(2), testing::HandMode::kFootprint, 1.0f, 0, false, most});

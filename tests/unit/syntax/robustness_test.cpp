@@ -1,9 +1,8 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Whatever the bytes, the front end ends, in bounded time, with diagnostics or IR that verifies:
-// random bytes, random words of the language, and the postcard with pieces cut out, doubled or
-// changed.
+// For any bytes the front end ends, in bounded time, with diagnostics or valid IR: random bytes,
+// random words of the language, and the postcard with pieces removed, duplicated or changed.
 
 #include <gtest/gtest.h>
 
@@ -174,7 +173,7 @@ std::string read(const std::filesystem::path& path) {
     return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// The text with a few pieces cut out, doubled or changed.
+/// Removes, duplicates or changes a few pieces of the text.
 std::string changed(std::string text, std::mt19937* random) {
     for (unsigned n = 1 + (*random)() % 3; n > 0; --n) {
         const size_t at = (*random)() % text.size();
@@ -220,7 +219,7 @@ TEST(Robustness, ChangedPrograms) {
     int programs = 0;
     for (const char* kind : {"pass", "fail", "warn"}) {
         for (const auto& entry : std::filesystem::directory_iterator(folder / kind)) {
-            // Its own limit of size is what it is about.
+            // It tests its own size limit.
             if (entry.path().stem() == "too_complex") continue;
             const std::string program = read(entry.path());
             ASSERT_FALSE(program.empty());

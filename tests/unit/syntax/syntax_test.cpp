@@ -22,7 +22,7 @@ std::string words(const std::string& text) {
     return out;
 }
 
-/// The tree of an expression, as nested lists.
+/// Returns the tree of an expression, as nested lists.
 std::string tree(const ast::Expr& e) {
     if (e.args.empty()) return std::string(e.text);
     std::string out = "(" + std::string(e.text);

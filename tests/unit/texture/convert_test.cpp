@@ -96,7 +96,7 @@ TEST_F(ConvertTest, MakesLuminanceAfterLinearising) {
     EXPECT_EQ(p->channels(), 1);
     EXPECT_EQ(p->texels()[0], luminance(decoded(200), decoded(100), decoded(50)));
     EXPECT_EQ(converted(file)->channels(), 3);
-    // Alpha neither counts nor is decoded.
+    // Alpha neither affects the luminance nor is decoded.
     const auto rgba = image<uint8_t>("a.png", 1, 1, 4, {200, 100, 50, 128});
     EXPECT_EQ(converted(rgba, {"auto", true})->texels()[0], p->texels()[0]);
     EXPECT_FLOAT_EQ(converted(rgba)->texels()[3], 128.0f / 255);
@@ -152,7 +152,7 @@ TEST_F(ConvertTest, SaysWhyAnImageCannotBeRead) {
     EXPECT_NE(error_of(image<uint8_t>("wide.tif", 16385, 1, 1, std::vector<uint8_t>(16385)))
                   .find("at most 16384"),
               std::string::npos);
-    // Cut short: the reader fails part way, and nothing is left.
+    // Truncated: the reader fails part way, and no file is left.
     const auto whole =
         image<uint8_t>("w.png", 300, 300, 3, std::vector<uint8_t>(300 * 300 * 3, 77));
     std::ifstream in(whole, std::ios::binary);
@@ -169,7 +169,7 @@ TEST_F(ConvertTest, FindsThePyramidInTheCacheTheSecondTime) {
     EXPECT_EQ((*first)->texels()[0], decoded(128));
     ::unsetenv("OPENFAB_HELPER");
     EXPECT_TRUE(texture::get_pyramid(file, {"auto", false}, 2, 1)) << "must not need the helper";
-    // Other options and other bytes are other pyramids.
+    // Different options or bytes give different pyramids.
     const auto other = texture::get_pyramid(file, {"data", false}, 1, 0);
     ASSERT_FALSE(other);
     EXPECT_NE(other.error().text().find("`openfab`, was not found"), std::string::npos);
@@ -182,7 +182,7 @@ TEST_F(ConvertTest, FindsThePyramidInTheCacheTheSecondTime) {
         }
     }
     EXPECT_EQ(keys.size(), 8u);
-    // A damaged entry is made again.
+    // A damaged entry is regenerated.
     const std::filesystem::path entry =
         *texture::cache_folder() /
         texture::cache_name(*texture::content_key(file, {"auto", false}));
@@ -203,7 +203,7 @@ TEST_F(ConvertTest, PassesTheHelpersReasonOn) {
                   .find("No such file"),
               std::string::npos);
     EXPECT_FALSE(texture::get_pyramid(folder_.path(), {}, 0, 0));
-    // Without a usable cache, it is made without one.
+    // Works without a usable cache.
     ::setenv("OPENFAB_CACHE", "/proc/nowhere", 1);
     const auto file = image<uint8_t>("g.png", 1, 1, 1, {9});
     EXPECT_TRUE(texture::get_pyramid(file, {"auto", false}, 0, 0));

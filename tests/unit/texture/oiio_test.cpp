@@ -1,9 +1,9 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Look-ups against OpenImageIO's texture system, on a picture of 4096 x 4096: within 1/255 for
-// footprints that are as wide as long. The interpreter stands for generated code, which gives its
-// bits (tests/exec).
+// Lookups against OpenImageIO's texture system, on a picture of 4096 x 4096: within 1/255 for
+// isotropic footprints. The interpreter represents generated code, which gives the same bits
+// (tests/exec).
 
 #include <OpenImageIO/imagebuf.h>
 #include <OpenImageIO/imagebufalgo.h>
@@ -59,7 +59,7 @@ class OiioTest : public ::testing::Test {
             << OIIO::geterror();
         ours_ = folder_.path() / "picture.oftx";
         ASSERT_TRUE(make_pyramid_file(plain, ours_, {"data", false}));
-        // The one that all share: OpenImageIO deletes one's own by the wrong type.
+        // The shared one: OpenImageIO deletes a private one by the wrong type.
         system_ = OIIO::TextureSystem::create(true);
         system_->attribute("max_memory_MB", 512.0f);
     }
@@ -67,7 +67,8 @@ class OiioTest : public ::testing::Test {
         if (system_ != nullptr) system_->close_all();
     }
 
-    /// The largest difference at places in -1.5 … 2.5 with footprints of `width` texels.
+    /// Returns the largest difference at coordinates in -1.5 … 2.5 with footprints of `width`
+    /// texels.
     float largest_difference(const Wrapped& wrap, const std::function<float()>& width) {
         const auto pyramid =
             texture::Pyramid::open(ours_, static_cast<int32_t>(wrap.ours),
@@ -106,7 +107,7 @@ class OiioTest : public ::testing::Test {
     OIIO::TextureSystem* system_ = nullptr;
 };
 
-/// Every texel differs from its neighbours: at the finest level, and where one level alone is read.
+/// Every texel differs from its neighbours: at the finest level, and where a single level is read.
 TEST_F(OiioTest, NoiseInOneLevel) {
     std::mt19937 random(5);
     make_picture([&](int, int) { return static_cast<float>(random() >> 24) / 255.0f; });
@@ -118,8 +119,8 @@ TEST_F(OiioTest, NoiseInOneLevel) {
     }
 }
 
-/// Between levels: theirs blends by the width, ours by its logarithm; where neighbouring levels
-/// show the same, so do both.
+/// Between levels OpenImageIO interpolates by the width, we by its logarithm; both agree where
+/// adjacent levels agree.
 TEST_F(OiioTest, APictureBetweenLevels) {
     make_picture([](int x, int y) {
         const double turn = 2 * 3.14159265358979 / kSide;

@@ -129,7 +129,7 @@ TEST_F(PyramidFile, HoldsTheSameBitsAsMemory) {
     EXPECT_TRUE(equal((*mapped)->info(), memory->info()));
     EXPECT_TRUE(equal((*mapped)->texels(), memory->texels()));
     EXPECT_TRUE(equal((*mapped)->minmax(), memory->minmax()));
-    // Nothing is left beside it.
+    // No temporary file is left.
     EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_.path()), {}), 1);
 }
 
@@ -144,7 +144,7 @@ TEST_F(PyramidFile, IsRefusedWhenCutShortOrForeign) {
               std::string::npos);
     EXPECT_FALSE(Pyramid::open(folder_.path(), 0, 0));
     EXPECT_FALSE(Pyramid::open(folder_.path() / "none.oftx", 0, 0));
-    // Every byte is checked, of texels too.
+    // Every byte is covered by the checksum, including texels.
     for (size_t i = 0; i < bytes_.size(); ++i) {
         std::string damaged = bytes_;
         damaged[i] = static_cast<char>(damaged[i] ^ 0x15);

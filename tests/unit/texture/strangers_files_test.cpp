@@ -1,7 +1,8 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Files of somebody else: what they may make the converter and the cache read, and take.
+// Untrusted files: what they can make the converter and the cache read, and the memory they can
+// take.
 
 #include <OpenImageIO/imageio.h>
 #include <fcntl.h>
@@ -147,7 +148,7 @@ TEST_F(StrangersFiles, SizesAreKnownBeforeMemoryIsTaken) {
     std::ofstream(folder_.path() / "world/bomb.nrrd", std::ios::app | std::ios::binary)
         << std::string(787'000, 'x');
     EXPECT_THAT(error_of_volume("bomb.nrrd"), HasSubstr("it takes 9.60 GB of memory"));
-    // Larger than its bytes can be, however they are packed.
+    // Larger than its bytes can decompress to.
     header("thin.nrrd", "encoding: gzip\n\n" + gzip(std::string(100, 'x')), "256 256 64");
     EXPECT_THAT(error_of_volume("thin.nrrd"), HasSubstr("its compressed data is damaged"));
     header("more.nrrd", "encoding: gzip\n\n" + gzip(std::string(9, 'x')));
@@ -287,14 +288,14 @@ TEST_F(StrangersFiles, ACacheThatOthersCanWriteIsNotUsed) {
     ASSERT_TRUE(made) << made.error().text();
     EXPECT_FLOAT_EQ((*made)->texels()[0], 128.0f / 255) << "the file has gone, the mapping has not";
     EXPECT_EQ(fs::last_write_time(cache), before);
-    // Nor is one below a folder that others can change.
+    // Nor is one below a folder that others can write.
     fs::permissions(cache, fs::perms(0700));
     EXPECT_TRUE(texture::cache_folder());
     fs::permissions(folder_.path(), fs::perms(0777));
     EXPECT_FALSE(texture::cache_folder());
     fs::permissions(folder_.path(), fs::perms(01777));
     EXPECT_TRUE(texture::cache_folder()) << "sticky, as /tmp is";
-    // And nothing common is trusted where nothing is said.
+    // And no shared folder is trusted by default.
     for (const char* name : {"OPENFAB_CACHE", "XDG_CACHE_HOME", "HOME"})
         ::unsetenv(name);
     EXPECT_FALSE(texture::cache_folder());

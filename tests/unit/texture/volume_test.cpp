@@ -214,7 +214,7 @@ TEST_F(VolumeTest, NrrdBehindWhatItSkips) {
              {"encoding: raw\nbyte skip: -1\n", junk + raw},
              {"encoding: raw\nbyte skip: -1\nline skip: 0\n", raw},
              {"encoding: ascii\nline skip: 3\nbyte skip: 7\n", junk + seven + numbers},
-             // Lines are those of the file, bytes those of what is in it.
+             // Lines are counted in the file, bytes in the decompressed data.
              {"encoding: gzip\nline skip: 3\n", junk + gzipped(raw)},
              {"encoding: gzip\nbyte skip: 7\n", gzipped(seven + raw)}}) {
         const auto p = converted(file(fields, data));
@@ -332,8 +332,9 @@ TEST_F(VolumeTest, PagesOfATiff) {
         << "8-bit colour is sRGB";
 }
 
-// The rule: x, y and z go up with the place in the file, whatever its format.
-/// Of pages of 2 x 1, each with its number in it; the last one's next is at `behind_last`.
+// The rule: x, y and z increase with the position in the file, for any format.
+/// A TIFF of pages of 2 x 1, each with its number in it; the last one's next offset is
+/// `behind_last`.
 std::string tiff(size_t pages, bool big_endian, bool large, uint64_t behind_last = 0) {
     std::string out;
     const auto put = [&](uint64_t value, size_t bytes) {
@@ -386,7 +387,7 @@ TEST_F(VolumeTest, ManyPagesOfATiffAreReadOneByOne) {
     }
     EXPECT_EQ(trouble(folder_.write("more.tif", tiff(2049, false, false))),
               "it has more than 2048 pages; write its slices as files of their own");
-    // A directory that comes again is no page.
+    // A repeated directory is not a page.
     EXPECT_EQ(size(*converted(folder_.write("ring.tif", tiff(5, false, false, 8)))),
               (Vec3i{2, 1, 5}));
     EXPECT_EQ(size(*converted(folder_.write("off.tif", tiff(5, false, false, 1 << 30)))),

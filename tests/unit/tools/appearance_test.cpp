@@ -89,7 +89,7 @@ constexpr double kSoon = 10;
 #endif
 constexpr int64_t kMegabyte = 1'000'000;
 
-/// What `read` takes and how long it takes are within bounds.
+/// Memory and time of `read` are bounded.
 Result<Appearances> within(int64_t memory_bytes, const std::function<Result<Appearances>()>& read) {
     const testing::Meter meter;
     Result<Appearances> appearances = read();
@@ -184,7 +184,7 @@ TEST(Import, NamesManyPicturesOfOneName) {
     EXPECT_LT(meter.seconds(), kSoon);
 }
 
-/// A cube of two groups, its front and all else.
+/// A cube of two groups, its front and the rest.
 mesh::LoadedMesh two_groups() {
     mesh::LoadedMesh out;
     out.mesh = testing::cube(10);
@@ -224,7 +224,7 @@ TEST(Import, GivesEveryGroupAMaterialOfItsOwn) {
     options.largest_mm = 25;
     Appearances appearances = two_appearances();
     appearances.appearances[0].color =
-        appearances.appearances[1].color;  // the same colour, and yet two keys
+        appearances.appearances[1].color;  // the same colour, but two keys
     const Result<Import> import = make_import(two_groups(), appearances, "cube.obj", options);
     ASSERT_TRUE(import) << import.error().text();
     EXPECT_THAT(import->world, HasSubstr("\"front \\\"x\\\"\": {\"key\": \"#ff0000\""));

@@ -107,7 +107,7 @@ TEST(Emitter, TheSameInstructionIsMadeOnce) {
     EXPECT_EQ(emit.input(ir::Type::kFloat, OPENFAB_ARG_DISTANCE, 0, 0), x);
     const ValueId yes = emit.constant(true);
     const ValueId no = emit.binary(Op::kLt, x, x);
-    // Under another guard a lookup is another one.
+    // Lookups with different guards are different.
     EXPECT_NE(emit.sample(0, 0, {yes, x, x, x}), emit.sample(0, 0, {no, x, x, x}));
     EXPECT_NE(emit.sample(0, 0, {yes, x, x, x}), emit.sample(0, 1, {yes, x, x, x}));
 }

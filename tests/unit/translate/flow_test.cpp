@@ -1,9 +1,9 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What must be assigned or returned on every path: a table of programs and of the ids that each is
-// answered with. What is complete says nothing; what is not is an error where the language asks for
-// every path (`return`, `out`) and, of a variable, an error where it is certain and else a warning.
+// Definite assignment and return: a table of programs and the diagnostic ids of each. Complete
+// programs give none; incomplete ones are an error where the language requires every path
+// (`return`, `out`); for variables, an error if certain, else a warning.
 
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@ namespace {
 
 struct Case {
     const char* body;
-    const char* ids;  ///< in order, each with a blank before it
+    const char* ids;  ///< in order, each preceded by a blank
 };
 
 void expect_ids(const std::string& program, const Case& item) {

@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What stands where: groups, grids, files of transforms, the bed, and which files a world may read.
+// Placement: groups, grids, transform files, the bed; and which files a world may read.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -61,7 +61,7 @@ TEST_F(BuildTest, NestedGroupsMultiplyTheirTransforms) {
     ASSERT_EQ(all.size(), 5u);
     EXPECT_EQ(all[0].object, 0);
     EXPECT_EQ(all[1].object, 1);
-    // (1, 0, 0) turned to (0, 1, 0), moved to (1, 3, 3), to (11, 3, 3), doubled and lifted.
+    // (1, 0, 0) rotated to (0, 1, 0), moved to (1, 3, 3), to (11, 3, 3), scaled by 2 and lifted.
     EXPECT_EQ(all[0].transform.apply({1, 0, 0}), (Vec3d{22, 6, 11}));
     EXPECT_EQ(all[1].transform.apply({1, 0, 0}), (Vec3d{22, 0, 5}));
     EXPECT_EQ(all[2].transform.apply({1, 0, 0}), (Vec3d{-2, 6, 11}));
@@ -101,7 +101,7 @@ TEST_F(BuildTest, AGridLeavesRoomBetweenBoxes) {
                  "grid": {"count": [3, 2], "spacing_mm": [5, 1, 0]}},
                 {"object": "ball", "grid": {"count": [1, 1, 2], "step_mm": -7}}])");
     ASSERT_EQ(all.size(), 8u);
-    // 4 along x and 2 along y once turned; x first.
+    // 4 along x and 2 along y after rotation; x first.
     EXPECT_EQ(all[1].transform.t, (Vec3d{10, 1, 0}));
     EXPECT_EQ(all[2].transform.t, (Vec3d{19, 1, 0}));
     EXPECT_EQ(all[3].transform.t, (Vec3d{1, 4, 0}));
@@ -209,7 +209,7 @@ TEST_F(BuildTest, NamesThePlaceOfWhatIsWrong) {
 }
 
 TEST_F(BuildTest, GroupsCannotGrowWithoutBound) {
-    // Each holds the one before it ten times: refused before it is made.
+    // Each contains the previous one ten times: refused before it is expanded.
     std::string ten = "{\"g0\": [{\"object\": \"box\"}]";
     for (int i = 1; i < 12; ++i)
         ten += fmt::format(
@@ -248,7 +248,7 @@ TEST_F(BuildTest, FilesAreReadBelowTheWorldsFolderOnly) {
     fs::create_directory_symlink(other.path(), folder_.path() / "link");
     EXPECT_NE(error_of("", build("link/pins.txt")).find("not below the world's folder"),
               std::string::npos);
-    // The name is no prefix trick.
+    // A name with the folder's name as prefix is outside.
     const fs::path twin = folder_.path().string() + "2";
     fs::create_directory(twin);
     std::error_code ignored;

@@ -51,7 +51,7 @@ class WorldTest : public ::testing::Test {
     Result<World> load(const std::string& text) {
         return load_world(folder_.write("w.fab.json", text));
     }
-    /// The message behind the file's name.
+    /// Returns the message after the file's name.
     std::string error_of(const std::string& text) {
         const Result<World> world = load(text);
         if (world) return "no error";
@@ -59,7 +59,7 @@ class WorldTest : public ::testing::Test {
         return world.error().text().starts_with(file) ? world.error().text().substr(file.size() + 1)
                                                       : world.error().text();
     }
-    /// kWorld with one piece of text replaced, loaded.
+    /// Loads kWorld with one piece of text replaced.
     std::string error_with(const std::string& from, const std::string& to) {
         std::string text = kWorld;
         const size_t at = text.find(from);
@@ -286,7 +286,7 @@ TEST_F(WorldTest, DataOfADetachedVolumeAreFilesOfTheWorld) {
     const Result<World> world =
         load(text.replace(text.find("photo.png"), std::string("photo.png").size(), "scan.nhdr"));
     ASSERT_TRUE(world) << world.error().text();
-    // So that --watch looks at them too.
+    // So that --watch watches them, too.
     EXPECT_EQ(std::count(world->files.begin(), world->files.end(), folder_.path() / "scan.raw"), 1);
     EXPECT_EQ(world->roots, std::vector{without_links(folder_.path())});
 }
