@@ -21,8 +21,8 @@ void keep_kernel_error(void* /*user_context*/, const char* message) {
     last_error[sizeof(last_error) - 1] = '\0';
 }
 
-// A thread that waits for the loop takes no other work: it may hold scratch memory of a half-done
-// block row.
+// Isolated, so that a thread that waits for the loop steals no other work: it may hold the scratch
+// memory of a block row in progress.
 int run_kernel_loop(void* user_context, KernelTask task, int min, int size, uint8_t* closure) {
     std::atomic<int> status{0};
     tbb::this_task_arena::isolate([&] {

@@ -77,7 +77,7 @@ class KernelBuffer {
     halide_dimension_t dims_[kMaxDimensions]{};
 };
 
-/// The function for an instruction set; the one for SSE4.1 where there is none for it.
+/// Returns the function for an instruction set; the SSE4.1 one where there is none for it.
 inline openfab_kernel_fn function_for(const openfab_kernel_fn* by_isa, openfab_isa isa) {
     return by_isa[isa] != nullptr ? by_isa[isa] : by_isa[OPENFAB_ISA_SSE41];
 }

@@ -4,17 +4,18 @@
 
 namespace openfab::abi {
 
-/// How a generated kernel ended, or a chain of calls, which ends with the first that is not well.
-/// Generated code itself returns an int (abi/fablet_table.h), which is taken in where it is called.
+/// The outcome of a generated kernel, or of a chain of calls, which stops at the first failure.
+/// Generated code itself returns an int (abi/fablet_table.h), which is converted where it is
+/// called.
 class [[nodiscard]] KernelStatus {
   public:
-    /// All went well.
+    /// Success.
     constexpr KernelStatus() = default;
     /// The value that generated code returned: 0, or a Halide error code.
     static constexpr KernelStatus of_code(int code) {
         return {code == 0 ? Kind::kOk : Kind::kFailed, code};
     }
-    /// Nothing failed, but the print was told to end before all was done.
+    /// Cancelled: nothing failed, but the print was told to end early.
     static constexpr KernelStatus stopped() { return {Kind::kStopped, 0}; }
 
     constexpr bool ok() const { return kind_ == Kind::kOk; }

@@ -20,7 +20,7 @@ bool read_line(const std::string& file, int line, std::string* out) {
     constexpr size_t kLongestLine = 400;  // a minified file would fill the screen
     const Result<InputFile> opened = InputFile::open(file);
     if (!opened) return false;
-    // In pieces, of which no more than that line is kept: a file may be one line.
+    // Reads in pieces and keeps no more than that line: the whole file may be a single line.
     std::vector<char> piece(1 << 16);
     int at_line = 1;
     out->clear();
@@ -49,8 +49,8 @@ size_t code_points(std::string_view text) {
     return static_cast<size_t>(std::count_if(text.begin(), text.end(), starts_code_point));
 }
 
-/// The byte behind the token at byte `at`: a quoted string, or a run of letters, digits and signs
-/// of a number.
+/// Returns the offset just past the token at byte `at`: a quoted string, or a run of letters,
+/// digits and signs of a number.
 size_t token_end(const std::string& line, size_t at) {
     size_t end = at + 1;
     if (line[at] == '"') {
@@ -69,7 +69,7 @@ size_t token_end(const std::string& line, size_t at) {
 
 /// The line with a caret below the token at `column`.
 std::string token_caret(std::string line, int number, int column) {
-    std::replace(line.begin(), line.end(), '\t', ' ');  // so that the caret stays true
+    std::replace(line.begin(), line.end(), '\t', ' ');  // so that the caret stays aligned
     size_t at = 0;
     for (int c = 1; at < line.size(); ++at) {
         if (starts_code_point(line[at]) && c++ == column) break;

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// How an Error is shown to a person: with the source line and a caret where it has a place in a
-// text file.
+// Renders an Error for a person: with the source line and a caret where it has a location in a text
+// file.
 
 #include <cstdint>
 #include <string>
@@ -13,14 +13,14 @@
 
 namespace openfab {
 
-/// A source line and the line below it with a caret at `column`, which counts code points from 1,
-/// and a tail of `length - 1`. `line` is fit for a terminal; `length` is at least 1.
+/// Formats a source line and, below it, a caret at `column`, which counts code points from 1, with
+/// a tail of `length - 1`. `line` must be printable; `length` is at least 1.
 ///
 ///      7 |         "scael": 2
 ///        |         ^~~~~~~
 std::string caret_lines(std::string_view line, int64_t number, size_t column, size_t length);
 
-/// For an error at a line of a file that can be read:
+/// Renders an error at a line of a readable file as
 ///
 ///     world.fab.json:7:9: error: unknown key `scael`
 ///      7 |         "scael": 2

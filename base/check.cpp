@@ -12,7 +12,7 @@ namespace openfab {
 
 namespace {
 
-/// Without the folder that the sources lie in.
+/// Strips the path of the source tree.
 std::string_view in_source(std::string_view file) {
     constexpr std::string_view kOwn = __FILE__;
     constexpr std::string_view kInSource = "base/check.cpp";
@@ -25,7 +25,7 @@ std::string_view in_source(std::string_view file) {
 }  // namespace
 
 void check_failed(const char* file, int line, const char* expression, const std::string& values) {
-    // Not by say.h: whatever else is broken, this is written.
+    // Not through say.h: this must be written whatever else is broken.
     fmt::print(stderr, "{}:{}: internal error: `{}` does not hold{}{}\n", in_source(file), line,
                expression, values.empty() ? "" : ": ", values);
     (void)std::fflush(stderr);

@@ -21,8 +21,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// How the process is to end: an exit code, or less than 0 a signal. It goes from a handler through
-/// a pipe to a thread, since a handler may not remove files.
+/// How the process is to end: an exit code, or a negated signal number. Signal handlers send it
+/// through a pipe to the cleaner thread, since a handler may not remove files.
 using Ending = int;
 
 std::atomic<int> pipe_to_cleaner{-1};
@@ -35,7 +35,7 @@ struct Listed {
     bool has_cleaner = false;
 };
 
-/// It outlives all that is static: the thread may come to it at any time.
+/// Never destroyed: the cleaner thread may use it while static objects are destroyed.
 Listed& listed() {
     static Listed* const all = new Listed;
     return *all;
@@ -47,11 +47,12 @@ bool has_ended(pid_t child) {
     return got != 0 || info.si_pid != 0;
 }
 
-/// With the list locked: what is made from here on waits, and is never made.
+/// The caller holds the lock and keeps it: nothing can be added to the list any more.
 void remove_all_listed(const Listed& all) {
     for (const pid_t child : all.programs)
         ::kill(child, SIGTERM);
-    // What they write goes, too, so they go first. One that does not want to is left behind.
+    // Programs end first, since their output is removed next; one that ignores SIGTERM is
+    // abandoned.
     constexpr auto kStep = std::chrono::milliseconds(5);
     constexpr int kMostSteps = 400;
     for (int step = 0; step < kMostSteps; ++step) {
@@ -79,7 +80,7 @@ void clean(int pipe) {
     ::_exit(kSignalled - how);
 }
 
-/// Nothing to do without one: then the process ends at once, as it would without all this.
+/// Starts the cleaner thread. If that fails, signals end the process immediately, without cleaning.
 void start_cleaner(Listed* all) {
     if (all->has_cleaner) return;
     int ends[2];
@@ -89,7 +90,7 @@ void start_cleaner(Listed* all) {
     pipe_to_cleaner.store(ends[1]);
 }
 
-/// Whether somebody sees to it.
+/// Asks the cleaner thread to end the process; false if there is none.
 bool ask_cleaner(Ending how) {
     const int pipe = pipe_to_cleaner.load();
     return pipe >= 0 && ::write(pipe, &how, sizeof how) == sizeof how;
@@ -150,8 +151,8 @@ RunningProgram::~RunningProgram() {
 }
 
 bool RunningProgram::wait(int* status) {
-    // Looked at first and taken away under the lock: its number is nobody else's while it is
-    // listed.
+    // Waits without reaping, then reaps and unlists under the lock: its process id cannot be reused
+    // while it is listed.
     siginfo_t info{};
     while (::waitid(P_PID, static_cast<id_t>(child_), &info, WEXITED | WNOWAIT) != 0 &&
            errno == EINTR) {

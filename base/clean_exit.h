@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Removes what a process would leave behind when a signal ends it: its temporary files and folders,
-// and the programs that it runs. What SIGKILL leaves, the next process removes (own_folder.h).
+// Cleans up when a signal ends the process: removes its temporary files and folders, and terminates
+// the programs that it runs. What SIGKILL leaves behind, the next process removes (own_folder.h).
 
 #include <sys/types.h>
 
@@ -12,19 +12,19 @@
 
 namespace openfab {
 
-/// From now on SIGINT and SIGTERM end the programs that run for this process, remove what is
-/// listed, and then end the process as they would have. A signal that was ignored stays so; the
-/// second of a kind ends the process at once.
+/// Installs handlers of SIGINT and SIGTERM that terminate child programs, remove what is listed,
+/// and then end the process by the same signal. An ignored signal stays ignored; a second one ends
+/// the process immediately.
 void clean_up_on_signals();
 
-/// For handlers of signals: ends the process with `exit_code`, after the same; it returns where
-/// that takes a moment.
+/// Ends the process with `exit_code` after the same clean-up. Async-signal-safe; may return before
+/// the process has ended.
 void end_cleanly(int exit_code);
 
-/// Lists a file, or a folder with all that it holds, as long as it lives.
+/// Lists a file or folder for removal during its own lifetime.
 class RemovedAtEnd {
   public:
-    /// Lists the path that `make` makes and returns, empty where that fails: no signal comes
+    /// Calls `make` and lists the path that it returns (empty: failure), with signals held off in
     /// between.
     explicit RemovedAtEnd(const std::function<std::filesystem::path()>& make);
     ~RemovedAtEnd();
@@ -35,7 +35,7 @@ class RemovedAtEnd {
     std::filesystem::path path_;
 };
 
-/// A child process, which is ended with this one until somebody has waited for it.
+/// A child process, which is terminated with this one until it has been waited for.
 class RunningProgram {
   public:
     explicit RunningProgram(pid_t child);
@@ -43,7 +43,7 @@ class RunningProgram {
     RunningProgram(const RunningProgram&) = delete;
     RunningProgram& operator=(const RunningProgram&) = delete;
 
-    /// Waits for its end; false with errno where it is lost, else `status` is as from waitpid.
+    /// Waits for its end and sets `status` as waitpid does; false with errno on failure.
     bool wait(int* status);
 
   private:

@@ -54,8 +54,7 @@ int64_t resident_bytes() {
 }
 
 int64_t peak_resident_bytes() {
-    // getrusage reports a peak from before the program was loaded: that of the one
-    // that started it.
+    // getrusage includes the peak from before exec, which is that of the parent.
     long long kilobytes = 0;
     if (std::FILE* file = std::fopen("/proc/self/status", "r"); file != nullptr) {
         char line[256];

@@ -41,7 +41,8 @@ Error command_line_error(const CLI::App& app, const CLI::ParseError& error,
         chosen.empty() ? program : fmt::format("{} {}", program, command.get_name());
     const std::vector<const CLI::App*> commands =
         app.get_subcommands([](const CLI::App*) { return true; });
-    // The first unknown word says most: after a wrong command, everything behind it is unknown.
+    // Only the first unknown word is reported: after a wrong command all that follows is unknown,
+    // too.
     for (const std::string& word : app.remaining(true)) {
         if (word.starts_with('-'))
             return unknown("option", word.substr(0, word.find('=')), option_names(command), full);

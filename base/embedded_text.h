@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// A text file that the build puts into the program (cmake/embed.cmake).
+// A text file that the build embeds in the program (cmake/embed.cmake).
 
 #include <string_view>
 

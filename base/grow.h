@@ -6,7 +6,7 @@
 
 namespace openfab {
 
-/// Makes a vector that is kept from call to call at least `count` long; it never shrinks.
+/// Grows a reused buffer to at least `count` elements; it never shrinks.
 void grow(auto* values, size_t count) {
     if (values->size() < count) values->resize(count);
 }

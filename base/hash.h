@@ -12,26 +12,26 @@
 
 namespace openfab {
 
-/// Hashes bytes that are there in one piece, by the widest vectors that this machine has.
+/// Hashes contiguous bytes, with the widest vectors that this machine has.
 uint64_t xxh3(std::span<const uint8_t> bytes, uint64_t seed);
 inline uint64_t xxh3(std::string_view text) {
     return xxh3({reinterpret_cast<const uint8_t*>(text.data()), text.size()}, 0);
 }
 
-/// Hashes bytes that come one after another, to what xxh3 gives for all of them with the seed 0.
+/// Hashes a stream of bytes; the result equals xxh3 of all of them with seed 0.
 class Hasher {
   public:
     Hasher();
 
     void add_bytes(const void* data, size_t bytes);
-    /// The bytes of a number, or of what is made up of whole numbers alone.
+    /// Appends the bytes of a number, or of a struct of integers without padding.
     template <typename T>
     void add(const T& value) {
         static_assert(std::has_unique_object_representations_v<T> || std::is_floating_point_v<T>,
                       "no bytes without a meaning");
         add_bytes(&value, sizeof value);
     }
-    /// Its length (64 bits), then its bytes: `a`, `bc` is not `ab`, `c`.
+    /// Appends the length (64 bits), then the bytes, so that `a`, `bc` differs from `ab`, `c`.
     void add_text(std::string_view text) {
         add(static_cast<uint64_t>(text.size()));
         add_bytes(text.data(), text.size());

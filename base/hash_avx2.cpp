@@ -1,7 +1,8 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Compiled for AVX2. Nothing is included here whose inline functions other files could be given.
+// Compiled for AVX2. Includes nothing with inline functions: the linker could take their AVX2
+// versions for other files.
 #include "base/hash_avx2.h"
 
 #define XXH_INLINE_ALL

@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The one place where files are opened that a user, a world, or a file that a world names asks
-// for. Only regular files are opened: a pipe may block, a device never ends. Where the name was
-// written by somebody else than the user, the file must also lie below allowed folders, once links
-// are resolved.
+// The only place where input files are opened, whether named by the user, by a world, or by a file
+// that a world names. Only regular files are opened: a pipe may block, a device never ends. Where
+// the name does not come from the user, the file must also lie below allowed folders once links are
+// resolved.
 
 #include <cstddef>
 #include <cstdint>
@@ -30,8 +30,7 @@ bool is_below(const std::filesystem::path& path, const std::filesystem::path& fo
 /// project, else `folder` itself; without links. Empty means the working folder.
 std::filesystem::path reading_root(const std::filesystem::path& folder);
 
-/// Returns a name for the command line of a program that no program takes for an option or for a
-/// response file.
+/// Returns the name in a form that no program takes for an option or a response file.
 std::string as_argument(const std::filesystem::path& path);
 
 class InputFile {

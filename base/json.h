@@ -27,15 +27,14 @@ struct JsonValue {
     std::string text;
     std::vector<JsonValue> items;
     std::vector<JsonMember> members;
-    std::vector<int32_t> by_key;  ///< places of many members, in order of their keys
+    std::vector<int32_t> by_key;  ///< member indices sorted by key; large objects only
     int32_t line = 0;
     int32_t column = 0;  ///< one-based, in code points
 
     bool is(Kind wanted) const { return kind == wanted; }
     /// "a number", "an object", …
     const char* kind_name() const;
-    /// The member of this key. An object of many, asked for many, does not look through all of them
-    /// for each.
+    /// Returns the member of this key, or null. Large objects are searched by bisection.
     const JsonMember* find(std::string_view key) const;
 };
 
@@ -49,8 +48,8 @@ struct JsonMember {
 /// Returns the memory that a tree takes, the value itself included.
 int64_t json_bytes(const JsonValue& value);
 
-/// Errors have a place in `name`. At most 32 levels deep and a million values, and a tree that
-/// with the text takes no more than `memory_bytes`. Numbers are the nearest doubles.
+/// Parses `text`; errors are located in `name`. At most 32 levels deep and a million values, and a
+/// tree that with the text takes no more than `memory_bytes`. Numbers are the nearest doubles.
 Result<JsonValue> parse_json(std::string_view text, const std::string& name,
                              int64_t memory_bytes = std::numeric_limits<int64_t>::max());
 

@@ -35,9 +35,9 @@ size_t edits(std::string_view a, std::string_view b) {
     return cost.back();
 }
 
-// Quadratic cost, and nobody misspells more than this by a letter.
+// Bounds the quadratic cost: names longer than this are not compared.
 constexpr size_t kLongestName = 200;
-/// Of candidates: a moment's work where all are that long.
+/// The most candidates compared, which bounds the time where all are that long.
 constexpr size_t kMost = 10'000;
 
 }  // namespace

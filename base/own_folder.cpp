@@ -26,7 +26,7 @@ std::string reason(int code) {
     return std::generic_category().message(code);
 }
 
-/// Folders from the outermost that is missing to `folder`, each for this user alone.
+/// Creates the missing folders down to `folder`, each accessible to this user alone.
 Result<void> make(const fs::path& folder) {
     std::vector<fs::path> missing;
     std::error_code ignored;
@@ -34,14 +34,14 @@ Result<void> make(const fs::path& folder) {
          at = at.parent_path())
         missing.push_back(at);
     for (auto at = missing.rbegin(); at != missing.rend(); ++at) {
-        // Another process may make it at the same time.
+        // Another process may create it concurrently.
         if (::mkdir(at->c_str(), 0700) != 0 && errno != EEXIST)
             return outside_error("it cannot be made: " + reason(errno));
     }
     return {};
 }
 
-/// One folder on the way down, `last` the one that is to be used.
+/// Checks one folder of the path; `last`: the one that is to be used.
 Result<void> check(const fs::path& folder, bool last) {
     struct stat status {};
     if (::lstat(folder.c_str(), &status) != 0) return outside_error(reason(errno));
@@ -59,14 +59,14 @@ Result<void> check(const fs::path& folder, bool last) {
 
 enum class Lock { kHeld, kTaken, kUnknown };
 
-/// Locks what is open. Where the file system has no locks nobody clears up either.
+/// Locks an open file. Where the file system has no locks, nothing is cleared up either.
 Lock lock(int descriptor) {
     if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0) return Lock::kHeld;
     return errno == EWOULDBLOCK ? Lock::kTaken : Lock::kUnknown;
 }
 
-/// Returns whether a new file or folder is ours. Between its making and its lock, somebody who
-/// clears up may have taken it for a leftover.
+/// Returns whether a new file or folder is still ours: between its creation and its lock, another
+/// process may have removed it as a leftover.
 bool is_ours(int descriptor) {
     struct stat status {};
     return descriptor >= 0 && lock(descriptor) != Lock::kTaken &&
@@ -89,8 +89,8 @@ bool is_own(int descriptor) {
     return ::fstat(descriptor, &status) == 0 && status.st_uid == ::geteuid();
 }
 
-/// Removes what has such a name, is this user's, and is not locked: folders, and files unless
-/// `folders_alone`.
+/// Removes folders, and files unless `folders_alone`, that have such a name, belong to this user
+/// and are not locked.
 void clear(const fs::path& folder, bool (*has_name)(const std::string& name), bool folders_alone) {
     std::error_code status;
     std::vector<fs::path> found;
@@ -109,7 +109,7 @@ void clear(const fs::path& folder, bool (*has_name)(const std::string& name), bo
     }
 }
 
-/// Whether nobody else can put anything in this user's name there, or in its place.
+/// Returns whether no other user can replace the folder or write to it.
 bool is_apart(const fs::path& folder) {
     fs::path at;
     for (const fs::path& step : folder) {
@@ -126,7 +126,7 @@ Result<fs::path> own_folder(const fs::path& folder) {
     const fs::path absolute = fs::absolute(folder, status);
     if (status) return outside_error(status.message());
     if (Result<void> made = make(absolute); !made) return made.error();
-    // From here on without links: whoever turns a link leads elsewhere, but not us.
+    // Links are resolved once, here: changing one later cannot redirect us.
     const fs::path plain = fs::canonical(absolute, status);
     if (status) return outside_error(status.message());
     fs::path at;

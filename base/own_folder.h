@@ -24,12 +24,12 @@ Result<std::filesystem::path> own_folder(const std::filesystem::path& folder);
 /// Temporary names end in this and six letters.
 constexpr std::string_view kTemporaryMark = ".tmp-";
 
-/// A folder for a while, which nobody else can look into. Its maker holds a lock on it, and it goes
-/// with the maker (clean_exit.h).
+/// A temporary folder, readable by this user only. The process that created it holds a lock on it
+/// and removes it when it ends (clean_exit.h).
 class TemporaryFolder {
   public:
-    /// Creates one in `base_folder`; empty: in the system's folder for temporary files. Those that
-    /// were left there by makers that were killed are removed.
+    /// Creates one in `base_folder`; empty: in the system's folder for temporary files. Removes
+    /// those that killed processes left there.
     static Result<std::unique_ptr<TemporaryFolder>> create(
         const std::filesystem::path& base_folder = {});
     /// Removes the folder and its contents.
@@ -51,8 +51,8 @@ class TemporaryFolder {
 /// and sets `made`; returns -1 and sets errno on failure.
 int open_temporary(const std::filesystem::path& name, std::filesystem::path* made);
 
-/// Removes files and folders of temporary names that no process has locked any more. Only below
-/// own_folder.
+/// Removes temporary files and folders that no process holds locked any more. For use below
+/// own_folder only.
 void clear_left_over(const std::filesystem::path& folder);
 
 }  // namespace openfab

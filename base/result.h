@@ -30,11 +30,12 @@ struct Error {
     std::string help;         ///< what would be right, or a way out; may be empty
     SourceLocation location;  ///< in a text file; empty where it is in none
 
-    /// All of it in one line: `path:line:column: message; help`.
+    /// Formats all of it in one line: `path:line:column: message; help`.
     std::string text() const;
 };
 
-/// Tells what is wrong with a part of a file whose place is not known yet; empty where nothing is.
+/// Describes what is wrong with part of a file whose location is not known yet; empty if nothing
+/// is.
 struct Complaint {
     std::string what;
     std::string help;
@@ -44,7 +45,7 @@ struct Complaint {
         : what(std::move(what)), help(std::move(help)) {}
     Complaint(const char* what) : what(what) {}
     bool empty() const { return what.empty(); }
-    /// It as a user's mistake, once the place is known.
+    /// Returns it as a user error at a location.
     Error at(SourceLocation location) const;
 };
 
@@ -79,11 +80,11 @@ inline Error internal_error(std::string message) {
     return {ErrorCode::kInternal, std::move(message), {}, {}};
 }
 
-/// A user's mistake at a place in a file.
+/// Makes a user error at a location in a file.
 Error error_at(SourceLocation location, std::string what, std::string help = {});
 
-/// The error with words before its message, such as `cannot read x.png: `; its place, if it has
-/// one, goes into the message.
+/// Returns the error with a prefix before its message, such as `cannot read x.png: `; its location,
+/// if it has one, goes into the message.
 Error with_context(const Error& error, const std::string& before);
 
 template <typename T>

@@ -20,9 +20,10 @@ namespace openfab {
 void prepare_streams() {
     for (int fd = STDIN_FILENO; fd <= STDERR_FILENO; ++fd) {
         if (::fcntl(fd, F_GETFD) >= 0 || errno != EBADF) continue;
-        // The lowest free number is this one. Open the wrong way round, so that a result is not
-        // taken for written; messages have nobody to tell, and programs that are started may fail
-        // where theirs cannot be written, so the last one takes all.
+        // open() takes the lowest free descriptor, which is this one. Opened in the wrong
+        // direction, so that a result does not count as written. Standard error is opened for
+        // writing: its messages have no reader anyway, and programs that are started may fail where
+        // they cannot write theirs.
         const int mode = fd == STDIN_FILENO ? O_WRONLY : fd == STDOUT_FILENO ? O_RDONLY : O_RDWR;
         (void)::open("/dev/null", mode);
     }
@@ -53,7 +54,7 @@ void show(std::string_view text) {
 }
 
 void write_out(std::string_view data) {
-    // After a failure the rest is not tried: errno would be that of another write.
+    // Stops at the first failure, to keep its errno.
     if (std::ferror(stdout) == 0) (void)std::fwrite(data.data(), 1, data.size(), stdout);
 }
 

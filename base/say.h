@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The one place where programs write text for people, to standard error, and results, to standard
-// output. Foreign names are made printable, so that they cannot control the terminal (text.h). A
-// message that cannot be written is ignored; a result that cannot be written is an error.
+// The only place where programs write messages, to standard error, and results, to standard output.
+// Text from outside is made printable, so that they cannot control the terminal (text.h). A message
+// that cannot be written is ignored; a result that cannot be written is an error.
 
 #include <string_view>
 
@@ -12,9 +12,9 @@
 
 namespace openfab {
 
-/// Must be the first call of every main. Opens those of descriptors 0 to 2 that are closed, so that
-/// no output gets one of these numbers and messages between its bytes; reading and writing them
-/// still fails. Makes a closed pipe an error of the write instead of a signal.
+/// Must be the first call of every main. Opens closed descriptors among 0 to 2, so that no output
+/// file gets one of these numbers and receives messages; reading and writing them still fails.
+/// Turns SIGPIPE into a failed write.
 void prepare_streams();
 
 /// Writes lines to standard error as they are.
@@ -25,9 +25,9 @@ void warn(std::string_view message);
 /// Writes an error, with its source line where it names one (caret.h), and returns the exit code.
 int say_error(const Error& error);
 
-/// Writes text for people to standard output; written_out reports failures.
+/// Writes a message to standard output; written_out reports failures.
 void show(std::string_view text);
-/// Writes bytes for programs to standard output, as they are.
+/// Writes raw bytes to standard output.
 void write_out(std::string_view data);
 /// Flushes standard output; fails where anything could not be written.
 Result<void> written_out();

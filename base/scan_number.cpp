@@ -12,13 +12,13 @@
 namespace openfab {
 namespace {
 
-/// Compared as doubles: a conversion of what a float cannot hold is undefined.
+/// Compared as doubles: converting an out-of-range double to float is undefined.
 bool fits_float(double value) {
     return std::fabs(value) <= std::numeric_limits<float>::max();
 }
 
-/// Returns whether a decimal that no double can hold is too large, not too small. Its digits
-/// decide as well as its exponent: 0.00…01 has none.
+/// Returns whether a decimal out of the range of double is too large, not too small. Digits count
+/// as well as the exponent: 0.00…01 has none.
 bool is_large(std::string_view text) {
     const size_t exponent = std::min(text.find_first_of("eE"), text.size());
     const std::string_view digits = text.substr(0, exponent);

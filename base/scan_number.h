@@ -13,7 +13,7 @@ namespace openfab {
 
 enum class Decimal { kFine, kNoNumber, kTooLarge };
 
-/// Reads the whole of `text` as the nearest double, to the bit as strtod in the C locale; values
+/// Reads the whole of `text` as the nearest double, bit for bit as strtod in the C locale; values
 /// that are too small become 0 with their sign.
 Decimal read_decimal(std::string_view text, double* out);
 
@@ -21,7 +21,7 @@ Decimal read_decimal(std::string_view text, double* out);
 /// what is wrong, or an empty text: "`x` is not a number", "`1e400` is not finite or too large".
 std::string scan_number(std::string_view token, double* out);
 
-/// Reads a whole number from least to most, likewise.
+/// Reads an integer from least to most, likewise.
 std::string scan_integer(std::string_view token, int64_t least, int64_t most, int64_t* out);
 
 /// Returns whether all three fit a float, as vertices of a mesh must.

@@ -7,14 +7,14 @@
 
 namespace openfab {
 
-/// A place in a text file, one-based; without a line it is the file as a whole, or whatever else
-/// `file` names, such as an option of the command line.
+/// A location in a text file, one-based; without a line, the whole file or whatever else `file`
+/// names, such as a command-line option.
 struct SourceLocation {
     std::string file;
     int32_t line = 0;
     int32_t column = 0;
 
-    /// `file:line:column`, or `file` alone where there is no line.
+    /// Formats `file:line:column`, or `file` alone where there is no line.
     std::string str() const;
     bool operator==(const SourceLocation&) const = default;
 };

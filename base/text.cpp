@@ -12,11 +12,11 @@ namespace {
 
 struct CodePoint {
     uint32_t value = 0;
-    size_t bytes = 0;  ///< 0: the byte begins no code point
+    size_t bytes = 0;  ///< 0: not the start of a code point
 };
 
-/// The code point at the start of `text`, which is not empty. Overlong forms, surrogates and what
-/// is above U+10FFFF are none (Unicode 15, table 3-7).
+/// Decodes the code point at the start of `text`, which is not empty. Overlong forms, surrogates
+/// and values above U+10FFFF are invalid (Unicode 15, table 3-7).
 CodePoint first_code_point(std::string_view text) {
     const auto byte = [&](size_t i) {
         return static_cast<uint32_t>(static_cast<uint8_t>(text[i]));
@@ -42,10 +42,10 @@ bool misleads(uint32_t c) {
         uint32_t first, last;
     } kRanges[] = {
         {0x00, 0x1F},     {0x7F, 0x9F},       // C0, DEL and C1
-        {0x61C, 0x61C},   {0x200E, 0x200F},   // marks of direction
+        {0x61C, 0x61C},   {0x200E, 0x200F},   // directional marks
         {0x202A, 0x202E}, {0x2066, 0x2069},   // embeddings, overrides, isolates
         {0x2028, 0x2029},                     // separators of lines and paragraphs
-        {0x200B, 0x200B}, {0x2060, 0x2064},   // without width
+        {0x200B, 0x200B}, {0x2060, 0x2064},   // zero width
         {0x206A, 0x206F}, {0xFEFF, 0xFEFF},   // deprecated format characters, byte order mark
         {0xFFF9, 0xFFFB}, {0xE0000, 0xE007F}  // annotations and tags
     };
@@ -95,7 +95,7 @@ std::string printable_json(std::string_view json) {
     };
     for (size_t i = 0; i < json.size();) {
         const CodePoint c = first_code_point(json.substr(i));
-        // Control characters of ASCII are layout here: within strings JSON has none.
+        // ASCII control characters are white space here: JSON strings contain none.
         if (c.bytes == 0) {
             unit(0xFFFD);
         } else if (c.value < 0x7F || !misleads(c.value)) {

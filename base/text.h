@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Makes foreign text, such as names from files, safe for a terminal or for JSON.
+// Makes untrusted text, such as names from files, safe for a terminal or for JSON.
 
 #include <string>
 #include <string_view>
@@ -20,7 +20,7 @@ std::string printable_lines(std::string_view text);
 /// Returns equivalent JSON in which such code points are escaped as `\u202e`.
 std::string printable_json(std::string_view json);
 
-/// `A` to `Z` as small letters, whatever the locale says; all else as it is.
+/// Lowercases `A` to `Z`, independently of the locale, and leaves all else as it is.
 constexpr char lower_ascii(char c) {
     return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
 }

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Quantities as people type them: "27um", "0.1mm", "3mm:5mm", "1.5GB", "600x300".
+// Parses and formats quantities as users type them: "27um", "0.1mm", "3mm:5mm", "1.5GB", "600x300".
 
 #include <cstdint>
 #include <string>

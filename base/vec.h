@@ -98,7 +98,7 @@ using Box3f = Box3<float>;
 using Box3d = Box3<double>;
 using Box3i = Box3<int32_t>;
 
-/// p -> m p + t, row-major m.
+/// The map p -> m p + t, with m row-major.
 struct Affine3d {
     std::array<double, 9> m{1, 0, 0, 0, 1, 0, 0, 0, 1};
     Vec3d t;

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Transposes, and loads from one address a lane.
+// Transposes, and gathers.
 
 #include <immintrin.h>
 

@@ -3,8 +3,8 @@
 #pragma once
 
 // Names the instruction set that a translation unit is compiled for, which its flags decide.
-// Everything that is compiled for several sets stands in a namespace of that name, so that the
-// linker cannot give an inline function of one set to the code of another.
+// Everything that is compiled for several sets is in a namespace of that name, so that the linker
+// cannot give an inline function of one set to the code of another.
 
 #if defined(__AVX512F__) && defined(__AVX512VL__) && defined(__AVX512DQ__) && defined(__FMA__)
 #define OPENFAB_SIMD_ISA avx512

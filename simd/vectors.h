@@ -3,9 +3,9 @@
 #pragma once
 
 // Vectors of floats, integers and masks, one type for each number of lanes, for code that is
-// compiled once for each instruction set (target.h). Only operations that IEEE 754 rounds in one
-// way are here, so that all sets give the same bits: no estimates of reciprocals; and FMA, where
-// the set has it, under names that say that it prunes.
+// compiled once for each instruction set (target.h). Only correctly rounded IEEE 754 operations are
+// here, so that all sets give the same bits: no reciprocal estimates; and FMA, where the set has
+// it, only under names that say that it is for pruning.
 //
 //   Floats4, 8, 16   float      + - * / += -=, < <= == > >=, min max sqrt floor ceil absolute
 //   Ints4, 8, 16     int32_t    + - * & >> += -=, < == >, min max; arithmetic wraps
@@ -37,7 +37,7 @@
 namespace openfab::simd {
 inline namespace OPENFAB_SIMD_ISA {
 
-// The number of lanes that a register of SSE4.1 or AVX2 holds.
+// The number of lanes of an SSE4.1 or AVX2 register.
 #if defined(__AVX2__)
 using Floats = Floats8;
 using Ints = Ints8;
@@ -51,7 +51,7 @@ using Mask = Mask4;
 #endif
 constexpr int kLanes = Floats::kLanes;
 
-// The number of lanes that is quickest for code that takes any number from eight.
+// The fastest number of lanes, for code that works with any number from eight.
 #if defined(__AVX512F__)
 using WidestFloats = Floats16;
 #else

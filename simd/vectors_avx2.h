@@ -2,8 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The registers of AVX2: eight lanes. Part of vectors.h. With AVX-512, masks are its registers for
-// masks.
+// The registers of AVX2: eight lanes. Part of vectors.h. With AVX-512, masks are in mask registers.
 
 #include <immintrin.h>
 
@@ -74,7 +73,7 @@ OPENFAB_INLINE bool any(Mask8 a) {
 struct Ints8 {
     static constexpr int kLanes = 8;
     using Register = int32_t __attribute__((vector_size(32)));
-    /// Arithmetic goes through these, whose overflow is defined.
+    /// Arithmetic uses these, whose overflow is defined.
     using Wrapping = uint32_t __attribute__((vector_size(32)));
     Register v;
 

@@ -46,7 +46,7 @@ OPENFAB_INLINE bool any(Mask4 a) {
 struct Ints4 {
     static constexpr int kLanes = 4;
     using Register = int32_t __attribute__((vector_size(16)));
-    /// Arithmetic goes through these, whose overflow is defined.
+    /// Arithmetic uses these, whose overflow is defined.
     using Wrapping = uint32_t __attribute__((vector_size(16)));
     Register v;
 

@@ -50,7 +50,8 @@ struct HelperResult {
     std::string messages;  ///< what it wrote to stderr, at most 16 KB
 };
 
-/// Runs a program without a shell, its stdout on our stderr (our stdout is data), its stderr read.
+/// Runs a program without a shell, its stdout redirected to our stderr (our stdout is data), its
+/// stderr captured.
 Result<HelperResult> run_helper(const std::vector<std::string>& arguments) {
     int ends[2];
     if (::pipe2(ends, O_CLOEXEC) != 0) return outside_error("cannot make a pipe: " + reason(errno));
@@ -87,7 +88,7 @@ Result<HelperResult> run_helper(const std::vector<std::string>& arguments) {
     return result;
 }
 
-/// The helper's own words without what it puts around them.
+/// Returns the helper's message without its decoration.
 std::string trimmed(std::string text) {
     while (!text.empty() && (text.back() == '\n' || text.back() == '\r' || text.back() == ' '))
         text.pop_back();
@@ -96,7 +97,7 @@ std::string trimmed(std::string text) {
     return text;
 }
 
-/// What the helper said is wrong, taken apart as it was put together: `message; help`.
+/// Parses the helper's error, `message; help`.
 Error helper_error(int exit_status, std::string message) {
     std::string help;
     if (const size_t end = message.find("; "); end != std::string::npos) {
@@ -143,7 +144,7 @@ Result<void> make_with_helper(const fs::path& image, const ImageOptions& options
                     : fmt::format("failed with exit code {}", WEXITSTATUS(result->status))));
 }
 
-/// Returns the folder of the cache from the environment; empty where it names none.
+/// Returns the folder of the cache from the environment; empty if not set.
 fs::path wanted_cache() {
     if (const std::string own = environment("OPENFAB_CACHE"); !own.empty()) return own;
     if (const std::string xdg = environment("XDG_CACHE_HOME"); !xdg.empty())
@@ -153,7 +154,7 @@ fs::path wanted_cache() {
     return {};
 }
 
-/// The link that leads to the running program; false where the program is not there any more.
+/// Resolves the link to the running program; false if the program has been deleted.
 bool find_self(fs::path* out) {
     struct stat running {};
     struct stat named {};
@@ -179,7 +180,7 @@ Result<std::shared_ptr<const Pyramid>> find_or_make(uint64_t key, const fs::path
             return cached;
         clear_left_over(*cache);
     } else {
-        // The mapping stays when the file goes.
+        // The mapping outlives the file.
         Result<std::unique_ptr<TemporaryFolder>> made = TemporaryFolder::create();
         if (!made) return made.error();
         own = std::move(*made);
@@ -237,7 +238,7 @@ fs::path find_helper() {
     while (at <= folders.size()) {
         const size_t end = std::min(folders.find(':', at), folders.size());
         const fs::path folder = folders.substr(at, end - at);
-        // A relative one may be the folder of somebody's world.
+        // A relative one may be the folder of an untrusted world.
         if (folder.is_absolute() && is_program(folder / "openfab")) return folder / "openfab";
         at = end + 1;
     }

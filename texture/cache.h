@@ -47,9 +47,9 @@ std::string cache_name(uint64_t key);
 /// an absolute folder of the PATH. Empty if none.
 std::filesystem::path find_helper();
 
-/// Returns the image's pyramid, from the cache or converted now. Damaged cache files are converted
-/// again. Errors: image missing or not readable as an image (with OpenImageIO's reason), too large
-/// for the limits, no helper, disk full.
+/// Returns the image's pyramid, from the cache or converted now. Damaged cache files are
+/// regenerated. Errors: image missing or not readable as an image (with OpenImageIO's reason), too
+/// large for the limits, no helper, disk full.
 Result<std::shared_ptr<const Pyramid>> get_pyramid(const std::filesystem::path& image,
                                                    const ImageOptions& options, int32_t wrap,
                                                    int32_t filter, const ReadLimits& limits = {});

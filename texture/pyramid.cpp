@@ -33,7 +33,7 @@ Result<std::shared_ptr<const Pyramid>> Pyramid::open(const std::filesystem::path
     pyramid->mapping_bytes_ = bytes;
     Result<PyramidView> view = parse_pyramid_file(mapping, bytes);
     if (!view) return with_context(view.error(), file.string() + " ");
-    // Read and not taken from the mapping, whose pages would all count as memory of the print.
+    // Read instead of mapped, since mapped pages would count as memory of the print.
     if (Result<void> whole = check_pyramid_file(*opened); !whole)
         return with_context(whole.error(), file.string() + " ");
     pyramid->info_ = pyramid_info(view->layout, wrap, filter);

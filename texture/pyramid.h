@@ -19,8 +19,8 @@
 //            under it: minmax[offset + ((y * width + x) * channels + c) * 2 + {0, 1}]; level 0
 //            holds its texel twice
 // Level 0 is the image; level l+1 has ceil(n / 2) texels a side, down to 1 x 1, each the mean over
-// its share of the level below (for odd n a share takes in fractions of texels); its min-max covers
-// every texel that the share touches.
+// its footprint in the level below (fractions of texels for odd n); its min-max covers
+// every texel that the footprint touches.
 
 #include <cstddef>
 #include <cstdint>

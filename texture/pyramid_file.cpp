@@ -46,17 +46,17 @@ struct Header {
 };
 static_assert(sizeof(Header) == 72);
 
-/// Bytes of the mapping that may be in memory before they are given back.
+/// Bytes of the mapping that may be resident before they are released.
 constexpr int64_t kMostHeld = 32 << 20;
 constexpr size_t kAtOnce = 1 << 20;
-/// Bytes that filtering touches for one that it writes: eight texels of a volume, and that one.
+/// Bytes that filtering touches per byte that it writes: eight texels of a volume, and that one.
 constexpr int64_t kReadForOne = 9;
 
 int64_t aligned(int64_t bytes) {
     return (bytes + kAlignment - 1) / kAlignment * kAlignment;
 }
 
-/// Writes the part behind the header: the domain of a volume, then the level table as in the info
+/// Writes the part after the header: the domain of a volume, then the level table as in the info
 /// block.
 std::vector<int32_t> table_for(const PyramidLayout& layout) {
     const std::vector<int32_t> info = pyramid_info(layout, 0, 0);
@@ -68,7 +68,7 @@ std::vector<int32_t> table_for(const PyramidLayout& layout) {
     return table;
 }
 
-/// The header that a file of this layout has.
+/// Makes the header of a file of this layout.
 Header header_for(const PyramidLayout& layout, uint64_t content_key) {
     Header h{};
     std::memcpy(h.magic, kMagic, sizeof kMagic);
@@ -85,8 +85,8 @@ Header header_for(const PyramidLayout& layout, uint64_t content_key) {
     return h;
 }
 
-/// The checksum of a file that comes in blocks of kAtOnce bytes: each block's hash is the seed of
-/// the next one's. In the first the header's checksum counts as 0.
+/// The checksum of a file, in blocks of kAtOnce bytes: each block's hash seeds the next. In the
+/// first block the header's checksum counts as 0.
 class Checksum {
   public:
     void add(const void* data, size_t bytes) {
@@ -135,10 +135,10 @@ Result<std::unique_ptr<PyramidWriter>> PyramidWriter::create(const std::filesyst
     writer->descriptor_ = fd;
     if (fd < 0) return system_trouble("write", file);
     const Header header = header_for(layout, content_key);
-    // Space is claimed now: a disk that is full shows here and not as a signal while the mapping is
-    // written.
+    // Allocates the space now: a full disk is an error here instead of a signal while the mapping
+    // is written.
     const int trouble = ::posix_fallocate(fd, 0, header.file_bytes);
-    // A new file is its owner's alone; this one may be of a folder that others read.
+    // Temporary files are private to their owner; this one may be in a folder that others read.
     (void)::fchmod(fd, 0644);
     void* mapping = MAP_FAILED;
     if (trouble == 0) {
@@ -168,8 +168,7 @@ PyramidWriter::~PyramidWriter() {
 void PyramidWriter::wrote(int64_t bytes) {
     held_bytes_ += bytes;
     if (held_bytes_ < kMostHeld) return;
-    // A shared mapping loses nothing: the file has it. Where this fails, memory is all it
-    // costs.
+    // A shared mapping loses no data, which are in the file. A failure only costs memory.
     (void)::madvise(mapping_, bytes_, MADV_DONTNEED);
     held_bytes_ = 0;
 }

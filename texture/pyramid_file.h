@@ -21,8 +21,8 @@
 //   of pyramid.h)
 //
 // The table of a volume is 28 + 20 n bytes long: its origin and extent, six floats, and 1 where it
-// is a look-up table (else 0), then the level table with its 5 values. Everything but these seven
-// values follows from sizes and channels; a reader computes it and refuses a file that differs.
+// is a look-up table (else 0), then the level table with its 5 values. All else follows from sizes
+// and channels; a reader computes it and refuses a file that differs.
 
 #include <cstdint>
 #include <filesystem>
@@ -41,7 +41,7 @@ constexpr int32_t kFileVersion = 2;
 /// Returns the file size of a pyramid.
 int64_t pyramid_file_bytes(const PyramidLayout& layout);
 
-/// A file that is being written, mapped at its full size. Written pages are flushed now and then,
+/// A file that is being written, mapped at its full size. Written pages are released now and then,
 /// so that memory does not grow with the picture. Nothing appears under the final name until
 /// `finish`; without it the temporary file is removed.
 class PyramidWriter {

@@ -21,8 +21,8 @@ constexpr int32_t kLargestSide = 16384;
 // Values of world::Wrap and world::Filter.
 constexpr int32_t kWrapOfTables = 0;
 
-/// The texels below that one texel of a level takes in along one axis: at most three, with weights
-/// that sum to 1.
+/// The texels of the level below that one texel averages along one axis: at most three, with
+/// weights that sum to 1.
 struct Taps {
     int32_t first = 0;
     int32_t count = 0;

@@ -4,9 +4,9 @@
 
 // Samples pictures for generated code: an extern stage of its Halide pipeline
 // (compiler/lower/sample.cpp), compiled once for each instruction set of kernels. It is not
-// generated itself since Halide gathers 8 texels one by one through one port, which took half of
-// all time; here the two neighbours of a row are one load. What a sample is, operation for
-// operation, is defined in compiler/interp/sample.h; the bits are the same.
+// generated, since Halide gathers 8 texels one by one through one port, which took half of the
+// time; here two neighbours of a row are one load. compiler/interp/sample.h defines a sample
+// operation by operation; the bits are the same.
 //
 //   requests float [z][field][…] or [lane][field][…]: fields 0 active (1 or 0), 1 u, 2 v,
 //            3 scale of the footprint (1 by default), and if there are 10 fields, 4 to 6 the change

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Samples of pictures, a vector of requests at a time. sample_avx2.cpp and sample_sse41.cpp compile
-// it, each with the flags of a set. The order of float operations is that of
+// Samples pictures, a vector of requests at a time. sample_avx2.cpp and sample_sse41.cpp compile it
+// with the flags of their instruction sets. The order of float operations is that of
 // compiler/interp/sample.h; only the way in which texels are fetched differs.
 
 #include <array>
@@ -80,8 +80,8 @@ OPENFAB_INLINE Floats log2_of(Floats x) {
     return masked(x >= 1.0f, e + (f + (f * (1.0f - f)) * q));
 }
 
-/// Returns the level of each lane; mostly all are the same. An inactive lane gets that of an active
-/// one: its own might have no two texels in a row.
+/// Returns the level of each lane, mostly uniform. An inactive lane gets the level of an active
+/// one: its own might not have two texels in a row.
 OPENFAB_INLINE Level level_of(const Picture& picture, Ints level, Mask active) {
     const int32_t one = level.lane(__builtin_ctz(bits(active)));
     if (!any(andnot(level == one, active))) {
@@ -173,13 +173,13 @@ OPENFAB_INLINE void find_footprint(const Picture& picture, const SampleRequest& 
     out.v = select(kept, request.v, 0.5f);
 }
 
-/// The taps of one trip, and the lanes that take one.
+/// The taps of one iteration, and the active lanes.
 struct Tap {
     Mask taken;
     Floats u, v;
 };
 
-/// Computes the tap of a trip; lanes that take none stay at the centre.
+/// Computes the tap of an iteration; inactive lanes stay at the centre.
 OPENFAB_INLINE Tap tap_of(const Picture& picture, const Footprint& footprint, int32_t trip) {
     const Floats number = static_cast<float>(trip);
     Tap out;
@@ -229,8 +229,8 @@ struct OneChannel {
     }
 };
 
-/// Loads all of two to four channels. Four values are read: those behind a texel that stays inside
-/// belong to this level or, at its end, to the next, which has enough of them.
+/// Loads all of two to four channels. Always reads four values: those after an inside texel belong
+/// to this level or, at its end, to the next, which is large enough.
 struct AllChannels {
     static constexpr size_t kCount = kMaxChannels;
     int32_t channels;
@@ -242,15 +242,15 @@ struct AllChannels {
     }
 };
 
-/// The reads of one trip: the first texels of the rows, lower and upper, in both levels, and the
-/// weights of their neighbours to the right and above.
+/// The reads of one iteration: the first texels of the rows, lower and upper, in both levels, and
+/// the weights of their neighbours to the right and above.
 struct Reading {
     alignas(sizeof(Ints)) int32_t at[2][2][kLanes];
     Floats x[2], y[2];
     Mask taken;
 };
 
-/// Lists the readings of lanes that all stay inside; returns one past the last.
+/// Lists the reads of lanes that all stay inside; returns one past the last.
 OPENFAB_INLINE Reading* list_readings(const Picture& picture, const Footprint& footprint,
                                       int32_t stride, Reading* to) {
     for (int32_t trip = 0; trip < kMaxTaps; ++trip, ++to) {
@@ -315,7 +315,7 @@ OPENFAB_INLINE Floats texel_at(const Picture& picture, const Level& level, const
     return picture.wrap == kWrapBlack ? andnot(x.outside | y.outside, value) : value;
 }
 
-/// Sums the taps of lanes of which some read across the border.
+/// Sums the taps of lanes some of which read across the border.
 OPENFAB_INLINE void sum_wrapped(const Picture& picture, const Footprint& footprint, uint32_t wanted,
                                 Floats* sums) {
     for (int32_t trip = 0; trip < kMaxTaps; ++trip) {
@@ -382,8 +382,8 @@ struct Lanes {
 };
 
 /// Vectors in a batch: first all footprints are found, then the addresses of all taps, then their
-/// texels. A sample is one long chain of operations, of which the processor overlaps one or two at
-/// a time, but many of its parts.
+/// texels. A sample is one long dependency chain, of which the processor overlaps one or two as a
+/// whole, but many in parts.
 constexpr size_t kBatch = 16;
 
 class Sampler {

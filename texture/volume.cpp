@@ -24,7 +24,7 @@ bool is_digit(char c) {
     return c >= '0' && c <= '9';
 }
 
-/// `%d` and `%04d` as one `%`.
+/// Replaces `%d` and `%04d` by a single `%`.
 std::string plain_pattern(std::string_view text) {
     std::string out;
     for (size_t i = 0; i < text.size(); ++i) {
@@ -38,8 +38,8 @@ std::string plain_pattern(std::string_view text) {
     return out;
 }
 
-/// Advances all positions of the name at which the match so far may end by one character of the
-/// pattern at a time: the work is the product of both lengths, whatever the pattern.
+/// Advances the set of possible match ends by one character of the pattern at a time: the work is
+/// the product of both lengths for any pattern.
 bool matches(std::string_view pattern, std::string_view name) {
     std::vector<char> ends(name.size() + 1, 0), next(name.size() + 1);
     ends[0] = 1;
@@ -59,7 +59,7 @@ bool matches(std::string_view pattern, std::string_view name) {
     return ends[name.size()] != 0;
 }
 
-/// Numbers by value, so that slice 10 follows slice 9.
+/// Compares numbers by value, so that slice 10 follows slice 9.
 bool comes_before(const fs::path& left, const fs::path& right) {
     const std::string a = left.filename().string(), b = right.filename().string();
     size_t i = 0, j = 0;
@@ -98,7 +98,7 @@ Result<std::vector<fs::path>> volume_files(const fs::path& source) {
     const fs::path directory = folder ? source : source.parent_path();
     const std::string pattern = folder ? "*" : plain_pattern(source.filename().string());
     std::vector<fs::path> files;
-    // The work is the product of its length and of all names'.
+    // The work is the product of its length and that of all names.
     constexpr size_t kLongestPattern = 1000;
     const bool many = folder || (pattern.find_first_of("*#%") != std::string::npos &&
                                  pattern.size() <= kLongestPattern);
@@ -121,7 +121,7 @@ Result<std::vector<fs::path>> volume_files(const fs::path& source) {
 
 namespace {
 
-/// Which file the header of a detached NRRD says that its data are in; empty of any other file.
+/// Returns the data file that a detached NRRD header names; empty for any other file.
 std::string data_file_of(const fs::path& file) {
     const Result<InputFile> opened = InputFile::open(file);
     if (!opened) return {};
@@ -150,7 +150,7 @@ Result<uint64_t> volume_key(const fs::path& source, const VolumeOptions& options
     }
     if (const std::string name = data_file_of(files->front());
         files->size() == 1 && !name.empty()) {
-        // Opened, and found to be allowed, before a byte of it is read.
+        // Opened and checked to be allowed before a byte of it is read.
         const Result<InputFile> data = open_data_file(files->front(), name, limits);
         if (!data) {
             return with_context(data.error(), fmt::format("cannot read {}: ", source.string()));
@@ -159,7 +159,7 @@ Result<uint64_t> volume_key(const fs::path& source, const VolumeOptions& options
         if (!key) return key.error();
         text += fmt::format("|{:016x}", *key);
     }
-    // A format without a signature is known by its name alone.
+    // A format without a signature is recognized by its extension.
     text += "|" + files->front().extension().string();
     return xxh3(text);
 }

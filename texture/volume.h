@@ -27,9 +27,9 @@ struct VolumeOptions {
 };
 
 /// Lists the files that make up a volume: the named one, every file of a folder, or every file
-/// whose name matches a pattern: `*` stands for anything, `#` for a digit, `%d` and `%04d` for a
-/// number. Slices are in the order of their names, with numbers in them compared by value, the
-/// first one at the bottom. Fails where there is none.
+/// whose name matches a pattern: `*` matches anything, `#` a digit, `%d` and `%04d` a number.
+/// Slices are in the order of their names, with numbers in them compared by value, the first one at
+/// the bottom. Fails where there is none.
 Result<std::vector<std::filesystem::path>> volume_files(const std::filesystem::path& source);
 
 /// Returns the data file that `file` names if it is the header of a detached NRRD.

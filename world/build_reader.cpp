@@ -22,13 +22,13 @@ namespace {
 using Kind = JsonValue::Kind;
 
 constexpr double kLargestScale = 1e6;
-/// Groups are flattened one in the other: what may be kept of all of them.
+/// Limit of the placements kept while nested groups are flattened.
 constexpr size_t kMostMade = 5 * kMostPlacements;
 constexpr int kDeepest = 64;
-/// Vertices that are turned to find boxes, of all placements: seconds.
+/// Limit of the vertices that are transformed to find boxes, over all placements: seconds.
 constexpr double kMostLookedAt = 1e9;
 
-/// A number for all axes, or one each.
+/// Reads one number for all axes, or one for each.
 Vec3d one_or_three(const JsonValue& value, const std::string& what, double least, double most,
                    JsonReader* json) {
     if (value.is(Kind::kNumber)) {
@@ -51,7 +51,7 @@ std::vector<std::string> object_names(const World& world) {
     return names;
 }
 
-/// What a placement takes for one of its overrides.
+/// Bytes that a placement takes for one of its overrides.
 size_t binding_bytes(const std::string& name, const UniformBinding& binding) {
     constexpr size_t kNode = 96;  // of the map, and small texts
     size_t bytes = sizeof binding + kNode + name.size() + binding.location.file.size();
@@ -84,7 +84,7 @@ void BuildReader::read(const JsonValue* groups, const JsonValue& build,
         if (!json_.named_things(*groups, "groups")) return;
         for (const JsonMember& m : groups->members)
             groups_[m.key].items = &m.value;
-        // Also those that nothing asks for: a mistake in them is one.
+        // Unused ones, too, so that errors in them are reported.
         for (const JsonMember& m : groups->members) {
             JsonValue name;
             name.kind = Kind::kString;
@@ -128,9 +128,8 @@ std::vector<std::vector<Placement>> BuildReader::each_item(const JsonValue& list
     return out;
 }
 
-/// Rows along x, from the front to the back, on the bed: what each item of the build would be
-/// elsewhere does not count. They begin at x = y = 0, or lie about it where that is the tray's
-/// middle.
+/// Arranges items in rows along x, front to back, on the bed, ignoring their own positions. Rows
+/// begin at x = y = 0, or are centered there if that is the tray's center.
 void BuildReader::arrange(const JsonValue& value, std::vector<std::vector<Placement>>* items) {
     const std::string name = "`arrange`";
     if (!json_.object(value, world_keys("arrange"), name)) return;
@@ -165,7 +164,7 @@ bool BuildReader::room_for(const JsonValue& value, size_t count) {
     return false;
 }
 
-/// Returns whether that many copies fit in memory; overrides of uniforms are copied with each.
+/// Returns whether that many copies fit in memory; each copies its uniform overrides.
 bool BuildReader::memory_for(const JsonValue& value, const std::vector<Placement>& placements,
                              size_t copies) {
     if (!json_.ok()) return false;
@@ -191,7 +190,7 @@ bool BuildReader::take_memory(const JsonValue& value, double bytes) {
     return false;
 }
 
-/// Scale and rotation of what is placed, then the bed, then copies.
+/// Scale and rotation, then placement on the bed, then copies.
 void BuildReader::placement(const JsonValue& value, const std::string& what,
                             std::vector<Placement>* out) {
     if (!json_.object(value, world_keys("placement"), what)) return;
@@ -367,7 +366,7 @@ BuildReader::Local BuildReader::transform(const JsonValue& value, const std::str
     return out;
 }
 
-/// 12 numbers, or 3 rows of 4.
+/// Reads 12 numbers, or 3 rows of 4.
 Affine3d BuildReader::matrix(const JsonValue& value, const std::string& what) {
     std::vector<double> n;
     if (value.is(Kind::kArray) && value.items.size() == 3) {
@@ -383,8 +382,8 @@ Affine3d BuildReader::matrix(const JsonValue& value, const std::string& what) {
     return affine_of_rows(n);
 }
 
-/// Copies along x, then y, then z, so far apart that `spacing_mm` is free between their boxes, or
-/// `step_mm` from one to the next.
+/// Makes copies along x, then y, then z, with `spacing_mm` between their boxes, or at a distance of
+/// `step_mm`.
 void BuildReader::grid(const JsonValue& value, const std::string& what,
                        std::vector<Placement>* placements) {
     const std::string name = fmt::format("`grid` of {}", what);
@@ -417,7 +416,7 @@ void BuildReader::grid(const JsonValue& value, const std::string& what,
     if (!json_.ok()) return;
     size_t copies = 1;
     for (const size_t n : count) {
-        // Factor by factor: the product of all may not fit 64 bits.
+        // Factor by factor: the full product may not fit 64 bits.
         copies *= n;
         if (!room_for(value, copies * placements->size())) return;
     }
@@ -437,7 +436,7 @@ void BuildReader::grid(const JsonValue& value, const std::string& what,
     *placements = std::move(out);
 }
 
-/// One copy for each transform of a file, which is applied last.
+/// Makes one copy for each transform of a file, which is applied last.
 void BuildReader::copies(const JsonValue& value, const std::string& what,
                          std::vector<Placement>* placements) {
     const std::filesystem::path file =

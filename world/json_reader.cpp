@@ -50,7 +50,7 @@ bool JsonReader::named_things(const JsonValue& value, const std::string& key) {
                     "give it one");
             return false;
         }
-        // Messages, and what is kept for them, have it again and again.
+        // Messages and stored locations repeat it.
         constexpr size_t kLongest = 1000;
         if (member.key.size() > kLongest) {
             fail_at(member.line, member.column,

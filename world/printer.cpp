@@ -25,7 +25,7 @@ const KeySet& printer_keys() {
     return set;
 }
 
-/// Either `pitch_mm`, or `dpi` along x and y with `layer_um`.
+/// Reads either `pitch_mm`, or `dpi` along x and y with `layer_um`.
 void read_pitch(const JsonValue& root, JsonReader* json, Printer* out) {
     const JsonMember* pitch = root.find("pitch_mm");
     const JsonMember* dpi = root.find("dpi");
@@ -50,7 +50,7 @@ void read_pitch(const JsonValue& root, JsonReader* json, Printer* out) {
     }
 }
 
-/// Its keys are those of a world's materials, and a name.
+/// Has the keys of a world's materials, and a name.
 void read_support_material(const JsonValue& value, JsonReader* json, SupportMaterial* out) {
     static const KeySet keys = {
         "support_material", {"name", "key", "preview", "density_g_cm3", "channel"}, {}};

@@ -17,7 +17,7 @@ namespace {
 constexpr size_t kLargestFile = 256'000'000;
 constexpr std::string_view kBlanks = " \t\r,;";
 
-/// The numbers of a line, or what is wrong with one.
+/// Returns the numbers of a line, or the error.
 std::string numbers_of(std::string_view line, std::vector<double>* out) {
     out->clear();
     line = line.substr(0, line.find('#'));

@@ -30,7 +30,7 @@ namespace fs = std::filesystem;
 
 constexpr size_t kLargestWorld = 256'000'000;
 constexpr size_t kMostMaterials = 64;
-/// Each placement looks for its own among them.
+/// Each placement searches them linearly.
 constexpr size_t kMostTextures = 4096;
 constexpr double kLargestPrimitive_mm = 1e5;
 
@@ -52,7 +52,7 @@ class WorldReader {
         text = std::string();
         memory_left_ -= json_bytes(*root);
         root_ = &*root;
-        // In the order in which one refers to another; in the file they may stand in any.
+        // In the order of references; a file may have them in any order.
         if (json_.object(*root, world_keys("world"), "the world")) {
             version(root->find("openfab")->value);
             if (const JsonMember* m = root->find("$schema")) json_.string(m->value, "`$schema`");
@@ -88,7 +88,7 @@ class WorldReader {
         }
     }
 
-    /// A profile's name, or a file's path, which counts from the world's folder as all do.
+    /// Reads a profile's name, or a file's path, relative to the world's folder.
     void printer(const JsonValue& value) {
         world_.printer = json_.string(value, "`printer`");
         if (world_.printer.ends_with(".json")) {
@@ -96,7 +96,7 @@ class WorldReader {
         }
     }
 
-    /// On, off, or the material that it is made of, which turns it on.
+    /// Reads true, false, or the support material, which enables support.
     void support(const JsonValue& value) {
         world_.support.location = json_.location(value);
         if (value.is(Kind::kString)) {
@@ -128,7 +128,7 @@ class WorldReader {
         return std::array<double, 3>{v[0], v[1], v[2]};
     }
 
-    /// A number for all axes, or one each.
+    /// Reads one number for all axes, or one for each.
     std::optional<std::array<double, 3>> spacing(const JsonValue& value, const std::string& what) {
         std::vector<double> sizes;
         if (value.is(JsonValue::Kind::kArray)) {
@@ -294,7 +294,7 @@ class WorldReader {
         world_.meshes.push_back(std::move(mesh));
     }
 
-    /// Objects are read after the meshes; a mesh that one of them repairs is the same for all.
+    /// Objects are read after the meshes; a mesh that one of them repairs is repaired for all.
     bool any_object_repairs(const std::string& mesh) {
         const JsonMember* objects = root_->find("objects");
         if (objects == nullptr) return false;
@@ -357,11 +357,11 @@ class WorldReader {
         world_.meshes.emplace_back();
     }
 
-    /// All files that `meshes` names, side by side; what they have to say comes in their order.
+    /// Loads all files of `meshes` in parallel; warnings and errors keep the order of the file.
     void load_meshes() {
         if (!json_.ok()) return;
         std::vector<std::optional<Result<mesh::LoadedMesh>>> loaded(mesh_files_.size());
-        // The largest first, so that no thread waits long for the last.
+        // The largest first, for load balance.
         std::vector<std::pair<uintmax_t, size_t>> order;
         for (size_t i = 0; i < loaded.size(); ++i) {
             std::error_code unknown;
@@ -375,7 +375,8 @@ class WorldReader {
             loaded[i].emplace(mesh::load_mesh(mesh_files_[i].file, mesh_files_[i].options));
             if (*loaded[i]) kept += mesh::mesh_bytes(mesh::counts_of((*loaded[i])->mesh));
         };
-        // Each gets its share of half of what is left. Whatever does not fit is read alone.
+        // Each gets its share of half of the remaining memory. Files that do not fit are read
+        // alone.
         constexpr int kMostAtOnce = 16;
         const auto shares = static_cast<int64_t>(std::min<size_t>(loaded.size(), kMostAtOnce));
         const int64_t half = memory_left_ / 2;
@@ -401,7 +402,7 @@ class WorldReader {
         if (!mesh_files_.empty()) take_memory(*mesh_files_.back().value, kept);
     }
 
-    /// Returns the index of the thing that `value` names; -1 after an error.
+    /// Returns the index of the object that `value` names; -1 after an error.
     int32_t reference(const JsonValue& value, const std::string& what, const char* kind,
                       const std::unordered_map<std::string, int32_t>& indices) {
         const std::string name = json_.string(value, what);
@@ -439,7 +440,7 @@ class WorldReader {
             object.support = json_.boolean(p->value, "`support` of " + what);
         }
         if (const JsonMember* p = m.value.find("repair")) {
-            // Done when the mesh was read.
+            // Already done when the mesh was read.
             json_.choice(p->value, "`repair` of " + what, {"winding"});
         }
         object.location = json_.location(fablet);

@@ -22,7 +22,7 @@
 
 namespace openfab::world {
 
-// Locations are kept with everything that a later check may complain about.
+// Keeps the locations of everything that a later check may report.
 
 using Rgba8 = std::array<uint8_t, 4>;
 
@@ -73,7 +73,7 @@ struct Object {
     int32_t priority = 0;  ///< higher wins
     double max_displacement_mm = std::numeric_limits<double>::infinity();
     UniformBindings uniforms;
-    bool support = true;      ///< it asks for support below it
+    bool support = true;      ///< support is generated below it
     SourceLocation location;  ///< of its fablet's name
     SourceLocation mesh_location;
 };
@@ -120,7 +120,7 @@ struct FileRules {
     int64_t memory_bytes = mesh::kDefaultReadingBytes;
 };
 
-/// Reads a world and the meshes it names. Every error has a place.
+/// Reads a world and the meshes it names. Every error has a location.
 Result<World> load_world(const std::filesystem::path& file, const FileRules& rules = {});
 
 }  // namespace openfab::world

@@ -62,7 +62,7 @@ fs::path WorldFiles::existing(const JsonValue& value, const std::string& what) {
     return path;
 }
 
-/// A small world may name a large file many times, and folders of many files: both end.
+/// Limits: a small world may name a large file many times, and folders of many files.
 void WorldFiles::add(const JsonValue& value, const fs::path& file) {
     constexpr size_t kMostFiles = 200'000;
     constexpr double kMostAgain = 2e9;

@@ -75,7 +75,7 @@ void Checker::check_fablet(const ast::Fablet& from, Fablet* to) {
     check_scope(from.scope, &from, to, &to->constants, &to->functions);
     check_recursion(to->functions);
     check_stages(from, to);
-    // A fablet that names no material still displaces other parts: all of it is VOID.
+    // A fablet without materials is all VOID, which still displaces other parts.
     if (to->ir.slot_count == 0) to->ir.void_slot = to->ir.slot_count++;
     scopes_.pop_back();
     scopes_.pop_back();

@@ -11,7 +11,7 @@
 
 namespace openfab::check {
 
-/// A file and what it imports.
+/// A file and its imports.
 struct Unit {
     const ast::File* file = nullptr;
     std::string name;             ///< the module's name; empty for the program

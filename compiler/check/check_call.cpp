@@ -14,7 +14,8 @@ namespace {
 
 constexpr int kNoMatch = 1 << 20;
 
-/// How far an argument is from a parameter: 0 the same, 1 widened, 4 broadcast, 16 narrowed.
+/// The cost of converting an argument to a parameter: 0 the same, 1 widened, 4 broadcast, 16
+/// narrowed.
 int conversion_cost(const Type& from, const Type& to) {
     if (from == to) return 0;
     if (from.is_matrix() && to.is_matrix()) {
@@ -38,7 +39,7 @@ int call_cost(const Function& f, const std::vector<ExprPtr>& args) {
     int cost = 0;
     for (size_t i = args.size(); i < f.parameters.size(); ++i) {
         if (f.parameters[i]->fallback == nullptr) return kNoMatch;
-        cost = 1;  // a function that takes just these arguments is the better one
+        cost = 1;  // a function of exactly these arguments is preferred
     }
     for (size_t i = 0; i < args.size(); ++i) {
         const Type& type = f.parameters[i]->type;
@@ -155,7 +156,7 @@ ExprPtr Checker::call(const ast::Expr& expr) {
     if (candidates.empty() && type.is_error() && !known) return unknown_function(expr);
     std::vector<ExprPtr> args = arguments(expr);
     if (any_error(args)) return poison(expr.span);
-    // If no function of the program fits, a built-in one may.
+    // Falls back to a built-in function if none of the program fits.
     if (!candidates.empty() && (!known || any_match(candidates, args))) {
         return user_call(expr, candidates, std::move(args));
     }
@@ -169,7 +170,7 @@ ExprPtr Checker::call(const ast::Expr& expr) {
     return intrinsic(expr, *info, std::move(args));
 }
 
-/// Its arguments are not looked at: one cause, one message.
+/// The arguments are not checked: one cause, one message.
 ExprPtr Checker::unknown_function(const ast::Expr& expr) {
     const ast::Expr& callee = *expr.args[0];
     diag::Diagnostic& d = sink_->report(callee.span, diag::kUnknownFunction, callee.text);
@@ -227,7 +228,7 @@ ExprPtr Checker::construct(const ast::Expr& expr, const Type& type, std::vector<
     return out;
 }
 
-/// `Pair(1, 2)`: as a list of the members.
+/// `Pair(1, 2)` is equivalent to a list of the members.
 ExprPtr Checker::construct_struct(const ast::Expr& expr, const Type& type) {
     const std::vector<StructMember>& members = type.record->members;
     if (expr.args.size() - 1 != members.size()) {

@@ -13,7 +13,7 @@ namespace openfab::check {
 
 namespace {
 
-/// A struct or a constant of a scope, in the order in which they were written.
+/// A struct or a constant of a scope, in source order.
 struct Item {
     const ast::Struct* record = nullptr;
     const ast::Variable* constant = nullptr;
@@ -55,9 +55,8 @@ void check_defaults_order(const Function& f, diag::Sink* sink) {
 
 }  // namespace
 
-/// Structs and constants may need each other and so go in the order in which they are written;
-/// functions may stand anywhere. Whatever needs a uniform or a function therefore comes after
-/// those.
+/// Structs and constants may depend on each other and are checked in source order; functions may be
+/// declared anywhere. Whatever may use a uniform or a function is therefore checked later.
 void Checker::check_scope(const ast::Scope& from, const ast::Fablet* fablet, Fablet* to,
                           std::vector<std::unique_ptr<Symbol>>* constants,
                           std::vector<std::unique_ptr<Function>>* functions) {
@@ -172,7 +171,7 @@ Type Checker::declared_type(const ast::Variable& v) {
     return type;
 }
 
-/// A struct that is wrong is known all the same, as a type about which nothing more is said.
+/// An invalid struct is declared all the same, as an error type.
 void Checker::declare_struct(const ast::Struct& from) {
     auto record = std::make_unique<StructType>();
     record->name = from.name;
@@ -319,7 +318,7 @@ void Checker::declare_functions(const std::vector<ast::Function>& from,
 
 void Checker::check_functions(const std::vector<ast::Function>& from,
                               const std::vector<std::unique_ptr<Function>>& to) {
-    const size_t first = to.size() - from.size();  // before them: those of modules
+    const size_t first = to.size() - from.size();  // those of modules come first
     for (size_t i = 0; i < from.size(); ++i) {
         context_ = StageContext::kFunction;
         function_ = to[first + i].get();
@@ -328,7 +327,7 @@ void Checker::check_functions(const std::vector<ast::Function>& from,
         scopes_.emplace_back();
         for (const auto& p : function_->parameters)
             declare(p.get());
-        // The parameters and the body's own names share a scope, as in HLSL.
+        // Parameters and the body share one scope, as in HLSL.
         function_->body = std::make_unique<Stmt>();
         function_->body->span = from[i].body->span;
         for (const ast::StmtPtr& child : from[i].body->body) {
@@ -347,7 +346,7 @@ namespace {
 
 enum class Visit : uint8_t { kOpen, kDone };
 
-/// Reports the first call that closes a ring, for every ring that a search from `f` meets.
+/// Reports the call that closes a cycle, for every cycle that a depth-first search from `f` finds.
 void visit_calls(const Function* f, std::map<const Function*, Visit>* visits, diag::Sink* sink) {
     (*visits)[f] = Visit::kOpen;
     for (const Function::CallSite& call : f->calls) {

@@ -2,14 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Built-in functions whose arguments are not all of one type: noises, hashes, what has `out`
-// parameters, derivatives, the bits of numbers. Their parameters are told by a word, one letter
+// parameters, derivatives, the bits of numbers. A word encodes their parameters, one letter
 // each:
 //   p  float or vector of floats; all `p` of a call have one size
 //   o  an `out` of that type
 //   q  as many ints as `p` has components; one is meant for all
 //   x  any number or vector, kept as it is
 //   i  int    f  float    s  seed, an int or uint
-// `?` comes before those that may be left out. The result is p, void (v), uint (u) or n
+// `?` precedes optional ones. The result is p, void (v), uint (u) or n
 // floats (1 to 4).
 
 #include <fmt/format.h>
@@ -132,7 +132,7 @@ ParameterCount parameter_count(const OwnFunction& f) {
     return out;
 }
 
-/// Size of `p`, or 0 where the arguments do not fit.
+/// Returns the size of `p`, or 0 where the arguments do not fit.
 int common_size(const OwnFunction& f, const std::vector<ExprPtr>& args) {
     int size = 0;
     size_t index = 0;
@@ -252,7 +252,7 @@ ExprPtr Checker::convert_own_arguments(const ast::Expr& expr, const IntrinsicInf
     return out;
 }
 
-/// asfloat and its like take any number; what counts bits takes integers.
+/// asfloat and the like take any number; bit counts take integers.
 ExprPtr Checker::bits_call(const ast::Expr& expr, const IntrinsicInfo& info,
                            std::vector<ExprPtr> args) {
     const ast::Expr& callee = *expr.args[0];

@@ -8,8 +8,8 @@ namespace openfab::check {
 
 namespace {
 
-/// The types that a list of values for something of type `to` gives one by one; empty where it has
-/// no parts.
+/// Returns the element types that an initializer list for type `to` expects; empty where it has
+/// none.
 std::vector<Type> parts_of(const Type& to, size_t count) {
     if (to.is(Base::kStruct)) {
         std::vector<Type> out;
@@ -50,7 +50,8 @@ ExprPtr Checker::initializer(const ast::Expr& expr, const Type& to) {
 ExprPtr Checker::list(const ast::Expr& expr, const Type& to) {
     if (to.is_error()) return poison(expr.span);
     if (expr.args.empty()) {
-        // All zero, a composition empty; materials and textures have no such value.
+        // Zero in all components, or an empty composition; materials and textures have no such
+        // value.
         for (Base base : {Base::kMaterial, Base::kTexture2D, Base::kTexture3D, Base::kObject,
                           Base::kSurfaceAttributes, Base::kVolumeAttributes}) {
             if (!contains(to, base)) continue;
@@ -62,7 +63,7 @@ ExprPtr Checker::list(const ast::Expr& expr, const Type& to) {
     if (to.is_scalar() && expr.args.size() == 1) return initializer(*expr.args[0], to);
     const std::vector<Type> parts = parts_of(to, expr.args.size());
     if (parts.size() == expr.args.size()) return list_of(expr, to, parts);
-    // A list may also give all components in sequence, as in HLSL.
+    // A list may also hold all components, flattened, as in HLSL.
     std::vector<ExprPtr> values;
     std::vector<Type> wanted;
     size_t given = 0;

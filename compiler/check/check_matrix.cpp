@@ -15,7 +15,7 @@ std::string types_of(const std::vector<ExprPtr>& args) {
     return out;
 }
 
-/// Rows and columns of what stands left or right of a product: a vector is a row on the left and a
+/// Rows and columns of the left or right operand of a product: a vector is a row on the left and a
 /// column on the right.
 std::pair<int, int> shape(const Type& type, bool left) {
     if (type.is_matrix()) return {type.rows, type.size};

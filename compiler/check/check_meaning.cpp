@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Warnings about what is allowed but hardly meant, and help with conversions that are not allowed.
+// Warnings about code that is valid but probably unintended, and help with invalid conversions.
 #include <fmt/format.h>
 
 #include <utility>
@@ -18,14 +18,14 @@ bool is_order(std::string_view op) {
 
 }  // namespace
 
-/// True of `k = 2` that does not stand in brackets of its own, which say that it is meant.
+/// Returns whether an expression is an assignment like `k = 2` without its own parentheses, which
+/// would mark it as intended.
 bool Checker::is_bare_assignment(const ast::Expr& expr) {
     return expr.kind == ast::ExprKind::kAssign && expr.text == "=" &&
            expr.span.begin == expr.args[0]->span.begin;
 }
 
-/// Warns of a statement that computes something and does nothing with it; a call may be there for
-/// whatever it will do one day.
+/// Warns about an expression statement without effect; a call is assumed to be intended.
 void Checker::check_used(const ast::Expr& from, const Expr& expr) {
     if (expr.type.is_error() || from.kind == ast::ExprKind::kComma ||
         from.kind == ast::ExprKind::kCall || side_effect(expr) != nullptr) {
@@ -37,7 +37,7 @@ void Checker::check_used(const ast::Expr& from, const Expr& expr) {
     }
 }
 
-/// `a, b` is `b`; of `a` somebody should have had something.
+/// The value of `a, b` is `b`: `a` is useless without an effect.
 ExprPtr Checker::comma(const ast::Expr& expr) {
     std::vector<const ast::Expr*> parts;  // from the last to the first
     const ast::Expr* at = &expr;
@@ -66,7 +66,7 @@ ExprPtr Checker::comma(const ast::Expr& expr) {
     return out;
 }
 
-/// Warns of what means something else in mathematics: `2^3`, `0 < x < 1`.
+/// Warns about notation that means something else in mathematics: `2^3`, `0 < x < 1`.
 void Checker::check_foreign_operators(const ast::Expr& expr, const Expr& left, const Expr& right) {
     const auto literal = [](const ast::Expr& part) {
         return part.kind == ast::ExprKind::kIntLiteral && part.text.find('x') == std::string::npos;
@@ -101,7 +101,7 @@ void Checker::help_with_conversion(const Type& from, const Type& to, diag::Diagn
     }
 }
 
-/// Warns about `1 / 2` where a float is wanted: it is 0. Constants only; `i / 4` may be meant.
+/// Warns about `1 / 2` where a float is expected: it is 0. Constants only; `i / 4` may be intended.
 void Checker::check_division(const Expr& value, const Type& to) {
     const bool division = value.kind == ExprKind::kBinary && value.op == ir::Op::kDiv &&
                           value.type.is_scalar() && value.type.is_integer();

@@ -13,7 +13,7 @@ bool is_private(std::string_view name) {
     return name.substr(0, 1) == "_";
 }
 
-/// A visible name, and the import that it comes from.
+/// A visible name and the import that it comes from.
 struct Origin {
     size_t import = 0;
     source::Span span;

@@ -12,7 +12,7 @@ namespace {
 
 constexpr size_t kMaxPrintedValues = 64;
 
-/// `%-8.3f` at the head of `text`: its length with the letter, or 0.
+/// Returns the length of the conversion, such as `%-8.3f`, at the start of `text`, or 0.
 size_t conversion_length(std::string_view text) {
     size_t at = 1;
     const auto take = [&](std::string_view set) {
@@ -80,8 +80,8 @@ const Expr* side_effect(const Expr& expr) {
     return nullptr;
 }
 
-/// Matches a format with the values from `first` on, which become what their conversions take. A
-/// vector is printed as its components, each by the same conversion.
+/// Matches a format with the values from `first` on, converting them to the types of their
+/// conversions. A vector is printed component by component, with the same conversion.
 bool Checker::match_format(const ast::Expr& literal, std::vector<ExprPtr>* values, size_t first,
                            std::string* out) {
     const std::string_view text = literal.text;
@@ -172,7 +172,7 @@ ExprPtr Checker::printf_call(const ast::Expr& expr) {
             .help("the call is compiled only when printing is on: move the side effect out of it");
         return poison(expr.span);
     }
-    // Every value is kept in memory until the line is printed; a vector counts per component.
+    // Every value is buffered until the line is printed; a vector counts per component.
     size_t value_count = 0;
     for (size_t i = is_assert ? 1 : 0; i < out->args.size(); ++i)
         value_count += static_cast<size_t>(out->args[i]->type.size);

@@ -28,7 +28,7 @@ bool Checker::is_query(std::string_view name) {
     return name == "nearest" || name == "distance_to" || name == "distanceTo";
 }
 
-/// A query asks in the volume stage; reports where it does not.
+/// Reports a query outside the volume stage.
 bool Checker::query_is_in_volume(const ast::Expr& callee, const char* help) {
     if (context_ == StageContext::kSurface) {
         diag::Diagnostic& d = sink_->report(callee.span, diag::kStageMismatch, callee.text,
@@ -86,7 +86,7 @@ ExprPtr Checker::surface_query(const ast::Expr& expr, std::vector<ExprPtr> args)
 }
 
 /// Sample1 to Sample4 of a picture, (u, v, channel) or (uv, channel), or of a volume, (p, channel);
-/// each with a last width or without.
+/// each with an optional width at the end.
 ExprPtr Checker::look_up(const ast::Expr& expr, ExprPtr texture, std::vector<ExprPtr> args) {
     const ast::Expr& callee = *expr.args[0];
     const std::string_view name = callee.text;

@@ -127,13 +127,12 @@ class Checker {
     void help_with_conversion(const Type& from, const Type& to, diag::Diagnostic* d) const;
     ExprPtr bad_operand(const ast::Expr& expr, const std::string& types);
     bool assignable(const Expr& target);
-    /// The type that both operands of an operator are brought to; a shorter vector wins, with a
-    /// warning.
+    /// Returns the common type of an operator's operands; the shorter vector wins, with a warning.
     Type common_type(const Type& a, const Type& b) const;
     ExprPtr convert(ExprPtr value, const Type& to);
 
     // check_list.cpp
-    /// A value, or a list of values in `{ }`, for something of type `to`.
+    /// Checks an initializer of type `to`: a value, or a list in `{ }`.
     ExprPtr initializer(const ast::Expr& expr, const Type& to);
     ExprPtr list(const ast::Expr& expr, const Type& to);
     ExprPtr list_of(const ast::Expr& expr, const Type& to, const std::vector<Type>& parts);

@@ -42,7 +42,7 @@ StmtPtr Checker::statement(const ast::Stmt& stmt) {
         case ast::StmtKind::kBlock:
             return block(stmt);
         case ast::StmtKind::kDeclaration: {
-            // The body of an `if` or a loop without braces: nothing can use the name.
+            // A declaration as the whole body of an `if` or a loop: nothing can use the name.
             StmtPtr out = make_stmt(StmtKind::kBlock, stmt.span);
             scopes_.emplace_back();
             declaration(stmt, &out->body);
@@ -103,7 +103,7 @@ StmtPtr Checker::local(const ast::Variable& v) {
     const bool untyped = v.init != nullptr && (v.init->kind == ast::ExprKind::kInitList ||
                                                v.init->kind == ast::ExprKind::kStringLiteral);
     if (v.init != nullptr && !(type.is_error() && untyped)) {
-        // The name is not in scope in its own first value.
+        // The name is not in scope in its own initializer.
         out->expr = initializer(*v.init, type);
         if (v.is_const && !out->expr->type.is_error()) symbol.known = known_bits(*out->expr);
     }
@@ -117,7 +117,7 @@ StmtPtr Checker::local(const ast::Variable& v) {
     return out;
 }
 
-/// n of `@bound(n)`, or 0.
+/// Returns n of `@bound(n)`, or 0.
 int32_t Checker::loop_bound(const ast::Stmt& stmt) {
     if (stmt.bound == nullptr) return 0;
     const std::optional<int32_t> bound = constant_int(*stmt.bound, "the bound of a loop");

@@ -10,7 +10,7 @@ namespace openfab::check {
 
 namespace {
 
-/// True where a `break` in the statement leaves the `switch` that the statement stands in.
+/// Returns whether a `break` in the statement leaves the enclosing `switch`.
 bool mentions_break(const ast::Stmt& stmt) {
     if (stmt.kind == ast::StmtKind::kBreak) return true;
     if (stmt.kind != ast::StmtKind::kBlock && stmt.kind != ast::StmtKind::kIf) return false;
@@ -20,8 +20,8 @@ bool mentions_break(const ast::Stmt& stmt) {
 
 bool leaves(const ast::Stmt& stmt, bool breaks_leave);
 
-/// True where every section of an inner `switch` leaves the outer one: a `break` only leaves the
-/// inner one.
+/// Returns whether every section of an inner `switch` leaves the outer one; a `break` leaves the
+/// inner one only.
 bool switch_leaves(const ast::Stmt& stmt) {
     bool has_default = false;
     bool left = true;
@@ -37,7 +37,8 @@ bool switch_leaves(const ast::Stmt& stmt) {
     return has_default && left;
 }
 
-/// True where nothing runs on behind the statement: as in HLSL a section must end so.
+/// Returns whether control never reaches the end of the statement: as in HLSL, each section must
+/// end like that.
 bool leaves(const ast::Stmt& stmt, bool breaks_leave) {
     switch (stmt.kind) {
         case ast::StmtKind::kBreak:
@@ -61,7 +62,7 @@ bool leaves(const ast::Stmt& stmt, bool breaks_leave) {
 
 }  // namespace
 
-/// Takes the labels at `*at`; what they say goes behind `out->labels`.
+/// Parses the labels at `*at` and appends them to `out->labels`.
 bool Checker::labels(const ast::Stmt& stmt, size_t* at, const Type& type, Stmt* out) {
     Stmt::Labels section;
     for (; *at < stmt.body.size() && stmt.body[*at]->kind == ast::StmtKind::kCase; ++*at) {

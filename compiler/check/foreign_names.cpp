@@ -89,7 +89,7 @@ constexpr std::string_view kNameTheType = "declare a variable with its type: `fl
 constexpr std::string_view kNoStrings =
     "strings are allowed only in `printf`, `assert` and annotations";
 
-/// Types that need more than another name.
+/// Types that need more than renaming.
 constexpr ForeignName kTypeHelp[] = {
     {"var", kNameTheType},
     {"let", kNameTheType},
@@ -116,7 +116,7 @@ constexpr ForeignName kTypeHelp[] = {
     {"print", "write `printf(\"%g\\n\", x)`"},
 };
 
-/// Functions that have another name here.
+/// Functions that are named differently here.
 constexpr ForeignName kFunctions[] = {
     {"mix", "lerp"},       {"fract", "frac"},   {"inversesqrt", "rsqrt"}, {"fabs", "abs"},
     {"fmin", "min"},       {"fmax", "max"},     {"sqrtf", "sqrt"},        {"powf", "pow"},
@@ -129,7 +129,7 @@ constexpr std::string_view kSample =
     "a texture is read with its methods: `picture.Sample4(uv, 0)` reads 4 channels from channel 0 "
     "on";
 
-/// Functions that need more than another name.
+/// Functions that need more than renaming.
 constexpr ForeignName kFunctionHelp[] = {
     {"rand", "`hash(x)` is a random number for each x"},
     {"random", "`hash(x)` is a random number for each x"},
@@ -224,7 +224,7 @@ constexpr ForeignName kNameHelp[] = {
     {"throw", "there are no exceptions; use `assert` to find faults"},
 };
 
-/// Attributes by their names elsewhere: of the volume stage, and of the surface stage.
+/// Attributes by their names in other languages, for the volume and the surface stage.
 constexpr ForeignName kVolumeAttributes[] = {
     {"position", "the voxel is at `voxelCenter` in the part and at `buildPosition` on the tray"},
     {"pos", "the voxel is at `voxelCenter` in the part and at `buildPosition` on the tray"},

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Names of other shading languages, and what to write in OpenFL. Functions return the text of a
-// help line, empty for other words.
+// Names of other shading languages and their equivalents in OpenFL. Functions return the text of a
+// help line, empty for unknown words.
 
 #include <string>
 #include <string_view>

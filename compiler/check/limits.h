@@ -8,13 +8,13 @@
 
 namespace openfab::check {
 
-/// The most iterations of a loop, and of one that is unrolled.
+/// Limits of the iterations of a loop, and of an unrolled one.
 constexpr int kMaxTrips = 1 << 20;
 constexpr int kMaxUnrolledTrips = 256;
-/// The most operations of one stage (Emitter::operations), and below, the most statements and calls
+/// Limits of the operations of one stage (Emitter::operations), and of its statements and calls
 /// once loops are unrolled and functions inlined.
 constexpr size_t kMaxOperations = 60000;
-/// The most textures that a varying index may choose from.
+/// Limit of the textures that a varying index may select from.
 constexpr size_t kMaxTextures = 64;
 constexpr size_t kMaxSteps = 500000;
 

@@ -43,8 +43,8 @@ struct Symbol {
     Type type;
     source::Span span;
     bool is_const = false;
-    bool is_in = true;    ///< parameter: the value comes in
-    bool is_out = false;  ///< parameter: the value goes back
+    bool is_in = true;    ///< parameter: the argument's value is copied in
+    bool is_out = false;  ///< parameter: the value is copied back
     int32_t index = 0;
     ExprPtr init;
     std::unique_ptr<Symbol> fallback;  ///< of a parameter: its default, as a constant
@@ -145,7 +145,7 @@ struct Stmt {
     std::vector<StmtPtr> body;
     std::unique_ptr<Symbol> symbol;
     bool test_last = false;
-    int32_t bound = 0;  ///< most trips, as `@bound` states; 0 without
+    int32_t bound = 0;  ///< iteration limit of `@bound`; 0: none
     struct Labels {
         std::vector<uint32_t> values;
         bool is_default = false;
@@ -166,7 +166,7 @@ struct Function {
     std::vector<CallSite> calls;
 };
 
-/// True if the parameter types are equal: a call could not tell the functions apart.
+/// Returns whether the parameter types are equal, so that calls would be ambiguous.
 bool same_parameters(const Function& a, const Function& b);
 
 struct Stage {
@@ -199,7 +199,7 @@ struct Program {  ///< declarations outside fablets are those of the program and
 /// Indices of the members that every SurfacePoint has; the fablet's nearest inputs follow.
 enum PointMember : uint32_t { kPointPosition = 0, kPointNormal = 1, kPointDistance = 2 };
 
-/// Returns those three.
+/// Returns these three.
 std::vector<StructMember> common_point_members();
 
 }  // namespace openfab::check

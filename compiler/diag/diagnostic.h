@@ -2,9 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// One message to the user, and the table of all messages. A row of diagnostics.def becomes a
-// constant (diag::kNarrowing) that knows the types of its arguments, so a wrong argument does not
-// compile.
+// One message to the user, and the table of all messages. Each row of diagnostics.def becomes a
+// constant (diag::kNarrowing) typed by its arguments, so a wrong argument does not compile.
 
 #include <fmt/format.h>
 
@@ -89,8 +88,8 @@ struct Diagnostic {
     Diagnostic& insert_after(const source::Span& at, std::string text) {
         return replace({at.file, at.end, at.end}, std::move(text));
     }
-    /// Offers the one of `names` that the word at `at` nearly is; where there is none, says
-    /// `otherwise`, unless that is empty.
+    /// Suggests the one of `names` that the word at `at` is close to; if there is none, adds the
+    /// help `otherwise`, unless that is empty.
     Diagnostic& suggest(const source::Span& at, std::string_view word,
                         std::span<const std::string> names, std::string otherwise);
 };

@@ -16,7 +16,7 @@ const char* severity_text(Severity severity) {
     return severity == Severity::kError ? "error" : "warning";
 }
 
-/// A source line fit for a terminal: every code point takes one column.
+/// Formats a source line for a terminal: each code point takes one column.
 std::string printable(std::string_view line) {
     std::string out;
     for (size_t i = 0; i < line.size();) {
@@ -34,11 +34,11 @@ std::string printable(std::string_view line) {
     return out;
 }
 
-/// Lines beyond this are shown in part: a file without line ends must not flood the terminal.
+/// Longer lines are shown in part: a file without line ends must not flood the terminal.
 constexpr uint32_t kMaxLineColumns = 200;
 constexpr uint32_t kColumnsBefore = 80;
 
-/// `count` code points of `line` from code point `first` on.
+/// Returns `count` code points of `line` from code point `first` on.
 std::string columns(std::string_view line, uint32_t first, uint32_t count) {
     size_t begin = 0;
     while (first-- > 0 && begin < line.size())
@@ -120,7 +120,7 @@ std::string render_text(const Sink& sink, const source::SourceManager& sources) 
     size_t errors = 0;
     size_t warnings = 0;
     for (const Diagnostic& d : sink.sorted()) {
-        // Many warnings must not hide an error behind them.
+        // Errors must not be hidden by many warnings.
         size_t& shown = d.severity == Severity::kError ? errors : warnings;
         if (++shown <= kMaxShown) print_one(d, sources, &out);
     }

@@ -11,7 +11,7 @@
 
 namespace openfab::diag {
 
-/// Errors, and warnings, that are shown before the rest is only counted.
+/// The numbers of errors and of warnings that are shown; the rest is only counted.
 constexpr size_t kMaxShown = 20;
 
 /// Renders all diagnostics, sorted by position:

@@ -17,8 +17,8 @@ namespace openfab::diag {
 
 class Sink {
   public:
-    /// The most diagnostics kept: more than anyone reads, and a file of random bytes must not fill
-    /// memory.
+    /// The most diagnostics kept: more than anyone reads, so that a file of random bytes does not
+    /// fill memory.
     static constexpr size_t kMaxKept = 2000;
 
     /// Adds a message; a second one with the same id at the same span is dropped. The reference,
@@ -53,7 +53,7 @@ class Sink {
   private:
     Diagnostic& add(Id id, Severity severity, const source::Span& span, std::string message);
 
-    /// Counts a message; true where it is to be kept.
+    /// Counts a message; returns whether to keep it.
     bool count(const Diagnostic& d);
     void add_origins(Diagnostic* d) const;
 

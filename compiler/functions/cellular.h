@@ -3,9 +3,8 @@
 #pragma once
 
 // Cellular noise (Worley, "A Cellular Texture Basis Function", SIGGRAPH 1996) of 2 or 3 axes: one
-// point in each unit cell, anywhere in it. The points of the 3 x 3 (x 3) cells around are looked
-// at; what is nearer than 1 is surely among them, so distances are cut at 1 and then exact and
-// continuous.
+// point in each unit cell, anywhere in it. The 3 x 3 (x 3) surrounding cells are searched; they
+// contain every point nearer than 1, so distances clamped to 1 are exact and continuous.
 
 #include "compiler/functions/perlin.h"
 
@@ -69,7 +68,7 @@ typename M::F cellular(const std::array<typename M::F, kAxes>& p, typename M::U 
         return M::to_float(M::as_int(mix<M>(owner + 0x9e3779b9u) >> 8u)) * 0x1p-24f;
     }
     const F square = which == CellularResult::kNearest ? nearest : second;
-    // Not a minimum: of a NaN coordinate a NaN.
+    // Not a minimum: a NaN coordinate must give NaN.
     return M::select(square > 1.0f, 1.0f, M::sqrt(square));
 }
 

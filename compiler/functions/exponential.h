@@ -34,7 +34,7 @@ typename M::F times_power_of_two(typename M::F p, typename M::U n) {
     return p * M::from_bits((half + 127u) << 23u) * M::from_bits((rest + 127u) << 23u);
 }
 
-/// e^r for |r| <= ln(2) / 2 and a little.
+/// e^r for |r| <= ln(2) / 2 plus a margin.
 template <typename M>
 typename M::F exp_near_zero(typename M::F r) {
     typename M::F q = r * 0x1.6ac4a2p-10f + 0x1.123dc6p-7f;
@@ -48,7 +48,7 @@ typename M::F exp_near_zero(typename M::F r) {
 template <typename M>
 typename M::F exp_scaled(typename M::F given, uint32_t shift) {
     using F = typename M::F;
-    // Beyond, the result is 0 or infinite anyway; a NaN passes.
+    // Beyond these the result is 0 or infinite anyway; NaN passes through.
     F x = M::select(given > 92.0f, 92.0f, given);
     x = M::select(x < -106.0f, -106.0f, x);
     const F sum = x * 1.44269504f + kRounder;
@@ -104,7 +104,7 @@ typename M::F log_tail(typename M::F f) {
     return f * f * f * q;
 }
 
-/// `inside` for positive finite x; of 0 -inf, of +inf inf, of a negative number or NaN NaN.
+/// Returns `inside` for positive finite x, -inf for 0, inf for inf, and NaN for negative x and NaN.
 template <typename M>
 typename M::F log_or_special(typename M::F x, typename M::F inside) {
     using F = typename M::F;
@@ -123,7 +123,7 @@ typename M::F log(typename M::F x) {
     return log_or_special<M>(x, (s.f + tail) + s.e * 0.693359375f);
 }
 
-/// log(1 + f) as a head of 12 bits and a rest.
+/// log(1 + f) as a head of 12 bits and a tail.
 template <typename M>
 struct HeadAndRest {
     typename M::F head;
@@ -164,7 +164,7 @@ typename M::F log10(typename M::F x) {
     return log_or_special<M>(x, sum + (((high - sum) + part) + low));
 }
 
-/// log2 of a positive finite number in two floats; off by less than about 2^-32 of it.
+/// log2 of a positive finite number in two floats, with a relative error below about 2^-32.
 template <typename M>
 HeadAndRest<M> log2_in_two(typename M::F x) {
     using F = typename M::F;
@@ -275,7 +275,7 @@ typename M::F tanh(typename M::F x) {
     return with_sign_of<M>(M::select(a < 0.625f, near, far), x);
 }
 
-/// Halley's step from a guess within 4 % by the exponent, then Newton's on the result.
+/// A Halley step from an estimate within 4 % by the exponent, then a Newton step.
 template <typename M>
 typename M::F cbrt(typename M::F x) {
     using F = typename M::F;

@@ -65,7 +65,7 @@ std::array<typename M::F, kAxes> coordinates(const ir::Instr& instr, const auto&
     return out;
 }
 
-/// `arg.number<T>(instr, k)` is argument k as a value of type T of the machine.
+/// `arg.number<T>(instr, k)` is argument k as the machine's type T.
 template <typename M, size_t kAxes>
 typename M::F noise_of(const ir::Instr& instr, size_t count, const auto& arg) {
     using F = typename M::F;
@@ -123,7 +123,7 @@ bool is_noise(Op op) {
     return op == Op::kNoise || op == Op::kSimplex || op == Op::kCellular;
 }
 
-/// True where the result follows from the arguments.
+/// Returns whether the result depends on nothing but the arguments.
 bool is_operation(Op op) {
     switch (op) {
         case Op::kConst:
@@ -163,7 +163,7 @@ std::optional<uint32_t> fold(const ir::Stage& stage, const ir::Instr& instr) {
         if (stage.instrs[arg].op != Op::kConst) return std::nullopt;
         bits.push_back(stage.instrs[arg].bits);
     }
-    if (instr.op == Op::kDerivative) return 0;  // what is constant does not change
+    if (instr.op == Op::kDerivative) return 0;  // the derivative of a constant
     if (ir::is_function(instr.op)) return evaluate(instr, bits);
     const ir::Type type = stage.instrs[instr.args[instr.op == Op::kSelect ? 1 : 0]].type;
     if (instr.op == Op::kConvert) return ir::eval_convert(type, instr.type, bits[0]);

@@ -4,8 +4,8 @@
 
 // The functions of the IR (ir::is_function): the value of each, and its expansion into primitive
 // operations. Both come from one formula (machine.h), so they agree to the bit; compiler/lower and
-// the schedules know nothing of them. compiler/functions/README.md states ranges, errors, periods
-// and special values.
+// the schedules never see them. compiler/functions/README.md states ranges, errors, periods and
+// special values.
 
 #include <cstdint>
 #include <optional>
@@ -19,8 +19,8 @@ namespace openfab::functions {
 /// Returns the bits of a function's result; `args` are the bits of its arguments.
 uint32_t evaluate(const ir::Instr& instr, std::span<const uint32_t> args);
 
-/// The bits of an operation's or a function's result where all its arguments are constants of the
-/// stage. Empty elsewhere, and for what does more than compute: lookups, loops, queries, prints.
+/// Returns the bits of an operation's or a function's result if all its arguments are constants of
+/// the stage; empty otherwise, and for lookups, loops, queries and printfs.
 std::optional<uint32_t> fold(const ir::Stage& stage, const ir::Instr& instr);
 
 /// Appends the primitive operations of `instr`, whose arguments are values of the stage that

@@ -19,15 +19,15 @@ typename M::U mix(typename M::U x) {
     return x ^ (x >> 16u);
 }
 
-/// Mixes like `mix`, but its low 16 bits are weaker.
+/// A cheaper `mix` with weaker low 16 bits.
 template <typename M>
 typename M::U mix_high(typename M::U x) {
     x = (x ^ (x >> 16u)) * 0x7feb352du;
     return (x ^ (x >> 15u)) * 0x846ca68bu;
 }
 
-/// Every word goes through the whole finalizer, so that no two lists that differ in one word have
-/// the same hash. `which` makes independent results of one list.
+/// Each word passes through the whole finalizer, so lists that differ in one word have different
+/// hashes. `which` selects independent hashes of one list.
 template <typename M>
 typename M::U hash(const std::vector<typename M::U>& words, uint32_t which) {
     typename M::U state = mix<M>(words[0] ^ (0x9e3779b9u * (which + 1u)));

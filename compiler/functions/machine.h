@@ -5,8 +5,8 @@
 // Two machines that run one formula: Plain computes on 32-bit scalars, Emit appends the operations
 // to an IR stage. A formula is a template over the machine, so that the interpreter, the constant
 // folder and generated code cannot differ. A machine has types F, I, U, B (float, int, uint, bool)
-// with C++ operators, and the static functions below. Formulas use what every target does alike:
-// + - * / on floats, sqrt, floor, comparisons, selects and integer operations.
+// with C++ operators, and the static functions below. Formulas use operations that all targets
+// compute alike: + - * / on floats, sqrt, floor, comparisons, selects and integer operations.
 //
 // All of it is cheap in vector code except U -> float beyond int's range (so there is only
 // `to_float(I)`), float -> int (formulas add 1.5 * 2^23 and read the low bits instead), == and >=
@@ -45,11 +45,11 @@ struct Plain {
     static I as_int(U x) { return static_cast<I>(x); }
     static U as_uint(I x) { return static_cast<U>(x); }
     static F to_float(I x) { return static_cast<F>(x); }
-    /// Copies the sign down.
+    /// Fills with the sign bit.
     static U shift_down(U x, U count) { return static_cast<U>(static_cast<I>(x) >> count); }
 };
 
-/// A value of a stage that is being written.
+/// A value of the stage under construction.
 template <ir::Type kType>
 struct Node {
     ir::Builder* builder = nullptr;
@@ -84,7 +84,7 @@ struct ScalarOf<ir::Type::kFloat> {
     using T = float;
 };
 
-// Both operands nodes, or one of them a C++ scalar of the same type.
+// Operands are two nodes, or a node and a C++ scalar of the same type.
 #define OPENFAB_NODE_OPERATOR(sign, op, result)                                \
     template <ir::Type kType>                                                  \
     Node<result> operator sign(Node<kType> a, Node<kType> b) {                 \

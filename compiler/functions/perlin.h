@@ -2,11 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Gradient noise on the integer lattice (Perlin, "Improving Noise", SIGGRAPH 2002): quintic
-// fades, one gradient for each lattice point, by a hash of its coordinates instead of a table of
-// 256. The value is 0 at lattice points and lies in [-1, 1] for every finite point; scale factors
-// are those of tests/unit/functions, which bounds the largest value over a cell by branch and
-// bound. Lattice points are told apart for |x| < 2^22.
+// Gradient noise on the integer lattice (Perlin, "Improving Noise", SIGGRAPH 2002): quintic fades,
+// one gradient for each lattice point, by a hash of its coordinates instead of a table of 256. The
+// value is 0 at lattice points and lies in [-1, 1] for every finite point; scale factors are those
+// of tests/unit/functions, which bounds the largest value over a cell by branch and bound. Lattice
+// points are distinct for |x| < 2^22.
 
 #include <array>
 #include <cstddef>
@@ -19,10 +19,10 @@ namespace openfab::functions {
 // Odd multipliers whose lattice of collisions modulo 2^32 has no short vector.
 inline constexpr std::array<uint32_t, 3> kAxisFactors = {0x9e3779b1u, 0x85ebca77u, 0xc2b2ae3du};
 
-/// A coordinate as the lattice points on both sides and the way between them, in [0, 1].
+/// A coordinate as the lattice points on both sides and the fraction between them, in [0, 1].
 template <typename M>
 struct Cell {
-    std::array<typename M::U, 2> corner;  ///< equal for equal lattice points, nothing else
+    std::array<typename M::U, 2> corner;  ///< only equality matters
     typename M::F t;
 };
 
@@ -38,7 +38,7 @@ Cell<M> cell_of(typename M::F x) {
     return {{key, key + 1u}, x - below};
 }
 
-/// Lattice points `period` apart are one; a period below 1 counts as 1, one above 2^22 as that.
+/// Identifies lattice points that are `period` apart; the period is clamped to [1, 2^22].
 template <typename M>
 Cell<M> cell_of(typename M::F x, typename M::I period) {
     using F = typename M::F;
@@ -46,7 +46,7 @@ Cell<M> cell_of(typename M::F x, typename M::I period) {
     F p = M::to_float(period);
     p = M::select(p > 1.5f, p, 1.0f);
     p = M::select(p > 0x1p22f, 0x1p22f, p);
-    // A quotient of integers below 2^24 is never rounded up to the next one.
+    // A quotient of integers below 2^24 is never rounded up to the next integer.
     const F first = below - M::floor(below / p) * p;
     const F next = first + 1.0f;
     const F second = M::select(next > p - 0.5f, 0.0f, next);
@@ -104,7 +104,7 @@ std::array<typename M::F, 2> gradient(typename M::U h, const std::array<typename
     return {M::select(x_first, major, minor), M::select(x_first, minor, major)};
 }
 
-/// Which components are not 0: the first is x or y, the second y, z or x.
+/// Selects the nonzero components: the first is x or y, the second y, z or x.
 template <typename M>
 struct EdgeChoice {
     typename M::B first_is_x;
@@ -145,7 +145,7 @@ typename M::F gradient_dot(typename M::U h, const std::array<typename M::F, 4>& 
     const typename M::B high = has_none<M>(h, 0x80000000u);
     const typename M::B low = has_none<M>(h, 0x40000000u);
     const auto sign = signs_of<M>(h);
-    // Left out: x, y, z or w.
+    // The zero component: x, y, z or w.
     const F a = M::select(high & low, d[1], d[0]);
     const F b = M::select(high, d[2], d[1]);
     const F c = M::select(high | low, d[3], d[2]);
@@ -188,7 +188,7 @@ class PerlinNoise {
         return keyed(cells, seed_key<M>(seed), which);
     }
 
-    /// The same of a seed's key.
+    /// Same for a seed's key.
     static F keyed(const std::array<Cell<M>, kAxes>& cells, U key, int32_t which) {
         const PerlinNoise noise(cells, key, which != 0);
         const Value value = noise.along(kAxes - 1, 0);
@@ -213,7 +213,8 @@ class PerlinNoise {
         }
     }
 
-    /// Interpolated along axes 0 to `axis`; bits of `corner` above tell the sides of the others.
+    /// Interpolates along axes 0 to `axis`; higher bits of `corner` give the sides of the other
+    /// axes.
     Value along(size_t axis, uint32_t corner) const {
         const uint32_t bit = 1u << axis;
         const Value a = axis == 0 ? at(corner) : along(axis - 1, corner);

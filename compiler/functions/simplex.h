@@ -45,7 +45,7 @@ class SimplexNoise {
             from_[k] = (p[k] - cell[k]) + back;
             key_[k] = lattice_key<M>(cell[k]);
         }
-        // How many components each is greater than: corners are reached along the greatest first.
+        // The rank of each component: corners are visited along the greatest first.
         for (size_t k = 0; k < kAxes; ++k)
             rank_[k] = M::constant(p[0], 0.0f);
         for (size_t j = 0; j < kAxes; ++j) {

@@ -9,7 +9,7 @@
 
 namespace openfab::functions {
 
-/// An angle as r + quadrant * pi/2, |r| <= pi/4 and a little.
+/// An angle as r + quadrant * pi/2, |r| <= pi/4 plus a margin.
 template <typename M>
 struct Angle {
     typename M::F r;
@@ -17,9 +17,9 @@ struct Angle {
 };
 
 /// For a >= 0. Up to 2^15 the first parts of pi/2, of 9 bits each, times the quadrant are exact,
-/// and so is each difference as far as it cancels; what the third and fourth lose by rounding is
-/// put back. Beyond, an angle is first taken modulo 2^15, which is exact too: the result is that of
-/// another angle. Infinity and NaN give NaN.
+/// and so is each difference as far as it cancels; the rounding errors of the third and fourth are
+/// added back. Larger angles are first reduced modulo 2^15, which is exact, too, but gives the
+/// result of another angle. Infinity and NaN give NaN.
 template <typename M>
 Angle<M> reduce(typename M::F a) {
     using F = typename M::F;
@@ -116,7 +116,7 @@ typename M::F acos(typename M::F x) {
     const F z = M::select(far, (1.0f - a) * 0.5f, a * a);
     const F t = M::select(far, M::sqrt(z), a);
     const F tail = asin_tail<M>(t, z);
-    // In the middle pi/2 - asin(x), near 1 twice asin(t), near -1 pi less that.
+    // pi/2 - asin(x) in the middle, 2 asin(t) near 1, pi minus that near -1.
     const F middle = kHalfPiHigh - (x - (kHalfPiLow - with_sign_of<M>(tail, x)));
     const F above = (t + t) + (tail + tail);
     const F below = 2.0f * kHalfPiHigh - ((above - 2.0f * kHalfPiLow));
@@ -135,7 +135,7 @@ typename M::F angle_of(typename M::F a, typename M::F b, typename M::B left) {
     const F size = M::select(larger > 0x1p125f, 0.25f, 1.0f);
     const F num = less * size;
     const F den = larger * size;
-    // About pi/8 on, the angle is pi/4 and a rest.
+    // From about pi/8 on, the angle is pi/4 plus a remainder.
     const B middle = num > den * 0.414213562f;
     const F q = M::select(middle, num - den, num) / M::select(middle, num + den, den);
     // 0 / 0 and inf / inf.

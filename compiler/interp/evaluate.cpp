@@ -72,7 +72,7 @@ class Evaluator {
             case ir::Op::kLoop:
                 return begin_loop(id);
             case ir::Op::kLoopVar:
-                return;  // set by the loop's begin and end
+                return;  // set by the loop's start and end
             case ir::Op::kLoopEnd:
                 return end_loop(instr);
             case ir::Op::kLoopResult: {
@@ -141,7 +141,7 @@ class Evaluator {
     const Environment& environment_;
     const std::vector<ir::ValueId> ends_;
     std::vector<uint32_t> values_;
-    std::vector<uint32_t> args_;  ///< of the instruction in hand
+    std::vector<uint32_t> args_;  ///< of the current instruction
     ir::ValueId at_ = 0;
 };
 

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The slow, plain evaluator of the IR: one voxel, vertex or patch at a time. It is the oracle that
-// every other path is checked against, so it stays simple. It shares arithmetic with constant
-// folding (compiler/ir/arithmetic.h) and defines texture lookups (compiler/interp/sample.h).
+// Interprets the IR, one voxel, vertex or patch at a time. It is the oracle that every other path
+// is checked against, so it stays simple. It shares arithmetic with constant folding
+// (compiler/ir/arithmetic.h) and defines texture lookups (compiler/interp/sample.h).
 
 #include <cstdint>
 #include <span>
@@ -34,11 +34,11 @@ class Environment {
 };
 
 /// Returns the bits of every output, in the order of stage.outputs. The stage must pass ir::verify.
-/// A lookup whose guard is false reads nothing and gives 0.
+/// A lookup whose guard is false reads nothing and yields 0.
 std::vector<uint32_t> evaluate(const ir::Stage& stage, const Environment& environment);
 
-/// Returns the bits of every instruction, for tests; inside a loop those of the last trip, 0 if
-/// none ran.
+/// Returns the bits of every instruction, for tests; inside a loop those of the last iteration, 0
+/// if none ran.
 std::vector<uint32_t> evaluate_all(const ir::Stage& stage, const Environment& environment);
 
 }  // namespace openfab::interp

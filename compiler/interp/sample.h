@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// One filtered texture lookup, defined. Generated code must give the same bits, so the order of
+// Defines one filtered texture lookup. Generated code must give the same bits, so the order of
 // every float operation is part of the definition: binary operations round to float one by one,
 // left to right as bracketed below, none is fused, and only + - * / sqrt floor ceil and comparisons
 // occur. Layout of the arrays: texture/pyramid.h.

@@ -15,8 +15,8 @@
 //      q[j] = (t[0][j]*t[0][j] + t[1][j]*t[1][j]) + t[2][j]*t[2][j]
 //      q = greater(greater(q[0], q[1]), q[2])              greater(a, b) = a > b ? a : b
 //      wide = bound(sqrt(q) * width, 0, 2^30)
-//    The longest side of the footprint: nothing aliases, and a cube is not blurred however it is
-//    turned.
+//    The longest side of the footprint: it prevents aliasing, and does not blur a cube however it
+//    is rotated.
 //
 // 3. Filter: nearest reads T(int(floor(wrap(c[k]) * n0[k]))) of level 0. Others:
 //      level = bound(log2_of(wide), 0, float(levels - 1)), 0 under kFilterFinest

@@ -31,18 +31,18 @@ inline uint32_t as_bits(bool value) {
     return value ? 1 : 0;
 }
 
-/// Truncating, x / 0 = 0, the least int / -1 = itself.
+/// Truncates; x / 0 = 0, and INT_MIN / -1 = INT_MIN.
 inline int32_t divide(int32_t a, int32_t b) {
     if (b == 0) return 0;
     if (b == -1) return as_int(0u - as_bits(a));
     return a / b;
 }
-/// Sign of the dividend, x % 0 = 0.
+/// Has the sign of the dividend; x % 0 = 0.
 inline int32_t modulo(int32_t a, int32_t b) {
     return b == 0 || b == -1 ? 0 : a % b;
 }
 
-/// Towards zero, saturating, NaN = 0.
+/// Truncates and saturates; NaN gives 0.
 inline int32_t float_to_int(float x) {
     if (std::isnan(x)) return 0;
     if (x >= 2147483648.0f) return std::numeric_limits<int32_t>::max();
@@ -114,7 +114,7 @@ inline uint32_t eval_float(Op op, float a, float b) {
     }
 }
 
-/// Operations that have the same bits for int and uint; `known` is false for the others.
+/// Computes operations that have the same bits for int and uint; `known` is false for others.
 inline uint32_t eval_integer(Op op, uint32_t a, uint32_t b, bool* known) {
     *known = true;
     switch (op) {
@@ -225,9 +225,9 @@ inline uint32_t eval_bool(Op op, uint32_t a, uint32_t b) {
     }
 }
 
-/// Result bits of one instruction whose arguments have type `type` (of a select: its two sides) and
-/// bits a, b, c; unused ones are 0. Select takes its condition in `a`. Not for Const, Input,
-/// Sample, SampleBound, functions (compiler/functions); Convert is eval_convert.
+/// Returns the result bits of an instruction whose arguments have type `type` (of a select: its two
+/// values) and bits a, b, c; unused ones are 0. Select takes its condition in `a`. Not for Const,
+/// Input, Sample, SampleBound, functions (compiler/functions); Convert is eval_convert.
 inline uint32_t eval(Op op, Type type, uint32_t a, uint32_t b, uint32_t c) {
     if (op == Op::kSelect) return a != 0 ? b : c;
     if (op == Op::kBitCast) return a;

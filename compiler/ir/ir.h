@@ -220,8 +220,8 @@ void drop_dead_values(Stage* stage);
 /// Returns the LoopEnd of each Loop, by the Loop's id; kNoValue elsewhere.
 std::vector<ValueId> loop_ends(const Stage& stage);
 
-/// Appends instructions to a stage, each as it is asked for. The front end's Emitter
-/// (compiler/translate) is one that folds constants and keeps one of each value.
+/// Appends instructions to a stage. The front end's Emitter (compiler/translate) derives from it
+/// and folds constants and common values.
 class Builder {
   public:
     explicit Builder(Stage* stage) : stage_(stage) {}
@@ -236,38 +236,38 @@ class Builder {
     ValueId constant(uint32_t value);
     ValueId constant(bool value);
     ValueId input(Type type, int32_t kind, int32_t a, int32_t b);
-    /// An operation that needs no more than its arguments. The result type is the operands', bool
-    /// for comparisons.
+    /// Emits an operation that is defined by its arguments alone. The result type is the operands',
+    /// bool for comparisons.
     ValueId emit(Op op, std::vector<ValueId> args);
     ValueId unary(Op op, ValueId a) { return emit(op, {a}); }
     ValueId binary(Op op, ValueId a, ValueId b) { return emit(op, {a, b}); }
     ValueId convert(ValueId value, Type to);
     ValueId bit_cast(ValueId value, Type to);
     ValueId select(ValueId condition, ValueId if_true, ValueId if_false);
-    /// A function or a Derivative; `which` is Instr::a.
+    /// Emits a function or a Derivative; `which` is Instr::a.
     ValueId function(Op op, int32_t which, std::vector<ValueId> args);
-    /// A lookup in a picture or a volume; args as of Op::kSample.
+    /// Emits a lookup in a picture or a volume; args as for Op::kSample.
     ValueId sample(int32_t texture, int32_t channel, std::vector<ValueId> args);
     ValueId query(int32_t object, ValueId guard, const std::array<ValueId, 3>& point);
     ValueId query_result(ValueId query, Type type, openfab_query_result kind, int32_t a, int32_t b);
 
-    /// Loops and printfs. Two that look alike are two.
+    /// Loops and printfs, which are never merged with equal ones.
     ValueId loop(ValueId guard);
     ValueId loop_var(ValueId loop, int32_t number, ValueId first);
     /// Ends a loop; `next` holds one value for each of its variables.
     virtual ValueId loop_end(ValueId loop, ValueId again, const std::vector<ValueId>& next);
     ValueId loop_result(ValueId loop_end, int32_t number);
-    /// `number`: the place in Stage::printfs; `args` as of Op::kPrintf.
+    /// `number`: index in Stage::printfs; `args` as for Op::kPrintf.
     ValueId printf(int32_t number, std::vector<ValueId> args);
 
-    /// Appends an instruction as it is.
+    /// Appends an instruction unchanged.
     ValueId append(Instr instr);
 
     const Instr& instr(ValueId value) const { return stage_->instrs[value]; }
     Type type(ValueId value) const { return instr(value).type; }
 
   protected:
-    /// Gives the value of an instruction that does nothing beside: here by appending it.
+    /// Returns the value of an instruction without side effects; here, appends it.
     virtual ValueId add(Instr instr) { return append(std::move(instr)); }
 
     Stage* stage_;

@@ -100,7 +100,7 @@ std::vector<bool> live_values(const Stage& stage) {
 void drop_dead_values(Stage* stage) {
     const std::vector<bool> live = live_values(*stage);
     std::vector<ValueId> renamed(stage->instrs.size(), kNoValue);
-    std::vector<int32_t> number(stage->instrs.size(), 0);  // of LoopVars, among those kept
+    std::vector<int32_t> number(stage->instrs.size(), 0);  // of LoopVars, among the remaining ones
     std::vector<int32_t> kept_vars(stage->instrs.size(), 0);
     std::vector<Instr> kept;
     for (ValueId id = 0; id < stage->instrs.size(); ++id) {

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The words of the IR's text: names of inputs and outputs, of stages and of uniform kinds, and how
-// the bits of a constant are written.
+// The vocabulary of the IR's text form: names of inputs and outputs, of stages and of uniform
+// kinds, and the spelling of constants.
 
 #include <cstdint>
 #include <string>

@@ -307,7 +307,7 @@ class Verifier {
     }
 
     const Stage& stage_;
-    std::vector<ValueId> open_;    ///< loops around the present place
+    std::vector<ValueId> open_;    ///< loops around the current instruction
     std::vector<ValueId> inside_;  ///< innermost loop around each instruction so far
 };
 

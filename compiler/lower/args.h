@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The argument list of a stage's kernel: what its inputs, lookups and outputs need, in a fixed
-// order, so that the table and the code agree and equal stages give equal kernels.
+// The argument list of a stage's kernel, from its inputs, lookups and outputs, in a fixed order, so
+// that table and code agree and equal stages give equal kernels.
 
 #include <string>
 #include <vector>
@@ -25,7 +25,7 @@ struct KernelArgs {
 
 KernelArgs collect_args(const ir::Stage& stage);
 
-/// True for scalars, false for buffers.
+/// Returns whether an argument is a scalar, not a buffer.
 bool is_scalar(openfab_arg_kind kind);
 
 /// Returns the name of an argument in generated code and in `emit`: "nearest_0_1".

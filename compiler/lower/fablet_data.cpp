@@ -50,7 +50,7 @@ const double* FabletData::keep_limits(const ir::Uniform& uniform) {
     for (const auto& [name, text] : uniform.annotations) {
         double value = 0;
         const auto [rest, status] = std::from_chars(text.data(), text.data() + text.size(), value);
-        // Only a suffix may follow the number; anything else is for tools, not for us.
+        // Only a suffix may follow the number; other annotations are for tools.
         const std::string_view suffix(rest, static_cast<size_t>(text.data() + text.size() - rest));
         const bool number = status == std::errc() &&
                             (suffix.empty() || suffix == "f" || suffix == "F" || suffix == "u");
@@ -134,7 +134,7 @@ FabletData::FabletData(const FabletUnit& unit) {
         if (slot.kernel != nullptr) table_.*slot.kernel = make_kernel_entry(*slot.stage);
     }
     table_.derived_count = static_cast<int32_t>(stages.derived.outputs.size());
-    // The table has the argument list of a segmented stage too.
+    // The table holds the argument list of a segmented stage, too.
     if (!stages.surface_segments.steps.empty()) {
         table_.surface = make_kernel_entry(stages.surface);
         table_.surface_segments = make_segments(stages.surface_segments);

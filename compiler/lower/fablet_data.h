@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The constant table of one fablet in memory, as abi/fablet_table.h lays it out. It is
-// loaded as it stands (compiler/lower/jit.h) or written as C source (compiler/lower/table.h).
+// The constant table of one fablet in memory, as abi/fablet_table.h lays it out. It is used in
+// memory (compiler/lower/jit.h) or written as C source (compiler/lower/table.h).
 
 #include <array>
 #include <deque>

@@ -88,8 +88,8 @@ Expr below_zero(const Expr& x) {
     return both(bits > u32(kSign), u32((kSign | kInfinityBits) + 1) > bits);
 }
 
-/// a > b on floats. The target feature marks float results only: without the wrapper LLVM is told
-/// that comparisons meet no NaN and takes the liberty (seen with `!(a < b)` for AVX2).
+/// a > b on floats. The target feature marks float results only: without the wrapper LLVM may
+/// assume that operands of comparisons are not NaN, and does (seen with `!(a < b)` for AVX2).
 Expr greater(const Expr& a, const Expr& b) {
     if (zero_constant(b)) return above_zero(a);
     if (zero_constant(a)) return below_zero(b);
@@ -103,7 +103,7 @@ bool is_ordered_constant(const Expr& e) {
     const auto* imm = e.as<Halide::Internal::FloatImm>();
     return imm != nullptr && !std::isnan(imm->value);
 }
-/// One bit: e is a NaN, from its pattern.
+/// Whether e is a NaN, as one bit, from its pattern.
 Expr nan_bit(const Expr& e) {
     if (is_ordered_constant(e)) return boolean(false);
     return (as_uint(e) & u32(kMagnitude)) > u32(kInfinityBits);
@@ -120,15 +120,14 @@ Expr float_equality(const Expr& a, const Expr& b) {
     return either(both(as_uint(a) == as_uint(b), invert(nan_bit(a))), zeros);
 }
 
-/// a / 0 from the pattern: newer Halides refuse a division by a constant 0.
+/// a / 0 from the pattern: newer versions of Halide reject a division by a constant 0.
 Expr divide_by_zero(const Expr& a, uint32_t zero) {
     const Expr nothing = (as_uint(a) & u32(kMagnitude)) == u32(0);
     const Expr infinity = ((as_uint(a) ^ u32(zero)) & u32(kSign)) | u32(kInfinityBits);
     return as_float(choose(either(nothing, nan_bit(a)), u32(kQuietNan), infinity));
 }
-/// The root of a zero is that zero. LLVM 14 forgets that it may be -0: as if 1 / sqrt(x) were never
-/// less than 0, it dropped the lower bound of what followed. It does not reason about a
-/// select.
+/// The square root of a zero is that zero. LLVM 14 ignores that it may be -0: it assumed 1 /
+/// sqrt(x) >= 0 and dropped a later lower bound. It does not analyse a select.
 Expr square_root(const Expr& a) {
     return choose((as_uint(a) & u32(kMagnitude)) == u32(0), a, Halide::sqrt(a));
 }
@@ -197,7 +196,7 @@ Expr uint_div(const Expr& a, const Expr& b) {
     return choose(zero, u32(0), a / choose(zero, u32(1), b));
 }
 
-/// |e| of an int as uint; of the least int too.
+/// |e| of an int as uint; correct for INT_MIN, too.
 Expr int_magnitude(const Expr& e) {
     return choose(i32(0) > e, u32(0) - as_uint(e), as_uint(e));
 }
@@ -208,7 +207,7 @@ Expr int_div(const Expr& a, const Expr& b) {
     return as_int(choose(negative, u32(0) - q, q));
 }
 
-/// Halide decides a == b by what it makes of a - b, and calls an int that overflows there an error.
+/// Halide simplifies a == b through a - b, and reports signed overflow there as an error.
 Expr equal_ints(const Expr& a, const Expr& b) {
     return as_uint(a) == as_uint(b);
 }
@@ -218,7 +217,7 @@ Expr int_mod(const Expr& a, const Expr& b) {
     return choose(equal_ints(b, i32(0)), i32(0), as_int(rest));
 }
 
-/// Operations whose results depend on the bits alone, on uint Exprs.
+/// Operations that are defined on bits alone, on uint Exprs.
 Expr bits_op(Op op, const Expr& a, const Expr& b) {
     switch (op) {
         case Op::kAdd:
@@ -326,7 +325,7 @@ Expr bool_op(Op op, const Expr& a, const Expr& b) {
     return Expr();
 }
 
-/// Only values that fit are cast, so that no target's own rule for the others is met.
+/// Only values in range are cast, since targets differ for others.
 Expr float_to_int(const Expr& x) {
     const Expr high = either(greater(x, kTwo31), equal_floats(x, kTwo31));
     const Expr low = greater(-kTwo31, x);
@@ -340,8 +339,8 @@ Expr float_to_uint(const Expr& x) {
     const Expr positive = greater(x, 0.0f);
     const Expr full = either(greater(x, kTwo32), equal_floats(x, kTwo32));
     const Expr upper_half = either(greater(x, kTwo31), equal_floats(x, kTwo31));
-    // Halide 14 has no vector form of float to uint32 that every target rounds alike, so the upper
-    // half goes through int32.
+    // Halide 14's vector conversion of float to uint32 differs between targets, so the upper half
+    // goes through int32.
     const Expr lower = choose(both(positive, invert(upper_half)), x, Expr(0.0f));
     const Expr upper = choose(both(upper_half, invert(full)), x - kTwo31, Expr(0.0f));
     const Expr low_bits = as_uint(Halide::cast(Halide::Int(32), lower));

@@ -35,8 +35,8 @@ struct ProgramObjects {
     ProgramTimes times;
 };
 
-/// Calls `compile` for each kernel, `threads` at once (0: all cores); returns the fault of
-/// the first kernel in the list that has one, whichever thread met it.
+/// Calls `compile` for each kernel, `threads` at once (0: all cores); returns the fault of the
+/// first kernel in list order that has one, whatever the threads' order.
 std::optional<Fault> compile_each(const std::vector<KernelUnit>& units, int threads,
                                   const std::function<std::optional<Fault>(size_t unit)>& compile);
 
@@ -48,7 +48,7 @@ std::variant<ProgramObjects, Fault> compile_program(const std::vector<FabletUnit
                                                     const ProgramOptions& options,
                                                     const std::filesystem::path& folder);
 
-/// Runs a program without a shell. Returns "" on success, else what it wrote to stderr.
+/// Runs a program without a shell. Returns "" on success, else its stderr.
 std::string run_tool(const std::vector<std::string>& command);
 
 }  // namespace openfab::lower

@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Lookups in pictures: generated code computes the coordinates, an extern stage (texture/sample.h)
-// samples all coordinates that the schedule takes at once. compiler/interp/sample.h defines both.
+// samples all coordinates of a batch, whose size the schedule sets. compiler/interp/sample.h
+// defines both.
 
 #include <fmt/format.h>
 

@@ -26,7 +26,7 @@ struct Extent {
     Value size;    ///< float, in texels
 };
 
-/// `reach`: texels of level 0 added at both ends. Under repeat, whole periods are taken away first.
+/// `reach`: texels of level 0 added at both ends. Under repeat, whole periods are subtracted first.
 Extent make_extent(const Texture& texture, const Value& lo, const Value& hi, const Value& n,
                    const Value& reach) {
     const Value size = to_float(n);
@@ -69,7 +69,7 @@ std::vector<BoxAxis> box_axes(const Texture& texture, const std::vector<Value>& 
         for (size_t k = 0; k < 3; ++k)
             box.steps[k] = args[2 + 2 * axes + 3 * a + k] * n;
         if (axes == 3) {
-            // Computed as in a lookup: rounding keeps the order.
+            // Computed as in a lookup; rounding is monotone.
             box.lo = (box.lo - texture.origin(axis)) / texture.extent(axis);
             box.hi = (box.hi - texture.origin(axis)) / texture.extent(axis);
             for (Value& step : box.steps)
@@ -131,7 +131,7 @@ Region make_region(const Texture& texture, const std::vector<Value>& args) {
     return out;
 }
 
-/// Least and greatest of the texels at the corners of the region.
+/// Minimum and maximum of the texels at the corners of the region.
 std::array<Value, 2> corner_range(const Texture& texture, const Region& region, int32_t channel) {
     const Value offset = texture.minmax(region.level);
     Value lo;
@@ -167,7 +167,7 @@ std::array<Value, 2> lower_sample_bound(LoweringContext* context, int32_t textur
     lo = select(black, least(lo, zero), lo);
     hi = select(black, most(hi, zero), hi);
 
-    // A flat region gives its very value where eight copies of it add up without rounding.
+    // A constant region gives exactly its value where eight copies of it add up without rounding.
     // Elsewhere results may pass the ends by rounding, but never 0 from above or below, nor 1 from
     // below.
     const Value slack = most(absolute(lo), absolute(hi)) * constant(kRoundingSlack);

@@ -86,7 +86,7 @@ Value Texture::level_info(const Value& level, int32_t field) const {
 }
 
 Expr Texture::clamped(const Value& index, const Halide::ImageParam& buffer) {
-    // Halide's bounds inference need not look inside: the clamp says all.
+    // Hides the expression from Halide's bounds inference: the clamp already bounds it.
     const Expr opaque =
         Halide::reinterpret(Halide::Int(32), Halide::reinterpret(Halide::UInt(32), index.expr));
     return Halide::clamp(opaque, 0, buffer.dim(0).extent() - 1);
@@ -133,7 +133,7 @@ NamedFunc& new_func(LoweringContext* context, const std::string& name,
     NamedFunc named{name, Halide::Func(name), {}};
     for (const Halide::Var& var : vars)
         named.vars.emplace_back(var.name(), var);
-    // If its size is known only at run time, Halide takes it from memory that the kernel keeps.
+    // If its size is known only at run time, Halide allocates it on the heap.
     named.func.store_in(Halide::MemoryType::Stack);
     context->funcs->push_back(named);
     return context->funcs->back();

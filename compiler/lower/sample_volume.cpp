@@ -138,8 +138,8 @@ std::vector<Value> lower_volume_sample(LoweringContext* context, int32_t texture
     const Halide::Func stored =
         store_values(context, func_name(*context, "footprint", number), sample.fields());
 
-    // One trip for each of the two levels, which keeps the code half as large; none where no lane
-    // of the vector asks.
+    // One iteration for each of the two levels, which halves the code; none where no lane of the
+    // vector is active.
     Halide::RDom level(0, 2, "level");
     level.where(level < most_taps(context, func_name(*context, "taps", number), stored));
     const Value trip{Type::kInt, level};

@@ -58,14 +58,14 @@ class TableWriter {
         out_ += '\n';
     }
 
-    /// Name of an array of default bits, or 0.
+    /// Returns the name of an array of default bits, or 0.
     std::string write_bits(const std::string& name, const uint32_t* bits, int32_t count) {
         if (bits == nullptr) return "0";
         line("static const uint32_t {}[] = {{{}}};", name, fmt::join(bits, bits + count, "u, "));
         return name;
     }
 
-    /// Name of the two limits, or 0.
+    /// Returns the name of the two limits, or 0.
     std::string write_limits(const std::string& name, const double* limits) {
         if (limits == nullptr) return "0";
         line("static const double {}[] = {{{}, {}}};", name, limits[0], limits[1]);

@@ -69,8 +69,8 @@ class Differentiator {
         std::vector<Derivative> derivatives;
     };
 
-    /// Finds the float values whose change some lookup needs, by their old ids. If the footprint of
-    /// a lookup depends on a variable of a loop, its derivative is a variable too.
+    /// Finds the float values whose derivative some lookup needs, by their old ids. If the
+    /// footprint of a lookup depends on a loop variable, its derivative is a loop variable, too.
     std::vector<bool> find_needed() const {
         const std::vector<ValueId> ends = ir::loop_ends(old_);
         std::vector<bool> needed(old_.instrs.size(), false);
@@ -105,7 +105,7 @@ class Differentiator {
         return needed;
     }
 
-    /// The loop's variables stand before `next` in the old stage: adds those for their derivatives.
+    /// The loop's variables precede `next` in the old stage: adds those for their derivatives.
     void begin_derivatives(ValueId next) {
         if (needed_.empty()) needed_ = find_needed();
         ValueId old_loop = next - 1;
@@ -122,7 +122,7 @@ class Differentiator {
         open_.push_back(std::move(open));
     }
 
-    /// Before the Loop is emitted: the derivatives of its variables' first values.
+    /// Computes the derivatives of the variables' initial values, before the Loop is emitted.
     void before_loop(ValueId old_loop) {
         if (needed_.empty()) needed_ = find_needed();
         for (ValueId var = old_loop + 1; old_.instrs[var].op == Op::kLoopVar; ++var) {
@@ -164,7 +164,7 @@ class Differentiator {
     }
 
     void complete(ir::Instr* sample) {
-        // Between the guard and the width.
+        // The coordinates are the arguments between guard and width.
         const std::vector<ValueId> coordinates(sample->args.begin() + 1, sample->args.end() - 1);
         for (const ValueId coordinate : coordinates) {
             for (int32_t axis = 0; axis < kAxes; ++axis) {

@@ -29,8 +29,8 @@ bool is_plain(Op op) {
            op != Op::kDerivative;
 }
 
-/// The conditions under which a bool may be true and may be false, for any nearest inputs.
-/// Conservative: never false when it happens.
+/// The conditions under which a bool may be true and may be false, for some nearest inputs.
+/// Conservative: they hold at least where it can be.
 struct Outcomes {
     Condition may_be_true = kAlways;
     Condition may_be_false = kAlways;
@@ -79,7 +79,7 @@ class Demand {
                 outermost_[id] == kNoValue && is_plain(instr.op) && !is_nearest(instr) &&
                 std::all_of(instr.args.begin(), instr.args.end(),
                             [&](ValueId arg) { return is_input_independent_[arg]; });
-            // Inside a loop a value has no outcome that holds of all its trips.
+            // A value inside a loop has no single outcome for all iterations.
             if (instr.type == Type::kBool && outermost_[id] == kNoValue)
                 outcomes_[id] = outcomes_of(id);
         }
@@ -130,7 +130,7 @@ class Demand {
     void propagate(ValueId id) {
         const ir::Instr& instr = stage_.instrs[id];
         if (outermost_[id] != kNoValue) {
-            // All of a loop that runs is needed: what steers it, and what comes of it.
+            // A loop that runs is needed entirely: its control and its results.
             const ValueId guard = stage_.instrs[outermost_[id]].args[0];
             for (const ValueId arg : instr.args)
                 need(arg, outcomes_[guard].may_be_true);
@@ -142,11 +142,11 @@ class Demand {
             case Op::kLoop:
             case Op::kQuery:
             case Op::kPrintf:
-                // They have effects, whether or not an output uses their results.
+                // They have side effects, whether or not an output uses their results.
                 propagate_guarded(instr, kAlways);
                 return;
             case Op::kLoopResult: {
-                // If no trip ran, it is the variable's first value.
+                // If no iteration ran, it is the variable's initial value.
                 const ValueId loop = stage_.instrs[instr.args[0]].args[0];
                 const ValueId variable = loop + 1 + static_cast<ValueId>(instr.a);
                 need(stage_.instrs[variable].args[1], when);
@@ -160,8 +160,8 @@ class Demand {
                 need(instr.args[1], when, outcomes(0).may_be_true);
                 need(instr.args[2], when, outcomes(0).may_be_false);
                 return;
-            // An operand does not matter where the other one decides, which it does whatever the
-            // nearest inputs are: so both may be left out at once.
+            // An operand is not needed where the other one decides the result for any nearest
+            // inputs; where both decide, neither is needed.
             case Op::kAnd:
                 need(instr.args[0], when, outcomes(1).may_be_true);
                 need(instr.args[1], when, outcomes(0).may_be_true);
@@ -183,8 +183,7 @@ class Demand {
             need(instr.args[k], when, outcomes_[instr.args[0]].may_be_true);
     }
 
-    /// The values that the condition tests, with all that they are computed from, then the
-    /// condition itself.
+    /// Emits the values that the condition tests, with their operands, then the condition.
     void write(Condition demand, ir::Stage* out) {
         std::vector<bool> wanted(count(), false);
         for (const ValueId value : conditions_.tested(demand))

@@ -6,7 +6,7 @@
 
 namespace openfab::passes {
 
-/// Returns the stage that tells which voxels need the surface point nearest to their centre: one
+/// Returns the stage that computes which voxels need the surface point nearest to their centre: one
 /// bool output, OPENFAB_ARG_DEMAND. If it is false, inputs DISTANCE, NEAREST and NEAREST_GRAD may
 /// have any value: no output, loop, query or printf of `volume` changes by a bit. Errs towards
 /// true; computed from uniforms, the frame and the voxel's position alone. Without outputs if every

@@ -41,7 +41,7 @@ ir::Stage form_surface_bounds(const ir::Stage& surface) {
         const bool moves = output.kind == OPENFAB_ARG_POSITION;
         Interval value = values[output.value];
         if (surface.instrs[output.value].type == ir::Type::kBool) {
-            // Least and greatest value of the bool.
+            // Minimum and maximum of the bool.
             value.lo = form.builder().emit(Op::kNot, {value.lo});
         }
         outputs.push_back({output.name + "_lo",

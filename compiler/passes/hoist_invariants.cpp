@@ -58,7 +58,7 @@ class Hoister {
             home_.push_back(inside_[id]);
             if (inside_[id] == kNoValue || is_effectful(instr.op)) continue;
             ValueId home = deepest(instr);
-            // The guard of a lookup takes in those of the loops that it leaves.
+            // The guard of a lookup is combined with those of the loops that it leaves.
             if (instr.op == Op::kSample) {
                 for (ValueId loop = inside_[id]; depth(loop) > depth(home); loop = inside_[loop]) {
                     const ValueId needed = home_[old_.instrs[loop].args[0]];
@@ -102,7 +102,7 @@ class Hoister {
     std::vector<ValueId> inside_;  ///< innermost loop around each instruction, before and after
     std::vector<ValueId> home_;
     std::map<ValueId, size_t> depth_;                 ///< of what is inside a loop
-    std::map<ValueId, std::vector<ValueId>> before_;  ///< what moves to before a loop
+    std::map<ValueId, std::vector<ValueId>> before_;  ///< instructions that move before a loop
     std::vector<ValueId> renamed_;
 };
 

@@ -60,8 +60,7 @@ ir::ValueId IntervalForm::nan() {
 }
 
 ir::ValueId IntervalForm::finite(Id value) {
-    return emit(Op::kLt, emit(Op::kAbs, value),
-                b_.constant(kInfinity));
+    return emit(Op::kLt, emit(Op::kAbs, value), b_.constant(kInfinity));
 }
 
 Interval IntervalForm::finish_if(Id known, Id lo, Id hi) {
@@ -136,7 +135,7 @@ Interval IntervalForm::input_interval(const Instr& instr) {
     if (!kinds) return make_point(make(instr.kind));
     const Id lo = make((*kinds)[0]);
     const Id hi = make((*kinds)[1]);
-    // The ends of a bool input: 0 and 1 as its least and greatest value.
+    // Converts the bounds of a bool input, given as 0 or 1.
     if (instr.type == Type::kBool) return make_bool(negate(lo), hi);
     if (instr.type == Type::kFloat) return finish(lo, hi);
     return {lo, hi, ir::kNoValue};
@@ -153,7 +152,7 @@ Interval IntervalForm::bool_interval(Op op, const Interval& a, const Interval& b
     }
 }
 
-/// Each end is written as "not surely the opposite", which is right if an end is NaN.
+/// Each end is written as "not certainly the opposite", which is conservative if an end is NaN.
 Interval IntervalForm::comparison_interval(Op op, const Interval& a, const Interval& b) {
     if (type_of(a.lo) == Type::kBool) {
         const Id may_differ = either(both(a.lo, b.hi), both(a.hi, b.lo));
@@ -234,8 +233,8 @@ Interval IntervalForm::convert_interval(const Instr& instr) {
     if (from == Type::kFloat) {
         known = negate(either(emit(Op::kIsNan, x.lo), emit(Op::kIsNan, x.hi)));
     } else {
-        // int and uint agree on 0 .. 2^31 - 1 and, wrapped, on the rest: order is kept on one side
-        // of the border.
+        // int and uint agree on 0 .. 2^31 - 1 and, modulo 2^32, elsewhere: order is preserved on
+        // either side of 2^31.
         const Id lo_below = emit(Op::kLt, from == Type::kInt ? x.lo : lo, b_.constant(0));
         const Id hi_below = emit(Op::kLt, from == Type::kInt ? x.hi : hi, b_.constant(0));
         known = emit(Op::kEq, lo_below, hi_below);
@@ -276,7 +275,7 @@ Interval IntervalForm::float_interval(const Instr& instr) {
             return root_interval(a);
         case Op::kMin:
         case Op::kMax: {
-            // With a NaN the result is the second operand or the NaN: unknown either way.
+            // With a NaN the result is the second operand or NaN: unknown either way.
             const Id known = both(finite(a.lo), finite(b.lo));
             return finish_if(known, emit(instr.op, a.lo, b.lo), emit(instr.op, a.hi, b.hi));
         }
@@ -298,7 +297,8 @@ Interval IntervalForm::square_interval(const Interval& a) {
     return finish(least, emit(Op::kMax, lo, hi));
 }
 
-/// An infinite or NaN point operand makes all four candidates infinite or NaN, so `finish` sees it.
+/// An infinite or NaN point operand makes all four candidates infinite or NaN, which `finish`
+/// detects.
 Interval IntervalForm::product_interval(const Instr& instr, const Interval& a, const Interval& b) {
     if (instr.args[0] == instr.args[1]) return square_interval(a);
     const Interval ends = extremes({emit(Op::kMul, a.lo, b.lo), emit(Op::kMul, a.lo, b.hi),
@@ -311,8 +311,8 @@ Interval IntervalForm::quotient_interval(const Interval& a, const Interval& b) {
     const Id known = either(emit(Op::kGt, b.lo, zero), emit(Op::kLt, b.hi, zero));
     const Interval ends = extremes({emit(Op::kDiv, a.lo, b.lo), emit(Op::kDiv, a.lo, b.hi),
                                     emit(Op::kDiv, a.hi, b.lo), emit(Op::kDiv, a.hi, b.hi)});
-    // A point dividend that is infinite gives infinite candidates; an infinite point divisor gives
-    // zeros, rightly.
+    // An infinite point dividend gives infinite candidates; an infinite point divisor correctly
+    // gives zeros.
     return finish_if(known, ends.lo, ends.hi);
 }
 
@@ -360,7 +360,7 @@ Interval IntervalForm::integer_sum(Op op, Type type, const Interval& a, const In
         if (type == Type::kUint) {
             return op == Op::kAdd ? emit(Op::kLt, result, x) : emit(Op::kLt, x, y);
         }
-        // The result's sign differs from x's, and y pushes it that way.
+        // The sign of the result differs from that of x, as y moves it.
         const Id changed = emit(Op::kBitXor, x, result);
         const Id pushed = op == Op::kAdd ? emit(Op::kBitXor, y, result) : emit(Op::kBitXor, x, y);
         return emit(Op::kLt, emit(Op::kBitAnd, changed, pushed), b_.constant(0));
@@ -388,8 +388,8 @@ Interval IntervalForm::integer_product(Type type, const Interval& a, const Inter
     return {b_.select(fits, ends.lo, full.lo), b_.select(fits, ends.hi, full.hi), ir::kNoValue};
 }
 
-/// Division and remainder by one positive number, shifts down by one, masks by one that is not
-/// negative; else the whole range.
+/// Handles division and remainder by a positive constant, right shifts by a constant and masks with
+/// a nonnegative one; otherwise returns the whole range.
 Interval IntervalForm::integer_rest(Op op, Type type, const Interval& a, const Interval& b) {
     const Interval full = full_range(type);
     const Id zero = constant_like(type, 0);

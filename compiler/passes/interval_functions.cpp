@@ -25,7 +25,7 @@ constexpr float kWider = 0x1p-20f;      // 8 ulp or more
 constexpr float kSmallest = 0x1p-145f;  // the same, of denormal numbers
 constexpr float kPi = 3.14159274f;      // above pi
 constexpr float kExactAngles = 32768.0f;
-constexpr float kLattice = 0x1p21f;  // half of where lattice points merge
+constexpr float kLattice = 0x1p21f;  // half the coordinate at which lattice points merge
 constexpr float kNoiseError = 4e-6f;
 
 /// Indexed by the number of axes: the steepest slope along an axis, and the largest sum of the
@@ -80,7 +80,8 @@ Interval IntervalForm::function_interval(const Instr& instr) {
     }
 }
 
-/// Ends in any order, widened; none crosses 0, since no function gets its result's sign wrong.
+/// Ends in any order, widened; neither crosses 0, since all functions return results of the right
+/// sign.
 Interval IntervalForm::widened(Id first, Id last) {
     const F lo = minimum({&b_, first}, {&b_, last});
     const F hi = maximum({&b_, first}, {&b_, last});
@@ -94,12 +95,12 @@ Interval IntervalForm::widened(Id first, Id last) {
 Interval IntervalForm::monotone_interval(Op op, const Interval& a, bool falls) {
     const Id at_lo = emit(op, falls ? a.hi : a.lo);
     const Id at_hi = emit(op, falls ? a.lo : a.hi);
-    // A NaN end, which a minimum may lose, is seen here.
+    // Detects a NaN end, which a minimum may drop.
     const Interval ends = widened(at_lo, at_hi);
     return finish_if(both(finite(at_lo), finite(at_hi)), ends.lo, ends.hi);
 }
 
-/// sin, cos: 1 and -1 where the box holds a crest or a trough, or may hold one; else by its ends.
+/// sin, cos: 1 and -1 where the interval may contain a maximum or minimum; else by its ends.
 Interval IntervalForm::wave_interval(Op op, const Interval& a) {
     const F lo{&b_, a.lo};
     const F hi{&b_, a.hi};
@@ -120,7 +121,7 @@ Interval IntervalForm::wave_interval(Op op, const Interval& a) {
     return finish_if(both(finite(a.lo), finite(a.hi)), low.id, high.id);
 }
 
-/// Between two poles; over one nothing is known.
+/// Between two poles; unknown across one.
 Interval IntervalForm::tangent_interval(const Interval& a) {
     const F lo{&b_, a.lo};
     const F hi{&b_, a.hi};
@@ -135,7 +136,7 @@ Interval IntervalForm::tangent_interval(const Interval& a) {
     return finish_if((same & exact).id, ends.lo, ends.hi);
 }
 
-/// atan2(y, x): by the corners where the box keeps off the origin and the negative x axis.
+/// atan2(y, x): by the corners where the box avoids the origin and the negative x axis.
 Interval IntervalForm::angle_interval(const Interval& y, const Interval& x) {
     const Id zero = b_.constant(0.0f);
     const Id clear = either(emit(Op::kGt, x.lo, zero),

@@ -24,7 +24,7 @@ constexpr float kVoxelSlack = 0x1p-7f;
 
 }  // namespace
 
-/// Includes the 0 of an instruction that did not run, if its guard may be false.
+/// Includes 0, the result of an instruction that did not run, if its guard may be false.
 Interval IntervalForm::or_zero(const Interval& guard, const Interval& value) {
     const Id zero = b_.constant(0.0f);
     const Id lo = b_.select(emit(Op::kGt, value.lo, zero), zero, value.lo);
@@ -92,8 +92,8 @@ ir::ValueId IntervalForm::distance_from_centre(const Instr& query) {
 }
 
 /// Returns the offset along one axis, rounding included. For a point written as the voxel's centre
-/// plus or minus a term it is that term; for others the farthest ends are taken, which adds the
-/// size of the box.
+/// plus or minus a term it is that term; for others the farthest ends are used, which adds the size
+/// of the box.
 ir::ValueId IntervalForm::offset_from_centre(Id coordinate, int32_t axis) {
     const Instr& local = from_.instrs[coordinate];
     Id size =

@@ -12,7 +12,7 @@ namespace {
 using ir::Op;
 using ir::ValueId;
 
-/// Nodes of all conditions of a stage. Diagrams may double with each value tested; those of
+/// Limit of the nodes of a stage's conditions. Diagrams may double with each variable; those of
 /// fablets have tens of nodes.
 constexpr size_t kMaxNodes = 1u << 14;
 
@@ -26,7 +26,7 @@ Condition PathConditions::node(ValueId value, Condition if_true, Condition if_fa
     return id->second;
 }
 
-/// `decides`: what one side must be to be the result; kNever for `and`, kAlways for `or`.
+/// `decides`: the dominating operand, kNever for `and`, kAlways for `or`.
 Condition PathConditions::combine(Condition a, Condition b, Condition decides) {
     const Condition passes = decides == kNever ? kAlways : kNever;
     if (a == decides || b == decides) return decides;

@@ -20,7 +20,7 @@ constexpr Condition kNever = 0;
 constexpr Condition kAlways = 1;
 
 /// Binary decision diagrams (Bryant 1986), values in the order of their ids: a condition that
-/// always holds is kAlways however it was built. One that grows too big becomes kAlways:
+/// always holds is kAlways however it was built. One that grows too large becomes kAlways, which is
 /// conservative for all uses.
 class PathConditions {
   public:

@@ -33,7 +33,7 @@ constexpr size_t kMaxDemandOperations = 400;
 // An interval form has two outputs for each material.
 constexpr size_t kMaxBoundsOutputs = 192;
 
-/// One fablet on its way.
+/// One fablet on its way through the passes.
 struct Work {
     const PipelineOptions& options;
     KernelStages& stages;
@@ -41,7 +41,7 @@ struct Work {
     size_t& longest;
 };
 
-/// The stages that a pass wrote; none where there was nothing for it to do.
+/// The stages that a pass wrote; none if it had nothing to do.
 using Written = std::vector<Stage*>;
 
 template <void (*rewrite)(Stage*)>
@@ -50,7 +50,7 @@ Written rewrites(Work* /*work*/, Stage* stage) {
     return {stage};
 }
 
-/// From the volume or the surface stage, which it leaves alone.
+/// Derives a stage from the volume or the surface stage, which stays unchanged.
 template <Stage (*form)(const Stage&), Stage KernelStages::*kSource>
 Written forms(Work* work, Stage* stage) {
     *stage = form(work->stages.*kSource);
@@ -89,7 +89,7 @@ Written uniforms(Work* work, Stage* stage) {
     const UniformHoister before = work->hoister;
     const Stage whole = *stage;
     work->hoister.hoist(stage);
-    // One kernel computes all that is derived, and no pieces of it can.
+    // One kernel computes all derived values; it cannot be split.
     if (needs_splitting(work->hoister.derived())) {
         work->hoister = before;
         *stage = whole;
@@ -112,7 +112,7 @@ Written cut(Work* work, Stage* stage) {
     return kernels;
 }
 
-/// The stages of a fablet, in the order in which a pass gets them.
+/// The stages of a fablet, in the order in which passes run on them.
 struct Place {
     StageKind kind;
     Stage KernelStages::*stage;
@@ -141,8 +141,8 @@ constexpr bool kRequired = false;
 
 enum class Cleaning {
     kNone,
-    kIs,      ///< the pass cleans
-    kFollows  ///< what it wrote is cleaned
+    kIs,      ///< a clean-up pass
+    kFollows  ///< clean-up passes follow
 };
 
 struct Pass {
@@ -155,20 +155,23 @@ struct Pass {
 
 /// All passes, in order.
 constexpr Pass kPasses[] = {
-    // First, and again after each pass that leaves work for them. Common values after simplifying,
-    // which makes more of them equal; dead ones last, since both leave some.
+    // First, and again after each pass that leaves work for them. Common values after
+    // simplification, which makes more of them equal; dead values last, since both leave some.
     {"simplify", kOptional, Cleaning::kIs, kGiven, rewrites<simplify>},
     {"eliminate_common_values", kOptional, Cleaning::kIs, kGiven,
      rewrites<eliminate_common_values>},
     {"eliminate_dead_values", kOptional, Cleaning::kIs, kGiven, rewrites<eliminate_dead_values>},
 
-    // Before bounds and demand: how widely a lookup filters decides on what it may find, and
-    // footprints use nearest inputs too. While functions are whole, whose derivatives are known.
+    // Before bounds and demand: the footprint of a lookup decides what it may return, and
+    // footprints use nearest inputs, too. Before expand_functions: derivatives are known for
+    // functions.
     {"attach_footprints", kRequired, Cleaning::kFollows, kGiven, rewrites<attach_footprints>},
 
-    // While functions are whole: the interval of one is known, that of its operations useless.
+    // Before expand_functions: intervals are known for functions; those of their operations would
+    // be useless.
     {"form_volume_bounds", kOptional, Cleaning::kFollows, kVolumeBounds, volume_bounds},
-    // Before bound_displacement, whose quotients have no useful interval; its effect is known.
+    // Before bound_displacement, whose quotients have no useful interval, but whose effect is
+    // known.
     {"form_surface_bounds", kOptional, Cleaning::kFollows, kSurfaceBounds,
      forms<form_surface_bounds, &KernelStages::surface>},
     // Any time after the footprints.
@@ -177,21 +180,21 @@ constexpr Pass kPasses[] = {
 
     {"bound_displacement", kRequired, Cleaning::kFollows, kSurface, rewrites<bound_displacement>},
 
-    // While functions are whole: one moves as a whole or stays.
+    // Before expand_functions: a function is hoisted as a whole or not at all.
     {"hoist_invariants", kOptional, Cleaning::kNone, kGiven, rewrites<hoist_invariants>},
 
-    // After all that asks what a function is.
+    // After all passes that know functions.
     {"expand_functions", kRequired, Cleaning::kFollows, kGiven | kFormed, expand},
 
-    // Once functions are written out, which most of the operations are.
+    // After expand_functions, which makes most of the operations.
     {"drop_long_bounds", kRequired, Cleaning::kNone, kFormed, drop_long},
     {"measure_stages", kRequired, Cleaning::kNone, kGiven, measure},
 
-    // After functions are written out, of which parts move too. A stage that is too long does not
-    // get here.
+    // After expand_functions: parts of functions move, too. A stage that is too long was rejected
+    // before.
     {"hoist_uniforms", kOptional, Cleaning::kNone, kGiven | kFormed, uniforms},
 
-    // Last: kernels between steps are straight-line code, and no pass above knows of states.
+    // Last: segments are straight-line code, and no pass above knows states.
     {"cut_segments", kRequired, Cleaning::kFollows, kGiven, cut},
 };
 

@@ -2,10 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The middle of the compiler: from the IR that the front end makes to one stage per kernel.
-// pipeline.cpp has the table of passes, in order. Those that are optional can be switched off, and
-// no output changes by a bit; the others complete the meaning of a stage, or there is no code
-// without them.
+// The middle end: from the front end's IR to one stage per kernel. pipeline.cpp has the table of
+// passes, in order. Optional passes can be switched off without changing a bit of the output; the
+// others are needed for the meaning of a stage or for code generation.
 
 #include <functional>
 #include <set>
@@ -19,8 +18,8 @@ namespace openfab::passes {
 
 struct PipelineOptions {
     std::set<std::string> disabled;  ///< names of optional passes
-    /// The most operations of an interval form. It is several times as long as its stage, and
-    /// compiling takes milliseconds for each; a longer one is dropped: no culling, same output.
+    /// Limit of the operations of an interval form, which is several times as long as its stage and
+    /// takes milliseconds to compile for each; a longer one is dropped: no culling, same output.
     size_t longest_bounds = 2000;
     /// Called after each pass on a stage, with the result.
     std::function<void(const std::string& pass, const ir::Stage& stage)> after;
@@ -34,13 +33,13 @@ struct KernelStages {
     ir::Stage surface_bounds;  ///< outputs DISPLACEMENT_LO/HI, SURFACE_OUT_LO/HI
     ir::Stage volume;          ///< outputs WEIGHT
     ir::Stage volume_bounds;   ///< outputs WEIGHT_LO/HI
-    ir::Stage volume_demand;   ///< output DEMAND; none if every voxel asks
+    ir::Stage volume_demand;   ///< output DEMAND; none if every voxel needs its point
     ir::Stage derived;  ///< outputs DERIVED: uniforms that the others read beside the fablet's
-    /// Compiled instead of a stage that must be cut. No steps otherwise.
+    /// Compiled instead of a stage that must be cut; no steps otherwise.
     SegmentedStage surface_segments;
     SegmentedStage volume_segments;
 
-    /// The stage of one kernel; not of segments.
+    /// Returns the stage of one kernel; not of segments.
     const ir::Stage& of(ir::StageKind kind) const;
 };
 

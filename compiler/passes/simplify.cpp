@@ -51,7 +51,7 @@ class Simplifier {
         return is_const(stage_->instrs[id]) && stage_->instrs[id].bits == bits;
     }
 
-    /// A variable that no trip changes. `end` is still as it was.
+    /// A variable that no iteration changes. `end` is still unmodified.
     bool stays_as_it_is(ValueId var, ValueId end) const {
         const Instr& instr = stage_->instrs[var];
         const ValueId next =
@@ -62,7 +62,8 @@ class Simplifier {
         return is_const(value) && is_const(first, value.bits);
     }
 
-    /// The result of a variable that stays, or of a loop that never runs, is the first value.
+    /// The result of a variable that never changes, or of a loop that never runs, is the initial
+    /// value.
     ValueId result_of(ValueId id) const {
         const Instr& instr = stage_->instrs[id];
         const ValueId loop = stage_->instrs[instr.args[0]].args[0];
@@ -80,7 +81,7 @@ class Simplifier {
 
     std::optional<uint32_t> fold(const Instr& instr) const {
         if (instr.op == Op::kSample) {
-            // A lookup that no path reaches gives 0.
+            // A lookup that is never reached yields 0.
             return is_const(instr.args[0], 0) ? std::optional<uint32_t>(0) : std::nullopt;
         }
         if (instr.op == Op::kQueryResult && is_const(arg(instr, 0).args[0], 0)) return 0;
@@ -88,7 +89,7 @@ class Simplifier {
         return bits ? bits : fold_partly(instr);
     }
 
-    /// A constant although one argument is none.
+    /// Constant although one argument is not.
     std::optional<uint32_t> fold_partly(const Instr& instr) const {
         if (instr.args.size() != 2) return std::nullopt;
         const bool zero = is_const(instr.args[0], 0) || is_const(instr.args[1], 0);
@@ -123,7 +124,7 @@ class Simplifier {
         return std::nullopt;
     }
 
-    /// x op `right` has the bits of x for every x (a NaN stays some NaN).
+    /// Returns whether x op `right` has the bits of x for every x (a NaN stays some NaN).
     bool keeps(Op op, Type type, ValueId right) const {
         const Instr& constant = stage_->instrs[right];
         if (!is_const(constant)) return false;

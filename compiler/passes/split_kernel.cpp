@@ -63,7 +63,7 @@ class Splitter {
   private:
     const Instr& at(ValueId id) const { return kernel_.instrs[id]; }
 
-    /// States that are both read and written: written by the last pieces, when all have read them.
+    /// States that are both read and written: written by the last pieces, once all have read them.
     void find_rewritten() {
         std::set<int32_t> written;
         for (const ir::Output& output : kernel_.outputs) {
@@ -84,7 +84,8 @@ class Splitter {
         return instr.op == Op::kInput &&
                (instr.kind != OPENFAB_ARG_STATE || !is_rewritten(instr.a));
     }
-    /// True for those states, and for outputs that any piece can write: they fill the last pieces.
+    /// Returns whether an output goes into the last pieces: those states, and outputs that any
+    /// piece can write.
     bool is_written_last(const ir::Output& output) const {
         if (output.kind == OPENFAB_ARG_STATE_OUT && is_rewritten(output.a)) return true;
         return is_made_again(output.value) || copies_[output.value] > kMaxCopies;
@@ -224,7 +225,7 @@ class Splitter {
         if (!piece.stage.outputs.empty()) out_.push_back(std::move(piece.stage));
     }
 
-    /// Writes the states that all other pieces have read, and that none of these reads.
+    /// Writes the states that all other pieces have read, and that none of these pieces reads.
     void write_rest() {
         std::vector<ir::Output> rest;
         for (const ir::Output& output : kernel_.outputs) {
@@ -250,7 +251,7 @@ class Splitter {
     const size_t shortest_piece_, longest_piece_;
     std::set<int32_t> rewritten_;
     std::vector<size_t> last_use_;  ///< beyond the end: by the pieces that come last
-    std::vector<size_t> copies_;    ///< outputs of each value
+    std::vector<size_t> copies_;    ///< outputs that store each value
     std::vector<size_t> due_;       ///< outputs that are written where the value is computed
     std::vector<size_t> piece_;
     std::vector<int32_t> state_;

@@ -24,7 +24,7 @@ uint32_t SourceManager::add(std::string name, std::string text, std::filesystem:
 
 std::optional<uint32_t> SourceManager::load(const std::filesystem::path& path, std::string* fault,
                                             const std::vector<std::filesystem::path>& roots) {
-    // Who calls us puts this before names that could be taken for options.
+    // Undoes as_argument, which callers apply to names that look like options.
     const std::string given = path.string();
     const std::string name = given.starts_with("./") ? given.substr(2) : given;
     const Result<InputFile> file = InputFile::open(path, roots);

@@ -17,8 +17,8 @@
 
 namespace openfab::source {
 
-/// A position for people: both count from 1, a column is a code point (a byte that is not UTF-8
-/// counts as one).
+/// A position as shown to users: both count from 1, a column is a code point (a byte that is not
+/// UTF-8 counts as one).
 struct Location {
     uint32_t line = 1;
     uint32_t column = 1;
@@ -26,7 +26,7 @@ struct Location {
 
 class SourceManager {
   public:
-    /// The largest file: spans are 32-bit, and no fablet comes near it.
+    /// The largest file: spans are 32-bit.
     static constexpr size_t kMaxFileBytes = 16u << 20;
 
     /// Adds a file's text under a name for messages; the number is for Span::file and is never 0.

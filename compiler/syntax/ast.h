@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The syntax tree: what was written, with no meaning yet. Texts are views into the SourceManager's
-// buffers, which must outlive the tree.
+// The syntax tree: the source as written, before any semantic analysis. Texts are views into the
+// SourceManager's buffers, which must outlive the tree.
 
 #include <cstdint>
 #include <memory>
@@ -51,7 +51,7 @@ struct Expr {
     std::string_view text;
     uint32_t bits = 0;
     std::vector<ExprPtr> args;
-    int depth = 1;  ///< levels of nodes; the parser limits it, so that later steps may recurse
+    int depth = 1;  ///< levels of nodes; limited by the parser, so that later steps may recurse
 };
 
 struct TypeRef {

@@ -22,7 +22,7 @@ constexpr const char* kLoop = "a loop is written `for (int i = 0; i < 4; ++i) { 
 constexpr const char* kUniform = "uniforms are declared in the fablet: `@uniform { float x = 1; }`";
 constexpr const char* kModule = "write `import name;` at the top of the file";
 
-/// Help by the unexpected word, and by the word before it.
+/// Help, by the unexpected word and the word before it.
 constexpr ForeignWord kFound[] = {
     {"and", "write `&&`"},
     {"or", "write `||`"},
@@ -38,7 +38,7 @@ constexpr ForeignWord kPrevious[] = {
     {"unsigned", "write `uint`"},
     {"then", "the statement follows the condition: `if (x > 0) { … }`"},
 };
-/// Help by the first word of a statement or declaration.
+/// Help, by the first word of a statement or declaration.
 constexpr ForeignWord kFirst[] = {
     {"unsigned", "write `uint`"},
     {"elif", "write `else if`"},

@@ -21,7 +21,7 @@ struct Surroundings {
 /// Returns a line of help, or "".
 std::string foreign_syntax_help(const Surroundings& at);
 
-/// The form of the varyings, for messages.
+/// The syntax of varyings, for messages.
 extern const char* const kVaryingsForm;
 extern const char* const kSurfaceVaryingsForm;
 

@@ -20,7 +20,7 @@ constexpr std::string_view kKeywords[] = {
     "out",    "return", "struct", "switch",   "true",    "while",
 };
 
-// Longest first, so that the first match is the right one.
+// Longest first, so that the first match is the longest.
 constexpr std::string_view kPuncts[] = {
     "<<=", ">>=", "++", "--", "&&", "||", "==", "!=", "<=", ">=", "+=", "-=", "*=", "/=", "%=",
     "&=",  "|=",  "^=", "<<", ">>", "(",  ")",  "{",  "}",  "[",  "]",  ";",  ",",  ".",  "?",
@@ -158,7 +158,7 @@ class Lexer {
         diag::Diagnostic& d = sink_->report(span_from(begin), diag::kPreprocessor, "#" + word);
         if (word == "define") d.help("write a constant: `const float name = value;`");
         if (word == "include") d.help("write `import name;`");
-        // A line that ends in a backslash goes on.
+        // A backslash at the end of a line continues it.
         bool goes_on = true;
         while (goes_on && at_ < text_.size()) {
             const size_t end = std::min(text_.find('\n', at_), text_.size());
@@ -190,8 +190,7 @@ class Lexer {
             if (is_word(c)) {
                 real = real || (!hex && (c == 'e' || c == 'E'));
             } else if (c == '.' && !hex) {
-                // `1.xxx` is a swizzle of a literal in HLSL; nobody means it, and `1.` `.5` are
-                // numbers.
+                // `1.xxx` is a swizzle of a literal in HLSL; here `1.` and `.5` are numbers.
                 real = true;
             } else if (!((c == '+' || c == '-') && !hex &&
                          (text_[at_ - 1] == 'e' || text_[at_ - 1] == 'E'))) {
@@ -212,7 +211,7 @@ class Lexer {
     void bad_number(size_t begin, std::string_view why) {
         sink_->report(span_from(begin), diag::kBadNumber,
                       text_.substr(begin, std::min<size_t>(at_ - begin, 40)), why);
-        add(TokenKind::kInt, begin);  // stands in, so that the parser has no second complaint
+        add(TokenKind::kInt, begin);  // a placeholder, so that the parser reports no second error
     }
 
     void real_number(size_t begin, std::string_view digits) {

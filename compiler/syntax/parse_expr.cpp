@@ -14,7 +14,7 @@ struct Precedence {
     int level;
 };
 
-// C's, which is HLSL's.
+// As in C and HLSL.
 constexpr Precedence kBinary[] = {
     {"||", 1}, {"&&", 2}, {"|", 3}, {"^", 4},  {"&", 5},  {"==", 6},
     {"!=", 6}, {"<", 7},  {">", 7}, {"<=", 7}, {">=", 7}, {"<<", 8},
@@ -67,7 +67,7 @@ void Parser::add_arg(ast::Expr* expr, ast::ExprPtr arg) {
     expr->span.begin = std::min(expr->span.begin, arg->span.begin);
     expr->span.end = std::max(expr->span.end, arg->span.end);
     expr->depth = std::max(expr->depth, arg->depth + 1);
-    // A long chain of operators nests without recursion here, but not in the steps that follow.
+    // A long chain of operators is parsed without recursion, but later steps recurse over it.
     if (expr->depth > kMaxDepth) give_up();
     expr->args.push_back(std::move(arg));
 }
@@ -144,7 +144,7 @@ ast::ExprPtr Parser::parse_unary() {
 bool Parser::at_cast() const {
     if (!at("(") || !at_identifier(1) || !peek(2).is(")")) return false;
     const Token& next = peek(3);
-    // With a name that is not built in, it can only be a cast if no operator follows.
+    // A name that is not built in can only be a cast if no operator follows.
     if (!is_builtin_type_name(peek(1).text)) {
         return next.kind != TokenKind::kPunct && next.kind != TokenKind::kKeyword &&
                next.kind != TokenKind::kEnd;

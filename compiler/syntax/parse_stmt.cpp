@@ -22,7 +22,7 @@ ast::StmtPtr Parser::parse_block() {
     take();
     while (!at("}") && !at_end()) {
         const size_t before = at_;
-        if (at_member_marker() || at("fablet")) break;  // a brace was forgotten
+        if (at_member_marker() || at("fablet")) break;  // a brace is missing
         block->body.push_back(parse_statement());
         if (at_ == before) take();
     }
@@ -61,14 +61,14 @@ ast::StmtPtr Parser::parse_body() {
     return parse_statement();
 }
 
-/// In brackets; where they are missing altogether, one message says so.
+/// Parses a condition in parentheses; if both are missing, one message says so.
 void Parser::parse_condition(const char* after, ast::Stmt* out) {
     const size_t open = at_;
     const bool bracket = expect("(", after);
     out->expr = parse_expression();
     if (bracket) {
         if (!expect_close(")", "the condition", open)) {
-            // Over the rest of a condition that cannot be read.
+            // Skips the rest of a condition that does not parse.
             while (!at(")") && !at("{") && !at("}") && !at(";") && !at_end())
                 skip_balanced();
             accept(")");
@@ -142,7 +142,7 @@ ast::StmtPtr Parser::parse_do() {
     return out;
 }
 
-/// `@bound(n)` and the loop that it is about.
+/// Parses `@bound(n)` and the loop that it applies to.
 ast::StmtPtr Parser::parse_bounded() {
     const source::Span begin = peek().span;
     const bool known = marker_word({"bound"}) == "bound";
@@ -182,7 +182,7 @@ ast::StmtPtr Parser::parse_switch() {
     return out;
 }
 
-/// The label alone; what follows it are statements of the `switch`.
+/// Parses the label alone; the statements after it belong to the `switch`.
 ast::StmtPtr Parser::parse_case() {
     ast::StmtPtr out = stmt(ast::StmtKind::kCase);
     out->text = take().text;
@@ -196,7 +196,7 @@ bool Parser::at_member_marker() const {
     return at("@") && (word == "Surface" || word == "Volume" || word == "uniform");
 }
 
-/// `float[3] a`, which declares an array elsewhere.
+/// Reports `float[3] a`, the array syntax of other languages.
 bool Parser::at_array_type() const {
     if (!at_identifier() || !peek(1).is("[")) return false;
     size_t ahead = 2;
@@ -212,7 +212,8 @@ bool Parser::at_declaration() const {
     return at("const") || (at_identifier() && (at_identifier(1) || peek(1).is("const")));
 }
 
-/// `const` and `static` before a local variable's type, in any order; true where it is `const`.
+/// Parses `const` and `static` before a local variable's type, in any order; returns whether it is
+/// `const`.
 bool Parser::parse_local_qualifiers() {
     const source::Span first = peek().span;
     const bool is_static = parse_static();
@@ -228,8 +229,7 @@ bool Parser::parse_local_qualifiers() {
     return is_const;
 }
 
-/// After a forgotten semicolon at the end of a line nothing is skipped: what follows is a
-/// statement.
+/// After a missing semicolon at the end of a line nothing is skipped: a statement follows.
 bool Parser::on_fresh_line() const {
     if (at_ == 0) return false;
     const source::Span& before = tokens_[at_ - 1].span;

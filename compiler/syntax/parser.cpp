@@ -43,7 +43,7 @@ bool Parser::expect(std::string_view text, const char* after) {
     if (accept(text)) return true;
     if (gave_up_ || last_error_ == at_) return false;
     last_error_ = at_;
-    // Points just after the previous token, where it belongs.
+    // Points just after the previous token, where the missing token belongs.
     source::Span span = peek().span;
     if (at_ > 0) span.begin = span.end = tokens_[at_ - 1].span.end;
     const std::string what = "`" + std::string(text) + "` after " + after;
@@ -66,7 +66,7 @@ source::Location Parser::location(size_t token) const {
     return sources_.locate(tokens_[token].span.file, tokens_[token].span.begin);
 }
 
-/// The column at which the line of a token begins.
+/// Returns the column of the first token on a token's line.
 size_t Parser::indentation(size_t token) const {
     const uint32_t line = location(token).line;
     while (token > 0 && location(token - 1).line == line)
@@ -83,8 +83,8 @@ void Parser::note_opening(size_t open, diag::Diagnostic* d) const {
         "this `{` may be the one that is never closed: the `}` matched with it is indented less");
 }
 
-/// Returns the first brace closed since `open` whose `}` begins a line that is indented
-/// less than the line of its `{`: it rather belongs to a brace around it. Else `open`.
+/// Returns the first brace closed since `open` whose `}` begins a line that is indented less than
+/// the line of its `{`: it probably closes an enclosing brace. Otherwise returns `open`.
 size_t Parser::suspicious_brace(size_t open) const {
     std::vector<size_t> braces;
     for (size_t i = open + 1; i < at_; ++i) {
@@ -105,7 +105,7 @@ void Parser::give_up() {
     at_ = tokens_.size() - 1;
 }
 
-/// Over one token, or from an opening bracket to the one that closes it.
+/// Skips one token, or everything from an opening bracket to its closing one.
 void Parser::skip_balanced() {
     size_t open = 0;
     do {
@@ -124,7 +124,7 @@ void Parser::skip_to_statement_end() {
     }
 }
 
-/// To the next thing that can start a member of a fablet.
+/// Skips to the next token that can start a member of a fablet.
 void Parser::skip_to_member() {
     while (!at_end() && !at("}") && !at("@") && !at("fablet")) {
         if (accept(";")) return;
@@ -175,7 +175,7 @@ void Parser::parse_import(ast::File* file) {
         if (diag::Diagnostic* d = expected("a module's name after `import`")) {
             d->help("write the name alone: `import color;`");
         }
-        // `import "name"` and `import a.b` are habits from elsewhere.
+        // Reports `import "name"` and `import a.b`, the syntax of other languages.
         while (!at(";") && !at_end() && !on_fresh_line())
             take();
         accept(";");
@@ -218,8 +218,8 @@ void Parser::parse_fablet(ast::File* file) {
     file->fablets.push_back(std::move(fablet));
 }
 
-/// The word behind `@`, or a known word whose `@` was left out; takes both. Empty where there is
-/// neither.
+/// Consumes `@` and a word, or a known word without its `@`, and returns the word; empty where
+/// there is neither.
 std::string_view Parser::marker_word(std::initializer_list<const char*> known) {
     if (at("@")) {
         const source::Span begin = take().span;
@@ -244,7 +244,7 @@ std::string_view Parser::marker_word(std::initializer_list<const char*> known) {
         }
         d.help("did you mean `@" + near + "`?").replace(word.span, near);
         for (const char* candidate : known) {
-            if (near == candidate) return candidate;  // go on as if it were right
+            if (near == candidate) return candidate;  // continue as if it were correct
         }
         return "?";
     }
@@ -256,7 +256,7 @@ std::string_view Parser::marker_word(std::initializer_list<const char*> known) {
             sink_->report(word.span, diag::kMissingAt, word.text)
                 .help("write `@" + std::string(word.text) + "`")
                 .insert_before(word.span, "@");
-            last_error_ = at_;  // suppresses errors that follow from it
+            last_error_ = at_;  // suppresses consequential errors
             return word.text;
         }
     }
@@ -279,7 +279,7 @@ bool Parser::parse_marker(ast::Fablet* fablet) {
     return true;
 }
 
-/// `uniform float x;` or `@uniform float x;`, as other languages have it.
+/// Parses `uniform float x;` or `@uniform float x;`, the syntax of other languages.
 bool Parser::parse_bare_uniform(ast::Fablet* fablet) {
     const size_t word = at("@") ? 1 : 0;
     if (peek(word).text != "uniform" || !at_identifier(word + 1) || !at_identifier(word + 2)) {
@@ -299,13 +299,13 @@ bool Parser::parse_bare_uniform(ast::Fablet* fablet) {
     const size_t errors = sink_->errors();
     const bool ok = parse_variables(false, &fablet->uniforms);
     if (!ok) skip_to_statement_end();
-    // After another message this one may have moved.
+    // Adding another message may have moved this one.
     if (!ok || sink_->errors() != errors) return true;
     d.replace(span, "@uniform {").insert_after(tokens_[at_ - 1].span, " }");
     return true;
 }
 
-/// `shader Name {`, `class Name {`, `Fablet Name {`.
+/// Recognizes `shader Name {`, `class Name {`, `Fablet Name {`.
 bool Parser::at_foreign_fablet() const {
     if (!at_identifier() || !at_identifier(1) || !(peek(2).is("{") || peek(2).is("(")))
         return false;
@@ -432,7 +432,7 @@ void Parser::parse_direction(ast::Variable* v) {
     }
 }
 
-/// `struct Name { … } variables;` with its semicolon.
+/// Parses `struct Name { … } variables;` with its semicolon.
 bool Parser::parse_struct(ast::Struct* out, std::vector<ast::Variable>* variables, bool is_const) {
     take();
     out->span = peek().span;
@@ -459,7 +459,7 @@ bool Parser::parse_struct(ast::Struct* out, std::vector<ast::Variable>* variable
     return parse_declarators({out->name, out->span}, is_const, variables);
 }
 
-/// Over `static`, which says of a constant what `const` says.
+/// Skips `static`, which is redundant for a constant.
 bool Parser::parse_static() {
     const bool found =
         at_identifier() && peek().text == "static" && (at_identifier(1) || peek(1).is("const"));
@@ -467,7 +467,7 @@ bool Parser::parse_static() {
     return found;
 }
 
-/// A constant or a function, of a fablet or of the file (fablet null).
+/// Parses a constant or a function, of a fablet or of the file (fablet null).
 void Parser::parse_member(ast::Fablet* fablet, ast::Scope* scope) {
     if (accept(";")) return;
     first_ = at_;
@@ -482,7 +482,7 @@ void Parser::parse_member(ast::Fablet* fablet, ast::Scope* scope) {
         take();
         return;
     }
-    // `inline float f(…)`: what follows the word is a declaration.
+    // `inline float f(…)`: a declaration follows the word.
     const bool foreign_word = at_identifier() && at_identifier(1) && at_identifier(2) &&
                               !foreign_syntax_help({peek().text, {}, {}, {}}).empty() &&
                               peek().text != "uniform";
@@ -576,7 +576,7 @@ bool Parser::parse_parameter(ast::Function* function) {
     return ok;
 }
 
-/// Over a `static` that says nothing where it stands.
+/// Skips a `static` that has no meaning here.
 void Parser::refuse_static() {
     const source::Span word = peek().span;
     if (!parse_static()) return;
@@ -585,7 +585,7 @@ void Parser::refuse_static() {
         .replace(word, "");
 }
 
-/// `type a = 1, b;` with its semicolon.
+/// Parses `type a = 1, b;` with its semicolon.
 bool Parser::parse_variables(bool is_const, std::vector<ast::Variable>* out) {
     refuse_static();
     const ast::TypeRef type{peek().text, peek().span};
@@ -602,7 +602,7 @@ bool Parser::parse_declarators(const ast::TypeRef& type, bool is_const,
         out->push_back(std::move(v));
     } while (accept(","));
     if (!at("(") && !at("{")) return expect(";", "the declaration");
-    // `float3 a(1, 2, 3)`, `float3 a = float3{1, 2, 3}`, a function inside a stage.
+    // Reports `float3 a(1, 2, 3)`, `float3 a = float3{1, 2, 3}` and functions inside a stage.
     diag::Diagnostic* d = expected("`;` after the declaration");
     if (d == nullptr || !d->helps.empty()) return false;
     const std::string text(type.text);

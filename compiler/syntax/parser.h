@@ -7,7 +7,7 @@
 
 namespace openfab::syntax {
 
-/// The most levels of nesting in a program; deeper is an error, so no input overflows the stack.
+/// Limit of the nesting of a program; deeper is an error, so that no input overflows the stack.
 constexpr int kMaxDepth = 200;
 
 /// Parses the tokens of one file, from `lex`. Always returns a tree; after errors parts of it are

@@ -24,7 +24,7 @@ class Parser {
     ast::File parse_file();
 
   private:
-    /// Counts a level of nesting while it lives; `ok` is false beyond the limit.
+    /// Counts a level of nesting during its lifetime; `ok` is false beyond the limit.
     class Level {
       public:
         explicit Level(Parser* parser) : parser_(parser), ok(++parser->depth_ <= kMaxDepth) {
@@ -68,7 +68,7 @@ class Parser {
 
     // Errors. In a run of tokens that do not parse, only the first error is reported.
     bool expect(std::string_view text, const char* after);
-    /// Expects the bracket that closes the one at token `open`, which an error points at.
+    /// Expects the bracket that closes the one at token `open`, to which an error points.
     bool expect_close(std::string_view text, const char* after, size_t open,
                       const char* help = nullptr);
     /// Reports what was expected. Returns the message, to add help; null if it is suppressed.

@@ -25,7 +25,7 @@ enum class TokenKind : uint8_t {
 struct Token {
     TokenKind kind = TokenKind::kEnd;
     source::Span span;
-    std::string_view text;  ///< as written; of a string without its quotes, escapes not resolved
+    std::string_view text;  ///< as written; a string without quotes, escapes not resolved
     uint32_t bits = 0;      ///< numbers: the 32-bit pattern
 
     bool is(std::string_view punct_or_keyword) const {
@@ -34,7 +34,7 @@ struct Token {
     }
 };
 
-/// Returns the name of a kind in dumps.
+/// Returns the name of a kind, for dumps.
 const char* spelling(TokenKind kind);
 
 /// Returns the tokens of a file, always with kEnd last. Comments and white space are dropped;

@@ -14,7 +14,7 @@ using ir::ValueId;
 namespace {
 
 // Compile costs in operations. A lookup is a stage of its own, and its interval form is long;
-// loops, queries and printfs end a kernel and begin another.
+// loops, queries and printfs split a kernel.
 constexpr size_t kSampleCost = 500;
 constexpr size_t kStepCost = 100;
 constexpr size_t kPrintfValueCost = 10;
@@ -79,7 +79,7 @@ ValueId Emitter::unknown(ir::Type type, int32_t kind, int32_t a, int32_t b,
     return add(std::move(instr));
 }
 
-/// An earlier value that is the same, or a constant.
+/// Returns an equal earlier value, or a constant.
 std::optional<ValueId> Emitter::simplified(const ir::Instr& made) {
     const std::vector<ValueId>& args = made.args;
     std::optional<ValueId> same;

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The builder of the front end: folds what is constant and keeps one of each value, so that loop
-// counters, `if`s on constants and path conditions come out in their plain form. No folding changes
-// a bit of any result.
+// The builder of the front end: folds constants and merges equal values, so that loop counters,
+// `if`s on constants and path conditions come out in simple form. Folding never changes a bit of a
+// result.
 
 #include <cstdint>
 #include <map>
@@ -16,14 +16,14 @@
 
 namespace openfab::translate {
 
-/// Inputs that no run has. Only messages hang on them, so that they are dropped with what else no
-/// output needs.
+/// Placeholder inputs that no kernel has. Only diagnostics depend on them, so that dead value
+/// elimination removes them.
 enum Unknown : int32_t {
-    kEarlierTrip = -1,  ///< an earlier trip of a loop has assigned a variable
-    kSomeTrip = -2,     ///< any trip has
-    // In a function that is checked by itself:
+    kEarlierTrip = -1,  ///< an earlier iteration of a loop has assigned a variable
+    kSomeTrip = -2,     ///< any iteration has
+    // In a function that is checked in isolation:
     kArgument = -3,    ///< a component of its parameters
-    kCallResult = -4,  ///< what it gets of another one
+    kCallResult = -4,  ///< a result of another function
     kChange = -5,      ///< a derivative
 };
 
@@ -31,10 +31,10 @@ class Emitter : public ir::Builder {
   public:
     using ir::Builder::Builder;
 
-    /// Ends a loop. Values emitted since `loop` are of no use after it, and are not found again.
+    /// Ends a loop. Values emitted since `loop` are not available after it, and are never reused.
     ir::ValueId loop_end(ir::ValueId loop, ir::ValueId again,
                          const std::vector<ir::ValueId>& next) override;
-    /// Returns a value that is unknown but follows from `args` alone: the same for the same values.
+    /// Returns an unknown value that is a function of `args`: equal arguments give the same value.
     ir::ValueId unknown(ir::Type type, int32_t kind, int32_t a, int32_t b,
                         std::vector<ir::ValueId> args);
     /// Removes all instructions from number `size` on.
@@ -47,7 +47,7 @@ class Emitter : public ir::Builder {
     bool is_constant(ir::ValueId value) const { return instr(value).op == ir::Op::kConst; }
     bool is_true(ir::ValueId value) const { return is_constant(value) && instr(value).bits != 0; }
     bool is_false(ir::ValueId value) const { return is_constant(value) && instr(value).bits == 0; }
-    /// True if `condition` is `fact` or a conjunction that contains it.
+    /// Returns whether `condition` is `fact` or a conjunction that contains it.
     bool implies(ir::ValueId condition, ir::ValueId fact) const;
     size_t size() const { return stage_->instrs.size(); }
     /// Returns the compile cost of the first `size` instructions once functions are expanded, in

@@ -23,7 +23,7 @@ constexpr uint32_t kQuietNan = 0x7fc00000u;
 constexpr uint32_t kSeedStep = 0x9e3779b9u;  // between octaves
 constexpr int32_t kMaxOctaves = 16;
 
-/// The function of the IR that it is.
+/// Returns the IR function of an intrinsic.
 std::optional<Op> operation(check::Intrinsic id) {
     switch (id) {
         case check::Intrinsic::kSin:
@@ -65,7 +65,7 @@ std::optional<Op> operation(check::Intrinsic id) {
     }
 }
 
-/// The value without row `r` and column `c` of an n by n matrix.
+/// Returns an n by n matrix without row `r` and column `c`.
 Value minor_of(const Value& m, size_t n, size_t r, size_t c) {
     Value out;
     for (size_t i = 0; i < n; ++i) {
@@ -78,7 +78,7 @@ Value minor_of(const Value& m, size_t n, size_t r, size_t c) {
 
 }  // namespace
 
-/// Component by component; a `b` of one component goes with each of `a`.
+/// Component-wise; a scalar `b` is broadcast.
 Value Formulas::binary(Op op, const Value& a, const Value& b) {
     Value out;
     for (size_t i = 0; i < a.size(); ++i) {
@@ -263,7 +263,7 @@ Value Formulas::geometric(check::Intrinsic id, const std::vector<Value>& args) {
     }
 }
 
-/// HLSL's: 0 where all is reflected.
+/// As in HLSL: 0 on total internal reflection.
 Value Formulas::refract(const std::vector<Value>& args) {
     const Value& incident = args[0];
     const Value& normal = args[1];
@@ -315,7 +315,7 @@ ValueId Formulas::elementary(check::Intrinsic id, ValueId x, ValueId y) {
         default:
             break;
     }
-    // kFirstBitHigh: of a negative int the highest 0.
+    // kFirstBitHigh: for a negative int the highest 0 bit.
     ValueId u = emit_.convert(x, ir::Type::kUint);
     if (type == ir::Type::kInt) {
         const ValueId sign = emit_.binary(Op::kShr, x, emit_.constant(ir::Type::kInt, 31));
@@ -333,7 +333,7 @@ ValueId Formulas::uint_constant(uint32_t value) {
     return emit_.constant(ir::Type::kUint, value);
 }
 
-/// Any NaN has the bits of the plain one: which NaN an operation gives is not said.
+/// All NaNs map to the canonical one: which NaN an operation gives is unspecified.
 ValueId Formulas::float_bits(ValueId x) {
     if (emit_.type(x) != ir::Type::kFloat) return x;
     return emit_.select(emit_.unary(Op::kIsNan, x), uint_constant(kQuietNan),
@@ -369,7 +369,7 @@ ValueId Formulas::count_bits(ValueId x) {
     return emit_.binary(Op::kShr, sum, uint_constant(24));
 }
 
-/// Of 0, infinities and NaN the number itself and 0.
+/// 0, infinities and NaN give the number itself and 0.
 std::array<ValueId, 2> Formulas::mantissa_and_exponent(ValueId x) {
     const ValueId magnitude = emit_.unary(Op::kAbs, x);
     const ValueId tiny = emit_.binary(Op::kLt, magnitude, emit_.constant(0x1p-126f));
@@ -383,8 +383,7 @@ std::array<ValueId, 2> Formulas::mantissa_and_exponent(ValueId x) {
     const ValueId mantissa = emit_.bit_cast(
         emit_.binary(Op::kBitOr, kept, uint_constant(0x3f000000u)), ir::Type::kFloat);
     const ValueId above = emit_.binary(Op::kGt, magnitude, emit_.constant(0.0f));
-    const ValueId below =
-        emit_.binary(Op::kLt, magnitude, emit_.constant(kInfinity));
+    const ValueId below = emit_.binary(Op::kLt, magnitude, emit_.constant(kInfinity));
     const ValueId plain = emit_.binary(Op::kAnd, above, below);
     const ValueId number = emit_.convert(emit_.convert(exponent, ir::Type::kInt), ir::Type::kFloat);
     return {emit_.select(plain, mantissa, x), emit_.select(plain, number, emit_.constant(0.0f))};
@@ -434,8 +433,8 @@ Value Formulas::noise(check::Intrinsic id, int32_t size, const std::vector<Value
     return out;
 }
 
-/// Sum over octaves k of gain^k noise(lacunarity^k p, a seed of its own); of turbulence of the
-/// noise's magnitude. Octaves beyond what is asked for add nothing.
+/// The sum over octaves k of gain^k noise(lacunarity^k p, seed k); turbulence sums the magnitude of
+/// the noise. Octaves beyond the requested number add nothing.
 ValueId Formulas::octaves(check::Intrinsic id, const std::vector<Value>& args) {
     const ValueId count = args[1][0];
     const bool known = emit_.is_constant(count);
@@ -459,8 +458,7 @@ ValueId Formulas::octaves(check::Intrinsic id, const std::vector<Value>& args) {
     return sum;
 }
 
-/// Of 2 axes the gradient turned by a right angle; of 3 the curl of three noises. Without
-/// divergence.
+/// For 2 axes the gradient rotated by 90 degrees; for 3 the curl of three noises. Divergence-free.
 Value Formulas::curl(const std::vector<Value>& args) {
     const Value& p = args[0];
     const ValueId seed = args[1][0];
@@ -482,7 +480,7 @@ Value Formulas::curl(const std::vector<Value>& args) {
     return out;
 }
 
-/// Floats in [0, 1): the upper 24 bits. 0 and -0 are one argument, so are all NaNs.
+/// Floats in [0, 1): the upper 24 bits. 0 and -0 are the same argument, and so are all NaNs.
 Value Formulas::hash(check::Intrinsic id, int32_t size, const std::vector<Value>& args) {
     std::vector<ValueId> words;
     for (ValueId x : args[0]) {
@@ -501,10 +499,9 @@ Value Formulas::hash(check::Intrinsic id, int32_t size, const std::vector<Value>
     return out;
 }
 
-// Components of a matrix stand row by row. Sums go from the first term to the last, each product
-// rounded.
+// Matrices are row-major. Sums run from the first term to the last, each product rounded.
 
-/// Row by row and column by column; `inner` terms each.
+/// Row-major; sums of `inner` terms.
 Value Formulas::product(const Value& a, const Value& b, size_t inner) {
     const size_t rows = a.size() / inner;
     const size_t columns = b.size() / inner;
@@ -523,7 +520,7 @@ Value Formulas::product(const Value& a, const Value& b, size_t inner) {
     return out;
 }
 
-/// By the first row: m00 * |minor| - m01 * |minor| + …
+/// Expands along the first row: m00 * |minor| - m01 * |minor| + …
 ValueId Formulas::determinant(const Value& m, size_t n) {
     if (n == 1) return m[0];
     ValueId sum = 0;
@@ -534,7 +531,7 @@ ValueId Formulas::determinant(const Value& m, size_t n) {
     return sum;
 }
 
-/// The transposed cofactors, each divided by the determinant; of a singular matrix not finite.
+/// The transposed cofactors, each divided by the determinant; not finite for a singular matrix.
 Value Formulas::inverse(const Value& m, size_t n) {
     const ValueId whole = determinant(m, n);
     Value out;

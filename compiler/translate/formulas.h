@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Writes as IR what built-in functions compute: the formulas that compiler/check/intrinsics.def
-// and OPENFL.md state, on values alone. Of variables, paths and stages they know nothing. Formulas
-// that are not said here: compiler/functions.
+// Emits the IR of built-in functions, by the formulas that compiler/check/intrinsics.def and
+// OPENFL.md state. Works on values alone, without variables, paths or stages. Other formulas are in
+// compiler/functions.
 
 #include <array>
 #include <cstdint>
@@ -15,34 +15,33 @@
 
 namespace openfab::translate {
 
-/// Components of a value: of a composition one per slot, of a material or texture its index.
+/// Components of a value: one per slot for a composition, the index for a material or texture.
 using Value = std::vector<ir::ValueId>;
 
 class Formulas {
   public:
     explicit Formulas(Emitter* emit) : emit_(*emit) {}
 
-    /// Component by component; a `b` of one component goes with each of `a`.
+    /// Applies an operation component-wise; a scalar `b` is broadcast.
     Value binary(ir::Op op, const Value& a, const Value& b);
     ir::ValueId clamp(ir::ValueId x, ir::ValueId lo, ir::ValueId hi);
-    /// From the first to the last; of nothing 0.
+    /// Sums from the first to the last; 0 for no terms.
     ir::ValueId sum(const Value& values);
 
-    /// `min` to `isfinite`, of one component of each argument.
+    /// Emits `min` to `isfinite`, for one component of each argument.
     ir::ValueId component(check::Intrinsic id, const std::vector<ir::ValueId>& x);
-    /// Writes one component: a function of the IR, or one that looks at bits. Those of one argument
-    /// do not look at `y`.
+    /// Emits one component: a function of the IR, or one on bits. Unary ones ignore `y`.
     ir::ValueId elementary(check::Intrinsic id, ir::ValueId x, ir::ValueId y);
     static bool is_elementary(check::Intrinsic id);
-    /// Writes functions of whole vectors: `any`, `dot`, `refract`, …
+    /// Emits functions of whole vectors: `any`, `dot`, `refract`, …
     Value geometric(check::Intrinsic id, const std::vector<Value>& args);
     static bool is_geometric(check::Intrinsic id);
-    /// Noises and hashes; `size` components come out.
+    /// Emits noises and hashes with `size` result components.
     Value field(check::Intrinsic id, int32_t size, const std::vector<Value>& args);
-    /// Writes the two results of frexp.
+    /// Emits the two results of frexp.
     std::array<ir::ValueId, 2> mantissa_and_exponent(ir::ValueId x);
 
-    /// Matrices, row by row. The product of sums of `inner` terms each.
+    /// Row-major matrices. The product of sums of `inner` terms each.
     Value product(const Value& a, const Value& b, size_t inner);
     ir::ValueId determinant(const Value& m, size_t n);
     Value inverse(const Value& m, size_t n);

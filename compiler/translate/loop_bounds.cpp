@@ -19,10 +19,10 @@ using ir::Op;
 using ir::Type;
 using ir::ValueId;
 
-constexpr int kDepth = 24;  // of expressions that are looked through
+constexpr int kDepth = 24;  // of expressions that are analysed
 constexpr double kIntEnd = 2147483648.0;
 constexpr double kUintEnd = 4294967296.0;
-// A float counter whose step is below this part of its size may come to a halt.
+// A float counter whose step is below this fraction of its magnitude may stall.
 constexpr double kLeastFloatStep = 1.0 / 1048576.0;
 
 constexpr double kFloatRounding = 1.0 / 8388608.0;
@@ -51,7 +51,7 @@ class Analysis {
   private:
     const Instr& at(ValueId id) const { return stage_.instrs[id]; }
 
-    /// Records what follows from `value` being `truth`.
+    /// Records the consequences of `value` being `truth`.
     void assume(ValueId value, bool truth) {
         const Instr& instr = at(value);
         if (instr.op == Op::kNot) return assume(instr.args[0], !truth);
@@ -103,7 +103,8 @@ class Analysis {
         return false;
     }
 
-    /// The loop goes on only while `x op bound`, and variable k drives x past the bound in time.
+    /// Returns whether the loop continues only while `x op bound`, and variable k drives x past the
+    /// bound in time.
     bool reaches(size_t k, ValueId x, Op op, ValueId bound, int limit) const {
         const ValueId var = loop_ + 1 + static_cast<ValueId>(k);
         if (at(x).type != at(var).type) return false;
@@ -130,13 +131,14 @@ class Analysis {
         return (last - f.lo - a.lo) / s.lo + 2 <= limit;
     }
 
-    /// A counter that gets as far as `farthest` (mirrored, if it counts down) leaves its type.
+    /// Returns whether a counter that reaches `farthest` (mirrored, if it counts down) overflows
+    /// its type.
     static bool wraps(Type type, bool up, double farthest) {
         if (type == Type::kUint) return up ? farthest >= kUintEnd : -farthest < 0;
         return farthest >= kIntEnd;
     }
 
-    /// value - var, wherever the facts hold.
+    /// Returns value - var, wherever the facts hold.
     std::optional<Range> offset(ValueId value, ValueId var, int depth) const {
         if (value == var) return Range{0, 0};
         if (depth == 0 || value < loop_) return std::nullopt;
@@ -170,7 +172,7 @@ class Analysis {
         return Range{from->lo + by->lo, from->hi + by->hi};
     }
 
-    /// A condition that the facts decide.
+    /// Returns the value of a condition that the facts decide.
     std::optional<bool> truth(ValueId condition) const {
         const auto found = facts_.find(condition);
         if (found != facts_.end()) return found->second;
@@ -262,7 +264,7 @@ class Analysis {
         }
     }
 
-    /// A counter of a loop around, between what the tests compare it with.
+    /// The range of a counter of an enclosing loop, from the tests that compare it.
     std::optional<Range> counter(ValueId value, int depth) const {
         const bool is_uint = at(value).type == Type::kUint;
         Range out{is_uint ? 0 : -kIntEnd, (is_uint ? kUintEnd : kIntEnd) - 1};
@@ -285,7 +287,7 @@ class Analysis {
         return known && out.lo <= out.hi ? std::optional<Range>(out) : std::nullopt;
     }
 
-    /// min(a, b) = a < b ? a : b gives b where a is a NaN, and is never above a b that is none.
+    /// min(a, b) = a < b ? a : b gives b where a is NaN, and is never above b if b is not NaN.
     std::optional<Range> extreme(const Instr& instr, int depth) const {
         const auto a = range(instr.args[0], depth - 1);
         const auto b = range(instr.args[1], depth - 1);
@@ -342,7 +344,7 @@ class Analysis {
     const ir::Stage& stage_;
     const ValueId loop_;
     const std::vector<ValueId>& next_;
-    std::map<ValueId, bool> facts_;  ///< conditions whose value is known where the loop goes on
+    std::map<ValueId, bool> facts_;  ///< conditions whose value is known where the loop continues
 };
 
 }  // namespace

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Bounds the trips of a loop by its test: one of its variables moves by at least a known step in
-// each trip and is compared with something whose range is known (a constant, or a value that min,
-// max, clamp or a mask bounds).
+// Bounds the iterations of a loop by its test: one of its variables changes by at least a known
+// step in each iteration and is compared with something whose range is known (a constant, or a
+// value that min, max, clamp or a mask bounds).
 
 #include <vector>
 
@@ -12,9 +12,9 @@
 
 namespace openfab::translate {
 
-/// True if the loop provably runs at most `limit` times. It is not ended yet: `again` is its
-/// condition and `next` holds the next value of each LoopVar, as LoopEnd will have them. `tests`
-/// hold in each of its trips: those of the loops around it.
+/// Returns whether the loop provably runs at most `limit` times. It is not ended yet: `again` is
+/// its condition and `next` holds the next value of each LoopVar, as LoopEnd will have them.
+/// `tests`, those of the enclosing loops, hold in each iteration.
 bool trips_at_most(const ir::Stage& stage, ir::ValueId loop, ir::ValueId again,
                    const std::vector<ir::ValueId>& next, const std::vector<ir::ValueId>& tests,
                    int limit);

@@ -30,8 +30,8 @@ bool is_formula(const ir::Instr& instr) {
     }
 }
 
-/// Ordered binary decision diagrams (Bryant 1986): equal formulas are the same node, so that what
-/// always holds is the node `kTrue`.
+/// Ordered binary decision diagrams (Bryant 1986): equal formulas are the same node, so that a
+/// tautology is the node `kTrue`.
 class Diagram {
   public:
     using Node = uint32_t;
@@ -44,7 +44,7 @@ class Diagram {
 
     bool too_large() const { return nodes_.size() > kMaxNodes; }
 
-    /// An instruction's arguments come before it: in ascending order no recursion is needed.
+    /// Arguments precede their instruction, so ascending order needs no recursion.
     Node build(ValueId value) {
         std::set<ValueId> needed;
         std::vector<ValueId> open = {value};

@@ -3,7 +3,7 @@
 #pragma once
 
 // Proves that a condition holds on every path, for values that must be assigned on every path:
-// folding alone does not see that `if (a) … else if (b) … else …` leaves no gap once breaks and
+// folding alone does not see that `if (a) … else if (b) … else …` is exhaustive once breaks and
 // returns have been woven into it. Conditions are read as formulas of and, or, not and select over
 // comparisons and other bools; comparisons that are opposites are recognized.
 
@@ -13,8 +13,8 @@
 
 namespace openfab::translate {
 
-/// True if `fact` provably holds whenever all of `given` do. False if not, if the proof needs more
-/// than the formulas, or if they are too large for a bounded search.
+/// Returns whether `fact` provably holds whenever all of `given` do. False also if the proof needs
+/// more than the formulas, or if they are too large for the bounded search.
 bool follows(const ir::Stage& stage, const std::vector<ir::ValueId>& given, ir::ValueId fact);
 
 }  // namespace openfab::translate

@@ -17,23 +17,23 @@ using ir::ValueId;
 
 namespace {
 
-constexpr int kDepth = 8;                     // of formulas that are looked through
-constexpr size_t kMaxSame = 64;               // trips in which an index is the same
+constexpr int kDepth = 8;                     // of formulas that are analysed
+constexpr size_t kMaxSame = 64;               // iterations in which an index is the same
 constexpr size_t kMaxTests = 16;              // of one formula
-constexpr size_t kMaxAlternatives = 1 << 22;  // of a read, all trips together
-constexpr size_t kLooksOfProof = 64;          // that a diagram takes as long as
-constexpr size_t kMaxSteps = 1 << 17;         // instructions that are followed, all trips together
+constexpr size_t kMaxAlternatives = 1 << 22;  // of a read, over all iterations
+constexpr size_t kLooksOfProof = 64;          // lookups that cost as much as a diagram
+constexpr size_t kMaxSteps = 1 << 17;         // instructions evaluated, over all iterations
 
 bool is_comparison(Op op) {
     return op >= Op::kEq && op <= Op::kGe;
 }
 
-/// What ir::eval computes from its arguments.
+/// Returns whether ir::eval computes an operation from its arguments.
 bool is_arithmetic(Op op) {
     return (op >= Op::kAdd && op <= Op::kIsNan) || op == Op::kBitCast;
 }
 
-/// Given the bits of an instruction's arguments as far as they are known.
+/// Evaluates an instruction from the bits of its arguments, as far as they are known.
 std::optional<uint32_t> evaluate(const ir::Stage& stage, const Instr& instr,
                                  const std::array<std::optional<uint32_t>, 3>& args) {
     const auto& [a, b, c] = args;
@@ -65,7 +65,7 @@ bool SureTrips::is_variable(ValueId id) const {
     return at(id).op == Op::kLoopVar && at(id).args[0] == loop_;
 }
 
-/// The comparisons with constants that a formula consists of.
+/// Collects the comparisons with constants in a formula.
 std::vector<SureTrips::Test> SureTrips::tests(ValueId fact) const {
     std::vector<Test> out;
     std::set<ValueId> seen;
@@ -87,7 +87,7 @@ std::vector<SureTrips::Test> SureTrips::tests(ValueId fact) const {
     return out;
 }
 
-/// The instructions of the loop that `roots` come from, through all trips, in their order.
+/// Returns the instructions of the loop that `roots` depend on, across iterations, in order.
 std::vector<ValueId> SureTrips::needed_for(std::vector<ValueId> roots) const {
     std::set<ValueId> out;
     while (!roots.empty()) {
@@ -103,7 +103,7 @@ std::vector<ValueId> SureTrips::needed_for(std::vector<ValueId> roots) const {
     return {out.begin(), out.end()};
 }
 
-/// From the first trip on, which is not asked here whether it runs.
+/// Evaluates from the first iteration on, assuming that it runs.
 void SureTrips::follow(ValueId again, const std::vector<ValueId>& roots) {
     std::vector<ValueId> all = roots;
     all.push_back(again);
@@ -157,7 +157,7 @@ void SureTrips::follow(ValueId again, const std::vector<ValueId>& roots) {
     }
 }
 
-/// Trips below `end` in which `fact` may become true.
+/// Returns the iterations below `end` in which `fact` may become true.
 std::vector<size_t> SureTrips::candidates(ValueId fact, size_t end) const {
     std::set<size_t> out;
     if (end > 0) out = {0, end - 1};
@@ -186,10 +186,11 @@ SureTrips::Bits SureTrips::known(ValueId value, size_t trip, int depth) const {
     return evaluate(stage_, instr, args);
 }
 
-/// The value that `value` has in a trip, as one from before the loop; kNoValue where there is none.
+/// Returns the value of `value` in an iteration as a value from before the loop; kNoValue if there
+/// is none.
 ValueId SureTrips::exactly(ValueId value, size_t trip, int depth, Emitter* emit) const {
     if (const Bits bits = known(value, trip, depth)) return emit->constant(at(value).type, *bits);
-    const Instr instr = at(value);  // emitting moves the others
+    const Instr instr = at(value);  // a copy, since emitting reallocates
     if (value < loop_) return value;
     if (depth == 0 || !is_arithmetic(instr.op) || instr.op == Op::kSelect) return ir::kNoValue;
     std::vector<ValueId> args;
@@ -205,8 +206,8 @@ ValueId SureTrips::exactly(ValueId value, size_t trip, int depth, Emitter* emit)
                             : emit->binary(instr.op, args[0], args[1]);
 }
 
-/// A condition from before the loop that `value` surely holds under, in a trip. What `by_trips`
-/// knows holds where a trip before this one gave it.
+/// Returns a condition from before the loop under which `value` holds in an iteration. Facts in
+/// `by_trips` hold if an earlier iteration established them.
 ValueId SureTrips::at_least(ValueId value, size_t trip, int depth, const ByTrips& by_trips,
                             Emitter* emit) const {
     if (const Bits bits = known(value, trip, depth)) return emit->constant(*bits != 0);
@@ -215,7 +216,7 @@ ValueId SureTrips::at_least(ValueId value, size_t trip, int depth, const ByTrips
         return some_gives(earlier->second, trip, emit);
     }
     const Instr instr = at(value);
-    // Whatever it was that assigned before counts without this loop.
+    // Assignments before the loop count independently of it.
     if (instr.op == Op::kInput && instr.kind == kEarlierTrip) return emit->constant(false);
     const auto part = [&](size_t i) {
         return at_least(instr.args[i], trip, depth - 1, by_trips, emit);
@@ -244,7 +245,7 @@ ValueId SureTrips::some_gives(ValueId fact, Emitter* emit) const {
     return some_gives(fact, sure_, emit);
 }
 
-/// That a trip runs is enough for those before it to have run to their end.
+/// If an iteration runs, all earlier ones ran to their end.
 bool SureTrips::is_assigned(const DoubtfulRead::Alternative& alternative, size_t trip,
                             const ByTrips& by_trips, Emitter* emit) {
     ValueId here = exactly(alternative.condition, trip, kDepth, emit);
@@ -266,7 +267,7 @@ bool SureTrips::always_assigned(const DoubtfulRead& read, const ByTrips& by_trip
         if (known(read.reached, trip, kDepth) == Bits(0)) continue;
         std::map<ValueId, Bits> indices;
         for (const DoubtfulRead::Alternative& alternative : read.alternatives) {
-            // Most places of an array are another one: `index == number` is not true.
+            // Most elements of an array are not the indexed one: `index == number` is false.
             const Instr& condition = at(alternative.condition);
             if (condition.op == Op::kEq && at(condition.args[1]).op == Op::kConst) {
                 const auto [index, fresh] = indices.try_emplace(condition.args[0]);

@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Finds what a real loop surely does: its counters are followed from trip to trip for as long as
-// their values and the loop's condition are known when compiled. This is how `for (int i = 0; i <
-// 300; ++i) a[i] = x;` is found to assign all of `a`, at any number of trips, upwards or downwards
-// and in nested loops, while a `break` ends what is known.
+// Finds what a real loop certainly does: its counters are evaluated iteration by iteration as long
+// as their values and the loop's condition are compile-time constants. This is how `for (int i = 0;
+// i < 300; ++i) a[i] = x;` is found to assign all of `a`, for any number of iterations, upwards or
+// downwards and in nested loops; a `break` ends the analysis.
 
 #include <cstdint>
 #include <map>
@@ -18,8 +18,9 @@
 
 namespace openfab::translate {
 
-/// A read in a loop of what an earlier trip may have to assign: as bools, where it is reached, and
-/// of each place that it may be of, where it is that one and whether its components are assigned.
+/// A read in a loop that an earlier iteration may have to assign. As bools: when it is reached, and
+/// for each element that it may access, when it is that one and whether its components are
+/// assigned.
 struct DoubtfulRead {
     struct Alternative {
         ir::ValueId condition = 0;
@@ -33,25 +34,25 @@ struct DoubtfulRead {
 
 class SureTrips {
   public:
-    /// Takes a loop that has ended: `again` and `next` are the condition and the next values that
-    /// its LoopEnd has. `facts` are the bools that will be asked about.
+    /// Analyses a loop that has ended: `again` and `next` are the condition and the next values of
+    /// its LoopEnd. `facts` are the bools of later queries.
     SureTrips(const ir::Stage& stage, ir::ValueId loop, ir::ValueId again,
               const std::vector<ir::ValueId>& next, const std::vector<ir::ValueId>& facts);
 
-    /// A condition on values from before the loop, emitted behind it: where it holds and the first
-    /// trip runs, some trip ends with `fact`. False where nothing is known.
+    /// Returns a condition on values from before the loop, emitted after it: where it holds and the
+    /// first iteration runs, some iteration ends with `fact`. False where nothing is known.
     ir::ValueId some_gives(ir::ValueId fact, Emitter* emit) const;
 
-    /// The value that a trip gives under what stands for "an earlier trip gave it".
+    /// The value that an iteration gives, by the placeholder for "an earlier iteration gave it".
     using ByTrips = std::map<ir::ValueId, ir::ValueId>;
 
-    /// True where each trip that may run finds assigned what it reads, by itself or by those before
-    /// it. What is emitted is of no use.
+    /// Returns whether every iteration that may run finds its reads assigned, by itself or by
+    /// earlier ones. Emitted instructions are of no further use.
     bool always_assigned(const DoubtfulRead& read, const ByTrips& by_trips, Emitter* emit);
 
   private:
     using Bits = std::optional<uint32_t>;
-    /// `value == number` or the like: a trip where they are equal is worth a look.
+    /// `value == number` or similar: iterations where they are equal are worth checking.
     using Test = std::pair<ir::ValueId, uint32_t>;
 
     const ir::Instr& at(ir::ValueId id) const { return stage_.instrs[id]; }
@@ -71,11 +72,11 @@ class SureTrips {
     const ir::Stage& stage_;
     const ir::ValueId loop_;
     const std::vector<ir::ValueId>& next_;
-    std::vector<std::map<int32_t, uint32_t>> trips_;   ///< of each trip: its counters' values
-    size_t sure_ = 0;                                  ///< trips that surely run; others may
-    size_t looks_ = size_t{1} << 16;                   ///< more that reads may take
-    bool all_ = false;                                 ///< there are no other trips
-    std::map<Test, std::vector<size_t>> trips_where_;  ///< the first ones in which they are equal
+    std::vector<std::map<int32_t, uint32_t>> trips_;   ///< the counters' values in each iteration
+    size_t sure_ = 0;                                  ///< iterations that certainly run
+    size_t looks_ = size_t{1} << 16;                   ///< remaining lookups for reads
+    bool all_ = false;                                 ///< there are no further iterations
+    std::map<Test, std::vector<size_t>> trips_where_;  ///< where they are equal
 };
 
 }  // namespace openfab::translate

@@ -50,15 +50,15 @@ std::vector<uint32_t> default_bits(const check::Fablet& fablet, const check::Sym
 
 using Functions = std::vector<std::unique_ptr<check::Function>>;
 
-/// True of what a function's own text is to blame for, whatever it is called with; that a variable
-/// may lack a value is better known where the arguments are.
+/// Returns whether a diagnostic is due to a function's own text, whatever its arguments; unassigned
+/// variables are diagnosed better where the arguments are known.
 bool is_of_text(diag::Id id, bool called) {
     return id == diag::Id::kMissingReturn || id == diag::Id::kOutputUnassigned ||
            id == diag::Id::kUninitialized || (id == diag::Id::kMaybeUninitialized && !called);
 }
 
-/// Looks at each function by itself, so that it is checked even where nothing calls it. `steps`
-/// counts those of all of them.
+/// Translates each function in isolation, so that it is checked even if nothing calls it. `steps`
+/// counts the steps of all of them.
 void check_functions(const check::Fablet& fablet, const Functions& functions,
                      const std::set<const check::Function*>& called, size_t* steps,
                      diag::Sink* sink) {
@@ -81,7 +81,7 @@ void check_functions(const check::Fablet& fablet, const Functions& functions,
     }
 }
 
-/// What functions outside fablets see: one of each, which might be any.
+/// What functions outside fablets see: one placeholder of each kind.
 check::Fablet no_fablet() {
     check::Fablet out;
     out.ir.slot_count = out.ir.texture_count = out.ir.object_count = 1;

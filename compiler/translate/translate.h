@@ -3,8 +3,8 @@
 #pragma once
 
 // Translates the checked tree to IR: functions are inlined, short loops unrolled, vectors split and
-// branches turned into selects. Reports errors that only show here: a loop without a bound, an
-// output that stays unassigned.
+// branches turned into selects. Reports errors that are only detected here: a loop without a bound,
+// an unassigned output.
 
 #include "compiler/check/limits.h"
 #include "compiler/check/tree.h"

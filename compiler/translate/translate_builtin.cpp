@@ -12,7 +12,7 @@ using ir::ValueId;
 
 namespace {
 
-constexpr int32_t kMaxChannel = 63;  // no image format that is read here has more
+constexpr int32_t kMaxChannel = 63;  // no supported image format has more
 
 }  // namespace
 
@@ -53,7 +53,7 @@ Value StageTranslator::sample(const check::Expr& expr) {
         sink_->report(expr.args[1]->span, diag::kOutOfRange, "channel", first, 0, kMaxChannel);
         return zero(expr.type);
     }
-    // If the texture varies, each candidate is sampled under the condition that it is meant.
+    // If the texture varies, each candidate is sampled under the condition that it is selected.
     const std::vector<int32_t> textures = possible_indices(texture, fablet_.ir.texture_count);
     Value out = zero(expr.type);
     if (textures.size() > check::kMaxTextures) {
@@ -99,7 +99,7 @@ Value StageTranslator::composition(const check::Expr& expr) {
         return emit_.binary(Op::kEq, material,
                             emit_.constant(ir::Type::kInt, static_cast<uint32_t>(slot)));
     };
-    // The usual case, where one slot is meant.
+    // The common case of a single slot.
     const bool known = emit_.is_constant(material);
     const size_t first = known ? emit_.instr(material).bits : 0;
     const size_t last = known ? first + 1 : amounts.size();
@@ -111,8 +111,8 @@ Value StageTranslator::composition(const check::Expr& expr) {
         return {out};
     }
     const ValueId amount = scalar(*expr.args[2]);
-    // The arguments may have changed it: `mc.Set(m, mc.Total())` does not, but a function with an
-    // out parameter can.
+    // Evaluating the arguments may have changed it: `mc.Set(m, mc.Total())` does not, but a
+    // function with an out parameter can.
     amounts = read(to, object);
     if (gave_up_) return {};
     emit_.set_span(expr.span);
@@ -126,8 +126,7 @@ Value StageTranslator::composition(const check::Expr& expr) {
     return {};
 }
 
-/// Adds to the upper amounts as much of the lower ones as they leave free:
-/// above + below * (1 - saturate(above.Total())).
+/// Composites the upper amounts over the lower ones: above + below * (1 - saturate(above.Total())).
 Value StageTranslator::over(const check::Expr& expr) {
     const Value above = expression(*expr.args[0]);
     const Value below = expression(*expr.args[1]);

@@ -23,7 +23,7 @@ void StageTranslator::add_components(const check::Type& type, std::vector<ir::Ty
     switch (type.base) {
         case check::Base::kError:
         case check::Base::kVoid:
-        case check::Base::kSurfaceAttributes:  // there is one of each stage, and nothing to keep
+        case check::Base::kSurfaceAttributes:  // one per stage, without storage
         case check::Base::kVolumeAttributes:
             return;
         case check::Base::kStruct:
@@ -61,7 +61,7 @@ Value StageTranslator::zero(const check::Type& type) {
     return out;
 }
 
-/// For a variable without a first value; of a composition all have one, since it starts empty.
+/// For a variable without an initializer; a composition is always initialized: it starts empty.
 Value StageTranslator::unassigned(const check::Type& type) {
     if (type.is_array()) {
         const Value one = unassigned(type.element());
@@ -197,7 +197,7 @@ Value StageTranslator::variable(const check::Expr& expr) {
     return read(target(expr), expr);
 }
 
-/// A table is computed once: what comes out constant is kept.
+/// A table is computed once; constant results are cached.
 Value StageTranslator::constant(const check::Symbol& symbol) {
     const std::vector<ir::Type> types = components(symbol.type);
     const auto known = constants_.find(&symbol);
@@ -227,7 +227,7 @@ Value StageTranslator::frame_vector(int32_t first) {
     return out;
 }
 
-/// In the order of operations that abi/fablet_table.h states.
+/// In the order of operations of abi/fablet_table.h.
 Value StageTranslator::voxel_center() {
     const Value center = frame_vector(OPENFAB_FRAME_CENTER);
     const Value origin = frame_vector(OPENFAB_FRAME_ORIGIN);

@@ -1,8 +1,8 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Calls of transcendental functions, noises, hashes, derivatives and of what looks at bits. Names,
-// types and defaults: check_functions.cpp. Formulas: formulas.cpp, compiler/functions.
+// Calls of transcendental functions, noises, hashes, derivatives and bit operations. Names, types
+// and defaults: check_functions.cpp. Formulas: formulas.cpp, compiler/functions.
 
 #include <array>
 
@@ -54,7 +54,7 @@ Value StageTranslator::function_call(const check::Expr& expr) {
     return formulas_.field(expr.intrinsic, expr.type.size, args);
 }
 
-/// sincos(x, s, c); modf(x, whole) gives the rest; frexp(x, exponent) a mantissa in [0.5, 1).
+/// sincos(x, s, c); modf(x, whole) returns the fraction; frexp(x, exponent) a mantissa in [0.5, 1).
 Value StageTranslator::several_results(const check::Expr& expr) {
     const Value x = expression(*expr.args[0]);
     std::vector<Target> targets;

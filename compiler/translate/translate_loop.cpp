@@ -1,9 +1,10 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Loops: unrolled where their trips are constant and that stays small, else real ones. A real loop
-// is translated as `if (test) do { body; step; } while (test)`, since every trip costs a pass over
-// memory. A failed attempt is rolled back, code and reports, before the next.
+// Loops: unrolled if the number of iterations is constant and the result stays small, else real
+// loops. A real loop is translated as `if (test) do { body; step; } while (test)`, since every
+// iteration costs a pass over memory. A failed attempt is rolled back, code and diagnostics, before
+// the next.
 #include <algorithm>
 #include <utility>
 
@@ -19,9 +20,9 @@ using ir::ValueId;
 namespace {
 
 // A real loop costs about as much compile time as a few hundred instructions, and at run time a
-// load and a store of each variable for each trip.
+// load and a store of each variable in each iteration.
 constexpr int kFewTrips = 16;
-constexpr size_t kManyOperations = 4000;  // for few trips
+constexpr size_t kManyOperations = 4000;  // for few iterations
 constexpr size_t kFewOperations = 1500;   // for more
 // The size of a stage from which no more loops are unrolled.
 constexpr size_t kMaxUnrolledOperations = 12000;
@@ -33,7 +34,7 @@ size_t kernels_of(ir::Op op) {
     return op == ir::Op::kQuery || op == ir::Op::kPrintf ? 1 : 0;
 }
 
-/// True of an expression of variables that costs nothing to compute again.
+/// Returns whether an expression of variables costs nothing to recompute.
 bool is_plain(const check::Expr& expr) {
     const bool arithmetic = expr.kind == check::ExprKind::kBinary ||
                             expr.kind == check::ExprKind::kUnary ||
@@ -53,8 +54,8 @@ const check::Symbol* base_symbol(const check::Expr& target) {
     return expr->symbol;
 }
 
-/// The symbols that a statement assigns, as far as one sees: what calls and built-ins write turns
-/// up when the loop is translated.
+/// Collects the symbols that a statement visibly assigns; those written by calls and built-ins are
+/// found when the loop is translated.
 class AssignedSymbols {
   public:
     void visit(const check::Stmt& stmt) {
@@ -99,7 +100,7 @@ StageTranslator::Attempt StageTranslator::attempt() const {
             live_,        inline_depth_,          doubts_.size()};
 }
 
-/// Rolls back to the start of an attempt, all but the reports.
+/// Rolls back to the start of an attempt, except the diagnostics.
 void StageTranslator::rollback_code(const Attempt& start) {
     emit_.truncate(start.instructions);
     stage_->printfs.resize(start.printfs);
@@ -126,14 +127,14 @@ bool StageTranslator::is_implied(ValueId fact, ValueId and_where) const {
            follows(*stage_, given, fact);
 }
 
-/// Returns `assigned`, or true in an unknown trip.
+/// Returns `assigned`, or true in an unknown iteration.
 ValueId StageTranslator::assigned_by_a_trip(ValueId assigned, int32_t which) {
     if (emit_.is_true(assigned)) return assigned;
     const ValueId unknown = emit_.input(ir::Type::kBool, which, unknowns_++, 0);
     return emit_.logical_or(assigned, unknown);
 }
 
-/// True if only an earlier trip can have assigned it.
+/// Returns whether only an earlier iteration can have assigned it.
 bool StageTranslator::unassigned_in_first_trip(ValueId assigned) const {
     const ir::Instr& instr = emit_.instr(assigned);
     if (instr.op == ir::Op::kInput) return instr.kind == kEarlierTrip;
@@ -141,7 +142,7 @@ bool StageTranslator::unassigned_in_first_trip(ValueId assigned) const {
            unassigned_in_first_trip(instr.args[1]);
 }
 
-/// True if loops are open and the first trip of each reaches the current point.
+/// Returns whether loops are open and the first iteration of each reaches the current point.
 bool StageTranslator::first_trip_comes_here() const {
     if (outer_live_.empty()) return false;
     return emit_.is_true(live_) && std::all_of(outer_live_.begin() + 1, outer_live_.end(),
@@ -150,7 +151,7 @@ bool StageTranslator::first_trip_comes_here() const {
 
 void StageTranslator::loop(const check::Stmt& stmt) {
     if (stmt.init != nullptr) {
-        // Not a block: what it declares lives through the loop.
+        // Not a block: its declarations live as long as the loop.
         for (const check::StmtPtr& child : stmt.init->body)
             statement(*child);
     }
@@ -228,7 +229,7 @@ std::set<StageTranslator::VariableId> StageTranslator::guess_changed(
 
 void StageTranslator::run_loop(const check::Stmt& stmt) {
     ValueId guard = live_;
-    bool certain = true;  // the first trip runs wherever the loop is reached
+    bool certain = true;  // the first iteration runs wherever the loop is reached
     if (stmt.expr != nullptr && !stmt.test_last) {
         const ValueId test = scalar(*stmt.expr);
         certain = emit_.is_true(test);
@@ -248,12 +249,12 @@ void StageTranslator::run_loop(const check::Stmt& stmt) {
     }
 }
 
-/// Makes one attempt: the loop from its head up to its end, which is not emitted yet. Leaves the
-/// variables as they were.
+/// Makes one attempt: translates the loop up to its end, which is not emitted yet. Restores the
+/// variables.
 StageTranslator::RealLoop StageTranslator::make_loop(const check::Stmt& stmt, ValueId guard,
                                                      const std::set<VariableId>& changed) {
     RealLoop made;
-    // Before the loop, whose variables stand at its head.
+    // Before the loop, which starts with its variables.
     for (const VariableId id : changed) {
         Value& assigned = made.assigned_before[id];
         for (const ValueId before : variables_[id].assigned)
@@ -269,7 +270,7 @@ StageTranslator::RealLoop StageTranslator::make_loop(const check::Stmt& stmt, Va
         for (ValueId& value : v.value) {
             value = emit_.loop_var(made.loop, static_cast<int32_t>(made.vars++), value);
         }
-        // Nothing that has returned starts another trip.
+        // After a return there is no further iteration.
         if (id == frame_.returned) v.value[0] = variables_[id].value[0];
         v.assigned = made.assigned_before.at(id);
         set(id, std::move(v));
@@ -278,7 +279,7 @@ StageTranslator::RealLoop StageTranslator::make_loop(const check::Stmt& stmt, Va
                                 ? emit_.loop_var(made.loop, static_cast<int32_t>(made.vars),
                                                  emit_.constant(ir::Type::kInt, 0))
                                 : ir::kNoValue;
-    // The variables' first values must come before the loop.
+    // The variables' initial values must precede the loop.
     const Frame outer = frame_;
     frame_.in_loop = true;
     frame_.broken = add_flag();
@@ -337,7 +338,7 @@ void StageTranslator::finish_loop(const check::Stmt& stmt, const RealLoop& made,
         }
         for (ValueId& assigned : v.assigned) {
             const ValueId surely = by_trips[component++];
-            if (surely == ir::kNoValue) continue;  // by no trip
+            if (surely == ir::kNoValue) continue;  // in no iteration
             assigned = emit_.logical_or(assigned, emit_.logical_and(ran, surely));
             if (!emit_.is_true(surely)) assigned = assigned_by_a_trip(assigned, kSomeTrip);
         }
@@ -345,9 +346,9 @@ void StageTranslator::finish_loop(const check::Stmt& stmt, const RealLoop& made,
     }
 }
 
-/// Of each component that has to be assigned, in the order of `changes`: the condition under which
-/// the trips surely assign it where the first one runs; kNoValue where no trip does. Reports what
-/// trips read that none before them surely assigned.
+/// Returns for each component that must be assigned, in the order of `changes`, the condition under
+/// which the loop certainly assigns it if its first iteration runs; kNoValue if none does. Reports
+/// reads that no earlier iteration certainly assigned.
 std::vector<ValueId> StageTranslator::assigned_by_trips(const RealLoop& made,
                                                         const std::vector<ValueId>& next) {
     std::vector<ValueId> out;

@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Functions of matrices, whose components stand row by row.
+// Functions of matrices, which are row-major.
 #include "compiler/translate/translate_state.h"
 
 namespace openfab::translate {

@@ -8,7 +8,7 @@ namespace openfab::translate {
 
 using ir::ValueId;
 
-/// Emits nothing unless printf is enabled. The values belong to the path that reaches the call.
+/// Emits nothing unless printf is enabled. The values are those of the path that reaches the call.
 Value StageTranslator::printf_call(const check::Expr& expr) {
     if (!options_.enable_printf || gave_up_) return {};
     ValueId guard = live_;

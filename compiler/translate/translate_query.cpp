@@ -1,9 +1,9 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Queries of surfaces. A query of the part's own surface at the voxel's centre comes from
-// inputs that the runtime finds for whole blocks; everything else is a Query under the condition
-// that the call is reached.
+// Queries of surfaces. A query of the part's own surface at the voxel's centre becomes inputs,
+// which the runtime computes for whole blocks; any other is a Query under the condition that the
+// call is reached.
 
 #include "compiler/translate/translate_state.h"
 
@@ -18,7 +18,7 @@ constexpr int32_t kOwnSurface = -1;
 
 }  // namespace
 
-/// False after a message: the function was called from a surface stage.
+/// Returns false after a message if the function was called from a surface stage.
 bool StageTranslator::asks_in_volume(const check::Expr& expr, const char* name) {
     if (kind_ != ir::StageKind::kSurface) return true;
     sink_->report(expr.span, diag::kStageMismatch, name, "called in a surface stage")
@@ -82,7 +82,7 @@ Value StageTranslator::nearest_point(const check::Expr& expr) {
     return out;
 }
 
-/// If the object varies, each candidate is queried under the condition that it is meant.
+/// If the object varies, each candidate is queried under the condition that it is selected.
 Value StageTranslator::distance_to(const check::Expr& expr) {
     const ValueId object = scalar(*expr.args[0]);
     const Value point = expression(*expr.args[1]);

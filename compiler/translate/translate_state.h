@@ -9,7 +9,7 @@
 // Control flow. There is one straight line of instructions. A branch is translated under a scope
 // that records which variables it changes; afterwards each becomes a select of the two values.
 // `live` is the condition under which the current point is reached; texture lookups take it as
-// their guard. Inside a real loop it starts again with each trip. `return`, `break` and `continue`
+// their guard. Inside a real loop it restarts with each iteration. `return`, `break` and `continue`
 // set a bool variable, and what follows them in the same block is translated as a branch that is
 // taken where none of them is set.
 
@@ -38,12 +38,11 @@ class StageTranslator {
     /// Evaluates an expression outside a stage, such as a uniform's default: empty unless all its
     /// components are constants.
     std::vector<uint32_t> constant_bits(const check::Expr& expr);
-    /// A function by itself, for whatever it may be called with: only what is reported of its paths
-    /// is of use.
+    /// Translates a function in isolation, with unknown arguments; only the diagnostics are of use.
     void run(const check::Function& function);
-    /// The functions that were called on the way.
+    /// Returns the functions that were called.
     const std::set<const check::Function*>& inlined() const { return inlined_; }
-    /// The statements and calls that were translated.
+    /// Returns the number of statements and calls that were translated.
     size_t steps() const { return steps_; }
 
   private:
@@ -55,7 +54,7 @@ class StageTranslator {
     };
     /// The variables that a branch changed: their state before it or, once left, after it.
     using Changes = std::map<VariableId, Variable>;
-    /// Components of a variable or value, where `condition` holds.
+    /// Components of a variable or value, selected where `condition` holds.
     struct Alternative {
         ir::ValueId condition = 0;
         std::vector<size_t> lanes;
@@ -67,7 +66,7 @@ class StageTranslator {
         Value value;
         std::vector<Alternative> alternatives;
     };
-    /// A branch that is open: what it has changed so far, and what held outside.
+    /// An open branch: its changes so far, and the state outside.
     struct Branch {
         Changes before;
         size_t variables = 0;
@@ -101,14 +100,14 @@ class StageTranslator {
         int inline_depth = 0;
         size_t doubts = 0;
     };
-    /// A real loop, all but its end. The variables come in the order of `changes`.
+    /// A real loop before its end is emitted. The variables are in the order of `changes`.
     struct RealLoop {
         ir::ValueId loop = 0;
         ir::ValueId again = 0;
-        ir::ValueId count = ir::kNoValue;  ///< of trips, after the variables; with @bound
+        ir::ValueId count = ir::kNoValue;  ///< iteration counter, after the variables; with @bound
         size_t vars = 0;                   ///< components
         Changes changes;
-        std::map<VariableId, Value> assigned_before;  ///< at the start of any trip
+        std::map<VariableId, Value> assigned_before;  ///< at the start of any iteration
         std::vector<DoubtfulRead> doubts;
     };
 
@@ -139,7 +138,7 @@ class StageTranslator {
     void finish_surface(const check::Stage& stage);
     void finish_volume();
     void add_output(std::string name, int32_t kind, int32_t a, int32_t b, ir::ValueId value);
-    /// True if a condition holds on every path, by folding or by proof.
+    /// Returns whether a condition holds on every path, by folding or by proof.
     bool always(ir::ValueId condition) const;
     void check_returned(const source::Span& span, const std::string& what);
     void check_assigned(const Variable& v, const check::Symbol& symbol);
@@ -148,7 +147,7 @@ class StageTranslator {
     Attempt attempt() const;
     void rollback_code(const Attempt& start);
     void rollback(const Attempt& start);
-    /// True if `fact` holds whenever the current point is reached.
+    /// Returns whether `fact` holds whenever the current point is reached.
     bool is_implied(ir::ValueId fact, ir::ValueId and_where) const;
     ir::ValueId assigned_by_a_trip(ir::ValueId assigned, int32_t which);
     bool unassigned_in_first_trip(ir::ValueId assigned) const;
@@ -242,12 +241,12 @@ class StageTranslator {
     std::vector<Branch> open_;
     Frame frame_;
     ir::ValueId live_ = 0;
-    std::vector<ir::ValueId> tests_;       ///< of the real loops that are open, in this trip
+    std::vector<ir::ValueId> tests_;       ///< of the open real loops, in this iteration
     std::vector<DoubtfulRead> doubts_;     ///< of the innermost real loop
     std::vector<ir::ValueId> outer_live_;  ///< the condition around each open real loop
     std::map<const check::Symbol*, std::vector<uint32_t>> constants_;  ///< tables, by component
     TranslateOptions options_;
-    bool alone_ = false;  ///< a function by itself, which calls others without looking into them
+    bool alone_ = false;  ///< an isolated function, whose calls are not inlined
     std::map<const check::Function*, int32_t> callees_;
     std::set<const check::Function*> inlined_;
     int inline_depth_ = 0;

@@ -49,7 +49,7 @@ StageTranslator::Changes StageTranslator::leave() {
     live_ = branch.live;
     Changes after;
     for (auto& [id, before] : branch.before) {
-        if (id >= branch.variables) continue;  // declared inside: nothing outside sees it
+        if (id >= branch.variables) continue;  // declared inside: not visible outside
         after.emplace(id, std::exchange(variables_[id], std::move(before)));
     }
     variables_.resize(branch.variables);
@@ -95,15 +95,15 @@ ValueId StageTranslator::exited() {
     return emit_.logical_or(out, flag(frame_.continued));
 }
 
-/// Called between two statements: returns false if nothing reaches the second one. If some paths
-/// do, the rest becomes a branch, which `unwind` closes.
+/// Called between two statements: returns false if the second one is unreachable. If some paths
+/// reach it, the rest becomes a branch, which `unwind` closes.
 bool StageTranslator::skip_where_exited(std::vector<ValueId>* pending) {
     const ValueId exit = exited();
     if (always(exit) || gave_up_) return false;
     if (emit_.is_false(exit)) return true;
     pending->push_back(exit);
     enter(emit_.logical_not(exit));
-    // Known to be false in here; merging brings the old values back where they were true.
+    // Known to be false inside; merging restores the old values where they were true.
     set_flag(frame_.returned, emit_.constant(false));
     if (frame_.in_loop) {
         set_flag(frame_.broken, emit_.constant(false));
@@ -174,7 +174,7 @@ void StageTranslator::statement(const check::Stmt& stmt) {
 }
 
 void StageTranslator::declare(const check::Stmt& stmt) {
-    // Before it is built: a composition has a component for each material.
+    // Before it is built, since a composition has a component for each material.
     if (check::min_components(stmt.symbol->type, fablet_.ir.slot_count) > check::kMaxComponents) {
         sink_->report(
             stmt.span, diag::kTooComplex,
@@ -262,7 +262,7 @@ Value StageTranslator::inline_call(const check::Expr& expr) {
     return result;
 }
 
-/// What the body returns; `results` is what its parameters hold at its end.
+/// Returns the body's result; `results` receives the final values of its parameters.
 Value StageTranslator::run_body(const check::Function& f, std::vector<Variable> arguments,
                                 std::vector<Value>* results) {
     const size_t outside = variables_.size();
@@ -304,8 +304,8 @@ void StageTranslator::run(const check::Function& function) {
     run_body(function, std::move(arguments), &results);
 }
 
-/// Functions have no state: of the same arguments comes the same. `number` is 0 for what `f`
-/// returns, then counts its parameters.
+/// Functions have no state: equal arguments give equal results. `number` is 0 for the result of
+/// `f`, then counts its parameters.
 Value StageTranslator::call_result(const check::Function& f, const check::Type& type,
                                    int32_t number, const std::vector<Variable>& arguments) {
     const auto callee = static_cast<int32_t>(callees_.size());

@@ -7,9 +7,9 @@ namespace openfab::translate {
 using ir::Op;
 using ir::ValueId;
 
-/// Sections exclude each other, since none runs into the next: a chain of branches, of which
-/// `default`, wherever it stands, is the last: what is left where no other section runs. `break`
-/// leaves the chain as it leaves a loop; `continue` goes on to the loop around it.
+/// Sections are exclusive, since there is no fallthrough: a chain of branches, in which `default`,
+/// wherever it is written, comes last and runs if no other section does. `break` leaves the chain
+/// as it leaves a loop; `continue` applies to the enclosing loop.
 void StageTranslator::switch_statement(const check::Stmt& stmt) {
     const ValueId selector = scalar(*stmt.expr);
     if (gave_up_) return;

@@ -85,7 +85,7 @@ void StageTranslator::pick_element(const check::Expr& expr, Target* target) {
     target->alternatives = std::move(alternatives);
 }
 
-/// Called once per mention in the program: an index may have side effects.
+/// Called once per occurrence in the program, since an index may have side effects.
 StageTranslator::Target StageTranslator::target(const check::Expr& expr) {
     Target out;
     const bool part = expr.kind == check::ExprKind::kSwizzle ||
@@ -163,7 +163,7 @@ void StageTranslator::report_maybe(const check::Symbol& symbol, const source::Sp
         .help("give it a value where it is declared");
 }
 
-/// What the trips of a loop assign is known at its end only.
+/// What the iterations of a loop assign is only known at its end.
 void StageTranslator::doubt(const Target& target, const source::Span& span) {
     const Variable& v = variables_[variable_of(*target.symbol)];
     DoubtfulRead read{target.symbol, span, live_, {}};
@@ -217,8 +217,8 @@ void StageTranslator::store(const Target& target, const Value& value) {
     set(id, std::move(v));
 }
 
-/// Returns the indices that a texture, material or object value may have, ascending; all of 0 to
-/// `all` - 1 if unknown.
+/// Returns the indices that a texture, material or object value may have, ascending; 0 to `all` - 1
+/// if unknown.
 std::vector<int32_t> StageTranslator::possible_indices(ValueId value, int32_t all) const {
     std::vector<int32_t> out;
     std::vector<ValueId> open = {value};

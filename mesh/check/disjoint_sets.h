@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Numbers 0 to n - 1 in sets that are joined; each set goes by its lowest number.
+// A union-find structure over 0 to n - 1; each set is represented by its lowest number.
 
 #include <algorithm>
 #include <cstdint>
@@ -16,7 +16,7 @@ class DisjointSets {
     explicit DisjointSets(size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0); }
 
     size_t size() const { return parent_.size(); }
-    /// The lowest number of the set that holds `i`.
+    /// Returns the lowest number of the set that contains `i`.
     int32_t find(int32_t i) {
         while (parent(i) != i) {
             parent(i) = parent(parent(i));

@@ -24,7 +24,7 @@ double six_volumes(const Mesh& mesh, const std::array<int32_t, 3>& t) {
     return dot(at(mesh, t[0]), cross(at(mesh, t[1]), at(mesh, t[2])));
 }
 
-/// Keeps the vertices that triangles use, in order, under new numbers.
+/// Drops unused vertices and renumbers the others in order.
 void renumber(Mesh* mesh, const std::vector<int32_t>& same_as) {
     std::vector<int32_t> number(mesh->positions.size(), -1);
     for (auto& triangle : mesh->triangles) {
@@ -47,14 +47,14 @@ void renumber(Mesh* mesh, const std::vector<int32_t>& same_as) {
     }
 }
 
-/// The lowest vertex with the same position in the same part, for each vertex.
+/// Returns for each vertex the lowest one with the same position in the same part.
 std::vector<int32_t> lowest_equal(const std::vector<Vec3d>& positions,
                                   const std::vector<int32_t>& parts) {
     const auto part = [&](size_t v) { return parts.empty() ? 0 : parts[v]; };
     const auto hash = [&](size_t v) {
         uint64_t h = static_cast<uint64_t>(part(v));
         for (int a = 0; a < 3; ++a) {
-            // -0 and 0 are one place.
+            // -0 and 0 are the same position.
             h = (h ^ std::bit_cast<uint64_t>(positions[v][a] + 0.0)) * 0x9e3779b97f4a7c15u;
             h ^= h >> 32;
         }
@@ -76,7 +76,7 @@ std::vector<int32_t> lowest_equal(const std::vector<Vec3d>& positions,
     return lowest;
 }
 
-/// Keeps the triangles for which keep[t], with all that goes with them; how many went.
+/// Drops the triangles without keep[t], with their data; returns their number.
 int64_t drop_others(MeshSource* source, const std::vector<bool>& keep) {
     Mesh& mesh = source->mesh;
     std::vector<int32_t>& lines = source->origin.lines;
@@ -110,7 +110,7 @@ int64_t drop_others(MeshSource* source, const std::vector<bool>& keep) {
     return static_cast<int64_t>(keep.size() - kept);
 }
 
-/// Drops triangles that have two equal corners; neighbours close up over them by themselves.
+/// Drops triangles that have two equal corners; their neighbours stay connected.
 void drop_equal_corners(MeshSource* source) {
     const std::vector<std::array<int32_t, 3>>& triangles = source->mesh.triangles;
     std::vector<bool> keep(triangles.size());
@@ -134,7 +134,7 @@ void drop_duplicates(MeshSource* source) {
     struct Key {
         std::array<int32_t, 3> corners;
         int32_t triangle;
-        bool even;  ///< runs as its sorted corners do
+        bool even;  ///< orientation relative to its sorted corners
     };
     const std::vector<std::array<int32_t, 3>>& triangles = source->mesh.triangles;
     std::vector<Key> keys;
@@ -243,7 +243,7 @@ Error not_closed(const MeshSource& source, const EdgeCounts& counts) {
         "(`openfab import --repair winding` writes it)");
 }
 
-/// Closes a mesh and tells what that took.
+/// Closes a mesh and reports what was done.
 Result<void> repair_mesh(MeshSource* source) {
     Mesh* mesh = &source->mesh;
     const std::string place = source->origin.str(source->checks.edges.triangle);
@@ -303,7 +303,7 @@ Result<void> prepare_mesh(MeshSource* source, bool repair) {
     renumber(mesh, as_read.fine() ? std::vector<int32_t>()
                                   : lowest_equal(mesh->positions, source->part_of_vertex));
     drop_equal_corners(source);
-    // A mesh that is closed as read, and lost nothing, at most gets new vertex numbers.
+    // A mesh that was closed when read and lost no triangles is at most renumbered.
     EdgeCounts welded = as_read;
     const auto count_again = [&] {
         edges = {};
@@ -321,8 +321,8 @@ Result<void> prepare_mesh(MeshSource* source, bool repair) {
             fmt::format("{}: mesh `{}` has no face with an area", origin.file, mesh->name));
     }
     if (!welded.fine()) {
-        // Reports the form that is nearer to closed. Locations in the form as read still have their
-        // lines, unless triangles were dropped.
+        // Reports the variant, as read or welded, that is nearer to closed. In the former,
+        // locations still have lines, unless triangles were dropped.
         const bool keep = dropped || welded.bad() < as_read.bad();
         source->checks.edges = keep ? welded : as_read;
         if (!repair) return not_closed(*source, source->checks.edges);
@@ -341,7 +341,7 @@ Result<void> prepare_mesh(MeshSource* source, bool repair) {
     for (const Vec3d& p : mesh->positions)
         box.add(p);
     const double diagonal = length(box.size());
-    // Rounding alone gives a flat, closed sheet up to this volume.
+    // Rounding alone may give a flat, closed sheet this volume.
     if (!(volume > 1e-12 * diagonal * diagonal * diagonal)) {
         return user_error(fmt::format("{}: mesh `{}` encloses no volume ({:.3g} mm3); it is flat",
                                       origin.file, mesh->name, volume));

@@ -9,11 +9,11 @@
 
 namespace openfab::mesh {
 
-// Sorts by counting, as few edges share a lower end; sorting all edges at once takes ten times as
-// long.
+// Counting sort by the lower end, which few edges share; sorting all edges at once takes ten times
+// as long.
 std::vector<Edge> sorted_edges(const Mesh& mesh) {
     const size_t vertices = mesh.positions.size();
-    std::vector<uint32_t> end(vertices + 1, 0);  // of the edges from each vertex, once they are in
+    std::vector<uint32_t> end(vertices + 1, 0);  // of the edges from each vertex, once inserted
     const auto lower = [](const std::array<int32_t, 3>& t, size_t i) {
         return static_cast<size_t>(std::min(t[i], t[(i + 1) % 3]));
     };

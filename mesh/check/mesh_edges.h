@@ -23,7 +23,7 @@ struct Edge {
 /// Returns the three edges of each triangle, sorted by ends, then by triangle.
 std::vector<Edge> sorted_edges(const Mesh& mesh);
 
-/// Calls visit(first, last) for each run of uses of one undirected edge.
+/// Calls visit(first, last) for the range of uses of each undirected edge.
 template <typename Visit>
 void for_each_edge(const std::vector<Edge>& edges, Visit visit) {
     for (size_t i = 0; i < edges.size();) {

@@ -16,7 +16,7 @@ constexpr int64_t kMaxFound = 100'000;
 constexpr int64_t kMaxTests = 20'000'000;
 constexpr int64_t kMaxBoxes = 400'000'000;
 
-/// A plane through three points, for the sides on which others are.
+/// A plane through three points, to classify others by side.
 class Plane {
   public:
     Plane(const Vec3d& a, const Vec3d& b, const Vec3d& c) : a_(a) {
@@ -32,8 +32,8 @@ class Plane {
         normal_.z = minor(u.x, v.y, u.y, v.x, &size_.z);
     }
 
-    /// The side of `p` where rounding cannot have changed it, else 0 (Shewchuk 1997: the error is
-    /// below 7.8e-16 of the sum of absolute products).
+    /// Returns the side of `p` if rounding cannot have changed it, else 0 (Shewchuk 1997: the error
+    /// is below 7.8e-16 of the sum of absolute products).
     int side(const Vec3d& p) const {
         const Vec3d w = p - a_;
         const double volume = w.x * normal_.x + w.y * normal_.y + w.z * normal_.z;
@@ -46,7 +46,7 @@ class Plane {
   private:
     Vec3d a_;
     Vec3d normal_;
-    Vec3d size_;  ///< sums of what the normal is a difference of
+    Vec3d size_;  ///< sums of the magnitudes whose difference the normal is
 };
 
 using Corners = std::array<Vec3d, 3>;
@@ -78,7 +78,7 @@ class Search {
         return {mesh_.positions[v[0]], mesh_.positions[v[1]], mesh_.positions[v[2]]};
     }
 
-    /// Neighbours over an edge are passed over: they touch all along it.
+    /// Skips neighbours over an edge, which touch along it.
     bool cross(int32_t a, int32_t b) {
         const auto& va = mesh_.triangles[a];
         const auto& vb = mesh_.triangles[b];
@@ -115,13 +115,13 @@ class Search {
         return false;
     }
 
-    /// The sides of a triangle's plane on which three points surely are.
+    /// Returns the sides of a triangle's plane on which three points certainly are.
     using Sides = std::array<int, 3>;
     static Sides sides(const Corners& t, const Corners& points) {
         const Plane plane(t[0], t[1], t[2]);
         return {plane.side(points[0]), plane.side(points[1]), plane.side(points[2])};
     }
-    /// Returns whether all corners, except a shared one, are surely on one side.
+    /// Returns whether all corners, except a shared one, are certainly on one side.
     static bool on_one(const Sides& sides, size_t shared) {
         const int side = sides[shared == 0 ? 1 : 0];
         for (size_t i = 0; i < 3; ++i) {
@@ -149,8 +149,8 @@ class Search {
             border = i;
         }
         if (passed == 3 || unsure > 1) return false;
-        // Through the triangle's border within rounding: a crossing if it goes through the
-        // neighbour's plane in the same direction, else it only touches there.
+        // Passes through the triangle's border within rounding: a crossing if it passes through the
+        // neighbour's plane in the same direction, else a touch.
         if (unsure == 1) {
             const int32_t neighbour = neighbour_at(t, border);
             if (neighbour < 0 || goes_through_plane(p, q, corners(neighbour)) != before)
@@ -161,14 +161,15 @@ class Search {
         return true;
     }
 
-    /// The side on which p is, if q is surely on the other one; else 0.
+    /// Returns the side of p if q is certainly on the other one; else 0.
     static int goes_through_plane(const Vec3d& p, const Vec3d& q, const Corners& t) {
         const Plane plane(t[0], t[1], t[2]);
         const int side = plane.side(p);
         return side != 0 && plane.side(q) == -side ? side : 0;
     }
 
-    /// The one other triangle at an edge, if it runs along it the other way; else -1.
+    /// Returns the only other triangle at an edge, if it uses it in the opposite direction; else
+    /// -1.
     int32_t neighbour_at(int32_t t, size_t edge) {
         if (neighbours_.empty()) find_neighbours();
         return neighbours_[t][edge];
@@ -195,7 +196,7 @@ class Search {
     const Mesh& mesh_;
     TriangleTree tree_;
     Intersections out_;
-    std::vector<std::array<int32_t, 3>> neighbours_;  ///< made when they are first needed
+    std::vector<std::array<int32_t, 3>> neighbours_;  ///< computed on first use
     Vec3d point_;
     int64_t tests_ = 0;
     int64_t boxes_ = 0;

@@ -26,7 +26,7 @@ size_t corner_of(const Mesh& mesh, int32_t triangle, int32_t vertex) {
     return t[0] == vertex ? 0 : t[1] == vertex ? 1 : 2;
 }
 
-/// Uses of an edge from its lower to its higher vertex, less those the other way.
+/// Uses of an edge from its lower to its higher vertex, minus those in the other direction.
 int64_t surplus(const Edge* first, const Edge* last) {
     int64_t sum = 0;
     for (const Edge* e = first; e < last; ++e)
@@ -46,7 +46,7 @@ void turn(Mesh* mesh, size_t triangle) {
     }
 }
 
-/// Makes neighbours over edges of two triangles run opposite ways, as far as they can, turning the
+/// Orients neighbours over edges of two triangles consistently, as far as possible, flipping the
 /// smaller area of each connected piece.
 int64_t agree(Mesh* mesh) {
     struct Neighbour {
@@ -93,7 +93,7 @@ int64_t agree(Mesh* mesh) {
     return turned;
 }
 
-/// An edge as a cap must run along it, against the triangle at its rim.
+/// An edge as a cap uses it, opposite to the triangle at the rim.
 struct RimEdge {
     int32_t from = 0, to = 0;
     int32_t triangle = 0;
@@ -119,7 +119,7 @@ std::vector<RimEdge> rim_edges(const Mesh& mesh) {
     return rim;
 }
 
-/// Loops without a vertex twice. As many edges of the rim end at a vertex as begin there.
+/// Splits the rim into simple loops. As many of its edges end at a vertex as begin there.
 std::vector<Loop> loops_of(const std::vector<RimEdge>& rim, size_t vertices) {
     std::vector<size_t> next(vertices + 1, 0);  // the next edge that begins at a vertex
     for (const RimEdge& e : rim)
@@ -127,7 +127,7 @@ std::vector<Loop> loops_of(const std::vector<RimEdge>& rim, size_t vertices) {
     for (size_t v = 0; v < vertices; ++v)
         next[v + 1] += next[v];
     const std::vector<size_t> begin = next;
-    std::vector<int32_t> place(vertices, -1);  // on the path, of the edge that begins there
+    std::vector<int32_t> place(vertices, -1);  // position on the path of the edge that begins there
     std::vector<Loop> loops;
     for (size_t start = 0; start < vertices; ++start) {
         while (next[start] < begin[start + 1]) {
@@ -150,7 +150,7 @@ std::vector<Loop> loops_of(const std::vector<RimEdge>& rim, size_t vertices) {
     return loops;
 }
 
-/// The middle of a loop, by length, so that finely cut stretches do not pull it.
+/// The center of a loop, weighted by length, so that finely tessellated stretches do not pull it.
 Vec3d middle_of(const Mesh& mesh, const Loop& loop) {
     Vec3d sum;
     double total = 0;
@@ -201,7 +201,7 @@ class Capper {
         return a.corners[triangle][corner_of(mesh_, triangle, vertex)];
     }
 
-    /// The mean of the values along the rim.
+    /// Averages the values along the rim.
     int32_t add_mean(MeshAttribute* a, const Loop& loop) const {
         const auto n = static_cast<size_t>(a->components);
         std::vector<double> sum(n);
@@ -236,7 +236,7 @@ class Capper {
     Mesh& mesh_;
 };
 
-/// Rises with the angle from +x, from 0 to 4; no library's arc tangent, which machines differ in.
+/// A monotone substitute for the angle from +x, 0 to 4; libm's atan2 differs between machines.
 double turn_of(double x, double y) {
     const double sum = std::abs(x) + std::abs(y);
     if (!(sum > 0)) return 0;
@@ -244,8 +244,8 @@ double turn_of(double x, double y) {
     return y < 0 ? 3 + p : 1 - p;
 }
 
-/// Pairs the uses of an edge, each with one the other way: the next around the edge through what
-/// they enclose, so that sheets which touch there stay the skin of their own side.
+/// Pairs the uses of an edge in opposite directions: each with the next one around the edge through
+/// the solid between them, so that touching sheets keep to their own solids.
 template <typename Pair>
 void pair_uses(const Mesh& mesh, const Edge* first, const Edge* last, Pair pair) {
     if (last - first == 2) return pair(first[0], first[1]);
@@ -266,7 +266,7 @@ void pair_uses(const Mesh& mesh, const Edge* first, const Edge* last, Pair pair)
         const Vec3d d = at(mesh, third) - a;
         around.push_back({turn_of(dot(d, u) * scale, dot(d, v)), e});
     }
-    // The inside of a triangle along the edge is on the side of falling angles.
+    // The inside of a triangle along the edge is on the side of decreasing angles.
     std::sort(around.begin(), around.end(), [](const Use& x, const Use& y) {
         return x.turn != y.turn ? x.turn > y.turn : x.edge->triangle < y.edge->triangle;
     });
@@ -321,7 +321,7 @@ void split_vertices(Mesh* mesh) {
     mesh->triangles = std::move(out);
 }
 
-/// Puts vertices in the middle of edges.
+/// Inserts vertices at the midpoints of edges.
 class EdgeCutter {
   public:
     explicit EdgeCutter(MeshSource* source) : source_(*source), mesh_(source->mesh) {}
@@ -337,7 +337,7 @@ class EdgeCutter {
   private:
     void cut_triangle(const Edge& e, int32_t middle) {
         const auto t = static_cast<size_t>(e.triangle);
-        // The first half keeps the place and the edge's start, the second goes to the end.
+        // The first half keeps the index and the edge's start, the second is appended.
         const size_t start = corner_of(mesh_, e.triangle, e.forward ? e.a : e.b);
         const size_t end = (start + 1) % 3;
         mesh_.triangles.push_back(mesh_.triangles[t]);
@@ -368,7 +368,7 @@ class EdgeCutter {
 };
 
 /// Splits edges that are shared by touching sheets joined at both ends: splitting vertices would
-/// leave four triangles at such an edge, a vertex at its center for each sheet does not.
+/// leave four triangles at such an edge; a midpoint for each sheet does not.
 void cut_shared_edges(MeshSource* source) {
     bool more = true;
     while (more) {
@@ -378,7 +378,7 @@ void cut_shared_edges(MeshSource* source) {
         std::vector<bool> cut(source->mesh.triangles.size());
         for_each_edge(edges, [&](const Edge* first, const Edge* last) {
             if (last - first == 2) return;
-            // A triangle that was cut has other edges now; its turn comes in the next round.
+            // A triangle that was split has other edges now and is handled in the next round.
             const bool stale =
                 std::any_of(first, last, [&](const Edge& e) { return cut[e.triangle]; });
             if (stale) return;
@@ -410,7 +410,7 @@ std::vector<int32_t> weld_open_edges(const Mesh& mesh) {
         box.add(p);
     const double reach = box.empty() ? 0 : length(box.size()) * kWeldOfDiagonal;
     if (!(reach > 0)) return same;
-    // Cells of one reach: what is near lies in a neighbouring one.
+    // Cells as large as the tolerance: near vertices are in neighbouring cells.
     using Cell = std::tuple<int64_t, int64_t, int64_t>;
     std::map<Cell, std::vector<int32_t>> cells;
     const auto cell = [&](double x, double lo) {

@@ -5,11 +5,11 @@
 // Closes open meshes at load, for `"repair": "winding"`.
 //
 // The generalised winding number of an open mesh at a point is the winding number of the mesh with
-// caps over its holes, an integer, less the solid angle of the caps alone. Over a flat hole the two
-// say the same voxels are inside; over one that is not, the caps say where the surface is, which
-// the generalised number would have somewhere near. So the caps are put into the mesh, once, and
-// everything behind (coverage by integers, distances, displacement) has a closed surface to work
-// on: prints are as fast as of closed meshes, and nothing leaks through a hole.
+// caps over its holes, an integer, less the solid angle of the caps alone. Over a flat hole both
+// classify the same voxels as inside; over others, the caps define the surface, near that of the
+// generalised number. So the caps are added to the mesh once, and later stages (coverage by
+// integers, distances, displacement) work on a closed surface: prints are as fast as with closed
+// meshes, and nothing leaks through a hole.
 
 #include <cstdint>
 #include <vector>

@@ -16,15 +16,15 @@
 namespace openfab::mesh {
 namespace {
 
-/// Triangles that rays of all shells meet: seconds.
+/// Limit of the triangles that rays of all shells meet: seconds.
 constexpr int64_t kMostMet = 300'000'000;
 
 const Vec3d& at(const Mesh& mesh, int32_t vertex) {
     return mesh.positions[vertex];
 }
 
-/// Shell of each triangle: triangles that share an edge are of one shell, numbered by their lowest
-/// triangle.
+/// Returns the shell of each triangle: triangles that share an edge are in one shell, which is
+/// numbered by its lowest triangle.
 std::vector<int32_t> find_shells(size_t triangles, const std::vector<Edge>& edges) {
     DisjointSets shells(triangles);
     for_each_edge(edges, [&](const Edge* first, const Edge* last) {
@@ -37,8 +37,9 @@ std::vector<int32_t> find_shells(size_t triangles, const std::vector<Edge>& edge
     return shell_of;
 }
 
-/// Side of p from the line a b in the y z plane, p being moved by (e, e^2): never 0 unless a and b
-/// coincide there. Equal for both triangles at an edge, since it is worked out from the lower end.
+/// Returns the side of p from the line a b in the y z plane, with p perturbed by (e, e^2): never 0
+/// unless a and b coincide there. Equal for both triangles at an edge, since it is computed from
+/// the lower end.
 int side_yz(const Vec3d& a, const Vec3d& b, const Vec3d& p) {
     const bool swapped = std::tie(b.y, b.z) < std::tie(a.y, a.z);
     const Vec3d& lo = swapped ? b : a;
@@ -51,8 +52,8 @@ int side_yz(const Vec3d& a, const Vec3d& b, const Vec3d& p) {
     return side == 0 ? 0 : (side > 0) != swapped ? 1 : -1;
 }
 
-/// Winding number at p of all triangles outside `shell`, by a ray along +x. `*effort` goes down by
-/// the triangles whose boxes it meets, and ends it.
+/// Returns the winding number at p of all triangles outside `shell`, by a ray along +x. Decreases
+/// `*effort` by the triangles whose boxes the ray meets; stops at 0.
 int winding_of_others(const Mesh& mesh, const TriangleTree& tree,
                       const std::vector<int32_t>& shells, int32_t shell, const Vec3d& p,
                       int64_t* effort) {
@@ -70,14 +71,14 @@ int winding_of_others(const Mesh& mesh, const TriangleTree& tree,
         const int side = side_yz(a, b, p);
         if (side == 0 || side_yz(b, c, p) != side || side_yz(c, a, p) != side) return true;
         const Vec3d n = cross(b - a, c - a);
-        // The plane's x over p is a.x - (n.y dy + n.z dz) / n.x.
+        // The plane's x at p is a.x - (n.y dy + n.z dz) / n.x.
         if (n.x != 0 && a.x - (n.y * (p.y - a.y) + n.z * (p.z - a.z)) / n.x > p.x) winding += side;
         return true;
     });
     return winding;
 }
 
-/// Turns the triangles of shells whose lowest triangle is marked.
+/// Flips the triangles of shells whose lowest triangle is marked.
 void flip_shells(Mesh* mesh, const std::vector<int32_t>& shell_of,
                  const std::vector<bool>& marked) {
     for (size_t t = 0; t < mesh->triangles.size(); ++t) {
@@ -93,10 +94,10 @@ void flip_shells(Mesh* mesh, const std::vector<int32_t>& shell_of,
 struct Shell {
     int32_t triangle = 0;
     double volume = 0;
-    int winding = 0;  ///< of the others around it
+    int winding = 0;  ///< of the other shells around it
 };
 
-/// Nothing where that takes too long.
+/// Empty where that takes too long.
 std::optional<std::vector<Shell>> measure_shells(const Mesh& mesh,
                                                  const std::vector<int32_t>& shell_of) {
     std::vector<double> volume(shell_of.size());

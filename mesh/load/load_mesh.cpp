@@ -70,7 +70,7 @@ void drop_partial_attributes(MeshSource* source) {
     });
 }
 
-/// The numbers of a mesh's groups.
+/// Returns the numbers of a mesh's groups.
 class Groups {
   public:
     Groups(MeshSource* source, const MeshOptions& options, LoadedMesh* out)
@@ -90,7 +90,7 @@ class Groups {
         return names;
     }
 
-    /// A triangle of each group.
+    /// Returns a triangle of each group.
     std::vector<int32_t> first_triangles() const {
         std::vector<int32_t> first(source_.groups.size(), -1);
         for (size_t t = source_.face_groups.size(); t-- > 0;)
@@ -99,7 +99,7 @@ class Groups {
     }
 
     Result<void> by_map() {
-        // A file without groups is one group by the name "default".
+        // A file without groups has one group named "default".
         if (source_.groups.empty()) {
             source_.groups.push_back({});
             source_.face_groups.assign(source_.mesh.triangles.size(), 0);
@@ -310,7 +310,7 @@ Result<LoadedMesh> load(const fs::path& file, const MeshOptions& options, bool t
     Result<MeshSource> source = format->read(
         *bytes, file.string(), options.memory_bytes - static_cast<int64_t>(bytes->capacity()));
     if (!source) return source.error();
-    bytes = std::string();  // what follows takes as much again
+    bytes = std::string();  // the next steps take as much again
     return finish(std::move(*source), options, tolerant);
 }
 

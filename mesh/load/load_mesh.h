@@ -31,7 +31,7 @@ struct MeshOptions {
     std::optional<std::map<std::string, int32_t>> groups;
     std::string groups_attribute = "face";
     bool y_up = false;    ///< y of the file is up; ignored for glTF, whose format says so
-    bool repair = false;  ///< close what is open, as prepare_mesh says
+    bool repair = false;  ///< close open meshes (prepare_mesh)
     /// Memory limit of reading, the file's bytes included; more is an error.
     int64_t memory_bytes = kDefaultReadingBytes;
 };
@@ -59,10 +59,10 @@ bool format_says_up(const std::filesystem::path& file);
 /// Returns ".obj, .stl, …", for messages.
 std::string mesh_formats();
 
-/// Reads a mesh by its extension; prepare_mesh has made it fit to print. A size under 1 unit where
-/// neither options nor file say the unit is taken as metres, with a warning. Triangles that cross
-/// are a warning, looked for in meshes of up to 200,000. Errors name the file, and the line where
-/// it has lines.
+/// Reads a mesh by its extension and prepares it for printing (prepare_mesh). If neither options
+/// nor file give the unit, a size under 1 unit is taken as metres, with a warning. Crossing
+/// triangles are a warning, searched for in meshes of up to 200,000 triangles. Errors name the
+/// file, and the line in text formats.
 Result<LoadedMesh> load_mesh(const std::filesystem::path& file, const MeshOptions& options);
 
 /// Same, from bytes; `file` gives the format and the folder of referenced files.

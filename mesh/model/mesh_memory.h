@@ -4,7 +4,7 @@
 
 // Memory that a mesh takes while it is read and checked. A small file may describe a large mesh, so
 // readers count before they allocate, and refuse what does not fit. Estimates come from counts,
-// never from the allocator: the same file is refused on every machine, or on none.
+// never from the allocator: a file is refused on every machine, or on none.
 
 #include <cstddef>
 #include <cstdint>

@@ -25,9 +25,9 @@ double turn(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& normal)
     return dot(cross(b - a, c - a), normal);
 }
 
-/// The corners that are left of a polygon, and which of them can be cut off: those that turn the
-/// polygon's way with no other corner in their triangle. What was found out of a corner stays true
-/// until one of its neighbours goes, or the corner that lies in its triangle.
+/// The remaining corners of a polygon, and which of them are ears: convex ones without another
+/// corner in their triangle. The result for a corner stays valid until one of its neighbours is
+/// removed, or the corner in its triangle.
 class Ring {
   public:
     Ring(const std::vector<Vec3d>& corners, const Vec3d& normal)
@@ -64,7 +64,7 @@ class Ring {
             if (q == a || q == b || q == c) continue;
             if (turn(a, b, q, normal_) >= 0 && turn(b, c, q, normal_) >= 0 &&
                 turn(c, a, q, normal_) >= 0)
-                return false;  // and looked at again, first, until it is gone
+                return false;  // and tested first again, until it is removed
         }
         return true;
     }
@@ -76,16 +76,16 @@ class Ring {
 
   private:
     struct Found {
-        int32_t before = -1, after = -1;  ///< the neighbours that this is about
+        int32_t before = -1, after = -1;  ///< the neighbours that this is valid for
         size_t next = 0;                  ///< in order_: those before it are not in the triangle
-        bool reflex = false;              ///< it does not turn the polygon's way
+        bool reflex = false;              ///< not convex
     };
 
     const Vec3d& corner(int32_t c) const { return p_[c]; }
     double along(int32_t c) const { return along_[c]; }
 
-    /// Orders the corners along the direction in the polygon's plane in which it is longest, of
-    /// those nearest to two axes: what is in a triangle is not beyond its ends.
+    /// Orders the corners along the longer of the two axes nearest to the polygon's plane: corners
+    /// in a triangle are between its ends.
     void sort_along() {
         double longest = -1;
         for (int axis = 0; axis < 3; ++axis) {
@@ -121,7 +121,7 @@ class Ring {
     std::vector<Found> found_;   ///< by corner
     std::vector<bool> gone_;     ///< by corner
     std::vector<double> along_;  ///< by corner
-    double slack_ = 0;           ///< more than what rounding moves along_ by
+    double slack_ = 0;           ///< bounds the rounding error of along_
     std::vector<int32_t> order_;
 };
 
@@ -149,7 +149,7 @@ std::vector<std::array<int32_t, 3>> triangulate(const std::vector<Vec3d>& corner
         size_t ear = 0;
         while (ear < ring.size() && *effort > 0 && !ring.is_ear(ear, effort))
             ++ear;
-        *effort -= static_cast<int64_t>(ear / 4);  // corners of which nothing new had to be found
+        *effort -= static_cast<int64_t>(ear / 4);  // corners that needed no new test
         if (*effort <= 0) return {};
         // A polygon that crosses itself may have none left; any cut keeps the mesh closed.
         if (ear == ring.size()) ear = 0;

@@ -10,7 +10,7 @@ namespace {
 constexpr int32_t kAround = 128;
 constexpr int32_t kStacks = 64;
 
-/// Builds a mesh corner by corner; attribute values are shared by whoever asks for the same index.
+/// Builds a mesh corner by corner; attribute values of equal index are shared.
 class Builder {
   public:
     explicit Builder(std::string name) {
@@ -72,7 +72,7 @@ Mesh make_box(const Vec3d& size_mm) {
     };
     side({4, 5, 7, 6}, {0, 0, 1}, 0);
     const int32_t down = b.normal({0, 0, -1});
-    // The back starts at the front's lower left corner too and turns the other way, with the
+    // The back starts at the front's lower left corner, too, and runs the other way, with the
     // front's uv.
     b.quad({0, 2, 3, 1}, {uv[0], uv[3], uv[2], uv[1]}, {down, down, down, down}, 1);
     side({0, 1, 5, 4}, {0, -1, 0}, 2);
@@ -172,7 +172,7 @@ Mesh make_plane(double x_mm, double y_mm) {
     const int32_t up = b.normal({0, 0, 1});
     const int32_t down = b.normal({0, 0, -1});
     b.quad(p, uv, {up, up, up, up}, 0);
-    // The back takes the other diagonal: on the same one four triangles would meet.
+    // The back uses the other diagonal: at the same one four triangles would meet.
     b.quad({p[1], p[0], p[3], p[2]}, {uv[1], uv[0], uv[3], uv[2]}, {down, down, down, down}, 1);
     return b.take();
 }

@@ -30,7 +30,7 @@ constexpr size_t kMaxWarnings = 100;
 /// y up, z to the viewer -> z up, y away.
 constexpr Affine3d kZUp{{1, 0, 0, 0, 0, -1, 0, 1, 0}, {}};
 
-/// The attribute that a glTF attribute becomes, empty for those that are not read.
+/// Returns the attribute that a glTF attribute becomes; empty for ignored ones.
 std::string attribute_name(const std::string& gltf) {
     if (gltf == "NORMAL") return "n";
     if (gltf == "COLOR_0") return "color";
@@ -46,7 +46,7 @@ class GltfReader {
     GltfReader(GltfFile file, std::string name) : gltf_(std::move(file)), name_(std::move(name)) {}
 
     Result<MeshSource> read() {
-        // Counted first: nodes may repeat a mesh, so that the file's size bounds nothing.
+        // Counts first: nodes may repeat a mesh, so the file's size is no bound.
         for_each_node(&GltfReader::count_node);
         if (!gltf_.ok()) return gltf_.error();
         counts_.attributes = static_cast<int64_t>(names_.size());
@@ -89,8 +89,8 @@ class GltfReader {
         }
     }
 
-    /// A number of things that an accessor, or a list, should have; what is wrong with it is found
-    /// when it is read.
+    /// Returns the number of elements that an accessor or a list should have; it is validated when
+    /// read.
     static int64_t stated(const JsonValue& object, const char* key) {
         const JsonMember* m = object.find(key);
         constexpr double kMost = 1LL << 32;
@@ -138,7 +138,7 @@ class GltfReader {
         counts_.vertices += vertices;
         counts_.triangles += strip ? corners : corners / 3;
         counts_.values += kept * vertices * 4;
-        // While it is read: numbers as doubles, and which value belongs to which vertex.
+        // State while reading: numbers as doubles, and the value of each vertex.
         largest_ = std::max(largest_, vertices * (8 * 8 + 4 * kept) + corners * 16);
         if (primitives_ > kMaxPrimitives)
             gltf_.fail(primitive, fmt::format("the nodes have more than {} primitives with their "
@@ -240,7 +240,7 @@ class GltfReader {
         }
     }
 
-    /// Each node that repeats a mesh has it again.
+    /// Each node that repeats a mesh adds it again.
     std::string name_of(const JsonValue& thing) {
         constexpr size_t kLongest = 1000;
         std::string name = GltfFile::text(thing, "name");
@@ -259,7 +259,7 @@ class GltfReader {
         return name.empty() ? fmt::format("material {}", index) : name;
     }
 
-    /// An attribute of the primitive at hand, its values added to the mesh.
+    /// An attribute of the current primitive, with its values added to the mesh.
     struct Source {
         size_t attribute;
         std::vector<int32_t> value_of_vertex;
@@ -380,7 +380,7 @@ class GltfReader {
         for (size_t i = 0; i + 2 < corners.size(); i += step) {
             std::array<int64_t, 3> t{corners[i], corners[i + 1], corners[i + 2]};
             if (mode == 6) t[0] = corners[0];
-            // Every other triangle of a strip runs the other way.
+            // Every other triangle of a strip is reversed.
             const bool turned = mode == 5 && i % 2 == 1;
             if (turned != mirrored) std::swap(t[1], t[2]);
             mesh_.add_triangle(

@@ -15,7 +15,7 @@ namespace openfab::mesh {
 /// v turned so that 0 is at the bottom, COLOR_0 "color" (3), and _NAME the attribute "name" in
 /// lower case; all are floats. Nodes and materials are groups by their names. Points and lines,
 /// skins and morph targets are left out with a warning; compressed meshes are refused. Errors name
-/// the place in the JSON.
+/// the location in the JSON.
 Result<MeshSource> parse_gltf(std::string_view bytes, const std::string& file,
                               int64_t memory_bytes = kDefaultReadingBytes);
 

@@ -25,7 +25,7 @@ constexpr int64_t kMaxZeros = 65'536;
 
 static_assert(std::endian::native == std::endian::little, "glTF is read as it lies in memory");
 
-/// Component types of the format: their numbers, sizes, and what they are divided by.
+/// Component types of the format: their numbers, sizes and divisors.
 struct ComponentType {
     int64_t number;
     size_t bytes;
@@ -90,7 +90,7 @@ std::string decode_base64(std::string_view text) {
     return out;
 }
 
-/// `%20` and the like in the address of a file.
+/// Decodes `%20` and the like in a URI.
 std::string decode_percent(const std::string& uri) {
     std::string out;
     for (size_t i = 0; i < uri.size(); ++i) {
@@ -249,7 +249,7 @@ std::string GltfFile::load_uri(const JsonValue& at, const std::string& uri) {
     }
     const fs::path folder = fs::path(file_).parent_path();
     const fs::path path = folder / relative;
-    // Nor may a link lead out of it.
+    // Nor may a symbolic link lead out of it.
     Result<std::string> bytes = read_text_file(path, allowed, {reading_root(folder)});
     if (!bytes) {
         fail(at, bytes.error().message, bytes.error().help);
@@ -346,7 +346,7 @@ void GltfFile::apply_sparse(const JsonValue& sparse, int64_t type, bool normaliz
     const JsonMember* values = sparse.find("values");
     if (indices == nullptr || values == nullptr)
         return fail(sparse, "`sparse` has no `indices` and `values`");
-    // Each node that repeats the mesh reads them again, and is counted by the accessor's own.
+    // Each node that repeats the mesh reads them again, and is counted by the accessor.
     if (ok() && count > out->count())
         return fail(sparse, fmt::format("`sparse` replaces {} elements of an accessor of {}", count,
                                         out->count()));

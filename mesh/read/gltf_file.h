@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The glTF 2.0 container: its JSON, its buffers, wherever they are, and the number arrays in them.
+// The glTF 2.0 container: its JSON, its buffers (embedded or in files), and the arrays in them.
 
 #include <array>
 #include <filesystem>
@@ -34,8 +34,8 @@ class GltfFile {
     static Result<GltfFile> open(std::string_view bytes, const std::string& file,
                                  int64_t memory_bytes = kDefaultReadingBytes);
 
-    /// Memory that is left of memory_bytes by the tree, by the buffers that were read, and by what
-    /// others take of it.
+    /// Returns what remains of memory_bytes after the tree, the buffers read so far, and
+    /// allocations of others.
     int64_t memory_left() const { return memory_left_; }
     int64_t& memory_left() { return memory_left_; }
 
@@ -45,7 +45,7 @@ class GltfFile {
     Result<GltfArray> array(int64_t accessor, bool indices);
 
     /// Reads the bytes of one of `images`: its file, its data, or its buffer view. At most
-    /// memory_left(), of which whoever keeps them takes them.
+    /// memory_left(), from which the caller deducts what it keeps.
     Result<std::string> image(const JsonValue& image);
 
     /// Returns root()[key][index]; null after an error, which is kept for error().

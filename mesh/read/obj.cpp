@@ -52,7 +52,7 @@ class ObjReader {
   private:
     MeshCounts counts() const {
         MeshCounts out;
-        // A quad's diagonal is a node of a set.
+        // A quad's diagonal, as a key of a set.
         constexpr size_t kDiagonalVertices = 2;
         out.vertices =
             static_cast<int64_t>(mesh_.positions.size() + diagonals_.size() * kDiagonalVertices);
@@ -63,7 +63,7 @@ class ObjReader {
         return out;
     }
 
-    // One logical line, tokens and all; a backslash at the end of a line joins the next one.
+    // One logical line with its tokens; a backslash at the end of a line continues it.
     void read_line() {
         line_start_ = at_;
         tokens_.clear();
@@ -88,7 +88,7 @@ class ObjReader {
                 const size_t start = at_;
                 while (at_ < text_.size() && !is_blank(text_[at_]) && text_[at_] != '\n')
                     ++at_;
-                // One more than any statement may have, so that it is seen to be too long.
+                // One more than any statement may have, to detect longer ones.
                 if (tokens_.size() < kMaxCorners + 2)
                     tokens_.push_back(text_.substr(start, at_ - start));
             }
@@ -97,7 +97,7 @@ class ObjReader {
         if (!tokens_.empty()) statement();
     }
 
-    /// The unit that a comment states and nothing else, in mm; 0 where it does not.
+    /// Returns the unit that a comment states, in mm; 0 for other comments.
     double unit_of(size_t start) const {
         constexpr size_t kLongest = 60;
         const std::string_view line =
@@ -288,7 +288,7 @@ class ObjReader {
             if (!corner(tokens_[i + 1], &corners_[i])) return;
         }
         if (count == 3) return add_triangle({0, 1, 2});
-        // Two quads may share both ends of a diagonal; the second takes its other one, or four
+        // Two quads may share both ends of a diagonal; the second uses its other one, or four
         // triangles would meet there.
         if (count == 4 && !diagonals_.insert(edge_key(corners_[0].v, corners_[2].v)).second) {
             std::rotate(corners_.begin(), corners_.begin() + 1, corners_.end());
@@ -317,7 +317,8 @@ class ObjReader {
         out_.face_groups.push_back(*group_);
     }
 
-    /// Statements that change between a few groups do not go through all of their names again.
+    /// A cache: statements that alternate between a few groups do not process all of their names
+    /// again.
     int32_t group_index() {
         const auto [known, fresh] = group_of_.try_emplace({groups_number_, material_number_}, 0);
         if (fresh) known->second = out_.group_index({groups_, material_});

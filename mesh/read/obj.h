@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Wavefront OBJ. A reader of our own: the libraries read bad numbers as 0 and report no lines, and
-// a print that is subtly wrong costs a day.
+// Wavefront OBJ. Not from a library: those read malformed numbers as 0 and report no lines, and a
+// subtly wrong print costs a day.
 
 #include <string>
 #include <string_view>

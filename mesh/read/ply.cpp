@@ -24,7 +24,7 @@ constexpr size_t kMaxTriangles = 200'000'000;
 
 static_assert(std::endian::native == std::endian::little);
 
-/// The values behind the head, one after another.
+/// Reads the values after the header, one by one.
 class Values {
   public:
     Values(std::string_view bytes, const PlyHeader& header)
@@ -34,14 +34,14 @@ class Values {
     Complaint next(PlyType type, double* out) {
         return header_.ascii ? next_ascii(type, out) : next_binary(type, out);
     }
-    /// At most this many values can follow.
+    /// Returns the maximum number of values that can follow.
     size_t most_left(PlyType type) const {
         return (bytes_.size() - at_) / (header_.ascii ? 1 : ply_type_bytes(type));
     }
     int32_t line() const { return line_; }
 
-    /// The next `count` things of `size` bytes, as they lie in the file; null where there are not
-    /// so many, or where they are no little-endian numbers.
+    /// Returns the next `count` elements of `size` bytes, as stored in the file; null if there are
+    /// fewer, or if they are not little-endian.
     const char* look(size_t count, size_t size) const {
         if (header_.ascii || header_.big_endian || (bytes_.size() - at_) / size < count)
             return nullptr;
@@ -129,7 +129,7 @@ struct Column {
     int64_t odd = -1;  ///< the first one that is not finite
 };
 
-/// Some columns that are one attribute.
+/// Columns that form one attribute.
 struct Vector {
     std::string name;
     size_t columns = 1;
@@ -150,11 +150,11 @@ constexpr Parts kKnown[] = {{"n", {"nx", "ny", "nz"}},
                             {"color", {"r", "g", "b"}},
                             {"color", {"diffuse_red", "diffuse_green", "diffuse_blue"}}};
 
-/// Ends of names of parts; at least two of them make a vector.
+/// Suffixes of component names; at least two form a vector.
 constexpr std::array<const char*, 4> kSuffixes[] = {
     {"_x", "_y", "_z", "_w"}, {"_0", "_1", "_2", "_3"}, {"_r", "_g", "_b", "_a"}, {"_u", "_v"}};
 
-/// The attribute that starts with columns[at]; all parts are of one type.
+/// Returns the attribute that starts with columns[at]; all components have one type.
 Vector vector_at(const std::vector<Column>& columns, size_t at) {
     const auto is = [&](size_t i, const std::string& name) {
         return at + i < columns.size() && columns[at + i].property->name == name &&
@@ -223,7 +223,7 @@ class PlyReader {
         return static_cast<int64_t>(bytes);
     }
 
-    /// Looked at now and then: a few elements more do not matter.
+    /// Checked now and then: a few more elements do not matter.
     Result<void> check_memory(int64_t element) const {
         if (element % 1024 != 0) return Ok{};
         const int64_t needed = growing_bytes(read_bytes());
@@ -259,7 +259,7 @@ class PlyReader {
                              : wrong.at({fmt::format("{}: face {}", file_, face), 0, 0});
     }
 
-    /// The values of a list; `most` of them.
+    /// Reads a list of at most `most` values.
     Complaint list(const PlyProperty& property, int64_t most, std::vector<double>* out) {
         double length = 0;
         if (Complaint wrong = values_.next(property.count_type, &length); !wrong.empty())
@@ -268,7 +268,7 @@ class PlyReader {
             length > static_cast<double>(values_.most_left(property.type))) {
             return fmt::format("the list `{}` is {} long", property.name.substr(0, 40), length);
         }
-        // Twice: the list grows, and is copied then.
+        // Twice, since growing copies the list.
         if (2 * length * sizeof(double) > static_cast<double>(memory_bytes_))
             return fmt::format("the list `{}` of {} values takes more memory than is allowed",
                                property.name.substr(0, 40), length);
@@ -381,8 +381,8 @@ class PlyReader {
         return Ok{};
     }
 
-    /// Reads faces that are triangles, with nothing but their corners; false, having read nothing,
-    /// where they are not.
+    /// Reads faces that are plain triangles, without further properties; returns false, having read
+    /// nothing, if they are not.
     bool plain_triangles(const PlyElement& element) {
         const PlyProperty& p = element.properties[0];
         if (element.properties.size() != 1 || p.count_type != PlyType::kUint8 ||
@@ -392,13 +392,13 @@ class PlyReader {
         const char* from = values_.look(count, 13);
         if (from == nullptr || count > kMaxTriangles) return false;
         if (static_cast<int64_t>(count * sizeof(std::array<int32_t, 3>)) > memory_bytes_)
-            return false;  // told of by the longer way, which looks at what it takes
+            return false;  // reported by the general path, which checks the memory
         std::vector<std::array<int32_t, 3>> triangles(count);
         bool plain = true;
         for (size_t i = 0; i < count && plain; ++i) {
             std::memcpy(triangles[i].data(), from + 13 * i + 1, 12);
             const auto& t = triangles[i];
-            // Numbers above the largest int, or below 0, are told of by the longer way.
+            // Numbers above INT_MAX or below 0 are reported by the general path.
             plain = from[13 * i] == 3 && (t[0] | t[1] | t[2]) >= 0;
         }
         if (!plain) return false;
@@ -449,7 +449,7 @@ class PlyReader {
         return Ok{};
     }
 
-    /// Two numbers a corner, or none at all, which is kept as -1 in uv_corners_.
+    /// Two numbers per corner, or none, stored as -1 in uv_corners_.
     void add_face_uvs(const std::vector<double>& uv) {
         const size_t begin = face_ends_.size() > 1 ? face_ends_[face_ends_.size() - 2] : 0;
         const size_t corners = face_ends_.back() - begin;
@@ -540,7 +540,7 @@ class PlyReader {
         return Ok{};
     }
 
-    /// `corners` picks the row of each triangle's corners.
+    /// `corners` selects the row of each triangle corner.
     void add_attributes(const std::vector<Column>& columns, const char* element,
                         const std::vector<std::array<int32_t, 3>>& corners) {
         for (size_t at = 0; at < columns.size();) {

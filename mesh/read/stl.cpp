@@ -14,7 +14,7 @@
 namespace openfab::mesh {
 namespace {
 
-constexpr size_t kHeader = 84;  ///< 80 bytes of anything, then the number of triangles
+constexpr size_t kHeader = 84;  ///< 80 arbitrary bytes, then the number of triangles
 constexpr size_t kFacet = 50;   ///< normal, three corners, two bytes
 
 static_assert(std::endian::native == std::endian::little, "STL is read as it lies in memory");
@@ -67,12 +67,12 @@ Result<MeshSource> parse_binary(std::string_view bytes, const std::string& file,
     return out;
 }
 
-/// Words with the position of the last one.
+/// Splits text into words and keeps the position of the last one.
 class Words {
   public:
     Words(std::string_view text, const std::string& file) : text_(text), file_(file) {}
 
-    /// The next word, empty at the end.
+    /// Returns the next word, empty at the end.
     std::string_view next() {
         while (at_ < text_.size() && is_space(text_[at_])) {
             if (text_[at_] == '\n') {
@@ -182,7 +182,8 @@ class AsciiReader {
         const auto v = static_cast<int32_t>(out_.mesh.positions.size());
         out_.mesh.triangles.push_back({v, v + 1, v + 2});
         if (Result<void> word = expect("normal"); !word) return word;
-        // Some writers have `nan` for triangles without area; what is used is the corners' order.
+        // Some programs write `nan` for triangles without area; the order of the corners is used
+        // instead.
         for (int i = 0; i < 3; ++i)
             words_.next();
         for (const char* word : {"outer", "loop"}) {
@@ -206,7 +207,7 @@ class AsciiReader {
     MeshSource out_;
 };
 
-/// Binary files may begin with "solid" too: their size tells them.
+/// Binary files may begin with "solid", too; their size identifies them.
 bool is_ascii(std::string_view bytes) {
     const size_t start = bytes.find_first_not_of(" \t\r\n");
     const bool says_solid =

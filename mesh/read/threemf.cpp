@@ -54,7 +54,7 @@ class ThreemfReader {
         if (!model) return model.error();
         Part* root = part(*model);
         if (root == nullptr) return *error_;
-        // Counted first: components may repeat objects, so that the file's size bounds nothing.
+        // Counts first: components may repeat objects, so the file's size is no bound.
         std::vector<std::string> names;
         for (const ThreemfPlacement& item : root->model.build)
             place(*root, item, {}, &names, 0, &ThreemfReader::count);
@@ -70,10 +70,10 @@ class ThreemfReader {
     }
 
   private:
-    /// A model with what it has in the mesh: values of its properties.
+    /// A model, with the indices of its property values in the mesh.
     struct Part {
         ThreemfModel model;
-        std::map<int64_t, std::vector<int32_t>> values;  ///< by group; -2: not yet there
+        std::map<int64_t, std::vector<int32_t>> values;  ///< by group; -2: not added yet
     };
 
     /// The resolved properties of a triangle.
@@ -97,7 +97,7 @@ class ThreemfReader {
             if (!error_) error_ = text.error();
             return nullptr;
         }
-        // Its text is there as long as it is read.
+        // The text lives as long as it is parsed.
         const auto length = static_cast<int64_t>(text->size());
         memory_bytes_ -= length;
         Result<ThreemfModel> model =
@@ -114,7 +114,7 @@ class ThreemfReader {
     using Use = void (ThreemfReader::*)(Part*, const ThreemfObject&, const Affine3d&,
                                         const std::vector<std::string>&);
 
-    /// Calls `use` for the object and all that it is made of.
+    /// Calls `use` for the object and all of its components.
     void place(Part& from, const ThreemfPlacement& placement, const Affine3d& outer,
                std::vector<std::string>* names, size_t depth, Use use) {
         if (error_) return;
@@ -208,8 +208,7 @@ class ThreemfReader {
         return known->second;
     }
 
-    /// Names are many and long where objects are in each other; they are not gone through again for
-    /// each material.
+    /// Nested objects have many and long names, which are not processed again for each material.
     int32_t group_index(int32_t names_number, const std::vector<std::string>& names,
                         const std::string& material) {
         const auto [known, fresh] = group_of_.try_emplace({names_number, material}, 0);
@@ -260,7 +259,7 @@ class ThreemfReader {
         }
     }
 
-    /// Values of the mesh for entries of a group, each put there when it is first used.
+    /// Returns the mesh's value for an entry of a group, adding it on first use.
     std::array<int32_t, 3> values_of(Part* in, int64_t id, const ThreemfGroup& group,
                                      const std::array<int64_t, 3>& picks, const char* name,
                                      int32_t components, std::optional<size_t>* attribute) {
@@ -300,7 +299,7 @@ class ThreemfReader {
     std::optional<Error> error_;
     int64_t placements_ = 0;
     int64_t memory_bytes_;  ///< besides the models
-    MeshCounts counts_;     ///< of all that is placed
+    MeshCounts counts_;     ///< of all placed objects
     bool other_types_ = false;
     bool unknown_groups_ = false;
     bool beams_ = false;

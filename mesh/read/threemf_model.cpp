@@ -107,7 +107,7 @@ class ModelReader : public XmlHandler {
     }
 
   private:
-    /// Adds to a list, and takes what that needs: lists double, and are copied then.
+    /// Appends to a list and accounts for its memory: lists double, and are copied then.
     template <typename T>
     T& add(std::vector<T>* list, T value, size_t more = 0) {
         memory_bytes_ -= static_cast<int64_t>(3 * sizeof(T) + more);
@@ -173,10 +173,10 @@ class ModelReader : public XmlHandler {
             found = true;
         }
         if (!found) return fmt::format("unknown unit `{}`", unit.substr(0, 40));
-        // Extensions that change where the surface is must be known; they are named by prefixes.
+        // Extensions that change the surface must be known; they are listed by their prefixes.
         const std::string required = text(a, "requiredextensions");
         const std::vector<std::string_view> prefixes = words_of(required);
-        // Each is looked for among all attributes.
+        // Each is searched for among all attributes.
         constexpr size_t kMostExtensions = 64;
         if (prefixes.size() > kMostExtensions)
             return fmt::format("the file requires {} extensions; at most {} are possible",
@@ -209,7 +209,7 @@ class ModelReader : public XmlHandler {
     Complaint begin_multi(const XmlAttributes& a) {
         Complaint wrong = begin_group(a, ThreemfGroup::Kind::kMulti);
         if (wrong.empty()) wrong = integers(text(a, "pids"), &group_->layers);
-        // Each triangle looks at all of them.
+        // Each triangle searches all of them.
         constexpr size_t kMaxLayers = 16;
         if (wrong.empty() && group_->layers.size() > kMaxLayers)
             return {fmt::format("multiproperties of {} layers", group_->layers.size()),
@@ -307,7 +307,7 @@ class ModelReader : public XmlHandler {
             for (size_t i = 0; i < m.size(); ++i) {
                 if (std::string wrong = scan_number(words[i], &m[i]); !wrong.empty()) return wrong;
             }
-            // Written for row vectors: the columns of ours, one after another.
+            // Written for row vectors: the columns of our matrix, one after another.
             p.transform = {{m[0], m[3], m[6], m[1], m[4], m[7], m[2], m[5], m[8]},
                            {m[9], m[10], m[11]}};
         }

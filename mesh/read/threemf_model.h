@@ -16,7 +16,7 @@
 
 namespace openfab::mesh {
 
-/// A numbered list of properties that triangles refer to.
+/// A list of properties with an id, which triangles refer to.
 struct ThreemfGroup {
     enum class Kind { kMaterials, kColors, kCoordinates, kMulti, kOther };
     Kind kind = Kind::kOther;

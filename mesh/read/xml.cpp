@@ -13,8 +13,8 @@ namespace openfab::mesh {
 namespace {
 
 constexpr int kMaxDepth = 64;
-/// A tag with its attributes, or a comment. Expat keeps one whole and reads it again from its start
-/// with each piece that comes.
+/// Limit of a tag with its attributes, or of a comment. Expat buffers it whole and rescans it from
+/// its start for each piece of input.
 constexpr int64_t kLongestToken = 32'000'000;
 
 std::string_view without_prefix(std::string_view name) {
@@ -26,14 +26,14 @@ struct Parse {
     XML_Parser parser = nullptr;
     XmlHandler* handler = nullptr;
     int depth = 0;
-    SourceLocation location;  ///< of the file; where it stopped, once it did
+    SourceLocation location;  ///< of the file; where parsing stopped, once it did
     Complaint wrong;
 
     void stop(Complaint why) {
         keep(std::move(why));
         XML_StopParser(parser, XML_FALSE);
     }
-    /// The first complaint, at the place where the parser is.
+    /// The first error, at the parser's location.
     void keep(Complaint why) {
         if (!wrong.empty()) return;
         wrong = std::move(why);

@@ -33,8 +33,8 @@ class XmlHandler {
     virtual void end(std::string_view name) = 0;
 };
 
-/// Errors have a place in `file`. Document types are refused: nothing here needs one, and
-/// entities are how small files become large ones.
+/// Parses `text`; errors are located in `file`. Document types are refused: none is needed here,
+/// and entities can expand a small file into a large one.
 Result<void> parse_xml(std::string_view text, const std::string& file, XmlHandler* handler);
 
 }  // namespace openfab::mesh

@@ -1,10 +1,10 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Not by the unzip of minizip, by which packages are written: of 15,000 damaged archives it read as
-// safely (with the address sanitizer), but took three times as long, refused some that are read
-// here and read some that are refused here; it inflates by zlib instead of libdeflate, and each
-// bound below would stand beside it all the same.
+// Not based on minizip's unzip, although minizip writes our packages: on 15,000 damaged archives it
+// was as safe (under the address sanitizer), but took three times as long and accepted a different
+// set; it inflates by zlib instead of libdeflate, and the limits below would be needed all the
+// same.
 #include "mesh/read/zip_file.h"
 
 #include <fmt/format.h>
@@ -21,11 +21,11 @@
 namespace openfab::mesh {
 namespace {
 
-/// Text of meshes packs to a tenth, that of blanks or of one vertex over and over to a hundredth; a
-/// large entry beyond this was made to fill the memory of whoever reads it.
+/// The text of meshes compresses to a tenth, blanks or a repeated vertex to a hundredth; a large
+/// entry beyond this ratio was made to exhaust the reader's memory.
 constexpr uint64_t kTightest = 200;
 constexpr uint64_t kLargeEntry = 32'000'000;
-/// Beyond any file: sums of sizes that are a lie stay numbers.
+/// Beyond any file: keeps sums of false sizes from overflowing.
 constexpr uint64_t kLargest = uint64_t{1} << 46;
 constexpr size_t kEndSize = 22;  ///< end of central directory, without its comment
 constexpr size_t kLongestComment = 65535;
@@ -52,7 +52,7 @@ std::optional<uint64_t> find_end(std::string_view bytes) {
     return {};
 }
 
-/// Sizes and offset that did not fit 32 bits stand in an extra field, in this order.
+/// Sizes and offset that do not fit 32 bits are in an extra field, in this order.
 void read_zip64(std::string_view extra, uint64_t* size, uint64_t* compressed, uint64_t* offset) {
     while (extra.size() >= 4) {
         const auto kind = number_at<uint16_t>(extra, 0);
@@ -115,8 +115,8 @@ Result<ZipFile> ZipFile::open(std::string_view bytes, const std::string& file) {
             return user_error(fmt::format("{}: the archive's directory is damaged", file));
         read_zip64(bytes.substr(at + kCentralSize + name, extra), &entry.size, &entry.compressed,
                    &entry.offset);
-        // Entries beside each other fill the file at most; else one lies over another, and a small
-        // file would be large many times.
+        // Disjoint entries fill the file at most; otherwise they overlap, and a small file could
+        // expand many times.
         if (entry.compressed > bytes.size() - packed)
             return user_error(fmt::format(
                 "{}: the archive's directory is damaged: its entries are larger than the file",
@@ -127,7 +127,8 @@ Result<ZipFile> ZipFile::open(std::string_view bytes, const std::string& file) {
         out.entries_.emplace(key(bytes.substr(at + kCentralSize, name)), entry);
         at += kCentralSize + name + extra + comment;
     }
-    // One large entry is told of when it is read; many that are just not large would be as much.
+    // A single large entry is reported when it is read; many just below that limit would be as
+    // much.
     if (unpacked - largest > kLargeEntry && (unpacked - largest) / kTightest > bytes.size()) {
         return user_error(
             fmt::format("{}: the archive unpacks to {} times its size, as no mesh does; pack it "
@@ -165,7 +166,7 @@ Result<std::string> ZipFile::read(const std::string& name, int64_t limit) const 
                         "`--memory`",
                         entry.size / 1'000'000 + 1, std::max<int64_t>(limit, 0) / 1'000'000));
     }
-    // Deflate makes nothing more than 1032 times smaller: a size beyond that is a lie.
+    // Deflate's ratio is at most 1032: a larger size is false.
     if (entry.size > packed.size() * 1032 + 64 ||
         (entry.method == 0 && entry.size != packed.size()))
         return error("is damaged: it cannot be as large as it says");

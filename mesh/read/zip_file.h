@@ -23,7 +23,8 @@ class ZipFile {
     bool has(const std::string& name) const;
 
     /// Reads an entry of at most `limit` bytes and verifies its checksum. Errors: no such entry,
-    /// encrypted, of another method, damaged, larger, or packed tighter than text ever is.
+    /// encrypted, of another method, damaged, larger, or of a compression ratio that text never
+    /// reaches.
     Result<std::string> read(const std::string& name, int64_t limit = 1'000'000'000) const;
 
     /// Returns the key of an entry, the same for all spellings of its name.

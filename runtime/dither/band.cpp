@@ -103,12 +103,12 @@ void RowBand::merge(int32_t block, const uint8_t* owned, const uint8_t* block_co
     const size_t tile_values_count = 64 * voxel_values;
     int32_t& index = tile[block];
     if (index < 0) {
-        // The whole tile: fractions of voxels that are not mixed are never looked at.
+        // The whole tile: fractions of voxels that are not mixed are never read.
         index = tile_count++;
         fractions.insert(fractions.end(), tile_values, tile_values + tile_values_count);
         return;
     }
-    // Another part had voxels of this block before: take ours only.
+    // Another part owns voxels of this block: copies ours only.
     uint16_t* into = &fractions[static_cast<size_t>(index) * tile_values_count];
     for (size_t v = 0; v < 64; ++v) {
         for (size_t i = 0; i < voxel_values; ++i) {
@@ -149,14 +149,13 @@ SlabDither::SlabDither(const openfab_stage_set& set, openfab_isa isa, DitherRule
     : calls_(set, isa), support_(support) {
     setup_ = {rule, isa, abi::fold_seed(seed), calls_.channels(), (size.x + 7) / 8 * 8};
     OPENFAB_CHECK_LE(setup_.channels, OPENFAB_MAX_MATERIALS + 1);
-    // Never cleared again: errors of voxels that are not mixed are not taken, they must only be
-    // finite.
+    // Never cleared again: errors of voxels that are not mixed are masked out, but must be finite.
     errors_.assign(error_count(setup_), 0.0f);
     nothing_mixed_.assign(static_cast<size_t>(setup_.width + 2 * kRowMargin), 0);
 }
 
 void SlabDither::begin(int32_t slab, uint8_t slices, SlabPlanes* planes) {
-    OPENFAB_CHECK(held_ == nullptr);  // the slab before was ended
+    OPENFAB_CHECK(held_ == nullptr);  // the previous slab has ended
     OPENFAB_CHECK_NE(slices, 0);
     z_ = 8 * slab;
     slices_ = slices;
@@ -194,7 +193,7 @@ abi::KernelStatus SlabDither::finish_held(const uint8_t* below) {
         seconds_support += filled - start;
         start = filled;
     }
-    // Bytes of a row; a block takes as many as a voxel has bits.
+    // Bytes of a row; a block takes as many bytes as a voxel has bits.
     const int32_t bits = planes_->bits;
     const int32_t first = bits * held_->first_block;
     const int32_t end =
@@ -204,7 +203,7 @@ abi::KernelStatus SlabDither::finish_held(const uint8_t* below) {
     return status;
 }
 
-/// Bytes [first, end) of each row.
+/// Copies bytes [first, end) of each row.
 abi::KernelStatus SlabDither::pack_held(int32_t first, int32_t end) {
     const int32_t bits = planes_->bits, y = 8 * held_->row;
     const int32_t rows = std::min(8, planes_->height - y);
@@ -226,7 +225,7 @@ abi::KernelStatus SlabDither::pack_held(int32_t first, int32_t end) {
     return {};
 }
 
-// `above` is the row over the first, `below` the one under the last.
+// `above` is the row before the first, `below` the one after the last.
 void SlabDither::dither_rows(RowBand* band, int32_t first, int32_t count, const uint8_t* above,
                              const uint8_t* below) {
     const double start = seconds_now();

@@ -4,8 +4,8 @@
 
 // Rows of blocks between the volume stage and packed slices. A RowBand is one row of blocks (8
 // voxels in y) of a slab with codes everywhere and fractions only for blocks that hold a mixed
-// voxel. Bands are filled independently, in any order; SlabDither takes them in +y, one voxel row
-// behind, because how a voxel is dithered depends on which voxels of the next row are mixed.
+// voxel. Bands are filled independently, in any order; SlabDither processes them in +y, one voxel
+// row behind, because the dither of a voxel depends on which voxels of the next row are mixed.
 
 #include <cstdint>
 #include <cstdlib>
@@ -59,11 +59,11 @@ struct SlabPlanes {
     int32_t bits = 4;               ///< a voxel
     int32_t width = 0, height = 0;  ///< voxels
     int64_t row_bytes = 0, plane_bytes = 0;
-    /// 8 planes. For a tray they are 200 MB: pages become resident when a thread first writes them.
+    /// 8 planes. Pages become resident on first write: a tray's planes are 200 MB.
     std::unique_ptr<uint8_t, decltype(&std::free)> data{nullptr, &std::free};
 
-    /// Makes all voxels void. Memory is reused where the size is the same; returns false where none
-    /// is left.
+    /// Makes all voxels void. Memory is reused where the size is the same; returns false if out of
+    /// memory.
     [[nodiscard]] bool reset(int32_t grid_width, int32_t grid_height, int32_t voxel_bits);
 };
 
@@ -71,16 +71,16 @@ struct SupportFill;
 
 class SlabDither {
   public:
-    /// `size` of the grid in voxels; memory is reused from slab to slab. `support`, if any, takes
-    /// the voxels that are left void.
+    /// `size` of the grid in voxels; memory is reused from slab to slab. `support`, if any, fills
+    /// void voxels.
     SlabDither(const openfab_stage_set& set, openfab_isa isa, DitherRule rule, uint64_t seed,
                const Vec3i& size, const SupportFill* support = nullptr);
 
     /// Begins slices 8 slab .. 8 slab + 7 of `planes`, which was reset. Those not in `slices`, by
     /// bit, may be left unwritten.
     void begin(int32_t slab, uint8_t slices, SlabPlanes* planes);
-    /// The next row of blocks; rows may be left out where nothing is printed. The band is taken
-    /// over, and the one before it is given back for reuse.
+    /// Adds the next row of blocks; rows without voxels may be skipped. Takes ownership of the band
+    /// and returns the previous one for reuse.
     abi::KernelStatus add(RowBand* band, RowBand** released);
     /// Finishes after the last band. Returns 0 or a Halide error code.
     abi::KernelStatus end(RowBand** released);

@@ -28,7 +28,7 @@ int main(int argc, char** argv) {
     for (int32_t y = 0; y < side; ++y) {
         for (int32_t x = 0; x < 2 * side; ++x) {
             const int32_t rank = ranks[static_cast<size_t>(y * side + x % side)];
-            // The middle of the rank's share of the range.
+            // The center of the rank's interval.
             std::fprintf(out, "%d,%s", (2 * rank + 1) * 32768 / (side * side),
                          x % side == side - 1 ? "\n" : " ");
         }

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Implements dither_rows. dither_avx2.cpp and dither_sse41.cpp compile it, each with the flags of a
-// set. Slices are lanes: a slab's 8 slices are one vector of 8 lanes or two of 4, whichever the
-// machine has. Everything is inlined.
+// Implements dither_rows. dither_avx2.cpp and dither_sse41.cpp compile it with the flags of their
+// instruction sets. Slices are lanes: a slab's 8 slices are one vector of 8 lanes or two of 4.
+// Everything is inlined.
 
 #include <cstdint>
 
@@ -35,8 +35,8 @@ OPENFAB_INLINE void written_out(const F& f) {
     }
 }
 
-/// f(0), f(1), …, f(fixed - 1), written out, since GCC leaves loops of vectors be; or, where
-/// `fixed` is 0, a loop to `count`.
+/// Calls f(0), f(1), …, f(fixed - 1), unrolled, which GCC does not do for loops of vectors; or
+/// loops to `count` where `fixed` is 0.
 template <int32_t fixed, typename F>
 OPENFAB_INLINE void for_channels(int32_t count, const F& f) {
     if constexpr (fixed > 0) {
@@ -47,15 +47,15 @@ OPENFAB_INLINE void for_channels(int32_t count, const F& f) {
     }
 }
 
-/// Some of the 8 voxels of a column, from slice `first` of the slab on. `fixed`: the number of
-/// channels where it is known when this is compiled, so that loops are written out and values stay
-/// in registers; else 0.
+/// A vector of the 8 voxels of a column, from slice `first` of the slab on. `fixed`: the number of
+/// channels if it is a compile-time constant, so that loops are unrolled and values stay in
+/// registers; else 0.
 template <int32_t fixed>
 struct Column {
     static constexpr int32_t kMost = fixed > 0 ? fixed : kMaxChannels;
     const uint16_t* fractions = nullptr;  ///< [material][slice], at `first`
     int32_t variable = 0;
-    Mask received, interior;  ///< a neighbour behind is mixed; all four are
+    Mask received, interior;  ///< a previous neighbour is mixed; all four are
     bool all_received = false;
     Uints hash = Uints(0);
     Floats value[kMost];  ///< fractions with the errors received
@@ -66,8 +66,8 @@ struct Column {
     }
 };
 
-/// The first material at which the running sum of the fractions exceeds the
-/// threshold; the last sum is 65535 and always does.
+/// Chooses the first material at which the running sum of the fractions exceeds the threshold; the
+/// last sum is 65535, which always does.
 OPENFAB_INLINE Ints first_above(const uint16_t* fractions, int32_t channels,
                                 const Ints& threshold) {
     Ints sum = 0, code = channels - 1;
@@ -78,7 +78,7 @@ OPENFAB_INLINE Ints first_above(const uint16_t* fractions, int32_t channels,
     return code;
 }
 
-/// The most frequent material; ties go to the first.
+/// Chooses the largest fraction; ties go to the first.
 OPENFAB_INLINE Ints largest(const uint16_t* fractions, int32_t channels) {
     Ints code = 0, most = 0;
     for (int32_t m = 0; m < channels; ++m) {
@@ -90,8 +90,8 @@ OPENFAB_INLINE Ints largest(const uint16_t* fractions, int32_t channels) {
     return code;
 }
 
-/// Floyd and Steinberg 1976: the largest value wins, ties go to the first, among
-/// materials that are present; where nothing was received, the hash decides.
+/// Floyd and Steinberg 1976: the largest value wins, ties go to the first, among materials that are
+/// present; if no error was received, the hash decides.
 template <int32_t fixed>
 OPENFAB_INLINE Ints floyd_steinberg(const Column<fixed>& c) {
     Floats best = -kInfinity;
@@ -106,9 +106,8 @@ OPENFAB_INLINE Ints floyd_steinberg(const Column<fixed>& c) {
     return select(c.received, code, first_above(c.fractions, c.channels(), threshold));
 }
 
-/// The first material at which the running sum of what each value has above a
-/// floor exceeds a random share of the whole sum. Why the floor is what it is:
-/// abi/dither_rules.h.
+/// Chooses the first material at which the running sum of the values' excess over a floor exceeds a
+/// random fraction of the whole sum. For the choice of the floor see abi/dither_rules.h.
 template <bool inside, int32_t fixed>
 OPENFAB_INLINE Ints decorrelated(const Column<fixed>& c) {
     const Floats interior = abi::kDecorrelatedInteriorFloor;
@@ -177,7 +176,7 @@ OPENFAB_INLINE Floats edge_weight(uint8_t mixed, int32_t first, float weight) {
     return masked(from_bits(mixed, first), Floats(weight));
 }
 
-/// The one rule for which no voxel knows its neighbours.
+/// The only rule that does not depend on neighbours.
 OPENFAB_INLINE void majority_row(const DitherSetup& setup, const DitherRow& row) {
     for (int32_t i = 0; i < 8 * row.blocks; ++i) {
         if (row.here[i] == 0) continue;
@@ -258,12 +257,12 @@ OPENFAB_INLINE void blue_noise_row(const DitherSetup& setup, const DitherRow& ro
     }
 }
 
-/// More than this and values do not stay in registers.
+/// Larger runs do not stay in registers.
 constexpr int32_t kFewChannels = 8;
 
-/// diffuse_column of the decorrelated rule where the voxel and all around it are mixed, for many
-/// materials: one pass makes the values, the sums and what is handed on, which is a sixteenth of
-/// the value, so exact; of the chosen material it is put right afterwards.
+/// diffuse_column for the decorrelated rule and many materials, where the voxel and all of its
+/// neighbours are mixed: one pass computes the values, the sums and the errors passed on, which are
+/// exactly a sixteenth of the value; that of the chosen material is corrected afterwards.
 template <int32_t fixed>
 OPENFAB_INLINE void diffuse_many(const DitherSetup& setup, const DitherRow& row, int32_t i,
                                  int32_t first, uint32_t hash, const float* up, float* here) {
@@ -299,12 +298,10 @@ OPENFAB_INLINE void diffuse_many(const DitherSetup& setup, const DitherRow& row,
     write_codes<true>(row, i, first, code);
 }
 
-// Error diffusion with the zero rule, in gather form. Each mixed voxel leaves
-// what it could not place, divided by the weights of those forward neighbours
-// that are mixed; a later voxel takes 7, 3, 5 or 1 parts of that from its own
-// neighbours behind it, if they are mixed. The masks alone decide who takes
-// from whom, so what stands in `errors` at a voxel that is not mixed never
-// matters as long as it is finite.
+// Error diffusion with the zero rule, in gather form. Each mixed voxel stores its error, divided by
+// the sum of the weights of its mixed forward neighbours; a later voxel takes 7, 3, 5 or 1 times
+// that from its own previous neighbours, if they are mixed. The masks alone decide which errors are
+// taken, so `errors` of voxels that are not mixed never matter as long as they are finite.
 //
 // Fractions and errors are counted in 1/65535. The order of the float
 // operations, which the twin follows, is
@@ -363,10 +360,10 @@ OPENFAB_INLINE void diffuse_column(const DitherSetup& setup, const DitherRow& ro
     write_codes<inside>(row, i, first, code);
 }
 
-/// Processes row after row, each two columns behind the one above, which is as close as the error
-/// from above right allows: the errors of one row are read by the next before they have left the
-/// cache, which matters for many materials (the errors of a row of 64 are 5 MB), and the arithmetic
-/// of rows overlaps, which matters for few.
+/// Processes the rows as a wavefront, each two columns behind the one above, as close as the error
+/// from the upper right allows: the errors of one row are read by the next before they have left
+/// the cache, which matters for many materials (the errors of a row of 64 are 5 MB), and the
+/// arithmetic of rows overlaps, which matters for few.
 template <DitherRule rule, int32_t fixed>
 OPENFAB_INLINE void diffuse_rows(const DitherSetup& setup, const DitherRow* rows, int32_t count,
                                  float* errors) {
@@ -406,7 +403,7 @@ OPENFAB_INLINE void diffuse_rows_of(const DitherSetup& setup, const DitherRow* r
     switch (setup.channels) {  // those of the stage sets of 4 bits a voxel
         case 2:
             return diffuse_rows<rule, 2>(setup, rows, count, errors);
-#ifndef OPENFAB_SANITIZED  // where each access is checked, these take minutes to compile
+#ifndef OPENFAB_SANITIZED  // with sanitizers these take minutes to compile
         case 3:
             return diffuse_rows<rule, 3>(setup, rows, count, errors);
         case 4:

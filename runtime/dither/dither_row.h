@@ -3,9 +3,9 @@
 #pragma once
 
 // Dithers voxel rows, 8 slices at a time as the 8 lanes of a vector. Plain code for any number of
-// materials, compiled for each instruction set: as generated code, with a buffer per material, it
-// did 17 M voxels/s a core for 15 materials where this does more than 100, and took half a minute
-// to compile for 24. The twins in tests/support/reference define the result to the bit.
+// materials, compiled for each instruction set: generated code, with a buffer per material, reached
+// 17 M voxels/s a core for 15 materials where this reaches more than 100, and took half a minute to
+// compile for 24. The twins in tests/support/reference define the result to the bit.
 
 #include <cstddef>
 #include <cstdint>
@@ -15,7 +15,7 @@
 
 namespace openfab::dither {
 
-/// Slices of a slab; values in memory stand [material][slice].
+/// Slices of a slab; values in memory are [material][slice].
 constexpr int32_t kSlices = 8;
 
 /// Margin in voxels on both sides of every row of mixed bits and errors, so that neighbours
@@ -46,11 +46,11 @@ struct DitherSetup {
 };
 
 /// Returns the number of floats that dither_rows keeps between rows: two rows of width + 2
-/// kRowMargin voxels, (z 8, m, x, p 2), at p = y & 1 those that row y has passed on.
+/// kRowMargin voxels, (z 8, m, x, p 2), at p = y & 1 those that row y passes on.
 size_t error_count(const DitherSetup& setup);
 
-/// Chooses a material in the mixed voxels of some rows of one run, y by y. Rows come in rising y;
-/// `errors` is of error_count() floats, finite, and only rules that diffuse them use it.
+/// Chooses a material in the mixed voxels of some rows of one run, y by y. Rows come in ascending
+/// y; `errors` has error_count() finite floats and is only used by rules that diffuse errors.
 void dither_rows(const DitherSetup& setup, const DitherRow* rows, int32_t count, float* errors);
 
 // The same for one instruction set each; count > 0.

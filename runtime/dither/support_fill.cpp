@@ -15,7 +15,7 @@ using support_material::DepthMap;
 constexpr uint64_t kOnes = 0x0101010101010101u;
 constexpr int32_t kTileBlocks = DepthMap::kTile / 8;
 
-/// `code` in the bytes of `codes` that are 0 and among the `below` lowest.
+/// Sets the bytes of `codes` that are 0 and among the `below` lowest to `code`.
 uint64_t filled(uint64_t codes, int32_t below, uint64_t code_everywhere) {
     const uint64_t low7 = 0x7f * kOnes;
     const uint64_t used = (((codes & low7) + low7) | codes) >> 7 & kOnes;  // 1 where not 0
@@ -60,7 +60,7 @@ void add_support(const SupportFill& support, int32_t z, int32_t height, RowBand*
         std::array<int32_t, DepthMap::kTile> tops;
         tops.fill(range.lo);
         for (int32_t y = 0; y < rows && range.hi > z; ++y) {
-            // Columns that all reach above the slab need no comparison.
+            // If all columns reach above the slab, no comparison is needed.
             if (range.lo != range.hi && range.lo < z + 8)
                 map.tops(x, 8 * band->row + y, stop - x, tops.data());
             fill_columns(band->codes_at(x, y), tops.data(), stop - x, z, code);

@@ -21,13 +21,14 @@ constexpr double kLine = 0.125;
 constexpr double kStrip = 0.1, kRod = 0.02;
 constexpr int32_t kWidth = 8;
 // Weights of the Gaussian, one and two slices up or down. Measured with 61, 20, 13 and without
-// strips and rods: in layers one voxel thick, in a cube of 64, the printed share of 2 % is off by 6
-// % at most, in columns of 64 voxels by 0.5 voxels (root mean square; 1.1 by chance), and of an
+// strips and rods: in layers one voxel thick, in a cube of 64, the printed fraction of 2 % errs by
+// at most 6 %, in columns of 64 voxels by 0.5 voxels (root mean square; white noise 1.1), and in an
 // even mixture 54 % of the voxels differ from the one above. Without these two: 7 %, 1.3 voxels and
 // 49 %.
 constexpr double kNextSlice = 0.2, kSecondSlice = 0.05;
 
-// The share of windows of a width that hold two pixels this far apart, of those that hold one.
+// The fraction of windows of a width that contain both of two pixels this far apart, of those that
+// contain one.
 double both(int32_t distance, int32_t width) {
     return distance < width ? 1 - static_cast<double>(distance) / width : 0;
 }
@@ -40,7 +41,7 @@ std::vector<int64_t> energies(int32_t side, int32_t step_x, int32_t step_y) {
         const int32_t rest = (i % side + side) % side;
         return std::min(rest, side - rest);
     };
-    // The distance of a pixel (x, y) from the position of the mask `slices` later.
+    // Returns the distance of a pixel (x, y) from its copy in the mask `slices` later.
     const auto near = [&](int32_t x, int32_t y, int32_t slices) {
         const int32_t dx = around(x - slices * step_x), dy = around(y - slices * step_y);
         return gaussian[static_cast<size_t>(dx * dx + dy * dy)];
@@ -83,7 +84,8 @@ std::vector<uint16_t> void_and_cluster(int32_t side, int32_t step_x, int32_t ste
     std::vector<bool> taken(static_cast<size_t>(pixels), false);
     for (int32_t rank = 0; rank < pixels; ++rank) {
         int32_t best = -1;
-        // Equal voids are the rule at first; a hash decides, lest the first in order be a lattice.
+        // Ties between voids are common at first and are broken by a hash: the first in order would
+        // form a lattice.
         const auto before = [&](int32_t a, int32_t b) {
             const auto ia = static_cast<size_t>(a), ib = static_cast<size_t>(b);
             if (energy[ia] != energy[ib]) return energy[ia] < energy[ib];

@@ -3,7 +3,7 @@
 #pragma once
 
 // Makes the mask of the ordered dither (runtime/dither/blue_noise.h). A generator program writes it
-// when the project is built.
+// at build time.
 
 #include <cstdint>
 #include <vector>
@@ -11,16 +11,16 @@
 namespace openfab::dither {
 
 /// Returns a permutation of 0 .. side² - 1 on a square that tiles the plane, [y * side + x]: the
-/// pixels of rank below n are spread evenly for every n, and so are those of any range of ranks. By
-/// the void step of Ulichney's void-and-cluster method (SPIE 1913, 1993), starting from an empty
-/// square: each pixel in turn goes to the largest void that the previous ones leave. Beside the
-/// Gaussian of that method, pixels repel others of their own row and column, so that every line of
-/// the mask has its share of every range of ranks: layers a few voxels wide must keep their mean
-/// too. And since the mask moves by (step_x, step_y) from a slice to the next, pixels repel those
-/// that come to stand over them: near ones like neighbours, if less, and all others a little, so
-/// that columns of voxels keep their mean. Those that rods 8 voxels thick can hold both, or strips
-/// of the mask 8 wide, repel each other the more the more of these do. Integer sums, so the same on
-/// every machine. side² squared steps: 61 takes a tenth of a second.
+/// pixels of rank below n are evenly distributed for every n, and so are those of any range of
+/// ranks. Uses the void step of Ulichney's void-and-cluster method (SPIE 1913, 1993), starting from
+/// an empty square: each pixel in turn goes to the largest void that the previous ones leave. In
+/// addition to that method's Gaussian, pixels repel others in their own row and column, so that
+/// every line of the mask holds every range of ranks in proportion: layers a few voxels wide must
+/// keep their mean, too. Since the mask moves by (step_x, step_y) from slice to slice, pixels also
+/// repel those that come to lie over them: near ones like neighbours, but less, and all others a
+/// little, so that columns of voxels keep their mean. Pixels that fit together into rods 8 voxels
+/// thick, or into strips of the mask 8 wide, repel each other in proportion to the number of these.
+/// Integer sums, so the same on every machine. Takes (side²)² steps: a tenth of a second for 61.
 std::vector<uint16_t> void_and_cluster(int32_t side, int32_t step_x, int32_t step_y);
 
 }  // namespace openfab::dither

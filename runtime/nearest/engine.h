@@ -2,8 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Exact nearest-surface queries for blocks of 8 x 8 x 8 voxels, and for points anywhere. Two
-// implementations stand behind this interface: the block-coherent engine and its brute-force twin.
+// Exact nearest-surface queries for blocks of 8 x 8 x 8 voxels, and for points anywhere. The
+// block-coherent engine implements this interface, and so does its brute-force twin for tests
+// (tests/support/reference/brute_force.h).
 //
 // The answer for a point is the closest point over all query micropolygons, distances compared as
 // the float squared distance that `closest_point` (nearest/triangle.h) evaluates; equal bits go to
@@ -191,7 +192,7 @@ struct BlockEngineOptions {
 };
 
 /// The trees over one surface and the cache of its patch trees, shared by the block engines of all
-/// places where the surface stands. Scratch made by one of these engines serves all of them.
+/// placements of the surface. Scratch made by one of these engines serves all of them.
 class BlockIndex;
 /// Builds the index; reads every identity patch once. The surface must outlive it. `morton` is
 /// surface::morton_order of its patches, computed here if empty.

@@ -37,7 +37,7 @@ std::vector<std::string> fablet_names(const openfab_fablet_list& list) {
     return names;
 }
 
-/// A --set, taken apart.
+/// A parsed --set option.
 struct SetValue {
     std::string object;
     std::string uniform;
@@ -59,7 +59,7 @@ Result<SetValue> parse_set(const std::string& text) {
         parsed && !parsed->is(JsonValue::Kind::kNull)) {
         json = std::move(*parsed);
     } else {
-        // A bare word is a name; what starts like other JSON is a slip.
+        // A bare word is a name; anything that starts like other JSON is an error.
         if (std::string_view("[{\"-+.0123456789").find(value[0]) != std::string_view::npos) {
             return usage_error(fmt::format("--set {}: the value is neither JSON nor a name", text));
         }
@@ -226,7 +226,7 @@ class WorldBinder {
         return known;
     }
 
-    /// Before the next one is made: all of them are looked at while the print goes on.
+    /// Before the next one is made: all of them stay mapped during the print.
     Result<void> take_texture(const world::Texture& texture, int64_t bytes) {
         texture_bytes_ += bytes;
         if (largest_texture_ == nullptr || bytes > largest_texture_bytes_) {
@@ -249,7 +249,7 @@ class WorldBinder {
         auto& known = meshes_[{object.mesh, &fablet, s}];
         if (known != nullptr) return known;
         memory_left_ -= part_mesh_bytes(world_.meshes[object.mesh], fablet);
-        if (memory_left_ < 0) return known;  // run says that it is too much
+        if (memory_left_ < 0) return known;  // reported by run
         Result<std::shared_ptr<const PartMesh>> made =
             make_part_mesh(world_.meshes[object.mesh], fablet, s);
         if (!made) return error_at(object.mesh_location, made.error().message, made.error().help);
@@ -261,19 +261,20 @@ class WorldBinder {
     const openfab_fablet_list& fablets_;
     int64_t memory_bytes_;
     int64_t memory_left_ = 0;
-    int64_t texture_bytes_ = 0;  ///< of all that were opened
+    int64_t texture_bytes_ = 0;  ///< of all opened textures
     const world::Texture* largest_texture_ = nullptr;
     int64_t largest_texture_bytes_ = 0;
-    std::vector<std::vector<int32_t>> placements_;  ///< by object; empty until one is asked for
+    std::vector<std::vector<int32_t>> placements_;  ///< by object; filled on first use
     std::map<std::string, world::UniformBindings> sets_;
     std::map<std::pair<int32_t, bool>, std::shared_ptr<const texture::Pyramid>> textures_;
-    // Looked up alone, never walked: the order of pointers must not show.
+    // Only for lookup, never iterated: the order of pointers must not affect results.
     std::map<std::tuple<int32_t, const openfab_fablet*, std::array<double, 9>>,
              std::shared_ptr<const PartMesh>>
         meshes_;
 };
 
-/// Distinct, bright colours: hue steps by the golden ratio, so that any number of them stay apart.
+/// Distinct, bright colours: hue steps by the golden ratio, so that any number of them are
+/// distinct.
 world::Rgba8 generated_color(size_t index) {
     const double hue = static_cast<double>(index) * 0.6180339887498949;
     const double h = (hue - std::floor(hue)) * 6;
@@ -286,7 +287,7 @@ world::Rgba8 generated_color(size_t index) {
     return {channel(5), channel(3), channel(1), 255};
 }
 
-/// The files that are set for textures become textures of these names.
+/// Files that are set for textures become textures of those names.
 Result<void> add_textures(const openfab_fablet& fablet, const std::vector<std::string>& sets,
                           const SourceLocation& location, world::World* world) {
     for (const std::string& text : sets) {

@@ -26,7 +26,7 @@ struct BindOptions {
     int64_t memory_bytes = mesh::kDefaultReadingBytes;
 };
 
-/// Returns the memory of a texture once all of it was read.
+/// Returns the memory of a texture once it is fully resident.
 int64_t mapped_bytes(const texture::Pyramid& pyramid);
 
 /// Makes the parts in build order; slot_material holds 1 + the index in world.materials, or 0 for
@@ -38,8 +38,8 @@ Result<std::vector<Part>> bind(const world::World& world, const openfab_fablet_l
 
 /// Makes a world of one mesh file (mm) with the one fablet, printer `generic`. Each Material
 /// uniform (array elements apart) is bound to a material of its own name with a generated colour.
-/// The object is called after the mesh file's stem. `fablet` picks one where the print has several.
-/// A texture uniform takes the name of a file from `sets`, see BindOptions.
+/// The object is called after the mesh file's stem. `fablet` selects one if the print binary has
+/// several. A texture uniform takes a file name from `sets`, see BindOptions.
 Result<world::World> make_quick_world(const std::filesystem::path& mesh,
                                       const openfab_fablet_list& fablets,
                                       const std::string& fablet = {},

@@ -63,7 +63,7 @@ struct Part {
     float max_displacement_mm = std::numeric_limits<float>::infinity();
     int32_t priority = 0;
     int32_t instance = 0;  ///< index in the world's build list
-    bool support = true;   ///< support is put below it, in prints with support
+    bool support = true;   ///< support is generated below it, in prints with support
 };
 
 /// The voxel grid of a print. Voxel (i, j, k) has its centre at origin + (i + 0.5, j + 0.5, k +
@@ -74,8 +74,8 @@ struct Grid {
     Vec3i size;  ///< voxels along x, y, z
 };
 
-/// Returns the map from part-local mm to continuous voxel coordinates of the grid (a centre is at
-/// i + 0.5), in double.
+/// Returns the map from part-local mm to continuous voxel coordinates of the grid (a centre is at i
+/// + 0.5), in double.
 Affine3d local_to_voxel(const Part& part, const Grid& grid);
 
 /// Returns the map from part-local mm of one part to part-local mm of another, both as placed.

@@ -25,7 +25,7 @@ Vec3d geometric_normal(const PartMesh& part, const std::array<int32_t, 3>& trian
     const Vec3d& c = part.positions[triangle[2]];
     const Vec3d n = cross(b - a, c - a);
     const double len = length(n);
-    // A triangle without area has no normal; any unit vector will do, as it has no micropolygons of
+    // A triangle without area has no normal; any unit vector serves, as it has no micropolygons of
     // its own.
     return len > 0 && std::isfinite(len) ? n * (1 / len) : Vec3d{0, 0, 1};
 }
@@ -177,7 +177,7 @@ Result<std::shared_ptr<const PartMesh>> make_part_mesh(const mesh::Mesh& mesh,
 int64_t part_mesh_bytes(const mesh::Mesh& mesh, const openfab_fablet& fablet) {
     int64_t corner_values = 3 + 2;  // normals and uv
     const auto add = [&](const openfab_varying& varying) {
-        // While a default is filled in, its list is copied as it grows.
+        // While a default is filled in, its growing list is copied.
         corner_values += 3 * varying.components;
     };
     std::for_each(fablet.surface_inputs, fablet.surface_inputs + fablet.surface_input_count, add);

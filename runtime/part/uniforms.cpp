@@ -35,7 +35,7 @@ const char* what_fits(openfab_scalar_type scalar) {
     return "a number";
 }
 
-/// The 32-bit pattern of a number, if the type holds it.
+/// Returns the 32-bit pattern of a number, if the type can hold it.
 bool to_bits(double value, bool boolean, openfab_scalar_type scalar, uint32_t* bits) {
     if (boolean != (scalar == OPENFAB_BOOL)) return false;
     switch (scalar) {
@@ -190,7 +190,7 @@ class Binder {
         return Ok{};
     }
 
-    /// Returns the kind of thing that has this name in the world: "texture", "material", "object",
+    /// Returns the kind of object that has this name in the world: "texture", "material", "object",
     /// or null.
     const char* kind_of(const std::string& name) const {
         if (find(world_.textures, name) >= 0) return "texture";
@@ -292,7 +292,7 @@ void derive_uniforms(const openfab_fablet& fablet, std::vector<uint32_t>* values
             call.set(i, buffer.raw());
         }
     }
-    // It reads scalars and writes single values: there is nothing that can fail.
+    // The kernel reads scalars and writes single values: nothing can fail.
     OPENFAB_CHECK(call.run().ok());
 }
 

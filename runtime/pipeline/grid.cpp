@@ -14,7 +14,7 @@ namespace openfab::pipeline {
 
 namespace {
 
-// Strides of a packed slice fit 32 bits in kernels, and voxel indices stay exact in float.
+// Limits: strides of a packed slice fit 32 bits in kernels, and voxel indices are exact in float.
 constexpr double kLargestSide = 1 << 24;
 constexpr int64_t kLargestSliceBytes = std::numeric_limits<int32_t>::max();
 
@@ -27,7 +27,7 @@ std::string size_of(const Box3d& box) {
     return fmt::format("{:.6g} x {:.6g} x {:.6g} mm", size.x, size.y, size.z);
 }
 
-/// The part that reaches farthest, and how much of that its displacement does.
+/// The part that extends farthest, and its displacement's share of that.
 std::string largest_part(const std::vector<part::Part>& parts,
                          const std::vector<std::shared_ptr<const surface::Surface>>& surfaces) {
     Box3d all;
@@ -84,7 +84,7 @@ Result<part::Grid> make_grid(const std::vector<part::Part>& parts,
                 if ((patch.use & surface::kForCoverage) != 0) known->second.add(patch.bounds);
             }
         }
-        // Few of many parts are at the border; the others need not be measured exactly.
+        // Few of many parts are at the border; the others need no exact box.
         if (known->second.empty()) continue;
         any = true;
         if (contains(box, surface::transform_box(parts[i].local_to_build, known->second))) continue;

@@ -16,7 +16,7 @@ namespace openfab::pipeline {
 
 /// Makes the grid of a print: the exact box of all displaced parts, rounded out to whole voxels.
 /// Its origin is a whole number of pitches from build (0, 0, 0), so voxel centres do not move when
-/// another part joins the print. Positions are rounded to 1/256 voxel first, as the voxeliser does,
+/// a part is added to the print. Positions are rounded to 1/256 voxel first, as the voxeliser does,
 /// so that a box whose side is a whole number of pitches gets no empty layer from the last bit of a
 /// double. `crop_mm` is covered too. Fails for grids that no print can hold.
 Result<part::Grid> make_grid(const std::vector<part::Part>& parts,

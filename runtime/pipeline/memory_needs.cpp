@@ -20,7 +20,7 @@ namespace openfab::pipeline {
 
 namespace {
 
-// Allowance for what allocators hold back and thread stacks touch.
+// Allowance for memory retained by allocators, and for thread stacks.
 constexpr int64_t kSlackBytes = 16 << 20;
 // Query scratch of a thread: candidate lists and the trees of one block.
 constexpr int64_t kQueryScratchBytes = 4 << 20;
@@ -74,19 +74,19 @@ MemoryNeeds memory_needs(const std::vector<std::unique_ptr<volume::PlacedPart>>&
     const int64_t blocks_x = (size.x + 7) / 8;
     const int64_t plane = (int64_t{size.x} * bits + 7) / 8 * size.y;
     int64_t batch = 0, bounds = 0;
-    std::map<int32_t, int64_t> starts;  // by slab: masks that begin there, less those that end
+    std::map<int32_t, int64_t> starts;  // by slab: masks that begin there minus those that end
     for (const auto& p : parts) {
         const Vec3i extent = p->box.size();
         if (extent.x <= 0 || extent.y <= 0) continue;
-        // A byte a column, and 4 a block for culling.
+        // A byte per column, and 4 per block for culling.
         const int64_t mask = (int64_t{extent.x} + 16) * (extent.y + 16) * 17 / 16;
         starts[p->box.lo.z / 8] += mask;
         starts[(p->box.hi.z + 7) / 8] -= mask;
         bounds = std::max(bounds, volume::CubeBounds::most_bytes(*p, volume::PartCull::kMostCubes));
-        // Weights, codes and fractions twice: as they are and packed for normalise.
+        // Weights, codes and fractions twice: in place and packed for normalise.
         const int64_t inputs = p->nearest.floats() * int64_t{p->volume.gradients ? 4 : 1} +
                                p->nearest.ints() + 2 * p->slots() + 2;
-        // State, and as much again for what a kernel writes before it is scattered.
+        // State, and as much again for kernel outputs before they are scattered.
         const openfab_segments& segments = p->part->fablet->volume_segments;
         const int64_t state = int64_t{2} * segments.state_count * segments::group_limit(segments) *
                               segments::kLanes * 4;

@@ -19,10 +19,10 @@ constexpr size_t kMinCacheBytes = 24u << 20;
 constexpr size_t kMaxCacheBytes = 800u << 20;
 constexpr size_t kMaxCrossingBytes = 16u << 20;
 
-// Smaller allocations are made; the plan then names the needed budget to the megabyte.
+// Smaller allocations are always made; the plan then states the needed budget to the megabyte.
 constexpr int64_t kWorthRefusing = 200 << 20;
 
-/// Rounds up to a number that format_bytes shows exactly and that is enough for the next run, too.
+/// Rounds up to a number that format_bytes shows exactly and that suffices for the next run, too.
 int64_t round_up_budget(int64_t bytes) {
     // Resident memory at the start differs from run to run: pages of code and data are loaded when
     // touched.
@@ -37,7 +37,7 @@ CacheBudgets split_budget(size_t per_surface, size_t crossings, const SurfaceCou
     CacheBudgets budgets;
     budgets.crossings = crossings * surfaces / std::max(displaced.parts, surfaces);
     budgets.micropolygons = per_surface / 3;
-    // Trees get the rest: they take longest to build, and successive slices need the same.
+    // Trees get the rest: they take longest to build, and successive slices need the same ones.
     budgets.trees =
         (per_surface - std::min(crossings, per_surface / 6) - budgets.micropolygons) * surfaces;
     return budgets;
@@ -86,7 +86,7 @@ CacheBudgets MemoryPlanner::caches(const SurfaceCounts& displaced, int64_t resid
 }
 
 size_t MemoryPlanner::max_pinned_bytes() const {
-    // At least a few patches: a block near a surface needs as many.
+    // At least a few patches, which a block near a surface needs.
     constexpr int64_t kLeast = 8 << 20;
     return static_cast<size_t>(std::clamp(budget_.bytes / 8 / threads_, kLeast,
                                           static_cast<int64_t>(nearest::kMaxPinnedBytes)));
@@ -98,7 +98,7 @@ Result<MemoryPlan> MemoryPlanner::plan_with(const MemoryNeeds& needs, const Cach
     MemoryPlan plan;
     plan.caches = caches;
     plan.encoders = encoders;
-    // A row that is evaluated, one that waits, and the one that the dither holds.
+    // One row in evaluation, one waiting, and the one that the dither holds.
     plan.rows_in_flight = threads_ > 1 ? threads_ + 1 : 1;
     const auto total = [&](int32_t in_flight) {
         return needs.fixed + resident_caches(caches, diced) + needs.per_encoder * encoders +
@@ -132,14 +132,14 @@ Result<MemoryPlan> MemoryPlanner::plan(const MemoryNeeds& needs, const CacheBudg
         return plan_with(needs, some, diced, encoders, slabs, max_slabs_in_flight);
     };
     Result<MemoryPlan> plan = with(caches);
-    // Crossings stay at their maximum: a voxeliser keeps what it was given.
+    // Crossings stay at their maximum: a voxeliser keeps its budget.
     const CacheBudgets least = split_budget(kMinCacheBytes, kMaxCrossingBytes, displaced);
     if (!plan) plan = with(least);
     for (; !plan && encoders > 1; plan = with(least))
         --encoders;
     if (plan && diced.parts > 0) {
-        // Trees get a share of what the plan leaves: a slab needs those of the one before, and
-        // building them again takes longer than anything else.
+        // Trees get a share of what the plan leaves: a slab needs those of the previous one, and
+        // rebuilding them takes longer than anything else.
         const int64_t over = (budget_.bytes - plan->total_bytes) / 3;
         plan->total_bytes += resident_trees(static_cast<size_t>(over));
         plan->caches.trees += static_cast<size_t>(over);

@@ -20,18 +20,18 @@ struct CacheBudgets {
     size_t trees = 0;          ///< shared by all, nearest::PatchCache
 };
 
-/// The number of surfaces, and of parts that have one of them: parts may share a surface.
+/// The number of surfaces, and of parts that have one; parts may share a surface.
 struct SurfaceCounts {
     size_t surfaces = 0, parts = 0;
 };
 
 /// The terms of a plan, bytes.
 struct MemoryNeeds {
-    int64_t fixed = 0;     ///< resident after set-up, and what fills up whatever the plan: textures
-    int64_t per_slab = 0;  ///< planes, coverage, culling, errors, and encoded slices
-    int64_t per_row = 0;   ///< a band with all its fractions
+    int64_t fixed = 0;        ///< resident after set-up, plus textures, under any plan
+    int64_t per_slab = 0;     ///< planes, coverage, culling, errors, and encoded slices
+    int64_t per_row = 0;      ///< a band with all its fractions
     int64_t per_thread = 0;   ///< kernel buffers and query scratch
-    int64_t per_encoder = 0;  ///< what encoding one slice takes
+    int64_t per_encoder = 0;  ///< for encoding one slice
 };
 
 struct MemoryPlan {
@@ -46,7 +46,7 @@ class MemoryPlanner {
   public:
     struct Budget {
         int64_t bytes = 0;     ///< without the reserved part
-        int64_t reserved = 0;  ///< of the user's budget, for others: previews
+        int64_t reserved = 0;  ///< part of the user's budget, for previews
     };
 
     MemoryPlanner(const Budget& budget, int32_t threads) : budget_(budget), threads_(threads) {}
@@ -55,17 +55,17 @@ class MemoryPlanner {
     /// before it is made.
     Result<void> check(int64_t bytes, int64_t resident) const;
 
-    /// Chooses cache budgets before anything but the resident memory and the textures is known.
+    /// Chooses cache budgets when only the resident memory and the textures are known.
     CacheBudgets caches(const SurfaceCounts& displaced, int64_t resident, int64_t textures) const;
 
     /// Returns the bytes of displaced patches' trees that a thread may pin at once.
     size_t max_pinned_bytes() const;
 
     /// Plans the print of `slabs` slabs whose caches were chosen for `displaced` surfaces, of which
-    /// the `diced` ones need theirs. Where the budget does not hold all of it, caches become as
-    /// small as they may be, then slices are encoded one after the other; what is left over goes
-    /// to the trees. `max_slabs_in_flight` 0: as many as there are threads. The error names the
-    /// smallest sufficient budget.
+    /// the `diced` ones need theirs. If the budget is too small, caches shrink to their minimum,
+    /// then slices are encoded one after the other; any rest goes to the trees.
+    /// `max_slabs_in_flight` 0: as many as there are threads. The error names the smallest
+    /// sufficient budget.
     Result<MemoryPlan> plan(const MemoryNeeds& needs, const CacheBudgets& caches,
                             const SurfaceCounts& displaced, const SurfaceCounts& diced,
                             int32_t slabs, int32_t max_slabs_in_flight) const;
@@ -75,7 +75,7 @@ class MemoryPlanner {
                                  const SurfaceCounts& diced, int32_t encoders, int32_t slabs,
                                  int32_t max_slabs_in_flight) const;
     Error too_small(const std::string& why, const std::string& way_out) const;
-    /// Returns the budget that would do where `bytes` are needed, as text.
+    /// Returns, as text, a budget that suffices for `bytes`.
     std::string sufficient(int64_t bytes) const;
 
     Budget budget_;

@@ -86,7 +86,7 @@ void RowClaims::begin_part(const part::Part& part, int32_t index) {
 }
 
 uint64_t RowClaims::take(int32_t block, int32_t y, uint64_t voxels) {
-    OPENFAB_DCHECK(index_ >= 0);  // a part was begun
+    OPENFAB_DCHECK(index_ >= 0);  // a part has begun
     uint64_t& claimed = claimed_[row_index(block, y)];
     const uint64_t left = voxels & ~claimed;
     shared_ += std::popcount(voxels & claimed & ~explained_[row_index(block, y)]);

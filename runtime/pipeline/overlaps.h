@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Counts voxels that two parts of equal priority both cover: the later part gets them, although the
-// world does not say so.
+// Counts voxels that two parts of equal priority both cover: the later part gets them, which the
+// world does not state.
 
 #include <cstdint>
 #include <map>
@@ -22,7 +22,7 @@ class Overlaps {
   public:
     struct Count {
         int64_t voxels = 0;
-        Vec3i block;  ///< the first one with any, in voxels: lowest, then front, then left
+        Vec3i block;  ///< the first block with any, in voxels: lowest, then front, then left
     };
 
     /// Adds a count; pairs beyond the first 1,000 are dropped.
@@ -40,8 +40,8 @@ class Overlaps {
     std::map<std::pair<int32_t, int32_t>, Count> counts_;
 };
 
-/// Tracks which voxels of a row of blocks are taken, while parts are processed from the highest
-/// priority down.
+/// Tracks which voxels of a row of blocks are claimed, while parts are processed in descending
+/// priority.
 class RowClaims {
   public:
     /// Starts a row with blocks first to end - 1 of `columns`.

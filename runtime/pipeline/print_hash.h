@@ -3,8 +3,8 @@
 #pragma once
 
 // The hash of a print: the sum, modulo 2^64, of a hash of each slice's packed rows that is salted
-// with the slice's z. So it does not depend on the output format, and hashes of prints of separate
-// ranges of slices add up to that of the whole.
+// with the slice's z. So it does not depend on the output format, and the hashes of disjoint ranges
+// of slices add up to that of the whole.
 
 #include <cstddef>
 #include <cstdint>

@@ -84,7 +84,7 @@ class SliceCommitter {
                 if (!matches_resumed_slice(slice)) return;
                 continue;
             }
-            OPENFAB_CHECK_EQ(slice.z, info_.slice_begin + slices_);  // the sink takes them in order
+            OPENFAB_CHECK_EQ(slice.z, info_.slice_begin + slices_);  // the sink requires it
             const double start = seconds_now();
             const Result<void> written = sink_.commit(slice.z, slice.bytes);
             seconds_commit_ += seconds_now() - start;
@@ -129,7 +129,7 @@ class SliceCommitter {
     double first_slice() const { return first_slice_; }
     double seconds_commit() const { return seconds_commit_; }
 
-    /// Logs how many lines of each printf were left out.
+    /// Logs how many lines of each printf were suppressed.
     void end_log() {
         if (!print_line_) return;
         for (const auto& [print, count] : log_.left_out()) {
@@ -155,8 +155,8 @@ class SliceCommitter {
         return true;
     }
 
-    /// Resumed slices must be those that this print makes: those of the first slab are printed
-    /// again to check.
+    /// Resumed slices must equal those of this print: those of the first slab are printed again and
+    /// compared.
     bool matches_resumed_slice(const FinishedSlices::Slice& slice) {
         if (slice.totals.hash == last_resumed_[static_cast<size_t>(slice.z & 7)]) return true;
         fail(user_error(fmt::format(
@@ -292,7 +292,7 @@ Result<void> PrintJobImpl::set_up() {
     return {};
 }
 
-/// Cuts and dices displaced meshes, and refuses what cannot fit before it is made.
+/// Splits and dices displaced meshes; fails before allocating what cannot fit.
 Result<void> PrintJobImpl::set_up_surfaces(const MemoryPlanner& planner,
                                            const CacheBudgets& caches) {
     surface::SurfaceOptions options;
@@ -399,8 +399,8 @@ void PrintJobImpl::fill_info() {
     info_.provenance = provenance(input_, options_);
 }
 
-/// Returns the number of materials that fablets can name: support, where it is the last material
-/// and not one of theirs, is added after the stages.
+/// Returns the number of materials that fablets can name: support, if it is the last material and
+/// not one of theirs, is added after the stages.
 int32_t PrintJobImpl::model_materials() const {
     const auto all = static_cast<int32_t>(input_.materials.size());
     if (input_.support_code != all) return all;
@@ -503,7 +503,7 @@ Result<void> PrintJobImpl::resume(pipeline::SliceSink& sink, SliceCommitter* com
     return {};
 }
 
-/// A patch whose kernel failed is empty in all slabs from the first that needed it.
+/// A patch whose kernel failed is empty in all slabs from the first one that needed it.
 Result<void> PrintJobImpl::surface_status() const {
     for (size_t i = 0; i < surfaces_.size(); ++i) {
         if (!owns_surface(i)) continue;
@@ -574,7 +574,7 @@ FinishedSlices PrintJobImpl::print_slab(int32_t slab, const pipeline::SliceSink&
     return finished;
 }
 
-// Slices [first, end) of the slab that `run` has begun, which gave the status `begun`.
+// Prints slices [first, end) of the slab that `run` has begun with the status `begun`.
 FinishedSlices PrintJobImpl::print_slices(int32_t first, int32_t end, abi::KernelStatus begun,
                                           SlabRun* run, const pipeline::SliceSink& sink,
                                           SliceCommitter* committer) {

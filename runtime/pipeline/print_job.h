@@ -24,8 +24,8 @@ namespace openfab::pipeline {
 
 struct PrintOptions {
     int64_t memory_bytes = kDefaultMemoryBytes;  ///< without the reserved part
-    int64_t reserved_bytes = 0;  ///< part of the user's budget that others use: previews
-    int32_t threads = 0;         ///< 0: all cores
+    int64_t reserved_bytes = 0;                  ///< part of the user's budget, for previews
+    int32_t threads = 0;                         ///< 0: all cores
     std::string dither = dither::kDefaultDitherName;
     uint64_t seed = 0;
     std::optional<Vec2<double>> z_range_mm;  ///< --z, above the grid's lowest corner
@@ -34,12 +34,12 @@ struct PrintOptions {
     bool infer_identity = true;
     int32_t slabs_in_flight =
         0;  ///< 0: from threads and memory; the output never depends on it, which tests check
-    /// Number of blocks of the first slab; where culling leaves more, its first slice is printed
-    /// alone and then the others, which evaluates the blocks twice: it costs a second or so, once,
-    /// but gives the first slice seconds earlier. Tests vary it, too.
+    /// Number of blocks of the first slab; if culling leaves more, its first slice is printed
+    /// alone, then the others, which evaluates the blocks twice: about a second once, but the first
+    /// slice is ready seconds earlier. Tests vary it, too.
     int64_t most_blocks_at_first = 40'000;
     openfab_isa isa = OPENFAB_ISA_AVX2;
-    /// Once set, set-up and run end soon, set-up with an error. It must outlive the print.
+    /// Once set, set-up and run end soon; set-up fails. It must outlive the print.
     const std::atomic<bool>* interrupt = nullptr;
     bool interrupted() const {
         return interrupt != nullptr && interrupt->load(std::memory_order_relaxed);
@@ -59,7 +59,7 @@ struct PrintInput {
     /// The material code of support below parts; 0: no support.
     int32_t support_code = 0;
     Vec3d pitch_mm;
-    std::optional<Box3d> crop_mm;  ///< a box that the grid covers besides the parts
+    std::optional<Box3d> crop_mm;  ///< a box that the grid covers, too
     std::string printer;
     std::string title;
     std::vector<std::string> warnings;  ///< copied to the statistics
@@ -89,7 +89,7 @@ struct PrintStatistics {
     int64_t blocks_total = 0, blocks_filled = 0, blocks_evaluated = 0;
     int64_t queries_asked = 0, queries_skipped = 0;
     int64_t cache_hits = 0, cache_misses = 0, cache_evictions = 0, cache_peak_bytes = 0;
-    int64_t weights_not_usable = 0;  ///< negative or NaN amounts, taken as 0
+    int64_t weights_not_usable = 0;  ///< negative or NaN amounts, replaced by 0
     int64_t displacements_not_finite = 0, displacements_cut = 0;
     uint64_t hash = 0;  ///< of all slices' packed rows
     bool complete = false;
@@ -102,7 +102,7 @@ struct PrintStatistics {
     std::vector<std::string> overlaps;  ///< messages on parts of equal priority
 };
 
-/// Returns the share of voxels_total that this print has made itself, by slices.
+/// Returns the fraction of voxels_total that this print has made itself, by slices.
 inline int64_t voxels_printed(const PrintStatistics& s) {
     return s.slices_resumed == 0 ? s.voxels_total
                                  : s.voxels_total / s.slices * (s.slices - s.slices_resumed);

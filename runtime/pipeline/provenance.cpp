@@ -12,7 +12,7 @@ namespace openfab::pipeline {
 
 namespace {
 
-/// With the kinds of lists that a print is made from.
+/// A hasher with the kinds of lists that a print is made from.
 class Hash : public Hasher {
   public:
     using Hasher::add;
@@ -24,7 +24,7 @@ class Hash : public Hasher {
         for (const auto& value : list)
             add(value);
     }
-    /// The same in one go.
+    /// Hashes a value in one call.
     template <typename T>
     void add_all(const std::vector<Vec3<T>>& list) {
         static_assert(sizeof(Vec3<T>) == 3 * sizeof(T));
@@ -59,7 +59,7 @@ uint64_t hash_of(const part::PartMesh& mesh) {
     return hash.value();
 }
 
-/// The finest level decides the others.
+/// The finest level determines the others.
 uint64_t hash_of(const texture::Pyramid& pyramid) {
     Hash hash;
     const std::span<const int32_t> info = pyramid.info();
@@ -73,7 +73,7 @@ uint64_t hash_of(const texture::Pyramid& pyramid) {
     return hash.value();
 }
 
-/// By address, so that what many parts share is read once. Nothing depends on the order.
+/// By address, so that what many parts share is hashed once; the order has no effect.
 template <typename T>
 class Shared {
   public:
@@ -99,7 +99,7 @@ std::vector<std::pair<std::string, std::string>> provenance(const PrintInput& in
         fablets.add(std::string(part.fablet->name));
         fablets.add(part.fablet->hash);
         meshes.add(mesh_hashes.of(part.mesh.get()));
-        // Not what follows from them, which passes decide.
+        // Without derived values, which depend on passes.
         uniforms.add_all(std::span(part.uniform_values)
                              .first(static_cast<size_t>(part.fablet->uniform_value_count)));
         uniforms.add_all(part.slot_material);

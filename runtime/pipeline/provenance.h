@@ -13,9 +13,9 @@
 
 namespace openfab::pipeline {
 
-/// Returns names and values: settings as they are, the rest as hashes of 16 digits. Excluded are
-/// fields of PrintInfo (pitch, range, materials, seed) and what never changes a voxel: threads,
-/// memory, culling, schedules, instruction sets. New parts of the input that change a voxel must be
+/// Returns names and values: settings in plain text, the rest as hashes of 16 digits. Excluded are
+/// fields of PrintInfo (pitch, range, materials, seed) and everything that never changes a voxel:
+/// threads, memory, culling, schedules, instruction sets. New inputs that change a voxel must be
 /// added here. Reads all meshes and textures once.
 std::vector<std::pair<std::string, std::string>> provenance(const PrintInput& input,
                                                             const PrintOptions& options);

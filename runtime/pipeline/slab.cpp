@@ -49,7 +49,7 @@ abi::KernelStatus SlabRun::run(uint8_t slices, Pool<volume::BlockEvaluator>* eva
 abi::KernelStatus SlabRun::begin(int32_t slab, Pool<volume::BlockEvaluator>* evaluators) {
     slab_ = slab;
     blocks_to_evaluate_ = 0;
-    // Memory is reused per part: shared between parts, each piece would grow to the size of the
+    // Memory is reused per part: if shared between parts, each buffer would grow to the size of the
     // largest.
     std::map<int32_t, std::unique_ptr<ActivePart>> kept;
     for (auto& active : active_)
@@ -65,7 +65,7 @@ abi::KernelStatus SlabRun::begin(int32_t slab, Pool<volume::BlockEvaluator>* eva
     }
     std::atomic<int64_t> room = kUniformBlockBytes;
     std::atomic<abi::KernelStatus> status{abi::KernelStatus{}};
-    // Isolated as rows are. One part after the other would leave the first slab to one thread.
+    // Isolated like rows. In parallel over parts, or the first slab would run on one thread.
     tbb::this_task_arena::isolate([&] {
         tbb::parallel_for(
             tbb::blocked_range<size_t>(0, active_.size(), 1),
@@ -111,7 +111,7 @@ abi::KernelStatus SlabRun::run_rows(int32_t first, int32_t end,
     int32_t next = first;
     dither_.begin(slab_, static_cast<uint8_t>(slices_), &planes_);
     std::vector<Row*>
-        in_order;  // rows handed to the dither, in its order; it gives their bands back one late
+        in_order;  // rows passed to the dither, in order; it returns their bands one row later
     const auto release = [&](const dither::RowBand* band) {
         if (band == nullptr) return;
         OPENFAB_CHECK(!in_order.empty() && band == &in_order.front()->band);
@@ -146,8 +146,7 @@ abi::KernelStatus SlabRun::run_rows(int32_t first, int32_t end,
         if (!result.ok()) status.store(result);
         release(released);
     };
-    // Isolated: a thread that waits here must not begin another slab, which would keep this one
-    // from its end.
+    // Isolated: a thread that waits here must not begin another slab, which would delay this one.
     tbb::this_task_arena::isolate([&] {
         tbb::parallel_pipeline(
             static_cast<size_t>(setup_.rows_in_flight),

@@ -3,8 +3,8 @@
 #pragma once
 
 // Runs one slab (8 slices) from coverage to packed planes. Rows of blocks are evaluated in
-// parallel, ahead of the dither, which takes them in order; so one slab can use several threads,
-// and the first slice is ready early.
+// parallel, ahead of the dither, which processes them in order; so one slab can use several
+// threads, and the first slice is ready early.
 
 #include <atomic>
 #include <cstdint>
@@ -21,9 +21,9 @@
 
 namespace openfab::pipeline {
 
-/// A pool of objects that are used by one task at a time and reused. A task owns what it took until
-/// it is done; with thread-local storage, a thread that waits inside a task and runs another would
-/// share the object with itself.
+/// A pool of objects that are used by one task at a time and reused. A task owns its object until
+/// it is done; with thread-local storage, a thread that waits inside a task and runs another one
+/// would use the object twice.
 template <typename T>
 class Pool {
   public:
@@ -42,7 +42,7 @@ class Pool {
         const std::lock_guard lock(mutex_);
         free_.push_back(object);
     }
-    /// Returns all objects; none may be taken meanwhile.
+    /// Returns all objects; none may be in use.
     const std::vector<std::unique_ptr<T>>& all() const { return all_; }
 
   private:
@@ -94,13 +94,13 @@ class SlabRun {
     abi::KernelStatus begin(int32_t slab, Pool<volume::BlockEvaluator>* evaluators);
     /// Returns the number of blocks that culling left: the cost of printing any slices of the slab.
     int64_t blocks_to_evaluate() const { return blocks_to_evaluate_; }
-    /// Prints some slices of the slab that was begun into planes(), those of bit z & 7 in
-    /// `slices`; what the planes of the others hold then means nothing.
+    /// Prints some slices of the slab that was begun into planes(), those of bit z & 7 in `slices`;
+    /// the planes of the others are undefined.
     abi::KernelStatus run(uint8_t slices, Pool<volume::BlockEvaluator>* evaluators,
                           const StopFlags& stop);
 
     const dither::SlabPlanes& planes() const { return planes_; }
-    /// Returns the printf lines of the slab's voxels, for the caller to take.
+    /// Returns the printf lines of the slab's voxels, which the caller may move from.
     volume::PrintfLog& log() { return log_; }
     /// Returns the overlaps of all slabs so far.
     const Overlaps& overlaps() const { return overlaps_; }
@@ -139,7 +139,7 @@ class SlabRun {
     int32_t slab_ = 0;
     uint64_t slices_ = 0;  ///< bits of the slices to print, repeated in each byte (column)
     int64_t blocks_to_evaluate_ = 0;
-    /// Parts in this slab; those that the next slab meets are reused.
+    /// Parts in this slab; those that are also in the next slab are reused.
     std::vector<std::unique_ptr<ActivePart>> active_;
     Pool<Row> rows_;
     dither::SlabPlanes planes_;

@@ -37,8 +37,8 @@ struct PrintInfo {
     std::string printer;
     std::string title;  ///< the world's or mesh's name
     uint64_t seed = 0;
-    /// Everything else that determines the voxels, as names and short texts (settings, hashes):
-    /// where these and the fields above are equal, so are the prints. Empty where unknown.
+    /// Everything else that determines the voxels, as names and short texts (settings, hashes): if
+    /// these and the fields above are equal, so are the prints. Empty where unknown.
     std::vector<std::pair<std::string, std::string>> provenance;
 };
 
@@ -77,7 +77,7 @@ class SliceSink {
     /// Called once after begin: passes the whole slices that an interrupted print has left in this
     /// output to `show`, in order from the first, and returns their number; the print continues
     /// after them. Fails with kInterrupted where `show` returns false. After an error the output is
-    /// unchanged, also when finish has been called. Most outputs start from scratch and have none.
+    /// unchanged, even by finish. The default: no slices.
     virtual Result<int32_t> resume(const std::function<bool(const SliceView&)>& show) {
         (void)show;
         return 0;
@@ -85,8 +85,8 @@ class SliceSink {
     /// Compresses or draws one slice. Must not fail for valid input.
     virtual std::vector<uint8_t> encode(const SliceView& slice) const = 0;
     virtual Result<void> commit(int32_t z, const std::vector<uint8_t>& bytes) = 0;
-    /// Called once after the last commit, also when the print ended early; then `totals.complete`
-    /// is false.
+    /// Called once after the last commit, even if the print ended early; then `totals.complete` is
+    /// false.
     virtual Result<void> finish(const PrintTotals& totals) = 0;
 };
 

@@ -25,13 +25,12 @@ uint64_t load_word(const uint8_t* data) {
     return word;
 }
 
-/// Bytes as words of 8; zeros after the last.
+/// Loads bytes as words of 8, padded with zeros.
 constexpr size_t words_of(size_t bytes) {
     return (bytes + 7) / 8;
 }
 
-// Counts bytes; words that repeat, as in solid and empty regions, are counted once for the whole
-// run.
+// Counts bytes; a run of equal words, as in solid and empty regions, is counted at once.
 class ByteHistogram {
   public:
     void add(const uint8_t* data, size_t bytes) {
@@ -73,15 +72,14 @@ class ByteHistogram {
         return i;
     }
 
-    int64_t count_[4][256] = {};  // four, so that equal bytes in a row do not wait for each other
+    int64_t count_[4][256] = {};  // four, so that runs of equal bytes have no dependency chain
 };
 
 uint64_t or_of_four(const uint8_t* data) {
     return (load_word(data) | load_word(data + 8)) | (load_word(data + 16) | load_word(data + 24));
 }
 
-/// Outside bytes [first, end) of the row, of which `first` is a multiple of 8, there are only
-/// zeros.
+/// All bytes of the row outside [first, end) are 0; `first` is a multiple of 8.
 struct RowSpan {
     size_t first, end;
 };
@@ -94,7 +92,7 @@ RowSpan find_span(const uint8_t* row, size_t bytes) {
     return span;
 }
 
-/// Adds the bits of the row's bytes to those of all rows. Whether there are any.
+/// Merges the row's bits into those of all rows; returns whether there are any.
 bool add_columns(const uint8_t* row, RowSpan span, std::vector<uint64_t>* columns) {
     uint64_t all = 0;
     size_t i = span.first;

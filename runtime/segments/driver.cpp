@@ -12,7 +12,7 @@ namespace openfab::segments {
 
 namespace {
 
-// The part of a second-level cache of 512 KiB to 2 MiB that the stage's own buffers leave.
+// The part of an L2 cache of 512 KiB to 2 MiB that the stage's own buffers leave.
 constexpr size_t kStateBytes = 256u << 10;
 constexpr size_t kGroupBytes = kLanes * sizeof(uint32_t);
 
@@ -124,7 +124,7 @@ abi::KernelStatus Driver::run_kernel(const openfab_kernel& kernel, Kernel* bound
 void Driver::narrow(const std::vector<int32_t>& from, int32_t active,
                     std::vector<int32_t>* to) const {
     const uint32_t* values = states_[active];
-    // `to` may be `from`: it is written no farther than it has been read.
+    // `to` may equal `from`: writes never overtake reads.
     if (to->size() < from.size()) to->resize(from.size());
     size_t kept = 0;
     for (const int32_t group : from) {
@@ -187,7 +187,7 @@ abi::KernelStatus Driver::run(const openfab_segments& segments, openfab_isa isa,
         }
         if (!status.ok()) return status;
     }
-    OPENFAB_CHECK_EQ(depth_, 0u);  // every loop was left
+    OPENFAB_CHECK_EQ(depth_, 0u);  // all loops have ended
     return {};
 }
 

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Runs a stage that is cut into segments (openfab_segments in abi/fablet_table.h): walks its
-// steps over lists of groups of 8 places, keeps its state, puts what kernels write in its place.
-// One a thread; it allocates only while it grows to the largest stage that it has met.
+// Runs a stage that is cut into segments (openfab_segments in abi/fablet_table.h): executes its
+// steps over lists of lane groups, keeps its state, and scatters the kernels' outputs. One per
+// thread; it allocates only while it grows to the largest stage so far.
 
 #include <cstdint>
 #include <memory>
@@ -36,14 +36,14 @@ class Arguments {
     virtual OutputView output(const openfab_arg& arg) = 0;
 };
 
-/// Returns how many groups to run at once so that state stays in the cache; at least one block.
+/// Returns how many groups to run at once so that state stays in cache; at least one block.
 int32_t group_limit(const openfab_segments& segments);
 
 class Driver {
   public:
-    /// `wanted`: a byte for each group, bit l for lane l. Outputs of groups without a wanted place
-    /// are not written; those of unwanted places beside wanted ones are of no use. Ends with the
-    /// first kernel or answer of the handler that fails.
+    /// `wanted`: a byte for each group, bit l for lane l. Outputs of groups without a wanted lane
+    /// are not written; those of unwanted lanes in other groups are undefined. Stops at the first
+    /// failure of a kernel or the handler.
     abi::KernelStatus run(const openfab_segments& segments, openfab_isa isa,
                           std::span<const uint8_t> wanted, Arguments* arguments, Handler* handler);
 

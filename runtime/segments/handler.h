@@ -2,9 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Gives a segmented stage what it needs from outside its kernels: answers to nearest-surface
-// queries, and a sink for printf. Called once per step with the groups that the step is about,
-// never per voxel.
+// Provides a segmented stage with what is outside its kernels: nearest-surface queries, and a sink
+// for printf. Called once per step with the step's groups, never per voxel.
 
 #include <cstdint>
 #include <span>
@@ -34,8 +33,8 @@ class States {
 class Handler {
   public:
     virtual ~Handler() = default;
-    /// Reads guard and point of the 8 places of each listed group and writes every output of each:
-    /// 0 where the guard is 0, and nothing is asked there. A failure ends the print.
+    /// Reads guard and point of the 8 lanes of each listed group and writes every output of each: 0
+    /// where the guard is 0, without a query. A failure ends the print.
     virtual abi::KernelStatus query(const openfab_query& query, std::span<const int32_t> groups,
                                     const States& states) = 0;
     /// Logs a printf for the lanes of the listed groups, in this order, whose guard is not 0.

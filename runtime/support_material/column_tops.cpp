@@ -15,13 +15,13 @@ using voxel::Crossing;
 
 constexpr int32_t kNone = std::numeric_limits<int32_t>::min();
 
-/// The two highest heights at which a column crosses the surface, each with the sum of its turns.
-/// From far above, where the winding number is 0, it grows by the sum at each; nearly always one of
-/// the two is where the solid begins.
+/// The two highest crossings of a column with the surface, each with the sum of its turns. The
+/// winding number is 0 far above and increases by the sum at each; the solid nearly always begins
+/// at one of the two.
 struct Highest {
     int32_t first = kNone, turn = 0;
     int32_t second = kNone, second_turn = 0;
-    bool more = false;  ///< there are others below
+    bool more = false;  ///< there are further ones below
 
     void add(int32_t c, int32_t t) {
         if (c == first) {
@@ -46,7 +46,7 @@ struct Highest {
 class ColumnScratch {
   public:
     std::vector<Highest> highest;
-    std::vector<uint8_t> open;  ///< columns that the two highest do not decide
+    std::vector<uint8_t> open;  ///< columns that the two highest crossings do not decide
     std::vector<Crossing> crossings, open_crossings;
 };
 
@@ -91,7 +91,7 @@ class CoveredTops {
     void for_crossings(const Visit& visit) {
         const auto meets = [&](const Box3f& bounds) {
             const Box3d b = surface::transform_box(snapping_.map(), bounds);
-            // A unit for what rounding to float took off.
+            // One unit for rounding to float.
             return voxel::first_row(voxel::snap(b.lo.x - 1)) < columns_.x1 &&
                    voxel::first_row(voxel::snap(b.hi.x + 1)) > columns_.x0 &&
                    voxel::first_row(voxel::snap(b.lo.y - 1)) < columns_.y1 &&
@@ -107,7 +107,7 @@ class CoveredTops {
         });
     }
 
-    /// False where columns are left open.
+    /// Returns false if columns remain undecided.
     bool decide() {
         bool all = true;
         size_t at = 0;

@@ -16,7 +16,7 @@ namespace openfab::support_material {
 
 namespace {
 
-// Columns that are looked at together, so that their scratch stays in the cache.
+// Columns that are processed together, so that their scratch stays in cache.
 constexpr int32_t kChunk = 256;
 
 int32_t width_of(int32_t range) {
@@ -35,7 +35,7 @@ int32_t load(const uint8_t* from, int32_t width) {
     return static_cast<int32_t>(value);
 }
 
-/// Tops of one row of tiles.
+/// The tops of one row of tiles.
 void raise_rows(const std::vector<SupportedPart>& parts, const part::Grid& grid,
                 ColumnScratch* scratch, TopRows* rows) {
     const int32_t y1 = std::min(rows->y0 + DepthMap::kTile, grid.size.y);
@@ -79,7 +79,7 @@ Result<DepthMap> DepthMap::create(const std::vector<SupportedPart>& parts, const
         bytes += static_cast<int64_t>(map.heights_[tile_y].capacity());
     });
     if (bytes > max_bytes) {
-        // The size of the rest is not known; two bytes per column are enough for most.
+        // The final size is unknown; two bytes per column mostly suffice.
         const int64_t columns = int64_t{grid.size.x} * grid.size.y;
         return user_error(fmt::format(
             "support does not fit the memory budget: how high it reaches takes more than {}, and "

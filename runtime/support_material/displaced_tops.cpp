@@ -16,15 +16,15 @@ namespace {
 using surface::GrownPolygon;
 
 // Slack in 1/256 voxel: snapping moves a point by half a unit, the infinitesimals of a sample are
-// negligible; the rest is far more than the rounding of double.
+// negligible; the rest far exceeds the rounding of double.
 constexpr double kSlack = 1;
-// Steeper planes bound nothing that the polygon's own height does not.
+// Steeper planes give no better bound than the polygon's own height.
 constexpr double kSteepest = 1e4;
 
 double sample(int32_t voxel) {
     return 256.0 * voxel + 128;
 }
-/// The first voxel whose sample is at or above x, and the last at or below.
+/// Return the first voxel whose sample is at or above x, and the last at or below.
 double first_at(double x) {
     return std::ceil((x - 128) / 256);
 }
@@ -77,7 +77,7 @@ struct Piece {
     }
 };
 
-/// Part of a piece's polygon between two values of y: where it is along x, and how high.
+/// Part of a piece's polygon between two values of y: its extent in x, and its height.
 struct Slab {
     double x0 = kInfinity, x1 = -kInfinity, z = -kInfinity;
 
@@ -93,7 +93,7 @@ Slab slab_of(const Piece& piece, double y0, double y1) {
     for (int32_t i = 0; i < piece.count; ++i) {
         const Vec3d& a = piece.corners[i];
         if (a.y >= y0 && a.y <= y1) slab.add(a.x, a.z);
-        // All pairs: those that are not sides lie inside.
+        // All pairs of corners; those that are not sides lie inside.
         for (int32_t j = i + 1; j < piece.count; ++j) {
             const Vec3d& b = piece.corners[j];
             for (const double y : {y0, y1}) {
@@ -128,7 +128,7 @@ void raise_to_piece(const Piece& piece, const part::Grid& grid, const Columns& c
                 raise(x, top);
             continue;
         }
-        // The highest of the plane over the points that the box brings to the sample.
+        // Returns the plane's maximum over the points that the box moves to the sample.
         const Vec3d& c = piece.corners[0];
         const double middle = c.z + piece.slope_y * (at_y - (piece.lo.y + piece.hi.y) / 2 - c.y) +
                               std::fabs(piece.slope_y) * (piece.hi.y - piece.lo.y) / 2 +
@@ -147,7 +147,7 @@ void raise_to_bounds(const SupportedPart& part, const part::Grid& grid, const Co
     const Box3d wanted{{sample(columns.x0) - 2 * kSlack, sample(columns.y0) - 2 * kSlack, 0},
                        {sample(columns.x1) + 2 * kSlack, sample(columns.y1) + 2 * kSlack, 0}};
     std::vector<GrownPolygon> pieces;
-    // Boxes of patches hold their micropolygons, and nothing else needs support.
+    // Boxes of patches contain their micropolygons, and nothing else needs support.
     const auto meets = [&](const Box3f& bounds) {
         const Box3d b = surface::transform_box(snapping.map(), bounds);
         return b.lo.x <= wanted.hi.x && b.hi.x >= wanted.lo.x && b.lo.y <= wanted.hi.y &&

@@ -45,7 +45,7 @@ struct PatchCrossings {
 /// Crossings that wait for later slabs: a patch that spans several is diced and crossed once.
 struct Waiting {
     std::shared_ptr<const PatchCrossings> kept;
-    int32_t slabs_left = 0;  ///< slabs that have yet to take them
+    int32_t slabs_left = 0;  ///< slabs that still need them
 };
 
 /// Scratch memory of one call, reused from call to call.
@@ -249,7 +249,7 @@ void Voxeliser::Impl::fill(int32_t slab, Scratch* scratch, SlabMask* out) const 
     scratch->sorted.resize(all.size());
     for (const Crossing& x : all)
         scratch->sorted[static_cast<size_t>(first[row_of(x)]++)] = x;
-    // Filling moved each first to its row's end.
+    // Filling has moved each `first` to the end of its row.
     size_t begin = 0;
     for (size_t r = 0; r + 1 < first.size(); ++r) {
         const size_t end = static_cast<size_t>(first[r]);

@@ -4,8 +4,8 @@
 
 // Solid voxelisation of one part in one slab of 8 slices, in integers, without cracks.
 //
-// A voxel is inside if the winding number of its center, moved by an infinitesimal (e, e^2, e^3),
-// is above zero; vertices are snapped to floor(256 v + 0.5) in voxel units.
+// A voxel is inside if the winding number of its center, perturbed by an infinitesimal (e, e^2,
+// e^3), is above zero; vertices are snapped to floor(256 v + 0.5) in voxel units.
 
 #include <cstdint>
 #include <memory>

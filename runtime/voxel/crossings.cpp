@@ -34,8 +34,8 @@ Int ceil_div(Int a, Int b) {
     return q + (a % b > 0 ? 1 : 0);
 }
 
-/// Who outweighs whom among the infinitesimals of a sample, seen along its ray: for rows the ray's
-/// own, for columns those across.
+/// Which infinitesimal of a sample dominates, seen along its ray: for rows the ray's own, for
+/// columns those across.
 enum class Along { kRow, kColumn };
 
 /// The plane of a triangle whose (y, z) area is positive, for finding c.
@@ -113,7 +113,8 @@ void add_along(const Vec3i& a, const Vec3i& b, const Vec3i& c, int32_t turn, Alo
     }
 }
 
-/// z becomes the axis of the ray, x and y those across, in this order: a turn, not a mirror image.
+/// z becomes the axis of the ray, x and y those across, in this order: a rotation, not a mirror
+/// image.
 Vec3i column_first(const Vec3i& v) {
     return {v.z, v.x, v.y};
 }

@@ -26,7 +26,7 @@
 namespace openfab::voxel {
 
 constexpr int32_t kSnap = 256;  ///< units a voxel
-/// Snapped coordinates are held within +-kFarthest (two million voxels), so that edge tests fit 64
+/// Snapped coordinates are clamped to +-kFarthest (two million voxels), so that edge tests fit 64
 /// bits.
 constexpr int32_t kFarthest = 1 << 29;
 
@@ -51,9 +51,8 @@ inline int32_t snap(double x256) {
     return truncated - (x < truncated ? 1 : 0);
 }
 
-/// Returns the first voxel whose center (moved up) is above a snapped coordinate:
-/// rows [first_row(lo),
-/// first_row(hi)) lie between.
+/// Returns the first voxel whose perturbed center is above a snapped coordinate: rows
+/// [first_row(lo), first_row(hi)) lie between.
 inline int32_t first_row(int32_t snapped) {
     return (snapped + 127) >> 8;
 }
@@ -66,8 +65,8 @@ void add_crossings(const Vec3i& a, const Vec3i& b, const Vec3i& c, int32_t turn,
 /// Appends the crossings of columns of voxel centers along +z: a crossing of column (i, j) has i in
 /// `j`, j in `k`, and c counts from below. Samples are the same, so over a closed surface a voxel
 /// has the same winding number from its row and from its column. One rule differs: if a crossing
-/// falls on a sample's height, the moved sample lies below it if the triangle rises along +x, or is
-/// level along x and rises along +y, as e moves the sample along x before e³ lifts it.
+/// falls on a sample's height, the perturbed sample lies below it if the triangle rises along +x,
+/// or is level along x and rises along +y, as e moves the sample along x before e³ lifts it.
 void add_column_crossings(const Vec3i& a, const Vec3i& b, const Vec3i& c, int32_t turn,
                           const Window& window, std::vector<Crossing>* out);
 

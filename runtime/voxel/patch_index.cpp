@@ -46,7 +46,7 @@ struct PatchIndex::Builder {
             nodes[node].box = box;
             return;
         }
-        // Split by number, whatever the boxes, so that the depth is bounded.
+        // Split by count, independently of the boxes, so that the depth is bounded.
         const size_t middle = first + (end - first) / 2;
         const size_t child = used.fetch_add(2);
         nodes[node].child = static_cast<int32_t>(child);

@@ -96,7 +96,7 @@ Shape beetle() {
     s.ball(0.4, {6.7, 0, 3.6}, {1.9, 2.0, 1.6})
         .ball(0.2, {7.3, 1.5, 4.2}, {0.7, 0.6, 0.7})
         .mirror(1);
-    // The seam of the wing cases, and furrows along them.
+    // The seam of the wing cases, with furrows along them.
     s.cut_cone(0.35, {1.0, 0, 7.0}, 0.3, {-12, 0, 5.6}, 0.3);
     s.cut_cone(0.35, {0.2, 2.0, 6.6}, 0.22, {-10.4, 1.7, 5.6}, 0.22).mirror(1);
     s.cone(0.2, {8.1, 0.5, 3.1}, 0.45, {9.7, 1.1, 2.8}, 0.4)
@@ -158,7 +158,7 @@ Shape table() {
     return s;
 }
 
-/// A ring of balls: a body with a hole, which none of the animals has.
+/// A ring of balls: a body with a hole, unlike the animals.
 Shape ring() {
     constexpr Vec3d kPlaces[8] = {{14, 0, 8},  {10, 10, 8},   {0, 14, 8},  {-10, 10, 8},
                                   {-14, 0, 8}, {-10, -10, 8}, {0, -14, 8}, {10, -10, 8}};

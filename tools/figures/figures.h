@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The gallery's figures: what they are, not how they are made.
+// Defines the gallery's figures; shape.h and polygonise.h make them.
 
 #include <string>
 #include <vector>

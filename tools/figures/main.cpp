@@ -1,8 +1,8 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// openfab-figures FOLDER: writes the gallery's meshes and pictures. Files that are there and would
-// not change are left alone.
+// openfab-figures FOLDER: writes the gallery's meshes and pictures. Unchanged files are not
+// touched.
 
 #include <fmt/format.h>
 
@@ -29,7 +29,7 @@ std::string read_whole(const std::filesystem::path& path) {
     return text.str();
 }
 
-/// False, with a message on stderr, where the file cannot be written.
+/// Returns false, with a message on stderr, if the file cannot be written.
 bool write(const std::filesystem::path& path, const std::string& bytes) {
     if (read_whole(path) == bytes) return true;
     const Result<void> written = backends::write_whole_file(path, bytes);

@@ -43,13 +43,13 @@ double noise(double x, double y) {
     return 2 * mix(low, high, ty) - 1;
 }
 
-/// How far x is from the nearest whole number: 0 … 0.5.
+/// Returns the distance of x from the nearest integer: 0 … 0.5.
 double wave(double x) {
     return std::abs(x - std::floor(x + 0.5));
 }
 
-/// Stripes across the body, along the legs bands; they lean over at the shoulder and the haunch,
-/// fork where the warp pulls them apart. u 0 … 1 over 77 mm, v over 36 mm.
+/// Stripes across the body, along the legs bands; they tilt at the shoulder and the haunch, and
+/// fork where the domain warp pulls them apart. u 0 … 1 over 77 mm, v over 36 mm.
 double zebra(double u, double v) {
     const double x = u * 77;
     const double z = v * 36;

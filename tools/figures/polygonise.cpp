@@ -12,8 +12,8 @@ namespace openfab::figures {
 
 namespace {
 
-/// The corners of a cube by bits x, y, z; each tetrahedron walks from corner 0 to corner 7 along
-/// the axes in one of the six orders, listed so that all have a positive volume.
+/// The corners of a cube by bits x, y, z; each tetrahedron follows a path from corner 0 to corner 7
+/// along the axes in one of the six orders, listed so that all have a positive volume.
 constexpr int kTetrahedra[6][4] = {{0, 1, 3, 7}, {0, 3, 2, 7}, {0, 2, 6, 7},
                                    {0, 6, 4, 7}, {0, 4, 5, 7}, {0, 5, 1, 7}};
 
@@ -28,7 +28,7 @@ class Marcher {
         for (int32_t z = 0; z < count_.z; ++z) {
             for (int32_t y = 0; y < count_.y; ++y) {
                 for (int32_t x = 0; x < count_.x; ++x) {
-                    // A grid point on the surface would give triangles without area.
+                    // Grid points exactly on the surface would give triangles without area.
                     const double value = shape.value(position({x, y, z}));
                     values_.push_back(value == 0 ? 1e-9 : value);
                 }
@@ -70,8 +70,8 @@ class Marcher {
         }
     }
 
-    /// The tetrahedron's orientation decides that of its triangles: lengths would not, where a
-    /// triangle is a sliver.
+    /// The tetrahedron's orientation decides that of its triangles; their own would be unreliable
+    /// for slivers.
     void cut(const std::array<Vec3i, 4>& t) {
         std::array<size_t, 4> order{};
         size_t ins = 0;
@@ -140,7 +140,7 @@ Vec3d unit(Vec3d v) {
     return n > 0 ? v * (1 / n) : Vec3d{0, 0, 1};
 }
 
-/// A step of Newton's towards the surface, none longer than a quarter of a cell.
+/// A Newton step towards the surface, at most a quarter of a cell long.
 Vec3d towards_surface(const Shape& shape, Vec3d p, Vec3d slope, double cell) {
     const double steepness = dot(slope, slope);
     if (steepness < 1e-6) return p;

@@ -141,8 +141,8 @@ Shape& Shape::mirror(int count) {
 double Shape::value(Vec3d p) const {
     double value = 1e6;
     for (const Part& part : parts_) {
-        // A part that is too far away to matter costs one length. A cut matters where it is nearer
-        // than the surface.
+        // A part that is too far away to matter costs one distance. A cut matters where it is
+        // nearer than the surface.
         const double least = length(p - part.center) - part.reach;
         if (least > (part.join == Join::kAdd ? value : -value) + 2 * part.blend_mm + 0.1) continue;
         const double d = distance_to(part, p);

@@ -29,7 +29,7 @@ std::string_view trimmed(std::string_view text) {
     return text.substr(start, text.find_last_not_of(kBlanks) - start + 1);
 }
 
-/// Takes the first word off a line.
+/// Removes and returns the first word of a line.
 std::string_view take_word(std::string_view* line) {
     *line = trimmed(*line);
     const std::string_view word = line->substr(0, line->find_first_of(kBlanks));
@@ -51,14 +51,14 @@ bool is_inside(const fs::path& path, const fs::path& folder) {
     return is_below(without_links(path), without_links(folder.empty() ? "." : folder));
 }
 
-/// Programs on Windows write their own separators.
+/// Programs on Windows write backslashes.
 fs::path with_slashes(std::string_view name) {
     std::string text(name);
     std::replace(text.begin(), text.end(), '\\', '/');
     return text;
 }
 
-/// The options of a map_Kd line off its front: each has a number of values.
+/// Skips the options of a map_Kd line, each with its number of values.
 void take_map_options(std::string_view* line, Picture* picture, LooksMaker* out) {
     while (line->starts_with('-')) {
         const std::string_view option = take_word(line);
@@ -90,7 +90,7 @@ void read_picture(std::string_view line, const fs::path& file, MaterialAppearanc
     const fs::path folder = file.parent_path();
     fs::path path = folder / with_slashes(line);
     std::error_code ignored;
-    // Many libraries name the picture's path on another machine.
+    // Many libraries contain paths of another machine.
     if (!fs::exists(path, ignored) || !is_inside(path, folder))
         path = folder / with_slashes(line).filename();
     const Result<SharedBytes> bytes =
@@ -108,8 +108,7 @@ void read_picture(std::string_view line, const fs::path& file, MaterialAppearanc
     appearance->picture = std::move(picture);
 }
 
-/// Of a material library (.mtl): newmtl, Kd, map_Kd with its options. Lines of other things count
-/// for nothing.
+/// Parses a material library (.mtl): newmtl, Kd, map_Kd with its options. Other lines are ignored.
 void parse_mtl(std::string_view text, const fs::path& file, LooksMaker* out) {
     MaterialAppearance* appearance = nullptr;
     each_line(text, [&](std::string_view line) {
@@ -185,7 +184,7 @@ bool LooksMaker::take(size_t bytes) {
 }
 
 MaterialAppearance* LooksMaker::add(const std::string& name) {
-    // The list doubles, and is copied when it does; the map has the name again.
+    // The list doubles and is copied then; the map holds the name again.
     constexpr size_t kNode = 64;
     if (memory_left_ < 0 || places_.count(name) != 0) return nullptr;
     if (!take(3 * sizeof(MaterialAppearance) + kNode + sizeof name + 2 * name.size()))

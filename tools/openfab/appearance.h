@@ -22,7 +22,7 @@
 
 namespace openfab::tools {
 
-/// Shared by all that have the same: a picture is mostly that of many materials.
+/// Shared by all materials with the same picture.
 using SharedBytes = std::shared_ptr<const std::string>;
 
 struct Picture {
@@ -36,7 +36,7 @@ struct MaterialAppearance {
     std::string name;                            ///< same as in mesh::LoadedMesh::groups
     std::optional<std::array<double, 3>> color;  ///< linear light, 0 … 1
     std::optional<Picture> picture;
-    /// Whether the colour multiplies the picture; else it is only a fallback.
+    /// The colour multiplies the picture; otherwise it is only a fallback.
     bool tinted = false;
 };
 
@@ -45,30 +45,30 @@ struct Appearances {
     std::vector<std::string> notes;               ///< features that were ignored
 };
 
-/// The place of each look by its name.
+/// The index of each appearance by its name.
 std::unordered_map<std::string_view, size_t> places_of(const Appearances& appearances);
 
-/// Collects the looks of a file, and keeps to what they may take.
+/// Collects the appearances of a file within a memory limit.
 class LooksMaker {
   public:
-    /// `*memory_left`, which others may take of, goes down by what the looks take.
+    /// Decreases `*memory_left`, which others may share, by what the appearances take.
     explicit LooksMaker(int64_t* memory_left) : memory_left_(*memory_left) {}
 
-    /// A new look, valid until the next one; null where there is one of this name, which counts, or
-    /// where it would be too much.
+    /// Adds an appearance, valid until the next call; null if one of this name exists, which takes
+    /// precedence, or if memory is exceeded.
     MaterialAppearance* add(const std::string& name);
-    /// A picture's bytes, which `read` gives, at most so many, where `key` was not asked for
-    /// before.
+    /// Returns a picture's bytes: those of an earlier call with this key, else those of `read`,
+    /// which gets the limit.
     Result<SharedBytes> picture(const std::string& key,
                                 const std::function<Result<std::string>(int64_t most)>& read);
     void note(std::string text);
     int64_t memory_left() const { return memory_left_; }
 
-    /// An error where they were too much.
+    /// Returns an error if memory was exceeded.
     Result<Appearances> finish(const std::string& file);
 
   private:
-    /// Whether there is so much left, which is taken.
+    /// Takes memory if that much is left; returns whether it was.
     bool take(size_t bytes);
 
     int64_t& memory_left_;
@@ -78,8 +78,8 @@ class LooksMaker {
 };
 
 /// Reads the appearance of a mesh file of any format; empty where it has none. Files that it names
-/// are read below its own folder only; a note reports others. More than `memory_bytes`
-/// is an error, of the file and its looks; a picture that is too large for what is left is a note.
+/// are read below its own folder only; a note reports others. More than `memory_bytes` is an error,
+/// for the file and its appearances; a picture that is too large for the rest is a note.
 Result<Appearances> read_appearances(const std::filesystem::path& mesh,
                                      int64_t memory_bytes = mesh::kDefaultReadingBytes);
 

@@ -50,7 +50,7 @@ class Materials : public mesh::XmlHandler {
             const char* found = a.find(key);
             return std::string(found != nullptr ? found : "");
         };
-        // Lists double, and are copied then; nodes of the map take about as much.
+        // Lists double and are copied then; map nodes take about as much.
         const auto take = [&](size_t bytes) { memory_left_ -= static_cast<int64_t>(3 * bytes); };
         if (name == "base") {
             if (MaterialAppearance* appearance = out_.add(text("name")))

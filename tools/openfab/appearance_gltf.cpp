@@ -26,7 +26,7 @@ std::string extension_of(std::string_view bytes) {
     return bytes.starts_with("\x89PNG") ? ".png" : bytes.starts_with("\xff\xd8") ? ".jpg" : ".img";
 }
 
-/// The picture of a texture of the file.
+/// Reads the picture of a texture.
 std::optional<Picture> picture_of(GltfFile* gltf, const JsonValue& info, const std::string& name,
                                   LooksMaker* out) {
     const JsonValue* texture =
@@ -43,7 +43,7 @@ std::optional<Picture> picture_of(GltfFile* gltf, const JsonValue& info, const s
     if (image == nullptr) return {};
     const Result<SharedBytes> bytes =
         out->picture(std::to_string(source), [&](int64_t) { return gltf->image(*image); });
-    if (!bytes) return {};  // which the file has kept
+    if (!bytes) return {};  // the file keeps the error
     Picture picture;
     picture.bytes = *bytes;
     const std::filesystem::path uri = GltfFile::text(*image, "uri");

@@ -2,8 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The commands of `openfab`. main.cpp alone knows how their command lines are written, and reports
-// their errors.
+// The commands of `openfab`. main.cpp defines their command lines and reports their errors.
 
 #include <cstdint>
 #include <string>
@@ -33,7 +32,7 @@ struct ExportOptions {
 Result<void> make_folder(const std::string& path);
 /// `import`: makes a world of a mesh.
 Result<void> run_import(ImportArguments arguments);
-/// `info` of an .ofr file, a folder of slices, a world or a mesh; `memory` as memory_of reads it.
+/// `info` of an .ofr file, a folder of slices, a world or a mesh; `memory`: see memory_of.
 Result<void> info(const std::string& file, const std::vector<std::string>& allow,
                   const std::string& memory);
 /// `verify`: checks every slice of an .ofr file.

@@ -24,8 +24,8 @@ namespace openfab::tools {
 
 namespace {
 
-/// The printer that the file names, for support and hand-off notes; a file of one that is not known
-/// here has none.
+/// Returns the printer that the file names, for support and hand-off notes; none if it is unknown
+/// here.
 world::Printer printer_of(const pipeline::PrintInfo& info) {
     Result<world::Printer> printer = world::load_printer(info.printer);
     if (printer) return *printer;
@@ -93,8 +93,8 @@ Result<void> check_memory(const ExportOptions& options, const ofr::OfrReader& re
     const int64_t columns = int64_t{info.size.x} * info.size.y;
     const int64_t each = program::encode_bytes_per_column(options.print, format) +
                          program::output_bytes_per_column(format);
-    // Compressed, a slice takes at most as much as its packed rows, and twice that while it is put
-    // together.
+    // A compressed slice takes at most as much as its packed rows, and twice that while it is
+    // assembled.
     const int64_t rows = reader.slice_bytes() * (format == "ofr" || format == "png" ? 3 : 1);
     const int64_t bytes = rows + columns * each + program::preview_bytes(options.print);
     if (bytes <= memory_bytes) return {};

@@ -50,7 +50,7 @@ std::string list_of(const Things& things, const Text& text) {
     return out + "]";
 }
 
-/// A number with what digits it needs, at most 5 behind the point.
+/// Formats a number with at most 5 decimals.
 std::string number(double value) {
     std::string text = fmt::format("{:.5f}", value);
     text.erase(text.find_last_not_of('0') + 1);
@@ -58,14 +58,14 @@ std::string number(double value) {
     return text == "-0" ? "0" : text;
 }
 
-/// Names that differ.
+/// Makes names unique.
 class Names {
   public:
-    /// As it is, else with a number behind it.
+    /// Returns the name itself, else with a number appended.
     std::string unique(const std::string& wanted) {
         const std::string base = wanted.empty() ? "unnamed" : wanted;
         std::string name = base;
-        // Where the last one of this name ended its search, the next begins.
+        // The search for a name continues where the last one ended.
         for (int& i = next_.try_emplace(base, 2).first->second; !taken_.insert(name).second; ++i)
             name = fmt::format("{}_{}", base, i);
         return name;
@@ -76,7 +76,7 @@ class Names {
     std::map<std::string, int> next_;
 };
 
-/// A file's name of letters that no shell or program stumbles over.
+/// Returns a file name of characters that are safe for shells and programs.
 std::string plain_name(const std::string& name) {
     std::string out;
     for (const char c : name) {
@@ -104,7 +104,7 @@ std::string hex(const Key& key) {
     return fmt::format("#{:02x}{:02x}{:02x}", key[0], key[1], key[2]);
 }
 
-/// A key next to the one asked for that no other material has.
+/// Returns a key close to the requested one that no other material has.
 Key free_key(Key key, std::vector<Key>* taken) {
     while (std::find(taken->begin(), taken->end(), key) != taken->end()) {
         for (size_t c = 3; c-- > 0;) {
@@ -127,7 +127,7 @@ class Importer {
           options_(options) {
         for (const auto& [name, number] : mesh.groups)
             groups_.push_back(name);
-        // A mesh of one material has no groups where the material has no name.
+        // A mesh of one unnamed material has no groups.
         if (groups_.empty())
             groups_.push_back(appearances.appearances.size() == 1 ? appearances.appearances[0].name
                                                                   : "");
@@ -266,7 +266,7 @@ class Importer {
         } else if (out_.fablet == "mapped") {
             if (Result<void> bound = bind_mapped(); !bound) return bound;
         } else if (out_.fablet == "painted") {
-            // The other formats' colours are made linear when they are read.
+            // The colours of other formats are linearised when read.
             if (fs::path(file_).extension() == ".obj") uniform("encoded", "true");
         } else if (out_.fablet == "graded") {
             uniform("low", number(low));
@@ -344,7 +344,7 @@ class Importer {
                                                  : kBox;
     }
 
-    /// From the side that shows most of the mesh's box; of equal ones the top, then the front.
+    /// Chooses the side with the largest area of the mesh's box; on ties the top, then the front.
     int planar_side() const {
         for (size_t s = 0; s < kSides.size(); ++s) {
             if (options_.side == kSides[s]) return static_cast<int>(s);
@@ -373,7 +373,7 @@ class Importer {
         return {};
     }
 
-    /// The picture of the first group that has one.
+    /// Returns the picture of the first group that has one.
     Result<void> bind_first_picture(bool clamp) {
         for (const std::string& group : groups_) {
             Result<int> texture_index = add_picture(appearance(group), clamp);
@@ -390,7 +390,7 @@ class Importer {
         return {};
     }
 
-    /// The picture that was asked for instead of the mesh's own.
+    /// Reads the requested picture, which replaces the mesh's own.
     Result<SharedBytes> own_picture() {
         if (own_picture_ == nullptr) {
             Result<std::string> bytes = read_text_file(
@@ -401,8 +401,8 @@ class Importer {
         return own_picture_;
     }
 
-    /// Adds a material's picture; returns its index among the textures, -1 where it has none. One
-    /// that several have is there once.
+    /// Adds a material's picture; returns its index among the textures, -1 if it has none. Shared
+    /// pictures are added once.
     Result<int> add_picture(const MaterialAppearance& of, bool clamp = false) {
         Picture picture;
         if (!options_.picture.empty()) {
@@ -426,7 +426,7 @@ class Importer {
         const std::string name = texture_files_.unique(plain.stem().string());
         const std::string file = name + plain.extension().string();
         texture_names_.push_back(name);
-        // A relief is as high as the picture is bright.
+        // The height of a relief is proportional to brightness.
         textures_.push_back(
             fmt::format("        {}: {{\"file\": {}, \"wrap\": \"{}\"{}}}", json_text(name),
                         json_text(file), picture.clamp ? "clamp" : "repeat",
@@ -435,7 +435,7 @@ class Importer {
         return texture_index;
     }
 
-    /// The unit of the file, unless it says it itself.
+    /// The unit of the file, unless the file states it.
     std::string unit() const {
         if (mesh_.unit_note == "as the file says") return "";
         static const std::map<double, const char*> kNames = {
@@ -497,7 +497,7 @@ class Importer {
 
     const mesh::LoadedMesh& mesh_;
     const Appearances& appearances_;
-    const std::unordered_map<std::string_view, size_t> places_;  ///< of looks_ by name
+    const std::unordered_map<std::string_view, size_t> places_;  ///< of appearances by name
     const std::string& file_;
     const ImportOptions& options_;
     std::vector<std::string> groups_;  ///< by the mesh's `face` numbers
@@ -508,8 +508,7 @@ class Importer {
     Names material_names_, texture_files_;
     std::vector<Key> keys_;
     SharedBytes own_picture_;
-    /// Places among the textures of pictures that repeat and that do not: by what they are, and by
-    /// the bytes that they share.
+    /// Texture indices of repeating and clamped pictures, by their shared bytes.
     std::array<std::unordered_map<std::string_view, int>, 2> pictures_;
     std::map<std::pair<const std::string*, bool>, int> shared_;
     Import out_;

@@ -23,9 +23,9 @@ struct ImportOptions {
     std::string mapping;               ///< uv, planar, box or triplanar; empty: chosen by the mesh
     std::string side;                  ///< planar: front, right, …; empty: the largest
     std::optional<double> picture_mm;  ///< size of one picture; default: that of the mesh
-    bool y_up = false;                 ///< of the file; the mesh is turned already
+    bool y_up = false;                 ///< of the file; the mesh is already rotated
     bool repair = false;               ///< write `"repair": "winding"` to the world
-    int64_t memory_bytes = mesh::kDefaultReadingBytes;  ///< that the picture may take
+    int64_t memory_bytes = mesh::kDefaultReadingBytes;  ///< limit for the picture
 };
 
 /// A file to be written into the folder.

@@ -51,7 +51,7 @@ Result<void> copy_into(const fs::path& from, const fs::path& to) {
         fmt::format("cannot copy `{}` to `{}`: {}", from.string(), to.string(), status.message()));
 }
 
-/// The mesh, files that it is made of, pictures and fablet, and the world last.
+/// Writes the mesh, its files, pictures and fablet, and the world last.
 Result<void> write_all(const fs::path& mesh, const mesh::LoadedMesh& loaded, const Import& import,
                        const fs::path& folder, const fs::path& world) {
     if (Result<void> done = copy_into(mesh, folder / mesh.filename()); !done) return done;
@@ -116,7 +116,7 @@ Result<void> run_import(ImportArguments arguments) {
     arguments.import.memory_bytes = left;
     Result<Appearances> appearances = read_appearances(mesh, left);
     if (!appearances) return appearances.error();
-    // Before what may fail for want of something that was left out.
+    // Before steps that may fail because of something that was left out.
     for (const std::string& warning : loaded->warnings)
         warn(warning);
     for (const std::string& text : appearances->notes)

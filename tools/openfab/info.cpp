@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// `openfab info FILE`: what a print, a folder of slices, a world or a mesh is.
+// `openfab info FILE`: describes a print, a folder of slices, a world or a mesh.
 
 #include <fmt/format.h>
 #include <rapidjson/document.h>
@@ -49,7 +49,7 @@ void print_grid(const pipeline::PrintInfo& info) {
                      info.seed));
 }
 
-/// How much of a file is of use that a print has not finished.
+/// Describes how much of an unfinished print's file is usable.
 Result<std::string> describe_unfinished(ofr::OfrReader* reader) {
     Result<bool> more = true;
     while ((more = reader->next()) && *more) {
@@ -88,7 +88,7 @@ Result<void> info_of_ofr(const std::string& file, int64_t memory_bytes) {
     return {};
 }
 
-/// Nothing where it cannot be read, or is larger than any manifest.
+/// Empty if it cannot be read, or is larger than any manifest.
 std::optional<std::string> read_manifest(const fs::path& file) {
     constexpr int64_t kLargest = 1 << 20;
     const Result<InputFile> opened = InputFile::open(file);
@@ -97,7 +97,7 @@ std::optional<std::string> read_manifest(const fs::path& file) {
     return text ? std::optional(std::move(*text)) : std::nullopt;
 }
 
-/// `{:…}` of a value where it is there, whatever its kind.
+/// Formats a value of any kind, if present.
 std::string text_of(const rapidjson::Value& object, const char* name) {
     const auto member = object.FindMember(name);
     if (member == object.MemberEnd()) return "?";

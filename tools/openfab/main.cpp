@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// `openfab`: what most people type.
+// `openfab`: the user's command-line tool.
 
 #include <CLI/CLI.hpp>
 #include <functional>
@@ -32,7 +32,7 @@ constexpr const char* kFooter = R"(Examples:
 
 using Action = std::function<Result<void>()>;
 
-// Each add_ function declares a command; when it is the one that was given it sets `*action`.
+// Each add_ function declares a command, which sets `*action` when it is the one given.
 
 void add_memory_option(CLI::App* command, std::string* text) {
     command->add_option("--memory", *text, "memory budget of the whole process (default: 1.5GB)")
@@ -154,7 +154,7 @@ int tool_main(int argc, char** argv) {
     add_verify(app, &action);
     add_export(app, &action);
     app.add_subcommand("texture", "convert an image for prints, which call this themselves");
-    app.footer(kFooter);  // last, so that the commands above do not take it over
+    app.footer(kFooter);  // last, so that the commands above do not inherit it
     Result<void> done;
     try {
         app.parse(argc, argv);

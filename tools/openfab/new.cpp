@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// `openfab new NAME`: a folder with a fablet and a world that prints, to begin with.
+// `openfab new NAME`: makes a folder with a fablet and a printable world to start from.
 
 #include <fmt/format.h>
 
@@ -22,7 +22,7 @@ void replace_all(std::string* text, std::string_view from, const std::string& to
         text->replace(at, from.size(), to);
 }
 
-/// `soft_toy` as a fablet: `SoftToy`.
+/// Converts `soft_toy` to a fablet's name, `SoftToy`.
 std::string fablet_name(const std::string& name) {
     std::string out;
     bool capital = true;

@@ -1,8 +1,8 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// `openfab print W.fab.json -o OUT`: compiles the world's fablets where they changed, then becomes
-// the print program with the same options, so that the bytes are the same as its own.
+// `openfab print W.fab.json -o OUT`: compiles the world's fablets if they changed, then executes
+// the print program with the same options, so that the output has the same bytes.
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -31,8 +31,7 @@ namespace openfab::tools {
 
 namespace {
 
-/// Takes `--fablet FILE` out of the arguments: the one option that a print binary does not have,
-/// since it has its fablet.
+/// Removes `--fablet FILE` from the arguments: the only option that a print binary does not have.
 Result<std::string> take_fablet(std::vector<std::string>* arguments) {
     constexpr std::string_view kOption = "--fablet";
     std::string fablet;
@@ -60,7 +59,7 @@ struct Sources {
     std::unique_ptr<TemporaryFolder> folder;
 };
 
-/// Writes the file of a stock fablet, to the cache where there is one.
+/// Writes the file of a stock fablet, to the cache if there is one.
 Result<Sources> stock_sources(const std::string& fablet) {
     Sources sources;
     Result<std::filesystem::path> folder = texture::cache_folder("stock");
@@ -110,7 +109,7 @@ Result<Sources> sources_of(const program::Options& options, const std::string& f
     return sources;
 }
 
-/// The sources and all that they could import from beside them.
+/// Lists the sources and all modules beside them.
 std::vector<std::filesystem::path> with_modules(const std::vector<std::filesystem::path>& sources) {
     std::vector<std::filesystem::path> files = sources;
     for (const std::filesystem::path& source : sources) {
@@ -132,7 +131,7 @@ Error exec_print_binary(const PrintBinary& program, const std::vector<std::strin
     for (const std::string& argument : arguments)
         argv.push_back(const_cast<char*>(argument.c_str()));
     argv.push_back(nullptr);
-    // Print programs start this one for textures that are not in the cache yet.
+    // Print programs start this program for textures that are not in the cache yet.
     if (Result<std::filesystem::path> folder = program_folder(); folder) {
         ::setenv("OPENFAB_HELPER", (*folder / "openfab").c_str(), 0);
     }
@@ -160,7 +159,7 @@ Result<void> print_world(std::vector<std::string> arguments) {
     }
     Result<Sources> sources = sources_of(*options, *fablet);
     if (!sources) return sources.error();
-    // The print binary asks again, with all that the world names; it does not know these files.
+    // The print binary checks again, with all that the world names, but does not know these files.
     if (Result<void> apart = program::check_outputs(program::outputs_of(*options, "", {}),
                                                     with_modules(sources->files));
         !apart)
@@ -168,7 +167,7 @@ Result<void> print_world(std::vector<std::string> arguments) {
     const Result<PrintBinary> program = find_or_build_print_binary(
         sources->files, options->progress == program::ProgressMode::kNone);
     if (!program) return program.error();
-    sources->folder.reset();  // nothing is tidied up once we are another program
+    sources->folder.reset();  // exec runs no destructors
     return exec_print_binary(*program, arguments);
 }
 

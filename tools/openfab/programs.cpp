@@ -36,8 +36,8 @@ namespace fs = std::filesystem;
 constexpr int64_t kLargestSource = 16 << 20;
 constexpr int64_t kLargestProgram = int64_t{1} << 32;
 
-/// The trailer of a program in the cache, which no loader reads: this, and the hash of what stands
-/// before it.
+/// The trailer of a program in the cache, which loaders ignore: this magic, and the hash of
+/// everything before it.
 constexpr std::string_view kSeal = "OFPRINT1";
 constexpr size_t kSealBytes = 16;
 
@@ -53,7 +53,7 @@ class SourcesHash : public Hasher {
         add_text(*content);
         return {};
     }
-    /// Size and time instead of the content: for files that only a build of OpenFab changes.
+    /// Hashes size and time instead of the content, for files that only a build of OpenFab changes.
     void add_stamp(const fs::path& file) {
         std::error_code status;
         add_text(file.filename().string());
@@ -87,8 +87,8 @@ Result<uint64_t> program_hash(const std::vector<fs::path>& sources, const fs::pa
         const fs::path folder = source.parent_path();
         folders.insert(folder.empty() ? "." : folder);
     }
-    // `import` takes modules from beside the source. Which ones is the compiler's business, so all
-    // count, but for those that it cannot read either.
+    // `import` reads modules beside the source. Only the compiler knows which, so all of them
+    // count, except unreadable ones.
     for (const fs::path& folder : folders) {
         for (const fs::path& module : files_of(folder, {".fl"})) {
             if (!hash.add_content(module, {reading_root(folder)}))
@@ -102,8 +102,8 @@ Result<uint64_t> program_hash(const std::vector<fs::path>& sources, const fs::pa
     return hash.value();
 }
 
-/// Runs a program to its end with our stderr and stdout on stderr; its exit status, or an error
-/// where it cannot start.
+/// Runs a program to its end with our stderr and stdout on stderr; returns its exit status, or an
+/// error if it cannot start.
 Result<int> run_program(const std::vector<std::string>& arguments) {
     std::vector<char*> argv;
     for (const std::string& argument : arguments)
@@ -130,7 +130,7 @@ Result<int> run_program(const std::vector<std::string>& arguments) {
 }
 
 ErrorCode code_of_exit(int status) {
-    // Not kUsage: our own call of the compiler is wrong then.
+    // Not kUsage: then our own call of the compiler is wrong.
     for (const ErrorCode code :
          {ErrorCode::kUserInput, ErrorCode::kOutside, ErrorCode::kInterrupted}) {
         if (status == exit_code(code)) return code;
@@ -154,7 +154,7 @@ Result<void> seal(const fs::path& program) {
     return out ? Result<void>() : trouble(std::strerror(errno));
 }
 
-/// A sealed program that is whole; an error, of no interest, for anything else.
+/// Opens a program with a valid seal; fails otherwise, with an error that is not shown.
 Result<PrintBinary> open_print_binary(const fs::path& path) {
     Result<InputFile> file = InputFile::open(path);
     if (!file) return file.error();
@@ -170,7 +170,7 @@ Result<PrintBinary> open_print_binary(const fs::path& path) {
     return PrintBinary{std::move(*file), path};
 }
 
-/// A name in the cache that says a little of what it is.
+/// Returns a descriptive name for the cache.
 std::string cached_name(const fs::path& source, uint64_t hash) {
     constexpr size_t kLongest = 40;
     std::string stem = source.stem().string().substr(0, kLongest);
@@ -221,8 +221,8 @@ Result<PrintBinary> find_or_build_print_binary(const std::vector<fs::path>& sour
         note(fmt::format("nothing is kept for the next print: {}", cache.error().text()));
     }
     if (!quiet) say(fmt::format("compiling {} ...\n", sources.front().filename().string()));
-    // In a folder of its own, so that two prints at once do not see each other's half-written
-    // program, and none stays if this one dies.
+    // In a folder of its own, so that concurrent prints do not see each other's partial programs,
+    // and none is left behind if this process dies.
     const Result<std::unique_ptr<TemporaryFolder>> folder =
         TemporaryFolder::create(cache ? *cache : fs::path());
     if (!folder) return folder.error();
@@ -240,7 +240,7 @@ Result<PrintBinary> find_or_build_print_binary(const std::vector<fs::path>& sour
         return outside_error(
             fmt::format("cannot read the program that was compiled: {}", program.error().text()));
     }
-    // Without a cache it is run although it has gone from its folder.
+    // Without a cache it is executed from its descriptor, although its file is deleted.
     if (!cache) program->path.clear();
     return program;
 }

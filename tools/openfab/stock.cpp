@@ -54,7 +54,7 @@ Result<std::filesystem::path> stock_source(const std::string& fablet,
     const std::filesystem::path file = folder / name;
     const std::string_view text = stock_text(name);
     std::error_code status;
-    // Another print may be reading it: it is replaced only where it differs.
+    // Another print may be reading it, so it is replaced only if it differs.
     if (std::filesystem::file_size(file, status) == text.size() && !status) {
         std::string found(text.size(), '\0');
         std::FILE* in = std::fopen(file.c_str(), "rb");

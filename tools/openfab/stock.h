@@ -16,7 +16,7 @@ namespace openfab::tools {
 /// Returns the text by its file name, which must exist.
 std::string_view stock_text(std::string_view name);
 
-/// A stock fablet's file is stock_NAME.fl; the fablet in it has the name with a capital.
+/// A stock fablet's file is stock_NAME.fl; its fablet has the capitalised name.
 constexpr std::array<const char*, 8> kStockFablets = {"solid",  "textured", "mapped",  "painted",
                                                       "graded", "shell",    "lattice", "relief"};
 

@@ -1,9 +1,9 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// `openfab-texture IMAGE -o FILE`: a filtered pyramid of an image; `openfab texture` becomes this
-// program. It is one of its own because it links OpenImageIO, which takes a third of a second and
-// 130 MB to start (measured): prints should not wait for it.
+// `openfab-texture IMAGE -o FILE`: makes a filtered pyramid of an image; `openfab texture` executes
+// this program. It is separate because it links OpenImageIO, which takes a third of a second and
+// 130 MB to start: prints should not wait for it.
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -24,8 +24,8 @@
 
 namespace {
 
-/// Keeps to itself what libraries write to standard error, as libpng does; what went wrong is in
-/// their results, and said by us.
+/// Suppresses what libraries such as libpng write to standard error; we report errors from their
+/// results.
 class Silence {
   public:
     Silence() : kept_(::dup(STDERR_FILENO)) {

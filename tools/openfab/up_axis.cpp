@@ -13,11 +13,11 @@ namespace openfab::tools {
 
 namespace {
 
-/// How much taller in y than in z a figure is at least, with a base; without one it is slimmer.
+/// The minimum ratio of the heights in y and z of a figure with a base, and of one without.
 constexpr double kTall = 1.2, kSlim = 1.5;
 /// Tolerance relative to the height for being at the bottom, or at 0.
 constexpr double kNear = 0.02;
-/// How much larger the base at the lowest y is than what is flat at the lowest z.
+/// The minimum ratio of the base at the lowest y to the flat area at the lowest z.
 constexpr double kLarger = 4;
 
 /// Returns the area of the triangles at the lowest coordinate along an axis.
@@ -45,7 +45,7 @@ std::string y_up_evidence(const mesh::Mesh& mesh) {
     if (!(size.z > 0) || size.y < kTall * size.z) return {};
     const double base_y = base_area(mesh, box, 1), base_z = base_area(mesh, box, 2);
     const double ratio = size.y / size.z;
-    // A speck at the bottom is not a base.
+    // A tiny area at the bottom is not a base.
     if (base_y > kLarger * base_z && base_y > kNear * size.x * size.z) {
         return fmt::format(
             "it has its base at the lowest y, and is {:.2g} times as tall in y as in z", ratio);

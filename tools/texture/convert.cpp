@@ -66,7 +66,7 @@ Result<void> convert(const std::filesystem::path& image, const std::filesystem::
         texture::PyramidWriter::create(out, *layout, *key);
     if (!writer) return writer.error();
     float* level0 = (*writer)->level0();
-    // A row that becomes a column touches a page with each texel, which the next rows touch too.
+    // A row that becomes a column touches a page per texel, and the next rows touch the same pages.
     constexpr int64_t kBytesOfColumn = 128;
     const int64_t row_bytes =
         spec.width * (orientation >= 5 ? kBytesOfColumn : 4 * int64_t{decoder.channels_out()});
@@ -94,7 +94,7 @@ Result<void> make_pyramid_file(const std::filesystem::path& image, const std::fi
         return usage_error(fmt::format(
             "unknown space `{}`; known: `auto`, `srgb`, `linear`, `data`", options.space));
     }
-    // Two pictures are a fraction of a second; threads of a library would outlive them.
+    // Pictures take a fraction of a second; the library's threads would outlive them.
     OIIO::attribute("threads", 1);
     // Refuses headers that ask for absurd memory before it is allocated: 16k x 16k x 4 floats.
     OIIO::attribute("limits:imagesize_MB", 5000);

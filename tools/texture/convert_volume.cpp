@@ -44,7 +44,7 @@ class StackReader final : public VolumeReader {
             return user_error(
                 fmt::format("it has {} channels; 1 to 4 are possible", spec_.nchannels));
         channels = options_.luminance ? 1 : spec_.nchannels;
-        // Slices are mostly measures; only pictures in colour are taken for pictures.
+        // Slices are mostly measurements; only colour images count as pictures.
         const bool colour = spec_.format.basetype == OIIO::TypeDesc::UINT8 && spec_.nchannels >= 3;
         if (options_.space == "auto") options_.space = colour ? "srgb" : "linear";
         decoder_.emplace(spec_, options_);
@@ -82,7 +82,7 @@ class StackReader final : public VolumeReader {
         return with_context(error, files_[file].filename().string() + ": ");
     }
 
-    /// Makes a slice the page that is read.
+    /// Selects a slice's page for reading.
     Result<void> find(int32_t z) {
         const bool pages = files_.size() == 1;
         const auto file = static_cast<size_t>(pages ? 0 : z);
@@ -108,7 +108,7 @@ class StackReader final : public VolumeReader {
     std::optional<Decoder> decoder_;
 };
 
-/// By what the file begins with; only tables of colours are known by their names.
+/// By signature; only colour tables are recognized by their names.
 MadeReader open_any(const std::vector<fs::path>& files, const texture::ImageOptions& options,
                     const texture::ReadLimits& limits) {
     if (files.size() != 1) return open_stack(files, options, limits);
@@ -128,7 +128,7 @@ MadeReader open_any(const std::vector<fs::path>& files, const texture::ImageOpti
     return open_stack(files, options, limits);
 }
 
-/// All slices, and that they are numbers.
+/// Checks that all slices are read and finite.
 Result<void> fill(VolumeReader* volume, texture::PyramidWriter* writer) {
     const auto wrote = [&](int64_t bytes) { writer->wrote(bytes); };
     constexpr int64_t kAtOnce = 1 << 16;

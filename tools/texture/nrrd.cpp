@@ -28,23 +28,23 @@ namespace fs = std::filesystem;
 
 constexpr size_t kAtOnce = 1 << 16;
 
-/// The bytes behind a header, in order, without holding them.
+/// Streams the bytes after a header.
 class ByteStream {
   public:
     ByteStream(InputFile file, int64_t begin) : file_(std::move(file)), at_(begin) {}
     virtual ~ByteStream() = default;
-    /// Up to `bytes` of them; fewer only at their end.
+    /// Reads up to `bytes` bytes; fewer only at the end.
     virtual Result<size_t> next(char* out, size_t bytes) {
         const Result<size_t> got = file_.read(at_, out, bytes);
         if (got) at_ += static_cast<int64_t>(*got);
         return got;
     }
-    /// Goes on behind so many of them.
+    /// Skips that many bytes.
     virtual Result<void> skip(int64_t bytes) {
         at_ += std::max<int64_t>(bytes, 0);
         return {};
     }
-    /// How many there are at most.
+    /// Returns an upper bound of the number of bytes.
     virtual int64_t left() const { return file_.bytes() - at_; }
 
   protected:
@@ -52,7 +52,7 @@ class ByteStream {
     int64_t at_ = 0;
 };
 
-/// The same, unpacked by zlib.
+/// The same, decompressed by zlib.
 class UnpackedStream final : public ByteStream {
   public:
     UnpackedStream(InputFile file, int64_t begin) : ByteStream(std::move(file), begin) {
@@ -73,7 +73,7 @@ class UnpackedStream final : public ByteStream {
             }
             const int done = ready_ ? inflate(&state_, Z_NO_FLUSH) : Z_MEM_ERROR;
             ended_ = done == Z_STREAM_END;
-            // Without bytes to read it makes no way: they end too early.
+            // Without input it makes no progress: the data is truncated.
             if (done != Z_OK && !ended_) return user_error(kDamaged);
         }
         return bytes - state_.avail_out;
@@ -90,7 +90,7 @@ class UnpackedStream final : public ByteStream {
         return {};
     }
     int64_t left() const override {
-        constexpr int64_t kDensest = 1032;  // of deflate, a byte
+        constexpr int64_t kDensest = 1032;  // of deflate: bytes per compressed byte
         return ByteStream::left() * kDensest;
     }
 
@@ -173,7 +173,7 @@ class NrrdReader final : public VolumeReader {
         }
     }
 
-    /// Only at their end do packed bytes show that they are whole.
+    /// Only the end of compressed data shows that it is complete.
     Result<void> end() {
         char more = 0;
         const Result<size_t> got = stream->next(&more, 1);
@@ -219,7 +219,7 @@ bool number_format(const std::string& type, NumberFormat* out) {
     return true;
 }
 
-/// `(1,0,0)`; false for `none` and anything else.
+/// Parses `(1,0,0)`; returns false for `none` and anything else.
 bool vector_of(const std::string& word, std::array<double, 3>* out) {
     char open = 0, first = 0, second = 0, close = 0;
     std::istringstream in(word);
@@ -227,7 +227,7 @@ bool vector_of(const std::string& word, std::array<double, 3>* out) {
     return static_cast<bool>(in) && open == '(' && close == ')';
 }
 
-/// Words; those in brackets stay whole.
+/// Splits into words; parenthesised ones stay whole.
 std::vector<std::string> words_of(const std::string& text) {
     std::vector<std::string> out;
     std::string word;
@@ -244,7 +244,7 @@ std::vector<std::string> words_of(const std::string& text) {
     return out;
 }
 
-/// A whole number, from `least`; nothing where the field is missing, under both its names.
+/// Reads an integer, at least `least`; empty if the field is missing under both its names.
 Result<int64_t> skip_of(const texture::NrrdHeader& header, const char* name, const char* other,
                         int64_t least) {
     std::string text = header.field(name);
@@ -261,10 +261,10 @@ Result<int64_t> skip_of(const texture::NrrdHeader& header, const char* name, con
     return value;
 }
 
-/// What stands between the header, or the start of the data's file, and the numbers.
+/// What precedes the numbers, after the header or from the start of the data file.
 struct Skipped {
-    int64_t lines = 0;  ///< first, of the file as it is
-    int64_t bytes = 0;  ///< then, of the data unpacked; -1: all but the last that the numbers take
+    int64_t lines = 0;  ///< first, in the file as stored
+    int64_t bytes = 0;  ///< then, of decompressed data; -1: all before the numbers
 };
 
 Result<Skipped> skipped_by(const texture::NrrdHeader& header, bool raw) {
@@ -285,7 +285,7 @@ Result<Skipped> skipped_by(const texture::NrrdHeader& header, bool raw) {
     return Skipped{*lines, *bytes};
 }
 
-/// Where the line begins that `lines` others stand before.
+/// Returns the offset of line number `lines`, from 0.
 Result<int64_t> behind_lines(const InputFile& file, int64_t begin, int64_t lines) {
     std::vector<char> buffer(kAtOnce);
     for (int64_t at = begin; lines > 0;) {
@@ -387,7 +387,7 @@ MadeReader open_nrrd(const fs::path& file, const texture::ReadLimits& limits) {
         return user_error(
             fmt::format("its encoding `{}` is unknown; known: raw, text, gzip", encoding));
     }
-    // Before memory is asked for: a number takes its bytes, or a figure and a blank.
+    // Before allocation: a number takes its size in bytes, or a digit and a blank as text.
     const int64_t needed = reader->text ? 2 * numbers - 1 : numbers * reader->format.bytes;
     const Result<Skipped> skipped = skipped_by(header, !reader->packed && !reader->text);
     if (!skipped) return skipped.error();
@@ -403,7 +403,7 @@ MadeReader open_nrrd(const fs::path& file, const texture::ReadLimits& limits) {
     const int64_t left = reader->stream->left();
     if (left < needed || left - needed < skipped->bytes)
         return user_error(reader->packed ? UnpackedStream::kDamaged : "it is cut short");
-    // All that is skipped is unpacked.
+    // Everything skipped must be decompressed.
     if (reader->packed && skipped->bytes > limits.memory_bytes) {
         return user_error(
             fmt::format("its `byte skip` passes over {} of packed data, more than the {} of "

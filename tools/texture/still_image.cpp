@@ -17,9 +17,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Rows that are read at once where the file does not say otherwise.
+/// Rows that are read at once, unless the file dictates more.
 constexpr int kRows = 64;
-/// The most rows that OpenEXR packs together.
+/// The most rows in one OpenEXR chunk.
 constexpr int kExrRows = 256;
 
 struct Signature {
@@ -49,8 +49,8 @@ std::string format_of(std::string_view head) {
     return pnm ? "pnm" : "";
 }
 
-/// Memory that libjpeg takes for the coefficients of a picture that comes in several passes, which
-/// it does when the file is opened; 0 where no size is found, which the reader then reports.
+/// Returns the memory that libjpeg takes for the coefficients of a progressive picture when the
+/// file is opened; 0 if no size is found, which the reader then reports.
 int64_t jpeg_bytes(const InputFile& file) {
     constexpr int kMostSegments = 65536;
     int64_t at = 2;
@@ -58,7 +58,7 @@ int64_t jpeg_bytes(const InputFile& file) {
         std::array<uint8_t, 10> s{};
         const Result<size_t> got = file.read(at, s.data(), s.size());
         if (!got || *got < s.size() || s[0] != 0xff) return 0;
-        if (s[1] == 0xff) {  // a byte that fills
+        if (s[1] == 0xff) {  // a fill byte
             ++at;
             continue;
         }
@@ -66,7 +66,7 @@ int64_t jpeg_bytes(const InputFile& file) {
             s[1] >= 0xc0 && s[1] <= 0xcf && s[1] != 0xc4 && s[1] != 0xc8 && s[1] != 0xcc;
         if (frame) {
             const int64_t height = s[5] * 256 + s[6], width = s[7] * 256 + s[8], channels = s[9];
-            // Blocks at the borders are whole.
+            // Blocks at the borders count fully.
             return (width + 32) * (height + 32) * channels * 2;
         }
         const bool alone = s[1] == 0x01 || (s[1] >= 0xd0 && s[1] <= 0xd8);
@@ -106,7 +106,7 @@ Result<std::unique_ptr<StillImage>> StillImage::open(const fs::path& file, int64
     if (image->format_.empty())
         return user_error(
             fmt::format("it is not a supported picture; supported: {}", kStillFormats));
-    // Memory that these two readers allocate when they open a file.
+    // Returns the memory that these two readers allocate when they open a file.
     const int64_t at_once = image->format_ == "jpeg"  ? jpeg_bytes(image->file_)
                             : image->format_ == "pnm" ? image->file_.bytes()
                                                       : 0;
@@ -120,7 +120,7 @@ Result<void> StillImage::open_input() {
     if (input_ == nullptr) return trouble(OIIO::geterror());
     if (page_file_ != nullptr) input_->set_ioproxy(page_file_.get());
     OIIO::ImageSpec config, spec;
-    // Alpha is one more channel for a fablet; colours must not arrive multiplied by it.
+    // For a fablet alpha is just another channel; colours must not be premultiplied.
     config.attribute("oiio:UnassociatedAlpha", 1);
     if (!input_->open(file_.name(), spec, config)) return trouble(input_->geterror());
     subimage_ = 0;
@@ -143,7 +143,7 @@ int StillImage::pages() {
 Result<void> StillImage::go_to(int page) {
     const bool first = page == 0 && page_file_ == nullptr;
     if (format_ == "tiff" && !first) {
-        input_.reset();  // before the file that it reads
+        input_.reset();  // before its file
         page_file_ = std::make_unique<TiffPage>(file_, places_[page]);
         return open_input();
     }
@@ -164,15 +164,15 @@ Result<void> StillImage::fits() const {
     const auto pixels = static_cast<double>(s.width) * s.height;
     const double row = static_cast<double>(s.width) * s.nchannels;
     const auto stored = static_cast<double>(s.format.size());
-    // The stored form, twice, while it is decompressed; then floats.
+    // Twice the stored form during decompression, then floats.
     double rows = band_rows();
     double whole = 0;
     if (format_ == "tiff") {
         rows = std::max(rows, static_cast<double>(s.get_int_attribute("tiff:RowsPerStrip", 0)));
         rows = std::min(rows, static_cast<double>(s.height));
-        whole = 4 * pixels;  // unusual ones are decoded to four bytes a pixel
-        // Pages are not mapped: a strip comes as it is packed, of which libtiff takes no more than
-        // this, whatever its directory says.
+        whole = 4 * pixels;  // unusual formats are decoded to four bytes a pixel
+        // Pages are not mapped: strips are read compressed, and libtiff limits them to this size,
+        // whatever the directory says.
         constexpr double kLoosest = 10, kLeast = 1 << 20;
         if (page_file_ != nullptr) {
             whole += std::min(static_cast<double>(file_.bytes()),

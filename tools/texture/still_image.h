@@ -33,7 +33,7 @@ class StillImage {
     const OIIO::ImageSpec& spec() const { return input_->spec(); }
     /// Returns the number of pictures in the file; kMostPages + 1 where there are more.
     int pages();
-    /// After an error it has no page any more.
+    /// After an error there is no current page.
     Result<void> go_to(int page);
 
     /// Calls use(y, row) for each row of the page from the top: interleaved floats, integers scaled

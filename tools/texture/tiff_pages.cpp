@@ -9,12 +9,12 @@
 namespace openfab::tools {
 namespace {
 
-/// What the two kinds of TIFF have where.
+/// The layouts of the two kinds of TIFF.
 struct Kind {
     bool big_endian = false;
-    int64_t header_at = 4;  ///< the place of the first directory
-    int place_bytes = 4;    ///< of it, and of the next one behind each
-    int count_bytes = 2;    ///< of a directory's entries
+    int64_t header_at = 4;  ///< position of the first directory's offset
+    int place_bytes = 4;    ///< size of an offset
+    int count_bytes = 2;    ///< size of the number of a directory's entries
     uint64_t entry_bytes = 12;
 };
 

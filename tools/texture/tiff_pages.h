@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The pages of a TIFF, each as a file of its own. libtiff goes through all directories before the
-// one that is asked for, and through all of these for each of them: 2,048 pages took half a minute.
+// The pages of a TIFF, each as a file of its own. For each page libtiff scans all directories
+// before it, in quadratic time: 2,048 pages took half a minute.
 
 #include <OpenImageIO/filesystem.h>
 
@@ -15,11 +15,11 @@
 
 namespace openfab::tools {
 
-/// Finds where the directories of the pages lie, in their order, `most` at most. They end where the
-/// file does, or where one comes a second time.
+/// Finds the offsets of the pages' directories in order, at most `most`. Ends at the end of the
+/// file, or at the first repeated one.
 std::vector<uint64_t> tiff_pages(const InputFile& file, size_t most);
 
-/// The file, but for its header, which says that the directory at `place` is the first.
+/// Presents the file with the directory at `place` as its first.
 class TiffPage final : public OIIO::Filesystem::IOProxy {
   public:
     /// `file` outlives it.
@@ -32,8 +32,8 @@ class TiffPage final : public OIIO::Filesystem::IOProxy {
 
   private:
     const InputFile& file_;
-    int64_t header_at_ = 0;           ///< where the header has the place of the first directory
-    std::vector<char> header_place_;  ///< what it has there
+    int64_t header_at_ = 0;           ///< position of the first directory's offset in the header
+    std::vector<char> header_place_;  ///< the replaced offset
 };
 
 }  // namespace openfab::tools

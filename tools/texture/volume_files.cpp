@@ -81,8 +81,8 @@ class ArrayReader final : public VolumeReader {
     }
 
   private:
-    /// At most two thirds of what the pyramid takes, for which there is room, and only once that is
-    /// known: the order of axes may need any element at any time.
+    /// At most two thirds of the size of the pyramid, for which memory has been checked by now.
+    /// Read whole, since the order of axes may need any element at any time.
     Result<void> load_all() {
         bytes.resize(static_cast<size_t>(slice_floats() * size.z * format.bytes));
         const Result<size_t> got = file->read(begin, bytes.data(), bytes.size());
@@ -176,7 +176,7 @@ MadeReader open_npy(const fs::path& file) {
     reader->size = {static_cast<int32_t>(shape[2]), static_cast<int32_t>(shape[1]),
                     static_cast<int32_t>(shape[0])};
     reader->channels = shape.size() == 4 ? static_cast<int32_t>(shape[3]) : 1;
-    // Places of an index in the file: the last varies fastest, or in Fortran's order the first.
+    // Strides in the file: the last index varies fastest, in Fortran order the first.
     std::vector<int64_t> step(shape.size(), 1);
     if (entry(header, "fortran_order") == "True") {
         for (size_t k = 1; k < shape.size(); ++k)
@@ -198,7 +198,7 @@ namespace {
 class CubeReader final : public VolumeReader {
   public:
     std::vector<float> values;
-    int64_t rows = 0;  ///< of colours, also those that are too many
+    int64_t rows = 0;  ///< of colours, including excess ones
     Result<void> read_slice(int32_t z, float* out, const Wrote& wrote) override {
         const int64_t count = slice_floats();
         std::copy_n(values.begin() + z * count, count, out);
@@ -207,7 +207,7 @@ class CubeReader final : public VolumeReader {
     }
 };
 
-/// Takes the next word off a line.
+/// Removes and returns the next word of a line.
 std::string_view take_word(std::string_view* line) {
     constexpr std::string_view kBlanks = " \t\r\v\f";
     line->remove_prefix(std::min(line->find_first_not_of(kBlanks), line->size()));
@@ -216,7 +216,7 @@ std::string_view take_word(std::string_view* line) {
     return word;
 }
 
-/// Takes as many numbers off a line as there is room for.
+/// Parses as many numbers of a line as fit.
 template <size_t count>
 bool take_numbers(std::string_view* line, std::array<double, count>* out) {
     return std::all_of(out->begin(), out->end(),
@@ -229,7 +229,7 @@ MadeReader open_cube(const fs::path& file, const texture::ReadLimits& limits) {
     constexpr int64_t kLongestSide = 256;
     const Result<InputFile> opened = InputFile::open(file);
     if (!opened) return opened.error();
-    // Its text, and what it may become.
+    // Limits for its text and for the parsed table.
     constexpr int64_t kMostBytes = 3 * kLongestSide * kLongestSide * kLongestSide * 4;
     const int64_t needed = opened->bytes() + std::min(2 * opened->bytes(), kMostBytes);
     if (Result<void> fits = check_memory(needed, limits.memory_bytes); !fits) return fits.error();
@@ -288,7 +288,7 @@ MadeReader open_cube(const fs::path& file, const texture::ReadLimits& limits) {
     reader->origin.emplace();
     reader->spacing.emplace();
     for (size_t a = 0; a < 3; ++a) {
-        // The ends of the domain are middles of texels.
+        // The ends of the domain are texel centers.
         const double step = (high[a] - low[a]) / static_cast<double>(n - 1);
         (*reader->spacing)[a] = step;
         (*reader->origin)[a] = low[a] - step / 2;

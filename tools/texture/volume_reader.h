@@ -29,9 +29,9 @@ class VolumeReader {
     std::optional<std::array<double, 3>> origin, spacing;
     bool table = false;
 
-    /// Fills a slice, size.x * size.y * channels floats: x innermost but for the channels, y going
-    /// up. In every format the first values of the file have the lowest coordinates. Slices are
-    /// read once each, in order. Calls `wrote` now and then for bytes that were written.
+    /// Fills a slice, size.x * size.y * channels floats: channels innermost, then x, then y
+    /// upwards. In every format the first values of the file have the lowest coordinates. Slices
+    /// are read once each, in order. Calls `wrote` now and then for bytes that were written.
     using Wrote = std::function<void(int64_t bytes)>;
     virtual Result<void> read_slice(int32_t z, float* out, const Wrote& wrote) = 0;
 
@@ -42,13 +42,13 @@ class VolumeReader {
 using MadeReader = Result<std::unique_ptr<VolumeReader>>;
 
 /// Opens pictures of one size as slices, the first at the bottom; one file gives its pages. The
-/// first row is at the lowest y, like in an array of the same numbers, not at the top as in a
-/// picture. 8-bit colour is decoded from sRGB unless the space says otherwise, all else is taken as
-/// linear; integers are scaled to 0..1.
+/// first row is at the lowest y, as in an array, not at the top as in a picture. 8-bit colour is
+/// decoded from sRGB unless the space says otherwise, all else is taken as linear; integers are
+/// scaled to 0..1.
 MadeReader open_stack(const std::vector<std::filesystem::path>& files,
                       const texture::ImageOptions& options, const texture::ReadLimits& limits);
 /// Opens an NRRD of 3 dimensions, or of 4 with 1 to 4 channels first; raw, text or gzip, attached
-/// or in a file of its own, behind a `line skip` and a `byte skip`. Unsigned integers of 8 and 16
+/// or in a file of its own, after a `line skip` and a `byte skip`. Unsigned integers of 8 and 16
 /// bits are scaled to 0..1, others are taken as they are. "space origin" is the centre of the first
 /// texel; axes must not be rotated.
 MadeReader open_nrrd(const std::filesystem::path& file, const texture::ReadLimits& limits);

@@ -57,7 +57,7 @@ class Sum {
     int sign() const { return count_ == 0 ? 0 : part_[count_ - 1] > 0 ? 1 : -1; }
 
   private:
-    double part_[200];  ///< the largest sum here is one of 192
+    double part_[200];  ///< the largest sum has 192 terms
     int count_ = 0;
 };
 
@@ -65,8 +65,8 @@ int sign_of(double x) {
     return x > 0 ? 1 : x < 0 ? -1 : 0;
 }
 
-// Bounds of the relative error of the double evaluations below, differences included, are 3 and 7
-// times 2^-53 (Shewchuk's A bounds, to first order): twice that holds the rest.
+// The relative errors of the double evaluations below, differences included, are at most 3 and 7
+// times 2^-53 (Shewchuk's A bounds, to first order); twice that covers higher orders.
 constexpr double kAreaError = 6 * 0x1p-53;
 constexpr double kVolumeError = 14 * 0x1p-53;
 

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Boxes of the triangles of diced patches, so many in a row. Triangles that follow each other in a
-// patch lie beside each other, so that a ray, or a step from one voxel to the next, meets few of
-// these boxes, and a patch of which it meets none need not be diced again.
+// Boxes of runs of consecutive triangles of diced patches. Consecutive triangles are adjacent, so a
+// ray, or a step from one voxel to the next, meets few of these boxes, and a patch none of whose
+// boxes it meets need not be diced again.
 
 #include <array>
 #include <cstddef>
@@ -17,13 +17,13 @@
 
 namespace openfab::nearest {
 
-/// Those of the patches that one thread asked for last. What is kept never shows in an answer.
+/// The boxes of the patches that one thread used last. What is cached never affects an answer.
 class TriangleRuns {
   public:
     static constexpr size_t kTriangles = 32;  ///< in a run; fewer in the last of a patch
 
-    /// Boxes of the patch's runs, in order, until the next call. `mesh` is set where the patch had
-    /// to be looked at.
+    /// Returns the boxes of the patch's runs, in order, valid until the next call. `mesh` is set if
+    /// the patch had to be diced.
     const std::vector<Box3f>& of(const surface::Surface& surface, int32_t patch,
                                  std::shared_ptr<const surface::MicroMesh>* mesh);
 
@@ -33,7 +33,7 @@ class TriangleRuns {
         int32_t patch = -1;
         std::vector<Box3f> boxes;
     };
-    std::vector<Kept> kept_;  ///< a patch has one place, by its number
+    std::vector<Kept> kept_;  ///< direct-mapped by patch number
 };
 
 }  // namespace openfab::nearest

@@ -18,7 +18,7 @@ namespace {
 constexpr uint32_t kLeaf = 1u << 31;
 constexpr uint32_t kFirst = (1u << 28) - 1;
 constexpr size_t kMaxTrianglesInLeaf = 4;
-/// Halving by count keeps a tree of 2^28 items this shallow.
+/// Halving by count limits the depth of a tree of 2^28 items to this.
 constexpr size_t kMaxDepth = 64;
 
 /// Calls visit(lane) for each bit of the mask.
@@ -32,8 +32,8 @@ Vec3f point(const PointPacket& packet, size_t lane) {
     return {packet.p[0][lane], packet.p[1][lane], packet.p[2][lane]};
 }
 
-/// Which side of the edge p -> q, seen along x, the moved sample is on: 0 only where the edge is a
-/// point in (y, z).
+/// Returns the side of the edge p -> q, seen along x, on which the perturbed sample is: 0 only
+/// where the edge is a point in (y, z).
 int side_of_edge(const Vec3f& p, const Vec3f& q, const Vec3f& s) {
     const int sign = area_sign(p, q, s);
     if (sign != 0) return sign;
@@ -41,24 +41,24 @@ int side_of_edge(const Vec3f& p, const Vec3f& q, const Vec3f& s) {
     return q.y > p.y ? 1 : q.y < p.y ? -1 : 0;
 }
 
-/// What the triangle, which begins at x_lo, adds to the winding number of s: +1 where the ray
-/// leaves through it.
+/// Returns the triangle's contribution to the winding number of s: +1 where the ray leaves through
+/// it. x_lo is the triangle's least x.
 int32_t crossing(const Vec3f& a, const Vec3f& b, const Vec3f& c, float x_lo, const Vec3f& s) {
     const int side = side_of_edge(a, b, s);
     if (side == 0 || side_of_edge(b, c, s) != side || side_of_edge(c, a, s) != side) return 0;
-    // On the plane the moved sample is beyond it along x.
+    // A sample on the plane is perturbed beyond it along x.
     if (x_lo <= s.x && volume_sign(a, b, c, s) != -side) return 0;
     return side;
 }
 
 enum class Step { kPast, kIn, kOut, kUnsure };
 
-/// How the segment q -> p goes through the triangle. Sure only of what holds for both points moved
-/// by an infinitesimal, too.
+/// Returns how the segment q -> p crosses the triangle. Certain only if it also holds for both
+/// points perturbed by an infinitesimal.
 Step step(const Vec3f& a, const Vec3f& b, const Vec3f& c, const Vec3f& q, const Vec3f& p) {
     const int from = volume_sign(a, b, c, q), to = volume_sign(a, b, c, p);
     if (from == to && from != 0) return Step::kPast;
-    // On which side of each edge the line through both points passes.
+    // The side of each edge on which the line through both points passes.
     const int e0 = volume_sign(q, p, a, b), e1 = volume_sign(q, p, b, c),
               e2 = volume_sign(q, p, c, a);
     const auto [least, most] = std::minmax({e0, e1, e2});
@@ -69,16 +69,16 @@ Step step(const Vec3f& a, const Vec3f& b, const Vec3f& c, const Vec3f& q, const 
 
 }  // namespace
 
-/// Ways that are gone from the lanes of a group: rays along +x, or segments from points of which
-/// the number is known.
+/// The paths to trace from the lanes of a packet: rays along +x, or segments from points with known
+/// winding numbers.
 struct Winding::Paths {
     const PointPacket& to;
     const PointPacket* from;  ///< null: rays
     alignas(16) float lo[3][8],
-        hi[3][8];  ///< boxes of lanes, ends with them; empty where a lane is not asked
+        hi[3][8];  ///< boxes of the lanes' paths; empty in inactive lanes
     Box3f all;
     Numbers sums{};       ///< of crossings
-    uint32_t unsure = 0;  ///< lanes of which the sum is not known
+    uint32_t unsure = 0;  ///< lanes whose sum is uncertain
 
     Paths(const PointPacket& to_, const PointPacket* from_) : to(to_), from(from_) {
         std::fill_n(lo[0], 24, kInfinity);
@@ -97,7 +97,7 @@ struct Winding::Paths {
         });
     }
 
-    /// Those lanes whose way may meet something in the box.
+    /// Returns the lanes whose path may meet something in the box.
     uint32_t meeting(const Box3f& box) const {
         if (!all.overlaps(box)) return 0;
         uint32_t result = 0;
@@ -183,11 +183,11 @@ void Winding::build(size_t node, Item* first, Item* last) {
                     box.add(v);
             }
         }
-        // No triangle at all is an empty box, which no way meets.
+        // Without triangles the box is empty, and no path meets it.
         link = kLeaf | static_cast<uint32_t>(triangles_.size() - begin) << 28 |
                static_cast<uint32_t>(begin);
     } else {
-        // Rays gain nothing from halves along x, segments among diced patches do.
+        // Splits along x do not help rays, but do help segments among diced patches.
         const Vec3f extent = centers.size();
         int axis = extent.z > extent.y ? 2 : 1;
         if (!triangles && extent.x > extent[axis]) axis = 0;
@@ -204,7 +204,7 @@ void Winding::build(size_t node, Item* first, Item* last) {
     nodes_[node] = {box, link};
 }
 
-/// Adds what the ways meet in one diced patch.
+/// Adds the paths' crossings with one diced patch.
 void Winding::follow(size_t place, Paths* paths, TriangleRuns* runs) const {
     Diced& diced = diced_[place];
     const std::atomic_ref<uint8_t> state(diced.state);
@@ -260,8 +260,8 @@ int32_t Winding::number(const Vec3f& p) const {
     return ray.sums[0];
 }
 
-/// Of the asking lanes: by a segment from the closest point whose number is known, where that is
-/// shorter than the ray, and by the ray where it does not tell.
+/// Computes the active lanes: by a segment from the closest point with a known number if that is
+/// shorter than the ray, and by the ray if the segment is undecided.
 Winding::Numbers Winding::numbers(const PointPacket& packet, const std::array<Known, 8>& known,
                                   TriangleRuns* runs) const {
     Numbers result{};
@@ -303,16 +303,16 @@ bool Winding::one_side(const Vec3f& p, float distance, const Known& known) const
     float largest = largest_;
     for (int a = 0; a < 3; ++a)
         largest = std::max({largest, std::fabs(p[a]), std::fabs(known.p[a])});
-    // Room for the rounding of distances and positions, as in kernel/kernel_table.h.
+    // Margin for the rounding of distances and positions, as in kernel/kernel_table.h.
     return gap * (1 + 0x1p-18f) + largest * 0x1p-18f < std::max(distance, known.distance_mm);
 }
 
 uint32_t Winding::inside(const PointPacket& packet, const PointAnswer& answers,
                          const Centers& centers, Memory* memory) const {
     const std::array<Known, 8> before = memory->known;
-    PointPacket asking = packet;  // those of which nothing that is known tells the number
+    PointPacket asking = packet;  // lanes whose number does not follow from known ones
     asking.mask = 0;
-    uint32_t followers = 0;  // that have the number of the lane before, which has none yet
+    uint32_t followers = 0;  // that share the number of the previous lane, which is still unknown
     uint32_t answered = 0;
     for (size_t l = 0; l < 8; ++l) {
         if ((packet.mask >> l & 1u) == 0 || answers.patch[l] < 0) continue;

@@ -25,7 +25,7 @@ struct Binning {
     explicit Binning(const Range& centroids) : lo(centroids.lo) {
         const F4 extent = centroids.hi - centroids.lo;
         for (int axis = 0; axis < 4; ++axis) {
-            // An axis so thin that its inverse would not be finite has one bin.
+            // An axis so thin that its inverse is not finite has one bin.
             const bool wide = axis < 3 && extent[axis] > std::numeric_limits<float>::min();
             scale[axis] = wide ? static_cast<float>(kBins) / extent[axis] : 0;
         }
