@@ -2,8 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Runs a stage both compiled for an instruction set and in the interpreter. Tests give the inputs
-// as bit patterns.
+// Runs one stage both ways: compiled for an instruction set, and in the interpreter. Tests give the
+// inputs as bit patterns. A volume stage is compiled as a segment, whose amounts can be seen;
+// expect_equal_slab compares what its slab kernel makes of them.
 
 #include <array>
 #include <cstdint>
@@ -75,7 +76,12 @@ StageResults interpret(const ir::Stage& stage, const StageInputs& inputs);
 StageResults interpret_segments(const ir::Stage& stage, const passes::SegmentedStage& segmented,
                                 const StageInputs& inputs);
 
-/// The answers of queries in these tests, by element, the same in every path.
+/// Compares what the slab kernel of a volume stage makes of the inputs with what the twin of
+/// normalise makes of the amounts that are expected: outputs that are no floats are left out.
+void expect_equal_slab(const ir::Stage& stage, const StageResults& expected,
+                       const StageInputs& inputs, const lower::ProgramOptions& options);
+
+/// The answers of queries in these tests, by place and in every path alike.
 uint32_t answer(int32_t kind, int32_t b, float x, float y, float z);
 
 /// Compares results bit for bit, treating all NaNs as equal, and reports the first differences.
