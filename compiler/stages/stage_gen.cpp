@@ -19,8 +19,8 @@ namespace {
 
 using openfab::stages::Stage;
 
-// No FMA, whatever the machine has: contraction would change bits. strict_float is a target
-// feature, so that it holds for every expression. The runtime is a module of its own.
+// No FMA, even where available: contraction would change bits. strict_float is a target feature, so
+// that it holds for every expression. The runtime is a module of its own.
 Halide::Target kernel_target(const std::string& isa) {
     using Halide::Target;
     Target target(Target::Linux, Target::X86, 64, {Target::SSE41, Target::StrictFloat});

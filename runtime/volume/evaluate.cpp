@@ -178,7 +178,7 @@ void BlockEvaluator::fill_culled(const PlacedPart& part, int32_t index) {
 }
 
 // Shares the search between the queries of all blocks; not on a displaced surface, where it would
-// hold the patches near all of them at once.
+// pin the patches near all of them at once.
 void BlockEvaluator::prepare_queries(const PlacedPart& part, int32_t n) {
     if (!part.surface->identity()) return;
     for (int32_t i = n; i-- > 0;) {
