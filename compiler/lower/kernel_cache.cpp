@@ -128,7 +128,9 @@ KernelKey key_of(const KernelRequest& request) {
 }
 
 KernelCache::KernelCache(fs::path folder, int64_t folder_bytes)
-    : folder_(std::move(folder)), folder_bytes_(folder_bytes), memory_(kMemoryBytes, kMemoryBytes) {}
+    : folder_(std::move(folder)),
+      folder_bytes_(folder_bytes),
+      memory_(kMemoryBytes, kMemoryBytes) {}
 
 Result<fs::path> KernelCache::own_folder() {
     return texture::cache_folder("kernels");

@@ -26,19 +26,18 @@ struct KernelSymbol {
 const KernelSymbol kSymbols[] = {
 // Halide's errors, from its header.
 #include "compiler/lower/halide_errors.inc"
-    OPENFAB_KERNEL_SYMBOL(halide_error)
-    OPENFAB_KERNEL_SYMBOL(halide_do_par_for)
-    OPENFAB_KERNEL_SYMBOL(halide_do_parallel_tasks)
-    OPENFAB_KERNEL_SYMBOL(halide_semaphore_init)
-    OPENFAB_KERNEL_SYMBOL(halide_semaphore_release)
-    OPENFAB_KERNEL_SYMBOL(halide_semaphore_try_acquire)
-    OPENFAB_KERNEL_SYMBOL(halide_malloc)
-    OPENFAB_KERNEL_SYMBOL(halide_free)
-    OPENFAB_KERNEL_SYMBOL(openfab_sample_sse41)
-    OPENFAB_KERNEL_SYMBOL(openfab_sample_avx2)
-    {"memcpy", reinterpret_cast<const void*>(static_cast<void* (*)(void*, const void*, size_t)>(std::memcpy))},
-    {"memmove", reinterpret_cast<const void*>(static_cast<void* (*)(void*, const void*, size_t)>(std::memmove))},
-    {"memset", reinterpret_cast<const void*>(static_cast<void* (*)(void*, int, size_t)>(std::memset))},
+    OPENFAB_KERNEL_SYMBOL(halide_error) OPENFAB_KERNEL_SYMBOL(halide_do_par_for)
+        OPENFAB_KERNEL_SYMBOL(halide_do_parallel_tasks) OPENFAB_KERNEL_SYMBOL(halide_semaphore_init)
+            OPENFAB_KERNEL_SYMBOL(halide_semaphore_release) OPENFAB_KERNEL_SYMBOL(
+                halide_semaphore_try_acquire) OPENFAB_KERNEL_SYMBOL(halide_malloc)
+                OPENFAB_KERNEL_SYMBOL(halide_free) OPENFAB_KERNEL_SYMBOL(
+                    openfab_sample_sse41) OPENFAB_KERNEL_SYMBOL(openfab_sample_avx2){
+                    "memcpy", reinterpret_cast<const void*>(
+                                  static_cast<void* (*)(void*, const void*, size_t)>(std::memcpy))},
+    {"memmove", reinterpret_cast<const void*>(
+                    static_cast<void* (*)(void*, const void*, size_t)>(std::memmove))},
+    {"memset",
+     reinterpret_cast<const void*>(static_cast<void* (*)(void*, int, size_t)>(std::memset))},
 };
 #undef OPENFAB_KERNEL_SYMBOL
 

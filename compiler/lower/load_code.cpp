@@ -33,7 +33,8 @@ constexpr size_t kMostBytes = size_t{1} << 30;
 class Mapping {
   public:
     explicit Mapping(size_t bytes) : bytes_(bytes) {
-        void* at = ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+        void* at =
+            ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
         if (at != MAP_FAILED) begin_ = static_cast<char*>(at);
     }
     ~Mapping() {
@@ -244,8 +245,8 @@ class Loader {
 
     /// What a relocation refers to.
     std::variant<uint64_t, std::string> value_of(uint32_t symbol, uint32_t type) {
-        const bool is_function = type == R_X86_64_PC32 || type == R_X86_64_PLT32 ||
-                                 type == R_X86_64_64;
+        const bool is_function =
+            type == R_X86_64_PC32 || type == R_X86_64_PLT32 || type == R_X86_64_64;
         const bool is_load = type == R_X86_64_GOTPCREL || type == R_X86_64_GOTPCRELX ||
                              type == R_X86_64_REX_GOTPCRELX;
         if (!is_function && !is_load) return fmt::format("it has a relocation of type {}", type);

@@ -13,6 +13,7 @@
 #include <cerrno>
 #include <chrono>
 #include <cstring>
+#include <ctime>
 #include <fstream>
 #include <functional>
 #include <map>
@@ -34,6 +35,13 @@ using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point begin) {
     return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+/// Seconds of a processor that this thread has used.
+double thread_seconds() {
+    timespec time{};
+    ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+    return static_cast<double>(time.tv_sec) + static_cast<double>(time.tv_nsec) * 1e-9;
 }
 
 Fault internal_fault(std::string message) {
@@ -130,12 +138,12 @@ std::variant<MadeKernels, Fault> make_kernels(const std::vector<KernelUnit>& uni
     std::vector<std::variant<MadeKernel, Fault>> made(different.size());
     out.times.resize(different.size());
     run_each(different.size(), options.threads, [&](size_t k) {
-        const Clock::time_point begin = Clock::now();
+        const double begin = thread_seconds();
         const KernelUnit& unit = units[different[k]];
         made[k] = find_or_compile(unit.request, unit.key, options.cache);
         const auto* kernel = std::get_if<MadeKernel>(&made[k]);
         out.times[k] = {fmt::format("{} {}", unit.slot.name, isa_name(unit.request.isa)),
-                        seconds_since(begin), kernel != nullptr && kernel->compiled};
+                        thread_seconds() - begin, kernel != nullptr && kernel->compiled};
     });
     for (std::variant<MadeKernel, Fault>& kernel : made) {
         if (auto* fault = std::get_if<Fault>(&kernel)) return std::move(*fault);

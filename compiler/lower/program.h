@@ -28,7 +28,7 @@ struct ProgramOptions {
 /// What it took to make one kernel.
 struct KernelTime {
     std::string kernel;     ///< "volume avx2"
-    double seconds = 0;     ///< on the clock
+    double seconds = 0;     ///< of a processor
     bool compiled = false;  ///< else it was in the cache
 };
 
