@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <iterator>
 #include <memory>
 #include <string>
 #include <utility>
@@ -51,6 +53,38 @@ pipeline::PrintOptions pipeline_options(const Options& options, const std::strin
     result.sink_bytes_per_column = output_bytes_per_column(format);
     result.encode_bytes_per_column = encode_bytes_per_column(options, format);
     return result;
+}
+
+bool has_code(const openfab_kernel& kernel, openfab_isa isa) {
+    const bool compiled = std::any_of(std::begin(kernel.fn), std::end(kernel.fn),
+                                      [](openfab_kernel_fn fn) { return fn != nullptr; });
+    return !compiled || abi::function_for(kernel.fn, isa) != nullptr;
+}
+
+bool has_code(const openfab_segments& segments, openfab_isa isa) {
+    return std::all_of(segments.kernels, segments.kernels + segments.kernel_count,
+                       [&](const openfab_kernel& kernel) { return has_code(kernel, isa); });
+}
+
+/// A program that was built for one instruction set may have come to a machine that lacks it.
+Result<void> check_instruction_set(const openfab_fablet_list& fablets, openfab_isa isa) {
+    for (int32_t k = 0; k < fablets.count; ++k) {
+        const openfab_fablet& fablet = *fablets.fablets[k];
+        const openfab_kernel* const kernels[] = {&fablet.surface, &fablet.surface_bounds,
+                                                 &fablet.volume,  &fablet.volume_bounds,
+                                                 &fablet.derived, &fablet.volume_demand};
+        const bool whole =
+            std::all_of(std::begin(kernels), std::end(kernels),
+                        [&](const openfab_kernel* kernel) { return has_code(*kernel, isa); }) &&
+            has_code(fablet.surface_segments, isa) && has_code(fablet.volume_segments, isa);
+        if (whole) continue;
+        Error error = user_error(fmt::format(
+            "fablet `{}` was compiled for other instruction sets than this machine's, {}",
+            fablet.name, isa == OPENFAB_ISA_AVX2 ? "AVX2" : "SSE4.1"));
+        error.help = "`openflc build --target both` makes a program for every machine";
+        return error;
+    }
+    return {};
 }
 
 void show_summary(const pipeline::PrintStatistics& statistics, const pipeline::PrintInfo& info,
@@ -129,6 +163,8 @@ Result<void> run_command_line(int argc, char** argv, const openfab_fablet_list& 
 Result<void> run_print(const Options& options, const openfab_fablet_list& fablets,
                        const std::atomic<bool>& interrupt,
                        std::vector<std::filesystem::path>* files) {
+    if (Result<void> runs = check_instruction_set(fablets, abi::best_isa(options.isa)); !runs)
+        return runs.error();
     Result<Job> job = load_job(options, fablets);
     if (!job) return job.error();
     if (files != nullptr) *files = job->files;

@@ -62,7 +62,10 @@ class Build {
                             kExitUserInput);
             }
         }
-        lower::ProgramOptions program = compilation_.program_options();
+        // Without a folder that can be trusted every kernel is compiled.
+        const Result<fs::path> kept = lower::KernelCache::own_folder();
+        lower::KernelCache cache(kept ? *kept : fs::path());
+        lower::ProgramOptions program = compilation_.program_options(&cache);
         program.compiler = options_.compiler;
         std::string fault;
         const std::optional<std::vector<std::string>> link_line = read_link_line(&fault);
@@ -73,6 +76,7 @@ class Build {
         if (auto* trouble = std::get_if<lower::Fault>(&compiled))
             return compilation_.report(*trouble);
         const auto& objects = std::get<lower::ProgramObjects>(compiled);
+        compilation_.report_kernels(objects.times.each);
         compilation_.report_time("kernels", objects.times.kernels);
         compilation_.report_time("table", objects.times.table);
         return link(objects, *link_line);

@@ -33,8 +33,20 @@ int Compilation::prepare() {
     return run_all_passes();
 }
 
-void Compilation::report_time(const char* step, double seconds) const {
+void Compilation::report_time(const std::string& step, double seconds) const {
     if (options_.time) say(fmt::format("{:>8.3f} s  {}\n", seconds, step));
+}
+
+void Compilation::report_kernels(const std::vector<lower::KernelTime>& kernels) const {
+    if (!options_.time) return;
+    size_t compiled = 0;
+    for (const lower::KernelTime& kernel : kernels) {
+        if (!kernel.compiled) continue;
+        report_time("kernel " + kernel.kernel, kernel.seconds);
+        ++compiled;
+    }
+    say(fmt::format("{} kernels compiled, {} from the cache\n", compiled,
+                    kernels.size() - compiled));
 }
 
 int Compilation::run_front_end() {
@@ -104,8 +116,9 @@ int Compilation::refuse(const ir::Fablet& fablet, size_t operations) const {
     return kExitUserInput;
 }
 
-lower::ProgramOptions Compilation::program_options() const {
+lower::ProgramOptions Compilation::program_options(lower::KernelCache* cache) const {
     lower::ProgramOptions program;
+    program.cache = cache;
     program.threads = options_.threads;
     if (options_.target == "sse41") program.isas = {OPENFAB_ISA_SSE41};
     if (options_.target == "avx2") program.isas = {OPENFAB_ISA_AVX2};

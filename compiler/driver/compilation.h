@@ -26,14 +26,17 @@ class Compilation {
 
     /// The fablets of all files, after prepare.
     const std::vector<lower::FabletUnit>& fablets() const { return fablets_; }
-    lower::ProgramOptions program_options() const;
+    /// `cache` may be null.
+    lower::ProgramOptions program_options(lower::KernelCache* cache) const;
     /// Prints why a compilation of the fablets failed. Returns an exit code.
     int report(const lower::Fault& fault) const {
         return report_fault(fault, schedule_, sources_, common_);
     }
     const source::SourceManager& sources() const { return sources_; }
     /// Prints the time that a step took, if --time was given.
-    void report_time(const char* step, double seconds) const;
+    void report_time(const std::string& step, double seconds) const;
+    /// Likewise for kernels that were compiled, and how many were not.
+    void report_kernels(const std::vector<lower::KernelTime>& kernels) const;
 
   private:
     /// One source file. Units point into it, so it does not move.

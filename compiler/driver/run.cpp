@@ -21,6 +21,7 @@
 #include "compiler/driver/commands.h"
 #include "compiler/driver/compilation.h"
 #include "compiler/lower/jit.h"
+#include "compiler/lower/kernel_cache.h"
 #include "program/interrupt.h"
 #include "program/options.h"
 #include "program/print_main.h"
@@ -74,6 +75,10 @@ class Run {
         if (print_.isa == OPENFAB_ISA_AVX2) print_.isa = abi::best_isa();
         compile_.emplace(options_.compilation);
         compile_->target = print_.isa == OPENFAB_ISA_AVX2 ? "avx2" : "sse41";
+        const Result<fs::path> kept = lower::KernelCache::own_folder();
+        cache_.emplace(kept ? *kept : fs::path());
+        if (!kept && print_.progress != program::ProgressMode::kNone)
+            note(fmt::format("no kernel is kept for the next run: {}", kept.error().text()));
     }
 
     int once() {
@@ -114,9 +119,11 @@ class Run {
         const int code = compilation.prepare();
         sources_ = compilation.sources().files();
         if (code != kExitDone) return code;
-        auto loaded = lower::load_program(compilation.fablets(), compilation.program_options());
+        auto loaded =
+            lower::load_program(compilation.fablets(), compilation.program_options(&*cache_));
         if (auto* fault = std::get_if<lower::Fault>(&loaded)) return compilation.report(*fault);
         program_ = std::move(std::get<std::unique_ptr<lower::LoadedProgram>>(loaded));
+        compilation.report_kernels(program_->times());
         const std::chrono::duration<double> seconds = Clock::now() - begin;
         compilation.report_time("source to kernels", seconds.count());
         return kExitDone;
@@ -155,6 +162,7 @@ class Run {
     program::Options print_;
     const std::atomic<bool>& stop_;
     std::optional<CompilationOptions> compile_;
+    std::optional<lower::KernelCache> cache_;
     std::vector<fs::path> sources_;
     std::unique_ptr<lower::LoadedProgram> program_;
 };

@@ -3,20 +3,21 @@
 #include "compiler/lower/compile.h"
 
 #include <fmt/format.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
-#include <cstdio>
+#include <cerrno>
 #include <filesystem>
 #include <fstream>
 #include <memory>
-#include <mutex>
 #include <sstream>
+#include <system_error>
 
-#include "abi/halide_hooks.h"
 #include "base/own_folder.h"
 #include "compiler/lower/apply_schedule.h"
 #include "compiler/lower/kernel.h"
-#include "texture/sample.h"
 
 namespace openfab::lower {
 
@@ -134,34 +135,19 @@ std::optional<Fault> write_module(const KernelRequest& request, Halide::OutputFi
     return std::nullopt;
 }
 
-/// The symbols of the runtime that kernels call; in a print program they are linked in.
-const Halide::Internal::JITModule& runtime_symbols() {
-    static const Halide::Internal::JITModule symbols = [] {
-        using Halide::Internal::JITModule;
-        JITModule out;
-        const auto add = [&](const char* name, auto* function) {
-            out.add_symbol_for_export(name, JITModule::Symbol(reinterpret_cast<void*>(function)));
-        };
-        add("openfab_sample_sse41", openfab_sample_sse41);
-        add("openfab_sample_avx2", openfab_sample_avx2);
-        return out;
-    }();
-    return symbols;
-}
-
-/// JIT code has a Halide runtime of its own, which calls these.
-void use_process_hooks() {
-    Halide::JITHandlers handlers;
-    handlers.custom_error = [](Halide::JITUserContext* context, const char* message) {
-        abi::keep_kernel_error(context, message);
-    };
-    handlers.custom_do_par_for = [](Halide::JITUserContext* context,
-                                    int (*task)(Halide::JITUserContext*, int, uint8_t*), int min,
-                                    int size, uint8_t* closure) {
-        return abi::run_kernel_loop(context, reinterpret_cast<abi::KernelTask>(task), min, size,
-                                    closure);
-    };
-    Halide::Internal::JITSharedRuntime::set_default_handlers(handlers);
+/// The whole of a file; empty with errno where that fails.
+std::optional<std::string> read_all(int file) {
+    struct stat status {};
+    if (::fstat(file, &status) != 0) return std::nullopt;
+    std::string out(static_cast<size_t>(status.st_size), '\0');
+    for (size_t done = 0; done < out.size();) {
+        const ssize_t got =
+            ::pread(file, out.data() + done, out.size() - done, static_cast<off_t>(done));
+        if (got < 0 && errno == EINTR) continue;
+        if (got <= 0) return std::nullopt;
+        done += static_cast<size_t>(got);
+    }
+    return out;
 }
 
 std::string list_funcs(const KernelRequest& request) {
@@ -205,26 +191,32 @@ const char* schedule_name(ir::StageKind kind) {
     return kernel_name(kind);
 }
 
-std::optional<Fault> compile_object(const KernelRequest& request, const std::string& path) {
-    return write_module(request, Halide::OutputFileType::object, path);
+std::string code_source(const KernelRequest& request) {
+    return fmt::format("{} {}\n{}\n{}", isa_name(request.isa),
+                       request.schedule != nullptr ? "checked" : "unchecked",
+                       schedule_of(request).text, ir::dump(*request.stage));
 }
 
-std::variant<LoadedKernel, Fault> compile_in_memory(const KernelRequest& request) {
-    auto made = module_of(request);
-    if (auto* fault = std::get_if<Fault>(&made)) return *fault;
-    const auto& module = std::get<Halide::Module>(made);
-    try {
-        static std::once_flag once;
-        std::call_once(once, use_process_hooks);
-        auto code = std::make_shared<Halide::Internal::JITModule>(
-            module, module.get_function_by_name(request.function),
-            std::vector<Halide::Internal::JITModule>{runtime_symbols()});
-        // Halide only reads the argument array: its type is const, that of linked code is not.
-        const auto function = reinterpret_cast<openfab_kernel_fn>(code->argv_function());
-        return LoadedKernel{std::move(code), function};
-    } catch (const Halide::Error& error) {
-        return internal_fault(fmt::format("{}: {}", request.function, error.what()));
+std::variant<std::string, Fault> compile_object(const KernelRequest& request) {
+    // Halide writes to files only. This one is in memory, so that nothing is left of it.
+    const int file = ::memfd_create("openfab kernel", MFD_CLOEXEC);
+    const auto trouble = [&] {
+        return internal_fault(
+            fmt::format("{}: {}", request.function, std::generic_category().message(errno)));
+    };
+    if (file < 0) return trouble();
+    std::optional<Fault> fault = write_module(request, Halide::OutputFileType::object,
+                                              fmt::format("/proc/self/fd/{}", file));
+    std::variant<std::string, Fault> out;
+    if (fault) {
+        out = std::move(*fault);
+    } else if (std::optional<std::string> bytes = read_all(file)) {
+        out = std::move(*bytes);
+    } else {
+        out = trouble();
     }
+    ::close(file);
+    return out;
 }
 
 std::variant<std::string, Fault> emit_text(const KernelRequest& request, TextForm form) {

@@ -4,7 +4,6 @@
 
 // Compiles stages to machine code. Different stages may be compiled in different threads at once.
 
-#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
@@ -33,19 +32,13 @@ struct KernelRequest {
     const Schedule* schedule = nullptr;  ///< null: the default one of the kernel and target
 };
 
-/// Writes an object file with `function` and `function_argv` that must be linked with a Halide
-/// runtime.
-std::optional<Fault> compile_object(const KernelRequest& request, const std::string& path);
+/// Returns text of all that decides the code of a kernel, but for its function's name and what this
+/// program itself is: a kernel of the same text is the same kernel.
+std::string code_source(const KernelRequest& request);
 
-/// A kernel compiled into this process; the code lives as long as a copy of this does.
-struct LoadedKernel {
-    std::shared_ptr<void> code;
-    openfab_kernel_fn function = nullptr;
-};
-
-/// Compiles a kernel into this process, without files, assembler or linker. Errors and parallel
-/// loops of the kernel go through abi/halide_hooks.h.
-std::variant<LoadedKernel, Fault> compile_in_memory(const KernelRequest& request);
+/// Returns the bytes of an object file with `function` and `function_argv`, which needs a Halide
+/// runtime to link.
+std::variant<std::string, Fault> compile_object(const KernelRequest& request);
 
 enum class TextForm { kHalide, kStmt, kLlvm, kAsm };
 

@@ -10,6 +10,7 @@
 #include <variant>
 #include <vector>
 
+#include "compiler/lower/load_code.h"
 #include "compiler/lower/program.h"
 
 namespace openfab::lower {
@@ -21,6 +22,8 @@ class LoadedProgram {
 
     /// Returns the fablets, valid while this object lives.
     const openfab_fablet_list& fablets() const { return list_; }
+    /// Returns what each of its different kernels took to make.
+    const std::vector<KernelTime>& times() const { return times_; }
 
   private:
     friend std::variant<std::unique_ptr<LoadedProgram>, Fault> load_program(
@@ -29,6 +32,7 @@ class LoadedProgram {
 
     std::deque<FabletData> data_;
     std::vector<LoadedKernel> kernels_;
+    std::vector<KernelTime> times_;
     std::vector<const openfab_fablet*> tables_;
     openfab_fablet_list list_{};
 };

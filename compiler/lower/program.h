@@ -5,8 +5,7 @@
 // Compiles fablets to object files: kernels in parallel threads, and the C table that names them.
 
 #include <filesystem>
-#include <functional>
-#include <optional>
+#include <memory>
 #include <string>
 #include <variant>
 #include <vector>
@@ -20,14 +19,28 @@ struct ProgramOptions {
     std::vector<openfab_isa> isas = {OPENFAB_ISA_SSE41, OPENFAB_ISA_AVX2};
     const Schedule* schedule =
         nullptr;  ///< replaces the default of the kernel that it names; see schedule_kernel
-    std::string schedule_kernel;  ///< "volume", …
-    int threads = 0;              ///< 0: all cores
-    std::string compiler = "cc";  ///< C compiler for the table, and linker
+    std::string schedule_kernel;   ///< "volume", …
+    int threads = 0;               ///< 0: all cores
+    std::string compiler = "cc";   ///< C compiler for the table, and linker
+    KernelCache* cache = nullptr;  ///< null: every kernel is compiled
+};
+
+/// What it took to make one kernel.
+struct KernelTime {
+    std::string kernel;     ///< "volume avx2"
+    double seconds = 0;     ///< of a processor
+    bool compiled = false;  ///< else it was in the cache
+};
+
+struct MadeKernels {
+    std::vector<std::shared_ptr<const KernelObject>> objects;  ///< of each unit
+    std::vector<KernelTime> times;                             ///< of each different one
 };
 
 struct ProgramTimes {
     double kernels = 0;  ///< seconds on the clock
     double table = 0;
+    std::vector<KernelTime> each;
 };
 
 struct ProgramObjects {
@@ -35,13 +48,14 @@ struct ProgramObjects {
     ProgramTimes times;
 };
 
-/// Calls `compile` for each kernel, `threads` at once (0: all cores); returns the fault of the
-/// first kernel in list order that has one, whatever the threads' order.
-std::optional<Fault> compile_each(const std::vector<KernelUnit>& units, int threads,
-                                  const std::function<std::optional<Fault>(size_t unit)>& compile);
+/// Lists every kernel of every fablet for every instruction set, the slowest to compile first.
+std::vector<KernelUnit> list_kernels(const std::vector<FabletUnit>& fablets,
+                                     const ProgramOptions& options);
 
-/// Returns the request that compiles a kernel of the program.
-KernelRequest request_of(const KernelUnit& unit, const ProgramOptions& options);
+/// Takes kernels from the cache and compiles the others, several at once; or returns the fault of
+/// the first in list order that has one, whatever the order of the threads.
+std::variant<MadeKernels, Fault> make_kernels(const std::vector<KernelUnit>& units,
+                                              const ProgramOptions& options);
 
 /// Writes all objects into `folder`, which exists.
 std::variant<ProgramObjects, Fault> compile_program(const std::vector<FabletUnit>& fablets,

@@ -4,21 +4,15 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <array>
 #include <iterator>
 #include <span>
 
 #include "compiler/lower/args.h"
-#include "compiler/lower/compile.h"
 
 namespace openfab::lower {
 
 namespace {
-
-std::string function_name(size_t fablet, const KernelSlot& slot, openfab_isa isa) {
-    return fmt::format("openfab_f{}_{}_{}", fablet, slot.name, isa_name(isa));
-}
 
 /// Returns a C string literal; other bytes are octal, which cannot merge with the next character.
 std::string quoted(const std::string& text) {
@@ -36,8 +30,8 @@ std::string quoted(const std::string& text) {
 
 class TableWriter {
   public:
-    TableWriter(const std::vector<FabletUnit>& fablets, const std::vector<openfab_isa>& isas)
-        : fablets_(fablets), isas_(isas) {}
+    TableWriter(const std::vector<FabletUnit>& fablets, const std::vector<KernelUnit>& kernels)
+        : fablets_(fablets), kernels_(kernels) {}
 
     std::string run() {
         for (size_t k = 0; k < fablets_.size(); ++k)
@@ -111,10 +105,11 @@ class TableWriter {
     /// Writes the declarations and argument list of a kernel; returns its initializer.
     std::string write_kernel(size_t fablet, const KernelSlot& slot, const openfab_kernel& kernel) {
         std::array<std::string, OPENFAB_ISA_COUNT> functions = {"0", "0"};
-        for (const openfab_isa isa : isas_) {
-            const std::string name = function_name(fablet, slot, isa) + "_argv";
+        for (const KernelUnit& unit : kernels_) {
+            if (unit.fablet != fablet || unit.slot.name != slot.name) continue;
+            std::string& name = functions[unit.request.isa];
+            name = unit.request.function + "_argv";
             line("int {}(void** args);", name);
-            functions[isa] = name;
         }
         const std::string args = fmt::format("openfab_f{}_{}_args", fablet, slot.name);
         return write_args(args, functions, kernel);
@@ -247,31 +242,15 @@ class TableWriter {
     }
 
     const std::vector<FabletUnit>& fablets_;
-    const std::vector<openfab_isa>& isas_;
+    const std::vector<KernelUnit>& kernels_;
     std::string out_;
 };
 
 }  // namespace
 
-std::vector<KernelUnit> list_kernels(const std::vector<FabletUnit>& fablets,
-                                     const std::vector<openfab_isa>& isas) {
-    std::vector<KernelUnit> out;
-    for (size_t k = 0; k < fablets.size(); ++k) {
-        for (const KernelSlot& slot : kernel_slots(*fablets[k].stages)) {
-            for (const openfab_isa isa : isas) {
-                out.push_back({k, slot, isa, function_name(k, slot, isa)});
-            }
-        }
-    }
-    std::stable_sort(out.begin(), out.end(), [](const KernelUnit& a, const KernelUnit& b) {
-        return a.slot.stage->instrs.size() > b.slot.stage->instrs.size();
-    });
-    return out;
-}
-
 std::string table_source(const std::vector<FabletUnit>& fablets,
-                         const std::vector<openfab_isa>& isas) {
-    return TableWriter(fablets, isas).run();
+                         const std::vector<KernelUnit>& kernels) {
+    return TableWriter(fablets, kernels).run();
 }
 
 }  // namespace openfab::lower

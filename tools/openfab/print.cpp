@@ -17,6 +17,7 @@
 #include <string_view>
 #include <vector>
 
+#include "abi/kernel_call.h"
 #include "base/own_folder.h"
 #include "base/say.h"
 #include "program/options.h"
@@ -164,8 +165,10 @@ Result<void> print_world(std::vector<std::string> arguments) {
                                                     with_modules(sources->files));
         !apart)
         return apart.error();
-    const Result<PrintBinary> program = find_or_build_print_binary(
-        sources->files, options->progress == program::ProgressMode::kNone);
+    // It runs here: the other sets are for programs that somebody builds to take elsewhere.
+    const Result<PrintBinary> program =
+        find_or_build_print_binary(sources->files, abi::best_isa(options->isa),
+                                   options->progress == program::ProgressMode::kNone);
     if (!program) return program.error();
     sources->folder.reset();  // exec runs no destructors
     return exec_print_binary(*program, arguments);

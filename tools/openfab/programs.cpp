@@ -76,8 +76,15 @@ std::vector<fs::path> files_of(const fs::path& folder, const std::set<std::strin
     return files;
 }
 
-Result<uint64_t> program_hash(const std::vector<fs::path>& sources, const fs::path& programs) {
+/// As the compiler calls it.
+const char* target_name(openfab_isa isa) {
+    return isa == OPENFAB_ISA_AVX2 ? "avx2" : "sse41";
+}
+
+Result<uint64_t> program_hash(const std::vector<fs::path>& sources, openfab_isa isa,
+                              const fs::path& programs) {
     SourcesHash hash;
+    hash.add_text(target_name(isa));
     std::set<fs::path> folders;
     for (const fs::path& source : sources) {
         if (Result<void> added = hash.add_content(source); !added) {
@@ -183,8 +190,9 @@ std::string cached_name(const fs::path& source, uint64_t hash) {
 
 /// Compiles into a file of its own.
 Result<void> compile(const fs::path& compiler, const std::vector<fs::path>& sources,
-                     const fs::path& program) {
-    std::vector<std::string> arguments{compiler.string(), "build", "-o", program.string(), "--"};
+                     openfab_isa isa, const fs::path& program) {
+    std::vector<std::string> arguments{
+        compiler.string(), "build", "--target", target_name(isa), "-o", program.string(), "--"};
     for (const fs::path& source : sources)
         arguments.push_back(as_argument(source));
     const Result<int> exit_status = run_program(arguments);
@@ -202,7 +210,8 @@ Result<fs::path> program_folder() {
     return self.parent_path();
 }
 
-Result<PrintBinary> find_or_build_print_binary(const std::vector<fs::path>& sources, bool quiet) {
+Result<PrintBinary> find_or_build_print_binary(const std::vector<fs::path>& sources,
+                                               openfab_isa isa, bool quiet) {
     const Result<fs::path> programs = program_folder();
     if (!programs) return programs.error();
     const fs::path compiler = *programs / "openflc";
@@ -210,7 +219,7 @@ Result<PrintBinary> find_or_build_print_binary(const std::vector<fs::path>& sour
         return outside_error(fmt::format(
             "the compiler `openflc` is not beside this program, in `{}`", programs->string()));
     }
-    const Result<uint64_t> hash = program_hash(sources, *programs);
+    const Result<uint64_t> hash = program_hash(sources, isa, *programs);
     if (!hash) return hash.error();
     const std::string name = cached_name(sources.front(), *hash);
     const Result<fs::path> cache = texture::cache_folder("prints");
@@ -227,7 +236,7 @@ Result<PrintBinary> find_or_build_print_binary(const std::vector<fs::path>& sour
         TemporaryFolder::create(cache ? *cache : fs::path());
     if (!folder) return folder.error();
     const fs::path made = (*folder)->path() / name;
-    if (Result<void> compiled = compile(compiler, sources, made); !compiled)
+    if (Result<void> compiled = compile(compiler, sources, isa, made); !compiled)
         return compiled.error();
     std::error_code status;
     if (cache) fs::rename(made, *cache / name, status);

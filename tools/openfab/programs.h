@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "abi/fablet_table.h"
 #include "base/input_file.h"
 #include "base/result.h"
 
@@ -22,11 +23,12 @@ struct PrintBinary {
     std::filesystem::path path;  ///< in the cache; empty where it was already deleted
 };
 
-/// Returns the print binary of these OpenFL sources, compiled unless the cache has it. Its name
-/// there is a hash of all its inputs: the sources and modules beside them, the standard library,
-/// openflc, and the libraries it links; it ends in a hash of itself, so that a damaged one is
-/// rebuilt. Compile errors are printed by openflc; the error then has an empty message.
+/// Returns the print binary of these OpenFL sources for one instruction set, compiled unless the
+/// cache has it. Its name there is a hash of all its inputs: the sources and modules beside them,
+/// the set, the standard library, openflc, and the libraries it links; it ends in a hash of itself,
+/// so that a damaged one is rebuilt. Compile errors are printed by openflc; the error then has an
+/// empty message.
 Result<PrintBinary> find_or_build_print_binary(const std::vector<std::filesystem::path>& sources,
-                                               bool quiet);
+                                               openfab_isa isa, bool quiet);
 
 }  // namespace openfab::tools
