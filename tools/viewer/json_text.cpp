@@ -79,6 +79,11 @@ JsonText& JsonText::value(const JsonValue& read) {
     return *this;
 }
 
+const JsonValue* member_of(const JsonValue& object, std::string_view key) {
+    const JsonMember* found = object.find(key);
+    return found == nullptr ? nullptr : &found->value;
+}
+
 std::string error_json(std::string_view message) {
     JsonText out;
     out.begin_object().member("error", message).end_object();

@@ -43,6 +43,9 @@ class JsonText {
     rapidjson::Writer<rapidjson::StringBuffer> writer_{buffer_};
 };
 
+/// Returns the value of a member, or null.
+const JsonValue* member_of(const JsonValue& object, std::string_view key);
+
 /// `{"error": "…"}`
 std::string error_json(std::string_view message);
 

@@ -8,6 +8,8 @@
 #include "base/say.h"
 #include "tools/viewer/http_server.h"
 #include "tools/viewer/json_text.h"
+#include "tools/viewer/live.h"
+#include "tools/viewer/live_api.h"
 #include "tools/viewer/print_api.h"
 #include "tools/viewer/session.h"
 #include "tools/viewer/viewer_page.h"
@@ -25,13 +27,27 @@ void keep_memory_small() {
     ::mallopt(M_ARENA_MAX, kMostHeaps);
 }
 
-Answer state(Session* session) {
+Answer state(Session* session, const Live* live) {
     session->look_again();
     JsonText out;
     out.begin_object();
     describe_prints(session->prints(), &out);
+    if (live != nullptr) live->describe(&out.key("live"));
     out.end_object();
     return {200, "application/json", out.take()};
+}
+
+/// Opens the prints; of a world there is none yet.
+Result<void> open_prints(const ViewOptions& options, bool is_world, Session* session) {
+    if (is_world) {
+        if (!options.compare.empty())
+            return usage_error("a world cannot be compared; print it to an .ofr file first");
+        return {};
+    }
+    if (options.watch || !options.settings.empty() || !options.allow.empty())
+        return usage_error("`--watch`, `--set` and `--allow` are for a world (.fab.json)");
+    if (Result<void> opened = session->open(options.file); !opened) return opened;
+    return options.compare.empty() ? Result<void>() : session->open(options.compare);
 }
 
 }  // namespace
@@ -39,13 +55,21 @@ Answer state(Session* session) {
 Result<void> view(const ViewOptions& options) {
     keep_memory_small();
     Session session(options.memory_bytes);
-    if (Result<void> opened = session.open(options.file); !opened) return opened;
-    if (!options.compare.empty()) {
-        if (Result<void> opened = session.open(options.compare); !opened) return opened;
+    const bool is_world = options.file.ends_with(".json");
+    if (Result<void> opened = open_prints(options, is_world, &session); !opened) return opened;
+    std::unique_ptr<Live> live;
+    PartAt part_at;
+    if (is_world) {
+        Result<std::unique_ptr<Live>> started = Live::start(options, &session);
+        if (!started) return started.error();
+        live = std::move(*started);
+        part_at = [&](const Vec3d& point_mm) { return live->part_at(point_mm); };
     }
     const Handler handler = [&](const Request& request) -> Answer {
-        if (request.path == "/api/state") return state(&session);
-        if (std::optional<Answer> answer = answer_on_prints(session, {}, request)) return *answer;
+        if (request.path == "/api/state") return state(&session, live.get());
+        if (std::optional<Answer> answer = answer_on_world(live.get(), request)) return *answer;
+        if (std::optional<Answer> answer = answer_on_prints(session, part_at, request))
+            return *answer;
         return refusal(404, "there is nothing at this address");
     };
     std::string url;

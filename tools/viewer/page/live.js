@@ -220,6 +220,7 @@ export class LivePanel {
     }
 
     async goTo(d) {
+        if (d.fablet < 0) return;  // a module, which is not edited here
         if (d.fablet !== this.fablet) await this.choose(d.fablet);
         const lines = this.text.split("\n");
         const before = lines.slice(0, d.line - 1).reduce((n, line) => n + line.length + 1, 0);

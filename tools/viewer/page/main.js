@@ -16,6 +16,7 @@ const model = {
     which: "0",          // a print, or diff
     at: { x: 0, y: 0, z: 0 },
     picked: null,
+    moved: false,        // whether someone has chosen a slice or cut
     print: () => model.state?.prints[model.which === "1" ? 1 : 0],
     generation: () => model.state.generation,
     palette: () => panels.palette(model.view === "3"),
@@ -97,6 +98,7 @@ function show() {
 
 function goTo(value) {
     if (!model.print() || !Number.isFinite(value)) return;
+    model.moved = true;
     model.at[limits().axis] = Math.round(value);
     show();
 }
@@ -166,7 +168,8 @@ function showState(state) {
             model.picked = null;
         }
         if (!old) notice("");
-        if (!old && !model.placed && !print.complete) model.at.z = print.slice_begin + print.whole - 1;
+        // Until somebody chooses: the newest of an unfinished print, the middle of a finished one.
+        if (!model.moved) model.at.z = print.slice_begin + (print.complete ? Math.floor(print.whole / 2) : print.whole - 1);
         show();
     }
 }

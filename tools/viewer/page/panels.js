@@ -110,7 +110,7 @@ export class Panels {
             ["Voxel", picked.voxel.join(", ")],
         ];
         if (picked.other !== undefined) rows.splice(1, 0, ["in the other", this.named(picked.other)]);
-        if (picked.part !== undefined) rows.push(["Part", picked.part || "none"]);
+        if (picked.part !== undefined) rows.push(["Part", picked.part || (picked.code ? "outside of the meshes" : "none")]);
         const around = picked.around.filter((a) => a.share > 0);
         if (around.length > 1) {
             rows.push([`Within ${picked.around_mm.map((v) => v.toFixed(2)).join(" × ")} mm of the slice:`, "", true]);
@@ -124,7 +124,7 @@ export class Panels {
         byId("slice_title").textContent = `Slice ${slice.z}`;
         const solid = slice.voxels.reduce((sum, n, code) => sum + (code ? n : 0), 0);
         const rows = [["Height", millimetres(print.origin_mm[2] + (slice.z + 0.5) * print.pitch_mm[2])], ["Solid", `${count(solid)} voxels`]];
-        slice.voxels.forEach((n, code) => { if (code && n) rows.push([element("span", {}, ...this.named(code)), `${count(n)}  ${share(n, solid)}`]); });
+        slice.voxels.forEach((n, code) => { if (code && n) rows.push([element("span", {}, ...this.named(code)), `${count(n)} · ${share(n, solid)}`]); });
         if (slice.different !== undefined) rows.push(["Different", `${count(slice.different)} voxels`]);
         describe(byId("slice_stats"), rows);
     }

@@ -211,7 +211,7 @@ export class PlaneView {
         const print = this.model.print();
         const [x0, y1] = this.toCanvas(0, 0);
         const [x1, y0] = this.toCanvas(print.size[this.axes[0]], print.size[this.axes[1]]);
-        c.fillStyle = style.getPropertyValue("--panel");
+        c.fillStyle = style.getPropertyValue("--sheet");
         c.fillRect(x0, y0, x1 - x0, y1 - y0);
         c.strokeStyle = style.getPropertyValue("--line");
         c.lineWidth = 1;
@@ -239,9 +239,7 @@ export class PlaneView {
         const [a, b] = this.axes;
         const [x, y] = this.toCanvas(picked.voxel[a] + 0.5, picked.voxel[b] + 0.5);
         const here = picked.voxel[axisNames.indexOf(this.axis)] === this.model.at[this.axis];
-        c.strokeStyle = style.getPropertyValue("--accent");
-        c.globalAlpha = here ? 1 : 0.45;
-        c.lineWidth = 1;
+        c.globalAlpha = here ? 1 : 0.5;
         c.beginPath();
         for (const [dx, dy] of [[1, 0], [-1, 0], [0, 1], [0, -1]]) {
             c.moveTo(x + dx * 6, y + dy * 6);
@@ -250,7 +248,12 @@ export class PlaneView {
         const [x0, y1] = this.toCanvas(picked.voxel[a], picked.voxel[b]);
         const [x1, y0] = this.toCanvas(picked.voxel[a] + 1, picked.voxel[b] + 1);
         if (here && x1 - x0 > 4) c.rect(x0, y0, x1 - x0, y1 - y0);
-        c.stroke();
+        // Seen on any material.
+        for (const [color, width] of [["--panel", 4], ["--accent", 1.5]]) {
+            c.strokeStyle = style.getPropertyValue(color);
+            c.lineWidth = width;
+            c.stroke();
+        }
         c.globalAlpha = 1;
     }
 
