@@ -11,6 +11,7 @@
 #include "base/result.h"
 #include "program/options.h"
 #include "tools/openfab/import.h"
+#include "tools/viewer/view.h"
 
 namespace openfab::tools {
 
@@ -28,6 +29,11 @@ struct ExportOptions {
     int32_t slice = -1;
 };
 
+struct ViewArguments {
+    viewer::ViewOptions view;
+    std::string memory;
+};
+
 /// `new`: makes a folder, whose last part names the fablet.
 Result<void> make_folder(const std::string& path);
 /// `import`: makes a world of a mesh.
@@ -39,6 +45,9 @@ Result<void> info(const std::string& file, const std::vector<std::string>& allow
 Result<void> verify(const std::string& file, const std::string& memory);
 /// `export`: writes an .ofr file as something else.
 Result<void> run_export(ExportOptions options);
+
+/// `view`: serves a page that shows prints, or a world; returns only on an error.
+Result<void> run_view(ViewArguments arguments);
 
 /// Runs `openfab print …`: compiles what changed and replaces the process by the print binary;
 /// returns the exit code where that fails. It parses the print binary's own options, so it is not a

@@ -28,6 +28,7 @@ constexpr const char* kFooter = R"(Examples:
   openfab info card.ofr                        size, materials, amounts
   openfab verify card.ofr                      check every slice
   openfab export card.ofr -o slices            an .ofr as a folder of PNGs
+  openfab view card.ofr                        slices, cuts and a volume in a browser
 )";
 
 using Action = std::function<Result<void>()>;
@@ -137,6 +138,37 @@ void add_export(CLI::App& app, Action* action) {
     command->callback([options, action] { *action = [options] { return run_export(*options); }; });
 }
 
+void add_view(CLI::App& app, Action* action) {
+    CLI::App* command = app.add_subcommand(
+        "view", "show a print, also an unfinished one, or a world in a page for a browser");
+    auto a = std::make_shared<ViewArguments>();
+    viewer::ViewOptions& view = a->view;
+    command->add_option("FILE", view.file, "an .ofr file, or a world (.fab.json)")->required();
+    command->add_option("OTHER", view.compare, "a second .ofr file, to see the difference");
+    command->add_flag("--watch", view.watch,
+                      "print a world again whenever it changes, and let the page change it");
+    command->add_option("--draft", view.draft, "of a world: multiply the pitch by N (default: 4)")
+        ->type_name("N")
+        ->check(CLI::Range(1, 1000));
+    command->add_option("--set", view.settings, "of a world: OBJECT.UNIFORM=VALUE (repeatable)")
+        ->allow_extra_args(false)
+        ->type_name("SETTING");
+    command
+        ->add_option("--allow", view.allow,
+                     "a folder that a world may read besides its own (repeatable)")
+        ->allow_extra_args(false)
+        ->type_name("FOLDER");
+    command
+        ->add_option("--listen", view.address,
+                     "the address to listen at (default: 127.0.0.1, this machine alone)")
+        ->type_name("ADDRESS");
+    command->add_option("--port", view.port, "default: any that is free")
+        ->type_name("N")
+        ->check(CLI::Range(0, 65535));
+    add_memory_option(command, &a->memory);
+    command->callback([a, action] { *action = [a] { return run_view(*a); }; });
+}
+
 int tool_main(int argc, char** argv) {
     prepare_streams();
     clean_up_on_signals();
@@ -153,6 +185,7 @@ int tool_main(int argc, char** argv) {
     add_info(app, &action);
     add_verify(app, &action);
     add_export(app, &action);
+    add_view(app, &action);
     app.add_subcommand("texture", "convert an image for prints, which call this themselves");
     app.footer(kFooter);  // last, so that the commands above do not inherit it
     Result<void> done;

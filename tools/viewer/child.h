@@ -1,0 +1,50 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// A program that runs beside the server, with its output in files. It sees none of the server's
+// connections, and ends with the server.
+
+#include <sys/types.h>
+
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "base/result.h"
+
+namespace openfab::viewer {
+
+class Child {
+  public:
+    /// Starts `argv[0]`, a path, without a shell; `out` and `err` are replaced.
+    static Result<std::unique_ptr<Child>> start(const std::vector<std::string>& argv,
+                                                const std::filesystem::path& out,
+                                                const std::filesystem::path& err);
+    /// Asks it to end, and waits for that.
+    ~Child();
+    Child(const Child&) = delete;
+    Child& operator=(const Child&) = delete;
+
+    /// Returns its exit code, 128 + the signal that ended it, or nothing while it runs.
+    std::optional<int> exit_code() const;
+    /// Waits for its end.
+    int wait();
+
+  private:
+    explicit Child(pid_t process);
+
+    pid_t process_;
+    mutable std::mutex mutex_;  ///< of the code; the process is not waited for while it is held
+    std::optional<int> code_;
+    std::thread thread_;
+};
+
+/// Returns up to `most` bytes of the end of a file; empty where it cannot be read.
+std::string end_of_file(const std::filesystem::path& file, int64_t most);
+
+}  // namespace openfab::viewer

@@ -1,0 +1,188 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/viewer/fablets.h"
+
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <memory>
+#include <utility>
+
+#include "base/input_file.h"
+#include "base/own_folder.h"
+#include "tools/viewer/child.h"
+
+namespace openfab::viewer {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int64_t kLargestOutput = 4 << 20;
+constexpr int kMostModules = 200;
+
+std::string text_of(const JsonValue& object, const char* name) {
+    const JsonValue* value = member_of(object, name);
+    return value != nullptr ? value->text : std::string();
+}
+
+int32_t number_of(const JsonValue& object, const char* name) {
+    const JsonValue* value = member_of(object, name);
+    return value != nullptr ? static_cast<int32_t>(value->number) : 0;
+}
+
+Diagnostic diagnostic_of(const JsonValue& read) {
+    Diagnostic made{text_of(read, "file"),        text_of(read, "severity"),
+                    text_of(read, "message"),     number_of(read, "line"),
+                    number_of(read, "column"),    number_of(read, "end_line"),
+                    number_of(read, "end_column")};
+    if (const JsonValue* help = member_of(read, "help"); help != nullptr) {
+        for (const JsonValue& line : help->items)
+            made.help.push_back(line.text);
+    }
+    return made;
+}
+
+/// Copies the modules beside a source, which it may import.
+void copy_modules(const fs::path& source, const fs::path& folder) {
+    std::error_code status;
+    int copied = 0;
+    for (fs::directory_iterator entry(source.parent_path(), status), end;
+         !status && entry != end && copied < kMostModules; entry.increment(status)) {
+        const fs::path& file = entry->path();
+        if (file.extension() != ".fl" || file.filename() == source.filename()) continue;
+        const Result<InputFile> opened = InputFile::open(file);
+        if (!opened) continue;
+        const Result<std::string> text = opened->read_all(kLargestSource);
+        if (!text) continue;
+        std::ofstream(folder / file.filename(), std::ios::binary) << *text;
+        ++copied;
+    }
+}
+
+}  // namespace
+
+Result<JsonValue> FabletCompiler::run(const std::vector<std::string>& words, int* exit_code) const {
+    std::vector<std::string> argv{(programs_ / "openflc").string(), "--diagnostics", "json"};
+    argv.insert(argv.end(), words.begin(), words.end());
+    const fs::path out = scratch_ / "openflc.out";
+    const fs::path err = scratch_ / "openflc.err";
+    Result<std::unique_ptr<Child>> child = Child::start(argv, out, err);
+    if (!child) return child.error();
+    *exit_code = (*child)->wait();
+    // Diagnostics go to one stream, results to the other.
+    for (const fs::path& file : {out, err}) {
+        const std::string text = end_of_file(file, kLargestOutput);
+        if (!text.starts_with('{')) continue;
+        return parse_json(std::string_view(text).substr(0, text.find('\n')), "openflc");
+    }
+    const std::string text = end_of_file(err, 2000);
+    return user_error(text.empty() ? fmt::format("openflc ended with {}", *exit_code) : text);
+}
+
+Result<std::vector<Diagnostic>> FabletCompiler::check(const fs::path& source) const {
+    int exit_code = 0;
+    const Result<JsonValue> read = run({"check", as_argument(source)}, &exit_code);
+    if (!read) return read.error();
+    std::vector<Diagnostic> made;
+    if (const JsonValue* list = member_of(*read, "diagnostics"); list != nullptr) {
+        for (const JsonValue& item : list->items)
+            made.push_back(diagnostic_of(item));
+    }
+    return made;
+}
+
+Result<std::vector<Diagnostic>> FabletCompiler::check_text(const fs::path& source,
+                                                           const std::string& text) const {
+    const Result<std::unique_ptr<TemporaryFolder>> folder = TemporaryFolder::create(scratch_);
+    if (!folder) return folder.error();
+    copy_modules(source, (*folder)->path());
+    const fs::path copy = (*folder)->path() / source.filename();
+    std::ofstream out(copy, std::ios::binary);
+    out << text;
+    out.close();
+    if (!out) return outside_error(fmt::format("cannot write `{}`", copy.string()));
+    Result<std::vector<Diagnostic>> found = check(copy);
+    if (!found) return found;
+    // As if they were of the files that were copied.
+    for (Diagnostic& one : *found) {
+        if (one.file.parent_path() == copy.parent_path())
+            one.file = source.parent_path() / one.file.filename();
+    }
+    return found;
+}
+
+Result<std::map<std::string, JsonValue>> FabletCompiler::describe(const fs::path& source) const {
+    int exit_code = 0;
+    Result<JsonValue> read = run({"describe", as_argument(source)}, &exit_code);
+    if (!read) return read.error();
+    std::map<std::string, JsonValue> made;
+    if (const JsonValue* list = member_of(*read, "fablets"); list != nullptr) {
+        for (const JsonValue& fablet : list->items)
+            made.emplace(text_of(fablet, "name"), fablet);
+    }
+    return made;
+}
+
+bool has_errors(const std::vector<Diagnostic>& diagnostics) {
+    return std::any_of(diagnostics.begin(), diagnostics.end(),
+                       [](const Diagnostic& one) { return one.severity == "error"; });
+}
+
+void write_diagnostics(const std::vector<Diagnostic>& diagnostics,
+                       const std::vector<fs::path>& sources, JsonText* out) {
+    out->begin_array();
+    for (const Diagnostic& one : diagnostics) {
+        const auto found =
+            std::find_if(sources.begin(), sources.end(), [&](const fs::path& source) {
+                return source.lexically_normal() == one.file.lexically_normal();
+            });
+        const auto number = static_cast<int32_t>(found - sources.begin());
+        out->begin_object().member("fablet", found == sources.end() ? -1 : number);
+        out->member("file", one.file.filename().string());
+        out->member("severity", one.severity).member("message", one.message);
+        out->member("line", one.line).member("column", one.column);
+        out->member("end_line", one.end_line).member("end_column", one.end_column);
+        out->key("help").begin_array();
+        for (const std::string& line : one.help)
+            out->value(line);
+        out->end_array().end_object();
+    }
+    out->end_array();
+}
+
+Result<void> replace_file(const fs::path& file, const std::string& text) {
+    const auto trouble = [&](int error) {
+        return outside_error(
+            fmt::format("cannot write `{}`: {}", file.string(), std::strerror(error)));
+    };
+    // A link stays one: what it leads to is replaced.
+    std::error_code status;
+    const fs::path real = fs::canonical(file, status);
+    struct stat before {};
+    if (status || ::stat(real.c_str(), &before) != 0) return trouble(ENOENT);
+    fs::path made;
+    const int descriptor = open_temporary(real, &made);
+    if (descriptor < 0) return trouble(errno);
+    size_t done = 0;
+    int failed = 0;
+    while (done < text.size() && failed == 0) {
+        const ssize_t wrote = ::write(descriptor, text.data() + done, text.size() - done);
+        if (wrote > 0) done += static_cast<size_t>(wrote);
+        if (wrote < 0 && errno != EINTR) failed = errno;
+    }
+    if (failed == 0 && ::fchmod(descriptor, before.st_mode & 07777) != 0) failed = errno;
+    if (failed == 0 && ::fsync(descriptor) != 0) failed = errno;
+    if (failed == 0 && ::rename(made.c_str(), real.c_str()) != 0) failed = errno;
+    if (failed != 0) ::unlink(made.c_str());
+    ::close(descriptor);
+    if (failed != 0) return trouble(failed);
+    return {};
+}
+
+}  // namespace openfab::viewer

@@ -1,0 +1,513 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/viewer/live.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "base/hash.h"
+#include "base/input_file.h"
+#include "tools/viewer/world_text.h"
+
+namespace openfab::viewer {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr auto kPoll = std::chrono::milliseconds(80);
+constexpr int64_t kTailBytes = 16 << 10;
+constexpr size_t kMostValues = 4096;
+
+fs::file_time_type time_of(const fs::path& file) {
+    std::error_code gone;
+    const fs::file_time_type time = fs::last_write_time(file, gone);
+    return gone ? fs::file_time_type::min() : time;
+}
+
+std::string stamp_of(const std::string& text) {
+    return fmt::format("{:016x}", xxh3(text));
+}
+
+Result<std::string> read_source(const fs::path& file) {
+    const Result<InputFile> opened = InputFile::open(file);
+    if (!opened)
+        return with_context(opened.error(), fmt::format("cannot read `{}`: ", file.string()));
+    Result<std::string> text = opened->read_all(kLargestSource);
+    if (!text) return with_context(text.error(), fmt::format("cannot read `{}`: ", file.string()));
+    return text;
+}
+
+/// The sources and all that they could import from beside them.
+std::vector<fs::path> with_modules(const std::vector<fs::path>& sources) {
+    std::vector<fs::path> files = sources;
+    for (const fs::path& source : sources) {
+        std::error_code status;
+        for (fs::directory_iterator entry(source.parent_path(), status), end;
+             !status && entry != end; entry.increment(status)) {
+            if (entry->path().extension() == ".fl") files.push_back(entry->path());
+        }
+    }
+    return files;
+}
+
+/// What a print has written for people: all lines but those of --progress json, or of one that went
+/// well the warnings alone.
+std::string words_of(const std::string& err, bool went_well) {
+    std::string words;
+    for (size_t from = 0; from < err.size();) {
+        const size_t to = std::min(err.find('\n', from), err.size());
+        const std::string_view line = std::string_view(err).substr(from, to - from);
+        if (went_well ? line.starts_with("warning: ") : !line.starts_with('{'))
+            words += std::string(line) + '\n';
+        from = to + 1;
+    }
+    return words;
+}
+
+/// The last report of --progress json that is whole.
+std::optional<JsonValue> last_progress(const std::string& err) {
+    const size_t end = err.rfind('\n');
+    if (end == std::string::npos) return {};
+    const size_t from = err.rfind("{\"event\": \"progress\"", end);
+    if (from == std::string::npos) return {};
+    Result<JsonValue> read =
+        parse_json(std::string_view(err).substr(from, err.find('\n', from) - from), "progress");
+    return read ? std::optional(std::move(*read)) : std::nullopt;
+}
+
+/// A value that a uniform can have: a number, truth, name, or a list of such.
+bool is_value(const JsonValue& value) {
+    const auto single = [](const JsonValue& one) {
+        return one.is(JsonValue::Kind::kNumber) || one.is(JsonValue::Kind::kBool) ||
+               one.is(JsonValue::Kind::kString);
+    };
+    if (!value.is(JsonValue::Kind::kArray)) return single(value);
+    return !value.items.empty() && value.items.size() <= kMostValues &&
+           std::all_of(value.items.begin(), value.items.end(), single);
+}
+
+void write_binding(const world::UniformBinding& binding, JsonText* out) {
+    out->begin_array();
+    if (const auto* numbers = std::get_if<std::vector<double>>(&binding.value)) {
+        for (const double number : *numbers) {
+            if (binding.boolean) {
+                out->value(number != 0);
+            } else {
+                out->value(number);
+            }
+        }
+    } else {
+        for (const std::string& name : std::get<std::vector<std::string>>(binding.value))
+            out->value(name);
+    }
+    out->end_array();
+}
+
+/// A value from the page, as a list in any case.
+void write_override(const std::string& json, JsonText* out) {
+    const Result<JsonValue> value = parse_json(json, "value");
+    if (!value) {
+        out->null();
+    } else if (value->is(JsonValue::Kind::kArray)) {
+        out->value(*value);
+    } else {
+        out->begin_array().value(*value).end_array();
+    }
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Live>> Live::start(const ViewOptions& options, Session* session) {
+    Result<std::unique_ptr<TemporaryFolder>> folder = TemporaryFolder::create();
+    if (!folder) return folder.error();
+    for (const char* name : {"loop", "page"}) {
+        std::error_code status;
+        fs::create_directory((*folder)->path() / name, status);
+        if (status) return outside_error("cannot make a folder: " + status.message());
+    }
+    return std::unique_ptr<Live>(new Live(options, session, std::move(*folder)));
+}
+
+Live::Live(ViewOptions options, Session* session, std::unique_ptr<TemporaryFolder> folder)
+    : options_(std::move(options)),
+      session_(session),
+      folder_(std::move(folder)),
+      compiler_(options_.programs, folder_->path() / "loop"),
+      page_compiler_(options_.programs, folder_->path() / "page"),
+      draft_(options_.draft) {
+    thread_ = std::thread([this] { run(); });
+}
+
+Live::~Live() {
+    stop_ = true;
+    changed_.notify_all();
+    thread_.join();
+}
+
+void Live::run() {
+    bool again = true;
+    while (!stop_) {
+        if (again) {
+            set_phase(Phase::kChecking, "");
+            child_.reset();
+            Read read = this->read();
+            {
+                const std::lock_guard lock(mutex_);
+                read_ = std::move(read);
+                if (read_.world != nullptr) finder_ = std::make_shared<PartFinder>(read_.world);
+            }
+            begin_print();
+        }
+        follow_print();
+        std::unique_lock lock(mutex_);
+        changed_.wait_for(lock, kPoll, [&] { return asked_ || stop_; });
+        again = std::exchange(asked_, false);
+        lock.unlock();
+        if (options_.watch && !again) again = files_changed();
+    }
+    child_.reset();
+}
+
+/// From the files; called by the loop alone.
+Live::Read Live::read() const {
+    Read made;
+    std::vector<fs::path> files{options_.file};
+    // Before they are read: a change from now on counts.
+    std::map<fs::path, fs::file_time_type> before;
+    {
+        const std::lock_guard lock(mutex_);
+        made.sources = read_.sources;
+        before = read_.times;
+    }
+    for (auto& [file, time] : before)
+        time = time_of(file);
+    before[options_.file] = time_of(options_.file);
+    Result<world::World> world = world::load_world(
+        options_.file, {{options_.allow.begin(), options_.allow.end()}, options_.memory_bytes});
+    if (world) {
+        made.world = std::make_shared<world::World>(std::move(*world));
+        made.sources.clear();
+        for (const auto& [name, ref] : made.world->fablets) {
+            if (std::find(made.sources.begin(), made.sources.end(), ref.source) ==
+                made.sources.end())
+                made.sources.push_back(ref.source);
+        }
+        files = made.world->files;
+    } else {
+        made.message = world.error().text();
+    }
+    for (const fs::path& file : with_modules(made.sources))
+        files.push_back(file);
+    for (const fs::path& file : files) {
+        const auto found = before.find(file);
+        made.times[file] = found == before.end() ? time_of(file) : found->second;
+    }
+    std::map<fs::path, std::map<std::string, JsonValue>> described;
+    for (const fs::path& source : made.sources) {
+        Result<std::vector<Diagnostic>> found = compiler_.check(source);
+        if (!found) {
+            made.message += found.error().text();
+            continue;
+        }
+        const bool broken = has_errors(*found);
+        made.diagnostics.insert(made.diagnostics.end(), found->begin(), found->end());
+        if (broken) continue;
+        Result<std::map<std::string, JsonValue>> all = compiler_.describe(source);
+        if (all) described[source] = std::move(*all);
+    }
+    if (made.world == nullptr) return made;
+    for (const auto& [name, ref] : made.world->fablets) {
+        const auto found = described[ref.source].find(ref.fablet);
+        if (found != described[ref.source].end()) made.described[name] = found->second;
+    }
+    return made;
+}
+
+bool Live::files_changed() const {
+    const std::lock_guard lock(mutex_);
+    return std::any_of(read_.times.begin(), read_.times.end(),
+                       [](const auto& file) { return time_of(file.first) != file.second; });
+}
+
+void Live::begin_print() {
+    std::vector<std::string> argv{(options_.programs / "openfab").string(), "print",
+                                  as_argument(options_.file)};
+    {
+        const std::lock_guard lock(mutex_);
+        slices_done_ = slices_total_ = 0;
+        if (!read_.message.empty() || has_errors(read_.diagnostics)) {
+            phase_ = Phase::kFailed;
+            message_ = read_.message;
+            ++version_;
+            return;
+        }
+        preview_ = folder_->path() / fmt::format("preview-{}.ofr", ++number_);
+        for (const std::string& word :
+             {std::string("-o"), preview_.string(), std::string("--progress"), std::string("json"),
+              std::string("--draft"), std::to_string(draft_)})
+            argv.push_back(word);
+        for (const std::string& folder : options_.allow) {
+            argv.emplace_back("--allow");
+            argv.push_back(folder);
+        }
+        std::vector<std::string> settings = options_.settings;
+        for (const Override& one : overrides_)
+            settings.push_back(fmt::format("{}.{}={}", one.object, one.uniform, one.value));
+        for (const std::string& setting : settings) {
+            argv.emplace_back("--set");
+            argv.push_back(setting);
+        }
+    }
+    set_phase(Phase::kPrinting, "");
+    Result<std::unique_ptr<Child>> child =
+        Child::start(argv, folder_->path() / "print.out", folder_->path() / "print.err");
+    if (child) {
+        child_ = std::move(*child);
+    } else {
+        set_phase(Phase::kFailed, child.error().text());
+    }
+}
+
+void Live::follow_print() {
+    if (child_ == nullptr) return;
+    const std::optional<int> code = child_->exit_code();
+    const std::string err = end_of_file(folder_->path() / "print.err", kTailBytes);
+    if (const std::optional<JsonValue> progress = last_progress(err)) {
+        const JsonValue* done = member_of(*progress, "slices_done");
+        const JsonValue* total = member_of(*progress, "slices_total");
+        const std::lock_guard lock(mutex_);
+        slices_done_ = done != nullptr ? static_cast<int32_t>(done->number) : 0;
+        slices_total_ = total != nullptr ? static_cast<int32_t>(total->number) : 0;
+    }
+    const bool fine = code && *code == 0;
+    // The very first is shown while it grows; another when it is whole.
+    const bool first = session_->prints().list.empty() && slices_done_ > 0;
+    if ((fine || first) && shown_ != preview_) {
+        const std::string name = fs::path(options_.file).filename().string();
+        if (const Result<void> opened = session_->show(preview_.string(), name); opened) {
+            std::error_code ignored;
+            // The session has it open as long as it needs it.
+            if (!shown_.empty()) fs::remove(shown_, ignored);
+            shown_ = preview_;
+        }
+    }
+    if (!code) return;
+    child_.reset();
+    if (!fine && shown_ != preview_) {
+        std::error_code ignored;
+        fs::remove(preview_, ignored);
+    }
+    set_phase(fine ? Phase::kDone : Phase::kFailed, words_of(err, fine));
+}
+
+void Live::set_phase(Phase phase, const std::string& message) {
+    const std::lock_guard lock(mutex_);
+    if (phase != Phase::kChecking) ++version_;
+    phase_ = phase;
+    message_ = message;
+}
+
+void Live::describe(JsonText* out) const {
+    constexpr const char* kNames[] = {"checking", "printing", "done", "failed"};
+    const std::lock_guard lock(mutex_);
+    out->begin_object().member("watch", options_.watch);
+    out->member("phase", kNames[static_cast<size_t>(phase_)]).member("message", message_);
+    out->member("slices_done", slices_done_).member("slices_total", slices_total_);
+    out->member("draft", draft_).member("version", version_).end_object();
+}
+
+void Live::describe_object(const world::Object& object, JsonText* out) const {
+    out->begin_object().member("name", object.name).member("fablet", object.fablet);
+    out->key("uniforms").begin_array();
+    const auto described = read_.described.find(object.fablet);
+    const JsonValue* uniforms =
+        described == read_.described.end() ? nullptr : member_of(described->second, "uniforms");
+    if (uniforms != nullptr) {
+        for (const JsonValue& uniform : uniforms->items) {
+            const JsonValue* name = member_of(uniform, "name");
+            if (name == nullptr) continue;
+            out->begin_object();
+            for (const JsonMember& member : uniform.members)
+                out->key(member.key).value(member.value);
+            const auto set =
+                std::find_if(overrides_.begin(), overrides_.end(), [&](const Override& one) {
+                    return one.object == object.name && one.uniform == name->text;
+                });
+            const auto bound = object.uniforms.find(name->text);
+            out->member("changed", set != overrides_.end()).key("value");
+            if (set != overrides_.end()) {
+                write_override(set->value, out);
+            } else if (bound != object.uniforms.end()) {
+                write_binding(bound->second, out);
+            } else {
+                out->null();
+            }
+            out->end_object();
+        }
+    }
+    out->end_array().end_object();
+}
+
+std::string Live::details() const {
+    const std::lock_guard lock(mutex_);
+    JsonText out;
+    out.begin_object().member("version", version_).member("draft", draft_);
+    out.member("changed", static_cast<int64_t>(overrides_.size()));
+    out.member("message", message_).key("objects").begin_array();
+    if (read_.world != nullptr) {
+        for (const world::Object& object : read_.world->objects)
+            describe_object(object, &out);
+    }
+    out.end_array().key("materials").begin_array();
+    if (read_.world != nullptr) {
+        for (const world::Material& material : read_.world->materials)
+            out.value(material.name);
+    }
+    out.end_array().key("textures").begin_array();
+    if (read_.world != nullptr) {
+        for (const world::Texture& texture : read_.world->textures)
+            out.value(texture.name);
+    }
+    out.end_array().key("fablets").begin_array();
+    for (const fs::path& source : read_.sources) {
+        const Result<std::string> text = read_source(source);
+        out.begin_object().member("file", source.filename().string());
+        out.member("stamp", text ? stamp_of(*text) : std::string()).end_object();
+    }
+    out.end_array().key("diagnostics");
+    write_diagnostics(read_.diagnostics, read_.sources, &out);
+    out.end_object();
+    return out.take();
+}
+
+std::optional<std::string> Live::part_at(const Vec3d& point_mm) const {
+    std::shared_ptr<const PartFinder> finder;
+    {
+        const std::lock_guard lock(mutex_);
+        finder = finder_;
+    }
+    return finder == nullptr ? std::nullopt : std::optional(finder->at(point_mm));
+}
+
+void Live::touch() {
+    asked_ = true;
+    ++version_;
+    changed_.notify_all();
+}
+
+Result<fs::path> Live::source_path(int32_t fablet) const {
+    const std::lock_guard lock(mutex_);
+    if (fablet < 0 || static_cast<size_t>(fablet) >= read_.sources.size())
+        return user_error(fmt::format("there is no fablet {}", fablet));
+    return read_.sources[static_cast<size_t>(fablet)];
+}
+
+Result<std::string> Live::source(int32_t fablet) const {
+    const Result<fs::path> path = source_path(fablet);
+    if (!path) return path.error();
+    const Result<std::string> text = read_source(*path);
+    if (!text) return text.error();
+    JsonText out;
+    out.begin_object().member("text", *text).member("stamp", stamp_of(*text)).end_object();
+    return out.take();
+}
+
+Result<std::string> Live::check(int32_t fablet, const std::string& text) {
+    const Result<fs::path> path = source_path(fablet);
+    if (!path) return path.error();
+    Result<std::vector<Diagnostic>> found = std::vector<Diagnostic>();
+    {
+        const std::lock_guard lock(check_mutex_);
+        found = page_compiler_.check_text(*path, text);
+    }
+    if (!found) return found.error();
+    const std::lock_guard lock(mutex_);
+    JsonText out;
+    out.begin_object().key("diagnostics");
+    write_diagnostics(*found, read_.sources, &out);
+    out.end_object();
+    return out.take();
+}
+
+Result<std::string> Live::save(int32_t fablet, const std::string& text, const std::string& stamp) {
+    const Result<fs::path> path = source_path(fablet);
+    if (!path) return path.error();
+    const Result<std::string> there = read_source(*path);
+    if (!there) return there.error();
+    if (stamp_of(*there) != stamp) {
+        return user_error(
+            fmt::format("`{}` was changed by another program meanwhile; nothing was saved",
+                        path->filename().string()),
+            "copy your text, and load the page again");
+    }
+    if (Result<void> written = replace_file(*path, text); !written) return written.error();
+    const std::lock_guard lock(mutex_);
+    touch();
+    JsonText out;
+    out.begin_object().member("stamp", stamp_of(text)).end_object();
+    return out.take();
+}
+
+Result<void> Live::set(const std::string& object, const std::string& uniform,
+                       const JsonValue& value) {
+    if (!is_value(value))
+        return user_error("a value is a number, true, false, a name, or a list of such");
+    const std::lock_guard lock(mutex_);
+    const auto found =
+        read_.world == nullptr
+            ? std::vector<world::Object>::const_iterator()
+            : std::find_if(read_.world->objects.begin(), read_.world->objects.end(),
+                           [&](const world::Object& one) { return one.name == object; });
+    if (read_.world == nullptr || found == read_.world->objects.end())
+        return user_error(fmt::format("there is no object `{}`", object));
+    const auto described = read_.described.find(found->fablet);
+    const JsonValue* uniforms =
+        described == read_.described.end() ? nullptr : member_of(described->second, "uniforms");
+    const bool known =
+        uniforms != nullptr &&
+        std::any_of(uniforms->items.begin(), uniforms->items.end(), [&](const JsonValue& one) {
+            const JsonValue* name = member_of(one, "name");
+            return name != nullptr && name->text == uniform;
+        });
+    if (!known) return user_error(fmt::format("`{}` has no uniform `{}`", object, uniform));
+    JsonText json;
+    json.value(value);
+    std::erase_if(overrides_, [&](const Override& one) {
+        return one.object == object && one.uniform == uniform;
+    });
+    overrides_.push_back({object, uniform, json.take()});
+    touch();
+    return {};
+}
+
+void Live::set_draft(int32_t draft) {
+    const std::lock_guard lock(mutex_);
+    draft_ = draft;
+    touch();
+}
+
+void Live::revert() {
+    const std::lock_guard lock(mutex_);
+    overrides_.clear();
+    touch();
+}
+
+Result<void> Live::write() {
+    const std::lock_guard lock(mutex_);
+    Result<std::string> text = read_source(options_.file);
+    for (const Override& one : overrides_) {
+        if (!text) break;
+        text = with_uniform(*text, options_.file, one.object, one.uniform, one.value);
+    }
+    if (!text) return text.error();
+    if (Result<void> written = replace_file(options_.file, *text); !written) return written;
+    overrides_.clear();
+    touch();
+    return {};
+}
+
+}  // namespace openfab::viewer

@@ -1,0 +1,118 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// The live loop on a world: a thread prints it, at a draft's pitch, by `openfab print`, and again
+// whenever the world, a fablet or a value that the page has set changes. While a print runs, the one
+// before it stays in view.
+
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "base/own_folder.h"
+#include "base/result.h"
+#include "tools/viewer/child.h"
+#include "tools/viewer/fablets.h"
+#include "tools/viewer/part_finder.h"
+#include "tools/viewer/session.h"
+#include "tools/viewer/view.h"
+#include "world/world.h"
+
+namespace openfab::viewer {
+
+/// All functions are thread-safe.
+class Live {
+  public:
+    /// Starts the loop; the session must outlive it.
+    static Result<std::unique_ptr<Live>> start(const ViewOptions& options, Session* session);
+    ~Live();
+    Live(const Live&) = delete;
+    Live& operator=(const Live&) = delete;
+
+    bool watches() const { return options_.watch; }
+    /// Writes the state of the loop as an object.
+    void describe(JsonText* out) const;
+    /// Writes the world's objects with their uniforms, the fablets and what is wrong with them.
+    std::string details() const;
+    /// Returns the part at a point of the preview, where parts are known.
+    std::optional<std::string> part_at(const Vec3d& point_mm) const;
+
+    // What the page asks for. Errors are the user's where a name or number is unknown.
+
+    /// Returns `{"text", "stamp"}` of a fablet's source by its number.
+    Result<std::string> source(int32_t fablet) const;
+    /// Returns `{"diagnostics"}` of a text that is not saved.
+    Result<std::string> check(int32_t fablet, const std::string& text);
+    /// Saves a source that still is the one of this stamp; returns `{"stamp"}`.
+    Result<std::string> save(int32_t fablet, const std::string& text, const std::string& stamp);
+    Result<void> set(const std::string& object, const std::string& uniform, const JsonValue& value);
+    void set_draft(int32_t draft);
+    /// Forgets the values that were set.
+    void revert();
+    /// Writes the values that were set to the world.
+    Result<void> write();
+
+  private:
+    enum class Phase { kChecking, kPrinting, kDone, kFailed };
+    struct Override {
+        std::string object, uniform, value;  ///< value is JSON
+    };
+    /// What was read last.
+    struct Read {
+        std::shared_ptr<const world::World> world;
+        std::vector<std::filesystem::path> sources;
+        std::map<std::string, JsonValue> described;  ///< by the world's name of the fablet
+        std::vector<Diagnostic> diagnostics;
+        std::string message;
+        std::map<std::filesystem::path, std::filesystem::file_time_type> times;
+    };
+
+    Live(ViewOptions options, Session* session, std::unique_ptr<TemporaryFolder> folder);
+
+    void run();
+    Read read() const;
+    bool files_changed() const;
+    void begin_print();
+    void follow_print();
+    void set_phase(Phase phase, const std::string& message);
+    void describe_object(const world::Object& object, JsonText* out) const;
+    Result<std::filesystem::path> source_path(int32_t fablet) const;
+    void touch();
+
+    ViewOptions options_;
+    Session* session_;
+    std::unique_ptr<TemporaryFolder> folder_;
+    FabletCompiler compiler_;       ///< of the loop
+    FabletCompiler page_compiler_;  ///< of check(), with an output of its own
+    std::mutex check_mutex_;
+    std::atomic<bool> stop_{false};
+
+    mutable std::mutex mutex_;  ///< of all below
+    std::condition_variable changed_;
+    bool asked_ = false;  ///< for another print
+    Phase phase_ = Phase::kChecking;
+    std::string message_;
+    int64_t version_ = 0;  ///< of details()
+    int32_t draft_ = 1;
+    int32_t slices_done_ = 0, slices_total_ = 0;
+    std::vector<Override> overrides_;
+    Read read_;
+    std::shared_ptr<const PartFinder> finder_;
+
+    // Of the loop's thread alone.
+    std::unique_ptr<Child> child_;
+    int64_t number_ = 0;
+    std::filesystem::path preview_, shown_;
+    std::thread thread_;
+};
+
+}  // namespace openfab::viewer

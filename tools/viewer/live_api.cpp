@@ -1,0 +1,123 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/viewer/live_api.h"
+
+#include <cmath>
+#include <string>
+
+#include "base/json.h"
+#include "tools/viewer/parameters.h"
+#include "tools/viewer/print_api.h"
+
+namespace openfab::viewer {
+
+namespace {
+
+constexpr int32_t kMostDraft = 1000;
+/// A tree of JSON may take many times its text.
+constexpr int64_t kMostJsonBytes = 32 << 20;
+
+Answer fine(std::string json = "{}") {
+    return {200, "application/json", std::move(json)};
+}
+
+template <typename T>
+Answer answer_of(const Result<T>& result) {
+    if (!result)
+        return refusal(result.error().code == ErrorCode::kUserInput ? 422 : 500,
+                       result.error().text());
+    if constexpr (std::is_void_v<T>) {
+        return fine();
+    } else {
+        return fine(*result);
+    }
+}
+
+/// Members of a request's body; what is wrong with one is told once, at the end.
+class Body {
+  public:
+    explicit Body(const JsonValue& json) : json_(json) {}
+
+    const JsonValue& value(const char* name) {
+        static const JsonValue nothing;
+        const JsonValue* found = member_of(json_, name);
+        if (found == nullptr) fail(name, "missing");
+        return found == nullptr ? nothing : *found;
+    }
+    std::string text(const char* name) {
+        const JsonValue& found = value(name);
+        if (!found.is(JsonValue::Kind::kString)) fail(name, "not a text");
+        return found.text;
+    }
+    int32_t whole(const char* name, int32_t least, int32_t most) {
+        const JsonValue& found = value(name);
+        if (found.is(JsonValue::Kind::kNumber) && found.number >= least && found.number <= most &&
+            found.number == std::floor(found.number))
+            return static_cast<int32_t>(found.number);
+        fail(name, "not a whole number in its limits");
+        return least;
+    }
+    const std::string& failed() const { return failed_; }
+
+  private:
+    void fail(const std::string& name, const std::string& what) {
+        if (failed_.empty()) failed_ = "`" + name + "` is " + what;
+    }
+    const JsonValue& json_;
+    std::string failed_;
+};
+
+Answer post(Live* live, const std::string& path, Body body) {
+    if (path == "/api/revert") {
+        live->revert();
+        return fine();
+    }
+    if (path == "/api/write") return answer_of(live->write());
+    if (path == "/api/draft") {
+        const int32_t draft = body.whole("draft", 1, kMostDraft);
+        if (!body.failed().empty()) return refusal(400, body.failed());
+        live->set_draft(draft);
+        return fine();
+    }
+    if (path == "/api/set") {
+        const std::string object = body.text("object");
+        const std::string uniform = body.text("uniform");
+        const JsonValue& value = body.value("value");
+        if (!body.failed().empty()) return refusal(400, body.failed());
+        return answer_of(live->set(object, uniform, value));
+    }
+    const int32_t fablet = body.whole("fablet", 0, INT32_MAX);
+    const std::string text = body.text("text");
+    const std::string stamp = path == "/api/source" ? body.text("stamp") : std::string();
+    if (!body.failed().empty()) return refusal(400, body.failed());
+    if (static_cast<int64_t>(text.size()) > kLargestSource)
+        return refusal(413, "that is too large for a fablet");
+    return answer_of(path == "/api/source" ? live->save(fablet, text, stamp)
+                                           : live->check(fablet, text));
+}
+
+}  // namespace
+
+std::optional<Answer> answer_on_world(Live* live, const Request& request) {
+    const std::string& path = request.path;
+    const bool reads = path == "/api/live" || path == "/api/source";
+    const bool writes = path == "/api/check" || path == "/api/source" || path == "/api/set" ||
+                        path == "/api/draft" || path == "/api/revert" || path == "/api/write";
+    if (!(request.post ? writes : reads)) return {};
+    if (live == nullptr) return refusal(404, "this is a print, not a world");
+    if (!request.post) {
+        if (path == "/api/live") return fine(live->details());
+        Parameters in(request);
+        const int32_t fablet = in.whole("fablet", 0, INT32_MAX);
+        if (!in.failed().empty()) return refusal(400, in.failed());
+        return answer_of(live->source(fablet));
+    }
+    if (!live->watches())
+        return refusal(403,
+                       "the world is only looked at; start `openfab view --watch` to change it");
+    const Result<JsonValue> json = parse_json(request.body, "request", kMostJsonBytes);
+    if (!json) return refusal(400, json.error().text());
+    return post(live, path, Body(*json));
+}
+
+}  // namespace openfab::viewer

@@ -1,0 +1,26 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Answers what the page asks about a world. What writes or runs is a POST, and is refused without
+// `--watch`.
+//
+//   GET  api/live                             objects, uniforms, fablets, diagnostics
+//   GET  api/source?fablet=N                  {"text", "stamp"}
+//   POST api/check   {"fablet", "text"}       {"diagnostics"}, of a text that is not saved
+//   POST api/source  {"fablet", "text", "stamp"}   saves it; {"stamp"}
+//   POST api/set     {"object", "uniform", "value"}
+//   POST api/draft   {"draft"}
+//   POST api/revert, api/write   {}
+
+#include <optional>
+
+#include "tools/viewer/http_server.h"
+#include "tools/viewer/live.h"
+
+namespace openfab::viewer {
+
+/// Answers a request, or nothing where the path is none of these.
+std::optional<Answer> answer_on_world(Live* live, const Request& request);
+
+}  // namespace openfab::viewer

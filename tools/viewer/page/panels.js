@@ -1,0 +1,131 @@
+// The column of details: materials with switches and colours, the picked voxel, this slice, the print.
+
+import { count, describe, element, millimetres, share, volume } from "./format.js";
+
+const byId = (id) => document.getElementById(id);
+
+function voxelMl(print) {
+    return print.pitch_mm[0] * print.pitch_mm[1] * print.pitch_mm[2] * 1e-3;
+}
+
+export class Panels {
+    /** `changed` is called when colours or switches have changed. */
+    constructor(model, changed) {
+        this.model = model;
+        this.changed = changed;
+        this.scheme = "preview";
+        this.looks = [];  // by material: {name, color, off}
+        for (const button of document.querySelectorAll("[data-colors]"))
+            button.addEventListener("click", () => this.setScheme(button.dataset.colors));
+    }
+
+    setScheme(scheme) {
+        this.scheme = scheme;
+        for (const look of this.looks) look.color = null;
+        this.showMaterials();
+        this.changed();
+    }
+
+    colorOf(index) {
+        const material = this.model.print().materials[index];
+        return this.looks[index]?.color ?? (this.scheme === "key" ? material.key : material.preview.slice(0, 7));
+    }
+
+    /** Colours by code, void first, as the server takes them; `clear`: with the materials' own transparency. */
+    palette(clear) {
+        const print = this.model.print();
+        return "00000000" + print.materials.map((material, i) => {
+            const own = clear && this.scheme === "preview" && !this.looks[i]?.color;
+            const alpha = this.looks[i]?.off ? "00" : own ? material.preview.slice(7, 9).replace(/^0[0-3]$/, "04") : "ff";
+            return this.colorOf(i).slice(1) + alpha;
+        }).join("");
+    }
+
+    /** Everything that depends on the print; looks stay with materials of the same name. */
+    showPrint() {
+        const print = this.model.print();
+        this.looks = print.materials.map((m, i) => (this.looks[i]?.name === m.name ? this.looks[i] : { name: m.name, color: null, off: false }));
+        this.showMaterials();
+        const rows = [
+            ["Title", print.title || "–"],
+            ["Printer", print.printer || "–"],
+            ["Voxels", print.size.join(" × ")],
+            ["Pitch", print.pitch_mm.map((p) => (p * 1000).toPrecision(4)).join(" × ") + " µm"],
+            ["Size", print.size.map((n, a) => (n * print.pitch_mm[a]).toFixed(2)).join(" × ") + " mm"],
+            ["Origin", print.origin_mm.map((o) => o.toFixed(3)).join(", ") + " mm"],
+            ["Slices", `${print.slice_begin} … ${print.slice_end - 1}`],
+            ["Finished", print.complete ? "yes" : `${print.whole} of ${print.slice_end - print.slice_begin} slices`],
+        ];
+        if (print.solid != null) {
+            rows.push(["Solid", `${count(print.solid)} voxels, ${volume(print.solid * voxelMl(print))}`]);
+            const grams = print.materials.reduce((sum, m) => sum + (m.voxels ?? 0) * voxelMl(print) * m.density_g_cm3, 0);
+            rows.push(["Mass", `${grams.toFixed(2)} g`]);
+            rows.push(["Hash", print.hash]);
+        }
+        for (const [name, value] of print.provenance) if (value.length <= 40) rows.push([name, value]);
+        describe(byId("stats"), rows);
+    }
+
+    showMaterials() {
+        const print = this.model.print();
+        const list = byId("materials");
+        for (const button of document.querySelectorAll("[data-colors]"))
+            button.setAttribute("aria-checked", button.dataset.colors === this.scheme);
+        list.replaceChildren(...print.materials.map((material, i) => {
+            const look = this.looks[i];
+            const amount = material.voxels == null ? "" : volume(material.voxels * voxelMl(print));
+            const part = print.solid ? (material.voxels ?? 0) / print.solid : 0;
+            const bar = element("i");
+            bar.style.width = `${100 * part}%`;
+            return element("li", { class: look.off ? "off" : "" },
+                element("input", {
+                    type: "checkbox", id: `material_${i}`, checked: !look.off,
+                    onchange: (event) => { look.off = !event.target.checked; event.target.closest("li").classList.toggle("off", look.off); this.changed(); },
+                }),
+                element("input", {
+                    type: "color", value: this.colorOf(i), "aria-label": `Colour of ${material.name}`,
+                    oninput: (event) => { look.color = event.target.value; this.changed(); },
+                }),
+                element("label", { for: `material_${i}`, title: `${material.name}${material.channel ? `, channel ${material.channel}` : ""}` }, material.name),
+                element("span", { class: "amount", title: print.solid ? share(material.voxels, print.solid) : "" }, amount),
+                ...(print.solid ? [element("span", { class: "bar" }, bar)] : []));
+        }));
+    }
+
+    nameOf(code, print = this.model.print()) {
+        return code === 0 ? "void" : print.materials[code - 1]?.name ?? `code ${code}`;
+    }
+
+    named(code) {
+        if (code === 0) return ["void"];
+        const swatch = element("span", { class: "swatch" });
+        swatch.style.background = this.colorOf(code - 1);
+        return [swatch, this.nameOf(code)];
+    }
+
+    showPick(picked) {
+        const rows = [
+            ["Material", this.named(picked.code)],
+            ["Position", picked.mm.map((v) => v.toFixed(3)).join(", ") + " mm"],
+            ["Voxel", picked.voxel.join(", ")],
+        ];
+        if (picked.other !== undefined) rows.splice(1, 0, ["in the other", this.named(picked.other)]);
+        if (picked.part !== undefined) rows.push(["Part", picked.part || (picked.code ? "outside of the meshes" : "none")]);
+        const around = picked.around.filter((a) => a.share > 0);
+        if (around.length > 1) {
+            rows.push([`Within ${picked.around_mm.map((v) => v.toFixed(2)).join(" × ")} mm of the slice:`, "", true]);
+            for (const { code, share: s } of around) rows.push([element("span", {}, ...this.named(code)), `${(100 * s).toFixed(1)} %`]);
+        }
+        describe(byId("pick"), rows);
+    }
+
+    showSlice(slice) {
+        const print = this.model.print();
+        byId("slice_title").textContent = `Slice ${slice.z}`;
+        const solid = slice.voxels.reduce((sum, n, code) => sum + (code ? n : 0), 0);
+        const rows = [["Height", millimetres(print.origin_mm[2] + (slice.z + 0.5) * print.pitch_mm[2])], ["Solid", `${count(solid)} voxels`]];
+        slice.voxels.forEach((n, code) => { if (code && n) rows.push([element("span", {}, ...this.named(code)), `${count(n)} · ${share(n, solid)}`]); });
+        if (slice.different !== undefined) rows.push(["Different", `${count(slice.different)} voxels`]);
+        describe(byId("slice_stats"), rows);
+    }
+}

@@ -1,0 +1,39 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Answers what the page asks about prints. Everything is read only.
+//
+//   api/tile    a part of a slice or cut as a PNG: generation, print (0, 1 or diff), axis (x, y or
+//               z), at, lu, lv (levels), u, v, coarse, colors
+//   api/pick    a voxel: generation, print, x, y, z
+//   api/slice   voxels of a slice by code: generation, print, z
+//   api/volume  RGBA of cells, once more slices were read than `known`; else 204: generation,
+//               print (0 or 1), colors, known
+
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "base/vec.h"
+#include "tools/viewer/http_server.h"
+#include "tools/viewer/json_text.h"
+#include "tools/viewer/session.h"
+
+namespace openfab::viewer {
+
+/// Returns the name of the part at a point in build space, empty for none; where parts are unknown,
+/// there is no such function.
+using PartAt = std::function<std::optional<std::string>(const Vec3d& point_mm)>;
+
+/// Answers a request, or nothing where the path is none of these.
+std::optional<Answer> answer_on_prints(const Session& session, const PartAt& part_at,
+                                       const Request& request);
+
+/// Writes `"generation": …, "prints": […], "difference": …` into an object.
+void describe_prints(const Session::Prints& prints, JsonText* out);
+
+/// An answer that something is wrong with the request, or with what it wants to read.
+Answer refusal(int status, const std::string& why);
+
+}  // namespace openfab::viewer

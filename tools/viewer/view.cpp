@@ -1,0 +1,84 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/viewer/view.h"
+
+#include <fmt/format.h>
+#include <malloc.h>
+
+#include "base/say.h"
+#include "tools/viewer/http_server.h"
+#include "tools/viewer/json_text.h"
+#include "tools/viewer/live.h"
+#include "tools/viewer/live_api.h"
+#include "tools/viewer/print_api.h"
+#include "tools/viewer/session.h"
+#include "tools/viewer/viewer_page.h"
+
+namespace openfab::viewer {
+
+namespace {
+
+/// Slices come and go in any order from many threads: their memory goes back to the system instead
+/// of being kept in a heap for each thread.
+void keep_memory_small() {
+    constexpr int kLargeBlock = 1 << 20;
+    constexpr int kMostHeaps = 4;
+    ::mallopt(M_MMAP_THRESHOLD, kLargeBlock);
+    ::mallopt(M_ARENA_MAX, kMostHeaps);
+}
+
+Answer state(Session* session, const Live* live) {
+    session->look_again();
+    JsonText out;
+    out.begin_object();
+    describe_prints(session->prints(), &out);
+    if (live != nullptr) live->describe(&out.key("live"));
+    out.end_object();
+    return {200, "application/json", out.take()};
+}
+
+/// Opens the prints; of a world there is none yet.
+Result<void> open_prints(const ViewOptions& options, bool is_world, Session* session) {
+    if (is_world) {
+        if (!options.compare.empty())
+            return usage_error("a world cannot be compared; print it to an .ofr file first");
+        return {};
+    }
+    if (options.watch || !options.settings.empty() || !options.allow.empty())
+        return usage_error("`--watch`, `--set` and `--allow` are for a world (.fab.json)");
+    if (Result<void> opened = session->open(options.file); !opened) return opened;
+    return options.compare.empty() ? Result<void>() : session->open(options.compare);
+}
+
+}  // namespace
+
+Result<void> view(const ViewOptions& options) {
+    keep_memory_small();
+    Session session(options.memory_bytes);
+    const bool is_world = options.file.ends_with(".json");
+    if (Result<void> opened = open_prints(options, is_world, &session); !opened) return opened;
+    std::unique_ptr<Live> live;
+    PartAt part_at;
+    if (is_world) {
+        Result<std::unique_ptr<Live>> started = Live::start(options, &session);
+        if (!started) return started.error();
+        live = std::move(*started);
+        part_at = [&](const Vec3d& point_mm) { return live->part_at(point_mm); };
+    }
+    const Handler handler = [&](const Request& request) -> Answer {
+        if (request.path == "/api/state") return state(&session, live.get());
+        if (std::optional<Answer> answer = answer_on_world(live.get(), request)) return *answer;
+        if (std::optional<Answer> answer = answer_on_prints(session, part_at, request))
+            return *answer;
+        return refusal(404, "there is nothing at this address");
+    };
+    std::string url;
+    Result<std::unique_ptr<HttpServer>> server =
+        HttpServer::listen({options.address, options.port, kViewerPage}, handler, &url);
+    if (!server) return server.error();
+    show(fmt::format("{}\n", url));
+    if (Result<void> written = written_out(); !written) return written;
+    return (*server)->serve();
+}
+
+}  // namespace openfab::viewer

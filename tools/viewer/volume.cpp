@@ -1,0 +1,244 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/viewer/volume.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+namespace openfab::viewer {
+
+namespace {
+
+constexpr double kMostCells = 2e6;
+constexpr int32_t kMostSide = 384;
+constexpr int32_t kAcross = 4, kAlong = 2;  ///< samples of a cell in a slice, along x and y
+constexpr size_t kSamples = size_t{kAcross} * kAlong;
+constexpr int32_t kMostParts = 2;
+constexpr auto kMoment = std::chrono::milliseconds(250);
+
+/// Colour sums of a cell: red, green, blue (times alpha) and alpha, 16 bits each.
+using PackedSum = uint64_t;
+
+PackedSum packed_color(const std::array<uint8_t, 4>& rgba) {
+    const uint32_t alpha = rgba[3] * 4;  // at most 1020; 16 samples fill 14 bits
+    PackedSum sum = PackedSum{alpha} << 48;
+    for (int c = 0; c < 3; ++c)
+        sum |= PackedSum{linear_of(rgba[static_cast<size_t>(c)]) * alpha / 1023} << (16 * c);
+    return sum;
+}
+
+/// The slice that stands for a part of a layer of cells.
+int32_t sampled_slice(const pipeline::PrintInfo& info, int32_t layers, int32_t layer, int32_t part,
+                      int32_t parts) {
+    const double at = (layer + (part + 0.5) / parts) * info.size.z / layers;
+    return std::min(static_cast<int32_t>(at), info.size.z - 1);
+}
+
+int32_t parts_a_layer(const pipeline::PrintInfo& info, int32_t layers) {
+    return std::min(kMostParts, std::max(1, info.size.z / layers));
+}
+
+/// Colours what nothing is visible in like the densest neighbour, so that interpolation between
+/// cells does not darken rims.
+void color_empty_cells(const Vec3i& cells, std::vector<uint8_t>* rgba) {
+    const int64_t strides[3] = {4, int64_t{4} * cells.x, int64_t{4} * cells.x * cells.y};
+    uint8_t* cell = rgba->data();
+    for (int32_t z = 0; z < cells.z; ++z) {
+        for (int32_t y = 0; y < cells.y; ++y) {
+            for (int32_t x = 0; x < cells.x; ++x, cell += 4) {
+                if (cell[3] != 0) continue;
+                const int32_t place[3] = {x, y, z};
+                const uint8_t* best = nullptr;
+                for (int a = 0; a < 3; ++a) {
+                    const uint8_t* below = place[a] > 0 ? cell - strides[a] : nullptr;
+                    const uint8_t* above = place[a] + 1 < cells[a] ? cell + strides[a] : nullptr;
+                    for (const uint8_t* other : {below, above}) {
+                        if (other != nullptr && other[3] > (best == nullptr ? 0 : best[3]))
+                            best = other;
+                    }
+                }
+                if (best != nullptr) std::copy_n(best, 3, cell);
+            }
+        }
+    }
+}
+
+}  // namespace
+
+Vec3i volume_cells(const pipeline::PrintInfo& info) {
+    const auto cells_of = [&](double side_mm) {
+        Vec3i cells;
+        for (int a = 0; a < 3; ++a) {
+            const double wanted = std::ceil(info.size[a] * info.pitch_mm[a] / side_mm);
+            cells[a] = static_cast<int32_t>(
+                std::clamp(wanted, 1.0, static_cast<double>(std::min(info.size[a], kMostSide))));
+        }
+        return cells;
+    };
+    double side_mm = std::max({info.pitch_mm.x, info.pitch_mm.y, info.pitch_mm.z}) / 8;
+    Vec3i cells = cells_of(side_mm);
+    while (double{1} * cells.x * cells.y * cells.z > kMostCells) {
+        side_mm *= 1.03;
+        cells = cells_of(side_mm);
+    }
+    return cells;
+}
+
+int32_t volume_steps(const pipeline::PrintInfo& info) {
+    const int32_t layers = volume_cells(info).z;
+    const int32_t parts = parts_a_layer(info, layers);
+    int32_t steps = 0;
+    for (int32_t layer = 0; layer < layers; ++layer) {
+        for (int32_t part = 0; part < parts; ++part) {
+            const int32_t z = sampled_slice(info, layers, layer, part, parts);
+            if (z >= info.slice_begin && z < info.slice_end) ++steps;
+        }
+    }
+    return steps;
+}
+
+Volume::Volume(SliceStore* store) : store_(store) {
+    const pipeline::PrintInfo& info = store->file().info();
+    cells_ = volume_cells(info);
+    parts_ = parts_a_layer(info, cells_.z);
+    const auto places = [](int32_t voxels, int32_t cells, int32_t samples) {
+        std::vector<int32_t> made;
+        for (int32_t i = 0; i < cells * samples; ++i)
+            made.push_back(
+                static_cast<int32_t>((i + 0.5) * voxels / (double{1} * cells * samples)));
+        return made;
+    };
+    xs_ = places(info.size.x, cells_.x, kAcross);
+    ys_ = places(info.size.y, cells_.y, kAlong);
+    // Every 2^n-th layer first, then those between.
+    int32_t coarsest = 1;
+    while (coarsest < cells_.z)
+        coarsest *= 2;
+    for (int32_t part = 0; part < parts_; ++part) {
+        for (int32_t stride = coarsest; stride >= 1; stride /= 2) {
+            for (int32_t layer = 0; layer < cells_.z; layer += stride) {
+                if (stride < coarsest && layer % (2 * stride) == 0) continue;
+                const int32_t z = sampled_slice(info, cells_.z, layer, part, parts_);
+                if (z >= info.slice_begin && z < info.slice_end) steps_.push_back({layer, part, z});
+            }
+        }
+    }
+    const auto parts = static_cast<size_t>(parts_) * static_cast<size_t>(cells_.z);
+    has_part_.assign(parts, 0);
+    codes_.resize(parts * layer_cells() * kSamples);
+    thread_ = std::thread([this] { run(); });
+}
+
+Volume::~Volume() {
+    stop_ = true;
+    thread_.join();
+}
+
+void Volume::sample(const uint8_t* rows, std::vector<uint8_t>* codes) const {
+    const pipeline::PrintInfo& info = store_->file().info();
+    const size_t row_bytes = store_->file().row_bytes();
+    for (int32_t cy = 0; cy < cells_.y; ++cy) {
+        for (int32_t j = 0; j < kAlong; ++j) {
+            const auto y = static_cast<size_t>(ys_[static_cast<size_t>(cy * kAlong + j)]);
+            const uint8_t* row = rows + y * row_bytes;
+            uint8_t* to = codes->data() +
+                          static_cast<size_t>(cy) * static_cast<size_t>(cells_.x) * kSamples +
+                          static_cast<size_t>(j * kAcross);
+            for (int32_t cx = 0; cx < cells_.x; ++cx, to += kSamples) {
+                for (int32_t i = 0; i < kAcross; ++i) {
+                    const int32_t x = xs_[static_cast<size_t>(cx * kAcross + i)];
+                    to[i] = info.bits == 8
+                                ? row[x]
+                                : static_cast<uint8_t>((row[x >> 1] >> ((x & 1) * 4)) & 15);
+                }
+            }
+        }
+    }
+}
+
+void Volume::run() {
+    std::vector<uint8_t> codes(layer_cells() * kSamples);
+    std::vector<Step> left = steps_;
+    while (!stop_ && !left.empty()) {
+        std::vector<Step> later;
+        const int32_t there = store_->file().info().slice_begin + store_->file().whole_slices();
+        for (const Step& step : left) {
+            if (stop_) return;
+            if (step.z >= there) {
+                later.push_back(step);
+                continue;
+            }
+            const Result<void> read =
+                store_->visit(step.z, [&](const uint8_t* rows) { sample(rows, &codes); });
+            const std::lock_guard lock(mutex_);
+            const auto place = static_cast<size_t>(step.layer * parts_ + step.part);
+            if (read) {
+                std::copy(codes.begin(), codes.end(),
+                          codes_.begin() + static_cast<std::ptrdiff_t>(place * codes.size()));
+                has_part_[place] = 1;
+            } else {
+                trouble_ = read.error().text();
+            }
+            ++done_;
+            changed_.notify_all();
+        }
+        left = std::move(later);
+        if (!left.empty()) std::this_thread::sleep_for(kMoment);
+    }
+}
+
+void Volume::wait_for_more(int32_t known) {
+    std::unique_lock lock(mutex_);
+    changed_.wait_for(lock, kMoment, [&] { return done_ > known || !trouble_.empty(); });
+}
+
+std::string Volume::trouble() {
+    const std::lock_guard lock(mutex_);
+    return trouble_;
+}
+
+std::vector<uint8_t> Volume::colors(const Palette& palette) {
+    std::array<PackedSum, 256> table{};
+    for (size_t code = 0; code < table.size(); ++code)
+        table[code] = packed_color(palette[code]);
+    const size_t layer_bytes = layer_cells() * 4;
+    const size_t part_bytes = layer_cells() * kSamples;
+    std::vector<uint8_t> rgba(layer_bytes * static_cast<size_t>(cells_.z));
+    std::unique_lock lock(mutex_);
+    std::vector<PackedSum> sums(layer_cells());
+    for (int32_t layer = 0; layer < cells_.z; ++layer) {
+        uint8_t* out = rgba.data() + layer_bytes * static_cast<size_t>(layer);
+        std::fill(sums.begin(), sums.end(), 0);
+        uint32_t voxels = 0;
+        for (int32_t part = 0; part < parts_; ++part) {
+            const auto place = static_cast<size_t>(layer * parts_ + part);
+            if (has_part_[place] == 0) continue;
+            voxels += kSamples;
+            const uint8_t* codes = codes_.data() + place * part_bytes;
+            for (PackedSum& sum : sums) {
+                for (size_t i = 0; i < kSamples; ++i)
+                    sum += table[*codes++];
+            }
+        }
+        if (voxels == 0) {
+            if (layer > 0) std::copy_n(out - layer_bytes, layer_bytes, out);
+            continue;
+        }
+        for (const PackedSum sum : sums) {
+            const auto alpha = static_cast<double>(sum >> 48);
+            if (alpha > 0) {
+                for (int c = 0; c < 3; ++c)
+                    out[c] = srgb_of(static_cast<double>((sum >> (16 * c)) & 0xffff) / alpha);
+                out[3] =
+                    static_cast<uint8_t>(std::clamp(std::lround(alpha / (voxels * 4)), 1L, 255L));
+            }
+            out += 4;
+        }
+    }
+    lock.unlock();
+    color_empty_cells(cells_, &rgba);
+    return rgba;
+}
+
+}  // namespace openfab::viewer
