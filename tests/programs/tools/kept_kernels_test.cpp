@@ -96,8 +96,8 @@ class KeptKernels : public ::testing::Test {
     /// `openflc run`, for one instruction set.
     Outcome run_world(const std::string& out, const std::vector<std::string>& more = {},
                       const std::string& cache = "cache") const {
-        std::vector<std::string> words = {"run",           "--time", path("wavy.fl"),
-                                          path("world.fab.json"), "-o",     path(out)};
+        std::vector<std::string> words = {"run", "--time", path("wavy.fl"), path("world.fab.json"),
+                                          "-o",  path(out)};
         words.insert(words.end(), more.begin(), more.end());
         return openflc(words, cache);
     }
@@ -137,7 +137,8 @@ TEST_F(KeptKernels, OnlyWhatAChangeTouchesIsCompiled) {
     EXPECT_FALSE(read_file(path("b.ofr")) == before);
     same("a uniform", {"--set", "thing.skin=0.25"});
 
-    change("mc.Set(core, saturate(attr.voxelCenter.x))", "mc.Set(core, 3 * saturate(attr.voxelCenter.x))");
+    change("mc.Set(core, saturate(attr.voxelCenter.x))",
+           "mc.Set(core, 3 * saturate(attr.voxelCenter.x))");
     const Made changed = made_of(run_world("b.ofr"));
     EXPECT_THAT(changed.compiled, ::testing::IsSupersetOf({"volume", "volume_bounds"}));
     EXPECT_THAT(changed.compiled, Each(StartsWith("volume")));
@@ -148,8 +149,8 @@ TEST_F(KeptKernels, OnlyWhatAChangeTouchesIsCompiled) {
 
 TEST_F(KeptKernels, CommandsShareThem) {
     EXPECT_FALSE(made_of(run_world("a.ofr", {"--isa", "sse41"})).compiled.empty());
-    const Outcome built = openflc(
-        {"build", "--time", "--target", "sse41", path("wavy.fl"), "-o", path("program")});
+    const Outcome built =
+        openflc({"build", "--time", "--target", "sse41", path("wavy.fl"), "-o", path("program")});
     EXPECT_THAT(made_of(built).compiled, IsEmpty());
     const Outcome printed = run({path("program"), path("world.fab.json"), "-o", path("b.ofr")});
     ASSERT_EQ(printed.exit_code, 0) << printed.err;
@@ -157,8 +158,9 @@ TEST_F(KeptKernels, CommandsShareThem) {
     // A print here is for this machine alone.
     const auto count = [&] { return entries().size(); };
     fs::remove_all(path("cache"));
-    const Outcome print = run({OPENFAB_PROGRAM, "print", path("world.fab.json"), "-o", path("c.ofr")},
-                              {{{"OPENFAB_CACHE", path("cache")}}, {}, {}});
+    const Outcome print =
+        run({OPENFAB_PROGRAM, "print", path("world.fab.json"), "-o", path("c.ofr")},
+            {{{"OPENFAB_CACHE", path("cache")}}, {}, {}});
     ASSERT_EQ(print.exit_code, 0) << print.err;
     EXPECT_TRUE(read_file(path("a.ofr")) == read_file(path("c.ofr")));
     const size_t of_print = count();
@@ -214,8 +216,9 @@ TEST_F(KeptKernels, TwoAtOnceDoNotDisturbEachOther) {
 }
 
 TEST_F(KeptKernels, AProgramForAnotherMachineSaysSo) {
-    ASSERT_EQ(openflc({"build", "--target", "avx2", path("wavy.fl"), "-o", path("program")}).exit_code,
-              0);
+    ASSERT_EQ(
+        openflc({"build", "--target", "avx2", path("wavy.fl"), "-o", path("program")}).exit_code,
+        0);
     const Outcome outcome =
         run({path("program"), path("world.fab.json"), "-o", path("a.ofr"), "--isa", "sse41"});
     EXPECT_EQ(outcome.exit_code, 1);
