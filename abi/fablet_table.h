@@ -4,7 +4,7 @@
 
 /* The contract between generated code and the runtime, in plain C.
  *
- * `openflc` compiles each fablet to a few kernels (surface, surface_bounds, volume, volume_bounds,
+ * `openflc` compiles each fablet to a few kernels (surface, surface_bounds, slab, volume_bounds,
  * volume_demand, derived) and a constant `openfab_fablet` that describes them; a print binary
  * exports the list of its fablets as `openfab_fablet_list`. The runtime knows no fablet: it reads a
  * kernel's argument list and passes what is asked for.
@@ -13,11 +13,13 @@
  * to the 32-bit value for a scalar; the result is 0 or a Halide error code. A bool is passed as
  * int32 (0 or 1).
  *
- * Buffer shapes, innermost dimension first; z, x, y are the voxel's index inside its block, 0..7,
- * and n is the index in the list of blocks (volume kernels), patches (surface_bounds) or
- * micro-vertices (surface):
+ * A block is 8 x 8 x 8 voxels and has 64 columns of 8 voxels along z; voxel (z, x, y) of block n
+ * is number z of column 64 n + 8 y + x. Buffer shapes, innermost dimension first; n is the number
+ * of blocks (slab, volume_demand), patches (surface_bounds) or micro-vertices (surface), and m that
+ * of the columns that a call lists (OPENFAB_ARG_GROUPS):
  *
- *   volume buffers                                   (z 8, x 8, y 8, n)
+ *   inputs of slab, volume_demand                    (512 n), column after column
+ *   outputs of slab, volume_demand                   (z 8, m)
  *   volume_bounds, surface_bounds, surface buffers   (n)
  *   blocks                                           (3, n) int32
  *
@@ -32,7 +34,7 @@
 extern "C" {
 #endif
 
-#define OPENFAB_ABI_VERSION 4
+#define OPENFAB_ABI_VERSION 5
 
 typedef int (*openfab_kernel_fn)(void** args);
 
@@ -130,12 +132,12 @@ enum openfab_arg_kind {
     OPENFAB_ARG_BLOCKS =
         4, /* int32 (3, n): part-relative voxel index of each block's lowest corner */
     OPENFAB_ARG_BLOCK_SIZE = 5, /* scalar int32: voxels a side (volume_bounds: 4, 8, 16, 32, 64) */
-    /* volume */
+    /* slab, and kernels of segments of the volume stage */
     OPENFAB_ARG_NEAREST = 6, /* a = nearest input, b = component */
     OPENFAB_ARG_NEAREST_GRAD =
         7, /* a = nearest input, b = component * 3 + axis: change per voxel step along i, j, k */
     OPENFAB_ARG_DISTANCE = 8, /* signed distance at the voxel centre */
-    OPENFAB_ARG_WEIGHT = 9,   /* out; a = slot */
+    OPENFAB_ARG_WEIGHT = 9,   /* out of segments; a = slot */
     /* volume_bounds: every buffer is a pair */
     OPENFAB_ARG_NEAREST_LO = 10,
     OPENFAB_ARG_NEAREST_HI = 11,
@@ -167,6 +169,7 @@ enum openfab_arg_kind {
     OPENFAB_ARG_SURFACE_OUT_LO = 33, /* out */
     OPENFAB_ARG_SURFACE_OUT_HI = 34,
     /* kernels of segments, see openfab_segments */
+    /* slab and volume_demand too, where a group is a column */
     OPENFAB_ARG_GROUPS = 35, /* int32 (m): the groups of 8 lanes that this call evaluates */
     OPENFAB_ARG_STATE = 36,  /* a = state; read at 8 * group + lane */
     OPENFAB_ARG_STATE_OUT =
@@ -174,8 +177,14 @@ enum openfab_arg_kind {
     /* kernel `derived` */
     OPENFAB_ARG_DERIVED = 38, /* out (1); a = its index behind the uniform values */
     /* volume_demand */
-    OPENFAB_ARG_DEMAND = 39, /* out (z, x, y, n): whether the voxel reads a NEAREST,
+    OPENFAB_ARG_DEMAND = 39, /* out (z, m): whether the voxel reads a NEAREST,
                                 NEAREST_GRAD or DISTANCE input */
+    /* slab, which normalises the slots' amounts (abi/stage_table.h) */
+    OPENFAB_ARG_CHANNELS = 40, /* int32 (3, channel) */
+    OPENFAB_ARG_CODE = 41,     /* out, 8 bits of a uint */
+    OPENFAB_ARG_UNUSABLE = 42, /* out, 16 bits */
+    OPENFAB_ARG_FRACTION = 43, /* out, 16 bits, columns any number of values apart; a = channel, of
+                                  which there are one more than slots */
 };
 
 struct openfab_arg {
@@ -292,7 +301,7 @@ struct openfab_fablet {
 
     struct openfab_kernel surface; /* no arguments where has_surface is 0 */
     struct openfab_kernel surface_bounds;
-    struct openfab_kernel volume;
+    struct openfab_kernel slab;
     struct openfab_kernel volume_bounds;
 
     /* If one has steps, the stage's single kernel has no code; its arguments are the buffers of the

@@ -31,6 +31,14 @@ inline halide_type_t halide_type(openfab_scalar_type type) {
     }
 }
 
+/// Returns the type of an argument's elements.
+inline halide_type_t halide_type(const openfab_arg& arg) {
+    if (arg.kind == OPENFAB_ARG_CODE) return {halide_type_uint, 8, 1};
+    if (arg.kind == OPENFAB_ARG_FRACTION || arg.kind == OPENFAB_ARG_UNUSABLE)
+        return {halide_type_uint, 16, 1};
+    return halide_type(arg.scalar);
+}
+
 /// A halide_buffer_t that carries its own dimensions; it does not own the data. Not copyable:
 /// `raw.dim` points inside.
 class KernelBuffer {
@@ -60,14 +68,11 @@ class KernelBuffer {
         raw_.dimensions = dimensions;
         raw_.dim = dims_;
     }
-    /// Sets the shape of a volume buffer (z 8, x 8, y 8, n) whose blocks are `block_stride`
-    /// elements apart (512 where dense).
-    void set_blocks(halide_type_t type, const void* data, int32_t n, int32_t block_stride = 512) {
+    /// Sets the shape (z 8, m) of `columns` columns of 8 voxels, `stride` elements apart.
+    void set_columns(halide_type_t type, const void* data, int32_t columns, int32_t stride = 8) {
         set_dim(0, 8, 1);
-        set_dim(1, 8, 8);
-        set_dim(2, 8, 64);
-        set_dim(3, n, block_stride);
-        set(type, data, 4);
+        set_dim(1, columns, stride);
+        set(type, data, 2);
     }
     halide_buffer_t* raw() { return &raw_; }
 

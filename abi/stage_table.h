@@ -2,25 +2,27 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #pragma once
 
-/* The fixed-function kernels, compiled when the project is built (compiler/stages), normalise for
- * 1, 2, 3, 4, 6, 8, 12, 15, 24, 32, 48 and 64 materials, in libopenfab_kernels.a. They follow
- * Halide's argv convention as the fablets' kernels do (fablet_table.h). M is the set's number of
- * materials; fractions have M + 1 of them, void first.
+/* The fixed-function kernels, compiled when the project is built (compiler/stages), in
+ * libopenfab_kernels.a. They follow Halide's argv convention as the fablets' kernels do
+ * (fablet_table.h).
  *
  * Shapes are innermost dimension first; z is the slice within the slab of 8 and always the
- * innermost, stride 1. x and y are the position inside a block of 8 x 8 x 8 unless stated
- * otherwise; n is an index in a list of blocks.
+ * innermost, stride 1. A column is 8 voxels along z.
  *
- * normalise: amounts to 16-bit fractions; per voxel and independent of all others.
- *   0 weights        float   (z 8, x 8, y 8, slot, n)   slot stride 512, block stride free
- *   1 slot_material  int32   (slot)                     0 void, else the material's code, at most M
- *   2 owned          uint8   (x 8, y 8, n)              bit z: the voxel is owned; others are
- *                                                       void and pure
- *   3 out fractions  uint16  (z 8, m M+1, x 8, y 8, n)  their sum is 65535
- *   4 out codes      uint8   (z 8, x 8, y 8, n)         the material of a pure voxel,
+ * Amounts become 16-bit fractions in every slab kernel, per voxel and independent of all others,
+ * and in a kernel of its own for amounts that are there already. Channel 0 is void, which a voxel
+ * without any amount is made of; the channels from 1 on take one slot each, ordered by material and
+ * then by number. Slots of one material, and void, are added up in this order; the fraction of a
+ * material is that of the last channel that has it, and the others' mean nothing.
+ *
+ * normalise:
+ *   0 groups         int32   (m)                        columns of the weights
+ *   1 channels       int32   (3, channel)               see openfab_channel
+ *   2 weights        float   (z 8, column, slot)        column stride 8, slot stride free
+ *   3 out fractions  uint16  (z 8, channel, m)          those of materials add up to 65535
+ *   4 out codes      uint8   (z 8, m)                   the material of a pure voxel,
  *                                                       OPENFAB_CODE_MIXED elsewhere
- *   5 out unusable   int32   (z 8, n)                   negative or NaN amounts in owned voxels,
- *                                                       by slice
+ *   5 out unusable   uint16  (z 8, m)                   how many amounts are negative or NaN
  *
  * pack4, pack8: codes of whole rows to 8 slice planes, at 4 bits a voxel (voxel 2x in the low half
  * of byte x, 2x + 1 in the high half) or 8; v = 2 or 1 voxels a byte.
@@ -41,14 +43,16 @@ extern "C" {
 #define OPENFAB_MAX_MATERIALS_4BIT 15
 #define OPENFAB_MAX_MATERIALS 64
 
-struct openfab_stage_set {
-    int32_t materials;
-    openfab_kernel_fn normalise[OPENFAB_ISA_COUNT];
+/* The rows of the table of channels. */
+enum openfab_channel {
+    OPENFAB_CHANNEL_SLOT = 0,     /* 0 of channel 0 */
+    OPENFAB_CHANNEL_JOINS = 1,    /* 1 where the channel before has the same material */
+    OPENFAB_CHANNEL_MATERIAL = 2, /* its code, 0 void; -1 where the next channel joins */
+    OPENFAB_CHANNEL_ROWS = 3,
 };
 
 struct openfab_stages {
-    int32_t set_count;
-    const struct openfab_stage_set* sets; /* by rising number of materials */
+    openfab_kernel_fn normalise[OPENFAB_ISA_COUNT];
     openfab_kernel_fn pack4[OPENFAB_ISA_COUNT];
     openfab_kernel_fn pack8[OPENFAB_ISA_COUNT];
 };

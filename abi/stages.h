@@ -5,6 +5,8 @@
 // Calls the fixed-function kernels (abi/stage_table.h).
 
 #include <cstdint>
+#include <span>
+#include <vector>
 
 #include "abi/kernel_call.h"
 #include "abi/stage_table.h"
@@ -16,33 +18,38 @@ constexpr int32_t voxel_bits(int32_t materials) {
     return materials > OPENFAB_MAX_MATERIALS_4BIT ? 8 : 4;
 }
 
-/// Returns the smallest set for at least `materials` materials, or null beyond
-/// OPENFAB_MAX_MATERIALS.
-const openfab_stage_set* find_stage_set(int32_t materials);
-
-class StageCalls {
+/// The channels in which amounts become fractions: channel 0, and one for each slot.
+class Channels {
   public:
-    StageCalls(const openfab_stage_set& set, openfab_isa isa) : set_(set), isa_(isa) {}
+    Channels() = default;
+    /// `slot_material`: the code of each slot's material, 0 void.
+    explicit Channels(std::span<const int32_t> slot_material);
 
-    /// Returns the number of materials of the set; fractions have one more channel.
-    int32_t materials() const { return set_.materials; }
-    int32_t channels() const { return set_.materials + 1; }
-    int32_t tile_values() const { return 512 * channels(); }
-
-    /// Normalises `weights`: n blocks of `slots` x 512 floats; `owned`: 64 bytes a block;
-    /// `fractions`: tile_values() a block; `codes`: 512 a block; `unusable`: 8 a block.
-    abi::KernelStatus normalise(const float* weights, int32_t slots, const int32_t* slot_material,
-                                const uint8_t* owned, int32_t n, uint16_t* fractions,
-                                uint8_t* codes, int32_t* unusable);
-
-    /// Packs `codes` (z 8, x 8 / bits * bytes, y rows) with rows `code_stride` bytes apart;
-    /// `planes` likewise.
-    abi::KernelStatus pack(int32_t bits, const uint8_t* codes, int64_t code_stride, int32_t bytes,
-                           int32_t rows, uint8_t* planes, int64_t row_stride, int64_t plane_stride);
+    int32_t count() const { return count_; }
+    /// Returns the code of the material whose fraction a channel has, or -1 for none.
+    int32_t material(int32_t channel) const {
+        return table_[static_cast<size_t>(channel * OPENFAB_CHANNEL_ROWS +
+                                          OPENFAB_CHANNEL_MATERIAL)];
+    }
+    /// Returns the table for kernels, (3, count).
+    const int32_t* table() const { return table_.data(); }
 
   private:
-    const openfab_stage_set& set_;
-    openfab_isa isa_;
+    int32_t count_ = 0;
+    std::vector<int32_t> table_;
 };
+
+/// Normalises columns of amounts: `groups` lists columns of `weights`, whose slots are
+/// `slot_stride` floats apart. For the i-th listed one, `fractions` has channels.count() * 8 values,
+/// `codes` and `unusable` 8 each.
+KernelStatus normalise(openfab_isa isa, std::span<const int32_t> groups, const Channels& channels,
+                       const float* weights, int64_t slot_stride, uint16_t* fractions,
+                       uint8_t* codes, uint16_t* unusable);
+
+/// Packs `codes` (z 8, x 8 / bits * bytes, y rows) with rows `code_stride` bytes apart; `planes`
+/// likewise.
+KernelStatus pack(openfab_isa isa, int32_t bits, const uint8_t* codes, int64_t code_stride,
+                  int32_t bytes, int32_t rows, uint8_t* planes, int64_t row_stride,
+                  int64_t plane_stride);
 
 }  // namespace openfab::abi

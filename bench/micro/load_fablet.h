@@ -16,17 +16,22 @@
 
 namespace openfab::bench {
 
-/// Compiles OpenFL text in this process. A fault ends the benchmark, with the diagnostics.
-inline std::unique_ptr<lower::LoadedProgram> load_fablet(const std::string& text) {
+/// Compiles OpenFL text to IR. A fault ends the benchmark, with the diagnostics.
+inline ir::Module load_module(const std::string& text) {
     source::SourceManager sources;
     diag::Sink sink;
-    const std::optional<ir::Module> module =
+    std::optional<ir::Module> module =
         driver::compile_to_ir(sources, sources.add("bench.fl", text), sink);
     if (!module) {
         fmt::print(stderr, "{}", diag::render_text(sink, sources));
         std::exit(4);
     }
-    auto loaded = lower::load_module(*module);
+    return *std::move(module);
+}
+
+/// Compiles OpenFL text in this process. A fault ends the benchmark.
+inline std::unique_ptr<lower::LoadedProgram> load_fablet(const std::string& text) {
+    auto loaded = lower::load_module(load_module(text));
     if (std::holds_alternative<lower::Fault>(loaded)) std::exit(4);
     return std::move(std::get<0>(loaded));
 }

@@ -49,13 +49,13 @@ int load_schedule(const std::string& path, source::SourceManager* sources,
     if (!file) return fail(fault, unread_exit_code(path));
     const std::string name = std::filesystem::path(path).filename().string();
     const std::string kernel = name.substr(0, name.find('.'));
-    const bool known = kernel == "surface" || kernel == "surface_bounds" || kernel == "volume" ||
+    const bool known = kernel == "surface" || kernel == "surface_bounds" || kernel == "slab" ||
                        kernel == "volume_bounds" || kernel == "volume_demand";
     if (!known) {
         return fail(
             fmt::format("{}: no kernel is called `{}`; name the file after the kernel it is for: "
-                        "surface, surface_bounds, volume, volume_bounds or volume_demand, as in "
-                        "volume.sched",
+                        "surface, surface_bounds, slab, volume_bounds or volume_demand, as in "
+                        "slab.sched",
                         path, kernel),
             kExitUserInput);
     }

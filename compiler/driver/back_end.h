@@ -22,7 +22,7 @@ struct UserSchedule {
     lower::Schedule schedule;
 };
 
-/// Reads and parses a schedule file; the kernel is the first part of its name (`volume.sched`,
+/// Reads and parses a schedule file; the kernel is the first part of its name (`slab.sched`,
 /// `volume.avx2.sched`). Returns an exit code; errors have been printed.
 int load_schedule(const std::string& path, source::SourceManager* sources,
                   const CommonOptions& common, UserSchedule* out);

@@ -76,8 +76,7 @@ int emit(const EmitOptions& options, const CommonOptions& common) {
         return kExitDone;
     }
     if (options.stage.empty())
-        return fail("`--stage` is missing; write `--stage surface` or `--stage volume`",
-                    kExitUsage);
+        return fail("`--stage` is missing; write `--stage surface` or `--stage slab`", kExitUsage);
     const bool surface = options.stage.starts_with("surface");
     const bool bounds = options.stage.ends_with("_bounds");
     if (surface && !fablet->has_surface) {

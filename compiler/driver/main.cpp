@@ -63,8 +63,8 @@ void add_emit(CLI::App& app, const CommonOptions& common, Action* action) {
     auto options = std::make_shared<EmitOptions>();
     command->add_option("FILE.fl", options->file, "an OpenFL file")->required();
     command->add_option("--stage", options->stage, "the stage to print")
-        ->check(CLI::IsMember(
-            {"surface", "surface_bounds", "volume", "volume_bounds", "volume_demand"}));
+        ->check(
+            CLI::IsMember({"surface", "surface_bounds", "slab", "volume_bounds", "volume_demand"}));
     command->add_option("--as", options->form, "the form to print it in")
         ->check(CLI::IsMember({"tokens", "ast", "ir", "halide", "stmt", "llvm", "asm"}))
         ->capture_default_str();
@@ -89,7 +89,7 @@ void add_compilation_options(CLI::App* command, CompilationOptions* options) {
     command->add_flag("--time", options->time, "print the seconds of each step");
     command->add_option("--schedule", options->back_end.schedule,
                         "schedule file that replaces the built-in one of the kernel it is named "
-                        "after: volume.sched, surface.avx2.sched, …");
+                        "after: slab.sched, surface.avx2.sched, …");
     command->add_option("--no-pass", options->back_end.disabled, "leave a pass out")
         ->check(CLI::IsMember(optional));
     command
@@ -158,7 +158,7 @@ int openflc_main(int argc, char** argv) {
     app.footer(
         "Examples:\n"
         "  openflc check postcard.fl\n"
-        "  openflc emit --stage volume --as ir postcard.fl\n"
+        "  openflc emit --stage slab --as ir postcard.fl\n"
         "  openflc describe postcard.fl");
     int code = kExitDone;
     try {

@@ -55,8 +55,12 @@ constexpr const char* kKindNames[] = {
     "state_out",
     "derived",
     "demand",
+    "channels",
+    "code",
+    "unusable",
+    "fraction",
 };
-static_assert(std::size(kKindNames) == OPENFAB_ARG_DEMAND + 1);
+static_assert(std::size(kKindNames) == OPENFAB_ARG_FRACTION + 1);
 
 constexpr const char* kStageNames[] = {
     "surface",         "surface_bounds", "volume",  "volume_bounds",
@@ -128,7 +132,7 @@ void print_uniform(const Uniform& uniform, std::string* out) {
 }  // namespace
 
 const char* kind_name(int32_t kind) {
-    if (kind >= 0 && kind <= OPENFAB_ARG_DEMAND) return kKindNames[kind];
+    if (kind >= 0 && kind <= OPENFAB_ARG_FRACTION) return kKindNames[kind];
     if (kind >= kVoxelCoord && kind <= kVoxelCoordHi) return kVoxelCoordNames[kind - kVoxelCoord];
     return nullptr;
 }

@@ -44,7 +44,23 @@ void add_instr(const ir::Instr& instr, std::vector<openfab_arg>* out) {
     }
 }
 
+/// Lists what the slab kernel makes of the amounts, which are the stage's outputs.
+std::vector<openfab_arg> slab_outputs(const ir::Stage& volume) {
+    std::vector<openfab_arg> out{make_arg(OPENFAB_ARG_CODE, OPENFAB_UINT, 0, 0),
+                                 make_arg(OPENFAB_ARG_UNUSABLE, OPENFAB_UINT, 0, 0),
+                                 make_arg(OPENFAB_ARG_FRACTION, OPENFAB_UINT, 0, 0)};
+    const auto slots = static_cast<int32_t>(volume.outputs.size());
+    for (int32_t channel = 1; channel <= slots; ++channel)
+        out.push_back(make_arg(OPENFAB_ARG_FRACTION, OPENFAB_UINT, channel, 0));
+    return out;
+}
+
 }  // namespace
+
+bool lists_groups(ir::StageKind kind) {
+    return kind == ir::StageKind::kSurfaceSegment || kind == ir::StageKind::kVolumeSegment ||
+           kind == ir::StageKind::kVolume || kind == ir::StageKind::kVolumeDemand;
+}
 
 openfab_scalar_type scalar_type(ir::Type type) {
     switch (type) {
@@ -86,14 +102,18 @@ KernelArgs collect_args(const ir::Stage& stage) {
     for (size_t id = 0; id < stage.instrs.size(); ++id) {
         if (live[id]) add_instr(stage.instrs[id], &args.inputs);
     }
-    if (stage.kind == ir::StageKind::kSurfaceSegment ||
-        stage.kind == ir::StageKind::kVolumeSegment) {
+    const bool slab = stage.kind == ir::StageKind::kVolume;
+    if (lists_groups(stage.kind))
         args.inputs.push_back(make_arg(OPENFAB_ARG_GROUPS, OPENFAB_INT, 0, 0));
-    }
+    if (slab) args.inputs.push_back(make_arg(OPENFAB_ARG_CHANNELS, OPENFAB_INT, 0, 0));
     std::sort(args.inputs.begin(), args.inputs.end(),
               [](const auto& x, const auto& y) { return sort_key(x) < sort_key(y); });
     const auto same = [](const auto& x, const auto& y) { return sort_key(x) == sort_key(y); };
     args.inputs.erase(std::unique(args.inputs.begin(), args.inputs.end(), same), args.inputs.end());
+    if (slab) {
+        args.outputs = slab_outputs(stage);
+        return args;
+    }
     for (const ir::Output& output : stage.outputs) {
         const ir::Type type = stage.instrs[output.value].type;
         args.outputs.push_back(make_arg(output.kind, scalar_type(type), output.a, output.b));

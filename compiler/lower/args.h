@@ -17,13 +17,18 @@ openfab_scalar_type scalar_type(ir::Type type);
 ir::Type ir_type(openfab_scalar_type type);
 
 struct KernelArgs {
-    std::vector<openfab_arg> inputs;   ///< by kind, a, b; live ones only
-    std::vector<openfab_arg> outputs;  ///< in the order of Stage::outputs
+    std::vector<openfab_arg> inputs;  ///< by kind, a, b; live ones only
+    std::vector<openfab_arg>
+        outputs;  ///< in the order of Stage::outputs; of the slab: codes, unusable, fractions
 
     std::vector<openfab_arg> all() const;
 };
 
 KernelArgs collect_args(const ir::Stage& stage);
+
+/// True for kernels that evaluate the groups of 8 lanes of a list; in the slab kernel and in that
+/// of demand these are columns of voxels.
+bool lists_groups(ir::StageKind kind);
 
 /// True for scalars, false for buffers.
 bool is_scalar(openfab_arg_kind kind);

@@ -16,7 +16,7 @@ namespace openfab::lower {
 
 const char* isa_name(openfab_isa isa);
 
-/// Returns the name of a kernel's schedule file: "surface", "surface_bounds", "volume",
+/// Returns the name of a kernel's schedule file: "surface", "surface_bounds", "slab",
 /// "volume_bounds", …
 const char* schedule_name(ir::StageKind kind);
 

@@ -30,7 +30,7 @@ std::vector<KernelSlot> kernel_slots(const passes::KernelStages& stages) {
     if (stages.surface_segments.steps.empty()) add(stages.surface, &openfab_fablet::surface);
     add_segments(stages.surface_segments, &openfab_fablet::surface_segments);
     add(stages.surface_bounds, &openfab_fablet::surface_bounds);
-    if (stages.volume_segments.steps.empty()) add(stages.volume, &openfab_fablet::volume);
+    if (stages.volume_segments.steps.empty()) add(stages.volume, &openfab_fablet::slab);
     add_segments(stages.volume_segments, &openfab_fablet::volume_segments);
     add(stages.volume_bounds, &openfab_fablet::volume_bounds);
     add(stages.derived, &openfab_fablet::derived);
@@ -140,7 +140,7 @@ FabletData::FabletData(const FabletUnit& unit) {
         table_.surface_segments = make_segments(stages.surface_segments);
     }
     if (!stages.volume_segments.steps.empty()) {
-        table_.volume = make_kernel_entry(stages.volume);
+        table_.slab = make_kernel_entry(stages.volume);
         table_.volume_segments = make_segments(stages.volume_segments);
     }
 }

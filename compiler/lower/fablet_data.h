@@ -30,7 +30,7 @@ struct KernelSlot {
     openfab_kernel openfab_fablet::*kernel = nullptr;  ///< null for the kernel of a segment
     openfab_segments openfab_fablet::*segments = nullptr;
     size_t segment = 0;  ///< index among the kernels of `segments`
-    std::string name;    ///< in C names: "volume", "volume_segment3"
+    std::string name;    ///< in C names: "slab", "volume_segment3"
 };
 
 /// Returns the kernels of a fablet, in the order of the table.

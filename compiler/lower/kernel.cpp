@@ -7,6 +7,7 @@
 #include <array>
 #include <optional>
 
+#include "compiler/lower/normalise.h"
 #include "compiler/lower/sample_parts.h"
 #include "texture/sample.h"
 
@@ -39,7 +40,7 @@ StageNames names_of(ir::StageKind kind) {
         case ir::StageKind::kSurfaceBounds:
             return {"surface_bounds", "patches"};
         case ir::StageKind::kVolume:
-            return {"volume", "weights"};
+            return {"slab", "weights"};
         case ir::StageKind::kVolumeBounds:
             return {"volume_bounds", "bounds"};
         case ir::StageKind::kSurfaceSegment:
@@ -54,20 +55,25 @@ StageNames names_of(ir::StageKind kind) {
     return {"derived", "derived"};
 }
 
+/// True for kernels whose groups of lanes are columns of voxels.
+bool of_columns(ir::StageKind kind) {
+    return kind == ir::StageKind::kVolume || kind == ir::StageKind::kVolumeDemand;
+}
+
 class StageLowering {
   public:
     StageLowering(const ir::Stage& stage, openfab_isa isa)
-        : stage_(stage), args_(collect_args(stage)), names_(names_of(stage.kind)) {
+        : stage_(stage),
+          args_(collect_args(stage)),
+          names_(names_of(stage.kind)),
+          lane_(of_columns(stage.kind) ? "z" : "lane"),
+          group_(of_columns(stage.kind) ? "column" : "group") {
         context_.isa = isa;
     }
 
     Kernel run() {
         context_.funcs = &sample_funcs_;
-        if (volume()) {
-            context_.vars = {z_, x_, y_, n_};
-        } else {
-            context_.vars = {lane_, group_};
-        }
+        context_.vars = {lane_, group_};
         for (const openfab_arg& arg : args_.inputs)
             add_input(arg);
         lower_values();
@@ -80,13 +86,8 @@ class StageLowering {
   private:
     using Key = std::array<int32_t, 3>;
 
-    bool volume() const {
-        return stage_.kind == ir::StageKind::kVolume || stage_.kind == ir::StageKind::kVolumeDemand;
-    }
-    bool is_segment() const {
-        return stage_.kind == ir::StageKind::kSurfaceSegment ||
-               stage_.kind == ir::StageKind::kVolumeSegment;
-    }
+    bool is_slab() const { return stage_.kind == ir::StageKind::kVolume; }
+    bool has_list() const { return lists_groups(stage_.kind); }
 
     void add_input(const openfab_arg& arg) {
         const std::string name = arg_name(arg);
@@ -100,15 +101,12 @@ class StageLowering {
         }
         const bool texture = arg.kind == OPENFAB_ARG_TEXTURE;
         const bool blocks = arg.kind == OPENFAB_ARG_BLOCKS;
-        const int dimensions = texture ? 1 : blocks ? 2 : volume() ? 4 : 1;
+        const bool channels = arg.kind == OPENFAB_ARG_CHANNELS;
+        const int dimensions = blocks || channels ? 2 : 1;
         Halide::ImageParam image(type, dimensions, name);
-        if (dimensions == 4) {
-            shape_blocks(&image);
-        } else {
-            for (int d = 0; d < dimensions; ++d)
-                image.dim(d).set_min(0);
-            if (blocks) image.dim(0).set_extent(3);
-        }
+        for (int d = 0; d < dimensions; ++d)
+            image.dim(d).set_min(0);
+        if (blocks) image.dim(0).set_extent(3);
         arguments_.push_back(image);
         if (texture) {
             context_.textures.emplace(std::pair(arg.a, arg.b), image);
@@ -117,31 +115,17 @@ class StageLowering {
         }
     }
 
-    /// (z 8, x 8, y 8, n), dense inside a block. Halide takes the extents of all outputs from the
-    /// first.
-    template <typename Buffer>
-    static void shape_blocks(Buffer* buffer, bool extents = true) {
-        int32_t stride = 1;
-        for (int d = 0; d < 3; ++d) {
-            buffer->dim(d).set_stride(stride);
-            if (extents) buffer->dim(d).set_bounds(0, kSide);
-            stride *= kSide;
-        }
-        if (extents) buffer->dim(3).set_min(0);
-    }
-
     /// Returns the index of this lane along n; lanes past the end repeat the last one, so that no
     /// read is out of bounds.
     Expr index_along(const Halide::ImageParam& image, int dimension) const {
-        if (volume()) return n_;
-        if (is_segment()) {
+        if (has_list()) {
             return Halide::unsafe_promise_clamped(listed_group() / (kSide * kSide), 0,
                                                   image.dim(dimension).extent() - 1);
         }
         return Halide::min(group_ * kLanes + lane_, image.dim(dimension).extent() - 1);
     }
 
-    /// Returns the group at this index of a segment's list.
+    /// Returns the group at this index of the list.
     Expr listed_group() const {
         const Halide::ImageParam& groups = buffers_.at({OPENFAB_ARG_GROUPS, 0, 0});
         return groups(group_);
@@ -152,8 +136,7 @@ class StageLowering {
             return from_storage(type, scalar->second);
         }
         const Halide::ImageParam& image = buffers_.at(key);
-        if (volume()) return from_storage(type, image(z_, x_, y_, n_));
-        if (is_segment()) {
+        if (has_list()) {
             // The list names groups that the buffers hold.
             const Expr group = Halide::unsafe_promise_clamped(listed_group(), 0,
                                                               image.dim(0).extent() / kLanes - 1);
@@ -167,10 +150,8 @@ class StageLowering {
         const Halide::ImageParam& blocks = buffers_.at({OPENFAB_ARG_BLOCKS, 0, 0});
         Value index{Type::kInt, blocks(instr.a, index_along(blocks, 1))};
         if (instr.kind == ir::kVoxelCoord) {
-            std::array<Expr, 3> axes = {x_, y_, z_};
-            if (is_segment()) {
-                axes = {listed_group() % kSide, listed_group() / kSide % kSide, lane_};
-            }
+            const std::array<Expr, 3> axes = {listed_group() % kSide,
+                                              listed_group() / kSide % kSide, lane_};
             index = index + Value{Type::kInt, axes[instr.a]};
         } else if (instr.kind == ir::kVoxelCoordHi) {
             const Value size{Type::kInt, scalars_.at({OPENFAB_ARG_BLOCK_SIZE, 0, 0})};
@@ -317,6 +298,16 @@ class StageLowering {
         return out;
     }
 
+    /// Lanes in order, and as many groups as are listed.
+    static void shape_columns(const std::vector<Halide::OutputImageParam>& buffers) {
+        for (Halide::OutputImageParam buffer : buffers)
+            buffer.dim(0).set_stride(1);
+        // Halide takes the extents of all outputs from the first.
+        Halide::OutputImageParam first = buffers[0];
+        first.dim(0).set_bounds(0, kLanes);
+        first.dim(1).set_min(0);
+    }
+
     void define_outputs(Kernel* kernel) {
         std::vector<Expr> results;
         for (const ir::Output& output : stage_.outputs) {
@@ -325,36 +316,22 @@ class StageLowering {
         Halide::Func result(names_.result);
         result(context_.vars) = Halide::Tuple(results);
         const NamedFunc result_named = named(names_.result, result, context_.vars);
-        if (volume()) {
+        result.bound(lane_, 0, kLanes);
+        if (is_slab()) {
+            define_slab(result, results.size(), kernel);
+        } else if (has_list()) {
             kernel->output = result;
-            result.bound(z_, 0, kSide).bound(x_, 0, kSide).bound(y_, 0, kSide);
-            bool first = true;
-            for (auto& buffer : result.output_buffers()) {
-                shape_blocks(&buffer, first);
-                first = false;
-            }
-        } else if (is_segment()) {
-            kernel->output = result;
-            result.bound(lane_, 0, kLanes);
-            bool first = true;
-            for (auto& buffer : result.output_buffers()) {
-                buffer.dim(0).set_stride(1);
+            shape_columns(result.output_buffers());
+            for (auto& buffer : result.output_buffers())
                 buffer.dim(1).set_stride(kLanes);
-                if (first) buffer.dim(0).set_bounds(0, kLanes);
-                if (first) buffer.dim(1).set_min(0);
-                first = false;
-            }
         } else {
             Halide::Func store("store");
             std::vector<Expr> copies;
             const std::vector<Expr> from = {n_ % kLanes, n_ / kLanes};
-            for (size_t k = 0; k < results.size(); ++k) {
-                copies.push_back(results.size() == 1 ? Expr(result(from))
-                                                     : result(from)[static_cast<int>(k)]);
-            }
+            for (size_t k = 0; k < results.size(); ++k)
+                copies.push_back(element(result, from, k));
             store(n_) = Halide::Tuple(copies);
             // The lanes are always computed together: they share the loop over taps.
-            result.bound(lane_, 0, kLanes);
             store.output_buffers()[0].dim(0).set_min(0);
             kernel->output = store;
             kernel->funcs.push_back(named("store", store, {n_}));
@@ -363,10 +340,44 @@ class StageLowering {
         kernel->funcs.insert(kernel->funcs.end(), sample_funcs_.rbegin(), sample_funcs_.rend());
     }
 
+    /// Makes codes and fractions of the stage's amounts.
+    void define_slab(Halide::Func weights, size_t slots, Kernel* kernel) {
+        weights.compute_root();
+        Halide::ImageParam channels = buffers_.at({OPENFAB_ARG_CHANNELS, 0, 0});
+        const Expr count = static_cast<int>(slots);
+        shape_channels(&channels, count);
+        const Var slot("slot");
+        Halide::Func amounts("amounts");
+        Expr amount = element(weights, {lane_, group_}, slots - 1);
+        for (size_t k = slots - 1; k-- > 0;) {
+            amount = Halide::select(slot == static_cast<int>(k),
+                                    element(weights, {lane_, group_}, k), amount);
+        }
+        amounts(lane_, slot, group_) = amount;
+        amounts.bound(slot, 0, count).unroll(slot);
+        amounts.compute_root().store_in(Halide::MemoryType::Stack);
+        const Normalised normalised = normalise(amounts, count, channels, lane_, group_);
+        std::vector<Expr> results = {normalised.code, normalised.unusable};
+        for (size_t channel = 0; channel <= slots; ++channel)
+            results.push_back(normalised.fraction(static_cast<int>(channel)));
+        Halide::Func slab("slab");
+        slab(lane_, group_) = Halide::Tuple(results);
+        slab.bound(lane_, 0, kLanes);
+        std::vector<Halide::OutputImageParam> buffers = slab.output_buffers();
+        shape_columns(buffers);
+        // Fractions go where the runtime keeps those of all materials.
+        for (size_t k = 0; k < 2; ++k)
+            buffers[k].dim(1).set_stride(kLanes);
+        kernel->output = slab;
+        kernel->funcs.push_back(named("slab", slab, context_.vars));
+        kernel->funcs.insert(kernel->funcs.end(), normalised.funcs.begin(), normalised.funcs.end());
+        kernel->funcs.push_back(named("amounts", amounts, {lane_, slot, group_}));
+    }
+
     const ir::Stage& stage_;
     const KernelArgs args_;
     const StageNames names_;
-    const Var z_{"z"}, x_{"x"}, y_{"y"}, n_{"n"}, lane_{"lane"}, group_{"group"};
+    const Var n_{"n"}, lane_, group_;
     LoweringContext context_;
     std::vector<NamedFunc> sample_funcs_;  ///< producers first
     std::map<Key, Halide::Param<>> scalars_;

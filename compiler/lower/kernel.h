@@ -6,7 +6,10 @@
 // second "x" to "x$1"):
 //
 //   kernel      Funcs
-//   volume      weights(z, x, y, n)                          the output; of volume_demand: demand
+//   slab        slab(z, column)                              the output, see normalise.h for what
+//                                                            is between it and
+//               weights(z, column)                           the amounts; column counts those listed
+//   demand      demand(z, column)                            the output
 //   segments    segment(lane, group)                         the output; group counts listed groups
 //   others      vertices | patches | bounds (lane, group)    8 elements of n at a time
 //               store(n)                                     the output, from the Func above;
@@ -20,7 +23,7 @@
 //               taps_k(…)                how many trips the lanes of the 8 take; 0 where no path
 //                                        reaches it
 //               texture_k(lane, …)       the result; its update loops over trips
-// where lane is z in the volume stage and the dots are the other loops. Values that a lookup in a
+// where lane is z where groups are columns, and the dots are the other loop. Values that a lookup in a
 // picture may need are named values_early_k, texture_early_k and so on: they are computed for as
 // many lanes at once as the lookup. The directives that keep kernels inside their buffers (bounds
 // of 8, clamped addresses, guarded tails) are set here, and no schedule can undo them.
@@ -48,7 +51,7 @@ struct Kernel {
     std::vector<NamedFunc> funcs;  ///< consumers first
 };
 
-/// Returns the name of the schedule file: "volume", "surface_bounds".
+/// Returns the name of the schedule file: "slab", "surface_bounds".
 const char* kernel_name(ir::StageKind kind);
 
 /// Lowers a stage, which must pass ir::verify and have an output. Lookups in pictures call those of

@@ -225,7 +225,7 @@ class TableWriter {
             kernels[0] = write_args(prefix + "_surface_args", {"0", "0"}, table.surface);
         }
         if (table.volume_segments.step_count > 0) {
-            kernels[2] = write_args(prefix + "_volume_args", {"0", "0"}, table.volume);
+            kernels[2] = write_args(prefix + "_slab_args", {"0", "0"}, table.slab);
         }
         const std::string surface_segments =
             write_segments(prefix + "_surface", segment_kernels[0], table.surface_segments);

@@ -1,14 +1,13 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Compiles one fixed-function stage to an object file; CMake runs it once per stage, number of
-// materials and instruction set, side by side.
-//   stage_gen normalise MATERIALS sse41|avx2 OUT.o
-//   stage_gen pack BITS sse41|avx2 OUT.o
-//   stage_gen runtime 0 sse41 OUT.o         the one Halide runtime of a print binary
+// Compiles one fixed-function stage to an object file; CMake runs it once per stage and instruction
+// set, side by side.
+//   stage_gen normalise sse41|avx2 OUT.o
+//   stage_gen pack4|pack8 sse41|avx2 OUT.o
+//   stage_gen runtime sse41 OUT.o         the one Halide runtime of a print binary
 
 #include <cstdio>
-#include <cstdlib>
 #include <optional>
 #include <string>
 
@@ -32,26 +31,26 @@ Halide::Target kernel_target(const std::string& isa) {
     return target;
 }
 
-std::optional<Stage> make_stage(const std::string& name, int materials) {
-    if (name == "normalise") return openfab::stages::normalise(materials);
-    if (name == "pack") return openfab::stages::pack(materials);
+std::optional<Stage> make_stage(const std::string& name) {
+    if (name == "normalise") return openfab::stages::normalise();
+    if (name == "pack4") return openfab::stages::pack(4);
+    if (name == "pack8") return openfab::stages::pack(8);
     return std::nullopt;
 }
 
-int generate(const std::string& name, int materials, const std::string& isa,
-             const std::string& path) {
+int generate(const std::string& name, const std::string& isa, const std::string& path) {
     using Halide::OutputFileType;
     Halide::Target target = kernel_target(isa);
     if (name == "runtime") {
         Halide::compile_standalone_runtime({{OutputFileType::object, path}}, target);
         return 0;
     }
-    std::optional<Stage> stage = make_stage(name, materials);
+    std::optional<Stage> stage = make_stage(name);
     if (!stage) {
         std::fprintf(stderr, "stage_gen: no stage `%s`\n", name.c_str());
         return 2;
     }
-    const openfab::lower::Schedule& schedule = openfab::lower::default_schedule(name, isa);
+    const openfab::lower::Schedule& schedule = openfab::lower::default_schedule(stage->name, isa);
     const auto fault =
         openfab::lower::apply_schedule(schedule, schedule.lines.size(), &stage->kernel);
     if (fault) {
@@ -61,7 +60,7 @@ int generate(const std::string& name, int materials, const std::string& isa,
     }
     target.set_feature(Halide::Target::NoRuntime);
     target.set_feature(Halide::Target::NoBoundsQuery);
-    const std::string symbol = "openfab_" + name + "_" + std::to_string(materials) + "_" + isa;
+    const std::string symbol = "openfab_" + name + "_" + isa;
     Halide::Module module = stage->pipeline.compile_to_module(
         stage->kernel.arguments, symbol, target, Halide::LinkageType::ExternalPlusArgv);
     module.compile({{OutputFileType::object, path}});
@@ -71,12 +70,12 @@ int generate(const std::string& name, int materials, const std::string& isa,
 }  // namespace
 
 int main(int argc, char** argv) {
-    if (argc != 5) {
-        std::fprintf(stderr, "usage: stage_gen STAGE MATERIALS ISA OUT.o\n");
+    if (argc != 4) {
+        std::fprintf(stderr, "usage: stage_gen STAGE ISA OUT.o\n");
         return 2;
     }
     try {
-        return generate(argv[1], std::atoi(argv[2]), argv[3], argv[4]);
+        return generate(argv[1], argv[2], argv[3]);
     } catch (const Halide::Error& error) {
         std::fprintf(stderr, "stage_gen: %s\n", error.what());
         return 4;

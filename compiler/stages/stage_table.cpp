@@ -6,31 +6,18 @@
 
 #include "abi/halide_hooks.h"
 
-// The symbols that stage_gen compiled; the list of sizes is also in CMakeLists.txt.
-#define OPENFAB_MATERIAL_COUNTS(DO) \
-    DO(1) DO(2) DO(3) DO(4) DO(6) DO(8) DO(12) DO(15) DO(24) DO(32) DO(48) DO(64)
-
+// The symbols that stage_gen compiled.
 extern "C" {
-#define DECLARE(name, m)                           \
-    int openfab_##name##_##m##_sse41_argv(void**); \
-    int openfab_##name##_##m##_avx2_argv(void**);
-#define DECLARE_NORMALISE(m) DECLARE(normalise, m)
-OPENFAB_MATERIAL_COUNTS(DECLARE_NORMALISE)
-DECLARE(pack, 4)
-DECLARE(pack, 8)
-#undef DECLARE_NORMALISE
+#define DECLARE(name)                        \
+    int openfab_##name##_sse41_argv(void**); \
+    int openfab_##name##_avx2_argv(void**);
+DECLARE(normalise)
+DECLARE(pack4)
+DECLARE(pack8)
 #undef DECLARE
 }
 
 namespace {
-
-#define KERNELS(name, m) \
-    { openfab_##name##_##m##_sse41_argv, openfab_##name##_##m##_avx2_argv }
-const openfab_stage_set kSets[] = {
-#define SET(m) {m, KERNELS(normalise, m)},
-    OPENFAB_MATERIAL_COUNTS(SET)
-#undef SET
-};
 
 // Whoever uses the table has the hooks too: an archive's members are linked only where something
 // refers to them.
@@ -42,6 +29,8 @@ const openfab_stage_set kSets[] = {
 
 }  // namespace
 
-extern "C" const openfab_stages openfab_stage_table = {sizeof(kSets) / sizeof(kSets[0]), kSets,
-                                                       KERNELS(pack, 4), KERNELS(pack, 8)};
+#define KERNELS(name) \
+    { openfab_##name##_sse41_argv, openfab_##name##_avx2_argv }
+extern "C" const openfab_stages openfab_stage_table = {KERNELS(normalise), KERNELS(pack4),
+                                                       KERNELS(pack8)};
 #undef KERNELS

@@ -3,9 +3,9 @@
 #pragma once
 
 // Fixed-function stages between the fablet's amounts and the printer's slices, as Halide
-// algorithms: normalise and pack. (The dither between them is runtime/dither/dither_row.h.) Their
-// arguments and buffer shapes are in abi/stage_table.h. Their twins in
-// tests/support/reference give the same bits; how they run is in schedules/.
+// algorithms: normalise (compiler/lower/normalise.h) and pack. (The dither between them is
+// runtime/dither/dither_row.h.) Their arguments and buffer shapes are in abi/stage_table.h. Their
+// twins in tests/support/reference give the same bits; how they run is in schedules/.
 
 #include <Halide.h>
 
@@ -21,8 +21,8 @@ struct Stage {
     lower::Kernel kernel;       ///< the Funcs that a schedule may name
 };
 
-/// Makes the normalise stage; `materials` is M, without void.
-Stage normalise(int materials);
+/// Makes the normalise stage, for any number of slots.
+Stage normalise();
 /// Makes the pack stage; `bits` per voxel is 4 or 8.
 Stage pack(int bits);
 

@@ -38,12 +38,15 @@ uint64_t load8(const uint8_t* p) {
 
 }  // namespace
 
-void RowBand::reset(int32_t row_index, int32_t block_columns, int32_t first, int32_t end) {
+void RowBand::reset(int32_t row_index, int32_t block_columns, int32_t channel_count, int32_t first,
+                    int32_t end) {
+    channels = channel_count;
     if (blocks != block_columns) {
         blocks = block_columns;
         codes.assign(static_cast<size_t>(width()) * 64, 0);
         mixed.assign(static_cast<size_t>(mixed_stride()) * 8, 0);
-        tile.assign(static_cast<size_t>(blocks), -1);
+        mixed_blocks.assign(static_cast<size_t>(blocks), 0);
+        columns.resize(static_cast<size_t>(width()) * 8);
     } else if (first_block < end_block) {
         for (int32_t y = 0; y < 8; ++y) {
             std::memset(codes_at(8 * first_block, y), 0,
@@ -51,13 +54,12 @@ void RowBand::reset(int32_t row_index, int32_t block_columns, int32_t first, int
             std::memset(mixed_row(y) + 8 * first_block, 0,
                         static_cast<size_t>(end_block - first_block) * 8);
         }
-        std::fill(tile.begin() + first_block, tile.begin() + end_block, -1);
+        std::fill(mixed_blocks.begin() + first_block, mixed_blocks.begin() + end_block, 0);
     }
     row = row_index;
     first_block = first;
     end_block = end;
     any_mixed = false;
-    tile_count = 0;
     fractions.clear();
 }
 
@@ -79,47 +81,67 @@ void RowBand::fill(int32_t block, const uint8_t* owned, uint8_t code) {
     }
 }
 
-void RowBand::merge(int32_t block, const uint8_t* owned, const uint8_t* block_codes,
-                    const uint16_t* tile_values, int32_t channels) {
-    const size_t voxel_values = static_cast<size_t>(channels) * 8;
+void RowBand::fill_column(int32_t block, int32_t column, uint8_t voxels, uint8_t code) {
+    uint8_t* out = codes_at(8 * block + column % 8, column / 8);
+    const uint64_t mask = spread(voxels), all = code * 0x0101010101010101u;
+    const uint64_t value = (load8(out) & ~mask) | (all & mask);
+    std::memcpy(out, &value, 8);
+}
+
+int32_t RowBand::add_columns(size_t count) {
+    const size_t column_values = static_cast<size_t>(8 * channels);
+    const size_t before = fractions.size();
+    fractions.resize(before + count * column_values);
+    return static_cast<int32_t>(before / column_values);
+}
+
+void RowBand::merge(int32_t block, const uint8_t* owned, const EvaluatedColumns& evaluated) {
+    const uint8_t* from = evaluated.codes;
+    int32_t number = evaluated.fractions;
     bool has_mixed = false;
-    for (int32_t y = 0; y < 8; ++y) {
-        uint8_t* out = codes_at(8 * block, y);
-        uint8_t* out_mixed = mixed_row(y) + 8 * block;
-        for (int32_t x = 0; x < 8; ++x, out += 8) {
-            const uint8_t bits = owned[y * 8 + x];
-            if (bits == 0) continue;
+    for (const int32_t listed : evaluated.columns) {
+        const int32_t column = listed & 63, x = 8 * block + column % 8, y = column / 8;
+        const uint8_t bits = owned[column];
+        const uint64_t given = load8(from);
+        uint8_t* out = codes_at(x, y);
+        if (bits == 255) {
+            std::memcpy(out, &given, 8);
+        } else {
             const uint64_t mask = spread(bits);
-            const uint64_t given = load8(block_codes + (y * 8 + x) * 8);
             const uint64_t value = (load8(out) & ~mask) | (given & mask);
             std::memcpy(out, &value, 8);
-            const auto voxels = static_cast<uint8_t>(mixed_bits(given) & bits);
-            out_mixed[x] = static_cast<uint8_t>(out_mixed[x] | voxels);
-            has_mixed = has_mixed || voxels != 0;
         }
+        const auto voxels = static_cast<uint8_t>(mixed_bits(given) & bits);
+        if (voxels != 0) {
+            has_mixed = true;
+            uint8_t& marks = mixed_row(y)[x];
+            int32_t& at = columns[static_cast<size_t>(y * width() + x)];
+            // Another part may have voxels of this column, and its fractions.
+            at = marks == 0 ? number : blend_columns(at, number, voxels);
+            marks = static_cast<uint8_t>(marks | voxels);
+        }
+        if (evaluated.alike) continue;
+        from += 8;
+        ++number;
     }
     if (!has_mixed) return;
     any_mixed = true;
-    const size_t tile_values_count = 64 * voxel_values;
-    int32_t& index = tile[block];
-    if (index < 0) {
-        // The whole tile: fractions of voxels that are not mixed are never looked at.
-        index = tile_count++;
-        fractions.insert(fractions.end(), tile_values, tile_values + tile_values_count);
-        return;
-    }
-    // Another part had voxels of this block before: take ours only.
-    uint16_t* into = &fractions[static_cast<size_t>(index) * tile_values_count];
-    for (size_t v = 0; v < 64; ++v) {
-        for (size_t i = 0; i < voxel_values; ++i) {
-            if (owned[v] >> (i % 8) & 1)
-                into[v * voxel_values + i] = tile_values[v * voxel_values + i];
-        }
-    }
+    mixed_blocks[block] = 1;
+}
+
+// Adds a column with the fractions of `other` in some voxels and those of `column` in the rest.
+int32_t RowBand::blend_columns(int32_t column, int32_t other, uint8_t voxels) {
+    const int32_t added = add_columns(1);
+    const uint16_t *rest = fractions_at(column), *mine = fractions_at(other);
+    uint16_t* to = fractions_at(added);
+    for (int32_t i = 0; i < 8 * channels; ++i)
+        to[i] = (voxels >> i % 8 & 1) != 0 ? mine[i] : rest[i];
+    return added;
 }
 
 size_t RowBand::bytes() const {
-    return codes.capacity() + mixed.capacity() + tile.capacity() * 4 + fractions.capacity() * 2;
+    return codes.capacity() + mixed.capacity() + mixed_blocks.capacity() + columns.capacity() * 4 +
+           fractions.capacity() * 2;
 }
 
 bool SlabPlanes::reset(int32_t grid_width, int32_t grid_height, int32_t voxel_bits) {
@@ -144,10 +166,10 @@ bool SlabPlanes::reset(int32_t grid_width, int32_t grid_height, int32_t voxel_bi
     return true;
 }
 
-SlabDither::SlabDither(const openfab_stage_set& set, openfab_isa isa, DitherRule rule,
-                       uint64_t seed, const Vec3i& size, const SupportFill* support)
-    : calls_(set, isa), support_(support) {
-    setup_ = {rule, isa, abi::fold_seed(seed), calls_.channels(), (size.x + 7) / 8 * 8};
+SlabDither::SlabDither(int32_t channels, openfab_isa isa, DitherRule rule, uint64_t seed,
+                       const Vec3i& size, const SupportFill* support)
+    : support_(support) {
+    setup_ = {rule, isa, abi::fold_seed(seed), channels, (size.x + 7) / 8 * 8};
     OPENFAB_CHECK_LE(setup_.channels, OPENFAB_MAX_MATERIALS + 1);
     // Never cleared again: errors of voxels that are not mixed are not taken, they must only be
     // finite.
@@ -211,8 +233,9 @@ abi::KernelStatus SlabDither::pack_held(int32_t first, int32_t end) {
     if (end <= first || rows <= 0) return {};
     uint8_t* to = planes_->data.get() + y * planes_->row_bytes + first;
     if (!std::has_single_bit(slices_)) {
-        return calls_.pack(bits, held_->codes_at(8 * held_->first_block, 0), 8 * held_->width(),
-                           end - first, rows, to, planes_->row_bytes, planes_->plane_bytes);
+        return abi::pack(setup_.isa, bits, held_->codes_at(8 * held_->first_block, 0),
+                         8 * held_->width(), end - first, rows, to, planes_->row_bytes,
+                         planes_->plane_bytes);
     }
     const int32_t z = std::countr_zero(slices_);
     to += z * planes_->plane_bytes;
@@ -231,18 +254,18 @@ void SlabDither::dither_rows(RowBand* band, int32_t first, int32_t count, const 
                              const uint8_t* below) {
     const double start = seconds_now();
     for (int32_t b = band->first_block; b < band->end_block; ++b) {
-        if (band->tile[b] < 0) continue;
+        if (band->mixed_blocks[b] == 0) continue;
         int32_t end = b + 1;
-        while (end < band->end_block && band->tile[end] >= 0)
+        while (end < band->end_block && band->mixed_blocks[end] != 0)
             ++end;
         std::array<DitherRow, 8> rows;
         for (int32_t i = 0; i < count; ++i) {
             const int32_t y = first + i;
             DitherRow& row = rows[i];
             row.fractions = band->fractions.data();
-            row.tiles = &band->tile[b];
             row.blocks = end - b;
             row.first_x = 8 * b;
+            row.columns = &band->columns[static_cast<size_t>(y * band->width() + row.first_x)];
             row.above = (i == 0 ? above : band->mixed_row(y - 1)) + row.first_x;
             row.here = band->mixed_row(y) + row.first_x;
             row.below = (i + 1 == count ? below : band->mixed_row(y + 1)) + row.first_x;

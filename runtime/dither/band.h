@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "abi/stages.h"
@@ -18,16 +19,25 @@
 
 namespace openfab::dither {
 
+/// Columns of 8 voxels along z as the slab kernel gives them. Their fractions are in the band.
+struct EvaluatedColumns {
+    std::span<const int32_t> columns;  ///< 8 y + x of each, modulo 64
+    const uint8_t* codes = nullptr;    ///< 8 a column
+    int32_t fractions = 0;             ///< number in the band of the first column
+    bool alike = false;                ///< codes and fractions are those of one column, for all
+};
+
 struct RowBand {
     int32_t row = 0;                         ///< block row: voxels y = 8 row .. 8 row + 7
     int32_t blocks = 0;                      ///< block columns of the grid
+    int32_t channels = 0;                    ///< of fractions
     int32_t first_block = 0, end_block = 0;  ///< the columns that were written to
     bool any_mixed = false;
-    std::vector<uint8_t> codes;       ///< (z 8, x 8 blocks, y 8)
-    std::vector<uint8_t> mixed;       ///< [y][kRowMargin + x + kRowMargin], bit z
-    std::vector<int32_t> tile;        ///< per block column; -1: no fractions
-    std::vector<uint16_t> fractions;  ///< tiles
-    int32_t tile_count = 0;
+    std::vector<uint8_t> codes;         ///< (z 8, x 8 blocks, y 8)
+    std::vector<uint8_t> mixed;         ///< [y][kRowMargin + x + kRowMargin], bit z
+    std::vector<uint8_t> mixed_blocks;  ///< per block column: 1 if any voxel is mixed
+    std::vector<int32_t> columns;       ///< [y][x]: number of a column with mixed voxels
+    std::vector<uint16_t> fractions;    ///< [number][channel][z], see add_columns
 
     int32_t width() const { return 8 * blocks; }
     int32_t mixed_stride() const { return width() + 2 * kRowMargin; }
@@ -40,18 +50,28 @@ struct RowBand {
     uint8_t* mixed_row(int32_t y) {
         return &mixed[static_cast<size_t>(y) * mixed_stride() + kRowMargin];
     }
+    uint16_t* fractions_at(int32_t column) {
+        return &fractions[static_cast<size_t>(column) * static_cast<size_t>(8 * channels)];
+    }
 
     /// Makes all voxels void. `first` and `end` bound the block columns that will be written.
-    void reset(int32_t row_index, int32_t block_columns, int32_t first, int32_t end);
+    void reset(int32_t row_index, int32_t block_columns, int32_t channel_count, int32_t first,
+               int32_t end);
 
     /// Sets the owned voxels of a block (64 bytes, bit z of byte y * 8 + x) to one material.
     void fill(int32_t block, const uint8_t* owned, uint8_t code);
+    /// Sets voxels of one column (8 y + x) of a block, by bit z, to one material.
+    void fill_column(int32_t block, int32_t column, uint8_t voxels, uint8_t code);
 
-    /// Copies codes and fractions of the owned voxels of an evaluated block, as `normalise` gives
-    /// them.
-    void merge(int32_t block, const uint8_t* owned, const uint8_t* block_codes,
-               const uint16_t* tile_values, int32_t channels);
+    /// Makes room for the fractions of `count` columns, all 0, and returns the first's number.
+    int32_t add_columns(size_t count);
+    /// Takes the owned voxels of a block's columns. Fractions of voxels that are not mixed are
+    /// never looked at.
+    void merge(int32_t block, const uint8_t* owned, const EvaluatedColumns& evaluated);
     size_t bytes() const;
+
+  private:
+    int32_t blend_columns(int32_t column, int32_t other, uint8_t voxels);
 };
 
 /// 8 packed slices of the grid. Plane z starts at z * plane_bytes.
@@ -71,10 +91,10 @@ struct SupportFill;
 
 class SlabDither {
   public:
-    /// `size` of the grid in voxels; memory is reused from slab to slab. `support`, if any, takes
+    /// `channels` of fractions; `size` of the grid in voxels; memory is reused from slab to slab. `support`, if any, takes
     /// the voxels that are left void.
-    SlabDither(const openfab_stage_set& set, openfab_isa isa, DitherRule rule, uint64_t seed,
-               const Vec3i& size, const SupportFill* support = nullptr);
+    SlabDither(int32_t channels, openfab_isa isa, DitherRule rule, uint64_t seed, const Vec3i& size,
+               const SupportFill* support = nullptr);
 
     /// Begins slices 8 slab .. 8 slab + 7 of `planes`, which was reset. Those not in `slices`, by
     /// bit, may be left unwritten.
@@ -93,7 +113,6 @@ class SlabDither {
     abi::KernelStatus finish_held(const uint8_t* below);
     abi::KernelStatus pack_held(int32_t first, int32_t end);
 
-    abi::StageCalls calls_;
     DitherSetup setup_;
     const SupportFill* support_;
     int32_t z_ = 0;

@@ -151,8 +151,7 @@ OPENFAB_INLINE void add_first_error(Column<fixed>* c) {
 
 /// The fractions of the run's i-th column.
 OPENFAB_INLINE const uint16_t* column_fractions(const DitherRow& row, int32_t i, int32_t channels) {
-    const int64_t voxel = (int64_t{row.tiles[i / 8]} * 8 + (row.y & 7)) * 8 + i % 8;
-    return row.fractions + voxel * channels * kSlices;
+    return row.fractions + int64_t{row.columns[i]} * channels * kSlices;
 }
 
 /// Returns a mask from the bits of the slices from `first` on.
@@ -403,7 +402,7 @@ OPENFAB_INLINE void diffuse_rows(const DitherSetup& setup, const DitherRow* rows
 template <DitherRule rule>
 OPENFAB_INLINE void diffuse_rows_of(const DitherSetup& setup, const DitherRow* rows, int32_t count,
                                     float* errors) {
-    switch (setup.channels) {  // those of the stage sets of 4 bits a voxel
+    switch (setup.channels) {  // those of fraction_channels
         case 2:
             return diffuse_rows<rule, 2>(setup, rows, count, errors);
 #ifndef OPENFAB_SANITIZED  // where each access is checked, these take minutes to compile

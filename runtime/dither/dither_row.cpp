@@ -4,6 +4,14 @@
 
 namespace openfab::dither {
 
+int32_t fraction_channels(int32_t materials) {
+    const int32_t channels = materials + 1;
+    for (const int32_t count : {2, 3, 4, 5, 7, 9, 13, 16}) {  // those of diffuse_rows_of
+        if (channels <= count) return count;
+    }
+    return channels;
+}
+
 size_t error_count(const DitherSetup& setup) {
     if (setup.rule != DitherRule::kFloydSteinberg && setup.rule != DitherRule::kDecorrelated)
         return 0;

@@ -24,8 +24,8 @@ constexpr int32_t kRowMargin = 8;
 
 /// One voxel row of a run of adjacent blocks.
 struct DitherRow {
-    const uint16_t* fractions = nullptr;  ///< tiles (z 8, m, x 8, y 8), dense
-    const int32_t* tiles = nullptr;       ///< tile of each block of the run
+    const uint16_t* fractions = nullptr;  ///< columns (z 8, m), dense
+    const int32_t* columns = nullptr;     ///< at first_x: that of each column with a mixed voxel
     int32_t blocks = 0;
     const uint8_t* above = nullptr;  ///< mixed bits at first_x of the rows y - 1, y, y + 1; one
                                      ///< more is read on each side
@@ -44,6 +44,10 @@ struct DitherSetup {
     int32_t channels = 0;                 ///< materials and void, at most 65
     int32_t width = 0;                    ///< width of the grid in whole blocks, voxels
 };
+
+/// Returns how many channels the fractions of a print of `materials` materials have: those and void,
+/// and some that are 0 where the dither has code of its own for a little more.
+int32_t fraction_channels(int32_t materials);
 
 /// Returns the number of floats that dither_rows keeps between rows: two rows of width + 2
 /// kRowMargin voxels, (z 8, m, x, p 2), at p = y & 1 those that row y has passed on.

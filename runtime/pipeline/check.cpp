@@ -20,11 +20,17 @@ bool common_argument(openfab_arg_kind kind) {
 }
 
 bool volume_argument(openfab_arg_kind kind) {
-    return common_argument(kind) || (kind >= OPENFAB_ARG_NEAREST && kind <= OPENFAB_ARG_WEIGHT);
+    return common_argument(kind) || (kind >= OPENFAB_ARG_NEAREST && kind <= OPENFAB_ARG_DISTANCE) ||
+           kind == OPENFAB_ARG_GROUPS;
+}
+
+bool slab_argument(openfab_arg_kind kind) {
+    return volume_argument(kind) || (kind >= OPENFAB_ARG_CHANNELS && kind <= OPENFAB_ARG_FRACTION);
 }
 
 bool segment_argument(openfab_arg_kind kind) {
-    return volume_argument(kind) || (kind >= OPENFAB_ARG_GROUPS && kind <= OPENFAB_ARG_STATE_OUT);
+    return volume_argument(kind) || kind == OPENFAB_ARG_WEIGHT || kind == OPENFAB_ARG_STATE ||
+           kind == OPENFAB_ARG_STATE_OUT;
 }
 
 bool bounds_argument(openfab_arg_kind kind) {
@@ -33,7 +39,7 @@ bool bounds_argument(openfab_arg_kind kind) {
 }
 
 bool demand_argument(openfab_arg_kind kind) {
-    return common_argument(kind) || kind == OPENFAB_ARG_DEMAND;
+    return common_argument(kind) || kind == OPENFAB_ARG_GROUPS || kind == OPENFAB_ARG_DEMAND;
 }
 
 Result<void> check_kernel(const part::Part& part, const char* name, const openfab_kernel& kernel,
@@ -42,8 +48,8 @@ Result<void> check_kernel(const part::Part& part, const char* name, const openfa
         const openfab_arg& arg = kernel.args[i];
         const bool slot_fits =
             (arg.kind != OPENFAB_ARG_WEIGHT && arg.kind != OPENFAB_ARG_WEIGHT_LO &&
-             arg.kind != OPENFAB_ARG_WEIGHT_HI) ||
-            arg.a < part.fablet->slot_count;
+             arg.kind != OPENFAB_ARG_WEIGHT_HI && arg.kind != OPENFAB_ARG_FRACTION) ||
+            arg.a < part.fablet->slot_count + (arg.kind == OPENFAB_ARG_FRACTION ? 1 : 0);
         if (!fits(arg.kind) || !slot_fits) {
             return internal_error(fmt::format(
                 "fablet `{}`: argument {} of kernel {} has kind {}, which it cannot have",
@@ -80,7 +86,7 @@ Result<void> check_part(const part::Part& part, size_t materials) {
             return r.error();
     }
     if (segments.step_count == 0) {
-        if (const auto r = check_kernel(part, "volume", fablet.volume, volume_argument); !r)
+        if (const auto r = check_kernel(part, "slab", fablet.slab, slab_argument); !r)
             return r.error();
     }
     if (const auto r = check_kernel(part, "volume_demand", fablet.volume_demand, demand_argument);

@@ -58,8 +58,9 @@ int64_t tree_bytes(const surface::Surface& surface, bool asked) {
 }
 
 MemoryNeeds memory_needs(const std::vector<std::unique_ptr<volume::PlacedPart>>& parts,
-                         const Vec3i& size, int32_t materials, int32_t bits, size_t pinned) {
-    const int64_t channels = materials + 1;
+                         const Vec3i& size, int32_t fraction_channels, int32_t bits,
+                         size_t pinned) {
+    const int64_t channels = fraction_channels;
     MemoryNeeds needs;
     needs.fixed = resident_bytes() + kSlackBytes;
     std::set<const nearest::BlockIndex*> trees;
@@ -83,9 +84,9 @@ MemoryNeeds memory_needs(const std::vector<std::unique_ptr<volume::PlacedPart>>&
         starts[p->box.lo.z / 8] += mask;
         starts[(p->box.hi.z + 7) / 8] -= mask;
         bounds = std::max(bounds, volume::CubeBounds::most_bytes(*p, volume::PartCull::kMostCubes));
-        // Weights, codes and fractions twice: as they are and packed for normalise.
+        // Query results, amounts of stages of segments, fractions; and codes, counts and demand.
         const int64_t inputs = p->nearest.floats() * int64_t{p->volume.gradients ? 4 : 1} +
-                               p->nearest.ints() + 2 * p->slots() + 2;
+                               p->nearest.ints() + 2 * p->slots() + 4;
         // State, and as much again for what a kernel writes before it is scattered.
         const openfab_segments& segments = p->part->fablet->volume_segments;
         const int64_t state = int64_t{2} * segments.state_count * segments::group_limit(segments) *
@@ -98,10 +99,8 @@ MemoryNeeds memory_needs(const std::vector<std::unique_ptr<volume::PlacedPart>>&
         max_masks = std::max(max_masks, masks += change);
     needs.per_slab =
         16 * plane + max_masks + SlabRun::kUniformBlockBytes + blocks_x * 8 * 2 * 8 * channels * 4;
-    needs.per_row = blocks_x * (512 * (2 * channels + 1) + 64 * 3);
-    needs.per_thread = batch + bounds +
-                       int64_t{volume::BlockEvaluator::kBatch} * 512 * (2 * channels + 5) * 2 +
-                       kQueryScratchBytes + static_cast<int64_t>(held);
+    needs.per_row = blocks_x * (512 * (2 * channels + 1) + 64 * 7);
+    needs.per_thread = batch + bounds + kQueryScratchBytes + static_cast<int64_t>(held);
     return needs;
 }
 

@@ -355,7 +355,7 @@ void PrintJobImpl::set_up_parts(const std::shared_ptr<nearest::PatchCache>& tree
 
 void PrintJobImpl::set_up_slabs() {
     setup_.parts = &parts_;
-    setup_.stages = abi::find_stage_set(model_materials());
+    setup_.channels = dither::fraction_channels(model_materials());
     setup_.bits = abi::voxel_bits(static_cast<int32_t>(input_.materials.size()));
     setup_.isa = options_.isa;
     setup_.dither = *dither::find_dither(options_.dither);
@@ -376,8 +376,8 @@ Result<MemoryPlan> PrintJobImpl::plan_memory(const MemoryPlanner& planner,
         diced.surfaces += owns_surface(i) ? 1 : 0;
     }
     const int64_t columns = int64_t{grid_.size.x} * grid_.size.y;
-    MemoryNeeds needs = memory_needs(parts_, grid_.size, setup_.stages->materials, setup_.bits,
-                                     planner.max_pinned_bytes());
+    MemoryNeeds needs =
+        memory_needs(parts_, grid_.size, setup_.channels, setup_.bits, planner.max_pinned_bytes());
     needs.fixed += textures + options_.sink_bytes_per_column * columns;
     needs.per_encoder = options_.encode_bytes_per_column * columns;
     const int32_t slabs = (range_.y + 7) / 8 - range_.x / 8;
@@ -648,8 +648,7 @@ void PrintJobImpl::fill_statistics(const SliceCommitter& committer, PrintStatist
         s->weights_not_usable += e->counts.unusable;
         sum.seconds_bounds += e->counts.seconds_bounds;
         sum.seconds_nearest += e->counts.seconds_nearest;
-        sum.seconds_volume += e->counts.seconds_volume;
-        sum.seconds_normalise += e->counts.seconds_normalise;
+        sum.seconds_slab += e->counts.seconds_slab;
     }
     SlabTimes times;
     Overlaps overlaps;
@@ -667,8 +666,7 @@ void PrintJobImpl::fill_statistics(const SliceCommitter& committer, PrintStatist
                            {"coverage", times.coverage},
                            {"volume_bounds", sum.seconds_bounds},
                            {"nearest", sum.seconds_nearest},
-                           {"volume", sum.seconds_volume},
-                           {"normalise", sum.seconds_normalise},
+                           {"slab", sum.seconds_slab},
                            {"dither", times.dither},
                            {"support", times.support},
                            {"pack", times.pack},

@@ -17,7 +17,7 @@ namespace openfab::pipeline {
 
 SlabRun::SlabRun(const SlabSetup& setup)
     : setup_(setup),
-      dither_(*setup.stages, setup.isa, setup.dither, setup.seed, setup.size, &setup.support) {}
+      dither_(setup.channels, setup.isa, setup.dither, setup.seed, setup.size, &setup.support) {}
 
 abi::KernelStatus SlabRun::run(uint8_t slices, Pool<volume::BlockEvaluator>* evaluators,
                                const StopFlags& stop) {
@@ -98,10 +98,8 @@ abi::KernelStatus SlabRun::begin_part(ActivePart* active, volume::BlockEvaluator
 }
 
 volume::BlockEvaluator* SlabRun::take_evaluator(Pool<volume::BlockEvaluator>* evaluators) const {
-    return evaluators->take([&] {
-        return std::make_unique<volume::BlockEvaluator>(*setup_.stages, setup_.isa,
-                                                        setup_.parts->size());
-    });
+    return evaluators->take(
+        [&] { return std::make_unique<volume::BlockEvaluator>(setup_.isa, setup_.parts->size()); });
 }
 
 abi::KernelStatus SlabRun::run_rows(int32_t first, int32_t end,
@@ -181,7 +179,7 @@ abi::KernelStatus SlabRun::evaluate_row(int32_t row, Row* scratch,
             written_end = std::min(std::max(end, blocks.y), columns);
         }
     }
-    scratch->band.reset(row, columns, written_first, written_end);
+    scratch->band.reset(row, columns, setup_.channels, written_first, written_end);
     scratch->many = parts > 1;
     if (scratch->many) scratch->claims.reset(columns, first, end);
     for (const auto& active : active_) {
@@ -221,9 +219,8 @@ abi::KernelStatus SlabRun::evaluate_part(const ActivePart& active, Row* scratch,
         if (any == 0) continue;
         if (constant_index >= 0) {
             const volume::PartCull::Constant& constant = active.cull.constant(constant_index);
-            if (constant.mixed) {
-                band.merge(b, block.owned.data(), constant.codes.data(), constant.tile.data(),
-                           evaluator->channels());
+            if (constant.code == OPENFAB_CODE_MIXED) {
+                constant.merge(b, block.owned.data(), active.part->channels, &band);
             } else if (constant.code != 0) {
                 band.fill(b, block.owned.data(), constant.code);
             }

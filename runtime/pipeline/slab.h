@@ -65,7 +65,7 @@ struct SlabSetup {
     const std::vector<std::unique_ptr<volume::PlacedPart>>* parts = nullptr;  ///< in build order
     std::vector<int32_t>
         order;  ///< of parts: higher priority first, ties go to the later in the build list
-    const openfab_stage_set* stages = nullptr;
+    int32_t channels = 0;  ///< of fractions, see dither::fraction_channels
     openfab_isa isa = OPENFAB_ISA_AVX2;
     dither::DitherRule dither = dither::kDefaultDither;
     uint64_t seed = 0;

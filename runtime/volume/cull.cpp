@@ -3,7 +3,9 @@
 #include "runtime/volume/cull.h"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
+#include <numeric>
 
 #include "base/clock.h"
 
@@ -194,8 +196,9 @@ abi::KernelStatus PartCull::add_constant(const PlacedPart& part, const float* we
             return {};
         }
     }
-    const auto codes = static_cast<int64_t>(sizeof(Constant) + 512 + slots * sizeof(float));
-    const int64_t bytes = codes + evaluator->tile_values() * int64_t{sizeof(uint16_t)};
+    const auto bytes =
+        static_cast<int64_t>(sizeof(Constant) + slots * sizeof(float) +
+                             static_cast<size_t>(part.channels.count()) * 8 * sizeof(uint16_t));
     if (constants_.size() == kMostConstants) return {};
     if (room->fetch_sub(bytes) < bytes) {
         room->fetch_add(bytes);
@@ -203,20 +206,23 @@ abi::KernelStatus PartCull::add_constant(const PlacedPart& part, const float* we
     }
     Constant added;
     added.weights.assign(weights, weights + slots);
-    added.codes.resize(512);
-    added.tile.resize(static_cast<size_t>(evaluator->tile_values()));
-    const abi::KernelStatus status =
-        evaluator->constant_block(part, weights, added.codes.data(), added.tile.data());
-    added.code = added.codes[0];
-    added.mixed = added.code == OPENFAB_CODE_MIXED;
-    if (!added.mixed) {
-        added.codes = {};
-        added.tile = {};
-        room->fetch_add(bytes - codes);
-    }
+    const abi::KernelStatus status = evaluator->constant_column(part, weights, &added.column);
+    added.code = added.column.codes[0];
     *index = static_cast<int32_t>(constants_.size());
     constants_.push_back(std::move(added));
     return status;
+}
+
+void PartCull::Constant::merge(int32_t block, const uint8_t* owned, const abi::Channels& channels,
+                               dither::RowBand* band) const {
+    static constexpr std::array<int32_t, 64> kAll = [] {
+        std::array<int32_t, 64> all{};
+        std::iota(all.begin(), all.end(), 0);
+        return all;
+    }();
+    const int32_t number = band->add_columns(1);
+    place_fractions(channels, column.fractions.data(), band->fractions_at(number));
+    band->merge(block, owned, {kAll, column.codes.data(), number, true});
 }
 
 int64_t PartCull::blocks_to_evaluate() const {

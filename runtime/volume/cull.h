@@ -4,7 +4,7 @@
 
 // Finds blocks of a slab that need no evaluation per voxel: the interval form of the volume stage
 // over cubes of 64, 32, 16 and 8 voxels a side, from large to small. Where every slot's weight is a
-// single value, the volume kernel would give that value, so culling never changes the output.
+// single value, the slab kernel would have that value, so culling never changes the output.
 
 #include <atomic>
 #include <cstdint>
@@ -34,10 +34,12 @@ class PartCull {
     /// A mixture that fills whole blocks.
     struct Constant {
         std::vector<float> weights;  ///< by slot
-        bool mixed = false;
-        uint8_t code = 0;            ///< of a pure mixture
-        std::vector<uint8_t> codes;  ///< 512, for merging where it is mixed
-        std::vector<uint16_t> tile;
+        uint8_t code = 0;            ///< OPENFAB_CODE_MIXED where mixed
+        ConstantColumn column;
+
+        /// Merges it into a block of the band.
+        void merge(int32_t block, const uint8_t* owned, const abi::Channels& channels,
+                   dither::RowBand* band) const;
     };
 
     /// `cull` off: every covered block is evaluated. `room`: bytes that compositions may still

@@ -31,14 +31,19 @@ void for_each_column(const nearest::BlockPieces& pieces, size_t piece, const aut
 
 }  // namespace
 
-BlockEvaluator::BlockEvaluator(const openfab_stage_set& set, openfab_isa isa, size_t parts)
-    : calls_(set, isa), isa_(isa), scratch_(parts), attribute_scratch_(parts), segments_(parts) {
-    owned_.resize(64 * kBatch);
-    demand_.resize(64 * kBatch);
+void place_fractions(const abi::Channels& channels, const uint16_t* from, uint16_t* to) {
+    for (int32_t channel = 0; channel < channels.count(); ++channel) {
+        const int32_t material = channels.material(channel);
+        if (material >= 0) std::copy_n(from + 8 * channel, 8, to + 8 * material);
+    }
+}
+
+BlockEvaluator::BlockEvaluator(openfab_isa isa, size_t parts)
+    : isa_(isa), scratch_(parts), attribute_scratch_(parts), segments_(parts) {
     demanded_.resize(kBatchValues);
-    tiles_.resize(static_cast<size_t>(calls_.tile_values()) * kBatch);
-    codes_.resize(kBatchValues);
     distance_.resize(kBatchValues);
+    codes_.resize(kBatchValues);
+    unusable_.resize(kBatchValues);
 }
 
 nearest::Engine::Scratch* BlockEvaluator::scratch(const PlacedPart& part) {
@@ -56,18 +61,18 @@ nearest::QueryCounts BlockEvaluator::query_counts() const {
     return sum;
 }
 
-// Allocates the part's inputs, and notes which of them its volume kernel reads.
+// Allocates the part's inputs and outputs, and notes which inputs its slab kernel reads.
 void BlockEvaluator::prepare(const PlacedPart& part) {
     const auto floats = static_cast<size_t>(part.nearest.floats());
     const auto ints = static_cast<size_t>(part.nearest.ints());
     grow(&values_, floats * kBatchValues);
     grow(&gradients_, part.volume.gradients ? floats * 3 * kBatchValues : 0);
     grow(&flat_, ints * kBatchValues);
-    grow(&weights_, static_cast<size_t>(part.slots()) * kBatchValues);
+    grow(&fractions_, static_cast<size_t>(part.channels.count()) * kBatchValues);
     value_targets_.assign(floats, nullptr);
     gradient_targets_.assign(floats * 3, nullptr);
     flat_targets_.assign(ints, nullptr);
-    const openfab_kernel& kernel = part.part->fablet->volume;
+    const openfab_kernel& kernel = part.part->fablet->slab;
     for (int32_t i = 0; i < kernel.arg_count; ++i) {
         const openfab_arg& arg = kernel.args[i];
         if (arg.kind == OPENFAB_ARG_NEAREST) {
@@ -84,29 +89,41 @@ void BlockEvaluator::prepare(const PlacedPart& part) {
     }
 }
 
-// Finds which of the owned voxels look at their nearest surface point: all, where the fablet has no
-// kernel that tells.
+// Lists the columns with owned voxels whose codes are not known.
+void BlockEvaluator::list_columns(int32_t n) {
+    columns_.clear();
+    for (int32_t block = 0; block < n; ++block) {
+        first_column_[static_cast<size_t>(block)] = columns_.size();
+        for (int32_t i = 64 * block; i < 64 * block + 64; ++i) {
+            const auto at = static_cast<size_t>(i);
+            if ((owned_[at] & ~known_code_mask_[at]) != 0) columns_.push_back(i);
+        }
+    }
+    first_column_[static_cast<size_t>(n)] = columns_.size();
+}
+
+// Leaves in demand_ the voxels that look at their nearest surface point: all, where the fablet has
+// no kernel that tells.
 abi::KernelStatus BlockEvaluator::find_demand(const PlacedPart& part, int32_t n) {
-    const auto bytes = static_cast<size_t>(64 * n);
-    std::copy_n(owned_.begin(), bytes, demand_.begin());
     const openfab_kernel& kernel = part.part->fablet->volume_demand;
-    if (kernel.arg_count == 0) return {};
+    if (kernel.arg_count == 0 || columns_.empty()) return {};
     arguments_.begin(kernel, part, corners_.data(), n, 8);
+    arguments_.set_groups(columns_);
     for (int32_t i = 0; i < kernel.arg_count; ++i) {
-        if (kernel.args[i].kind == OPENFAB_ARG_DEMAND) arguments_.set_blocks(i, demanded_.data());
+        if (kernel.args[i].kind == OPENFAB_ARG_DEMAND) arguments_.set_columns(i, demanded_.data());
     }
     if (const abi::KernelStatus status = arguments_.run(isa_); !status.ok()) return status;
-    for (size_t byte = 0; byte < bytes; ++byte) {
+    for (size_t i = 0; i < columns_.size(); ++i) {
         uint32_t bits = 0;
         for (size_t z = 0; z < 8; ++z)
-            bits |= static_cast<uint32_t>(demanded_[8 * byte + z] & 1) << z;
-        demand_[byte] &= static_cast<uint8_t>(bits);
+            bits |= static_cast<uint32_t>(demanded_[8 * i + z] & 1) << z;
+        demand_[columns_[i]] &= static_cast<uint8_t>(bits);
     }
     return {};
 }
 
 // Pieces that hold one composition whatever a query would say need none: for any distance in the
-// interval the volume kernel gives that composition.
+// interval the slab kernel gives that composition.
 abi::KernelStatus BlockEvaluator::cull_pieces(const PlacedPart& part, int32_t n) {
     if (const abi::KernelStatus status =
             cube_bounds_.bound_pieces(part, blocks_, bound_tools(part));
@@ -132,8 +149,7 @@ abi::KernelStatus BlockEvaluator::cull_pieces(const PlacedPart& part, int32_t n)
     return {};
 }
 
-// The code of what piece_weights_ say, from what is known of the part or by normalising a block of
-// it.
+// The code of what piece_weights_ say, from what is known of the part or by normalising it.
 abi::KernelStatus BlockEvaluator::find_culled_code(const PlacedPart& part, uint8_t* code) {
     constexpr size_t kMostKnown = 8;
     if (known_part_ != &part) known_codes_.clear();
@@ -141,9 +157,8 @@ abi::KernelStatus BlockEvaluator::find_culled_code(const PlacedPart& part, uint8
     const auto known = std::ranges::find(known_codes_, piece_weights_, &KnownCode::weights);
     *code = known != known_codes_.end() ? known->code : uint8_t{OPENFAB_CODE_MIXED};
     if (known != known_codes_.end() || known_codes_.size() == kMostKnown) return {};
-    const abi::KernelStatus status =
-        constant_block(part, piece_weights_.data(), codes_.data(), tiles_.data());
-    if (std::ranges::count(unusable_.begin(), unusable_.begin() + 8, 0) == 8) *code = codes_[0];
+    const abi::KernelStatus status = constant_column(part, piece_weights_.data(), &constant_);
+    if (constant_.usable) *code = constant_.codes[0];
     known_codes_.push_back({piece_weights_, *code});
     return status;
 }
@@ -238,140 +253,83 @@ const void* BlockEvaluator::input(const PlacedPart& part, const openfab_arg& arg
     }
 }
 
-abi::KernelStatus BlockEvaluator::run_volume(const PlacedPart& part, int32_t n, PrintfLog* log) {
-    const openfab_kernel& kernel = part.part->fablet->volume;
-    const int32_t slots = part.slots();
-    const auto written = static_cast<int32_t>(
-        std::count_if(kernel.args, kernel.args + kernel.arg_count,
-                      [](const openfab_arg& arg) { return arg.kind == OPENFAB_ARG_WEIGHT; }));
-    // A slot that the fablet never sets may have no output.
-    if (written < slots)
-        std::fill_n(weights_.begin(), static_cast<size_t>(n * slots) * kBlockValues, 0.0f);
-    if (part.part->fablet->volume_segments.step_count > 0) {
-        return segments_.run(
-            part, isa_, corners_.data(), owned_.data(), n,
-            [&](const openfab_arg& arg) { return input(part, arg); }, weights_.data(), log);
-    }
+// `fractions`: of the listed columns, `channels` * 8 values each.
+abi::KernelStatus BlockEvaluator::run_slab(const PlacedPart& part, int32_t n, int32_t channels,
+                                           uint16_t* fractions) {
+    const openfab_kernel& kernel = part.part->fablet->slab;
     arguments_.begin(kernel, part, corners_.data(), n, 8);
+    arguments_.set_groups(columns_);
     for (int32_t i = 0; i < kernel.arg_count; ++i) {
-        if (kernel.args[i].kind == OPENFAB_ARG_WEIGHT) {
-            arguments_.set_blocks(
-                i, &weights_[static_cast<size_t>(kernel.args[i].a) * kBlockValues], slots * 512);
-        } else if (!arguments_.is_set(i)) {
-            arguments_.set_blocks(i, input(part, kernel.args[i]));
+        const openfab_arg& arg = kernel.args[i];
+        switch (arg.kind) {
+            case OPENFAB_ARG_CODE:
+                arguments_.set_columns(i, codes_.data());
+                break;
+            case OPENFAB_ARG_UNUSABLE:
+                arguments_.set_columns(i, unusable_.data());
+                break;
+            case OPENFAB_ARG_FRACTION:
+                if (const int32_t material = part.channels.material(arg.a); material >= 0) {
+                    arguments_.set_columns(i, fractions + static_cast<ptrdiff_t>(8 * material),
+                                           8 * channels);
+                } else {
+                    arguments_.set_columns(i,
+                                           &fractions_[static_cast<size_t>(arg.a) * kBatchValues]);
+                }
+                break;
+            default:
+                if (!arguments_.is_set(i)) arguments_.set_blocks(i, input(part, arg));
         }
     }
     return arguments_.run(isa_);
 }
 
-abi::KernelStatus BlockEvaluator::normalise(const PlacedPart& part, int32_t n) {
-    uint8_t slices = 0;
-    for (size_t i = 0; i < static_cast<size_t>(64 * n); ++i)
-        slices |= owned_[i];
-    if (std::has_single_bit(slices) && n > 1)
-        return normalise_slice(part, n, std::countr_zero(slices));
-    columns_.clear();
-    for (size_t i = 0; i < static_cast<size_t>(64 * n); ++i) {
-        if ((owned_[i] & ~known_code_mask_[i]) != 0) columns_.push_back(i);
+abi::KernelStatus BlockEvaluator::run_segments(const PlacedPart& part, int32_t n, int32_t channels,
+                                               uint16_t* fractions, PrintfLog* log) {
+    grow(&weights_, static_cast<size_t>(part.slots()) * kBatchValues);
+    abi::KernelStatus status = segments_.run(
+        part, isa_, corners_.data(), owned_.data(), n,
+        [&](const openfab_arg& arg) { return input(part, arg); }, weights_.data(), kBatchValues,
+        log);
+    if (!status.ok()) return status;
+    status = abi::normalise(isa_, columns_, part.channels, weights_.data(), kBatchValues,
+                            fractions_.data(), codes_.data(), unusable_.data());
+    const auto step = static_cast<ptrdiff_t>(8 * part.channels.count());
+    for (size_t i = 0; i < columns_.size() && status.ok(); ++i) {
+        const auto at = static_cast<ptrdiff_t>(i);
+        place_fractions(part.channels, fractions_.data() + step * at,
+                        fractions + ptrdiff_t{8} * channels * at);
     }
-    // Packing a column costs about an eighth of what it saves.
-    if (8 * columns_.size() < 7 * static_cast<size_t>(64 * n)) return normalise_columns(part, n);
-    const abi::KernelStatus status =
-        calls_.normalise(weights_.data(), part.slots(), part.slot_material.data(), owned_.data(), n,
-                         tiles_.data(), codes_.data(), unusable_.data());
-    for (int32_t i = 0; i < 8 * n; ++i)
-        counts.unusable += unusable_[i];
     return status;
 }
 
-// Same as normalise, for the blocks in packed_owned_ and packed_weights_.
-abi::KernelStatus BlockEvaluator::normalise_packed(const PlacedPart& part, int32_t n) {
-    packed_codes_.resize(kBatchValues);
-    packed_tiles_.resize(tiles_.size());
-    const abi::KernelStatus status = calls_.normalise(
-        packed_weights_.data(), part.slots(), part.slot_material.data(), packed_owned_.data(), n,
-        packed_tiles_.data(), packed_codes_.data(), unusable_.data());
-    for (int32_t i = 0; i < 8 * n; ++i)
-        counts.unusable += unusable_[i];
-    return status;
-}
-
-// Normalises a single slice (the first of a large print): eight blocks at a time, as the slices of
-// one block. Other slices of a tile keep stale values, which nobody reads.
-abi::KernelStatus BlockEvaluator::normalise_slice(const PlacedPart& part, int32_t n, int32_t z) {
-    const auto slots = static_cast<size_t>(part.slots()),
-               channels = static_cast<size_t>(calls_.channels());
-    const int32_t packed = (n + 7) / 8;
-    grow(&packed_weights_, kBatchValues * slots);
-    if (n % 8 != 0)
-        std::fill_n(packed_weights_.begin(), static_cast<size_t>(packed) * slots * kBlockValues,
-                    0.0f);
-    packed_owned_.assign(64 * static_cast<size_t>(packed), 0);
-    const auto at = [](size_t block) { return block / 8; };
+// `fractions`: number in the band of the first listed column.
+void BlockEvaluator::merge(const PlacedPart& part, const OwnedBlock* blocks, int32_t n,
+                           int32_t fractions, dither::RowBand* band) {
     for (size_t i = 0; i < static_cast<size_t>(n); ++i) {
-        for (size_t v = 0; v < 64; ++v) {
-            const auto bit = static_cast<uint8_t>(owned_[64 * i + v] >> z & 1);
-            packed_owned_[64 * at(i) + v] |= static_cast<uint8_t>(bit << i % 8);
-        }
-        for (size_t s = 0; s < slots; ++s) {
-            const float* from = &weights_[(i * slots + s) * kBlockValues] + z;
-            float* to = &packed_weights_[(at(i) * slots + s) * kBlockValues] + i % 8;
-            for (size_t v = 0; v < 64; ++v)
-                to[8 * v] = from[8 * v];
-        }
-    }
-    const abi::KernelStatus status = normalise_packed(part, packed);
-    for (size_t i = 0; i < static_cast<size_t>(n); ++i) {
-        const uint8_t* codes = &packed_codes_[at(i) * kBlockValues] + i % 8;
-        for (size_t v = 0; v < 64; ++v)
-            codes_[i * kBlockValues + 8 * v + static_cast<size_t>(z)] = codes[8 * v];
-        const uint16_t* from = &packed_tiles_[at(i) * kBlockValues * channels] + i % 8;
-        uint16_t* to = &tiles_[i * kBlockValues * channels] + z;
-        for (size_t v = 0; v < 64 * channels; ++v)
-            to[8 * v] = from[8 * v];
-    }
-    return status;
-}
-
-// Normalises only columns with unknown codes, packed into blocks; used where many codes are known.
-abi::KernelStatus BlockEvaluator::normalise_columns(const PlacedPart& part, int32_t n) {
-    const auto slots = static_cast<size_t>(part.slots()),
-               tile_column = 8 * static_cast<size_t>(calls_.channels());
-    const size_t packed = (columns_.size() + 63) / 64;
-    grow(&packed_weights_, kBatchValues * slots);
-    packed_owned_.assign(64 * packed, 0);
-    for (size_t i = 0; i < columns_.size(); ++i) {
-        const size_t from = columns_[i];
-        packed_owned_[i] = owned_[from];
-        for (size_t s = 0; s < slots; ++s) {
-            std::memcpy(&packed_weights_[(i / 64 * slots + s) * kBlockValues + 8 * (i % 64)],
-                        &weights_[(from / 64 * slots + s) * kBlockValues + 8 * (from % 64)],
-                        8 * sizeof(float));
-        }
-    }
-    const abi::KernelStatus status = columns_.empty()
-                                         ? abi::KernelStatus()
-                                         : normalise_packed(part, static_cast<int32_t>(packed));
-    for (size_t i = 0; i < columns_.size(); ++i) {
-        const size_t to = columns_[i];
-        std::memcpy(&codes_[8 * to], &packed_codes_[8 * i], 8);
-        std::memcpy(&tiles_[tile_column * to], &packed_tiles_[tile_column * i],
-                    tile_column * sizeof(uint16_t));
-    }
-    // A part without queries has no engine and no culled pieces.
-    for (size_t block = 0; block < static_cast<size_t>(n); ++block) {
-        for (uint32_t left = culled_pieces_[block]; left != 0; left &= left - 1) {
+        const size_t first = first_column_[i], count = first_column_[i + 1] - first;
+        band->merge(blocks[i].block, blocks[i].owned.data(),
+                    {{columns_.data() + first, count},
+                     &codes_[8 * first],
+                     fractions + static_cast<int32_t>(first)});
+        // A part without queries has no engine and no culled pieces.
+        for (uint32_t left = culled_pieces_[i]; left != 0; left &= left - 1) {
             const auto p = static_cast<size_t>(std::countr_zero(left));
-            const uint8_t code = culled_code_[block][p];
+            const uint8_t code = culled_code_[i][p];
             if (code == OPENFAB_CODE_MIXED) continue;
-            const nearest::BlockPieces& pieces = part.engine->pieces();
-            for_each_column(pieces, p, [&](size_t column, uint8_t) {
-                std::fill_n(&codes_[block * kBlockValues + 8 * column] + pieces.lowest[p].z,
-                            pieces.size.z, code);
+            for_each_column(part.engine->pieces(), p, [&](size_t column, uint8_t bits) {
+                const auto voxels = static_cast<uint8_t>(bits & blocks[i].owned[column]);
+                band->fill_column(blocks[i].block, static_cast<int32_t>(column), voxels, code);
             });
         }
     }
-    return status;
+    for (size_t i = 0; i < columns_.size(); ++i) {
+        std::array<uint16_t, 8> unusable;
+        std::memcpy(unusable.data(), &unusable_[8 * i], sizeof(unusable));
+        if (unusable == std::array<uint16_t, 8>{}) continue;
+        for (size_t z = 0; z < 8; ++z)
+            counts.unusable += unusable[z] * (owned_[columns_[i]] >> z & 1);
+    }
 }
 
 abi::KernelStatus BlockEvaluator::evaluate(const PlacedPart& part, int32_t slab,
@@ -391,17 +349,18 @@ abi::KernelStatus BlockEvaluator::evaluate(const PlacedPart& part, int32_t slab,
         std::copy(blocks[i].owned.begin(), blocks[i].owned.end(),
                   &owned_[static_cast<size_t>(64 * i)]);
     }
+    demand_ = owned_;
     culled_pieces_.fill(0);
     known_code_mask_.fill(0);
-    if (part.volume.any()) {
-        if (const abi::KernelStatus status = find_demand(part, n); !status.ok()) return status;
-        if (try_pieces && part.bounds.distance) {
-            if (const abi::KernelStatus status = cull_pieces(part, n); !status.ok()) return status;
-        } else {
-            prepare_queries(part, n);
-        }
+    const bool cull = part.volume.any() && try_pieces && part.bounds.distance;
+    abi::KernelStatus status;
+    if (cull) status = cull_pieces(part, n);
+    list_columns(n);
+    if (status.ok() && part.volume.any()) {
+        status = find_demand(part, n);
+        if (!cull) prepare_queries(part, n);
     }
-    for (int32_t i = 0; i < n && part.volume.any(); ++i) {
+    for (int32_t i = 0; i < n && part.volume.any() && status.ok(); ++i) {
         query(part, i);
         const auto advance = [](auto& targets) {
             for (auto*& t : targets) {
@@ -413,34 +372,35 @@ abi::KernelStatus BlockEvaluator::evaluate(const PlacedPart& part, int32_t slab,
         advance(flat_targets_);
     }
     const double queried = seconds_now();
-    abi::KernelStatus status = run_volume(part, n, log);
-    const double evaluated = seconds_now();
-    if (!status.ok()) return status;
-    status = normalise(part, n);
-    if (!status.ok()) return status;
-    for (int32_t i = 0; i < n; ++i) {
-        const auto index = static_cast<size_t>(i);
-        band->merge(blocks[i].block, blocks[i].owned.data(), &codes_[index * kBlockValues],
-                    &tiles_[index * static_cast<size_t>(calls_.tile_values())], calls_.channels());
+    const int32_t fractions = band->add_columns(columns_.size());
+    if (status.ok() && !columns_.empty()) {
+        uint16_t* to = band->fractions_at(fractions);
+        status = part.part->fablet->volume_segments.step_count > 0
+                     ? run_segments(part, n, band->channels, to, log)
+                     : run_slab(part, n, band->channels, to);
     }
+    if (!status.ok()) return status;
+    merge(part, blocks, n, fractions, band);
     counts.evaluated += n;
     counts.seconds_nearest += queried - start;
-    counts.seconds_volume += evaluated - queried;
-    counts.seconds_normalise += seconds_now() - evaluated;
+    counts.seconds_slab += seconds_now() - queried;
     return {};
 }
 
-abi::KernelStatus BlockEvaluator::constant_block(const PlacedPart& part, const float* weights,
-                                                 uint8_t* codes, uint16_t* tile) {
-    grow(&weights_, static_cast<size_t>(part.slots()) * kBatchValues);
-    for (int32_t s = 0; s < part.slots(); ++s) {
-        std::fill_n(weights_.begin() + static_cast<std::ptrdiff_t>(s * 512), kBlockValues,
-                    weights[s]);
-    }
-    std::array<uint8_t, 64> all;
-    all.fill(255);
-    return calls_.normalise(weights_.data(), part.slots(), part.slot_material.data(), all.data(), 1,
-                            tile, codes, unusable_.data());
+abi::KernelStatus BlockEvaluator::constant_column(const PlacedPart& part, const float* weights,
+                                                  ConstantColumn* out) {
+    const auto slots = static_cast<size_t>(part.slots());
+    std::vector<float> amounts(8 * slots);
+    for (size_t s = 0; s < slots; ++s)
+        std::fill_n(&amounts[8 * s], 8, weights[s]);
+    out->fractions.resize(8 * static_cast<size_t>(part.channels.count()));
+    std::array<uint16_t, 8> unusable{};
+    constexpr int32_t kFirst = 0;
+    const abi::KernelStatus status =
+        abi::normalise(isa_, {&kFirst, 1}, part.channels, amounts.data(), 8, out->fractions.data(),
+                       out->codes.data(), unusable.data());
+    out->usable = status.ok() && unusable[0] == 0;
+    return status;
 }
 
 }  // namespace openfab::volume

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Evaluates the volume stage on lists of blocks: nearest queries for the voxels that need them, the
-// volume kernel, normalise. One evaluator per thread.
+// Evaluates the volume stage on lists of blocks: nearest queries for the voxels that need them, and
+// the slab kernel on the columns of voxels that are worth it. One evaluator per thread.
 
 #include <array>
 #include <cstdint>
@@ -29,27 +29,37 @@ struct OwnedBlock {
 struct EvaluationCounts {
     int64_t evaluated = 0, filled = 0, total = 0;
     int64_t unusable = 0;
-    double seconds_nearest = 0, seconds_volume = 0, seconds_normalise = 0, seconds_bounds = 0;
+    double seconds_nearest = 0, seconds_slab = 0, seconds_bounds = 0;
 };
+
+/// What a column of equal voxels is made of.
+struct ConstantColumn {
+    std::array<uint8_t, 8> codes{};
+    std::vector<uint16_t> fractions;  ///< 8 a channel
+    bool usable = false;              ///< no amount was negative or NaN
+};
+
+/// Copies the fractions of one column from channels to the places of their materials.
+void place_fractions(const abi::Channels& channels, const uint16_t* from, uint16_t* to);
 
 class BlockEvaluator {
   public:
-    /// Blocks in one call of the volume kernel: enough to spread the call's cost, few enough for
+    /// Blocks in one call of the slab kernel: enough to spread the call's cost, few enough for
     /// the L2 cache.
     static constexpr int32_t kBatch = 16;
 
-    BlockEvaluator(const openfab_stage_set& set, openfab_isa isa, size_t parts);
+    BlockEvaluator(openfab_isa isa, size_t parts);
 
     /// Evaluates up to kBatch blocks of block row `row` in slab `slab` and merges them into the
-    /// band; what the fablet prints goes to `prints`. `finer`: pieces that can hold one
+    /// band; what the fablet prints goes to `prints`. `try_pieces`: pieces that can hold one
     /// composition only ask no queries, which changes nothing else.
     abi::KernelStatus evaluate(const PlacedPart& part, int32_t slab, const OwnedBlock* blocks,
                                int32_t n, bool try_pieces, dither::RowBand* band, PrintfLog* log);
 
-    /// Computes codes and fractions of a block of uniform weights, as the volume kernel's would
-    /// give them. `weights`: one for each slot; `codes`: 512, `tile`: StageCalls::tile_values().
-    abi::KernelStatus constant_block(const PlacedPart& part, const float* weights, uint8_t* codes,
-                                     uint16_t* tile);
+    /// Computes codes and fractions of voxels of these weights, one for each slot, as the slab
+    /// kernel would give them.
+    abi::KernelStatus constant_column(const PlacedPart& part, const float* weights,
+                                      ConstantColumn* out);
 
     nearest::Engine::Scratch* scratch(const PlacedPart& part);
     /// Returns the number of queries made by this thread, over all parts.
@@ -61,27 +71,26 @@ class BlockEvaluator {
     }
     /// Returns this thread's bounds of cubes.
     CubeBounds& cube_bounds() { return cube_bounds_; }
-    int32_t channels() const { return calls_.channels(); }
-    int32_t tile_values() const { return calls_.tile_values(); }
     EvaluationCounts counts;
 
   private:
     void prepare(const PlacedPart& part);
-    abi::KernelStatus find_demand(const PlacedPart& part, int32_t n);
     abi::KernelStatus cull_pieces(const PlacedPart& part, int32_t n);
     abi::KernelStatus find_culled_code(const PlacedPart& part, uint8_t* code);
+    void list_columns(int32_t n);
+    abi::KernelStatus find_demand(const PlacedPart& part, int32_t n);
     void fill_culled(const PlacedPart& part, int32_t index);
     void prepare_queries(const PlacedPart& part, int32_t n);
     void query(const PlacedPart& part, int32_t index);
     void clear_inputs(const PlacedPart& part, int32_t index);
-    abi::KernelStatus run_volume(const PlacedPart& part, int32_t n, PrintfLog* log);
-    abi::KernelStatus normalise(const PlacedPart& part, int32_t n);
-    abi::KernelStatus normalise_slice(const PlacedPart& part, int32_t n, int32_t z);
-    abi::KernelStatus normalise_columns(const PlacedPart& part, int32_t n);
-    abi::KernelStatus normalise_packed(const PlacedPart& part, int32_t n);
+    abi::KernelStatus run_slab(const PlacedPart& part, int32_t n, int32_t channels,
+                               uint16_t* fractions);
+    abi::KernelStatus run_segments(const PlacedPart& part, int32_t n, int32_t channels,
+                                   uint16_t* fractions, PrintfLog* log);
+    void merge(const PlacedPart& part, const OwnedBlock* blocks, int32_t n, int32_t fractions,
+               dither::RowBand* band);
     const void* input(const PlacedPart& part, const openfab_arg& arg) const;
 
-    abi::StageCalls calls_;
     openfab_isa isa_;
     std::vector<std::unique_ptr<nearest::Engine::Scratch>> scratch_;    ///< by PlacedPart::owner
     std::vector<nearest::AttributeReader::Scratch> attribute_scratch_;  ///< by PlacedPart::owner
@@ -89,20 +98,19 @@ class BlockEvaluator {
     VolumeSegments segments_;
     nearest::BlockAnswer answer_;
     std::array<int32_t, 3 * kBatch> corners_{};
-    std::vector<float> values_, gradients_, distance_,
-        weights_;  ///< [component][block][512]; weights [block][slot][512]
+    std::vector<float> values_, gradients_, distance_;  ///< [component][block][512]
     std::vector<uint32_t> flat_;
     std::vector<float*> value_targets_,
         gradient_targets_;  ///< of the current block; null where no kernel reads it
     std::vector<uint32_t*> flat_targets_;
-    std::vector<uint8_t> owned_;
-    std::vector<uint8_t> demand_;  ///< owned voxels that query, in the same order
+    std::array<uint8_t, 64 * kBatch> owned_{};
+    std::array<uint8_t, 64 * kBatch> demand_{};  ///< owned voxels that query, in the same order
     CubeBounds cube_bounds_;
     std::vector<Vec3i> blocks_;  ///< lowest voxels
     std::vector<float> piece_weights_;
     std::array<uint32_t, kBatch> culled_pieces_{};  ///< per block, a bit per piece
     std::array<std::array<float, CubeBounds::kPieces>, kBatch> culled_distance_{};
-    /// Codes of culled pieces; OPENFAB_CODE_MIXED where mixed or where normalise has to count.
+    /// Codes of culled pieces; OPENFAB_CODE_MIXED where mixed or where the slab kernel has to count.
     std::array<std::array<uint8_t, CubeBounds::kPieces>, kBatch> culled_code_{};
     std::array<uint8_t, 64 * kBatch>
         known_code_mask_{};  ///< voxels whose code is known, laid out like owned_
@@ -112,15 +120,16 @@ class BlockEvaluator {
     };
     std::vector<KnownCode> known_codes_;  ///< of known_part_
     const PlacedPart* known_part_ = nullptr;
-    std::vector<int32_t> demanded_;  ///< output of the demand kernel, [block][512]
-    std::vector<uint16_t> tiles_;
+    ConstantColumn constant_;
+    /// Columns to evaluate, 64 block + column; those of block i begin at first_column_[i].
+    std::vector<int32_t> columns_;
+    std::array<size_t, kBatch + 1> first_column_{};
+    std::vector<int32_t> demanded_;    ///< output of the demand kernel, 8 a column
+    std::vector<float> weights_;       ///< of a stage of segments, [slot][block][512]
+    std::vector<uint16_t> fractions_;  ///< [column][channel][8]; of the slab kernel those channels
+                                       ///< alone that no material has, [channel][column][8]
+    std::vector<uint16_t> unusable_;
     std::vector<uint8_t> codes_;
-    std::vector<size_t> columns_;  ///< columns to normalise: 64 block + column
-    /// Blocks packed from such columns, or from one slice each of eight blocks.
-    std::vector<float> packed_weights_;
-    std::vector<uint8_t> packed_owned_, packed_codes_;
-    std::vector<uint16_t> packed_tiles_;
-    std::array<int32_t, 8 * kBatch> unusable_{};
 };
 
 }  // namespace openfab::volume

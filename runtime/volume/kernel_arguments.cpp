@@ -54,15 +54,35 @@ void KernelArguments::begin(const openfab_kernel& kernel, const PlacedPart& part
         } else if (arg.kind == OPENFAB_ARG_BLOCKS) {
             buffers_[i].set_dense(abi::halide_type(OPENFAB_INT), corners, {3, n});
             args_[i] = buffers_[i].raw();
+        } else if (arg.kind == OPENFAB_ARG_CHANNELS) {
+            buffers_[i].set_dense(abi::halide_type(OPENFAB_INT), part.channels.table(),
+                                  {OPENFAB_CHANNEL_ROWS, part.channels.count()});
+            args_[i] = buffers_[i].raw();
         } else {
             args_[i] = const_cast<void*>(part_argument(part, arg, &buffers_[i]));
         }
     }
 }
 
-void KernelArguments::set_blocks(int32_t i, const void* data, int32_t stride) {
+void KernelArguments::set_groups(std::span<const int32_t> columns) {
+    columns_ = static_cast<int32_t>(columns.size());
+    for (int32_t i = 0; i < kernel_->arg_count; ++i) {
+        if (kernel_->args[i].kind != OPENFAB_ARG_GROUPS) continue;
+        const auto index = static_cast<size_t>(i);
+        buffers_[index].set_dense(abi::halide_type(OPENFAB_INT), columns.data(), {columns_});
+        args_[index] = buffers_[index].raw();
+    }
+}
+
+void KernelArguments::set_blocks(int32_t i, const void* data) {
     const auto index = static_cast<size_t>(i);
-    buffers_[index].set_blocks(abi::halide_type(kernel_->args[i].scalar), data, n_, stride);
+    buffers_[index].set_dense(abi::halide_type(kernel_->args[i]), data, {512 * n_});
+    args_[index] = buffers_[index].raw();
+}
+
+void KernelArguments::set_columns(int32_t i, const void* data, int32_t stride) {
+    const auto index = static_cast<size_t>(i);
+    buffers_[index].set_columns(abi::halide_type(kernel_->args[i]), data, columns_, stride);
     args_[index] = buffers_[index].raw();
 }
 

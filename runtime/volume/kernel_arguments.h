@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "abi/kernel_call.h"
@@ -28,8 +29,12 @@ class KernelArguments {
                int32_t n, int32_t block_size);
     bool is_set(int32_t i) const { return args_[i] != nullptr; }
 
-    /// Sets a volume buffer: n blocks of 512 values, `stride` apart.
-    void set_blocks(int32_t i, const void* data, int32_t stride = 512);
+    /// Sets the columns that the call lists; for kernels that take such a list.
+    void set_groups(std::span<const int32_t> columns);
+    /// Sets an input of 512 values for each block.
+    void set_blocks(int32_t i, const void* data);
+    /// Sets an output of 8 values for each listed column, `stride` apart.
+    void set_columns(int32_t i, const void* data, int32_t stride = 8);
     /// Sets a buffer of one value for each cube.
     void set_list(int32_t i, const void* data);
 
@@ -38,6 +43,7 @@ class KernelArguments {
   private:
     const openfab_kernel* kernel_ = nullptr;
     int32_t n_ = 0;
+    int32_t columns_ = 0;
     int32_t block_size_ = 0;
     std::vector<void*> args_;
     std::unique_ptr<abi::KernelBuffer[]> buffers_;

@@ -67,7 +67,7 @@ PointNeeds point_needs(const openfab_segments& segments) {
 
 QueryNeeds volume_needs(const openfab_fablet& fablet) {
     const openfab_segments& segments = fablet.volume_segments;
-    return segments.step_count == 0 ? query_needs(fablet.volume) : query_needs(segments);
+    return segments.step_count == 0 ? query_needs(fablet.slab) : query_needs(segments);
 }
 
 bool asks_surface(const openfab_fablet& fablet) {
@@ -148,8 +148,8 @@ void PlacedPart::set_grid(const part::Grid& grid, openfab_isa isa,
         box.lo[a] = std::max(box.lo[a], 0);
         box.hi[a] = std::min(box.hi[a], grid.size[a]);
     }
-    for (uint8_t material : part->slot_material)
-        slot_material.push_back(material);
+    channels =
+        abi::Channels(std::vector<int32_t>(part->slot_material.begin(), part->slot_material.end()));
     const openfab_segments& segments = part->fablet->volume_segments;
     volume = volume_needs(*part->fablet);
     bounds = query_needs(part->fablet->volume_bounds);

@@ -9,6 +9,7 @@
 #include <memory>
 #include <vector>
 
+#include "abi/stages.h"
 #include "runtime/nearest/engine.h"
 #include "runtime/nearest/engine/attributes.h"
 #include "runtime/nearest/engine/winding.h"
@@ -83,9 +84,9 @@ struct PlacedPart {
     std::shared_ptr<const nearest::Winding> winding;  ///< null where no query needs a sign
     std::vector<std::vector<QueryTarget>> targets;    ///< by index among the Object uniforms
     std::array<float, OPENFAB_FRAME_COUNT> frame{};
-    Vec3i base;  ///< voxel of the grid with part-relative index 0
-    Box3i box;   ///< voxels that may be covered, hi exclusive, cut to the grid
-    std::vector<int32_t> slot_material;
+    Vec3i base;              ///< voxel of the grid with part-relative index 0
+    Box3i box;               ///< voxels that may be covered, hi exclusive, cut to the grid
+    abi::Channels channels;  ///< of the slots' materials
     NearestIndex nearest;
     QueryNeeds volume, bounds;
     PointNeeds points;

@@ -15,12 +15,14 @@ constexpr int32_t kBlockGroups = segments::kBlockGroups;
 
 abi::KernelStatus VolumeSegments::run(const PlacedPart& part, openfab_isa isa,
                                       const int32_t* corners, const uint8_t* owned, int32_t n,
-                                      const Input& input, float* weights, PrintfLog* log) {
+                                      const Input& input, float* weights, size_t slot_stride,
+                                      PrintfLog* log) {
     const openfab_segments& segments = part.part->fablet->volume_segments;
     part_ = &part;
     inputs_ = &input;
     log_ = log;
     weights_ = weights;
+    slot_stride_ = slot_stride;
     const int32_t most = segments::group_limit(segments) / kBlockGroups;
     for (first_ = 0; first_ < n; first_ += count_) {
         count_ = std::min(most, n - first_);
@@ -60,9 +62,9 @@ const void* VolumeSegments::input(const openfab_arg& arg) {
 }
 
 segments::OutputView VolumeSegments::output(const openfab_arg& arg) {
-    const ptrdiff_t stride = ptrdiff_t{kBlockValues} * part_->slots();
-    float* values = weights_ + stride * first_ + ptrdiff_t{kBlockValues} * arg.a;
-    return {reinterpret_cast<uint32_t*>(values), stride};
+    float* values =
+        weights_ + slot_stride_ * static_cast<size_t>(arg.a) + ptrdiff_t{kBlockValues} * first_;
+    return {reinterpret_cast<uint32_t*>(values)};
 }
 
 abi::KernelStatus VolumeSegments::query(const openfab_query& query, std::span<const int32_t> groups,

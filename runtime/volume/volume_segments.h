@@ -25,10 +25,10 @@ class VolumeSegments : private segments::Arguments, private segments::Handler {
     explicit VolumeSegments(size_t parts) : queries_(parts) {}
 
     /// Runs the stage on n blocks: `corners` 3 part-relative indices, `owned` 64 bytes each.
-    /// Amounts go to weights[block][slot][512].
+    /// Amounts go to weights[slot][block][512], slots `slot_stride` floats apart.
     abi::KernelStatus run(const PlacedPart& part, openfab_isa isa, const int32_t* corners,
                           const uint8_t* owned, int32_t n, const Input& input, float* weights,
-                          PrintfLog* log);
+                          size_t slot_stride, PrintfLog* log);
 
     nearest::QueryCounts query_counts() const { return queries_.counts(); }
 
@@ -49,6 +49,7 @@ class VolumeSegments : private segments::Arguments, private segments::Handler {
     const int32_t* corners_ = nullptr;  ///< of the current blocks
     int32_t first_ = 0, count_ = 0;     ///< those blocks
     float* weights_ = nullptr;
+    size_t slot_stride_ = 0;
     std::vector<std::unique_ptr<abi::KernelBuffer>> buffers_;
     size_t buffers_used_ = 0;
 };

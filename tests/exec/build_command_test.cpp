@@ -40,8 +40,8 @@ std::string errors_of(const std::string& name, const std::string& schedule, int 
 }
 
 TEST(BuildCommand, MarksAMisspelledDirective) {
-    EXPECT_EQ(errors_of("volume.sched", "# mine\nweights.vektorize(z)\n", 1),
-              "volume.sched:2:9: error: no directive is called `vektorize` [schedule-illegal]\n"
+    EXPECT_EQ(errors_of("slab.sched", "# mine\nweights.vektorize(z)\n", 1),
+              "slab.sched:2:9: error: no directive is called `vektorize` [schedule-illegal]\n"
               " 2 | weights.vektorize(z)\n"
               "   |         ^~~~~~~~~\n"
               "help: did you mean `vectorize`?\n");
@@ -49,8 +49,8 @@ TEST(BuildCommand, MarksAMisspelledDirective) {
 
 TEST(BuildCommand, MarksALineThatOnlyTheLoweringRefuses) {
     EXPECT_EQ(
-        errors_of("volume.sched", "weights.vectorize(z)\nsamples_0.compute_at(requests_0, z)\n", 1),
-        "volume.sched:2:1: error: this line cannot be applied to `samples_0` "
+        errors_of("slab.sched", "weights.vectorize(z)\nsamples_0.compute_at(requests_0, z)\n", 1),
+        "slab.sched:2:1: error: this line cannot be applied to `samples_0` "
         "[schedule-illegal]\n"
         " 2 | samples_0.compute_at(requests_0, z)\n"
         "   | ^~~~~~~~~\n"
@@ -59,13 +59,12 @@ TEST(BuildCommand, MarksALineThatOnlyTheLoweringRefuses) {
 }
 
 TEST(BuildCommand, SaysThatSamplesHaveNoLoops) {
-    EXPECT_EQ(
-        errors_of("volume.sched", "samples_0.compute_root().vectorize(z)\n", 1),
-        "volume.sched:1:26: error: `samples_0` is computed by the runtime: it has no loops of "
-        "its own [schedule-illegal]\n"
-        " 1 | samples_0.compute_root().vectorize(z)\n"
-        "   |                          ^~~~~~~~~\n"
-        "help: it can be placed: compute_at, compute_root, store_at, store_root\n");
+    EXPECT_EQ(errors_of("slab.sched", "samples_0.compute_root().vectorize(z)\n", 1),
+              "slab.sched:1:26: error: `samples_0` is computed by the runtime: it has no loops of "
+              "its own [schedule-illegal]\n"
+              " 1 | samples_0.compute_root().vectorize(z)\n"
+              "   |                          ^~~~~~~~~\n"
+              "help: it can be placed: compute_at, compute_root, store_at, store_root\n");
 }
 
 TEST(BuildCommand, WantsToKnowTheKernelOfASchedule) {

@@ -8,11 +8,13 @@
 #include <bit>
 #include <cmath>
 #include <deque>
+#include <numeric>
 #include <random>
 
-#include "abi/kernel_call.h"
+#include "abi/stages.h"
 #include "compiler/interp/evaluate.h"
 #include "runtime/segments/driver.h"
+#include "tests/support/reference/dither.h"
 
 namespace openfab::testing {
 
@@ -100,7 +102,7 @@ const openfab_kernel& member(const openfab_fablet& fablet, ir::StageKind kind) {
         case ir::StageKind::kSurfaceBounds:
             return fablet.surface_bounds;
         case ir::StageKind::kVolume:
-            return fablet.volume;
+            return fablet.slab;
         case ir::StageKind::kVolumeDemand:
             return fablet.volume_demand;
         default:
@@ -174,6 +176,27 @@ void set_texture(const openfab_arg& arg, const StageInputs& inputs, abi::KernelB
                       {static_cast<int32_t>(info ? t.info.size() : floats.size())});
 }
 
+/// The address of a scalar, or of a buffer that is added to `buffers`, of `count` values where it
+/// has one a place.
+const void* input_argument(const openfab_arg& arg, const StageInputs& inputs,
+                           const std::vector<int32_t>& columns, size_t count,
+                           std::deque<abi::KernelBuffer>* buffers) {
+    if (is_scalar(arg.kind)) return inputs.values.at({arg.kind, arg.a, arg.b}).data();
+    abi::KernelBuffer& buffer = buffers->emplace_back();
+    const halide_type_t type = abi::halide_type(arg);
+    if (arg.kind == OPENFAB_ARG_TEXTURE) {
+        set_texture(arg, inputs, &buffer);
+    } else if (arg.kind == OPENFAB_ARG_BLOCKS) {
+        buffer.set_dense(type, inputs.values.at({arg.kind, 0, 0}).data(), {3, inputs.places});
+    } else if (arg.kind == OPENFAB_ARG_GROUPS) {
+        buffer.set_dense(type, columns.data(), {static_cast<int32_t>(columns.size())});
+    } else {
+        buffer.set_dense(type, inputs.values.at({arg.kind, arg.a, arg.b}).data(),
+                         {static_cast<int32_t>(count)});
+    }
+    return buffer.raw();
+}
+
 /// Flat buffers of the batch, in whole groups, and the answers to queries.
 class SegmentHost : public segments::Arguments, public segments::Handler {
   public:
@@ -226,6 +249,19 @@ class SegmentHost : public segments::Arguments, public segments::Handler {
     std::deque<std::vector<uint32_t>> padded_;
 };
 
+std::unique_ptr<lower::LoadedProgram> load(const passes::KernelStages& stages,
+                                           const lower::ProgramOptions& options) {
+    ir::Fablet fablet;
+    fablet.name = "Test";
+    auto loaded = lower::load_program({{&fablet, &stages, "test.fl", 1}}, options);
+    if (auto* fault = std::get_if<lower::Fault>(&loaded)) {
+        ADD_FAILURE() << fault->internal
+                      << (fault->schedule ? fault->schedule->message + fault->schedule->help : "");
+        return nullptr;
+    }
+    return std::move(std::get<0>(loaded));
+}
+
 bool same(ir::Type type, uint32_t a, uint32_t b) {
     if (a == b) return true;
     return type == ir::Type::kFloat && std::isnan(std::bit_cast<float>(a)) &&
@@ -241,51 +277,42 @@ std::unique_ptr<CompiledStage> CompiledStage::make(const ir::Stage& stage,
     out->isas_ = options.isas;
     passes::KernelStages stages;
     *member(&stages, stage.kind) = stage;
-    if (passes::needs_segments(stage)) stages.volume_segments = passes::cut_segments(stage);
-    ir::Fablet fablet;
-    fablet.name = "Test";
-    auto loaded = lower::load_program({{&fablet, &stages, "test.fl", 1}}, options);
-    if (auto* fault = std::get_if<lower::Fault>(&loaded)) {
-        ADD_FAILURE() << fault->internal
-                      << (fault->schedule ? fault->schedule->message + fault->schedule->help : "");
-        return nullptr;
+    // Segments write amounts, which the slab kernel keeps to itself.
+    if (stage.kind == ir::StageKind::kVolume || passes::needs_segments(stage)) {
+        ir::Stage live = stage;
+        ir::drop_dead_values(&live);
+        for (size_t k = 0; k < live.outputs.size(); ++k)
+            live.outputs[k].a = static_cast<int32_t>(k);
+        stages.volume_segments = passes::cut_segments(live);
     }
-    out->program_ = std::move(std::get<0>(loaded));
-    return out;
+    out->program_ = load(stages, options);
+    return out->program_ == nullptr ? nullptr : std::move(out);
 }
 
 StageResults CompiledStage::run(openfab_isa isa, const StageInputs& inputs) const {
     const openfab_segments& segments = program_->fablets().fablets[0]->volume_segments;
     if (segments.step_count > 0) return run_segments(segments, isa, inputs);
     const openfab_kernel& kernel = member(*program_->fablets().fablets[0], stage_.kind);
-    const bool volume = of_voxels(stage_.kind);
     const size_t count = place_count(stage_, inputs);
     const size_t first_output = static_cast<size_t>(kernel.arg_count) - stage_.outputs.size();
     // One element more than the kernel may write.
     StageResults results(stage_.outputs.size(), std::vector<uint32_t>(count + 1, kUnwritten));
+    std::vector<int32_t> columns((count + 7) / 8);
+    std::iota(columns.begin(), columns.end(), 0);
     std::deque<abi::KernelBuffer> buffers;
     abi::KernelCall call(kernel, isa);
     for (int32_t k = 0; k < kernel.arg_count; ++k) {
         const openfab_arg& arg = kernel.args[k];
-        if (is_scalar(arg.kind)) {
-            call.set(k, inputs.values.at({arg.kind, arg.a, arg.b}).data());
+        if (static_cast<size_t>(k) < first_output) {
+            call.set(k, input_argument(arg, inputs, columns, count, &buffers));
             continue;
         }
         abi::KernelBuffer& buffer = buffers.emplace_back();
-        const halide_type_t type = abi::halide_type(arg.scalar);
-        if (arg.kind == OPENFAB_ARG_TEXTURE) {
-            set_texture(arg, inputs, &buffer);
-        } else if (arg.kind == OPENFAB_ARG_BLOCKS) {
-            buffer.set_dense(type, inputs.values.at({arg.kind, 0, 0}).data(), {3, inputs.places});
+        const uint32_t* data = results[static_cast<size_t>(k) - first_output].data();
+        if (of_voxels(stage_.kind)) {
+            buffer.set_columns(abi::halide_type(arg), data, static_cast<int32_t>(columns.size()));
         } else {
-            const bool output = static_cast<size_t>(k) >= first_output;
-            const uint32_t* data = output ? results[static_cast<size_t>(k) - first_output].data()
-                                          : inputs.values.at({arg.kind, arg.a, arg.b}).data();
-            if (volume) {
-                buffer.set_blocks(type, data, inputs.places);
-            } else {
-                buffer.set_dense(type, data, {inputs.places});
-            }
+            buffer.set_dense(abi::halide_type(arg), data, {inputs.places});
         }
         call.set(k, buffer.raw());
     }
@@ -372,6 +399,105 @@ void expect_equal(const ir::Stage& stage, const StageResults& expected,
     for (const openfab_isa isa : compiled.isas()) {
         expect_equal(stage, expected, compiled.run(isa, inputs),
                      isa == OPENFAB_ISA_AVX2 ? "avx2" : "sse41");
+    }
+}
+
+namespace {
+
+/// The stage with those of its outputs that can be amounts, numbered anew.
+ir::Stage with_float_outputs(const ir::Stage& stage, const StageResults& all,
+                             StageResults* amounts) {
+    ir::Stage out = stage;
+    out.outputs.clear();
+    for (size_t k = 0; k < stage.outputs.size(); ++k) {
+        if (stage.instrs[stage.outputs[k].value].type != ir::Type::kFloat) continue;
+        out.outputs.push_back(stage.outputs[k]);
+        out.outputs.back().a = static_cast<int32_t>(amounts->size());
+        amounts->push_back(all[k]);
+    }
+    ir::drop_dead_values(&out);
+    return out;
+}
+
+/// The outputs of a slab kernel.
+struct SlabResults {
+    std::vector<uint8_t> codes;
+    std::vector<uint16_t> unusable;
+    std::vector<std::vector<uint16_t>> fractions;  ///< of each channel, columns 16 values apart
+};
+
+SlabResults run_slab(const openfab_kernel& kernel, openfab_isa isa, const StageInputs& inputs,
+                     const std::vector<int32_t>& columns, const abi::Channels& channels) {
+    SlabResults out;
+    const size_t m = columns.size();
+    out.codes.resize(8 * m);
+    out.unusable.resize(8 * m);
+    out.fractions.assign(static_cast<size_t>(channels.count()), std::vector<uint16_t>(16 * m));
+    std::deque<abi::KernelBuffer> buffers;
+    abi::KernelCall call(kernel, isa);
+    for (int32_t k = 0; k < kernel.arg_count; ++k) {
+        const openfab_arg& arg = kernel.args[k];
+        const halide_type_t type = abi::halide_type(arg);
+        const auto count = static_cast<int32_t>(m);
+        if (arg.kind < OPENFAB_ARG_CHANNELS) {
+            const size_t voxels = static_cast<size_t>(inputs.places) * kVoxels;
+            call.set(k, input_argument(arg, inputs, columns, voxels, &buffers));
+            continue;
+        }
+        abi::KernelBuffer& buffer = buffers.emplace_back();
+        if (arg.kind == OPENFAB_ARG_CHANNELS)
+            buffer.set_dense(type, channels.table(), {OPENFAB_CHANNEL_ROWS, channels.count()});
+        if (arg.kind == OPENFAB_ARG_CODE) buffer.set_columns(type, out.codes.data(), count);
+        if (arg.kind == OPENFAB_ARG_UNUSABLE) buffer.set_columns(type, out.unusable.data(), count);
+        if (arg.kind == OPENFAB_ARG_FRACTION)
+            buffer.set_columns(type, out.fractions[arg.a].data(), count, 16);
+        call.set(k, buffer.raw());
+    }
+    EXPECT_TRUE(call.run().ok());
+    return out;
+}
+
+}  // namespace
+
+void expect_equal_slab(const ir::Stage& stage, const StageResults& expected,
+                       const StageInputs& inputs, const lower::ProgramOptions& options) {
+    StageResults amounts;
+    passes::KernelStages stages;
+    stages.volume = with_float_outputs(stage, expected, &amounts);
+    const std::unique_ptr<lower::LoadedProgram> program = load(stages, options);
+    if (program == nullptr) return;
+    constexpr int32_t kMaterials = 2;
+    std::vector<int32_t> materials, columns;
+    for (size_t s = 0; s < amounts.size(); ++s)
+        materials.push_back(static_cast<int32_t>((5 * s + 2) % (kMaterials + 1)));
+    // Not all of them, and not in order.
+    for (int32_t c = inputs.places * kVoxels / 8; c-- > 0;) {
+        if (c % 5 != 3) columns.push_back(c);
+    }
+    const abi::Channels channels(materials);
+    for (const openfab_isa isa : options.isas) {
+        const SlabResults got =
+            run_slab(program->fablets().fablets[0]->slab, isa, inputs, columns, channels);
+        for (size_t i = 0; i < 8 * columns.size(); ++i) {
+            const size_t voxel = static_cast<size_t>(8 * columns[i / 8]) + i % 8;
+            std::vector<float> weights;
+            for (const std::vector<uint32_t>& of_slot : amounts)
+                weights.push_back(std::bit_cast<float>(of_slot[voxel]));
+            int64_t unusable = 0;
+            const std::vector<uint16_t> fractions =
+                reference::normalise(weights, materials, kMaterials, &unusable);
+            const auto pure = std::find(fractions.begin(), fractions.end(), 65535);
+            const auto code =
+                pure == fractions.end() ? int64_t{OPENFAB_CODE_MIXED} : pure - fractions.begin();
+            ASSERT_EQ(got.codes[i], code) << "voxel " << voxel;
+            ASSERT_EQ(got.unusable[i], unusable) << "voxel " << voxel;
+            for (int32_t c = 0; c < channels.count(); ++c) {
+                const int32_t material = channels.material(c);
+                if (material < 0) continue;
+                const size_t at = i / 8 * 16 + i % 8;
+                ASSERT_EQ(got.fractions[c][at], fractions[material]) << "voxel " << voxel;
+            }
+        }
     }
 }
 

@@ -3,7 +3,8 @@
 #pragma once
 
 // Runs one stage both ways: compiled for an instruction set, and in the interpreter. Tests give the
-// inputs as bit patterns.
+// inputs as bit patterns. A volume stage is compiled as a segment, whose amounts can be seen;
+// expect_equal_slab compares what its slab kernel makes of them.
 
 #include <array>
 #include <cstdint>
@@ -71,6 +72,11 @@ StageResults interpret(const ir::Stage& stage, const StageInputs& inputs);
 /// The same through the kernels and steps of a stage that has been cut.
 StageResults interpret_segments(const ir::Stage& stage, const passes::SegmentedStage& segmented,
                                 const StageInputs& inputs);
+
+/// Compares what the slab kernel of a volume stage makes of the inputs with what the twin of
+/// normalise makes of the amounts that are expected: outputs that are no floats are left out.
+void expect_equal_slab(const ir::Stage& stage, const StageResults& expected,
+                       const StageInputs& inputs, const lower::ProgramOptions& options);
 
 /// The answers of queries in these tests, by place and in every path alike.
 uint32_t answer(int32_t kind, int32_t b, float x, float y, float z);

@@ -124,20 +124,28 @@ TEST(RandomStage, SchedulesChangeNoBit) {
     const ir::Stage stage = random_stage(kStages + 1, kOperations / 2);
     const StageInputs inputs = random_inputs(7);
     const StageResults expected = interpret(stage, inputs);
-    for (const char* text : {"weights.vectorize(x)\n",
-                             "weights.split(y, yo, yi, 3).reorder(z, yi, x, yo).unroll(yi)\n"
-                             "values_*.compute_at(weights, yo).vectorize(z, 4)\n",
-                             "values_*.compute_root()\nweights.fuse(x, y, xy).parallel(n)\n"}) {
-        auto parsed = lower::parse_schedule("volume.sched", text);
+    for (const char* text :
+         {"slab.vectorize(column, 4)\n",
+          "slab.split(column, co, ci, 3).reorder(z, ci, co).unroll(ci)\n"
+          "values_*.compute_at(slab, co).vectorize(z, 4)\n",
+          "values_*.compute_root()\nslab.fuse(z, column, all).parallel(all)\n"}) {
+        auto parsed = lower::parse_schedule("slab.sched", text);
         ASSERT_NE(std::get_if<lower::Schedule>(&parsed), nullptr) << text;
         lower::ProgramOptions options;
         options.isas = {OPENFAB_ISA_AVX2};
         options.schedule = &std::get<lower::Schedule>(parsed);
-        options.schedule_kernel = "volume";
-        const std::unique_ptr<CompiledStage> compiled = CompiledStage::make(stage, options);
-        ASSERT_NE(compiled, nullptr) << text;
+        options.schedule_kernel = "slab";
         SCOPED_TRACE(text);
-        expect_equal(stage, expected, *compiled, inputs);
+        expect_equal_slab(stage, expected, inputs, options);
+    }
+}
+
+TEST(RandomStage, SlabsNormaliseWhatIsInterpreted) {
+    for (uint32_t seed = 1; seed <= kStages; ++seed) {
+        SCOPED_TRACE(::testing::Message() << "seed " << seed);
+        const ir::Stage stage = random_stage(seed, kOperations / 2);
+        const StageInputs inputs = random_inputs(seed);
+        expect_equal_slab(stage, interpret(stage, inputs), inputs, {.isas = tested_isas()});
     }
 }
 

@@ -1,11 +1,12 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The fixed-function stages alone, one thread: normalise on batches of blocks; dither and pack on
+// The fixed-function stages alone, one thread: normalise on batches of columns; dither and pack on
 // rows of blocks as wide as a postcard at 600 dpi, all voxels mixed. Items are voxels.
 
 #include <benchmark/benchmark.h>
 
+#include <numeric>
 #include <random>
 
 #include "runtime/dither/band.h"
@@ -20,9 +21,11 @@ openfab_isa isa_of(int64_t i) {
 }
 
 void make_band(dither::RowBand* band, int32_t row, int32_t channels, std::mt19937& random) {
-    band->reset(row, kBlocks, 0, kBlocks);
+    band->reset(row, kBlocks, channels, 0, kBlocks);
     std::vector<uint8_t> owned(64, 255), codes(512, OPENFAB_CODE_MIXED);
     std::vector<uint16_t> tile(static_cast<size_t>(512) * channels);
+    std::vector<int32_t> all(64);
+    std::iota(all.begin(), all.end(), 0);
     for (int32_t b = 0; b < kBlocks; ++b) {
         for (size_t v = 0; v < 64; ++v) {
             for (size_t z = 0; z < 8; ++z) {
@@ -36,20 +39,23 @@ void make_band(dither::RowBand* band, int32_t row, int32_t channels, std::mt1993
                 tile[(v * channels + channels - 1) * 8 + z] = static_cast<uint16_t>(left);
             }
         }
-        band->merge(b, owned.data(), codes.data(), tile.data(), channels);
+        const int32_t first = band->add_columns(64);
+        std::copy(tile.begin(), tile.end(), band->fractions_at(first));
+        band->merge(b, owned.data(), {all, codes.data(), first});
     }
 }
 
 void dither_and_pack(benchmark::State& state) {
-    const openfab_stage_set& set = *abi::find_stage_set(static_cast<int32_t>(state.range(0)));
+    const auto materials = static_cast<int32_t>(state.range(0));
+    const int32_t channels = dither::fraction_channels(materials);
     std::mt19937 random(1);
     dither::RowBand bands[2];
     for (int32_t i = 0; i < 2; ++i)
-        make_band(&bands[i], i, set.materials + 1, random);
+        make_band(&bands[i], i, channels, random);
     const auto rule = static_cast<dither::DitherRule>(state.range(2));
-    dither::SlabDither dither(set, isa_of(state.range(1)), rule, 1, {8 * kBlocks, 16, 8});
+    dither::SlabDither dither(channels, isa_of(state.range(1)), rule, 1, {8 * kBlocks, 16, 8});
     dither::SlabPlanes planes;
-    if (!planes.reset(8 * kBlocks, 16, abi::voxel_bits(set.materials)))
+    if (!planes.reset(8 * kBlocks, 16, abi::voxel_bits(materials)))
         state.SkipWithError("there is no memory");
     for (auto _ : state) {
         dither.begin(0, 255, &planes);
@@ -67,13 +73,11 @@ BENCHMARK(dither_and_pack)
     ->ArgsProduct({{1, 2, 4, 8, 15, 32, 64}, {OPENFAB_ISA_SSE41, OPENFAB_ISA_AVX2}, {0, 1, 2, 3}});
 
 void pack(benchmark::State& state) {
-    abi::StageCalls calls(*abi::find_stage_set(1), isa_of(state.range(0)));
     std::vector<uint8_t> codes(static_cast<size_t>(kBlocks) * 512, 1),
         planes(static_cast<size_t>(kBlocks) * 256);
     for (auto _ : state) {
-        if (!calls
-                 .pack(4, codes.data(), kBlocks * 64, 4 * kBlocks, 8, planes.data(), 4 * kBlocks,
-                       32 * kBlocks)
+        if (!abi::pack(isa_of(state.range(0)), 4, codes.data(), kBlocks * 64, 4 * kBlocks, 8,
+                       planes.data(), 4 * kBlocks, 32 * kBlocks)
                  .ok()) {
             state.SkipWithError("a kernel failed");
         }
@@ -84,28 +88,27 @@ BENCHMARK(pack)->ArgName("isa")->Arg(OPENFAB_ISA_SSE41)->Arg(OPENFAB_ISA_AVX2);
 
 void normalise(benchmark::State& state) {
     const auto materials = static_cast<int32_t>(state.range(0));
-    abi::StageCalls calls(*abi::find_stage_set(materials), isa_of(state.range(1)));
-    const int32_t n = 16;
+    constexpr size_t kColumns = 1024;
     std::mt19937 random(1);
     std::uniform_real_distribution<float> unit(0, 1);
-    std::vector<float> weights(static_cast<size_t>(512) * n * materials);
+    std::vector<float> weights(8 * kColumns * static_cast<size_t>(materials));
     for (float& w : weights)
         w = unit(random);
-    std::vector<int32_t> slots;
-    for (int32_t s = 0; s < materials; ++s)
-        slots.push_back(s + 1);
-    std::vector<uint8_t> owned(64 * n, 255), codes(512 * n);
-    std::vector<uint16_t> fractions(static_cast<size_t>(calls.tile_values()) * n);
-    std::vector<int32_t> unusable(8 * n);
+    std::vector<int32_t> slots(static_cast<size_t>(materials)), columns(kColumns);
+    std::iota(slots.begin(), slots.end(), 1);
+    std::iota(columns.begin(), columns.end(), 0);
+    const abi::Channels channels(slots);
+    std::vector<uint8_t> codes(8 * kColumns);
+    std::vector<uint16_t> fractions(8 * kColumns * static_cast<size_t>(channels.count())),
+        unusable(8 * kColumns);
     for (auto _ : state) {
-        if (!calls
-                 .normalise(weights.data(), materials, slots.data(), owned.data(), n,
+        if (!abi::normalise(isa_of(state.range(1)), columns, channels, weights.data(), 8 * kColumns,
                             fractions.data(), codes.data(), unusable.data())
                  .ok()) {
             state.SkipWithError("a kernel failed");
         }
     }
-    state.SetItemsProcessed(state.iterations() * 512 * n);
+    state.SetItemsProcessed(state.iterations() * int64_t{8 * kColumns});
 }
 BENCHMARK(normalise)
     ->ArgNames({"materials", "isa"})

@@ -12,12 +12,16 @@
 #include <chrono>
 #include <functional>
 #include <limits>
+#include <numeric>
 
 #include "abi/kernel_call.h"
 #include "bench/micro/functions/by_hand.h"
 #include "bench/micro/load_fablet.h"
 #include "compiler/functions/perlin.h"
 #include "compiler/functions/trigonometry.h"
+#include "compiler/lower/args.h"
+#include "compiler/lower/compile.h"
+#include "compiler/passes/pipeline.h"
 
 namespace openfab::bench {
 
@@ -53,7 +57,8 @@ double seconds(const std::function<void()>& work) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
-/// A volume stage from source, ready to run.
+/// The amounts of a volume stage from source, ready to run: as the one segment of a stage that is
+/// cut, whose kernel does not normalise them.
 class Compiled {
   public:
     Compiled(const std::string& declarations, const std::string& value, const Places& places) {
@@ -63,22 +68,33 @@ class Compiled {
             "float v = {}; MaterialComposition mc; mc.Set(a, v); mc.Set(b, 1 - v); return mc; }} "
             "}}",
             declarations, value);
-        program_ = load_fablet(text);
-        const openfab_kernel& kernel = program_->fablets().fablets[0]->volume;
+        const passes::PipelineResult made = passes::run_pipeline(load_module(text).fablets[0], {});
+        const passes::SegmentedStage cut = passes::cut_segments(made.stages.volume);
+        const lower::KernelRequest request{&cut.kernels[0], "amounts", OPENFAB_ISA_AVX2, nullptr};
+        auto loaded = lower::compile_in_memory(request);
+        if (std::holds_alternative<lower::Fault>(loaded)) std::exit(4);
+        code_ = std::get<lower::LoadedKernel>(std::move(loaded));
+        args_ = lower::collect_args(cut.kernels[0]).all();
+        const openfab_kernel kernel{
+            {nullptr, code_.function}, static_cast<int32_t>(args_.size()), args_.data()};
+        columns_.resize(kVoxels / 8);
+        std::iota(columns_.begin(), columns_.end(), 0);
         call_.emplace(kernel, OPENFAB_ISA_AVX2);
         for (int32_t k = 0; k < kernel.arg_count; ++k) {
             const openfab_arg& arg = kernel.args[k];
             if (arg.kind == OPENFAB_ARG_FRAME) {
                 call_->set(k, &places.frame[arg.a]);
             } else if (arg.kind == OPENFAB_ARG_BLOCKS) {
-                blocks_.set_dense(halide_type_t(halide_type_int, 32), places.blocks.data(),
-                                  {3, kBlocks});
+                blocks_.set_dense(abi::halide_type(arg), places.blocks.data(), {3, kBlocks});
                 call_->set(k, blocks_.raw());
+            } else if (arg.kind == OPENFAB_ARG_GROUPS) {
+                groups_.set_dense(abi::halide_type(arg), columns_.data(), {kVoxels / 8});
+                call_->set(k, groups_.raw());
             } else {
                 const auto slot = static_cast<size_t>(arg.a);
                 weights_[slot].resize(kVoxels);
-                outputs_[slot].set_dense(halide_type_t(halide_type_float, 32),
-                                         weights_[slot].data(), {8, 8, 8, kBlocks});
+                outputs_[slot].set_columns(abi::halide_type(arg), weights_[slot].data(),
+                                           kVoxels / 8);
                 call_->set(k, outputs_[slot].raw());
             }
         }
@@ -91,9 +107,11 @@ class Compiled {
     const std::vector<float>& weights() const { return weights_[0]; }
 
   private:
-    std::unique_ptr<lower::LoadedProgram> program_;
+    lower::LoadedKernel code_;
+    std::vector<openfab_arg> args_;
+    std::vector<int32_t> columns_;
     std::optional<abi::KernelCall> call_;
-    abi::KernelBuffer blocks_;
+    abi::KernelBuffer blocks_, groups_;
     std::array<abi::KernelBuffer, 2> outputs_;
     std::array<std::vector<float>, 2> weights_;
 };

@@ -16,9 +16,10 @@
 #include <cstdlib>
 #include <cstring>
 #include <numbers>
+#include <numeric>
 #include <random>
 
-#include "abi/kernel_call.h"
+#include "abi/stages.h"
 #include "bench/micro/load_fablet.h"
 #include "texture/pyramid.h"
 
@@ -125,11 +126,15 @@ class Compiled {
             "{{ MaterialComposition mc; {} return mc; }} }}",
             body);
         program_ = load_fablet(text);
-        kernel_ = &program_->fablets().fablets[0]->volume;
+        kernel_ = &program_->fablets().fablets[0]->slab;
         call_.emplace(*kernel_, OPENFAB_ISA_AVX2);
         buffers_ = std::make_unique<abi::KernelBuffer[]>(static_cast<size_t>(kernel_->arg_count));
         corners_.resize(3 * kBatch);
-        weights_.resize(3 * kVoxels);
+        codes_.resize(kVoxels);
+        counts_.resize(kVoxels);
+        fractions_.resize(kChannels * kVoxels);
+        columns_.resize(kVoxels / 8);
+        std::iota(columns_.begin(), columns_.end(), 0);
         for (int32_t k = 0; k < kernel_->arg_count; ++k)
             bind(k);
     }
@@ -161,20 +166,34 @@ class Compiled {
     void bind(int32_t k) {
         const openfab_arg& arg = kernel_->args[k];
         abi::KernelBuffer& buffer = buffers_[k];
-        const halide_type_t real = abi::halide_type(OPENFAB_FLOAT);
+        const halide_type_t real = abi::halide_type(OPENFAB_FLOAT), type = abi::halide_type(arg);
         switch (arg.kind) {
             case OPENFAB_ARG_BLOCKS:
                 buffer.set_dense(abi::halide_type(OPENFAB_INT), corners_.data(), {3, kBatch});
                 break;
             case OPENFAB_ARG_NEAREST:
-                buffer.set_blocks(real, &inputs_[static_cast<size_t>(arg.b) * kVoxels], kBatch);
+                buffer.set_dense(real, &inputs_[static_cast<size_t>(arg.b) * kVoxels],
+                                 {static_cast<int32_t>(kVoxels)});
                 break;
             case OPENFAB_ARG_NEAREST_GRAD:
-                buffer.set_blocks(real, &inputs_[static_cast<size_t>(kDu + arg.b) * kVoxels],
-                                  kBatch);
+                buffer.set_dense(real, &inputs_[static_cast<size_t>(kDu + arg.b) * kVoxels],
+                                 {static_cast<int32_t>(kVoxels)});
                 break;
-            case OPENFAB_ARG_WEIGHT:
-                buffer.set_blocks(real, &weights_[static_cast<size_t>(arg.a) * kVoxels], kBatch);
+            case OPENFAB_ARG_GROUPS:
+                buffer.set_dense(type, columns_.data(), {static_cast<int32_t>(kVoxels / 8)});
+                break;
+            case OPENFAB_ARG_CHANNELS:
+                buffer.set_dense(type, channels_.table(), {OPENFAB_CHANNEL_ROWS, kChannels});
+                break;
+            case OPENFAB_ARG_CODE:
+                buffer.set_columns(type, codes_.data(), static_cast<int32_t>(kVoxels / 8));
+                break;
+            case OPENFAB_ARG_UNUSABLE:
+                buffer.set_columns(type, counts_.data(), static_cast<int32_t>(kVoxels / 8));
+                break;
+            case OPENFAB_ARG_FRACTION:
+                buffer.set_columns(type, &fractions_[static_cast<size_t>(arg.a) * kVoxels],
+                                   static_cast<int32_t>(kVoxels / 8));
                 break;
             default:
                 return;
@@ -186,8 +205,12 @@ class Compiled {
     const openfab_kernel* kernel_ = nullptr;
     std::optional<abi::KernelCall> call_;
     std::unique_ptr<abi::KernelBuffer[]> buffers_;
-    std::vector<int32_t> corners_;
-    std::vector<float> inputs_, weights_;
+    static constexpr int32_t kChannels = 4;
+    const abi::Channels channels_{std::array<int32_t, 3>{1, 2, 3}};
+    std::vector<int32_t> corners_, columns_;
+    std::vector<float> inputs_;
+    std::vector<uint8_t> codes_;
+    std::vector<uint16_t> counts_, fractions_;
 };
 
 double median(std::vector<double> values) {

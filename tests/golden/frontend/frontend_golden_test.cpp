@@ -90,12 +90,12 @@ TEST(Openflc, DataGoesToStdoutAndDiagnosticsToStderr) {
 }
 
 TEST(Openflc, AScheduleThatIsWrongIsADiagnosticOnItsLine) {
-    const std::string path = ::testing::TempDir() + "/volume.sched";
+    const std::string path = ::testing::TempDir() + "/slab.sched";
     std::ofstream(path, std::ios::binary) << "# a comment\nwhatever this is\n";
     const Output out = run("build " + kPostcard + " --schedule " + path + " -o " +
                            ::testing::TempDir() + "/unused 2>&1");
     EXPECT_EQ(out.exit_code, 1);
-    EXPECT_NE(out.text.find("volume.sched:2:"), std::string::npos) << out.text;
+    EXPECT_NE(out.text.find("slab.sched:2:"), std::string::npos) << out.text;
     EXPECT_NE(out.text.find(" [schedule-illegal]\n 2 | whatever this is\n"), std::string::npos)
         << out.text;
 }

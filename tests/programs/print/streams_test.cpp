@@ -90,7 +90,7 @@ TEST_F(Streams, AResultThatCannotBeWrittenIsAFailureOfTheOutside) {
          {"{openfab} info {dir}/a.ofr", "{openfab} info {dir}/world.fab.json", "{openfab} --help",
           "{openfab} print --help", "{openfab} info --help", "{print} --help",
           "{print} {dir}/world.fab.json -o -", "{openflc} --help", "{openflc} describe {dir}/f.fl",
-          "{openflc} describe --help", "{openflc} emit --stage volume {dir}/f.fl",
+          "{openflc} describe --help", "{openflc} emit --stage slab {dir}/f.fl",
           "{openflc} emit --as tokens {dir}/f.fl", "{openflc} emit --as ast {dir}/f.fl"}) {
         for (const std::string where : {"> /dev/full", ">&-"}) {
             const Outcome outcome = shell(command + " " + where);

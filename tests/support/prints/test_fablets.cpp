@@ -5,6 +5,7 @@
 #include <HalideRuntime.h>
 
 #include <cmath>
+#include <deque>
 #include <limits>
 
 namespace openfab::testing {
@@ -28,29 +29,20 @@ halide_buffer_t* buffer(void* arg) {
 }
 
 template <typename T>
-T& at(void* arg, int32_t voxel, int32_t block) {
-    const halide_buffer_t* b = buffer(arg);
-    const int32_t z = voxel % 8, x = voxel / 8 % 8, y = voxel / 64;
-    return reinterpret_cast<T*>(b->host)[z * b->dim[0].stride + x * b->dim[1].stride +
-                                         y * b->dim[2].stride + block * b->dim[3].stride];
-}
-
-template <typename T>
 T& item(void* arg, int32_t i) {
     return reinterpret_cast<T*>(buffer(arg)->host)[i];
 }
 
-/// Calls `weights(voxel, block)` for each voxel; outputs are args[first..first + 2].
+/// Calls `weights(voxel)` for each voxel of the columns that args[first] lists, where `voxel` is its
+/// index in a flat buffer; outputs are args[first + 1..first + 3].
 template <typename F>
 int each_voxel(void** args, int first, const F& weights) {
-    const int32_t blocks = buffer(args[first])->dim[3].extent;
-    for (int32_t n = 0; n < blocks; ++n) {
-        for (int32_t v = 0; v < 512; ++v) {
-            const Weights w = weights(v, n);
-            at<float>(args[first], v, n) = w.a;
-            at<float>(args[first + 1], v, n) = w.b;
-            at<float>(args[first + 2], v, n) = w.empty;
-        }
+    const int32_t columns = buffer(args[first])->dim[0].extent;
+    for (int32_t i = 0; i < 8 * columns; ++i) {
+        const Weights w = weights(8 * item<int32_t>(args[first], i / 8) + i % 8);
+        item<float>(args[first + 1], i) = w.a;
+        item<float>(args[first + 2], i) = w.b;
+        item<float>(args[first + 3], i) = w.empty;
     }
     return 0;
 }
@@ -83,14 +75,16 @@ constexpr openfab_arg hi(int32_t slot) {
     return {OPENFAB_ARG_WEIGHT_HI, OPENFAB_FLOAT, slot, 0};
 }
 
-const openfab_arg kWeights[] = {weight(0), weight(1), weight(2)};
+constexpr openfab_arg kColumns = {OPENFAB_ARG_GROUPS, OPENFAB_INT, 0, 0};
+
+const openfab_arg kWeights[] = {kColumns, weight(0), weight(1), weight(2)};
 const openfab_arg kBounds[] = {lo(0), hi(0), lo(1), hi(1), lo(2), hi(2)};
 
 constexpr Weights kSolid{1, 0, 0}, kTint{3, 7, 0}, kHole{0, 0, 1};
 
 template <Weights const& composition>
 int constant_volume(void** args) {
-    return each_voxel(args, 0, [](int32_t, int32_t) { return composition; });
+    return each_voxel(args, 0, [](int32_t) { return composition; });
 }
 template <Weights const& composition>
 int constant_bounds(void** args) {
@@ -101,11 +95,10 @@ int constant_bounds(void** args) {
 }
 
 const openfab_arg kSkinArgs[] = {
-    {OPENFAB_ARG_DISTANCE, OPENFAB_FLOAT, 0, 0}, weight(0), weight(1), weight(2)};
+    {OPENFAB_ARG_DISTANCE, OPENFAB_FLOAT, 0, 0}, kColumns, weight(0), weight(1), weight(2)};
 int skin_volume(void** args) {
-    return each_voxel(args, 1, [&](int32_t v, int32_t n) {
-        return skin_weights(std::fabs(at<float>(args[0], v, n)));
-    });
+    return each_voxel(args, 1,
+                      [&](int32_t v) { return skin_weights(std::fabs(item<float>(args[0], v))); });
 }
 const openfab_arg kSkinBoundsArgs[] = {{OPENFAB_ARG_DISTANCE_LO, OPENFAB_FLOAT, 0, 0},
                                        {OPENFAB_ARG_DISTANCE_HI, OPENFAB_FLOAT, 0, 0},
@@ -128,13 +121,14 @@ int skin_bounds(void** args) {
 const openfab_arg kPictureArgs[] = {{OPENFAB_ARG_DISTANCE, OPENFAB_FLOAT, 0, 0},
                                     {OPENFAB_ARG_NEAREST, OPENFAB_FLOAT, 0, 0},
                                     {OPENFAB_ARG_NEAREST, OPENFAB_INT, 1, 0},
+                                    kColumns,
                                     weight(0),
                                     weight(1),
                                     weight(2)};
 int picture_volume(void** args) {
-    return each_voxel(args, 3, [&](int32_t v, int32_t n) {
-        return picture_weights(std::fabs(at<float>(args[0], v, n)), at<int32_t>(args[2], v, n),
-                               at<float>(args[1], v, n));
+    return each_voxel(args, 3, [&](int32_t v) {
+        return picture_weights(std::fabs(item<float>(args[0], v)), item<int32_t>(args[2], v),
+                               item<float>(args[1], v));
     });
 }
 const openfab_arg kPictureBoundsArgs[] = {{OPENFAB_ARG_DISTANCE_LO, OPENFAB_FLOAT, 0, 0},
@@ -168,8 +162,14 @@ openfab_kernel kernel(openfab_kernel_fn fn, std::span<const openfab_arg> args) {
     return {{fn, fn}, static_cast<int32_t>(args.size()), args.data()};
 }
 
+const openfab_step kOneKernel[] = {{OPENFAB_STEP_KERNEL, 0, 0}};
+const openfab_scalar_type kStates[] = {OPENFAB_BOOL};
+
+/// The volume stage is one segment, `volume`: its kernel gives amounts.
 openfab_fablet table(const char* name, const openfab_kernel& volume, const openfab_kernel& bounds,
                      std::span<const openfab_varying> nearest = {}) {
+    static std::deque<openfab_kernel> kernels;
+    kernels.push_back(volume);
     openfab_fablet f{};
     f.abi_version = OPENFAB_ABI_VERSION;
     f.name = name;
@@ -180,7 +180,13 @@ openfab_fablet table(const char* name, const openfab_kernel& volume, const openf
     f.void_slot = 2;
     f.nearest_count = static_cast<int32_t>(nearest.size());
     f.nearest = nearest.data();
-    f.volume = volume;
+    f.slab = {{nullptr, nullptr}, volume.arg_count, volume.args};
+    f.volume_segments.step_count = 1;
+    f.volume_segments.steps = kOneKernel;
+    f.volume_segments.kernel_count = 1;
+    f.volume_segments.kernels = &kernels.back();
+    f.volume_segments.state_count = 1;
+    f.volume_segments.states = kStates;
     f.volume_bounds = bounds;
     return f;
 }

@@ -24,7 +24,7 @@ const openfab_fablet& hole_fablet();
 /// Reads the @nearest int attribute `face` and the float2 attribute `uv`: within kSkin of face 0
 /// (the top of a box) b with weight uv.x, rounded down to eighths, and a for the rest; else a.
 const openfab_fablet& picture_fablet();
-/// Its volume kernel returns an error code.
+/// The kernel of its volume stage returns an error code.
 const openfab_fablet& broken_fablet();
 
 /// Weights of slots a, b, VOID as the fablets' kernels give them, for a voxel at `distance`

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <numeric>
+
 #include "runtime/dither/band.h"
 
 namespace openfab::testing {
@@ -20,16 +22,16 @@ uint8_t pure_code(const uint16_t* f, int32_t channels) {
     return 0;
 }
 
-// One block of the field as `normalise` would leave it.
+// One block of the field as the slab kernel would leave it.
 struct Block {
     uint8_t owned[64] = {};
     uint8_t codes[512] = {};
-    std::vector<uint16_t> tile;
+    std::vector<uint16_t> fractions;
 };
 
 Block make_block(const FractionField& field, int32_t bx, int32_t by, int32_t bz) {
     Block block;
-    block.tile.assign(static_cast<size_t>(512) * field.channels, 0);
+    block.fractions.assign(static_cast<size_t>(512) * field.channels, 0);
     for (int32_t y = 0; y < 8; ++y) {
         for (int32_t x = 0; x < 8; ++x) {
             for (int32_t z = 0; z < 8; ++z) {
@@ -41,7 +43,8 @@ Block make_block(const FractionField& field, int32_t bx, int32_t by, int32_t bz)
                 block.codes[voxel * 8 + z] =
                     is_mixed(f, field.channels) ? OPENFAB_CODE_MIXED : pure_code(f, field.channels);
                 for (int32_t m = 0; m < field.channels; ++m) {
-                    block.tile[static_cast<size_t>((voxel * field.channels + m) * 8 + z)] = f[m];
+                    block.fractions[static_cast<size_t>((voxel * field.channels + m) * 8 + z)] =
+                        f[m];
                 }
             }
         }
@@ -53,24 +56,27 @@ Block make_block(const FractionField& field, int32_t bx, int32_t by, int32_t bz)
 
 std::vector<uint8_t> print_field(const FractionField& field, uint64_t seed, openfab_isa isa,
                                  dither::DitherRule rule) {
-    const openfab_stage_set* set = abi::find_stage_set(field.channels - 1);
-    EXPECT_EQ(set->materials, field.channels - 1);
-    const int32_t bits = abi::voxel_bits(set->materials);
+    EXPECT_EQ(dither::fraction_channels(field.channels - 1), field.channels);
+    const int32_t bits = abi::voxel_bits(field.channels - 1);
     const Vec3i blocks{(field.size.x + 7) / 8, (field.size.y + 7) / 8, (field.size.z + 7) / 8};
     std::vector<uint8_t> codes(static_cast<size_t>(field.size.x) * field.size.y * field.size.z);
-    dither::SlabDither dither(*set, isa, rule, seed, field.size);
+    dither::SlabDither dither(field.channels, isa, rule, seed, field.size);
     dither::SlabPlanes planes;
     dither::RowBand bands[2];
+    std::vector<int32_t> all(64);
+    std::iota(all.begin(), all.end(), 0);
     for (int32_t bz = 0; bz < blocks.z; ++bz) {
         EXPECT_TRUE(planes.reset(field.size.x, field.size.y, bits));
         dither.begin(field.origin.z / 8 + bz, 255, &planes);
         dither::RowBand* released = nullptr;
         for (int32_t by = 0; by < blocks.y; ++by) {
             dither::RowBand& band = bands[by % 2];
-            band.reset(by, blocks.x, 0, blocks.x);
+            band.reset(by, blocks.x, field.channels, 0, blocks.x);
             for (int32_t bx = 0; bx < blocks.x; ++bx) {
                 const Block block = make_block(field, bx, by, bz);
-                band.merge(bx, block.owned, block.codes, block.tile.data(), field.channels);
+                const int32_t first = band.add_columns(64);
+                std::copy(block.fractions.begin(), block.fractions.end(), band.fractions_at(first));
+                band.merge(bx, block.owned, {all, block.codes, first});
             }
             EXPECT_TRUE(dither.add(&band, &released).ok());
         }

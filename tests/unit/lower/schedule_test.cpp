@@ -15,7 +15,7 @@ namespace openfab::lower {
 namespace {
 
 ScheduleFault parse_fault(const char* text) {
-    auto parsed = parse_schedule("volume.sched", text);
+    auto parsed = parse_schedule("slab.sched", text);
     if (auto* fault = std::get_if<ScheduleFault>(&parsed)) return *fault;
     ADD_FAILURE() << "accepted: " << text;
     return {};
@@ -32,7 +32,7 @@ ir::Stage distance_stage() {
 }
 
 ScheduleFault apply_fault(const char* text) {
-    auto parsed = parse_schedule("volume.sched", text);
+    auto parsed = parse_schedule("slab.sched", text);
     if (auto* fault = std::get_if<ScheduleFault>(&parsed)) return *fault;
     const ir::Stage stage = distance_stage();
     const KernelRequest request{&stage, "kernel", OPENFAB_ISA_SSE41, &std::get<Schedule>(parsed)};
@@ -89,14 +89,14 @@ TEST(Schedule, ReportsNamesThatTheKernelLacks) {
     const ScheduleFault fault = apply_fault("weights.vectorize(w)");
     EXPECT_EQ(fault.column, 19);
     EXPECT_EQ(fault.message, "`weights` has no var `w`");
-    EXPECT_EQ(apply_fault("weights.split(y, x, yi, 2)").column, 18);
+    EXPECT_EQ(apply_fault("weights.split(column, z, ci, 2)").column, 23);
     EXPECT_EQ(apply_fault("weights.vectorize(z, 0)").column, 22);
-    EXPECT_EQ(apply_fault("weights.compute_root()").column, 9);
+    EXPECT_EQ(apply_fault("slab.compute_root()").column, 6);
 }
 
 TEST(Schedule, MapsWhatHalideRefusesToTheLine) {
     const ScheduleFault fault =
-        apply_fault("weights.vectorize(z)\n\nweights.unroll(x).vectorize(n)\n");
+        apply_fault("weights.vectorize(z)\n\nslab.unroll(z).vectorize(column)\n");
     EXPECT_EQ(fault.line, 3);
     // In our words: Halide's own names and text stay inside.
     EXPECT_EQ(fault.help.find("Error"), std::string::npos);

@@ -19,40 +19,36 @@ namespace {
 constexpr float kInf = std::numeric_limits<float>::infinity();
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
-/// Normalises one list of amounts, put in every voxel of a block.
 struct OneVoxel {
-    std::vector<uint16_t> fractions;
+    std::vector<uint16_t> fractions;  ///< of each material
     uint8_t code = 0;
-    int32_t unusable = 0;  ///< in the slice
+    int32_t unusable = 0;
 };
 
+/// Normalises one list of amounts, put in one voxel of the third of four columns.
 OneVoxel normalise_one(const std::vector<float>& amounts, const std::vector<int32_t>& slot_material,
                        int32_t materials, openfab_isa isa) {
-    abi::StageCalls calls(*abi::find_stage_set(materials), isa);
-    std::vector<float> weights(512 * amounts.size());
+    const abi::Channels channels(slot_material);
+    std::vector<float> weights(32 * amounts.size());
     for (size_t s = 0; s < amounts.size(); ++s)
-        std::fill_n(&weights[512 * s], 512, amounts[s]);
-    std::vector<uint8_t> owned(64, 0);
-    owned[9] = 1 << 3;  // one voxel: x = 1, y = 1, z = 3
-    std::vector<uint16_t> fractions(static_cast<size_t>(calls.tile_values()));
-    uint8_t codes[512];
-    int32_t unusable[8];
-    EXPECT_TRUE(calls
-                    .normalise(weights.data(), static_cast<int32_t>(amounts.size()),
-                               slot_material.data(), owned.data(), 1, fractions.data(), codes,
+        weights[32 * s + 19] = amounts[s];
+    const int32_t columns[] = {2};
+    std::vector<uint16_t> fractions(static_cast<size_t>(8 * channels.count()));
+    uint8_t codes[8];
+    uint16_t unusable[8];
+    EXPECT_TRUE(abi::normalise(isa, columns, channels, weights.data(), 32, fractions.data(), codes,
                                unusable)
                     .ok());
     OneVoxel result;
-    for (int32_t m = 0; m < calls.channels(); ++m) {
-        result.fractions.push_back(
-            fractions[static_cast<size_t>((9 * calls.channels() + m) * 8 + 3)]);
+    result.fractions.resize(static_cast<size_t>(materials + 1));
+    for (int32_t c = 0; c < channels.count(); ++c) {
+        if (channels.material(c) >= 0)
+            result.fractions[channels.material(c)] = fractions[8 * c + 3];
     }
-    result.code = codes[9 * 8 + 3];
+    result.code = codes[3];
     result.unusable = unusable[3];
-    for (int v = 0; v < 512; ++v) {
-        EXPECT_TRUE(v == 9 * 8 + 3 || codes[v] == 0) << "voxel " << v << " is not owned";
-    }
     for (int z = 0; z < 8; ++z) {
+        EXPECT_TRUE(z == 3 || codes[z] == 0) << "a voxel without amounts is void";
         EXPECT_TRUE(z == 3 || unusable[z] == 0);
     }
     return result;
@@ -127,43 +123,43 @@ TEST(Normalise, SameBitsAsTheTwin) {
     std::mt19937 random(7);
     std::uniform_real_distribution<float> unit(0, 1);
     const float odd[] = {0, -0.0f, -1, kNan, kInf, -kInf, 1e-45f, 3e38f, 1.7e38f, 1};
-    for (int32_t materials : {1, 2, 3, 4, 6, 8, 12, 15}) {
+    for (int32_t materials : {1, 2, 3, 4, 6, 8, 12, 15, 40}) {
         for (openfab_isa isa : testing::runnable_isas()) {
-            abi::StageCalls calls(*abi::find_stage_set(materials), isa);
-            const int32_t slots = materials + 2, n = 3;
+            const auto slots = static_cast<size_t>(materials + 2);
+            constexpr size_t kColumns = 60;
             std::vector<int32_t> slot_material;
-            for (int32_t s = 0; s < slots; ++s)
+            for (size_t s = 0; s < slots; ++s)
                 slot_material.push_back(static_cast<int32_t>(random() % (materials + 1)));
-            std::vector<float> weights(static_cast<size_t>(512) * slots * n);
+            const abi::Channels channels(slot_material);
+            std::vector<float> weights(8 * kColumns * slots);
             for (float& w : weights)
                 w = random() % 4 == 0 ? odd[random() % 10] : unit(random);
-            std::vector<uint8_t> owned(64 * n);
-            for (uint8_t& o : owned)
-                o = static_cast<uint8_t>(random());
-            std::vector<uint16_t> fractions(static_cast<size_t>(calls.tile_values()) * n);
-            std::vector<uint8_t> codes(512 * n);
-            std::vector<int32_t> unusable(8 * n);
-            ASSERT_TRUE(calls
-                            .normalise(weights.data(), slots, slot_material.data(), owned.data(), n,
+            std::vector<int32_t> columns;
+            for (size_t i = 0; i < kColumns; ++i)
+                columns.push_back(static_cast<int32_t>(random() % kColumns));
+            const auto count = static_cast<size_t>(channels.count());
+            std::vector<uint16_t> fractions(8 * count * kColumns), unusable(8 * kColumns);
+            std::vector<uint8_t> codes(8 * kColumns);
+            ASSERT_TRUE(abi::normalise(isa, columns, channels, weights.data(), 8 * kColumns,
                                        fractions.data(), codes.data(), unusable.data())
                             .ok());
-            int64_t counted = 0, expected_count = 0;
-            for (int32_t c : unusable)
-                counted += c;
-            for (int32_t v = 0; v < 512 * n; ++v) {
-                const int32_t block = v / 512, voxel = v % 512;
-                const bool is_owned = owned[static_cast<size_t>(v / 8)] >> (v % 8) & 1;
+            for (size_t v = 0; v < 8 * kColumns; ++v) {
+                const size_t voxel = static_cast<size_t>(8 * columns[v / 8]) + v % 8;
                 std::vector<float> amounts;
-                for (int32_t s = 0; s < slots; ++s)
-                    amounts.push_back(weights[(block * slots + s) * 512 + voxel]);
-                const std::vector<uint16_t> expected = reference::normalise(
-                    amounts, slot_material, materials, is_owned ? &expected_count : nullptr);
-                for (int32_t m = 0; m <= materials; ++m) {
-                    ASSERT_EQ(fractions[(v / 8 * (materials + 1) + m) * 8 + v % 8], expected[m])
-                        << materials << " materials, voxel " << v << ", material " << m;
+                for (size_t s = 0; s < slots; ++s)
+                    amounts.push_back(weights[s * 8 * kColumns + voxel]);
+                int64_t expected_count = 0;
+                const std::vector<uint16_t> expected =
+                    reference::normalise(amounts, slot_material, materials, &expected_count);
+                ASSERT_EQ(unusable[v], expected_count);
+                for (int32_t c = 0; c < channels.count(); ++c) {
+                    const int32_t m = channels.material(c);
+                    if (m < 0) continue;
+                    ASSERT_EQ(fractions[(v / 8 * count + static_cast<size_t>(c)) * 8 + v % 8],
+                              expected[m])
+                        << materials << " materials, voxel " << voxel << ", material " << m;
                 }
             }
-            EXPECT_EQ(counted, expected_count);
         }
     }
 }

@@ -21,10 +21,8 @@ TEST(Pack, SameBytesAsTheTwinForEveryWidth) {
                 c = static_cast<uint8_t>(random() % 16);
             // A byte more a row than is written, to see that nothing is written beyond.
             std::vector<uint8_t> planes(static_cast<size_t>(bytes + 1) * rows * 8, 0xee);
-            abi::StageCalls calls(*abi::find_stage_set(1), isa);
-            ASSERT_TRUE(calls
-                            .pack(4, codes.data(), width * 8, bytes, rows, planes.data(), bytes + 1,
-                                  (bytes + 1) * rows)
+            ASSERT_TRUE(abi::pack(isa, 4, codes.data(), width * 8, bytes, rows, planes.data(),
+                                  bytes + 1, (bytes + 1) * rows)
                             .ok());
             for (int32_t z = 0; z < 8; ++z) {
                 for (int32_t y = 0; y < rows; ++y) {
@@ -50,10 +48,8 @@ TEST(Pack, EightBitsAreTheCodes) {
             for (uint8_t& c : codes)
                 c = static_cast<uint8_t>(random() % 65);
             std::vector<uint8_t> planes(static_cast<size_t>(width + 1) * rows * 8, 0xee);
-            abi::StageCalls calls(*abi::find_stage_set(64), isa);
-            ASSERT_TRUE(calls
-                            .pack(8, codes.data(), width * 8, width, rows, planes.data(), width + 1,
-                                  (width + 1) * rows)
+            ASSERT_TRUE(abi::pack(isa, 8, codes.data(), width * 8, width, rows, planes.data(),
+                                  width + 1, (width + 1) * rows)
                             .ok());
             size_t i = 0;
             for (int32_t z = 0; z < 8; ++z) {
