@@ -6,6 +6,8 @@
 #include <chrono>
 #include <cmath>
 
+#include "base/color.h"
+
 namespace openfab::viewer {
 
 namespace {
@@ -17,14 +19,15 @@ constexpr size_t kSamples = size_t{kAcross} * kAlong;
 constexpr int32_t kMostParts = 2;
 constexpr auto kMoment = std::chrono::milliseconds(250);
 
-/// Colour sums of a cell: red, green, blue (times alpha) and alpha, 16 bits each.
-using PackedSum = uint64_t;
+/// Red, green and blue in linear light, times alpha, and alpha: clear materials have little of it,
+/// so there are no bits to lose.
+using Sum = std::array<float, 4>;
 
-PackedSum packed_color(const std::array<uint8_t, 4>& rgba) {
-    const uint32_t alpha = rgba[3] * 4;  // at most 1020; 16 samples fill 14 bits
-    PackedSum sum = PackedSum{alpha} << 48;
-    for (int c = 0; c < 3; ++c)
-        sum |= PackedSum{linear_of(rgba[static_cast<size_t>(c)]) * alpha / 1023} << (16 * c);
+Sum sum_of(const std::array<uint8_t, 4>& rgba) {
+    Sum sum{};
+    for (size_t c = 0; c < 3; ++c)
+        sum[c] = static_cast<float>(srgb_to_linear(rgba[c] / 255.0)) * rgba[3];
+    sum[3] = rgba[3];
     return sum;
 }
 
@@ -199,39 +202,41 @@ std::string Volume::trouble() {
 }
 
 std::vector<uint8_t> Volume::colors(const Palette& palette) {
-    std::array<PackedSum, 256> table{};
+    std::array<Sum, 256> table{};
     for (size_t code = 0; code < table.size(); ++code)
-        table[code] = packed_color(palette[code]);
+        table[code] = sum_of(palette[code]);
     const size_t layer_bytes = layer_cells() * 4;
     const size_t part_bytes = layer_cells() * kSamples;
     std::vector<uint8_t> rgba(layer_bytes * static_cast<size_t>(cells_.z));
     std::unique_lock lock(mutex_);
-    std::vector<PackedSum> sums(layer_cells());
+    std::vector<Sum> sums(layer_cells());
     for (int32_t layer = 0; layer < cells_.z; ++layer) {
         uint8_t* out = rgba.data() + layer_bytes * static_cast<size_t>(layer);
-        std::fill(sums.begin(), sums.end(), 0);
+        std::fill(sums.begin(), sums.end(), Sum{});
         uint32_t voxels = 0;
         for (int32_t part = 0; part < parts_; ++part) {
             const auto place = static_cast<size_t>(layer * parts_ + part);
             if (has_part_[place] == 0) continue;
             voxels += kSamples;
             const uint8_t* codes = codes_.data() + place * part_bytes;
-            for (PackedSum& sum : sums) {
-                for (size_t i = 0; i < kSamples; ++i)
-                    sum += table[*codes++];
+            for (Sum& sum : sums) {
+                for (size_t i = 0; i < kSamples; ++i) {
+                    const Sum& one = table[*codes++];
+                    for (size_t c = 0; c < one.size(); ++c)
+                        sum[c] += one[c];
+                }
             }
         }
         if (voxels == 0) {
             if (layer > 0) std::copy_n(out - layer_bytes, layer_bytes, out);
             continue;
         }
-        for (const PackedSum sum : sums) {
-            const auto alpha = static_cast<double>(sum >> 48);
-            if (alpha > 0) {
-                for (int c = 0; c < 3; ++c)
-                    out[c] = srgb_of(static_cast<double>((sum >> (16 * c)) & 0xffff) / alpha);
-                out[3] =
-                    static_cast<uint8_t>(std::clamp(std::lround(alpha / (voxels * 4)), 1L, 255L));
+        for (const Sum& sum : sums) {
+            if (sum[3] > 0) {
+                for (size_t c = 0; c < 3; ++c)
+                    out[c] = srgb_of(double{sum[c]} / double{sum[3]});
+                const double alpha = double{sum[3]} / voxels;
+                out[3] = static_cast<uint8_t>(std::clamp(std::lround(alpha), 1L, 255L));
             }
             out += 4;
         }

@@ -1,0 +1,499 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// `openfab view` of prints: what the page is given is what the file holds, and nobody else is given
+// anything.
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "backends/ofr/ofr_sink.h"
+#include "tests/programs/viewer/viewer_client.h"
+#include "tests/unit/backends/sample_print.h"
+
+namespace openfab::testing {
+namespace {
+
+using ::testing::HasSubstr;
+
+using Rgba = std::array<uint8_t, 4>;
+constexpr std::array<Rgba, 4> kColors{
+    {{0, 0, 0, 0}, {250, 40, 10, 255}, {9, 200, 90, 255}, {60, 70, 255, 255}}};
+constexpr const char* kColorText = "00000000fa280aff09c85aff3c46ffff";
+/// Larger than a tile along x, odd, and with a last row of tiles of one voxel.
+constexpr Vec3i kSize{517, 23, 37};
+
+std::string tile_path(const std::string& values) {
+    return "/api/tile?generation=1&print=0&colors=" + std::string(kColorText) + "&" + values;
+}
+
+class ViewPrint : public ::testing::Test {
+  protected:
+    std::string path(const std::string& name) const { return (scratch_ / name).string(); }
+    std::string write(const SamplePrint& print, const std::string& name, bool complete = true) {
+        Result<std::unique_ptr<pipeline::SliceSink>> sink = ofr::OfrSink::create(path(name));
+        EXPECT_TRUE(sink && print.send(sink->get(), complete));
+        return path(name);
+    }
+    ReadPng picture(const HttpAnswer& answer) {
+        EXPECT_EQ(answer.status, 200) << answer.body;
+        EXPECT_EQ(answer.headers.at("content-type"), "image/png");
+        scratch_.write("tile.png", answer.body);
+        return read_png(scratch_ / "tile.png");
+    }
+
+    ScratchFolder scratch_;
+    SamplePrint print_ = make_sample(kSize);
+};
+
+double linear(double srgb) {
+    const double s = srgb / 255;
+    return s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4);
+}
+
+/// The mean of codes in linear light, void left out, with the share that is not void as alpha.
+std::array<double, 4> mean_color(const std::vector<uint8_t>& codes) {
+    std::array<double, 4> sum{};
+    for (const uint8_t code : codes) {
+        if (code == 0) continue;
+        for (size_t c = 0; c < 3; ++c)
+            sum[c] += linear(kColors[code][c]);
+        sum[3] += 1;
+    }
+    std::array<double, 4> mean{};
+    for (size_t c = 0; c < 3 && sum[3] > 0; ++c) {
+        const double x = sum[c] / sum[3];
+        mean[c] = 255 * (x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1 / 2.4) - 0.055);
+    }
+    mean[3] = 255 * sum[3] / static_cast<double>(codes.size());
+    return mean;
+}
+
+TEST_F(ViewPrint, ThePageComesWithoutATokenAndRunsNothingButItself) {
+    const Viewer viewer({write(print_, "a.ofr")});
+    for (const auto& [name, type] : {std::pair{"/", "text/html; charset=utf-8"},
+                                     {"/main.js", "text/javascript; charset=utf-8"},
+                                     {"/style.css", "text/css; charset=utf-8"},
+                                     {"/icon.svg", "image/svg+xml"}}) {
+        const HttpAnswer answer = viewer.ask("GET", name, {viewer.host_header()});
+        EXPECT_EQ(answer.status, 200) << name;
+        EXPECT_EQ(answer.headers.at("content-type"), type);
+        EXPECT_THAT(answer.headers.at("content-security-policy"), HasSubstr("default-src 'none'"));
+        EXPECT_EQ(answer.headers.count("access-control-allow-origin"), 0u);
+    }
+    // Nothing in it comes from elsewhere.
+    EXPECT_EQ(viewer.get("/").body.find("http"), std::string::npos);
+    for (const char* nowhere :
+         {"/../a.ofr", "/%2e%2e/a.ofr", "/a.ofr", "//etc/passwd", "/main.js/"})
+        EXPECT_EQ(viewer.get(nowhere).status, 404) << nowhere;
+}
+
+TEST_F(ViewPrint, WithoutTheTokenOrUnderAnotherNameNothingIsAnswered) {
+    const Viewer viewer({write(print_, "a.ofr")});
+    const std::vector<std::string> all = {"/api/state",
+                                          tile_path("axis=z&at=0&lu=0&lv=0&u=0&v=0"),
+                                          "/api/pick?generation=1&print=0&x=0&y=0&z=0",
+                                          "/api/slice?generation=1&print=0&z=0",
+                                          "/api/volume?generation=1&print=0&colors=00000000",
+                                          "/api/live",
+                                          "/api/source?fablet=0"};
+    for (const std::string& path : all) {
+        EXPECT_EQ(viewer.ask("GET", path, {viewer.host_header()}).status, 403) << path;
+        EXPECT_EQ(viewer.ask("GET", path, {viewer.host_header(), "X-OpenFab-Token: "}).status, 403);
+        std::string wrong = viewer.token_header();
+        wrong.back() = wrong.back() == '0' ? '1' : '0';
+        EXPECT_EQ(viewer.ask("GET", path, {viewer.host_header(), wrong}).status, 403) << path;
+    }
+    EXPECT_EQ(viewer.ask("POST", "/api/set", {viewer.host_header()}, "{}").status, 403);
+    const std::string port = std::to_string(viewer.port());
+    for (const std::string& host : std::vector<std::string>{
+             "evil.example:" + port, "127.0.0.1.evil.example:" + port, "127.0.0.1:1", "127.0.0.1",
+             "", "localhost", "192.168.0.1:" + port, "evil.example:80@127.0.0.1:" + port}) {
+        const HttpAnswer answer = viewer.ask("GET", "/", {"Host: " + host, viewer.token_header()});
+        EXPECT_EQ(answer.status, 421) << host;
+    }
+    EXPECT_EQ(viewer.ask("GET", "/", {}).status, 421);
+    EXPECT_EQ(viewer.ask("GET", "/", {"Host: localhost:" + port}).status, 200);
+    for (const char* method : {"PUT", "DELETE", "OPTIONS", "PATCH"}) {
+        EXPECT_EQ(
+            viewer.ask(method, "/api/state", {viewer.host_header(), viewer.token_header()}).status,
+            405)
+            << method;
+    }
+}
+
+TEST_F(ViewPrint, TheStateIsTheFilesOwn) {
+    const Viewer viewer({write(print_, "a.ofr")});
+    const JsonValue state = viewer.get("/api/state").json();
+    EXPECT_EQ(state.find("live"), nullptr);
+    const JsonValue& print = member(state, "prints").items.at(0);
+    EXPECT_EQ(member(print, "title").text, "sample");
+    EXPECT_EQ(member(print, "name").text, "a.ofr");
+    for (size_t a = 0; a < 3; ++a)
+        EXPECT_EQ(member(print, "size").items.at(a).number, kSize[static_cast<int>(a)]);
+    EXPECT_TRUE(member(print, "complete").boolean);
+    EXPECT_EQ(member(print, "whole").number, kSize.z);
+    EXPECT_EQ(member(print, "hash").text, fmt::format("{:016x}", print_.totals().hash));
+    const JsonValue& material = member(print, "materials").items.at(2);
+    EXPECT_EQ(member(material, "name").text, "clear \"x\"");
+    EXPECT_EQ(member(material, "preview").text, "#c8dcff80");
+    EXPECT_EQ(member(material, "voxels").number,
+              static_cast<double>(print_.totals().voxels_by_code.at(3)));
+}
+
+TEST_F(ViewPrint, ATileOfWholeVoxelsHasTheirColors) {
+    for (const int32_t bits : {4, 8}) {
+        const SamplePrint print = make_sample(kSize, bits);
+        const Viewer viewer({write(print, "a.ofr")});
+        for (const int32_t u : {0, 1}) {
+            const ReadPng tile =
+                picture(viewer.get(tile_path(fmt::format("axis=z&at=17&lu=0&lv=0&u={}&v=0", u))));
+            ASSERT_EQ(tile.width, u == 0 ? 512 : 5);
+            ASSERT_EQ(tile.height, kSize.y);
+            for (int32_t y = 0; y < tile.height; ++y) {
+                for (int32_t x = 0; x < tile.width; ++x) {
+                    const uint8_t code = print.at(u * 512 + x, y, 17);
+                    ASSERT_EQ(tile.at(x, tile.height - 1 - y), kColors[code]) << x << " " << y;
+                }
+            }
+        }
+    }
+}
+
+TEST_F(ViewPrint, APixelOfManyVoxelsIsTheirMeanInLinearLight) {
+    for (const int32_t bits : {4, 8}) {
+        const SamplePrint print = make_sample(kSize, bits);
+        const Viewer viewer({write(print, "a.ofr")});
+        for (const auto& [lu, lv] : {std::pair{1, 1}, {0, 2}, {2, 0}, {3, 1}, {6, 4}, {9, 5}}) {
+            const ReadPng tile = picture(
+                viewer.get(tile_path(fmt::format("axis=z&at=3&lu={}&lv={}&u=0&v=0", lu, lv))));
+            const int32_t across = 1 << lu, up = 1 << lv;
+            ASSERT_EQ(tile.width, std::min(512, (kSize.x + across - 1) / across));
+            ASSERT_EQ(tile.height, (kSize.y + up - 1) / up);
+            for (int32_t y = 0; y < tile.height; ++y) {
+                for (int32_t x = 0; x < tile.width; ++x) {
+                    std::vector<uint8_t> codes;
+                    for (int32_t j = y * up; j < std::min((y + 1) * up, kSize.y); ++j) {
+                        for (int32_t i = x * across; i < std::min((x + 1) * across, kSize.x); ++i)
+                            codes.push_back(print.at(i, j, 3));
+                    }
+                    const std::array<double, 4> mean = mean_color(codes);
+                    const Rgba& got = tile.at(x, tile.height - 1 - y);
+                    // Fields of 10 bits: a dark channel is off by two of 255.
+                    ASSERT_NEAR(got[3], mean[3], 1.5) << lu << lv << " " << x << " " << y;
+                    for (size_t c = 0; c < 3 && mean[3] > 0; ++c)
+                        ASSERT_NEAR(got[c], mean[c], 2.5) << lu << lv << " " << x << " " << y;
+                }
+            }
+        }
+    }
+}
+
+TEST_F(ViewPrint, ACutHasARowOfEachSlice) {
+    const Viewer viewer({write(print_, "a.ofr")});
+    for (const int32_t coarse : {16, 4, 1}) {
+        const ReadPng xz = picture(
+            viewer.get(tile_path(fmt::format("axis=y&at=11&lu=0&lv=0&u=0&v=0&coarse={}", coarse))));
+        const ReadPng yz = picture(viewer.get(
+            tile_path(fmt::format("axis=x&at=400&lu=0&lv=0&u=0&v=0&coarse={}", coarse))));
+        ASSERT_EQ(xz.height, (kSize.z + coarse - 1) / coarse);
+        ASSERT_EQ(yz.height, xz.height);
+        ASSERT_EQ(yz.width, kSize.y);
+        for (int32_t row = 0; row < xz.height; ++row) {
+            const int32_t top = xz.height - 1 - row;
+            for (int32_t x = 0; x < 512; ++x)
+                ASSERT_EQ(xz.at(x, top), kColors[print_.at(x, 11, row * coarse)]);
+            for (int32_t y = 0; y < kSize.y; ++y)
+                ASSERT_EQ(yz.at(y, top), kColors[print_.at(400, y, row * coarse)]);
+        }
+    }
+}
+
+TEST_F(ViewPrint, APickedVoxelIsNamedAndPlaced) {
+    const Viewer viewer({write(print_, "a.ofr")});
+    const JsonValue picked = viewer.get("/api/pick?generation=1&print=0&x=516&y=7&z=20").json();
+    EXPECT_EQ(member(picked, "code").number, print_.at(516, 7, 20));
+    const Vec3d& pitch = print_.info.pitch_mm;
+    const std::vector<JsonValue>& mm = member(picked, "mm").items;
+    EXPECT_NEAR(mm.at(0).number, -1.5 + 516.5 * pitch.x, 1e-9);
+    EXPECT_NEAR(mm.at(1).number, 2.25 + 7.5 * pitch.y, 1e-9);
+    EXPECT_NEAR(mm.at(2).number, 20.5 * pitch.z, 1e-9);
+    EXPECT_EQ(picked.find("part"), nullptr);
+    // Five voxels on each side along x, cut by the edge, and two along y.
+    std::array<double, 4> shares{};
+    for (int32_t y = 5; y <= 9; ++y) {
+        for (int32_t x = 511; x <= 516; ++x)
+            shares[print_.at(x, y, 20)] += 1.0 / 30;
+    }
+    for (const JsonValue& share : member(picked, "around").items) {
+        const auto code = static_cast<size_t>(member(share, "code").number);
+        EXPECT_NEAR(member(share, "share").number, shares.at(code), 1e-9);
+    }
+}
+
+TEST_F(ViewPrint, ASlicesVoxelsAreCounted) {
+    const Viewer viewer({write(print_, "a.ofr")});
+    const JsonValue slice = viewer.get("/api/slice?generation=1&print=0&z=36").json();
+    std::array<double, 4> counts{};
+    for (int32_t y = 0; y < kSize.y; ++y) {
+        for (int32_t x = 0; x < kSize.x; ++x)
+            ++counts[print_.at(x, y, 36)];
+    }
+    for (size_t code = 0; code < counts.size(); ++code)
+        EXPECT_EQ(member(slice, "voxels").items.at(code).number, counts[code]);
+}
+
+TEST_F(ViewPrint, TheVolumeIsFilledAndEnds) {
+    SamplePrint print = make_sample({40, 30, 20});
+    for (int32_t z = 0; z < 20; ++z) {
+        for (int32_t y = 0; y < 30; ++y) {
+            for (int32_t x = 0; x < 40; ++x)
+                print.at(x, y, z) = z < 10 ? (x < 20 ? 1 : 2) : 0;
+        }
+    }
+    const Viewer viewer({write(print, "a.ofr")});
+    const JsonValue state = viewer.get("/api/state").json();
+    const JsonValue& volume = member(member(state, "prints").items.at(0), "volume");
+    std::array<size_t, 3> cells{};
+    for (size_t a = 0; a < 3; ++a)
+        cells[a] = static_cast<size_t>(member(volume, "cells").items.at(a).number);
+    EXPECT_EQ(cells, (std::array<size_t, 3>{40, 30, 20}));
+    const std::string path = "/api/volume?generation=1&print=0&colors=" + std::string(kColorText);
+    HttpAnswer last;
+    int32_t known = 0;
+    while (known < member(volume, "steps").number) {
+        const HttpAnswer answer = viewer.get(path + fmt::format("&known={}", known));
+        if (answer.status == 204) continue;
+        ASSERT_EQ(answer.status, 200);
+        known = std::stoi(answer.headers.at("x-openfab-step"));
+        last = answer;
+    }
+    EXPECT_EQ(viewer.get(path + fmt::format("&known={}", known)).status, 204);
+    ASSERT_EQ(last.body.size(), 40u * 30 * 20 * 4);
+    for (const auto& [x, y, z, code] : {std::array{0, 0, 0, 1},
+                                        {19, 29, 9, 1},
+                                        {20, 0, 5, 2},
+                                        {39, 29, 9, 2},
+                                        {10, 10, 12, 0},
+                                        {39, 29, 19, 0}}) {
+        const size_t at =
+            ((static_cast<size_t>(z) * 30 + static_cast<size_t>(y)) * 40 + static_cast<size_t>(x)) *
+            4;
+        EXPECT_EQ(static_cast<uint8_t>(last.body[at + 3]), kColors[static_cast<size_t>(code)][3]);
+        for (size_t c = 0; c < 3 && code != 0; ++c) {
+            EXPECT_NEAR(static_cast<uint8_t>(last.body[at + c]),
+                        kColors[static_cast<size_t>(code)][c], 2)
+                << x << " " << y << " " << z;
+        }
+    }
+}
+
+TEST_F(ViewPrint, TheDifferenceShowsTheVoxelsThatDiffer) {
+    SamplePrint other = print_;
+    other.at(100, 5, 4) = static_cast<uint8_t>((print_.at(100, 5, 4) + 1) % 4);
+    // The same materials by name, in another order: not a difference.
+    std::swap(other.info.materials[0], other.info.materials[1]);
+    for (uint8_t& code : other.codes)
+        code = code == 1 ? 2 : code == 2 ? 1 : code;
+    const Viewer viewer({write(print_, "a.ofr"), write(other, "b.ofr")});
+    const std::string values = "/api/tile?generation=2&print=diff&lu=0&lv=0&u=0&v=0&colors=";
+    for (const auto& [axis, x, y] : {std::tuple{"axis=z&at=4", 100, 5}, {"axis=y&at=5", 100, 4}}) {
+        const ReadPng tile = picture(viewer.get(values + kColorText + "&" + axis));
+        int marked = 0;
+        for (int32_t v = 0; v < tile.height; ++v) {
+            for (int32_t u = 0; u < tile.width; ++u)
+                marked += tile.at(u, v)[3] == 255 ? 1 : 0;
+        }
+        EXPECT_EQ(marked, 1) << axis;
+        EXPECT_EQ(tile.at(x, tile.height - 1 - y)[3], 255) << axis;
+    }
+    const JsonValue slice = viewer.get("/api/slice?generation=2&print=diff&z=4").json();
+    EXPECT_EQ(member(slice, "different").number, 1);
+    const JsonValue picked = viewer.get("/api/pick?generation=2&print=diff&x=100&y=5&z=4").json();
+    EXPECT_EQ(member(picked, "code").number, print_.at(100, 5, 4));
+    EXPECT_EQ(member(picked, "other").number, (print_.at(100, 5, 4) + 1) % 4);
+}
+
+TEST_F(ViewPrint, GridsOfOtherSizesAreNotCompared) {
+    const Viewer viewer({write(print_, "a.ofr"), write(make_sample({10, 10, 10}), "b.ofr")});
+    EXPECT_THAT(member(viewer.get("/api/state").json(), "difference").text,
+                HasSubstr("517 x 23 x 37 and 10 x 10 x 10"));
+    EXPECT_EQ(viewer.get("/api/slice?generation=2&print=diff&z=4").status, 422);
+}
+
+TEST_F(ViewPrint, WrongRequestsAreAnsweredAndNothingBreaks) {
+    const Viewer viewer({write(print_, "a.ofr")});
+    const std::string fine = "axis=z&at=0&lu=0&lv=0&u=0&v=0";
+    const std::vector<std::pair<std::string, int>> wrong = {
+        {tile_path("axis=w&at=0&lu=0&lv=0&u=0&v=0"), 400},
+        {tile_path("axis=z&at=-1&lu=0&lv=0&u=0&v=0"), 400},
+        {tile_path("axis=z&at=37&lu=0&lv=0&u=0&v=0"), 404},
+        {tile_path("axis=x&at=517&lu=0&lv=0&u=0&v=0"), 404},
+        {tile_path("axis=z&at=99999999999999999999&lu=0&lv=0&u=0&v=0"), 400},
+        {tile_path("axis=z&at=0x1&lu=0&lv=0&u=0&v=0"), 400},
+        {tile_path("axis=z&at=0&lu=13&lv=0&u=0&v=0"), 400},
+        {tile_path("axis=z&at=0&lu=0&lv=-1&u=0&v=0"), 400},
+        {tile_path("axis=z&at=0&lu=0&lv=0&u=2&v=0"), 404},
+        {tile_path("axis=z&at=0&lu=12&lv=12&u=2048&v=2048"), 404},
+        {tile_path("axis=z&at=0&lu=0&lv=0&u=0&v=0&coarse=4"), 400},
+        {tile_path("axis=y&at=0&lu=0&lv=0&u=0&v=0&coarse=65"), 400},
+        {tile_path("axis=z&at=0&lu=0&lv=0&u=0"), 400},
+        {"/api/tile?generation=1&print=0&" + fine, 400},
+        {"/api/tile?generation=1&print=0&colors=&" + fine, 400},
+        {"/api/tile?generation=1&print=0&colors=0000000&" + fine, 400},
+        {"/api/tile?generation=1&print=0&colors=0000000g&" + fine, 400},
+        {"/api/tile?generation=1&print=0&colors=" + std::string(8 * 257, '0') + "&" + fine, 400},
+        {"/api/tile?generation=2&print=0&colors=00000000&" + fine, 409},
+        {"/api/tile?generation=1&print=1&colors=00000000&" + fine, 404},
+        {"/api/tile?generation=1&print=diff&colors=00000000&" + fine, 404},
+        {"/api/tile?generation=1&print=../a.ofr&colors=00000000&" + fine, 400},
+        {"/api/pick?generation=1&print=0&x=517&y=0&z=0", 404},
+        {"/api/pick?generation=1&print=0&x=0&y=0", 400},
+        {"/api/slice?generation=1&print=0&z=37", 422},
+        {"/api/volume?generation=1&print=diff&colors=00000000", 404},
+        {"/api/volume?generation=1&print=0&colors=00000000&known=x", 400},
+        {"/api/live", 404},
+        {"/api/", 404},
+        {"/api/tile/", 404}};
+    for (const auto& [path, status] : wrong) {
+        const HttpAnswer answer = viewer.get(path);
+        EXPECT_EQ(answer.status, status) << path << "\n" << answer.body;
+        EXPECT_NE(member(answer.json(), "error").text, "") << path;
+    }
+    EXPECT_EQ(viewer.post("/api/set", "{}").status, 404);
+    EXPECT_EQ(viewer.post("/api/state2", "{}").status, 404);
+    EXPECT_EQ(viewer.get("/" + std::string(20000, 'x')).status, 414);
+    EXPECT_EQ(viewer.get(tile_path(fine)).status, 200);
+}
+
+TEST_F(ViewPrint, OversizeAndMalformedRequestsAreRefused) {
+    const Viewer viewer({write(print_, "a.ofr")});
+    EXPECT_EQ(viewer.post("/api/set", std::string(5 << 20, ' ')).status, 413);
+    const std::string head = "POST /api/set HTTP/1.1\r\nConnection: close\r\n" +
+                             viewer.host_header() + "\r\n" + viewer.token_header() + "\r\n";
+    send_raw(viewer.port(), head + "Content-Length: 99999999999999\r\n\r\n");
+    std::string chunked = head + "Transfer-Encoding: chunked\r\n\r\n";
+    for (int i = 0; i < 80; ++i)
+        chunked += "10000\r\n" + std::string(0x10000, ' ') + "\r\n";
+    send_raw(viewer.port(), chunked + "0\r\n\r\n");
+    send_raw(viewer.port(), std::string(1000, '\0') + "\r\n\r\n");
+    send_raw(viewer.port(), "GET\r\n\r\n");
+    std::string many = "GET / HTTP/1.1\r\nConnection: close\r\n" + viewer.host_header() + "\r\n";
+    for (int i = 0; i < 1000; ++i)
+        many += fmt::format("X-{}: y\r\n", i);
+    EXPECT_THAT(send_raw(viewer.port(), many + "\r\n").substr(0, 13), HasSubstr(" 4"));
+    EXPECT_EQ(viewer.get("/api/state").status, 200);
+}
+
+TEST_F(ViewPrint, ConnectionsThatSayNothingDoNotHoldTheServerForLong) {
+    const Viewer viewer({write(print_, "a.ofr")});
+    std::vector<std::thread> silent;
+    for (int i = 0; i < 20; ++i)
+        silent.emplace_back([&] { send_raw(viewer.port(), "GET /api/state HT"); });
+    const auto begin = std::chrono::steady_clock::now();
+    EXPECT_EQ(viewer.get("/api/state").status, 200);
+    EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(30));
+    for (std::thread& one : silent)
+        one.join();
+}
+
+TEST_F(ViewPrint, AnUnfinishedPrintGrowsAndIsComplete) {
+    const std::string whole = read_file(write(print_, "whole.ofr"));
+    // In steps that end amid heads, frames and the index.
+    const std::string file = path("growing.ofr");
+    std::ofstream out(file, std::ios::binary);
+    const size_t step = whole.size() / 9 + 1;
+    out << whole.substr(0, step) << std::flush;
+    const Viewer viewer({file});
+    double last = -1;
+    for (size_t at = step; at < whole.size(); at += step) {
+        const JsonValue state = viewer.get("/api/state").json();
+        const JsonValue& print = member(state, "prints").items.at(0);
+        EXPECT_FALSE(member(print, "complete").boolean);
+        EXPECT_TRUE(member(print, "solid").is(JsonValue::Kind::kNull));
+        EXPECT_GT(member(print, "whole").number, last);
+        last = member(print, "whole").number;
+        const auto there = static_cast<int32_t>(last);
+        const std::string slice = "/api/slice?generation=1&print=0&z=";
+        EXPECT_EQ(viewer.get(slice + std::to_string(there - 1)).status, there > 0 ? 200 : 400);
+        EXPECT_EQ(viewer.get(slice + std::to_string(there)).status, 422);
+        // Of a cut, what is not there is void.
+        const ReadPng cut = picture(viewer.get(tile_path("axis=y&at=2&lu=0&lv=0&u=0&v=0")));
+        for (int32_t z = 0; z < kSize.z; ++z) {
+            const uint8_t code = z < there ? print_.at(9, 2, z) : uint8_t{0};
+            ASSERT_EQ(cut.at(9, cut.height - 1 - z), kColors[code]) << z << " of " << there;
+        }
+        out << whole.substr(at, step) << std::flush;
+    }
+    const JsonValue state = viewer.get("/api/state").json();
+    EXPECT_TRUE(member(member(state, "prints").items.at(0), "complete").boolean);
+    EXPECT_EQ(member(state, "generation").number, 1);
+}
+
+TEST_F(ViewPrint, AFileThatIsReplacedIsAnotherPrint) {
+    const Viewer viewer({write(print_, "a.ofr")});
+    EXPECT_EQ(member(viewer.get("/api/state").json(), "generation").number, 1);
+    write(make_sample({9, 8, 7}), "b.ofr");
+    std::filesystem::rename(path("b.ofr"), path("a.ofr"));
+    const JsonValue state = viewer.get("/api/state").json();
+    EXPECT_EQ(member(state, "generation").number, 2);
+    EXPECT_EQ(member(member(state, "prints").items.at(0), "size").items.at(0).number, 9);
+    EXPECT_EQ(viewer.get(tile_path("axis=z&at=0&lu=0&lv=0&u=0&v=0")).status, 409);
+}
+
+TEST_F(ViewPrint, ADamagedSliceIsNamedAndTheOthersAreShown) {
+    const std::string file = write(print_, "a.ofr");
+    std::string bytes = read_file(file);
+    // The frame of some slice, amid the file.
+    bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
+    std::ofstream(file, std::ios::binary) << bytes;
+    const Viewer viewer({file});
+    int damaged = 0;
+    for (int32_t z = 0; z < kSize.z; ++z) {
+        const HttpAnswer answer =
+            viewer.get(tile_path(fmt::format("axis=z&at={}&lu=0&lv=0&u=0&v=0", z)));
+        if (answer.status == 200) continue;
+        ++damaged;
+        EXPECT_EQ(answer.status, 422);
+        EXPECT_THAT(answer.body, HasSubstr(fmt::format("slice {}: its", z)));
+        EXPECT_EQ(viewer.get(tile_path("axis=x&at=0&lu=0&lv=0&u=0&v=0")).status, 422);
+    }
+    EXPECT_EQ(damaged, 1);
+}
+
+TEST_F(ViewPrint, WhatCannotBeShownIsRefusedWithAReason) {
+    scratch_.write("text.ofr", "not a print");
+    const std::string print = write(print_, "a.ofr");
+    const std::vector<std::pair<std::vector<std::string>, std::string>> wrong = {
+        {{path("none.ofr")}, "cannot open"},
+        {{path("text.ofr")}, "not an .ofr file"},
+        {{scratch_.path().string()}, "it is a folder"},
+        {{print, path("none.ofr")}, "cannot open"},
+        {{print, "--watch"}, "are for a world"},
+        {{print, "--listen", "example.org"}, "is not an address"},
+        {{print, "--port", "70000"}, "--port"},
+        {{print, "--memory", "20kB"}, "memory"}};
+    for (const auto& [arguments, message] : wrong) {
+        std::vector<std::string> argv = {OPENFAB_PROGRAM, "view"};
+        argv.insert(argv.end(), arguments.begin(), arguments.end());
+        const Outcome outcome = run(argv);
+        EXPECT_NE(outcome.exit_code, 0);
+        EXPECT_THAT(outcome.err, HasSubstr(message));
+    }
+}
+
+TEST_F(ViewPrint, TwoServersNeverShareAPort) {
+    const std::string file = write(print_, "a.ofr");
+    const Viewer viewer({file});
+    const Outcome second =
+        run({OPENFAB_PROGRAM, "view", file, "--port", std::to_string(viewer.port())});
+    EXPECT_EQ(second.exit_code, 3);
+    EXPECT_THAT(second.err, HasSubstr("is it taken?"));
+}
+
+}  // namespace
+}  // namespace openfab::testing

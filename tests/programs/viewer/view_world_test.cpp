@@ -1,0 +1,215 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// `openfab view` of a world: what the page can change, and what it cannot.
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include <filesystem>
+
+#include "tests/programs/viewer/viewer_client.h"
+
+namespace openfab::testing {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr const char* kFablet = R"(fablet Halves {
+    @uniform {
+        float share = 0.5 [[float min = 0, float max = 1]];
+        Material a, b;
+    }
+    @Volume(@varying { VolumeAttributes attr }) {
+        MaterialComposition mc;
+        mc.Set(a, share);
+        mc.Set(b, 1 - share);
+        return mc;
+    }
+}
+)";
+
+constexpr const char* kWorld = R"({
+    "openfab": 1, "printer": "generic",
+    "fablets": {"halves": {"source": "halves.fl", "fablet": "Halves"}},
+    "materials": {"white": {"key": "#ffffff"}, "black": {"key": "#000000"}},
+    "meshes": {"cube": {"box": [2, 2, 2]}},
+    "objects": {
+        "cube": {"mesh": "cube", "fablet": "halves", "uniforms": {"a": "white", "b": "black"}}
+    },
+    "build": [{"object": "cube"}, {"object": "cube", "translate_mm": [3, 0, 0]}]
+}
+)";
+
+class ViewWorld : public ::testing::Test {
+  protected:
+    ViewWorld() {
+        scratch_.write("halves.fl", kFablet);
+        scratch_.write("cube.fab.json", kWorld);
+    }
+    std::string world() const { return (scratch_ / "cube.fab.json").string(); }
+    std::string cache() const { return (scratch_ / "cache").string(); }
+
+    static bool is_done(const JsonValue& state, double generation) {
+        return member(member(state, "live"), "phase").text == "done" &&
+               member(state, "generation").number >= generation;
+    }
+    /// The share of solid voxels that are of the first material.
+    static double share(const JsonValue& state) {
+        const JsonValue& print = member(state, "prints").items.at(0);
+        return member(member(print, "materials").items.at(0), "voxels").number /
+               member(print, "solid").number;
+    }
+
+    ScratchFolder scratch_;
+};
+
+TEST_F(ViewWorld, AValueOfThePageIsPrintedAndWrittenBackAndFilesAreWatched) {
+    const Viewer viewer({world(), "--watch", "--draft", "1"}, cache());
+    JsonValue state = viewer.wait_for([](const JsonValue& s) { return is_done(s, 1); });
+    EXPECT_NEAR(share(state), 0.5, 0.02);
+    // What the page builds its controls from.
+    const JsonValue details = viewer.get("/api/live").json();
+    const JsonValue& uniform =
+        member(member(details, "objects").items.at(0), "uniforms").items.at(0);
+    EXPECT_EQ(member(uniform, "name").text, "share");
+    EXPECT_EQ(member(member(uniform, "annotations"), "max").text, "1");
+    EXPECT_EQ(member(member(details, "fablets").items.at(0), "file").text, "halves.fl");
+
+    const auto generation = [&] { return member(state, "generation").number; };
+    ASSERT_EQ(
+        viewer.post("/api/set", R"({"object": "cube", "uniform": "share", "value": 0.25})").status,
+        200);
+    double before = generation();
+    state = viewer.wait_for([&](const JsonValue& s) { return is_done(s, before + 1); });
+    EXPECT_NEAR(share(state), 0.25, 0.02);
+    EXPECT_THAT(read_file(world()), ::testing::StrEq(kWorld));
+
+    ASSERT_EQ(viewer.post("/api/write", "{}").status, 200);
+    EXPECT_THAT(read_file(world()),
+                HasSubstr(R"("uniforms": {"share": 0.25, "a": "white", "b": "black"})"));
+    before = generation();
+    state = viewer.wait_for([&](const JsonValue& s) { return is_done(s, before + 1); });
+    EXPECT_NEAR(share(state), 0.25, 0.02);
+
+    // Somebody else changes the world.
+    before = generation();
+    scratch_.write("cube.fab.json", kWorld);
+    state = viewer.wait_for([&](const JsonValue& s) { return is_done(s, before + 1); });
+    EXPECT_NEAR(share(state), 0.5, 0.02);
+
+    // A part is named; between the cubes there is none.
+    const std::string pick =
+        fmt::format("/api/pick?generation={}&print=0&y=5&z=5&x=", generation());
+    EXPECT_EQ(member(viewer.get(pick + "45").json(), "part").text, "cube, 2 of 2");
+    EXPECT_EQ(member(viewer.get(pick + "25").json(), "part").text, "");
+}
+
+TEST_F(ViewWorld, AFabletIsCheckedAsItIsTypedAndSavedAsItIsOnDisk) {
+    const Viewer viewer({world(), "--watch"}, cache());
+    JsonValue state = viewer.wait_for([](const JsonValue& s) { return is_done(s, 1); });
+    const JsonValue source = viewer.get("/api/source?fablet=0").json();
+    EXPECT_EQ(member(source, "text").text, kFablet);
+    const std::string stamp = member(source, "stamp").text;
+    const auto body = [&](const std::string& text, const std::string& with) {
+        std::string quoted;
+        for (const char c : text)
+            quoted += c == '\n' ? "\\n" : std::string(1, c);
+        return R"({"fablet": 0, "text": ")" + quoted + R"(", "stamp": ")" + with + "\"}";
+    };
+    std::string wrong = kFablet;
+    wrong.replace(wrong.find("1 - share"), 9, "1 - shame");
+    const JsonValue checked = viewer.post("/api/check", body(wrong, "")).json();
+    const JsonValue& error = member(checked, "diagnostics").items.at(0);
+    EXPECT_EQ(member(error, "fablet").number, 0);
+    EXPECT_EQ(member(error, "line").number, 9);
+    EXPECT_EQ(member(error, "column").number, 23);
+    EXPECT_EQ(member(error, "end_column").number, 28);
+    EXPECT_THAT(member(error, "message").text, HasSubstr("shame"));
+    EXPECT_EQ(read_file(scratch_ / "halves.fl"), kFablet);
+    EXPECT_TRUE(
+        member(viewer.post("/api/check", body(kFablet, "")).json(), "diagnostics").items.empty());
+
+    // Saved with a mistake: it is told, and the last print stays.
+    EXPECT_EQ(viewer.post("/api/source", body(wrong, "0000000000000000")).status, 422);
+    const HttpAnswer saved = viewer.post("/api/source", body(wrong, stamp));
+    ASSERT_EQ(saved.status, 200);
+    EXPECT_EQ(read_file(scratch_ / "halves.fl"), wrong);
+    state = viewer.wait_for(
+        [](const JsonValue& s) { return member(member(s, "live"), "phase").text == "failed"; });
+    EXPECT_EQ(member(state, "prints").items.size(), 1u);
+    EXPECT_EQ(member(viewer.get("/api/live").json(), "diagnostics").items.size(), 1u);
+
+    std::string other = kFablet;
+    other.replace(other.find("share = 0.5"), 11, "share = 0.75");
+    const std::string now = member(saved.json(), "stamp").text;
+    ASSERT_EQ(viewer.post("/api/source", body(other, now)).status, 200);
+    const double before = member(state, "generation").number;
+    state = viewer.wait_for([&](const JsonValue& s) { return is_done(s, before + 1); });
+    EXPECT_NEAR(share(state), 0.75, 0.1);  // at the draft's pitch: 250 voxels
+}
+
+TEST_F(ViewWorld, WhatIsWrongIsRefusedAndChangesNothing) {
+    const Viewer viewer({world(), "--watch"}, cache());
+    const JsonValue state = viewer.wait_for([](const JsonValue& s) { return is_done(s, 1); });
+    const std::vector<std::tuple<std::string, std::string, int>> wrong = {
+        {"/api/set", "", 400},
+        {"/api/set", "[]", 400},
+        {"/api/set", "{", 400},
+        {"/api/set", std::string(100, '['), 400},
+        {"/api/set", R"({"object": "cube", "uniform": "share"})", 400},
+        {"/api/set", R"({"object": "cube", "uniform": 1, "value": 1})", 400},
+        {"/api/set", R"({"object": "ball", "uniform": "share", "value": 1})", 422},
+        {"/api/set", R"({"object": "cube", "uniform": "none", "value": 1})", 422},
+        {"/api/set", R"({"object": "cube", "uniform": "share=1 --output x", "value": 1})", 422},
+        {"/api/set", R"({"object": "cube", "uniform": "share", "value": {"a": 1}})", 422},
+        {"/api/set", R"({"object": "cube", "uniform": "share", "value": []})", 422},
+        {"/api/set", R"({"object": "cube", "uniform": "share", "value": null})", 422},
+        {"/api/draft", R"({"draft": 0})", 400},
+        {"/api/draft", R"({"draft": 1.5})", 400},
+        {"/api/draft", R"({"draft": 1001})", 400},
+        {"/api/draft", R"({"draft": "4"})", 400},
+        {"/api/check", R"({"fablet": 1, "text": ""})", 422},
+        {"/api/check", R"({"fablet": -1, "text": ""})", 400},
+        {"/api/check", R"({"fablet": "../halves.fl", "text": ""})", 400},
+        {"/api/source", R"({"fablet": 0, "text": "x"})", 400},
+        {"/api/source", R"({"fablet": 0, "text": "x", "stamp": "0"})", 422},
+        {"/api/source", R"({"fablet": 7, "text": "x", "stamp": "0"})", 422},
+        {"/api/source",
+         R"({"fablet": 0, "text": ")" + std::string(3 << 20, 'x') + R"(", "stamp": "0"})", 413},
+        {"/api/print", "{}", 404}};
+    for (const auto& [path, body, status] : wrong) {
+        const HttpAnswer answer = viewer.post(path, body);
+        EXPECT_EQ(answer.status, status) << path << " " << body.substr(0, 80) << "\n"
+                                         << answer.body;
+    }
+    for (const char* path :
+         {"/api/source?fablet=1", "/api/source?fablet=x", "/api/source", "/api/set", "/api/write"})
+        EXPECT_NE(viewer.get(path).status, 200) << path;
+    EXPECT_EQ(read_file(world()), kWorld);
+    EXPECT_EQ(read_file(scratch_ / "halves.fl"), kFablet);
+    const JsonValue after = viewer.get("/api/state").json();
+    EXPECT_EQ(member(after, "generation").number, member(state, "generation").number);
+    // Out of the uniform's limits: the print says so, with the rule.
+    ASSERT_EQ(
+        viewer.post("/api/set", R"({"object": "cube", "uniform": "share", "value": 2})").status,
+        200);
+    const JsonValue failed = viewer.wait_for(
+        [](const JsonValue& s) { return member(member(s, "live"), "phase").text == "failed"; });
+    EXPECT_THAT(member(member(failed, "live"), "message").text, HasSubstr("share"));
+    ASSERT_EQ(viewer.post("/api/revert", "{}").status, 200);
+    viewer.wait_for([&](const JsonValue& s) { return is_done(s, 2); });
+}
+
+TEST_F(ViewWorld, WithoutWatchNothingIsWritten) {
+    const Viewer viewer({world(), "--set", "cube.share=1"}, cache());
+    const JsonValue state = viewer.wait_for([](const JsonValue& s) { return is_done(s, 1); });
+    EXPECT_EQ(share(state), 1);
+    EXPECT_FALSE(member(member(state, "live"), "watch").boolean);
+    for (const char* path :
+         {"/api/set", "/api/draft", "/api/revert", "/api/write", "/api/check", "/api/source"})
+        EXPECT_EQ(viewer.post(path, "{}").status, 403) << path;
+}
+
+}  // namespace
+}  // namespace openfab::testing
