@@ -71,7 +71,7 @@ Result<void> check_instruction_set(const openfab_fablet_list& fablets, openfab_i
     for (int32_t k = 0; k < fablets.count; ++k) {
         const openfab_fablet& fablet = *fablets.fablets[k];
         const openfab_kernel* const kernels[] = {&fablet.surface, &fablet.surface_bounds,
-                                                 &fablet.volume,  &fablet.volume_bounds,
+                                                 &fablet.slab,    &fablet.volume_bounds,
                                                  &fablet.derived, &fablet.volume_demand};
         const bool whole =
             std::all_of(std::begin(kernels), std::end(kernels),
