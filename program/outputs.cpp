@@ -114,11 +114,6 @@ int64_t output_bytes_per_column(const std::string& format) {
     return is_mesh_format(format) ? boundary::kMesherBytesPerColumn : 0;
 }
 
-int64_t encode_bytes_per_column(const Options& options, const std::string& format) {
-    if (format != "png") return 0;
-    return options.png_indexed ? 1 : 4;  // the pixels; their compressed form is far smaller
-}
-
 Result<std::unique_ptr<pipeline::SliceSink>> open_output(const Options& options,
                                                          const world::Printer& printer) {
     Result<std::string> format = choose_format(options, printer);

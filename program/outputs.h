@@ -31,9 +31,6 @@ bool can_be_resumed(const Options& options, const std::string& format);
 /// Returns the memory of the output for each voxel of a slice.
 int64_t output_bytes_per_column(const std::string& format);
 
-/// Returns the memory for each voxel of a slice while it is encoded.
-int64_t encode_bytes_per_column(const Options& options, const std::string& format);
-
 /// Returns the memory of the previews; the pipeline gets the rest of --memory.
 int64_t preview_bytes(const Options& options);
 

@@ -51,7 +51,6 @@ pipeline::PrintOptions pipeline_options(const Options& options, const std::strin
     result.slabs_in_flight = options.slabs_in_flight;
     result.isa = abi::best_isa(options.isa);
     result.sink_bytes_per_column = output_bytes_per_column(format);
-    result.encode_bytes_per_column = encode_bytes_per_column(options, format);
     return result;
 }
 

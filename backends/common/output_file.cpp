@@ -129,14 +129,9 @@ Result<void> OutputFile::sync() {
 
 Result<void> OutputFile::close(bool sync) {
     if (fd_ < 0) return {};
-    struct stat status {};
-    const bool regular = ::fstat(fd_, &status) == 0 && S_ISREG(status.st_mode);
-    const int sync_error = sync && regular && ::fsync(fd_) != 0 ? errno : 0;
-    // Starting the transfer now leaves little to wait for in a later sync_file; its failure
-    // does not matter.
-    if (!sync && regular) (void)::sync_file_range(fd_, 0, 0, SYNC_FILE_RANGE_WRITE);
+    const Result<void> synced = sync ? this->sync() : Result<void>();
     const int close_error = ::close(std::exchange(fd_, -1)) != 0 ? errno : 0;
-    if (sync_error != 0) return system_error("cannot write to", name_, sync_error);
+    if (!synced) return synced;
     if (close_error != 0) return system_error("cannot write to", name_, close_error);
     return {};
 }
@@ -163,15 +158,6 @@ Result<void> write_whole_file(const std::filesystem::path& path, std::span<const
 
 Result<void> write_whole_file(const std::filesystem::path& path, const std::string& text) {
     return write_whole_file(path, {reinterpret_cast<const uint8_t*>(text.data()), text.size()});
-}
-
-Result<void> sync_file(const std::filesystem::path& path) {
-    const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-    if (fd < 0) return system_error("cannot open", path.string(), errno);
-    const int code = ::fsync(fd) != 0 ? errno : 0;
-    ::close(fd);
-    if (code != 0 && code != EINVAL) return system_error("cannot write to", path.string(), code);
-    return {};
 }
 
 }  // namespace openfab::backends

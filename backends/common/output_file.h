@@ -54,10 +54,8 @@ class OutputFile {
 };
 
 /// Writes a whole file under a temporary name beside `path` and renames it, so that the file is
-/// never partial. It is not synced: see sync_file. Pipes and devices are written directly.
+/// never partial. It is not synced. Pipes and devices are written directly.
 Result<void> write_whole_file(const std::filesystem::path& path, std::span<const uint8_t> bytes);
 Result<void> write_whole_file(const std::filesystem::path& path, const std::string& text);
-/// Syncs a file or folder to the disk.
-Result<void> sync_file(const std::filesystem::path& path);
 
 }  // namespace openfab::backends

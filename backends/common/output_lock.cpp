@@ -2,19 +2,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "backends/common/output_lock.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <sys/sysmacros.h>
-#include <unistd.h>
 
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
 #include <fstream>
 #include <string>
-#include <utility>
 
 namespace openfab::backends {
 
@@ -63,22 +60,6 @@ Result<void> lock_output(int fd, const std::string& name) {
             describe(holder_of(status))));
     }
     return {};
-}
-
-Result<FolderLock> FolderLock::take(const std::string& folder) {
-    const int fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (fd < 0)
-        return outside_error(
-            fmt::format("cannot open the folder `{}`: {}", folder, std::strerror(errno)));
-    FolderLock lock(fd);
-    if (Result<void> locked = lock_output(fd, folder); !locked) return locked.error();
-    return lock;
-}
-
-FolderLock::FolderLock(FolderLock&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
-
-FolderLock::~FolderLock() {
-    if (fd_ >= 0) ::close(fd_);
 }
 
 }  // namespace openfab::backends

@@ -16,17 +16,4 @@ namespace openfab::backends {
 /// systems without locks.
 Result<void> lock_output(int fd, const std::string& name);
 
-/// An exclusive lock of an output folder.
-class FolderLock {
-  public:
-    static Result<FolderLock> take(const std::string& folder);
-    FolderLock(FolderLock&& other) noexcept;
-    FolderLock& operator=(FolderLock&&) = delete;
-    ~FolderLock();
-
-  private:
-    explicit FolderLock(int fd) : fd_(fd) {}
-    int fd_ = -1;
-};
-
 }  // namespace openfab::backends

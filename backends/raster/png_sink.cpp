@@ -12,7 +12,6 @@
 #include <string>
 #include <system_error>
 
-#include "backends/common/output_file.h"
 #include "backends/common/resume_check.h"
 #include "backends/common/tee_sink.h"
 #include "backends/raster/png_encode.h"
@@ -37,47 +36,90 @@ bool is_slice_name(const std::string& name) {
            (rest.substr(digits) == kSuffix || rest.substr(digits) == ".png.part");
 }
 
-std::vector<uint8_t> rgba_rows(const pipeline::SliceView& slice, const pipeline::PrintInfo& info,
-                               bool flip_x) {
-    std::array<uint32_t, 256> colors{};
-    for (size_t i = 0; i < info.materials.size(); ++i) {
-        std::memcpy(&colors[i + 1], info.materials[i].key.data(), 4);
-    }
-    const auto width = static_cast<size_t>(slice.width);
-    const size_t stride = 1 + width * 4;
-    std::vector<uint8_t> rows(stride * static_cast<size_t>(slice.height));
-    std::vector<uint8_t> codes(width);
-    for (int32_t y = 0; y < slice.height; ++y) {
-        backends::unpack_row(slice, y, info.bits, codes.data());
-        if (flip_x) std::reverse(codes.begin(), codes.end());
-        uint8_t* row = rows.data() + stride * static_cast<size_t>(slice.height - 1 - y) + 1;
-        for (size_t x = 0; x < width; ++x)
-            std::memcpy(row + 4 * x, &colors[codes[x]], 4);
-    }
-    return rows;
-}
+/// The pixels of every byte of packed rows at 4 bits, the left one first.
+using PixelPairs = std::array<std::array<uint32_t, 2>, 256>;
 
-std::vector<uint8_t> index_rows(const pipeline::SliceView& slice, const pipeline::PrintInfo& info,
-                                bool flip_x) {
-    const auto width = static_cast<size_t>(slice.width);
-    const size_t row_bytes = backends::packed_row_bytes(slice.width, info.bits);
-    std::vector<uint8_t> rows((1 + row_bytes) * static_cast<size_t>(slice.height));
-    std::vector<uint8_t> codes(width + 1);  // one more, void, for the unused half of an odd row
-    for (int32_t y = 0; y < slice.height; ++y) {
-        backends::unpack_row(slice, y, info.bits, codes.data());
-        if (flip_x) std::reverse(codes.begin(), codes.end() - 1);
-        uint8_t* row =
-            rows.data() + (1 + row_bytes) * static_cast<size_t>(slice.height - 1 - y) + 1;
-        if (info.bits == 8) {
-            std::copy(codes.begin(), codes.end() - 1, row);
-            continue;
-        }
-        for (size_t i = 0; i < row_bytes; ++i) {
-            row[i] = static_cast<uint8_t>(codes[2 * i] << 4 | codes[2 * i + 1]);
-        }
+/// Writes the rows of slices as pixels, the largest y first.
+class PixelRows {
+  public:
+    PixelRows(const pipeline::SliceView& slice, const pipeline::PrintInfo& info,
+              const PngOptions& options)
+        : slice_(slice),
+          options_(options),
+          bits_(info.bits),
+          codes_(static_cast<size_t>(slice.width) + 1) {
+        for (size_t i = 0; i < info.materials.size(); ++i)
+            std::memcpy(&colors_[i + 1], info.materials[i].key.data(), 4);
+        for (size_t byte = 0; byte < pairs_.size(); ++byte)
+            pairs_[byte] = {colors_[byte & 15], colors_[byte >> 4]};
     }
-    return rows;
-}
+
+    void put(int32_t row, uint8_t* out) {
+        const int32_t y = slice_.height - 1 - row;
+        const uint8_t* packed = slice_.data + static_cast<size_t>(y) * slice_.row_bytes;
+        if (bits_ == 4 && !options_.flip_x) {
+            options_.indexed ? swap_halves(packed, out) : put_pairs(packed, out);
+            return;
+        }
+        backends::unpack_row(slice_, y, bits_, codes_.data());
+        if (options_.flip_x) std::reverse(codes_.begin(), codes_.end() - 1);
+        options_.indexed ? put_indices(out) : put_colors(out);
+    }
+
+  private:
+    // Most of a slice repeats: then 16 pixels are those just written.
+    void put_pairs(const uint8_t* packed, uint8_t* out) const {
+        constexpr size_t kBytes = 8, kPixelBytes = 2 * sizeof(uint32_t) * kBytes;
+        const auto width = static_cast<size_t>(slice_.width);
+        size_t i = 0;
+        for (uint64_t before = 0; i + kBytes <= width / 2; i += kBytes, out += kPixelBytes) {
+            uint64_t these = 0;
+            std::memcpy(&these, packed + i, kBytes);
+            if (i > 0 && these == before) {
+                std::memcpy(out, out - kPixelBytes, kPixelBytes);
+                continue;
+            }
+            before = these;
+            for (size_t k = 0; k < kBytes; ++k)
+                std::memcpy(out + 8 * k, pairs_[packed[i + k]].data(), 8);
+        }
+        for (; i < width / 2; ++i, out += 8)
+            std::memcpy(out, pairs_[packed[i]].data(), 8);
+        if (width % 2 != 0) std::memcpy(out, pairs_[packed[i]].data(), 4);
+    }
+    /// The first pixel of a byte is in its low half in packed rows and in its high one in PNGs.
+    void swap_halves(const uint8_t* packed, uint8_t* out) const {
+        constexpr uint64_t kLow = 0x0f0f0f0f0f0f0f0f;
+        size_t i = 0;
+        for (; i + 8 <= slice_.row_bytes; i += 8) {
+            uint64_t eight = 0;
+            std::memcpy(&eight, packed + i, 8);
+            eight = (eight & kLow) << 4 | (eight >> 4 & kLow);
+            std::memcpy(out + i, &eight, 8);
+        }
+        for (; i < slice_.row_bytes; ++i)
+            out[i] = static_cast<uint8_t>(packed[i] << 4 | packed[i] >> 4);
+    }
+    void put_colors(uint8_t* out) const {
+        for (size_t x = 0; x + 1 < codes_.size(); ++x)
+            std::memcpy(out + 4 * x, &colors_[codes_[x]], 4);
+    }
+    void put_indices(uint8_t* out) const {
+        if (bits_ == 8) {
+            std::copy(codes_.begin(), codes_.end() - 1, out);
+            return;
+        }
+        for (size_t i = 0; i < slice_.row_bytes; ++i)
+            out[i] = static_cast<uint8_t>(codes_[2 * i] << 4 | codes_[2 * i + 1]);
+    }
+
+    const pipeline::SliceView& slice_;
+    const PngOptions& options_;
+    int32_t bits_;
+    std::array<uint32_t, 256> colors_{};  ///< as bytes lie in memory; void is 0
+    PixelPairs pairs_{};
+    std::vector<uint8_t> codes_;  ///< of a row, and a void one for the unused half of an odd row
+};
 
 /// Makes the image of a slice without its rows.
 PngImage image_of(const pipeline::PrintInfo& info, const PngOptions& options) {
@@ -153,11 +195,9 @@ bool is_folder_file(const std::string& name) {
 
 std::vector<uint8_t> encode_slice(const pipeline::SliceView& slice, const pipeline::PrintInfo& info,
                                   const PngOptions& options) {
-    const std::vector<uint8_t> rows = options.indexed ? index_rows(slice, info, options.flip_x)
-                                                      : rgba_rows(slice, info, options.flip_x);
-    PngImage image = image_of(info, options);
-    image.rows = rows;
-    return encode_png(image, kDeflateLevel);
+    PixelRows pixels(slice, info, options);
+    return encode_png_rows(image_of(info, options),
+                           [&](int32_t row, uint8_t* out) { pixels.put(row, out); });
 }
 
 std::vector<uint8_t> decode_slice(std::span<const uint8_t> file, const pipeline::PrintInfo& info,
@@ -201,9 +241,9 @@ Result<std::unique_ptr<pipeline::SliceSink>> PngSink::open(const std::filesystem
         return outside_error(
             fmt::format("cannot create the folder `{}`: {}", folder.string(), status.message()));
     }
-    Result<backends::FolderLock> lock = backends::FolderLock::take(folder.string());
-    if (!lock) return lock.error();
-    std::unique_ptr<PngSink> sink(new PngSink(folder, std::move(options), std::move(*lock)));
+    Result<backends::OutputFolder> opened = backends::OutputFolder::open(folder);
+    if (!opened) return opened.error();
+    std::unique_ptr<PngSink> sink(new PngSink(std::move(*opened), std::move(options)));
     const Result<std::vector<std::filesystem::path>> files = sink->files();
     if (!files) return files.error();
     if (reopened) {
@@ -227,20 +267,20 @@ Result<std::unique_ptr<pipeline::SliceSink>> PngSink::reopen(const std::filesyst
 Result<std::vector<std::filesystem::path>> PngSink::files() const {
     std::vector<std::filesystem::path> ours;
     std::error_code status;
-    for (std::filesystem::directory_iterator entry(folder_, status), end; !status && entry != end;
-         entry.increment(status)) {
+    for (std::filesystem::directory_iterator entry(folder_.path(), status), end;
+         !status && entry != end; entry.increment(status)) {
         const std::string name = entry->path().filename().string();
         if (!is_folder_file(name)) {
             return user_error(fmt::format(
                 "`{}` holds `{}`, which is not part of a print; give an empty folder, or one "
                 "with an earlier print",
-                folder_.string(), name));
+                folder_.path().string(), name));
         }
         ours.push_back(entry->path());
     }
     if (status) {
-        return outside_error(
-            fmt::format("cannot read the folder `{}`: {}", folder_.string(), status.message()));
+        return outside_error(fmt::format("cannot read the folder `{}`: {}", folder_.path().string(),
+                                         status.message()));
     }
     return ours;
 }
@@ -258,18 +298,17 @@ Result<void> PngSink::remove(const std::vector<std::filesystem::path>& files) co
 }
 
 Result<void> PngSink::write_notes(const pipeline::PrintTotals& totals) {
-    const auto slices = static_cast<int32_t>(written_.size());
-    Result<void> written = backends::write_whole_file(
-        folder_ / kManifest, manifest_json(info_, totals, slices, options_));
-    if (!written) return written;
-    return backends::write_whole_file(folder_ / kHandoff,
-                                      handoff_text(info_, totals, slices, options_));
+    const auto write = [this](const char* name, const std::string& text) {
+        return folder_.write(name, {reinterpret_cast<const uint8_t*>(text.data()), text.size()});
+    };
+    Result<void> written = write(kManifest, manifest_json(info_, totals, written_, options_));
+    return written ? write(kHandoff, handoff_text(info_, totals, written_, options_)) : written;
 }
 
 Result<void> PngSink::begin(const pipeline::PrintInfo& info) {
     info_ = info;
     if (!earlier_) return write_notes({});  // a crash leaves it incomplete
-    const Result<std::vector<uint8_t>> manifest = read_bytes(folder_ / kManifest);
+    const Result<std::vector<uint8_t>> manifest = read_bytes(folder_.path() / kManifest);
     if (!manifest) return manifest.error();
     if (manifest->empty()) {
         const Result<std::vector<std::filesystem::path>> found = files();
@@ -279,14 +318,14 @@ Result<void> PngSink::begin(const pipeline::PrintInfo& info) {
         });
         // The print was killed right at its start: nothing is lost by starting over.
         if (!slices) return {};
-        return backends::resume_refused(folder_.string(),
+        return backends::resume_refused(folder_.path().string(),
                                         fmt::format("it has slices and no {}", kManifest));
     }
     const std::string why =
         manifest_difference({manifest->begin(), manifest->end()}, info_, options_);
-    if (!why.empty()) return backends::resume_refused(folder_.string(), why);
+    if (!why.empty()) return backends::resume_refused(folder_.path().string(), why);
     if (!options_.indexed && codes_by_color(info_).size() != info_.materials.size() + 1) {
-        return backends::resume_refused(folder_.string(),
+        return backends::resume_refused(folder_.path().string(),
                                         "two of its materials look the same in the slices");
     }
     return {};
@@ -297,7 +336,7 @@ Result<int32_t> PngSink::resume(const std::function<bool(const pipeline::SliceVi
     const size_t row_bytes = backends::packed_row_bytes(info_.size.x, info_.bits);
     std::vector<std::filesystem::path> kept;
     for (int32_t z = info_.slice_begin; z < info_.slice_end; ++z) {
-        const std::filesystem::path file = folder_ / slice_file_name(z, info_.size.z);
+        const std::filesystem::path file = folder_.path() / slice_file_name(z, info_.size.z);
         const Result<std::vector<uint8_t>> bytes = read_bytes(file);
         if (!bytes) return bytes.error();
         const std::vector<uint8_t> rows = decode_slice(*bytes, info_, options_);
@@ -306,7 +345,7 @@ Result<int32_t> PngSink::resume(const std::function<bool(const pipeline::SliceVi
         if (!show({z, rows.data(), row_bytes, info_.size.x, info_.size.y})) {
             return Error{ErrorCode::kInterrupted,
                          fmt::format("interrupted while `{}` was read; nothing was changed",
-                                     folder_.string())};
+                                     folder_.path().string())};
         }
     }
     const bool complete = static_cast<int32_t>(kept.size()) == info_.slice_end - info_.slice_begin;
@@ -319,12 +358,12 @@ Result<int32_t> PngSink::resume(const std::function<bool(const pipeline::SliceVi
     });
     if (Result<void> removed = remove(*rest); !removed) return removed.error();
     earlier_ = false;
-    written_ = std::move(kept);
+    written_ = static_cast<int32_t>(kept.size());
     // The manifest of a complete print must not stay once slices of it are gone.
     if (!complete) {
         if (Result<void> noted = write_notes({}); !noted) return noted.error();
     }
-    return static_cast<int32_t>(written_.size());
+    return written_;
 }
 
 std::vector<uint8_t> PngSink::encode(const pipeline::SliceView& slice) const {
@@ -332,24 +371,23 @@ std::vector<uint8_t> PngSink::encode(const pipeline::SliceView& slice) const {
 }
 
 Error PngSink::with_resume_state(const Error& error, size_t slice_bytes) const {
-    const auto left = static_cast<double>(info_.slice_end - info_.slice_begin) -
-                      static_cast<double>(written_.size());
+    const double left = info_.slice_end - info_.slice_begin - written_;
     return {
         error.code,
         fmt::format("{}; {} whole slices were written before, the rest takes about {}",
-                    error.text(), written_.size(),
+                    error.text(), written_,
                     format_bytes(static_cast<int64_t>(left * static_cast<double>(slice_bytes))))};
 }
 
 Result<void> PngSink::commit(int32_t z, const std::vector<uint8_t>& bytes) {
     if (bytes.empty()) return internal_error(fmt::format("slice {} could not be compressed", z));
     OPENFAB_CHECK(z >= 0 && z < info_.size.z);
-    const std::filesystem::path file = folder_ / slice_file_name(z, info_.size.z);
-    if (Result<void> written = backends::write_whole_file(file, bytes); !written) {
+    const std::string file = slice_file_name(z, info_.size.z);
+    if (Result<void> written = folder_.write(file, bytes); !written) {
         broken_ = true;
         return with_resume_state(written.error(), bytes.size());
     }
-    written_.push_back(file);
+    ++written_;
     return {};
 }
 
@@ -357,17 +395,13 @@ Result<void> PngSink::finish(const pipeline::PrintTotals& totals) {
     if (earlier_) return {};  // refused or interrupted before anything was changed
     pipeline::PrintTotals honest = totals;
     honest.complete = totals.complete && !broken_;
-    for (const std::filesystem::path& file : written_) {
-        Result<void> synced = backends::sync_file(file);
-        if (synced) continue;
-        if (!broken_) return synced;
-        break;
-    }
-    Result<void> notes = write_notes(honest);
-    if (notes) notes = backends::sync_file(folder_ / kManifest);
-    if (notes) notes = backends::sync_file(folder_);
-    // An earlier error has been reported already and caused this one, too.
-    return broken_ ? Result<void>() : notes;
+    // The notes after the slices: a manifest that says that all are there must be true, whenever
+    // the power fails. Those of an interrupted print that were kept are synced with the others.
+    Result<void> done = folder_.sync();
+    if (done || broken_) done = write_notes(honest);
+    if (done) done = folder_.sync();
+    // An earlier error has been reported already, and is the cause of this one, too.
+    return broken_ ? Result<void>() : done;
 }
 
 }  // namespace openfab::raster

@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-#include "backends/common/output_lock.h"
+#include "backends/common/output_folder.h"
 #include "runtime/pipeline/slice_sink.h"
 
 namespace openfab::raster {
@@ -26,12 +26,6 @@ struct PngOptions {
     bool front_end_makes_support = true;
     std::string handoff;  ///< the printer's own lines for HANDOFF.txt
 };
-
-/// Level of libdeflate. Measured on slices of 2362 x 827 voxels, CPU time of one core of a 2-core
-/// AVX2 machine: 63 to 74 M voxels/s. A compressor of our own that looks for matches between pixels
-/// instead of bytes reached 137 to 604 M voxels/s; it was dropped, since compression is better left
-/// to a library and the rest of a print takes longer.
-constexpr int kDeflateLevel = 1;
 
 /// Returns `slice_0001.png`; `slices` is the height of the whole grid.
 std::string slice_file_name(int32_t z, int32_t slices);
@@ -77,8 +71,8 @@ class PngSink : public pipeline::SliceSink {
     Result<void> finish(const pipeline::PrintTotals& totals) override;
 
   private:
-    PngSink(std::filesystem::path folder, PngOptions options, backends::FolderLock lock)
-        : folder_(std::move(folder)), options_(std::move(options)), lock_(std::move(lock)) {}
+    PngSink(backends::OutputFolder folder, PngOptions options)
+        : folder_(std::move(folder)), options_(std::move(options)) {}
     static Result<std::unique_ptr<pipeline::SliceSink>> open(const std::filesystem::path& folder,
                                                              PngOptions options, bool reopened);
     Result<std::vector<std::filesystem::path>> files() const;
@@ -87,11 +81,10 @@ class PngSink : public pipeline::SliceSink {
     Error with_resume_state(const Error& error, size_t slice_bytes) const;
     Result<void> write_notes(const pipeline::PrintTotals& totals);
 
-    std::filesystem::path folder_;
+    backends::OutputFolder folder_;
     PngOptions options_;
     pipeline::PrintInfo info_;
-    backends::FolderLock lock_;
-    std::vector<std::filesystem::path> written_;
+    int32_t written_ = 0;   ///< whole slices in the folder, from the first
     bool earlier_ = false;  ///< an earlier print's slices are still to be read
     bool broken_ = false;
 };

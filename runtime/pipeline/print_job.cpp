@@ -250,7 +250,7 @@ class PrintJobImpl final : public PrintJob {
     Pool<volume::BlockEvaluator> evaluators_;
     std::optional<std::counting_semaphore<>> encoders_;  ///< limits concurrent encodes
     std::mutex encode_mutex_;
-    double seconds_encode_ = 0, seconds_count_ = 0;
+    double seconds_encode_ = 0, seconds_count_ = 0, seconds_finish_ = 0;
 };
 
 Result<void> PrintJobImpl::set_up() {
@@ -474,7 +474,9 @@ Result<void> PrintJobImpl::run(pipeline::SliceSink& sink,
     totals.voxels_solid = solid_of(counted);
     totals.hash = counted.hash;
     totals.tight = counted.tight;
+    const double finish_start = seconds_now();
     const Result<void> finished = sink.finish(totals);
+    seconds_finish_ = seconds_now() - finish_start;
     if (!finished && !committer.failed()) committer.fail(finished.error());
 
     fill_statistics(committer, statistics);
@@ -672,7 +674,8 @@ void PrintJobImpl::fill_statistics(const SliceCommitter& committer, PrintStatist
                            {"pack", times.pack},
                            {"count", seconds_count_},
                            {"encode", seconds_encode_},
-                           {"commit", committer.seconds_commit()}};
+                           {"commit", committer.seconds_commit()},
+                           {"finish", seconds_finish_}};
     for (size_t i = 0; i < surfaces_.size(); ++i) {
         if (!owns_surface(i)) continue;
         const surface::SurfaceCounts counts = surfaces_[i]->counts();

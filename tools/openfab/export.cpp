@@ -84,19 +84,17 @@ Result<void> export_all(const ExportOptions& options, ofr::OfrReader* reader) {
     return done ? finished : done;
 }
 
-/// Checks the memory for writing besides the reader's slice: pixels or a mesher's columns, their
-/// encoding, and previews.
+/// Checks the memory for writing besides the reader's slice: a mesher's columns, and previews.
 Result<void> check_memory(const ExportOptions& options, const ofr::OfrReader& reader,
                           int64_t memory_bytes) {
     const pipeline::PrintInfo& info = reader.info();
     const std::string& format = options.print.format;
     const int64_t columns = int64_t{info.size.x} * info.size.y;
-    const int64_t each = program::encode_bytes_per_column(options.print, format) +
-                         program::output_bytes_per_column(format);
     // A compressed slice takes at most as much as its packed rows, and twice that while it is
     // assembled.
     const int64_t rows = reader.slice_bytes() * (format == "ofr" || format == "png" ? 3 : 1);
-    const int64_t bytes = rows + columns * each + program::preview_bytes(options.print);
+    const int64_t bytes = rows + columns * program::output_bytes_per_column(format) +
+                          program::preview_bytes(options.print);
     if (bytes <= memory_bytes) return {};
     return user_error(fmt::format(
         "{}: slices of {} x {} voxels take {} to write{}, and `--memory` allows {}; raise it if "

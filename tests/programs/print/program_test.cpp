@@ -136,6 +136,8 @@ TEST_F(PrintProgram, StatisticsPreviewsAndNothingElse) {
     ASSERT_FALSE(stats.HasParseError());
     EXPECT_EQ(stats["voxels_total"].GetInt64(), 60 * 40 * 30);
     EXPECT_GT(stats["voxels_solid"].GetInt64(), 60 * 40 * 30 / 2);
+    // Where the time of the last sync goes.
+    EXPECT_GT(stats["seconds_by_phase"]["finish"].GetDouble(), 0);
 }
 
 TEST_F(PrintProgram, EstimateAndDryRunWriteNothing) {

@@ -1,12 +1,16 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
+#include <OpenImageIO/imageio.h>
 #include <gmock/gmock.h>
 #include <rapidjson/document.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <filesystem>
+#include <random>
+#include <thread>
 
+#include "backends/raster/png_encode.h"
 #include "backends/raster/png_sink.h"
 #include "tests/support/process/process.h"
 #include "tests/unit/backends/sample_print.h"
@@ -111,6 +115,72 @@ TEST_F(PngSlices, RandomPictures) {
         }
         ASSERT_TRUE(write(print, {}));
         expect_slice(print, read_png(scratch_ / "slices/slice_0001.png"), 0, false);
+    }
+}
+
+// Another reader than the one that most programs have.
+TEST_F(PngSlices, OpenImageIoReadsTheSamePixels) {
+    for (const bool indexed : {false, true}) {
+        const SamplePrint print = make_sample({1023, 301, 1});
+        raster::PngOptions options;
+        options.indexed = indexed;
+        ASSERT_TRUE(write(print, options));
+        OIIO::ImageSpec as_stored;
+        as_stored["oiio:UnassociatedAlpha"] = 1;
+        const auto file =
+            OIIO::ImageInput::open((scratch_ / "slices/slice_0001.png").string(), &as_stored);
+        ASSERT_NE(file, nullptr) << OIIO::geterror();
+        ASSERT_EQ(file->spec().width, 1023);
+        ASSERT_EQ(file->spec().height, 301);
+        ASSERT_EQ(file->spec().nchannels, 4);
+        std::vector<std::array<uint8_t, 4>> pixels(size_t{1023} * 301);
+        ASSERT_TRUE(file->read_image(0, 0, 0, 4, OIIO::TypeDesc::UINT8, pixels.data()))
+            << file->geterror();
+        for (int32_t y = 0; y < 301; ++y) {
+            for (int32_t x = 0; x < 1023; ++x) {
+                ASSERT_EQ(pixels[static_cast<size_t>(300 - y) * 1023 + static_cast<size_t>(x)],
+                          color(print, x, y, 0))
+                    << x << ' ' << y;
+            }
+        }
+    }
+}
+
+// What the compressor keeps from slice to slice leaves no trace, whichever thread it is of.
+TEST_F(PngSlices, AFileDependsOnItsSliceAlone) {
+    const SamplePrint noise = make_sample({700, 500, 1});
+    const SamplePrint letter = make_letter_f(90, 1);
+    const std::vector<uint8_t> noise_rows = noise.rows(0), letter_rows = letter.rows(0);
+    const auto encode = [&](bool first_noise) {
+        std::vector<uint8_t> bytes;
+        std::thread([&] {
+            if (first_noise) raster::encode_slice(noise.view(0, noise_rows), noise.info, {});
+            bytes = raster::encode_slice(letter.view(0, letter_rows), letter.info, {});
+        }).join();
+        return bytes;
+    };
+    const std::vector<uint8_t> alone = encode(false);
+    ASSERT_FALSE(alone.empty());
+    EXPECT_TRUE(encode(true) == alone);
+}
+
+// Pictures that do not compress, up to rows wider than what goes into the compressor at once.
+TEST_F(PngSlices, NoiseHasRoom) {
+    std::mt19937 random(11);
+    for (const int32_t width : {1, 1000, 70'001}) {
+        raster::PngImage image;
+        image.width = width;
+        image.height = 2 + 3'000'000 / (width + 3000);
+        std::vector<uint8_t> rows;
+        const std::vector<uint8_t> bytes =
+            raster::encode_png_rows(image, [&](int32_t, uint8_t* row) {
+                rows.push_back(0);
+                for (int32_t i = 0; i < 4 * width; ++i)
+                    rows.push_back(row[i] = static_cast<uint8_t>(random()));
+            });
+        ASSERT_FALSE(bytes.empty()) << width;
+        EXPECT_LT(bytes.size(), rows.size() + rows.size() / 50 + 300) << width;
+        EXPECT_TRUE(raster::decode_png(bytes, image) == rows) << width;
     }
 }
 

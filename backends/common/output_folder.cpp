@@ -1,0 +1,73 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "backends/common/output_folder.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <utility>
+
+#include "backends/common/output_lock.h"
+
+namespace openfab::backends {
+
+namespace {
+
+Error system_error(const char* what, const std::filesystem::path& path, int code) {
+    return outside_error(fmt::format("{} `{}`: {}", what, path.string(), std::strerror(code)));
+}
+
+/// Writes all of `bytes`; returns 0 or the error's number.
+int write_all(int fd, std::span<const uint8_t> bytes) {
+    while (!bytes.empty()) {
+        // Linux writes at most 2 GiB at once.
+        const ssize_t n = ::write(fd, bytes.data(), std::min<size_t>(bytes.size(), 1U << 30));
+        if (n < 0 && errno != EINTR) return errno;
+        if (n > 0) bytes = bytes.subspan(static_cast<size_t>(n));
+    }
+    return 0;
+}
+
+}  // namespace
+
+Result<OutputFolder> OutputFolder::open(const std::filesystem::path& path) {
+    const int fd = ::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (fd < 0) return system_error("cannot open the folder", path, errno);
+    OutputFolder folder(fd, path);
+    if (Result<void> locked = lock_output(fd, path.string()); !locked) return locked.error();
+    return folder;
+}
+
+OutputFolder::OutputFolder(OutputFolder&& other) noexcept
+    : fd_(std::exchange(other.fd_, -1)), path_(std::move(other.path_)) {}
+
+OutputFolder::~OutputFolder() {
+    if (fd_ >= 0) ::close(fd_);
+}
+
+Result<void> OutputFolder::write(const std::string& name, std::span<const uint8_t> bytes) const {
+    const std::string temporary = name + ".part";
+    const int file =
+        ::openat(fd_, temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    if (file < 0) return system_error("cannot create", path_ / temporary, errno);
+    int code = write_all(file, bytes);
+    if (::close(file) != 0 && code == 0) code = errno;
+    if (code == 0 && ::renameat(fd_, temporary.c_str(), fd_, name.c_str()) == 0) return {};
+    const char* const what = code != 0 ? "cannot write to" : "cannot create";
+    const Error error =
+        system_error(what, path_ / (code != 0 ? temporary : name), code != 0 ? code : errno);
+    ::unlinkat(fd_, temporary.c_str(), 0);
+    return error;
+}
+
+Result<void> OutputFolder::sync() const {
+    if (::syncfs(fd_) != 0) return system_error("cannot write to", path_, errno);
+    return {};
+}
+
+}  // namespace openfab::backends
