@@ -36,14 +36,14 @@ struct Arrays {
 };
 
 /// A mesh and everything needed to read its attributes.
-struct Setup {
+struct AttributeScene {
     MeshSurface surface;
     std::array<float, OPENFAB_FRAME_COUNT> frame;
     std::unique_ptr<Engine> engine;
     AttributeReader reader;
 
-    explicit Setup(const TriangleMesh& mesh, int32_t per_patch = 0,
-                   const Vec3f& pitch = {0.1f, 0.1f, 0.1f}, const Vec3f& origin = {})
+    explicit AttributeScene(const TriangleMesh& mesh, int32_t per_patch = 0,
+                            const Vec3f& pitch = {0.1f, 0.1f, 0.1f}, const Vec3f& origin = {})
         : surface(mesh, per_patch),
           frame(testing::make_test_frame(pitch, origin)),
           engine(make_block_engine(surface, frame)),
@@ -76,9 +76,9 @@ TEST(Attributes, AreThoseOfTheNearestPointAndItsPlane) {
     mesh.triangles.push_back({0, 1, 2});
     const Vec3f pitch{0.1f, 0.2f, 0.05f};
     for (const int32_t per_patch : {0, 1}) {
-        const Setup setup(mesh, per_patch, pitch, {2, 2, 2});
+        const AttributeScene scene(mesh, per_patch, pitch, {2, 2, 2});
         Arrays out;
-        setup.read(setup.query({{0, 0, 0}}), nullptr, &out);
+        scene.read(scene.query({{0, 0, 0}}), nullptr, &out);
         for (int v = 0; v < kBlockVoxels; ++v) {
             const Vec3f p{2 + (static_cast<float>(v >> 3 & 7) + 0.5f) * pitch.x,
                           2 + (static_cast<float>(v >> 6) + 0.5f) * pitch.y,
@@ -109,7 +109,7 @@ std::array<uint8_t, 64> every_so_often() {
 }
 
 TEST(Attributes, NothingWhereNothingIsAskedOrInReach) {
-    const Setup ball(ball_mesh());
+    const AttributeScene ball(ball_mesh());
     const auto demand = every_so_often();
     BlockQuery query{{4, 4, 0}};
     query.active = demand.data();
@@ -135,7 +135,7 @@ TEST(Attributes, NothingWhereNothingIsAskedOrInReach) {
 }
 
 TEST(Attributes, OfFewerVoxelsThanWereQueriedAreTheSameThereAndNothingElsewhere) {
-    const Setup ball(ball_mesh());
+    const AttributeScene ball(ball_mesh());
     const auto demand = every_so_often();
     const BlockAnswer answer = ball.query({{4, 4, 0}});
     Arrays all, some;
@@ -156,7 +156,7 @@ TEST(Attributes, OfFewerVoxelsThanWereQueriedAreTheSameThereAndNothingElsewhere)
 }
 
 TEST(Attributes, OfASurfaceThatIsStoppedAreNothing) {
-    Setup ball(ball_mesh(), 12);
+    AttributeScene ball(ball_mesh(), 12);
     const BlockAnswer answer = ball.query({{4, 4, 0}});
     ball.surface.stop();
     Arrays out;
@@ -174,9 +174,9 @@ TEST(Attributes, ATriangleWithoutAreaHasNoGradient) {
     for (const Vec3f& p : {Vec3f{0, 0, 0}, Vec3f{1, 0, 0}, Vec3f{2, 0, 0}})
         mesh.add(p);
     mesh.triangles.push_back({0, 1, 2});
-    const Setup setup(mesh);
+    const AttributeScene scene(mesh);
     Arrays out;
-    setup.read(setup.query({{0, 0, 0}}), nullptr, &out);
+    scene.read(scene.query({{0, 0, 0}}), nullptr, &out);
     for (size_t v = 0; v < kBlockVoxels; ++v) {
         for (const auto& g : out.gradients)
             ASSERT_EQ(g[v], 0.0f);
