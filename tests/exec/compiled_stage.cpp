@@ -375,6 +375,21 @@ void expect_equal(const ir::Stage& stage, const StageResults& expected,
     }
 }
 
+ir::Stage make_displacing_stage(int32_t args) {
+    ir::Stage stage;
+    stage.kind = ir::StageKind::kSurface;
+    ir::Builder b(&stage);
+    std::vector<ir::ValueId> values = {b.constant(true)};
+    for (int32_t k = 0; k < args; ++k)
+        values.push_back(b.input(ir::Type::kFloat, OPENFAB_ARG_SURFACE_IN, 0, k));
+    const ir::ValueId x = b.sample(0, 0, values);
+    const ir::ValueId zero = b.constant(0.0f);
+    stage.outputs = {{"x", OPENFAB_ARG_POSITION, 0, 0, x},
+                     {"y", OPENFAB_ARG_POSITION, 0, 1, zero},
+                     {"z", OPENFAB_ARG_POSITION, 0, 2, zero}};
+    return stage;
+}
+
 TestTexture make_texture(int32_t width, int32_t height, int32_t channels, int32_t wrap,
                          int32_t filter, uint32_t seed, float ramp) {
     std::mt19937 random(seed);

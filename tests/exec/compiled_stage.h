@@ -30,6 +30,10 @@ struct TestTexture {
 TestTexture make_texture(int32_t width, int32_t height, int32_t channels, int32_t wrap,
                          int32_t filter, uint32_t seed, float ramp = 0.0f);
 
+/// Makes a surface stage that displaces along x by a lookup in texture 0, whose `args` arguments
+/// after the guard are the components of surface input 0.
+ir::Stage make_displacing_stage(int32_t args);
+
 /// Bits of every input: one value per element, or one for scalars (kinds of the frame, uniforms,
 /// …). Blocks are (3, n).
 struct StageInputs {

@@ -19,27 +19,9 @@ namespace openfab::testing {
 
 namespace {
 
-using ir::Type;
-
 constexpr int32_t kArgs = 9;  // u, v, width, du and dv along three axes
 constexpr size_t kBoxes = 240;
 constexpr int32_t kPoints = 40;
-
-/// Displaces by the lookup along x.
-ir::Stage make_stage() {
-    ir::Stage stage;
-    stage.kind = ir::StageKind::kSurface;
-    ir::Builder b(&stage);
-    std::vector<ir::ValueId> args = {b.constant(true)};
-    for (int32_t k = 0; k < kArgs; ++k)
-        args.push_back(b.input(Type::kFloat, OPENFAB_ARG_SURFACE_IN, 0, k));
-    const ir::ValueId x = b.sample(0, 0, args);
-    const ir::ValueId zero = b.constant(0.0f);
-    stage.outputs = {{"x", OPENFAB_ARG_POSITION, 0, 0, x},
-                     {"y", OPENFAB_ARG_POSITION, 0, 1, zero},
-                     {"z", OPENFAB_ARG_POSITION, 0, 2, zero}};
-    return stage;
-}
 
 struct Boxes {
     StageInputs inputs;
@@ -108,7 +90,7 @@ float as_float(uint32_t bits) {
 }
 
 TEST(SampleBound, HoldsEverySample) {
-    const ir::Stage stage = make_stage();
+    const ir::Stage stage = make_displacing_stage(kArgs);
     const ir::Stage bounds = passes::form_surface_bounds(stage);
     ASSERT_EQ(ir::verify(bounds), "");
     const std::unique_ptr<CompiledStage> compiled = CompiledStage::make(bounds);
@@ -141,7 +123,7 @@ TEST(SampleBound, HoldsEverySample) {
 }
 
 TEST(SampleBound, FlatTextureIsOneValue) {
-    const ir::Stage bounds = passes::form_surface_bounds(make_stage());
+    const ir::Stage bounds = passes::form_surface_bounds(make_displacing_stage(kArgs));
     const std::unique_ptr<CompiledStage> compiled = CompiledStage::make(bounds);
     ASSERT_NE(compiled, nullptr);
     Boxes boxes = make_boxes(99);

@@ -139,26 +139,10 @@ TEST(VolumeSampling, BesidePicturesEqualsInterpreter) {
     }
 }
 
-/// Displaces by the lookup along x.
-ir::Stage make_displacing_stage() {
-    ir::Stage stage;
-    stage.kind = ir::StageKind::kSurface;
-    ir::Builder b(&stage);
-    std::vector<ir::ValueId> args = {b.constant(true)};
-    for (int32_t k = 0; k < kArgs; ++k)
-        args.push_back(b.input(Type::kFloat, OPENFAB_ARG_SURFACE_IN, 0, k));
-    const ir::ValueId x = b.sample(0, 0, args);
-    const ir::ValueId zero = b.constant(0.0f);
-    stage.outputs = {{"x", OPENFAB_ARG_POSITION, 0, 0, x},
-                     {"y", OPENFAB_ARG_POSITION, 0, 1, zero},
-                     {"z", OPENFAB_ARG_POSITION, 0, 2, zero}};
-    return stage;
-}
-
 TEST(VolumeSampling, BoundsHoldEverySample) {
     constexpr size_t kBoxes = 200;
     constexpr size_t kPoints = 40;
-    const ir::Stage stage = make_displacing_stage();
+    const ir::Stage stage = make_displacing_stage(kArgs);
     const ir::Stage bounds = passes::form_surface_bounds(stage);
     ASSERT_EQ(ir::verify(bounds), "");
     const std::unique_ptr<CompiledStage> compiled = CompiledStage::make(bounds);

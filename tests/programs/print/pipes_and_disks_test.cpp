@@ -11,6 +11,7 @@
 #include <map>
 #include <thread>
 
+#include "tests/programs/print/simple_world.h"
 #include "tests/support/process/process.h"
 
 namespace openfab::testing {
@@ -38,16 +39,7 @@ class PipesAndDisks : public ::testing::Test {
         write_world("ball.fab.json", R"({"sphere": 16})");
     }
     void write_world(const std::string& name, const std::string& mesh) {
-        scratch_.write(name, fmt::format(R"({{
-  "openfab": 1, "printer": "generic",
-  "fablets": {{"f": {{"source": "f.fl", "fablet": "Tint"}}}},
-  "materials": {{"white": {{"key": "#ffffff"}}, "black": {{"key": "#000000"}}}},
-  "meshes": {{"mesh": {}}},
-  "objects": {{"thing": {{"mesh": "mesh", "fablet": "f", "uniforms": {{"a": "white", "b": "black"}}}}}},
-  "build": [{{"object": "thing"}}]
-}}
-)",
-                                         mesh));
+        scratch_.write(name, SimpleWorld{"Tint", mesh}.text());
     }
     std::string path(const std::string& name) const { return (scratch_ / name).string(); }
     Outcome print(const std::string& world, std::vector<std::string> arguments,

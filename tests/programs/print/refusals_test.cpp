@@ -12,6 +12,7 @@
 #include <fstream>
 
 #include "backends/ofr/ofr_sink.h"
+#include "tests/programs/print/simple_world.h"
 #include "tests/support/process/process.h"
 
 namespace openfab::testing {
@@ -34,16 +35,7 @@ class Refusals : public ::testing::Test {
         write_world("w.fab.json", R"({"file": "block.obj", "unit": "mm"})");
     }
     void write_world(const std::string& name, const std::string& mesh) {
-        scratch_.write(name, fmt::format(R"({{
-  "openfab": 1, "printer": "my.printer.json",
-  "fablets": {{"f": {{"source": "f.fl", "fablet": "Solid"}}}},
-  "materials": {{"white": {{"key": "#ffffff"}}, "black": {{"key": "#000000"}}}},
-  "meshes": {{"mesh": {}}},
-  "objects": {{"thing": {{"mesh": "mesh", "fablet": "f", "uniforms": {{"a": "white", "b": "black"}}}}}},
-  "build": [{{"object": "thing"}}]
-}}
-)",
-                                         mesh));
+        scratch_.write(name, SimpleWorld{"Solid", mesh, "my.printer.json"}.text());
     }
     std::string path(const std::string& name) const { return (scratch_ / name).string(); }
     Outcome print(std::vector<std::string> arguments, const std::string& world = "w.fab.json") {

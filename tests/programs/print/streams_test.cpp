@@ -10,6 +10,7 @@
 
 #include <cstring>
 
+#include "tests/programs/print/simple_world.h"
 #include "tests/support/process/process.h"
 
 namespace openfab::testing {
@@ -30,16 +31,8 @@ class Streams : public ::testing::Test {
         write_world("world.fab.json", "thing", "[12, 8, 6]");
     }
     void write_world(const std::string& name, const std::string& object, const std::string& box) {
-        scratch_.write(name, fmt::format(R"({{
-  "openfab": 1, "printer": "generic",
-  "fablets": {{"f": {{"source": "f.fl", "fablet": "Tint"}}}},
-  "materials": {{"white": {{"key": "#ffffff"}}, "black": {{"key": "#000000"}}}},
-  "meshes": {{"block": {{"box": {2}}}}},
-  "objects": {{"{1}": {{"mesh": "block", "fablet": "f", "uniforms": {{"a": "white", "b": "black"}}}}}},
-  "build": [{{"object": "{1}"}}]
-}}
-)",
-                                         name, object, box));
+        const std::string mesh = fmt::format(R"({{"box": {}}})", box);
+        scratch_.write(name, SimpleWorld{"Tint", mesh, "generic", object}.text());
     }
     std::string path(const std::string& name) const { return (scratch_ / name).string(); }
     /// `command` has `{print}`, `{openfab}`, `{openflc}` and `{dir}` replaced.

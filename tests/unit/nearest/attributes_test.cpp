@@ -35,6 +35,37 @@ struct Arrays {
     }
 };
 
+/// A mesh and everything needed to read its attributes.
+struct Readable {
+    MeshSurface surface;
+    std::array<float, OPENFAB_FRAME_COUNT> frame;
+    std::unique_ptr<Engine> engine;
+    AttributeReader reader;
+
+    explicit Readable(const TriangleMesh& mesh, int32_t per_patch = 0,
+                      const Vec3f& pitch = {0.1f, 0.1f, 0.1f}, const Vec3f& origin = {})
+        : surface(mesh, per_patch),
+          frame(testing::make_test_frame(pitch, origin)),
+          engine(make_block_engine(surface, frame)),
+          reader(surface, frame) {}
+
+    BlockAnswer query(const BlockQuery& q) const {
+        const auto scratch = engine->make_scratch();
+        BlockAnswer answer;
+        engine->query(q, scratch.get(), &answer);
+        return answer;
+    }
+    void read(const BlockAnswer& answer, const uint8_t* demand, Arrays* out) const {
+        AttributeReader::Scratch scratch;
+        reader.read(answer, demand, out->targets(), &scratch);
+    }
+};
+
+/// A ball of 1 mm radius.
+TriangleMesh ball_mesh() {
+    return testing::make_ball(4, [](const Vec3d&) { return 1.0; });
+}
+
 /// The surface's attributes are (x, y) / 10 at each vertex, so on any triangle they are (x, y) / 10
 /// of the nearest point.
 TEST(Attributes, AreThoseOfTheNearestPointAndItsPlane) {
@@ -44,17 +75,10 @@ TEST(Attributes, AreThoseOfTheNearestPointAndItsPlane) {
         mesh.add(p);
     mesh.triangles.push_back({0, 1, 2});
     const Vec3f pitch{0.1f, 0.2f, 0.05f};
-    const auto frame = testing::make_test_frame(pitch, {2, 2, 2});
     for (const int32_t per_patch : {0, 1}) {
-        const MeshSurface surface(mesh, per_patch);
-        const auto engine = make_block_engine(surface, frame);
-        const auto scratch = engine->make_scratch();
-        BlockAnswer answer;
-        engine->query({{0, 0, 0}}, scratch.get(), &answer);
-        const AttributeReader reader(surface, frame);
-        AttributeReader::Scratch reader_scratch;
+        const Readable setup(mesh, per_patch, pitch, {2, 2, 2});
         Arrays out;
-        reader.read(answer, nullptr, out.targets(), &reader_scratch);
+        setup.read(setup.query({{0, 0, 0}}), nullptr, &out);
         for (int v = 0; v < kBlockVoxels; ++v) {
             const Vec3f p{2 + (static_cast<float>(v >> 3 & 7) + 0.5f) * pitch.x,
                           2 + (static_cast<float>(v >> 6) + 0.5f) * pitch.y,
@@ -76,26 +100,6 @@ TEST(Attributes, AreThoseOfTheNearestPointAndItsPlane) {
     }
 }
 
-/// A ball of 1 mm and everything needed to read its attributes.
-struct Ball {
-    const MeshSurface surface{testing::make_ball(4, [](const Vec3d&) { return 1.0; })};
-    const std::array<float, OPENFAB_FRAME_COUNT> frame =
-        testing::make_test_frame({0.1f, 0.1f, 0.1f}, {});
-    const std::unique_ptr<Engine> engine = make_block_engine(surface, frame);
-    const AttributeReader reader{surface, frame};
-
-    BlockAnswer query(const BlockQuery& q) const {
-        const auto scratch = engine->make_scratch();
-        BlockAnswer answer;
-        engine->query(q, scratch.get(), &answer);
-        return answer;
-    }
-    void read(const BlockAnswer& answer, const uint8_t* demand, Arrays* out) const {
-        AttributeReader::Scratch scratch;
-        reader.read(answer, demand, out->targets(), &scratch);
-    }
-};
-
 /// An irregular demand.
 std::array<uint8_t, 64> every_so_often() {
     std::array<uint8_t, 64> demand{};
@@ -105,7 +109,7 @@ std::array<uint8_t, 64> every_so_often() {
 }
 
 TEST(Attributes, NothingWhereNothingIsAskedOrInReach) {
-    const Ball ball;
+    const Readable ball(ball_mesh());
     const auto demand = every_so_often();
     BlockQuery query{{4, 4, 0}};
     query.active = demand.data();
@@ -131,7 +135,7 @@ TEST(Attributes, NothingWhereNothingIsAskedOrInReach) {
 }
 
 TEST(Attributes, OfFewerVoxelsThanWereQueriedAreTheSameThereAndNothingElsewhere) {
-    const Ball ball;
+    const Readable ball(ball_mesh());
     const auto demand = every_so_often();
     const BlockAnswer answer = ball.query({{4, 4, 0}});
     Arrays all, some;
@@ -152,17 +156,11 @@ TEST(Attributes, OfFewerVoxelsThanWereQueriedAreTheSameThereAndNothingElsewhere)
 }
 
 TEST(Attributes, OfASurfaceThatIsStoppedAreNothing) {
-    MeshSurface surface(testing::make_ball(4, [](const Vec3d&) { return 1.0; }), 12);
-    const auto frame = testing::make_test_frame({0.1f, 0.1f, 0.1f}, {});
-    const auto engine = make_block_engine(surface, frame);
-    const auto scratch = engine->make_scratch();
-    BlockAnswer answer;
-    engine->query({{4, 4, 0}}, scratch.get(), &answer);
-    const AttributeReader reader(surface, frame);
-    AttributeReader::Scratch reader_scratch;
+    Readable ball(ball_mesh(), 12);
+    const BlockAnswer answer = ball.query({{4, 4, 0}});
+    ball.surface.stop();
     Arrays out;
-    surface.stop();
-    reader.read(answer, nullptr, out.targets(), &reader_scratch);
+    ball.read(answer, nullptr, &out);
     for (size_t v = 0; v < kBlockVoxels; ++v) {
         ASSERT_GE(answer.patch[v], 0);
         ASSERT_EQ(out.values[0][v], 0.0f);
@@ -176,16 +174,9 @@ TEST(Attributes, ATriangleWithoutAreaHasNoGradient) {
     for (const Vec3f& p : {Vec3f{0, 0, 0}, Vec3f{1, 0, 0}, Vec3f{2, 0, 0}})
         mesh.add(p);
     mesh.triangles.push_back({0, 1, 2});
-    const MeshSurface surface(mesh);
-    const auto frame = testing::make_test_frame({0.1f, 0.1f, 0.1f}, {});
-    const auto engine = make_block_engine(surface, frame);
-    const auto scratch = engine->make_scratch();
-    BlockAnswer answer;
-    engine->query({{0, 0, 0}}, scratch.get(), &answer);
-    const AttributeReader reader(surface, frame);
-    AttributeReader::Scratch reader_scratch;
+    const Readable setup(mesh);
     Arrays out;
-    reader.read(answer, nullptr, out.targets(), &reader_scratch);
+    setup.read(setup.query({{0, 0, 0}}), nullptr, &out);
     for (size_t v = 0; v < kBlockVoxels; ++v) {
         for (const auto& g : out.gradients)
             ASSERT_EQ(g[v], 0.0f);
