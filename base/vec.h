@@ -27,7 +27,6 @@ struct Vec3 {
     bool operator==(const Vec3&) const = default;
 };
 
-using Vec2f = Vec2<float>;
 using Vec3f = Vec3<float>;
 using Vec3d = Vec3<double>;
 using Vec3i = Vec3<int32_t>;

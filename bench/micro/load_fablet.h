@@ -12,7 +12,7 @@
 
 #include "compiler/diag/render.h"
 #include "compiler/driver/frontend.h"
-#include "compiler/lower/jit.h"
+#include "tests/support/load_module.h"
 
 namespace openfab::bench {
 
@@ -26,7 +26,7 @@ inline std::unique_ptr<lower::LoadedProgram> load_fablet(const std::string& text
         fmt::print(stderr, "{}", diag::render_text(sink, sources));
         std::exit(4);
     }
-    auto loaded = lower::load_module(*module);
+    auto loaded = testing::load_module(*module);
     if (std::holds_alternative<lower::Fault>(loaded)) std::exit(4);
     return std::move(std::get<0>(loaded));
 }

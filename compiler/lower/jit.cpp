@@ -27,22 +27,4 @@ std::variant<std::unique_ptr<LoadedProgram>, Fault> load_program(
     return out;
 }
 
-std::variant<std::unique_ptr<LoadedProgram>, Fault> load_module(
-    const ir::Module& module, const ProgramOptions& options,
-    const passes::PipelineOptions& pipeline) {
-    std::vector<passes::PipelineResult> results;
-    results.reserve(module.fablets.size());
-    std::vector<FabletUnit> units;
-    for (const ir::Fablet& fablet : module.fablets) {
-        results.push_back(passes::run_pipeline(fablet, pipeline));
-        if (!results.back().fault.empty()) {
-            Fault fault;
-            fault.internal = results.back().fault;
-            return fault;
-        }
-        units.push_back({&fablet, &results.back().stages, "", 0});
-    }
-    return load_program(units, options);
-}
-
 }  // namespace openfab::lower

@@ -37,10 +37,4 @@ class LoadedProgram {
 std::variant<std::unique_ptr<LoadedProgram>, Fault> load_program(
     const std::vector<FabletUnit>& fablets, const ProgramOptions& options = {});
 
-/// Runs all fablets of a module through the whole pipeline; errors of the passes are returned as a
-/// Fault, too.
-std::variant<std::unique_ptr<LoadedProgram>, Fault> load_module(
-    const ir::Module& module, const ProgramOptions& options = {},
-    const passes::PipelineOptions& pipeline = {});
-
 }  // namespace openfab::lower

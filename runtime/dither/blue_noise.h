@@ -82,19 +82,6 @@ struct BlueNoiseOffset {
     }
 };
 
-/// Returns a threshold in [0, 65535), compared with sums of 16-bit fractions like those of
-/// voxel_hash.h.
-inline int32_t blue_noise_threshold(const Vec3i& voxel, BlueNoiseFace face, uint32_t seed) {
-    using enum BlueNoiseFace;
-    const BlueNoiseOffset offset(seed, face);
-    const uint16_t* line =
-        face == kInside ? offset.line(voxel.y, voxel.z) : offset.upright(voxel.z);
-    const int32_t along = face == kLowX || face == kHighX ? voxel.y : voxel.x;
-    const uint32_t rank =
-        line[blue_noise_index(along)] + offset.turn + blue_noise_drift(voxel.x, voxel.y, voxel.z);
-    return static_cast<int32_t>(abi::fraction_threshold(rank << 16));
-}
-
 /// Bits of 8 slices: whether a voxel and its neighbours are mixed.
 struct BlueNoiseNeighbours {
     uint32_t here, low_x, high_x, low_y, high_y;

@@ -13,6 +13,7 @@
 #include "compiler/diag/render.h"
 #include "compiler/driver/frontend.h"
 #include "runtime/pipeline/print_job.h"
+#include "tests/support/load_module.h"
 #include "tests/support/prints/box_print.h"
 #include "tests/support/reference/column_scan.h"
 #include "tests/support/reference/pipeline.h"
@@ -38,7 +39,7 @@ Compiled compile(const std::filesystem::path& file) {
         return compiled;
     }
     compiled.module = std::move(*module);
-    auto loaded = lower::load_module(compiled.module, {.isas = {abi::best_isa()}});
+    auto loaded = load_module(compiled.module, {.isas = {abi::best_isa()}});
     if (std::holds_alternative<lower::Fault>(loaded)) {
         ADD_FAILURE() << std::get<lower::Fault>(loaded).internal;
         return compiled;

@@ -9,6 +9,7 @@
 #include "abi/dither_rules.h"
 #include "abi/voxel_hash.h"
 #include "runtime/dither/blue_noise.h"
+#include "tests/support/reference/blue_noise.h"
 
 namespace openfab::reference {
 
@@ -147,7 +148,7 @@ class Slice {
         if (rule_ == dither::DitherRule::kMajority)
             return static_cast<uint8_t>(most_frequent(fractions, field_.channels));
         if (rule_ == dither::DitherRule::kBlueNoise) {
-            const int32_t threshold = dither::blue_noise_threshold(place, face(x, y), seed_);
+            const int32_t threshold = blue_noise_threshold(place, face(x, y), seed_);
             return static_cast<uint8_t>(
                 drawn_code(fractions, field_.channels, static_cast<uint32_t>(threshold)));
         }

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "runtime/dither/void_and_cluster.h"
+#include "tests/support/reference/blue_noise.h"
 
 namespace openfab::dither {
 namespace {
@@ -17,7 +18,8 @@ constexpr BlueNoiseFace kInside = BlueNoiseFace::kInside;
 
 /// The rank that a threshold was made from, before rotation; one more if that was 0.
 int32_t rank_at(const Vec3i& voxel, BlueNoiseFace face, uint32_t seed) {
-    const auto drifted = static_cast<uint32_t>(blue_noise_threshold(voxel, face, seed) + 1);
+    const auto drifted =
+        static_cast<uint32_t>(reference::blue_noise_threshold(voxel, face, seed) + 1);
     return static_cast<int32_t>((drifted - blue_noise_drift(voxel.x, voxel.y, voxel.z)) & 0xffff);
 }
 
@@ -79,7 +81,8 @@ TEST(BlueNoise, EveryLineHasItsShareOfEveryRangeOfRanks) {
                 const Vec3i start = step.x == 1   ? Vec3i{0, a, b}
                                     : step.y == 1 ? Vec3i{a, 0, b}
                                                   : Vec3i{a, b, 0};
-                const int32_t threshold = blue_noise_threshold(start + step * i, kInside, 77);
+                const int32_t threshold =
+                    reference::blue_noise_threshold(start + step * i, kInside, 77);
                 ASSERT_GE(threshold, 0);
                 ASSERT_LT(threshold, 65535);
                 ++count[static_cast<size_t>(threshold / 4096)];
@@ -138,8 +141,8 @@ TEST(BlueNoise, MaskIsTheSameEverywhere) {
 TEST(BlueNoise, SeedMovesTheMask) {
     int32_t same = 0;
     for (int32_t x = 0; x < 100; ++x) {
-        same += blue_noise_threshold({x, 4, 2}, kInside, 1) ==
-                        blue_noise_threshold({x, 4, 2}, kInside, 2)
+        same += reference::blue_noise_threshold({x, 4, 2}, kInside, 1) ==
+                        reference::blue_noise_threshold({x, 4, 2}, kInside, 2)
                     ? 1
                     : 0;
     }
@@ -153,7 +156,8 @@ TEST(BlueNoise, PrintsFractionsBelowItsLevels) {
         for (int32_t z = 0; z < 200; ++z) {
             for (int32_t y = 0; y < kSide; ++y) {
                 for (int32_t x = 0; x < kSide; ++x)
-                    printed += blue_noise_threshold({x, y, z}, kInside, 3) < fraction ? 1 : 0;
+                    printed +=
+                        reference::blue_noise_threshold({x, y, z}, kInside, 3) < fraction ? 1 : 0;
             }
         }
         const double asked = fraction / 65535.0 * 200 * kSide * kSide;
