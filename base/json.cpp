@@ -24,8 +24,8 @@ using Kind = JsonValue::Kind;
 constexpr size_t kDeepest = 32;
 constexpr size_t kMostValues = 1'000'000;
 
-/// The parser's input stream: the text and the position, of which it tells handlers nothing
-/// of.
+/// The parser's input stream: the text and the position, which the parser does not pass to
+/// handlers.
 class TextIterator {
   public:
     using iterator_category = std::input_iterator_tag;
@@ -53,7 +53,7 @@ class TextIterator {
     const char** furthest_;
 };
 
-/// Turns byte offsets that never go back into lines and columns.
+/// Converts ascending byte offsets to lines and columns.
 class Positions {
   public:
     explicit Positions(std::string_view text) : text_(text) {}
@@ -77,7 +77,7 @@ class Positions {
     int32_t column_ = 1;
 };
 
-/// Handles what the parser finds; its own reading of numbers is not used.
+/// The parser's event handler; its own conversion of numbers is not used.
 class TreeBuilder {
   public:
     TreeBuilder(std::string_view text, const char** furthest, const std::string& name,
@@ -129,11 +129,11 @@ class TreeBuilder {
   private:
     static constexpr std::string_view kBlanks = " \t\r\n";
     static constexpr std::string_view kInNumber = "0123456789+-.eE";
-    /// Keys of an object that are compared one by one; more have a table.
+    /// Objects of up to so many keys are searched linearly for duplicates, larger ones by hash.
     static constexpr size_t kFewKeys = 16;
 
-    /// Finds where the token that was just read starts, the first byte after what separates it from
-    /// the one before, and takes its end for the next.
+    /// Returns the start of the token that was just read, skipping separators after the previous
+    /// one, and advances past it.
     size_t token(int32_t* line, int32_t* column) {
         const size_t start =
             std::min(text_.find_first_not_of(" \t\r\n,:]}", last_end_), text_.size());
@@ -152,13 +152,13 @@ class TreeBuilder {
         Positions(text_).find(offset, &line, &column);
         return fail(line, column, what, help);
     }
-    /// A value of text_bytes of its own, at the token that was just read.
+    /// Adds a value, with text_bytes of text, located at the token that was just read.
     JsonValue* add(Kind kind, size_t text_bytes = 0, std::string_view* read = nullptr) {
         JsonValue fresh;
         fresh.kind = kind;
         const size_t start = token(&fresh.line, &fresh.column);
         if (read != nullptr) {
-            // The parser looks one byte ahead to see that a number ends.
+            // The parser reads one byte past a number to find its end.
             const size_t end = std::min(text_.find_first_not_of(kInNumber, start), text_.size());
             *read = text_.substr(start, end - start);
             last_end_ = end;
@@ -167,7 +167,7 @@ class TreeBuilder {
             fail(fresh.line, fresh.column, fmt::format("more than {} values", kMostValues));
             return nullptr;
         }
-        // Lists double as they grow, and are copied when they do.
+        // Vectors double their capacity, and old and new coexist while they grow.
         memory_left_ -= static_cast<int64_t>(text_bytes + 3 * sizeof(JsonMember));
         if (memory_left_ < 0) {
             fail(
@@ -281,16 +281,17 @@ bool TreeBuilder::parse_error(size_t read, const std::string&,
     constexpr std::string_view kMarks = ",:[]{}";
     constexpr std::string_view kInString = "invalid string: ";
     const std::string_view what = why.what();
-    // The parser stopped behind the token; marks before it were not told of.
+    // The parser stopped after the token and reports no punctuation before it.
     size_t start = std::min(text_.find_first_not_of(kBlanks, last_end_), text_.size());
-    while (start + 1 < read && start < text_.size() && kMarks.find(text_[start]) != kMarks.npos)
+    while (start + 1 < read && start < text_.size() &&
+           kMarks.find(text_[start]) != std::string_view::npos)
         start = std::min(text_.find_first_not_of(kBlanks, start + 1), text_.size());
     const std::string_view rest = text_.substr(start);
     const size_t word = std::min(rest.find_first_of(" \t\r\n,:[]{}\""), rest.size());
     const std::string_view shown = rest.substr(0, std::clamp<size_t>(word, 1, 40));
     if (why.id == kTooLarge) return fail_at(start, too_large(rest.substr(0, word)), kLargestNumber);
-    if (const size_t reason = what.find(kInString); reason != what.npos) {
-        if (what.find("missing closing quote") != what.npos)
+    if (const size_t reason = what.find(kInString); reason != std::string_view::npos) {
+        if (what.find("missing closing quote") != std::string_view::npos)
             return fail_at(start, "not valid JSON", "the string has no closing quote");
         const size_t from = reason + kInString.size();
         return fail_at(
@@ -298,13 +299,12 @@ bool TreeBuilder::parse_error(size_t read, const std::string&,
             fmt::format("in a string: {}", what.substr(from, what.find("; last read") - from)));
     }
     const size_t before = text_.substr(0, start).find_last_not_of(kBlanks);
-    if ((rest.starts_with('}') || rest.starts_with(']')) && before != text_.npos &&
+    if ((rest.starts_with('}') || rest.starts_with(']')) && before != std::string_view::npos &&
         text_[before] == ',') {
         return fail_at(
             before, "not valid JSON",
-            fmt::format(
-                "a comma before `{}`, where nothing follows that it would separate; delete it",
-                rest[0]));
+            fmt::format("a comma before `{}`, which must not follow the last element; delete it",
+                        rest[0]));
     }
     if (rest.starts_with("//") || rest.starts_with("/*") || rest.starts_with('#'))
         return fail_at(start, "not valid JSON, which has no comments", "delete this one");
@@ -338,7 +338,7 @@ const char* JsonValue::kind_name() const {
 }
 
 const JsonMember* JsonValue::find(std::string_view key) const {
-    // Who adds members to a tree does without the order.
+    // by_key is stale if members were added to the tree.
     if (!members.empty() && by_key.size() == members.size()) {
         const auto key_of = [&](int32_t place) -> std::string_view { return members[place].key; };
         const auto found = std::partition_point(by_key.begin(), by_key.end(),

@@ -464,8 +464,9 @@ Box3d BuildReader::box(const JsonValue& value, const std::vector<Placement>& pla
         const int32_t mesh = world_.objects[p.object].mesh;
         if (looked_at_ > kMostLookedAt) {
             json_.fail(
-                value, "the placements of this build depend on the boxes of too many turned meshes",
-                "turn more of them alike, or place them by a `translate_mm` of three numbers");
+                value,
+                "the placements of this build depend on the boxes of too many rotated meshes",
+                "rotate more of them alike, or place them by a `translate_mm` of three numbers");
             break;
         }
         const Box3d& turned = turned_box(mesh, p.transform.m);

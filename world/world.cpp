@@ -328,7 +328,7 @@ class WorldReader {
                 json_.fail(
                     p->value,
                     fmt::format(
-                        "`up` of {}: glTF is y-up by definition, and the mesh is turned already",
+                        "`up` of {}: glTF is y-up by definition, and the mesh is already rotated",
                         what),
                     "leave it out");
             }

@@ -77,9 +77,9 @@ void WorldFiles::add(const JsonValue& value, const fs::path& file) {
         json_.fail(
             value,
             fmt::format("the world reads files that it has read before, here `{}`, more than "
-                        "2 GB of them",
+                        "2 GB in all",
                         file.filename().string()),
-            "name a file once, and what is made of it again");
+            "name each file once, and refer to the mesh or texture made of it");
     }
 }
 

@@ -320,7 +320,7 @@ void Checker::check_nearest(const ast::Variable& v, const Type& type, Fablet* to
     }
     if (v.init != nullptr) {
         sink_->report(v.init->span, diag::kBadDeclaration, "a `@nearest` varying has no default")
-            .help("give the input of the surface stage that it comes from a default");
+            .help("give a default to the surface stage's input instead");
     }
     ir::Varying nearest = varying(v, type);
     const std::vector<ir::Varying>& outputs = to->ir.surface_outputs;

@@ -315,8 +315,8 @@ ExprPtr Checker::user_call(const ast::Expr& expr, const std::vector<const Functi
     }
     if (rival != nullptr) {
         sink_->report(callee.span, diag::kAmbiguousCall, callee.text)
-            .note(rival->span, fmt::format("`{}` would do", signature(*rival)))
-            .note(best->span, fmt::format("`{}` would do as well", signature(*best)));
+            .note(rival->span, fmt::format("candidate `{}`", signature(*rival)))
+            .note(best->span, fmt::format("candidate `{}`", signature(*best)));
         return poison(expr.span);
     }
     ExprPtr out = make(ExprKind::kCall, best->return_type, expr.span);

@@ -189,8 +189,8 @@ void Checker::declare_struct(const ast::Struct& from) {
                           fmt::format("a member cannot have type `{}`", v.type.text));
             ok = false;
         } else if (v.init != nullptr) {
-            sink_->report(v.init->span, diag::kBadDeclaration, "a member has no first value")
-                .help("give the variable one: `{ … }` with a value for each member");
+            sink_->report(v.init->span, diag::kBadDeclaration, "a member cannot have an initializer")
+                .help("initialize the variable: `{ … }` with a value for each member");
         } else {
             record->members.push_back({std::string(v.name), type, v.span});
         }

@@ -112,7 +112,7 @@ bool Checker::match_format(const ast::Expr& literal, std::vector<ExprPtr>* value
         const Type wanted = length == 0 ? kErrorType : conversion_type(conversion.back());
         if (wanted.is_error()) {
             sink_->report(span_of(at, conversion.size()), diag::kBadFormat, conversion)
-                .help("`%d` `%u` `%x` take integers, `%f` `%e` `%g` floats; `%%` is a per cent");
+                .help("`%d` `%u` `%x` take integers, `%f` `%e` `%g` floats; `%%` is a percent sign");
             return false;
         }
         ++conversions;

@@ -180,7 +180,7 @@ constexpr ForeignName kFunctionHelp[] = {
     {"ddx_fine", "there is one derivative, `ddx`; it is exact"},
     {"ddy_coarse", "there is one derivative, `ddy`; it is exact"},
     {"ddy_fine", "there is one derivative, `ddy`; it is exact"},
-    {"abort", "`assert(false)` reports the point; a print goes on"},
+    {"abort", "`assert(false)` reports the point; the print continues"},
     {"errorf", "`printf` prints a line with the point it is about"},
     {"log1p", "write `log(1 + x)`"},
     {"expm1", "write `exp(x) - 1`"},

@@ -222,7 +222,7 @@ ast::ExprPtr Parser::parse_primary() {
     if (at("(")) {
         const source::Span begin = take().span;
         ast::ExprPtr inner = parse_expression();
-        expect(")", "the expression in brackets");
+        expect(")", "the expression in parentheses");
         inner->span = span_to_previous(begin);
         return inner;
     }

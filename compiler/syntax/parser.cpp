@@ -224,7 +224,7 @@ std::string_view Parser::marker_word(std::initializer_list<const char*> known) {
     if (at("@")) {
         const source::Span begin = take().span;
         if (!at_identifier()) {
-            expected("a marker's name behind `@`");
+            expected("a marker's name after `@`");
             return "?";
         }
         const Token& word = take();

@@ -178,7 +178,7 @@ void StageTranslator::declare(const check::Stmt& stmt) {
     if (check::min_components(stmt.symbol->type, fablet_.ir.slot_count) > check::kMaxComponents) {
         sink_->report(
             stmt.span, diag::kTooComplex,
-            fmt::format("`{}` has more than {} components, those of each material counted",
+            fmt::format("`{}` has more than {} components, counting those of each material",
                         stmt.symbol->name, check::kMaxComponents));
         gave_up_ = true;
         return;

@@ -160,7 +160,7 @@ void StageTranslator::check_read(const Target& target, const source::Span& span)
 void StageTranslator::report_maybe(const check::Symbol& symbol, const source::Span& span) {
     sink_->report(span, diag::kMaybeUninitialized, symbol.name)
         .note(symbol.span, fmt::format("`{}` is declared here", symbol.name))
-        .help("give it a value where it is declared");
+        .help("initialize it where it is declared");
 }
 
 /// What the iterations of a loop assign is only known at its end.

@@ -167,14 +167,14 @@ Result<void> orient_shells(MeshSource* source, const std::vector<Edge>& edges) {
     if (turned >= 0) {
         flip_shells(&mesh, shell_of, flip);
         source->warnings.push_back(
-            fmt::format("{}: mesh `{}` has {} inside out (clockwise seen from outside); turned",
+            fmt::format("{}: mesh `{}` has {} inside out (clockwise seen from outside); flipped",
                         source->origin.str(turned), mesh.name, count_of(checks.turned, "shell")));
     }
     if (nested >= 0) {
         const Vec3d& p = at(mesh, mesh.triangles[nested][0]);
         source->warnings.push_back(
             fmt::format("{}: mesh `{}` has {} inside another that cuts nothing out, at {}; for a "
-                        "hollow, turn its triangles round",
+                        "cavity, flip its triangles",
                         source->origin.str(nested), mesh.name, count_of(checks.nested, "shell"),
                         source->location(p)));
     }

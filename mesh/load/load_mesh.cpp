@@ -62,8 +62,8 @@ void drop_partial_attributes(MeshSource* source) {
         }
         if (with > 0 && lacking < a.corners.size()) {
             source->warnings.push_back(fmt::format(
-                "{}: some faces of mesh `{}` have no `{}`, this one first; the mesh "
-                "goes without it",
+                "{}: some faces of mesh `{}` have no `{}`, this one first; the "
+                "attribute is dropped",
                 source->origin.str(static_cast<int32_t>(lacking)), source->mesh.name, a.name));
         }
         return with == 0 || lacking < a.corners.size();
@@ -231,7 +231,7 @@ void to_millimetres(MeshSource* source, const MeshOptions& options, LoadedMesh* 
         out->unit_note = metres ? "guessed from the size" : "assumed, as the file says none";
         if (metres) {
             source->warnings.push_back(fmt::format(
-                "{}: mesh `{}` is {:.4g} x {:.4g} x {:.4g} of a unit that the file does not say; "
+                "{}: mesh `{}` is {:.4g} x {:.4g} x {:.4g} in a unit that the file does not give; "
                 "taken as metres. Set `unit` if it is another",
                 source->origin.file, mesh.name, size.x, size.y, size.z));
         }
@@ -261,9 +261,9 @@ void look_for_intersections(MeshSource* source) {
     source->checks.all_intersections = found.all;
     if (found.pairs == 0) return;
     source->warnings.push_back(fmt::format(
-        "{}: mesh `{}` goes through itself: {}{} pair{} of triangles cross, one at {}; what it "
-        "encloses is printed once, but distances count the inner surfaces too. "
-        "Unite its pieces where that matters",
+        "{}: mesh `{}` intersects itself: {}{} pair{} of triangles cross, one at {}; its "
+        "volume is printed once, but distances count inner surfaces, too. "
+        "Unite its pieces if that matters",
         source->origin.str(found.first), source->mesh.name, found.all ? "" : "at least ",
         found.pairs, found.pairs == 1 ? "" : "s", source->location(found.point)));
 }

@@ -165,7 +165,7 @@ class ObjReader {
             group_.reset();
         } else if (!is_ignored(word)) {
             fail(word, fmt::format("unknown statement `{}`", word.substr(0, 40)),
-                 "this is no OBJ file, or one with free-form surfaces, which are not supported");
+                 "not an OBJ file, or one with free-form surfaces, which are not supported");
         }
     }
 

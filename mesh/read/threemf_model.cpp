@@ -242,7 +242,8 @@ class ModelReader : public XmlHandler {
         std::array<double, 3> value{};
         const std::string written = text(a, "color");
         if (!parse_color(written, &value))
-            return {fmt::format("`{}` is no colour", written.substr(0, 40)), "write it as #rrggbb"};
+            return {fmt::format("`{}` is not a colour", written.substr(0, 40)),
+                    "write it as #rrggbb"};
         add(&group_->values, value);
         return {};
     }

@@ -131,8 +131,8 @@ Result<ZipFile> ZipFile::open(std::string_view bytes, const std::string& file) {
     // much.
     if (unpacked - largest > kLargeEntry && (unpacked - largest) / kTightest > bytes.size()) {
         return user_error(
-            fmt::format("{}: the archive unpacks to {} times its size, as no mesh does; pack it "
-                        "again if that is meant",
+            fmt::format("{}: the archive unpacks to {} times its size, as no mesh does; compress "
+                        "it again if that is intended",
                         file, unpacked / bytes.size()));
     }
     return out;
@@ -172,8 +172,8 @@ Result<std::string> ZipFile::read(const std::string& name, int64_t limit) const 
         return error("is damaged: it cannot be as large as it says");
     if (entry.size > kLargeEntry && entry.size / kTightest > packed.size()) {
         return error(
-            fmt::format("unpacks to {} times its size, as no mesh does; pack it again if "
-                        "that is meant",
+            fmt::format("unpacks to {} times its size, as no mesh does; compress it again if "
+                        "that is intended",
                         entry.size / std::max<size_t>(packed.size(), 1)));
     }
     std::string out(entry.size, '\0');

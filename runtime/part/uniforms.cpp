@@ -244,7 +244,7 @@ class Binder {
             if (!placed) {
                 return error_at(
                     b.location,
-                    fmt::format("object `{}` is given to `{}` of fablet `{}`, but stands nowhere",
+                    fmt::format("object `{}` is given to `{}` of fablet `{}`, but is not placed",
                                 name, declaration(u), fablet_.name),
                     "add it to `build`");
             }

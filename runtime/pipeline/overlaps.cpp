@@ -59,7 +59,7 @@ std::vector<std::string> Overlaps::report(const std::vector<part::Part>& parts,
         lines.push_back(fmt::format(
             "`{}` (number {} of the build) and `{}` (number {}) overlap in {} voxels, {:.3g} ml, "
             "near "
-            "({:.4g}, {:.4g}, {:.4g}) mm; the later one has them, and no `priority` says so",
+            "({:.4g}, {:.4g}, {:.4g}) mm; the later one gets them; a `priority` would decide",
             parts[pair.first].name, pair.first, parts[pair.second].name, pair.second, count.voxels,
             static_cast<double>(count.voxels) * voxel_ml, at.x, at.y, at.z));
     }

@@ -82,8 +82,8 @@ Result<DepthMap> DepthMap::create(const std::vector<SupportedPart>& parts, const
         // The final size is unknown; two bytes per column mostly suffice.
         const int64_t columns = int64_t{grid.size.x} * grid.size.y;
         return user_error(fmt::format(
-            "support does not fit the memory budget: how high it reaches takes more than {}, and "
-            "up to {}; raise `--memory`, or print with `--support off`",
+            "support does not fit the memory budget: its depth map takes more than {}, up "
+            "to {}; raise `--memory`, or print with `--support off`",
             format_bytes(std::max<int64_t>(max_bytes, 0)),
             format_bytes(columns * (grid.size.z < 1 << 16 ? 2 : 4))));
     }

@@ -9,7 +9,7 @@
 // follows that:
 //  - a row meets an edge P -> Q (seen in y, z) on its left if E > 0,
 //      E = dy (z - Pz) - dz (y - Py);
-//    where E = 0 the moved sample has the sign of dy e³ - dz e²: left if dz < 0, or dz = 0 and
+//    where E = 0 the perturbed sample has the sign of dy e³ - dz e²: left if dz < 0, or dz = 0 and
 //    dy > 0
 //  - a triangle that is a line in (y, z) is met by no row
 //  - voxel i lies below the crossing x* iff 256 i + 128 < x*: as e outweighs e² and e³, equality

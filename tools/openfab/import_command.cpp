@@ -93,7 +93,7 @@ Result<void> run_import(ImportArguments arguments) {
     arguments.import.y_up = arguments.up == "y";
     if (!arguments.up.empty() && mesh::format_says_up(mesh)) {
         return usage_error(
-            "glTF is y-up by definition, and the mesh is turned already; leave `--up` out");
+            "glTF is y-up by definition, and the mesh is already rotated; leave `--up` out");
     }
     if (Result<world::Printer> printer = world::load_printer(arguments.import.printer); !printer)
         return printer.error();

@@ -222,7 +222,7 @@ void print_checks(const mesh::MeshChecks& checks) {
         {"duplicate triangles, left out", checks.duplicates},
         {"triangles without area", checks.without_area},
         {"shells", checks.shells},
-        {"shells inside out, turned", checks.turned},
+        {"shells inside out, flipped", checks.turned},
         {"cavities", checks.cavities},
         {"shells inside others that cut nothing out", checks.nested},
         {checks.all_intersections ? "pairs of triangles that cross"

@@ -218,7 +218,7 @@ Result<PrintBinary> find_or_build_print_binary(const std::vector<fs::path>& sour
         if (Result<PrintBinary> found = open_print_binary(*cache / name)) return found;
         clear_left_over(*cache);
     } else if (!quiet) {
-        note(fmt::format("nothing is kept for the next print: {}", cache.error().text()));
+        note(fmt::format("the compiled program is not cached: {}", cache.error().text()));
     }
     if (!quiet) say(fmt::format("compiling {} ...\n", sources.front().filename().string()));
     // In a folder of its own, so that concurrent prints do not see each other's partial programs,

@@ -317,7 +317,7 @@ Result<void> read_placement(const texture::NrrdHeader& header, size_t first, Nrr
                 return user_error("its `space directions` are malformed");
             for (size_t k = 0; k < 3; ++k) {
                 if (k != a && std::fabs(v[k]) > 1e-6 * std::fabs(v[a]))
-                    return user_error("its axes are turned; write it along x, y and z");
+                    return user_error("its axes are rotated; write it along x, y and z");
             }
             if (!(v[a] > 0))
                 return user_error("one of its axes runs backwards; write it along x, y and z");

@@ -275,7 +275,7 @@ TEST_F(OpenfabPrint, NothingCommonIsTrustedWithoutAHome) {
             if (std::string(input) == "block.obj") words.insert(words.end(), {"--fablet", "solid"});
             const Outcome outcome = run(words, {environment, {}, {}});
             EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-            EXPECT_THAT(outcome.err, HasSubstr("note: nothing is kept for the next print: "));
+            EXPECT_THAT(outcome.err, HasSubstr("note: the compiled program is not cached: "));
         }
     }
     EXPECT_FALSE(fs::exists(path("was-here")));

@@ -67,7 +67,7 @@ TEST(Json, RefusesWhatIsNotStrict) {
 }
 
 TEST(Json, SaysWhatPeopleWriteThatItHasNot) {
-    const std::string comma = "where nothing follows that it would separate; delete it";
+    const std::string comma = "which must not follow the last element; delete it";
     EXPECT_EQ(error_of("{\"a\": 1,\n}"),
               "f.json:1:8: not valid JSON; a comma before `}`, " + comma);
     EXPECT_EQ(error_of("{\"a\": [1, [2] ,] }"),

@@ -23,7 +23,7 @@ TEST(LoadMesh, GuessesMetresWithAWarning) {
     EXPECT_EQ(small->mesh.positions[1], (Vec3d{50, 0, 0}));
     EXPECT_EQ(small->warnings,
               (std::vector<std::string>{
-                  "a.obj: mesh `part` is 0.05 x 0.05 x 0.05 of a unit that the file does not say; "
+                  "a.obj: mesh `part` is 0.05 x 0.05 x 0.05 in a unit that the file does not give; "
                   "taken as metres. Set `unit` if it is another"}));
     MeshOptions options;
     options.unit_mm = 1;

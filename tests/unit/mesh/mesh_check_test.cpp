@@ -50,8 +50,9 @@ TEST(MeshCheck, TurnsAMeshThatIsInsideOutAsAWhole) {
     EXPECT_EQ(hollow.checks.turned, 2);
     EXPECT_EQ(hollow.checks.cavities, 1);
     EXPECT_EQ(hollow.checks.nested, 0);
-    EXPECT_EQ(hollow.warnings, (std::vector<std::string>{"m: mesh `part` has 2 shells inside out "
-                                                         "(clockwise seen from outside); turned"}));
+    EXPECT_EQ(hollow.warnings,
+              (std::vector<std::string>{"m: mesh `part` has 2 shells inside out "
+                                        "(clockwise seen from outside); flipped"}));
 }
 
 TEST(MeshCheck, NamesShellsThatCutNothingOut) {
@@ -66,7 +67,7 @@ TEST(MeshCheck, NamesShellsThatCutNothingOut) {
                       nested.mesh.positions[static_cast<size_t>(nested.mesh.triangles[12][0])].x,
                       nested.mesh.positions[static_cast<size_t>(nested.mesh.triangles[12][0])].y,
                       nested.mesh.positions[static_cast<size_t>(nested.mesh.triangles[12][0])].z) +
-                  ") mm; for a hollow, turn its triangles round"}));
+                  ") mm; for a cavity, flip its triangles"}));
     // A solid in the cavity of another is fine.
     MeshSource rattle =
         source_of(joined({box({0, 0, 0}, 10), box({2, 2, 2}, 6, false), box({4, 4, 4}, 2)}));

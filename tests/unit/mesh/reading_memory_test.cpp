@@ -606,7 +606,7 @@ TEST(ReadingMemory, BoundsTheWorkThatAWorldAsksFor) {
     EXPECT_SAYS(world_refusal(world_of(R"("m": {"file": "large.stl"})",
                                        R"("o": {"mesh": "m", "fablet": "f"})", turned),
                               2000 * kMegabyte),
-                "boxes of too many turned meshes");
+                "boxes of too many rotated meshes");
     // A file that is read for each of many meshes.
     std::string again;
     for (int i = 0; i < 10'000; ++i)

@@ -85,10 +85,10 @@ TEST(Threemf, PlacesComponentsInTheFilesUnit) {
     EXPECT_EQ(loaded->warnings,
               (std::vector<std::string>{
                   "a.3mf: objects that are supports, surfaces or others are left out",
-                  "a.3mf: some faces of mesh `part` have no `color`, this one first; the mesh goes "
-                  "without it",
-                  "a.3mf: some faces of mesh `part` have no `uv`, this one first; the mesh goes "
-                  "without it"}));
+                  "a.3mf: some faces of mesh `part` have no `color`, this one first; the "
+                  "attribute is dropped",
+                  "a.3mf: some faces of mesh `part` have no `uv`, this one first; the "
+                  "attribute is dropped"}));
     EXPECT_EQ(loaded->groups,
               (std::vector<std::pair<std::string, int32_t>>{{"PLA blue", 0}, {"PLA red", 1}}));
     EXPECT_EQ(mesh.find("face")->faces[0], 0);

@@ -92,7 +92,7 @@ TEST_F(BindObjectsTest, NamesWhatWouldBeRight) {
          "8:69: `rod` is an object, but `Material white` of fablet `Near` takes the name of a "
          "material"},
         {"\"core\": \"rod\"", "\"core\": \"idle\"",
-         "8:28: object `idle` is given to `Object core` of fablet `Near`, but stands nowhere; add "
+         "8:28: object `idle` is given to `Object core` of fablet `Near`, but is not placed; add "
          "it to `build`"},
         {"\"core\": \"rod\", ", "",
          "7:39: object `body` does not bind `Object core` of fablet `Near`; give it the name of an "

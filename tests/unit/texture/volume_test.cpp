@@ -191,7 +191,7 @@ TEST_F(VolumeTest, NrrdWithItsPlace) {
     EXPECT_EQ(trouble(folder_.write("x.nrrd",
                                     "NRRD0004\ntype: float\nsizes: 1 1 1\nspace directions: "
                                     "(1,1,0) (0,1,0) (0,0,1)\nencoding: raw\n\n1234")),
-              "its axes are turned; write it along x, y and z");
+              "its axes are rotated; write it along x, y and z");
     EXPECT_EQ(trouble(folder_.write("w.nrrd", header + "encoding: bzip2\n\nxx")),
               "its encoding `bzip2` is unknown; known: raw, text, gzip");
 }

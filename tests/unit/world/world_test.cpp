@@ -249,7 +249,7 @@ TEST_F(WorldTest, SaysWhichAxisOfAFileIsUp) {
     folder_.write("part.glb", "not read");
     EXPECT_TRUE(error_with("\"sphere\": 8", "\"file\": \"part.glb\", \"up\": \"y\"")
                     .ends_with("`up` of mesh `ball`: glTF is y-up by definition, and the mesh "
-                               "is turned already; leave it out"));
+                               "is already rotated; leave it out"));
     folder_.write("part.obj", "not read");
     const std::string other = error_with("\"sphere\": 8", "\"file\": \"part.obj\", \"up\": \"x\"");
     EXPECT_NE(other.find("`up` of mesh `ball` is `x`"), std::string::npos) << other;
