@@ -2,16 +2,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Assertions: what only a bug of ours can make false. OPENFAB_CHECK and its comparisons hold in
-// every build: they say where they stand, what was to hold and the values, and end the process.
-// OPENFAB_DCHECK is for paths that run for each voxel, and is nothing where NDEBUG is set.
+// Assertions of invariants that only a bug in OpenFab can violate. OPENFAB_CHECK and its
+// comparisons hold in every build: they print their location, the condition and the values, and
+// abort the process. OPENFAB_DCHECK is for paths that run for each voxel, and compiles to nothing
+// where NDEBUG is set.
 
 #include <string>
 #include <type_traits>
 
 namespace openfab {
 
-/// Says on standard error which check failed, and aborts. `values`: those compared, or empty.
+/// Prints to standard error which check failed, and aborts. `values`: those compared, or empty.
 [[noreturn]] void check_failed(const char* file, int line, const char* expression,
                                const std::string& values = {});
 
@@ -24,13 +25,11 @@ std::string text_of(const void* value);
 
 template <typename T>
 std::string value_text(const T& value) {
-    if constexpr (std::is_enum_v<T>) {
-        return text_of(static_cast<long long>(value));
-    } else if constexpr (std::is_floating_point_v<T>) {
+    if constexpr (std::is_floating_point_v<T>) {
         return text_of(static_cast<double>(value));
     } else if constexpr (std::is_unsigned_v<T>) {
         return text_of(static_cast<unsigned long long>(value));
-    } else if constexpr (std::is_integral_v<T>) {
+    } else if constexpr (std::is_integral_v<T> || std::is_enum_v<T>) {
         return text_of(static_cast<long long>(value));
     } else {
         return text_of(static_cast<const void*>(value));

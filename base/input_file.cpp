@@ -48,7 +48,7 @@ bool is_below(const fs::path& path, const fs::path& folder) {
 }
 
 fs::path reading_root(const fs::path& folder) {
-    const fs::path own = without_links(folder.empty() ? "." : folder);
+    fs::path own = without_links(folder.empty() ? "." : folder);
     std::error_code ignored;
     for (fs::path at = own;; at = at.parent_path()) {
         if (fs::is_regular_file(at / kProjectFile, ignored)) return at;
@@ -61,10 +61,10 @@ std::string as_argument(const fs::path& path) {
 }
 
 Result<InputFile> InputFile::open(const fs::path& file, const std::vector<fs::path>& roots) {
-    // Without waiting: a pipe that nobody writes would hold us here.
+    // Nonblocking: opening a pipe without a writer would block.
     const int descriptor = ::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
     if (descriptor < 0) {
-        // A socket, or a device that nobody drives.
+        // A socket, or a device without a driver.
         if (errno == ENXIO) return user_error("it is not a file");
         return reason_of(errno);
     }
