@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-#include "compiler/check/check_state.h"
+#include "compiler/check/checker.h"
 
 namespace openfab::check {
 
@@ -38,25 +38,6 @@ int32_t find_varying(const std::vector<ir::Varying>& list, std::string_view name
 }
 
 }  // namespace
-
-const Symbol* Checker::find(std::string_view name) const {
-    for (auto scope = scopes_.rbegin(); scope != scopes_.rend(); ++scope) {
-        const auto found = scope->find(name);
-        if (found != scope->end()) return found->second;
-    }
-    return nullptr;
-}
-
-bool Checker::declare(const Symbol* symbol) {
-    const auto [known, fresh] = scopes_.back().emplace(symbol->name, symbol);
-    if (!fresh) {
-        diag::Diagnostic& d = sink_->report(symbol->span, diag::kRedeclared, symbol->name);
-        if (known->second->span.file != 0) d.note(known->second->span, "the first one is here");
-    }
-    return fresh;
-}
-
-// --- fablets
 
 void Checker::check_fablet(const ast::Fablet& from, Fablet* to) {
     fablet_ = to;

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <string>
 
-#include "compiler/check/check_state.h"
+#include "compiler/check/expression_checker.h"
 #include "compiler/check/foreign_names.h"
 
 namespace openfab::check {
@@ -96,14 +96,14 @@ bool any_error(const std::vector<ExprPtr>& args) {
                        [](const ExprPtr& arg) { return arg->type.is_error(); });
 }
 
-std::vector<ExprPtr> Checker::arguments(const ast::Expr& expr) {
+std::vector<ExprPtr> ExpressionChecker::arguments(const ast::Expr& expr) {
     std::vector<ExprPtr> args;
     for (size_t i = 1; i < expr.args.size(); ++i)
         args.push_back(expression(*expr.args[i]));
     return args;
 }
 
-std::vector<const Function*> Checker::overloads(std::string_view name) const {
+std::vector<const Function*> ExpressionChecker::overloads(std::string_view name) const {
     std::vector<const Function*> out;
     for (const Function* f : visible_functions_) {
         if (f->name == name) out.push_back(f);
@@ -118,14 +118,14 @@ std::vector<const Function*> Checker::overloads(std::string_view name) const {
     return out;
 }
 
-bool Checker::wrong_count(const ast::Expr& call, std::string_view name, const std::string& right,
-                          size_t count) {
+bool ExpressionChecker::wrong_count(const ast::Expr& call, std::string_view name,
+                                    const std::string& right, size_t count) {
     sink_->report(call.args[0]->text_span, diag::kArgumentCount, name, right,
                   static_cast<int>(count));
     return false;
 }
 
-ExprPtr Checker::call(const ast::Expr& expr) {
+ExprPtr ExpressionChecker::call(const ast::Expr& expr) {
     const ast::Expr& callee = *expr.args[0];
     if (callee.kind == ast::ExprKind::kMember) return method(expr);
     if (callee.kind != ast::ExprKind::kName) {
@@ -171,7 +171,7 @@ ExprPtr Checker::call(const ast::Expr& expr) {
 }
 
 /// The arguments are not checked: one cause, one message.
-ExprPtr Checker::unknown_function(const ast::Expr& expr) {
+ExprPtr ExpressionChecker::unknown_function(const ast::Expr& expr) {
     const ast::Expr& callee = *expr.args[0];
     diag::Diagnostic& d = sink_->report(callee.span, diag::kUnknownFunction, callee.text);
     if (const std::string foreign_help = foreign_function_help(callee.text);
@@ -194,7 +194,8 @@ ExprPtr Checker::unknown_function(const ast::Expr& expr) {
     return poison(expr.span);
 }
 
-ExprPtr Checker::construct(const ast::Expr& expr, const Type& type, std::vector<ExprPtr> args) {
+ExprPtr ExpressionChecker::construct(const ast::Expr& expr, const Type& type,
+                                     std::vector<ExprPtr> args) {
     const ast::Expr& callee = *expr.args[0];
     if (!type.is_arithmetic()) {
         sink_->report(callee.span, diag::kNotAFunction, callee.text);
@@ -229,7 +230,7 @@ ExprPtr Checker::construct(const ast::Expr& expr, const Type& type, std::vector<
 }
 
 /// `Pair(1, 2)` is equivalent to a list of the members.
-ExprPtr Checker::construct_struct(const ast::Expr& expr, const Type& type) {
+ExprPtr ExpressionChecker::construct_struct(const ast::Expr& expr, const Type& type) {
     const std::vector<StructMember>& members = type.record->members;
     if (expr.args.size() - 1 != members.size()) {
         wrong_count(expr, expr.args[0]->text, plural(static_cast<int>(members.size()), "argument"),
@@ -243,8 +244,8 @@ ExprPtr Checker::construct_struct(const ast::Expr& expr, const Type& type) {
     return any_error(out->args) ? poison(expr.span) : std::move(out);
 }
 
-ExprPtr Checker::intrinsic(const ast::Expr& expr, const IntrinsicInfo& info,
-                           std::vector<ExprPtr> args) {
+ExprPtr ExpressionChecker::intrinsic(const ast::Expr& expr, const IntrinsicInfo& info,
+                                     std::vector<ExprPtr> args) {
     if (info.shape == Shape::kOwn) return own_function_call(expr, info, std::move(args));
     if (info.shape == Shape::kBits) return bits_call(expr, info, std::move(args));
     if (static_cast<int>(args.size()) != info.arity) {
@@ -293,8 +294,9 @@ ExprPtr Checker::intrinsic(const ast::Expr& expr, const IntrinsicInfo& info,
     return out;
 }
 
-ExprPtr Checker::user_call(const ast::Expr& expr, const std::vector<const Function*>& candidates,
-                           std::vector<ExprPtr> args) {
+ExprPtr ExpressionChecker::user_call(const ast::Expr& expr,
+                                     const std::vector<const Function*>& candidates,
+                                     std::vector<ExprPtr> args) {
     const ast::Expr& callee = *expr.args[0];
     const Function* best = nullptr;
     const Function* rival = nullptr;
@@ -339,7 +341,7 @@ ExprPtr Checker::user_call(const ast::Expr& expr, const std::vector<const Functi
     return out;
 }
 
-ExprPtr Checker::method(const ast::Expr& expr) {
+ExprPtr ExpressionChecker::method(const ast::Expr& expr) {
     const ast::Expr& callee = *expr.args[0];
     ExprPtr object = expression(*callee.args[0]);
     if (object->type.is_error()) return poison(expr.span);
@@ -359,8 +361,8 @@ ExprPtr Checker::method(const ast::Expr& expr) {
                : look_up(expr, std::move(object), std::move(args));
 }
 
-ExprPtr Checker::composition_method(const ast::Expr& expr, ExprPtr object,
-                                    std::vector<ExprPtr> args) {
+ExprPtr ExpressionChecker::composition_method(const ast::Expr& expr, ExprPtr object,
+                                              std::vector<ExprPtr> args) {
     struct Method {
         std::string_view name;
         ExprKind kind;

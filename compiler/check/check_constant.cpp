@@ -1,6 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "compiler/check/check_state.h"
+#include "compiler/check/expression_checker.h"
 #include "compiler/ir/arithmetic.h"
 
 namespace openfab::check {

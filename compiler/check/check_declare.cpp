@@ -6,8 +6,7 @@
 #include <iterator>
 #include <set>
 
-#include "compiler/check/check_state.h"
-#include "compiler/check/foreign_names.h"
+#include "compiler/check/checker.h"
 
 namespace openfab::check {
 
@@ -87,138 +86,6 @@ void Checker::check_scope(const ast::Scope& from, const ast::Fablet* fablet, Fab
         check_constant(*v, constants);
     check_functions(from.functions, *functions);
 }
-
-// --- types
-
-Type Checker::declared_type(const ast::TypeRef& ref) {
-    const Symbol* symbol = find(ref.text);
-    if (symbol != nullptr && symbol->kind == SymbolKind::kType) return symbol->type;
-    const Type found = find_type(ref.text);
-    if (!found.is_error()) return found;
-    diag::Diagnostic& d = sink_->report(ref.span, diag::kUnknownType, ref.text);
-    if (const std::string help = foreign_type_help(ref.text); !help.empty()) {
-        d.help(help);
-        const std::string ours = renamed_type(ref.text);
-        if (!ours.empty()) d.replace(ref.span, ours);
-        return {};
-    }
-    std::vector<std::string> names = type_names();
-    for (const auto& name : types_)
-        names.push_back(name->name);
-    d.suggest(ref.span, ref.text, names,
-              "OPENFL.md lists the types in section 3: `bool`, `int`, `uint`, `float`, `float3`, "
-              "`Material`, `MaterialComposition` and others");
-    return {};
-}
-
-std::optional<int32_t> Checker::constant_int(const ast::Expr& expr, const char* what) {
-    const ExprPtr value = convert(expression(expr), kIntType);
-    if (value->type.is_error()) return std::nullopt;
-    const std::optional<uint32_t> bits = known_bits(*value);
-    if (!bits) {
-        sink_->report(expr.span, diag::kNotConstant, what);
-        return std::nullopt;
-    }
-    return static_cast<int32_t>(*bits);
-}
-
-std::optional<int> Checker::extent(const ast::Variable& v, size_t dimension) {
-    const ast::Expr* expr = v.extents[dimension].get();
-    std::optional<int32_t> count;
-    if (expr != nullptr) {
-        count = constant_int(*expr, "the size of an array");
-        if (!count) return std::nullopt;
-    } else if (dimension == 0 && v.init != nullptr && v.init->kind == ast::ExprKind::kInitList) {
-        count = static_cast<int32_t>(v.init->args.size());
-    } else {
-        sink_
-            ->report(v.array_span, diag::kBadDeclaration,
-                     fmt::format("array `{}` has no size", v.name))
-            .help("only the outermost size can be left out, and only with an initializer list");
-        return std::nullopt;
-    }
-    if (*count < 1 || *count > kMaxComponents) {
-        sink_->report(expr != nullptr ? expr->span : v.array_span, diag::kOutOfRange, "array size",
-                      *count, 1, kMaxComponents);
-        return std::nullopt;
-    }
-    return *count;
-}
-
-Type Checker::declared_type(const ast::Variable& v) {
-    Type type = declared_type(v.type);
-    if (type.is_error() || v.extents.empty()) return type;
-    if (type == kVoidType || type.is_attributes()) {
-        sink_->report(v.type.span, diag::kBadDeclaration,
-                      fmt::format("an array cannot have elements of type `{}`", v.type.text));
-        return {};
-    }
-    if (v.extents.size() > static_cast<size_t>(kMaxDimensions)) {
-        sink_->report(v.array_span, diag::kTooComplex,
-                      fmt::format("an array has at most {} dimensions", kMaxDimensions));
-        return {};
-    }
-    for (size_t i = v.extents.size(); i-- > 0;) {
-        const std::optional<int> count = extent(v, i);
-        if (!count) return {};
-        type = array_of(type, *count);
-        if (min_components(type) > kMaxComponents) {
-            sink_->report(v.array_span, diag::kTooComplex,
-                          fmt::format("`{}` has more than {} components", v.name, kMaxComponents));
-            return {};
-        }
-    }
-    return type;
-}
-
-/// An invalid struct is declared all the same, as an error type.
-void Checker::declare_struct(const ast::Struct& from) {
-    auto record = std::make_unique<StructType>();
-    record->name = from.name;
-    record->span = from.span;
-    bool ok = true;
-    for (const ast::Variable& v : from.members) {
-        const Type type = declared_type(v);
-        const auto known = std::find_if(record->members.begin(), record->members.end(),
-                                        [&](const StructMember& m) { return m.name == v.name; });
-        if (known != record->members.end()) {
-            sink_->report(v.span, diag::kRedeclared, v.name)
-                .note(known->span, "the first one is here");
-        } else if (type == kVoidType || type.is_attributes()) {
-            sink_->report(v.type.span, diag::kBadDeclaration,
-                          fmt::format("a member cannot have type `{}`", v.type.text));
-            ok = false;
-        } else if (v.init != nullptr) {
-            sink_->report(v.init->span, diag::kBadDeclaration, "a member cannot have an initializer")
-                .help("initialize the variable: `{ … }` with a value for each member");
-        } else {
-            record->members.push_back({std::string(v.name), type, v.span});
-        }
-    }
-    if (from.members.empty()) {
-        sink_->report(from.span, diag::kBadDeclaration,
-                      fmt::format("struct `{}` has no members", from.name));
-        ok = false;
-    }
-    Type type{Base::kStruct, 1};
-    type.record = record.get();
-    if (ok && min_components(type) > kMaxComponents) {
-        sink_->report(from.span, diag::kTooComplex,
-                      fmt::format("`{}` has more than {} components", from.name, kMaxComponents));
-        ok = false;
-    }
-    auto symbol = std::make_unique<Symbol>();
-    symbol->kind = SymbolKind::kType;
-    symbol->name = from.name;
-    symbol->span = from.span;
-    symbol->is_const = true;
-    if (ok) symbol->type = type;
-    declare(symbol.get());
-    types_.push_back(std::move(symbol));
-    program_->structs.push_back(std::move(record));
-}
-
-// --- constants and functions
 
 void Checker::check_constant(const ast::Variable& v, std::vector<std::unique_ptr<Symbol>>* to) {
     context_ = StageContext::kGlobal;

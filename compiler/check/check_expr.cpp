@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <string>
 
-#include "compiler/check/check_state.h"
+#include "compiler/check/expression_checker.h"
 #include "compiler/check/foreign_names.h"
 
 namespace openfab::check {
@@ -57,7 +57,7 @@ constexpr AttributeInfo kAttributes[] = {
     {"instance", Attribute::kInstance, kIntType, true, true},
 };
 
-/// 0 to 3, or -1; `set` becomes 1 for xyzw, 2 for rgba.
+/// Returns the component, 0 to 3, or -1; sets `set` to 1 for xyzw, 2 for rgba.
 int lane_of(char c, int* set) {
     constexpr std::string_view kXyzw = "xyzw";
     constexpr std::string_view kRgba = "rgba";
@@ -76,7 +76,7 @@ std::string both(const Type& a, const Type& b) {
 
 }  // namespace
 
-ExprPtr Checker::make(ExprKind kind, const Type& type, const source::Span& span) const {
+ExprPtr ExpressionChecker::make(ExprKind kind, const Type& type, const source::Span& span) const {
     auto out = std::make_unique<Expr>();
     out->kind = kind;
     out->type = type;
@@ -84,7 +84,7 @@ ExprPtr Checker::make(ExprKind kind, const Type& type, const source::Span& span)
     return out;
 }
 
-ExprPtr Checker::expression(const ast::Expr& expr) {
+ExprPtr ExpressionChecker::expression(const ast::Expr& expr) {
     switch (expr.kind) {
         case ast::ExprKind::kBad:
             return poison(expr.span);
@@ -137,7 +137,7 @@ ExprPtr Checker::expression(const ast::Expr& expr) {
     return poison(expr.span);
 }
 
-ExprPtr Checker::name(const ast::Expr& expr) {
+ExprPtr ExpressionChecker::name(const ast::Expr& expr) {
     const Symbol* symbol = find(expr.text);
     if (symbol != nullptr) {
         if (symbol->type.is_error()) return poison(expr.span);
@@ -175,14 +175,14 @@ ExprPtr Checker::name(const ast::Expr& expr) {
     return poison(expr.span);
 }
 
-bool Checker::is_type_name(std::string_view name) const {
+bool ExpressionChecker::is_type_name(std::string_view name) const {
     const Symbol* symbol = find(name);
     if (symbol != nullptr) return symbol->kind == SymbolKind::kType;
     return !find_type(name).is_error();
 }
 
-/// The attributes of the stage or function, or null.
-const Symbol* Checker::attributes() const {
+/// Returns the attributes of the stage or function, or null.
+const Symbol* ExpressionChecker::attributes() const {
     for (const Scope& scope : scopes_) {
         for (const auto& [text, symbol] : scope) {
             if (symbol->type.is_attributes()) return symbol;
@@ -191,9 +191,9 @@ const Symbol* Checker::attributes() const {
     return nullptr;
 }
 
-/// Returns help for a name of another language, or one that only the surface stage has.
-std::string Checker::help_for_name(std::string_view name) const {
-    const std::string foreign_help = foreign_name_help(name);
+/// Returns help for a name of another language, or one that exists only in the surface stage.
+std::string ExpressionChecker::help_for_name(std::string_view name) const {
+    std::string foreign_help = foreign_name_help(name);
     if (!foreign_help.empty()) return foreign_help;
     for (const AttributeInfo& info : kAttributes) {
         if (info.name != name) continue;
@@ -222,7 +222,7 @@ std::string Checker::help_for_name(std::string_view name) const {
     return "";
 }
 
-ExprPtr Checker::bad_operand(const ast::Expr& expr, const std::string& types) {
+ExprPtr ExpressionChecker::bad_operand(const ast::Expr& expr, const std::string& types) {
     diag::Diagnostic& d = sink_->report(expr.text_span, diag::kBadOperand, expr.text, types);
     if (types.find("`Material`") != std::string::npos) {
         d.help(
@@ -236,7 +236,7 @@ ExprPtr Checker::bad_operand(const ast::Expr& expr, const std::string& types) {
     return poison(expr.span);
 }
 
-ExprPtr Checker::unary(const ast::Expr& expr) {
+ExprPtr ExpressionChecker::unary(const ast::Expr& expr) {
     ExprPtr operand = expression(*expr.args[0]);
     if (operand->type.is_error()) return poison(expr.span);
     const Type given = operand->type;
@@ -261,7 +261,7 @@ ExprPtr Checker::unary(const ast::Expr& expr) {
     return out;
 }
 
-Type Checker::common_type(const Type& a, const Type& b) const {
+Type ExpressionChecker::common_type(const Type& a, const Type& b) const {
     Type out;
     out.base = std::max(a.base, b.base);  // bool < int < uint < float
     if (a.is_matrix() || b.is_matrix()) {
@@ -273,7 +273,7 @@ Type Checker::common_type(const Type& a, const Type& b) const {
     return out;
 }
 
-ExprPtr Checker::binary(const ast::Expr& expr) {
+ExprPtr ExpressionChecker::binary(const ast::Expr& expr) {
     if (expr.text == "&&" || expr.text == "||") return logical(expr);
     const bool pointer = (expr.text == "*" || expr.text == "&") &&
                          expr.args[0]->kind == ast::ExprKind::kName &&
@@ -309,8 +309,8 @@ ExprPtr Checker::binary(const ast::Expr& expr) {
     return out;
 }
 
-/// Component by component, as in HLSL; a scalar goes with each.
-ExprPtr Checker::matrix_binary(const ast::Expr& expr, ExprPtr left, ExprPtr right) {
+/// Component-wise, as in HLSL; a scalar is broadcast.
+ExprPtr ExpressionChecker::matrix_binary(const ast::Expr& expr, ExprPtr left, ExprPtr right) {
     const Type a = left->type;
     const Type b = right->type;
     const bool fits = (a.is_matrix() && b.is_scalar()) || (b.is_matrix() && a.is_scalar()) ||
@@ -330,8 +330,8 @@ ExprPtr Checker::matrix_binary(const ast::Expr& expr, ExprPtr left, ExprPtr righ
     return out;
 }
 
-/// a + b, a * s, s * a; the amounts of every material.
-ExprPtr Checker::composition_binary(const ast::Expr& expr, ExprPtr left, ExprPtr right) {
+/// a + b, a * s, s * a: on the amounts of each material.
+ExprPtr ExpressionChecker::composition_binary(const ast::Expr& expr, ExprPtr left, ExprPtr right) {
     const std::string types = both(left->type, right->type);
     if (expr.text == "*" && right->type.is(Base::kComposition)) std::swap(left, right);
     const bool sum =
@@ -346,7 +346,7 @@ ExprPtr Checker::composition_binary(const ast::Expr& expr, ExprPtr left, ExprPtr
     return out;
 }
 
-ExprPtr Checker::logical(const ast::Expr& expr) {
+ExprPtr ExpressionChecker::logical(const ast::Expr& expr) {
     ExprPtr out =
         make(expr.text == "&&" ? ExprKind::kAndThen : ExprKind::kOrElse, kBoolType, expr.span);
     for (const ast::ExprPtr& arg : expr.args)
@@ -354,7 +354,7 @@ ExprPtr Checker::logical(const ast::Expr& expr) {
     return out;
 }
 
-ExprPtr Checker::conditional(const ast::Expr& expr) {
+ExprPtr ExpressionChecker::conditional(const ast::Expr& expr) {
     ExprPtr test = condition(*expr.args[0]);
     ExprPtr yes = expression(*expr.args[1]);
     ExprPtr no = expression(*expr.args[2]);
@@ -379,7 +379,7 @@ ExprPtr Checker::conditional(const ast::Expr& expr) {
     return out;
 }
 
-bool Checker::assignable(const Expr& target) {
+bool ExpressionChecker::assignable(const Expr& target) {
     switch (target.kind) {
         case ExprKind::kError:
             return false;
@@ -434,7 +434,7 @@ bool Checker::assignable(const Expr& target) {
     return false;
 }
 
-ExprPtr Checker::assign(const ast::Expr& expr) {
+ExprPtr ExpressionChecker::assign(const ast::Expr& expr) {
     ExprPtr target = expression(*expr.args[0]);
     const Type type = target->type;
     const bool plain = expr.text == "=";
@@ -468,7 +468,8 @@ ExprPtr Checker::assign(const ast::Expr& expr) {
         if (is_bitwise(out->op) && !common.is_integer()) {
             return bad_operand(expr, both(type, value->type));
         }
-        // The operation may be wider than the target, and the way back is then a narrowing one.
+        // The operation may be wider than the target; converting its result back is then a
+        // narrowing.
         if (!mixture && value->type.base == Base::kFloat && type.base != Base::kFloat) {
             sink_->report(expr.span, diag::kNarrowing, "float", type_name(type))
                 .help(fmt::format("write the conversion: `a = {}(a {} b)`", type_name(type),
@@ -484,7 +485,7 @@ ExprPtr Checker::assign(const ast::Expr& expr) {
     return out;
 }
 
-ExprPtr Checker::increment(const ast::Expr& expr) {
+ExprPtr ExpressionChecker::increment(const ast::Expr& expr) {
     ExprPtr target = expression(*expr.args[0]);
     if (target->type.is_error()) return poison(expr.span);
     if (!target->type.is_numeric() || target->type.base == Base::kBool) {
@@ -498,7 +499,7 @@ ExprPtr Checker::increment(const ast::Expr& expr) {
     return out;
 }
 
-ExprPtr Checker::index(const ast::Expr& expr) {
+ExprPtr ExpressionChecker::index(const ast::Expr& expr) {
     ExprPtr object = expression(*expr.args[0]);
     ExprPtr at = expression(*expr.args[1]);
     if (object->type.is_error() || at->type.is_error()) return poison(expr.span);
@@ -529,7 +530,7 @@ ExprPtr Checker::index(const ast::Expr& expr) {
     return out;
 }
 
-ExprPtr Checker::member(const ast::Expr& expr) {
+ExprPtr ExpressionChecker::member(const ast::Expr& expr) {
     ExprPtr object = expression(*expr.args[0]);
     if (object->type.is_error()) return poison(expr.span);
     if (object->type.is_numeric()) return swizzle(expr, std::move(object));
@@ -551,8 +552,8 @@ ExprPtr Checker::member(const ast::Expr& expr) {
     return poison(expr.span);
 }
 
-ExprPtr Checker::struct_member(const ast::Expr& expr, ExprPtr object,
-                               const std::vector<StructMember>& members) {
+ExprPtr ExpressionChecker::struct_member(const ast::Expr& expr, ExprPtr object,
+                                         const std::vector<StructMember>& members) {
     std::vector<std::string> names;
     std::string all;
     for (size_t i = 0; i < members.size(); ++i) {
@@ -576,7 +577,7 @@ ExprPtr Checker::struct_member(const ast::Expr& expr, ExprPtr object,
     return poison(expr.span);
 }
 
-ExprPtr Checker::attribute_member(const ast::Expr& expr, ExprPtr object) {
+ExprPtr ExpressionChecker::attribute_member(const ast::Expr& expr, ExprPtr object) {
     const bool surface = object->type.is(Base::kSurfaceAttributes);
     std::vector<std::string> names;
     std::string list;
@@ -600,7 +601,7 @@ ExprPtr Checker::attribute_member(const ast::Expr& expr, ExprPtr object) {
     return poison(expr.span);
 }
 
-ExprPtr Checker::swizzle(const ast::Expr& expr, ExprPtr object) {
+ExprPtr ExpressionChecker::swizzle(const ast::Expr& expr, ExprPtr object) {
     ExprPtr out = make(ExprKind::kSwizzle, object->type, expr.span);
     const std::string_view text = expr.text;
     int first_set = 0;
@@ -625,7 +626,7 @@ ExprPtr Checker::swizzle(const ast::Expr& expr, ExprPtr object) {
 }
 
 /// `_m01` counts rows and columns from 0, `_12` from 1; up to four of them make a vector.
-ExprPtr Checker::matrix_swizzle(const ast::Expr& expr, ExprPtr object) {
+ExprPtr ExpressionChecker::matrix_swizzle(const ast::Expr& expr, ExprPtr object) {
     const Type matrix = object->type;
     ExprPtr out = make(ExprKind::kSwizzle, {matrix.base, 0}, expr.span);
     const bool zero_based = expr.text.substr(0, 2) == "_m";
@@ -650,7 +651,7 @@ ExprPtr Checker::matrix_swizzle(const ast::Expr& expr, ExprPtr object) {
     return out;
 }
 
-ExprPtr Checker::cast(const ast::Expr& expr) {
+ExprPtr ExpressionChecker::cast(const ast::Expr& expr) {
     const Type type = declared_type(ast::TypeRef{expr.text, expr.text_span});
     ExprPtr value = expression(*expr.args[0]);
     if (type.is_error() || value->type.is_error()) return poison(expr.span);
@@ -667,7 +668,7 @@ ExprPtr Checker::cast(const ast::Expr& expr) {
 
 namespace {
 
-/// True where a value can become one of another type, if only by losing something.
+/// Returns whether a value can be converted to a type, possibly with loss.
 bool converts(const Type& from, const Type& to) {
     if (!from.is_arithmetic() || !to.is_arithmetic()) return false;
     if (from.is_scalar()) return true;
@@ -677,7 +678,7 @@ bool converts(const Type& from, const Type& to) {
 
 }  // namespace
 
-ExprPtr Checker::convert_explicitly(ExprPtr value, const Type& to) {
+ExprPtr ExpressionChecker::convert_explicitly(ExprPtr value, const Type& to) {
     const Type from = value->type;
     if (from.is_error() || from == to) return value;
     if (!converts(from, to)) {
@@ -691,7 +692,7 @@ ExprPtr Checker::convert_explicitly(ExprPtr value, const Type& to) {
     return out;
 }
 
-ExprPtr Checker::convert(ExprPtr value, const Type& to) {
+ExprPtr ExpressionChecker::convert(ExprPtr value, const Type& to) {
     const Type from = value->type;
     if (from.is_error() || to.is_error() || from == to) return value;
     const source::Span span = value->span;
@@ -721,6 +722,22 @@ ExprPtr Checker::convert(ExprPtr value, const Type& to) {
             .insert_after(span, ")");
     }
     return out;
+}
+
+ExprPtr ExpressionChecker::condition(const ast::Expr& expr) {
+    if (is_bare_assignment(expr)) {
+        sink_->report(expr.text_span, diag::kAssignedCondition)
+            .help("`==` compares; if the assignment is intended, put it in parentheses")
+            .replace(expr.text_span, "==");
+    }
+    ExprPtr out = expression(expr);
+    if (out->type.is_error()) return out;
+    if (!out->type.is_scalar()) {
+        diag::Diagnostic& d = sink_->report(expr.span, diag::kBadCondition, type_name(out->type));
+        if (out->type.is_vector()) d.help("write `all(…)` or `any(…)`");
+        return poison(expr.span);
+    }
+    return convert(std::move(out), kBoolType);
 }
 
 }  // namespace openfab::check

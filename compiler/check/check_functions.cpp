@@ -17,7 +17,7 @@
 #include <algorithm>
 #include <bit>
 
-#include "compiler/check/check_state.h"
+#include "compiler/check/expression_checker.h"
 
 namespace openfab::check {
 
@@ -158,8 +158,8 @@ int common_size(const OwnFunction& f, const std::vector<ExprPtr>& args) {
 
 }  // namespace
 
-ExprPtr Checker::own_function_call(const ast::Expr& expr, const IntrinsicInfo& info,
-                                   std::vector<ExprPtr> args) {
+ExprPtr ExpressionChecker::own_function_call(const ast::Expr& expr, const IntrinsicInfo& info,
+                                             std::vector<ExprPtr> args) {
     const OwnFunction& f = own_function(info.id);
     const ast::Expr& callee = *expr.args[0];
     if (is_derivative(info.id) && context_ != StageContext::kSurface &&
@@ -198,9 +198,9 @@ ExprPtr Checker::own_function_call(const ast::Expr& expr, const IntrinsicInfo& i
     return convert_own_arguments(expr, info, f.parameters, f.result, size, std::move(args));
 }
 
-ExprPtr Checker::convert_own_arguments(const ast::Expr& expr, const IntrinsicInfo& info,
-                                       const char* parameters, char result, int size,
-                                       std::vector<ExprPtr> args) {
+ExprPtr ExpressionChecker::convert_own_arguments(const ast::Expr& expr, const IntrinsicInfo& info,
+                                                 const char* parameters, char result, int size,
+                                                 std::vector<ExprPtr> args) {
     const auto constant = [&](const Type& type, uint32_t bits) {
         ExprPtr value = make(ExprKind::kConstant, type, expr.span);
         value->bits = bits;
@@ -253,8 +253,8 @@ ExprPtr Checker::convert_own_arguments(const ast::Expr& expr, const IntrinsicInf
 }
 
 /// asfloat and the like take any number; bit counts take integers.
-ExprPtr Checker::bits_call(const ast::Expr& expr, const IntrinsicInfo& info,
-                           std::vector<ExprPtr> args) {
+ExprPtr ExpressionChecker::bits_call(const ast::Expr& expr, const IntrinsicInfo& info,
+                                     std::vector<ExprPtr> args) {
     const ast::Expr& callee = *expr.args[0];
     if (args.size() != 1) {
         wrong_count(expr, info.name, "1 argument", args.size());

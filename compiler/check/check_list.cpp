@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include "compiler/check/check_state.h"
+#include "compiler/check/expression_checker.h"
 
 namespace openfab::check {
 
@@ -42,12 +42,12 @@ bool scalars_of(const Type& type, std::vector<Type>* out) {
 
 }  // namespace
 
-ExprPtr Checker::initializer(const ast::Expr& expr, const Type& to) {
+ExprPtr ExpressionChecker::initializer(const ast::Expr& expr, const Type& to) {
     if (expr.kind == ast::ExprKind::kInitList) return list(expr, to);
     return convert(expression(expr), to);
 }
 
-ExprPtr Checker::list(const ast::Expr& expr, const Type& to) {
+ExprPtr ExpressionChecker::list(const ast::Expr& expr, const Type& to) {
     if (to.is_error()) return poison(expr.span);
     if (expr.args.empty()) {
         // Zero in all components, or an empty composition; materials and textures have no such
@@ -95,7 +95,8 @@ ExprPtr Checker::list(const ast::Expr& expr, const Type& to) {
     return out;
 }
 
-ExprPtr Checker::list_of(const ast::Expr& expr, const Type& to, const std::vector<Type>& parts) {
+ExprPtr ExpressionChecker::list_of(const ast::Expr& expr, const Type& to,
+                                   const std::vector<Type>& parts) {
     ExprPtr out = make(ExprKind::kConstruct, to, expr.span);
     bool ok = true;
     for (size_t i = 0; i < parts.size(); ++i) {
@@ -105,7 +106,7 @@ ExprPtr Checker::list_of(const ast::Expr& expr, const Type& to, const std::vecto
     return ok ? std::move(out) : poison(expr.span);
 }
 
-bool Checker::flatten(const ast::Expr& expr, const Type& to, std::vector<ExprPtr>* out) {
+bool ExpressionChecker::flatten(const ast::Expr& expr, const Type& to, std::vector<ExprPtr>* out) {
     for (const ast::ExprPtr& item : expr.args) {
         if (item->kind == ast::ExprKind::kInitList) {
             if (!flatten(*item, to, out)) return false;

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include "compiler/check/check_state.h"
+#include "compiler/check/expression_checker.h"
 
 namespace openfab::check {
 
@@ -29,7 +29,8 @@ std::vector<StructMember> common_point_members() {
         {"position", kFloat3Type, {}}, {"normal", kFloat3Type, {}}, {"distance", kFloatType, {}}};
 }
 
-ExprPtr Checker::matrix_call(const ast::Expr& expr, MatrixOp op, std::vector<ExprPtr> args) {
+ExprPtr ExpressionChecker::matrix_call(const ast::Expr& expr, MatrixOp op,
+                                       std::vector<ExprPtr> args) {
     const ast::Expr& callee = *expr.args[0];
     const size_t count = op == MatrixOp::kMul ? 2 : 1;
     if (args.size() != count) {
@@ -53,7 +54,7 @@ ExprPtr Checker::matrix_call(const ast::Expr& expr, MatrixOp op, std::vector<Exp
 }
 
 /// Scalars scale; else as in HLSL: a vector on the left is a row, on the right a column.
-ExprPtr Checker::mul(const ast::Expr& expr, std::vector<ExprPtr> args) {
+ExprPtr ExpressionChecker::mul(const ast::Expr& expr, std::vector<ExprPtr> args) {
     const ast::Expr& callee = *expr.args[0];
     Type a = args[0]->type;
     Type b = args[1]->type;
@@ -94,7 +95,7 @@ ExprPtr Checker::mul(const ast::Expr& expr, std::vector<ExprPtr> args) {
     return out;
 }
 
-ExprPtr Checker::over(const ast::Expr& expr, std::vector<ExprPtr> args) {
+ExprPtr ExpressionChecker::over(const ast::Expr& expr, std::vector<ExprPtr> args) {
     const ast::Expr& callee = *expr.args[0];
     if (args.size() != 2) {
         wrong_count(expr, callee.text, "2 arguments", args.size());

@@ -6,7 +6,7 @@
 
 #include <utility>
 
-#include "compiler/check/check_state.h"
+#include "compiler/check/expression_checker.h"
 
 namespace openfab::check {
 
@@ -20,13 +20,13 @@ bool is_order(std::string_view op) {
 
 /// Returns whether an expression is an assignment like `k = 2` without its own parentheses, which
 /// would mark it as intended.
-bool Checker::is_bare_assignment(const ast::Expr& expr) {
+bool ExpressionChecker::is_bare_assignment(const ast::Expr& expr) {
     return expr.kind == ast::ExprKind::kAssign && expr.text == "=" &&
            expr.span.begin == expr.args[0]->span.begin;
 }
 
 /// Warns about an expression statement without effect; a call is assumed to be intended.
-void Checker::check_used(const ast::Expr& from, const Expr& expr) {
+void ExpressionChecker::check_used(const ast::Expr& from, const Expr& expr) {
     if (expr.type.is_error() || from.kind == ast::ExprKind::kComma ||
         from.kind == ast::ExprKind::kCall || side_effect(expr) != nullptr) {
         return;
@@ -38,7 +38,7 @@ void Checker::check_used(const ast::Expr& from, const Expr& expr) {
 }
 
 /// The value of `a, b` is `b`: `a` is useless without an effect.
-ExprPtr Checker::comma(const ast::Expr& expr) {
+ExprPtr ExpressionChecker::comma(const ast::Expr& expr) {
     std::vector<const ast::Expr*> parts;  // from the last to the first
     const ast::Expr* at = &expr;
     for (; at->kind == ast::ExprKind::kComma; at = at->args[0].get())
@@ -67,7 +67,8 @@ ExprPtr Checker::comma(const ast::Expr& expr) {
 }
 
 /// Warns about notation that means something else in mathematics: `2^3`, `0 < x < 1`.
-void Checker::check_foreign_operators(const ast::Expr& expr, const Expr& left, const Expr& right) {
+void ExpressionChecker::check_foreign_operators(const ast::Expr& expr, const Expr& left,
+                                                const Expr& right) {
     const auto literal = [](const ast::Expr& part) {
         return part.kind == ast::ExprKind::kIntLiteral && part.text.find('x') == std::string::npos;
     };
@@ -87,7 +88,8 @@ void Checker::check_foreign_operators(const ast::Expr& expr, const Expr& left, c
                         inner.text, expr.text));
 }
 
-void Checker::help_with_conversion(const Type& from, const Type& to, diag::Diagnostic* d) const {
+void ExpressionChecker::help_with_conversion(const Type& from, const Type& to,
+                                             diag::Diagnostic* d) const {
     if (to.is(Base::kComposition)) {
         d->help(from.is(Base::kMaterial)
                     ? "use a composition: `MaterialComposition mc; mc.Set(material, 1);`"
@@ -102,7 +104,7 @@ void Checker::help_with_conversion(const Type& from, const Type& to, diag::Diagn
 }
 
 /// Warns about `1 / 2` where a float is expected: it is 0. Constants only; `i / 4` may be intended.
-void Checker::check_division(const Expr& value, const Type& to) {
+void ExpressionChecker::check_division(const Expr& value, const Type& to) {
     const bool division = value.kind == ExprKind::kBinary && value.op == ir::Op::kDiv &&
                           value.type.is_scalar() && value.type.is_integer();
     if (!division || to.base != Base::kFloat) return;

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include "compiler/check/check_state.h"
+#include "compiler/check/checker.h"
 
 namespace openfab::check {
 

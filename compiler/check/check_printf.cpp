@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "compiler/check/check_state.h"
+#include "compiler/check/expression_checker.h"
 
 namespace openfab::check {
 
@@ -82,8 +82,8 @@ const Expr* side_effect(const Expr& expr) {
 
 /// Matches a format with the values from `first` on, converting them to the types of their
 /// conversions. A vector is printed component by component, with the same conversion.
-bool Checker::match_format(const ast::Expr& literal, std::vector<ExprPtr>* values, size_t first,
-                           std::string* out) {
+bool ExpressionChecker::match_format(const ast::Expr& literal, std::vector<ExprPtr>* values,
+                                     size_t first, std::string* out) {
     const std::string_view text = literal.text;
     const auto span_of = [&](size_t begin, size_t count) {
         source::Span span = literal.span;
@@ -112,7 +112,8 @@ bool Checker::match_format(const ast::Expr& literal, std::vector<ExprPtr>* value
         const Type wanted = length == 0 ? kErrorType : conversion_type(conversion.back());
         if (wanted.is_error()) {
             sink_->report(span_of(at, conversion.size()), diag::kBadFormat, conversion)
-                .help("`%d` `%u` `%x` take integers, `%f` `%e` `%g` floats; `%%` is a percent sign");
+                .help(
+                    "`%d` `%u` `%x` take integers, `%f` `%e` `%g` floats; `%%` is a percent sign");
             return false;
         }
         ++conversions;
@@ -141,7 +142,7 @@ bool Checker::match_format(const ast::Expr& literal, std::vector<ExprPtr>* value
 }
 
 /// `printf("…", values)` and `assert(condition)`, which may have a format and values too.
-ExprPtr Checker::printf_call(const ast::Expr& expr) {
+ExprPtr ExpressionChecker::printf_call(const ast::Expr& expr) {
     const std::string_view name = expr.args[0]->text;
     const bool is_assert = name == "assert";
     const size_t format = is_assert ? 2 : 1;

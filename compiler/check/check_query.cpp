@@ -8,7 +8,7 @@
 
 #include <algorithm>
 
-#include "compiler/check/check_state.h"
+#include "compiler/check/expression_checker.h"
 
 namespace openfab::check {
 
@@ -24,12 +24,12 @@ bool is_sample(std::string_view name) {
 
 }  // namespace
 
-bool Checker::is_query(std::string_view name) {
+bool ExpressionChecker::is_query(std::string_view name) {
     return name == "nearest" || name == "distance_to" || name == "distanceTo";
 }
 
 /// Reports a query outside the volume stage.
-bool Checker::query_is_in_volume(const ast::Expr& callee, const char* help) {
+bool ExpressionChecker::query_is_in_volume(const ast::Expr& callee, const char* help) {
     if (context_ == StageContext::kSurface) {
         diag::Diagnostic& d = sink_->report(callee.span, diag::kStageMismatch, callee.text,
                                             "called in a surface stage");
@@ -41,7 +41,7 @@ bool Checker::query_is_in_volume(const ast::Expr& callee, const char* help) {
     return context_ == StageContext::kVolume || context_ == StageContext::kFunction;
 }
 
-ExprPtr Checker::distance_query(const ast::Expr& expr, std::vector<ExprPtr> args) {
+ExprPtr ExpressionChecker::distance_query(const ast::Expr& expr, std::vector<ExprPtr> args) {
     const ast::Expr& callee = *expr.args[0];
     if (!query_is_in_volume(callee,
                             "with one argument it asks for the distance to the surface; with two "
@@ -61,7 +61,7 @@ ExprPtr Checker::distance_query(const ast::Expr& expr, std::vector<ExprPtr> args
 }
 
 /// `nearest(p)` or `distance_to(object, p)`.
-ExprPtr Checker::surface_query(const ast::Expr& expr, std::vector<ExprPtr> args) {
+ExprPtr ExpressionChecker::surface_query(const ast::Expr& expr, std::vector<ExprPtr> args) {
     const ast::Expr& callee = *expr.args[0];
     if (!query_is_in_volume(callee, nullptr)) return poison(expr.span);
     const bool nearest = callee.text == "nearest";
@@ -87,7 +87,8 @@ ExprPtr Checker::surface_query(const ast::Expr& expr, std::vector<ExprPtr> args)
 
 /// Sample1 to Sample4 of a picture, (u, v, channel) or (uv, channel), or of a volume, (p, channel);
 /// each with an optional width at the end.
-ExprPtr Checker::look_up(const ast::Expr& expr, ExprPtr texture, std::vector<ExprPtr> args) {
+ExprPtr ExpressionChecker::look_up(const ast::Expr& expr, ExprPtr texture,
+                                   std::vector<ExprPtr> args) {
     const ast::Expr& callee = *expr.args[0];
     const std::string_view name = callee.text;
     if (!is_sample(name)) return unknown_look_up(expr, texture->type);
@@ -133,7 +134,7 @@ ExprPtr Checker::look_up(const ast::Expr& expr, ExprPtr texture, std::vector<Exp
     return any_error(out->args) ? poison(expr.span) : std::move(out);
 }
 
-ExprPtr Checker::unknown_look_up(const ast::Expr& expr, const Type& texture) {
+ExprPtr ExpressionChecker::unknown_look_up(const ast::Expr& expr, const Type& texture) {
     const ast::Expr& callee = *expr.args[0];
     const std::vector<std::string> names = {"Sample1", "Sample2", "Sample3", "Sample4"};
     sink_->report(callee.text_span, diag::kUnknownMember, type_name(texture), callee.text)

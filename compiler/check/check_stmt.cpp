@@ -4,8 +4,8 @@
 
 #include <utility>
 
-#include "compiler/check/check_state.h"
 #include "compiler/check/limits.h"
+#include "compiler/check/statement_checker.h"
 
 namespace openfab::check {
 
@@ -20,7 +20,7 @@ StmtPtr make_stmt(StmtKind kind, const source::Span& span) {
 
 }  // namespace
 
-StmtPtr Checker::block(const ast::Stmt& stmt) {
+StmtPtr StatementChecker::block(const ast::Stmt& stmt) {
     StmtPtr out = make_stmt(StmtKind::kBlock, stmt.span);
     scopes_.emplace_back();
     for (const ast::StmtPtr& child : stmt.body) {
@@ -34,7 +34,7 @@ StmtPtr Checker::block(const ast::Stmt& stmt) {
     return out;
 }
 
-StmtPtr Checker::statement(const ast::Stmt& stmt) {
+StmtPtr StatementChecker::statement(const ast::Stmt& stmt) {
     switch (stmt.kind) {
         case ast::StmtKind::kBad:
         case ast::StmtKind::kEmpty:
@@ -79,13 +79,13 @@ StmtPtr Checker::statement(const ast::Stmt& stmt) {
     return make_stmt(StmtKind::kBlock, stmt.span);
 }
 
-void Checker::declaration(const ast::Stmt& stmt, std::vector<StmtPtr>* out) {
+void StatementChecker::declaration(const ast::Stmt& stmt, std::vector<StmtPtr>* out) {
     if (stmt.record != nullptr) declare_struct(*stmt.record);
     for (const ast::Variable& v : stmt.variables)
         out->push_back(local(v));
 }
 
-StmtPtr Checker::local(const ast::Variable& v) {
+StmtPtr StatementChecker::local(const ast::Variable& v) {
     StmtPtr out = make_stmt(StmtKind::kDeclare, v.span);
     out->symbol = std::make_unique<Symbol>();
     Symbol& symbol = *out->symbol;
@@ -118,7 +118,7 @@ StmtPtr Checker::local(const ast::Variable& v) {
 }
 
 /// Returns n of `@bound(n)`, or 0.
-int32_t Checker::loop_bound(const ast::Stmt& stmt) {
+int32_t StatementChecker::loop_bound(const ast::Stmt& stmt) {
     if (stmt.bound == nullptr) return 0;
     const std::optional<int32_t> bound = constant_int(*stmt.bound, "the bound of a loop");
     if (!bound) return 0;
@@ -129,23 +129,7 @@ int32_t Checker::loop_bound(const ast::Stmt& stmt) {
     return *bound;
 }
 
-ExprPtr Checker::condition(const ast::Expr& expr) {
-    if (is_bare_assignment(expr)) {
-        sink_->report(expr.text_span, diag::kAssignedCondition)
-            .help("`==` compares; if the assignment is intended, put it in parentheses")
-            .replace(expr.text_span, "==");
-    }
-    ExprPtr out = expression(expr);
-    if (out->type.is_error()) return out;
-    if (!out->type.is_scalar()) {
-        diag::Diagnostic& d = sink_->report(expr.span, diag::kBadCondition, type_name(out->type));
-        if (out->type.is_vector()) d.help("write `all(…)` or `any(…)`");
-        return poison(expr.span);
-    }
-    return convert(std::move(out), kBoolType);
-}
-
-StmtPtr Checker::if_statement(const ast::Stmt& stmt) {
+StmtPtr StatementChecker::if_statement(const ast::Stmt& stmt) {
     StmtPtr out = make_stmt(StmtKind::kIf, stmt.span);
     out->expr = condition(*stmt.expr);
     for (const ast::StmtPtr& child : stmt.body)
@@ -153,7 +137,7 @@ StmtPtr Checker::if_statement(const ast::Stmt& stmt) {
     return out;
 }
 
-StmtPtr Checker::loop(const ast::Stmt& stmt) {
+StmtPtr StatementChecker::loop(const ast::Stmt& stmt) {
     StmtPtr out = make_stmt(StmtKind::kLoop, stmt.span);
     out->test_last = stmt.kind == ast::StmtKind::kDo;
     out->bound = loop_bound(stmt);
@@ -177,7 +161,7 @@ StmtPtr Checker::loop(const ast::Stmt& stmt) {
     return out;
 }
 
-StmtPtr Checker::return_statement(const ast::Stmt& stmt) {
+StmtPtr StatementChecker::return_statement(const ast::Stmt& stmt) {
     StmtPtr out = make_stmt(StmtKind::kReturn, stmt.span);
     if (stmt.expr == nullptr) {
         if (return_type_ != kVoidType && !return_type_.is_error()) {

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "compiler/check/check_state.h"
+#include "compiler/check/statement_checker.h"
 
 namespace openfab::check {
 
@@ -63,7 +63,7 @@ bool leaves(const ast::Stmt& stmt, bool breaks_leave) {
 }  // namespace
 
 /// Parses the labels at `*at` and appends them to `out->labels`.
-bool Checker::labels(const ast::Stmt& stmt, size_t* at, const Type& type, Stmt* out) {
+bool StatementChecker::labels(const ast::Stmt& stmt, size_t* at, const Type& type, Stmt* out) {
     Stmt::Labels section;
     for (; *at < stmt.body.size() && stmt.body[*at]->kind == ast::StmtKind::kCase; ++*at) {
         const ast::Stmt& label = *stmt.body[*at];
@@ -98,7 +98,7 @@ bool Checker::labels(const ast::Stmt& stmt, size_t* at, const Type& type, Stmt* 
     return !out->labels.back().values.empty() || out->labels.back().is_default;
 }
 
-StmtPtr Checker::switch_statement(const ast::Stmt& stmt) {
+StmtPtr StatementChecker::switch_statement(const ast::Stmt& stmt) {
     auto out = std::make_unique<Stmt>();
     out->kind = StmtKind::kSwitch;
     out->span = stmt.span;

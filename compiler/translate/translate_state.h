@@ -5,13 +5,6 @@
 // The translator of one stage, private to compiler/translate: statements and calls in
 // translate_stmt.cpp, expressions in translate_expr.cpp, built-in functions in
 // translate_builtin.cpp.
-//
-// Control flow. There is one straight line of instructions. A branch is translated under a scope
-// that records which variables it changes; afterwards each becomes a select of the two values.
-// `live` is the condition under which the current point is reached; texture lookups take it as
-// their guard. Inside a real loop it restarts with each iteration. `return`, `break` and `continue`
-// set a bool variable, and what follows them in the same block is translated as a branch that is
-// taken where none of them is set.
 
 #include <functional>
 #include <map>
@@ -20,18 +13,18 @@
 #include <vector>
 
 #include "compiler/diag/sink.h"
-#include "compiler/translate/emitter.h"
 #include "compiler/translate/formulas.h"
+#include "compiler/translate/paths.h"
 #include "compiler/translate/sure_trips.h"
 #include "compiler/translate/translate.h"
 
 namespace openfab::translate {
 
-class StageTranslator {
+class StageTranslator : private Paths {
   public:
     StageTranslator(const check::Fablet& fablet, ir::StageKind kind, ir::Stage* out,
                     diag::Sink* sink)
-        : fablet_(fablet), kind_(kind), emit_(out), stage_(out), sink_(sink) {}
+        : Paths(out), fablet_(fablet), kind_(kind), stage_(out), sink_(sink) {}
 
     /// Translates the stage's own body with its outputs.
     void run(const check::Stage& stage, const TranslateOptions& options);
@@ -46,14 +39,6 @@ class StageTranslator {
     size_t steps() const { return steps_; }
 
   private:
-    using VariableId = size_t;
-    /// A variable's components, and for each whether it has been assigned, as a bool value.
-    struct Variable {
-        Value value;
-        Value assigned;
-    };
-    /// The variables that a branch changed: their state before it or, once left, after it.
-    using Changes = std::map<VariableId, Variable>;
     /// Components of a variable or value, selected where `condition` holds.
     struct Alternative {
         ir::ValueId condition = 0;
@@ -66,22 +51,6 @@ class StageTranslator {
         Value value;
         std::vector<Alternative> alternatives;
     };
-    /// An open branch: its changes so far, and the state outside.
-    struct Branch {
-        Changes before;
-        size_t variables = 0;
-        ir::ValueId live = 0;
-    };
-    /// One function that is being inlined, or the stage's body.
-    struct Frame {
-        std::map<const check::Symbol*, VariableId> variables;
-        VariableId result = 0;
-        VariableId returned = 0;
-        bool in_loop = false;
-        VariableId broken = 0;
-        VariableId continued = 0;
-    };
-
     /// One section of a `switch`.
     struct Section {
         ir::ValueId condition = 0;
@@ -112,19 +81,7 @@ class StageTranslator {
     };
 
     // translate_stmt.cpp
-    VariableId add_variable(Variable v);
-    VariableId add_flag();
-    void set(VariableId id, Variable v);
-    void set_flag(VariableId id, ir::ValueId value);
-    ir::ValueId flag(VariableId id) const { return variables_[id].value[0]; }
-    void enter(ir::ValueId condition);
-    Changes leave();
-    void merge(ir::ValueId condition, const Changes& yes, const Changes& no);
-    void branch(ir::ValueId condition, const std::function<void()>& yes,
-                const std::function<void()>& no);
-    ir::ValueId exited();
     bool skip_where_exited(std::vector<ir::ValueId>* pending);
-    void unwind(const std::vector<ir::ValueId>& pending);
     void statement(const check::Stmt& stmt);
     void statements(const std::vector<check::StmtPtr>& list);
     void declare(const check::Stmt& stmt);
@@ -233,14 +190,9 @@ class StageTranslator {
 
     const check::Fablet& fablet_;
     ir::StageKind kind_;
-    Emitter emit_;
     Formulas formulas_{&emit_};
     ir::Stage* stage_;
     diag::Sink* sink_;
-    std::vector<Variable> variables_;
-    std::vector<Branch> open_;
-    Frame frame_;
-    ir::ValueId live_ = 0;
     std::vector<ir::ValueId> tests_;       ///< of the open real loops, in this iteration
     std::vector<DoubtfulRead> doubts_;     ///< of the innermost real loop
     std::vector<ir::ValueId> outer_live_;  ///< the condition around each open real loop

@@ -18,83 +18,6 @@ constexpr int kMaxInlineDepth = 64;
 
 }  // namespace
 
-// --- variables and branches
-
-StageTranslator::VariableId StageTranslator::add_variable(Variable v) {
-    variables_.push_back(std::move(v));
-    return variables_.size() - 1;
-}
-
-StageTranslator::VariableId StageTranslator::add_flag() {
-    return add_variable({{emit_.constant(false)}, {}});
-}
-
-void StageTranslator::set(VariableId id, Variable v) {
-    if (!open_.empty()) open_.back().before.try_emplace(id, variables_[id]);
-    variables_[id] = std::move(v);
-}
-
-void StageTranslator::set_flag(VariableId id, ValueId value) {
-    set(id, {{value}, {}});
-}
-
-void StageTranslator::enter(ValueId condition) {
-    open_.push_back({{}, variables_.size(), live_});
-    live_ = emit_.logical_and(live_, condition);
-}
-
-StageTranslator::Changes StageTranslator::leave() {
-    Branch branch = std::move(open_.back());
-    open_.pop_back();
-    live_ = branch.live;
-    Changes after;
-    for (auto& [id, before] : branch.before) {
-        if (id >= branch.variables) continue;  // declared inside: not visible outside
-        after.emplace(id, std::exchange(variables_[id], std::move(before)));
-    }
-    variables_.resize(branch.variables);
-    return after;
-}
-
-void StageTranslator::merge(ValueId condition, const Changes& yes, const Changes& no) {
-    Changes all = yes;
-    for (const auto& [id, v] : no)
-        all.emplace(id, v);
-    for (const auto& item : all) {
-        const VariableId id = item.first;
-        const Variable& a = yes.count(id) != 0 ? yes.at(id) : variables_[id];
-        const Variable& b = no.count(id) != 0 ? no.at(id) : variables_[id];
-        Variable merged;
-        for (size_t i = 0; i < a.value.size(); ++i) {
-            merged.value.push_back(emit_.select(condition, a.value[i], b.value[i]));
-            if (a.assigned.empty() && b.assigned.empty()) continue;
-            const ValueId yes_set = a.assigned.empty() ? emit_.constant(true) : a.assigned[i];
-            const ValueId no_set = b.assigned.empty() ? emit_.constant(true) : b.assigned[i];
-            merged.assigned.push_back(emit_.select(condition, yes_set, no_set));
-        }
-        set(id, std::move(merged));
-    }
-}
-
-void StageTranslator::branch(ValueId condition, const std::function<void()>& yes,
-                             const std::function<void()>& no) {
-    if (emit_.is_constant(condition)) return emit_.is_true(condition) ? yes() : no();
-    enter(condition);
-    yes();
-    const Changes yes_changes = leave();
-    enter(emit_.logical_not(condition));
-    no();
-    const Changes no_changes = leave();
-    merge(condition, yes_changes, no_changes);
-}
-
-ValueId StageTranslator::exited() {
-    ValueId out = flag(frame_.returned);
-    if (!frame_.in_loop) return out;
-    out = emit_.logical_or(out, flag(frame_.broken));
-    return emit_.logical_or(out, flag(frame_.continued));
-}
-
 /// Called between two statements: returns false if the second one is unreachable. If some paths
 /// reach it, the rest becomes a branch, which `unwind` closes.
 bool StageTranslator::skip_where_exited(std::vector<ValueId>* pending) {
@@ -110,13 +33,6 @@ bool StageTranslator::skip_where_exited(std::vector<ValueId>* pending) {
         set_flag(frame_.continued, emit_.constant(false));
     }
     return true;
-}
-
-void StageTranslator::unwind(const std::vector<ValueId>& pending) {
-    for (auto exit = pending.rbegin(); exit != pending.rend(); ++exit) {
-        const Changes changes = leave();
-        merge(*exit, {}, changes);
-    }
 }
 
 bool StageTranslator::too_complex(const source::Span& span) {

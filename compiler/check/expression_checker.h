@@ -2,11 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The checker, private to compiler/check: declarations and stages in check.cpp, statements in
-// check_stmt.cpp, expressions in check_expr.cpp, calls and methods in check_call.cpp. A node with
-// an error becomes an Error node of error type, which reports nothing more.
+// Names, types and expressions; the lowest of three layers, private to compiler/check: statements
+// (statement_checker.h) and declarations (checker.h) build on it. A node with an error becomes an
+// Error node of error type, which reports nothing more.
 
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -29,75 +30,22 @@ const Expr* side_effect(const Expr& expr);
 /// True if an error was reported for one of them.
 bool any_error(const std::vector<ExprPtr>& args);
 
-class Checker {
-  public:
-    explicit Checker(diag::Sink* sink) : sink_(sink) {}
-    Program run(const std::vector<Unit>& units, const CheckOptions& options);
-
-  private:
+/// Checks expressions in the current scopes.
+class ExpressionChecker {
+  protected:
     using Scope = std::map<std::string, const Symbol*, std::less<>>;
 
-    /// The names that a module exports.
-    struct Exports {
-        Scope names;
-        std::vector<const Function*> functions;
-    };
+    explicit ExpressionChecker(diag::Sink* sink) : sink_(sink) {}
 
-    // check_module.cpp
-    void check_unit(const Unit& unit, std::vector<Exports>* done, Program* program);
-    void import_names(const Unit& unit, const std::vector<Exports>& done);
-    void check_file_fablets(const ast::File& file, Program* program);
-
-    // check.cpp
-    void check_recursion(const std::vector<std::unique_ptr<Function>>& functions);
-    void check_fablet(const ast::Fablet& from, Fablet* to);
-    void find_point_members(const ast::Fablet& from, Fablet* to);
-    void check_uniform(const ast::Variable& from, Fablet* to);
-    bool assign_uniform_index(const ast::Variable& v, const Type& type, ir::Uniform* uniform,
-                              Fablet* to);
-    void check_stages(const ast::Fablet& from, Fablet* to);
-    void check_stage_body(const ast::Stage& from, Stage* to, StageContext context,
-                          const Type& result);
-    void check_varying(const ast::Variable& v, const ast::Stage& stage, Fablet* to);
-    void check_surface_varying(const ast::Variable& v, const Type& type, Fablet* to);
-    void check_nearest(const ast::Variable& v, const Type& type, Fablet* to);
-    ir::Varying varying(const ast::Variable& v, const Type& type) const;
-    void add_stage_symbol(Stage* stage, SymbolKind kind, const ast::Variable& v, const Type& type,
-                          size_t index);
-
-    // check_declare.cpp
-    void check_scope(const ast::Scope& from, const ast::Fablet* fablet, Fablet* to,
-                     std::vector<std::unique_ptr<Symbol>>* constants,
-                     std::vector<std::unique_ptr<Function>>* functions);
+    // check_names.cpp
+    bool declare(const Symbol* symbol);
+    const Symbol* find(std::string_view name) const;
     Type declared_type(const ast::TypeRef& ref);
     /// Returns the type of a variable with its array extents; an error type after a message.
     Type declared_type(const ast::Variable& v);
     std::optional<int> extent(const ast::Variable& v, size_t dimension);
     std::optional<int32_t> constant_int(const ast::Expr& expr, const char* what);
     void declare_struct(const ast::Struct& from);
-    void check_constant(const ast::Variable& v, std::vector<std::unique_ptr<Symbol>>* to);
-    void declare_functions(const std::vector<ast::Function>& from,
-                           std::vector<std::unique_ptr<Function>>* to);
-    void check_functions(const std::vector<ast::Function>& from,
-                         const std::vector<std::unique_ptr<Function>>& to);
-    std::unique_ptr<Symbol> parameter(const ast::Variable& v);
-    bool declare(const Symbol* symbol);
-    const Symbol* find(std::string_view name) const;
-
-    // check_stmt.cpp
-    StmtPtr statement(const ast::Stmt& stmt);
-    StmtPtr block(const ast::Stmt& stmt);
-    void declaration(const ast::Stmt& stmt, std::vector<StmtPtr>* out);
-    StmtPtr local(const ast::Variable& v);
-    StmtPtr if_statement(const ast::Stmt& stmt);
-    StmtPtr loop(const ast::Stmt& stmt);
-    StmtPtr return_statement(const ast::Stmt& stmt);
-    StmtPtr switch_statement(const ast::Stmt& stmt);
-    bool labels(const ast::Stmt& stmt, size_t* at, const Type& type, Stmt* out);
-    int32_t loop_bound(const ast::Stmt& stmt);
-    ExprPtr condition(const ast::Expr& expr);
-    static bool is_bare_assignment(const ast::Expr& expr);
-    void check_used(const ast::Expr& from, const Expr& expr);
 
     // check_expr.cpp
     ExprPtr expression(const ast::Expr& expr);
@@ -119,17 +67,22 @@ class Checker {
     ExprPtr swizzle(const ast::Expr& expr, ExprPtr object);
     ExprPtr cast(const ast::Expr& expr);
     std::string help_for_name(std::string_view name) const;
-    ExprPtr comma(const ast::Expr& expr);
-    void check_division(const Expr& value, const Type& to);
-    void check_foreign_operators(const ast::Expr& expr, const Expr& left, const Expr& right);
     bool is_type_name(std::string_view name) const;
     const Symbol* attributes() const;
-    void help_with_conversion(const Type& from, const Type& to, diag::Diagnostic* d) const;
     ExprPtr bad_operand(const ast::Expr& expr, const std::string& types);
     bool assignable(const Expr& target);
     /// Returns the common type of an operator's operands; the shorter vector wins, with a warning.
     Type common_type(const Type& a, const Type& b) const;
     ExprPtr convert(ExprPtr value, const Type& to);
+    ExprPtr condition(const ast::Expr& expr);
+
+    // check_meaning.cpp
+    static bool is_bare_assignment(const ast::Expr& expr);
+    void check_used(const ast::Expr& from, const Expr& expr);
+    ExprPtr comma(const ast::Expr& expr);
+    void check_division(const Expr& value, const Type& to);
+    void check_foreign_operators(const ast::Expr& expr, const Expr& left, const Expr& right);
+    void help_with_conversion(const Type& from, const Type& to, diag::Diagnostic* d) const;
 
     // check_list.cpp
     /// Checks an initializer of type `to`: a value, or a list in `{ }`.
@@ -192,12 +145,9 @@ class Checker {
     std::vector<const Function*> imported_functions_;
     StageContext context_ = StageContext::kGlobal;
     source::Span stage_span_;
-    Type return_type_;
     Function* function_ = nullptr;
     Fablet* fablet_ = nullptr;
     Program* program_ = nullptr;
-    int loops_ = 0;
-    int switches_ = 0;
 };
 
 }  // namespace openfab::check

@@ -1,0 +1,33 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "compiler/check/expression_checker.h"
+
+namespace openfab::check {
+
+/// Checks statements, the bodies of functions and stages; private to compiler/check.
+class StatementChecker : protected ExpressionChecker {
+  protected:
+    using ExpressionChecker::ExpressionChecker;
+
+    // check_stmt.cpp
+    StmtPtr statement(const ast::Stmt& stmt);
+    StmtPtr block(const ast::Stmt& stmt);
+    void declaration(const ast::Stmt& stmt, std::vector<StmtPtr>* out);
+    StmtPtr local(const ast::Variable& v);
+    StmtPtr if_statement(const ast::Stmt& stmt);
+    StmtPtr loop(const ast::Stmt& stmt);
+    StmtPtr return_statement(const ast::Stmt& stmt);
+    StmtPtr switch_statement(const ast::Stmt& stmt);
+    bool labels(const ast::Stmt& stmt, size_t* at, const Type& type, Stmt* out);
+    int32_t loop_bound(const ast::Stmt& stmt);
+
+    Type return_type_;
+    int loops_ = 0;
+    int switches_ = 0;
+};
+
+}  // namespace openfab::check
