@@ -25,7 +25,7 @@ std::string hex_color(const std::array<uint8_t, 4>& c) {
     return fmt::format("#{:02x}{:02x}{:02x}{:02x}", c[0], c[1], c[2], c[3]);
 }
 
-/// Six digits are finer than any printer and spare readers 0.042333333333333334.
+/// Six digits are finer than any printer, and avoid 0.042333333333333334.
 double rounded(double value) {
     return std::strtod(fmt::format("{:.6f}", value).c_str(), nullptr);
 }
@@ -105,7 +105,7 @@ void put_materials(Json& json, const pipeline::PrintInfo& info,
     json.EndArray();
 }
 
-/// Slices that come from a file know it by what they were made from.
+/// Slices that are read from a file have its provenance.
 bool slices_hold_support(const pipeline::PrintInfo& info) {
     return info.support_code != 0 ||
            std::any_of(info.provenance.begin(), info.provenance.end(), [](const auto& setting) {
@@ -189,7 +189,7 @@ std::string difference(const rapidjson::Value& there, const rapidjson::Value& he
             const auto other = there.FindMember(member.name);
             if (other == there.MemberEnd())
                 return fmt::format("its manifest does not give `{}`", key);
-            const std::string found = difference(other->value, member.value, key);
+            std::string found = difference(other->value, member.value, key);
             if (!found.empty()) return found;
         }
         return {};
@@ -197,8 +197,7 @@ std::string difference(const rapidjson::Value& there, const rapidjson::Value& he
     const bool objects = here.IsArray() && !here.Empty() && here[0].IsObject();
     if (objects && there.IsArray() && there.Size() == here.Size()) {
         for (rapidjson::SizeType i = 0; i < here.Size(); ++i) {
-            const std::string found =
-                difference(there[i], here[i], fmt::format("{} {}", name, i + 1));
+            std::string found = difference(there[i], here[i], fmt::format("{} {}", name, i + 1));
             if (!found.empty()) return found;
         }
         return {};

@@ -1,8 +1,5 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "compiler/driver/describe.h"
-#include "base/text.h"
-
 #include <fmt/format.h>
 
 #include <bit>
@@ -12,6 +9,7 @@
 #include <string>
 
 #include "base/say.h"
+#include "base/text.h"
 #include "compiler/diag/json.h"
 #include "compiler/driver/commands.h"
 #include "compiler/driver/frontend.h"
@@ -83,11 +81,18 @@ std::string json_fablet(const ir::Fablet& f) {
         json_list(f.nearest, nearest), f.void_slot >= 0);
 }
 
-}  // namespace
-
+/// Returns a module's interface as JSON:
+/// `{"fablets":[{"name","has_surface","uniforms":[{"name","type","kind":"value|texture2d|material|
+/// texture3d|object","components","array_length","default":[…] (all elements in order) or
+/// null,"annotations":{…}}],"surface_inputs":[{"name","type","default"}],
+/// "surface_outputs":[{"name","type","copies":input or
+/// null}],"nearest":[{"name","type","from":surface output or null}], "uses_void"}]}` and a newline.
+/// A float that is not a JSON number is written as a string.
 std::string describe(const ir::Module& module) {
     return fmt::format("{{\"fablets\":{}}}\n", json_list(module.fablets, json_fablet));
 }
+
+}  // namespace
 
 int describe_file(const std::string& file, const CommonOptions& common) {
     source::SourceManager sources;
