@@ -1,7 +1,7 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# openfab_embed(header namespace::name file...) writes text files into a C++ header, as an array of EmbeddedText
+# openfab_embed(header namespace::name file...) embeds text files in a C++ header, as an array of EmbeddedText
 # (base/embedded_text.h) in the order of their paths. It is also the script that the build runs for that.
 if(CMAKE_SCRIPT_MODE_FILE)
     string(REGEX MATCH "^(.*)::([^:]+)$" matched ${ARRAY})

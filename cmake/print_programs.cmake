@@ -1,13 +1,13 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# Print programs of fablets that several tests run: compiled once, for the instruction set of this machine unless told. They
-# are no part of the default target, since LLVM takes its time; ctest has those of a group made before the first test that
-# wants them.
+# Print programs of fablets that several tests run: compiled once, for the instruction set of this machine unless told
+# otherwise. They are not part of the default target, since LLVM takes its time; ctest builds those of a group before
+# the first test that needs them.
 set(openfab_openflc $<TARGET_FILE:openflc>)
 set(openfab_openflc_needs openflc)
 if(OPENFAB_HOST_BUILD)
-    # Where it lies decides which runtime it links: this build's.
+    # Its location decides which runtime it links: this build's.
     set(openfab_openflc ${CMAKE_BINARY_DIR}/host/bin/openflc)
     openfab_host_file(${openfab_openflc} bin/openflc)
     file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/host)
@@ -42,7 +42,7 @@ function(openfab_print_program group name source)
     set_property(GLOBAL APPEND PROPERTY openfab_print_programs_${group} ${OPENFAB_PRINT_PROGRAMS}/${name})
 endfunction()
 
-# openfab_print_programs(GROUP COST s): the target and the line of ctest's that make a group; its tests have
+# openfab_print_programs(GROUP COST s): the target and the ctest entry that build a group; its tests have
 # FIXTURES_REQUIRED GROUP_programs.
 function(openfab_print_programs group cost)
     get_property(programs GLOBAL PROPERTY openfab_print_programs_${group})

@@ -1,7 +1,7 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-# Print binaries run on machines that have nothing installed, so compressors, parsers and hashes are linked statically where
-# the system offers an archive.
+# Print binaries run on machines that have nothing installed, so compressors, parsers and hashes are linked statically
+# where the system has an archive.
 function(openfab_static_library target header archive shared)
     find_library(${target}_FILE NAMES ${archive} ${shared})
     find_path(${target}_INCLUDE ${header})

@@ -3,7 +3,7 @@
 enable_testing()
 find_package(GTest REQUIRED)
 
-# What nearly every test includes, parsed once: a third of the time that tests take to compile. GCC 12 then sees overruns in
+# Precompiles what nearly every test includes: a third of the tests' compile time. GCC 12 then sees overruns in
 # std::string that are not there.
 file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/generated/test_headers.cpp CONTENT "")
 add_library(openfab_test_headers STATIC ${CMAKE_BINARY_DIR}/generated/test_headers.cpp)
@@ -13,7 +13,7 @@ target_precompile_headers(openfab_test_headers PRIVATE
     <algorithm> <array> <cmath> <cstdint> <filesystem> <fstream> <functional> <map> <memory> <optional> <random> <string>
     <utility> <vector> <fmt/format.h> <gmock/gmock.h> <gtest/gtest.h>)
 
-# openfab_test_program(NAME SOURCES … LIBS …): a GoogleTest program, which ctest does not know yet.
+# openfab_test_program(NAME SOURCES … LIBS …): a GoogleTest program, not yet registered with ctest.
 function(openfab_test_program name)
     cmake_parse_arguments(arg "" "" "SOURCES;LIBS" ${ARGN})
     add_executable(${name} ${arg_SOURCES})
@@ -29,9 +29,9 @@ function(openfab_test_program name)
     endforeach()
 endfunction()
 
-# openfab_test_entry(NAME COMMAND … [COST s] [TIMEOUT s]): one line of ctest's. Its labels are the folder of tests/ that it is in
-# and what it costs: `fast`, or `whole` where whole programs run. COST is seconds on two cores, 1 in folders that are quick and
-# 10 in others unless told; the longest start first.
+# openfab_test_entry(NAME COMMAND … [COST s] [TIMEOUT s]): registers a test with ctest. Its labels are the folder of
+# tests/ that it is in and what it costs: `fast`, or `whole` where whole programs run. COST is seconds on two cores, 1
+# in folders that are quick and 10 in others unless told; the longest start first.
 function(openfab_test_entry name)
     cmake_parse_arguments(arg "" "COST;TIMEOUT" "COMMAND" ${ARGN})
     if(NOT arg_TIMEOUT)
@@ -54,14 +54,14 @@ function(openfab_test_entry name)
     set_tests_properties(${folder}/${name} PROPERTIES LABELS "${labels}" COST ${arg_COST} TIMEOUT ${arg_TIMEOUT})
 endfunction()
 
-# openfab_test(NAME SOURCES … LIBS … [COST s] [TIMEOUT s]): a GoogleTest program and its line of ctest's.
+# openfab_test(NAME SOURCES … LIBS … [COST s] [TIMEOUT s]): a GoogleTest program, registered with ctest.
 function(openfab_test name)
     cmake_parse_arguments(arg "" "COST;TIMEOUT" "SOURCES;LIBS" ${ARGN})
     openfab_test_program(${name} SOURCES ${arg_SOURCES} LIBS ${arg_LIBS})
     openfab_test_entry(${name} COMMAND ${name} COST ${arg_COST} TIMEOUT ${arg_TIMEOUT})
 endfunction()
 
-# No test vanishes: a file that is named as one and is in no program stops the configuration.
+# No test can vanish: a file named *_test.cpp that is in no program stops the configuration.
 function(openfab_check_all_tests_are_built)
     file(GLOB_RECURSE files CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/tests/*_test.cpp)
     get_property(built GLOBAL PROPERTY openfab_test_sources)

@@ -16,7 +16,7 @@ std::string room_of(const world::Printer& printer) {
                        room.z);
 }
 
-/// The part whose mesh reaches farthest along an axis, up or down.
+/// The part whose mesh extends farthest along an axis, up or down.
 const part::Part* farthest(const std::vector<part::Part>& parts, int axis, bool up) {
     const part::Part* found = nullptr;
     double most = 0;

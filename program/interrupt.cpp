@@ -13,7 +13,7 @@ namespace openfab::program {
 
 namespace {
 
-// A signal handler has no other way to anything than globals.
+// Signal handlers can only use globals.
 std::atomic<bool> interrupted{false};  // once set, it stays
 std::atomic<bool> keeps_slices{false};
 std::atomic<int> exit_code_at_once{0};
@@ -25,7 +25,7 @@ static_assert(std::atomic<bool>::is_always_lock_free &&
 void on_signal(int) {
     if (keeps_slices.load() && !interrupted.exchange(true)) return;
     const char* const text = text_at_once.load();
-    // Nothing is left to do about a message that cannot be written.
+    // A message that cannot be written is ignored.
     [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, text, std::strlen(text));
     end_cleanly(exit_code_at_once.load());
 }

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Handles Ctrl-C. Before anything is written, a signal ends the process at once, during whatever:
-// reading a world, building trees, an estimate. While a sink is open, the first signal asks the
-// print to end after the slices in flight, and the second ends the process.
+// Handles Ctrl-C. Before anything is written, a signal ends the process at once, even while a world
+// is read or trees are built. While a sink is open, the first signal asks the print to end after
+// the slices in flight, and the second ends the process.
 
 #include <atomic>
 

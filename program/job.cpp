@@ -64,15 +64,15 @@ Result<world::Printer> printer_of(const Options& options, const world::World& wo
 }
 
 Result<void> check_materials(const world::World& world, const world::Printer& printer) {
-    // 64 is what packed slices hold, whatever the printer.
+    // Packed slices hold 64, whatever the printer.
     const size_t most = static_cast<size_t>(std::min(printer.max_materials, 64));
     if (world.materials.size() <= most) return {};
     return user_error(fmt::format("the world has {} materials, but `{}` prints at most {} at once",
                                   world.materials.size(), printer.name, most));
 }
 
-/// The code of the support material, 0 where the print has none. The printer's own is added to the
-/// materials, unless the world has one of its name.
+/// Returns the code of the support material, 0 if the print has none. The printer's own is added to
+/// the materials, unless the world has one of its name.
 Result<int32_t> choose_support(const Options& options, const world::World& world,
                                const world::Printer& printer,
                                std::vector<pipeline::SliceMaterial>* materials) {
@@ -134,7 +134,7 @@ Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets)
     job.printer = std::move(*printer);
     job.tray = world->tray;
     if (options.crop_tray) {
-        // A world that does not say where the tray is counts from its corner.
+        // A world without a tray origin counts from the tray's corner.
         if (job.tray == world::Tray::kAnywhere) job.tray = world::Tray::kCorner;
         const Box3d tray = tray_box(job.printer, job.tray);
         job.input.crop_mm = Box3d{tray.lo, {tray.hi.x, tray.hi.y, tray.lo.z}};

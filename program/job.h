@@ -21,7 +21,7 @@ struct Job {
     pipeline::PrintInput input;
     world::Printer printer;
     world::Tray tray = world::Tray::kAnywhere;
-    std::vector<std::string> notes;            ///< for people: defaults that were chosen
+    std::vector<std::string> notes;            ///< for the user: defaults that were chosen
     std::vector<std::filesystem::path> files;  ///< files of the world
     /// These and all other files that no output may overwrite: sources of fablets, the printer's
     /// file, the program.

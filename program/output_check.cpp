@@ -33,9 +33,9 @@ std::optional<struct stat> status_of(const fs::path& path) {
     return status;
 }
 
-/// Returns nothing for pipes and devices, and where the folder does not exist either.
+/// Returns nothing for pipes and devices, and if the folder does not exist either.
 std::optional<Identity> identity_of(fs::path path) {
-    // A link that leads to nothing yet is where the file would be made.
+    // A dangling link says where the file would be created.
     constexpr int kMostLinks = 40;
     for (int links = 0; links < kMostLinks; ++links) {
         if (const auto status = status_of(path)) {
@@ -47,13 +47,13 @@ std::optional<Identity> identity_of(fs::path path) {
         if (none) break;
         path = target.is_absolute() ? target : path.parent_path() / target;
     }
-    // `out/` and `out` are one.
+    // `out/` and `out` are the same.
     path = path.lexically_normal();
     if (!path.has_filename()) path = path.parent_path();
     const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
     if (const auto status = status_of(folder))
         return Identity{status->st_dev, status->st_ino, path.filename().string()};
-    // Folders that are to be made: what they are called decides.
+    // Folders that do not exist yet are compared by name.
     std::error_code ignored;
     return Identity{0, 0, fs::weakly_canonical(path, ignored).string()};
 }
@@ -67,7 +67,7 @@ std::string described(const fs::path& input) {
     return fmt::format("`{}`, which is an input", input.string());
 }
 
-/// Fails where an input or another output is, or would be, a file of a folder of slices.
+/// Fails if an input or another output is, or would be, a file in a folder of slices.
 Result<void> check_folder(const NamedOutput& folder, const std::vector<NamedOutput>& outputs,
                           const std::vector<fs::path>& inputs) {
     std::vector<fs::path> others = inputs;
@@ -85,7 +85,7 @@ Result<void> check_folder(const NamedOutput& folder, const std::vector<NamedOutp
         const fs::path above = plain.has_parent_path() ? plain.parent_path() : fs::path(".");
         if (there && identity_of(above) == there) return clash(folder, what(i));
     }
-    // Names in the folder may be links to what has other names elsewhere.
+    // Names in the folder may be links to files elsewhere.
     std::error_code status;
     for (fs::directory_iterator entry(folder.path, status), end; !status && entry != end;
          entry.increment(status)) {

@@ -116,7 +116,7 @@ int64_t output_bytes_per_column(const std::string& format) {
 
 int64_t encode_bytes_per_column(const Options& options, const std::string& format) {
     if (format != "png") return 0;
-    return options.png_indexed ? 1 : 4;  // the pixels; what they are packed into is far less
+    return options.png_indexed ? 1 : 4;  // the pixels; their compressed form is far smaller
 }
 
 Result<std::unique_ptr<pipeline::SliceSink>> open_output(const Options& options,
@@ -133,7 +133,7 @@ Result<std::unique_ptr<pipeline::SliceSink>> open_output(const Options& options,
 }
 
 int64_t preview_bytes(const Options& options) {
-    // Pictures are drawn one after the other, so what is needed for drawing counts once.
+    // Pictures are drawn one after the other, so the memory for drawing counts once.
     int64_t bytes = options.previews.empty() ? 0 : preview::kDrawBytes;
     for (const preview::PreviewSpec& spec : options.previews)
         bytes += preview::gathered_bytes(spec);

@@ -12,10 +12,10 @@ namespace openfab::program {
 
 namespace {
 
-/// Lines of a kind; thousands of instances have one fault.
+/// Limit of the lines of one kind; thousands of instances share a fault.
 constexpr size_t kMostLines = 4;
 
-/// Sizes of placed parts; each mesh is gone through once.
+/// Computes the sizes of placed parts, visiting each mesh once.
 class Ruler {
   public:
     explicit Ruler(const Vec3d& pitch_mm) : pitch_mm_(pitch_mm) {}
@@ -41,7 +41,7 @@ class Ruler {
     }
 
     Vec3d pitch_mm_;
-    // Looked up alone, never walked: the order of pointers must not show.
+    // Only for lookup, never iterated: the order of pointers must not affect results.
     std::map<const part::PartMesh*, Box3d> boxes_;
 };
 
@@ -68,7 +68,7 @@ std::vector<std::string> thin_part_warnings(const std::vector<part::Part>& parts
     std::vector<std::string> warnings;
     size_t thin = 0;
     for (const part::Part& part : parts) {
-        // A surface stage may make it as thick as it likes, unless the world bounds it.
+        // A surface stage may thicken it arbitrarily, unless the world bounds it.
         const double grows =
             part.fablet->has_surface != 0 ? 2 * static_cast<double>(part.max_displacement_mm) : 0;
         const Vec3d voxels = ruler.voxels(part);

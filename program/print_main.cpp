@@ -39,7 +39,7 @@ pipeline::PrintOptions pipeline_options(const Options& options, const std::strin
     result.reserved_bytes = preview_bytes(options);
     result.memory_bytes = options.memory_bytes - result.reserved_bytes;
     result.threads = options.threads;
-    // A mesh of dithered voxels would be one of specks, which no printer of meshes prints.
+    // A mesh of dithered voxels would consist of specks, which printers of meshes cannot print.
     if (is_mesh_format(format)) result.dither = "majority";
     if (!options.dither.empty()) result.dither = options.dither;
     result.seed = options.seed;
@@ -85,7 +85,7 @@ Error add_resume_hint(Error error, const Options& options, const std::string& fo
     return error;
 }
 
-/// Runs the print. Statistics are written, and pictures drawn, also where it ended early.
+/// Runs the print. Statistics and pictures are written even if it ends early.
 Result<void> run(pipeline::PrintJob* print, const Options& options, const std::string& format,
                  const world::Printer& printer, const std::string& sizes,
                  const std::atomic<bool>& interrupt, program::Progress& progress) {
@@ -132,7 +132,7 @@ Result<void> run_print(const Options& options, const openfab_fablet_list& fablet
     Result<Job> job = load_job(options, fablets);
     if (!job) return job.error();
     if (files != nullptr) *files = job->files;
-    // Report a wrong output name before the work, not after.
+    // Reports a wrong output name before the work, not after.
     Result<std::string> format = choose_format(options, job->printer);
     if (!format) return format.error();
     if (Result<void> apart = check_outputs(options, *format, job->input.materials, job->inputs);

@@ -17,7 +17,7 @@ namespace openfab::program {
 
 namespace {
 
-// Often enough to look alive, seldom enough to cost nothing and to keep logs short.
+// Often enough to show progress, seldom enough to cost nothing and to keep logs short.
 constexpr double kBarSeconds = 0.1;
 constexpr double kPlainSeconds = 5;
 constexpr double kJsonSeconds = 0.25;
@@ -41,8 +41,8 @@ double share_done(const pipeline::ProgressEvent& event) {
     return event.slices_total > 0 ? static_cast<double>(event.slices_done) / event.slices_total : 1;
 }
 
-/// For text that is fit for a terminal, or is the bar's own control codes. What cannot be written
-/// is passed over: a print does not end with whoever watched it.
+/// Writes text that is safe for a terminal, or the bar's own control codes. Failures are ignored: a
+/// print does not end with its viewer.
 void put(std::FILE* stream, const std::string& text) {
     (void)std::fwrite(text.data(), 1, text.size(), stream);
 }

@@ -33,7 +33,7 @@ bool start(z_stream* stream) {
 }
 
 void put_input(z_stream* stream, std::string_view text) {
-    // zlib reads through a pointer that is not const for its users of old.
+    // zlib's pointer to its input is not const for historical reasons.
     stream->next_in = reinterpret_cast<Bytef*>(const_cast<char*>(text.data()));
     stream->avail_in = static_cast<uInt>(text.size());
 }
@@ -54,7 +54,7 @@ std::vector<uint8_t> deflate_text(std::string_view text, bool last, TextSum* sum
     sum->add(sum_of(text));
     z_stream stream{};
     if (!start(&stream)) return {};
-    // A flush takes a few bytes that deflateBound does not count.
+    // A flush emits a few bytes that deflateBound does not count.
     std::vector<uint8_t> out(deflateBound(&stream, static_cast<uLong>(text.size())) + 16);
     put_input(&stream, text);
     stream.next_out = out.data();

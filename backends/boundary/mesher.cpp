@@ -13,7 +13,7 @@ namespace openfab::boundary {
 
 namespace {
 
-constexpr size_t kPiece = 2048;  // vertices or triangles handed on at once
+constexpr size_t kPiece = 2048;  // vertices or triangles passed on at once
 
 /// Calls visit(bit) for each bit that is set, lowest first.
 template <typename Visit>
@@ -96,7 +96,8 @@ Result<void> Mesher::finish() {
     return done ? error_ : done;
 }
 
-/// With the slice z_ come its lower plane and the slice below, for which all is known now.
+/// Slice z_ completes the neighbourhood of its lower plane and of the slice below, which are meshed
+/// now.
 Result<void> Mesher::step() {
     plane(z_ + 1).points.clear();
     plane(z_).midpoints_x.clear();
@@ -181,7 +182,7 @@ bool Mesher::needs_midpoint(int32_t axis, const std::array<uint8_t, 8>& low_end,
     return meet(0, bp | bq, bp, bq) || meet(bp, bq, 0, bp | bq);
 }
 
-/// Middles of the edges across slice z_ - 1, whose upper ends are known only now.
+/// Midpoints of the edges across slice z_ - 1, whose upper ends are known only now.
 void Mesher::find_midpoints_z() {
     midpoints_z_.clear();
     const Layer &below = layer(z_ - 2), &middle = layer(z_ - 1), &above = layer(z_);
@@ -306,7 +307,7 @@ void Mesher::emit_side(const Rectangle& rectangle, bool high) {
         c.point.z += 2 * first_slice_;
     const uint8_t code = high ? rectangle.high : rectangle.low;
     Pending& pending = pending_[code];
-    // The material below the faces has them facing up.
+    // Faces of the material below point up.
     const bool turned = high == rectangle.right_handed();
     for (std::array<int32_t, 3> t : triangles_) {
         if (turned) std::swap(t[1], t[2]);
@@ -317,18 +318,17 @@ void Mesher::emit_side(const Rectangle& rectangle, bool high) {
     if (pending.triangles.size() >= kPiece) flush(code);
 }
 
-/// Returns whether a triangle of the rectangle is so thin that it might face the other way once
-/// each of its corners is a few steps off; coordinates in single precision add to the one that is
-/// meant.
+/// Returns whether a triangle of the rectangle is so thin that it might flip once each of its
+/// corners moves by a few steps: the intended one, and the rounding to single precision.
 bool Mesher::would_flip(const Rectangle& rectangle) const {
-    constexpr int64_t kFourSteps = kSteps / 2 / 4;  // are so often in half a voxel
+    constexpr int64_t kFourSteps = kSteps / 2 / 4;  // that often in half a voxel
     const int32_t u = rectangle.u_axis(), v = rectangle.v_axis();
     return std::any_of(triangles_.begin(), triangles_.end(), [&](const std::array<int32_t, 3>& t) {
         const Vec3i& a = points_[t[0]];
         const auto b = vec_cast<int64_t>(points_[t[1]] - a);
         const auto c = vec_cast<int64_t>(points_[t[2]] - a);
         const int64_t area = b[u] * c[v] - b[v] * c[u];
-        int64_t extent = 1;  // stands for the moves' own product
+        int64_t extent = 1;  // bounds the product of the moves
         for (const int32_t axis : {u, v}) {
             const auto [lo, hi] = std::minmax({int64_t{0}, b[axis], c[axis]});
             extent += hi - lo;
@@ -337,7 +337,7 @@ bool Mesher::would_flip(const Rectangle& rectangle) const {
     });
 }
 
-/// Gives the rectangle a second outline inside the first, which has the triangles now.
+/// Adds an inner outline to the rectangle; the triangles are moved inside it.
 void Mesher::add_rim(const Rectangle& rectangle) {
     const auto count = static_cast<int32_t>(points_.size());
     const auto bottoms = static_cast<int32_t>(outline_.bottom.size());
@@ -384,8 +384,8 @@ MeshCorner Mesher::corner(const Rectangle& r, bool high, const Vec3i& point) {
         if ((point[axis] & 1) != 0) return midpoint_corner(r, high, point, axis);
     }
     const int32_t x = point.x / 2, y = point.y / 2, z = point.z / 2;
-    // A face of the rectangle that has the point for a corner; where there are two they are of one
-    // fan.
+    // Returns a face of the rectangle with the point as a corner; where there are two, they belong
+    // to one fan.
     const int32_t octant = (high ? 1 << r.axis : 0) |
                            (point[r.u_axis()] < 2 * r.u1 ? 1 << r.u_axis() : 0) |
                            (point[r.v_axis()] < 2 * r.v1 ? 1 << r.v_axis() : 0);
@@ -399,7 +399,7 @@ MeshCorner Mesher::corner(const Rectangle& r, bool high, const Vec3i& point) {
     // The material around a voxel has moved its own vertex into it.
     const bool follows = fans.count == 1 && is_amid_another(codes, octant);
     for (int32_t axis = 0; axis < 3; ++axis) {
-        const int8_t alone = (octant >> axis & 1) != 0 ? 1 : -1;
+        const int16_t alone = (octant >> axis & 1) != 0 ? 1 : -1;
         out.off[axis] = follows ? alone : fans.apart[fan][axis];
     }
     return out;

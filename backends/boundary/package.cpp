@@ -15,7 +15,7 @@ namespace {
 
 // Midnight of the first day that ZIP knows, 1 January 1980.
 constexpr uLong kNoTime = 1 << 21 | 1 << 16;
-// From here sizes need ZIP64, with room for headers.
+// Larger sizes need ZIP64; leaves room for headers.
 constexpr int64_t kLarge = 0xfff00000;
 
 }  // namespace
@@ -69,7 +69,7 @@ Result<std::unique_ptr<Package>> Package::create(backends::OutputFile* file) {
 }
 
 Package::~Package() {
-    // Frees what minizip holds; the file is not a package then, and goes.
+    // Frees minizip's state; the file is not a valid package then, and is removed.
     if (zip_ != nullptr) zipClose(zip_, nullptr);
 }
 

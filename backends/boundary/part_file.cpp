@@ -58,7 +58,7 @@ Result<backends::OutputFile*> PartFile::flushed() {
 Result<void> PartFile::keep() {
     if (Result<backends::OutputFile*> file = flushed(); !file) return file.error();
     if (Result<void> synced = file_.sync(); !synced) return synced;
-    // Under its new name before the lock goes: nobody empties it in between.
+    // Renamed before the lock is released, so that no other process truncates it in between.
     std::error_code code;
     std::filesystem::rename(part_name(path_), path_, code);
     if (code)

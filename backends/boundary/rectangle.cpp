@@ -37,7 +37,7 @@ void triangulate(const Outline& outline, std::vector<std::array<int32_t, 3>>* tr
     const int32_t right = left + static_cast<int32_t>(outline.left.size());
     const int32_t end = right + static_cast<int32_t>(outline.right.size());
     // A fan over the left side, a strip between the rows, a fan over the right side. No fan has its
-    // tip on the side that it covers.
+    // apex on the side that it covers.
     int32_t b = 0, t = 0;
     if (left < right) {
         int32_t below = 0;

@@ -17,14 +17,14 @@ namespace openfab::boundary {
 
 namespace {
 
-constexpr size_t kTitle = 80;           // of anything that does not begin with "solid"
+constexpr size_t kTitle = 80;           // any text that does not begin with "solid"
 constexpr size_t kHeader = kTitle + 4;  // and the number of triangles
 constexpr size_t kFacet = 50;           // normal, three corners, two bytes
 constexpr int64_t kMostTriangles = UINT32_MAX;
 
 static_assert(std::endian::native == std::endian::little, "STL is written as it lies in memory");
 
-/// Letters, digits, `-` and `.` are fine in every file system and on every command line.
+/// Letters, digits, `-` and `.` are safe in every file system and on every command line.
 std::string file_name_of(const std::string& name) {
     std::string out;
     for (char c : name) {

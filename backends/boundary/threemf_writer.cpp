@@ -67,7 +67,7 @@ class ThreemfWriter final : public MeshWriter {
         info_ = info;
         coordinates_ = Coordinates(info);
         meshes_.resize(info.materials.size());
-        // Report an output that cannot be written now, not after the last slice.
+        // Reports an unwritable output now, not after the last slice.
         Result<std::unique_ptr<PartFile>> file = PartFile::create(path_);
         if (!file) return file.error();
         file_ = std::move(*file);
@@ -83,7 +83,7 @@ class ThreemfWriter final : public MeshWriter {
         }
         text_.clear();
         for (const Vec3i& point : points) {
-            // The shortest digits that give this number again.
+            // Formats the shortest digits that read back as this number.
             const Vec3f p = coordinates_.at(point);
             fmt::format_to(std::back_inserter(text_),
                            FMT_COMPILE("<vertex x=\"{}\" y=\"{}\" z=\"{}\"/>\n"), p.x, p.y, p.z);
@@ -222,7 +222,7 @@ class ThreemfWriter final : public MeshWriter {
     Coordinates coordinates_;
     std::vector<Mesh> meshes_;  ///< by material
     std::unique_ptr<PartFile> file_;
-    std::unique_ptr<Package> package_;  ///< after file_: it goes first
+    std::unique_ptr<Package> package_;  ///< declared after file_, so destroyed before it
     TextSum sum_;
     fmt::memory_buffer text_;
 };

@@ -50,7 +50,7 @@ Result<OutputFile> OutputFile::reopen(const std::string& path) {
 }
 
 Result<OutputFile> OutputFile::open_locked(const std::string& path) {
-    // More than one try is needed only where others replace the file at the same moment.
+    // More than one attempt is needed only if other processes replace the file concurrently.
     constexpr int kTries = 100;
     for (int tries = 1;; ++tries) {
         struct stat named {};
@@ -61,7 +61,7 @@ Result<OutputFile> OutputFile::open_locked(const std::string& path) {
         if (fd < 0) return system_error("cannot create", path, errno);
         OutputFile file(fd, path);
         if (Result<void> locked = lock_output(fd, path); !locked) return locked.error();
-        // Whoever had the lock may have given the file another name before it let go.
+        // The previous holder of the lock may have renamed the file before releasing it.
         struct stat opened {};
         if (::fstat(fd, &opened) != 0) return system_error("cannot write to", path, errno);
         const bool same = ::stat(path.c_str(), &named) == 0 && named.st_dev == opened.st_dev &&

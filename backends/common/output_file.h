@@ -44,7 +44,7 @@ class OutputFile {
   private:
     OutputFile(int fd, std::string name) : fd_(fd), name_(std::move(name)) {}
     static Result<OutputFile> open_locked(const std::string& path);
-    /// All of it by write(data, size), which is asked again until all is written.
+    /// Calls write(data, size) until all is written.
     template <typename Write>
     Result<void> write_with(std::span<const uint8_t> bytes, const Write& write);
 

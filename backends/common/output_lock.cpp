@@ -40,7 +40,7 @@ int holder_of(const struct stat& file) {
 /// Formats "process 4711 (`card-print`)".
 std::string describe(int pid) {
     if (pid <= 0) return "another process";
-    // The name it was started by; the kernel's own is cut to 15 letters.
+    // The name it was started by; the kernel's own is truncated to 15 bytes.
     std::string name;
     std::ifstream command(fmt::format("/proc/{}/cmdline", pid));
     std::getline(command, name, '\0');

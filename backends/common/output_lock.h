@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Exclusive locks of outputs. A lock ends with its process, even if that is killed, so that none is
-// ever stale.
+// Exclusive locks of outputs. A lock ends with its process, even if that is killed, so locks are
+// never stale.
 
 #include <string>
 

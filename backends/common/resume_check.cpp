@@ -75,7 +75,7 @@ std::string first_difference(const pipeline::PrintInfo& there, const pipeline::P
         return differs("seed", std::to_string(there.seed), std::to_string(here.seed));
     if (exact(there.pitch_mm) != exact(here.pitch_mm))
         return differs("pitch in mm", exact(there.pitch_mm), exact(here.pitch_mm));
-    // Before sizes: another mesh has another size, but the mesh is what differs.
+    // Before sizes: another mesh often has another size, but the mesh is the cause.
     if (std::string found = setting_difference(there, here); !found.empty()) return found;
     if (std::string found = material_difference(there, here); !found.empty()) return found;
     if (there.size != here.size) return differs("size in voxels", size(there), size(here));

@@ -10,8 +10,8 @@
 
 namespace openfab::backends {
 
-/// Compares two prints; returns an empty text where both print the same voxels, else the first
-/// difference for messages, like "the dither is `blue_noise` there and `decorrelated` here".
+/// Compares two prints; returns an empty text if both print the same voxels, else the first
+/// difference, for messages, such as "the dither is `blue_noise` there and `decorrelated` here".
 /// Unknown settings count as different.
 std::string first_difference(const pipeline::PrintInfo& there, const pipeline::PrintInfo& here);
 

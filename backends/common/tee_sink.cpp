@@ -41,7 +41,7 @@ Result<void> TeeSink::commit(int32_t z, const std::vector<uint8_t>& bytes) {
     OPENFAB_CHECK_GE(bytes.size(), raw);
     const std::vector<uint8_t> encoded(bytes.begin() + static_cast<std::ptrdiff_t>(raw),
                                        bytes.end());
-    // The sink first: a picture shows no slice that could not be written.
+    // The sink first, so that a picture shows no slice that could not be written.
     if (Result<void> done = sink_->commit(z, encoded); !done) return done;
     const pipeline::SliceView slice{z, bytes.data(), row_bytes_, width_, height_};
     for (const std::unique_ptr<SliceObserver>& observer : observers_)

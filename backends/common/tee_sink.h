@@ -45,7 +45,7 @@ class TeeSink : public pipeline::SliceSink {
     size_t row_bytes_ = 0;
 };
 
-/// Discards slices: for previews without an output, and timings.
+/// Discards slices, for previews without an output and for timings.
 class NullSink : public pipeline::SliceSink {
   public:
     Result<void> begin(const pipeline::PrintInfo&) override { return {}; }

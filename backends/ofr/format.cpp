@@ -82,7 +82,7 @@ class Reader {
         return text;
     }
     bool ok() const { return ok_; }
-    /// Everything was read, and nothing is left.
+    /// Returns whether everything was read and nothing is left.
     bool done() const { return ok_ && rest_.empty(); }
     size_t left() const { return rest_.size(); }
 

@@ -87,7 +87,7 @@ Error OfrReader::memory_error(int64_t bytes) const {
 }
 
 bool OfrReader::read_bytes(size_t n) {
-    // In steps, so that a length that is a lie costs no more memory than the file has bytes.
+    // In steps, so that a false length costs no more memory than the file has bytes.
     constexpr size_t kStep = 1U << 20;
     buffer_.clear();
     while (buffer_.size() < n) {
@@ -217,7 +217,7 @@ Result<void> OfrReader::read_index() {
     uint32_t field_bytes = 0;
     std::memcpy(&magic, bytes.data(), 4);
     std::memcpy(&field_bytes, bytes.data() + 4, 4);
-    // 256 codes at most, and what stands beside the two lists.
+    // At most 256 codes, plus the fields beside the two lists.
     const size_t most = entries_.size() * 12 + 256 * 8 + 64;
     if (magic != kIndexMagic || field_bytes > most) return error(all + "is damaged");
     if (!read_bytes(field_bytes)) return error(all + "is cut short or damaged");

@@ -21,7 +21,7 @@ namespace openfab::ofr {
 class OfrReader {
   public:
     /// Opens and reads the header; `-` is standard input. Errors name the file. Slices that take
-    /// more than `memory_bytes` as they are packed and as they are read are refused.
+    /// more than `memory_bytes`, compressed and decompressed together, are refused.
     static Result<std::unique_ptr<OfrReader>> open(
         const std::string& path, int64_t memory_bytes = std::numeric_limits<int64_t>::max());
     /// Reads the totals of a complete file from the index at its end, without reading slices.

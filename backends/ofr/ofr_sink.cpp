@@ -49,7 +49,7 @@ Result<void> OfrSink::begin(const pipeline::PrintInfo& info) {
         std::ifstream in(file_.name(), std::ios::binary);
         in.read(reinterpret_cast<char*>(there.data()), static_cast<std::streamsize>(there.size()));
         there.resize(static_cast<size_t>(in.gcount()));
-        // A print that was killed at its very start: nothing is lost by starting again.
+        // The print was killed right at its start: nothing is lost by starting over.
         const bool begun =
             there.size() < header.size() && std::equal(there.begin(), there.end(), header.begin());
         if (!begun) {
@@ -107,7 +107,7 @@ ZSTD_CCtx* make_context() {
 }  // namespace
 
 std::vector<uint8_t> OfrSink::encode(const pipeline::SliceView& slice) const {
-    // Kept from slice to slice: the tables that zstd works in, and room for the worst case.
+    // Reused from slice to slice: zstd's tables, and space for the worst case.
     struct Context {
         std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> zstd{make_context(), &ZSTD_freeCCtx};
         std::vector<uint8_t> room;
@@ -155,7 +155,7 @@ Result<void> OfrSink::finish(const pipeline::PrintTotals& totals) {
         }
     }
     Result<void> closed = file_.close();
-    // An earlier error has been reported already, and is the cause of this one, too.
+    // An earlier error has been reported already and caused this one, too.
     return broken_ ? Result<void>() : closed;
 }
 

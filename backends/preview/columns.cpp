@@ -47,8 +47,8 @@ void SightColumns::add_row(int32_t z, int32_t row, const PaddedRow& codes) {
         ColumnGroups::Group& group = groups_.at(row, g);
         const uint64_t now = load_codes(codes, g);
         const size_t first = index(8 * g, row);
-        // Histories that are full of one code stay as they are; from above only the top moves on,
-        // and waits for the end.
+        // Histories that are full of one code stay unchanged; from above only the top moves, which
+        // is deferred to the end of the run.
         const bool full = z - group.since >= depth_;
         if (now == group.codes && full) continue;
         if (now != group.codes) {
@@ -65,8 +65,7 @@ void SightColumns::add_row(int32_t z, int32_t row, const PaddedRow& codes) {
     }
 }
 
-// Seen from above, the latest code stands in the lowest bits; a void in between starts the history
-// again.
+// Seen from above, the latest code is in the lowest bits; a void in between restarts the history.
 void SightColumns::add_above(int32_t z, size_t first, uint64_t codes) {
     for (size_t i = 0; i < 8; ++i) {
         const uint64_t code = code_of(codes, i);
@@ -77,8 +76,7 @@ void SightColumns::add_above(int32_t z, size_t first, uint64_t codes) {
     }
 }
 
-// Seen from below, the first code stands in the lowest bits; a void leaves a 0, at which at()
-// stops.
+// Seen from below, the first code is in the lowest bits; a void leaves a 0, at which at() stops.
 void SightColumns::add_below(int32_t z, size_t first, uint64_t codes) {
     for (size_t i = 0; i < 8; ++i) {
         const uint64_t code = code_of(codes, i);

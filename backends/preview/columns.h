@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Per-column data of a picture, gathered while slices pass from the bottom up: the few voxels that
+// Per-column data of a picture, collected while slices pass from the bottom up: the few voxels that
 // a viewer sees into, and the solid thickness. Memory is bounded: of a grid with more columns than
 // kMaxColumns, only every n-th along x and y is sampled.
 
@@ -41,8 +41,8 @@ struct Sight {
     uint8_t codes[16]{};
 };
 
-/// Rows of codes in groups of 8 columns, so that a group that a slice does not change costs one
-/// comparison. Most of a print is like that: the cost of a preview is that of the rest.
+/// Rows of codes in groups of 8 columns, so that an unchanged group costs one comparison. Most
+/// groups of a print are unchanged; the others make up the cost of a preview.
 class ColumnGroups {
   public:
     explicit ColumnGroups(const ColumnGrid& grid)

@@ -30,7 +30,7 @@ Vec3d unit(Vec3d v) {
     return v * (1 / length(v));
 }
 
-/// By 1 4 6 4 1, and the slope of what that makes. Towards `away` (1, -1, or 0 for neither) no
+/// Blur by 1 4 6 4 1, and the slope of the result. Towards `away` (1, -1, or 0 for neither) no
 /// position counts for less than the one before it: cells behind dense ones are not visible, and
 /// must not bend the surface that hides it.
 float binomial(const float* p, ptrdiff_t step, int32_t away) {
@@ -126,7 +126,7 @@ Result<void> ModelPreview::begin(const pipeline::PrintInfo& info) {
     return {};
 }
 
-/// The half, or for xy the quarter, that faces the viewer.
+/// Returns whether a cell lies in the half, or for xy the quarter, that faces the viewer.
 bool ModelPreview::cut_away(int32_t x, int32_t y) const {
     const bool in_x = viewer_.x >= 0 ? 2 * x >= info_.size.x : 2 * x < info_.size.x;
     const bool in_y = viewer_.y > 0 ? 2 * y >= info_.size.y : 2 * y < info_.size.y;
@@ -215,8 +215,8 @@ bool ModelPreview::is_amid_opaque(int32_t k, size_t i) {
                      layer(k + 1).density[i]}) > kFull;
 }
 
-/// Colours of a layer's boundaries by the lamp; what lies inside keeps its own, and where it is
-/// opaque hides what is behind it.
+/// Shades the boundaries of a layer; interior cells keep their colour, and opaque ones hide what is
+/// behind them.
 void ModelPreview::light(int32_t k) {
     Layer& self = layer(k);
     const double width = std::min({cell_mm_.x, cell_mm_.y, cell_mm_.z});
@@ -242,7 +242,7 @@ void ModelPreview::light(int32_t k) {
                 const Layer& at = layer(k + d);
                 dx += kSmooth[d + 2] * slope(&at.along_y[i], 1, away_x_);
                 dy += kSmooth[d + 2] * slope(&at.along_x[i], stride, away_y_);
-                // The lowest layer is seen past the one above it.
+                // The lowest layer is visible beside the one above it.
                 const float s =
                     d == -2 ? std::max(at.smooth[i], layer(k - 1).smooth[i]) : at.smooth[i];
                 dz += kSlope[d + 2] * s;
@@ -288,8 +288,8 @@ ModelPreview::Cell ModelPreview::sample(const Layer& layer, double x, double y) 
     return sum;
 }
 
-/// Over what was painted before: the pixels whose ray meets the layer, each along its way through
-/// it from the far end to the near one.
+/// Composites over the layers below: the pixels whose ray meets the layer, each along its path
+/// through it from far to near.
 void ModelPreview::paint(int32_t k) {
     const Layer& self = layer(k);
     if (self.last_row < self.first_row) return;
@@ -315,7 +315,7 @@ void ModelPreview::paint(int32_t k) {
 
 void ModelPreview::paint_row(const Layer& self, int32_t row, double z) {
     const double b = low_b_ + (row + 0.5) * pixel_mm_;
-    const double through = cell_mm_.z / viewer_.z;  // length of a ray's way through the layer
+    const double through = cell_mm_.z / viewer_.z;  // length of a ray's path through the layer
     const double sideways = std::sqrt(std::max(0.0, 1 - viewer_.z * viewer_.z)) * through;
     const int32_t steps =
         std::max(1, static_cast<int32_t>(std::ceil(sideways / std::min(cell_mm_.x, cell_mm_.y))));

@@ -8,9 +8,9 @@
 // material has a strength by its preview's alpha a: s = a / (1 - a) per mm, and half of the light
 // over kSightMm where it is opaque. Clear materials are filters besides: a channel of colour c is
 // absorbed at s (1 + 20 (1 - a) (1 - c)) per mm, so that magenta over yellow over white is red.
-// Boundaries are lit from the upper left by the gradient of how dense the cells are, as far as
-// they are visible: cells behind dense ones do not bend their surface, and opaque cells among
-// others hide what is behind.
+// Boundaries are lit from the upper left, with normals from the density gradient, as far as they
+// are visible: cells behind dense ones do not bend their surface, and opaque cells among others
+// hide what is behind.
 
 #include <array>
 #include <cstdint>
@@ -82,7 +82,7 @@ class ModelPreview : public backends::SliceObserver {
     Vec3i count_;  ///< cells
     Vec3d cell_mm_;
     size_t stride_ = 0;
-    int32_t away_x_ = 0, away_y_ = 0;  ///< which way along an axis leads away from the viewer
+    int32_t away_x_ = 0, away_y_ = 0;  ///< direction along each axis away from the viewer
     Vec3d right_, up_, viewer_;        ///< unit; picture axes, and where the viewer is
     Vec3d lamp_;
     double low_a_ = 0, low_b_ = 0;  ///< mm along right_ and up_ of the picture's lower left

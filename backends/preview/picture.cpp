@@ -15,7 +15,7 @@ namespace {
 constexpr int32_t kMaxSide = 2000;
 constexpr double kMaxPixels = 2e6;
 
-/// x^(1/5) for 0 < x <= 1 by Newton's rule, which falls monotonically to the root from above.
+/// x^(1/5) for 0 < x <= 1 by Newton's method, which converges monotonically from above.
 double fifth_root(double x) {
     double r = 1;
     for (int i = 0; i < 60; ++i) {
@@ -25,7 +25,7 @@ double fifth_root(double x) {
     return r;
 }
 
-/// How the cells of one axis share out over the pixels: pixel p takes cells first … first +
+/// How the cells of one axis are distributed over the pixels: pixel p takes cells first … first +
 /// weights.size() - 1.
 struct Share {
     int32_t first = 0;
@@ -83,7 +83,7 @@ double srgb_to_linear(double value) {
 }
 
 uint8_t linear_to_srgb8(double value) {
-    // thresholds[i] lies half-way, in sRGB, between i and i + 1.
+    // thresholds[i] is midway, in sRGB, between i and i + 1.
     static const std::array<double, 255> kThresholds = [] {
         std::array<double, 255> t{};
         for (size_t i = 0; i < t.size(); ++i)
@@ -99,7 +99,7 @@ Picture resample(int32_t width, int32_t height, const std::array<double, 2>& cel
     const double fine = std::min(cell_mm[0], cell_mm[1]);
     const double wide = width * cell_mm[0] / fine;
     const double high = height * cell_mm[1] / fine;
-    // Whole multiples keep the dither's grain even.
+    // Integer multiples keep the dither's grain uniform.
     const double times = std::max({1.0, std::ceil(std::max(wide, high) / kMaxSide),
                                    std::ceil(std::sqrt(wide * high / kMaxPixels))});
     Picture picture;

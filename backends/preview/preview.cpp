@@ -32,7 +32,7 @@ std::vector<std::array<double, 3>> linear_colors(const PrintInfo& info) {
     return colors;
 }
 
-/// One pass of a blur by 1 4 6 4 1 along x or y, over what is covered.
+/// One pass of a 1 4 6 4 1 blur along x or y, over covered pixels.
 void blur_heights(const Picture& picture, std::vector<float>* heights, int32_t dx, int32_t dy) {
     constexpr std::array<float, 5> kWeights{1, 4, 6, 4, 1};
     const std::vector<float> source = *heights;
@@ -53,8 +53,8 @@ void blur_heights(const Picture& picture, std::vector<float>* heights, int32_t d
     }
 }
 
-/// Heights with the stairs of slices smoothed away: a step of one slice over one pixel is as steep
-/// as a roof.
+/// Smooths the stair steps of slices from the heights: a step of one slice over one pixel would be
+/// as steep as a roof.
 std::vector<float> smooth_heights(const Picture& picture) {
     std::vector<float> heights(picture.pixels.size());
     for (size_t i = 0; i < heights.size(); ++i)
@@ -66,8 +66,8 @@ std::vector<float> smooth_heights(const Picture& picture) {
     return heights;
 }
 
-/// Lambert shading of the height field with a lamp at the upper left: level ground gets `flat`,
-/// nothing more than 1.
+/// Lambert shading of the height field with a lamp at the upper left: level ground gets `flat`;
+/// clamped to 1.
 void shade(Picture* picture, double flat, double relief) {
     const double lamp[3]{-0.5, 0.6, 0.624};  // unit length
     const std::vector<float> heights = smooth_heights(*picture);
@@ -95,7 +95,7 @@ void shade(Picture* picture, double flat, double relief) {
     }
 }
 
-/// The common base of the views: the grid, the colours, the file at the end.
+/// Common base of the views: the grid, the colours, writing the file.
 class Preview : public backends::SliceObserver {
   public:
     explicit Preview(PreviewSpec spec) : spec_(std::move(spec)) {}
@@ -119,7 +119,7 @@ class Preview : public backends::SliceObserver {
     virtual Result<void> start() = 0;
     virtual Picture draw() const = 0;
 
-    /// The codes of the looked-at columns of row j of the grid.
+    /// Returns the codes of the sampled columns of row j.
     const PaddedRow& row_codes(const SliceView& slice, int32_t j) {
         backends::unpack_row(slice, grid_.y(j, info_.size), info_.bits, codes_.data());
         if (grid_.step == 1) return codes_;
@@ -138,8 +138,8 @@ class Preview : public backends::SliceObserver {
     std::array<double, 2> cell_mm() const {
         return {info_.pitch_mm.x * grid_.step, info_.pitch_mm.y * grid_.step};
     }
-    /// The grid's column and row of cell (x, y) of a picture with its top row first, mirrored for a
-    /// view from behind.
+    /// Returns the column and row of the grid for cell (x, y) of a picture, top row first, mirrored
+    /// for a view from behind.
     int32_t column(int32_t x, bool mirrored) const { return mirrored ? grid_.width - 1 - x : x; }
     int32_t row(int32_t y) const { return grid_.height - 1 - y; }
 
@@ -151,7 +151,7 @@ class Preview : public backends::SliceObserver {
     PaddedRow row_;
 };
 
-/// One that every slice goes into, column by column.
+/// A view that accumulates every slice, column by column.
 template <typename Columns>
 class ColumnPreview : public Preview {
   public:
@@ -292,7 +292,7 @@ class SectionPreview : public Preview {
 
   private:
     Result<void> start() override {
-        // Twice what a picture shows is enough.
+        // Twice the resolution of a picture is enough.
         constexpr int32_t kMaxRows = 4000;
         step_z_ = (info_.slice_end - info_.slice_begin) / kMaxRows + 1;
         rows_.clear();

@@ -34,7 +34,7 @@ int64_t gathered_bytes(const PreviewSpec& spec);
 constexpr int64_t kColumnBytes = 28'000'000;
 constexpr int64_t kDrawBytes = 64'000'000;
 
-/// Makes a preview, which writes its file when the print ends, also early. begin() fails for a
+/// Makes a preview, which writes its file when the print ends, even early. begin() fails for a
 /// slice that the print does not have.
 std::unique_ptr<backends::SliceObserver> make_preview(const PreviewSpec& spec);
 

@@ -64,7 +64,7 @@ Result<void> set_view(std::string_view value, PreviewSpec* spec) {
     return {};
 }
 
-/// The error for a name that does not end in .png; most likely a view without `view=`.
+/// Makes the error for a name that does not end in .png; most likely a view without `view=`.
 std::string without_png(std::string_view text) {
     const size_t comma = text.rfind(',');
     const std::string_view end = comma == std::string_view::npos ? text : text.substr(comma + 1);
@@ -82,8 +82,8 @@ std::string without_png(std::string_view text) {
 }  // namespace
 
 Result<PreviewSpec> parse_preview(const std::string& text) {
-    // The file's name may hold commas, so options are taken off the end, as long as they look like
-    // some.
+    // The file name may contain commas, so options are stripped from the end, as long as they look
+    // like options.
     std::string_view rest = text;
     std::vector<std::string_view> settings;
     for (size_t comma = rest.rfind(','); comma != std::string_view::npos; comma = rest.rfind(',')) {

@@ -70,12 +70,12 @@ void put_text(std::vector<uint8_t>& out, const std::string& text) {
     if (text.empty()) return;
     const size_t chunk = begin_chunk(out, "tEXt");
     constexpr char kKeyword[] = "Software";
-    out.insert(out.end(), kKeyword, kKeyword + sizeof(kKeyword));  // with its end mark
+    out.insert(out.end(), kKeyword, kKeyword + sizeof(kKeyword));  // with its terminating 0
     out.insert(out.end(), text.begin(), text.end());
     end_chunk(out, chunk);
 }
 
-/// All that stands before the pixels.
+/// Writes everything before the pixels.
 std::vector<uint8_t> begin_file(const PngImage& image) {
     constexpr std::array<uint8_t, 8> kSignature{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
     std::vector<uint8_t> out(kSignature.begin(), kSignature.end());
@@ -113,7 +113,7 @@ std::vector<uint8_t> encode_png(const PngImage& image, int level) {
     std::vector<uint8_t> out = begin_file(image);
     const size_t chunk = begin_chunk(out, "IDAT");
     const size_t bound = libdeflate_zlib_compress_bound(compressor.get(), image.rows.size());
-    // The worst case is as large as the picture: memory that is not touched is none.
+    // The worst case is as large as the picture; untouched memory costs nothing.
     const std::unique_ptr<uint8_t, Free> packed(static_cast<uint8_t*>(std::malloc(bound)));
     if (packed == nullptr) return {};
     const size_t bytes = libdeflate_zlib_compress(compressor.get(), image.rows.data(),
@@ -135,7 +135,7 @@ std::vector<uint8_t> decode_png(std::span<const uint8_t> file, const PngImage& i
         !std::equal(head.begin(), head.end(), file.begin()) ||
         !std::equal(tail.begin(), tail.end(), file.end() - static_cast<long>(tail.size())))
         return {};
-    // One chunk of pixels, whose length and checksum must be what they would be written as.
+    // Reads one chunk of pixels, whose length and checksum must match.
     const std::span<const uint8_t> chunk =
         file.subspan(head.size(), file.size() - head.size() - tail.size());
     const std::span<const uint8_t> packed = chunk.subspan(8, chunk.size() - kChunk);

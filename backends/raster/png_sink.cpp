@@ -79,7 +79,7 @@ std::vector<uint8_t> index_rows(const pipeline::SliceView& slice, const pipeline
     return rows;
 }
 
-/// An image of a slice but for its rows.
+/// Makes the image of a slice without its rows.
 PngImage image_of(const pipeline::PrintInfo& info, const PngOptions& options) {
     PngImage image;
     image.width = info.size.x;
@@ -96,7 +96,7 @@ PngImage image_of(const pipeline::PrintInfo& info, const PngOptions& options) {
     return image;
 }
 
-/// Codes by colour, as the bytes lie in memory; fewer than there are codes where two look alike.
+/// Codes by colour, in memory byte order; fewer entries than codes if two share a colour.
 std::map<uint32_t, uint8_t> codes_by_color(const pipeline::PrintInfo& info) {
     std::map<uint32_t, uint8_t> codes{{0, 0}};
     for (size_t i = 0; i < info.materials.size(); ++i) {
@@ -268,7 +268,7 @@ Result<void> PngSink::write_notes(const pipeline::PrintTotals& totals) {
 
 Result<void> PngSink::begin(const pipeline::PrintInfo& info) {
     info_ = info;
-    if (!earlier_) return write_notes({});  // so that what a crash leaves says that it is not whole
+    if (!earlier_) return write_notes({});  // a crash leaves it incomplete
     const Result<std::vector<uint8_t>> manifest = read_bytes(folder_ / kManifest);
     if (!manifest) return manifest.error();
     if (manifest->empty()) {
@@ -277,7 +277,7 @@ Result<void> PngSink::begin(const pipeline::PrintInfo& info) {
         const bool slices = std::any_of(found->begin(), found->end(), [](const auto& file) {
             return is_slice_name(file.filename().string());
         });
-        // A print that was killed at its very start: nothing is lost by starting again.
+        // The print was killed right at its start: nothing is lost by starting over.
         if (!slices) return {};
         return backends::resume_refused(folder_.string(),
                                         fmt::format("it has slices and no {}", kManifest));
@@ -320,7 +320,7 @@ Result<int32_t> PngSink::resume(const std::function<bool(const pipeline::SliceVi
     if (Result<void> removed = remove(*rest); !removed) return removed.error();
     earlier_ = false;
     written_ = std::move(kept);
-    // A manifest of a whole print, where slices of it are gone, must not stay.
+    // The manifest of a complete print must not stay once slices of it are gone.
     if (!complete) {
         if (Result<void> noted = write_notes({}); !noted) return noted.error();
     }
@@ -366,7 +366,7 @@ Result<void> PngSink::finish(const pipeline::PrintTotals& totals) {
     Result<void> notes = write_notes(honest);
     if (notes) notes = backends::sync_file(folder_ / kManifest);
     if (notes) notes = backends::sync_file(folder_);
-    // An earlier error has been reported already, and is the cause of this one, too.
+    // An earlier error has been reported already and caused this one, too.
     return broken_ ? Result<void>() : notes;
 }
 

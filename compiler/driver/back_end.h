@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Shared by `build` and `emit`: the passes as asked for, and schedules of the user's.
+// Shared by `build` and `emit`: running the requested passes, and user schedules.
 
 #include <string>
 #include <vector>
@@ -13,7 +13,7 @@
 
 namespace openfab::driver {
 
-/// Runs the pipeline with dumps and times to stderr as asked.
+/// Runs the pipeline, with the requested dumps and times to stderr.
 passes::PipelineResult run_passes(const ir::Fablet& fablet, const BackEndOptions& options);
 
 struct UserSchedule {

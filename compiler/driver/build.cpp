@@ -24,8 +24,8 @@ double seconds_since(Clock::time_point begin) {
     return std::chrono::duration<double>(Clock::now() - begin).count();
 }
 
-/// Link line of a print program, made by the build beside the runtime's archives: one argument a
-/// line, `lib:NAME` for a file of the same folder.
+/// The link line of a print program, which the build writes beside the runtime's archives: one
+/// argument a line, `lib:NAME` for a file in the same folder.
 std::optional<std::vector<std::string>> read_link_line(std::string* fault) {
     std::error_code error;
     const fs::path self = fs::read_symlink("/proc/self/exe", error);
@@ -81,8 +81,8 @@ class Build {
   private:
     int link(const lower::ProgramObjects& objects, const std::vector<std::string>& link_line) {
         const Clock::time_point begin = Clock::now();
-        // Linked beside its place and moved there, so that a failure leaves no half of a program.
-        // Absolute, since linkers have a meaning for names that begin with `-` or `@`.
+        // Linked to a temporary file and renamed, so that a failure leaves no partial program.
+        // Absolute, since linkers interpret names that begin with `-` or `@`.
         std::error_code error;
         const fs::path output = fs::absolute(options_.output, error);
         const auto not_linked = [&](const std::string& why) {

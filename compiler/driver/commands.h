@@ -3,7 +3,7 @@
 #pragma once
 
 // The commands of openflc. Each returns the exit code: 0 done, 1 the user's input is wrong, 2
-// usage, 3 the outside world, 4 a bug. Results go to stdout, everything for a person to stderr.
+// usage, 3 the outside world, 4 a bug. Results go to stdout, messages to stderr.
 
 #include <filesystem>
 #include <string>
@@ -23,8 +23,8 @@ constexpr int kExitUsage = exit_code(ErrorCode::kUsage);
 constexpr int kExitOutside = exit_code(ErrorCode::kOutside);
 constexpr int kExitBug = exit_code(ErrorCode::kInternal);
 
-/// Returns the exit code for a source that cannot be read: a folder, or a file that is too large,
-/// is the user's mistake, anything else a failure outside. (check.cpp)
+/// Returns the exit code for a source that cannot be read: a folder or a too large file is the
+/// user's mistake, anything else a failure of the outside world. (check.cpp)
 int unread_exit_code(const std::filesystem::path& file);
 
 /// `check`: reports what is wrong with files.
@@ -39,8 +39,8 @@ int emit(const EmitOptions& options, const CommonOptions& common);
 /// `build`: writes a print program. (build.cpp)
 int build(const BuildOptions& options, const CommonOptions& common);
 
-/// `run`: compiles in memory and prints. `words` are those that are not options of ours: OpenFL
-/// files, and the command line of the print. (run.cpp)
+/// `run`: compiles in memory and prints. `words` are the arguments that openflc does not know:
+/// OpenFL files, and the command line of the print. (run.cpp)
 int run(RunOptions options, const CommonOptions& common, const std::vector<std::string>& words);
 
 /// Runs `emit --as ir|halide|stmt|llvm|asm` for one stage of a fablet after the passes, to stdout.

@@ -62,8 +62,8 @@ int Compilation::schedule() {
 
 namespace {
 
-/// Hashes what the fablet means, which neither targets and schedules nor passes change: prints of
-/// equal hashes are the same to the bit, so one may resume another.
+/// Hashes the meaning of the fablet, which targets, schedules and passes do not change: prints with
+/// equal hashes have the same bits, so one may resume the other.
 uint64_t hash_of(const ir::Fablet& fablet) {
     const std::string text = fmt::format("abi {}\n", OPENFAB_ABI_VERSION) + ir::dump(fablet);
     return xxh3(text);

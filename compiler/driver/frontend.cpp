@@ -31,7 +31,7 @@ std::optional<ir::Module> compile_to_ir(source::SourceManager& sources,
 
 std::optional<ir::Module> compile_to_ir(source::SourceManager& sources, uint32_t file,
                                         diag::Sink& sink, const FrontEndOptions& options) {
-    // Errors of other files of the same command do not count.
+    // Errors in other files of the same command do not count.
     const size_t errors = sink.errors();
     Modules modules(&sources, &sink);
     const std::vector<check::Unit>& units = modules.load(file);

@@ -37,7 +37,7 @@ namespace {
 
 using Action = std::function<int()>;
 
-// Each add_ function declares a command; when it is the one that was given it sets `*action`.
+// Each add_ function declares a command, which sets `*action` when it is the one given.
 
 void add_check(CLI::App& app, const CommonOptions& common, Action* action) {
     CLI::App* command =
@@ -126,7 +126,7 @@ void add_run(CLI::App& app, const CommonOptions& common, Action* action) {
     command->add_flag("--watch", options->watch,
                       "print again whenever a fablet, the world, a mesh or an image changes");
     add_compilation_options(command, &options->compilation);
-    // Words that are not ours stay here, in order.
+    // Arguments that openflc does not know, in order.
     command->allow_extras()->fallthrough(false);
     const std::vector<const char*> ask = {"run", "--help"};
     const Result<program::Options> help =
@@ -154,7 +154,7 @@ int openflc_main(int argc, char** argv) {
     add_emit(app, common, &action);
     add_build(app, common, &action);
     add_run(app, common, &action);
-    // Last, so that the commands above do not take it over.
+    // Last, so that the commands above do not inherit it.
     app.footer(
         "Examples:\n"
         "  openflc check postcard.fl\n"

@@ -35,7 +35,7 @@ std::string listed(const std::vector<std::string>& names) {
     return out;
 }
 
-/// Modules that stand beside a file.
+/// Returns the modules beside a file.
 std::vector<std::string> modules_beside(const fs::path& folder) {
     std::vector<std::string> out;
     std::error_code error;
@@ -90,7 +90,8 @@ std::optional<uint32_t> Modules::find(const ast::Import& import, uint32_t from, 
         *key = fs::weakly_canonical(path, error).string();
         if (const auto known = known_.find(*key); known != known_.end()) return known->second.file;
         std::string fault;
-        // A module is the fablet's own: a link may not lead out of its folder, or its project.
+        // A module belongs to the fablet: a symbolic link may not lead out of its folder or
+        // project.
         const std::optional<uint32_t> file = sources_->load(path, &fault, {reading_root(folder)});
         if (!file) sink_->report(import.span, diag::kBadModule, name, "cannot be read").help(fault);
         return file;
@@ -111,7 +112,7 @@ std::optional<size_t> Modules::import(const ast::Import& import, uint32_t from) 
     if (!file) return std::nullopt;
     if (const auto known = known_.find(key); known != known_.end()) {
         if (known->second.done) return known->second.unit;
-        // The notes of a message inside a module lead back to where the ring begins.
+        // The notes of a message inside a module lead back to the start of the cycle.
         sink_->report(import.span, diag::kBadModule, import.name, "imports itself");
         return std::nullopt;
     }

@@ -3,7 +3,7 @@
 #pragma once
 
 // Finds, reads and parses the modules that a program imports. A module is a file `name.fl` beside
-// the file that imports it, else one of the standard library, whose text is part of this program.
+// the file that imports it, else one of the standard library, which is embedded in this program.
 
 #include <deque>
 #include <map>
@@ -29,7 +29,7 @@ class Modules {
     const std::vector<check::Unit>& load(uint32_t program);
 
   private:
-    /// A module that is being read or has been.
+    /// A module that is being read or has been read.
     struct Entry {
         uint32_t file = 0;
         size_t unit = 0;

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The options of openflc's commands; main.cpp alone knows how they are written.
+// The options of openflc's commands; main.cpp defines their syntax.
 
 #include <string>
 #include <vector>
@@ -27,7 +27,7 @@ struct CompilationOptions {
     std::string target = "both";  ///< sse41, avx2 or both
     int threads = 0;              ///< kernels compiled at once; 0: all cores
     bool time = false;            ///< seconds of each step to stderr
-    bool enable_printf = false;   ///< `printf` and `assert` do something
+    bool enable_printf = false;   ///< compile `printf` and `assert` in
     BackEndOptions back_end;
 };
 

@@ -1,8 +1,8 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// `openflc run`: fablets compiled in memory and printed by this very process; with --watch again
-// whenever a file changes that the print is made from.
+// `openflc run`: compiles fablets in memory and prints in this process; with --watch, again
+// whenever one of the print's inputs changes.
 
 #include <fmt/format.h>
 
@@ -35,7 +35,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr auto kPollInterval = std::chrono::milliseconds(100);
 
-/// The state of files at one moment: when each was last written.
+/// A snapshot of files: when each was last written.
 class Snapshot {
   public:
     explicit Snapshot(const std::vector<fs::path>& files) {
@@ -50,8 +50,8 @@ class Snapshot {
     }
 
   private:
-    // A file that is away for a moment, while an editor replaces it, counts as unchanged until it
-    // is back.
+    // A file that is missing for a moment, while an editor replaces it, counts as unchanged until
+    // it reappears.
     static fs::file_time_type time_of(const fs::path& file) {
         std::error_code gone;
         const fs::file_time_type time = fs::last_write_time(file, gone);
@@ -89,7 +89,7 @@ class Run {
         std::vector<fs::path> world = {print_.input};
         bool fablet_changed = true;
         while (!stop_) {
-            // Before they are read: a change from now on counts.
+            // Before they are read, so that a change from now on counts.
             const Snapshot of_world(world);
             std::unique_ptr<Snapshot> of_sources = std::make_unique<Snapshot>(sources);
             if (fablet_changed && compile() != kExitDone) program_.reset();

@@ -15,8 +15,8 @@ namespace {
 using Halide::Func;
 using Halide::Var;
 
-// Splits whose factor does not divide the extent test each index: nothing outside a buffer is read
-// or written.
+// Splits whose factor does not divide the extent guard each index, so that nothing outside a buffer
+// is read or written.
 constexpr Halide::TailStrategy kTail = Halide::TailStrategy::GuardWithIf;
 constexpr int32_t kMaxFactor = 4096;
 
@@ -32,7 +32,7 @@ ScheduleFault fault_at(int32_t line, const ScheduleWord& word, std::string messa
     return fault;
 }
 
-/// One line applied to one Func.
+/// Applies one line to one Func.
 class DirectiveChain {
   public:
     DirectiveChain(Kernel* kernel, NamedFunc* target, const ScheduleLine& line)
@@ -292,7 +292,7 @@ std::optional<ScheduleFault> apply_line(const ScheduleLine& line, Kernel* kernel
     return std::nullopt;
 }
 
-/// Rephrases Halide's message, which names Funcs as no schedule does.
+/// Rephrases Halide's message, which names Funcs differently from schedules.
 std::string reason_for(std::string_view message) {
     const auto says = [&](std::string_view part) {
         return message.find(part) != std::string_view::npos;

@@ -24,9 +24,9 @@ namespace {
 
 using Halide::Target;
 
-/// `checked`: the code tests its buffers' shapes. Our own schedules read and write what
-/// compiler/lower/kernel.h says and no more, and the tests' cost in compile time is half of
-/// everything; a user's schedule keeps them.
+/// `checked`: the code checks the shapes of its buffers. The built-in schedules read and write
+/// exactly what compiler/lower/kernel.h says, and the checks are half of the compile time; user
+/// schedules keep them.
 Target target_of(openfab_isa isa, bool checked) {
     // strict_float is what makes all targets, widths and schedules give the same bits. FMA stays
     // off.
@@ -62,7 +62,7 @@ std::variant<Halide::Module, ScheduleFault> make_module(const KernelRequest& req
                            Halide::LinkageType::ExternalPlusArgv);
 }
 
-/// Halide's message starts with the name of a Func that cannot be where the schedule puts it:
+/// Halide's message starts with the name of a Func that cannot be placed as the schedule says:
 /// returns a fault on the last line that places it.
 std::optional<ScheduleFault> find_misplaced(const Schedule& schedule, const std::string& message) {
     const size_t quote = message.find('"');
@@ -82,8 +82,8 @@ std::optional<ScheduleFault> find_misplaced(const Schedule& schedule, const std:
     return std::nullopt;
 }
 
-/// Halide complains about some lines only when it lowers everything: the shortest prefix that fails
-/// names the line. A prefix can take minutes, as what it does not schedule is inlined.
+/// Halide reports some errors only when it lowers everything: the shortest failing prefix ends with
+/// the faulty line. A prefix can take minutes, since what it does not schedule is inlined.
 std::optional<ScheduleFault> find_guilty_line(const KernelRequest& request,
                                               const Schedule& schedule,
                                               const std::string& message) {
@@ -149,7 +149,7 @@ const Halide::Internal::JITModule& runtime_symbols() {
     return symbols;
 }
 
-/// Code in memory calls a Halide runtime of its own, which asks these.
+/// JIT code has a Halide runtime of its own, which calls these.
 void use_process_hooks() {
     Halide::JITHandlers handlers;
     handlers.custom_error = [](Halide::JITUserContext* context, const char* message) {
@@ -219,7 +219,7 @@ std::variant<LoadedKernel, Fault> compile_in_memory(const KernelRequest& request
         auto code = std::make_shared<Halide::Internal::JITModule>(
             module, module.get_function_by_name(request.function),
             std::vector<Halide::Internal::JITModule>{runtime_symbols()});
-        // The argument array is Halide's to read: its type says const, ours is that of linked code.
+        // Halide only reads the argument array: its type is const, that of linked code is not.
         const auto function = reinterpret_cast<openfab_kernel_fn>(code->argv_function());
         return LoadedKernel{std::move(code), function};
     } catch (const Halide::Error& error) {
@@ -239,7 +239,7 @@ std::variant<std::string, Fault> emit_text(const KernelRequest& request, TextFor
                                         : form == TextForm::kLlvm
                                             ? Halide::OutputFileType::llvm_assembly
                                             : Halide::OutputFileType::assembly;
-    // Halide writes to files only; the suffix is the one it insists on.
+    // Halide writes to files only, and requires this suffix.
     const Result<std::unique_ptr<TemporaryFolder>> folder = TemporaryFolder::create();
     if (!folder) return internal_fault(folder.error().message);
     const std::string name = ((*folder)->path() / "text").string();

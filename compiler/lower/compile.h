@@ -33,7 +33,8 @@ struct KernelRequest {
     const Schedule* schedule = nullptr;  ///< null: the default one of the kernel and target
 };
 
-/// Writes an object file with `function` and `function_argv` that needs a Halide runtime to link.
+/// Writes an object file with `function` and `function_argv` that must be linked with a Halide
+/// runtime.
 std::optional<Fault> compile_object(const KernelRequest& request, const std::string& path);
 
 /// A kernel compiled into this process; the code lives as long as a copy of this does.

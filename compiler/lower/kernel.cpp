@@ -21,9 +21,9 @@ using ir::Type;
 
 constexpr int32_t kSide = 8;
 // Values are cut into Funcs of kChunk operations; LLVM keeps them in registers all the same.
-// Several of Halide's passes walk the whole kernel once for each value that a Func stores, and all
-// of them walk expressions as trees, where what results share is walked again for each: on the
-// gallery, 24 operations a Func take up to twice, 256 a little more than 128 of the time.
+// Several of Halide's passes visit the whole kernel once per value that a Func stores, and all of
+// them visit expressions as trees, in which shared subexpressions are repeated: on the gallery, 24
+// operations a Func take up to twice the time of 128, and 256 a little more.
 constexpr size_t kChunk = 128;
 constexpr size_t kChunkBeforeSample = 6;
 
@@ -162,7 +162,7 @@ class StageLowering {
         return from_storage(type, image(index_along(image, 0)));
     }
 
-    /// float(index) + 0.5 of the voxel, or of the first or last voxel of the block.
+    /// Returns float(index) + 0.5 of the voxel, or of the first or last voxel of the block.
     Value voxel_coord(const ir::Instr& instr) const {
         const Halide::ImageParam& blocks = buffers_.at({OPENFAB_ARG_BLOCKS, 0, 0});
         Value index{Type::kInt, blocks(instr.a, index_along(blocks, 1))};
@@ -201,7 +201,7 @@ class StageLowering {
         }
     }
 
-    /// Returns the last lookup in a picture; 0, which is never one, if there is none.
+    /// Returns the last lookup in a picture; 0 (never a lookup) if there is none.
     size_t last_picture_sample(const std::vector<bool>& live) const {
         size_t out = 0;
         for (size_t id = 0; id < stage_.instrs.size(); ++id) {
@@ -212,7 +212,7 @@ class StageLowering {
         return out;
     }
 
-    /// The last instruction that uses each value; beyond the end for outputs.
+    /// Finds the last instruction that uses each value; past the end for outputs.
     std::vector<size_t> last_uses(const std::vector<bool>& live) const {
         std::vector<size_t> out(stage_.instrs.size(), 0);
         for (size_t id = 0; id < stage_.instrs.size(); ++id) {

@@ -17,7 +17,7 @@
 //               samples_k(lane, result, …) the results: an extern stage
 //   each lookup k in a volume texture, or of its or a picture's bounds, likewise
 //               footprint_k(lane, …)     coordinates and level
-//               taps_k(…)                how many trips the lanes of the 8 take; 0 where no path
+//               taps_k(…)                iterations that the lanes of the 8 take; 0 where no path
 //                                        reaches it
 //               texture_k(lane, …)       the result; its update loops over trips
 // where lane is z in the volume stage and the dots are the other loops. Values that a lookup in a

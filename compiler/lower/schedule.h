@@ -55,12 +55,13 @@ struct ScheduleLine {
 };
 
 struct Schedule {
-    std::string path;  ///< as the user named it, or "schedules/volume.sched"
+    std::string path;  ///< as given by the user, or "schedules/volume.sched"
     std::string text;
     std::vector<ScheduleLine> lines;
 };
 
-/// How to mend an unknown word: "did you mean `x`?", else "it has x, y", where `all` is "it has".
+/// Returns help for an unknown word: "did you mean `x`?", else "it has x, y", where `all` is "it
+/// has".
 std::string near_or_all(std::string_view word, std::span<const std::string> names, const char* all);
 
 /// Parses a schedule: form, directive names and argument counts. apply_schedule checks funcs and

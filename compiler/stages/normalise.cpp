@@ -11,9 +11,9 @@ namespace openfab::stages {
 
 namespace {
 
-// Above this the slots' amounts are scaled down before they are added up, by a power of two, so
-// that no later sum can overflow, in whatever order it is taken. An infinite amount is then
-// replaced by one far larger than any finite one, and any number of them can be added up.
+// Above this the slots' amounts are scaled down by a power of two before they are summed, so that
+// no sum can overflow in any order. An infinite amount is then replaced by one far larger than any
+// finite one, and any number of them can be summed.
 constexpr float kLargeSum = 0x1p127f;
 constexpr float kScaledDown = 0x1p-64f;
 constexpr float kInsteadOfInfinity = 0x1p100f;
@@ -63,7 +63,7 @@ Stage normalise(int materials) {
     rounded(z, x, y, m, n) =
         select(whole(z, x, y, n) > 0.0f, cast<int32_t>(share + 0.5f), select(m == 0, 65535, 0));
 
-    // The rounding's remainder goes to the largest fraction; ties go to the first.
+    // The rounding remainder goes to the largest fraction; ties go to the first.
     Expr rest = 65535 - rounded(z, x, y, 0, n);
     Expr largest = 0;
     Expr most = rounded(z, x, y, 0, n);
@@ -79,7 +79,7 @@ Stage normalise(int materials) {
     fractions(z, m, x, y, n) = cast<uint16_t>(
         select(m == remainder(z, x, y, n)[1], remainder(z, x, y, n)[0], rounded(z, x, y, m, n)));
 
-    // Fractions add up to 65535: where one is all of that, the others are 0.
+    // Fractions sum to 65535: if one is 65535, the others are 0.
     Expr after_pure = 0;
     for (int k = 0; k <= materials; ++k) {
         after_pure =

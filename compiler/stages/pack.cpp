@@ -10,7 +10,7 @@ Stage pack(int bits) {
     Var x("x"), y("y"), z("z");
     ImageParam columns(UInt(64), 2, "columns");
     Func bytes("bytes"), planes("planes");
-    // A code has no more bits than are packed, so what is shifted stays in its byte.
+    // A code has no more bits than are packed, so shifted bits stay in its byte.
     bytes(x, y) = bits == 4 ? columns(2 * x, y) | (columns(2 * x + 1, y) << cast<uint64_t>(4))
                             : columns(x, y);
     planes(x, y, z) = cast<uint8_t>(bytes(x, y) >> cast<uint64_t>(8 * z));

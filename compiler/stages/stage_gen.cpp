@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Compiles one fixed-function stage to an object file; CMake runs it once per stage, number of
-// materials and instruction set, side by side.
+// materials and instruction set, in parallel.
 //   stage_gen normalise MATERIALS sse41|avx2 OUT.o
 //   stage_gen pack BITS sse41|avx2 OUT.o
 //   stage_gen runtime 0 sse41 OUT.o         the one Halide runtime of a print binary
@@ -20,8 +20,8 @@ namespace {
 
 using openfab::stages::Stage;
 
-// No FMA, whatever the machine has: contraction would change bits. strict_float is a target
-// feature, so that it holds for every expression. The runtime is a module of its own.
+// No FMA, even where available: contraction would change bits. strict_float is a target feature, so
+// that it holds for every expression. The runtime is a module of its own.
 Halide::Target kernel_target(const std::string& isa) {
     using Halide::Target;
     Target target(Target::Linux, Target::X86, 64, {Target::SSE41, Target::StrictFloat});

@@ -32,8 +32,8 @@ const openfab_stage_set kSets[] = {
 #undef SET
 };
 
-// Whoever uses the table has the hooks too: an archive's members are linked only where something
-// refers to them.
+// Refers to the hooks, so that they are linked with the table: members of an archive are linked
+// only if something refers to them.
 [[maybe_unused]] const bool hooks_installed = [] {
     halide_set_error_handler(openfab::abi::keep_kernel_error);
     halide_set_custom_do_par_for(openfab::abi::run_kernel_loop);

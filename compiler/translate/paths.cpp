@@ -65,7 +65,7 @@ void Paths::merge(ValueId condition, const Changes& yes, const Changes& no) {
 }
 
 void Paths::branch(ValueId condition, const std::function<void()>& yes,
-                             const std::function<void()>& no) {
+                   const std::function<void()>& no) {
     if (emit_.is_constant(condition)) return emit_.is_true(condition) ? yes() : no();
     enter(condition);
     yes();

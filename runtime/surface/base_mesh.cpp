@@ -94,7 +94,7 @@ void BaseMesh::weld() {
     vertex_first.assign(static_cast<size_t>(next) + 2, 0);
 }
 
-/// Order by the bits of all that the surface stage reads at a corner.
+/// Orders corners by the bits of all inputs that the surface stage reads.
 int BaseMesh::compare_inputs(int32_t corner_a, int32_t corner_b) const {
     const size_t a = static_cast<size_t>(corner_a), b = static_cast<size_t>(corner_b);
     if (!mesh_.corner_normals.empty()) {

@@ -216,14 +216,14 @@ void Dicer::dice_strip(const Seam& seam, MicroMesh* out) {
     if (out->triangles.empty()) out->positions.clear(), out->vertex_attributes.clear();
 }
 
-/// The ends of the strips at a vertex form closed loops through the places that its triangles give
-/// it. A fan from the place of the first triangle closes them: (first, partner's place, own place)
-/// for each side that leaves the vertex.
+/// The ends of the strips at a vertex form closed loops through the positions that its triangles
+/// give it. A fan from the place of the first triangle closes them: (first, partner's place, own
+/// place) for each side that leaves the vertex.
 void Dicer::dice_vertex(const Seam& seam, MicroMesh* out) {
     const size_t v = static_cast<size_t>(seam.vertex);
     const auto begin = base_.vertex_corners.begin() + base_.vertex_first[v];
     const auto end = base_.vertex_corners.begin() + base_.vertex_first[v + 1];
-    // Places in the batch, displaced corners before identities; the mesh keeps the order of
+    // Indices in the batch, displaced corners before identities; the mesh keeps the order of
     // corners.
     std::vector<int32_t> batch_at(static_cast<size_t>(end - begin));
     int32_t next = 0;

@@ -91,8 +91,7 @@ GrownPolygon DisplacementBounds::tile(const Patch& patch) const {
     return widened(out);
 }
 
-/// Each quad lies between one edge point moved as the one side moves it and as the other does, and
-/// the next.
+/// Each quad spans an edge point, displaced by both sides, and the next one.
 void DisplacementBounds::strip(const Seam& seam, std::vector<GrownPolygon>* out) const {
     const int32_t n = base_.factor[seam.side];
     const Vec3d &lo = base_.position(base_.lower_corner(seam.side)),

@@ -58,7 +58,8 @@ NearestLayout::NearestLayout(const openfab_fablet& fablet) {
 
 namespace {
 
-/// Checks the sizes of a part's arrays; a mismatch is a bug of ours and would read out of range.
+/// Checks the sizes of a part's arrays; a mismatch is an internal error and would read out of
+/// range.
 Result<void> check_arrays(const part::Part& part) {
     const part::PartMesh& mesh = *part.mesh;
     const size_t triangles = mesh.triangles.size();

@@ -32,8 +32,7 @@ inline bool position_less(const Vec3d& a, const Vec3d& b) {
     return a.z < b.z;
 }
 
-/// n(e) = max(1, ceil(|e| / s)); anything above kMaxEdgeFactor comes back as kMaxEdgeFactor + 1.
-/// Symmetric to the bit.
+/// n(e) = max(1, ceil(|e| / s)); saturates at kMaxEdgeFactor + 1. Symmetric to the bit.
 inline int32_t edge_factor(const Vec3d& a, const Vec3d& b, double micro_edge_mm) {
     const Vec3d d = position_less(a, b) ? b - a : a - b;
     const double n = std::ceil(std::sqrt((d.x * d.x + d.y * d.y) + d.z * d.z) / micro_edge_mm);
@@ -72,7 +71,7 @@ inline Tile tile_at(int32_t n, int32_t column, int32_t row) {
 /// Returns the number of a tile that has lattice point (a, b) among its vertices.
 inline int32_t tile_of_point(int32_t n, int32_t a, int32_t b) {
     int32_t column = a / kTileEdges, row = b / kTileEdges;
-    // On the far side a point may be the lowest corner of a tile that would hold no cell.
+    // On the far side a point may be the lowest corner of a tile without cells.
     if ((column + row) * kTileEdges >= n) {
         if (column > 0 && a % kTileEdges == 0) {
             --column;

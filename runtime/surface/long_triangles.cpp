@@ -19,7 +19,7 @@ namespace openfab::surface {
 
 namespace {
 
-/// Squared, and to the bit whichever end is named first.
+/// Returns the squared length, bitwise independent of the order of the ends.
 double edge_length2(const Vec3d& a, const Vec3d& b) {
     const Vec3d d = position_less(a, b) ? b - a : a - b;
     return (d.x * d.x + d.y * d.y) + d.z * d.z;
@@ -32,7 +32,7 @@ double piece_length(const Vec3d& a, const Vec3d& b, const Vec3d& c, double micro
     const double least = kMinLongFactor * micro_edge_mm;
     if (!(longest2 > least * least)) return 0;
     const double longest = std::sqrt(longest2);
-    // Finer than can be diced, which is refused.
+    // Too fine to be diced, which is reported later.
     if (!(longest / micro_edge_mm <= kMaxEdgeFactor)) return 0;
     const double height = length(cross(b - a, c - a)) / longest;
     if (!(longest > kMaxSlenderness * height)) return 0;
@@ -51,11 +51,11 @@ class Splitter {
     std::shared_ptr<const part::PartMesh> run();
 
   private:
-    /// A triangle on its way: welded vertices, the triangle of the mesh that it came from, and
-    /// where its corners' values are.
+    /// A triangle in progress: welded vertices, the triangle of the mesh that it came from, and the
+    /// indices of its corners' values.
     struct Triangle {
         std::array<int32_t, 3> vertex;
-        std::array<int32_t, 3> values;  ///< place in values_, in strides
+        std::array<int32_t, 3> values;  ///< index in values_, in strides
         int32_t from;
         bool needle = false;  ///< to be cut across; its edges may be cut anywhere
     };
@@ -68,7 +68,7 @@ class Splitter {
         }
     };
 
-    /// Points along a side, its ends with them: vertices, and where their values are.
+    /// Points along a side, including its ends: vertices, and the indices of their values.
     struct Chain {
         std::vector<int32_t> vertex, values;
     };
@@ -85,7 +85,7 @@ class Splitter {
     static Edge edge(const Triangle& t, int side) {
         return edge(t.vertex[side], t.vertex[static_cast<size_t>((side + 1) % 3)]);
     }
-    /// The vertex in the middle of an edge, -1 where it is whole.
+    /// Returns the vertex at the midpoint of an edge, -1 if it is not split.
     int32_t middle_if(const Edge& e) const {
         if (ends_[e[0]] == 0 || ends_[e[1]] == 0) return -1;
         const auto found = middles_.find(e);
@@ -169,8 +169,7 @@ void Splitter::lay_out_values() {
     }
 }
 
-/// The side that is longest; of equal ones the first by position, so that it is the same seen from
-/// all triangles.
+/// Returns the longest side; ties go to the first by position, so that all triangles agree.
 int Splitter::longest(const Triangle& t) const {
     int best = 0;
     double best2 = -1;
@@ -215,7 +214,7 @@ int32_t Splitter::middle_of(const Edge& e) {
     return middle;
 }
 
-/// Into halves and so on until none is longer, squared, than `most2`.
+/// Bisects until no piece's squared length exceeds `most2`.
 void Splitter::cut(const Edge& e, double most2) {
     if (!(edge_length2(at(e[0]), at(e[1])) > most2)) return;
     const int32_t middle = middle_of(e);
@@ -236,7 +235,7 @@ int32_t Splitter::middle_values(int32_t a, int32_t b, int32_t values_a, int32_t 
     return static_cast<int32_t>(to / stride_);
 }
 
-/// Into (a, middle, c) and (middle, b, c), where the side runs from a to b.
+/// Splits into (a, middle, c) and (middle, b, c), where the side runs from a to b.
 std::array<Splitter::Triangle, 2> Splitter::halve(const Triangle& t, int side) {
     const auto a = static_cast<size_t>(side), b = static_cast<size_t>((side + 1) % 3),
                c = static_cast<size_t>((side + 2) % 3);
@@ -246,8 +245,8 @@ std::array<Splitter::Triangle, 2> Splitter::halve(const Triangle& t, int side) {
              {{m, t.vertex[b], t.vertex[c]}, {values, t.values[b], t.values[c]}, t.from}}};
 }
 
-/// Cuts the edges of what is to be cut across. A triangle that is long and has no short edge is
-/// halved first: what is left are needles and triangles that are compact.
+/// Splits the edges of triangles that are cut across. A long triangle without a short edge is
+/// bisected first, which leaves needles and compact triangles.
 void Splitter::find_needles() {
     std::vector<Triangle> next, waiting;
     next.reserve(triangles_.size());
@@ -273,7 +272,7 @@ void Splitter::find_needles() {
                 waiting.push_back(halves[0]);
                 continue;
             }
-            // Halves come out between 3/4 and 3/2 of what is wanted.
+            // Bisection gives between 3/4 and 3/2 of the desired length.
             const double most2 = 2.25 * piece * piece;
             for (int e = 0; e < 3; ++e)
                 cut(edge(one, e), most2);
@@ -284,8 +283,8 @@ void Splitter::find_needles() {
     triangles_ = std::move(next);
 }
 
-/// Halves what takes over the middle of an edge, at its longest edge first. Each edge that is cut
-/// for this is longer than the one before it, so this ends.
+/// Bisects triangles with a split edge, at their longest edge first. Each edge split for this is
+/// longer than the previous one, so this terminates.
 bool Splitter::halve_cut() {
     const auto is_cut = [&](const Triangle& t) {
         return !t.needle && (middle_if(edge(t, 0)) >= 0 || middle_if(edge(t, 1)) >= 0 ||
@@ -312,7 +311,7 @@ bool Splitter::halve_cut() {
     return true;
 }
 
-/// Goes on from the chain's last point to vertex `b`.
+/// Continues from the chain's last point to vertex `b`.
 void Splitter::add_points(int32_t b, int32_t values_b, Chain* chain) {
     const int32_t a = chain->vertex.back(), middle = middle_if(edge(a, b));
     if (middle >= 0) {
@@ -348,7 +347,7 @@ void Splitter::add_needle(const Triangle& t, std::vector<Triangle>* out) {
         out->push_back({{p[0], q[0], r[0]}, {p[1], q[1], r[1]}, t.from});
     };
     const size_t i_end = right.vertex.size() - 1, j_end = left.vertex.size() - 1;
-    // The two begin in one point, and the first triangle has one of each.
+    // Both start at one point, and the first triangle takes one point of each.
     size_t i = 1, j = 0;
     while (i < i_end || j < j_end) {
         const bool to_left =

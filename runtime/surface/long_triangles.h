@@ -8,8 +8,8 @@
 // would be diced a hundred times finer across than along, and its patches would be long, too: a
 // query would hold hundreds of them. So a displaced triangle that is long is cut across, into
 // pieces about as long as they are wide. Edges are cut by halving, which is decided by geometry
-// alone, in double. Others that share an edge take over its middle, and halve their own longest
-// edge first where that is another, so that the mesh stays closed and they do not become thin
+// alone, in double. Neighbours at a split edge are split at its midpoint, too, after their own
+// longest edge if that is another, so that the mesh stays closed and they do not become thin
 // (Rivara 1984).
 
 #include <cstdint>

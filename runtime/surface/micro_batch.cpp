@@ -88,7 +88,7 @@ void MicroBatch::push_edge_point(const Run& run, int32_t index, int32_t side, in
     const int32_t lo = base_.lower_corner(side), hi = base_.upper_corner(side);
     EdgePoint point{index, lo % 3, hi % 3, i, n, run.triangle};
     if (i == 0 || i == n) {
-        // A corner is its own point, whichever side names it.
+        // A corner is its own point on either of its sides.
         const int32_t corner = i == 0 ? lo : hi;
         point.lo = point.hi = corner % 3;
         point.i = 0, point.n = 1;
@@ -100,7 +100,7 @@ void MicroBatch::push_edge_point(const Run& run, int32_t index, int32_t side, in
 }
 
 void MicroBatch::finish_run(Run run) {
-    // The kernel is run on the displaced ones, which are in front.
+    // The kernel runs on the displaced ones, which come first.
     OPENFAB_CHECK(!run.displaced || evaluated_ == size_);
     run.edge_end = static_cast<int32_t>(edge_points_.size());
     size_ += run.count;
@@ -375,8 +375,8 @@ abi::KernelStatus MicroBatch::evaluate() {
     return error;
 }
 
-/// The buffers of the batch have room for whole groups (see `grow`); places past the end are not
-/// asked for.
+/// The buffers of the batch have room for whole groups (see `grow`); lanes past the end are
+/// inactive.
 abi::KernelStatus MicroBatch::run_segments() {
     const int32_t groups = (evaluated_ + segments::kLanes - 1) / segments::kLanes;
     wanted_.assign(static_cast<size_t>(groups), 255);
@@ -415,7 +415,7 @@ abi::KernelStatus MicroBatch::query(const openfab_query& /*query*/,
     return abi::KernelStatus::of_code(halide_error_code_generic_error);
 }
 
-/// Surface stages do not print: a patch is evaluated as often as the cache needs it.
+/// printf does nothing in surface stages: a patch is evaluated as often as the cache needs it.
 void MicroBatch::printf(const openfab_printf& /*call*/, std::span<const int32_t> /*groups*/,
                         const segments::States& /*states*/) {}
 
@@ -426,7 +426,7 @@ void MicroBatch::read_results() {
         for (int32_t i = 0; i < evaluated_; ++i)
             result_[axis][i] = from[i] + 0.0f;
     }
-    // A finite displacement can still overflow the sum; such a vertex stays where it was.
+    // A finite displacement can still overflow the sum; such a vertex does not move.
     constexpr float kMax = std::numeric_limits<float>::max();
     for (int32_t i = 0; i < evaluated_; ++i) {
         const size_t k = static_cast<size_t>(i);

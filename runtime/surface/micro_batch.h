@@ -36,7 +36,7 @@ class MicroBatch : private segments::Arguments, private segments::Handler {
     /// Adds points [i0, i1] of a side, counted from its lower end; returns the first index.
     int32_t add_side(int32_t side, int32_t i0, int32_t i1);
     int32_t add_corner(int32_t corner);
-    /// Fills positions and, where something is displaced, runs the kernel.
+    /// Computes positions and, if something is displaced, runs the kernel.
     abi::KernelStatus evaluate();
 
     int32_t size() const { return size_; }

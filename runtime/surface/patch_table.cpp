@@ -210,7 +210,7 @@ Result<void> TableBuilder::bound_tiles() {
                               const int32_t item = static_cast<int32_t>(k - range.begin());
                               const size_t p = static_cast<size_t>(tiles[k]);
                               if (!batch.is_bounded(item)) {
-                                  // The lowest triangle is named, whichever thread finds it.
+                                  // Reports the lowest triangle, whichever thread finds it.
                                   int32_t seen = unbounded;
                                   const int32_t t = table_.patches[p].triangle;
                                   while (t < seen && !unbounded.compare_exchange_weak(seen, t)) {

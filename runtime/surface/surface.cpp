@@ -106,7 +106,7 @@ void DicedSurface::give_back(std::unique_ptr<Dicer> dicer) const {
 }
 
 std::shared_ptr<const MicroMesh> DicedSurface::micro(int32_t patch) const {
-    // One triangle is cheaper to make than to find.
+    // One triangle is cheaper to make than to look up.
     const bool cached = table_.patches[patch].kind != PatchKind::kIdentity;
     if (cached) {
         if (stop_ != nullptr && stop_->load(std::memory_order_relaxed))
@@ -125,7 +125,7 @@ std::shared_ptr<const MicroMesh> DicedSurface::micro(int32_t patch) const {
     return cache_.insert(patch, std::move(mesh));
 }
 
-/// Of the triangles that stay as they are.
+/// Of identity triangles.
 Box3d DicedSurface::identity_box(const Affine3d& local_to_other) const {
     return tbb::parallel_reduce(
         tbb::blocked_range<size_t>(0, table_.patches.size(), 16384), Box3d{},
@@ -163,11 +163,11 @@ Box3d DicedSurface::exact_box(const Affine3d& local_to_other) const {
     std::vector<uint8_t> done(table_.patches.size(), 0);
     for (int side = 0; side < 6; ++side) {
         const int axis = side / 2;
-        // How far the patch may reach beyond, as a number that grows outward.
+        // The patch's possible extent along the direction, increasing outward.
         const auto reach = [&](const Box3d& box) {
             return side % 2 == 0 ? -box.lo[axis] : box.hi[axis];
         };
-        // A heap: few of them are looked at.
+        // A heap, as few of them are visited.
         const auto nearer = [&](int32_t a, int32_t b) {
             const double ra = reach(bounds[a]), rb = reach(bounds[b]);
             return ra != rb ? ra < rb : a > b;

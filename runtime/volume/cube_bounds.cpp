@@ -21,8 +21,8 @@ constexpr float kCenterTolerance = 0.03f;
 }  // namespace
 
 int64_t CubeBounds::most_bytes(const PlacedPart& part, int64_t cubes) {
-    // Numbers of an entry: its corner and distances; every component low and high, as it comes and
-    // as the kernel reads it; every weight low and high. Lists that grow by doubling hold twice.
+    // Values of an entry: its corner and distances; low and high of every component, as produced
+    // and as transposed for the kernel; low and high of every weight. Twice for lists that double.
     const int64_t components = part.nearest.floats() + part.nearest.ints();
     const int64_t numbers = 2 * 5 + components * (2 * 2 + 2) + 2 * int64_t{part.slots()};
     constexpr int64_t kPoint =

@@ -23,8 +23,8 @@ int32_t align_down(int32_t value, int32_t side) {
 }
 
 /// Returns whether cubes are bounded by approximate distances of some of their points. These are
-/// queries; on a displaced surface they would dice patches that no voxel asks for, which costs more
-/// than what they cull beyond the cases of undiced patches.
+/// queries; on a displaced surface they would dice patches that no voxel needs, which costs more
+/// than they cull beyond the cases of undiced patches.
 bool points_tell(const PlacedPart& part) {
     return part.bounds.distance && part.surface->identity();
 }

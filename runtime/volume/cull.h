@@ -40,8 +40,8 @@ class PartCull {
         std::vector<uint16_t> tile;
     };
 
-    /// `cull` off: every covered block is evaluated. `room`: bytes that compositions may still
-    /// take, of this part and those that are culled beside it; when it is used up, blocks of others
+    /// `cull` off: every covered block is evaluated. `room`: bytes that mixtures may still take, of
+    /// this part and those that are culled concurrently; once used up, blocks of further mixtures
     /// are evaluated.
     abi::KernelStatus run(const PlacedPart& part, int32_t slab, const voxel::SlabMask& mask,
                           bool cull, BlockEvaluator* evaluator, std::atomic<int64_t>* room);
@@ -55,7 +55,7 @@ class PartCull {
     int32_t at(int32_t x, int32_t y) const {
         return blocks_[static_cast<size_t>((y - first_y_) * blocks_x_ + (x - first_x_))];
     }
-    /// Returns whether pieces of the remaining blocks may be uniform; not where no cube was.
+    /// Returns whether pieces of the remaining blocks may be uniform; false if no cube was.
     bool should_cull_pieces() const { return cull_pieces_; }
     /// Returns the number of blocks to evaluate.
     int64_t blocks_to_evaluate() const;
@@ -67,8 +67,7 @@ class PartCull {
     abi::KernelStatus add_constant(const PlacedPart& part, const float* weights,
                                    BlockEvaluator* evaluator, std::atomic<int64_t>* room,
                                    int32_t* index);
-    /// Bounds the cubes and fills those that can hold one composition only; the others replace
-    /// them.
+    /// Bounds the cubes and fills uniform ones; the others are subdivided and replace them.
     abi::KernelStatus fill_uniform_cubes(const PlacedPart& part, int32_t slab, int32_t side,
                                          BoundSource from, BlockEvaluator* evaluator,
                                          std::atomic<int64_t>* room, std::vector<CullCube>* cubes);

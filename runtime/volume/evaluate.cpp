@@ -84,8 +84,8 @@ void BlockEvaluator::prepare(const PlacedPart& part) {
     }
 }
 
-// Finds which of the owned voxels look at their nearest surface point: all, where the fablet has no
-// kernel that tells.
+// Finds which of the owned voxels need their nearest surface point: all, if the fablet has no
+// demand kernel.
 abi::KernelStatus BlockEvaluator::find_demand(const PlacedPart& part, int32_t n) {
     const auto bytes = static_cast<size_t>(64 * n);
     std::copy_n(owned_.begin(), bytes, demand_.begin());
@@ -105,8 +105,8 @@ abi::KernelStatus BlockEvaluator::find_demand(const PlacedPart& part, int32_t n)
     return {};
 }
 
-// Pieces that hold one composition whatever a query would say need none: for any distance in the
-// interval the volume kernel gives that composition.
+// Pieces that are uniform for any result of a query need none: for every distance in the interval
+// the volume kernel gives the same composition.
 abi::KernelStatus BlockEvaluator::cull_pieces(const PlacedPart& part, int32_t n) {
     if (const abi::KernelStatus status =
             cube_bounds_.bound_pieces(part, blocks_, bound_tools(part));
@@ -132,8 +132,8 @@ abi::KernelStatus BlockEvaluator::cull_pieces(const PlacedPart& part, int32_t n)
     return {};
 }
 
-// The code of what piece_weights_ say, from what is known of the part or by normalising a block of
-// it.
+// Returns the code of piece_weights_, from the part's known codes or by normalising a block of
+// them.
 abi::KernelStatus BlockEvaluator::find_culled_code(const PlacedPart& part, uint8_t* code) {
     constexpr size_t kMostKnown = 8;
     if (known_part_ != &part) known_codes_.clear();
@@ -163,7 +163,7 @@ void BlockEvaluator::fill_culled(const PlacedPart& part, int32_t index) {
 }
 
 // Shares the search between the queries of all blocks; not on a displaced surface, where it would
-// hold the patches near all of them at once.
+// pin the patches near all of them at once.
 void BlockEvaluator::prepare_queries(const PlacedPart& part, int32_t n) {
     if (!part.surface->identity()) return;
     for (int32_t i = n; i-- > 0;) {
@@ -297,7 +297,7 @@ abi::KernelStatus BlockEvaluator::normalise_packed(const PlacedPart& part, int32
 }
 
 // Normalises a single slice (the first of a large print): eight blocks at a time, as the slices of
-// one block. Other slices of a tile keep stale values, which nobody reads.
+// one block. Other slices of a tile keep stale values, which are never read.
 abi::KernelStatus BlockEvaluator::normalise_slice(const PlacedPart& part, int32_t n, int32_t z) {
     const auto slots = static_cast<size_t>(part.slots()),
                channels = static_cast<size_t>(calls_.channels());

@@ -41,8 +41,8 @@ class BlockEvaluator {
     BlockEvaluator(const openfab_stage_set& set, openfab_isa isa, size_t parts);
 
     /// Evaluates up to kBatch blocks of block row `row` in slab `slab` and merges them into the
-    /// band; what the fablet prints goes to `prints`. `finer`: pieces that can hold one
-    /// composition only ask no queries, which changes nothing else.
+    /// band; printf output goes to `prints`. `finer`: uniform pieces make no queries, which changes
+    /// nothing else.
     abi::KernelStatus evaluate(const PlacedPart& part, int32_t slab, const OwnedBlock* blocks,
                                int32_t n, bool try_pieces, dither::RowBand* band, PrintfLog* log);
 

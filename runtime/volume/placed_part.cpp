@@ -186,7 +186,7 @@ void resolve_object_queries(const std::vector<std::unique_ptr<PlacedPart>>& part
             if (segments.queries[q].object < 0) continue;
             const auto object = static_cast<size_t>(segments.queries[q].object);
             std::vector<QueryTarget>& targets = asking->targets[object];
-            if (!targets.empty()) continue;  // an earlier query asks it too
+            if (!targets.empty()) continue;  // an earlier query has the same object
             for (const int32_t target : asking->part->objects[object]) {
                 const PlacedPart& placed = *parts[target];
                 PlacedPart& answering = *parts[placed.owner];
@@ -232,7 +232,7 @@ bool share_surface(const part::Part& a, const part::Part& b) {
 
 std::vector<int32_t> surface_owners(const std::vector<part::Part>& parts) {
     std::vector<int32_t> owners;
-    // By mesh, so that many different ones are not all compared with each other.
+    // By mesh, to avoid comparing all pairs.
     std::map<const part::PartMesh*, std::vector<int32_t>> known;
     for (size_t i = 0; i < parts.size(); ++i) {
         std::vector<int32_t>& candidates = known[parts[i].mesh.get()];

@@ -30,7 +30,7 @@ PointPacket points_of(const openfab_query& query, int32_t group, const segments:
     return out;
 }
 
-/// Negative inside. Taken from 0, so that a point on the surface has +0.
+/// Negative inside. Subtracted from 0, so that a point on the surface has +0.
 float with_sign(float distance, bool inside) {
     return inside ? 0.0f - distance : distance;
 }

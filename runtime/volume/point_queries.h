@@ -29,8 +29,9 @@ class PointQueries {
     /// segments::Handler::query for the batch: group (block * 8 + y) * 8 + x.
     ///
     /// The distance of a point with a NaN, or farther than nearest::kMaxCoordinate, is +infinity,
-    /// all else there 0. The sign at the voxel's own centre is the coverage bit, elsewhere that of
-    /// nearest::Winding. The distance to an object is the least, signed, over its placements.
+    /// and all other results are 0. The sign at the voxel's own centre is the coverage bit,
+    /// elsewhere that of nearest::Winding. The distance to an object is the least, signed, over its
+    /// placements.
     abi::KernelStatus answer(const openfab_query& query, std::span<const int32_t> groups,
                              const segments::States& states);
 

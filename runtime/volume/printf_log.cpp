@@ -129,7 +129,7 @@ void PrintfLog::end_batch() {
 }
 
 void PrintfLog::append(PrintfLog* later) {
-    OPENFAB_CHECK(later->pending_.empty());  // its batches were ended
+    OPENFAB_CHECK(later->pending_.empty());  // its batches have ended
     for (Line& line : later->lines_) {
         Count& count = count_of(line.print);
         if (count.kept == kMostLines) continue;

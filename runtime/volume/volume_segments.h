@@ -3,7 +3,7 @@
 #pragma once
 
 // The volume stage of a fablet whose loops or queries cut it into segments, on a batch of blocks.
-// One a thread.
+// One per thread.
 
 #include <cstdint>
 #include <functional>
