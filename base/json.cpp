@@ -340,9 +340,9 @@ const char* JsonValue::kind_name() const {
 const JsonMember* JsonValue::find(std::string_view key) const {
     // by_key is stale if members were added to the tree.
     if (!members.empty() && by_key.size() == members.size()) {
-        const auto key_of = [&](int32_t place) -> std::string_view { return members[place].key; };
+        const auto key_of = [&](int32_t index) -> std::string_view { return members[index].key; };
         const auto found = std::partition_point(by_key.begin(), by_key.end(),
-                                                [&](int32_t place) { return key_of(place) < key; });
+                                                [&](int32_t index) { return key_of(index) < key; });
         return found != by_key.end() && key_of(*found) == key
                    ? &members[static_cast<size_t>(*found)]
                    : nullptr;

@@ -44,7 +44,7 @@ fs::path WorldFiles::path(const JsonValue& value, const std::string& what) {
     const std::string text = json_.string(value, what);
     if (json_.ok() && (text.empty() || text.find('\0') != std::string::npos))
         json_.fail(value, fmt::format("{} is not a file name", what));
-    const fs::path path = folder_ / text;
+    fs::path path = folder_ / text;
     check(value, what, path);
     return path;
 }
@@ -84,7 +84,7 @@ void WorldFiles::add(const JsonValue& value, const fs::path& file) {
 }
 
 fs::path WorldFiles::images(const JsonValue& value, const std::string& what) {
-    const fs::path path = this->path(value, what);
+    fs::path path = this->path(value, what);
     std::error_code ignored;
     const bool many = fs::is_directory(path, ignored) ||
                       path.filename().string().find_first_of("*#%") != std::string::npos;

@@ -358,7 +358,7 @@ ExprPtr ExpressionChecker::method(const ast::Expr& expr) {
     if (any_error(args)) return poison(expr.span);
     return type.is(Base::kComposition)
                ? composition_method(expr, std::move(object), std::move(args))
-               : look_up(expr, std::move(object), std::move(args));
+               : lookup(expr, std::move(object), std::move(args));
 }
 
 ExprPtr ExpressionChecker::composition_method(const ast::Expr& expr, ExprPtr object,

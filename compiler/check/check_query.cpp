@@ -87,11 +87,11 @@ ExprPtr ExpressionChecker::surface_query(const ast::Expr& expr, std::vector<Expr
 
 /// Sample1 to Sample4 of a picture, (u, v, channel) or (uv, channel), or of a volume, (p, channel);
 /// each with an optional width at the end.
-ExprPtr ExpressionChecker::look_up(const ast::Expr& expr, ExprPtr texture,
-                                   std::vector<ExprPtr> args) {
+ExprPtr ExpressionChecker::lookup(const ast::Expr& expr, ExprPtr texture,
+                                  std::vector<ExprPtr> args) {
     const ast::Expr& callee = *expr.args[0];
     const std::string_view name = callee.text;
-    if (!is_sample(name)) return unknown_look_up(expr, texture->type);
+    if (!is_sample(name)) return unknown_lookup(expr, texture->type);
     if (context_ == StageContext::kGlobal) {
         sink_->report(callee.text_span, diag::kStageMismatch, name, "called outside a stage");
         return poison(expr.span);
@@ -134,7 +134,7 @@ ExprPtr ExpressionChecker::look_up(const ast::Expr& expr, ExprPtr texture,
     return any_error(out->args) ? poison(expr.span) : std::move(out);
 }
 
-ExprPtr ExpressionChecker::unknown_look_up(const ast::Expr& expr, const Type& texture) {
+ExprPtr ExpressionChecker::unknown_lookup(const ast::Expr& expr, const Type& texture) {
     const ast::Expr& callee = *expr.args[0];
     const std::vector<std::string> names = {"Sample1", "Sample2", "Sample3", "Sample4"};
     sink_->report(callee.text_span, diag::kUnknownMember, type_name(texture), callee.text)

@@ -118,8 +118,8 @@ class ExpressionChecker {
     bool query_is_in_volume(const ast::Expr& callee, const char* help);
     ExprPtr distance_query(const ast::Expr& expr, std::vector<ExprPtr> args);
     ExprPtr surface_query(const ast::Expr& expr, std::vector<ExprPtr> args);
-    ExprPtr look_up(const ast::Expr& expr, ExprPtr texture, std::vector<ExprPtr> args);
-    ExprPtr unknown_look_up(const ast::Expr& expr, const Type& texture);
+    ExprPtr lookup(const ast::Expr& expr, ExprPtr texture, std::vector<ExprPtr> args);
+    ExprPtr unknown_lookup(const ast::Expr& expr, const Type& texture);
 
     // check_matrix.cpp
     ExprPtr matrix_call(const ast::Expr& expr, MatrixOp op, std::vector<ExprPtr> args);

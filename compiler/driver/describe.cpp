@@ -22,7 +22,7 @@ namespace {
 using diag::json_string;
 
 std::string json_value(ir::Type type, uint32_t bits) {
-    const std::string text = ir::constant_text(type, bits);
+    std::string text = ir::constant_text(type, bits);
     if (type == ir::Type::kFloat && !std::isfinite(std::bit_cast<float>(bits))) {
         return json_string(text);
     }

@@ -113,11 +113,11 @@ Written cut(Work* work, Stage* stage) {
 }
 
 /// The stages of a fablet, in the order in which passes run on them.
-struct Place {
+struct StageSlot {
     StageKind kind;
     Stage KernelStages::*stage;
 };
-constexpr Place kPlaces[] = {
+constexpr StageSlot kStageSlots[] = {
     {StageKind::kVolume, &KernelStages::volume},
     {StageKind::kVolumeBounds, &KernelStages::volume_bounds},
     {StageKind::kVolumeDemand, &KernelStages::volume_demand},
@@ -209,9 +209,9 @@ class Runner {
     void run() {
         for (const Pass& pass : kPasses) {
             if (result_.longest > kMaxStageOperations) return;
-            for (const Place& place : kPlaces) {
-                if ((pass.stages & on(place.kind)) != 0 && exists(place.kind))
-                    run(pass, &(result_.stages.*place.stage));
+            for (const StageSlot& slot : kStageSlots) {
+                if ((pass.stages & on(slot.kind)) != 0 && exists(slot.kind))
+                    run(pass, &(result_.stages.*slot.stage));
             }
         }
     }
@@ -265,9 +265,9 @@ class Runner {
 }  // namespace
 
 const Stage& KernelStages::of(StageKind kind) const {
-    const Place* place = std::find_if(std::begin(kPlaces), std::end(kPlaces),
-                                      [&](const Place& p) { return p.kind == kind; });
-    return place == std::end(kPlaces) ? derived : this->*place->stage;
+    const StageSlot* slot = std::find_if(std::begin(kStageSlots), std::end(kStageSlots),
+                                         [&](const StageSlot& p) { return p.kind == kind; });
+    return slot == std::end(kStageSlots) ? derived : this->*slot->stage;
 }
 
 const std::vector<PassName>& pass_names() {
@@ -282,8 +282,8 @@ const std::vector<PassName>& pass_names() {
 
 PipelineResult run_pipeline(const ir::Fablet& fablet, const PipelineOptions& options) {
     PipelineResult result;
-    for (const Place& place : kPlaces)
-        (result.stages.*place.stage).kind = place.kind;
+    for (const StageSlot& slot : kStageSlots)
+        (result.stages.*slot.stage).kind = slot.kind;
     result.stages.volume = fablet.volume;
     if (fablet.has_surface) result.stages.surface = fablet.surface;
     Runner(fablet, options, &result).run();

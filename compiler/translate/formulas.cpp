@@ -325,8 +325,8 @@ ValueId Formulas::elementary(check::Intrinsic id, ValueId x, ValueId y) {
     for (uint32_t shift = 1; shift < 32; shift *= 2) {
         u = emit_.binary(Op::kBitOr, u, emit_.binary(Op::kShr, u, uint_constant(shift)));
     }
-    const ValueId place = emit_.binary(Op::kSub, count_bits(u), uint_constant(1));
-    return emit_.select(empty, none, place);
+    const ValueId highest = emit_.binary(Op::kSub, count_bits(u), uint_constant(1));
+    return emit_.select(empty, none, highest);
 }
 
 ValueId Formulas::uint_constant(uint32_t value) {

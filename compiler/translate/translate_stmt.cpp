@@ -231,8 +231,8 @@ Value StageTranslator::call_result(const check::Function& f, const check::Type& 
         values.insert(values.end(), argument.value.begin(), argument.value.end());
     Value out;
     for (const ir::Type component : components(type)) {
-        const auto place = static_cast<int32_t>(out.size());
-        out.push_back(emit_.unknown(component, kCallResult, known, place, values));
+        const auto index = static_cast<int32_t>(out.size());
+        out.push_back(emit_.unknown(component, kCallResult, known, index, values));
     }
     return out;
 }

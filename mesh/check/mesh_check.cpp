@@ -120,11 +120,11 @@ void drop_equal_corners(MeshSource* source) {
     }
     const auto first = std::find(keep.begin(), keep.end(), false);
     if (first == keep.end()) return;
-    const std::string place = source->origin.str(static_cast<int32_t>(first - keep.begin()));
+    const std::string where = source->origin.str(static_cast<int32_t>(first - keep.begin()));
     const int64_t dropped = drop_others(source, keep);
     source->checks.equal_corners = dropped;
     source->warnings.push_back(
-        fmt::format("{}: mesh `{}` has {} triangle{} with two equal corners; left out", place,
+        fmt::format("{}: mesh `{}` has {} triangle{} with two equal corners; left out", where,
                     source->mesh.name, dropped, dropped == 1 ? "" : "s"));
 }
 
@@ -169,10 +169,10 @@ void drop_duplicates(MeshSource* source) {
         i = end;
     }
     if (first < 0) return;
-    const std::string place = source->origin.str(first);
+    const std::string where = source->origin.str(first);
     source->checks.duplicates = drop_others(source, keep);
     source->warnings.push_back(fmt::format(
-        "{}: mesh `{}` has {} triangle{} over the corners of another; left out", place,
+        "{}: mesh `{}` has {} triangle{} over the corners of another; left out", where,
         source->mesh.name, source->checks.duplicates, source->checks.duplicates == 1 ? "" : "s"));
 }
 
@@ -246,7 +246,7 @@ Error not_closed(const MeshSource& source, const EdgeCounts& counts) {
 /// Closes a mesh and reports what was done.
 Result<void> repair_mesh(MeshSource* source) {
     Mesh* mesh = &source->mesh;
-    const std::string place = source->origin.str(source->checks.edges.triangle);
+    const std::string where = source->origin.str(source->checks.edges.triangle);
     renumber(mesh, weld_open_edges(*mesh));
     drop_equal_corners(source);
     drop_duplicates(source);
@@ -259,7 +259,7 @@ Result<void> repair_mesh(MeshSource* source) {
         return internal_error(fmt::format("{}: mesh `{}` has {} after its repair",
                                           source->origin.file, mesh->name, list_edges(left)));
     }
-    std::string what = fmt::format("{}: mesh `{}` is not a closed surface: {}; repaired", place,
+    std::string what = fmt::format("{}: mesh `{}` is not a closed surface: {}; repaired", where,
                                    mesh->name, list_edges(source->checks.edges));
     if (done.turned > 0) what += fmt::format(", {} triangles turned", done.turned);
     if (done.holes > 0) {

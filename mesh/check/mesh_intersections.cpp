@@ -178,7 +178,7 @@ class Search {
     void find_neighbours() {
         neighbours_.assign(mesh_.triangles.size(), {-1, -1, -1});
         const std::vector<Edge> edges = sorted_edges(mesh_);
-        const auto place = [&](const Edge& e) -> int32_t& {
+        const auto neighbour = [&](const Edge& e) -> int32_t& {
             const auto t = static_cast<size_t>(e.triangle);
             size_t i = 0;
             while (mesh_.triangles[t][i] != (e.forward ? e.a : e.b) ||
@@ -188,8 +188,8 @@ class Search {
         };
         for_each_edge(edges, [&](const Edge* first, const Edge* last) {
             if (last - first != 2 || first[0].forward == first[1].forward) return;
-            place(first[0]) = first[1].triangle;
-            place(first[1]) = first[0].triangle;
+            neighbour(first[0]) = first[1].triangle;
+            neighbour(first[1]) = first[0].triangle;
         });
     }
 

@@ -127,7 +127,7 @@ std::vector<Loop> loops_of(const std::vector<RimEdge>& rim, size_t vertices) {
     for (size_t v = 0; v < vertices; ++v)
         next[v + 1] += next[v];
     const std::vector<size_t> begin = next;
-    std::vector<int32_t> place(vertices, -1);  // position on the path of the edge that begins there
+    std::vector<int32_t> step(vertices, -1);  // position on the path of the edge that begins there
     std::vector<Loop> loops;
     for (size_t start = 0; start < vertices; ++start) {
         while (next[start] < begin[start + 1]) {
@@ -135,14 +135,14 @@ std::vector<Loop> loops_of(const std::vector<RimEdge>& rim, size_t vertices) {
             auto v = static_cast<int32_t>(start);
             do {
                 const RimEdge& e = rim[next[v]++];
-                place[v] = static_cast<int32_t>(path.size());
+                step[v] = static_cast<int32_t>(path.size());
                 path.push_back(e);
                 v = e.to;
-                const int32_t first = place[v];
+                const int32_t first = step[v];
                 if (first < 0) continue;
                 loops.emplace_back(path.begin() + first, path.end());
                 for (const RimEdge& closed : loops.back())
-                    place[closed.from] = -1;
+                    step[closed.from] = -1;
                 path.resize(static_cast<size_t>(first));
             } while (!path.empty() || v != static_cast<int32_t>(start));
         }

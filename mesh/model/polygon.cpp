@@ -92,14 +92,14 @@ class Ring {
             Vec3d e;
             e[axis] = 1;
             e = e - normal_ * (normal_[axis] / dot(normal_, normal_));
-            std::vector<double> places;
+            std::vector<double> offsets;
             for (const Vec3d& q : p_)
-                places.push_back(dot(q, e));
-            const auto [lo, hi] = std::minmax_element(places.begin(), places.end());
+                offsets.push_back(dot(q, e));
+            const auto [lo, hi] = std::minmax_element(offsets.begin(), offsets.end());
             if (!(*hi - *lo > longest)) continue;
             longest = *hi - *lo;
             slack_ = 1e-9 * std::max({longest, std::fabs(*lo), std::fabs(*hi)});
-            along_ = std::move(places);
+            along_ = std::move(offsets);
         }
         along_.resize(p_.size());
         order_ = left_;

@@ -350,7 +350,7 @@ void GltfFile::apply_sparse(const JsonValue& sparse, int64_t type, bool normaliz
     if (ok() && count > out->count())
         return fail(sparse, fmt::format("`sparse` replaces {} elements of an accessor of {}", count,
                                         out->count()));
-    GltfArray places;
+    GltfArray targets;
     GltfArray replaced;
     replaced.components = out->components;
     const int64_t index_type = integer(indices->value, "componentType", 0);
@@ -361,16 +361,16 @@ void GltfFile::apply_sparse(const JsonValue& sparse, int64_t type, bool normaliz
     };
     if (ok()) {
         const View v = view_of(indices->value);
-        if (ok()) read_values(v, count, index_type, false, indices->value, &places);
+        if (ok()) read_values(v, count, index_type, false, indices->value, &targets);
     }
     if (ok()) {
         const View v = view_of(values->value);
         if (ok()) read_values(v, count, type, normalized, values->value, &replaced);
     }
     for (size_t i = 0; i < count && ok(); ++i) {
-        if (!(places.values[i] < static_cast<double>(out->count())))
+        if (!(targets.values[i] < static_cast<double>(out->count())))
             return fail(sparse, "a sparse index is past the end of its accessor");
-        const size_t to = static_cast<size_t>(places.values[i]) * out->components;
+        const size_t to = static_cast<size_t>(targets.values[i]) * out->components;
         for (size_t c = 0; c < out->components; ++c)
             out->values[to + c] = replaced.values[i * out->components + c];
     }

@@ -184,7 +184,7 @@ class Binder {
             return mismatch(u, b);
         for (size_t i = 0; i < names->size(); ++i) {
             const size_t index = static_cast<size_t>(u.first_index) + i;
-            const Result<void> one = bind_name(u, b, (*names)[i], index);
+            Result<void> one = bind_name(u, b, (*names)[i], index);
             if (!one) return one;
         }
         return Ok{};

@@ -70,17 +70,17 @@ class CoveredTops {
 
     void run() {
         scratch_.highest.assign(columns_.count(), {});
-        for_crossings([&](const Crossing& x) { scratch_.highest[place(x)].add(x.c, x.turn); });
+        for_crossings([&](const Crossing& x) { scratch_.highest[column_of(x)].add(x.c, x.turn); });
         if (decide()) return;
         scratch_.open_crossings.clear();
         for_crossings([&](const Crossing& x) {
-            if (scratch_.open[place(x)] != 0) scratch_.open_crossings.push_back(x);
+            if (scratch_.open[column_of(x)] != 0) scratch_.open_crossings.push_back(x);
         });
         sweep();
     }
 
   private:
-    size_t place(const Crossing& x) const {
+    size_t column_of(const Crossing& x) const {
         return static_cast<size_t>(x.k - columns_.y0) * static_cast<size_t>(columns_.width()) +
                static_cast<size_t>(x.j - columns_.x0);
     }
@@ -131,17 +131,17 @@ class CoveredTops {
     void sweep() {
         std::vector<Crossing>& all = scratch_.open_crossings;
         std::sort(all.begin(), all.end(), [&](const Crossing& a, const Crossing& b) {
-            const size_t pa = place(a), pb = place(b);
+            const size_t pa = column_of(a), pb = column_of(b);
             return pa != pb ? pa < pb : a.c > b.c;
         });
         for (size_t i = 0; i < all.size();) {
-            const size_t column = place(all[i]);
+            const size_t column = column_of(all[i]);
             const Crossing first = all[i];
             int32_t winding = 0;
             bool found = false;
-            while (i < all.size() && place(all[i]) == column) {
+            while (i < all.size() && column_of(all[i]) == column) {
                 const int32_t c = all[i].c;
-                for (; i < all.size() && place(all[i]) == column && all[i].c == c; ++i)
+                for (; i < all.size() && column_of(all[i]) == column && all[i].c == c; ++i)
                     winding += all[i].turn;
                 if (winding <= 0 || found) continue;
                 found = true;

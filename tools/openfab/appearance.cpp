@@ -171,11 +171,11 @@ std::string lower_extension(const fs::path& file) {
 
 }  // namespace
 
-std::unordered_map<std::string_view, size_t> places_of(const Appearances& appearances) {
-    std::unordered_map<std::string_view, size_t> places;
+std::unordered_map<std::string_view, size_t> indices_of(const Appearances& appearances) {
+    std::unordered_map<std::string_view, size_t> indices;
     for (size_t i = 0; i < appearances.appearances.size(); ++i)
-        places.emplace(appearances.appearances[i].name, i);
-    return places;
+        indices.emplace(appearances.appearances[i].name, i);
+    return indices;
 }
 
 bool LooksMaker::take(size_t bytes) {
@@ -186,10 +186,10 @@ bool LooksMaker::take(size_t bytes) {
 MaterialAppearance* LooksMaker::add(const std::string& name) {
     // The list doubles and is copied then; the map holds the name again.
     constexpr size_t kNode = 64;
-    if (memory_left_ < 0 || places_.count(name) != 0) return nullptr;
+    if (memory_left_ < 0 || index_by_name_.count(name) != 0) return nullptr;
     if (!take(3 * sizeof(MaterialAppearance) + kNode + sizeof name + 2 * name.size()))
         return nullptr;
-    places_.emplace(name, appearances_.appearances.size());
+    index_by_name_.emplace(name, appearances_.appearances.size());
     appearances_.appearances.push_back({});
     appearances_.appearances.back().name = name;
     return &appearances_.appearances.back();

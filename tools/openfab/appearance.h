@@ -46,7 +46,7 @@ struct Appearances {
 };
 
 /// The index of each appearance by its name.
-std::unordered_map<std::string_view, size_t> places_of(const Appearances& appearances);
+std::unordered_map<std::string_view, size_t> indices_of(const Appearances& appearances);
 
 /// Collects the appearances of a file within a memory limit.
 class LooksMaker {
@@ -73,7 +73,7 @@ class LooksMaker {
 
     int64_t& memory_left_;
     Appearances appearances_;
-    std::unordered_map<std::string, size_t> places_;
+    std::unordered_map<std::string, size_t> index_by_name_;
     std::map<std::string, Result<SharedBytes>> pictures_;
 };
 

@@ -122,7 +122,7 @@ class Importer {
              const ImportOptions& options)
         : mesh_(mesh),
           appearances_(appearances),
-          places_(places_of(appearances)),
+          index_by_name_(indices_of(appearances)),
           file_(file),
           options_(options) {
         for (const auto& [name, number] : mesh.groups)
@@ -177,9 +177,9 @@ class Importer {
                            [&](const std::string& g) { return appearance(g).picture.has_value(); });
     }
     MaterialAppearance appearance(const std::string& group) const {
-        const auto found = places_.find(group);
-        return found != places_.end() ? appearances_.appearances[found->second]
-                                      : MaterialAppearance{};
+        const auto found = index_by_name_.find(group);
+        return found != index_by_name_.end() ? appearances_.appearances[found->second]
+                                             : MaterialAppearance{};
     }
 
     std::string fitting_fablet() {
@@ -243,7 +243,7 @@ class Importer {
 
     std::string add_material(const std::string& name, const std::array<double, 3>& linear) {
         const Key key = key_of(linear);
-        const std::string unique_name = material_names_.unique(name);
+        std::string unique_name = material_names_.unique(name);
         materials_.push_back(fmt::format("        {}: {{\"key\": \"{}\", \"preview\": \"{}ff\"}}",
                                          json_text(unique_name), hex(free_key(key, &keys_)),
                                          hex(key)));
@@ -497,7 +497,7 @@ class Importer {
 
     const mesh::LoadedMesh& mesh_;
     const Appearances& appearances_;
-    const std::unordered_map<std::string_view, size_t> places_;  ///< of appearances by name
+    const std::unordered_map<std::string_view, size_t> index_by_name_;  ///< of appearances by name
     const std::string& file_;
     const ImportOptions& options_;
     std::vector<std::string> groups_;  ///< by the mesh's `face` numbers

@@ -35,7 +35,7 @@ class ByteStream {
     virtual ~ByteStream() = default;
     /// Reads up to `bytes` bytes; fewer only at the end.
     virtual Result<size_t> next(char* out, size_t bytes) {
-        const Result<size_t> got = file_.read(at_, out, bytes);
+        Result<size_t> got = file_.read(at_, out, bytes);
         if (got) at_ += static_cast<int64_t>(*got);
         return got;
     }

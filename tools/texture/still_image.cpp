@@ -130,8 +130,8 @@ Result<void> StillImage::open_input() {
 int StillImage::pages() {
     constexpr int kMost = kMostPages + 1;
     if (format_ == "tiff") {
-        places_ = tiff_pages(file_, kMost);
-        return std::max(static_cast<int>(places_.size()), 1);
+        page_offsets_ = tiff_pages(file_, kMost);
+        return std::max(static_cast<int>(page_offsets_.size()), 1);
     }
     int pages = 1;
     while (pages < kMost && input_->seek_subimage(pages, 0))
@@ -144,7 +144,7 @@ Result<void> StillImage::go_to(int page) {
     const bool first = page == 0 && page_file_ == nullptr;
     if (format_ == "tiff" && !first) {
         input_.reset();  // before its file
-        page_file_ = std::make_unique<TiffPage>(file_, places_[page]);
+        page_file_ = std::make_unique<TiffPage>(file_, page_offsets_[page]);
         return open_input();
     }
     if (!input_->seek_subimage(page, 0)) return trouble(input_->geterror());

@@ -52,7 +52,7 @@ class StillImage {
     int64_t memory_bytes_ = 0;
     std::string format_;
     std::string shown_;                    ///< the file's name for people
-    std::vector<uint64_t> places_;         ///< of the pages of a TIFF, once they were counted
+    std::vector<uint64_t> page_offsets_;   ///< of the pages of a TIFF, once they were counted
     std::unique_ptr<TiffPage> page_file_;  ///< of a page of a TIFF behind the first
     std::unique_ptr<OIIO::ImageInput> input_;
     int subimage_ = 0;  ///< of input_

@@ -13,7 +13,7 @@ namespace {
 struct Kind {
     bool big_endian = false;
     int64_t header_at = 4;  ///< position of the first directory's offset
-    int place_bytes = 4;    ///< size of an offset
+    int offset_bytes = 4;   ///< size of an offset
     int count_bytes = 2;    ///< size of the number of a directory's entries
     uint64_t entry_bytes = 12;
 };
@@ -50,7 +50,7 @@ std::vector<uint64_t> tiff_pages(const InputFile& file, size_t most) {
     std::vector<uint64_t> pages;
     std::set<uint64_t> known;
     std::optional<uint64_t> next =
-        number_at(file, static_cast<uint64_t>(kind.header_at), kind.place_bytes, kind.big_endian);
+        number_at(file, static_cast<uint64_t>(kind.header_at), kind.offset_bytes, kind.big_endian);
     while (next && *next != 0 && pages.size() < most && known.insert(*next).second) {
         const uint64_t page = *next;
         const std::optional<uint64_t> entries =
@@ -59,17 +59,17 @@ std::vector<uint64_t> tiff_pages(const InputFile& file, size_t most) {
         pages.push_back(page);
         next = number_at(
             file, page + static_cast<uint64_t>(kind.count_bytes) + *entries * kind.entry_bytes,
-            kind.place_bytes, kind.big_endian);
+            kind.offset_bytes, kind.big_endian);
     }
     return pages;
 }
 
-TiffPage::TiffPage(const InputFile& file, uint64_t place) : IOProxy("", Read), file_(file) {
+TiffPage::TiffPage(const InputFile& file, uint64_t directory) : IOProxy("", Read), file_(file) {
     const Kind kind = kind_of(file);
     header_at_ = kind.header_at;
-    for (int k = 0; k < kind.place_bytes; ++k) {
-        const int shift = 8 * (kind.big_endian ? kind.place_bytes - 1 - k : k);
-        header_place_.push_back(static_cast<char>(place >> shift & 0xff));
+    for (int k = 0; k < kind.offset_bytes; ++k) {
+        const int shift = 8 * (kind.big_endian ? kind.offset_bytes - 1 - k : k);
+        header_offset_.push_back(static_cast<char>(directory >> shift & 0xff));
     }
 }
 
@@ -84,9 +84,9 @@ size_t TiffPage::pread(void* to, size_t bytes, int64_t at) {
     const Result<size_t> got = file_.read(at, to, bytes);
     if (!got) return 0;
     const int64_t end = at + static_cast<int64_t>(*got);
-    const auto place_end = header_at_ + static_cast<int64_t>(header_place_.size());
-    for (int64_t k = std::max(at, header_at_); k < std::min(end, place_end); ++k)
-        static_cast<char*>(to)[k - at] = header_place_[static_cast<size_t>(k - header_at_)];
+    const auto header_end = header_at_ + static_cast<int64_t>(header_offset_.size());
+    for (int64_t k = std::max(at, header_at_); k < std::min(end, header_end); ++k)
+        static_cast<char*>(to)[k - at] = header_offset_[static_cast<size_t>(k - header_at_)];
     return *got;
 }
 

@@ -19,11 +19,11 @@ namespace openfab::tools {
 /// file, or at the first repeated one.
 std::vector<uint64_t> tiff_pages(const InputFile& file, size_t most);
 
-/// Presents the file with the directory at `place` as its first.
+/// Presents the file with the directory at `directory` as its first.
 class TiffPage final : public OIIO::Filesystem::IOProxy {
   public:
     /// `file` outlives it.
-    TiffPage(const InputFile& file, uint64_t place);
+    TiffPage(const InputFile& file, uint64_t directory);
 
     const char* proxytype() const override { return "page"; }
     size_t read(void* to, size_t bytes) override;
@@ -32,8 +32,8 @@ class TiffPage final : public OIIO::Filesystem::IOProxy {
 
   private:
     const InputFile& file_;
-    int64_t header_at_ = 0;           ///< position of the first directory's offset in the header
-    std::vector<char> header_place_;  ///< the replaced offset
+    int64_t header_at_ = 0;            ///< position of the first directory's offset in the header
+    std::vector<char> header_offset_;  ///< the replaced offset
 };
 
 }  // namespace openfab::tools

@@ -205,8 +205,8 @@ void Winding::build(size_t node, Item* first, Item* last) {
 }
 
 /// Adds the paths' crossings with one diced patch.
-void Winding::follow(size_t place, Paths* paths, TriangleRuns* runs) const {
-    Diced& diced = diced_[place];
+void Winding::follow(size_t index, Paths* paths, TriangleRuns* runs) const {
+    Diced& diced = diced_[index];
     const std::atomic_ref<uint8_t> state(diced.state);
     const bool known = state.load(std::memory_order_acquire) == kKnown;
     if (known && paths->meeting(diced.box) == 0) return;
