@@ -144,7 +144,10 @@ export class VolumeView {
     /** CSS pixels a mm. */
     scale() {
         const size = this.sizeMm();
-        return this.magnified * Math.min(this.canvas.clientWidth, this.canvas.clientHeight) * 0.92 / Math.hypot(...size);
+        // All of it, however it is turned, as long as it is not tilted by more than 45 degrees.
+        const across = Math.hypot(size[0], size[1]);
+        const high = (across + size[2]) * Math.SQRT1_2;
+        return this.magnified * 0.94 * Math.min(this.canvas.clientWidth / across, this.canvas.clientHeight / high);
     }
 
     axesOfView() {
