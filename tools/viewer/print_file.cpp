@@ -203,6 +203,8 @@ Result<void> PrintFile::read_slice(int32_t z, SliceBuffers* buffers) const {
     buffers->frame.resize(head->frame_bytes);
     if (!read_exactly(offset + bytes.size(), buffers->frame.data(), buffers->frame.size()))
         return damaged("it cannot be read");
+    if (ZSTD_getFrameContentSize(buffers->frame.data(), buffers->frame.size()) != raw)
+        return damaged("its data are damaged");
     buffers->rows.resize(raw);
     const size_t got =
         ZSTD_decompress(buffers->rows.data(), raw, buffers->frame.data(), buffers->frame.size());

@@ -32,6 +32,19 @@ struct Sum {
     }
 };
 
+/// 0 … kOne of linear light.
+uint32_t linear_of(uint8_t byte) {
+    static const std::array<uint32_t, 256> table = [] {
+        std::array<uint32_t, 256> made{};
+        for (size_t i = 0; i < made.size(); ++i) {
+            made[i] = static_cast<uint32_t>(
+                std::lround(srgb_to_linear(static_cast<double>(i) / 255) * kOne));
+        }
+        return made;
+    }();
+    return table[byte];
+}
+
 PackedSum packed_color(const std::array<uint8_t, 4>& rgba) {
     const uint32_t alpha = (rgba[3] * kOne + 127) / 255;
     PackedSum sum = PackedSum{alpha} << 48;
@@ -131,18 +144,6 @@ std::vector<uint8_t> encode(std::vector<uint8_t> rows, int64_t width, int64_t he
 }
 
 }  // namespace
-
-uint32_t linear_of(uint8_t byte) {
-    static const std::array<uint32_t, 256> table = [] {
-        std::array<uint32_t, 256> made{};
-        for (size_t i = 0; i < made.size(); ++i) {
-            made[i] = static_cast<uint32_t>(
-                std::lround(srgb_to_linear(static_cast<double>(i) / 255) * kOne));
-        }
-        return made;
-    }();
-    return table[byte];
-}
 
 uint8_t srgb_of(double linear) {
     constexpr size_t kSteps = 4096;

@@ -53,8 +53,7 @@ struct TilePlace {
 /// out.
 std::vector<uint8_t> draw_tile(const Plane& plane, const TilePlace& place, const Palette& palette);
 
-/// Decodes an sRGB byte to 0 … 1023 of linear light, and back from 0 … 1.
-uint32_t linear_of(uint8_t byte);
+/// Encodes linear light, 0 … 1, as an sRGB byte.
 uint8_t srgb_of(double linear);
 
 }  // namespace openfab::viewer

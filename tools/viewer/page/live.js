@@ -84,7 +84,7 @@ export class LivePanel {
         const set = (value) => this.set(object.name, uniform.name, value);
         const label = uniform.annotations.label ?? uniform.name;
         const row = element("div", { class: "uniform", id: `u_${object.name}_${uniform.name}` },
-            element("span", { class: "name", title: `${uniform.type} ${uniform.name}` }, label));
+            element("span", { class: "name", title: [`${uniform.type} ${uniform.name}`, uniform.annotations.help].filter(Boolean).join(": ") }, label));
         const value = uniform.value ?? uniform.default;
         if (uniform.array_length > 1) return this.numberRow(row, uniform, value, set, label);
         if (uniform.kind === "material" || uniform.kind === "texture2d" || uniform.kind === "texture3d") {
@@ -105,8 +105,9 @@ export class LivePanel {
 
     slider(row, uniform, value, set, label) {
         const given = (name) => (uniform.annotations[name] === undefined ? null : Number(uniform.annotations[name]));
-        const low = given("min") ?? Math.min(0, 2 * value);
-        const high = given("max") ?? Math.max(low + 1, 2 * value, value > 0 && uniform.type !== "int" ? 2 * value : 0);
+        // Without limits: twice the value, and below 0 where the value is.
+        const low = given("min") ?? Math.min(0, -2 * Math.abs(value) * (value < 0));
+        const high = given("max") ?? (value === 0 ? low + 1 : Math.max(low + Math.abs(value), 2 * Math.abs(value)));
         const step = given("step") ?? (uniform.type === "int" || uniform.type === "uint" ? 1 : Number(((high - low) / 200).toPrecision(1)));
         const range = element("input", { type: "range", min: low, max: high, step, "aria-label": label });
         const number = element("input", { type: "number", min: given("min"), max: given("max"), step: "any", "aria-label": `${label}, number` });

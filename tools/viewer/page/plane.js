@@ -260,7 +260,11 @@ export class PlaneView {
     drawScaleBar(c, style) {
         const length = roundLength(140 / this.view.scale);
         const w = length * this.view.scale;
-        const x = 14, y = this.canvas.clientHeight - 14;
+        const x = 18, y = this.canvas.clientHeight - 18;
+        c.globalAlpha = 0.82;
+        c.fillStyle = style.getPropertyValue("--panel");
+        c.fillRect(8, y - 88, Math.max(w, 44) + 20, 96);
+        c.globalAlpha = 1;
         c.fillStyle = style.getPropertyValue("--text");
         c.fillRect(x, y - 3, w, 3);
         c.fillRect(x, y - 8, 1, 8);

@@ -30,8 +30,6 @@ void main() {
     float t0 = max(max(near3.x, near3.y), near3.z), t1 = min(min(far3.x, far3.y), far3.z);
     result = vec4(0.0);
     if (t0 >= t1) return;
-    // Where the ray enters through a plane of the box, the cut face is lit by that plane.
-    vec3 face = -sign(way) * step(vec3(t0 - 1e-4), near3);
     vec3 light = normalize(towards * 0.7 + up * 0.6 - right * 0.45);
     float shift = fract(52.9829189 * fract(dot(gl_FragCoord.xy, vec2(0.06711056, 0.00583715))));
     vec3 color = vec3(0.0);
@@ -44,17 +42,17 @@ void main() {
         if (cell.a < 0.004) { first = false; continue; }
         float strength = cell.a > 0.98 ? 60.0 / step_mm : cell.a / (1.0 - cell.a) + (cell.a > 0.5 ? (cell.a - 0.5) * 8.0 / step_mm : 0.0);
         float hidden = 1.0 - exp(-strength * step_mm);
-        vec3 normal = face;
+        float lit = 0.95;  // a cut face shows its colours
         if (!first || cell.a < 0.6) {
             vec3 d = cell_mm * 1.2;
-            normal = -vec3(at(p + vec3(d.x, 0, 0)).a - at(p - vec3(d.x, 0, 0)).a,
+            vec3 normal = -vec3(at(p + vec3(d.x, 0, 0)).a - at(p - vec3(d.x, 0, 0)).a,
                            at(p + vec3(0, d.y, 0)).a - at(p - vec3(0, d.y, 0)).a,
                            at(p + vec3(0, 0, d.z)).a - at(p - vec3(0, 0, d.z)).a) / d;
             float length2 = dot(normal, normal);
             normal = length2 > 1e-8 ? normal * inversesqrt(length2) : towards;
+            lit = 0.42 + 0.5 * max(dot(normal, light), 0.0) + 0.12 * max(dot(normal, towards), 0.0);
         }
         first = false;
-        float lit = 0.42 + 0.5 * max(dot(normal, light), 0.0) + 0.12 * max(dot(normal, towards), 0.0);
         color += through * hidden * min(cell.rgb * lit, vec3(1.0));
         through *= 1.0 - hidden;
     }
@@ -144,7 +142,10 @@ export class VolumeView {
     /** CSS pixels a mm. */
     scale() {
         const size = this.sizeMm();
-        return this.magnified * Math.min(this.canvas.clientWidth, this.canvas.clientHeight) * 0.92 / Math.hypot(...size);
+        // All of it, however it is turned, as long as it is not tilted by more than 45 degrees.
+        const across = Math.hypot(size[0], size[1]);
+        const high = (across + size[2]) * Math.SQRT1_2;
+        return this.magnified * 0.94 * Math.min(this.canvas.clientWidth / across, this.canvas.clientHeight / high);
     }
 
     axesOfView() {

@@ -1,0 +1,258 @@
+#!/usr/bin/env python3
+# Copyright 2026 The OpenFab Authors
+# SPDX-License-Identifier: Apache-2.0
+"""Looks at `openfab view` in headless Chromium. Neither the set-up nor `scripts/test` needs what this does:
+
+    python3 -m venv out/browser/venv && out/browser/venv/bin/pip install playwright
+    apt-get install chromium                  # or: out/browser/venv/bin/playwright install chromium
+    out/browser/venv/bin/python tests/browser/view.py [--bin build/release/bin] [--out out/browser]
+
+It checks what a script can check, ends with 1 where something is wrong, and leaves screenshots in --out: look at them."""
+
+import argparse
+import pathlib
+import shutil
+import subprocess
+import sys
+
+from playwright.sync_api import sync_playwright
+
+FABLET = """fablet Ball {
+    @uniform {
+        float skin = 0.6 [[float min = 0.1, float max = 3, string label = "Skin, mm"]];
+        int rings = 4 [[int min = 0, int max = 12]];
+        float3 tint = {0.2, 0.5, 0.9} [[string widget = "color"]];
+        Material core, shell, ink;
+    }
+    @Volume(@varying { VolumeAttributes attr })
+    {
+        MaterialComposition mc;
+        float t = smoothstep(0.5, 1, -distance(attr.voxelCenter) / skin);
+        float wave = 0.5 + 0.5 * sin(rings * attr.voxelCenter.z);
+        mc.Set(core, t * wave);
+        mc.Set(ink, t * (1 - wave) * tint.x);
+        mc.Set(shell, 1 - t + t * (1 - wave) * (1 - tint.x));
+        return mc;
+    }
+}
+"""
+
+WORLD = """{
+    "openfab": 1,
+    "printer": "j750",
+    "fablets": {"ball": {"source": "ball.fl", "fablet": "Ball"}},
+    "materials": {
+        "white": {"key": "#ffffff", "preview": "#f4f2ecff"},
+        "black": {"key": "#000000", "preview": "#161616ff"},
+        "cyan": {"key": "#00a0e0", "preview": "#0098dcff"}
+    },
+    "meshes": {"sphere": {"sphere": 12}},
+    "objects": {"ball": {"mesh": "sphere", "fablet": "ball", "uniforms": {"core": "white", "shell": "black", "ink": "cyan"}}},
+    "build": [{"object": "ball"}, {"object": "ball", "translate_mm": [14, 0, 0]}]
+}
+"""
+
+failures = []
+
+
+def check(what, fine):
+    print(("ok      " if fine else "WRONG   ") + what)
+    if not fine:
+        failures.append(what)
+
+
+class Viewer:
+    def __init__(self, options, *arguments):
+        self.process = subprocess.Popen([options.bin / "openfab", "view", *arguments], stdout=subprocess.PIPE, text=True)
+        self.url = self.process.stdout.readline().strip()
+
+    def __enter__(self):
+        return self.url
+
+    def __exit__(self, *_):
+        self.process.terminate()
+        self.process.wait()
+
+
+class Page:
+    """A page whose console must stay empty."""
+
+    def __init__(self, browser, options, scheme="light", size=(1440, 860)):
+        self.options = options
+        self.page = browser.new_context(viewport={"width": size[0], "height": size[1]}, color_scheme=scheme).new_page()
+        # 409: what was asked for is of a print that another one has just replaced.
+        self.page.on("console", lambda m: None if "409" in m.text else check(f"console: {m.text}", False))
+        self.page.on("pageerror", lambda e: check(f"page error: {e}", False))
+        self.page.on("request", lambda r: None if r.url.startswith(("http://127.0.0.1:", "blob:")) else check(f"asks {r.url}", False))
+
+    def close(self):
+        """Before the server ends, for the page asks it now and then."""
+        self.page.context.close()
+
+    def open(self, url, ready="#materials li"):
+        self.page.goto(url)
+        self.page.wait_for_selector(ready, timeout=120_000)
+        self.settle()
+
+    def settle(self, ms=1200):
+        self.page.wait_for_timeout(ms)
+
+    def shot(self, name):
+        self.page.screenshot(path=self.options.out / f"{name}.png")
+
+    def text(self, selector):
+        return self.page.inner_text(selector)
+
+    def pixels(self, selector):
+        """The canvas as a data URL, to tell one picture from another."""
+        return self.page.eval_on_selector(selector, "c => c.toDataURL()")
+
+    def colors(self, selector):
+        """How many colours a canvas shows, of a sample."""
+        return self.page.eval_on_selector(selector, """c => {
+            const copy = document.createElement("canvas");
+            [copy.width, copy.height] = [c.width, c.height];
+            const d = copy.getContext("2d");
+            d.drawImage(c, 0, 0);
+            const data = d.getImageData(0, 0, c.width, c.height).data;
+            const seen = new Set();
+            for (let i = 0; i < data.length; i += 4 * 37) seen.add(data[i] << 16 | data[i + 1] << 8 | data[i + 2]);
+            return seen.size;
+        }""")
+
+
+def look_at_a_print(browser, options, url):
+    at = Page(browser, options)
+    at.open(url)
+    page = at.page
+    check("a slice has colours", at.colors("#plane") >= 4)
+    at.shot("slice")
+    number = int(page.input_value("#number"))
+    first = at.pixels("#plane")
+    page.keyboard.press("PageUp")
+    at.settle()
+    check("Page up goes ten slices up", int(page.input_value("#number")) == number + 10)
+    check("and shows another slice", at.pixels("#plane") != first)
+    page.mouse.click(420, 430)
+    at.settle()
+    check("a click names the material", "Material" in at.text("#pick") and "mm" in at.text("#pick"))
+    before = at.pixels("#plane")
+    page.click("#materials li:nth-child(2) input[type=checkbox]")
+    at.settle()
+    check("a switch hides a material", at.pixels("#plane") != before)
+    page.click("#materials li:nth-child(2) input[type=checkbox]")
+    for _ in range(9):
+        page.keyboard.press("+")
+    at.settle()
+    at.shot("zoomed")
+    check("zoom is shown", "px/mm" in at.text("#zoom"))
+    page.keyboard.press("0")
+    page.keyboard.press("2")
+    at.settle(2000)
+    check("a cut has colours", at.colors("#plane") >= 4)
+    at.shot("cut")
+    page.keyboard.press("4")
+    at.settle(4000)
+    turned = at.pixels("#volume")
+    check("the volume has colours", at.colors("#volume") >= 8)
+    at.shot("volume")
+    page.mouse.move(500, 400)
+    page.mouse.down()
+    page.mouse.move(650, 380, steps=8)
+    page.mouse.up()
+    at.settle()
+    check("it turns", at.pixels("#volume") != turned)
+    page.click("[data-clip='1']")
+    at.settle()
+    at.shot("volume_cut")
+    page.keyboard.press("?")
+    check("the keys are listed", page.is_visible("#help"))
+    page.keyboard.press("Escape")
+    page.keyboard.press("1")
+    for _ in range(4):
+        page.keyboard.press("Tab")
+    check("Tab reaches the controls", page.evaluate("document.activeElement.matches('button, input, canvas')"))
+    at.close()
+
+
+def look_at_the_rest(browser, options, print_a, print_b):
+    with Viewer(options, print_a, print_b) as url:
+        at = Page(browser, options, "dark")
+        at.open(url)
+        at.page.keyboard.press("d")
+        at.settle()
+        check("different voxels are counted", "Different" in at.text("#slice_stats"))
+        at.shot("difference")
+        at.close()
+    half = options.out / "half.ofr"
+    half.write_bytes(print_a.read_bytes()[: print_a.stat().st_size // 2])
+    with Viewer(options, half) as url:
+        at = Page(browser, options, size=(800, 900))
+        at.open(url)
+        check("an unfinished print says so", "slices" in at.text("#progress"))
+        at.shot("unfinished_narrow")
+        half.write_bytes(print_a.read_bytes())
+        at.page.wait_for_selector("#progress", state="hidden", timeout=10_000)
+        check("and is seen to end", "yes" in at.text("#stats"))
+        at.close()
+
+
+def look_at_a_world(browser, options, world):
+    with Viewer(options, world, "--watch", "--draft", "3") as url:
+        at = Page(browser, options, "dark")
+        page = at.page
+        at.open(url)
+        page.wait_for_selector("#progress", state="hidden", timeout=120_000)
+        before = at.text("#stats")
+        page.eval_on_selector("#uniforms input[type=range]", "r => { r.value = 2.5; r.dispatchEvent(new Event('input')); }")
+        page.wait_for_function("before => document.getElementById('stats').innerText !== before", arg=before, timeout=60_000)
+        check("a slider makes another print", page.is_enabled("#write"))
+        source = page.input_value("#source")
+        page.fill("#source", source.replace("t * wave)", "t * wav)"))
+        page.wait_for_selector("#marks mark", timeout=30_000)
+        check("a mistake is marked at its line", "line 13" in at.text("#diagnostics"))
+        at.shot("live_mistake")
+        page.fill("#source", source.replace("voxelCenter.z", "voxelCenter.x"))
+        before = at.text("#stats")
+        page.keyboard.press("Control+s")
+        page.wait_for_function("before => document.getElementById('stats').innerText !== before", arg=before, timeout=120_000)
+        check("what was saved is on disk", "voxelCenter.x" in (world.parent / "ball.fl").read_text())
+        page.click("#write")
+        page.wait_for_function("() => document.getElementById('write').disabled", timeout=60_000)
+        check("the slider's value is in the world", '"skin": 2.5' in world.read_text())
+        page.keyboard.press("Escape")
+        page.click("[data-view='3']")
+        at.settle(3000)
+        page.click("[data-clip='1']")
+        at.settle(1500)
+        at.shot("live")
+        at.close()
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--bin", type=pathlib.Path, default="build/release/bin")
+    parser.add_argument("--out", type=pathlib.Path, default="out/browser")
+    options = parser.parse_args()
+    options.bin, options.out = options.bin.resolve(), options.out.resolve()
+    folder = options.out / "world"
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "ball.fl").write_text(FABLET)
+    world = folder / "ball.fab.json"
+    world.write_text(WORLD)
+    prints = [options.out / "a.ofr", options.out / "b.ofr"]
+    for file, extra in zip(prints, ([], ["--set", "ball.skin=0.9"])):
+        subprocess.run([options.bin / "openfab", "print", world, "-o", file, "--draft", "2", "--progress", "none", *extra], check=True)
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox"])
+        with Viewer(options, prints[0]) as url:
+            look_at_a_print(browser, options, url)
+        look_at_the_rest(browser, options, *prints)
+        look_at_a_world(browser, options, world)
+        browser.close()
+    print(f"{len(failures)} wrong; the screenshots are in {options.out}")
+    sys.exit(1 if failures else 0)
+
+
+if __name__ == "__main__":
+    main()
