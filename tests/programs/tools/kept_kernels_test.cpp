@@ -67,14 +67,16 @@ Made made_of(const Outcome& outcome) {
     const std::regex one(R"(s  kernel (\w+) \w+)");
     for (std::sregex_iterator at(outcome.err.begin(), outcome.err.end(), one), end; at != end; ++at)
         made.compiled.insert((*at)[1]);
-    std::smatch sum;
-    if (!std::regex_search(outcome.err, sum,
-                           std::regex(R"((\d+) kernels compiled, (\d+) from the cache)"))) {
-        ADD_FAILURE() << outcome.err;
-        return made;
+    // Some are compiled while the print runs, and counted after it.
+    size_t compiled = 0;
+    const std::regex sum(R"((\d+) kernels compiled, (\d+) from the cache)");
+    for (std::sregex_iterator at(outcome.err.begin(), outcome.err.end(), sum), end; at != end;
+         ++at) {
+        compiled += std::stoul((*at)[1]);
+        made.from_cache = std::max(made.from_cache, std::stoi((*at)[2]));
     }
-    EXPECT_EQ(made.compiled.size(), std::stoul(sum[1])) << outcome.err;
-    made.from_cache = std::stoi(sum[2]);
+    EXPECT_EQ(made.compiled.size(), compiled) << outcome.err;
+    EXPECT_GE(made.from_cache, 0) << outcome.err;
     return made;
 }
 
@@ -96,8 +98,8 @@ class KeptKernels : public ::testing::Test {
     /// `openflc run`, for one instruction set.
     Outcome run_world(const std::string& out, const std::vector<std::string>& more = {},
                       const std::string& cache = "cache") const {
-        std::vector<std::string> words = {"run",           "--time", path("wavy.fl"),
-                                          path("world.fab.json"), "-o",     path(out)};
+        std::vector<std::string> words = {"run", "--time", path("wavy.fl"), path("world.fab.json"),
+                                          "-o",  path(out)};
         words.insert(words.end(), more.begin(), more.end());
         return openflc(words, cache);
     }
@@ -137,7 +139,8 @@ TEST_F(KeptKernels, OnlyWhatAChangeTouchesIsCompiled) {
     EXPECT_FALSE(read_file(path("b.ofr")) == before);
     same("a uniform", {"--set", "thing.skin=0.25"});
 
-    change("mc.Set(core, saturate(attr.voxelCenter.x))", "mc.Set(core, 3 * saturate(attr.voxelCenter.x))");
+    change("mc.Set(core, saturate(attr.voxelCenter.x))",
+           "mc.Set(core, 3 * saturate(attr.voxelCenter.x))");
     const Made changed = made_of(run_world("b.ofr"));
     EXPECT_THAT(changed.compiled, ::testing::IsSupersetOf({"volume", "volume_bounds"}));
     EXPECT_THAT(changed.compiled, Each(StartsWith("volume")));
@@ -148,8 +151,8 @@ TEST_F(KeptKernels, OnlyWhatAChangeTouchesIsCompiled) {
 
 TEST_F(KeptKernels, CommandsShareThem) {
     EXPECT_FALSE(made_of(run_world("a.ofr", {"--isa", "sse41"})).compiled.empty());
-    const Outcome built = openflc(
-        {"build", "--time", "--target", "sse41", path("wavy.fl"), "-o", path("program")});
+    const Outcome built =
+        openflc({"build", "--time", "--target", "sse41", path("wavy.fl"), "-o", path("program")});
     EXPECT_THAT(made_of(built).compiled, IsEmpty());
     const Outcome printed = run({path("program"), path("world.fab.json"), "-o", path("b.ofr")});
     ASSERT_EQ(printed.exit_code, 0) << printed.err;
@@ -157,8 +160,9 @@ TEST_F(KeptKernels, CommandsShareThem) {
     // A print here is for this machine alone.
     const auto count = [&] { return entries().size(); };
     fs::remove_all(path("cache"));
-    const Outcome print = run({OPENFAB_PROGRAM, "print", path("world.fab.json"), "-o", path("c.ofr")},
-                              {{{"OPENFAB_CACHE", path("cache")}}, {}, {}});
+    const Outcome print =
+        run({OPENFAB_PROGRAM, "print", path("world.fab.json"), "-o", path("c.ofr")},
+            {{{"OPENFAB_CACHE", path("cache")}}, {}, {}});
     ASSERT_EQ(print.exit_code, 0) << print.err;
     EXPECT_TRUE(read_file(path("a.ofr")) == read_file(path("c.ofr")));
     const size_t of_print = count();
@@ -214,8 +218,9 @@ TEST_F(KeptKernels, TwoAtOnceDoNotDisturbEachOther) {
 }
 
 TEST_F(KeptKernels, AProgramForAnotherMachineSaysSo) {
-    ASSERT_EQ(openflc({"build", "--target", "avx2", path("wavy.fl"), "-o", path("program")}).exit_code,
-              0);
+    ASSERT_EQ(
+        openflc({"build", "--target", "avx2", path("wavy.fl"), "-o", path("program")}).exit_code,
+        0);
     const Outcome outcome =
         run({path("program"), path("world.fab.json"), "-o", path("a.ofr"), "--isa", "sse41"});
     EXPECT_EQ(outcome.exit_code, 1);

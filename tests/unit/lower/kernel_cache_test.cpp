@@ -68,8 +68,9 @@ TEST(KernelCache, RemovesWhatIsDamaged) {
     const ScratchFolder folder;
     KernelCache(folder.path()).insert(object(1, "a kernel's code"));
     const std::string whole = read_file(entry(folder, 1));
-    std::vector<std::string> damaged = {"", whole.substr(0, 5), whole.substr(0, whole.size() - 1),
-                                        whole + "x", "planted", std::string(16, '\0')};
+    std::vector<std::string> damaged = {
+        "",          whole.substr(0, 5), whole.substr(0, whole.size() - 1),
+        whole + "x", "planted",          std::string(16, '\0')};
     for (size_t k = 0; k < whole.size(); ++k) {
         damaged.push_back(whole);
         damaged.back()[k] = static_cast<char>(damaged.back()[k] ^ 1);
@@ -159,8 +160,7 @@ ir::Stage stage(float addend) {
     ir::Stage out;
     out.kind = ir::StageKind::kVolume;
     ir::Builder builder(&out);
-    const ir::ValueId distance =
-        builder.input(ir::Type::kFloat, OPENFAB_ARG_DISTANCE, 0, 0);
+    const ir::ValueId distance = builder.input(ir::Type::kFloat, OPENFAB_ARG_DISTANCE, 0, 0);
     const ir::ValueId sum = builder.binary(ir::Op::kAdd, distance, builder.constant(addend));
     out.outputs.push_back({"weight", OPENFAB_ARG_WEIGHT, 0, 0, sum});
     return out;
