@@ -25,6 +25,10 @@ double seconds_since(Clock::time_point begin) {
     return std::chrono::duration<double>(Clock::now() - begin).count();
 }
 
+std::string time_line(const std::string& step, double seconds) {
+    return fmt::format("{:>8.3f} s  {}\n", seconds, step);
+}
+
 }  // namespace
 
 int Compilation::prepare() {
@@ -34,19 +38,23 @@ int Compilation::prepare() {
 }
 
 void Compilation::report_time(const std::string& step, double seconds) const {
-    if (options_.time) say(fmt::format("{:>8.3f} s  {}\n", seconds, step));
+    if (options_.time) say(time_line(step, seconds));
 }
 
 void Compilation::report_kernels(const std::vector<lower::KernelTime>& kernels) const {
-    if (!options_.time) return;
+    if (options_.time) say(kernel_report(kernels));
+}
+
+std::string kernel_report(const std::vector<lower::KernelTime>& kernels) {
+    std::string text;
     size_t compiled = 0;
     for (const lower::KernelTime& kernel : kernels) {
         if (!kernel.compiled) continue;
-        report_time("kernel " + kernel.kernel, kernel.seconds);
+        text += time_line("kernel " + kernel.kernel, kernel.seconds);
         ++compiled;
     }
-    say(fmt::format("{} kernels compiled, {} from the cache\n", compiled,
-                    kernels.size() - compiled));
+    return text + fmt::format("{} kernels compiled, {} from the cache\n", compiled,
+                              kernels.size() - compiled);
 }
 
 int Compilation::run_front_end() {

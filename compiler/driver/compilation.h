@@ -15,6 +15,9 @@
 
 namespace openfab::driver {
 
+/// Returns lines of how long each kernel took that was compiled, and how many were not.
+std::string kernel_report(const std::vector<lower::KernelTime>& kernels);
+
 class Compilation {
   public:
     /// The options must outlive this object.
@@ -35,7 +38,7 @@ class Compilation {
     const source::SourceManager& sources() const { return sources_; }
     /// Prints the time that a step took, if --time was given.
     void report_time(const std::string& step, double seconds) const;
-    /// Likewise for kernels that were compiled, and how many were not.
+    /// Likewise for kernels.
     void report_kernels(const std::vector<lower::KernelTime>& kernels) const;
 
   private:

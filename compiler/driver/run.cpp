@@ -84,7 +84,9 @@ class Run {
     int once() {
         if (const int code = compile(); code != kExitDone) return code;
         spare_sources();
-        return program::finish(program::run_print(print_, program_->fablets(), stop_));
+        const int code = program::finish(program::run_print(print_, program_->fablets(), stop_));
+        const int compiled = finish(program_.get());
+        return code != kExitDone ? code : compiled;
     }
 
     /// Runs until Ctrl-C. Errors in a fablet or the world do not end it.
@@ -97,7 +99,10 @@ class Run {
             // Before they are read, so that a change from now on counts.
             const Snapshot of_world(world);
             std::unique_ptr<Snapshot> of_sources = std::make_unique<Snapshot>(sources);
-            if (fablet_changed && compile() != kExitDone) program_.reset();
+            if (fablet_changed) {
+                retire();
+                compile();
+            }
             if (!sources_.empty() && sources_ != sources) {
                 sources = sources_;
                 of_sources = std::make_unique<Snapshot>(sources);
@@ -119,14 +124,37 @@ class Run {
         const int code = compilation.prepare();
         sources_ = compilation.sources().files();
         if (code != kExitDone) return code;
-        auto loaded =
-            lower::load_program(compilation.fablets(), compilation.program_options(&*cache_));
+        lower::ProgramOptions program = compilation.program_options(&*cache_);
+        // An estimate asks how quick the print will be; a `printf` shows which voxels are evaluated.
+        program.bounds_later = !print_.estimate && !print_.dry_run && !compile_->enable_printf;
+        auto loaded = lower::load_program(compilation.fablets(), program);
         if (auto* fault = std::get_if<lower::Fault>(&loaded)) return compilation.report(*fault);
         program_ = std::move(std::get<std::unique_ptr<lower::LoadedProgram>>(loaded));
         compilation.report_kernels(program_->times());
         const std::chrono::duration<double> seconds = Clock::now() - begin;
         compilation.report_time("source to kernels", seconds.count());
         return kExitDone;
+    }
+
+    /// Waits for what a program still compiles and says how it went. Returns an exit code.
+    int finish(lower::LoadedProgram* program) const {
+        const auto finished = program->later().finish();
+        if (const auto* fault = std::get_if<lower::Fault>(&finished))
+            return fail(fault->internal, kExitBug);
+        const auto& times = std::get<std::vector<lower::KernelTime>>(finished);
+        if (options_.compilation.time && !times.empty()) say(kernel_report(times));
+        return kExitDone;
+    }
+
+    /// Puts the program aside until it has compiled what it began: the next one does not wait.
+    void retire() {
+        if (program_ != nullptr) {
+            program_->later().give_up();
+            retired_.push_back(std::move(program_));
+        }
+        std::erase_if(retired_, [&](const std::unique_ptr<lower::LoadedProgram>& program) {
+            return program->later().done() && (finish(program.get()), true);
+        });
     }
 
     /// No output may overwrite an input of the compilation.
@@ -165,6 +193,7 @@ class Run {
     std::optional<lower::KernelCache> cache_;
     std::vector<fs::path> sources_;
     std::unique_ptr<lower::LoadedProgram> program_;
+    std::vector<std::unique_ptr<lower::LoadedProgram>> retired_;
 };
 
 }  // namespace

@@ -102,7 +102,7 @@ uint64_t hash_of(std::string_view bytes, uint64_t seed) {
 }
 
 std::string seal_of(const KernelKey& key, std::string_view code) {
-    const uint64_t hash = hash_of(code, key.high ^ key.low);
+    const uint64_t hash = hash_of(code, hash_of(key.text(), 0));
     return std::string(kSeal) + std::string(reinterpret_cast<const char*>(&hash), sizeof hash);
 }
 

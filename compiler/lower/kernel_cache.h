@@ -7,7 +7,7 @@
 // `build` and with it `openfab print` share one folder. An entry is an object file, and behind it,
 // where neither linker nor loader reads, a seal:
 //
-//   object file | "OFKERNEL" | xxh3 of the object, seeded with the key (8 bytes)
+//   object file | "OFKERNEL" | xxh3 of the object, seeded with that of the key (8 bytes)
 
 #include <array>
 #include <cstdint>

@@ -280,4 +280,25 @@ std::variant<LoadedKernel, std::string> load_code(std::string_view object,
     return Loader(object).run(function);
 }
 
+std::variant<LoadedKernel, std::string> bind_code(int (*function)(void** args, void* context),
+                                                  void* context) {
+    // Arguments arrive in rdi, where they stay:
+    //   48 be …   mov $context, %rsi
+    //   48 b8 …   mov $function, %rax
+    //   ff e0     jmp *%rax
+    constexpr size_t kAddress = sizeof(uint64_t);
+    constexpr size_t kBytes = 2 + kAddress + 2 + kAddress + 2;
+    const auto mapping = std::make_shared<Mapping>(kBytes);
+    if (mapping->begin() == nullptr) return "there is no memory for it";
+    char* at = mapping->begin();
+    std::memcpy(at, "\x48\xbe", 2);
+    std::memcpy(at + 2, &context, kAddress);
+    std::memcpy(at + 2 + kAddress, "\x48\xb8", 2);
+    std::memcpy(at + 4 + kAddress, &function, kAddress);
+    std::memcpy(at + 4 + 2 * kAddress, "\xff\xe0", 2);
+    if (!mapping->protect(0, kBytes, PROT_READ | PROT_EXEC))
+        return std::generic_category().message(errno);
+    return LoadedKernel{mapping, reinterpret_cast<openfab_kernel_fn>(at)};
+}
+
 }  // namespace openfab::lower

@@ -30,4 +30,8 @@ const void* kernel_symbol(std::string_view name);
 std::variant<LoadedKernel, std::string> load_code(std::string_view object,
                                                   std::string_view function);
 
+/// Returns a kernel that calls `function` with its arguments and `context`.
+std::variant<LoadedKernel, std::string> bind_code(int (*function)(void** args, void* context),
+                                                  void* context);
+
 }  // namespace openfab::lower

@@ -23,6 +23,8 @@ struct ProgramOptions {
     int threads = 0;               ///< 0: all cores
     std::string compiler = "cc";   ///< C compiler for the table, and linker
     KernelCache* cache = nullptr;  ///< null: every kernel is compiled
+    /// load_program alone: kernels that a print can do without are compiled while it runs.
+    bool bounds_later = false;
 };
 
 /// What it took to make one kernel.

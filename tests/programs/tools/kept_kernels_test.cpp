@@ -67,14 +67,16 @@ Made made_of(const Outcome& outcome) {
     const std::regex one(R"(s  kernel (\w+) \w+)");
     for (std::sregex_iterator at(outcome.err.begin(), outcome.err.end(), one), end; at != end; ++at)
         made.compiled.insert((*at)[1]);
-    std::smatch sum;
-    if (!std::regex_search(outcome.err, sum,
-                           std::regex(R"((\d+) kernels compiled, (\d+) from the cache)"))) {
-        ADD_FAILURE() << outcome.err;
-        return made;
+    // Some are compiled while the print runs, and counted after it.
+    size_t compiled = 0;
+    const std::regex sum(R"((\d+) kernels compiled, (\d+) from the cache)");
+    for (std::sregex_iterator at(outcome.err.begin(), outcome.err.end(), sum), end; at != end;
+         ++at) {
+        compiled += std::stoul((*at)[1]);
+        made.from_cache = std::max(made.from_cache, std::stoi((*at)[2]));
     }
-    EXPECT_EQ(made.compiled.size(), std::stoul(sum[1])) << outcome.err;
-    made.from_cache = std::stoi(sum[2]);
+    EXPECT_EQ(made.compiled.size(), compiled) << outcome.err;
+    EXPECT_GE(made.from_cache, 0) << outcome.err;
     return made;
 }
 
