@@ -51,7 +51,7 @@ TEST(Appearances, OfAMaterialLibrary) {
     EXPECT_FALSE(body.picture->clamp);
     EXPECT_FALSE(body.tinted);
     const auto named = [&](const char* name) {
-        return appearances->appearances[places_of(*appearances).at(name)];
+        return appearances->appearances[indices_of(*appearances).at(name)];
     };
     EXPECT_EQ(*named("eye").picture->bytes, "eye");
     EXPECT_TRUE(named("eye").picture->clamp);
