@@ -13,6 +13,7 @@
 #include <sstream>
 
 #include "abi/halide_hooks.h"
+#include "abi/nearest_stage.h"
 #include "base/own_folder.h"
 #include "compiler/lower/apply_schedule.h"
 #include "compiler/lower/kernel.h"
@@ -52,7 +53,7 @@ const Schedule& schedule_of(const KernelRequest& request) {
 std::variant<Halide::Module, ScheduleFault> make_module(const KernelRequest& request,
                                                         const Schedule& schedule,
                                                         size_t line_count) {
-    Kernel kernel = make_kernel(*request.stage, request.isa);
+    Kernel kernel = make_kernel(*request.stage, request.demand, request.isa);
     if (std::optional<ScheduleFault> fault = apply_schedule(schedule, line_count, &kernel)) {
         return *fault;
     }
@@ -144,6 +145,7 @@ const Halide::Internal::JITModule& runtime_symbols() {
         };
         add("openfab_sample_sse41", openfab_sample_sse41);
         add("openfab_sample_avx2", openfab_sample_avx2);
+        add("openfab_nearest", openfab_nearest);
         return out;
     }();
     return symbols;
@@ -165,7 +167,7 @@ void use_process_hooks() {
 }
 
 std::string list_funcs(const KernelRequest& request) {
-    const Kernel kernel = make_kernel(*request.stage, request.isa);
+    const Kernel kernel = make_kernel(*request.stage, request.demand, request.isa);
     const Schedule& schedule = schedule_of(request);
     std::ostringstream out;
     out << fmt::format("kernel {} for {}\n", kernel_name(request.stage->kind),

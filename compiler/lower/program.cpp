@@ -63,6 +63,7 @@ std::optional<Fault> compile_table(const std::vector<FabletUnit>& fablets,
 KernelRequest request_of(const KernelUnit& unit, const ProgramOptions& options) {
     KernelRequest request;
     request.stage = unit.slot.stage;
+    request.demand = unit.slot.demand;
     request.function = unit.function;
     request.isa = unit.isa;
     if (options.schedule != nullptr &&
