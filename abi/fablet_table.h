@@ -10,7 +10,7 @@
  * kernel's argument list and passes what is asked for.
  *
  * Kernels follow Halide's argv convention: `args[i]` points to a `halide_buffer_t` for a buffer and
- * to the 32-bit value for a scalar; the result is 0 or a Halide error code. A bool is passed as
+ * to the 32-bit value for a scalar (OPENFAB_ARG_NEAREST_SOURCE: a pointer); the result is 0 or a Halide error code. A bool is passed as
  * int32 (0 or 1).
  *
  * A block is 8 x 8 x 8 voxels and has 64 columns of 8 voxels along z; voxel (z, x, y) of block n
@@ -18,7 +18,7 @@
  * of blocks (slab, volume_demand), patches (surface_bounds) or micro-vertices (surface), and m that
  * of the columns that a call lists (OPENFAB_ARG_GROUPS):
  *
- *   inputs of slab, volume_demand                    (512 n), column after column
+ *   inputs of segments of the volume stage           (512 n), column after column
  *   outputs of slab, volume_demand                   (z 8, m)
  *   volume_bounds, surface_bounds, surface buffers   (n)
  *   blocks                                           (3, n) int32
@@ -34,7 +34,7 @@
 extern "C" {
 #endif
 
-#define OPENFAB_ABI_VERSION 5
+#define OPENFAB_ABI_VERSION 6
 
 typedef int (*openfab_kernel_fn)(void** args);
 
@@ -132,7 +132,7 @@ enum openfab_arg_kind {
     OPENFAB_ARG_BLOCKS =
         4, /* int32 (3, n): part-relative voxel index of each block's lowest corner */
     OPENFAB_ARG_BLOCK_SIZE = 5, /* scalar int32: voxels a side (volume_bounds: 4, 8, 16, 32, 64) */
-    /* slab, and kernels of segments of the volume stage */
+    /* kernels of segments of the volume stage; what a slab kernel asks its extern stage for */
     OPENFAB_ARG_NEAREST = 6, /* a = nearest input, b = component */
     OPENFAB_ARG_NEAREST_GRAD =
         7, /* a = nearest input, b = component * 3 + axis: change per voxel step along i, j, k */
@@ -177,7 +177,7 @@ enum openfab_arg_kind {
     /* kernel `derived` */
     OPENFAB_ARG_DERIVED = 38, /* out (1); a = its index behind the uniform values */
     /* volume_demand */
-    OPENFAB_ARG_DEMAND = 39, /* out (z, m): whether the voxel reads a NEAREST,
+    OPENFAB_ARG_DEMAND = 39, /* out (z, m), 8 bits: whether the voxel reads a NEAREST,
                                 NEAREST_GRAD or DISTANCE input */
     /* slab, which normalises the slots' amounts (abi/stage_table.h) */
     OPENFAB_ARG_CHANNELS = 40, /* int32 (3, channel) */
@@ -185,6 +185,7 @@ enum openfab_arg_kind {
     OPENFAB_ARG_UNUSABLE = 42, /* out, 16 bits */
     OPENFAB_ARG_FRACTION = 43, /* out, 16 bits, columns any number of values apart; a = channel, of
                                   which there are one more than slots */
+    OPENFAB_ARG_NEAREST_SOURCE = 44, /* an openfab_nearest_source (abi/nearest_stage.h) */
 };
 
 struct openfab_arg {
@@ -304,8 +305,8 @@ struct openfab_fablet {
     struct openfab_kernel slab;
     struct openfab_kernel volume_bounds;
 
-    /* If one has steps, the stage's single kernel has no code; its arguments are the buffers of the
-     * batch that the segments read and write. */
+    /* If one has steps, the stage has no single kernel (surface or slab); the arguments of surface
+     * are then the buffers of the batch that the segments read and write. */
     struct openfab_segments surface_segments;
     struct openfab_segments volume_segments;
 
@@ -314,8 +315,14 @@ struct openfab_fablet {
     int32_t derived_count;
     struct openfab_kernel derived;
 
-    /* Computes which voxels need their nearest surface point; the inputs of others are undefined.
-     * Without arguments all voxels need it. */
+    /* What the volume stage reads of the nearest surface point of each voxel: arguments of kind
+     * NEAREST, NEAREST_GRAD or DISTANCE. */
+    int32_t field_count;
+    const struct openfab_arg* fields;
+
+    /* Of a volume stage of segments: computes which voxels need their nearest surface point; the
+     * fields of others are undefined. Without arguments all voxels need it. (A slab kernel has this
+     * inside.) */
     struct openfab_kernel volume_demand;
 };
 

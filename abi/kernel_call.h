@@ -33,7 +33,8 @@ inline halide_type_t halide_type(openfab_scalar_type type) {
 
 /// Returns the type of an argument's elements.
 inline halide_type_t halide_type(const openfab_arg& arg) {
-    if (arg.kind == OPENFAB_ARG_CODE) return {halide_type_uint, 8, 1};
+    if (arg.kind == OPENFAB_ARG_CODE || arg.kind == OPENFAB_ARG_DEMAND)
+        return {halide_type_uint, 8, 1};
     if (arg.kind == OPENFAB_ARG_FRACTION || arg.kind == OPENFAB_ARG_UNUSABLE)
         return {halide_type_uint, 16, 1};
     return halide_type(arg.scalar);

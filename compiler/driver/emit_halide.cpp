@@ -33,6 +33,8 @@ int emit_lowered(const ir::Fablet& fablet, ir::StageKind stage, const std::strin
     }
     lower::KernelRequest request;
     request.stage = &chosen;
+    const ir::Stage& demand = result.stages.volume_demand;
+    if (stage == ir::StageKind::kVolume && !demand.outputs.empty()) request.demand = &demand;
     request.function = fmt::format("openfab_{}", lower::schedule_name(stage));
     request.isa = OPENFAB_ISA_AVX2;
     const lower::TextForm text = form == "halide" ? lower::TextForm::kHalide

@@ -59,8 +59,9 @@ constexpr const char* kKindNames[] = {
     "code",
     "unusable",
     "fraction",
+    "nearest_source",
 };
-static_assert(std::size(kKindNames) == OPENFAB_ARG_FRACTION + 1);
+static_assert(std::size(kKindNames) == OPENFAB_ARG_NEAREST_SOURCE + 1);
 
 constexpr const char* kStageNames[] = {
     "surface",         "surface_bounds", "volume",  "volume_bounds",
@@ -132,7 +133,7 @@ void print_uniform(const Uniform& uniform, std::string* out) {
 }  // namespace
 
 const char* kind_name(int32_t kind) {
-    if (kind >= 0 && kind <= OPENFAB_ARG_FRACTION) return kKindNames[kind];
+    if (kind >= 0 && kind <= OPENFAB_ARG_NEAREST_SOURCE) return kKindNames[kind];
     if (kind >= kVoxelCoord && kind <= kVoxelCoordHi) return kVoxelCoordNames[kind - kVoxelCoord];
     return nullptr;
 }

@@ -90,26 +90,62 @@ ir::Type ir_type(openfab_scalar_type type) {
     return ir::Type::kFloat;
 }
 
+bool is_field(int32_t kind) {
+    return kind == OPENFAB_ARG_NEAREST || kind == OPENFAB_ARG_NEAREST_GRAD ||
+           kind == OPENFAB_ARG_DISTANCE;
+}
+
 std::vector<openfab_arg> KernelArgs::all() const {
     std::vector<openfab_arg> out = inputs;
     out.insert(out.end(), outputs.begin(), outputs.end());
     return out;
 }
 
-KernelArgs collect_args(const ir::Stage& stage) {
-    KernelArgs args;
+namespace {
+
+/// Lists what live instructions of a stage need, in order.
+std::vector<openfab_arg> collect_inputs(const ir::Stage& stage) {
+    std::vector<openfab_arg> out;
     const std::vector<bool> live = ir::live_values(stage);
     for (size_t id = 0; id < stage.instrs.size(); ++id) {
-        if (live[id]) add_instr(stage.instrs[id], &args.inputs);
+        if (live[id]) add_instr(stage.instrs[id], &out);
     }
+    return out;
+}
+
+void sort_and_merge(std::vector<openfab_arg>* args) {
+    std::ranges::sort(*args, {}, sort_key);
+    const auto same = [](const auto& x, const auto& y) { return sort_key(x) == sort_key(y); };
+    args->erase(std::unique(args->begin(), args->end(), same), args->end());
+}
+
+}  // namespace
+
+std::vector<openfab_arg> collect_fields(const ir::Stage& volume) {
+    std::vector<openfab_arg> out = collect_inputs(volume);
+    std::erase_if(out, [](const openfab_arg& arg) { return !is_field(arg.kind); });
+    sort_and_merge(&out);
+    return out;
+}
+
+KernelArgs collect_args(const ir::Stage& stage, const ir::Stage* demand) {
+    KernelArgs args;
+    args.inputs = collect_inputs(stage);
     const bool slab = stage.kind == ir::StageKind::kVolume;
     if (lists_groups(stage.kind))
         args.inputs.push_back(make_arg(OPENFAB_ARG_GROUPS, OPENFAB_INT, 0, 0));
-    if (slab) args.inputs.push_back(make_arg(OPENFAB_ARG_CHANNELS, OPENFAB_INT, 0, 0));
-    std::sort(args.inputs.begin(), args.inputs.end(),
-              [](const auto& x, const auto& y) { return sort_key(x) < sort_key(y); });
-    const auto same = [](const auto& x, const auto& y) { return sort_key(x) == sort_key(y); };
-    args.inputs.erase(std::unique(args.inputs.begin(), args.inputs.end(), same), args.inputs.end());
+    if (slab) {
+        args.inputs.push_back(make_arg(OPENFAB_ARG_CHANNELS, OPENFAB_INT, 0, 0));
+        const size_t fields =
+            std::erase_if(args.inputs, [](const openfab_arg& arg) { return is_field(arg.kind); });
+        if (fields > 0)
+            args.inputs.push_back(make_arg(OPENFAB_ARG_NEAREST_SOURCE, OPENFAB_UINT, 0, 0));
+    }
+    if (demand != nullptr) {
+        const std::vector<openfab_arg> more = collect_inputs(*demand);
+        args.inputs.insert(args.inputs.end(), more.begin(), more.end());
+    }
+    sort_and_merge(&args.inputs);
     if (slab) {
         args.outputs = slab_outputs(stage);
         return args;
@@ -123,7 +159,8 @@ KernelArgs collect_args(const ir::Stage& stage) {
 
 bool is_scalar(openfab_arg_kind kind) {
     return kind == OPENFAB_ARG_UNIFORM || kind == OPENFAB_ARG_FRAME ||
-           kind == OPENFAB_ARG_INSTANCE || kind == OPENFAB_ARG_BLOCK_SIZE;
+           kind == OPENFAB_ARG_INSTANCE || kind == OPENFAB_ARG_BLOCK_SIZE ||
+           kind == OPENFAB_ARG_NEAREST_SOURCE;
 }
 
 std::string arg_name(const openfab_arg& arg) {

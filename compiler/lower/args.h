@@ -24,7 +24,13 @@ struct KernelArgs {
     std::vector<openfab_arg> all() const;
 };
 
-KernelArgs collect_args(const ir::Stage& stage);
+/// `demand`: the volume_demand stage that a slab kernel has inside, or null.
+KernelArgs collect_args(const ir::Stage& stage, const ir::Stage* demand = nullptr);
+
+/// True for what is read of a voxel's nearest surface point.
+bool is_field(int32_t kind);
+/// Lists what a volume stage reads of it, in order: the fields of its kernel's extern stage.
+std::vector<openfab_arg> collect_fields(const ir::Stage& volume);
 
 /// Returns whether kernels of a kind evaluate the groups of 8 lanes of a list; in the slab kernel and in that
 /// of demand these are columns of voxels.

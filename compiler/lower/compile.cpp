@@ -53,7 +53,7 @@ const Schedule& schedule_of(const KernelRequest& request) {
 std::variant<Halide::Module, ScheduleFault> make_module(const KernelRequest& request,
                                                         const Schedule& schedule,
                                                         size_t line_count) {
-    Kernel kernel = make_kernel(*request.stage, request.isa);
+    Kernel kernel = make_kernel(*request.stage, request.demand, request.isa);
     if (std::optional<ScheduleFault> fault = apply_schedule(schedule, line_count, &kernel)) {
         return *fault;
     }
@@ -151,7 +151,7 @@ std::optional<std::string> read_all(int file) {
 }
 
 std::string list_funcs(const KernelRequest& request) {
-    const Kernel kernel = make_kernel(*request.stage, request.isa);
+    const Kernel kernel = make_kernel(*request.stage, request.demand, request.isa);
     const Schedule& schedule = schedule_of(request);
     std::ostringstream out;
     out << fmt::format("kernel {} for {}\n", kernel_name(request.stage->kind),
@@ -192,9 +192,10 @@ const char* schedule_name(ir::StageKind kind) {
 }
 
 std::string code_source(const KernelRequest& request) {
-    return fmt::format("{} {}\n{}\n{}", isa_name(request.isa),
+    return fmt::format("{} {}\n{}\n{}{}", isa_name(request.isa),
                        request.schedule != nullptr ? "checked" : "unchecked",
-                       schedule_of(request).text, ir::dump(*request.stage));
+                       schedule_of(request).text, ir::dump(*request.stage),
+                       request.demand != nullptr ? ir::dump(*request.demand) : "");
 }
 
 std::variant<std::string, Fault> compile_object(const KernelRequest& request) {

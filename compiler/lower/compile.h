@@ -27,7 +27,8 @@ struct Fault {
 
 struct KernelRequest {
     const ir::Stage* stage = nullptr;
-    std::string function;  ///< C name; its argv form is `<function>_argv`
+    const ir::Stage* demand = nullptr;  ///< of a volume stage: see make_kernel
+    std::string function;               ///< C name; its argv form is `<function>_argv`
     openfab_isa isa = OPENFAB_ISA_SSE41;
     const Schedule* schedule = nullptr;  ///< null: the default one of the kernel and target
 };

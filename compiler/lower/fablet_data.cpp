@@ -17,24 +17,28 @@ std::vector<KernelSlot> kernel_slots(const passes::KernelStages& stages) {
     std::vector<KernelSlot> out;
     const auto add = [&](const ir::Stage& stage, openfab_kernel openfab_fablet::*kernel) {
         if (stage.outputs.empty()) return;
-        out.push_back({&stage, kernel, nullptr, 0, schedule_name(stage.kind)});
+        out.push_back({&stage, nullptr, kernel, nullptr, 0, schedule_name(stage.kind)});
     };
     const auto add_segments = [&](const passes::SegmentedStage& segmented,
                                   openfab_segments openfab_fablet::*segments) {
         for (size_t k = 0; k < segmented.kernels.size(); ++k) {
             const ir::Stage& stage = segmented.kernels[k];
-            out.push_back(
-                {&stage, nullptr, segments, k, fmt::format("{}{}", schedule_name(stage.kind), k)});
+            out.push_back({&stage, nullptr, nullptr, segments, k,
+                           fmt::format("{}{}", schedule_name(stage.kind), k)});
         }
     };
     if (stages.surface_segments.steps.empty()) add(stages.surface, &openfab_fablet::surface);
     add_segments(stages.surface_segments, &openfab_fablet::surface_segments);
     add(stages.surface_bounds, &openfab_fablet::surface_bounds);
-    if (stages.volume_segments.steps.empty()) add(stages.volume, &openfab_fablet::slab);
+    const bool slab = stages.volume_segments.steps.empty() && !stages.volume.outputs.empty();
+    if (slab) {
+        add(stages.volume, &openfab_fablet::slab);
+        if (!stages.volume_demand.outputs.empty()) out.back().demand = &stages.volume_demand;
+    }
     add_segments(stages.volume_segments, &openfab_fablet::volume_segments);
     add(stages.volume_bounds, &openfab_fablet::volume_bounds);
     add(stages.derived, &openfab_fablet::derived);
-    add(stages.volume_demand, &openfab_fablet::volume_demand);
+    if (!slab) add(stages.volume_demand, &openfab_fablet::volume_demand);
     return out;
 }
 
@@ -70,8 +74,8 @@ const openfab_varying* FabletData::keep_varyings(const std::vector<ir::Varying>&
     return out.data();
 }
 
-openfab_kernel FabletData::make_kernel_entry(const ir::Stage& stage) {
-    const std::vector<openfab_arg>& args = args_.emplace_back(collect_args(stage).all());
+openfab_kernel FabletData::make_kernel_entry(const ir::Stage& stage, const ir::Stage* demand) {
+    const std::vector<openfab_arg>& args = args_.emplace_back(collect_args(stage, demand).all());
     return {{nullptr, nullptr}, static_cast<int32_t>(args.size()), args.data()};
 }
 
@@ -131,18 +135,20 @@ FabletData::FabletData(const FabletUnit& unit) {
     table_.nearest = keep_varyings(fablet.nearest);
     const passes::KernelStages& stages = *unit.stages;
     for (const KernelSlot& slot : kernel_slots(stages)) {
-        if (slot.kernel != nullptr) table_.*slot.kernel = make_kernel_entry(*slot.stage);
+        if (slot.kernel != nullptr)
+            table_.*slot.kernel = make_kernel_entry(*slot.stage, slot.demand);
     }
     table_.derived_count = static_cast<int32_t>(stages.derived.outputs.size());
-    // The table holds the argument list of a segmented stage, too.
+    const std::vector<openfab_arg>& fields = args_.emplace_back(collect_fields(stages.volume));
+    table_.field_count = static_cast<int32_t>(fields.size());
+    table_.fields = fields.data();
+    // The table holds the argument list of a segmented surface stage, too.
     if (!stages.surface_segments.steps.empty()) {
         table_.surface = make_kernel_entry(stages.surface);
         table_.surface_segments = make_segments(stages.surface_segments);
     }
-    if (!stages.volume_segments.steps.empty()) {
-        table_.slab = make_kernel_entry(stages.volume);
+    if (!stages.volume_segments.steps.empty())
         table_.volume_segments = make_segments(stages.volume_segments);
-    }
 }
 
 }  // namespace openfab::lower

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <optional>
 
@@ -62,12 +63,15 @@ bool of_columns(ir::StageKind kind) {
 
 class StageLowering {
   public:
-    StageLowering(const ir::Stage& stage, openfab_isa isa)
-        : stage_(stage),
-          args_(collect_args(stage)),
+    StageLowering(const ir::Stage& stage, const ir::Stage* demand, openfab_isa isa)
+        : kind_(stage.kind),
+          stage_(&stage),
+          demand_(demand),
+          args_(collect_args(stage, demand)),
           names_(names_of(stage.kind)),
           lane_(of_columns(stage.kind) ? "z" : "lane"),
-          group_(of_columns(stage.kind) ? "column" : "group") {
+          group_(of_columns(stage.kind) ? "column" : "group"),
+          fields_(is_slab() ? collect_fields(stage) : std::vector<openfab_arg>()) {
         context_.isa = isa;
     }
 
@@ -76,7 +80,8 @@ class StageLowering {
         context_.vars = {lane_, group_};
         for (const openfab_arg& arg : args_.inputs)
             add_input(arg);
-        lower_values();
+        if (is_slab()) define_nearest();
+        lower_values("values");
         Kernel kernel;
         kernel.arguments = std::move(arguments_);
         define_outputs(&kernel);
@@ -86,11 +91,16 @@ class StageLowering {
   private:
     using Key = std::array<int32_t, 3>;
 
-    bool is_slab() const { return stage_.kind == ir::StageKind::kVolume; }
-    bool has_list() const { return lists_groups(stage_.kind); }
+    bool is_slab() const { return kind_ == ir::StageKind::kVolume; }
+    bool has_list() const { return lists_groups(kind_); }
 
     void add_input(const openfab_arg& arg) {
         const std::string name = arg_name(arg);
+        if (arg.kind == OPENFAB_ARG_NEAREST_SOURCE) {
+            source_ = Halide::Param<void*>(name);
+            arguments_.push_back(source_);
+            return;
+        }
         const Key key = {arg.kind, arg.a, arg.b};
         const Halide::Type type = storage_type(ir_type(arg.scalar));
         if (is_scalar(arg.kind)) {
@@ -132,6 +142,14 @@ class StageLowering {
     }
 
     Value load(const Key& key, Type type) const {
+        if (is_slab() && is_field(key[0])) {
+            const auto same = [&](const openfab_arg& arg) {
+                return Key{arg.kind, arg.a, arg.b} == key;
+            };
+            const auto field = std::ranges::find_if(fields_, same) - fields_.begin();
+            const Expr bits = nearest_(lane_, static_cast<int>(field), group_);
+            return from_storage(type, Halide::reinterpret(storage_type(type), bits));
+        }
         if (auto scalar = scalars_.find(key); scalar != scalars_.end()) {
             return from_storage(type, scalar->second);
         }
@@ -165,13 +183,18 @@ class StageLowering {
         return load({instr.kind, instr.a, instr.b}, instr.type);
     }
 
-    void lower_values() {
-        const std::vector<bool> live = ir::live_values(stage_);
+    /// Computes all values of the stage. `name`: of the Funcs that they are stored in.
+    void lower_values(const char* name) {
+        values_name_ = name;
+        chunk_.clear();
+        values_.clear();
+        chunks_ = 0;
+        const std::vector<bool> live = ir::live_values(*stage_);
         const std::vector<size_t> last_use = last_uses(live);
         const size_t last_picture = last_picture_sample(live);
-        values_.resize(stage_.instrs.size());
-        for (size_t id = 0; id < stage_.instrs.size(); ++id) {
-            const Op op = stage_.instrs[id].op;
+        values_.resize(stage_->instrs.size());
+        for (size_t id = 0; id < stage_->instrs.size(); ++id) {
+            const Op op = stage_->instrs[id].op;
             if (!live[id] || values_[id].expr.defined()) continue;
             const bool is_sample = op == Op::kSample || op == Op::kSampleBound;
             context_.feeds_sample = id <= last_picture;
@@ -185,8 +208,8 @@ class StageLowering {
     /// Returns the last lookup in a picture; 0 (never a lookup) if there is none.
     size_t last_picture_sample(const std::vector<bool>& live) const {
         size_t out = 0;
-        for (size_t id = 0; id < stage_.instrs.size(); ++id) {
-            const ir::Instr& instr = stage_.instrs[id];
+        for (size_t id = 0; id < stage_->instrs.size(); ++id) {
+            const ir::Instr& instr = stage_->instrs[id];
             if (live[id] && instr.op == Op::kSample && !is_volume_sample(instr.args.size()))
                 out = id;
         }
@@ -195,14 +218,14 @@ class StageLowering {
 
     /// Finds the last instruction that uses each value; past the end for outputs.
     std::vector<size_t> last_uses(const std::vector<bool>& live) const {
-        std::vector<size_t> out(stage_.instrs.size(), 0);
-        for (size_t id = 0; id < stage_.instrs.size(); ++id) {
+        std::vector<size_t> out(stage_->instrs.size(), 0);
+        for (size_t id = 0; id < stage_->instrs.size(); ++id) {
             if (!live[id]) continue;
-            for (const ir::ValueId arg : stage_.instrs[id].args)
+            for (const ir::ValueId arg : stage_->instrs[id].args)
                 out[arg] = id;
         }
-        for (const ir::Output& output : stage_.outputs)
-            out[output.value] = stage_.instrs.size();
+        for (const ir::Output& output : stage_->outputs)
+            out[output.value] = stage_->instrs.size();
         return out;
     }
 
@@ -217,7 +240,7 @@ class StageLowering {
         }
         chunk_.clear();
         if (kept.empty()) return;
-        const std::string name = func_name(context_, "values", chunks_++);
+        const std::string name = func_name(context_, values_name_, chunks_++);
         const Halide::Func func = new_func(&context_, name, context_.vars).func;
         func(context_.vars) = Halide::Tuple(stored);
         const std::vector<Expr> here(context_.vars.begin(), context_.vars.end());
@@ -236,7 +259,7 @@ class StageLowering {
     }
 
     Value lower(size_t id, const std::vector<bool>& live) {
-        const ir::Instr& instr = stage_.instrs[id];
+        const ir::Instr& instr = stage_->instrs[id];
         switch (instr.op) {
             case Op::kConst:
                 return constant_bits(instr.type, instr.bits);
@@ -259,12 +282,13 @@ class StageLowering {
 
     /// Lowers channels read at one coordinate together: they share footprint, taps and addresses.
     void lower_sample_group(size_t id, const std::vector<bool>& live) {
-        const ir::Instr& instr = stage_.instrs[id];
+        const ir::Instr& instr = stage_->instrs[id];
         std::vector<size_t> members;
         std::vector<int32_t> channels;
         for (size_t other = id;
-             other < stage_.instrs.size() && members.size() < texture::kMaxSampleResults; ++other) {
-            const ir::Instr& candidate = stage_.instrs[other];
+             other < stage_->instrs.size() && members.size() < texture::kMaxSampleResults;
+             ++other) {
+            const ir::Instr& candidate = stage_->instrs[other];
             if (live[other] && candidate.op == Op::kSample && candidate.a == instr.a &&
                 candidate.args == instr.args) {
                 members.push_back(other);
@@ -278,11 +302,11 @@ class StageLowering {
     }
 
     void lower_bound_pair(size_t id, const std::vector<bool>& live) {
-        const ir::Instr& instr = stage_.instrs[id];
+        const ir::Instr& instr = stage_->instrs[id];
         const std::array<Value, 2> ends =
             lower_sample_bound(&context_, instr.a, instr.b, arguments(instr));
-        for (size_t other = id; other < stage_.instrs.size(); ++other) {
-            const ir::Instr& candidate = stage_.instrs[other];
+        for (size_t other = id; other < stage_->instrs.size(); ++other) {
+            const ir::Instr& candidate = stage_->instrs[other];
             if (live[other] && candidate.op == Op::kSampleBound && candidate.a == instr.a &&
                 candidate.b == instr.b && candidate.args == instr.args) {
                 values_[other] = ends[candidate.bits & 1u];
@@ -310,8 +334,10 @@ class StageLowering {
 
     void define_outputs(Kernel* kernel) {
         std::vector<Expr> results;
-        for (const ir::Output& output : stage_.outputs) {
-            results.push_back(to_storage(values_[output.value]));
+        for (const ir::Output& output : stage_->outputs) {
+            const Expr result = to_storage(values_[output.value]);
+            results.push_back(kind_ == ir::StageKind::kVolumeDemand ? Halide::cast<uint8_t>(result)
+                                                                    : result);
         }
         Halide::Func result(names_.result);
         result(context_.vars) = Halide::Tuple(results);
@@ -338,6 +364,29 @@ class StageLowering {
         }
         kernel->funcs.push_back(result_named);
         kernel->funcs.insert(kernel->funcs.end(), sample_funcs_.rbegin(), sample_funcs_.rend());
+    }
+
+    /// Asks for what the stage reads of the nearest surface point, where the stage of demand says.
+    void define_nearest() {
+        if (fields_.empty()) return;
+        Expr wanted = Halide::cast<uint8_t>(1);
+        if (demand_ != nullptr) {
+            std::swap(stage_, demand_);
+            lower_values("condition");
+            wanted = Halide::cast<uint8_t>(to_storage(values_[stage_->outputs[0].value]));
+            std::swap(stage_, demand_);
+        }
+        const Halide::Func demand = new_func(&context_, "demand", context_.vars).func;
+        demand(context_.vars) = wanted;
+        const Var field("field");
+        const std::vector<Var> vars = {lane_, field, group_};
+        nearest_ = new_func(&context_, "nearest", vars).func;
+        nearest_.define_extern("openfab_nearest", {demand, Expr(source_)}, Halide::Float(32), vars,
+                               Halide::NameMangling::C);
+        // As of all extern stages and what they read, see lower_sample.
+        for (Halide::Func f : {demand, nearest_})
+            f.bound(lane_, 0, kLanes).compute_root();
+        nearest_.bound(field, 0, static_cast<int>(fields_.size()));
     }
 
     /// Makes codes and fractions of the stage's amounts.
@@ -374,15 +423,21 @@ class StageLowering {
         kernel->funcs.push_back(named("amounts", amounts, {lane_, slot, group_}));
     }
 
-    const ir::Stage& stage_;
+    const ir::StageKind kind_;
+    const ir::Stage* stage_;   ///< that is lowered
+    const ir::Stage* demand_;  ///< of a slab kernel; may be null
     const KernelArgs args_;
     const StageNames names_;
     const Var n_{"n"}, lane_, group_;
     LoweringContext context_;
     std::vector<NamedFunc> sample_funcs_;  ///< producers first
+    const std::vector<openfab_arg> fields_;
+    Halide::Func nearest_;         ///< of a slab kernel with fields
+    Halide::Param<void*> source_;  ///< likewise
     std::map<Key, Halide::Param<>> scalars_;
     std::map<Key, Halide::ImageParam> buffers_;
     std::vector<Halide::Argument> arguments_;
+    const char* values_name_ = nullptr;
     std::vector<Value> values_;
     std::vector<size_t> chunk_;  ///< values not stored in a Func yet
     int32_t chunks_ = 0;
@@ -394,8 +449,8 @@ const char* kernel_name(ir::StageKind kind) {
     return names_of(kind).kernel;
 }
 
-Kernel make_kernel(const ir::Stage& stage, openfab_isa isa) {
-    return StageLowering(stage, isa).run();
+Kernel make_kernel(const ir::Stage& stage, const ir::Stage* demand, openfab_isa isa) {
+    return StageLowering(stage, demand, isa).run();
 }
 
 }  // namespace openfab::lower

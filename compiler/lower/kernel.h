@@ -9,7 +9,11 @@
 //   slab        slab(z, column)                              the output, see normalise.h for what
 //                                                            is between it and
 //               weights(z, column)                           the amounts; column counts those listed
-//   demand      demand(z, column)                            the output
+//               nearest(z, field, column)                    what they read of the nearest surface
+//                                                            point: an extern stage
+//               demand(z, column)                            which voxels read any of it
+//               condition_k(z, column)                       what demand is computed from
+//   demand      demand(z, column)                            the output, of stages of segments
 //   segments    segment(lane, group)                         the output; group counts listed groups
 //   others      vertices | patches | bounds (lane, group)    8 elements of n at a time
 //               store(n)                                     the output, from the Func above;
@@ -55,8 +59,8 @@ struct Kernel {
 const char* kernel_name(ir::StageKind kind);
 
 /// Lowers a stage, which must pass ir::verify and have an output. Lookups in pictures call those of
-/// `isa`.
-Kernel make_kernel(const ir::Stage& stage, openfab_isa isa);
+/// `isa`. `demand`: the volume_demand stage that belongs to a volume stage, or null.
+Kernel make_kernel(const ir::Stage& stage, const ir::Stage* demand, openfab_isa isa);
 
 /// The loop variables and texture buffers of a kernel while it is lowered. Shared by kernel.cpp and
 /// sample.cpp.

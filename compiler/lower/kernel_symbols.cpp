@@ -9,6 +9,7 @@
 #include <cstring>
 #include <iterator>
 
+#include "abi/nearest_stage.h"
 #include "abi/stage_table.h"
 #include "compiler/lower/load_code.h"
 #include "texture/sample.h"
@@ -30,10 +31,12 @@ const KernelSymbol kSymbols[] = {
         OPENFAB_KERNEL_SYMBOL(halide_do_parallel_tasks) OPENFAB_KERNEL_SYMBOL(halide_semaphore_init)
             OPENFAB_KERNEL_SYMBOL(halide_semaphore_release) OPENFAB_KERNEL_SYMBOL(
                 halide_semaphore_try_acquire) OPENFAB_KERNEL_SYMBOL(halide_malloc)
-                OPENFAB_KERNEL_SYMBOL(halide_free) OPENFAB_KERNEL_SYMBOL(
-                    openfab_sample_sse41) OPENFAB_KERNEL_SYMBOL(openfab_sample_avx2){
-                    "memcpy", reinterpret_cast<const void*>(
-                                  static_cast<void* (*)(void*, const void*, size_t)>(std::memcpy))},
+                OPENFAB_KERNEL_SYMBOL(halide_free) OPENFAB_KERNEL_SYMBOL(openfab_sample_sse41)
+                    OPENFAB_KERNEL_SYMBOL(openfab_sample_avx2)
+                        OPENFAB_KERNEL_SYMBOL(openfab_nearest){
+                            "memcpy",
+                            reinterpret_cast<const void*>(
+                                static_cast<void* (*)(void*, const void*, size_t)>(std::memcpy))},
     {"memmove", reinterpret_cast<const void*>(
                     static_cast<void* (*)(void*, const void*, size_t)>(std::memmove))},
     {"memset",

@@ -77,7 +77,7 @@ std::string function_name(const KernelUnit& unit) {
 
 KernelUnit make_unit(size_t fablet, const KernelSlot& slot, openfab_isa isa,
                      const ProgramOptions& options) {
-    KernelUnit unit{fablet, slot, {slot.stage, "", isa, nullptr}, {}};
+    KernelUnit unit{fablet, slot, {slot.stage, slot.demand, "", isa, nullptr}, {}};
     if (options.schedule != nullptr && options.schedule_kernel == schedule_name(slot.stage->kind))
         unit.request.schedule = options.schedule;
     unit.key = key_of(unit.request);

@@ -119,15 +119,21 @@ class TableWriter {
                            const std::array<std::string, OPENFAB_ISA_COUNT>& functions,
                            const openfab_kernel& kernel) {
         if (kernel.arg_count == 0) return "{{0, 0}, 0, 0}";
+        const std::string args = write_list(name, listed(kernel.args, kernel.arg_count));
+        return fmt::format("{{{{{}, {}}}, {}, {}}}", functions[0], functions[1], kernel.arg_count,
+                           args);
+    }
+
+    /// Name of a list of arguments, or 0.
+    std::string write_list(const std::string& name, std::span<const openfab_arg> args) {
+        if (args.empty()) return "0";
         line("static const struct openfab_arg {}[] = {{", name);
-        for (int32_t k = 0; k < kernel.arg_count; ++k) {
-            const openfab_arg& arg = kernel.args[k];
+        for (const openfab_arg& arg : args) {
             line("    {{{}, {}, {}, {}}}, /* {} */", static_cast<int>(arg.kind),
                  static_cast<int>(arg.scalar), arg.a, arg.b, arg_name(arg));
         }
         line("}};");
-        return fmt::format("{{{{{}, {}}}, {}, {}}}", functions[0], functions[1], kernel.arg_count,
-                           name);
+        return name;
     }
 
     /// Writes the lists of a segmented stage; returns the initializer of its openfab_segments.
@@ -219,9 +225,8 @@ class TableWriter {
         if (table.surface_segments.step_count > 0) {
             kernels[0] = write_args(prefix + "_surface_args", {"0", "0"}, table.surface);
         }
-        if (table.volume_segments.step_count > 0) {
-            kernels[2] = write_args(prefix + "_slab_args", {"0", "0"}, table.slab);
-        }
+        const std::string fields =
+            write_list(prefix + "_fields", listed(table.fields, table.field_count));
         const std::string surface_segments =
             write_segments(prefix + "_surface", segment_kernels[0], table.surface_segments);
         const std::string volume_segments =
@@ -238,6 +243,7 @@ class TableWriter {
         line("    {},", fmt::join(kernels.begin(), kernels.begin() + 4, ",\n    "));
         line("    {}, {},", surface_segments, volume_segments);
         line("    {}, {},", table.derived_count, kernels[4]);
+        line("    {}, {},", table.field_count, fields);
         line("    {}}};", kernels[5]);
     }
 

@@ -25,7 +25,8 @@ bool volume_argument(openfab_arg_kind kind) {
 }
 
 bool slab_argument(openfab_arg_kind kind) {
-    return volume_argument(kind) || (kind >= OPENFAB_ARG_CHANNELS && kind <= OPENFAB_ARG_FRACTION);
+    return common_argument(kind) || kind == OPENFAB_ARG_GROUPS ||
+           (kind >= OPENFAB_ARG_CHANNELS && kind <= OPENFAB_ARG_NEAREST_SOURCE);
 }
 
 bool segment_argument(openfab_arg_kind kind) {

@@ -640,6 +640,7 @@ void PrintJobImpl::fill_statistics(const SliceCommitter& committer, PrintStatist
     s->threads = threads_;
     s->warnings = input_.warnings;
     volume::EvaluationCounts sum;
+    double seconds_nearest = 0;
     for (const auto& e : evaluators_.all()) {
         const nearest::QueryCounts queries = e->query_counts();
         s->queries_asked += queries.queried;
@@ -649,8 +650,10 @@ void PrintJobImpl::fill_statistics(const SliceCommitter& committer, PrintStatist
         s->blocks_evaluated += e->counts.evaluated;
         s->weights_not_usable += e->counts.unusable;
         sum.seconds_bounds += e->counts.seconds_bounds;
-        sum.seconds_nearest += e->counts.seconds_nearest;
-        sum.seconds_slab += e->counts.seconds_slab;
+        // What threads of a kernel's own took is not part of its caller's time.
+        const double nearest = e->seconds_nearest();
+        seconds_nearest += nearest;
+        sum.seconds_slab += std::max(0.0, e->counts.seconds_slab - nearest);
     }
     SlabTimes times;
     Overlaps overlaps;
@@ -667,7 +670,7 @@ void PrintJobImpl::fill_statistics(const SliceCommitter& committer, PrintStatist
     s->seconds_by_stage = {{"set_up", seconds_set_up_},
                            {"coverage", times.coverage},
                            {"volume_bounds", sum.seconds_bounds},
-                           {"nearest", sum.seconds_nearest},
+                           {"nearest", seconds_nearest},
                            {"slab", sum.seconds_slab},
                            {"dither", times.dither},
                            {"support", times.support},

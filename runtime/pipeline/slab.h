@@ -9,9 +9,9 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
-#include <mutex>
 #include <vector>
 
+#include "base/pool.h"
 #include "runtime/dither/band.h"
 #include "runtime/dither/support_fill.h"
 #include "runtime/pipeline/overlaps.h"
@@ -20,36 +20,6 @@
 #include "runtime/volume/placed_part.h"
 
 namespace openfab::pipeline {
-
-/// A pool of objects that are used by one task at a time and reused. A task owns its object until
-/// it is done; with thread-local storage, a thread that waits inside a task and runs another one
-/// would use the object twice.
-template <typename T>
-class Pool {
-  public:
-    template <typename Make>
-    T* take(const Make& make) {
-        const std::lock_guard lock(mutex_);
-        if (free_.empty()) {
-            all_.push_back(make());
-            return all_.back().get();
-        }
-        T* object = free_.back();
-        free_.pop_back();
-        return object;
-    }
-    void give(T* object) {
-        const std::lock_guard lock(mutex_);
-        free_.push_back(object);
-    }
-    /// Returns all objects; none may be in use.
-    const std::vector<std::unique_ptr<T>>& all() const { return all_; }
-
-  private:
-    std::mutex mutex_;
-    std::vector<std::unique_ptr<T>> all_;
-    std::vector<T*> free_;
-};
 
 /// Reasons to end a print early; checked for each row of blocks.
 struct StopFlags {

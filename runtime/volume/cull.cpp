@@ -206,7 +206,8 @@ abi::KernelStatus PartCull::add_constant(const PlacedPart& part, const float* we
     }
     Constant added;
     added.weights.assign(weights, weights + slots);
-    const abi::KernelStatus status = evaluator->constant_column(part, weights, &added.column);
+    const abi::KernelStatus status =
+        constant_column(part, evaluator->isa(), weights, &added.column);
     added.code = added.column.codes[0];
     *index = static_cast<int32_t>(constants_.size());
     constants_.push_back(std::move(added));

@@ -74,10 +74,9 @@ void KernelArguments::set_groups(std::span<const int32_t> columns) {
     }
 }
 
-void KernelArguments::set_blocks(int32_t i, const void* data) {
-    const auto index = static_cast<size_t>(i);
-    buffers_[index].set_dense(abi::halide_type(kernel_->args[i]), data, {512 * n_});
-    args_[index] = buffers_[index].raw();
+void KernelArguments::set_source(int32_t i, openfab_nearest_source* source) {
+    source_ = source;
+    args_[static_cast<size_t>(i)] = &source_;
 }
 
 void KernelArguments::set_columns(int32_t i, const void* data, int32_t stride) {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "abi/kernel_call.h"
+#include "abi/nearest_stage.h"
 #include "runtime/volume/placed_part.h"
 
 namespace openfab::volume {
@@ -31,8 +32,8 @@ class KernelArguments {
 
     /// Sets the columns that the call lists; for kernels that take such a list.
     void set_groups(std::span<const int32_t> columns);
-    /// Sets an input of 512 values for each block.
-    void set_blocks(int32_t i, const void* data);
+    /// Sets the source of what the call reads of nearest surface points.
+    void set_source(int32_t i, openfab_nearest_source* source);
     /// Sets an output of 8 values for each listed column, `stride` apart.
     void set_columns(int32_t i, const void* data, int32_t stride = 8);
     /// Sets a buffer of one value for each cube.
@@ -44,6 +45,7 @@ class KernelArguments {
     const openfab_kernel* kernel_ = nullptr;
     int32_t n_ = 0;
     int32_t columns_ = 0;
+    openfab_nearest_source* source_ = nullptr;
     int32_t block_size_ = 0;
     std::vector<void*> args_;
     std::unique_ptr<abi::KernelBuffer[]> buffers_;

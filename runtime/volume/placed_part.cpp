@@ -15,10 +15,10 @@
 
 namespace openfab::volume {
 
-QueryNeeds query_needs(const openfab_kernel& kernel) {
+QueryNeeds query_needs(std::span<const openfab_arg> args) {
     QueryNeeds needs;
-    for (int32_t i = 0; i < kernel.arg_count; ++i) {
-        switch (kernel.args[i].kind) {
+    for (const openfab_arg& arg : args) {
+        switch (arg.kind) {
             case OPENFAB_ARG_DISTANCE:
             case OPENFAB_ARG_DISTANCE_LO:
             case OPENFAB_ARG_DISTANCE_HI:
@@ -39,16 +39,13 @@ QueryNeeds query_needs(const openfab_kernel& kernel) {
     return needs;
 }
 
-QueryNeeds query_needs(const openfab_segments& segments) {
-    QueryNeeds needs;
-    for (int32_t i = 0; i < segments.kernel_count; ++i) {
-        const QueryNeeds one = query_needs(segments.kernels[i]);
-        needs.distance |= one.distance;
-        needs.attributes |= one.attributes;
-        needs.gradients |= one.gradients;
-    }
-    return needs;
+namespace {
+
+std::span<const openfab_arg> arguments(const openfab_kernel& kernel) {
+    return {kernel.args, static_cast<size_t>(kernel.arg_count)};
 }
+
+}  // namespace
 
 PointNeeds point_needs(const openfab_segments& segments) {
     PointNeeds needs;
@@ -66,12 +63,11 @@ PointNeeds point_needs(const openfab_segments& segments) {
 }
 
 QueryNeeds volume_needs(const openfab_fablet& fablet) {
-    const openfab_segments& segments = fablet.volume_segments;
-    return segments.step_count == 0 ? query_needs(fablet.slab) : query_needs(segments);
+    return query_needs({fablet.fields, static_cast<size_t>(fablet.field_count)});
 }
 
 bool asks_surface(const openfab_fablet& fablet) {
-    return volume_needs(fablet).any() || query_needs(fablet.volume_bounds).any() ||
+    return volume_needs(fablet).any() || query_needs(arguments(fablet.volume_bounds)).any() ||
            point_needs(fablet.volume_segments).any;
 }
 
@@ -152,7 +148,7 @@ void PlacedPart::set_grid(const part::Grid& grid, openfab_isa isa,
         abi::Channels(std::vector<int32_t>(part->slot_material.begin(), part->slot_material.end()));
     const openfab_segments& segments = part->fablet->volume_segments;
     volume = volume_needs(*part->fablet);
-    bounds = query_needs(part->fablet->volume_bounds);
+    bounds = query_needs(arguments(part->fablet->volume_bounds));
     points = point_needs(segments);
     largest_pitch_mm =
         static_cast<float>(std::max({grid.pitch_mm.x, grid.pitch_mm.y, grid.pitch_mm.z}));

@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "abi/stages.h"
@@ -27,8 +28,7 @@ struct QueryNeeds {
     bool any() const { return distance || attributes || gradients; }
 };
 
-QueryNeeds query_needs(const openfab_kernel& kernel);
-QueryNeeds query_needs(const openfab_segments& segments);
+QueryNeeds query_needs(std::span<const openfab_arg> args);
 
 /// The results that queries of a stage at arbitrary points need from the part's own surface.
 struct PointNeeds {

@@ -7,10 +7,12 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <deque>
 #include <numeric>
 #include <random>
 
+#include "abi/nearest_stage.h"
 #include "abi/stages.h"
 #include "compiler/interp/evaluate.h"
 #include "runtime/segments/driver.h"
@@ -297,6 +299,7 @@ StageResults CompiledStage::run(openfab_isa isa, const StageInputs& inputs) cons
     const size_t first_output = static_cast<size_t>(kernel.arg_count) - stage_.outputs.size();
     // One element beyond what the kernel may write.
     StageResults results(stage_.outputs.size(), std::vector<uint32_t>(count + 1, kUnwritten));
+    std::vector<uint8_t> demand;
     std::vector<int32_t> columns((count + 7) / 8);
     std::iota(columns.begin(), columns.end(), 0);
     std::deque<abi::KernelBuffer> buffers;
@@ -309,14 +312,17 @@ StageResults CompiledStage::run(openfab_isa isa, const StageInputs& inputs) cons
         }
         abi::KernelBuffer& buffer = buffers.emplace_back();
         const uint32_t* data = results[static_cast<size_t>(k) - first_output].data();
-        if (of_voxels(stage_.kind)) {
-            buffer.set_columns(abi::halide_type(arg), data, static_cast<int32_t>(columns.size()));
+        if (arg.kind == OPENFAB_ARG_DEMAND) {
+            demand.resize(count);
+            buffer.set_columns(abi::halide_type(arg), demand.data(),
+                               static_cast<int32_t>(columns.size()));
         } else {
             buffer.set_dense(abi::halide_type(arg), data, {inputs.places});
         }
         call.set(k, buffer.raw());
     }
     EXPECT_TRUE(call.run().ok());
+    std::copy(demand.begin(), demand.end(), results[0].begin());
     for (auto& result : results) {
         EXPECT_EQ(result.back(), kUnwritten) << "written past the end";
         result.pop_back();
@@ -441,8 +447,43 @@ struct SlabResults {
     std::vector<std::vector<uint16_t>> fractions;  ///< of each channel, columns 16 values apart
 };
 
-SlabResults run_slab(const openfab_kernel& kernel, openfab_isa isa, const StageInputs& inputs,
+/// Answers from a test's inputs, with noise where a voxel needs none.
+struct InputSource : openfab_nearest_source {
+    InputSource(const openfab_fablet& of, const StageInputs& from,
+                const std::vector<int32_t>& listed)
+        : openfab_nearest_source{answer_request}, fablet(of), inputs(from), columns(listed) {}
+
+    static int answer_request(openfab_nearest_source* source,
+                              const openfab_nearest_request* request) {
+        const auto& self = *static_cast<InputSource*>(source);
+        for (int32_t i = 0; i < request->count; ++i) {
+            const size_t index = static_cast<size_t>(request->first + i);
+            if (index >= self.columns.size()) break;
+            for (int32_t f = 0; f < self.fablet.field_count; ++f) {
+                const openfab_arg& arg = self.fablet.fields[f];
+                float* to =
+                    request->results + i * request->column_stride + f * request->field_stride;
+                for (int32_t z = 0; z < 8; ++z) {
+                    uint32_t bits = self.inputs.values.at(
+                        {arg.kind, arg.a, arg.b})[static_cast<size_t>(8 * self.columns[index] + z)];
+                    if (request->demand[i * request->demand_stride + z] == 0) bits ^= 0x2545f491u;
+                    std::memcpy(to + z, &bits, sizeof(bits));
+                }
+            }
+        }
+        return 0;
+    }
+
+    const openfab_fablet& fablet;
+    const StageInputs& inputs;
+    const std::vector<int32_t>& columns;
+};
+
+SlabResults run_slab(const openfab_fablet& fablet, openfab_isa isa, const StageInputs& inputs,
                      const std::vector<int32_t>& columns, const abi::Channels& channels) {
+    const openfab_kernel& kernel = fablet.slab;
+    InputSource source(fablet, inputs, columns);
+    openfab_nearest_source* const source_address = &source;
     SlabResults out;
     const size_t m = columns.size();
     out.codes.resize(8 * m);
@@ -454,6 +495,10 @@ SlabResults run_slab(const openfab_kernel& kernel, openfab_isa isa, const StageI
         const openfab_arg& arg = kernel.args[k];
         const halide_type_t type = abi::halide_type(arg);
         const auto count = static_cast<int32_t>(m);
+        if (arg.kind == OPENFAB_ARG_NEAREST_SOURCE) {
+            call.set(k, &source_address);
+            continue;
+        }
         if (arg.kind < OPENFAB_ARG_CHANNELS) {
             const size_t voxels = static_cast<size_t>(inputs.places) * kVoxels;
             call.set(k, input_argument(arg, inputs, columns, voxels, &buffers));
@@ -475,9 +520,11 @@ SlabResults run_slab(const openfab_kernel& kernel, openfab_isa isa, const StageI
 }  // namespace
 
 void expect_equal_slab(const ir::Stage& stage, const StageResults& expected,
-                       const StageInputs& inputs, const lower::ProgramOptions& options) {
+                       const StageInputs& inputs, const lower::ProgramOptions& options,
+                       const ir::Stage* demand) {
     StageResults amounts;
     passes::KernelStages stages;
+    if (demand != nullptr) stages.volume_demand = *demand;
     stages.volume = with_float_outputs(stage, expected, &amounts);
     const std::unique_ptr<lower::LoadedProgram> program = load(stages, options);
     if (program == nullptr) return;
@@ -492,7 +539,7 @@ void expect_equal_slab(const ir::Stage& stage, const StageResults& expected,
     const abi::Channels channels(materials);
     for (const openfab_isa isa : options.isas) {
         const SlabResults got =
-            run_slab(program->fablets().fablets[0]->slab, isa, inputs, columns, channels);
+            run_slab(*program->fablets().fablets[0], isa, inputs, columns, channels);
         for (size_t i = 0; i < 8 * columns.size(); ++i) {
             const size_t voxel = static_cast<size_t>(8 * columns[i / 8]) + i % 8;
             std::vector<float> weights;

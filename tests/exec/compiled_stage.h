@@ -78,8 +78,10 @@ StageResults interpret_segments(const ir::Stage& stage, const passes::SegmentedS
 
 /// Compares what the slab kernel of a volume stage makes of the inputs with what the twin of
 /// normalise makes of the amounts that are expected: outputs that are no floats are left out.
+/// `demand`: the stage of demand that the kernel has inside; where it says no, inputs are noise.
 void expect_equal_slab(const ir::Stage& stage, const StageResults& expected,
-                       const StageInputs& inputs, const lower::ProgramOptions& options);
+                       const StageInputs& inputs, const lower::ProgramOptions& options,
+                       const ir::Stage* demand = nullptr);
 
 /// The answers of queries in these tests, by place and in every path alike.
 uint32_t answer(int32_t kind, int32_t b, float x, float y, float z);

@@ -70,7 +70,10 @@ class Compiled {
             declarations, value);
         const passes::PipelineResult made = passes::run_pipeline(load_module(text).fablets[0], {});
         const passes::SegmentedStage cut = passes::cut_segments(made.stages.volume);
-        const lower::KernelRequest request{&cut.kernels[0], "amounts", OPENFAB_ISA_AVX2, nullptr};
+        lower::KernelRequest request;
+        request.stage = &cut.kernels[0];
+        request.function = "amounts";
+        request.isa = OPENFAB_ISA_AVX2;
         auto loaded = lower::compile_in_memory(request);
         if (std::holds_alternative<lower::Fault>(loaded)) std::exit(4);
         code_ = std::get<lower::LoadedKernel>(std::move(loaded));

@@ -19,6 +19,7 @@
 #include <numeric>
 #include <random>
 
+#include "abi/nearest_stage.h"
 #include "abi/stages.h"
 #include "bench/micro/load_fablet.h"
 #include "texture/pyramid.h"
@@ -163,22 +164,41 @@ class Compiled {
     }
 
   private:
+    /// Answers from inputs_.
+    struct Source : openfab_nearest_source {
+        explicit Source(const Compiled& of)
+            : openfab_nearest_source{answer_request}, compiled(of) {}
+        static int answer_request(openfab_nearest_source* source,
+                                  const openfab_nearest_request* request) {
+            const Compiled& of = static_cast<Source*>(source)->compiled;
+            const openfab_fablet& fablet = *of.program_->fablets().fablets[0];
+            for (int32_t f = 0; f < fablet.field_count; ++f) {
+                const openfab_arg& arg = fablet.fields[f];
+                const int32_t c = arg.kind == OPENFAB_ARG_NEAREST ? arg.b : kDu + arg.b;
+                const float* from = &of.inputs_[static_cast<size_t>(c) * kVoxels] +
+                                    static_cast<ptrdiff_t>(8 * request->first);
+                float* to = request->results + f * request->field_stride;
+                const auto columns =
+                    std::min(request->count, static_cast<int32_t>(kVoxels / 8) - request->first);
+                for (int32_t i = 0; i < columns; ++i)
+                    std::copy_n(from + 8 * i, 8, to + i * request->column_stride);
+            }
+            return 0;
+        }
+        const Compiled& compiled;
+    };
+
     void bind(int32_t k) {
         const openfab_arg& arg = kernel_->args[k];
         abi::KernelBuffer& buffer = buffers_[k];
-        const halide_type_t real = abi::halide_type(OPENFAB_FLOAT), type = abi::halide_type(arg);
+        const halide_type_t type = abi::halide_type(arg);
         switch (arg.kind) {
             case OPENFAB_ARG_BLOCKS:
-                buffer.set_dense(abi::halide_type(OPENFAB_INT), corners_.data(), {3, kBatch});
+                buffer.set_dense(type, corners_.data(), {3, kBatch});
                 break;
-            case OPENFAB_ARG_NEAREST:
-                buffer.set_dense(real, &inputs_[static_cast<size_t>(arg.b) * kVoxels],
-                                 {static_cast<int32_t>(kVoxels)});
-                break;
-            case OPENFAB_ARG_NEAREST_GRAD:
-                buffer.set_dense(real, &inputs_[static_cast<size_t>(kDu + arg.b) * kVoxels],
-                                 {static_cast<int32_t>(kVoxels)});
-                break;
+            case OPENFAB_ARG_NEAREST_SOURCE:
+                call_->set(k, &source_address_);
+                return;
             case OPENFAB_ARG_GROUPS:
                 buffer.set_dense(type, columns_.data(), {static_cast<int32_t>(kVoxels / 8)});
                 break;
@@ -209,6 +229,8 @@ class Compiled {
     const abi::Channels channels_{std::array<int32_t, 3>{1, 2, 3}};
     std::vector<int32_t> corners_, columns_;
     std::vector<float> inputs_;
+    Source source_{*this};
+    openfab_nearest_source* const source_address_ = &source_;
     std::vector<uint8_t> codes_;
     std::vector<uint16_t> counts_, fractions_;
 };

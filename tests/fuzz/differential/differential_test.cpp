@@ -139,7 +139,8 @@ void check(const std::string& text, uint64_t seed) {
     expect_equal(made.stages.volume, expected, compiled->run(isa, inputs),
                  isa == OPENFAB_ISA_AVX2 ? "avx2" : "sse41");
     if (!passes::needs_segments(made.stages.volume))
-        expect_equal_slab(made.stages.volume, expected, inputs, options);
+        expect_equal_slab(made.stages.volume, expected, inputs, options,
+                          &made.stages.volume_demand);
     if (::testing::Test::HasFailure()) ADD_FAILURE() << text;
 }
 

@@ -180,7 +180,10 @@ openfab_fablet table(const char* name, const openfab_kernel& volume, const openf
     f.void_slot = 2;
     f.nearest_count = static_cast<int32_t>(nearest.size());
     f.nearest = nearest.data();
-    f.slab = {{nullptr, nullptr}, volume.arg_count, volume.args};
+    // Its inputs come before the list of columns.
+    f.fields = volume.args;
+    while (f.fields[f.field_count].kind != OPENFAB_ARG_GROUPS)
+        ++f.field_count;
     f.volume_segments.step_count = 1;
     f.volume_segments.steps = kOneKernel;
     f.volume_segments.kernel_count = 1;

@@ -34,7 +34,8 @@ ScheduleFault apply_fault(const char* text) {
     auto parsed = parse_schedule("slab.sched", text);
     if (auto* fault = std::get_if<ScheduleFault>(&parsed)) return *fault;
     const ir::Stage stage = distance_stage();
-    const KernelRequest request{&stage, "kernel", OPENFAB_ISA_SSE41, &std::get<Schedule>(parsed)};
+    const KernelRequest request{&stage, nullptr, "kernel", OPENFAB_ISA_SSE41,
+                                &std::get<Schedule>(parsed)};
     auto emitted = emit_text(request, TextForm::kStmt);
     if (auto* fault = std::get_if<Fault>(&emitted)) {
         EXPECT_EQ(fault->internal, "");
@@ -105,7 +106,7 @@ TEST(Schedule, MapsWhatHalideRefusesToTheLine) {
 TEST(Schedule, EveryBuiltInScheduleApplies) {
     const ir::Stage stage = distance_stage();
     for (const openfab_isa isa : {OPENFAB_ISA_SSE41, OPENFAB_ISA_AVX2}) {
-        const KernelRequest request{&stage, "kernel", isa, nullptr};
+        const KernelRequest request{&stage, nullptr, "kernel", isa, nullptr};
         EXPECT_TRUE(std::holds_alternative<std::string>(emit_text(request, TextForm::kStmt)));
     }
 }

@@ -1,0 +1,68 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/volume/piece_cull.h"
+
+#include <algorithm>
+
+namespace openfab::volume {
+
+abi::KernelStatus constant_column(const PlacedPart& part, openfab_isa isa, const float* weights,
+                                  ConstantColumn* out) {
+    const auto slots = static_cast<size_t>(part.slots());
+    std::vector<float> amounts(8 * slots);
+    for (size_t s = 0; s < slots; ++s)
+        std::fill_n(&amounts[8 * s], 8, weights[s]);
+    out->fractions.resize(8 * static_cast<size_t>(part.channels.count()));
+    std::array<uint16_t, 8> unusable{};
+    constexpr int32_t kFirst = 0;
+    const abi::KernelStatus status =
+        abi::normalise(isa, {&kFirst, 1}, part.channels, amounts.data(), 8, out->fractions.data(),
+                       out->codes.data(), unusable.data());
+    out->usable = status.ok() && unusable[0] == 0;
+    return status;
+}
+
+abi::KernelStatus PieceCull::run(const PlacedPart& part, std::span<const Vec3i> blocks,
+                                 CubeBounds* bounds, const CubeBounds::Tools& tools,
+                                 CulledBlock* out) {
+    if (const abi::KernelStatus status = bounds->bound_pieces(part, blocks, tools); !status.ok())
+        return status;
+    weights_.resize(static_cast<size_t>(part.slots()));
+    const nearest::BlockPieces& pieces = part.engine->pieces();
+    for (size_t b = 0; b < blocks.size(); ++b) {
+        CulledBlock& block = out[b];
+        block.pieces = 0;
+        block.culled.fill(0);
+        block.known.fill(0);
+        for (size_t p = 0; p < CubeBounds::kPieces; ++p) {
+            const size_t cube = b * CubeBounds::kPieces + p;
+            if (!bounds->is_uniform(cube, &weights_)) continue;
+            block.pieces |= 1u << p;
+            block.distance[p] = bounds->distance_of(cube);
+            const abi::KernelStatus status = find_code(part, tools.isa, &block.code[p]);
+            if (!status.ok()) return status;
+            const bool known = block.code[p] != OPENFAB_CODE_MIXED;
+            for_each_column(pieces, p, [&](size_t column, uint8_t bits) {
+                block.culled[column] |= bits;
+                if (known) block.known[column] |= bits;
+            });
+        }
+    }
+    return {};
+}
+
+// The code of what weights_ say, from what is known of the part or by normalising it.
+abi::KernelStatus PieceCull::find_code(const PlacedPart& part, openfab_isa isa, uint8_t* code) {
+    constexpr size_t kMostKnown = 8;
+    if (known_part_ != &part) known_.clear();
+    known_part_ = &part;
+    const auto known = std::ranges::find(known_, weights_, &KnownCode::weights);
+    *code = known != known_.end() ? known->code : uint8_t{OPENFAB_CODE_MIXED};
+    if (known != known_.end() || known_.size() == kMostKnown) return {};
+    const abi::KernelStatus status = constant_column(part, isa, weights_.data(), &constant_);
+    if (constant_.usable) *code = constant_.codes[0];
+    known_.push_back({weights_, *code});
+    return status;
+}
+
+}  // namespace openfab::volume

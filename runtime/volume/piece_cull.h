@@ -1,0 +1,71 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Pieces of blocks (nearest::Engine::pieces) that hold one composition whatever a query would say:
+// they need none. For any distance in the piece's interval the slab kernel gives that composition.
+// One a thread.
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "runtime/volume/cube_bounds.h"
+#include "runtime/volume/placed_part.h"
+
+namespace openfab::volume {
+
+/// What a column of equal voxels is made of.
+struct ConstantColumn {
+    std::array<uint8_t, 8> codes{};
+    std::vector<uint16_t> fractions;  ///< 8 a channel
+    bool usable = false;              ///< no amount was negative or NaN
+};
+
+/// Computes codes and fractions of voxels of these weights, one for each slot, as the slab kernel
+/// would give them.
+abi::KernelStatus constant_column(const PlacedPart& part, openfab_isa isa, const float* weights,
+                                  ConstantColumn* out);
+
+/// The culled pieces of one block.
+struct CulledBlock {
+    uint32_t pieces = 0;  ///< a bit each
+    std::array<float, CubeBounds::kPieces> distance{};
+    /// OPENFAB_CODE_MIXED where mixed, or where the slab kernel has to count.
+    std::array<uint8_t, CubeBounds::kPieces> code{};
+    alignas(
+        8) std::array<uint8_t, 64> culled{};     ///< voxels of culled pieces, laid out like `owned`
+    alignas(8) std::array<uint8_t, 64> known{};  ///< those whose code is known
+};
+
+/// Calls visit(column in the block, bits) for each column of a piece.
+void for_each_column(const nearest::BlockPieces& pieces, size_t piece, const auto& visit) {
+    const Vec3i from = pieces.lowest[piece], to = from + pieces.size;
+    const auto bits = static_cast<uint8_t>((1u << to.z) - (1u << from.z));
+    for (int32_t y = from.y; y < to.y; ++y) {
+        for (int32_t x = from.x; x < to.x; ++x)
+            visit(static_cast<size_t>(8 * y + x), bits);
+    }
+}
+
+class PieceCull {
+  public:
+    /// Finds the culled pieces of blocks, which are given by their lowest voxels.
+    abi::KernelStatus run(const PlacedPart& part, std::span<const Vec3i> blocks, CubeBounds* bounds,
+                          const CubeBounds::Tools& tools, CulledBlock* out);
+
+  private:
+    abi::KernelStatus find_code(const PlacedPart& part, openfab_isa isa, uint8_t* code);
+
+    struct KnownCode {
+        std::vector<float> weights;
+        uint8_t code;
+    };
+    std::vector<KnownCode> known_;  ///< of known_part_
+    const PlacedPart* known_part_ = nullptr;
+    std::vector<float> weights_;
+    ConstantColumn constant_;
+};
+
+}  // namespace openfab::volume
