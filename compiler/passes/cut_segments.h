@@ -44,6 +44,6 @@ struct SegmentedStage {
 bool needs_segments(const ir::Stage& stage, size_t longest = kMaxKernelOperations);
 
 /// Cuts a surface or volume stage that passes ir::verify and has no dead values.
-SegmentedStage cut_segments(const ir::Stage& stage, size_t longest = kMaxKernelOperations);
+SegmentedStage cut_segments(const ir::Stage& stage, size_t longest = kMaxSegmentOperations);
 
 }  // namespace openfab::passes

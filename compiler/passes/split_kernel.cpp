@@ -19,6 +19,8 @@ using ir::ValueId;
 
 constexpr size_t kMaxOutputs = 64;
 constexpr size_t kPieceOutputs = 32;
+constexpr size_t kMaxInputs = 96;  // states that it reads
+constexpr size_t kPieceInputs = 48;
 // The most outputs of one value.
 constexpr size_t kMaxCopies = 4;
 
@@ -38,6 +40,55 @@ size_t operations_of(const Instr& instr) {
         default:
             return 1;
     }
+}
+
+bool is_state(const Instr& instr) {
+    return instr.op == Op::kInput && instr.kind == OPENFAB_ARG_STATE;
+}
+
+/// True of a kernel that passes many values on, such as the elements of an array.
+bool is_wide(const ir::Stage& kernel) {
+    const auto inputs = std::count_if(kernel.instrs.begin(), kernel.instrs.end(), is_state);
+    return kernel.outputs.size() > kMaxOutputs || static_cast<size_t>(inputs) > kMaxInputs;
+}
+
+/// Returns the kernel with what each output needs just before it, and of arguments the one of the
+/// longest chain first: in the order of the program all elements of an array may be computed before
+/// the first is written, or all tests before the first that chooses, and cross every cut.
+ir::Stage in_order_of_outputs(const ir::Stage& kernel) {
+    std::vector<size_t> depth(kernel.instrs.size(), 0);
+    for (size_t id = 0; id < depth.size(); ++id) {
+        for (const ValueId arg : kernel.instrs[id].args)
+            depth[id] = std::max(depth[id], depth[arg] + 1);
+    }
+    ir::Stage out = kernel;
+    out.instrs.clear();
+    std::vector<ValueId> moved(kernel.instrs.size(), kNoValue);
+    std::vector<ValueId> open;
+    for (ir::Output& output : out.outputs) {
+        open.push_back(output.value);
+        while (!open.empty()) {
+            const ValueId id = open.back();
+            const std::vector<ValueId>& args = kernel.instrs[id].args;
+            ValueId next = kNoValue;
+            for (const ValueId arg : args) {
+                if (moved[arg] == kNoValue && (next == kNoValue || depth[arg] > depth[next]))
+                    next = arg;
+            }
+            if (next != kNoValue) {
+                open.push_back(next);
+                continue;
+            }
+            open.pop_back();
+            if (moved[id] != kNoValue) continue;
+            moved[id] = static_cast<ValueId>(out.instrs.size());
+            out.instrs.push_back(kernel.instrs[id]);
+            for (ValueId& arg : out.instrs.back().args)
+                arg = moved[arg];
+        }
+        output.value = moved[output.value];
+    }
+    return out;
 }
 
 class Splitter {
@@ -71,8 +122,8 @@ class Splitter {
         }
         for (ValueId id = 0; id < kernel_.instrs.size(); ++id) {
             const Instr& instr = at(id);
-            const bool state = instr.op == Op::kInput && instr.kind == OPENFAB_ARG_STATE;
-            if (live_[id] && state && written.count(instr.a) != 0) rewritten_.insert(instr.a);
+            if (live_[id] && is_state(instr) && written.count(instr.a) != 0)
+                rewritten_.insert(instr.a);
         }
     }
     bool is_rewritten(int32_t state) const { return rewritten_.count(state) != 0; }
@@ -115,6 +166,21 @@ class Splitter {
         }
     }
 
+    /// Returns the outputs that the piece of a value has for it wherever the cuts are: what the
+    /// last pieces write crosses to them.
+    size_t outputs_of(ValueId id) const {
+        const bool last = last_use_[id] == kernel_.instrs.size() && !is_made_again(id);
+        return due_[id] + (last ? 1 : 0);
+    }
+
+    /// Adds the states that a piece, which begins at a value, reads for another of its values.
+    void add_inputs(ValueId begin, ValueId id, std::set<ValueId>* inputs) const {
+        if (is_state(at(id)) && is_rewritten(at(id).a)) inputs->insert(id);
+        for (const ValueId arg : at(id).args) {
+            if (is_made_again(arg) ? is_state(at(arg)) : arg < begin) inputs->insert(arg);
+        }
+    }
+
     /// piece_[id]: the piece that computes a value.
     void find_cuts() {
         const size_t count = kernel_.instrs.size();
@@ -131,6 +197,7 @@ class Splitter {
         piece_.assign(count, 0);
         for (ValueId begin = 0; begin < count; ++pieces_) {
             size_t operations = 0, outputs = 0;
+            std::set<ValueId> inputs;
             ValueId best = static_cast<ValueId>(count), id = begin;
             int64_t fewest = -1;
             for (; id < count; ++id) {
@@ -138,14 +205,17 @@ class Splitter {
                     fewest = crossing[id];
                     best = id;
                 }
-                if (id > begin && outputs + due_[id] > kPieceOutputs && operations > 0) {
+                const bool wide =
+                    outputs + outputs_of(id) > kPieceOutputs || inputs.size() >= kPieceInputs;
+                if (id > begin && wide && operations > 0) {
                     best = id;
                     break;
                 }
                 if (operations >= longest_piece_) break;
                 if (!live_[id]) continue;
                 operations += operations_of(at(id));
-                outputs += due_[id];
+                outputs += outputs_of(id);
+                add_inputs(begin, id, &inputs);
             }
             if (id == count) best = id;
             for (; begin < best; ++begin)
@@ -269,12 +339,14 @@ size_t kernel_operations(const ir::Stage& stage) {
 }
 
 bool needs_splitting(const ir::Stage& stage, size_t longest) {
-    return kernel_operations(stage) > longest || stage.outputs.size() > kMaxOutputs;
+    return kernel_operations(stage) > longest || is_wide(stage);
 }
 
 std::vector<ir::Stage> split_kernel(const ir::Stage& kernel, std::vector<ir::Type>* states,
                                     size_t longest) {
-    return Splitter(kernel, states, longest).run();
+    if (!is_wide(kernel)) return Splitter(kernel, states, longest).run();
+    const ir::Stage ordered = in_order_of_outputs(kernel);
+    return Splitter(ordered, states, longest).run();
 }
 
 }  // namespace openfab::passes

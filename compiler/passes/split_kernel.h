@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Compiling a kernel takes a time that grows with the square of its operations, and of its outputs:
-// 1,000 operations take about a second, 4,000 a quarter of a minute. A long segment is therefore
-// split into pieces that run one after the other and pass values through states. Results do not
-// change.
+// Compiling a kernel takes a time that grows with the square of its operations, and of the states
+// that it reads and writes: 1,000 operations take about a second, 4,000 a quarter of a minute. A
+// long segment is therefore split into pieces that run one after the other and pass values through
+// states. Results do not change.
 
 #include <cstddef>
 #include <vector>
@@ -14,8 +14,10 @@
 
 namespace openfab::passes {
 
-/// A kernel of more operations is split, or one of more than 64 outputs.
+/// A kernel of more operations is split, or one of more than 64 outputs or 96 states that it reads.
 constexpr size_t kMaxKernelOperations = 3500;
+/// The same for a stage that is cut into segments anyhow: a few more cost little at run time.
+constexpr size_t kMaxSegmentOperations = 1500;
 
 /// Returns the operations of a stage, weighted by compile time: a lookup counts as many.
 size_t kernel_operations(const ir::Stage& stage);

@@ -127,6 +127,69 @@ TEST(SplitKernel, ManyOutputsAreWrittenByMoreKernels) {
     expect_same(whole, kMaxKernelOperations);
 }
 
+constexpr int kElements = 300;
+
+/// A kernel that gets a bool, an int, and the elements of an array of ints.
+struct ArrayKernel {
+    ir::Stage stage;
+    ir::Builder b{&stage};
+    ValueId runs = ir::kNoValue, index = ir::kNoValue;
+    std::vector<ValueId> elements;
+
+    ArrayKernel() {
+        stage.kind = ir::StageKind::kVolumeSegment;
+        runs = b.input(ir::Type::kBool, OPENFAB_ARG_STATE, kElements, 0);
+        index = b.input(ir::Type::kInt, OPENFAB_ARG_STATE, kElements + 1, 0);
+        for (int32_t k = 0; k < kElements; ++k)
+            elements.push_back(b.input(ir::Type::kInt, OPENFAB_ARG_STATE, k, 0));
+    }
+
+    void expect_narrow_pieces() const {
+        ASSERT_EQ(ir::verify(stage), "");
+        ASSERT_TRUE(needs_splitting(stage));
+        std::vector<ir::Type> types(kElements + 2, ir::Type::kInt);
+        types[kElements] = ir::Type::kBool;
+        for (const ir::Stage& piece : split_kernel(stage, &types)) {
+            ASSERT_EQ(ir::verify(piece), "");
+            EXPECT_LE(piece.outputs.size(), 64u);
+            EXPECT_LE(std::count_if(piece.instrs.begin(), piece.instrs.end(),
+                                    [](const ir::Instr& i) { return i.op == Op::kInput; }),
+                      64);
+        }
+    }
+};
+
+/// What a loop that fills an array makes of its trip: all elements are computed, then chosen.
+TEST(SplitKernel, PiecesThatFillAnArrayReadAndWriteFewStates) {
+    ArrayKernel kernel;
+    ir::Builder& b = kernel.b;
+    std::vector<ValueId> after;
+    for (int32_t k = 0; k < kElements; ++k) {
+        const ValueId here = b.emit(Op::kEq, {kernel.index, b.constant(k)});
+        after.push_back(b.select(here, kernel.index, kernel.elements[static_cast<size_t>(k)]));
+    }
+    for (int32_t k = 0; k < kElements; ++k) {
+        const auto e = static_cast<size_t>(k);
+        const ValueId kept = b.select(kernel.runs, after[e], kernel.elements[e]);
+        kernel.stage.outputs.push_back({"out", OPENFAB_ARG_STATE_OUT, k, 0, kept});
+    }
+    kernel.expect_narrow_pieces();
+}
+
+/// What reads an element by a varying index: all tests, then all choices.
+TEST(SplitKernel, PiecesThatReadAnArrayReadFewStates) {
+    ArrayKernel kernel;
+    ir::Builder& b = kernel.b;
+    std::vector<ValueId> tests;
+    for (int32_t k = 0; k < kElements; ++k)
+        tests.push_back(b.emit(Op::kEq, {kernel.index, b.constant(k)}));
+    ValueId chosen = kernel.elements[0];
+    for (size_t e = kElements; e-- > 1;)
+        chosen = b.select(tests[e], kernel.elements[e], chosen);
+    kernel.stage.outputs.push_back({"out", OPENFAB_ARG_WEIGHT, 0, 0, chosen});
+    kernel.expect_narrow_pieces();
+}
+
 TEST(SplitKernel, ShortKernelsStayWhole) {
     EXPECT_FALSE(needs_splitting(long_kernel(700, 20)));
     EXPECT_TRUE(needs_splitting(long_kernel(3600, 20)));
