@@ -20,7 +20,10 @@ function(openfab_test_program name)
     target_link_libraries(${name} PRIVATE
         openfab_options ${arg_LIBS} fmt::fmt GTest::gmock GTest::gtest GTest::gtest_main)
     target_compile_definitions(${name} PRIVATE OPENFAB_SOURCE_DIR="${CMAKE_SOURCE_DIR}")
-    target_compile_options(${name} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-fpch-preprocess;-Wno-array-bounds;-Wno-stringop-overflow;-Wno-stringop-overread>)
+    # A test's own code runs for less time than -O2 takes to make it, what it tests is in libraries. At -O1 GCC takes more for
+    # uninitialised than is.
+    target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>
+        $<$<CXX_COMPILER_ID:GNU>:-fpch-preprocess;${openfab_pch_warnings};-Wno-maybe-uninitialized>)
     target_precompile_headers(${name} REUSE_FROM openfab_test_headers)
     set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
     foreach(source IN LISTS arg_SOURCES)
@@ -30,8 +33,9 @@ function(openfab_test_program name)
 endfunction()
 
 # openfab_test_entry(NAME COMMAND … [COST s] [TIMEOUT s]): registers a test with ctest. Its labels are the folder of
-# tests/ that it is in and what it costs: `fast`, or `whole` where whole programs run. COST is seconds on two cores, 1
-# in folders that are quick and 10 in others unless told; the longest start first.
+# tests/ that it is in and what it costs: `fast`, or `whole` where whole programs run; `sanitized` where
+# tests/sanitized.cmake names it. COST is seconds on two cores, 1 in folders that are quick and 10 in others unless told;
+# the longest start first.
 function(openfab_test_entry name)
     cmake_parse_arguments(arg "" "COST;TIMEOUT" "COMMAND" ${ARGN})
     if(NOT arg_TIMEOUT)
@@ -49,6 +53,12 @@ function(openfab_test_entry name)
         list(APPEND labels whole)
     elseif(arg_COST LESS 5)
         list(APPEND labels fast)
+    endif()
+    if(${folder}/${name} IN_LIST sanitized_tests)
+        list(APPEND labels sanitized)
+        list(GET arg_COMMAND 0 program)
+        set_property(GLOBAL APPEND PROPERTY openfab_sanitized_tests ${folder}/${name})
+        set_property(GLOBAL APPEND PROPERTY openfab_sanitized_programs ${program})
     endif()
     add_test(NAME ${folder}/${name} COMMAND ${arg_COMMAND} WORKING_DIRECTORY ${CMAKE_SOURCE_DIR})
     set_tests_properties(${folder}/${name} PROPERTIES LABELS "${labels}" COST ${arg_COST} TIMEOUT ${arg_TIMEOUT})

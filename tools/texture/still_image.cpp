@@ -11,6 +11,7 @@
 
 #include "base/units.h"
 #include "tools/texture/convert.h"
+#include "tools/texture/exr_header.h"
 
 namespace openfab::tools {
 namespace {
@@ -106,11 +107,13 @@ Result<std::unique_ptr<StillImage>> StillImage::open(const fs::path& file, int64
     if (image->format_.empty())
         return user_error(
             fmt::format("it is not a supported picture; supported: {}", kStillFormats));
-    // Returns the memory that these two readers allocate when they open a file.
-    const int64_t at_once = image->format_ == "jpeg"  ? jpeg_bytes(image->file_)
-                            : image->format_ == "pnm" ? image->file_.bytes()
-                                                      : 0;
-    if (Result<void> fine = check_memory(2 * at_once, memory_bytes); !fine) return fine.error();
+    // Memory that these readers allocate when they open a file.
+    Result<int64_t> at_once = image->format_ == "jpeg"      ? jpeg_bytes(image->file_)
+                              : image->format_ == "pnm"     ? image->file_.bytes()
+                              : image->format_ == "openexr" ? exr_table_bytes(image->file_)
+                                                            : Result<int64_t>(0);
+    if (!at_once) return at_once.error();
+    if (Result<void> fine = check_memory(2 * *at_once, memory_bytes); !fine) return fine.error();
     if (Result<void> opened = image->open_input(); !opened) return opened.error();
     return image;
 }

@@ -252,7 +252,8 @@ MadeReader open_cube(const fs::path& file, const texture::ReadLimits& limits) {
                 return user_error(fmt::format("LUT_3D_SIZE is {:g}; 2 to {} are possible", size[0],
                                               kLongestSide));
             n = static_cast<int64_t>(size[0]);
-            reader->values.reserve(static_cast<size_t>(3 * n * n * n));
+            // No more than there can be: a number takes two bytes of the text.
+            reader->values.reserve(std::min(static_cast<size_t>(3 * n * n * n), bytes->size() / 2));
         } else if (word == "DOMAIN_MIN") {
             fine = take_numbers(&line, &low);
         } else if (word == "DOMAIN_MAX") {

@@ -2,14 +2,26 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/fuzz/readers/readers.h"
 
+#include <algorithm>
 #include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <numeric>
+#include <span>
+#include <string>
+#include <variant>
 
 #include "backends/ofr/ofr_reader.h"
 #include "base/json.h"
 #include "base/result.h"
+#include "compiler/lower/schedule.h"
 #include "mesh/check/mesh_check.h"
 #include "mesh/load/load_mesh.h"
 #include "tests/support/meshes/temp_folder.h"
+#include "texture/pyramid.h"
+#include "tools/openfab/appearance.h"
+#include "tools/texture/convert.h"
+#include "tools/texture/convert_volume.h"
 #include "tools/viewer/print_file.h"
 #include "world/printer.h"
 #include "world/transforms_file.h"
@@ -50,10 +62,69 @@ bool mesh(std::string_view bytes) {
     return read_mesh(bytes, file);
 }
 
-/// A file with these bytes, for readers that open files by name.
-std::string written(const char* name, std::string_view bytes) {
+/// And its materials, as `openfab import` reads them.
+template <const char* file, auto appearances>
+bool model(std::string_view bytes) {
+    (void)answered(appearances(bytes, file, kReaderBytes));
+    return read_mesh(bytes, file);
+}
+
+const std::filesystem::path& folder() {
     static const testing::TempFolder folder;
-    return folder.write(name, bytes).string();
+    return folder.path();
+}
+
+/// A file of these bytes, for readers that open one by its name.
+std::string written(const char* name, std::string_view bytes) {
+    const std::filesystem::path file = folder() / name;
+    std::ofstream(file, std::ios::binary) << bytes;
+    return file.string();
+}
+
+/// The materials of a mesh that names this library.
+bool mtl(std::string_view bytes) {
+    written("a.mtl", bytes);
+    const auto read = tools::read_appearances(written("a.obj", "mtllib a.mtl\n"), kReaderBytes);
+    return answered(read) && !read->appearances.empty();
+}
+
+bool open_pyramid(const std::filesystem::path& file) {
+    const auto pyramid = texture::Pyramid::open(file, texture::kWrapRepeat, 0);
+    if (!answered(pyramid)) return false;
+    // What it says it has is there.
+    const std::span<const float> texels = (*pyramid)->texels(), bounds = (*pyramid)->minmax();
+    const volatile float sum = std::accumulate(texels.begin(), texels.end(), 0.0F) +
+                               std::accumulate(bounds.begin(), bounds.end(), 0.0F);
+    (void)sum;
+    return true;
+}
+
+bool oftx(std::string_view bytes) {
+    return open_pyramid(written("a.oftx", bytes));
+}
+
+/// Converted by `make`, whose pyramids are sound.
+template <const char* file, typename Options, auto make>
+bool converted(std::string_view bytes) {
+    const std::filesystem::path out = folder() / "out.oftx";
+    texture::ReadLimits limits;
+    limits.memory_bytes = kReaderBytes;
+    if (!answered(make(written(file, bytes), out, Options{}, limits))) return false;
+    if (!open_pyramid(out)) std::abort();
+    return true;
+}
+
+template <const char* file>
+constexpr auto picture = converted<file, texture::ImageOptions, tools::make_pyramid_file>;
+template <const char* file>
+constexpr auto volume = converted<file, texture::VolumeOptions, tools::make_volume_file>;
+
+bool schedule(std::string_view bytes) {
+    const auto read = lower::parse_schedule("a.sched", bytes);
+    const auto* fault = std::get_if<lower::ScheduleFault>(&read);
+    if (fault == nullptr) return true;
+    if (fault->message.empty() || fault->offset > bytes.size()) std::abort();
+    return false;
 }
 
 bool json(std::string_view bytes) {
@@ -100,14 +171,35 @@ bool ofr(std::string_view bytes) {
 }
 
 constexpr char kObj[] = "a.obj", kStl[] = "a.stl", kPly[] = "a.ply", kGltf[] = "a.gltf",
-               kGlb[] = "a.glb", kThreemf[] = "a.3mf";
+               kGlb[] = "a.glb", kThreemf[] = "a.3mf", kPng[] = "a.png", kJpg[] = "a.jpg",
+               kTif[] = "a.tif", kExr[] = "a.exr", kHdr[] = "a.hdr", kPpm[] = "a.ppm",
+               kNpy[] = "a.npy", kNrrd[] = "a.nrrd", kCube[] = "a.cube";
 
-constexpr Reader kReaders[] = {{"obj", true, mesh<kObj>},  {"stl", false, mesh<kStl>},
-                               {"ply", true, mesh<kPly>},  {"gltf", true, mesh<kGltf>},
-                               {"glb", false, mesh<kGlb>}, {"3mf", false, mesh<kThreemf>},
-                               {"json", true, json},       {"world", true, world},
-                               {"printer", true, printer}, {"transforms", true, transforms},
-                               {"ofr", false, ofr}};
+constexpr Reader kReaders[] = {
+    {"obj", true, mesh<kObj>},
+    {"mtl", true, mtl},
+    {"stl", false, mesh<kStl>},
+    {"ply", true, mesh<kPly>},
+    {"gltf", true, model<kGltf, tools::gltf_appearances>},
+    {"glb", false, model<kGlb, tools::gltf_appearances>},
+    {"3mf", false, model<kThreemf, tools::threemf_appearances>},
+    {"json", true, json},
+    {"world", true, world},
+    {"printer", true, printer},
+    {"transforms", true, transforms},
+    {"ofr", false, ofr},
+    {"oftx", false, oftx},
+    {"png", false, picture<kPng>},
+    {"jpg", false, picture<kJpg>},
+    {"tif", false, picture<kTif>},
+    {"exr", false, picture<kExr>},
+    {"hdr", false, picture<kHdr>},
+    {"ppm", true, picture<kPpm>},
+    {"npy", false, volume<kNpy>},
+    {"nrrd", true, volume<kNrrd>},
+    {"cube", true, volume<kCube>},
+    {"sched", true, schedule},
+};
 
 }  // namespace
 

@@ -1,0 +1,103 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/texture/exr_header.h"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <optional>
+#include <string_view>
+
+namespace openfab::tools {
+namespace {
+
+/// Behind the magic number and the version.
+constexpr int64_t kFirst = 8;
+/// Of the version: a file of several parts, each of which has a header.
+constexpr uint8_t kManyParts = 0x10;
+/// Of name and type each, with the zero at its end.
+constexpr size_t kLongestName = 256;
+
+int32_t int_at(const char* bytes) {
+    int32_t value = 0;
+    std::memcpy(&value, bytes, sizeof value);
+    return value;
+}
+
+/// Takes a text that ends with a zero off the front.
+std::optional<std::string_view> take_text(std::string_view* bytes) {
+    const size_t end = bytes->substr(0, kLongestName).find('\0');
+    if (end == std::string_view::npos) return std::nullopt;
+    const std::string_view text = bytes->substr(0, end);
+    bytes->remove_prefix(end + 1);
+    return text;
+}
+
+struct Part {
+    double width = 0, height = 0;
+    double tile_width = 0, tile_height = 0;  ///< 0 for lines
+
+    double bytes() const {
+        // The offset of each, and two sizes of a line; levels of tiles are four times as many at
+        // most.
+        constexpr double kLine = 24, kTile = 4 * 8;
+        if (tile_width < 1 || tile_height < 1) return height * kLine;
+        return (width / tile_width + 1) * (height / tile_height + 1) * kTile;
+    }
+};
+
+void read_attribute(std::string_view name, std::string_view value, Part* part) {
+    if (name == "dataWindow" && value.size() >= 16) {
+        const auto side = [&](size_t low) {
+            const double last = int_at(value.data() + low + 8), first = int_at(value.data() + low);
+            return std::max(last - first + 1, 0.0);
+        };
+        part->width = side(0);
+        part->height = side(4);
+    } else if (name == "tiles" && value.size() >= 8) {
+        part->tile_width = int_at(value.data());
+        part->tile_height = int_at(value.data() + 4);
+    }
+}
+
+}  // namespace
+
+Result<int64_t> exr_table_bytes(const InputFile& file) {
+    const Error damaged = user_error("its header is damaged");
+    uint8_t flags = 0;
+    const Result<size_t> version = file.read(kFirst - 3, &flags, 1);
+    if (!version) return version.error();
+    double total = 0;
+    Part part;
+    bool first_of_part = true;
+    for (int64_t at = kFirst;;) {
+        std::array<char, 2 * kLongestName + 64> buffer{};
+        const Result<size_t> got = file.read(at, buffer.data(), buffer.size());
+        if (!got) return got.error();
+        std::string_view rest(buffer.data(), *got);
+        const auto name = take_text(&rest);
+        if (!name) return damaged;
+        if (name->empty()) {
+            total += part.bytes();
+            part = {};
+            at += 1;
+            // Headers of several parts end with an empty one.
+            if ((flags & kManyParts) == 0 || first_of_part) break;
+            first_of_part = true;
+            continue;
+        }
+        first_of_part = false;
+        const auto type = take_text(&rest);
+        if (!type || rest.size() < sizeof(int32_t)) return damaged;
+        const int64_t size = int_at(rest.data());
+        rest.remove_prefix(sizeof(int32_t));
+        at += rest.data() - buffer.data();
+        if (size < 0 || size > file.bytes() - at) return damaged;
+        read_attribute(*name, rest.substr(0, static_cast<size_t>(size)), &part);
+        at += size;
+    }
+    constexpr double kMost = 1e18;
+    return static_cast<int64_t>(std::min(total, kMost));
+}
+
+}  // namespace openfab::tools
