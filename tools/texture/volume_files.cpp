@@ -251,7 +251,7 @@ MadeReader open_cube(const fs::path& file, const texture::ReadLimits& limits) {
             if (fine && !(size[0] >= 2 && size[0] <= kLongestSide))
                 return user_error(fmt::format("LUT_3D_SIZE is {:g}; 2 to {} are possible", size[0],
                                               kLongestSide));
-            n = static_cast<int64_t>(size[0]);
+            n = fine ? static_cast<int64_t>(size[0]) : 0;
             // No more than there can be: a number takes two bytes of the text.
             reader->values.reserve(std::min(static_cast<size_t>(3 * n * n * n), bytes->size() / 2));
         } else if (word == "DOMAIN_MIN") {
