@@ -150,6 +150,8 @@ struct HttpServer::Implementation {
         if (answer.step >= 0) response.set_header("X-OpenFab-Step", std::to_string(answer.step));
         response.set_header("Cache-Control",
                             answer.lasting ? "private, max-age=3600, immutable" : "no-store");
+        // What a browser keeps is this server's: another one's prints have the same numbers.
+        response.set_header("Vary", "X-OpenFab-Token");
         if (answer.status != 204) response.set_content(answer.body, answer.type);
     }
 

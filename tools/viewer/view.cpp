@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <malloc.h>
 
+#include "base/input_file.h"
 #include "base/say.h"
 #include "tools/viewer/http_server.h"
 #include "tools/viewer/json_text.h"
@@ -42,7 +43,10 @@ Result<void> open_prints(const ViewOptions& options, bool is_world, Session* ses
     if (is_world) {
         if (!options.compare.empty())
             return usage_error("a world cannot be compared; print it to an .ofr file first");
-        return {};
+        // Whatever else is wrong with it can be mended while the page is open.
+        const Result<InputFile> world = InputFile::open(options.file);
+        if (world) return {};
+        return with_context(world.error(), fmt::format("cannot open `{}`: ", options.file));
     }
     if (options.watch || !options.settings.empty() || !options.allow.empty())
         return usage_error("`--watch`, `--set` and `--allow` are for a world (.fab.json)");

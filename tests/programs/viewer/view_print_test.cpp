@@ -193,6 +193,14 @@ TEST_F(ViewPrint, APixelOfManyVoxelsIsTheirMeanInLinearLight) {
     }
 }
 
+TEST_F(ViewPrint, ABrowserMayKeepATileForThisServerAlone) {
+    const Viewer viewer({write(print_, "a.ofr")});
+    const HttpAnswer tile = viewer.get(tile_path("axis=z&at=0&lu=0&lv=0&u=0&v=0"));
+    EXPECT_THAT(tile.headers.at("cache-control"), HasSubstr("private"));
+    EXPECT_EQ(tile.headers.at("vary"), "X-OpenFab-Token");
+    EXPECT_EQ(viewer.get("/api/state").headers.at("cache-control"), "no-store");
+}
+
 TEST_F(ViewPrint, ACutHasARowOfEachSlice) {
     const Viewer viewer({write(print_, "a.ofr")});
     for (const int32_t coarse : {16, 4, 1}) {
@@ -470,6 +478,7 @@ TEST_F(ViewPrint, WhatCannotBeShownIsRefusedWithAReason) {
     const std::string print = write(print_, "a.ofr");
     const std::vector<std::pair<std::vector<std::string>, std::string>> wrong = {
         {{path("none.ofr")}, "cannot open"},
+        {{path("none.fab.json"), "--watch"}, "cannot open"},
         {{path("text.ofr")}, "not an .ofr file"},
         {{scratch_.path().string()}, "it is a folder"},
         {{print, path("none.ofr")}, "cannot open"},
