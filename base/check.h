@@ -24,13 +24,11 @@ std::string text_of(const void* value);
 
 template <typename T>
 std::string value_text(const T& value) {
-    if constexpr (std::is_enum_v<T>) {
-        return text_of(static_cast<long long>(value));
-    } else if constexpr (std::is_floating_point_v<T>) {
+    if constexpr (std::is_floating_point_v<T>) {
         return text_of(static_cast<double>(value));
     } else if constexpr (std::is_unsigned_v<T>) {
         return text_of(static_cast<unsigned long long>(value));
-    } else if constexpr (std::is_integral_v<T>) {
+    } else if constexpr (std::is_enum_v<T> || std::is_integral_v<T>) {
         return text_of(static_cast<long long>(value));
     } else {
         return text_of(static_cast<const void*>(value));
