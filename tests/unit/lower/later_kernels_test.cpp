@@ -107,8 +107,8 @@ TEST(LaterKernels, WhatHasNotBegunIsGivenUp) {
     LaterKernels later(nullptr);
     EXPECT_TRUE(later.done()) << "of nothing";
     for (const KernelUnit& kernel : list_kernels({unit}, {}))
-        ASSERT_TRUE(std::holds_alternative<openfab_kernel_fn>(
-            later.add(kernel, data.kernel(kernel.slot))));
+        ASSERT_TRUE(
+            std::holds_alternative<openfab_kernel_fn>(later.add(kernel, data.kernel(kernel.slot))));
     later.give_up();
     later.start();
     const auto finished = later.finish();
