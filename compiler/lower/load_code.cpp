@@ -11,7 +11,6 @@
 #include <cerrno>
 #include <cstdint>
 #include <cstring>
-#include <limits>
 #include <map>
 #include <optional>
 #include <system_error>
@@ -157,11 +156,7 @@ class Loader {
         add(SHF_EXECINSTR);
         up_to(kStubBytes);
         next_stub_ = end;
-        const auto needs_stub = [](const Elf64_Sym& symbol) {
-            return symbol.st_shndx == SHN_UNDEF && symbol.st_name != 0;
-        };
-        end += kStubBytes *
-               static_cast<size_t>(std::count_if(symbols_.begin(), symbols_.end(), needs_stub));
+        end += kStubBytes * symbols_.size();
         up_to(page);
         code_end_ = end;
         add(0);
@@ -204,12 +199,22 @@ class Loader {
         return std::nullopt;
     }
 
-    /// The stub that leads to a function of this program.
-    std::variant<uint64_t, std::string> stub_of(uint32_t symbol) {
-        if (const auto known = stubs_.find(symbol); known != stubs_.end()) return known->second;
+    /// The address of what a symbol names: in the object, else a function of this program.
+    std::variant<uint64_t, std::string> target_of(uint32_t symbol) const {
+        if (symbols_[symbol].st_shndx != SHN_UNDEF) {
+            if (const std::optional<uint64_t> local = local_address(symbols_[symbol]))
+                return *local;
+            return "it refers to what it does not have";
+        }
         const std::string_view name = text_at(names_, symbols_[symbol].st_name);
         const void* target = kernel_symbol(name);
         if (target == nullptr) return fmt::format("it calls `{}`, which is not known", name);
+        return reinterpret_cast<uint64_t>(target);
+    }
+
+    /// The stub that leads there.
+    uint64_t stub_of(uint32_t symbol, uint64_t target) {
+        if (const auto known = stubs_.find(symbol); known != stubs_.end()) return known->second;
         char* stub = mapping_->begin() + next_stub_;
         std::memcpy(stub, kJump, kJumpBytes);
         std::memcpy(stub + kJumpBytes, &target, sizeof target);
@@ -245,20 +250,16 @@ class Loader {
 
     /// What a relocation refers to.
     std::variant<uint64_t, std::string> value_of(uint32_t symbol, uint32_t type) {
-        const bool is_function =
+        const bool is_address =
             type == R_X86_64_PC32 || type == R_X86_64_PLT32 || type == R_X86_64_64;
         const bool is_load = type == R_X86_64_GOTPCREL || type == R_X86_64_GOTPCRELX ||
                              type == R_X86_64_REX_GOTPCRELX;
-        if (!is_function && !is_load) return fmt::format("it has a relocation of type {}", type);
-        if (symbols_[symbol].st_shndx != SHN_UNDEF) {
-            const std::optional<uint64_t> local = local_address(symbols_[symbol]);
-            if (!local || is_load) return fmt::format("it has a relocation of type {}", type);
-            return *local;
-        }
-        std::variant<uint64_t, std::string> stub = stub_of(symbol);
-        if (auto* address = std::get_if<uint64_t>(&stub); address != nullptr && is_load)
-            *address += kJumpBytes;
-        return stub;
+        if (!is_address && !is_load) return fmt::format("it has a relocation of type {}", type);
+        std::variant<uint64_t, std::string> target = target_of(symbol);
+        const auto* address = std::get_if<uint64_t>(&target);
+        if (address == nullptr) return target;
+        if (is_load) return stub_of(symbol, *address) + kJumpBytes;
+        return symbols_[symbol].st_shndx == SHN_UNDEF ? stub_of(symbol, *address) : *address;
     }
 
     std::string_view object_;

@@ -51,6 +51,22 @@ TEST(LoadCode, RunsWhatItLoads) {
     EXPECT_EQ(call(std::get<LoadedKernel>(loaded).function, 14), 42);
 }
 
+/// A parallel loop's body is a function of the object whose address is loaded.
+TEST(LoadCode, LoadsParallelLoops) {
+    ir::Stage stage;
+    stage.kind = ir::StageKind::kVolume;
+    ir::Builder builder(&stage);
+    const ir::ValueId in = builder.input(ir::Type::kFloat, OPENFAB_ARG_DISTANCE, 0, 0);
+    stage.outputs.push_back({"weight", OPENFAB_ARG_WEIGHT, 0, 0, in});
+    const auto parsed = parse_schedule("volume.sched", "weights.parallel(n)\n");
+    for (const openfab_isa isa : {OPENFAB_ISA_SSE41, OPENFAB_ISA_AVX2}) {
+        const auto made = compile_object({&stage, kFunction, isa, &std::get<Schedule>(parsed)});
+        ASSERT_TRUE(std::holds_alternative<std::string>(made));
+        const auto loaded = load_code(std::get<std::string>(made), kFunction + "_argv");
+        EXPECT_TRUE(std::holds_alternative<LoadedKernel>(loaded)) << std::get<std::string>(loaded);
+    }
+}
+
 TEST(LoadCode, WantsTheFunction) {
     const auto loaded = load_code(object_of_triple(), "another_argv");
     ASSERT_TRUE(std::holds_alternative<std::string>(loaded));
