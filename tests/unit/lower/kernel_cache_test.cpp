@@ -171,19 +171,20 @@ TEST(KernelKey, TellsApartAllThatDecidesTheCode) {
     ir::Stage elsewhere = stage(1);
     elsewhere.instrs[1].span = {7, 100, 120};
     const ir::Stage next = stage(std::nextafter(1.0f, 2.0f));
-    auto parsed = parse_schedule("mine.sched", "weights.vectorize(z)\n");
+    auto parsed = parse_schedule("mine.sched", "slab.vectorize(z)\n");
     const Schedule mine = std::get<Schedule>(parsed);
-    const Schedule& usual = default_schedule("volume", "avx2");
-    const KernelRequest request{&one, "f", OPENFAB_ISA_AVX2, nullptr};
+    const Schedule& usual = default_schedule("slab", "avx2");
+    const KernelRequest request{&one, nullptr, "f", OPENFAB_ISA_AVX2, nullptr};
     const KernelKey key = key_of(request);
-    EXPECT_EQ(key_of({&one, "another_name", OPENFAB_ISA_AVX2, nullptr}), key);
-    EXPECT_EQ(key_of({&elsewhere, "f", OPENFAB_ISA_AVX2, nullptr}), key);
+    EXPECT_EQ(key_of({&one, nullptr, "another_name", OPENFAB_ISA_AVX2, nullptr}), key);
+    EXPECT_EQ(key_of({&elsewhere, nullptr, "f", OPENFAB_ISA_AVX2, nullptr}), key);
     std::vector<KernelKey> others = {
-        key_of({&next, "f", OPENFAB_ISA_AVX2, nullptr}),
-        key_of({&one, "f", OPENFAB_ISA_SSE41, nullptr}),
-        key_of({&one, "f", OPENFAB_ISA_AVX2, &mine}),
+        key_of({&next, nullptr, "f", OPENFAB_ISA_AVX2, nullptr}),
+        key_of({&one, nullptr, "f", OPENFAB_ISA_SSE41, nullptr}),
+        key_of({&one, nullptr, "f", OPENFAB_ISA_AVX2, &mine}),
+        key_of({&one, &next, "f", OPENFAB_ISA_AVX2, nullptr}),
         // The user's own copy of the built-in one is compiled with checks.
-        key_of({&one, "f", OPENFAB_ISA_AVX2, &usual}),
+        key_of({&one, nullptr, "f", OPENFAB_ISA_AVX2, &usual}),
     };
     others.push_back(key);
     for (size_t a = 0; a < others.size(); ++a) {
@@ -194,7 +195,7 @@ TEST(KernelKey, TellsApartAllThatDecidesTheCode) {
 
 TEST(FindOrCompile, CompilesOnce) {
     const ir::Stage one = stage(1);
-    const KernelRequest request{&one, "openfab_test", OPENFAB_ISA_SSE41, nullptr};
+    const KernelRequest request{&one, nullptr, "openfab_test", OPENFAB_ISA_SSE41, nullptr};
     const KernelKey key = key_of(request);
     KernelCache cache;
     std::string code;
