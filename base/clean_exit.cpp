@@ -47,21 +47,32 @@ bool has_ended(pid_t child) {
     return got != 0 || info.si_pid != 0;
 }
 
+constexpr auto kStep = std::chrono::milliseconds(5);
+constexpr int kMostSteps = 400;
+
+/// Other threads still run: one that makes a file in a folder while that is emptied keeps it from
+/// being removed, and cannot make any once it is.
+void remove_now(const fs::path& path) {
+    std::error_code error;
+    for (int step = 0; step < kMostSteps; ++step) {
+        fs::remove_all(path, error);
+        if (!error) return;
+        std::this_thread::sleep_for(kStep);
+    }
+}
+
 /// The caller holds the lock and keeps it: nothing can be added to the list any more.
 void remove_all_listed(const Listed& all) {
     for (const pid_t child : all.programs)
         ::kill(child, SIGTERM);
     // Programs end first, since their output is removed next; one that ignores SIGTERM is
     // abandoned.
-    constexpr auto kStep = std::chrono::milliseconds(5);
-    constexpr int kMostSteps = 400;
     for (int step = 0; step < kMostSteps; ++step) {
         if (std::all_of(all.programs.begin(), all.programs.end(), has_ended)) break;
         std::this_thread::sleep_for(kStep);
     }
-    std::error_code ignored;
     for (const fs::path& path : all.paths)
-        fs::remove_all(path, ignored);
+        remove_now(path);
 }
 
 void clean(int pipe) {
