@@ -178,7 +178,7 @@ struct HttpServer::Implementation {
                 return admit(request, response);
             });
         server.set_exception_handler(
-            [](const httplib::Request&, httplib::Response& response, std::exception_ptr) {
+            [](const httplib::Request&, httplib::Response& response, const std::exception_ptr&) {
                 refuse(response, 500, "memory ran out");
             });
         const auto route = [this](const httplib::Request& request, httplib::Response& response) {

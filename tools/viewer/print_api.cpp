@@ -162,7 +162,7 @@ Answer tile(const Session::Prints& prints, const Request& request) {
         Difference difference(info, chosen.other->file().info(), plane.width);
         plane.row = [&](int32_t v) { return difference.row(rows->row(v), others->row(v)); };
         plane.bits = 8;
-        difference.fade(&palette);
+        Difference::fade(&palette);
         png = draw_tile(plane, place, palette);
     } else {
         png = draw_tile(plane, place, palette);

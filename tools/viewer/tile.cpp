@@ -156,7 +156,7 @@ uint8_t srgb_of(double linear) {
         }
         return made;
     }();
-    return table[static_cast<size_t>(std::clamp(linear, 0.0, 1.0) * (kSteps - 1) + 0.5)];
+    return table[static_cast<size_t>(std::lround(std::clamp(linear, 0.0, 1.0) * (kSteps - 1)))];
 }
 
 std::vector<uint8_t> draw_tile(const Plane& plane, const TilePlace& place, const Palette& palette) {

@@ -143,14 +143,16 @@ void Volume::sample(const uint8_t* rows, std::vector<uint8_t>* codes) const {
     const size_t row_bytes = store_->file().row_bytes();
     for (int32_t cy = 0; cy < cells_.y; ++cy) {
         for (int32_t j = 0; j < kAlong; ++j) {
-            const auto y = static_cast<size_t>(ys_[static_cast<size_t>(cy * kAlong + j)]);
+            const auto y =
+                static_cast<size_t>(ys_[static_cast<size_t>(cy) * kAlong + static_cast<size_t>(j)]);
             const uint8_t* row = rows + y * row_bytes;
             uint8_t* to = codes->data() +
                           static_cast<size_t>(cy) * static_cast<size_t>(cells_.x) * kSamples +
                           static_cast<size_t>(j * kAcross);
             for (int32_t cx = 0; cx < cells_.x; ++cx, to += kSamples) {
                 for (int32_t i = 0; i < kAcross; ++i) {
-                    const int32_t x = xs_[static_cast<size_t>(cx * kAcross + i)];
+                    const int32_t x =
+                        xs_[static_cast<size_t>(cx) * kAcross + static_cast<size_t>(i)];
                     to[i] = info.bits == 8
                                 ? row[x]
                                 : static_cast<uint8_t>((row[x >> 1] >> ((x & 1) * 4)) & 15);
@@ -175,7 +177,8 @@ void Volume::run() {
             const Result<void> read =
                 store_->visit(step.z, [&](const uint8_t* rows) { sample(rows, &codes); });
             const std::lock_guard lock(mutex_);
-            const auto place = static_cast<size_t>(step.layer * parts_ + step.part);
+            const auto place = static_cast<size_t>(step.layer) * static_cast<size_t>(parts_) +
+                               static_cast<size_t>(step.part);
             if (read) {
                 std::copy(codes.begin(), codes.end(),
                           codes_.begin() + static_cast<std::ptrdiff_t>(place * codes.size()));
@@ -215,7 +218,8 @@ std::vector<uint8_t> Volume::colors(const Palette& palette) {
         std::fill(sums.begin(), sums.end(), Sum{});
         uint32_t voxels = 0;
         for (int32_t part = 0; part < parts_; ++part) {
-            const auto place = static_cast<size_t>(layer * parts_ + part);
+            const auto place = static_cast<size_t>(layer) * static_cast<size_t>(parts_) +
+                               static_cast<size_t>(part);
             if (has_part_[place] == 0) continue;
             voxels += kSamples;
             const uint8_t* codes = codes_.data() + place * part_bytes;
