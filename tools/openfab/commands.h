@@ -29,6 +29,11 @@ struct ExportOptions {
     int32_t slice = -1;
 };
 
+struct ReceiveArguments {
+    std::string listen, output, token_file, layer_time, memory;
+    int32_t buffer = 20;
+};
+
 /// `new`: makes a folder, whose last part names the fablet.
 Result<void> make_folder(const std::string& path);
 /// `import`: makes a world of a mesh.
@@ -40,6 +45,8 @@ Result<void> info(const std::string& file, const std::vector<std::string>& allow
 Result<void> verify(const std::string& file, const std::string& memory);
 /// `export`: writes an .ofr file as something else.
 Result<void> run_export(ExportOptions options);
+/// `receive`: takes one print that is streamed.
+Result<void> run_receive(const ReceiveArguments& arguments);
 
 /// Runs `openfab print …`: compiles what changed and replaces the process by the print binary;
 /// returns the exit code where that fails. It parses the print binary's own options, so it is not a
