@@ -11,6 +11,7 @@
 #include <string_view>
 #include <utility>
 
+#include "backends/stream/address.h"
 #include "base/command_line.h"
 #include "base/units.h"
 
@@ -26,6 +27,7 @@ constexpr const char* kExamples = R"(Examples:
   {0} part.obj -o part.ofr --voxel 0.1mm --set part.scale=2.5
   {0} card.fab.json -o card.ofr --resume         the rest of an interrupted print
   {0} card.fab.json -o - | openfab verify -      a stream of slices
+  {0} card.fab.json -o tcp://printer:7000        to `openfab receive`, or a printer's front end
 
 Lengths have units (27um, 0.1mm, 1in), sizes too (300MB). Exit codes: 0 done, 1 the input is wrong,
 2 usage, 3 disk or pipe failed (whole slices stay), 4 a bug in OpenFab, 130 interrupted.
@@ -112,11 +114,15 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
                    "a world (.fab.json), or a mesh (.obj, .stl, …) where there is only one fablet")
         ->required();
     app.add_option("-o,--output", o.output,
-                   "a folder (png), a file (.ofr, .3mf, .stl), or - for standard output (ofr)")
+                   "a folder (png), a file (.ofr, .3mf, .stl), - for standard output (ofr), or a "
+                   "receiver: tcp://HOST:PORT or unix:PATH")
         ->type_name("OUT");
     app.add_option("--format", o.format,
                    "ofr, png, 3mf or stl (default: by OUT's extension, else the printer's own)")
         ->type_name("FORMAT");
+    app.add_option("--token-file", o.token_file,
+                   "a file whose first line the receiver wants to hear (or OPENFAB_TOKEN)")
+        ->type_name("FILE");
     app.add_option("--printer", o.printer,
                    "connex500, j750, j750_hq, generic, or a .printer.json file")
         ->type_name("PRINTER");
@@ -263,6 +269,12 @@ Result<void> validate_options(const Raw& raw, Options* o) {
         return usage_error(fmt::format("{} cannot go to standard output; use `--format ofr`",
                                        o->format == "png" ? "png slices are a folder and"
                                                           : o->format + " is finished last and"));
+    }
+    if (stream::is_address(o->output)) {
+        if (Result<stream::Address> a = stream::parse_address(o->output); !a) return a.error();
+        if (!o->format.empty() && o->format != "ofr")
+            return usage_error(
+                fmt::format("{} cannot be streamed; a receiver gets `--format ofr`", o->format));
     }
     if (o->resume && (o->output.empty() || o->output == "-")) {
         return usage_error(

@@ -19,8 +19,9 @@
 namespace openfab::program {
 
 struct Options {
-    std::string input;   ///< a world (.fab.json) or a mesh
-    std::string output;  ///< empty: none; `-` standard output
+    std::string input;       ///< a world (.fab.json) or a mesh
+    std::string output;      ///< empty: none; `-` standard output; or an address (stream/address.h)
+    std::string token_file;  ///< of a receiver that wants a token
     std::string printer;
     std::string format;  ///< empty: from the output's extension, else the printer's own
     std::optional<double> voxel_mm;

@@ -11,6 +11,7 @@
 
 #include "backends/boundary/mesh_sink.h"
 #include "backends/raster/png_sink.h"
+#include "backends/stream/address.h"
 
 namespace openfab::program {
 
@@ -115,7 +116,8 @@ std::vector<NamedOutput> outputs_of(const Options& options, const std::string& f
             whole("-o", boundary::stl_path(options.output, info, m));
     } else if (format == "3mf") {
         whole("-o", options.output);
-    } else if (!options.output.empty() && options.output != "-") {
+    } else if (!options.output.empty() && options.output != "-" &&
+               !stream::is_address(options.output)) {
         out.push_back({"-o", options.output});
     }
     if (!options.stats_file.empty()) whole("--stats", options.stats_file);

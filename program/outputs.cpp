@@ -15,6 +15,7 @@
 #include "backends/ofr/ofr_sink.h"
 #include "backends/preview/preview.h"
 #include "backends/raster/png_sink.h"
+#include "backends/stream/stream_sink.h"
 
 namespace openfab::program {
 
@@ -32,6 +33,14 @@ Result<std::unique_ptr<pipeline::SliceSink>> open_format(const Options& options,
                 ? "a mesh is closed by its last slice, so nothing is left of one that was cut "
                   "short; print an .ofr file, and make meshes of it with `openfab export`"
                 : "it is not a file that keeps what was written"));
+    }
+    if (stream::is_address(options.output)) {
+        Result<stream::Address> address = stream::parse_address(options.output);
+        if (!address) return address.error();
+        Result<std::string> token = stream::load_token(options.token_file);
+        if (!token) return token.error();
+        return std::unique_ptr<pipeline::SliceSink>(std::make_unique<stream::StreamSink>(
+            std::move(*address), std::move(*token), options.resume));
     }
     if (format == "ofr") {
         return options.resume ? ofr::OfrSink::reopen(options.output)
@@ -64,7 +73,7 @@ bool looks_like_file(const std::string& extension) {
 Result<std::string> name_format(const Options& options, const world::Printer& printer) {
     if (options.output.empty()) return std::string();
     if (!options.format.empty()) return options.format;
-    if (options.output == "-") return std::string("ofr");
+    if (options.output == "-" || stream::is_address(options.output)) return std::string("ofr");
     const std::filesystem::path path(options.output);
     const std::string extension = path.filename().has_filename() ? path.extension().string() : "";
     for (const char* known : {".ofr", ".stl", ".3mf"}) {
@@ -103,7 +112,7 @@ Result<std::string> choose_format(const Options& options, const world::Printer& 
 }
 
 bool can_be_resumed(const Options& options, const std::string& format) {
-    if (format == "png") return true;
+    if (format == "png" || stream::is_address(options.output)) return true;
     std::error_code ignored;
     const std::filesystem::file_status there = std::filesystem::status(options.output, ignored);
     return format == "ofr" && options.output != "-" &&
@@ -125,6 +134,12 @@ Result<std::unique_ptr<pipeline::SliceSink>> open_output(const Options& options,
         observers.push_back(preview::make_preview(spec));
     return std::unique_ptr<pipeline::SliceSink>(
         std::make_unique<backends::TeeSink>(std::move(*sink), std::move(observers)));
+}
+
+int64_t queue_bytes(const Options& options) {
+    return stream::is_address(options.output)
+               ? static_cast<int64_t>(stream::StreamSink::kMostQueuedBytes)
+               : 0;
 }
 
 int64_t preview_bytes(const Options& options) {

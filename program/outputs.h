@@ -25,11 +25,15 @@ Result<std::string> choose_format(const Options& options, const world::Printer& 
 Result<std::unique_ptr<pipeline::SliceSink>> open_output(const Options& options,
                                                          const world::Printer& printer);
 
-/// Returns whether `--resume` can continue a print into this output: a file or a folder of slices.
+/// Returns whether `--resume` can continue a print into this output: a file, a folder of slices, or
+/// a receiver.
 bool can_be_resumed(const Options& options, const std::string& format);
 
 /// Returns the memory of the output for each voxel of a slice.
 int64_t output_bytes_per_column(const std::string& format);
+
+/// Returns the memory of slices that wait for a receiver.
+int64_t queue_bytes(const Options& options);
 
 /// Returns the memory of the previews; the pipeline gets the rest of --memory.
 int64_t preview_bytes(const Options& options);

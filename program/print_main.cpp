@@ -38,7 +38,7 @@ pipeline::PrintOptions pipeline_options(const Options& options, const std::strin
                                         const std::atomic<bool>& interrupt) {
     pipeline::PrintOptions result;
     result.interrupt = &interrupt;
-    result.reserved_bytes = preview_bytes(options);
+    result.reserved_bytes = preview_bytes(options) + queue_bytes(options);
     result.memory_bytes = options.memory_bytes - result.reserved_bytes;
     result.threads = options.threads;
     // A mesh of dithered voxels would consist of specks, which printers of meshes cannot print.

@@ -4,7 +4,6 @@
 
 #include <fmt/format.h>
 #include <sys/stat.h>
-#include <zstd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -12,6 +11,7 @@
 #include <numeric>
 
 #include "backends/common/tee_sink.h"
+#include "backends/ofr/slice_codec.h"
 #include "base/units.h"
 #include "runtime/pipeline/print_hash.h"
 
@@ -160,7 +160,7 @@ Result<void> OfrReader::read_slice(std::span<const uint8_t> head_bytes) {
     if (head->z != info_.slice_begin + whole_slices()) {
         return slice_error(fmt::format("slice {} is there instead", head->z));
     }
-    if (head->frame_bytes > ZSTD_compressBound(row_bytes_ * static_cast<size_t>(info_.size.y))) {
+    if (head->frame_bytes > most_frame_bytes(row_bytes_ * static_cast<size_t>(info_.size.y))) {
         return slice_error("its header is damaged");
     }
     if (const int64_t bytes = slice_bytes() + head->frame_bytes; bytes > memory_bytes_)
@@ -170,14 +170,9 @@ Result<void> OfrReader::read_slice(std::span<const uint8_t> head_bytes) {
 }
 
 Result<void> OfrReader::decode(const SliceHead& head) {
-    const size_t raw = row_bytes_ * static_cast<size_t>(info_.size.y);
-    if (ZSTD_getFrameContentSize(buffer_.data(), buffer_.size()) != raw) {
-        return slice_error("its data are damaged");
-    }
-    rows_.resize(raw);
-    const size_t got = ZSTD_decompress(rows_.data(), raw, buffer_.data(), buffer_.size());
-    if (ZSTD_isError(got) != 0U || got != raw) return slice_error("its data are damaged");
-    if (checksum(rows_) != head.rows_checksum) return slice_error("its checksum is wrong");
+    rows_.resize(row_bytes_ * static_cast<size_t>(info_.size.y));
+    if (Result<void> decoded = decode_frame(head, buffer_, rows_); !decoded)
+        return slice_error(decoded.error().text());
     view_ = {head.z, rows_.data(), row_bytes_, info_.size.x, info_.size.y};
     if (!count_codes()) {
         return slice_error(fmt::format("it has codes beyond the {} materials of the header",

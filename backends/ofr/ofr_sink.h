@@ -16,12 +16,6 @@
 
 namespace openfab::ofr {
 
-/// Level of zstd. Measured on a dithered slice of 2362 x 827 voxels, CPU time of one core of a
-/// 2-core AVX2 machine: 730 M voxels/s and 231 kB; level 3 takes a quarter longer for 3 % less,
-/// level 6 six times as long for 9 % less. A slice of few runs goes at more than 2 G voxels/s, at
-/// either level.
-constexpr int kZstdLevel = 1;
-
 class OfrSink : public pipeline::SliceSink {
   public:
     /// Creates the output; `path` may be `-` for standard output. The file exists from the start

@@ -208,6 +208,14 @@ std::string difference(const rapidjson::Value& there, const rapidjson::Value& he
 
 }  // namespace
 
+bool manifest_is_complete(const std::string& text) {
+    rapidjson::Document manifest;
+    manifest.Parse<rapidjson::kParseIterativeFlag>(text.data(), text.size());
+    if (manifest.HasParseError() || !manifest.IsObject()) return false;
+    const auto complete = manifest.FindMember("complete");
+    return complete != manifest.MemberEnd() && complete->value.IsTrue();
+}
+
 std::string manifest_difference(const std::string& text, const pipeline::PrintInfo& info,
                                 const PngOptions& options) {
     rapidjson::Document there, here;

@@ -134,10 +134,12 @@ struct SliceDeflater {
     isal_zstream stream;
     std::vector<uint8_t> tables = std::vector<uint8_t>(ISAL_DEF_LVL1_DEFAULT);
     std::vector<uint8_t> rows;
+    std::unique_ptr<uint8_t, Free> packed;  ///< its pages are there once they are touched
+    size_t packed_bytes = 0;
 };
 
-/// Compresses all rows into `packed`; returns the bytes, 0 where there was no room.
-size_t deflate_rows(const PngImage& image, const PutRow& put_row, std::span<uint8_t> packed) {
+/// Compresses all rows; empty where there was no room. The bytes stay until the thread's next call.
+std::span<const uint8_t> deflate_rows(const PngImage& image, const PutRow& put_row) {
     // As many rows at a time as stay in the L2 cache. The bytes depend on their number, so it is
     // one for all machines.
     constexpr size_t kBytesAtOnce = 256 << 10;
@@ -146,6 +148,14 @@ size_t deflate_rows(const PngImage& image, const PutRow& put_row, std::span<uint
     const size_t stride = row_bytes(image);
     const auto rows_at_once = static_cast<int32_t>(std::max<size_t>(kBytesAtOnce / stride, 1));
     deflater->rows.resize(std::max(deflater->rows.size(), stride * rows_at_once));
+    // Bytes that look like noise grow by a percent or two; no chunk is longer than a file may have.
+    const size_t raw = stride * static_cast<size_t>(image.height);
+    const size_t bound = std::min<size_t>(raw + raw / 8 + (64 << 10), INT32_MAX);
+    if (deflater->packed_bytes < bound) {
+        deflater->packed.reset(static_cast<uint8_t*>(std::malloc(bound)));
+        deflater->packed_bytes = deflater->packed == nullptr ? 0 : bound;
+        if (deflater->packed == nullptr) return {};
+    }
     isal_zstream& stream = deflater->stream;
     isal_deflate_init(&stream);
     stream.level = 1;
@@ -153,8 +163,8 @@ size_t deflate_rows(const PngImage& image, const PutRow& put_row, std::span<uint
     stream.level_buf_size = static_cast<uint32_t>(deflater->tables.size());
     stream.gzip_flag = IGZIP_ZLIB;
     stream.flush = NO_FLUSH;
-    stream.next_out = packed.data();
-    stream.avail_out = static_cast<uint32_t>(packed.size());
+    stream.next_out = deflater->packed.get();
+    stream.avail_out = static_cast<uint32_t>(bound);
     for (int32_t y = 0; y < image.height;) {
         const int32_t end = y + std::min(rows_at_once, image.height - y);
         uint8_t* row = deflater->rows.data();
@@ -165,29 +175,25 @@ size_t deflate_rows(const PngImage& image, const PutRow& put_row, std::span<uint
         stream.next_in = deflater->rows.data();
         stream.avail_in = static_cast<uint32_t>(row - deflater->rows.data());
         stream.end_of_stream = end == image.height ? 1 : 0;
-        if (isal_deflate(&stream) != COMP_OK || stream.avail_in != 0) return 0;
+        if (isal_deflate(&stream) != COMP_OK || stream.avail_in != 0) return {};
     }
-    return stream.internal_state.state == ZSTATE_END ? packed.size() - stream.avail_out : 0;
+    if (stream.internal_state.state != ZSTATE_END) return {};
+    return {deflater->packed.get(), bound - stream.avail_out};
 }
 
 }  // namespace
 
 std::vector<uint8_t> encode_png_rows(const PngImage& image, const PutRow& put_row) {
-    const size_t raw = row_bytes(image) * static_cast<size_t>(image.height);
-    // Bytes that look like noise grow by a percent or two; no chunk is longer than a file may have.
-    // Memory that is not touched is none.
-    const size_t bound = std::min<size_t>(raw + raw / 8 + (64 << 10), INT32_MAX);
-    const std::unique_ptr<uint8_t, Free> packed(static_cast<uint8_t*>(std::malloc(bound)));
-    if (packed == nullptr) return {};
-    const size_t bytes = deflate_rows(image, put_row, {packed.get(), bound});
-    if (bytes == 0) return {};
+    const std::span<const uint8_t> packed = deflate_rows(image, put_row);
+    if (packed.empty()) return {};
+    constexpr size_t kChunk = 12;  // length, type, checksum
     std::vector<uint8_t> out = begin_file(image);
-    out.reserve(out.size() + bytes + 64);
+    // The bytes wait in a queue, so they take no more than they need.
+    out.reserve(out.size() + kChunk + packed.size() + kChunk);
     const size_t chunk = begin_chunk(out, "IDAT");
-    out.insert(out.end(), packed.get(), packed.get() + bytes);
+    out.insert(out.end(), packed.begin(), packed.end());
     end_chunk(out, chunk);
     end_file(out);
-    out.shrink_to_fit();
     return out;
 }
 

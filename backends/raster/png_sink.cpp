@@ -67,25 +67,36 @@ class PixelRows {
     }
 
   private:
-    // Most of a slice repeats: then 16 pixels are those just written.
+    // Most of a slice repeats, 16 pixels at a time.
     void put_pairs(const uint8_t* packed, uint8_t* out) const {
         constexpr size_t kBytes = 8, kPixelBytes = 2 * sizeof(uint32_t) * kBytes;
         const auto width = static_cast<size_t>(slice_.width);
         size_t i = 0;
-        for (uint64_t before = 0; i + kBytes <= width / 2; i += kBytes, out += kPixelBytes) {
-            uint64_t these = 0;
-            std::memcpy(&these, packed + i, kBytes);
-            if (i > 0 && these == before) {
-                std::memcpy(out, out - kPixelBytes, kPixelBytes);
-                continue;
-            }
-            before = these;
+        while (i + kBytes <= width / 2) {
             for (size_t k = 0; k < kBytes; ++k)
                 std::memcpy(out + 8 * k, pairs_[packed[i + k]].data(), 8);
+            uint64_t these = 0, next = 0;
+            std::memcpy(&these, packed + i, kBytes);
+            size_t repeats = 0;
+            for (i += kBytes; i + kBytes <= width / 2; i += kBytes, ++repeats) {
+                std::memcpy(&next, packed + i, kBytes);
+                if (next != these) break;
+            }
+            repeat(out, kPixelBytes, repeats);
+            out += kPixelBytes * (1 + repeats);
         }
         for (; i < width / 2; ++i, out += 8)
             std::memcpy(out, pairs_[packed[i]].data(), 8);
         if (width % 2 != 0) std::memcpy(out, pairs_[packed[i]].data(), 4);
+    }
+    /// Repeats the first `bytes` so many times more.
+    static void repeat(uint8_t* out, size_t bytes, size_t times) {
+        const size_t all = bytes * (1 + times);
+        for (size_t have = bytes; have < all;) {
+            const size_t more = std::min(have, all - have);
+            std::memcpy(out + have, out, more);
+            have += more;
+        }
     }
     /// The first pixel of a byte is in its low half in packed rows and in its high one in PNGs.
     void swap_halves(const uint8_t* packed, uint8_t* out) const {

@@ -53,6 +53,9 @@ std::vector<uint8_t> decode_slice(std::span<const uint8_t> file, const pipeline:
 std::string manifest_difference(const std::string& text, const pipeline::PrintInfo& info,
                                 const PngOptions& options);
 
+/// Returns whether the manifest `text` says that all of a print is there.
+bool manifest_is_complete(const std::string& text);
+
 class PngSink : public pipeline::SliceSink {
   public:
     /// Creates the folder and those above it. Slices of an earlier print in it are replaced; fails

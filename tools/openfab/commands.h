@@ -34,6 +34,11 @@ struct ViewArguments {
     std::string memory;
 };
 
+struct ReceiveArguments {
+    std::string listen, output, token_file, layer_time, memory;
+    int32_t buffer = 20;
+};
+
 /// `new`: makes a folder, whose last part names the fablet.
 Result<void> make_folder(const std::string& path);
 /// `import`: makes a world of a mesh.
@@ -45,6 +50,8 @@ Result<void> info(const std::string& file, const std::vector<std::string>& allow
 Result<void> verify(const std::string& file, const std::string& memory);
 /// `export`: writes an .ofr file as something else.
 Result<void> run_export(ExportOptions options);
+/// `receive`: takes one print that is streamed.
+Result<void> run_receive(const ReceiveArguments& arguments);
 
 /// `view`: serves a page that shows prints, or a world; returns only on an error.
 Result<void> run_view(ViewArguments arguments);

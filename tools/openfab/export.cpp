@@ -17,22 +17,12 @@
 #include "program/output_check.h"
 #include "program/outputs.h"
 #include "tools/openfab/commands.h"
+#include "tools/openfab/known_printer.h"
 #include "tools/openfab/memory_option.h"
-#include "world/printer.h"
 
 namespace openfab::tools {
 
 namespace {
-
-/// Returns the printer that the file names, for support and hand-off notes; none if it is unknown
-/// here.
-world::Printer printer_of(const pipeline::PrintInfo& info) {
-    Result<world::Printer> printer = world::load_printer(info.printer);
-    if (printer) return *printer;
-    world::Printer unknown;
-    unknown.name = info.printer;
-    return unknown;
-}
 
 pipeline::PrintTotals totals_so_far(const ofr::OfrReader& reader) {
     pipeline::PrintTotals totals;

@@ -29,6 +29,7 @@ constexpr const char* kFooter = R"(Examples:
   openfab verify card.ofr                      check every slice
   openfab export card.ofr -o slices            an .ofr as a folder of PNGs
   openfab view card.ofr                        slices, cuts and a volume in a browser
+  openfab receive --listen tcp://127.0.0.1:7000 -o card.ofr
 )";
 
 using Action = std::function<Result<void>()>;
@@ -169,6 +170,23 @@ void add_view(CLI::App& app, Action* action) {
     command->callback([a, action] { *action = [a] { return run_view(*a); }; });
 }
 
+void add_receive(CLI::App& app, Action* action) {
+    CLI::App* command =
+        app.add_subcommand("receive", "take a print that is streamed, as a printer would");
+    auto a = std::make_shared<ReceiveArguments>();
+    command->add_option("--listen", a->listen, "tcp://HOST:PORT or unix:PATH")->required();
+    command->add_option("-o,--output", a->output, "an .ofr file, or a folder of PNGs")->required();
+    command->add_option("--token-file", a->token_file,
+                        "a file whose first line senders must know (or OPENFAB_TOKEN); needed "
+                        "where other machines can connect");
+    command->add_option("--layer-time", a->layer_time,
+                        "use up a slice this often, as 10s, and tell when one was late");
+    command->add_option("--buffer", a->buffer, "slices that wait for the layer time (default: 20)")
+        ->check(CLI::Range(1, 1000));
+    add_memory_option(command, &a->memory);
+    command->callback([a, action] { *action = [a] { return run_receive(*a); }; });
+}
+
 int tool_main(int argc, char** argv) {
     prepare_streams();
     clean_up_on_signals();
@@ -186,6 +204,7 @@ int tool_main(int argc, char** argv) {
     add_verify(app, &action);
     add_export(app, &action);
     add_view(app, &action);
+    add_receive(app, &action);
     app.add_subcommand("texture", "convert an image for prints, which call this themselves");
     app.footer(kFooter);  // last, so that the commands above do not inherit it
     Result<void> done;

@@ -1,0 +1,420 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Prints over a line: what is cut, killed, slow, full or hostile; the bytes must be those of an
+// undisturbed print.
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <map>
+#include <mutex>
+#include <random>
+#include <thread>
+
+#include "backends/stream/message.h"
+#include "base/clock.h"
+#include "tests/programs/stream/proxy.h"
+#include "tests/support/process/process.h"
+
+namespace openfab::testing {
+namespace {
+
+using namespace std::chrono_literals;
+using ::testing::HasSubstr;
+namespace fs = std::filesystem;
+
+/// A program that runs beside the test.
+class Running {
+  public:
+    explicit Running(std::vector<std::string> argv, RunOptions options = {}) {
+        options.signal = SIGKILL;
+        options.interrupt_when = [this](int, const Outcome& so_far) {
+            const std::lock_guard lock(mutex_);
+            err_ = so_far.err;
+            return kill_.load();
+        };
+        thread_ = std::thread([this, argv = std::move(argv), options] {
+            outcome_ = run(argv, options);
+            ended_ = true;
+        });
+    }
+    ~Running() { kill(); }
+    std::string err() {
+        const std::lock_guard lock(mutex_);
+        return err_;
+    }
+    bool ended() const { return ended_; }
+    /// Waits until it has said `text`; returns whether it has.
+    bool says(const std::string& text, double seconds = 60) {
+        for (const double start = seconds_now(); seconds_now() - start < seconds;) {
+            if (err().find(text) != std::string::npos) return true;
+            if (ended_) return outcome_.err.find(text) != std::string::npos;
+            std::this_thread::sleep_for(2ms);
+        }
+        return false;
+    }
+    /// Kills it unless it has ended.
+    void kill() {
+        kill_ = true;
+        if (thread_.joinable()) thread_.join();
+    }
+    /// Waits for its own end.
+    const Outcome& end() {
+        if (thread_.joinable()) thread_.join();
+        return outcome_;
+    }
+
+  private:
+    std::mutex mutex_;
+    std::string err_;
+    std::atomic<bool> kill_{false}, ended_{false};
+    Outcome outcome_;
+    std::thread thread_;
+};
+
+class Stream : public ::testing::Test {
+  protected:
+    Stream() {
+        scratch_.write("f.fl", "fablet Skin {}\nfablet Tint {}\n");
+        write_world("ball.fab.json", R"({"sphere": 12})");
+        write_world("other.fab.json", R"({"sphere": 11})");
+        scratch_.write("token", "open sesame\n");
+        scratch_.write("wrong", "open barley\n");
+    }
+    void write_world(const std::string& name, const std::string& mesh,
+                     const std::string& fablet = "Skin") {
+        scratch_.write(name, fmt::format(R"({{
+  "openfab": 1, "printer": "generic",
+  "fablets": {{"f": {{"source": "f.fl", "fablet": "{}"}}}},
+  "materials": {{"white": {{"key": "#ffffff"}}, "black": {{"key": "#000000"}}}},
+  "meshes": {{"mesh": {}}},
+  "objects": {{"thing": {{"mesh": "mesh", "fablet": "f", "uniforms": {{"a": "white", "b": "black"}}}}}},
+  "build": [{{"object": "thing"}}]
+}}
+)",
+                                         fablet, mesh));
+    }
+    std::string path(const std::string& name) const { return (scratch_ / name).string(); }
+    std::vector<std::string> printing(const std::string& output,
+                                      const std::vector<std::string>& more = {},
+                                      const std::string& world = "ball.fab.json") const {
+        std::vector<std::string> argv{OPENFAB_TEST_PRINT, path(world),    "--voxel", "0.1mm",
+                                      "--dither",         "decorrelated", "-o",      output};
+        argv.insert(argv.end(), more.begin(), more.end());
+        return argv;
+    }
+    std::vector<std::string> receiving(const std::string& address, const std::string& output,
+                                       const std::vector<std::string>& more = {}) const {
+        std::vector<std::string> argv{OPENFAB_PROGRAM, "receive", "--listen",
+                                      address,         "-o",      path(output)};
+        argv.insert(argv.end(), more.begin(), more.end());
+        return argv;
+    }
+    /// The file of an undisturbed print.
+    const std::string& undisturbed() {
+        if (undisturbed_.empty()) {
+            EXPECT_EQ(run(printing(path("undisturbed.ofr"))).exit_code, 0);
+            undisturbed_ = read_file(path("undisturbed.ofr"));
+            EXPECT_GT(undisturbed_.size(), 50'000u);
+        }
+        return undisturbed_;
+    }
+    /// Where a receiver listens, by what it says.
+    static std::string address_of(Running* receiver) {
+        EXPECT_TRUE(receiver->says("listening at ") && receiver->says("\n"));
+        const std::string err = receiver->err();
+        const size_t at = err.find("listening at ");
+        if (at == std::string::npos) return "";
+        return err.substr(at + 13, err.find('\n', at) - at - 13);
+    }
+    stream::Line connect(const std::string& address) {
+        Result<stream::Socket> socket = stream::connect_to(*stream::parse_address(address), 5);
+        EXPECT_TRUE(socket);
+        return stream::Line(socket ? std::move(*socket) : stream::Socket());
+    }
+    std::string unix_address() const { return "unix:" + path("line"); }
+
+    ScratchFolder scratch_;
+    std::string undisturbed_;
+    std::mt19937 random_{20};
+};
+
+constexpr const char* kAnyPort = "tcp://127.0.0.1:0";
+/// A printer that is slow enough for a test to happen: 120 slices take more than 2 s.
+const std::vector<std::string> kSlow{"--layer-time", "20ms", "--buffer", "4"};
+
+std::map<std::string, std::string> files_of(const fs::path& folder) {
+    std::map<std::string, std::string> files;
+    for (const auto& entry : fs::directory_iterator(folder))
+        files[entry.path().filename().string()] = read_file(entry.path());
+    return files;
+}
+
+TEST_F(Stream, TheReceiverKeepsWhatAFileWouldHold) {
+    for (const std::string& where : {std::string(kAnyPort), unix_address()}) {
+        Running receiver(receiving(where, "a.ofr"));
+        const Outcome sent = run(printing(address_of(&receiver)));
+        EXPECT_EQ(sent.exit_code, 0) << sent.err;
+        EXPECT_EQ(receiver.end().exit_code, 0) << receiver.end().err;
+        EXPECT_TRUE(read_file(path("a.ofr")) == undisturbed());
+        EXPECT_THAT(receiver.end().err,
+                    HasSubstr("lines cut: 0, slices out of order: 0, damaged: 0"));
+        fs::remove(path("a.ofr"));
+    }
+    Running receiver(receiving(kAnyPort, "slices"));
+    EXPECT_EQ(run(printing(address_of(&receiver))).exit_code, 0);
+    EXPECT_EQ(receiver.end().exit_code, 0) << receiver.end().err;
+    ASSERT_EQ(run(printing(path("direct"), {"--format", "png"})).exit_code, 0);
+    EXPECT_TRUE(files_of(path("slices")) == files_of(path("direct")));
+}
+
+TEST_F(Stream, ALineThatIsCutAtRandomMomentsIsTakenUpAgain) {
+    constexpr int kCuts = 20;
+    const auto bytes = static_cast<int64_t>(undisturbed().size());
+    std::vector<int64_t> cuts;
+    for (int i = 0; i < kCuts; ++i)
+        cuts.push_back(std::uniform_int_distribution<int64_t>(1, bytes)(random_));
+    std::sort(cuts.begin(), cuts.end());
+    Running receiver(receiving(kAnyPort, "a.ofr"));
+    const Proxy proxy(*stream::parse_address(address_of(&receiver)), cuts);
+    const Outcome sent = run(printing(proxy.address()));
+    EXPECT_EQ(sent.exit_code, 0) << sent.err;
+    EXPECT_EQ(proxy.cuts_made(), kCuts);
+    EXPECT_EQ(receiver.end().exit_code, 0) << receiver.end().err;
+    EXPECT_TRUE(read_file(path("a.ofr")) == undisturbed());
+    EXPECT_THAT(receiver.end().err, HasSubstr("slices out of order: 0, damaged: 0"));
+}
+
+TEST_F(Stream, ADamagedSliceIsSentAgain) {
+    const auto bytes = static_cast<int64_t>(undisturbed().size());
+    Running receiver(receiving(kAnyPort, "a.ofr"));
+    const Proxy proxy(*stream::parse_address(address_of(&receiver)), {}, bytes / 2);
+    const Outcome sent = run(printing(proxy.address()));
+    EXPECT_EQ(sent.exit_code, 0) << sent.err << receiver.err();
+    EXPECT_EQ(receiver.end().exit_code, 0);
+    EXPECT_TRUE(read_file(path("a.ofr")) == undisturbed());
+    EXPECT_THAT(receiver.end().err, HasSubstr("damaged: 1"));
+}
+
+TEST_F(Stream, AReceiverThatIsKilledIsFoundAgain) {
+    auto receiver = std::make_unique<Running>(receiving(unix_address(), "a.ofr", kSlow));
+    ASSERT_TRUE(receiver->says("listening"));
+    Running sender(printing(unix_address()));
+    for (int kills = 0; kills < 3; ++kills) {
+        ASSERT_TRUE(receiver->says("slices, from slice")) << receiver->err() << sender.err();
+        std::this_thread::sleep_for(std::chrono::milliseconds(100 + random_() % 300));
+        receiver->kill();
+        receiver = std::make_unique<Running>(receiving(unix_address(), "a.ofr", kSlow));
+    }
+    EXPECT_EQ(sender.end().exit_code, 0) << sender.end().err;
+    EXPECT_EQ(receiver->end().exit_code, 0) << receiver->end().err;
+    EXPECT_TRUE(read_file(path("a.ofr")) == undisturbed());
+}
+
+TEST_F(Stream, ASenderThatIsKilledIsResumed) {
+    for (const bool restarted : {false, true}) {
+        for (const char* output : {"a.ofr", "slices"}) {
+            SCOPED_TRACE(output);
+            auto receiver = std::make_unique<Running>(receiving(unix_address(), output, kSlow));
+            ASSERT_TRUE(receiver->says("listening"));
+            for (int kills = 0; kills < 2; ++kills) {
+                Running sender(printing(unix_address(), {kills == 0 ? "--progress" : "--resume",
+                                                         kills == 0 ? "none" : "--progress=none"}));
+                ASSERT_TRUE(receiver->says("slices, from slice"));
+                std::this_thread::sleep_for(std::chrono::milliseconds(200 + random_() % 300));
+                sender.kill();
+                if (!restarted) continue;
+                receiver->kill();
+                receiver = std::make_unique<Running>(receiving(unix_address(), output, kSlow));
+                ASSERT_TRUE(receiver->says("listening"));
+            }
+            const Outcome sent = run(printing(unix_address(), {"--resume"}));
+            EXPECT_EQ(sent.exit_code, 0) << sent.err;
+            EXPECT_THAT(sent.err, HasSubstr(" resumed)"));
+            EXPECT_EQ(receiver->end().exit_code, 0) << receiver->end().err;
+            if (fs::path(output).extension() == ".ofr") {
+                EXPECT_TRUE(read_file(path(output)) == undisturbed());
+            } else {
+                ASSERT_EQ(run(printing(path("direct"), {"--format", "png"})).exit_code, 0);
+                EXPECT_TRUE(files_of(path(output)) == files_of(path("direct")));
+            }
+            fs::remove_all(path(output));
+        }
+    }
+}
+
+TEST_F(Stream, ASlowPrinterHoldsThePrintBackInFlatMemory) {
+    // Without a bound most of the 20 MB would wait.
+    write_world("block.fab.json", R"({"box": [100, 100, 12]})", "Tint");
+    const auto to = [&](const std::string& output) {
+        return printing(output, {"--threads", "2"}, "block.fab.json");
+    };
+    const Outcome file = run(to(path("file.ofr")));
+    ASSERT_EQ(file.exit_code, 0) << file.err;
+    Running receiver(receiving(unix_address(), "a.ofr", kSlow));
+    ASSERT_TRUE(receiver.says("listening"));
+    const Outcome sent = run(to(unix_address()));
+    EXPECT_EQ(sent.exit_code, 0) << sent.err;
+    EXPECT_EQ(receiver.end().exit_code, 0) << receiver.end().err;
+    EXPECT_THAT(receiver.end().err, HasSubstr("the printer waited for "));
+    EXPECT_TRUE(read_file(path("a.ofr")) == read_file(path("file.ofr")));
+    EXPECT_GT(fs::file_size(path("a.ofr")), 15'000'000u);
+#ifndef OPENFAB_SANITIZED
+    EXPECT_LT(sent.peak_rss_bytes, file.peak_rss_bytes + 8'000'000);
+    EXPECT_LT(receiver.end().peak_rss_bytes, 60'000'000);
+#endif
+}
+
+TEST_F(Stream, AFullDiskOfTheReceiverEndsBothAndIsGoneOnWith) {
+    RunOptions full;
+    full.largest_file_bytes = static_cast<int64_t>(undisturbed().size() / 2);
+    Running receiver(receiving(unix_address(), "a.ofr"), full);
+    ASSERT_TRUE(receiver.says("listening"));
+    const Outcome sent = run(printing(unix_address()));
+    EXPECT_EQ(sent.exit_code, 3) << sent.err;
+    EXPECT_THAT(sent.err, HasSubstr("it cannot write its output"));
+    EXPECT_THAT(sent.err, HasSubstr("`--resume`"));
+    EXPECT_EQ(receiver.end().exit_code, 3);
+    EXPECT_THAT(receiver.end().err, HasSubstr("File too large"));
+    Running again(receiving(unix_address(), "a.ofr"));
+    ASSERT_TRUE(again.says("listening"));
+    EXPECT_EQ(run(printing(unix_address(), {"--resume"})).exit_code, 0);
+    EXPECT_EQ(again.end().exit_code, 0);
+    EXPECT_TRUE(read_file(path("a.ofr")) == undisturbed());
+}
+
+TEST_F(Stream, AWrongTokenIsRefused) {
+    const Outcome open_to_all = run(receiving("tcp://0.0.0.0:0", "a.ofr"));
+    EXPECT_EQ(open_to_all.exit_code, 2);
+    EXPECT_THAT(open_to_all.err, HasSubstr("a token is needed"));
+    Running receiver(receiving(kAnyPort, "a.ofr", {"--token-file", path("token")}));
+    const std::string address = address_of(&receiver);
+    for (const std::vector<std::string>& given :
+         {std::vector<std::string>{}, std::vector<std::string>{"--token-file", path("wrong")}}) {
+        const Outcome refused = run(printing(address, given));
+        EXPECT_EQ(refused.exit_code, 1);
+        EXPECT_THAT(refused.err, HasSubstr("the token is wrong or missing"));
+    }
+    RunOptions environment;
+    environment.environment = {{"OPENFAB_TOKEN", "open sesame"}};
+    const Outcome sent = run(printing(address), environment);
+    EXPECT_EQ(sent.exit_code, 0) << sent.err;
+    EXPECT_EQ(receiver.end().exit_code, 0);
+    EXPECT_TRUE(read_file(path("a.ofr")) == undisturbed());
+}
+
+TEST_F(Stream, StrangersNeitherDelayNorDamageAPrint) {
+    Running receiver(receiving(kAnyPort, "a.ofr", {"--layer-time", "100ms"}));
+    const std::string address = address_of(&receiver);
+    Running sender(printing(address));
+    ASSERT_TRUE(receiver.says("slices, from slice"));
+    std::vector<stream::Line> strangers;
+    // Garbage, and a message that is too long: both are told so and cut off.
+    for (int i = 0; i < 2; ++i) {
+        strangers.push_back(connect(address));
+        std::vector<uint8_t> bytes(i == 0 ? 5000 : 8, 0xff);
+        if (i == 0) std::generate(bytes.begin(), bytes.end(), std::ref(random_));
+        ASSERT_TRUE(strangers.back().send_all(bytes));
+        stream::Message answer;
+        const Result<bool> heard = strangers.back().wait(&answer, 5);
+        EXPECT_TRUE(heard && *heard && answer.kind == stream::Kind::kStop);
+        const Result<bool> more = strangers.back().wait(&answer, 5);
+        EXPECT_TRUE(more && !*more);
+    }
+    // A crowd that says nothing; and one that sends a byte now and then.
+    for (int i = 0; i < 40; ++i)
+        strangers.push_back(connect(address));
+    stream::Line slow = connect(address);
+    const double start = seconds_now();
+    const std::vector<uint8_t> head = stream::frame(stream::Kind::kOpen, std::vector<uint8_t>(900));
+    size_t sent = 0;
+    while (seconds_now() - start < 20) {
+        if (slow.send_some(std::span(head).subspan(sent++ % head.size(), 1)) < 0) break;
+        if (!slow.receive()) break;
+        std::this_thread::sleep_for(50ms);
+    }
+    EXPECT_LT(seconds_now() - start, stream::kOpenSeconds + 4);
+    EXPECT_EQ(sender.end().exit_code, 0) << sender.end().err;
+    EXPECT_EQ(receiver.end().exit_code, 0) << receiver.end().err;
+    EXPECT_TRUE(read_file(path("a.ofr")) == undisturbed());
+    EXPECT_THAT(receiver.end().err, HasSubstr("lines cut: 0"));
+}
+
+TEST_F(Stream, ASecondSenderIsRefused) {
+    Running receiver(receiving(unix_address(), "a.ofr", kSlow));
+    ASSERT_TRUE(receiver.says("listening"));
+    Running first(printing(unix_address()));
+    ASSERT_TRUE(receiver.says("slices, from slice"));
+    for (const char* world : {"ball.fab.json", "other.fab.json"}) {
+        for (const char* how : {"--progress=none", "--resume"}) {
+            const Outcome second = run(printing(unix_address(), {how}, world));
+            EXPECT_EQ(second.exit_code, 3) << second.err;
+            EXPECT_THAT(second.err, HasSubstr("another print is under way"));
+        }
+    }
+    EXPECT_EQ(first.end().exit_code, 0) << first.end().err;
+    EXPECT_EQ(receiver.end().exit_code, 0) << receiver.end().err;
+    EXPECT_TRUE(read_file(path("a.ofr")) == undisturbed());
+}
+
+TEST_F(Stream, AWholePrintIsNotReplaced) {
+    undisturbed();
+    fs::copy_file(path("undisturbed.ofr"), path("a.ofr"));
+    Running receiver(receiving(unix_address(), "a.ofr"));
+    ASSERT_TRUE(receiver.says("listening"));
+    for (const char* world : {"ball.fab.json", "other.fab.json"}) {
+        const Outcome refused = run(printing(unix_address(), {}, world));
+        EXPECT_EQ(refused.exit_code, 1) << refused.err;
+        EXPECT_THAT(refused.err, HasSubstr("it holds another print, or a complete one"));
+    }
+    EXPECT_EQ(run(printing(unix_address(), {"--resume"}, "other.fab.json")).exit_code, 1);
+    // The same one has nothing left to send.
+    EXPECT_EQ(run(printing(unix_address(), {"--resume"})).exit_code, 0);
+    EXPECT_EQ(receiver.end().exit_code, 0);
+    EXPECT_TRUE(read_file(path("a.ofr")) == undisturbed());
+}
+
+TEST_F(Stream, AddressesThatAreNoneAreRefused) {
+    for (const char* address : {"tcp://", "tcp://host", "tcp://host:", "tcp://host:70000",
+                                "tcp://:80", "unix:", "tcp://host:http"}) {
+        const Outcome refused = run(printing(address));
+        EXPECT_EQ(refused.exit_code, 2) << address << refused.err;
+    }
+    const Outcome nobody = run(printing("unix:" + path("nobody")));
+    EXPECT_EQ(nobody.exit_code, 3);
+    EXPECT_THAT(nobody.err, HasSubstr("cannot connect to"));
+    EXPECT_EQ(run(printing(kAnyPort, {"--format", "png"})).exit_code, 2);
+}
+
+TEST_F(Stream, TheClientInPythonIsUnderstood) {
+    undisturbed();
+    Running receiver(receiving(kAnyPort, "a.ofr", {"--token-file", path("token")}));
+    RunOptions environment;
+    environment.environment = {{"OPENFAB_TOKEN", "open sesame"}};
+    const std::string address = address_of(&receiver);
+    const Outcome sent = run({"/usr/bin/python3", OPENFAB_SOURCE_DIR "/docs/streaming_client.py",
+                              path("undisturbed.ofr"), address},
+                             environment);
+    EXPECT_EQ(sent.exit_code, 0) << sent.err;
+    EXPECT_EQ(receiver.end().exit_code, 0) << receiver.end().err;
+    EXPECT_TRUE(read_file(path("a.ofr")) == undisturbed());
+}
+
+TEST_F(Stream, TheClientInPythonTakesUpALineThatWasCut) {
+    const auto bytes = static_cast<int64_t>(undisturbed().size());
+    Running receiver(receiving(kAnyPort, "a.ofr"));
+    const Proxy proxy(*stream::parse_address(address_of(&receiver)), {bytes / 4, bytes / 2});
+    const Outcome sent = run({"/usr/bin/python3", OPENFAB_SOURCE_DIR "/docs/streaming_client.py",
+                              path("undisturbed.ofr"), proxy.address()});
+    EXPECT_EQ(sent.exit_code, 0) << sent.err;
+    EXPECT_EQ(proxy.cuts_made(), 2);
+    EXPECT_EQ(receiver.end().exit_code, 0) << receiver.end().err;
+    EXPECT_TRUE(read_file(path("a.ofr")) == undisturbed());
+}
+
+}  // namespace
+}  // namespace openfab::testing

@@ -1,0 +1,100 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// `openfab receive --listen ADDRESS -o OUT`: the other end of `print -o tcp://HOST:PORT`, and the
+// reference for who writes a printer's front end.
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <csignal>
+#include <filesystem>
+#include <memory>
+
+#include "backends/ofr/ofr_reader.h"
+#include "backends/raster/png_sink.h"
+#include "backends/stream/address.h"
+#include "base/input_file.h"
+#include "base/say.h"
+#include "program/outputs.h"
+#include "tools/openfab/commands.h"
+#include "tools/openfab/known_printer.h"
+#include "tools/openfab/memory_option.h"
+#include "tools/openfab/receiver.h"
+
+namespace openfab::tools {
+
+namespace {
+
+/// Parses "10s" or "250ms"; empty is 0.
+Result<double> parse_seconds(const std::string& text) {
+    if (text.empty()) return 0.0;
+    double value = 0;
+    const auto [rest, status] = std::from_chars(text.data(), text.data() + text.size(), value);
+    const std::string unit(rest, text.data() + text.size());
+    if (status == std::errc() && (unit == "s" || unit == "ms") && value > 0 && value <= 86400)
+        return unit == "s" ? value : value / 1000;
+    return usage_error(
+        fmt::format("`--layer-time`: `{}` is no time; write `10s` or `250ms`", text));
+}
+
+/// Returns whether the output is a whole print, which nobody who connects may replace.
+bool is_complete(const program::Options& print) {
+    if (print.format == "ofr") return ofr::OfrReader::read_totals(print.output).has_value();
+    constexpr int64_t kMostManifestBytes = 1 << 20;
+    const Result<InputFile> file =
+        InputFile::open(std::filesystem::path(print.output) / "manifest.json");
+    const Result<std::string> text =
+        file ? file->read_all(kMostManifestBytes) : Result<std::string>(file.error());
+    return text && raster::manifest_is_complete(*text);
+}
+
+}  // namespace
+
+Result<void> run_receive(const ReceiveArguments& a) {
+    Result<stream::Address> address = stream::parse_address(a.listen);
+    if (!address) return address.error();
+    Result<std::string> token = stream::load_token(a.token_file);
+    if (!token) return token.error();
+    const Result<bool> local = stream::is_local(*address);
+    if (!local) return local.error();
+    if (!*local && token->empty()) {
+        return usage_error(fmt::format(
+            "`{}` can be reached from other machines, so a token is needed; write `--token-file "
+            "FILE` or set OPENFAB_TOKEN, here and where the print is made",
+            a.listen));
+    }
+    const Result<double> layer_seconds = parse_seconds(a.layer_time);
+    if (!layer_seconds) return layer_seconds.error();
+    const Result<int64_t> memory = memory_of(a.memory);
+    if (!memory) return memory.error();
+
+    program::Options print;
+    print.output = a.output;
+    print.format = std::filesystem::path(a.output).extension() == ".ofr" ? "ofr" : "png";
+    if (a.output == "-" || stream::is_address(a.output))
+        return usage_error("`receive` keeps a print; write `-o FILE.ofr` or `-o FOLDER`");
+    ReceiverOptions options;
+    options.token = *token;
+    options.memory_bytes = *memory;
+    options.keeps_frames = print.format == "ofr";
+    options.layer_seconds = *layer_seconds;
+    options.buffer = a.buffer;
+    const auto open_sink =
+        [print](const pipeline::PrintInfo& info,
+                bool resumed) mutable -> Result<std::unique_ptr<pipeline::SliceSink>> {
+        if (!resumed && is_complete(print)) {
+            return user_error(fmt::format(
+                "`{}` holds a whole print; remove it or name another output", print.output));
+        }
+        print.resume = resumed;
+        return program::open_output(print, printer_of(info));
+    };
+    std::signal(SIGXFSZ, SIG_IGN);  // a file above the limit is an error with a message
+    Result<stream::Socket> listening = stream::listen_at(*address);
+    if (!listening) return listening.error();
+    say(fmt::format("listening at {}\n", stream::listening_text(*listening, *address)));
+    return Receiver(std::move(*listening), std::move(options), open_sink).run();
+}
+
+}  // namespace openfab::tools

@@ -1,0 +1,99 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Receives one print over a line (docs/streaming.md) into a sink. It is one thread and one poll:
+// strangers can neither delay a sender nor take more than a bounded amount of memory, and nothing
+// that a sender says names a file.
+
+#include <cstdint>
+#include <functional>
+#include <list>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "backends/stream/message.h"
+#include "runtime/pipeline/slice_sink.h"
+#include "tools/openfab/layer_clock.h"
+
+namespace openfab::tools {
+
+struct ReceiverOptions {
+    std::string token;  ///< empty: none is asked for
+    int64_t memory_bytes = 0;
+    bool keeps_frames = false;  ///< the sink is of .ofr, and takes slices as they come
+    double layer_seconds = 0;
+    int32_t buffer = 20;  ///< slices, where there is a layer time
+};
+
+class Receiver {
+  public:
+    /// Opens the output: replaced, or with `resumed` as an earlier print has left it.
+    using OpenSink = std::function<Result<std::unique_ptr<pipeline::SliceSink>>(
+        const pipeline::PrintInfo& info, bool resumed)>;
+
+    Receiver(stream::Socket listening, ReceiverOptions options, OpenSink open_sink);
+
+    /// Serves until a whole print is kept and printed, and its sender knows; fails where the output
+    /// does. What was kept stays.
+    Result<void> run();
+
+  private:
+    struct Client {
+        explicit Client(stream::Socket socket);
+        stream::Line line;
+        double since = 0;  ///< when it came
+        double said = 0;   ///< when something was sent to it last
+        bool is_sender = false;
+        bool closing = false;
+        std::vector<uint8_t> out;  ///< what the socket has not taken yet
+    };
+
+    void accept_clients();
+    Result<void> turn();
+    Result<void> hear(Client* client);
+    void flush(Client* client);
+    void tidy();
+    bool may_read(const Client& client) const;
+    Result<void> handle(Client* client, const stream::Message& message);
+    Result<void> open(Client* client, const stream::Message& message);
+    Result<void> begin_print(Client* client, const stream::Open& open,
+                             const pipeline::PrintInfo& info);
+    Result<int32_t> open_output(Client* client, const stream::Open& open,
+                                const pipeline::PrintInfo& info, bool* line_is_there);
+    Result<void> take_slice(Client* client, const std::vector<uint8_t>& bytes);
+    Result<void> take_index(Client* client, const std::vector<uint8_t>& bytes);
+    void acknowledge();
+    void send(Client* client, const std::vector<uint8_t>& message);
+    void stop(Client* client, stream::StopCode code, const std::string& text);
+    Client* sender();
+    bool is_token(const std::string& given) const;
+    int64_t slice_bytes(const pipeline::PrintInfo& info) const;
+    void close_sink();
+    int32_t window() const;
+    void summarise() const;
+
+    stream::Socket listening_;
+    ReceiverOptions options_;
+    OpenSink open_sink_;
+    std::list<Client> clients_;
+
+    // The print.
+    std::unique_ptr<pipeline::SliceSink> sink_;
+    std::vector<uint8_t> header_;
+    pipeline::PrintInfo info_;
+    uint64_t sender_ = 0;       ///< who sends it
+    double held_until_ = 0;     ///< until then it waits for this sender alone
+    int32_t next_ = 0;          ///< first slice that is not kept
+    int32_t acknowledged_ = 0;  ///< one past the last slice that was
+    uint64_t hash_ = 0;         ///< of the slices that are kept
+    bool complete_ = false;
+    bool bye_ = false;  ///< the sender knows
+    double complete_at_ = 0;
+    std::vector<uint8_t> rows_;
+    LayerClock clock_;
+    int64_t received_ = 0, order_errors_ = 0, checksum_errors_ = 0, cuts_ = 0, refused_ = 0;
+};
+
+}  // namespace openfab::tools
