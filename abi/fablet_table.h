@@ -36,6 +36,9 @@ extern "C" {
 
 #define OPENFAB_ABI_VERSION 6
 
+/* The columns that a slab kernel's list has, or any multiple. */
+#define OPENFAB_LISTED_COLUMNS 64
+
 typedef int (*openfab_kernel_fn)(void** args);
 
 /* Instruction sets a kernel is compiled for. Both give the same bits; the runtime takes the best
@@ -169,7 +172,8 @@ enum openfab_arg_kind {
     OPENFAB_ARG_SURFACE_OUT_LO = 33, /* out */
     OPENFAB_ARG_SURFACE_OUT_HI = 34,
     /* kernels of segments, see openfab_segments */
-    /* slab and volume_demand too, where a group is a column */
+    /* slab and volume_demand too, where a group is a column. A slab kernel takes a multiple of
+     * OPENFAB_LISTED_COLUMNS: lists are filled up with their last column */
     OPENFAB_ARG_GROUPS = 35, /* int32 (m): the groups of 8 lanes that this call evaluates */
     OPENFAB_ARG_STATE = 36,  /* a = state; read at 8 * group + lane */
     OPENFAB_ARG_STATE_OUT =

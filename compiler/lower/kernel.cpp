@@ -412,6 +412,9 @@ class StageLowering {
         Halide::Func slab("slab");
         slab(lane_, group_) = Halide::Tuple(results);
         slab.bound(lane_, 0, kLanes);
+        // A split by a factor of this needs no tail; for one, Halide makes the code of a batch twice,
+        // which takes twice as long to compile.
+        slab.align_extent(group_, OPENFAB_LISTED_COLUMNS);
         std::vector<Halide::OutputImageParam> buffers = slab.output_buffers();
         shape_columns(buffers);
         // Fractions go where the runtime keeps those of all materials.

@@ -66,6 +66,9 @@ void BlockEvaluator::list_columns(int32_t n) {
         }
     }
     first_column_[static_cast<size_t>(n)] = columns_.size();
+    constexpr size_t kUnit = OPENFAB_LISTED_COLUMNS;
+    if (!columns_.empty())
+        columns_.resize((columns_.size() + kUnit - 1) / kUnit * kUnit, columns_.back());
 }
 
 abi::KernelStatus BlockEvaluator::run_slab(const PlacedPart& part, int32_t n, int32_t channels,
@@ -174,7 +177,7 @@ void BlockEvaluator::merge(const PlacedPart& part, const OwnedBlock* blocks, int
             });
         }
     }
-    for (size_t i = 0; i < columns_.size(); ++i) {
+    for (size_t i = 0; i < first_column_[static_cast<size_t>(n)]; ++i) {
         std::array<uint16_t, 8> unusable;
         std::memcpy(unusable.data(), &unusable_[8 * i], sizeof(unusable));
         if (unusable == std::array<uint16_t, 8>{}) continue;

@@ -88,7 +88,8 @@ class BlockEvaluator {
     std::array<uint8_t, 64 * kBatch> owned_{};
     std::array<CulledBlock, kBatch> culled_{};
     bool culls_ = false;  ///< whether culled_ is of the current blocks
-    /// Columns to evaluate, 64 block + column; those of block i begin at first_column_[i].
+    /// Columns to evaluate, 64 block + column, and the last as often as the kernel wants; those of
+    /// block i begin at first_column_[i].
     std::vector<int32_t> columns_;
     std::array<size_t, kBatch + 1> first_column_{};
     std::vector<uint8_t> codes_;
