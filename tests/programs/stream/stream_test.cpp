@@ -136,6 +136,17 @@ class Stream : public ::testing::Test {
         EXPECT_TRUE(socket);
         return stream::Line(socket ? std::move(*socket) : stream::Socket());
     }
+    /// Waits until the receiver has kept some slices.
+    void wait_for_slices(const std::string& output) const {
+        std::error_code none;
+        for (const double start = seconds_now(); seconds_now() - start < 60;) {
+            if (fs::exists(path(output + "/slice_0003.png"), none)) return;
+            if (fs::is_regular_file(path(output), none) && fs::file_size(path(output)) > 4000)
+                return;
+            std::this_thread::sleep_for(2ms);
+        }
+        ADD_FAILURE() << output << " gets no slices";
+    }
     std::string unix_address() const { return "unix:" + path("line"); }
 
     ScratchFolder scratch_;
@@ -224,8 +235,8 @@ TEST_F(Stream, ASenderThatIsKilledIsResumed) {
             for (int kills = 0; kills < 2; ++kills) {
                 Running sender(printing(unix_address(), {kills == 0 ? "--progress" : "--resume",
                                                          kills == 0 ? "none" : "--progress=none"}));
-                ASSERT_TRUE(receiver->says("slices, from slice"));
-                std::this_thread::sleep_for(std::chrono::milliseconds(200 + random_() % 300));
+                wait_for_slices(output);
+                std::this_thread::sleep_for(std::chrono::milliseconds(random_() % 300));
                 sender.kill();
                 if (!restarted) continue;
                 receiver->kill();
