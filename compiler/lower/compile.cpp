@@ -4,7 +4,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -16,6 +15,8 @@
 #include "base/own_folder.h"
 #include "compiler/lower/apply_schedule.h"
 #include "compiler/lower/kernel.h"
+#include "compiler/lower/kernel_memory.h"
+#include "compiler/lower/print_loops.h"
 #include "texture/sample.h"
 
 namespace openfab::lower {
@@ -23,6 +24,9 @@ namespace openfab::lower {
 namespace {
 
 using Halide::Target;
+
+constexpr int64_t kMostBlocks = 16;    // volume::BlockEvaluator::kBatch
+constexpr int64_t kMostLanes = 16384;  // vertices, patches; groups of a segment are fewer
 
 /// `checked`: the code tests its buffers' shapes. Our own schedules read and write what
 /// compiler/lower/kernel.h says and no more, and the tests' cost in compile time is half of
@@ -48,78 +52,66 @@ const Schedule& schedule_of(const KernelRequest& request) {
     return default_schedule(kernel_name(request.stage->kind), isa_name(request.isa));
 }
 
-/// A scheduled kernel as a Halide module.
-std::variant<Halide::Module, ScheduleFault> make_module(const KernelRequest& request,
-                                                        const Schedule& schedule,
-                                                        size_t line_count) {
-    Kernel kernel = make_kernel(*request.stage, request.isa);
-    if (std::optional<ScheduleFault> fault = apply_schedule(schedule, line_count, &kernel)) {
-        return *fault;
-    }
-    return Halide::Pipeline(kernel.output)
-        .compile_to_module(kernel.arguments, request.function,
-                           target_of(request.isa, request.schedule != nullptr),
-                           Halide::LinkageType::ExternalPlusArgv);
+/// Returns the most places that the runtime passes to a kernel in one call, for the limit of what a
+/// schedule may store.
+int64_t most_places(ir::StageKind kind) {
+    const bool volume = kind == ir::StageKind::kVolume || kind == ir::StageKind::kVolumeDemand;
+    return volume ? kMostBlocks : kMostLanes;
 }
 
-/// Halide's message starts with the name of a Func that cannot be where the schedule puts it:
-/// returns a fault on the last line that places it.
-std::optional<ScheduleFault> find_misplaced(const Schedule& schedule, const std::string& message) {
-    const size_t quote = message.find('"');
-    if (quote == std::string::npos || message.find("invalid location") == std::string::npos)
-        return std::nullopt;
-    // Halide numbers Funcs of one name.
-    const std::string name =
-        message.substr(quote + 1, message.find_first_of("\"$", quote + 1) - quote - 1);
-    const auto sets_level = [](const Directive& d) {
-        return d.name.text == "compute_at" || d.name.text == "store_at";
-    };
-    for (auto line = schedule.lines.rbegin(); line != schedule.lines.rend(); ++line) {
-        if (names_func(*line, name) &&
-            std::any_of(line->directives.begin(), line->directives.end(), sets_level))
-            return fault_on_line(*line, message);
-    }
-    return std::nullopt;
+struct Lowered {
+    ScheduledKernel kernel;
+    Halide::Module module;
+};
+
+Fault schedule_fault(ScheduleFault what) {
+    Fault fault;
+    fault.schedule = std::move(what);
+    return fault;
 }
 
-/// Halide complains about some lines only when it lowers everything: the shortest prefix that fails
-/// names the line. A prefix can take minutes, as what it does not schedule is inlined.
-std::optional<ScheduleFault> find_guilty_line(const KernelRequest& request,
-                                              const Schedule& schedule,
-                                              const std::string& message) {
-    if (std::optional<ScheduleFault> misplaced = find_misplaced(schedule, message))
-        return misplaced;
-    for (size_t count = 1; count <= schedule.lines.size(); ++count) {
-        try {
-            const auto made = make_module(request, schedule, count);
-            if (const auto* fault = std::get_if<ScheduleFault>(&made)) return *fault;
-        } catch (const Halide::Error& error) {
-            return fault_on_line(schedule.lines[count - 1], error.what());
+/// Halide's warnings are of a schedule that is refused, in words that are not ours.
+class SilentReporter : public Halide::CompileTimeErrorReporter {
+  public:
+    void warning(const char*) override {}
+    void error(const char* message) override { throw Halide::CompileError(message); }
+};
+
+/// Schedules a kernel and lowers it. A user's schedule is checked again where only the lowered code
+/// shows what it does.
+std::variant<Lowered, Fault> lower_kernel(const KernelRequest& request) {
+    const Schedule& schedule = schedule_of(request);
+    const bool checked = request.schedule != nullptr;
+    std::optional<ScheduledKernel> scheduled;
+    static SilentReporter reporter;
+    static std::once_flag once;
+    std::call_once(once, [] { Halide::set_custom_compile_time_error_reporter(&reporter); });
+    try {
+        const Kernel kernel = make_kernel(*request.stage, request.isa);
+        std::variant<ScheduledKernel, ScheduleFault> applied = apply_schedule(schedule, kernel);
+        if (auto* fault = std::get_if<ScheduleFault>(&applied)) return schedule_fault(*fault);
+        scheduled = std::get<ScheduledKernel>(std::move(applied));
+        Halide::Module module = Halide::Pipeline(kernel.output)
+                                    .compile_to_module(kernel.arguments, request.function,
+                                                       target_of(request.isa, checked),
+                                                       Halide::LinkageType::ExternalPlusArgv);
+        if (checked) {
+            std::optional<ScheduleFault> fault =
+                check_lowered(schedule, *scheduled, module, most_places(request.stage->kind));
+            if (fault) return schedule_fault(std::move(*fault));
         }
+        return Lowered{std::move(*scheduled), std::move(module)};
+    } catch (const Halide::Error& error) {
+        if (checked && scheduled)
+            return schedule_fault(fault_of_lowering(schedule, *scheduled, error.what()));
+        return internal_fault(fmt::format("{}: {}", request.function, error.what()));
     }
-    return std::nullopt;
 }
 
 std::variant<Halide::Module, Fault> module_of(const KernelRequest& request) {
-    const Schedule& schedule = schedule_of(request);
-    std::string message;
-    try {
-        auto made = make_module(request, schedule, schedule.lines.size());
-        if (auto* module = std::get_if<Halide::Module>(&made)) return *module;
-        Fault fault;
-        fault.schedule = std::get<ScheduleFault>(made);
-        return fault;
-    } catch (const Halide::Error& error) {
-        message = error.what();
-    }
-    if (request.schedule != nullptr) {
-        if (std::optional<ScheduleFault> guilty = find_guilty_line(request, schedule, message)) {
-            Fault fault;
-            fault.schedule = std::move(guilty);
-            return fault;
-        }
-    }
-    return internal_fault(fmt::format("{}: {}", request.function, message));
+    std::variant<Lowered, Fault> lowered = lower_kernel(request);
+    if (auto* fault = std::get_if<Fault>(&lowered)) return std::move(*fault);
+    return std::move(std::get<Lowered>(lowered).module);
 }
 
 std::optional<Fault> write_module(const KernelRequest& request, Halide::OutputFileType type,
@@ -191,8 +183,18 @@ std::string list_funcs(const KernelRequest& request) {
             out << fmt::format("    update {}: ", k++) << value << '\n';
         }
     }
-    out << fmt::format("schedule {}\n{}", schedule.path, schedule.text);
+    out << fmt::format("schedule {}\n{}", schedule.path, schedule_text(schedule));
     return out.str();
+}
+
+/// The schedule in force as a file that gives the same again.
+std::string show_schedule(const KernelRequest& request) {
+    const Schedule& schedule = schedule_of(request);
+    std::string out = fmt::format("# {}, bound to {}\npipeline {}\n", schedule.path,
+                                  isa_name(request.isa), kernel_name(request.stage->kind));
+    for (const ScheduleParam& param : schedule.params)
+        out += fmt::format("# {} = {} in {}\n", param.name.text, param.value, param.set());
+    return out + schedule_text(schedule);
 }
 
 }  // namespace
@@ -203,6 +205,19 @@ const char* isa_name(openfab_isa isa) {
 
 const char* schedule_name(ir::StageKind kind) {
     return kernel_name(kind);
+}
+
+const std::vector<std::string>& pipeline_names() {
+    using Kind = ir::StageKind;
+    static const std::vector<std::string> names = [] {
+        std::vector<std::string> out;
+        for (const Kind kind :
+             {Kind::kSurface, Kind::kSurfaceBounds, Kind::kVolume, Kind::kVolumeBounds,
+              Kind::kSurfaceSegment, Kind::kVolumeSegment, Kind::kDerived, Kind::kVolumeDemand})
+            out.emplace_back(kernel_name(kind));
+        return out;
+    }();
+    return names;
 }
 
 std::optional<Fault> compile_object(const KernelRequest& request, const std::string& path) {
@@ -234,6 +249,13 @@ std::variant<std::string, Fault> emit_text(const KernelRequest& request, TextFor
         } catch (const Halide::Error& error) {
             return internal_fault(error.what());
         }
+    }
+    if (form == TextForm::kSchedule) return show_schedule(request);
+    if (form == TextForm::kLoops) {
+        std::variant<Lowered, Fault> lowered = lower_kernel(request);
+        if (auto* fault = std::get_if<Fault>(&lowered)) return std::move(*fault);
+        const auto& [kernel, module] = std::get<Lowered>(lowered);
+        return print_loops(kernel, list_storage(kernel, module, most_places(request.stage->kind)));
     }
     const Halide::OutputFileType type = form == TextForm::kStmt ? Halide::OutputFileType::stmt
                                         : form == TextForm::kLlvm

@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "compiler/ir/ir.h"
 #include "compiler/lower/schedule.h"
@@ -19,6 +20,8 @@ const char* isa_name(openfab_isa isa);
 /// Returns the name of a kernel's schedule file: "surface", "surface_bounds", "volume",
 /// "volume_bounds", …
 const char* schedule_name(ir::StageKind kind);
+/// Returns those of all kinds.
+const std::vector<std::string>& pipeline_names();
 
 /// Why a compilation ended: a fault of the user's schedule, or a bug of ours.
 struct Fault {
@@ -46,9 +49,10 @@ struct LoadedKernel {
 /// loops of the kernel go through abi/halide_hooks.h.
 std::variant<LoadedKernel, Fault> compile_in_memory(const KernelRequest& request);
 
-enum class TextForm { kHalide, kStmt, kLlvm, kAsm };
+enum class TextForm { kHalide, kSchedule, kLoops, kStmt, kLlvm, kAsm };
 
-/// Returns the kernel as text; kHalide is the list of Funcs with their loop order.
+/// Returns the kernel as text. kHalide is the list of Funcs with their expressions; kSchedule the
+/// schedule in force, as a file; kLoops the loops that it makes.
 std::variant<std::string, Fault> emit_text(const KernelRequest& request, TextForm form);
 
 }  // namespace openfab::lower

@@ -65,10 +65,8 @@ KernelRequest request_of(const KernelUnit& unit, const ProgramOptions& options) 
     request.stage = unit.slot.stage;
     request.function = unit.function;
     request.isa = unit.isa;
-    if (options.schedule != nullptr &&
-        options.schedule_kernel == schedule_name(unit.slot.stage->kind)) {
-        request.schedule = options.schedule;
-    }
+    const auto schedule = options.schedules.find({schedule_name(unit.slot.stage->kind), unit.isa});
+    if (schedule != options.schedules.end()) request.schedule = &schedule->second;
     return request;
 }
 

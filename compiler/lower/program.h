@@ -6,8 +6,10 @@
 
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -16,11 +18,12 @@
 
 namespace openfab::lower {
 
+/// Schedules in place of the default ones, by pipeline ("volume") and instruction set.
+using ScheduleSet = std::map<std::pair<std::string, openfab_isa>, Schedule>;
+
 struct ProgramOptions {
     std::vector<openfab_isa> isas = {OPENFAB_ISA_SSE41, OPENFAB_ISA_AVX2};
-    const Schedule* schedule =
-        nullptr;  ///< replaces the default of the kernel that it names; see schedule_kernel
-    std::string schedule_kernel;  ///< "volume", …
+    ScheduleSet schedules;
     int threads = 0;              ///< 0: all cores
     std::string compiler = "cc";  ///< C compiler for the table, and linker
 };
@@ -40,7 +43,7 @@ struct ProgramObjects {
 std::optional<Fault> compile_each(const std::vector<KernelUnit>& units, int threads,
                                   const std::function<std::optional<Fault>(size_t unit)>& compile);
 
-/// Returns the request that compiles a kernel of the program.
+/// Returns the request that compiles a kernel of the program; it points into both.
 KernelRequest request_of(const KernelUnit& unit, const ProgramOptions& options);
 
 /// Writes all objects into `folder`, which exists.

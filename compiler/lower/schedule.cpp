@@ -5,209 +5,128 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cstdlib>
+#include <iterator>
 #include <map>
-#include <optional>
 
 #include "base/near_miss.h"
 #include "compiler/lower/default_schedules.h"
+#include "compiler/lower/schedule_rules.h"
 
 namespace openfab::lower {
 
 namespace {
 
-struct Rule {
-    const char* name;
-    int least_args;
-    int most_args;  ///< -1: any number
-    const char* form;
-};
-
-constexpr Rule kRules[] = {
-    {"split", 4, 4, "split(var, outer, inner, factor)"},
-    {"tile", 8, 8, "tile(x, y, xo, yo, xi, yi, factor_x, factor_y)"},
-    {"fuse", 3, 3, "fuse(inner, outer, fused)"},
-    {"reorder", 2, -1, "reorder(innermost, …, outermost)"},
-    {"unroll", 1, 2, "unroll(var[, factor])"},
-    {"vectorize", 1, 2, "vectorize(var[, factor])"},
-    {"parallel", 1, 1, "parallel(var)"},
-    {"compute_at", 2, 2, "compute_at(func, var)"},
-    {"compute_root", 0, 0, "compute_root()"},
-    {"store_at", 2, 2, "store_at(func, var)"},
-    {"store_root", 0, 0, "store_root()"},
-    {"update", 0, 0, "update()"},
-};
-
-constexpr const char* kRefused[] = {"rfactor", "atomic",      "allow_race_conditions",
-                                    "memoize", "approximate", "fold_storage",
-                                    "async"};
-
-bool is_word(char c) {
-    return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_';
+std::vector<std::string> built_in_names() {
+    std::vector<std::string> out;
+    for (const EmbeddedText& file : kSchedules)
+        out.emplace_back(file.name);
+    return out;
 }
 
-class Parser {
-  public:
-    Parser(std::string path, std::string_view text) {
-        out_.path = std::move(path);
-        out_.text = text;
-    }
+ScheduleSource built_in_source(const EmbeddedText& file) {
+    return {fmt::format("schedules/{}", file.name), std::string(file.text), 0};
+}
 
-    std::variant<Schedule, ScheduleFault> run() {
-        size_t begin = 0;
-        const std::string& text = out_.text;
-        for (line_ = 1; begin < text.size(); ++line_) {
-            size_t end = text.find('\n', begin);
-            if (end == std::string::npos) end = text.size();
-            begin_ = at_ = begin;
-            end_ = std::min(end, text.find('#', begin));
-            skip_blanks();
-            if (at_ < end_ && !line()) return fault_;
-            begin = end + 1;
-        }
-        return std::move(out_);
-    }
+[[noreturn]] void stop(std::string_view path, const ScheduleFault& fault) {
+    fmt::print(stderr, "{}:{}:{}: internal error: {}\n", path, fault.line, fault.column,
+               fault.message);
+    std::abort();
+}
 
-  private:
-    char peek() const { return at_ < end_ ? out_.text[at_] : '\0'; }
-    void skip_blanks() {
-        while (at_ < end_ && std::isspace(static_cast<unsigned char>(out_.text[at_])) != 0)
-            ++at_;
-    }
-    ScheduleWord mark(size_t from) const {
-        return {out_.text.substr(from, at_ - from), static_cast<int32_t>(from - begin_) + 1, from};
-    }
-    bool fail(const ScheduleWord& where, std::string message, std::string help = {}) {
-        fault_.message = std::move(message);
-        fault_.help = std::move(help);
-        fault_.line = line_;
-        fault_.column = where.column;
-        fault_.offset = where.offset;
-        fault_.length = std::max<int32_t>(1, static_cast<int32_t>(where.text.size()));
-        return false;
-    }
-    bool expect(char c, const char* after) {
-        skip_blanks();
-        if (peek() == c) {
-            ++at_;
-            return true;
+const std::map<std::string, ScheduleFile, std::less<>>& built_in_files() {
+    static const std::map<std::string, ScheduleFile, std::less<>> parsed = [] {
+        std::map<std::string, ScheduleFile, std::less<>> out;
+        for (const EmbeddedText& file : kSchedules) {
+            auto made = parse_schedule(built_in_source(file));
+            if (const auto* fault = std::get_if<ScheduleFault>(&made)) stop(file.name, *fault);
+            out[std::string(file.name)] = std::get<ScheduleFile>(std::move(made));
         }
-        return fail(mark(at_), fmt::format("expected `{}` after {}", c, after));
-    }
-    std::optional<ScheduleWord> word(bool star) {
-        skip_blanks();
-        const size_t from = at_;
-        while (at_ < end_ && (is_word(out_.text[at_]) || (star && out_.text[at_] == '*')))
-            ++at_;
-        if (from == at_) return std::nullopt;
-        return mark(from);
-    }
+        return out;
+    }();
+    return parsed;
+}
 
-    bool line() {
-        ScheduleLine line;
-        line.line = line_;
-        std::optional<ScheduleWord> func = word(true);
-        if (!func) return fail(mark(at_), "expected the name of a func");
-        line.func = *func;
-        skip_blanks();
-        while (peek() == '.') {
-            ++at_;
-            Directive directive;
-            if (!this->directive(&directive)) return false;
-            line.directives.push_back(std::move(directive));
-            skip_blanks();
-        }
-        if (line.directives.empty()) {
-            return fail(line.func, fmt::format("`{}` has no directive", line.func.text),
-                        "write one after a dot, as in `weights.vectorize(z)`");
-        }
-        if (at_ < end_) return fail(mark(at_), "expected `.` or the end of the line");
-        out_.lines.push_back(std::move(line));
-        return true;
-    }
-
-    bool directive(Directive* out) {
-        std::optional<ScheduleWord> name = word(false);
-        if (!name) return fail(mark(at_), "expected a directive after `.`");
-        out->name = *name;
-        const Rule* rule = std::find_if(std::begin(kRules), std::end(kRules),
-                                        [&](const Rule& r) { return name->text == r.name; });
-        if (rule == std::end(kRules)) return refuse(*name);
-        if (!expect('(', "a directive's name")) return false;
-        skip_blanks();
-        while (peek() != ')') {
-            if (!out->args.empty() && !expect(',', "an argument")) return false;
-            std::optional<ScheduleWord> arg = word(false);
-            if (!arg) return fail(mark(at_), "expected a name or a number");
-            out->args.push_back(*arg);
-            skip_blanks();
-        }
-        ++at_;
-        const int count = static_cast<int>(out->args.size());
-        if (count < rule->least_args || (rule->most_args >= 0 && count > rule->most_args)) {
-            return fail(*name, fmt::format("`{}` with {} arguments", name->text, count),
-                        fmt::format("its form is `{}`", rule->form));
-        }
-        return true;
-    }
-
-    bool refuse(const ScheduleWord& name) {
-        for (const char* refused : kRefused) {
-            if (name.text == refused) {
-                return fail(
-                    name, fmt::format("`{}` is not allowed in a schedule", name.text),
-                    "a schedule says how a kernel runs; this could change what it computes");
-            }
-        }
-        std::vector<std::string> names;
-        for (const Rule& rule : kRules)
-            names.emplace_back(rule.name);
-        return fail(name, fmt::format("no directive is called `{}`", name.text),
-                    near_or_all(name.text, names, "there are"));
-    }
-
-    Schedule out_;
-    ScheduleFault fault_;
-    int32_t line_ = 1;
-    size_t begin_ = 0;
-    size_t at_ = 0;
-    size_t end_ = 0;
-};
-
-Schedule must_parse(const EmbeddedText& file) {
-    std::variant<Schedule, ScheduleFault> parsed =
-        parse_schedule(fmt::format("schedules/{}", file.name), file.text);
-    if (const auto* fault = std::get_if<ScheduleFault>(&parsed)) {
-        fmt::print(stderr, "{}:{}:{}: internal error: {}\n", file.name, fault->line, fault->column,
-                   fault->message);
-        std::abort();
-    }
-    return std::move(std::get<Schedule>(parsed));
+/// `a % 4 == 0`, or `x, y`.
+std::string args_text(const Directive& directive) {
+    std::vector<std::string> words;
+    for (const ScheduleWord& arg : directive.args)
+        words.push_back(arg.text);
+    const DirectiveRule* rule = find_rule(directive.name.text);
+    const bool condition =
+        rule != nullptr && !rule->args.empty() && rule->args[0] == ArgKind::kCondition;
+    return fmt::format("{}", fmt::join(words, condition ? " " : ", "));
 }
 
 }  // namespace
 
-std::string near_or_all(std::string_view word, std::span<const std::string> names,
-                        const char* all) {
-    const std::string near = near_miss(word, names);
-    return near.empty() ? fmt::format("{} {}", all, fmt::join(names, ", "))
-                        : fmt::format("did you mean `{}`?", near);
+bool ScheduleParam::allows(int64_t number) const {
+    if (is_range) return number >= choices.front() && number <= choices.back();
+    return std::find(choices.begin(), choices.end(), number) != choices.end();
 }
 
-std::variant<Schedule, ScheduleFault> parse_schedule(std::string path, std::string_view text) {
-    return Parser(std::move(path), text).run();
+std::string ScheduleParam::set() const {
+    return fmt::format("{}{}{}", is_range ? '[' : '{', fmt::join(choices, ", "),
+                       is_range ? ']' : '}');
+}
+
+std::variant<ScheduleSource, std::string> open_built_in(const std::string& name,
+                                                        const ScheduleSource& from) {
+    const auto* file = std::find_if(std::begin(kSchedules), std::end(kSchedules),
+                                    [&](const EmbeddedText& f) { return f.name == name; });
+    if (file != std::end(kSchedules)) {
+        ScheduleSource source = built_in_source(*file);
+        source.file = from.file;
+        return source;
+    }
+    return fmt::format("no built-in schedule is called so; {}",
+                       near_or_all(name, built_in_names(), "there are"));
+}
+
+std::variant<Schedule, ScheduleFault> read_schedule(const ScheduleSource& source,
+                                                    const ScheduleBinding& binding) {
+    auto parsed = parse_schedule(source);
+    if (auto* fault = std::get_if<ScheduleFault>(&parsed)) return std::move(*fault);
+    return bind_schedule(std::get<ScheduleFile>(parsed), binding);
+}
+
+std::string schedule_text(const Schedule& schedule) {
+    std::string out;
+    for (const ScheduleLine& line : schedule.lines) {
+        out += line.func.text;
+        for (const Directive& directive : line.directives)
+            out += fmt::format(".{}({})", directive.name.text, args_text(directive));
+        out += '\n';
+    }
+    return out;
+}
+
+const ScheduleFile* default_schedule_file(std::string_view kernel, std::string_view target) {
+    const auto& files = built_in_files();
+    for (const std::string& name :
+         {fmt::format("{}.{}.sched", kernel, target), fmt::format("{}.sched", kernel)}) {
+        if (const auto found = files.find(name); found != files.end()) return &found->second;
+    }
+    return nullptr;
 }
 
 const Schedule& default_schedule(std::string_view kernel, std::string_view target) {
-    static const std::map<std::string, Schedule> parsed = [] {
+    // Bound at once for every target: kernels are compiled in several threads.
+    static const std::map<std::string, Schedule> bound = [] {
         std::map<std::string, Schedule> out;
-        for (const EmbeddedText& file : kSchedules)
-            out[std::string(file.name)] = must_parse(file);
+        for (const auto& [name, file] : built_in_files()) {
+            for (const std::string& each : schedule_targets()) {
+                const std::string stem = name.substr(0, name.find('.'));
+                const ScheduleFile* chosen = default_schedule_file(stem, each);
+                if (chosen == nullptr) continue;
+                auto made = bind_schedule(*chosen, {.target = each, .params = {}});
+                if (const auto* fault = std::get_if<ScheduleFault>(&made)) stop(name, *fault);
+                out[fmt::format("{} {}", stem, each)] = std::get<Schedule>(std::move(made));
+            }
+        }
         return out;
     }();
-    const auto special = parsed.find(fmt::format("{}.{}.sched", kernel, target));
-    return special != parsed.end() ? special->second : parsed.at(fmt::format("{}.sched", kernel));
+    return bound.at(fmt::format("{} {}", kernel, target));
 }
 
 }  // namespace openfab::lower

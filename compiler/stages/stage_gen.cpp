@@ -52,9 +52,8 @@ int generate(const std::string& name, int materials, const std::string& isa,
         return 2;
     }
     const openfab::lower::Schedule& schedule = openfab::lower::default_schedule(name, isa);
-    const auto fault =
-        openfab::lower::apply_schedule(schedule, schedule.lines.size(), &stage->kernel);
-    if (fault) {
+    const auto applied = openfab::lower::apply_schedule(schedule, stage->kernel);
+    if (const auto* fault = std::get_if<openfab::lower::ScheduleFault>(&applied)) {
         std::fprintf(stderr, "%s:%d:%d: error: %s\n", schedule.path.c_str(), fault->line,
                      fault->column, fault->message.c_str());
         return 1;

@@ -8,6 +8,7 @@
 
 #include <csignal>
 #include <filesystem>
+#include <fstream>
 #include <iterator>
 
 #include "tests/support/process/process.h"
@@ -47,15 +48,84 @@ TEST(BuildCommand, MarksAMisspelledDirective) {
               "help: did you mean `vectorize`?\n");
 }
 
-TEST(BuildCommand, MarksALineThatOnlyTheLoweringRefuses) {
+TEST(BuildCommand, MarksAFuncThatIsComputedWhereNothingReadsIt) {
     EXPECT_EQ(
-        errors_of("volume.sched", "weights.vectorize(z)\nsamples_0.compute_at(requests_0, z)\n", 1),
-        "volume.sched:2:1: error: this line cannot be applied to `samples_0` "
-        "[schedule-illegal]\n"
-        " 2 | samples_0.compute_at(requests_0, z)\n"
-        "   | ^~~~~~~~~\n"
-        "help: a func is computed inside a loop of a func that uses it, or in none "
-        "(compute_root)\n");
+        errors_of("volume.sched", "weights.vectorize(z)\nrequests_0.compute_at(weights, z)\n", 1),
+        "volume.sched:2:12: error: the loop `z` of `weights` is vectorized: nothing is computed "
+        "inside it [schedule-illegal]\n"
+        " 2 | requests_0.compute_at(weights, z)\n"
+        "   |            ^~~~~~~~~~\n"
+        "help: choose a loop outside it\n");
+}
+
+TEST(BuildCommand, FindsMistakesInFilesThatAScheduleIncludes) {
+    const ScratchFolder folder;
+    folder.write("rows.sched", "param rows = 2 in [1, 8]\nweights.split(y, yo, yi, row)\n");
+    folder.write("volume.sched", "include \"rows.sched\"\n");
+    const auto build = [&](std::vector<std::string> more) {
+        std::vector<std::string> args = {"emit",   kPostcard, "--stage",
+                                         "volume", "--as",    "schedule"};
+        args.insert(args.end(), more.begin(), more.end());
+        return openflc(args);
+    };
+    Outcome out = build({"--schedule", folder / "volume.sched"});
+    EXPECT_EQ(out.exit_code, 1);
+    EXPECT_NE(out.err.find("rows.sched:2:26: error: `row` is not a number, nor a parameter from a "
+                           "line before [schedule-illegal]\n"
+                           " 2 | weights.split(y, yo, yi, row)\n"
+                           "   |                          ^~~\n"
+                           "help: did you mean `rows`?\n"),
+              std::string::npos)
+        << out.err;
+    // A folder of schedules, and parameters.
+    folder.write("rows.sched", "param rows = 2 in [1, 8]\nweights.split(y, yo, yi, rows)\n");
+    out = build({"--schedule", folder.path().string(), "--param", "rows=4"});
+    EXPECT_EQ(out.exit_code, 0) << out.err;
+    EXPECT_EQ(out.out,
+              "# volume.sched, bound to avx2\npipeline volume\n# rows = 4 in [1, 8]\n"
+              "weights.split(y, yo, yi, 4)\n");
+    // What is printed is a file that gives the same again.
+    folder.write("again.sched", out.out);
+    const Outcome again = build({"--schedule", folder / "again.sched"});
+    EXPECT_NE(again.out.find("weights.split(y, yo, yi, 4)\n"), std::string::npos) << again.err;
+    out = build({"--schedule", folder / "volume.sched", "--param", "rows=9"});
+    EXPECT_EQ(out.exit_code, 1);
+    EXPECT_NE(out.err.find("`rows` is set to 9, which is not in [1, 8]"), std::string::npos);
+    out = build({"--schedule", folder / "volume.sched", "--param", "cols=9"});
+    EXPECT_EQ(out.exit_code, 2);
+    EXPECT_NE(out.err.find("no schedule in use has a parameter of that name"), std::string::npos);
+    EXPECT_EQ(build({"--param", "rows"}).exit_code, 2);
+    out = build({"--schedule", folder / "volume.sched", "--schedule", folder / "again.sched"});
+    EXPECT_NE(out.err.find("are both for the pipeline `volume`"), std::string::npos) << out.err;
+}
+
+/// The first fenced block of schedules/README.md after the title of the example.
+std::string worked_example() {
+    std::ifstream file(OPENFAB_SOURCE_DIR "/schedules/README.md");
+    const std::string text((std::istreambuf_iterator<char>(file)),
+                           std::istreambuf_iterator<char>());
+    const std::string fence = "```sched\n";
+    const size_t begin = text.find(fence) + fence.size();
+    return text.substr(begin, text.find("```", begin) - begin);
+}
+
+TEST(BuildCommand, TheWorkedExampleOfTheReferenceWorks) {
+    const ScratchFolder folder;
+    folder.write("mine.sched", worked_example());
+    const auto emit = [&](const char* form, const char* target) {
+        return openflc({"emit", kPostcard, "--stage", "volume", "--as", form, "--schedule",
+                        folder / "mine.sched", "--param", "rows=4", "--target", target});
+    };
+    const Outcome schedule = emit("schedule", "avx2");
+    EXPECT_EQ(schedule.exit_code, 0) << schedule.err;
+    EXPECT_NE(schedule.out.find("weights.split(y, yo, yi, 4)\n"), std::string::npos);
+    EXPECT_NE(schedule.out.find("weights.parallel(n)\n"), std::string::npos);
+    EXPECT_EQ(emit("schedule", "sse41").out.find("parallel"), std::string::npos);
+    const Outcome loops = emit("loops", "avx2");
+    EXPECT_EQ(loops.exit_code, 0) << loops.err;
+    for (const char* line : {"weights:\n", "parallel n:\n", "for yo in 2:\n", "store samples_0: ",
+                             "samples_0: computed by the runtime\n", "vectorized z in 8:\n"})
+        EXPECT_NE(loops.out.find(line), std::string::npos) << line << loops.out;
 }
 
 TEST(BuildCommand, SaysThatSamplesHaveNoLoops) {
@@ -70,7 +140,7 @@ TEST(BuildCommand, SaysThatSamplesHaveNoLoops) {
 
 TEST(BuildCommand, WantsToKnowTheKernelOfASchedule) {
     const std::string text = errors_of("fast.sched", "weights.vectorize(z)\n", 1);
-    EXPECT_NE(text.find("no kernel is called `fast`"), std::string::npos) << text;
+    EXPECT_NE(text.find("no pipeline is called `fast`"), std::string::npos) << text;
 }
 
 TEST(BuildCommand, ReportsWhatIsMissing) {
@@ -136,7 +206,7 @@ TEST(BuildCommand, LeavesNothingBehindWhenItIsEnded) {
 }
 
 TEST(EmitCommand, PrintsEveryForm) {
-    for (const char* form : {"ir", "halide", "stmt", "llvm", "asm"}) {
+    for (const char* form : {"ir", "halide", "schedule", "loops", "stmt", "llvm", "asm"}) {
         const Outcome out = openflc({"emit", kPostcard, "--stage", "volume_bounds", "--as", form});
         EXPECT_EQ(out.exit_code, 0) << out.err;
         EXPECT_GT(out.out.size(), 100u) << form;

@@ -16,6 +16,7 @@
 #include "compiler/passes/hoist_invariants.h"
 #include "compiler/passes/simplify.h"
 #include "tests/exec/compiled_stage.h"
+#include "tests/exec/random_schedules.h"
 
 namespace openfab::testing {
 
@@ -128,17 +129,22 @@ TEST(RandomStage, SchedulesChangeNoBit) {
                              "weights.split(y, yo, yi, 3).reorder(z, yi, x, yo).unroll(yi)\n"
                              "values_*.compute_at(weights, yo).vectorize(z, 4)\n",
                              "values_*.compute_root()\nweights.fuse(x, y, xy).parallel(n)\n"}) {
-        auto parsed = lower::parse_schedule("volume.sched", text);
+        auto parsed = lower::read_schedule({"volume.sched", text});
         ASSERT_NE(std::get_if<lower::Schedule>(&parsed), nullptr) << text;
         lower::ProgramOptions options;
         options.isas = {OPENFAB_ISA_AVX2};
-        options.schedule = &std::get<lower::Schedule>(parsed);
-        options.schedule_kernel = "volume";
+        for (const openfab_isa isa : options.isas)
+            options.schedules[{"volume", isa}] = std::get<lower::Schedule>(parsed);
         const std::unique_ptr<CompiledStage> compiled = CompiledStage::make(stage, options);
         ASSERT_NE(compiled, nullptr) << text;
         SCOPED_TRACE(text);
         expect_equal(stage, expected, *compiled, inputs);
     }
+}
+
+TEST(RandomStage, RandomSchedulesChangeNoBit) {
+    const ir::Stage stage = random_stage(kStages + 2, 2 * kOperations);
+    expect_schedules_change_no_bit(stage, random_inputs(8), 1);
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include <random>
 
 #include "tests/exec/compiled_stage.h"
+#include "tests/exec/random_schedules.h"
 
 namespace openfab::testing {
 
@@ -202,15 +203,24 @@ TEST(Sampling, SchedulesChangeNoBit) {
     for (const char* text : {"weights.vectorize(z)\n",
                              "values_early_*.compute_root()\nsamples_1.compute_at(weights, x)\n"}) {
         SCOPED_TRACE(text);
-        auto parsed = lower::parse_schedule("volume.sched", text);
+        auto parsed = lower::read_schedule({"volume.sched", text});
         ASSERT_NE(std::get_if<lower::Schedule>(&parsed), nullptr);
         lower::ProgramOptions options;
         options.isas = tested_isas();
-        options.schedule = &std::get<lower::Schedule>(parsed);
-        options.schedule_kernel = "volume";
+        for (const openfab_isa isa : options.isas)
+            options.schedules[{"volume", isa}] = std::get<lower::Schedule>(parsed);
         const std::unique_ptr<CompiledStage> compiled = CompiledStage::make(stage, options);
         ASSERT_NE(compiled, nullptr);
         expect_equal(stage, expected, *compiled, inputs);
+    }
+}
+
+TEST(Sampling, RandomSchedulesChangeNoBit) {
+    for (const ir::StageKind kind : {ir::StageKind::kVolume, ir::StageKind::kSurface}) {
+        const bool volume = kind == ir::StageKind::kVolume;
+        StageInputs inputs = make_inputs(volume ? 1024 : 203, volume ? 2 : 203, 3);
+        inputs.textures = {make_texture(37, 20, 3, 1, 1, 3)};
+        expect_schedules_change_no_bit(make_dependent_stage(kind), inputs, 2);
     }
 }
 

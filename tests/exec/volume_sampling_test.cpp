@@ -15,6 +15,7 @@
 #include "compiler/interp/sample_volume.h"
 #include "compiler/passes/form_surface_bounds.h"
 #include "tests/exec/compiled_stage.h"
+#include "tests/exec/random_schedules.h"
 #include "texture/pyramid.h"
 
 namespace openfab::testing {
@@ -140,6 +141,13 @@ TEST(VolumeSampling, BesidePicturesEqualsInterpreter) {
 }
 
 /// Displaces by the lookup along x.
+/// A reduction over two levels, under random schedules.
+TEST(VolumeSampling, RandomSchedulesChangeNoBit) {
+    StageInputs inputs = make_inputs(1024, 2, 5);
+    inputs.textures = {make_volume({9, 6, 5}, 3, 1, 1, 5)};
+    expect_schedules_change_no_bit(make_stage(ir::StageKind::kVolume, true), inputs, 3);
+}
+
 ir::Stage make_displacing_stage() {
     ir::Stage stage;
     stage.kind = ir::StageKind::kSurface;
