@@ -107,9 +107,9 @@ int Schedules::load_file(const std::string& path) {
     std::error_code error;
     Loaded loaded;
     loaded.path = path;
-    const int code = parse({fs::weakly_canonical(path, error).string(),
-                            std::string(sources_->text(*number)), *number},
-                           &loaded.file);
+    const int code = parse(
+        {fs::weakly_canonical(path, error).string(), std::string(sources_->text(*number)), *number},
+        &loaded.file);
     if (code != kExitDone) return code;
     loaded.file.path = fs::path(path).filename().string();
     const std::vector<std::string>& known = lower::pipeline_names();
@@ -133,10 +133,10 @@ int Schedules::load_file(const std::string& path) {
     }
     for (const Loaded& other : files_) {
         if (other.pipeline != loaded.pipeline || other.target != loaded.target) continue;
-        return fail(fmt::format("{} and {} are both for the pipeline `{}`{}", other.path, path,
-                                loaded.pipeline,
-                                loaded.target.empty() ? "" : " and the same target"),
-                    kExitUserInput);
+        return fail(
+            fmt::format("{} and {} are both for the pipeline `{}`{}", other.path, path,
+                        loaded.pipeline, loaded.target.empty() ? "" : " and the same target"),
+            kExitUserInput);
     }
     files_.push_back(std::move(loaded));
     return kExitDone;
@@ -216,9 +216,9 @@ int Schedules::load(const ScheduleOptions& options, const std::vector<openfab_is
     }
     for (const auto& [name, known] : param_is_known_) {
         if (known) continue;
-        return fail(fmt::format("`--param {}`: no schedule in use has a parameter of that name",
-                                name),
-                    kExitUsage);
+        return fail(
+            fmt::format("`--param {}`: no schedule in use has a parameter of that name", name),
+            kExitUsage);
     }
     return kExitDone;
 }

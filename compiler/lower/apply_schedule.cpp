@@ -139,9 +139,10 @@ class DirectiveChain {
     }
 
     void split_loop(Loop* loop, const std::string& outer, const std::string& inner, int64_t by) {
-        const bool rvar = loop->var.is_rvar;
-        const VarOrRVar outer_var(outer, rvar);
-        const VarOrRVar inner_var(inner, rvar);
+        // A part may keep the loop's name.
+        const VarOrRVar outer_var =
+            outer == loop->name ? loop->var : VarOrRVar(outer, loop->var.is_rvar);
+        const VarOrRVar inner_var(inner, loop->var.is_rvar);
         nest().stage.split(loop->var, outer_var, inner_var, static_cast<int>(by), kTail);
         std::optional<int64_t> trips;
         if (loop->extent) trips = (*loop->extent + by - 1) / by;
@@ -269,11 +270,9 @@ class DirectiveChain {
         int64_t by = 1;
         if (!factor(arg(1), most, &by)) return false;
         const std::string inner = made_name(fmt::format("{}_{}", arg(0).text, what));
-        const std::string outer = made_name(arg(0).text + "_outer");
-        split_loop(*out, outer, inner, by);
+        // Later lines, and other versions of the loops, go on naming the loop as they did.
+        split_loop(*out, arg(0).text, inner, by);
         *out = nest().find(inner);
-        // Later lines go on naming the loop as they did.
-        nest().find(outer)->name = arg(0).text;
         return true;
     }
 

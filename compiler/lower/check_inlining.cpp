@@ -95,12 +95,12 @@ std::optional<ScheduleFault> check_inlining(const Schedule& schedule,
         if (func.last_word) word = *func.last_word;
         if (largest->last_word) word = *largest->last_word;
         if (largest->compute.directive) word = *largest->compute.directive;
-        return fault_at(word,
-                        fmt::format("`{}` is part of `{}`, which has {:.0f} million operations by "
-                                    "that; the limit is {:.0f}",
-                                    largest->name, func.name, sizes.of(func) * 1e-6,
-                                    kMostInlined * 1e-6),
-                        fmt::format("place it, as in `{}.compute_at(func, var)`", largest->name));
+        return fault_at(
+            word,
+            fmt::format("`{}` is part of `{}`, which has {:.0f} million operations by "
+                        "that; the limit is {:.0f}",
+                        largest->name, func.name, sizes.of(func) * 1e-6, kMostInlined * 1e-6),
+            fmt::format("place it, as in `{}.compute_at(func, var)`", largest->name));
     }
     return std::nullopt;
 }

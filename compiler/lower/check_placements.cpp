@@ -23,7 +23,7 @@ class PlacementCheck {
             if (funcs()[k].store && !is_at_reader(k, *funcs()[k].store)) return fault_;
         }
         for (size_t k = 0; k < funcs().size(); ++k) {
-            if (!compute(k) || !store(k)) return fault_;
+            if (!compute(k) || !store(k) || !specializations(k)) return fault_;
         }
         return std::nullopt;
     }
@@ -41,9 +41,9 @@ class PlacementCheck {
         const ScheduledFunc& func = funcs()[k];
         const ScheduledFunc& at = funcs()[placement.func];
         if (!kernel_.reads(placement.func, k)) {
-            return fail(placement, fmt::format("`{}` does not read `{}`", at.name, func.name),
-                        fmt::format("a func is computed inside a loop of one that reads it{}",
-                                    readers(k)));
+            return fail(
+                placement, fmt::format("`{}` does not read `{}`", at.name, func.name),
+                fmt::format("a func is computed inside a loop of one that reads it{}", readers(k)));
         }
         if (at.is_inline()) {
             return fail(placement,
@@ -59,8 +59,8 @@ class PlacementCheck {
             }
         }
         if (found) return true;
-        return fail(placement, fmt::format("`{}` has no var `{}` after all lines", at.name,
-                                           placement.var),
+        return fail(placement,
+                    fmt::format("`{}` has no var `{}` after all lines", at.name, placement.var),
                     near_or_all(placement.var, names, "it has"));
     }
 
@@ -92,8 +92,7 @@ class PlacementCheck {
                                     funcs()[use.func].name, func.name, placement.var, at.name),
                         common_place(k));
         }
-        const std::set<size_t> definitions =
-            kernel_.definitions_that_need(placement.func, k);
+        const std::set<size_t> definitions = kernel_.definitions_that_need(placement.func, k);
         if (definitions.empty()) return true;
         if (definitions.size() > 1) {
             return fail(placement,
@@ -133,7 +132,8 @@ class PlacementCheck {
         const ScheduledFunc& func = funcs()[k];
         if (!func.store) return true;
         if (func.is_inline()) {
-            return fail(*func.store, fmt::format("`{}` is inline: nothing of it is stored", func.name),
+            return fail(*func.store,
+                        fmt::format("`{}` is inline: nothing of it is stored", func.name),
                         "say where it is computed: compute_at, compute_root");
         }
         const std::vector<LoopSite> path = kernel_.path(k);
@@ -152,14 +152,56 @@ class PlacementCheck {
         }
         for (size_t s = first; s < path.size(); ++s) {
             if (path[s].loop->kind != Loop::Kind::kParallel) continue;
-            return fail(*func.store,
-                        fmt::format("the loop `{}` of `{}`, between where `{}` is stored and where "
-                                    "it is computed, is parallel: threads would write over each "
-                                    "other",
-                                    path[s].loop->name, funcs()[path[s].func].name, func.name),
-                        "store it inside that loop");
+            return fail_race(func, fmt::format("the loop `{}` of `{}`", path[s].loop->name,
+                                               funcs()[path[s].func].name));
         }
         return true;
+    }
+
+    /// The outermost loops around a Func are a result's, which may have other versions of them.
+    bool specializations(size_t k) {
+        const ScheduledFunc& func = funcs()[k];
+        const std::vector<LoopSite> path = kernel_.path(k);
+        if (path.empty() || !func.compute.directive) return true;
+        const size_t result = path.front().func;
+        const auto last = std::find_if(path.rbegin(), path.rend(),
+                                       [&](const LoopSite& site) { return site.func == result; });
+        const bool stored_outside =
+            func.store && (func.store->level == Placement::Level::kRoot ||
+                           (func.store->func == result && func.store->var != last->loop->name));
+        for (const LoopNest& nest : funcs()[result].definitions[0]) {
+            bool after_store = func.store && func.store->level == Placement::Level::kRoot;
+            for (auto loop = nest.loops.rbegin(); loop != nest.loops.rend(); ++loop) {
+                const std::string where = fmt::format(
+                    "the loop `{}` of `{}`{}", loop->name, funcs()[result].name,
+                    nest.condition.empty() ? "" : fmt::format(" if {}", nest.condition));
+                if (loop->kind == Loop::Kind::kVector) {
+                    return fail(func.compute,
+                                where + " is vectorized: nothing is computed inside it",
+                                "choose a loop outside it");
+                }
+                if (after_store && loop->kind == Loop::Kind::kParallel)
+                    return fail_race(func, where);
+                if (func.store && func.store->var == loop->name && stored_outside)
+                    after_store = true;
+                if (loop->name == last->loop->name) break;
+            }
+            if (stored_outside && !after_store) {
+                return fail(
+                    *func.store,
+                    fmt::format("the loop `{}` of `{}` is not around `{}` if {}", func.store->var,
+                                funcs()[result].name, last->loop->name, nest.condition));
+            }
+        }
+        return true;
+    }
+
+    bool fail_race(const ScheduledFunc& func, const std::string& where) {
+        return fail(*func.store,
+                    fmt::format("{}, between where `{}` is stored and where it is computed, is "
+                                "parallel: threads would write over each other",
+                                where, func.name),
+                    "store it inside that loop");
     }
 
     const ScheduledKernel& kernel_;

@@ -96,9 +96,9 @@ struct Guilty {
 
 ScheduleFault fault_of_lowering(const Schedule& schedule, const ScheduledKernel& kernel,
                                 const std::string& message) {
-    const auto* reason = std::find_if(
-        std::begin(kReasons), std::end(kReasons),
-        [&](const Reason& r) { return message.find(r.halide) != std::string::npos; });
+    const auto* reason =
+        std::find_if(std::begin(kReasons), std::end(kReasons),
+                     [&](const Reason& r) { return message.find(r.halide) != std::string::npos; });
     const bool known = reason != std::end(kReasons);
     const Guilty guilty(schedule, kernel, message, known ? reason->directives : "");
     if (!known || guilty.directive == nullptr) {

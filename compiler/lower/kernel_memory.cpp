@@ -25,6 +25,15 @@ const ScheduledFunc* func_named(const ScheduledKernel& kernel, const std::string
     return nullptr;
 }
 
+/// Returns the kernel's Func whose storage has this name of Halide's.
+const ScheduledFunc* func_of(const ScheduledKernel& kernel, const std::string& name) {
+    for (const ScheduledFunc& func : kernel.funcs()) {
+        const std::string& own = func.func.name();
+        if (name == own || name.starts_with(own + ".")) return &func;
+    }
+    return nullptr;
+}
+
 /// The regions that extern stages are asked for, which lowered code finds by calling them without
 /// memory: `answer.o0.bounds_query` holds what is asked of `answer`, and then
 /// `asked.o0.bounds_query.answer` what that reads of `asked`.
@@ -69,7 +78,8 @@ class RegionQueries : public internal::IRMutator {
         if (!op->name.starts_with(kGet) || op->args.size() != 2) return IRMutator::visit(op);
         const auto* buffer = op->args[0].as<internal::Variable>();
         const int64_t* d = internal::as_const_int(op->args[1]);
-        const auto region = buffer == nullptr ? regions_.end() : regions_.find(current(buffer->name));
+        const auto region =
+            buffer == nullptr ? regions_.end() : regions_.find(current(buffer->name));
         if (d == nullptr || region == regions_.end() ||
             *d >= static_cast<int64_t>(region->second.size()))
             return op;
@@ -156,7 +166,7 @@ class RegionQueries : public internal::IRMutator {
 class StorageWalk : public internal::IRVisitor {
   public:
     StorageWalk(const ScheduledKernel& kernel, int64_t places)
-        : places_(places), queries_(kernel) {}
+        : kernel_(kernel), places_(places), queries_(kernel) {}
 
     int64_t peak = 0;
     int64_t stack = 0;  ///< of all functions
@@ -195,8 +205,8 @@ class StorageWalk : public internal::IRVisitor {
     using internal::IRVisitor::visit;
 
     void push(const std::string& name, int64_t least, int64_t most) {
-        scope_.push(name, Interval(Expr(static_cast<int32_t>(least)),
-                                   Expr(static_cast<int32_t>(most))));
+        scope_.push(name,
+                    Interval(Expr(static_cast<int32_t>(least)), Expr(static_cast<int32_t>(most))));
     }
 
     /// Expressions allocate nothing.
@@ -242,20 +252,56 @@ class StorageWalk : public internal::IRVisitor {
         constexpr int64_t kMost = std::numeric_limits<int64_t>::max() / 4096;
         int64_t bytes = int64_t{op.type.bytes()};
         for (const Expr& extent : op.extents) {
-            const Expr most =
-                internal::find_constant_bound(internal::simplify(queries_.resolve(extent)),
-                                              internal::Direction::Upper, scope_);
+            const Expr most = internal::find_constant_bound(
+                internal::simplify(queries_.resolve(extent)), internal::Direction::Upper, scope_);
             const int64_t* value = most.defined() ? internal::as_const_int(most) : nullptr;
-            if (value == nullptr) {
-                unbounded = op.name;
-                return 0;
-            }
+            if (value == nullptr) return size_of_whole(op);
             const int64_t factor = std::max<int64_t>(*value, 0);
             bytes = factor > 0 && bytes > kMost / factor ? kMost : bytes * factor;
         }
         return bytes;
     }
 
+    /// Where a region goes through extern stages in a way that is not seen through, it is at most
+    /// that of the result, which they and what they read are computed for place by place.
+    int64_t size_of_whole(const internal::Allocate& op) {
+        const ScheduledFunc* func = func_of(kernel_, op.name);
+        const auto k = static_cast<size_t>(func - kernel_.funcs().data());
+        const bool is_asked = func != nullptr && (func->is_extern() || is_read_through_extern(k));
+        if (!is_asked) {
+            unbounded = op.name;
+            return 0;
+        }
+        int64_t bytes = op.type.bytes();
+        for (const Halide::Var& var : func->func.args())
+            bytes *= most_extent(*func, var.name());
+        return bytes;
+    }
+
+    bool is_read_through_extern(size_t k) const {
+        for (size_t e = 0; e < kernel_.funcs().size(); ++e) {
+            if (kernel_.funcs()[e].is_extern() && kernel_.reads(e, k)) return true;
+        }
+        return false;
+    }
+
+    /// Returns the bound of a Func's var, or of the result's var of that name; else the places.
+    int64_t most_extent(const ScheduledFunc& func, const std::string& var) const {
+        std::vector<const ScheduledFunc*> with_bounds = {&func};
+        for (const ScheduledFunc& each : kernel_.funcs()) {
+            if (each.is_result) with_bounds.push_back(&each);
+        }
+        for (const ScheduledFunc* each : with_bounds) {
+            for (const internal::Bound& bound : each->func.function().schedule().bounds()) {
+                const int64_t* extent =
+                    bound.extent.defined() ? internal::as_const_int(bound.extent) : nullptr;
+                if (bound.var == var && extent != nullptr) return *extent;
+            }
+        }
+        return places_;
+    }
+
+    const ScheduledKernel& kernel_;
     int64_t places_;
     int64_t live_ = 0;
     internal::Scope<Interval> scope_;
@@ -285,15 +331,6 @@ class Asserts : public internal::IRVisitor {
     void visit(const internal::Store*) override {}
     void visit(const internal::Evaluate*) override {}
 };
-
-/// Returns the kernel's Func whose storage has this name of Halide's.
-const ScheduledFunc* func_of(const ScheduledKernel& kernel, const std::string& name) {
-    for (const ScheduledFunc& func : kernel.funcs()) {
-        const std::string& own = func.func.name();
-        if (name == own || name.starts_with(own + ".")) return &func;
-    }
-    return nullptr;
-}
 
 ScheduleWord start_of(const Schedule& schedule) {
     if (!schedule.lines.empty()) return schedule.lines.front().func;
@@ -337,9 +374,10 @@ std::optional<ScheduleFault> check_size(const Schedule& schedule, const Schedule
     const ScheduledFunc* func = func_of(kernel, largest->func);
     return fault_at(
         place_of(schedule, func),
-        fmt::format("this schedule stores up to {}{} a thread, `{}` the most of it; the limit is {}",
-                    size_text(bytes), stack ? " on the stack of" : " for",
-                    func != nullptr ? func->name : largest->func, size_text(most)),
+        fmt::format(
+            "this schedule stores up to {}{} a thread, `{}` the most of it; the limit is {}",
+            size_text(bytes), stack ? " on the stack of" : " for",
+            func != nullptr ? func->name : largest->func, size_text(most)),
         stack ? "compute it at an inner loop, or write store_in(heap)"
               : "compute it at an inner loop");
 }

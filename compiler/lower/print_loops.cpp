@@ -20,7 +20,8 @@ class LoopPrinter {
     std::string run() {
         produce_all(nullptr, 0);
         for (const ScheduledFunc& func : kernel_.funcs()) {
-            if (func.is_listed && func.is_inline()) line(0, fmt::format("{}: computed where it is read", func.name));
+            if (func.is_listed && func.is_inline())
+                line(0, fmt::format("{}: computed where it is read", func.name));
         }
         return std::move(out_);
     }
@@ -41,7 +42,8 @@ class LoopPrinter {
         const std::vector<ScheduledFunc>& funcs = kernel_.funcs();
         for (size_t k = funcs.size(); k-- > 0;) {
             const Placement& store = funcs[k].store ? *funcs[k].store : funcs[k].compute;
-            if (is_here(store, loop, func) && is_needed(k, loop, func, definition)) stored(k, depth);
+            if (is_here(store, loop, func) && is_needed(k, loop, func, definition))
+                stored(k, depth);
         }
         for (size_t k = funcs.size(); k-- > 0;) {
             if (is_here(funcs[k].compute, loop, func) && is_needed(k, loop, func, definition))
@@ -94,10 +96,9 @@ class LoopPrinter {
     void loops(size_t k, size_t definition, const LoopNest& nest, size_t depth) {
         constexpr std::array<const char*, 4> kKinds = {"for", "vectorized", "unrolled", "parallel"};
         for (auto loop = nest.loops.rbegin(); loop != nest.loops.rend(); ++loop) {
-            line(depth++, fmt::format("{} {}{}:", kKinds[static_cast<size_t>(loop->kind)],
-                                      loop->name,
-                                      loop->extent ? fmt::format(" in {}", *loop->extent)
-                                                   : std::string()));
+            line(depth++,
+                 fmt::format("{} {}{}:", kKinds[static_cast<size_t>(loop->kind)], loop->name,
+                             loop->extent ? fmt::format(" in {}", *loop->extent) : std::string()));
             produce_all(&*loop, depth, k, definition);
         }
         line(depth, fmt::format("{} = …", kernel_.funcs()[k].name));

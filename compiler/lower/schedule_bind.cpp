@@ -50,9 +50,8 @@ class Binder {
         const auto given = binding_.params.find(param.name.text);
         if (given != binding_.params.end()) bound.value = given->second;
         if (!bound.allows(bound.value)) {
-            return fail(param.name,
-                        fmt::format("`{}` is set to {}, which is not in {}", param.name.text,
-                                    bound.value, param.set()));
+            return fail(param.name, fmt::format("`{}` is set to {}, which is not in {}",
+                                                param.name.text, bound.value, param.set()));
         }
         out_.params.push_back(std::move(bound));
         return true;
@@ -121,8 +120,7 @@ class Binder {
         if (error == std::errc() && stop == end && *out >= 0 && *out <= kMostScheduleNumber)
             return true;
         if (word.text[0] >= '0' && word.text[0] <= '9') {
-            return fail(word,
-                        fmt::format("expected a whole number up to {}", kMostScheduleNumber));
+            return fail(word, fmt::format("expected a whole number up to {}", kMostScheduleNumber));
         }
         if (word.text == kVectorLanes) {
             *out = vector_lanes(binding_.target);
@@ -137,9 +135,10 @@ class Binder {
             names.push_back(param.name.text);
         }
         names.emplace_back(kVectorLanes);
-        return fail(word, fmt::format("`{}` is not a number, nor a parameter from a line before",
-                                      word.text),
-                    near_or_all(word.text, names, "there are"));
+        return fail(
+            word,
+            fmt::format("`{}` is not a number, nor a parameter from a line before", word.text),
+            near_or_all(word.text, names, "there are"));
     }
 
     bool bind(const ScheduleLine& line) {

@@ -179,8 +179,7 @@ class Parser {
             return fail(set, fmt::format("a parameter has at most {} values", kMostChoices));
         std::sort(param.choices.begin(), param.choices.end());
         if (!param.allows(param.value)) {
-            return fail(default_word,
-                        fmt::format("{} is not in {}", param.value, param.set()));
+            return fail(default_word, fmt::format("{} is not in {}", param.value, param.set()));
         }
         out->push_back({std::move(param)});
         return true;
@@ -222,8 +221,7 @@ class Parser {
             *out = std::move(first);
             return true;
         }
-        out->kind =
-            level == 0 ? ScheduleCondition::Kind::kOr : ScheduleCondition::Kind::kAnd;
+        out->kind = level == 0 ? ScheduleCondition::Kind::kOr : ScheduleCondition::Kind::kAnd;
         out->conditions.push_back(std::move(first));
         while (accept(word)) {
             if (!condition(&out->conditions.emplace_back(), level + 1)) return false;

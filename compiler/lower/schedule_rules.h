@@ -16,8 +16,8 @@ constexpr const char* kVectorLanes = "vector_lanes";
 
 /// What an argument of a directive is.
 enum class ArgKind {
-    kVar,        ///< a loop of the line's Func, or of the Func before it (compute_at, store_at)
-    kNewVar,     ///< the name of a loop that the directive makes
+    kVar,     ///< a loop of the line's Func, or of the Func before it (compute_at, store_at)
+    kNewVar,  ///< the name of a loop that the directive makes
     kFunc,
     kNumber,
     kMemory,     ///< `heap` or `stack`

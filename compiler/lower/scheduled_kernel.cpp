@@ -210,9 +210,8 @@ std::set<size_t> ScheduledKernel::definitions_that_need(size_t at, size_t func) 
             } else if (!seen[use.func]) {
                 seen[use.func] = true;
                 const std::vector<LoopSite> sites = path(use.func);
-                const bool inside = std::any_of(sites.begin(), sites.end(), [&](const auto& site) {
-                    return site.func == at;
-                });
+                const bool inside = std::any_of(sites.begin(), sites.end(),
+                                                [&](const auto& site) { return site.func == at; });
                 if (inside) open.push_back(use.func);
             }
         }

@@ -20,11 +20,11 @@ namespace openfab::lower {
 struct Loop {
     enum class Kind { kSerial, kVector, kUnrolled, kParallel };
 
-    std::string name;               ///< Halide's too, but for `taps$x`, which is taps_x here
+    std::string name;  ///< Halide's too, but for `taps$x`, which is taps_x here
     Halide::VarOrRVar var;
     std::optional<int64_t> extent;  ///< where it is the same in every call
     Kind kind = Kind::kSerial;
-    bool reduces = false;           ///< over a reduction: its order is what the result is
+    bool reduces = false;  ///< over a reduction: its order is what the result is
 };
 
 /// The loops of one definition of a Func, or of a specialization of it.
@@ -57,9 +57,9 @@ struct ScheduledFunc {
     std::vector<std::vector<LoopNest>> definitions;
     std::vector<std::set<size_t>> calls;  ///< by definition: the Funcs that it reads
     Placement compute;
-    std::optional<Placement> store;  ///< where it is not where it is computed
+    std::optional<Placement> store;         ///< where it is not where it is computed
     std::optional<ScheduleWord> last_word;  ///< of the last line that names it
-    bool is_listed = true;           ///< in Kernel::funcs
+    bool is_listed = true;                  ///< in Kernel::funcs
     bool is_result = false;
     bool is_read_by_extern = false;
 

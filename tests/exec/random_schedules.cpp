@@ -22,7 +22,8 @@ void expect_schedules_change_no_bit(const ir::Stage& stage, const StageInputs& i
         const ScheduleSpace space([&] { return lower::make_kernel(stage, isa); });
         const std::string text = space.sample(&random);
         seen.insert(text);
-        SCOPED_TRACE(::testing::Message() << "seed " << seed << ", schedule " << k << ":\n" << text);
+        SCOPED_TRACE(::testing::Message() << "seed " << seed << ", schedule " << k << ":\n"
+                                          << text);
         auto parsed = lower::read_schedule({"random.sched", text});
         ASSERT_NE(std::get_if<lower::Schedule>(&parsed), nullptr);
         lower::ProgramOptions options;

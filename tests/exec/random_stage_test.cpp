@@ -143,7 +143,7 @@ TEST(RandomStage, SchedulesChangeNoBit) {
 }
 
 TEST(RandomStage, RandomSchedulesChangeNoBit) {
-    const ir::Stage stage = random_stage(kStages + 2, 2 * kOperations);
+    const ir::Stage stage = random_stage(kStages + 2, kOperations + 20);
     expect_schedules_change_no_bit(stage, random_inputs(8), 1);
 }
 

@@ -69,8 +69,7 @@ std::string ScheduleSpace::add_result(const std::string& text, const ScheduledFu
             std::swap(vars[k - 1], vars[below(k, random)]);
         out = add(out, fmt::format("{}.reorder({})", func.name, fmt::join(vars, ", ")));
     }
-    if (chance(30, random))
-        out = add(out, fmt::format("{}.parallel({})", func.name, vars.back()));
+    if (chance(30, random)) out = add(out, fmt::format("{}.parallel({})", func.name, vars.back()));
     return add_loops(out, func.name, nest, "", random);
 }
 
@@ -104,8 +103,7 @@ std::string ScheduleSpace::add_placement(const std::string& text, size_t func,
     // Places, the innermost last; one that is further out stores more.
     std::vector<std::string> sites = {"root()"};
     for (const lower::LoopSite& site : kernel.loops_around_uses(func))
-        sites.push_back(
-            fmt::format("at({}, {})", kernel.funcs()[site.func].name, site.loop->name));
+        sites.push_back(fmt::format("at({}, {})", kernel.funcs()[site.func].name, site.loop->name));
     const size_t chosen = sites.size() - 1 - std::min(below(4, random), sites.size() - 1);
     std::string out = add(text, fmt::format("{}.compute_{}", name, sites[chosen]));
     if (out == text) return out;

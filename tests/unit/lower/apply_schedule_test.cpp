@@ -111,7 +111,8 @@ TEST(ApplySchedule, MarksWhatADirectiveMayNotDo) {
         {"out.tile(x, x, a, b, c, d, 2, 2)", "1:13 |x| the sides of a tile are two vars"},
         // Reductions.
         {"sum.compute_at(out, n).update().reorder(r_y, r_x)",
-         "1:41 |r_y| `r_y` runs over a reduction: in another order its result would be another; its "
+         "1:41 |r_y| `r_y` runs over a reduction: in another order its result would be another; "
+         "its "
          "loops can be split, unrolled, and stand inside or outside others"},
         {"sum.compute_at(out, n).update().split(r_x, a, b, 2).reorder(a, x, b)",
          "1:61 |a| `a` runs over a reduction: in another order its result would be another; its "
@@ -120,10 +121,12 @@ TEST(ApplySchedule, MarksWhatADirectiveMayNotDo) {
          "1:43 |r_x| `r_x` runs over a reduction: its steps come one after the other; vectorize a "
          "var of the func"},
         {"sum.compute_at(out, n).update().parallel(r_x)",
-         "1:42 |r_x| `r_x` runs over a reduction: its steps come one after the other; make a var of "
+         "1:42 |r_x| `r_x` runs over a reduction: its steps come one after the other; make a var "
+         "of "
          "the func parallel"},
         {"sum.compute_at(out, n).update().fuse(r_x, x, t)",
-         "1:38 |r_x| `r_x` runs over a reduction: in another order its result would be another; its "
+         "1:38 |r_x| `r_x` runs over a reduction: in another order its result would be another; "
+         "its "
          "loops can be split, unrolled, and stand inside or outside others"},
         {"base.update()", "1:6 |update| `base` has no loop to update"},
         {"sum.update(1)", "1:12 |1| `sum` has 1 update, counted from 0"},
@@ -140,7 +143,8 @@ TEST(ApplySchedule, MarksWhatADirectiveMayNotDo) {
          "1:6 |compute_at| `near` is inline: it has no loops of its own; place `near` first, or "
          "choose one that reads it"},
         {"near.compute_at(out, n)\nbase.compute_at(near, x)",
-         "2:6 |compute_at| `out` reads `base` too, outside the loop `x` of `near`; `compute_at(out, "
+         "2:6 |compute_at| `out` reads `base` too, outside the loop `x` of `near`; "
+         "`compute_at(out, "
          "n)` is around all that reads it"},
         {"base.compute_at(out, n)\nout.split(n, no, ni, 2)",
          "1:6 |compute_at| `out` has no var `n` after all lines; it has x, ni, no"},
@@ -150,6 +154,18 @@ TEST(ApplySchedule, MarksWhatADirectiveMayNotDo) {
         {"base.compute_at(out, n)\nout.specialize(n > 8).split(n, no, ni, 2)",
          "1:6 |compute_at| the specialization `n > 8` of `out`, which reads `base`, has no loop "
          "`n`"},
+        {"base.compute_at(out, n)\nout.specialize(n > 8).vectorize(n, 4)", "accepted"},
+        {"base.compute_at(out, x)\nout.specialize(n > 8).vectorize(x)",
+         "1:6 |compute_at| the loop `x` of `out` if n > 8 is vectorized: nothing is computed "
+         "inside "
+         "it; choose a loop outside it"},
+        {"base.store_root().compute_at(out, n)\nout.specialize(n > 8).parallel(n)",
+         "1:6 |store_root| the loop `n` of `out` if n > 8, between where `base` is stored and "
+         "where "
+         "it is computed, is parallel: threads would write over each other; store it inside that "
+         "loop"},
+        {"base.store_at(out, n).compute_at(out, x)\nout.specialize(n > 8).reorder(n, x)",
+         "1:6 |store_at| the loop `n` of `out` is not around `x` if n > 8"},
         {"base.store_root()",
          "1:6 |store_root| `base` is inline: nothing of it is stored; say where it is computed: "
          "compute_at, compute_root"},
@@ -159,8 +175,7 @@ TEST(ApplySchedule, MarksWhatADirectiveMayNotDo) {
         {"out.parallel(n)\nbase.store_root().compute_at(out, n)",
          "2:6 |store_root| the loop `n` of `out`, between where `base` is stored and where it is "
          "computed, is parallel: threads would write over each other; store it inside that loop"},
-        {"sum.compute_inline()",
-         "1:5 |compute_inline| `sum` has updates: it has to be stored"},
+        {"sum.compute_inline()", "1:5 |compute_inline| `sum` has updates: it has to be stored"},
         {"asked.compute_inline()",
          "1:7 |compute_inline| `asked` is read by the runtime: it has to be stored; place it: "
          "compute_at, compute_root"},
@@ -205,9 +220,10 @@ TEST(ApplySchedule, NeverShowsHalidesWords) {
     // Only lowering tells that the length is not constant.
     const std::string text = "base.compute_root().vectorize(n)";
     const Applied late = apply(text);
-    EXPECT_EQ(late.fault.substr(0, late.fault.find(" <- ")),
-              "late 1:21 |vectorize| a loop of `base` has no constant length; only loops of constant "
-              "length can be vectorized or unrolled; give a factor, as in `vectorize(n, 8)`");
+    EXPECT_EQ(
+        late.fault.substr(0, late.fault.find(" <- ")),
+        "late 1:21 |vectorize| a loop of `base` has no constant length; only loops of constant "
+        "length can be vectorized or unrolled; give a factor, as in `vectorize(n, 8)`");
 }
 
 TEST(ApplySchedule, RefusesWhatGrowsByInlining) {
@@ -234,41 +250,42 @@ TEST(ApplySchedule, RefusesWhatGrowsByInlining) {
         const auto* fault = std::get_if<ScheduleFault>(&applied);
         return fault == nullptr ? std::string("accepted") : shown(*fault, text);
     };
-    EXPECT_EQ(check("f20.vectorize(x, 8)").substr(0, 40), "1:1 |f20| `f19` is part of `f20`, which ");
+    EXPECT_EQ(check("f20.vectorize(x, 8)").substr(0, 40),
+              "1:1 |f20| `f19` is part of `f20`, which ");
     EXPECT_EQ(check("f20.vectorize(x, 8)\nf10.compute_root()"), "accepted");
 }
 
 TEST(ApplySchedule, CountsWhatIsStored) {
     // 8 floats of `sum`, of `answer` and of `asked`; 9 of `base`.
-    const Applied inner =
-        apply("answer.compute_at(out, n)\nasked.compute_at(out, n)\nbase.compute_at(out, n)\n"
-              "sum.compute_at(out, n)");
+    const Applied inner = apply(
+        "answer.compute_at(out, n)\nasked.compute_at(out, n)\nbase.compute_at(out, n)\n"
+        "sum.compute_at(out, n)");
     ASSERT_TRUE(inner.memory) << inner.fault;
     EXPECT_EQ(inner.memory->place_bytes, 0);
     EXPECT_GE(inner.memory->fixed_bytes, 33 * 4);
     EXPECT_LE(inner.memory->fixed_bytes, 64 * 4);
-    const Applied root =
-        apply("answer.compute_at(out, n)\nasked.compute_at(out, n)\nbase.compute_root()\n"
-              "sum.compute_at(out, n)");
+    const Applied root = apply(
+        "answer.compute_at(out, n)\nasked.compute_at(out, n)\nbase.compute_root()\n"
+        "sum.compute_at(out, n)");
     ASSERT_TRUE(root.memory) << root.fault;
     EXPECT_EQ(root.memory->place_bytes, 9 * 4);
     EXPECT_EQ(root.memory->bytes(1024), 9 * 4 * 1024 + root.memory->fixed_bytes);
     EXPECT_LE(root.memory->fixed_bytes, 64 * 4);
     // What each thread of a parallel loop stores is counted too.
-    const Applied parallel =
-        apply("out.parallel(n)\nanswer.compute_at(out, n)\nasked.compute_at(out, n)\n"
-              "base.compute_at(out, n)\nsum.compute_at(out, n)");
+    const Applied parallel = apply(
+        "out.parallel(n)\nanswer.compute_at(out, n)\nasked.compute_at(out, n)\n"
+        "base.compute_at(out, n)\nsum.compute_at(out, n)");
     ASSERT_TRUE(parallel.memory) << parallel.fault;
     EXPECT_GE(parallel.memory->fixed_bytes, 33 * 4);
     EXPECT_EQ(parallel.memory->place_bytes, 0);
 }
 
 TEST(ApplySchedule, PrintsLoopsInOurNames) {
-    const Applied applied =
-        apply("out.split(n, no, ni, 4).vectorize(x, 4)\n"
-              "answer.compute_at(out, no)\nasked.compute_at(out, no)\n"
-              "base.store_at(out, no).compute_at(out, ni).vectorize(x, 4)\n"
-              "sum.compute_at(out, ni).update().unroll(r_x)");
+    const Applied applied = apply(
+        "out.split(n, no, ni, 4).vectorize(x, 4)\n"
+        "answer.compute_at(out, no)\nasked.compute_at(out, no)\n"
+        "base.store_at(out, no).compute_at(out, ni).vectorize(x, 4)\n"
+        "sum.compute_at(out, ni).update().unroll(r_x)");
     ASSERT_EQ(applied.fault, "accepted");
     EXPECT_EQ(applied.loops,
               "out:\n"
