@@ -102,7 +102,7 @@ class Build {
             command.push_back(object.string());
         command.insert(command.end(), link_line.begin(), link_line.end());
         command.insert(command.end(), {"-Wl,--gc-sections", "-Wl,--strip-debug"});
-        const std::string trouble = lower::run_tool(command);
+        const std::string trouble = lower::run_tool(command, (*beside)->path());
         if (!trouble.empty()) return not_linked(trouble);
         fs::rename(unfinished, options_.output, error);
         if (error) return not_linked(error.message());

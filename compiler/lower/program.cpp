@@ -18,6 +18,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <string_view>
 #include <thread>
 
 #include "base/clean_exit.h"
@@ -63,7 +64,8 @@ std::optional<Fault> compile_table(const std::vector<FabletUnit>& fablets,
             return internal_fault(fmt::format("{}: cannot be written", source.string()));
     }
     const std::string trouble =
-        run_tool({compiler, "-O1", "-fPIC", "-w", "-c", source.string(), "-o", object.string()});
+        run_tool({compiler, "-O1", "-fPIC", "-w", "-c", source.string(), "-o", object.string()},
+                 source.parent_path());
     if (trouble.empty()) return std::nullopt;
     return internal_fault(
         fmt::format("`{}` cannot compile the table of fablets: {}", compiler, trouble));
@@ -185,7 +187,7 @@ std::variant<ProgramObjects, Fault> compile_program(const std::vector<FabletUnit
     return out;
 }
 
-std::string run_tool(const std::vector<std::string>& command) {
+std::string run_tool(const std::vector<std::string>& command, const fs::path& folder) {
     std::array<int, 2> pipe_ends{};
     if (pipe(pipe_ends.data()) != 0) return std::strerror(errno);
     posix_spawn_file_actions_t actions;
@@ -196,8 +198,15 @@ std::string run_tool(const std::vector<std::string>& command) {
     for (const std::string& word : command)
         argv.push_back(const_cast<char*>(word.c_str()));
     argv.push_back(nullptr);
+    std::string temporary = "TMPDIR=" + folder.string();
+    std::vector<char*> environment;
+    for (char** entry = environ; *entry != nullptr; ++entry) {
+        if (!std::string_view(*entry).starts_with("TMPDIR=")) environment.push_back(*entry);
+    }
+    environment.insert(environment.end(), {temporary.data(), nullptr});
     pid_t child = 0;
-    const int error = posix_spawnp(&child, argv[0], &actions, nullptr, argv.data(), environ);
+    const int error =
+        posix_spawnp(&child, argv[0], &actions, nullptr, argv.data(), environment.data());
     posix_spawn_file_actions_destroy(&actions);
     close(pipe_ends[1]);
     std::optional<RunningProgram> running;

@@ -64,7 +64,8 @@ std::variant<ProgramObjects, Fault> compile_program(const std::vector<FabletUnit
                                                     const ProgramOptions& options,
                                                     const std::filesystem::path& folder);
 
-/// Runs a program without a shell. Returns "" on success, else its stderr.
-std::string run_tool(const std::vector<std::string>& command);
+/// Runs a program without a shell, with its temporary files in `folder`: a compiler that a signal
+/// ends early leaves some. Returns "" on success, else its stderr.
+std::string run_tool(const std::vector<std::string>& command, const std::filesystem::path& folder);
 
 }  // namespace openfab::lower
