@@ -74,7 +74,8 @@ std::string script_of(const std::vector<Piece>& pieces, int* files, int* command
                 // `openfab import --repair` and the like name an option, not a command.
                 if (!ours || code.find("openfab import --") == 0) continue;
                 ++*commands;
-                const bool endless = code.find("--watch") != std::string::npos;
+                const bool endless =
+                    code.find("--watch") != std::string::npos || code.starts_with("openfab view ");
                 script += fmt::format("echo {} >&2\n{}{}\n", "'" + code + "'",
                                       endless ? "timeout --signal=INT 8 " : "", code);
                 // It ends on request, after the print.
