@@ -55,7 +55,7 @@ struct ScheduleLine {
 };
 
 struct Schedule {
-    std::string path;  ///< as given by the user, or "schedules/volume.sched"
+    std::string path;  ///< as given by the user, or "schedules/slab.sched"
     std::string text;
     std::vector<ScheduleLine> lines;
 };
