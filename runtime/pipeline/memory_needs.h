@@ -26,7 +26,7 @@ int64_t surface_bytes(const part::Part& part);
 /// surface that is set up.
 int64_t tree_bytes(const surface::Surface& surface, bool asked);
 
-/// Computes the terms of placed parts, without encoders. `fraction_channels` of the dither, `bits` of a
+/// Computes the terms of placed parts. `fraction_channels` of the dither, `bits` of a
 /// packed voxel, `pinned` from MemoryPlanner::max_pinned_bytes().
 MemoryNeeds memory_needs(const std::vector<std::unique_ptr<volume::PlacedPart>>& parts,
                          const Vec3i& size, int32_t fraction_channels, int32_t bits, size_t pinned);

@@ -93,15 +93,14 @@ size_t MemoryPlanner::max_pinned_bytes() const {
 }
 
 Result<MemoryPlan> MemoryPlanner::plan_with(const MemoryNeeds& needs, const CacheBudgets& caches,
-                                            const SurfaceCounts& diced, int32_t encoders,
-                                            int32_t slabs, int32_t max_slabs_in_flight) const {
+                                            const SurfaceCounts& diced, int32_t slabs,
+                                            int32_t max_slabs_in_flight) const {
     MemoryPlan plan;
     plan.caches = caches;
-    plan.encoders = encoders;
     // One row in evaluation, one waiting, and the one that the dither holds.
     plan.rows_in_flight = threads_ > 1 ? threads_ + 1 : 1;
     const auto total = [&](int32_t in_flight) {
-        return needs.fixed + resident_caches(caches, diced) + needs.per_encoder * encoders +
+        return needs.fixed + resident_caches(caches, diced) +
                in_flight * (needs.per_slab + (plan.rows_in_flight + 1) * needs.per_row) +
                threads_ * needs.per_thread;
     };
@@ -123,20 +122,13 @@ Result<MemoryPlan> MemoryPlanner::plan(const MemoryNeeds& needs, const CacheBudg
                                        const SurfaceCounts& displaced, const SurfaceCounts& diced,
                                        int32_t slabs, int32_t max_slabs_in_flight) const {
     OPENFAB_CHECK_LE(diced.surfaces, diced.parts);
-    // A third of the budget for slices that are encoded at once.
-    int32_t encoders = needs.per_encoder == 0
-                           ? threads_
-                           : static_cast<int32_t>(std::clamp<int64_t>(
-                                 budget_.bytes / 3 / needs.per_encoder, 1, threads_));
     const auto with = [&](const CacheBudgets& some) {
-        return plan_with(needs, some, diced, encoders, slabs, max_slabs_in_flight);
+        return plan_with(needs, some, diced, slabs, max_slabs_in_flight);
     };
     Result<MemoryPlan> plan = with(caches);
     // Crossings stay at their maximum: a voxeliser keeps its budget.
     const CacheBudgets least = split_budget(kMinCacheBytes, kMaxCrossingBytes, displaced);
     if (!plan) plan = with(least);
-    for (; !plan && encoders > 1; plan = with(least))
-        --encoders;
     if (plan && diced.parts > 0) {
         // Trees get a share of what the plan leaves: a slab needs those of the previous one, and
         // rebuilding them takes longer than anything else.

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Divides the memory budget of a print between caches, slabs in flight, threads and encoders. The
+// Divides the memory budget of a print between caches, slabs in flight and threads. The
 // budget is for the whole process; it decides how much is kept, never what is printed.
 
 #include <cstddef>
@@ -27,18 +27,16 @@ struct SurfaceCounts {
 
 /// The terms of a plan, bytes.
 struct MemoryNeeds {
-    int64_t fixed = 0;        ///< resident after set-up, plus textures, under any plan
-    int64_t per_slab = 0;     ///< planes, coverage, culling, errors, and encoded slices
-    int64_t per_row = 0;      ///< a band with all its fractions
-    int64_t per_thread = 0;   ///< kernel buffers and query scratch
-    int64_t per_encoder = 0;  ///< for encoding one slice
+    int64_t fixed = 0;       ///< resident after set-up, plus textures, under any plan
+    int64_t per_slab = 0;    ///< planes, coverage, culling, errors, and encoded slices
+    int64_t per_row = 0;     ///< a band with all its fractions
+    int64_t per_thread = 0;  ///< kernel buffers and query scratch
 };
 
 struct MemoryPlan {
     CacheBudgets caches;
     int32_t slabs_in_flight = 1;
     int32_t rows_in_flight = 2;
-    int32_t encoders = 1;
     int64_t total_bytes = 0;  ///< expected peak of the process
 };
 
@@ -62,17 +60,16 @@ class MemoryPlanner {
     size_t max_pinned_bytes() const;
 
     /// Plans the print of `slabs` slabs whose caches were chosen for `displaced` surfaces, of which
-    /// the `diced` ones need theirs. If the budget is too small, caches shrink to their minimum,
-    /// then slices are encoded one after the other; any rest goes to the trees.
-    /// `max_slabs_in_flight` 0: as many as there are threads. The error names the smallest
-    /// sufficient budget.
+    /// the `diced` ones need theirs. If the budget is too small, caches shrink to their minimum;
+    /// any rest goes to the trees. `max_slabs_in_flight` 0: as many as there are threads. The error
+    /// names the smallest sufficient budget.
     Result<MemoryPlan> plan(const MemoryNeeds& needs, const CacheBudgets& caches,
                             const SurfaceCounts& displaced, const SurfaceCounts& diced,
                             int32_t slabs, int32_t max_slabs_in_flight) const;
 
   private:
     Result<MemoryPlan> plan_with(const MemoryNeeds& needs, const CacheBudgets& caches,
-                                 const SurfaceCounts& diced, int32_t encoders, int32_t slabs,
+                                 const SurfaceCounts& diced, int32_t slabs,
                                  int32_t max_slabs_in_flight) const;
     Error too_small(const std::string& why, const std::string& way_out) const;
     /// Returns, as text, a budget that suffices for `bytes`.

@@ -13,7 +13,6 @@
 #include <array>
 #include <cmath>
 #include <numeric>
-#include <semaphore>
 
 #include "abi/halide_hooks.h"
 #include "base/check.h"
@@ -248,7 +247,6 @@ class PrintJobImpl final : public PrintJob {
     double seconds_set_up_ = 0;
     Pool<SlabRun> runs_;
     Pool<volume::BlockEvaluator> evaluators_;
-    std::optional<std::counting_semaphore<>> encoders_;  ///< limits concurrent encodes
     std::mutex encode_mutex_;
     double seconds_encode_ = 0, seconds_count_ = 0, seconds_finish_ = 0;
 };
@@ -285,7 +283,6 @@ Result<void> PrintJobImpl::set_up() {
     for (const auto& surface : surfaces_)
         surface->set_cache_bytes(plan_.caches.micropolygons);
     nearest::set_budget(trees.get(), plan_.caches.trees);
-    encoders_.emplace(plan_.encoders);
     setup_.rows_in_flight = plan_.rows_in_flight;
     fill_info();
     seconds_set_up_ = seconds_now() - start;
@@ -379,7 +376,6 @@ Result<MemoryPlan> PrintJobImpl::plan_memory(const MemoryPlanner& planner,
     MemoryNeeds needs =
         memory_needs(parts_, grid_.size, setup_.channels, setup_.bits, planner.max_pinned_bytes());
     needs.fixed += textures + options_.sink_bytes_per_column * columns;
-    needs.per_encoder = options_.encode_bytes_per_column * columns;
     const int32_t slabs = (range_.y + 7) / 8 - range_.x / 8;
     return planner.plan(needs, caches, displaced, diced, slabs, options_.slabs_in_flight);
 }
@@ -616,9 +612,7 @@ void PrintJobImpl::encode(const pipeline::SliceSink& sink, const SlabRun& run,
             slice.z = z;
             slice.totals = count_slice(view, info_.bits);
             const double counted = seconds_now();
-            encoders_->acquire();
             slice.bytes = sink.encode(view);
-            encoders_->release();
             const std::lock_guard lock(encode_mutex_);
             seconds_count_ += counted - start;
             seconds_encode_ += seconds_now() - counted;

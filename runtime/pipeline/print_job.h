@@ -45,9 +45,6 @@ struct PrintOptions {
         return interrupt != nullptr && interrupt->load(std::memory_order_relaxed);
     }
     int64_t sink_bytes_per_column = 0;  ///< memory of the sink for each voxel of a slice
-    /// Memory of the sink for each voxel of a slice while it encodes it. At most as many slices are
-    /// encoded at once as fit a third of the budget.
-    int64_t encode_bytes_per_column = 0;
     /// Receives the lines of printf, in an order that does not depend on threads; called from one
     /// thread.
     std::function<void(const std::string& line)> print_line;

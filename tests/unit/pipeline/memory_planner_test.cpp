@@ -33,16 +33,13 @@ TEST(MemoryPlanner, KeepsWithinTheBudget) {
         for (const int32_t threads : {1, 2, 5, 64}) {
             for (int64_t budget = 60 * kMB; budget < 3000 * kMB; budget = budget * 5 / 4) {
                 const MemoryPlanner planner = planner_of(budget, threads);
-                MemoryNeeds needs = small_needs();
-                needs.per_encoder = 7 * kMB;
                 const CacheBudgets caches = planner.caches(counts, 40 * kMB, 0);
-                const Result<MemoryPlan> plan = planner.plan(needs, caches, counts, counts, 100, 0);
+                const Result<MemoryPlan> plan =
+                    planner.plan(small_needs(), caches, counts, counts, 100, 0);
                 if (!plan) continue;
                 EXPECT_LE(plan->total_bytes, budget);
                 EXPECT_GE(plan->slabs_in_flight, 1);
                 EXPECT_LE(plan->slabs_in_flight, threads);
-                EXPECT_GE(plan->encoders, 1);
-                EXPECT_LE(plan->encoders, threads);
             }
         }
     }
@@ -86,15 +83,6 @@ TEST(MemoryPlanner, SlabsInFlightFollowMemoryThreadsAndSlabs) {
     EXPECT_EQ(in_flight(1000 * kMB, 2, 0), 2);
     EXPECT_EQ(in_flight(84 * kMB, 100, 0), 3);
     EXPECT_EQ(in_flight(64 * kMB, 100, 0), 1);
-}
-
-TEST(MemoryPlanner, SlicesAreEncodedOneByOneBeforeAPrintIsRefused) {
-    MemoryNeeds needs = small_needs();
-    needs.per_encoder = 10 * kMB;
-    const MemoryPlanner planner = planner_of(75 * kMB, 4);
-    const Result<MemoryPlan> plan = planner.plan(needs, {}, {}, {}, 100, 0);
-    ASSERT_TRUE(plan) << plan.error().text();
-    EXPECT_EQ(plan->encoders, 1);
 }
 
 TEST(MemoryPlanner, TreesTakeAShareOfWhatIsLeft) {

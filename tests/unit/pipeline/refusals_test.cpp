@@ -73,7 +73,7 @@ TEST(PrintRefuses, TheBudgetThatItNamesWillDo) {
 #ifdef OPENFAB_SANITIZED
     GTEST_SKIP() << "a sanitizer's memory counts in the budget, and grows from print to print";
 #endif
-    // A tray of 120 parts in four layers, and slices that take memory while they are encoded.
+    // A tray of 120 parts in four layers.
     std::vector<testing::BoxPart> tray;
     for (int32_t i = 0; i < 120; ++i) {
         tray.push_back(
@@ -81,19 +81,16 @@ TEST(PrintRefuses, TheBudgetThatItNamesWillDo) {
     }
     for (const std::vector<testing::BoxPart>& boxes : {box(), tray}) {
         const pipeline::PrintInput input = testing::make_input(boxes);
-        for (int64_t encoded : {0, 40}) {
-            for (int32_t threads : {1, 8}) {
-                pipeline::PrintOptions options;
-                options.threads = threads;
-                options.encode_bytes_per_column = encoded;
-                options.memory_bytes = 1'000'000;
-                const int64_t least = least_budget(input, options);
-                ASSERT_GT(least, options.memory_bytes);
-                options.memory_bytes = least;
-                EXPECT_EQ(least_budget(input, options), 0) << least << " bytes";
-                options.memory_bytes = least - least / 4;
-                EXPECT_GT(least_budget(input, options), 0) << "far less would have done, too";
-            }
+        for (int32_t threads : {1, 8}) {
+            pipeline::PrintOptions options;
+            options.threads = threads;
+            options.memory_bytes = 1'000'000;
+            const int64_t least = least_budget(input, options);
+            ASSERT_GT(least, options.memory_bytes);
+            options.memory_bytes = least;
+            EXPECT_EQ(least_budget(input, options), 0) << least << " bytes";
+            options.memory_bytes = least - least / 4;
+            EXPECT_GT(least_budget(input, options), 0) << "far less would have done, too";
         }
     }
 }
