@@ -185,7 +185,12 @@ SamplePrint block_with_skin(double pitch_mm, int32_t skin, bool filled) {
 
 // Voxels behind an opaque skin are not visible, neither through it nor as dents in it.
 TEST_F(Preview, AnOpaqueSkinIsDrawnAsItIs) {
-    for (const auto& [pitch_mm, skin] : {std::pair{0.1, 4}, {0.085, 5}, {0.2, 3}}) {
+#ifdef OPENFAB_SANITIZED
+    const std::vector<std::pair<double, int>> skins = {{0.2, 3}};
+#else
+    const std::vector<std::pair<double, int>> skins = {{0.1, 4}, {0.085, 5}, {0.2, 3}};
+#endif
+    for (const auto& [pitch_mm, skin] : skins) {
         for (const char* view :
              {"", ",view=back", ",view=model:30:30", ",view=model:200:50", ",view=model:0:90"}) {
             const ReadPng whole = draw(block_with_skin(pitch_mm, skin, true), view);

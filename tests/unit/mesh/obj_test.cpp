@@ -341,6 +341,7 @@ TEST(Polygon, FindsTheEarsThatALongSearchFinds) {
     }
 }
 
+#ifndef OPENFAB_SANITIZED  // is about time: smaller ones are read the same way
 /// A polygon of a thousand teeth between two of its corners.
 std::string comb(int corners, bool nested) {
     std::string vertices, face = "f";
@@ -365,9 +366,7 @@ TEST(Polygon, LargeOnesTakeLittleTime) {
         const auto start = std::chrono::steady_clock::now();
         const std::string message = error_of(text);
         const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
-#ifndef OPENFAB_SANITIZED
         EXPECT_LT(took.count(), 10);
-#endif
         fmt::print("{:.2f} s: {}\n", took.count(), message.substr(0, 100));
         EXPECT_EQ(message.find("too many corners; split them into triangles where the mesh is "
                                "made") != std::string::npos,
@@ -375,6 +374,7 @@ TEST(Polygon, LargeOnesTakeLittleTime) {
             << message;
     }
 }
+#endif
 
 TEST(Obj, SplitsQuadsThatShareADiagonalApart) {
     // A pillow of two quads over the same four corners: split along one diagonal, both would be the

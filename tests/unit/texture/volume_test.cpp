@@ -372,16 +372,21 @@ std::string tiff(size_t pages, bool big_endian, bool large, uint64_t behind_last
 }
 
 TEST_F(VolumeTest, ManyPagesOfATiffAreReadOneByOne) {
+#ifdef OPENFAB_SANITIZED  // where reading a page takes ten times as long
+    constexpr size_t kPages = 256;
+#else
+    constexpr size_t kPages = 2048;
+#endif
     for (const auto& [big_endian, large] :
          {std::pair{false, false}, {true, false}, {false, true}, {true, true}}) {
         SCOPED_TRACE(::testing::Message() << big_endian << large);
         const std::clock_t start = std::clock();
-        const auto p = converted(folder_.write("many.tif", tiff(2048, big_endian, large)));
+        const auto p = converted(folder_.write("many.tif", tiff(kPages, big_endian, large)));
         const double seconds = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
         ASSERT_NE(p, nullptr);
-        EXPECT_EQ(size(*p), (Vec3i{2, 1, 2048}));
+        EXPECT_EQ(size(*p), (Vec3i{2, 1, kPages}));
         const std::vector<float> texels = level0(*p);
-        for (size_t page = 0; page < 2048; ++page)
+        for (size_t page = 0; page < kPages; ++page)
             ASSERT_FLOAT_EQ(texels[2 * page], static_cast<float>(page % 256) / 255.0f);
         EXPECT_LT(seconds, kSoon) << "each page goes through all before it";
     }
