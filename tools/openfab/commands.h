@@ -29,6 +29,11 @@ struct ExportOptions {
     int32_t slice = -1;
 };
 
+struct MergeOptions {
+    std::vector<std::string> files;
+    ExportOptions output;  ///< without a file and a slice
+};
+
 struct ViewArguments {
     viewer::ViewOptions view;
     std::string memory;
@@ -50,6 +55,8 @@ Result<void> info(const std::string& file, const std::vector<std::string>& allow
 Result<void> verify(const std::string& file, const std::string& memory);
 /// `export`: writes an .ofr file as something else.
 Result<void> run_export(ExportOptions options);
+/// `merge`: writes the parts of one print, .ofr files made with `--slices`, as one.
+Result<void> run_merge(MergeOptions options);
 /// `receive`: takes one print that is streamed.
 Result<void> run_receive(const ReceiveArguments& arguments);
 

@@ -28,6 +28,7 @@ constexpr const char* kFooter = R"(Examples:
   openfab info card.ofr                        size, materials, amounts
   openfab verify card.ofr                      check every slice
   openfab export card.ofr -o slices            an .ofr as a folder of PNGs
+  openfab merge low.ofr high.ofr -o card.ofr   what `--slices` split
   openfab view card.ofr                        slices, cuts and a volume in a browser
   openfab receive --listen tcp://127.0.0.1:7000 -o card.ofr
 )";
@@ -113,19 +114,12 @@ void add_verify(CLI::App& app, Action* action) {
         [file, memory, action] { *action = [file, memory] { return verify(*file, *memory); }; });
 }
 
-void add_export(CLI::App& app, Action* action) {
-    CLI::App* command = app.add_subcommand(
-        "export", "write an .ofr file as a folder of PNGs, as meshes, or as pictures");
-    auto options = std::make_shared<ExportOptions>();
-    command->add_option("FILE", options->file, "an .ofr file, or - for standard input")->required();
-    command->add_option("-o,--output", options->print.output,
-                        "a folder, or an .ofr, .3mf or .stl file; with --slice a .png file");
+/// Declares what `export` and `merge` write.
+void add_copy_options(CLI::App* command, ExportOptions* options) {
     command
         ->add_option("--format", options->print.format,
                      "png, ofr, 3mf or stl (default: by the output's extension, else png)")
         ->check(CLI::IsMember({"png", "ofr", "3mf", "stl"}));
-    command->add_option("--slice", options->slice, "write only slice N, as one picture")
-        ->check(CLI::NonNegativeNumber);
     command->add_option("--png", options->png, "rgba or indexed")
         ->check(CLI::IsMember({"rgba", "indexed"}));
     command->add_flag("--flip-x", options->print.flip_x,
@@ -136,7 +130,30 @@ void add_export(CLI::App& app, Action* action) {
                      "transmitted][,cut=x|y|xy]")
         ->allow_extra_args(false);
     add_memory_option(command, &options->memory);
+}
+
+void add_export(CLI::App& app, Action* action) {
+    CLI::App* command = app.add_subcommand(
+        "export", "write an .ofr file as a folder of PNGs, as meshes, or as pictures");
+    auto options = std::make_shared<ExportOptions>();
+    command->add_option("FILE", options->file, "an .ofr file, or - for standard input")->required();
+    command->add_option("-o,--output", options->print.output,
+                        "a folder, or an .ofr, .3mf or .stl file; with --slice a .png file");
+    command->add_option("--slice", options->slice, "write only slice N, as one picture")
+        ->check(CLI::NonNegativeNumber);
+    add_copy_options(command, options.get());
     command->callback([options, action] { *action = [options] { return run_export(*options); }; });
+}
+
+void add_merge(CLI::App& app, Action* action) {
+    CLI::App* command = app.add_subcommand(
+        "merge", "write the parts of one print, made with --slices, as one run would have");
+    auto options = std::make_shared<MergeOptions>();
+    command->add_option("FILES", options->files, "complete .ofr files, in any order")->required();
+    command->add_option("-o,--output", options->output.print.output,
+                        "a folder, or an .ofr, .3mf or .stl file");
+    add_copy_options(command, &options->output);
+    command->callback([options, action] { *action = [options] { return run_merge(*options); }; });
 }
 
 void add_view(CLI::App& app, Action* action) {
@@ -203,6 +220,7 @@ int tool_main(int argc, char** argv) {
     add_info(app, &action);
     add_verify(app, &action);
     add_export(app, &action);
+    add_merge(app, &action);
     add_view(app, &action);
     add_receive(app, &action);
     app.add_subcommand("texture", "convert an image for prints, which call this themselves");

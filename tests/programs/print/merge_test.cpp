@@ -1,0 +1,116 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Prints in parts, by `--slices`, which `openfab merge` makes one: the bytes must be those of one run.
+
+#include <gmock/gmock.h>
+
+#include <map>
+
+#include "tests/programs/print/simple_world.h"
+#include "tests/support/process/process.h"
+
+namespace openfab::testing {
+namespace {
+
+using ::testing::HasSubstr;
+namespace fs = std::filesystem;
+
+class Merge : public ::testing::Test {
+  protected:
+    Merge() {
+        scratch_.write("f.fl", "fablet Skin {}\n");
+        scratch_.write("w.fab.json", SimpleWorld{"Skin", R"({"sphere": 10})"}.text());
+        scratch_.write("other.fab.json", SimpleWorld{"Skin", R"({"sphere": 10.1})"}.text());
+    }
+    std::string path(const std::string& name) const { return (scratch_ / name).string(); }
+    void print(const std::string& output, const std::string& slices = "",
+               const std::string& world = "w.fab.json") {
+        std::vector<std::string> argv{OPENFAB_TEST_PRINT, path(world), "--voxel", "0.25mm", "-o",
+                                      path(output)};
+        if (output.find(".ofr") == std::string::npos) argv.insert(argv.end(), {"--format", "png"});
+        if (!slices.empty()) argv.insert(argv.end(), {"--slices", slices});
+        const Outcome outcome = run(argv);
+        ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    }
+    Outcome merge(const std::vector<std::string>& files, const std::string& output) {
+        std::vector<std::string> argv{OPENFAB_PROGRAM, "merge"};
+        for (const std::string& file : files)
+            argv.push_back(path(file));
+        argv.insert(argv.end(), {"-o", path(output)});
+        return run(argv);
+    }
+    /// Expects a refusal that says so, and that nothing is written.
+    void expect_refused(const std::vector<std::string>& files, const std::string& message) {
+        const Outcome outcome = merge(files, "refused.ofr");
+        EXPECT_EQ(outcome.exit_code, 1);
+        EXPECT_THAT(outcome.err, HasSubstr(message));
+        EXPECT_FALSE(fs::exists(path("refused.ofr")));
+    }
+    std::map<std::string, std::string> files_of(const std::string& folder) {
+        std::map<std::string, std::string> files;
+        for (const auto& entry : fs::directory_iterator(path(folder)))
+            files[entry.path().filename().string()] = read_file(entry.path());
+        return files;
+    }
+
+    ScratchFolder scratch_;
+};
+
+TEST_F(Merge, PartsInAnyOrderBecomeTheBytesOfOneRun) {
+    print("whole.ofr");
+    print("whole");
+    // The first and the last part have slices without a voxel, and no part starts with a slab.
+    print("a.ofr", "0:3");
+    print("b.ofr", "3:20");
+    print("c.ofr", "20:21");
+    print("d.ofr", "21:40");
+    Outcome outcome = merge({"c.ofr", "a.ofr", "d.ofr", "b.ofr"}, "merged.ofr");
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_EQ(read_file(path("merged.ofr")), read_file(path("whole.ofr")));
+    outcome = merge({"a.ofr", "b.ofr", "c.ofr", "d.ofr"}, "merged");
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_EQ(files_of("merged"), files_of("whole"));
+
+    // Less than the whole is a print of these slices.
+    print("middle.ofr", "3:21");
+    outcome = merge({"b.ofr", "c.ofr"}, "merged_middle.ofr");
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_EQ(read_file(path("merged_middle.ofr")), read_file(path("middle.ofr")));
+}
+
+TEST_F(Merge, WhatIsNotOnePrintIsRefused) {
+    print("a.ofr", "0:10");
+    print("b.ofr", "8:20");
+    print("c.ofr", "20:24");
+    print("d.ofr", "25:40");
+    print("other.ofr", "20:30", "other.fab.json");
+    expect_refused({"a.ofr", "b.ofr"}, "b.ofr` have slices 8 to 9;");
+    expect_refused({"b.ofr", "d.ofr", "c.ofr"},
+                   "no file has slice 24; print with `--slices 24:25`");
+    expect_refused({"b.ofr", "other.ofr"}, "are not parts of one print");
+    expect_refused({"b.ofr", "b.ofr"}, "b.ofr` have slices 8 to 19;");
+    // Cut in its last slice: what an interrupted print leaves.
+    const std::string bytes = read_file(path("c.ofr"));
+    scratch_.write("c.ofr", bytes.substr(0, bytes.size() / 2));
+    expect_refused({"b.ofr", "c.ofr"}, "complete it by printing again with `--resume`");
+    const Outcome onto = merge({"b.ofr", "a.ofr"}, "b.ofr");
+    EXPECT_EQ(onto.exit_code, 1);
+}
+
+TEST_F(Merge, ADamagedSliceLeavesTheOthersBeforeIt) {
+    print("a.ofr", "0:16");
+    print("b.ofr", "16:40");
+    std::string bytes = read_file(path("b.ofr"));
+    bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
+    scratch_.write("b.ofr", bytes);
+    const Outcome outcome = merge({"a.ofr", "b.ofr"}, "merged.ofr");
+    EXPECT_EQ(outcome.exit_code, 1);
+    EXPECT_THAT(outcome.err, HasSubstr("b.ofr: slice "));
+    EXPECT_EQ(run({OPENFAB_PROGRAM, "verify", path("merged.ofr")}).exit_code, 1);
+    const Outcome info = run({OPENFAB_PROGRAM, "info", path("merged.ofr")});
+    EXPECT_THAT(info.out, HasSubstr(" of 40"));
+}
+
+}  // namespace
+}  // namespace openfab::testing

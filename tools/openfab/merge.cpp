@@ -1,0 +1,139 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// `openfab merge SHARD.ofr… -o OUT`: the parts of one print that were made by `--slices`, as the one
+// print: what a run of the whole would have written.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+#include <vector>
+
+#include "backends/ofr/ofr_reader.h"
+#include "program/outputs.h"
+#include "tools/openfab/commands.h"
+#include "tools/openfab/known_printer.h"
+#include "tools/openfab/slice_copy.h"
+
+namespace openfab::tools {
+
+namespace {
+
+/// A part of a print: some of its slices in a file of their own.
+struct Shard {
+    std::string file;
+    pipeline::PrintInfo info;
+    pipeline::PrintTotals totals;
+};
+
+Result<std::vector<Shard>> open_shards(const std::vector<std::string>& files,
+                                       int64_t memory_bytes) {
+    std::vector<Shard> shards;
+    for (const std::string& file : files) {
+        if (file == "-") return usage_error("`merge` reads files, not standard input");
+        Result<std::unique_ptr<ofr::OfrReader>> reader = ofr::OfrReader::open(file, memory_bytes);
+        if (!reader) return reader.error();
+        Result<pipeline::PrintTotals> totals = ofr::OfrReader::read_totals(file);
+        if (!totals) {
+            Error error = totals.error();
+            error.help = "complete it by printing again with `--resume`";
+            return error;
+        }
+        shards.push_back({file, (*reader)->info(), std::move(*totals)});
+    }
+    std::stable_sort(shards.begin(), shards.end(), [](const Shard& a, const Shard& b) {
+        return a.info.slice_begin < b.info.slice_begin;
+    });
+    return shards;
+}
+
+/// Names slices in a message; `end` is one past the last.
+std::string slices(int32_t begin, int32_t end) {
+    return end - begin == 1 ? fmt::format("slice {}", begin)
+                            : fmt::format("slices {} to {}", begin, end - 1);
+}
+
+/// Fails where two parts are not of one print, or its slices are not each in one of them.
+Result<void> check_neighbours(const Shard& below, const Shard& above) {
+    pipeline::PrintInfo moved = above.info;
+    moved.slice_begin = below.info.slice_begin;
+    moved.slice_end = below.info.slice_end;
+    if (ofr::write_header(moved) != ofr::write_header(below.info)) {
+        return user_error(fmt::format(
+            "`{}` and `{}` are not parts of one print: they differ in size, pitch, materials, seed "
+            "or in what they were made of; print both from the same files with the same options",
+            below.file, above.file));
+    }
+    const int32_t end = below.info.slice_end;
+    const int32_t begin = above.info.slice_begin;
+    if (begin > end) {
+        return user_error(fmt::format("no file has {}; print with `--slices {}:{}`",
+                                      slices(end, begin), end, begin));
+    }
+    if (begin < end) {
+        return user_error(fmt::format(
+            "both `{}` and `{}` have {}; leave out one file, or print it again with fewer slices",
+            below.file, above.file, slices(begin, std::min(end, above.info.slice_end))));
+    }
+    return {};
+}
+
+pipeline::PrintTotals sum(const std::vector<Shard>& shards) {
+    pipeline::PrintTotals totals = shards.front().totals;
+    for (size_t i = 1; i < shards.size(); ++i) {
+        const pipeline::PrintTotals& more = shards[i].totals;
+        totals.voxels_solid += more.voxels_solid;
+        totals.voxels_by_code.resize(
+            std::max(totals.voxels_by_code.size(), more.voxels_by_code.size()));
+        for (size_t code = 0; code < more.voxels_by_code.size(); ++code)
+            totals.voxels_by_code[code] += more.voxels_by_code[code];
+        totals.hash += more.hash;  // hashes of disjoint slices add up: print_hash.h
+        totals.tight.add(more.tight);
+    }
+    return totals;
+}
+
+/// Returns the totals of what was written; not complete after an error, which `done` gets.
+pipeline::PrintTotals copy_shards(const std::vector<Shard>& shards, int64_t memory_bytes,
+                                  pipeline::SliceSink* sink, Result<void>* done) {
+    pipeline::PrintTotals so_far;
+    for (const Shard& shard : shards) {
+        Result<std::unique_ptr<ofr::OfrReader>> reader =
+            ofr::OfrReader::open(shard.file, memory_bytes);
+        if (!reader) {
+            *done = reader.error();
+            return so_far;
+        }
+        *done = copy_slices(reader->get(), sink);
+        add_slices_read(**reader, &so_far);
+        if (!*done) return so_far;
+    }
+    return sum(shards);
+}
+
+}  // namespace
+
+Result<void> run_merge(MergeOptions options) {
+    const Result<int64_t> memory = prepare_copy(&options.output);
+    if (!memory) return memory.error();
+    Result<std::vector<Shard>> shards = open_shards(options.files, *memory);
+    if (!shards) return shards.error();
+    for (size_t i = 1; i < shards->size(); ++i)
+        if (Result<void> fine = check_neighbours((*shards)[i - 1], (*shards)[i]); !fine)
+            return fine;
+    pipeline::PrintInfo info = shards->front().info;
+    info.slice_end = shards->back().info.slice_end;
+    if (Result<void> fine = check_copy(&options.output, options.files, info, *memory); !fine)
+        return fine;
+    Result<std::unique_ptr<pipeline::SliceSink>> sink =
+        program::open_output(options.output.print, printer_of(info));
+    if (!sink) return sink.error();
+    Result<void> done = (*sink)->begin(info);
+    if (!done) return done;
+    const pipeline::PrintTotals totals = copy_shards(*shards, *memory, sink->get(), &done);
+    Result<void> finished = (*sink)->finish(totals);
+    return done ? finished : done;
+}
+
+}  // namespace openfab::tools
