@@ -113,12 +113,13 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
     app.add_option("INPUT", o.input,
                    "a world (.fab.json), or a mesh (.obj, .stl, …) where there is only one fablet")
         ->required();
-    app.add_option("-o,--output", o.output,
-                   "a folder (png), a file (.ofr, .3mf, .stl), - for standard output (ofr), or a "
-                   "receiver: tcp://HOST:PORT or unix:PATH")
+    app.add_option(
+           "-o,--output", o.output,
+           "a folder (png, bmp), a file (.ofr, .npy, .3mf, .stl), - for standard output (ofr), "
+           "or a receiver: tcp://HOST:PORT or unix:PATH")
         ->type_name("OUT");
     app.add_option("--format", o.format,
-                   "ofr, png, 3mf or stl (default: by OUT's extension, else the printer's own)")
+                   format_names() + " (default: by OUT's extension, else the printer's own)")
         ->type_name("FORMAT");
     app.add_option("--token-file", o.token_file,
                    "a file whose first line the receiver wants to hear (or OPENFAB_TOKEN)")
@@ -260,15 +261,16 @@ Result<void> validate_options(const Raw& raw, Options* o) {
     o->png_indexed = raw.png == "indexed";
     o->culling = !raw.no_cull;
     o->isa = raw.isa == "sse41" ? OPENFAB_ISA_SSE41 : OPENFAB_ISA_AVX2;
-    const auto known = {"ofr", "png", "3mf", "stl"};
-    if (!o->format.empty() && std::find(known.begin(), known.end(), o->format) == known.end()) {
-        return usage_error(fmt::format(
-            "there is no output format `{}`; choose from ofr, png, 3mf, stl", o->format));
+    if (!o->format.empty() &&
+        std::find(kFormats.begin(), kFormats.end(), o->format) == kFormats.end()) {
+        return usage_error(fmt::format("there is no output format `{}`; choose from {}", o->format,
+                                       format_names()));
     }
     if (o->output == "-" && !o->format.empty() && o->format != "ofr") {
         return usage_error(fmt::format("{} cannot go to standard output; use `--format ofr`",
-                                       o->format == "png" ? "png slices are a folder and"
-                                                          : o->format + " is finished last and"));
+                                       o->format == "png" || o->format == "bmp"
+                                           ? o->format + " slices are a folder and"
+                                           : o->format + " is finished last and"));
     }
     if (stream::is_address(o->output)) {
         if (Result<stream::Address> a = stream::parse_address(o->output); !a) return a.error();
@@ -289,6 +291,13 @@ Result<void> validate_options(const Raw& raw, Options* o) {
 }
 
 }  // namespace
+
+std::string format_names() {
+    std::string text;
+    for (size_t i = 0; i < kFormats.size(); ++i)
+        text += (i == 0 ? "" : i + 1 == kFormats.size() ? " or " : ", ") + std::string(kFormats[i]);
+    return text;
+}
 
 Result<Options> parse_options(int argc, const char* const* argv, const std::string& program) {
     Options options;

@@ -4,6 +4,7 @@
 
 // The command line of print binaries and of `openfab print`.
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -43,7 +44,7 @@ struct Options {
     program::ProgressMode progress = program::ProgressMode::kAuto;
     std::string stats_file;
     std::vector<std::string> inputs;  ///< files besides the world's that outputs must not overwrite
-    bool png_indexed = false;
+    bool png_indexed = false;         ///< with a palette instead of RGBA
     bool flip_x = false;
     bool resume = false;  ///< continues an interrupted print in the output
     bool estimate = false;
@@ -54,6 +55,11 @@ struct Options {
     bool help = false;  ///< show `text` and do nothing else
     std::string text;
 };
+
+/// The formats of outputs, as `--format` takes them.
+inline constexpr std::array kFormats{"ofr", "png", "bmp", "npy", "3mf", "stl"};
+/// Returns them as a text: `ofr, png or bmp`.
+std::string format_names();
 
 /// Parses the command line; `argv[0]` is the program. Errors have the code kUsage.
 Result<Options> parse_options(int argc, const char* const* argv, const std::string& program);

@@ -10,8 +10,10 @@
 #include <tuple>
 
 #include "backends/boundary/mesh_sink.h"
-#include "backends/raster/png_sink.h"
+#include "backends/raster/folder_sink.h"
+#include "backends/raster/npy_sink.h"
 #include "backends/stream/address.h"
+#include "program/outputs.h"
 
 namespace openfab::program {
 
@@ -119,6 +121,7 @@ std::vector<NamedOutput> outputs_of(const Options& options, const std::string& f
     } else if (!options.output.empty() && options.output != "-" &&
                !stream::is_address(options.output)) {
         out.push_back({"-o", options.output});
+        if (format == "npy") whole("-o", raster::array_json_path(options.output));
     }
     if (!options.stats_file.empty()) whole("--stats", options.stats_file);
     for (const preview::PreviewSpec& spec : options.previews)
@@ -150,7 +153,7 @@ Result<void> check_outputs(const Options& options, const std::string& format,
                            const std::vector<fs::path>& inputs) {
     const std::vector<NamedOutput> outputs = outputs_of(options, format, materials);
     if (Result<void> apart = check_outputs(outputs, inputs); !apart) return apart;
-    if (format != "png") return {};
+    if (!is_folder_format(format)) return {};
     const auto folder = std::find_if(outputs.begin(), outputs.end(), [](const NamedOutput& output) {
         return output.option == "-o";
     });

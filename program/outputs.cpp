@@ -14,12 +14,19 @@
 #include "backends/common/tee_sink.h"
 #include "backends/ofr/ofr_sink.h"
 #include "backends/preview/preview.h"
-#include "backends/raster/png_sink.h"
+#include "backends/raster/folder_sink.h"
+#include "backends/raster/npy_sink.h"
 #include "backends/stream/stream_sink.h"
 
 namespace openfab::program {
 
 namespace {
+
+raster::SliceFormat slice_format(const Options& options, const std::string& format) {
+    return format == "bmp"       ? raster::SliceFormat::kBitmaps
+           : options.png_indexed ? raster::SliceFormat::kIndexed
+                                 : raster::SliceFormat::kRgba;
+}
 
 Result<std::unique_ptr<pipeline::SliceSink>> open_format(const Options& options,
                                                          const world::Printer& printer,
@@ -32,7 +39,10 @@ Result<std::unique_ptr<pipeline::SliceSink>> open_format(const Options& options,
             is_mesh_format(format)
                 ? "a mesh is closed by its last slice, so nothing is left of one that was cut "
                   "short; print an .ofr file, and make meshes of it with `openfab export`"
-                : "it is not a file that keeps what was written"));
+            : format == "npy" ? "an array does not keep what it was made of; print an .ofr file, "
+                                "and make an array "
+                                "of it with `openfab export`"
+                              : "it is not a file that keeps what was written"));
     }
     if (stream::is_address(options.output)) {
         Result<stream::Address> address = stream::parse_address(options.output);
@@ -51,13 +61,14 @@ Result<std::unique_ptr<pipeline::SliceSink>> open_format(const Options& options,
             format == "stl" ? boundary::make_stl_writer(options.output)
                             : boundary::make_threemf_writer(options.output)));
     }
-    raster::PngOptions png;
-    png.indexed = options.png_indexed;
-    png.flip_x = options.flip_x;
-    png.front_end_makes_support = printer.makes_support;
-    png.handoff = printer.handoff;
-    return options.resume ? raster::PngSink::reopen(options.output, std::move(png))
-                          : raster::PngSink::create(options.output, std::move(png));
+    if (format == "npy") return raster::NpySink::create(options.output);
+    raster::FolderOptions folder;
+    folder.format = slice_format(options, format);
+    folder.flip_x = options.flip_x;
+    folder.front_end_makes_support = printer.makes_support;
+    folder.handoff = printer.handoff;
+    return options.resume ? raster::FolderSink::reopen(options.output, std::move(folder))
+                          : raster::FolderSink::create(options.output, std::move(folder));
 }
 
 /// `.gcode`, `.tif`, `.7z`, but not the `.2` of `ball_v1.2`.
@@ -76,7 +87,7 @@ Result<std::string> name_format(const Options& options, const world::Printer& pr
     if (options.output == "-" || stream::is_address(options.output)) return std::string("ofr");
     const std::filesystem::path path(options.output);
     const std::string extension = path.filename().has_filename() ? path.extension().string() : "";
-    for (const char* known : {".ofr", ".stl", ".3mf"}) {
+    for (const char* known : {".ofr", ".npy", ".stl", ".3mf"}) {
         if (extension == known) return std::string(known + 1);
     }
     if (extension == ".png") {
@@ -86,10 +97,16 @@ Result<std::string> name_format(const Options& options, const world::Printer& pr
                         "picture",
                         options.output, path.stem().string(), options.output));
     }
+    if (extension == ".bmp") {
+        return usage_error(
+            fmt::format("`-o {}`: bmp slices fill a folder; write `-o {} --format bmp`",
+                        options.output, path.stem().string()));
+    }
     std::error_code ignored;
     if (looks_like_file(extension) && !std::filesystem::is_directory(path, ignored)) {
         return usage_error(fmt::format(
-            "`-o {0}`: there is no output format `{1}`; choose from .ofr, .3mf, .stl, or a folder "
+            "`-o {0}`: there is no output format `{1}`; choose from .ofr, .npy, .3mf, .stl, or a "
+            "folder "
             "of png slices, `-o {2}`; a folder of this very name is `-o {0}/`",
             options.output, extension.substr(1), (path.parent_path() / path.stem()).string()));
     }
@@ -97,6 +114,10 @@ Result<std::string> name_format(const Options& options, const world::Printer& pr
 }
 
 }  // namespace
+
+bool is_folder_format(const std::string& format) {
+    return format == "png" || format == "bmp";
+}
 
 bool is_mesh_format(const std::string& format) {
     return format == "stl" || format == "3mf";
@@ -112,15 +133,20 @@ Result<std::string> choose_format(const Options& options, const world::Printer& 
 }
 
 bool can_be_resumed(const Options& options, const std::string& format) {
-    if (format == "png" || stream::is_address(options.output)) return true;
+    if (is_folder_format(format) || stream::is_address(options.output)) return true;
     std::error_code ignored;
     const std::filesystem::file_status there = std::filesystem::status(options.output, ignored);
     return format == "ofr" && options.output != "-" &&
            (!std::filesystem::exists(there) || !std::filesystem::is_other(there));
 }
 
-int64_t output_bytes_per_column(const std::string& format) {
-    return is_mesh_format(format) ? boundary::kMesherBytesPerColumn : 0;
+int64_t output_bytes_per_column(const std::string& format, size_t materials) {
+    if (is_mesh_format(format)) return boundary::kMesherBytesPerColumn;
+    // What slices that wait for their turn take beyond their packed rows: a bit for each material, or
+    // a byte, in the slabs of eight slices that two threads have in flight.
+    constexpr int64_t kSlabs = 4;
+    if (format == "bmp") return kSlabs * static_cast<int64_t>(materials);
+    return format == "npy" ? kSlabs * 8 : 0;
 }
 
 Result<std::unique_ptr<pipeline::SliceSink>> open_output(const Options& options,

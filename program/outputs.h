@@ -13,10 +13,13 @@
 
 namespace openfab::program {
 
+/// Returns whether the format is a folder of slices ("png", "bmp").
+bool is_folder_format(const std::string& format);
+
 /// Returns whether the format is one of boundary meshes ("stl", "3mf").
 bool is_mesh_format(const std::string& format);
 
-/// Returns "ofr", "png", "stl" or "3mf": from --format, else by OUT's extension, else the printer's
+/// Returns one of kFormats: from --format, else by OUT's extension, else the printer's
 /// own; empty where only previews are written. Fails with a usage error for an extension that
 /// contradicts or an unknown format.
 Result<std::string> choose_format(const Options& options, const world::Printer& printer);
@@ -29,8 +32,8 @@ Result<std::unique_ptr<pipeline::SliceSink>> open_output(const Options& options,
 /// a receiver.
 bool can_be_resumed(const Options& options, const std::string& format);
 
-/// Returns the memory of the output for each voxel of a slice.
-int64_t output_bytes_per_column(const std::string& format);
+/// Returns the memory of the output for each voxel of a slice, for so many materials.
+int64_t output_bytes_per_column(const std::string& format, size_t materials);
 
 /// Returns the memory of slices that wait for a receiver.
 int64_t queue_bytes(const Options& options);

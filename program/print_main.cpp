@@ -35,7 +35,7 @@ bool quiet(const Options& options) {
 }
 
 pipeline::PrintOptions pipeline_options(const Options& options, const std::string& format,
-                                        const std::atomic<bool>& interrupt) {
+                                        size_t materials, const std::atomic<bool>& interrupt) {
     pipeline::PrintOptions result;
     result.interrupt = &interrupt;
     result.reserved_bytes = preview_bytes(options) + queue_bytes(options);
@@ -50,7 +50,7 @@ pipeline::PrintOptions pipeline_options(const Options& options, const std::strin
     result.culling = options.culling;
     result.slabs_in_flight = options.slabs_in_flight;
     result.isa = abi::best_isa(options.isa);
-    result.sink_bytes_per_column = output_bytes_per_column(format);
+    result.sink_bytes_per_column = output_bytes_per_column(format, materials);
     return result;
 }
 
@@ -182,7 +182,8 @@ Result<void> run_print(const Options& options, const openfab_fablet_list& fablet
             warn(warning);
     }
     program::Progress progress(options.progress, stderr);
-    pipeline::PrintOptions pipeline = pipeline_options(options, *format, interrupt);
+    pipeline::PrintOptions pipeline =
+        pipeline_options(options, *format, job->input.materials.size(), interrupt);
     // An estimate evaluates some voxels only; their printf lines are meaningless.
     if (!options.estimate && !options.dry_run)
         pipeline.print_line = [&progress](const std::string& line) { progress.print_line(line); };

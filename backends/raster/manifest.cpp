@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The texts beside the slices: manifest.json for programs, HANDOFF.txt for the operator of the
-// printer's front end.
+// printer's front end, and what an array lacks.
 
 #include <fmt/format.h>
 #include <rapidjson/document.h>
@@ -12,7 +12,8 @@
 #include <algorithm>
 
 #include "backends/common/resume_check.h"
-#include "backends/raster/png_sink.h"
+#include "backends/raster/folder_sink.h"
+#include "backends/raster/npy_sink.h"
 #include "base/text.h"
 
 namespace openfab::raster {
@@ -68,13 +69,16 @@ int64_t voxels_of(const pipeline::PrintTotals& totals, size_t code) {
     return code < totals.voxels_by_code.size() ? totals.voxels_by_code[code] : 0;
 }
 
-void put_geometry(Json& json, const pipeline::PrintInfo& info, const PngOptions& options) {
+void put_geometry(Json& json, const pipeline::PrintInfo& info) {
     const Vec3d& pitch = info.pitch_mm;
     put_list(json, "dpi", 25.4 / pitch.x, 25.4 / pitch.y);
     put(json, "layer_um", pitch.z * 1000);
     put_list(json, "pitch_mm", pitch.x, pitch.y, pitch.z);
     put_list(json, "size_mm", info.size.x * pitch.x, info.size.y * pitch.y, info.size.z * pitch.z);
     put_list(json, "origin_mm", info.origin_mm.x, info.origin_mm.y, info.origin_mm.z);
+}
+
+void put_axes(Json& json, const FolderOptions& options) {
     key(json, "axes");
     json.StartObject();
     put(json, "image_right", std::string(options.flip_x ? "-x" : "+x"));
@@ -84,8 +88,9 @@ void put_geometry(Json& json, const pipeline::PrintInfo& info, const PngOptions&
     json.EndObject();
 }
 
-void put_materials(Json& json, const pipeline::PrintInfo& info,
-                   const pipeline::PrintTotals& totals) {
+/// `bitmaps`: each has files of its own.
+void put_materials(Json& json, const pipeline::PrintInfo& info, const pipeline::PrintTotals& totals,
+                   bool bitmaps) {
     key(json, "materials");
     json.StartArray();
     for (size_t i = 0; i < info.materials.size(); ++i) {
@@ -94,6 +99,7 @@ void put_materials(Json& json, const pipeline::PrintInfo& info,
         const double ml = static_cast<double>(voxels) * voxel_ml(info);
         json.StartObject();
         put(json, "name", material.name);
+        if (bitmaps) put(json, "file_suffix", fmt::format("_{}.bmp", i + 1));
         put(json, "color", hex_color(material.key));
         put(json, "channel", material.channel);
         put(json, "density_g_cm3", material.density_g_cm3);
@@ -103,6 +109,43 @@ void put_materials(Json& json, const pipeline::PrintInfo& info,
         json.EndObject();
     }
     json.EndArray();
+}
+
+void put_provenance(Json& json, const pipeline::PrintInfo& info) {
+    put(json, "seed", std::to_string(info.seed));
+    if (info.provenance.empty()) return;
+    key(json, "made_from");
+    json.StartObject();
+    for (const auto& [name, value] : info.provenance)
+        put(json, name.c_str(), value);
+    json.EndObject();
+}
+
+void put_sizes(Json& json, const char* name, std::initializer_list<int32_t> sizes) {
+    key(json, name);
+    json.SetFormatOptions(rapidjson::kFormatSingleLineArray);
+    json.StartArray();
+    for (const int32_t size : sizes)
+        json.Int(size);
+    json.EndArray();
+    json.SetFormatOptions(rapidjson::kFormatDefault);
+}
+
+std::string text_of(const rapidjson::StringBuffer& buffer) {
+    return std::string(buffer.GetString(), buffer.GetSize()) + "\n";
+}
+
+/// Returns the name of the last file of the last slice.
+std::string last_file(const pipeline::PrintInfo& info, int32_t slices_written,
+                      const FolderOptions& options) {
+    return slice_file_name(info.slice_begin + std::max(slices_written, 1) - 1,
+                           files_a_slice(info, options) - 1, info, options);
+}
+
+const char* color_mode(SliceFormat format) {
+    return format == SliceFormat::kIndexed   ? "indexed"
+           : format == SliceFormat::kBitmaps ? "bitmaps"
+                                             : "rgba";
 }
 
 /// Slices that are read from a file have its provenance.
@@ -116,12 +159,13 @@ bool slices_hold_support(const pipeline::PrintInfo& info) {
 }  // namespace
 
 std::string manifest_json(const pipeline::PrintInfo& info, const pipeline::PrintTotals& totals,
-                          int32_t slices_written, const PngOptions& options) {
+                          int32_t slices_written, const FolderOptions& options) {
+    const bool bitmaps = options.format == SliceFormat::kBitmaps;
     rapidjson::StringBuffer buffer;
     Json json(buffer);
     json.SetIndent(' ', 2);
     json.StartObject();
-    put(json, "format", std::string("openfab-png-slices"));
+    put(json, "format", std::string(bitmaps ? "openfab-bmp-slices" : "openfab-png-slices"));
     put(json, "version", int64_t{1});
     put(json, "complete", totals.complete);
     put(json, "title", info.title);
@@ -129,36 +173,45 @@ std::string manifest_json(const pipeline::PrintInfo& info, const pipeline::Print
     put(json, "slices", int64_t{slices_written});
     put(json, "slices_planned", int64_t{info.slice_end - info.slice_begin});
     put(json, "first_slice_z", int64_t{info.slice_begin});
-    put(json, "first_file", slice_file_name(info.slice_begin, info.size.z));
-    put(json, "last_file",
-        slice_file_name(info.slice_begin + std::max(slices_written, 1) - 1, info.size.z));
-    key(json, "pixels");
-    json.SetFormatOptions(rapidjson::kFormatSingleLineArray);
-    json.StartArray();
-    json.Int(info.size.x);
-    json.Int(info.size.y);
-    json.EndArray();
-    json.SetFormatOptions(rapidjson::kFormatDefault);
-    put_geometry(json, info, options);
-    put(json, "color_mode", std::string(options.indexed ? "indexed" : "rgba"));
+    put(json, "first_file", slice_file_name(info.slice_begin, 0, info, options));
+    put(json, "last_file", last_file(info, slices_written, options));
+    put_sizes(json, "pixels", {info.size.x, info.size.y});
+    put_geometry(json, info);
+    put_axes(json, options);
+    put(json, "color_mode", std::string(color_mode(options.format)));
     put(json, "void_color", hex_color({0, 0, 0, 0}));
     put(json, "support_made_by",
         std::string(slices_hold_support(info)         ? "slices"
                     : options.front_end_makes_support ? "front_end"
                                                       : "nobody"));
-    put_materials(json, info, totals);
+    put_materials(json, info, totals, bitmaps);
     put(json, "voxels_solid", totals.voxels_solid);
-    put(json, "seed", std::to_string(info.seed));
-    if (!info.provenance.empty()) {
-        key(json, "made_from");
-        json.StartObject();
-        for (const auto& [name, value] : info.provenance)
-            put(json, name.c_str(), value);
-        json.EndObject();
-    }
+    put_provenance(json, info);
     put(json, "hash", fmt::format("{:016x}", totals.hash));
     json.EndObject();
-    return std::string(buffer.GetString(), buffer.GetSize()) + "\n";
+    return text_of(buffer);
+}
+
+std::string array_json(const pipeline::PrintInfo& info, const pipeline::PrintTotals& totals,
+                       int32_t slices_written) {
+    rapidjson::StringBuffer buffer;
+    Json json(buffer);
+    json.SetIndent(' ', 2);
+    json.StartObject();
+    put(json, "format", std::string("openfab-array"));
+    put(json, "version", int64_t{1});
+    put(json, "complete", totals.complete);
+    put(json, "title", info.title);
+    put(json, "printer", info.printer);
+    put_sizes(json, "shape_zyx", {slices_written, info.size.y, info.size.x});
+    put(json, "first_slice_z", int64_t{info.slice_begin});
+    put_geometry(json, info);
+    put_materials(json, info, totals, false);
+    put(json, "voxels_solid", totals.voxels_solid);
+    put_provenance(json, info);
+    put(json, "hash", fmt::format("{:016x}", totals.hash));
+    json.EndObject();
+    return text_of(buffer);
 }
 
 namespace {
@@ -217,7 +270,7 @@ bool manifest_is_complete(const std::string& text) {
 }
 
 std::string manifest_difference(const std::string& text, const pipeline::PrintInfo& info,
-                                const PngOptions& options) {
+                                const FolderOptions& options) {
     rapidjson::Document there, here;
     there.Parse<rapidjson::kParseIterativeFlag>(text.data(), text.size());
     if (there.HasParseError() || !there.IsObject()) return "its manifest.json is damaged";
@@ -227,7 +280,7 @@ std::string manifest_difference(const std::string& text, const pipeline::PrintIn
 }
 
 std::string handoff_text(const pipeline::PrintInfo& info, const pipeline::PrintTotals& totals,
-                         int32_t slices_written, const PngOptions& options) {
+                         int32_t slices_written, const FolderOptions& options) {
     const Vec3d& pitch = info.pitch_mm;
     std::string text =
         fmt::format("{}: what to enter in the printer's front end\n\n", printable(info.title));
@@ -235,11 +288,10 @@ std::string handoff_text(const pipeline::PrintInfo& info, const pipeline::PrintT
         text +=
             "NOT COMPLETE: the print of these slices did not reach its end. Do not use them.\n\n";
     text += fmt::format("printer             {}\n", printable(info.printer));
-    text += fmt::format(
-        "slice files         {} to {}, {} files, the first is the lowest\n",
-        slice_file_name(info.slice_begin, info.size.z),
-        slice_file_name(info.slice_begin + std::max(slices_written, 1) - 1, info.size.z),
-        slices_written);
+    text += fmt::format("slice files         {} to {}, {} files, the first is the lowest\n",
+                        slice_file_name(info.slice_begin, 0, info, options),
+                        last_file(info, slices_written, options),
+                        static_cast<size_t>(slices_written) * files_a_slice(info, options));
     text += fmt::format("pixels              {} x {}\n", info.size.x, info.size.y);
     text += fmt::format("resolution          {:.6g} dpi across (x), {:.6g} dpi down (y)\n",
                         25.4 / pitch.x, 25.4 / pitch.y);
@@ -248,17 +300,25 @@ std::string handoff_text(const pipeline::PrintInfo& info, const pipeline::PrintT
                         info.size.y * pitch.y, slices_written * pitch.z);
     text += fmt::format("orientation         seen from above, x runs to the {}, y runs up\n",
                         options.flip_x ? "left (the pictures are mirrored)" : "right");
+    const bool bitmaps = options.format == SliceFormat::kBitmaps;
+    const char* empty = bitmaps ? "what no file has is empty" : "transparent pixels are empty";
     text += slices_hold_support(info)
                 ? "support             is in the slices; let the front end add none\n"
-            : options.front_end_makes_support
-                ? "support             let the front end add it; transparent pixels are empty\n"
-                : "support             none is in the slices; transparent pixels are empty\n";
-    text += "\nAssign a material to each colour:\n";
+                : fmt::format("support             {}; {}\n",
+                              options.front_end_makes_support ? "let the front end add it"
+                                                              : "none is in the slices",
+                              empty);
+    text +=
+        bitmaps
+            ? "\nAssign a material to each ending of the files' names; black is where it goes:\n"
+            : "\nAssign a material to each colour:\n";
     for (size_t i = 0; i < info.materials.size(); ++i) {
         const pipeline::SliceMaterial& material = info.materials[i];
         const double ml = static_cast<double>(voxels_of(totals, i + 1)) * voxel_ml(info);
-        text += fmt::format("  RGB {:3} {:3} {:3}   {:<20} {:9.2f} ml {:9.2f} g{}\n",
-                            material.key[0], material.key[1], material.key[2],
+        const std::string mark = bitmaps ? fmt::format("_{}.bmp", i + 1)
+                                         : fmt::format("RGB {:3} {:3} {:3}", material.key[0],
+                                                       material.key[1], material.key[2]);
+        text += fmt::format("  {}   {:<20} {:9.2f} ml {:9.2f} g{}\n", mark,
                             printable(material.name), ml, ml * material.density_g_cm3,
                             material.channel.empty() ? "" : "   channel " + material.channel);
     }

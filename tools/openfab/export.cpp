@@ -11,7 +11,7 @@
 
 #include "backends/common/output_file.h"
 #include "backends/ofr/ofr_reader.h"
-#include "backends/raster/png_sink.h"
+#include "backends/raster/slice_files.h"
 #include "program/outputs.h"
 #include "tools/openfab/commands.h"
 #include "tools/openfab/known_printer.h"
@@ -22,8 +22,9 @@ namespace openfab::tools {
 namespace {
 
 Result<void> export_slice(const ExportOptions& options, ofr::OfrReader* reader) {
-    raster::PngOptions png;
-    png.indexed = options.png == "indexed";
+    raster::FolderOptions png;
+    png.format =
+        options.png == "indexed" ? raster::SliceFormat::kIndexed : raster::SliceFormat::kRgba;
     png.flip_x = options.print.flip_x;
     for (;;) {
         Result<bool> more = reader->next();

@@ -118,8 +118,9 @@ void add_verify(CLI::App& app, Action* action) {
 void add_copy_options(CLI::App* command, ExportOptions* options) {
     command
         ->add_option("--format", options->print.format,
-                     "png, ofr, 3mf or stl (default: by the output's extension, else png)")
-        ->check(CLI::IsMember({"png", "ofr", "3mf", "stl"}));
+                     program::format_names() + " (default: by the output's extension, else png)")
+        ->check(CLI::IsMember(
+            std::vector<std::string>(program::kFormats.begin(), program::kFormats.end())));
     command->add_option("--png", options->png, "rgba or indexed")
         ->check(CLI::IsMember({"rgba", "indexed"}));
     command->add_flag("--flip-x", options->print.flip_x,
@@ -138,7 +139,7 @@ void add_export(CLI::App& app, Action* action) {
     auto options = std::make_shared<ExportOptions>();
     command->add_option("FILE", options->file, "an .ofr file, or - for standard input")->required();
     command->add_option("-o,--output", options->print.output,
-                        "a folder, or an .ofr, .3mf or .stl file; with --slice a .png file");
+                        "a folder, or an .ofr, .npy, .3mf or .stl file; with --slice a .png file");
     command->add_option("--slice", options->slice, "write only slice N, as one picture")
         ->check(CLI::NonNegativeNumber);
     add_copy_options(command, options.get());
@@ -151,7 +152,7 @@ void add_merge(CLI::App& app, Action* action) {
     auto options = std::make_shared<MergeOptions>();
     command->add_option("FILES", options->files, "complete .ofr files, in any order")->required();
     command->add_option("-o,--output", options->output.print.output,
-                        "a folder, or an .ofr, .3mf or .stl file");
+                        "a folder, or an .ofr, .npy, .3mf or .stl file");
     add_copy_options(command, &options->output);
     command->callback([options, action] { *action = [options] { return run_merge(*options); }; });
 }

@@ -12,7 +12,7 @@
 #include <memory>
 
 #include "backends/ofr/ofr_reader.h"
-#include "backends/raster/png_sink.h"
+#include "backends/raster/folder_sink.h"
 #include "backends/stream/address.h"
 #include "base/input_file.h"
 #include "base/say.h"

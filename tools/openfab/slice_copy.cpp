@@ -24,9 +24,10 @@ Result<void> check_memory(const ExportOptions& options, const std::string& input
         backends::packed_row_bytes(info.size.x, info.bits) * static_cast<size_t>(info.size.y));
     // A compressed slice takes at most as much as its packed rows, and twice that while it is
     // assembled.
-    const int64_t rows = slice_bytes * (format == "ofr" || format == "png" ? 3 : 1);
-    const int64_t bytes = rows + columns * program::output_bytes_per_column(format) +
-                          program::preview_bytes(options.print);
+    const int64_t rows = slice_bytes * (program::is_mesh_format(format) ? 1 : 3);
+    const int64_t bytes =
+        rows + columns * program::output_bytes_per_column(format, info.materials.size()) +
+        program::preview_bytes(options.print);
     if (bytes <= memory_bytes) return {};
     return user_error(fmt::format(
         "{}: slices of {} x {} voxels take {} to write{}, and `--memory` allows {}; raise it if "

@@ -26,8 +26,8 @@ class Merge : public ::testing::Test {
     std::string path(const std::string& name) const { return (scratch_ / name).string(); }
     void print(const std::string& output, const std::string& slices = "",
                const std::string& world = "w.fab.json") {
-        std::vector<std::string> argv{OPENFAB_TEST_PRINT, path(world), "--voxel", "0.25mm", "-o",
-                                      path(output)};
+        std::vector<std::string> argv{OPENFAB_TEST_PRINT, path(world), "--voxel",
+                                      "0.25mm",           "-o",        path(output)};
         if (output.find(".ofr") == std::string::npos) argv.insert(argv.end(), {"--format", "png"});
         if (!slices.empty()) argv.insert(argv.end(), {"--slices", slices});
         const Outcome outcome = run(argv);

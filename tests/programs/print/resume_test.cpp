@@ -17,7 +17,7 @@
 #include "backends/boundary/part_file.h"
 #include "backends/ofr/ofr_reader.h"
 #include "backends/ofr/ofr_sink.h"
-#include "backends/raster/png_sink.h"
+#include "backends/raster/folder_sink.h"
 #include "tests/support/process/process.h"
 
 namespace openfab::testing {
@@ -400,7 +400,7 @@ TEST_F(Resume, TwoWritersAreRefused) {
         refused("a.ofr", "ofr");
         EXPECT_EQ(read_file(path("a.ofr")), "what the first one has written");
         const Result<std::unique_ptr<pipeline::SliceSink>> folder =
-            raster::PngSink::create(path("a"), {});
+            raster::FolderSink::create(path("a"), {});
         ASSERT_TRUE(folder);
         refused("a", "png");
         const Result<std::unique_ptr<boundary::PartFile>> mesh =

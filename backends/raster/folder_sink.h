@@ -2,69 +2,49 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Writes a folder of one PNG per slice, as front ends of PolyJet printers take them, with
-// `manifest.json` and `HANDOFF.txt`.
+// Writes a folder of slices with `manifest.json` and `HANDOFF.txt`: one PNG each, as front ends of
+// PolyJet printers take them, or a bitmap for each material, as print heads do.
 //
-// `slice_0001.png` is slice z = 0, the lowest; the numbers have as many digits as the whole grid
-// needs, four at least. In a picture +x points right and +y up, so the top row is the largest y.
-// Void has alpha 0, a material its key colour.
+// `slice_0001.png` is slice z = 0, the lowest. In a picture +x points right and +y up, so the top row
+// is the largest y.
 
 #include <filesystem>
 #include <memory>
-#include <span>
 #include <string>
 #include <vector>
 
 #include "backends/common/output_folder.h"
+#include "backends/raster/slice_files.h"
 #include "runtime/pipeline/slice_sink.h"
 
 namespace openfab::raster {
 
-struct PngOptions {
-    bool indexed = false;  ///< a palette of the key colours instead of RGBA
-    bool flip_x = false;   ///< +x points left, for front ends that mirror
-    bool front_end_makes_support = true;
-    std::string handoff;  ///< the printer's own lines for HANDOFF.txt
-};
-
-/// Returns `slice_0001.png`; `slices` is the height of the whole grid.
-std::string slice_file_name(int32_t z, int32_t slices);
-
-/// Returns whether PngSink writes files of this name, or removes them from its folder.
+/// Returns whether FolderSink writes files of this name, or removes them from its folder.
 bool is_folder_file(const std::string& name);
 
 /// Return the texts of the two files beside the slices; `totals.complete` false marks an incomplete
 /// print.
 std::string manifest_json(const pipeline::PrintInfo& info, const pipeline::PrintTotals& totals,
-                          int32_t slices_written, const PngOptions& options);
+                          int32_t slices_written, const FolderOptions& options);
 std::string handoff_text(const pipeline::PrintInfo& info, const pipeline::PrintTotals& totals,
-                         int32_t slices_written, const PngOptions& options);
-
-/// Encodes the file of one slice.
-std::vector<uint8_t> encode_slice(const pipeline::SliceView& slice, const pipeline::PrintInfo& info,
-                                  const PngOptions& options);
-
-/// Decodes the packed rows of a slice from its file; empty where encode_slice would not write it
-/// for this print, or where it is truncated.
-std::vector<uint8_t> decode_slice(std::span<const uint8_t> file, const pipeline::PrintInfo& info,
-                                  const PngOptions& options);
+                         int32_t slices_written, const FolderOptions& options);
 
 /// Returns why the print whose manifest is `text` cannot be resumed; empty where it can.
 std::string manifest_difference(const std::string& text, const pipeline::PrintInfo& info,
-                                const PngOptions& options);
+                                const FolderOptions& options);
 
 /// Returns whether the manifest `text` says that all of a print is there.
 bool manifest_is_complete(const std::string& text);
 
-class PngSink : public pipeline::SliceSink {
+class FolderSink : public pipeline::SliceSink {
   public:
     /// Creates the folder and those above it. Slices of an earlier print in it are replaced; fails
     /// where the folder holds anything else, so that no files are lost or mixed with slices.
     static Result<std::unique_ptr<pipeline::SliceSink>> create(const std::filesystem::path& folder,
-                                                               PngOptions options);
+                                                               FolderOptions options);
     /// Reopens the folder of an interrupted print, to be resumed; starts one without slices.
     static Result<std::unique_ptr<pipeline::SliceSink>> reopen(const std::filesystem::path& folder,
-                                                               PngOptions options);
+                                                               FolderOptions options);
 
     /// For a folder that is resumed, fails where its manifest is not that of the same print.
     Result<void> begin(const pipeline::PrintInfo& info) override;
@@ -74,10 +54,10 @@ class PngSink : public pipeline::SliceSink {
     Result<void> finish(const pipeline::PrintTotals& totals) override;
 
   private:
-    PngSink(backends::OutputFolder folder, PngOptions options)
+    FolderSink(backends::OutputFolder folder, FolderOptions options)
         : folder_(std::move(folder)), options_(std::move(options)) {}
     static Result<std::unique_ptr<pipeline::SliceSink>> open(const std::filesystem::path& folder,
-                                                             PngOptions options, bool reopened);
+                                                             FolderOptions options, bool reopened);
     Result<std::vector<std::filesystem::path>> files() const;
     Result<void> remove(const std::vector<std::filesystem::path>& files) const;
     /// Adds to an error how many slices are usable, and how much space the rest needs.
@@ -85,7 +65,7 @@ class PngSink : public pipeline::SliceSink {
     Result<void> write_notes(const pipeline::PrintTotals& totals);
 
     backends::OutputFolder folder_;
-    PngOptions options_;
+    FolderOptions options_;
     pipeline::PrintInfo info_;
     int32_t written_ = 0;   ///< whole slices in the folder, from the first
     bool earlier_ = false;  ///< an earlier print's slices are still to be read

@@ -1,6 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 #include <OpenImageIO/imageio.h>
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <rapidjson/document.h>
 #include <sys/stat.h>
@@ -10,8 +11,9 @@
 #include <random>
 #include <thread>
 
+#include "backends/raster/folder_sink.h"
+#include "backends/raster/npy_sink.h"
 #include "backends/raster/png_encode.h"
-#include "backends/raster/png_sink.h"
 #include "tests/support/process/process.h"
 #include "tests/unit/backends/sample_print.h"
 
@@ -21,12 +23,12 @@ namespace {
 using ::testing::HasSubstr;
 namespace fs = std::filesystem;
 
-class PngSlices : public ::testing::Test {
+class SliceFolder : public ::testing::Test {
   protected:
-    Result<void> write(const SamplePrint& print, const raster::PngOptions& options,
+    Result<void> write(const SamplePrint& print, const raster::FolderOptions& options,
                        const std::string& folder = "slices", bool complete = true) {
         Result<std::unique_ptr<pipeline::SliceSink>> sink =
-            raster::PngSink::create(scratch_ / folder, options);
+            raster::FolderSink::create(scratch_ / folder, options);
         if (!sink) return sink.error();
         return print.send(sink->get(), complete);
     }
@@ -50,14 +52,15 @@ class PngSlices : public ::testing::Test {
     ScratchFolder scratch_;
 };
 
-TEST_F(PngSlices, EveryPixelOfEveryKind) {
+TEST_F(SliceFolder, EveryPixelOfEveryKind) {
     for (int32_t bits : {4, 8}) {
         for (int32_t width : {12, 13}) {
             const SamplePrint print = make_sample({width, 7, 3}, bits);
             for (bool indexed : {false, true}) {
                 for (bool flip : {false, true}) {
-                    raster::PngOptions options;
-                    options.indexed = indexed;
+                    raster::FolderOptions options;
+                    options.format =
+                        indexed ? raster::SliceFormat::kIndexed : raster::SliceFormat::kRgba;
                     options.flip_x = flip;
                     ASSERT_TRUE(write(print, options));
                     for (int32_t z = 0; z < 3; ++z) {
@@ -75,7 +78,7 @@ TEST_F(PngSlices, EveryPixelOfEveryKind) {
     }
 }
 
-TEST_F(PngSlices, LargeRuns) {
+TEST_F(SliceFolder, LargeRuns) {
     // Runs longer than deflate's longest match, rows that repeat, wider than one window of 32 kB.
     SamplePrint print = make_sample({9001, 40, 1});
     for (int32_t y = 0; y < 40; ++y) {
@@ -89,7 +92,7 @@ TEST_F(PngSlices, LargeRuns) {
 }
 
 // Pictures of all shapes, from noise to runs, with more colours than four bits hold.
-TEST_F(PngSlices, RandomPictures) {
+TEST_F(SliceFolder, RandomPictures) {
     uint32_t state = 7;
     const auto random = [&state](uint32_t below) {
         state = state * 1664525U + 1013904223U;
@@ -119,11 +122,11 @@ TEST_F(PngSlices, RandomPictures) {
 }
 
 // Another reader than the one that most programs have.
-TEST_F(PngSlices, OpenImageIoReadsTheSamePixels) {
+TEST_F(SliceFolder, OpenImageIoReadsTheSamePixels) {
     for (const bool indexed : {false, true}) {
         const SamplePrint print = make_sample({1023, 301, 1});
-        raster::PngOptions options;
-        options.indexed = indexed;
+        raster::FolderOptions options;
+        options.format = indexed ? raster::SliceFormat::kIndexed : raster::SliceFormat::kRgba;
         ASSERT_TRUE(write(print, options));
         OIIO::ImageSpec as_stored;
         as_stored["oiio:UnassociatedAlpha"] = 1;
@@ -147,7 +150,7 @@ TEST_F(PngSlices, OpenImageIoReadsTheSamePixels) {
 }
 
 // What the compressor keeps from slice to slice leaves no trace, whichever thread it is of.
-TEST_F(PngSlices, AFileDependsOnItsSliceAlone) {
+TEST_F(SliceFolder, AFileDependsOnItsSliceAlone) {
     const SamplePrint noise = make_sample({700, 500, 1});
     const SamplePrint letter = make_letter_f(90, 1);
     const std::vector<uint8_t> noise_rows = noise.rows(0), letter_rows = letter.rows(0);
@@ -165,7 +168,7 @@ TEST_F(PngSlices, AFileDependsOnItsSliceAlone) {
 }
 
 // Pictures that do not compress, up to rows wider than what goes into the compressor at once.
-TEST_F(PngSlices, NoiseHasRoom) {
+TEST_F(SliceFolder, NoiseHasRoom) {
     std::mt19937 random(11);
     for (const int32_t width : {1, 1000, 70'001}) {
         raster::PngImage image;
@@ -184,7 +187,100 @@ TEST_F(PngSlices, NoiseHasRoom) {
     }
 }
 
-TEST_F(PngSlices, TheLetterFStandsUprightSeenFromAbove) {
+// Black where the material goes, white elsewhere, as another reader sees it.
+TEST_F(SliceFolder, BitmapsHoldOneMaterialEach) {
+    for (const int32_t bits : {4, 8}) {
+        for (const int32_t width : {5, 64, 93}) {
+            for (const bool flip : {false, true}) {
+                const SamplePrint print = make_sample({width, 7, 2}, bits);
+                raster::FolderOptions options;
+                options.format = raster::SliceFormat::kBitmaps;
+                options.flip_x = flip;
+                ASSERT_TRUE(write(print, options));
+                for (size_t m = 0; m < print.info.materials.size(); ++m) {
+                    const auto file = OIIO::ImageInput::open(
+                        (scratch_ / "slices" / fmt::format("slice_0002_{}.bmp", m + 1)).string());
+                    ASSERT_NE(file, nullptr) << OIIO::geterror();
+                    ASSERT_EQ(file->spec().width, width);
+                    ASSERT_EQ(file->spec().height, 7);
+                    const auto channels = static_cast<size_t>(file->spec().nchannels);
+                    std::vector<uint8_t> pixels(static_cast<size_t>(width) * 7 * channels);
+                    ASSERT_TRUE(file->read_image(0, 0, 0, file->spec().nchannels,
+                                                 OIIO::TypeDesc::UINT8, pixels.data()));
+                    for (int32_t y = 0; y < 7; ++y) {
+                        for (int32_t x = 0; x < width; ++x) {
+                            const int32_t column = flip ? width - 1 - x : x;
+                            const size_t pixel = static_cast<size_t>((6 - y) * width + column);
+                            ASSERT_EQ(pixels[pixel * channels] == 0, print.at(x, y, 1) == m + 1)
+                                << x << ' ' << y << ' ' << m;
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+TEST_F(SliceFolder, BitmapsAreResumedAndDamageIsSeen) {
+    const SamplePrint print = make_sample({37, 9, 5});
+    raster::FolderOptions options;
+    options.format = raster::SliceFormat::kBitmaps;
+    const auto resumed = [&] {
+        auto sink = raster::FolderSink::reopen(scratch_ / "slices", options);
+        EXPECT_TRUE(sink && (*sink)->begin(print.info));
+        Result<int32_t> slices = (*sink)->resume([&](const pipeline::SliceView& slice) {
+            const std::vector<uint8_t> rows = print.rows(slice.z);
+            EXPECT_TRUE(std::equal(rows.begin(), rows.end(), slice.data)) << slice.z;
+            return true;
+        });
+        EXPECT_TRUE(slices);
+        return slices ? *slices : -1;
+    };
+    ASSERT_TRUE(write(print, options));
+    EXPECT_EQ(resumed(), 5);
+    const fs::path third = scratch_ / "slices/slice_0003_2.bmp";
+    const std::string good = read_file(third);
+    EXPECT_EQ(good.size(), 62u + 8 * 9);
+    for (const size_t at : {size_t{3}, size_t{20}, good.size() - 1}) {  // the last byte pads a row
+        ASSERT_TRUE(write(print, options));
+        std::string bad = good;
+        bad[at] = static_cast<char>(bad[at] ^ 1);
+        scratch_.write("slices/slice_0003_2.bmp", bad);
+        EXPECT_EQ(resumed(), 2) << at;
+        EXPECT_FALSE(fs::exists(third)) << "what comes after is printed again";
+    }
+    EXPECT_THAT(read_file(scratch_ / "slices/manifest.json"),
+                HasSubstr("\"file_suffix\": \"_3.bmp\""));
+    EXPECT_THAT(read_file(scratch_ / "slices/HANDOFF.txt"), HasSubstr("_2.bmp   black"));
+}
+
+TEST_F(SliceFolder, AnArrayHasTheCodesOfTheVoxels) {
+    for (const int32_t bits : {4, 8}) {
+        for (const bool complete : {true, false}) {
+            const SamplePrint print = make_sample({13, 7, 3}, bits);
+            auto sink = raster::NpySink::create((scratch_ / "a.npy").string());
+            ASSERT_TRUE(sink);
+            ASSERT_TRUE(print.send(sink->get(), complete));
+            const std::string file = read_file(scratch_ / "a.npy");
+            EXPECT_EQ(file.substr(0, 10), std::string("\x93NUMPY\x01\x00\x76\x00", 10));
+            EXPECT_THAT(
+                file.substr(10, 118),
+                HasSubstr("{'descr': '|u1', 'fortran_order': False, 'shape': (3, 7, 13), }"));
+            EXPECT_EQ(file[127], '\n');
+            ASSERT_EQ(file.size(), 128u + 13 * 7 * 3);
+            for (size_t i = 0; i < print.codes.size(); ++i)
+                ASSERT_EQ(static_cast<uint8_t>(file[128 + i]), print.codes[i]) << i;
+            rapidjson::Document text;
+            text.Parse(read_file(scratch_ / "a.npy.json").c_str());
+            ASSERT_FALSE(text.HasParseError());
+            EXPECT_EQ(text["complete"].GetBool(), complete);
+            EXPECT_EQ(text["shape_zyx"][2].GetInt(), 13);
+            EXPECT_STREQ(text["materials"][1]["name"].GetString(), "black");
+        }
+    }
+}
+
+TEST_F(SliceFolder, TheLetterFStandsUprightSeenFromAbove) {
     const SamplePrint print = make_letter_f(3, 1);
     ASSERT_TRUE(write(print, {}));
     const ReadPng png = read_png(scratch_ / "slices/slice_0001.png");
@@ -200,9 +296,9 @@ TEST_F(PngSlices, TheLetterFStandsUprightSeenFromAbove) {
     }
 }
 
-TEST_F(PngSlices, ManifestAndHandoff) {
+TEST_F(SliceFolder, ManifestAndHandoff) {
     const SamplePrint print = make_sample({600, 300, 10});
-    raster::PngOptions options;
+    raster::FolderOptions options;
     options.handoff = "Use the voxel print utility.";
     ASSERT_TRUE(write(print, options));
     rapidjson::Document manifest;
@@ -245,21 +341,21 @@ TEST_F(PngSlices, ManifestAndHandoff) {
     EXPECT_THAT(note, ::testing::Not(HasSubstr("NOT COMPLETE")));
 }
 
-TEST_F(PngSlices, AnInterruptedPrintSaysSo) {
+TEST_F(SliceFolder, AnInterruptedPrintSaysSo) {
     ASSERT_TRUE(write(make_sample({6, 5, 3}), {}, "slices", false));
     EXPECT_THAT(read_file(scratch_ / "slices/manifest.json"), HasSubstr("\"complete\": false"));
     EXPECT_THAT(read_file(scratch_ / "slices/HANDOFF.txt"), HasSubstr("NOT COMPLETE"));
     EXPECT_TRUE(fs::exists(scratch_ / "slices/slice_0003.png"));
 }
 
-TEST_F(PngSlices, AnEarlierPrintIsReplacedWhole) {
+TEST_F(SliceFolder, AnEarlierPrintIsReplacedWhole) {
     ASSERT_TRUE(write(make_sample({6, 5, 9}), {}));
     ASSERT_TRUE(write(make_sample({6, 5, 3}), {}));
     EXPECT_TRUE(fs::exists(scratch_ / "slices/slice_0003.png"));
     EXPECT_FALSE(fs::exists(scratch_ / "slices/slice_0004.png"));
 }
 
-TEST_F(PngSlices, NobodysFilesAreLost) {
+TEST_F(SliceFolder, NobodysFilesAreLost) {
     fs::create_directories(scratch_ / "slices");
     scratch_.write("slices/letter.txt", "dear");
     Result<void> done = write(make_sample({6, 5, 3}), {});
@@ -270,18 +366,32 @@ TEST_F(PngSlices, NobodysFilesAreLost) {
     EXPECT_THAT(write(make_sample({6, 5, 3}), {}, "plain").error().text(), HasSubstr("is a file"));
 }
 
-TEST_F(PngSlices, AFolderThatCannotBeMadeIsTheOutsidesFault) {
+TEST_F(SliceFolder, AFolderThatCannotBeMadeIsTheOutsidesFault) {
     scratch_.write("plain", "a file");
     Result<void> done = write(make_sample({6, 5, 3}), {}, "plain/slices");
     ASSERT_FALSE(done);
     EXPECT_EQ(done.error().code, ErrorCode::kOutside);
 }
 
-TEST_F(PngSlices, NamesHaveFixedDigits) {
-    EXPECT_EQ(raster::slice_file_name(0, 1), "slice_0001.png");
-    EXPECT_EQ(raster::slice_file_name(9998, 9999), "slice_9999.png");
-    EXPECT_EQ(raster::slice_file_name(0, 10000), "slice_00001.png");
-    EXPECT_EQ(raster::slice_file_name(9999, 10000), "slice_10000.png");
+TEST_F(SliceFolder, NamesHaveFixedDigits) {
+    const auto name = [](int32_t z, int32_t slices, size_t file, raster::SliceFormat format) {
+        raster::FolderOptions options;
+        options.format = format;
+        return raster::slice_file_name(z, file, make_sample({1, 1, slices}).info, options);
+    };
+    const auto png = raster::SliceFormat::kRgba, bmp = raster::SliceFormat::kBitmaps;
+    EXPECT_EQ(name(0, 1, 0, png), "slice_0001.png");
+    EXPECT_EQ(name(9998, 9999, 0, png), "slice_9999.png");
+    EXPECT_EQ(name(0, 10000, 0, png), "slice_00001.png");
+    EXPECT_EQ(name(9999, 10000, 0, png), "slice_10000.png");
+    EXPECT_EQ(name(0, 12, 0, bmp), "slice_0001_1.bmp");
+    EXPECT_EQ(name(11, 12, 2, bmp), "slice_0012_3.bmp");
+    for (const char* ours :
+         {"slice_0001.png", "slice_10000.png.part", "slice_0012_3.bmp", "slice_0012_63.bmp.part"})
+        EXPECT_TRUE(raster::is_slice_name(ours)) << ours;
+    for (const char* other : {"slice_.png", "slice_1.bmp", "slice_1_.bmp", "slice_1_2.png",
+                              "slice_1.png.part2", "my_slice_1.png", "slice_1a.png"})
+        EXPECT_FALSE(raster::is_slice_name(other)) << other;
 }
 
 }  // namespace

@@ -1,0 +1,230 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "backends/raster/folder_sink.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <string>
+#include <system_error>
+
+#include "backends/common/resume_check.h"
+#include "backends/common/tee_sink.h"
+#include "backends/raster/png_slice.h"
+#include "base/check.h"
+#include "base/units.h"
+
+namespace openfab::raster {
+
+namespace {
+
+constexpr const char* kManifest = "manifest.json";
+constexpr const char* kHandoff = "HANDOFF.txt";
+
+/// Reads a file; empty where it does not exist, an error where it cannot be read.
+Result<std::vector<uint8_t>> read_bytes(const std::filesystem::path& file) {
+    std::error_code status;
+    if (!std::filesystem::exists(file, status)) return std::vector<uint8_t>();
+    std::ifstream in(file, std::ios::binary);
+    std::vector<uint8_t> bytes{std::istreambuf_iterator<char>(in), {}};
+    if (!in || in.bad()) return outside_error(fmt::format("cannot read `{}`", file.string()));
+    return bytes;
+}
+
+}  // namespace
+
+bool is_folder_file(const std::string& name) {
+    return is_slice_name(name) || name.starts_with(kManifest) || name.starts_with(kHandoff);
+}
+
+Result<std::unique_ptr<pipeline::SliceSink>> FolderSink::open(const std::filesystem::path& folder,
+                                                              FolderOptions options,
+                                                              bool reopened) {
+    std::error_code status;
+    if (std::filesystem::exists(folder, status) && !std::filesystem::is_directory(folder, status)) {
+        return user_error(
+            fmt::format("`{}` is a file; the output is a folder of slices", folder.string()));
+    }
+    std::filesystem::create_directories(folder, status);
+    if (status) {
+        return outside_error(
+            fmt::format("cannot create the folder `{}`: {}", folder.string(), status.message()));
+    }
+    Result<backends::OutputFolder> opened = backends::OutputFolder::open(folder);
+    if (!opened) return opened.error();
+    std::unique_ptr<FolderSink> sink(new FolderSink(std::move(*opened), std::move(options)));
+    const Result<std::vector<std::filesystem::path>> files = sink->files();
+    if (!files) return files.error();
+    if (reopened) {
+        sink->earlier_ = !files->empty();
+    } else if (Result<void> removed = sink->remove(*files); !removed) {
+        return removed.error();
+    }
+    return std::unique_ptr<pipeline::SliceSink>(std::move(sink));
+}
+
+Result<std::unique_ptr<pipeline::SliceSink>> FolderSink::create(const std::filesystem::path& folder,
+                                                                FolderOptions options) {
+    return open(folder, std::move(options), false);
+}
+
+Result<std::unique_ptr<pipeline::SliceSink>> FolderSink::reopen(const std::filesystem::path& folder,
+                                                                FolderOptions options) {
+    return open(folder, std::move(options), true);
+}
+
+Result<std::vector<std::filesystem::path>> FolderSink::files() const {
+    std::vector<std::filesystem::path> ours;
+    std::error_code status;
+    for (std::filesystem::directory_iterator entry(folder_.path(), status), end;
+         !status && entry != end; entry.increment(status)) {
+        const std::string name = entry->path().filename().string();
+        if (!is_folder_file(name)) {
+            return user_error(fmt::format(
+                "`{}` holds `{}`, which is not part of a print; give an empty folder, or one "
+                "with an earlier print",
+                folder_.path().string(), name));
+        }
+        ours.push_back(entry->path());
+    }
+    if (status) {
+        return outside_error(fmt::format("cannot read the folder `{}`: {}", folder_.path().string(),
+                                         status.message()));
+    }
+    return ours;
+}
+
+Result<void> FolderSink::remove(const std::vector<std::filesystem::path>& files) const {
+    for (const std::filesystem::path& file : files) {
+        std::error_code status;
+        std::filesystem::remove(file, status);
+        if (status) {
+            return outside_error(
+                fmt::format("cannot remove `{}`: {}", file.string(), status.message()));
+        }
+    }
+    return {};
+}
+
+Result<void> FolderSink::write_notes(const pipeline::PrintTotals& totals) {
+    const auto write = [this](const char* name, const std::string& text) {
+        return folder_.write(name, {reinterpret_cast<const uint8_t*>(text.data()), text.size()});
+    };
+    Result<void> written = write(kManifest, manifest_json(info_, totals, written_, options_));
+    return written ? write(kHandoff, handoff_text(info_, totals, written_, options_)) : written;
+}
+
+Result<void> FolderSink::begin(const pipeline::PrintInfo& info) {
+    info_ = info;
+    if (!earlier_) return write_notes({});  // a crash leaves it incomplete
+    const Result<std::vector<uint8_t>> manifest = read_bytes(folder_.path() / kManifest);
+    if (!manifest) return manifest.error();
+    if (manifest->empty()) {
+        const Result<std::vector<std::filesystem::path>> found = files();
+        if (!found) return found.error();
+        const bool slices = std::any_of(found->begin(), found->end(), [](const auto& file) {
+            return is_slice_name(file.filename().string());
+        });
+        // The print was killed right at its start: nothing is lost by starting over.
+        if (!slices) return {};
+        return backends::resume_refused(folder_.path().string(),
+                                        fmt::format("it has slices and no {}", kManifest));
+    }
+    const std::string why =
+        manifest_difference({manifest->begin(), manifest->end()}, info_, options_);
+    if (!why.empty()) return backends::resume_refused(folder_.path().string(), why);
+    if (options_.format == SliceFormat::kRgba && shares_a_color(info_)) {
+        return backends::resume_refused(folder_.path().string(),
+                                        "two of its materials look the same in the slices");
+    }
+    return {};
+}
+
+Result<int32_t> FolderSink::resume(const std::function<bool(const pipeline::SliceView&)>& show) {
+    if (!earlier_) return 0;
+    const size_t row_bytes = backends::packed_row_bytes(info_.size.x, info_.bits);
+    std::vector<std::filesystem::path> kept;
+    for (int32_t z = info_.slice_begin; z < info_.slice_end; ++z) {
+        std::vector<std::filesystem::path> of_slice;
+        std::vector<uint8_t> bytes;
+        for (size_t i = 0; i < files_a_slice(info_, options_); ++i) {
+            of_slice.push_back(folder_.path() / slice_file_name(z, i, info_, options_));
+            const Result<std::vector<uint8_t>> file = read_bytes(of_slice.back());
+            if (!file) return file.error();
+            bytes.insert(bytes.end(), file->begin(), file->end());
+        }
+        const std::vector<uint8_t> rows = decode_slice(bytes, info_, options_);
+        if (rows.empty()) break;
+        kept.insert(kept.end(), of_slice.begin(), of_slice.end());
+        ++written_;
+        if (!show({z, rows.data(), row_bytes, info_.size.x, info_.size.y})) {
+            return Error{ErrorCode::kInterrupted,
+                         fmt::format("interrupted while `{}` was read; nothing was changed",
+                                     folder_.path().string())};
+        }
+    }
+    const bool complete = written_ == info_.slice_end - info_.slice_begin;
+    Result<std::vector<std::filesystem::path>> rest = files();
+    if (!rest) return rest.error();
+    std::erase_if(*rest, [&](const std::filesystem::path& file) {
+        const std::string name = file.filename().string();
+        return name == kManifest || name == kHandoff ||
+               std::find(kept.begin(), kept.end(), file) != kept.end();
+    });
+    if (Result<void> removed = remove(*rest); !removed) return removed.error();
+    earlier_ = false;
+    // The manifest of a complete print must not stay once slices of it are gone.
+    if (!complete) {
+        if (Result<void> noted = write_notes({}); !noted) return noted.error();
+    }
+    return written_;
+}
+
+std::vector<uint8_t> FolderSink::encode(const pipeline::SliceView& slice) const {
+    return encode_slice(slice, info_, options_);
+}
+
+Error FolderSink::with_resume_state(const Error& error, size_t slice_bytes) const {
+    const double left = info_.slice_end - info_.slice_begin - written_;
+    return {
+        error.code,
+        fmt::format("{}; {} whole slices were written before, the rest takes about {}",
+                    error.text(), written_,
+                    format_bytes(static_cast<int64_t>(left * static_cast<double>(slice_bytes))))};
+}
+
+Result<void> FolderSink::commit(int32_t z, const std::vector<uint8_t>& bytes) {
+    if (bytes.empty()) return internal_error(fmt::format("slice {} could not be compressed", z));
+    OPENFAB_CHECK(z >= 0 && z < info_.size.z);
+    const size_t files = files_a_slice(info_, options_);
+    const size_t file_bytes = bytes.size() / files;
+    for (size_t i = 0; i < files; ++i) {
+        const Result<void> written =
+            folder_.write(slice_file_name(z, i, info_, options_),
+                          std::span(bytes).subspan(i * file_bytes, file_bytes));
+        if (written) continue;
+        broken_ = true;
+        return with_resume_state(written.error(), bytes.size());
+    }
+    ++written_;
+    return {};
+}
+
+Result<void> FolderSink::finish(const pipeline::PrintTotals& totals) {
+    if (earlier_) return {};  // refused or interrupted before anything was changed
+    pipeline::PrintTotals honest = totals;
+    honest.complete = totals.complete && !broken_;
+    // The notes after the slices: a manifest that says that all are there must be true, whenever
+    // the power fails. Those of an interrupted print that were kept are synced with the others.
+    Result<void> done = folder_.sync();
+    if (done || broken_) done = write_notes(honest);
+    if (done) done = folder_.sync();
+    // An earlier error has been reported already, and is the cause of this one, too.
+    return broken_ ? Result<void>() : done;
+}
+
+}  // namespace openfab::raster
