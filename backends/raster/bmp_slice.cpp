@@ -63,7 +63,8 @@ std::vector<uint8_t> encode_bmp_slice(const pipeline::SliceView& slice,
     const std::array<uint8_t, kHeaderBytes> header = header_of(info);
     std::vector<uint8_t> out(file * info.materials.size());
     for (size_t m = 0; m < info.materials.size(); ++m)
-        std::copy(header.begin(), header.end(), out.begin() + static_cast<std::ptrdiff_t>(m * file));
+        std::copy(header.begin(), header.end(),
+                  out.begin() + static_cast<std::ptrdiff_t>(m * file));
     const auto width = static_cast<size_t>(slice.width);
     // Eight voxels at a time are a byte of each material's row; those beyond the row are void.
     std::vector<uint8_t> codes((width + 7) / 8 * 8);

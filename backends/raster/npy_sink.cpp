@@ -18,8 +18,8 @@ std::vector<uint8_t> header_of(const pipeline::PrintInfo& info, int32_t slices) 
     constexpr size_t kBytes = 128;
     constexpr std::string_view kStart("\x93NUMPY\x01\x00\x76\x00", 10);  // 1.0, 118 bytes follow
     std::string text(kStart);
-    text += fmt::format("{{'descr': '|u1', 'fortran_order': False, 'shape': ({}, {}, {}), }}", slices,
-                        info.size.y, info.size.x);
+    text += fmt::format("{{'descr': '|u1', 'fortran_order': False, 'shape': ({}, {}, {}), }}",
+                        slices, info.size.y, info.size.x);
     OPENFAB_CHECK(text.size() < kBytes);
     text.resize(kBytes - 1, ' ');
     text += '\n';
@@ -71,8 +71,8 @@ Result<void> NpySink::finish(const pipeline::PrintTotals& totals) {
     Result<void> done = file_.overwrite(0, header_of(info_, written_));
     if (done) done = file_.close();
     if (done || broken_) {
-        const Result<void> noted = backends::write_whole_file(
-            array_json_path(file_.name()), array_json(info_, honest, written_));
+        const Result<void> noted = backends::write_whole_file(array_json_path(file_.name()),
+                                                              array_json(info_, honest, written_));
         if (done) done = noted;
     }
     // An earlier error has been reported already, and is the cause of this one, too.

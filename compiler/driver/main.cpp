@@ -13,6 +13,7 @@
 
 #include "base/clean_exit.h"
 #include "base/command_line.h"
+#include "base/run_main.h"
 #include "base/say.h"
 #include "base/text.h"
 #include "compiler/diag/render.h"
@@ -140,6 +141,8 @@ void add_run(CLI::App& app, const CommonOptions& common, Action* action) {
 }
 
 int openflc_main(int argc, char** argv) {
+    prepare_streams();
+    clean_up_on_signals();
     CLI::App app{"The OpenFL compiler: fablets in, kernels or a print program out.", "openflc"};
     app.require_subcommand(1);
     CommonOptions common;
@@ -179,7 +182,5 @@ int openflc_main(int argc, char** argv) {
 }  // namespace openfab::driver
 
 int main(int argc, char** argv) {
-    openfab::prepare_streams();
-    openfab::clean_up_on_signals();
-    return openfab::driver::openflc_main(argc, argv);
+    return openfab::run_main(openfab::driver::openflc_main, argc, argv);
 }

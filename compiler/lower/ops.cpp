@@ -291,7 +291,7 @@ Expr int_op(Op op, const Expr& a, const Expr& b) {
 }
 
 Expr uint_op(Op op, const Expr& a, const Expr& b) {
-    const Expr same = bits_op(op, a, b);
+    Expr same = bits_op(op, a, b);
     if (same.defined()) return same;
     switch (op) {
         case Op::kDiv:

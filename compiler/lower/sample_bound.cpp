@@ -95,7 +95,7 @@ Region make_region(const Texture& texture, const std::vector<Value>& args) {
             square = square + step * step;
     }
     // The major width is at most the root of the trace; a tenth of a percent covers all rounding.
-    const Value width = args[1 + 2 * box.size()];
+    const Value& width = args[1 + 2 * box.size()];
     Value widest = sqrt(square) * width * constant(1.001f);
     if (texture.axes() == 3)
         widest = select(texture.filter_is(texture::kFilterFinest), constant(0.0f), widest);

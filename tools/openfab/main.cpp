@@ -12,6 +12,7 @@
 
 #include "base/clean_exit.h"
 #include "base/command_line.h"
+#include "base/run_main.h"
 #include "base/say.h"
 #include "mesh/load/load_mesh.h"
 #include "tools/openfab/commands.h"
@@ -246,5 +247,5 @@ int tool_main(int argc, char** argv) {
 }  // namespace openfab::tools
 
 int main(int argc, char** argv) {
-    return openfab::tools::tool_main(argc, argv);
+    return openfab::run_main(openfab::tools::tool_main, argc, argv);
 }

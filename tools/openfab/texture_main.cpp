@@ -17,6 +17,7 @@
 #include "base/clean_exit.h"
 #include "base/command_line.h"
 #include "base/input_file.h"
+#include "base/run_main.h"
 #include "base/say.h"
 #include "base/units.h"
 #include "tools/texture/convert.h"
@@ -47,9 +48,7 @@ class Silence {
     int kept_;
 };
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int texture_main(int argc, char** argv) {
     openfab::prepare_streams();
     openfab::clean_up_on_signals();
     std::string image;
@@ -115,4 +114,10 @@ int main(int argc, char** argv) {
                          : openfab::tools::make_pyramid_file(image, output, options, limits);
     }
     return done ? 0 : openfab::say_error(done.error());
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    return openfab::run_main(texture_main, argc, argv);
 }

@@ -1,0 +1,29 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "base/run_main.h"
+
+#include <cstdio>
+#include <exception>
+#include <new>
+
+#include "base/result.h"
+
+namespace openfab {
+
+int run_main(int (*program)(int argc, char** argv), int argc, char** argv) noexcept {
+    try {
+        return program(argc, argv);
+    } catch (const std::bad_alloc&) {
+        // Without memory for a message that is put together.
+        (void)std::fputs("error: memory ran out\n", stderr);
+        return exit_code(ErrorCode::kOutside);
+    } catch (const std::exception& exception) {
+        (void)std::fprintf(stderr, "error: internal error: %s\n", exception.what());
+        return exit_code(ErrorCode::kInternal);
+    } catch (...) {
+        (void)std::fputs("error: internal error\n", stderr);
+        return exit_code(ErrorCode::kInternal);
+    }
+}
+
+}  // namespace openfab

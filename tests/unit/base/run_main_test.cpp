@@ -1,0 +1,32 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "base/run_main.h"
+
+#include <gmock/gmock.h>
+
+#include <new>
+#include <stdexcept>
+
+namespace openfab {
+namespace {
+
+int outcome_of(int (*program)(int, char**), std::string* message) {
+    testing::internal::CaptureStderr();
+    const int code = run_main(program, 0, nullptr);
+    *message = testing::internal::GetCapturedStderr();
+    return code;
+}
+
+TEST(RunMain, ExceptionsOfLibrariesBecomeMessages) {
+    std::string message;
+    EXPECT_EQ(outcome_of([](int, char**) { return 7; }, &message), 7);
+    EXPECT_EQ(message, "");
+    EXPECT_EQ(outcome_of([](int, char**) -> int { throw std::bad_alloc(); }, &message), 3);
+    EXPECT_EQ(message, "error: memory ran out\n");
+    EXPECT_EQ(outcome_of([](int, char**) -> int { throw std::logic_error("why"); }, &message), 4);
+    EXPECT_EQ(message, "error: internal error: why\n");
+    EXPECT_EQ(outcome_of([](int, char**) -> int { throw 1; }, &message), 4);
+}
+
+}  // namespace
+}  // namespace openfab
