@@ -1,14 +1,15 @@
 #!/usr/bin/env python3
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Sends an .ofr file to a receiver: streaming_client.py FILE.ofr tcp://HOST:PORT|unix:PATH
+"""Sends an .ofr file to a receiver: streaming_client.py FILE.ofr tcp://HOST:PORT|tls://HOST:PORT|unix:PATH
 
 The protocol (streaming.md) from a sender's side, with nothing but Python's own library. A token is taken from
-OPENFAB_TOKEN.
+OPENFAB_TOKEN, certificates that tls:// trusts from the file OPENFAB_TLS_CA, else from the system.
 """
 import os
 import secrets
 import socket
+import ssl
 import struct
 import sys
 import time
@@ -42,8 +43,11 @@ class Line:
             self.socket = socket.socket(socket.AF_UNIX)
             self.socket.connect(address[5:])
         else:
-            host, port = address.removeprefix("tcp://").rsplit(":", 1)
+            host, port = address[6:].rsplit(":", 1)
             self.socket = socket.create_connection((host.strip("[]"), int(port)), 5)
+            if address.startswith("tls:"):
+                trusted = ssl.create_default_context(cafile=os.environ.get("OPENFAB_TLS_CA"))
+                self.socket = trusted.wrap_socket(self.socket, server_hostname=host.strip("[]"))
         self.socket.settimeout(30)
 
     def send(self, kind, data=b""):

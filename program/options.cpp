@@ -116,13 +116,17 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
     app.add_option(
            "-o,--output", o.output,
            "a folder (png, bmp), a file (.ofr, .npy, .3mf, .stl), - for standard output (ofr), "
-           "or a receiver: tcp://HOST:PORT or unix:PATH")
+           "or a receiver: tcp://HOST:PORT, tls://HOST:PORT or unix:PATH")
         ->type_name("OUT");
     app.add_option("--format", o.format,
                    format_names() + " (default: by OUT's extension, else the printer's own)")
         ->type_name("FORMAT");
     app.add_option("--token-file", o.token_file,
                    "a file whose first line the receiver wants to hear (or OPENFAB_TOKEN)")
+        ->type_name("FILE");
+    app.add_option("--tls-ca", o.tls_ca,
+                   "PEM certificates that a tls:// receiver's is checked against (default: the "
+                   "system's)")
         ->type_name("FILE");
     app.add_option("--printer", o.printer,
                    "connex500, j750, j750_hq, generic, or a .printer.json file")

@@ -23,6 +23,7 @@ struct Options {
     std::string input;       ///< a world (.fab.json) or a mesh
     std::string output;      ///< empty: none; `-` standard output; or an address (stream/address.h)
     std::string token_file;  ///< of a receiver that wants a token
+    std::string tls_ca;      ///< certificates to trust; empty: the system's
     std::string printer;
     std::string format;  ///< empty: from the output's extension, else the printer's own
     std::optional<double> voxel_mm;

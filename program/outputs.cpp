@@ -49,8 +49,14 @@ Result<std::unique_ptr<pipeline::SliceSink>> open_format(const Options& options,
         if (!address) return address.error();
         Result<std::string> token = stream::load_token(options.token_file);
         if (!token) return token.error();
+        std::unique_ptr<stream::TlsContext> tls;
+        if (address->is_tls) {
+            auto trusted = stream::TlsContext::for_senders(options.tls_ca);
+            if (!trusted) return trusted.error();
+            tls = std::move(*trusted);
+        }
         return std::unique_ptr<pipeline::SliceSink>(std::make_unique<stream::StreamSink>(
-            std::move(*address), std::move(*token), options.resume));
+            std::move(*address), std::move(*token), std::move(tls), options.resume));
     }
     if (format == "ofr") {
         return options.resume ? ofr::OfrSink::reopen(options.output)

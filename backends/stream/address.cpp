@@ -28,6 +28,7 @@ namespace openfab::stream {
 namespace {
 
 constexpr std::string_view kTcp = "tcp://";
+constexpr std::string_view kTls = "tls://";
 constexpr std::string_view kUnix = "unix:";
 
 Error system_error(const char* what, const Address& address, const char* why) {
@@ -113,7 +114,7 @@ bool is_loopback(const sockaddr* name) {
 }  // namespace
 
 bool is_address(const std::string& text) {
-    return text.starts_with(kTcp) || text.starts_with(kUnix);
+    return text.starts_with(kTcp) || text.starts_with(kTls) || text.starts_with(kUnix);
 }
 
 Result<Address> parse_address(const std::string& text) {
@@ -127,7 +128,10 @@ Result<Address> parse_address(const std::string& text) {
         }
         return address;
     }
-    const std::string rest = text.starts_with(kTcp) ? text.substr(kTcp.size()) : "";
+    address.is_tls = text.starts_with(kTls);
+    static_assert(kTcp.size() == kTls.size());
+    const std::string rest =
+        address.is_tls || text.starts_with(kTcp) ? text.substr(kTcp.size()) : "";
     const size_t colon = rest.find_last_of(':');
     if (colon != std::string::npos) {
         address.host = rest.substr(0, colon);
@@ -138,8 +142,8 @@ Result<Address> parse_address(const std::string& text) {
     const bool digits = !address.port.empty() && address.port.size() <= 5 &&
                         address.port.find_first_not_of("0123456789") == std::string::npos;
     if (address.host.empty() || !digits || std::atoi(address.port.c_str()) > 65535) {
-        return usage_error(
-            fmt::format("`{}` is no address; write `tcp://HOST:PORT` or `unix:PATH`", text));
+        return usage_error(fmt::format(
+            "`{}` is no address; write `tcp://HOST:PORT`, `tls://HOST:PORT` or `unix:PATH`", text));
     }
     return address;
 }
@@ -209,7 +213,8 @@ std::string listening_text(const Socket& socket, const Address& address) {
                       NI_NUMERICHOST | NI_NUMERICSERV) != 0)
         return address.text;
     const bool v6 = std::strchr(host, ':') != nullptr;
-    return fmt::format("{}{}{}{}:{}", kTcp, v6 ? "[" : "", host, v6 ? "]" : "", port);
+    return fmt::format("{}{}{}{}:{}", address.is_tls ? kTls : kTcp, v6 ? "[" : "", host,
+                       v6 ? "]" : "", port);
 }
 
 Result<std::string> load_token(const std::string& file) {

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Where prints are streamed to: `tcp://HOST:PORT` or `unix:PATH`. Plain sockets and poll: an end has
+// Where prints are streamed to: `tcp://HOST:PORT`, `tls://HOST:PORT` or `unix:PATH`. Plain sockets and poll: an end has
 // one line, or a handful of them, so that a library for many would be more than what it replaces.
 
 #include <string>
@@ -13,8 +13,9 @@ namespace openfab::stream {
 
 struct Address {
     std::string text;  ///< as it was typed
-    std::string host;  ///< tcp; empty: unix
+    std::string host;  ///< tcp and tls; empty: unix
     std::string port;
+    bool is_tls = false;
     std::string path;  ///< unix
 };
 

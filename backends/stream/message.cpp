@@ -138,12 +138,36 @@ Stop read_stop(std::span<const uint8_t> bytes) {
     return stop;
 }
 
-Line::Line(Socket socket) : socket_(std::move(socket)), heard_(seconds_now()) {}
+Line::Line(Socket socket, std::unique_ptr<TlsSession> tls)
+    : socket_(std::move(socket)), tls_(std::move(tls)), heard_(seconds_now()) {}
+
+Line& Line::operator=(Line&& other) noexcept {
+    if (this == &other) return *this;
+    tls_.reset();  // before its socket
+    socket_ = std::move(other.socket_);
+    tls_ = std::move(other.tls_);
+    buffer_ = std::move(other.buffer_);
+    begin_ = other.begin_;
+    most_ = other.most_;
+    heard_ = other.heard_;
+    return *this;
+}
 
 void Line::close() {
+    tls_.reset();
     socket_.close();
     buffer_.clear();
     begin_ = 0;
+}
+
+int64_t Line::read_some(std::span<uint8_t> bytes) {
+    if (tls_ != nullptr) return tls_->read(bytes);
+    ssize_t got = -1;
+    do {
+        got = ::recv(socket_.fd(), bytes.data(), bytes.size(), 0);
+    } while (got < 0 && errno == EINTR);
+    if (got < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) return 0;
+    return got > 0 ? got : -1;
 }
 
 bool Line::receive() {
@@ -151,16 +175,15 @@ bool Line::receive() {
     // What was taken makes room first.
     buffer_.erase(buffer_.begin(), buffer_.begin() + static_cast<std::ptrdiff_t>(begin_));
     begin_ = 0;
-    const size_t had = buffer_.size();
-    buffer_.resize(had + kStep);
-    ssize_t got = -1;
-    do {
-        got = ::recv(socket_.fd(), buffer_.data() + had, kStep, 0);
-    } while (got < 0 && errno == EINTR);
-    const bool nothing = got < 0 && (errno == EAGAIN || errno == EWOULDBLOCK);
-    buffer_.resize(had + static_cast<size_t>(std::max<ssize_t>(got, 0)));
-    if (got > 0) heard_ = seconds_now();
-    return got > 0 || nothing;
+    for (;;) {
+        const size_t had = buffer_.size();
+        buffer_.resize(had + kStep);
+        const int64_t got = read_some(std::span(buffer_).subspan(had));
+        buffer_.resize(had + static_cast<size_t>(std::max<int64_t>(got, 0)));
+        if (got > 0) heard_ = seconds_now();
+        // The rest of what TLS has decrypted: one record at most.
+        if (got <= 0 || tls_ == nullptr || !tls_->has_more()) return got >= 0;
+    }
 }
 
 Result<bool> Line::next(Message* message) {
@@ -179,6 +202,7 @@ Result<bool> Line::next(Message* message) {
 }
 
 int64_t Line::send_some(std::span<const uint8_t> bytes) {
+    if (tls_ != nullptr) return tls_->write(bytes);
     const ssize_t n = ::send(socket_.fd(), bytes.data(), bytes.size(), MSG_NOSIGNAL);
     if (n >= 0) return n;
     return errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR ? 0 : -1;

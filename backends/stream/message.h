@@ -7,11 +7,13 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "backends/stream/address.h"
+#include "backends/stream/tls.h"
 #include "base/result.h"
 
 namespace openfab::stream {
@@ -98,7 +100,10 @@ constexpr size_t kMostOpenBytes = (1U << 20) + 1024;
 /// longest message that is allowed at the time.
 class Line {
   public:
-    explicit Line(Socket socket);
+    /// `tls`: null where bytes go as they are.
+    explicit Line(Socket socket, std::unique_ptr<TlsSession> tls = nullptr);
+    Line(Line&&) = default;
+    Line& operator=(Line&& other) noexcept;
 
     int fd() const { return socket_.fd(); }
     bool is_open() const { return socket_.is_open(); }
@@ -110,8 +115,10 @@ class Line {
     /// Takes the next whole message; false where there is none yet. Fails for one that is longer
     /// than allowed.
     Result<bool> next(Message* message);
-    /// Sends what the socket takes at once and returns how much, or -1 where the line is cut.
+    /// Sends what the socket takes at once and returns how much, or -1 where the line is cut. Where
+    /// is_mid_send() is true afterwards, the next call must begin with the rest of these bytes.
     int64_t send_some(std::span<const uint8_t> bytes);
+    bool is_mid_send() const { return tls_ != nullptr && tls_->must_repeat(); }
     /// Sends all; false where the line is cut, or takes nothing for `silent_seconds`.
     bool send_all(std::span<const uint8_t> bytes, double silent_seconds = kSilentSeconds);
     /// Waits for the next message, which others than ALIV are; false where the line is cut or
@@ -121,7 +128,11 @@ class Line {
     double heard() const { return heard_; }
 
   private:
+    /// Reads at most what fits; 0: nothing now, -1: the line is cut.
+    int64_t read_some(std::span<uint8_t> bytes);
+
     Socket socket_;
+    std::unique_ptr<TlsSession> tls_;  ///< after the socket, which it uses until it is destroyed
     std::vector<uint8_t> buffer_;
     size_t begin_ = 0;  ///< of what is not taken yet
     size_t most_ = kMostOpenBytes;

@@ -47,9 +47,11 @@ Result<bool> show_slice(std::span<const uint8_t> bytes, const pipeline::PrintInf
 
 }  // namespace
 
-StreamSink::StreamSink(Address address, std::string token, bool resumed)
+StreamSink::StreamSink(Address address, std::string token, std::unique_ptr<TlsContext> tls,
+                       bool resumed)
     : address_(std::move(address)),
       token_(std::move(token)),
+      tls_(std::move(tls)),
       resumed_(resumed),
       line_(Socket()),
       wake_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
@@ -82,7 +84,13 @@ Error StreamSink::stopped(const Stop& stop) const {
 Result<Line> StreamSink::connect(Mode mode) const {
     Result<Socket> socket = connect_to(address_, kConnectSeconds);
     if (!socket) return socket.error();
-    Line line(std::move(*socket));
+    std::unique_ptr<TlsSession> session;
+    if (tls_ != nullptr) {
+        auto connected = tls_->connect(*socket, address_, kConnectSeconds);
+        if (!connected) return connected.error();
+        session = std::move(*connected);
+    }
+    Line line(std::move(*socket), std::move(session));
     const size_t raw =
         backends::packed_row_bytes(info_.size.x, info_.bits) * static_cast<size_t>(info_.size.y);
     line.allow(ofr::kSliceHeadBytes + ofr::most_frame_bytes(raw) + 1024);
@@ -206,7 +214,7 @@ Result<void> StreamSink::finish(const pipeline::PrintTotals& totals) {
     lock.unlock();
     (void)::eventfd_write(wake_, 1);
     thread_.join();
-    if (line_.is_open() && sent_bytes_ == 0)
+    if (line_.is_open() && sent_bytes_ == 0 && !line_.is_mid_send())
         line_.send_all(frame_stop(StopCode::kBye, "the sender leaves"), kMomentSeconds);
     line_.close();
     return result;
@@ -253,7 +261,7 @@ void StreamSink::serve() {
     const double now = seconds_now();
     if (now - line_.heard() > kSilentSeconds) return line_.close();
     // Between whole messages only.
-    if (now - alive_ > kAliveSeconds && sent_bytes_ == 0) {
+    if (now - alive_ > kAliveSeconds && sent_bytes_ == 0 && !line_.is_mid_send()) {
         alive_ = now;
         if (!line_.send_all(frame(Kind::kAlive, {}), 1)) line_.close();
     }

@@ -27,9 +27,9 @@ class StreamSink : public pipeline::SliceSink {
   public:
     static constexpr size_t kMostQueuedBytes = 32 << 20;
 
-    /// Makes a sink; nothing is connected before begin. With `resumed` the receiver is asked for
-    /// what it has kept of an earlier print of the same.
-    StreamSink(Address address, std::string token, bool resumed);
+    /// Makes a sink; nothing is connected before begin. `tls`: null where the address has none. With
+    /// `resumed` the receiver is asked for what it has kept of an earlier print of the same.
+    StreamSink(Address address, std::string token, std::unique_ptr<TlsContext> tls, bool resumed);
     ~StreamSink() override;
 
     Result<void> begin(const pipeline::PrintInfo& info) override;
@@ -71,6 +71,7 @@ class StreamSink : public pipeline::SliceSink {
 
     Address address_;
     std::string token_;
+    std::unique_ptr<TlsContext> tls_;
     bool resumed_;
     uint64_t sender_ = 0;
     pipeline::PrintInfo info_;

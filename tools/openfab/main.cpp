@@ -193,11 +193,15 @@ void add_receive(CLI::App& app, Action* action) {
     CLI::App* command =
         app.add_subcommand("receive", "take a print that is streamed, as a printer would");
     auto a = std::make_shared<ReceiveArguments>();
-    command->add_option("--listen", a->listen, "tcp://HOST:PORT or unix:PATH")->required();
+    command->add_option("--listen", a->listen, "tcp://HOST:PORT, tls://HOST:PORT or unix:PATH")
+        ->required();
     command->add_option("-o,--output", a->output, "an .ofr file, or a folder of PNGs")->required();
     command->add_option("--token-file", a->token_file,
                         "a file whose first line senders must know (or OPENFAB_TOKEN); needed "
                         "where other machines can connect");
+    command->add_option("--tls-cert", a->tls_certificate,
+                        "of tls://: a PEM file with this machine's certificate and its chain");
+    command->add_option("--tls-key", a->tls_key, "of tls://: a PEM file with its key");
     command->add_option("--layer-time", a->layer_time,
                         "use up a slice this often, as 10s, and tell when one was late");
     command->add_option("--buffer", a->buffer, "slices that wait for the layer time (default: 20)")

@@ -64,6 +64,17 @@ Result<void> run_receive(const ReceiveArguments& a) {
             "FILE` or set OPENFAB_TOKEN, here and where the print is made",
             a.listen));
     }
+    ReceiverOptions options;
+    if (address->is_tls != (!a.tls_certificate.empty() || !a.tls_key.empty()) ||
+        a.tls_certificate.empty() != a.tls_key.empty()) {
+        return usage_error(
+            "`tls://` needs `--tls-cert FILE` and `--tls-key FILE`, and nothing else takes them");
+    }
+    if (address->is_tls) {
+        auto tls = stream::TlsContext::for_receivers(a.tls_certificate, a.tls_key);
+        if (!tls) return tls.error();
+        options.tls = std::move(*tls);
+    }
     const Result<double> layer_seconds = parse_seconds(a.layer_time);
     if (!layer_seconds) return layer_seconds.error();
     const Result<int64_t> memory = memory_of(a.memory);
@@ -74,7 +85,6 @@ Result<void> run_receive(const ReceiveArguments& a) {
     print.format = std::filesystem::path(a.output).extension() == ".ofr" ? "ofr" : "png";
     if (a.output == "-" || stream::is_address(a.output))
         return usage_error("`receive` keeps a print; write `-o FILE.ofr` or `-o FOLDER`");
-    ReceiverOptions options;
     options.token = *token;
     options.memory_bytes = *memory;
     options.keeps_frames = print.format == "ofr";

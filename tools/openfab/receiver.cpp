@@ -56,8 +56,8 @@ Result<pipeline::PrintInfo> read_header(std::span<const uint8_t> header) {
 
 }  // namespace
 
-Receiver::Client::Client(stream::Socket socket)
-    : line(std::move(socket)), since(seconds_now()), said(since) {}
+Receiver::Client::Client(stream::Line line)
+    : line(std::move(line)), since(seconds_now()), said(since) {}
 
 Receiver::Receiver(stream::Socket listening, ReceiverOptions options, OpenSink open_sink)
     : listening_(std::move(listening)),
@@ -109,7 +109,10 @@ void Receiver::accept_clients() {
             if (stranger == clients_.end()) continue;
             clients_.erase(stranger);
         }
-        clients_.emplace_back(std::move(socket));
+        std::unique_ptr<stream::TlsSession> session;
+        if (options_.tls != nullptr) session = options_.tls->accept(socket);
+        if (options_.tls != nullptr && session == nullptr) continue;
+        clients_.emplace_back(stream::Line(std::move(socket), std::move(session)));
     }
 }
 

@@ -20,7 +20,8 @@
 namespace openfab::tools {
 
 struct ReceiverOptions {
-    std::string token;  ///< empty: none is asked for
+    std::string token;                        ///< empty: none is asked for
+    std::shared_ptr<stream::TlsContext> tls;  ///< null: bytes go as they are
     int64_t memory_bytes = 0;
     bool keeps_frames = false;  ///< the sink is of .ofr, and takes slices as they come
     double layer_seconds = 0;
@@ -41,7 +42,7 @@ class Receiver {
 
   private:
     struct Client {
-        explicit Client(stream::Socket socket);
+        explicit Client(stream::Line line);
         stream::Line line;
         double since = 0;  ///< when it came
         double said = 0;   ///< when something was sent to it last

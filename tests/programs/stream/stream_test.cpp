@@ -427,5 +427,96 @@ TEST_F(Stream, TheClientInPythonTakesUpALineThatWasCut) {
     EXPECT_TRUE(read_file(path("a.ofr")) == undisturbed());
 }
 
+constexpr const char* kAnyTlsPort = "tls://127.0.0.1:0";
+std::string tls_file(const std::string& name) {
+    return OPENFAB_SOURCE_DIR "/tests/programs/stream/tls/" + name;
+}
+std::vector<std::string> certificate(const std::string& name) {
+    return {"--tls-cert", tls_file(name + ".pem"), "--tls-key", tls_file(name + ".key.pem")};
+}
+
+TEST_F(Stream, TlsChangesNoByte) {
+    const std::vector<std::string> trusted{"--tls-ca", tls_file("authority.pem")};
+    for (const char* output : {"a.ofr", "slices"}) {
+        Running receiver(receiving(kAnyTlsPort, output, certificate("loopback")));
+        const Outcome sent = run(printing(address_of(&receiver), trusted));
+        EXPECT_EQ(sent.exit_code, 0) << sent.err;
+        EXPECT_EQ(receiver.end().exit_code, 0) << receiver.end().err;
+    }
+    EXPECT_TRUE(read_file(path("a.ofr")) == undisturbed());
+    ASSERT_EQ(run(printing(path("direct"), {"--format", "png"})).exit_code, 0);
+    EXPECT_TRUE(files_of(path("slices")) == files_of(path("direct")));
+    fs::remove(path("a.ofr"));
+
+    // Cut within records, and damaged: what TLS does not take for its own cuts the line.
+    const auto bytes = static_cast<int64_t>(undisturbed().size());
+    Running receiver(receiving(kAnyTlsPort, "a.ofr", certificate("loopback")));
+    const Proxy proxy(*stream::parse_address(address_of(&receiver)),
+                      {5000, bytes / 3, 3 * bytes / 4}, bytes / 2);
+    const Outcome sent = run(printing("tls" + proxy.address().substr(3), trusted));
+    ASSERT_EQ(sent.exit_code, 0) << sent.err << receiver.err();
+    EXPECT_EQ(proxy.cuts_made(), 3);
+    EXPECT_EQ(receiver.end().exit_code, 0) << receiver.end().err;
+    EXPECT_TRUE(read_file(path("a.ofr")) == undisturbed());
+}
+
+TEST_F(Stream, TlsSendsNothingToWhomItDoesNotTrust) {
+    const auto refused = [&](const std::string& address, const std::vector<std::string>& options) {
+        const Outcome sent = run(printing(address, options));
+        EXPECT_NE(sent.exit_code, 0);
+        return sent.err;
+    };
+    const std::vector<std::string> trusted{"--tls-ca", tls_file("authority.pem")};
+    {
+        Running receiver(receiving(kAnyTlsPort, "a.ofr", certificate("loopback")));
+        const std::string address = address_of(&receiver);
+        EXPECT_THAT(refused(address, {}), HasSubstr("its certificate is not trusted"));
+        EXPECT_THAT(refused(address, {"--tls-ca", tls_file("other.pem")}),
+                    HasSubstr("--tls-ca FILE"));
+        // Neither end takes the other for what it is not.
+        EXPECT_NE(refused("tcp" + address.substr(3), {}), "");
+        EXPECT_FALSE(fs::exists(path("a.ofr")));
+        const Outcome sent = run(printing(address, trusted));
+        EXPECT_EQ(sent.exit_code, 0) << sent.err;
+        EXPECT_EQ(receiver.end().exit_code, 0);
+    }
+    {
+        Running receiver(receiving(kAnyTlsPort, "b.ofr", certificate("elsewhere")));
+        EXPECT_THAT(refused(address_of(&receiver), trusted), HasSubstr("IP address mismatch"));
+    }
+    Running plain(receiving(kAnyPort, "c.ofr"));
+    EXPECT_NE(refused("tls" + address_of(&plain).substr(3), trusted), "");
+}
+
+TEST_F(Stream, TlsNeedsItsFiles) {
+    const auto refusal = [&](const std::string& address, const std::vector<std::string>& options) {
+        const Outcome outcome = run(receiving(address, "a.ofr", options));
+        EXPECT_THAT(outcome.exit_code, ::testing::AnyOf(1, 2));
+        return outcome.err;
+    };
+    EXPECT_THAT(refusal(kAnyTlsPort, {}), HasSubstr("needs `--tls-cert FILE`"));
+    EXPECT_THAT(refusal(kAnyPort, certificate("loopback")), HasSubstr("nothing else takes them"));
+    EXPECT_THAT(refusal(kAnyTlsPort, {"--tls-cert", path("token"), "--tls-key", path("token")}),
+                HasSubstr("cannot read a certificate from"));
+    EXPECT_THAT(refusal(kAnyTlsPort, {"--tls-cert", tls_file("loopback.pem"), "--tls-key",
+                                      tls_file("elsewhere.key.pem")}),
+                HasSubstr("cannot read the key of the certificate"));
+    EXPECT_THAT(run(printing("tls://127.0.0.1:1", {"--tls-ca", path("token")})).err,
+                HasSubstr("cannot read certificates from"));
+}
+
+TEST_F(Stream, TheClientInPythonSpeaksTls) {
+    undisturbed();
+    Running receiver(receiving(kAnyTlsPort, "a.ofr", certificate("loopback")));
+    RunOptions environment;
+    environment.environment = {{"OPENFAB_TLS_CA", tls_file("authority.pem")}};
+    const Outcome sent = run({"/usr/bin/python3", OPENFAB_SOURCE_DIR "/docs/streaming_client.py",
+                              path("undisturbed.ofr"), address_of(&receiver)},
+                             environment);
+    EXPECT_EQ(sent.exit_code, 0) << sent.err;
+    EXPECT_EQ(receiver.end().exit_code, 0) << receiver.end().err;
+    EXPECT_TRUE(read_file(path("a.ofr")) == undisturbed());
+}
+
 }  // namespace
 }  // namespace openfab::testing
