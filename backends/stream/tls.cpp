@@ -41,8 +41,7 @@ ssl_ctx_st* make_context(const SSL_METHOD* method) {
     if (context == nullptr) return nullptr;
     SSL_CTX_set_min_proto_version(context, TLS1_2_VERSION);
     SSL_CTX_set_default_passwd_cb(context, no_password);
-    SSL_CTX_set_mode(context,
-                     SSL_MODE_ENABLE_PARTIAL_WRITE | SSL_MODE_ACCEPT_MOVING_WRITE_BUFFER);
+    SSL_CTX_set_mode(context, SSL_MODE_ENABLE_PARTIAL_WRITE | SSL_MODE_ACCEPT_MOVING_WRITE_BUFFER);
     return context;
 }
 
@@ -56,7 +55,8 @@ bool is_number(const std::string& host) {
 bool expect_host(ssl_st* ssl, const std::string& host) {
     if (is_number(host))
         return X509_VERIFY_PARAM_set1_ip_asc(SSL_get0_param(ssl), host.c_str()) == 1;
-    return SSL_set1_host(ssl, host.c_str()) == 1 && SSL_set_tlsext_host_name(ssl, host.c_str()) == 1;
+    return SSL_set1_host(ssl, host.c_str()) == 1 &&
+           SSL_set_tlsext_host_name(ssl, host.c_str()) == 1;
 }
 
 int clipped(size_t bytes) {
@@ -140,8 +140,8 @@ Result<std::unique_ptr<TlsSession>> TlsContext::connect(const Socket& socket,
         if (result == 1) return session;
         const int error = SSL_get_error(ssl, result);
         if (error != SSL_ERROR_WANT_READ && error != SSL_ERROR_WANT_WRITE) break;
-        pollfd polled{socket.fd(), static_cast<int16_t>(error == SSL_ERROR_WANT_READ ? POLLIN : POLLOUT),
-                      0};
+        pollfd polled{socket.fd(),
+                      static_cast<int16_t>(error == SSL_ERROR_WANT_READ ? POLLIN : POLLOUT), 0};
         const double left = end - seconds_now();
         if (left <= 0 || ::poll(&polled, 1, static_cast<int>(left * 1000) + 1) <= 0) {
             return outside_error(fmt::format("{}: it does not answer as TLS does", address.text));

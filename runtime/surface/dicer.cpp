@@ -11,11 +11,7 @@ namespace openfab::surface {
 
 Dicer::Dicer(const part::Part& part, const BaseMesh& base, const PatchTable& table,
              const StaticArgs& args, const NearestLayout& nearest, openfab_isa isa)
-    : part_(part),
-      base_(base),
-      table_(table),
-      nearest_(nearest),
-      batch_(part, base, args, nearest, isa) {}
+    : base_(base), table_(table), nearest_(nearest), batch_(part, base, args, nearest, isa) {}
 
 abi::KernelStatus Dicer::dice(int32_t index, MicroMesh* out) {
     out->positions.clear();

@@ -36,7 +36,6 @@ class Dicer {
     void append_ints(int32_t vertex, MicroMesh* out) const;
     void add_triangle(int32_t a, int32_t b, int32_t c, int32_t int_vertex, MicroMesh* out) const;
 
-    const part::Part& part_;
     const BaseMesh& base_;
     const PatchTable& table_;
     const NearestLayout& nearest_;

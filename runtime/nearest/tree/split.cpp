@@ -12,7 +12,7 @@ namespace {
 
 /// Returns half the surface area of a box of this size; the fourth lane is ignored.
 float half_area(F4 size) {
-    const F4 turned = __builtin_shuffle(size, I4{1, 2, 0, 3});
+    const F4 turned = __builtin_shufflevector(size, size, 1, 2, 0, 3);
     const F4 sides = size * turned;
     return (sides[0] + sides[1]) + sides[2];
 }
