@@ -57,6 +57,12 @@ size_t Emitter::operations(size_t size) {
     return size == 0 ? 0 : sums_[size - 1];
 }
 
+void Emitter::count_none(size_t from) {
+    const size_t before = operations(from);
+    sums_.resize(from);
+    sums_.resize(size(), before);
+}
+
 ValueId Emitter::add(ir::Instr instr) {
     if (const std::optional<ValueId> other = simplified(instr)) return *other;
     Key key{instr.op, instr.type, instr.bits, instr.kind, instr.a, instr.b, instr.args};

@@ -47,6 +47,7 @@ class Emitter : public ir::Builder {
     bool is_constant(ir::ValueId value) const { return instr(value).op == ir::Op::kConst; }
     bool is_true(ir::ValueId value) const { return is_constant(value) && instr(value).bits != 0; }
     bool is_false(ir::ValueId value) const { return is_constant(value) && instr(value).bits == 0; }
+    bool is_zero(ir::ValueId value) const { return is_constant(value) && instr(value).bits == 0; }
     /// Returns whether `condition` is `fact` or a conjunction that contains it.
     bool implies(ir::ValueId condition, ir::ValueId fact) const;
     size_t size() const { return stage_->instrs.size(); }
@@ -54,6 +55,8 @@ class Emitter : public ir::Builder {
     /// operations: loops, queries and lookups count as many.
     size_t operations(size_t size);
     size_t operations() { return operations(size()); }
+    /// Counts no operations for the instructions from number `from` on, which only diagnostics use.
+    void count_none(size_t from);
 
   private:
     using Key =

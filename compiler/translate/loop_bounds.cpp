@@ -26,6 +26,7 @@ constexpr double kUintEnd = 4294967296.0;
 constexpr double kLeastFloatStep = 1.0 / 1048576.0;
 
 constexpr double kFloatRounding = 1.0 / 8388608.0;
+constexpr double kForever = std::numeric_limits<double>::infinity();
 
 /// lo <= value <= hi, and no NaN. Ends are exact: 32-bit values and their sums are doubles.
 struct Range {
@@ -38,14 +39,15 @@ class Analysis {
     Analysis(const ir::Stage& stage, ValueId loop, const std::vector<ValueId>& next)
         : stage_(stage), loop_(loop), next_(next) {}
 
-    bool run(ValueId again, const std::vector<ValueId>& tests, int limit) {
+    double run(ValueId again, const std::vector<ValueId>& tests) {
         for (const ValueId test : tests)
             assume(test, true);
         assume(again, true);
         // The condition is a conjunction: one part that ends the loop is enough.
-        return std::any_of(facts_.begin(), facts_.end(), [&](const auto& fact) {
-            return ends_loop(fact.first, fact.second, limit);
-        });
+        double trips = kForever;
+        for (const auto& [value, truth] : facts_)
+            trips = std::min(trips, trips_while(value, truth));
+        return trips;
     }
 
   private:
@@ -90,45 +92,48 @@ class Analysis {
         }
     }
 
-    bool ends_loop(ValueId value, bool truth, int limit) const {
+    /// Returns how often the loop runs at most if a condition must have this truth.
+    double trips_while(ValueId value, bool truth) const {
         const Instr& instr = at(value);
-        if (instr.op < Op::kLt || instr.op > Op::kGe) return false;
+        if (instr.op < Op::kLt || instr.op > Op::kGe) return kForever;
         // With a NaN both a comparison and its opposite are false.
-        if (!truth && at(instr.args[0]).type == Type::kFloat) return false;
+        if (!truth && at(instr.args[0]).type == Type::kFloat) return kForever;
         const Op op = truth ? instr.op : opposite(instr.op);
+        double trips = kForever;
         for (size_t k = 0; k < next_.size(); ++k) {
-            if (reaches(k, instr.args[0], op, instr.args[1], limit)) return true;
-            if (reaches(k, instr.args[1], mirrored(op), instr.args[0], limit)) return true;
+            trips = std::min(trips, trips_until(k, instr.args[0], op, instr.args[1]));
+            trips = std::min(trips, trips_until(k, instr.args[1], mirrored(op), instr.args[0]));
         }
-        return false;
+        return trips;
     }
 
-    /// Returns whether the loop continues only while `x op bound`, and variable k drives x past the
-    /// bound in time.
-    bool reaches(size_t k, ValueId x, Op op, ValueId bound, int limit) const {
+    /// Returns after how many iterations at most variable k drives x past the bound of
+    /// `x op bound`.
+    double trips_until(size_t k, ValueId x, Op op, ValueId bound) const {
         const ValueId var = loop_ + 1 + static_cast<ValueId>(k);
-        if (at(x).type != at(var).type) return false;
+        if (at(x).type != at(var).type) return kForever;
         const std::optional<Range> first = range(at(var).args[1], kDepth);
         const std::optional<Range> end = range(bound, kDepth);
         const std::optional<Range> ahead = offset(x, var, kDepth);
         const std::optional<Range> step = offset(next_[k], var, kDepth);
-        if (!first || !end || !ahead || !step) return false;
+        if (!first || !end || !ahead || !step) return kForever;
         const bool up = op == Op::kLt || op == Op::kLe;
         // Mirrors a loop that counts down.
         const Range f = up ? *first : Range{-first->hi, -first->lo};
         const Range a = up ? *ahead : Range{-ahead->hi, -ahead->lo};
         const Range s = up ? *step : Range{-step->hi, -step->lo};
         const double last = up ? end->hi : -end->lo;
-        if (!(s.lo > 0)) return false;
+        if (!(s.lo > 0)) return kForever;
+        const double trips = (last - f.lo - a.lo) / s.lo;
         if (at(var).type == Type::kFloat) {
             const double size = std::max({std::fabs(f.lo), std::fabs(f.hi), std::fabs(last)}) +
                                 std::fabs(a.lo) + s.hi;
-            return s.lo > size * kLeastFloatStep && 2 * ((last - f.lo - a.lo) / s.lo) + 2 <= limit;
+            return s.lo > size * kLeastFloatStep ? 2 * trips + 2 : kForever;
         }
         const bool strict = op == Op::kLt || op == Op::kGt;
         const double passes = std::max(f.hi, last - (strict ? 1 : 0) - a.lo);
-        if (wraps(at(var).type, up, passes + s.hi + std::max(a.hi, 0.0))) return false;
-        return (last - f.lo - a.lo) / s.lo + 2 <= limit;
+        if (wraps(at(var).type, up, passes + s.hi + std::max(a.hi, 0.0))) return kForever;
+        return trips + 2;
     }
 
     /// Returns whether a counter that reaches `farthest` (mirrored, if it counts down) overflows
@@ -349,9 +354,9 @@ class Analysis {
 
 }  // namespace
 
-bool trips_at_most(const ir::Stage& stage, ValueId loop, ValueId again,
-                   const std::vector<ValueId>& next, const std::vector<ValueId>& tests, int limit) {
-    return Analysis(stage, loop, next).run(again, tests, limit);
+double most_trips(const ir::Stage& stage, ValueId loop, ValueId again,
+                  const std::vector<ValueId>& next, const std::vector<ValueId>& tests) {
+    return Analysis(stage, loop, next).run(again, tests);
 }
 
 }  // namespace openfab::translate

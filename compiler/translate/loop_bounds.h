@@ -12,11 +12,10 @@
 
 namespace openfab::translate {
 
-/// Returns whether the loop provably runs at most `limit` times. It is not ended yet: `again` is
-/// its condition and `next` holds the next value of each LoopVar, as LoopEnd will have them.
-/// `tests`, those of the enclosing loops, hold in each iteration.
-bool trips_at_most(const ir::Stage& stage, ir::ValueId loop, ir::ValueId again,
-                   const std::vector<ir::ValueId>& next, const std::vector<ir::ValueId>& tests,
-                   int limit);
+/// Returns how often the loop runs at most; infinity if nothing is known. It is not ended yet:
+/// `again` is its condition and `next` holds the next value of each LoopVar, as LoopEnd will have
+/// them. `tests`, those of the enclosing loops, hold in each iteration.
+double most_trips(const ir::Stage& stage, ir::ValueId loop, ir::ValueId again,
+                  const std::vector<ir::ValueId>& next, const std::vector<ir::ValueId>& tests);
 
 }  // namespace openfab::translate

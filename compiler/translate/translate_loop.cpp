@@ -29,6 +29,9 @@ constexpr size_t kMaxUnrolledOperations = 12000;
 // The most segments that unrolling may add to a stage.
 constexpr size_t kManyKernels = 16;
 
+// Of the analysis of a loop, about a second; a stage may take 4 times as much.
+constexpr size_t kEffort = size_t{1} << 26;
+
 size_t kernels_of(ir::Op op) {
     if (op == ir::Op::kLoop) return kManyKernels / 2;
     return op == ir::Op::kQuery || op == ir::Op::kPrintf ? 1 : 0;
@@ -260,6 +263,7 @@ StageTranslator::RealLoop StageTranslator::make_loop(const check::Stmt& stmt, Va
         for (const ValueId before : variables_[id].assigned)
             assigned.push_back(assigned_by_a_trip(before, kEarlierTrip));
     }
+    const ValueId zero = emit_.constant(ir::Type::kInt, 0);
     const std::vector<DoubtfulRead> outer_doubts = std::exchange(doubts_, {});
     made.loop = emit_.loop(guard);
     open_.push_back({{}, variables_.size(), live_});
@@ -276,8 +280,7 @@ StageTranslator::RealLoop StageTranslator::make_loop(const check::Stmt& stmt, Va
         set(id, std::move(v));
     }
     const ValueId counter = stmt.bound > 0
-                                ? emit_.loop_var(made.loop, static_cast<int32_t>(made.vars),
-                                                 emit_.constant(ir::Type::kInt, 0))
+                                ? emit_.loop_var(made.loop, static_cast<int32_t>(made.vars), zero)
                                 : ir::kNoValue;
     // The variables' initial values must precede the loop.
     const Frame outer = frame_;
@@ -317,8 +320,8 @@ void StageTranslator::finish_loop(const check::Stmt& stmt, const RealLoop& made,
     for (const auto& item : made.changes)
         next.insert(next.end(), item.second.value.begin(), item.second.value.end());
     if (made.count != ir::kNoValue) next.push_back(made.count);
-    if (!emit_.is_false(made.again) && stmt.bound == 0 &&
-        !trips_at_most(*stage_, made.loop, made.again, next, tests_, check::kMaxTrips)) {
+    const double most = most_trips(*stage_, made.loop, made.again, next, tests_);
+    if (!emit_.is_false(made.again) && stmt.bound == 0 && !(most <= check::kMaxTrips)) {
         const check::Expr* test = stmt.expr.get();
         sink_->report(test != nullptr ? test->span : stmt.span, diag::kLoopUnbounded)
             .help(
@@ -328,7 +331,9 @@ void StageTranslator::finish_loop(const check::Stmt& stmt, const RealLoop& made,
     }
     const ValueId end = emit_.loop_end(made.loop, made.again, next);
     const ValueId ran = certain ? emit_.constant(true) : guard;
-    std::vector<ValueId> by_trips = assigned_by_trips(made, next);
+    const size_t size = emit_.size();
+    std::vector<ValueId> by_trips = assigned_by_trips(made, next, guard, most);
+    emit_.count_none(size);
     int32_t number = 0;
     size_t component = 0;
     for (const auto& item : made.changes) {
@@ -350,7 +355,8 @@ void StageTranslator::finish_loop(const check::Stmt& stmt, const RealLoop& made,
 /// which the loop certainly assigns it if its first iteration runs; kNoValue if none does. Reports
 /// reads that no earlier iteration certainly assigned.
 std::vector<ValueId> StageTranslator::assigned_by_trips(const RealLoop& made,
-                                                        const std::vector<ValueId>& next) {
+                                                        const std::vector<ValueId>& next,
+                                                        ValueId guard, double most) {
     std::vector<ValueId> out;
     std::vector<ValueId> open;
     for (const auto& [id, v] : made.changes) {
@@ -362,29 +368,40 @@ std::vector<ValueId> StageTranslator::assigned_by_trips(const RealLoop& made,
         }
     }
     if (open.empty() && made.doubts.empty()) return out;
-    SureTrips trips(*stage_, made.loop, made.again, next, open);
-    report_doubts(made, &trips);
+    const size_t effort = std::min(effort_, kEffort);
+    SureTrips trips(*stage_, made.loop, made.again, next, open, most, effort, &emit_);
+    report_doubts(made, guard, &trips);
     for (ValueId& value : out) {
         if (value != ir::kNoValue && !emit_.is_true(value)) value = trips.some_gives(value, &emit_);
     }
+    effort_ -= effort - trips.effort();
     return out;
 }
 
-void StageTranslator::report_doubts(const RealLoop& made, SureTrips* trips) {
+void StageTranslator::report_doubts(const RealLoop& made, ValueId guard, SureTrips* trips) {
+    std::vector<ValueId> given = outer_live_;
+    given.insert(given.end(), tests_.begin(), tests_.end());
+    given.push_back(guard);
     std::map<ValueId, ValueId> by_trips;
     for (const auto& [id, before] : made.assigned_before) {
         for (size_t i = 0; i < before.size(); ++i)
             by_trips.emplace(before[i], made.changes.at(id).assigned[i]);
     }
     std::set<const check::Symbol*> reported;
-    const size_t size = emit_.size();
     for (const DoubtfulRead& read : made.doubts) {
         if (reported.count(read.symbol) != 0) continue;
-        if (trips->always_assigned(read, by_trips, &emit_)) continue;
+        const size_t size = emit_.size();
+        std::optional<DoubtfulRead> left = trips->left_in_doubt(read, given, by_trips, &emit_);
+        if (left && !left->alternatives.empty() && !outer_live_.empty()) {
+            left->reached = guard;
+            doubts_.push_back(std::move(*left));
+            continue;
+        }
+        emit_.truncate(size);
+        if (left && left->alternatives.empty()) continue;
         reported.insert(read.symbol);
         report_maybe(*read.symbol, read.span);
     }
-    emit_.truncate(size);
 }
 
 }  // namespace openfab::translate

@@ -117,8 +117,9 @@ class StageTranslator : private Paths {
     RealLoop make_loop(const check::Stmt& stmt, ir::ValueId guard,
                        const std::set<VariableId>& changed);
     std::vector<ir::ValueId> assigned_by_trips(const RealLoop& made,
-                                               const std::vector<ir::ValueId>& next);
-    void report_doubts(const RealLoop& made, SureTrips* trips);
+                                               const std::vector<ir::ValueId>& next,
+                                               ir::ValueId guard, double most);
+    void report_doubts(const RealLoop& made, ir::ValueId guard, SureTrips* trips);
     void finish_loop(const check::Stmt& stmt, const RealLoop& made, ir::ValueId guard,
                      bool certain);
 
@@ -204,6 +205,7 @@ class StageTranslator : private Paths {
     int inline_depth_ = 0;
     size_t steps_ = 0;
     int32_t unknowns_ = 0;
+    size_t effort_ = size_t{1} << 28;  ///< left for the analysis of loops
     bool gave_up_ = false;
 };
 

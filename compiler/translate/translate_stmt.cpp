@@ -26,11 +26,15 @@ bool StageTranslator::skip_where_exited(std::vector<ValueId>* pending) {
     if (emit_.is_false(exit)) return true;
     pending->push_back(exit);
     enter(emit_.logical_not(exit));
-    // Known to be false inside; merging restores the old values where they were true.
-    set_flag(frame_.returned, emit_.constant(false));
+    // Known to be false inside; merging restores the old values where they were true. A flag that
+    // was false anyway does not become a variable of the loops around.
+    const auto clear = [&](VariableId id) {
+        if (!emit_.is_false(flag(id))) set_flag(id, emit_.constant(false));
+    };
+    clear(frame_.returned);
     if (frame_.in_loop) {
-        set_flag(frame_.broken, emit_.constant(false));
-        set_flag(frame_.continued, emit_.constant(false));
+        clear(frame_.broken);
+        clear(frame_.continued);
     }
     return true;
 }
