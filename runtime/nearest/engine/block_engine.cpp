@@ -180,7 +180,9 @@ class BlockIndex {
         return treelets_.estimated_bytes(vertices) + diced_patches_ * (sizeof(Node) + 1);
     }
     TreeSources sources() const {
-        return {cache_.get(), &surface_, surface_id_, &treelets_, &boxes_};
+        const auto first = static_cast<size_t>(treelets_.first_id()) + treelets_.count();
+        return {cache_.get(), &surface_, surface_id_,
+                &treelets_,   &boxes_,   PieceIds::from(first, surface_.patches().size())};
     }
 
   private:

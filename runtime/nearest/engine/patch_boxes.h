@@ -44,6 +44,15 @@ class PatchBoxes {
         state.store(BoxPage::kReady, std::memory_order_release);
     }
 
+    /// Returns whether the patch's box is stored. From any thread.
+    bool has(int32_t patch) const {
+        const auto id = static_cast<size_t>(patch);
+        BoxPage* page = pages_[id / BoxPage::kSize].load(std::memory_order_acquire);
+        if (page == nullptr) return false;
+        const std::atomic_ref<uint8_t> state(page->state[id % BoxPage::kSize]);
+        return state.load(std::memory_order_relaxed) == BoxPage::kReady;
+    }
+
     /// The pages by patch id, for the kernel.
     const BoxPage* const* pages() const {
         static_assert(sizeof(std::atomic<BoxPage*>) == sizeof(BoxPage*));

@@ -11,27 +11,15 @@
 
 #include "base/lru_cache.h"
 #include "runtime/nearest/engine/patch_boxes.h"
-#include "runtime/nearest/tree/hierarchy.h"
+#include "runtime/nearest/engine/patch_tree.h"
 #include "runtime/nearest/tree/treelets.h"
 #include "runtime/surface/surface.h"
 
 namespace openfab::nearest {
 
-/// The tree of a diced patch.
-struct PatchTree {
-    Tree tree;
-    TreeView view;  ///< `nodes` is null if the patch has no triangle
-
-    size_t bytes() const { return tree.bytes(); }
-};
-
-/// Appends the micropolygons of a patch.
-void append_triangles(const surface::MicroMesh& mesh, int32_t patch,
-                      std::vector<InputTriangle>* out);
-
 /// Caches trees of displaced patches of any number of surfaces, under one budget.
 class PatchCache {
-    // The tree of a full tile takes about 100 kB.
+    // The trees of a full tile take about 100 kB together.
     static constexpr size_t kShardBytes = 8u << 20;
 
   public:
@@ -45,14 +33,18 @@ class PatchCache {
         static std::atomic<int32_t> last{0};
         return ++last;
     }
-    /// Returns the tree of a patch, built if it is not cached. From any thread; two threads may
-    /// build the same patch at once, and both get the same tree unless it is larger than the cache.
-    /// `surface_id` is from new_surface_id().
-    std::shared_ptr<const PatchTree> get(const surface::Surface& surface, int32_t surface_id,
-                                         int32_t patch);
+    /// Returns a tree of a patch or piece, which `make` builds if it is not cached. From any
+    /// thread; two threads may build the same one at once, and both get the same tree unless it is
+    /// larger than the cache. `surface_id` is from new_surface_id().
+    template <typename Make>
+    std::shared_ptr<const PatchTree> get(int32_t surface_id, int32_t id, const Make& make) {
+        const uint64_t key = static_cast<uint64_t>(surface_id) << 32 | static_cast<uint32_t>(id);
+        if (std::shared_ptr<const PatchTree> found = trees_.find(key)) return found;
+        return trees_.insert(key, make());
+    }
 
   private:
-    LruCache<uint64_t, PatchTree> trees_;  ///< surface_id, patch
+    LruCache<uint64_t, PatchTree> trees_;  ///< surface_id, id of a patch or piece
     size_t max_pinned_ = kMaxPinnedBytes;
 };
 
@@ -63,6 +55,7 @@ struct TreeSources {
     int32_t surface_id;  ///< from PatchCache::new_surface_id()
     const LazyTreelets* treelets;
     PatchBoxes* boxes;
+    PieceIds pieces;
 };
 
 /// Pins the patches that one kernel call needs until it ends, so that its pointers stay valid; and
@@ -76,12 +69,16 @@ class PatchPins {
     void begin(const TreeSources& sources, bool all = false);
     /// Ends the call; returns false if patches were left out.
     bool end();
-    /// PatchSource::fetch: returns the tree of a patch, which it pins, or of a treelet, which needs
-    /// no pin. `context` is a PatchPins.
+    /// PatchSource::fetch: returns the tree of a patch or of a piece of a patch that is pinned,
+    /// which it pins, or of a treelet, which needs no pin. `context` is a PatchPins.
     static const TreeView* fetch(void* context, int32_t id);
 
   private:
-    const TreeView* pin(int32_t patch);
+    const TreeView* pin(int32_t id);
+    /// Returns the slot of an id in table_: its own, or the empty one where it would go.
+    size_t slot_of(int32_t id) const;
+    /// Gets a tree from the cache.
+    std::shared_ptr<const PatchTree> get(int32_t id) const;
     void release();
     void rehash(size_t slots);
 

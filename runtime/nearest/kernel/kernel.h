@@ -127,7 +127,7 @@ struct PatchSource {
     const TreeView* (*fetch)(void* context, int32_t id) = nullptr;
     void* context = nullptr;
     const BoxPage* const* pages = nullptr;  ///< by patch id; pages without a box are null
-    int32_t first_treelet = 0;              ///< ids from here on are treelets
+    int32_t first_treelet = 0;              ///< ids from here on are no patches
 };
 
 /// Arguments that one engine passes to every call of a kernel.

@@ -47,6 +47,15 @@ struct OrientedBox {
         return s[0] * s[1] + s[1] * s[2] + s[2] * s[0];
     }
     std::array<Vec3f, 8> corners() const;
+    /// Returns the box, larger by `margin` on every side.
+    OrientedBox grown(double margin) const {
+        OrientedBox box = *this;
+        for (int k = 0; k < 3; ++k) {
+            box.lo[k] -= margin;
+            box.hi[k] += margin;
+        }
+        return box;
+    }
 };
 
 /// The frame of a set of points: origin at their mean, the principal axes of their moments. If

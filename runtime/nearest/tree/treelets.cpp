@@ -212,12 +212,7 @@ void LazyTreelets::place_boxes() {
             }
         }
         if (bounds_[c].empty()) return;
-        OrientedBox box = frame.box(spread);
-        for (int k = 0; k < 3; ++k) {
-            box.lo[k] -= margin;
-            box.hi[k] += margin;
-        }
-        corners_[c] = box.corners();
+        corners_[c] = frame.box(spread).grown(margin).corners();
     });
     for (size_t c = 0; c < count(); ++c) {
         if (!bounds_[c].empty())

@@ -376,6 +376,22 @@ TEST(EngineEqualsBruteForce, PatchesThatMayNotAllBeHeldAtOnce) {
     }
 }
 
+TEST(EngineEqualsBruteForce, PatchesCutIntoPieces) {
+    const TriangleMesh mesh = testing::make_torus(40, 20, 1.2, 0.5);
+    // Four pieces each, the last three.
+    const MeshSurface surface(mesh, 450, 0.4f);
+    Asked setup = cover(mesh, {0.1f, 0.1f, 0.1f}, 4);
+    check(surface, setup, {0, 100000, size_t{1} << 30});
+    // A piece at once, and a few.
+    for (const size_t most_pinned : {size_t{1}, size_t{60000}})
+        check(surface, setup, {100000}, most_pinned);
+    setup.radius = 0.3f;
+    setup.random_demand = true;
+    check(surface, setup, {100000}, 60000);
+    // Triangles far smaller than blocks.
+    check(surface, cover(mesh, {0.3f, 0.3f, 0.3f}, 2), {100000});
+}
+
 TEST(EngineEqualsBruteForce, OneScratchForSeveralEnginesAndRadii) {
     const TriangleMesh mesh = testing::make_torus(48, 24, 1.2, 0.5);
     const MeshSurface surface(mesh);

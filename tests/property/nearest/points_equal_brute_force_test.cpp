@@ -133,6 +133,7 @@ TEST(PointsEqualBruteForce, PatchesDicedOnDemandUnderASmallCache) {
         BlockEngineOptions options;
         options.cache_bytes = cache_bytes;
         check(MeshSurface(mesh, 50, 0.4f), mesh, 11, options);
+        check(MeshSurface(mesh, 450, 0.4f), mesh, 11, options);
     }
 }
 
