@@ -177,6 +177,9 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
     app.add_option("--threads", o.threads, "worker threads (default: all cores)")
         ->check(CLI::Range(1, 1024))
         ->type_name("N");
+    app.add_option("--fractions", o.fractions_file,
+                   "an .npy file for the materials' fractions in each voxel, before the dither")
+        ->type_name("FILE");
     app.add_option("--stats", o.stats_file, "write statistics of the print to this file, as JSON")
         ->type_name("FILE");
     app.add_option("--progress", raw.progress,
@@ -282,13 +285,19 @@ Result<void> validate_options(const Raw& raw, Options* o) {
             return usage_error(
                 fmt::format("{} cannot be streamed; a receiver gets `--format ofr`", o->format));
     }
+    if (o->resume && !o->fractions_file.empty()) {
+        return usage_error(
+            "`--fractions` needs all slices, and `--resume` does not make those again that are "
+            "there; leave one of them out");
+    }
     if (o->resume && (o->output.empty() || o->output == "-")) {
         return usage_error(
             "`--resume` continues a file or folder of slices; write `-o OUT` with the name of the "
             "one that was cut short");
     }
     const bool writes_nothing = o->estimate || o->dry_run;
-    if (o->output.empty() && o->previews.empty() && o->stats_file.empty() && !writes_nothing) {
+    if (o->output.empty() && o->previews.empty() && o->stats_file.empty() &&
+        o->fractions_file.empty() && !writes_nothing) {
         return usage_error("no output given; write `-o OUT` or `--preview FILE.png`");
     }
     return {};

@@ -44,6 +44,7 @@ struct Options {
     std::vector<preview::PreviewSpec> previews;
     program::ProgressMode progress = program::ProgressMode::kAuto;
     std::string stats_file;
+    std::string fractions_file;       ///< takes mixtures before the dither; empty: none
     std::vector<std::string> inputs;  ///< files besides the world's that outputs must not overwrite
     bool png_indexed = false;         ///< with a palette instead of RGBA
     bool flip_x = false;

@@ -123,6 +123,10 @@ std::vector<NamedOutput> outputs_of(const Options& options, const std::string& f
         out.push_back({"-o", options.output});
         if (format == "npy") whole("-o", raster::array_json_path(options.output));
     }
+    if (!options.fractions_file.empty()) {
+        out.push_back({"--fractions", options.fractions_file});
+        whole("--fractions", raster::array_json_path(options.fractions_file));
+    }
     if (!options.stats_file.empty()) whole("--stats", options.stats_file);
     for (const preview::PreviewSpec& spec : options.previews)
         whole("--preview", spec.file);

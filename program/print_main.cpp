@@ -7,10 +7,12 @@
 #include <algorithm>
 #include <iterator>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 
 #include "abi/kernel_call.h"
+#include "backends/raster/fraction_file.h"
 #include "base/say.h"
 #include "base/text.h"
 #include "base/units.h"
@@ -187,6 +189,9 @@ Result<void> run_print(const Options& options, const openfab_fablet_list& fablet
     // An estimate evaluates some voxels only; their printf lines are meaningless.
     if (!options.estimate && !options.dry_run)
         pipeline.print_line = [&progress](const std::string& line) { progress.print_line(line); };
+    std::optional<raster::FractionFile> fractions;
+    if (!options.fractions_file.empty() && !options.estimate && !options.dry_run)
+        pipeline.fractions = &fractions.emplace(options.fractions_file);
     Result<std::unique_ptr<pipeline::PrintJob>> print =
         pipeline::PrintJob::create(job->input, pipeline);
     if (!print) return print.error();

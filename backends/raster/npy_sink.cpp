@@ -2,28 +2,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "backends/raster/npy_sink.h"
 
-#include <fmt/format.h>
-
-#include <string_view>
+#include <array>
 
 #include "backends/common/tee_sink.h"
-#include "base/check.h"
+#include "backends/raster/npy.h"
 
 namespace openfab::raster {
 
 namespace {
 
-/// Returns a header of 128 bytes, whatever the shape, so that it can be written again.
 std::vector<uint8_t> header_of(const pipeline::PrintInfo& info, int32_t slices) {
-    constexpr size_t kBytes = 128;
-    constexpr std::string_view kStart("\x93NUMPY\x01\x00\x76\x00", 10);  // 1.0, 118 bytes follow
-    std::string text(kStart);
-    text += fmt::format("{{'descr': '|u1', 'fortran_order': False, 'shape': ({}, {}, {}), }}",
-                        slices, info.size.y, info.size.x);
-    OPENFAB_CHECK(text.size() < kBytes);
-    text.resize(kBytes - 1, ' ');
-    text += '\n';
-    return {text.begin(), text.end()};
+    return npy_header("|u1", std::array<int64_t, 3>{slices, info.size.y, info.size.x});
 }
 
 }  // namespace

@@ -219,6 +219,7 @@ class PrintJobImpl final : public PrintJob {
     Result<MemoryPlan> plan_memory(const MemoryPlanner& planner, const CacheBudgets& caches,
                                    const SurfaceCounts& displaced, int64_t textures) const;
     void fill_info();
+    Result<void> fraction_status() const;
     Result<void> surface_status() const;
     Result<void> resume(pipeline::SliceSink& sink, SliceCommitter* committer);
     Result<void> set_up_support();
@@ -360,6 +361,8 @@ void PrintJobImpl::set_up_slabs() {
     setup_.size = grid_.size;
     setup_.culling = options_.culling;
     setup_.interrupt = options_.interrupt;
+    setup_.materials = model_materials();
+    setup_.fractions = options_.fractions;
 }
 
 Result<MemoryPlan> PrintJobImpl::plan_memory(const MemoryPlanner& planner,
@@ -376,6 +379,8 @@ Result<MemoryPlan> PrintJobImpl::plan_memory(const MemoryPlanner& planner,
     MemoryNeeds needs =
         memory_needs(parts_, grid_.size, setup_.channels, setup_.bits, planner.max_pinned_bytes());
     needs.fixed += textures + options_.sink_bytes_per_column * columns;
+    if (options_.fractions != nullptr)
+        needs.per_row += int64_t{grid_.size.x} * model_materials() * int64_t{sizeof(float)};
     const int32_t slabs = (range_.y + 7) / 8 - range_.x / 8;
     return planner.plan(needs, caches, displaced, diced, slabs, options_.slabs_in_flight);
 }
@@ -471,7 +476,11 @@ Result<void> PrintJobImpl::run(pipeline::SliceSink& sink,
     totals.hash = counted.hash;
     totals.tight = counted.tight;
     const double finish_start = seconds_now();
-    const Result<void> finished = sink.finish(totals);
+    Result<void> finished = sink.finish(totals);
+    if (options_.fractions != nullptr) {
+        const Result<void> fractions = options_.fractions->finish(totals);
+        if (finished) finished = fractions;
+    }
     seconds_finish_ = seconds_now() - finish_start;
     if (!finished && !committer.failed()) committer.fail(finished.error());
 
@@ -494,11 +503,19 @@ Result<void> PrintJobImpl::run(pipeline::SliceSink& sink,
 /// Begins the sink, and counts slices that an earlier print has written.
 Result<void> PrintJobImpl::resume(pipeline::SliceSink& sink, SliceCommitter* committer) {
     if (const Result<void> begun = sink.begin(info_); !begun) return begun;
+    if (options_.fractions != nullptr) {
+        const Result<void> begun = options_.fractions->begin(info_, model_materials());
+        if (!begun) return begun;
+    }
     const Result<int32_t> resumed = sink.resume(
         [&](const pipeline::SliceView& slice) { return committer->count_resumed(slice); });
     if (!resumed) return resumed.error();
     committer->end_resumed();
     return {};
+}
+
+Result<void> PrintJobImpl::fraction_status() const {
+    return options_.fractions == nullptr ? Result<void>() : options_.fractions->status();
 }
 
 /// A patch whose kernel failed is empty in all slabs from the first one that needed it.
@@ -586,6 +603,8 @@ FinishedSlices PrintJobImpl::print_slices(int32_t first, int32_t end, abi::Kerne
         finished.kernel_error = abi::take_kernel_error();
     } else if (finished.surfaces = surface_status(); !finished.surfaces) {
         // Slices printed with an empty patch must not be committed.
+    } else if (finished.surfaces = fraction_status(); !finished.surfaces) {
+        // Nor those whose fractions could not be written.
     } else if (committer->stopped()) {
         finished.status = abi::KernelStatus::stopped();
     } else {

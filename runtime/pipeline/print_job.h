@@ -18,6 +18,7 @@
 #include "base/units.h"
 #include "runtime/dither/dither_rule.h"
 #include "runtime/part/part.h"
+#include "runtime/pipeline/fraction_sink.h"
 #include "runtime/pipeline/slice_sink.h"
 
 namespace openfab::pipeline {
@@ -44,6 +45,8 @@ struct PrintOptions {
     bool interrupted() const {
         return interrupt != nullptr && interrupt->load(std::memory_order_relaxed);
     }
+    FractionSink* fractions =
+        nullptr;  ///< takes what the dither takes, too; must outlive the print
     int64_t sink_bytes_per_column = 0;  ///< memory of the sink for each voxel of a slice
     /// Receives the lines of printf, in an order that does not depend on threads; called from one
     /// thread.

@@ -12,6 +12,7 @@
 
 #include "base/check.h"
 #include "base/clock.h"
+#include "runtime/pipeline/fraction_rows.h"
 
 namespace openfab::pipeline {
 
@@ -128,7 +129,12 @@ abi::KernelStatus SlabRun::run_rows(int32_t first, int32_t end,
         volume::BlockEvaluator* evaluator = take_evaluator(evaluators);
         const abi::KernelStatus result = evaluate_row(row, scratch, evaluator);
         evaluators->give(evaluator);
-        if (!result.ok()) status.store(result);
+        if (!result.ok()) {
+            status.store(result);
+        } else if (setup_.fractions != nullptr) {
+            write_fractions(scratch->band, slab_, static_cast<uint8_t>(slices_), setup_.size,
+                            setup_.materials, setup_.fractions);
+        }
         return scratch;
     };
     const auto dither = [&](Row* scratch) {

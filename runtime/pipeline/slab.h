@@ -14,6 +14,7 @@
 #include "base/pool.h"
 #include "runtime/dither/band.h"
 #include "runtime/dither/support_fill.h"
+#include "runtime/pipeline/fraction_sink.h"
 #include "runtime/pipeline/overlaps.h"
 #include "runtime/volume/cull.h"
 #include "runtime/volume/evaluate.h"
@@ -45,6 +46,8 @@ struct SlabSetup {
     int32_t rows_in_flight = 2;                    ///< rows of blocks of one slab evaluated ahead
     int32_t bits = 4;                              ///< per packed voxel
     dither::SupportFill support;
+    int32_t materials = 0;              ///< of the model
+    FractionSink* fractions = nullptr;  ///< may be null
 };
 
 /// Stage times, seconds summed over threads.

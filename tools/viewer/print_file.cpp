@@ -44,7 +44,8 @@ int64_t PrintFile::bytes_now() const {
 }
 
 bool PrintFile::read_exactly(uint64_t at, void* to, size_t bytes) const {
-    if (at > static_cast<uint64_t>(bytes_now())) return false;  // offsets that a damaged file states
+    if (at > static_cast<uint64_t>(bytes_now()))
+        return false;  // offsets that a damaged file states
     const Result<size_t> got = file_.read(static_cast<int64_t>(at), to, bytes);
     return got && *got == bytes;
 }

@@ -1,0 +1,97 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// `--fractions`: the mixtures that the dither gets, voxel by voxel, against what it made of them.
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "tests/programs/print/simple_world.h"
+#include "tests/support/process/process.h"
+
+namespace openfab::testing {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr size_t kHeaderBytes = 128;
+
+class Fractions : public ::testing::Test {
+  protected:
+    Fractions() {
+        scratch_.write("f.fl", "fablet Skin {}\n");
+        scratch_.write("w.fab.json", SimpleWorld{"Skin", R"({"sphere": 6})"}.text());
+    }
+    std::string path(const std::string& name) const { return (scratch_ / name).string(); }
+    Outcome print(const std::vector<std::string>& more, const RunOptions& options = {}) {
+        std::vector<std::string> argv{OPENFAB_TEST_PRINT, path("w.fab.json"), "--voxel", "0.2mm"};
+        argv.insert(argv.end(), more.begin(), more.end());
+        return run(argv, options);
+    }
+    std::string fractions(const std::vector<std::string>& more) {
+        std::vector<std::string> all{"--fractions", path("f.npy")};
+        all.insert(all.end(), more.begin(), more.end());
+        const Outcome outcome = print(all);
+        EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+        return read_file(path("f.npy"));
+    }
+
+    ScratchFolder scratch_;
+};
+
+TEST_F(Fractions, AreWhatTheDitherChoosesFrom) {
+    const std::string file = fractions({"-o", path("codes.npy")});
+    const std::string codes = read_file(path("codes.npy")).substr(kHeaderBytes);
+    EXPECT_THAT(file.substr(0, kHeaderBytes), HasSubstr("{'descr': '<f4', 'fortran_order': False"));
+    ASSERT_EQ(file.size(), kHeaderBytes + codes.size() * 2 * sizeof(float));
+    std::vector<float> values(codes.size() * 2);
+    std::memcpy(values.data(), file.data() + kHeaderBytes, values.size() * sizeof(float));
+    int64_t mixed = 0, pure = 0, empty = 0;
+    double asked = 0, printed = 0;
+    for (size_t i = 0; i < codes.size(); ++i) {
+        const float white = values[2 * i], black = values[2 * i + 1];
+        ASSERT_TRUE(white >= 0 && black >= 0 && white + black <= 1.0001f) << white << ' ' << black;
+        const int code = codes[i];
+        if (code != 0) {
+            ASSERT_GT(code == 1 ? white : black, 0) << i;
+        }
+        const bool is_mixed = white + black > 0 && white < 1 && black < 1;
+        if (!is_mixed) {
+            ASSERT_EQ(code, white == 1 ? 1 : black == 1 ? 2 : 0) << i;
+        }
+        (is_mixed ? mixed : code != 0 ? pure : empty)++;
+        asked += white;
+        printed += code == 1 ? 1 : 0;
+    }
+    EXPECT_GT(mixed, 1000);
+    EXPECT_GT(pure + empty, 1000);
+    EXPECT_NEAR(printed / asked, 1, 0.02);
+    EXPECT_THAT(read_file(path("f.npy.json")), HasSubstr("\"complete\": true"));
+}
+
+TEST_F(Fractions, DependOnNothingButTheWorld) {
+    const std::string expected = fractions({"--threads", "1"});
+    EXPECT_TRUE(fractions({"--threads", "3", "--no-cull"}) == expected);
+    EXPECT_TRUE(fractions({"--threads", "2", "--dither", "majority", "--isa", "sse41"}) == expected);
+    // A range of slices is that part of the whole.
+    const std::string some = fractions({"--slices", "5:19"}).substr(kHeaderBytes);
+    const size_t slice = some.size() / 14;
+    EXPECT_TRUE(expected.substr(kHeaderBytes + 5 * slice, some.size()) == some);
+}
+
+TEST_F(Fractions, TroubleIsTold) {
+    RunOptions small;
+    small.largest_file_bytes = 100'000;
+    const Outcome full = print({"--fractions", path("f.npy")}, small);
+    EXPECT_EQ(full.exit_code, 3);
+    EXPECT_THAT(full.err, HasSubstr("f.npy"));
+    EXPECT_EQ(print({"--fractions", path("f.npy"), "-o", path("f.npy")}).exit_code, 1);
+    EXPECT_EQ(print({"--fractions", path("f.npy"), "-o", path("a.ofr"), "--resume"}).exit_code, 2);
+}
+
+}  // namespace
+}  // namespace openfab::testing
