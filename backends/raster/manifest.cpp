@@ -265,8 +265,7 @@ bool manifest_is_complete(const std::string& text) {
     rapidjson::Document manifest;
     manifest.Parse<rapidjson::kParseIterativeFlag>(text.data(), text.size());
     if (manifest.HasParseError() || !manifest.IsObject()) return false;
-    const auto complete = manifest.FindMember("complete");
-    return complete != manifest.MemberEnd() && complete->value.IsTrue();
+    return manifest.HasMember("complete") && manifest["complete"].IsTrue();
 }
 
 std::string manifest_difference(const std::string& text, const pipeline::PrintInfo& info,
