@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -197,6 +199,22 @@ Result<pipeline::PrintInfo> read_header_fields(std::span<const uint8_t> fields, 
     return info;
 }
 
+Result<pipeline::PrintInfo> read_header(std::span<const uint8_t> bytes) {
+    const Error damaged = user_error("the header of the print is damaged");
+    if (bytes.size() < kPreambleBytes + 8 ||
+        !std::equal(kMagic.begin(), kMagic.end(), bytes.begin()))
+        return damaged;
+    uint32_t version = 0, field_bytes = 0;
+    uint64_t sum = 0;
+    std::memcpy(&version, bytes.data() + kMagic.size(), 4);
+    std::memcpy(&field_bytes, bytes.data() + kMagic.size() + 4, 4);
+    std::memcpy(&sum, bytes.data() + bytes.size() - 8, 8);
+    if (version != kVersion || bytes.size() - kPreambleBytes - 8 != field_bytes ||
+        sum != checksum(bytes.first(bytes.size() - 8)))
+        return damaged;
+    return read_header_fields(bytes.subspan(kPreambleBytes, field_bytes));
+}
+
 std::array<uint8_t, kSliceHeadBytes> write_slice_head(const SliceHead& head) {
     Writer out;
     out.put(kSliceMagic);
@@ -248,6 +266,17 @@ std::vector<uint8_t> write_index(const Index& index, uint64_t offset) {
     out.put(offset);
     out.put(kEndMagic);
     return std::move(out.bytes());
+}
+
+Result<Index> read_index(std::span<const uint8_t> bytes) {
+    constexpr size_t kTail = 8 + kEndMagic.size();  // offset and end
+    if (bytes.size() < 8 + 8 + kTail) return user_error("the index is too short");
+    bytes = bytes.first(bytes.size() - kTail);
+    uint64_t sum = 0;
+    std::memcpy(&sum, bytes.data() + bytes.size() - 8, 8);
+    bytes = bytes.first(bytes.size() - 8);
+    if (sum != checksum(bytes)) return user_error("the index is damaged: its checksum is wrong");
+    return read_index_fields(bytes.subspan(8));
 }
 
 Result<Index> read_index_fields(std::span<const uint8_t> fields) {

@@ -105,12 +105,17 @@ std::vector<uint8_t> write_header(const pipeline::PrintInfo& info);
 Result<pipeline::PrintInfo> read_header_fields(std::span<const uint8_t> fields,
                                                uint32_t version = kVersion);
 
+/// Parses what write_header made; errors do not name the print.
+Result<pipeline::PrintInfo> read_header(std::span<const uint8_t> bytes);
+
 std::array<uint8_t, kSliceHeadBytes> write_slice_head(const SliceHead& head);
 /// Parses a slice head; `bytes` has kSliceHeadBytes.
 Result<SliceHead> read_slice_head(std::span<const uint8_t> bytes);
 
 /// Serialises the index, from its magic to the end of the file; `offset` is its position there.
 std::vector<uint8_t> write_index(const Index& index, uint64_t offset);
+/// Parses what write_index made, but for the offset and the end.
+Result<Index> read_index(std::span<const uint8_t> bytes);
 /// Parses the fields after the length.
 Result<Index> read_index_fields(std::span<const uint8_t> fields);
 

@@ -38,22 +38,6 @@ bool is_ours(const Error& error) {
     return error.code == ErrorCode::kOutside || error.code == ErrorCode::kInternal;
 }
 
-Result<pipeline::PrintInfo> read_header(std::span<const uint8_t> header) {
-    const Error damaged = user_error("the header of the print is damaged");
-    if (header.size() < ofr::kPreambleBytes + 8 ||
-        !std::equal(ofr::kMagic.begin(), ofr::kMagic.end(), header.begin()))
-        return damaged;
-    uint32_t version = 0, bytes = 0;
-    uint64_t sum = 0;
-    std::memcpy(&version, header.data() + 8, 4);
-    std::memcpy(&bytes, header.data() + 12, 4);
-    std::memcpy(&sum, header.data() + header.size() - 8, 8);
-    if (version != ofr::kVersion || header.size() != ofr::kPreambleBytes + bytes + 8 ||
-        sum != ofr::checksum(header.first(header.size() - 8)))
-        return damaged;
-    return ofr::read_header_fields(header.subspan(ofr::kPreambleBytes, bytes));
-}
-
 }  // namespace
 
 Receiver::Client::Client(stream::Line line)
@@ -133,7 +117,7 @@ Result<void> Receiver::open(Client* client, const stream::Message& message) {
         stop(client, StopCode::kToken, "the token is wrong or missing");
         return {};
     }
-    Result<pipeline::PrintInfo> info = read_header(open->header);
+    Result<pipeline::PrintInfo> info = ofr::read_header(open->header);
     if (!info) {
         stop(client, StopCode::kProtocol, info.error().text());
         return {};
@@ -269,15 +253,8 @@ Result<void> Receiver::take_slice(Client* client, const std::vector<uint8_t>& by
 }
 
 Result<void> Receiver::take_index(Client* client, const std::vector<uint8_t>& bytes) {
-    constexpr size_t kAround = 8 + 8 + 16;  // magic and length, checksum, offset and end
-    const std::span<const uint8_t> all(bytes);
-    Result<ofr::Index> index = user_error("it is too short");
-    if (bytes.size() > kAround)
-        index = ofr::read_index_fields(all.subspan(8, all.size() - kAround));
-    uint64_t sum = 0;
-    if (index) std::memcpy(&sum, bytes.data() + bytes.size() - 24, 8);
-    const bool fits = index && sum == ofr::checksum(all.first(all.size() - 24)) &&
-                      next_ == info_.slice_end && index->totals.hash == hash_;
+    Result<ofr::Index> index = ofr::read_index(bytes);
+    const bool fits = index && next_ == info_.slice_end && index->totals.hash == hash_;
     if (!fits) {
         ++checksum_errors_;
         say("the index does not fit the slices\n");

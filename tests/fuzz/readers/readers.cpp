@@ -2,21 +2,33 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/fuzz/readers/readers.h"
 
+#include <fcntl.h>
+#include <sys/socket.h>
+
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <numeric>
 #include <span>
 #include <string>
+#include <utility>
 #include <variant>
+#include <vector>
 
+#include "backends/common/tee_sink.h"
+#include "backends/ofr/format.h"
 #include "backends/ofr/ofr_reader.h"
+#include "backends/ofr/slice_codec.h"
+#include "backends/stream/message.h"
 #include "base/json.h"
 #include "base/result.h"
+#include "base/text.h"
 #include "compiler/lower/schedule.h"
 #include "mesh/check/mesh_check.h"
 #include "mesh/load/load_mesh.h"
+#include "tests/fuzz/readers/seal.h"
 #include "tests/support/meshes/temp_folder.h"
 #include "texture/pyramid.h"
 #include "tools/openfab/appearance.h"
@@ -170,6 +182,86 @@ bool ofr(std::string_view bytes) {
     }
 }
 
+/// What both ends of a line make of messages: a receiver of a print, and a sender that hears its
+/// answers.
+class Listener {
+  public:
+    /// Returns whether the message makes sense; sets how long the next one may be.
+    bool take(const stream::Message& message, stream::Line* line) {
+        switch (message.kind) {
+            case stream::Kind::kOpen:
+                return open(message.bytes, line);
+            case stream::Kind::kReady:
+                return answered(stream::read_ready(message.bytes));
+            case stream::Kind::kAcknowledge:
+                return answered(stream::read_acknowledge(message.bytes));
+            case stream::Kind::kSlice:
+            case stream::Kind::kBack:
+                return slice(message.bytes);
+            case stream::Kind::kDone:
+                return message.bytes.empty() || answered(ofr::read_index(message.bytes));
+            case stream::Kind::kStop: {
+                const std::string text = stream::read_stop(message.bytes).text;
+                if (text != printable(text)) std::abort();
+                return true;
+            }
+            case stream::Kind::kAlive:
+                return true;
+        }
+        return false;
+    }
+
+  private:
+    bool open(const std::vector<uint8_t>& bytes, stream::Line* line) {
+        const Result<stream::Open> open = stream::read_open(bytes);
+        if (!answered(open)) return false;
+        const Result<pipeline::PrintInfo> info = ofr::read_header(open->header);
+        if (!answered(info)) return false;
+        const auto slice = static_cast<uint64_t>(info->size.y) *
+                           backends::packed_row_bytes(info->size.x, info->bits);
+        if (2 * slice > static_cast<uint64_t>(kReaderBytes)) return false;
+        rows_.resize(slice);
+        line->allow(ofr::kSliceHeadBytes + ofr::most_frame_bytes(slice));
+        return true;
+    }
+
+    bool slice(std::span<const uint8_t> bytes) {
+        if (bytes.size() < ofr::kSliceHeadBytes) return false;
+        const auto head = ofr::read_slice_head(bytes.first(ofr::kSliceHeadBytes));
+        return answered(head) && head->frame_bytes == bytes.size() - ofr::kSliceHeadBytes &&
+               answered(ofr::decode_frame(*head, bytes.subspan(ofr::kSliceHeadBytes), rows_));
+    }
+
+    std::vector<uint8_t> rows_;
+};
+
+/// Messages as they come over a line, in pieces.
+bool messages(std::string_view bytes) {
+    std::array<int, 2> ends{};
+    if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0, ends.data()) != 0)
+        std::abort();
+    stream::Line line{stream::Socket(ends[0])}, sender{stream::Socket(ends[1])};
+    Listener listener;
+    stream::Message message;
+    size_t taken = 0;
+    bool all_make_sense = true;
+    for (size_t sent = 0; sent < bytes.size();) {
+        const size_t piece = std::min<size_t>(bytes.size() - sent, 1 + sent % 5000);
+        const int64_t n =
+            sender.send_some({reinterpret_cast<const uint8_t*>(bytes.data()) + sent, piece});
+        if (n <= 0 || !line.receive()) std::abort();
+        sent += static_cast<size_t>(n);
+        for (;;) {
+            const Result<bool> got = line.next(&message);
+            if (!answered(got)) return false;
+            if (!*got) break;
+            taken += stream::kHeadBytes + message.bytes.size();
+            all_make_sense = listener.take(message, &line) && all_make_sense;
+        }
+    }
+    return all_make_sense && taken > 0 && taken == bytes.size();
+}
+
 constexpr char kObj[] = "a.obj", kStl[] = "a.stl", kPly[] = "a.ply", kGltf[] = "a.gltf",
                kGlb[] = "a.glb", kThreemf[] = "a.3mf", kPng[] = "a.png", kJpg[] = "a.jpg",
                kTif[] = "a.tif", kExr[] = "a.exr", kHdr[] = "a.hdr", kPpm[] = "a.ppm",
@@ -187,8 +279,9 @@ constexpr Reader kReaders[] = {
     {"world", true, world},
     {"printer", true, printer},
     {"transforms", true, transforms},
-    {"ofr", false, ofr},
-    {"oftx", false, oftx},
+    {"ofr", false, ofr, seal_print},
+    {"oftx", false, oftx, seal_pyramid},
+    {"stream", false, messages, seal_messages},
     {"png", false, picture<kPng>},
     {"jpg", false, picture<kJpg>},
     {"tif", false, picture<kTif>},

@@ -21,6 +21,9 @@ struct Reader {
     bool text;  ///< damaged in words and numbers, else in bytes
     /// Returns whether the bytes were read successfully. Aborts where a result is inconsistent.
     bool (*read)(std::string_view bytes);
+    /// Makes the checksums of damaged bytes right again, as far as they still are a file of this
+    /// kind, so that more than the comparison of a checksum is tried; null where there are none.
+    void (*seal)(std::string* bytes) = nullptr;
 };
 
 std::span<const Reader> readers();

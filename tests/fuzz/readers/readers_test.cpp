@@ -84,6 +84,15 @@ TEST_P(Readers, ReplayTheirCorpora) {
     EXPECT_EQ(use(reader_, "", "no bytes"), std::string_view(reader_.name) == "sched");
 }
 
+TEST_P(Readers, SealingChangesNoSoundFile) {
+    if (reader_.seal == nullptr) return;
+    for (const Sample& sample : samples_) {
+        std::string sealed = sample.bytes;
+        reader_.seal(&sealed);
+        EXPECT_TRUE(sealed == sample.bytes || !reader_.read(sample.bytes)) << sample.name;
+    }
+}
+
 TEST_P(Readers, AnswerWhateverTheyAreGiven) {
     const uint64_t first = from_environment("OPENFAB_MUTATION_SEED", 1);
     const uint64_t count = from_environment("OPENFAB_MUTATIONS", kMutations);
@@ -94,14 +103,15 @@ TEST_P(Readers, AnswerWhateverTheyAreGiven) {
     for (uint64_t seed = first; seed < first + count && !HasFailure(); ++seed) {
         std::mt19937_64 random(seed);
         const Sample& sample = samples_[random() % samples_.size()];
-        const std::string bytes = mutate(sample.bytes, reader_.text, &random);
+        std::string bytes = mutate(sample.bytes, reader_.text, &random);
+        if (reader_.seal != nullptr && random() % 2 == 0) reader_.seal(&bytes);
         // There if the reader ends the program.
         std::ofstream(left, std::ios::binary) << bytes;
         whole += use(reader_, bytes,
                      fmt::format("seed {} of {}, in {}", seed, sample.name, left.string()));
     }
     // Damage that nothing survives would test the first check alone. Of bytes all may be summed.
-    EXPECT_TRUE(whole > 0 || !reader_.text);
+    EXPECT_TRUE(whole > 0 || (!reader_.text && reader_.seal == nullptr));
     fmt::print("{}: {} of {} were read whole\n", reader_.name, whole, count);
     if (!HasFailure()) fs::remove(left);
 }
