@@ -29,10 +29,16 @@ constexpr float kInsteadOfInfinity = 0x1p100f;
 // would take longer to compile than it could save.
 constexpr int64_t kMostUnrolled = 16;
 
+/// A comparison of floats that may be NaN or infinite. The target feature marks float results only:
+/// without the wrapper LLVM may assume that there are none, and does where a schedule lets it.
+Expr compared(const Expr& comparison) {
+    return Halide::strict_float(comparison);
+}
+
 /// What counts of a slot's amount: itself, or 0 where it is negative or NaN. (Written with > as
 /// Halide's >= is true on NaN.)
 Expr amount(const Expr& weight) {
-    return select(weight > 0.0f, weight, 0.0f);
+    return select(compared(weight > 0.0f), weight, 0.0f);
 }
 
 /// The table of channels.
@@ -77,8 +83,8 @@ Normalised normalise(const Func& amounts, const Expr& slots, const Halide::Image
     // An infinite amount outweighs every finite one; several share evenly.
     const Expr clean = amount(amounts(lane, slot_var, column));
     scaled(lane, slot_var, column) =
-        select(clean == infinity, kInsteadOfInfinity,
-               clean * select(total(lane, column) > kLargeSum, kScaledDown, 1.0f));
+        select(compared(clean == infinity), kInsteadOfInfinity,
+               clean * select(compared(total(lane, column) > kLargeSum), kScaledDown, 1.0f));
 
     sums(lane, channel_var, column) = 0.0f;
     sums(lane, slot + 1, column) = select(of.joins(slot + 1), sums(lane, slot, column), 0.0f) +
@@ -104,7 +110,7 @@ Normalised normalise(const Func& amounts, const Expr& slots, const Halide::Image
 
     unusable(lane, column) = cast<uint16_t>(0);
     const Expr given = amounts(lane, slot, column);
-    unusable(lane, column) += cast<uint16_t>(select(amount(given) == given, 0, 1));
+    unusable(lane, column) += cast<uint16_t>(select(compared(amount(given) == given), 0, 1));
 
     // What is written out cannot be inlined: unless a schedule places it, it is computed at root.
     // Where its size is known at run time only, Halide takes it from memory that the kernel keeps.
