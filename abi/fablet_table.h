@@ -34,10 +34,14 @@
 extern "C" {
 #endif
 
-#define OPENFAB_ABI_VERSION 6
+#define OPENFAB_ABI_VERSION 7
 
 /* The columns that a slab kernel's list has, or any multiple. */
 #define OPENFAB_LISTED_COLUMNS 64
+
+/* The most columns, and the most vertices, patches, blocks or groups, of one call of a kernel. */
+#define OPENFAB_MOST_COLUMNS 1024
+#define OPENFAB_MOST_PLACES 16384
 
 typedef int (*openfab_kernel_fn)(void** args);
 
@@ -328,6 +332,10 @@ struct openfab_fablet {
      * fields of others are undefined. Without arguments all voxels need it. (A slab kernel has this
      * inside.) */
     struct openfab_kernel volume_demand;
+
+    /* What a call of any of these kernels stores between its stages, at most, in each thread that
+     * works on it. Schedules decide it. */
+    int64_t stored_bytes;
 };
 
 struct openfab_fablet_list {

@@ -6,17 +6,16 @@
 #include <fmt/format.h>
 
 #include <cstdio>
-#include <filesystem>
 
 namespace openfab::driver {
 
 namespace {
 
-void report_schedule(const lower::ScheduleFault& fault, uint32_t file,
-                     const source::SourceManager& sources, const CommonOptions& common) {
+void report_schedule(const schedule::Fault& fault, const source::SourceManager& sources,
+                     const CommonOptions& common) {
     diag::Sink sink;
     const auto begin = static_cast<uint32_t>(fault.offset);
-    const source::Span span{file, begin, begin + static_cast<uint32_t>(fault.length)};
+    const source::Span span{fault.file, begin, begin + static_cast<uint32_t>(fault.length)};
     diag::Diagnostic& diagnostic = sink.report(span, diag::kScheduleIllegal, fault.message);
     if (!fault.help.empty()) diagnostic.help(fault.help);
     print_diagnostics(sink, sources, common);
@@ -42,36 +41,11 @@ passes::PipelineResult run_passes(const ir::Fablet& fablet, const BackEndOptions
     return result;
 }
 
-int load_schedule(const std::string& path, source::SourceManager* sources,
-                  const CommonOptions& common, UserSchedule* out) {
-    std::string fault;
-    const std::optional<uint32_t> file = sources->load(path, &fault);
-    if (!file) return fail(fault, unread_exit_code(path));
-    const std::string name = std::filesystem::path(path).filename().string();
-    const std::string kernel = name.substr(0, name.find('.'));
-    const bool known = kernel == "surface" || kernel == "surface_bounds" || kernel == "slab" ||
-                       kernel == "volume_bounds" || kernel == "volume_demand";
-    if (!known) {
-        return fail(
-            fmt::format("{}: no kernel is called `{}`; name the file after the kernel it is for: "
-                        "surface, surface_bounds, slab, volume_bounds or volume_demand, as in "
-                        "slab.sched",
-                        path, kernel),
-            kExitUserInput);
-    }
-    auto parsed = lower::parse_schedule(path, sources->text(*file));
-    if (const auto* bad = std::get_if<lower::ScheduleFault>(&parsed)) {
-        report_schedule(*bad, *file, *sources, common);
-        return kExitUserInput;
-    }
-    *out = {kernel, *file, std::move(std::get<lower::Schedule>(parsed))};
-    return kExitDone;
-}
-
-int report_fault(const lower::Fault& fault, const UserSchedule& schedule,
-                 const source::SourceManager& sources, const CommonOptions& common) {
-    if (fault.schedule && schedule.file != 0) {
-        report_schedule(*fault.schedule, schedule.file, sources, common);
+int report_fault(const lower::Fault& fault, const source::SourceManager& sources,
+                 const CommonOptions& common) {
+    // Files of the user's have a number.
+    if (fault.schedule && fault.schedule->file != 0) {
+        report_schedule(*fault.schedule, sources, common);
         return kExitUserInput;
     }
     const std::string what = fault.schedule ? fault.schedule->message : fault.internal;

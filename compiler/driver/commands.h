@@ -43,9 +43,10 @@ int build(const BuildOptions& options, const CommonOptions& common);
 /// OpenFL files, and the command line of the print. (run.cpp)
 int run(RunOptions options, const CommonOptions& common, const std::vector<std::string>& words);
 
-/// Runs `emit --as ir|halide|stmt|llvm|asm` for one stage of a fablet after the passes, to stdout.
-/// Returns an exit code. (emit_halide.cpp)
-int emit_lowered(const ir::Fablet& fablet, ir::StageKind stage, const std::string& form);
+/// Runs `emit --as ir|halide|schedule|loops|stmt|llvm|asm` for one stage of a fablet after the
+/// passes, to stdout. Returns an exit code. (emit_halide.cpp)
+int emit_lowered(const ir::Fablet& fablet, ir::StageKind stage, const EmitOptions& options,
+                 source::SourceManager* sources, const CommonOptions& common);
 
 /// Prints `openflc: error: what` and returns `code`.
 int fail(const std::string& what, int code);

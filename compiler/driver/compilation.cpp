@@ -33,7 +33,8 @@ std::string time_line(const std::string& step, double seconds) {
 
 int Compilation::prepare() {
     if (const int code = run_front_end(); code != kExitDone) return code;
-    if (const int code = schedule(); code != kExitDone) return code;
+    const int code = schedules_.load(options_.back_end.schedules, isas());
+    if (code != kExitDone) return code;
     return run_all_passes();
 }
 
@@ -73,11 +74,6 @@ int Compilation::run_front_end() {
     if (!complete) return kExitUserInput;
     report_time("front end", seconds_since(begin));
     return kExitDone;
-}
-
-int Compilation::schedule() {
-    if (options_.back_end.schedule.empty()) return kExitDone;
-    return load_schedule(options_.back_end.schedule, &sources_, common_, &schedule_);
 }
 
 namespace {
@@ -124,16 +120,18 @@ int Compilation::refuse(const ir::Fablet& fablet, size_t operations) const {
     return kExitUserInput;
 }
 
+std::vector<openfab_isa> Compilation::isas() const {
+    if (options_.target == "sse41") return {OPENFAB_ISA_SSE41};
+    if (options_.target == "avx2") return {OPENFAB_ISA_AVX2};
+    return {OPENFAB_ISA_SSE41, OPENFAB_ISA_AVX2};
+}
+
 lower::ProgramOptions Compilation::program_options(lower::KernelCache* cache) const {
     lower::ProgramOptions program;
     program.cache = cache;
     program.threads = options_.threads;
-    if (options_.target == "sse41") program.isas = {OPENFAB_ISA_SSE41};
-    if (options_.target == "avx2") program.isas = {OPENFAB_ISA_AVX2};
-    if (!schedule_.kernel.empty()) {
-        program.schedule = &schedule_.schedule;
-        program.schedule_kernel = schedule_.kernel;
-    }
+    program.isas = isas();
+    program.schedules = schedules_.bound();
     return program;
 }
 

@@ -10,6 +10,7 @@
 
 #include "compiler/driver/back_end.h"
 #include "compiler/driver/commands.h"
+#include "compiler/driver/schedules.h"
 #include "compiler/lower/program.h"
 #include "compiler/passes/pipeline.h"
 
@@ -32,9 +33,7 @@ class Compilation {
     /// `cache` may be null.
     lower::ProgramOptions program_options(lower::KernelCache* cache) const;
     /// Prints why a compilation of the fablets failed. Returns an exit code.
-    int report(const lower::Fault& fault) const {
-        return report_fault(fault, schedule_, sources_, common_);
-    }
+    int report(const lower::Fault& fault) const { return report_fault(fault, sources_, common_); }
     const source::SourceManager& sources() const { return sources_; }
     /// Prints the time that a step took, if --time was given.
     void report_time(const std::string& step, double seconds) const;
@@ -49,8 +48,8 @@ class Compilation {
     };
 
     int run_front_end();
-    int schedule();
     int run_all_passes();
+    std::vector<openfab_isa> isas() const;
     /// Reports that a fablet is too long. Returns an exit code.
     int refuse(const ir::Fablet& fablet, size_t operations) const;
 
@@ -59,7 +58,7 @@ class Compilation {
     source::SourceManager sources_;
     std::deque<SourceUnit> units_;
     std::vector<lower::FabletUnit> fablets_;
-    UserSchedule schedule_;
+    Schedules schedules_{&sources_, common_};
 };
 
 }  // namespace openfab::driver

@@ -91,7 +91,7 @@ int emit(const EmitOptions& options, const CommonOptions& common) {
         demand    ? ir::StageKind::kVolumeDemand
         : surface ? (bounds ? ir::StageKind::kSurfaceBounds : ir::StageKind::kSurface)
                   : (bounds ? ir::StageKind::kVolumeBounds : ir::StageKind::kVolume);
-    return emit_lowered(*fablet, kind, options.form);
+    return emit_lowered(*fablet, kind, options, &sources, common);
 }
 
 }  // namespace openfab::driver

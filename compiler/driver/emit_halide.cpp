@@ -2,15 +2,30 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <cstdio>
+#include <map>
 
 #include "base/say.h"
 #include "compiler/driver/back_end.h"
 #include "compiler/driver/commands.h"
+#include "compiler/driver/schedules.h"
 
 namespace openfab::driver {
 
-int emit_lowered(const ir::Fablet& fablet, ir::StageKind stage, const std::string& form) {
+namespace {
+
+lower::TextForm text_form(const std::string& form) {
+    using Form = lower::TextForm;
+    const std::map<std::string, Form> forms = {
+        {"halide", Form::kHalide}, {"schedule", Form::kSchedule}, {"loops", Form::kLoops},
+        {"stmt", Form::kStmt},     {"llvm", Form::kLlvm},         {"asm", Form::kAsm}};
+    return forms.at(form);
+}
+
+}  // namespace
+
+int emit_lowered(const ir::Fablet& fablet, ir::StageKind stage, const EmitOptions& options,
+                 source::SourceManager* sources, const CommonOptions& common) {
+    const std::string& form = options.form;
     const passes::PipelineResult result = run_passes(fablet, {});
     if (form == "ir" && result.fault.empty()) {
         show(ir::dump(result.stages.of(stage)));
@@ -36,21 +51,22 @@ int emit_lowered(const ir::Fablet& fablet, ir::StageKind stage, const std::strin
     const ir::Stage& demand = result.stages.volume_demand;
     if (stage == ir::StageKind::kVolume && !demand.outputs.empty()) request.demand = &demand;
     request.function = fmt::format("openfab_{}", lower::schedule_name(stage));
-    request.isa = OPENFAB_ISA_AVX2;
-    const lower::TextForm text = form == "halide" ? lower::TextForm::kHalide
-                                 : form == "stmt" ? lower::TextForm::kStmt
-                                 : form == "llvm" ? lower::TextForm::kLlvm
-                                                  : lower::TextForm::kAsm;
+    request.isa = options.target == "sse41" ? OPENFAB_ISA_SSE41 : OPENFAB_ISA_AVX2;
+    Schedules schedules(sources, common);
+    if (const int code = schedules.load(options.schedules, {request.isa}); code != kExitDone)
+        return code;
+    const auto mine = schedules.bound().find({lower::schedule_name(stage), request.isa});
+    if (mine != schedules.bound().end()) request.schedule = &mine->second;
     std::variant<std::string, lower::Fault> emitted;
     if (!result.fault.empty()) {
         lower::Fault fault;
         fault.internal = result.fault;
         emitted = fault;
     } else {
-        emitted = lower::emit_text(request, text);
+        emitted = lower::emit_text(request, text_form(form));
     }
     if (const auto* fault = std::get_if<lower::Fault>(&emitted))
-        return fail(fault->internal, kExitBug);
+        return report_fault(*fault, *sources, common);
     show(std::get<std::string>(emitted));
     return kExitDone;
 }

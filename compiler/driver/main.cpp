@@ -59,6 +59,20 @@ void add_describe(CLI::App& app, const CommonOptions& common, Action* action) {
     });
 }
 
+void add_schedule_options(CLI::App* command, ScheduleOptions* options) {
+    command
+        ->add_option("--schedule", options->paths,
+                     "file that replaces the built-in schedule of the pipeline it is named "
+                     "after (slab.sched, surface.avx2.sched, …), or a folder of such files")
+        ->type_size(1)
+        ->allow_extra_args(false);
+    command
+        ->add_option("--param", options->params,
+                     "NAME=NUMBER, a value for a parameter of the schedules")
+        ->type_size(1)
+        ->allow_extra_args(false);
+}
+
 void add_emit(CLI::App& app, const CommonOptions& common, Action* action) {
     CLI::App* command = app.add_subcommand("emit", "Print a stage in one of the compiler's forms");
     auto options = std::make_shared<EmitOptions>();
@@ -67,10 +81,15 @@ void add_emit(CLI::App& app, const CommonOptions& common, Action* action) {
         ->check(
             CLI::IsMember({"surface", "surface_bounds", "slab", "volume_bounds", "volume_demand"}));
     command->add_option("--as", options->form, "the form to print it in")
-        ->check(CLI::IsMember({"tokens", "ast", "ir", "halide", "stmt", "llvm", "asm"}))
+        ->check(CLI::IsMember(
+            {"tokens", "ast", "ir", "halide", "schedule", "loops", "stmt", "llvm", "asm"}))
         ->capture_default_str();
     command->add_option("--fablet", options->fablet,
                         "the fablet to print, if the file has several");
+    command->add_option("--target", options->target, "the instruction set to print it for")
+        ->check(CLI::IsMember({"sse41", "avx2"}))
+        ->capture_default_str();
+    add_schedule_options(command, &options->schedules);
     command->add_flag("--prints", options->enable_printf, "compile `printf` and `assert` in");
     command->callback([options, &common, action] {
         *action = [options, &common] { return emit(*options, common); };
@@ -88,9 +107,7 @@ void add_compilation_options(CLI::App* command, CompilationOptions* options) {
         ->check(CLI::Range(0, 1024));
     command->add_flag("--prints", options->enable_printf, "compile `printf` and `assert` in");
     command->add_flag("--time", options->time, "print the seconds of each step");
-    command->add_option("--schedule", options->back_end.schedule,
-                        "schedule file that replaces the built-in one of the kernel it is named "
-                        "after: slab.sched, surface.avx2.sched, …");
+    add_schedule_options(command, &options->back_end.schedules);
     command->add_option("--no-pass", options->back_end.disabled, "leave a pass out")
         ->check(CLI::IsMember(optional));
     command

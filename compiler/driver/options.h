@@ -14,8 +14,14 @@ struct CommonOptions {
     bool json_diagnostics = false;
 };
 
+/// Schedules in place of the built-in ones.
+struct ScheduleOptions {
+    std::vector<std::string> paths;   ///< files, or folders of them
+    std::vector<std::string> params;  ///< "batch=32"
+};
+
 struct BackEndOptions {
-    std::string schedule;               ///< path; empty: the built-in ones
+    ScheduleOptions schedules;
     std::vector<std::string> disabled;  ///< passes
     std::string dump_after;             ///< pass; empty: none
     bool time_passes = false;
@@ -48,6 +54,8 @@ struct EmitOptions {
     std::string stage;
     std::string form = "ir";
     std::string fablet;
+    std::string target = "avx2";
+    ScheduleOptions schedules;
     bool enable_printf = false;
 };
 

@@ -2,24 +2,47 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Applies a schedule to a kernel's Funcs. Only names of Kernel::funcs are visible.
+// Applies a schedule to a kernel's Funcs. Only names of Kernel::funcs are visible. Each directive is
+// checked in our words before Halide sees it; what only the whole schedule tells is checked at the
+// end. Needs a Halide built with exceptions; without, an error ends the process with Halide's
+// message.
 
 #include <optional>
+#include <string>
+#include <variant>
 
-#include "compiler/lower/kernel.h"
-#include "compiler/lower/schedule.h"
+#include "compiler/lower/scheduled_kernel.h"
+#include "compiler/schedule/schedule.h"
 
 namespace openfab::lower {
 
-/// Applies the first `line_count` lines. Errors that Halide raises become a fault on that line.
-/// Needs a Halide built with exceptions; without, an error ends the process with Halide's message.
-std::optional<ScheduleFault> apply_schedule(const Schedule& schedule, size_t line_count,
-                                            Kernel* kernel);
+/// Limits of what a schedule may ask for: beyond them code takes minutes to compile.
+constexpr int64_t kMostVectorLanes = 64;  ///< in all vectorized loops of a Func together
+constexpr int64_t kMostUnrolled = 128;    ///< copies, likewise
 
-/// True if the line names `func`, or its pattern matches it.
-bool names_func(const ScheduleLine& line, std::string_view func);
+/// Schedules the kernel's Funcs.
+std::variant<ScheduledKernel, schedule::Fault> apply_schedule(const schedule::Schedule& schedule,
+                                                              const Kernel& kernel);
 
-/// Returns a fault on a whole line, for errors that Halide finds only when it lowers the pipeline.
-ScheduleFault fault_on_line(const ScheduleLine& line, const std::string& halide_message);
+/// Finds Funcs that are computed or stored where what reads them is not.
+std::optional<schedule::Fault> check_placements(const ScheduledKernel& kernel);
+
+/// Operations of one Func with all that is inline in it, counted where each is used: Halide walks
+/// them all, several times.
+constexpr double kMostInlined = 4e6;
+
+/// Finds Funcs that grow beyond kMostInlined by what is inline in them.
+std::optional<schedule::Fault> check_inlining(const schedule::Schedule& schedule,
+                                              const ScheduledKernel& kernel);
+
+/// Returns the fault of a schedule that Halide refused while it lowered the kernel; `message` is
+/// Halide's, which no one sees.
+schedule::Fault fault_of_lowering(const schedule::Schedule& schedule, const ScheduledKernel& kernel,
+                                  const std::string& message);
+
+/// Returns the fault of a `bound_storage` or `fold_storage` that is not proved to hold all that is
+/// in use at a time; `text` names the Func, maybe among others.
+schedule::Fault fault_of_storage(const schedule::Schedule& schedule, const ScheduledKernel& kernel,
+                                 const char* directive, const std::string& text);
 
 }  // namespace openfab::lower

@@ -12,12 +12,15 @@
 #include <filesystem>
 #include <fstream>
 #include <memory>
+#include <mutex>
 #include <sstream>
 #include <system_error>
 
 #include "base/own_folder.h"
 #include "compiler/lower/apply_schedule.h"
 #include "compiler/lower/kernel.h"
+#include "compiler/lower/kernel_memory.h"
+#include "compiler/lower/print_loops.h"
 
 namespace openfab::lower {
 
@@ -44,95 +47,87 @@ Fault internal_fault(std::string message) {
     return fault;
 }
 
-const Schedule& schedule_of(const KernelRequest& request) {
+const schedule::Schedule& schedule_of(const KernelRequest& request) {
     if (request.schedule != nullptr) return *request.schedule;
-    return default_schedule(kernel_name(request.stage->kind), isa_name(request.isa));
+    return schedule::default_schedule(kernel_name(request.stage->kind), isa_name(request.isa));
 }
 
-/// A scheduled kernel as a Halide module.
-std::variant<Halide::Module, ScheduleFault> make_module(const KernelRequest& request,
-                                                        const Schedule& schedule,
-                                                        size_t line_count) {
-    Kernel kernel = make_kernel(*request.stage, request.demand, request.isa);
-    if (std::optional<ScheduleFault> fault = apply_schedule(schedule, line_count, &kernel)) {
-        return *fault;
-    }
-    return Halide::Pipeline(kernel.output)
-        .compile_to_module(kernel.arguments, request.function,
-                           target_of(request.isa, request.schedule != nullptr),
-                           Halide::LinkageType::ExternalPlusArgv);
+/// Returns the most places that the runtime passes to a kernel in one call.
+int64_t most_places(ir::StageKind kind) {
+    const bool columns = kind == ir::StageKind::kVolume || kind == ir::StageKind::kVolumeDemand;
+    return columns ? OPENFAB_MOST_COLUMNS : OPENFAB_MOST_PLACES;
 }
 
-/// Halide's message starts with the name of a Func that cannot be placed as the schedule says:
-/// returns a fault on the last line that places it.
-std::optional<ScheduleFault> find_misplaced(const Schedule& schedule, const std::string& message) {
-    const size_t quote = message.find('"');
-    if (quote == std::string::npos || message.find("invalid location") == std::string::npos)
-        return std::nullopt;
-    // Halide numbers Funcs of one name.
-    const std::string name =
-        message.substr(quote + 1, message.find_first_of("\"$", quote + 1) - quote - 1);
-    const auto sets_level = [](const Directive& d) {
-        return d.name.text == "compute_at" || d.name.text == "store_at";
-    };
-    for (auto line = schedule.lines.rbegin(); line != schedule.lines.rend(); ++line) {
-        if (names_func(*line, name) &&
-            std::any_of(line->directives.begin(), line->directives.end(), sets_level))
-            return fault_on_line(*line, message);
-    }
-    return std::nullopt;
+struct Lowered {
+    ScheduledKernel kernel;
+    Halide::Module module;
+    KernelMemory memory;
+};
+
+Fault schedule_fault(schedule::Fault what) {
+    Fault fault;
+    fault.schedule = std::move(what);
+    return fault;
 }
 
-/// Halide reports some errors only when it lowers everything: the shortest failing prefix ends with
-/// the faulty line. A prefix can take minutes, since what it does not schedule is inlined.
-std::optional<ScheduleFault> find_guilty_line(const KernelRequest& request,
-                                              const Schedule& schedule,
-                                              const std::string& message) {
-    if (std::optional<ScheduleFault> misplaced = find_misplaced(schedule, message))
-        return misplaced;
-    for (size_t count = 1; count <= schedule.lines.size(); ++count) {
-        try {
-            const auto made = make_module(request, schedule, count);
-            if (const auto* fault = std::get_if<ScheduleFault>(&made)) return *fault;
-        } catch (const Halide::Error& error) {
-            return fault_on_line(schedule.lines[count - 1], error.what());
-        }
-    }
-    return std::nullopt;
-}
+/// Halide's warnings are about a schedule that is refused, in words that are not ours.
+class SilentReporter : public Halide::CompileTimeErrorReporter {
+  public:
+    void warning(const char* /*message*/) override {}
+    void error(const char* message) override { throw Halide::CompileError(message); }
+};
 
-std::variant<Halide::Module, Fault> module_of(const KernelRequest& request) {
-    const Schedule& schedule = schedule_of(request);
-    std::string message;
+/// Schedules a kernel and lowers it. A user's schedule is checked again where only the lowered code
+/// shows what it does.
+std::variant<Lowered, Fault> lower_kernel(const KernelRequest& request) {
+    const schedule::Schedule& schedule = schedule_of(request);
+    const bool checked = request.schedule != nullptr;
+    std::optional<ScheduledKernel> scheduled;
+    static SilentReporter reporter;
+    static std::once_flag once;
+    std::call_once(once, [] { Halide::set_custom_compile_time_error_reporter(&reporter); });
     try {
-        auto made = make_module(request, schedule, schedule.lines.size());
-        if (auto* module = std::get_if<Halide::Module>(&made)) return *module;
-        Fault fault;
-        fault.schedule = std::get<ScheduleFault>(made);
-        return fault;
+        const Kernel kernel = make_kernel(*request.stage, request.demand, request.isa);
+        std::variant<ScheduledKernel, schedule::Fault> applied = apply_schedule(schedule, kernel);
+        if (auto* fault = std::get_if<schedule::Fault>(&applied))
+            return schedule_fault(std::move(*fault));
+        scheduled = std::get<ScheduledKernel>(std::move(applied));
+        Halide::Module module = Halide::Pipeline(kernel.output)
+                                    .compile_to_module(kernel.arguments, request.function,
+                                                       target_of(request.isa, checked),
+                                                       Halide::LinkageType::ExternalPlusArgv);
+        const int64_t places = most_places(request.stage->kind);
+        KernelMemory memory;
+        if (checked) {
+            auto measured = check_lowered(schedule, *scheduled, module, places);
+            if (auto* fault = std::get_if<schedule::Fault>(&measured))
+                return schedule_fault(std::move(*fault));
+            memory = std::get<KernelMemory>(measured);
+        } else {
+            // All that a schedule may store, where it is not known.
+            memory =
+                measure_memory(*scheduled, module, places).value_or(KernelMemory{kMostStoredBytes});
+        }
+        return Lowered{std::move(*scheduled), std::move(module), memory};
     } catch (const Halide::Error& error) {
-        message = error.what();
+        if (checked && scheduled)
+            return schedule_fault(fault_of_lowering(schedule, *scheduled, error.what()));
+        return internal_fault(fmt::format("{}: {}", request.function, error.what()));
     }
-    if (request.schedule != nullptr) {
-        if (std::optional<ScheduleFault> guilty = find_guilty_line(request, schedule, message)) {
-            Fault fault;
-            fault.schedule = std::move(guilty);
-            return fault;
-        }
-    }
-    return internal_fault(fmt::format("{}: {}", request.function, message));
 }
 
-std::optional<Fault> write_module(const KernelRequest& request, Halide::OutputFileType type,
-                                  const std::string& path) {
-    auto made = module_of(request);
-    if (auto* fault = std::get_if<Fault>(&made)) return *fault;
+/// Writes a kernel to a file; returns what it stores.
+std::variant<KernelMemory, Fault> write_kernel(const KernelRequest& request,
+                                               Halide::OutputFileType type,
+                                               const std::string& path) {
+    std::variant<Lowered, Fault> lowered = lower_kernel(request);
+    if (auto* fault = std::get_if<Fault>(&lowered)) return std::move(*fault);
     try {
-        std::get<Halide::Module>(made).compile({{type, path}});
+        std::get<Lowered>(lowered).module.compile({{type, path}});
     } catch (const Halide::Error& error) {
         return internal_fault(fmt::format("{}: {}", request.function, error.what()));
     }
-    return std::nullopt;
+    return std::get<Lowered>(lowered).memory;
 }
 
 /// The whole of a file; empty with errno where that fails.
@@ -152,7 +147,7 @@ std::optional<std::string> read_all(int file) {
 
 std::string list_funcs(const KernelRequest& request) {
     const Kernel kernel = make_kernel(*request.stage, request.demand, request.isa);
-    const Schedule& schedule = schedule_of(request);
+    const schedule::Schedule& schedule = schedule_of(request);
     std::ostringstream out;
     out << fmt::format("kernel {} for {}\n", kernel_name(request.stage->kind),
                        isa_name(request.isa));
@@ -177,8 +172,18 @@ std::string list_funcs(const KernelRequest& request) {
             out << fmt::format("    update {}: ", k++) << value << '\n';
         }
     }
-    out << fmt::format("schedule {}\n{}", schedule.path, schedule.text);
+    out << fmt::format("schedule {}\n{}", schedule.path, schedule::text_of(schedule));
     return out.str();
+}
+
+/// Returns the schedule in force as a file that gives the same again.
+std::string show_schedule(const KernelRequest& request) {
+    const schedule::Schedule& schedule = schedule_of(request);
+    std::string out = fmt::format("# {}, bound to {}\npipeline {}\n", schedule.path,
+                                  isa_name(request.isa), kernel_name(request.stage->kind));
+    for (const schedule::Param& param : schedule.params)
+        out += fmt::format("# {} = {} in {}\n", param.name.text, param.value, param.set());
+    return out + schedule::text_of(schedule);
 }
 
 }  // namespace
@@ -191,14 +196,27 @@ const char* schedule_name(ir::StageKind kind) {
     return kernel_name(kind);
 }
 
+const std::vector<std::string>& pipeline_names() {
+    using Kind = ir::StageKind;
+    static const std::vector<std::string> names = [] {
+        std::vector<std::string> out;
+        for (const Kind kind :
+             {Kind::kSurface, Kind::kSurfaceBounds, Kind::kVolume, Kind::kVolumeBounds,
+              Kind::kSurfaceSegment, Kind::kVolumeSegment, Kind::kDerived, Kind::kVolumeDemand})
+            out.emplace_back(kernel_name(kind));
+        return out;
+    }();
+    return names;
+}
+
 std::string code_source(const KernelRequest& request) {
     return fmt::format("{} {}\n{}\n{}{}", isa_name(request.isa),
                        request.schedule != nullptr ? "checked" : "unchecked",
-                       schedule_of(request).text, ir::dump(*request.stage),
+                       schedule::text_of(schedule_of(request)), ir::dump(*request.stage),
                        request.demand != nullptr ? ir::dump(*request.demand) : "");
 }
 
-std::variant<std::string, Fault> compile_object(const KernelRequest& request) {
+std::variant<CompiledKernel, Fault> compile_object(const KernelRequest& request) {
     // Halide writes to files only. This one is in memory, so that nothing is left of it.
     const int file = ::memfd_create("openfab kernel", MFD_CLOEXEC);
     const auto trouble = [&] {
@@ -206,13 +224,13 @@ std::variant<std::string, Fault> compile_object(const KernelRequest& request) {
             fmt::format("{}: {}", request.function, std::generic_category().message(errno)));
     };
     if (file < 0) return trouble();
-    std::optional<Fault> fault = write_module(request, Halide::OutputFileType::object,
-                                              fmt::format("/proc/self/fd/{}", file));
-    std::variant<std::string, Fault> out;
-    if (fault) {
+    auto written = write_kernel(request, Halide::OutputFileType::object,
+                                fmt::format("/proc/self/fd/{}", file));
+    std::variant<CompiledKernel, Fault> out;
+    if (auto* fault = std::get_if<Fault>(&written)) {
         out = std::move(*fault);
     } else if (std::optional<std::string> bytes = read_all(file)) {
-        out = std::move(*bytes);
+        out = CompiledKernel{std::move(*bytes), std::get<KernelMemory>(written).bytes};
     } else {
         out = trouble();
     }
@@ -228,6 +246,14 @@ std::variant<std::string, Fault> emit_text(const KernelRequest& request, TextFor
             return internal_fault(error.what());
         }
     }
+    if (form == TextForm::kSchedule) return show_schedule(request);
+    if (form == TextForm::kLoops) {
+        std::variant<Lowered, Fault> lowered = lower_kernel(request);
+        if (auto* fault = std::get_if<Fault>(&lowered)) return std::move(*fault);
+        const auto& [kernel, module, memory] = std::get<Lowered>(lowered);
+        return print_loops(kernel, list_storage(kernel, module, most_places(request.stage->kind))) +
+               fmt::format("a call stores {} bytes at most\n", memory.bytes);
+    }
     const Halide::OutputFileType type = form == TextForm::kStmt ? Halide::OutputFileType::stmt
                                         : form == TextForm::kLlvm
                                             ? Halide::OutputFileType::llvm_assembly
@@ -236,10 +262,10 @@ std::variant<std::string, Fault> emit_text(const KernelRequest& request, TextFor
     const Result<std::unique_ptr<TemporaryFolder>> folder = TemporaryFolder::create();
     if (!folder) return internal_fault(folder.error().message);
     const std::string name = ((*folder)->path() / "text").string();
-    std::optional<Fault> fault = write_module(request, type, name);
+    auto written = write_kernel(request, type, name);
     std::ifstream file(name, std::ios::binary);
     std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-    if (fault) return *fault;
+    if (auto* fault = std::get_if<Fault>(&written)) return std::move(*fault);
     return text;
 }
 

@@ -7,9 +7,10 @@
 #include <optional>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "compiler/ir/ir.h"
-#include "compiler/lower/schedule.h"
+#include "compiler/schedule/schedule.h"
 
 namespace openfab::lower {
 
@@ -18,10 +19,12 @@ const char* isa_name(openfab_isa isa);
 /// Returns the name of a kernel's schedule file: "surface", "surface_bounds", "slab",
 /// "volume_bounds", …
 const char* schedule_name(ir::StageKind kind);
+/// Returns those of all kinds.
+const std::vector<std::string>& pipeline_names();
 
 /// Why a compilation ended: a fault of the user's schedule, or a bug of ours.
 struct Fault {
-    std::optional<ScheduleFault> schedule;
+    std::optional<schedule::Fault> schedule;
     std::string internal;
 };
 
@@ -30,20 +33,26 @@ struct KernelRequest {
     const ir::Stage* demand = nullptr;  ///< of a volume stage: see make_kernel
     std::string function;               ///< C name; its argv form is `<function>_argv`
     openfab_isa isa = OPENFAB_ISA_SSE41;
-    const Schedule* schedule = nullptr;  ///< null: the default one of the kernel and target
+    const schedule::Schedule* schedule = nullptr;  ///< null: the default one
 };
 
 /// Returns text of all that decides the code of a kernel, but for its function's name and what this
 /// program itself is: a kernel of the same text is the same kernel.
 std::string code_source(const KernelRequest& request);
 
-/// Returns the bytes of an object file with `function` and `function_argv`, which needs a Halide
-/// runtime to link.
-std::variant<std::string, Fault> compile_object(const KernelRequest& request);
+/// A kernel in machine code.
+struct CompiledKernel {
+    std::string code;          ///< of an object file, see compile_object
+    int64_t stored_bytes = 0;  ///< what a call stores between its stages at most, in each thread
+};
 
-enum class TextForm { kHalide, kStmt, kLlvm, kAsm };
+/// Returns an object file with `function` and `function_argv`, which needs a Halide runtime to link.
+std::variant<CompiledKernel, Fault> compile_object(const KernelRequest& request);
 
-/// Returns the kernel as text; kHalide is the list of Funcs with their loop order.
+enum class TextForm { kHalide, kSchedule, kLoops, kStmt, kLlvm, kAsm };
+
+/// Returns the kernel as text. kHalide is the list of Funcs with their expressions; kSchedule the
+/// schedule in force, as a file; kLoops the loops that it makes.
 std::variant<std::string, Fault> emit_text(const KernelRequest& request, TextForm form);
 
 }  // namespace openfab::lower

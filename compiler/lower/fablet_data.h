@@ -5,6 +5,7 @@
 // The constant table of one fablet in memory, as abi/fablet_table.h lays it out. It is used in
 // memory (compiler/lower/jit.h) or written as C source (compiler/lower/table.h).
 
+#include <algorithm>
 #include <array>
 #include <deque>
 #include <string>
@@ -53,6 +54,8 @@ class FabletData {
     void set_function(const KernelSlot& slot, openfab_isa isa, openfab_kernel_fn function) {
         const_cast<openfab_kernel&>(kernel(slot)).fn[isa] = function;
     }
+    /// Takes note of what one of its kernels stores.
+    void add_stored(int64_t bytes) { table_.stored_bytes = std::max(table_.stored_bytes, bytes); }
 
   private:
     const char* keep(const std::string& text) { return strings_.emplace_back(text).c_str(); }

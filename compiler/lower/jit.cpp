@@ -56,8 +56,9 @@ std::variant<std::unique_ptr<LoadedProgram>, Fault> load_program(
         auto loaded = load_kernel(units[k], *made.objects[k]);
         if (auto* fault = std::get_if<Fault>(&loaded)) return std::move(*fault);
         out->kernels_.push_back(std::get<LoadedKernel>(std::move(loaded)));
-        out->data_[units[k].fablet].set_function(units[k].slot, units[k].request.isa,
-                                                 out->kernels_[k].function);
+        FabletData& data = out->data_[units[k].fablet];
+        data.set_function(units[k].slot, units[k].request.isa, out->kernels_[k].function);
+        data.add_stored(made.objects[k]->stored_bytes);
     }
     return out;
 }

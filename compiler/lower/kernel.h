@@ -46,7 +46,7 @@ namespace openfab::lower {
 struct NamedFunc {
     std::string name;
     Halide::Func func;
-    std::vector<std::pair<std::string, Halide::Var>> vars;  ///< grows by the schedule's splits
+    std::vector<std::pair<std::string, Halide::Var>> vars;  ///< lane first
 };
 
 struct Kernel {

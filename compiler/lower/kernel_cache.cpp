@@ -30,7 +30,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kSeal = "OFKERNEL";
-constexpr size_t kSealBytes = 16;
+constexpr size_t kSealBytes = 24;
 constexpr std::string_view kSuffix = ".kernel";
 constexpr int64_t kLargestEntry = 256 << 20;
 constexpr size_t kMemoryBytes = 64 << 20;
@@ -101,9 +101,14 @@ uint64_t hash_of(std::string_view bytes, uint64_t seed) {
     return xxh3({reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size()}, seed);
 }
 
-std::string seal_of(const KernelKey& key, std::string_view code) {
-    const uint64_t hash = hash_of(code, hash_of(key.text(), 0));
-    return std::string(kSeal) + std::string(reinterpret_cast<const char*>(&hash), sizeof hash);
+std::string bytes_of(const void* value) {
+    return {static_cast<const char*>(value), sizeof(uint64_t)};
+}
+
+std::string seal_of(const KernelKey& key, std::string_view code, int64_t stored_bytes) {
+    const std::string stored = bytes_of(&stored_bytes);
+    const uint64_t hash = hash_of(code, hash_of(key.text() + stored, 0));
+    return std::string(kSeal) + stored + bytes_of(&hash);
 }
 
 bool write_all(int descriptor, std::string_view bytes) {
@@ -162,7 +167,11 @@ std::shared_ptr<const KernelObject> KernelCache::read(const KernelKey& key) cons
     if (!bytes) return nullptr;
     const std::string_view all = *bytes;
     const std::string_view code = all.substr(0, all.size() - std::min(all.size(), kSealBytes));
-    if (all.substr(code.size()) != seal_of(key, code)) {
+    const std::string_view seal = all.substr(code.size());
+    int64_t stored_bytes = 0;
+    if (seal.size() == kSealBytes)
+        std::memcpy(&stored_bytes, seal.data() + kSeal.size(), sizeof stored_bytes);
+    if (seal != seal_of(key, code, stored_bytes)) {
         ::unlink(path.c_str());
         return nullptr;
     }
@@ -172,6 +181,7 @@ std::shared_ptr<const KernelObject> KernelCache::read(const KernelKey& key) cons
     object->key = key;
     bytes->resize(code.size());
     object->code = std::move(*bytes);
+    object->stored_bytes = stored_bytes;
     return object;
 }
 
@@ -185,9 +195,10 @@ bool KernelCache::write(const KernelObject& object) const {
         return descriptor >= 0 ? made : fs::path();
     });
     if (descriptor < 0) return false;
-    const bool whole = write_all(descriptor, object.code) &&
-                       write_all(descriptor, seal_of(object.key, object.code)) &&
-                       ::rename(made.c_str(), entry(object.key).c_str()) == 0;
+    const bool whole =
+        write_all(descriptor, object.code) &&
+        write_all(descriptor, seal_of(object.key, object.code, object.stored_bytes)) &&
+        ::rename(made.c_str(), entry(object.key).c_str()) == 0;
     if (!whole) ::unlink(made.c_str());
     ::close(descriptor);
     return whole;
@@ -230,8 +241,9 @@ std::variant<MadeKernel, Fault> find_or_compile(const KernelRequest& request, co
     }
     auto compiled = compile_object(request);
     if (auto* fault = std::get_if<Fault>(&compiled)) return std::move(*fault);
+    auto& kernel = std::get<CompiledKernel>(compiled);
     auto object = std::make_shared<const KernelObject>(
-        KernelObject{key, std::move(std::get<std::string>(compiled))});
+        KernelObject{key, std::move(kernel.code), kernel.stored_bytes});
     if (cache != nullptr) cache->insert(object);
     return MadeKernel{std::move(object), true};
 }

@@ -7,7 +7,8 @@
 // `build` and with it `openfab print` share one folder. An entry is an object file, and behind it,
 // where neither linker nor loader reads, a seal:
 //
-//   object file | "OFKERNEL" | xxh3 of the object, seeded with that of the key (8 bytes)
+//   object file | "OFKERNEL" | stored_bytes (8 bytes)
+//   | xxh3 of the object, seeded with that of the key and stored_bytes (8 bytes)
 
 #include <array>
 #include <cstdint>
@@ -43,6 +44,7 @@ KernelKey key_of(const KernelRequest& request);
 struct KernelObject {
     KernelKey key;
     std::string code;
+    int64_t stored_bytes = 0;  ///< see CompiledKernel
 
     size_t bytes() const { return code.size(); }
 };

@@ -27,7 +27,8 @@ bool is_bound(openfab_arg_kind kind) {
 }  // namespace
 
 bool can_come_later(const KernelUnit& unit) {
-    // A schedule of the user's may be wrong, which must be said before the print.
+    // A schedule of the user's may be wrong, which must be said before the print; and what it stores
+    // is part of the print's plan. The built-in one stores a few groups.
     return unit.request.stage->kind == ir::StageKind::kVolumeBounds &&
            unit.request.schedule == nullptr;
 }

@@ -5,8 +5,10 @@
 // Compiles fablets to object files: kernels in parallel threads, and the C table that names them.
 
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -15,11 +17,12 @@
 
 namespace openfab::lower {
 
+/// Schedules in place of the default ones, by pipeline ("slab") and instruction set.
+using ScheduleSet = std::map<std::pair<std::string, openfab_isa>, schedule::Schedule>;
+
 struct ProgramOptions {
     std::vector<openfab_isa> isas = {OPENFAB_ISA_SSE41, OPENFAB_ISA_AVX2};
-    const Schedule* schedule =
-        nullptr;  ///< replaces the default of the kernel that it names; see schedule_kernel
-    std::string schedule_kernel;   ///< "volume", …
+    ScheduleSet schedules;
     int threads = 0;               ///< 0: all cores
     std::string compiler = "cc";   ///< C compiler for the table, and linker
     KernelCache* cache = nullptr;  ///< null: every kernel is compiled
@@ -29,7 +32,7 @@ struct ProgramOptions {
 
 /// What it took to make one kernel.
 struct KernelTime {
-    std::string kernel;     ///< "volume avx2"
+    std::string kernel;     ///< "slab avx2"
     double seconds = 0;     ///< of a processor
     bool compiled = false;  ///< else it was in the cache
 };
@@ -50,7 +53,8 @@ struct ProgramObjects {
     ProgramTimes times;
 };
 
-/// Lists every kernel of every fablet for every instruction set, the slowest to compile first.
+/// Lists every kernel of every fablet for every instruction set, the slowest to compile first. The
+/// list points into both arguments.
 std::vector<KernelUnit> list_kernels(const std::vector<FabletUnit>& fablets,
                                      const ProgramOptions& options);
 

@@ -69,6 +69,8 @@ std::vector<Value> lower_sample(LoweringContext* context, int32_t texture_index,
          context->textures.at({texture_index, OPENFAB_TEXTURE_INFO}), Expr(fields), Expr(asked)},
         Halide::Float(32), vars, Halide::NameMangling::C);
     named.func.bound(result, 0, static_cast<int>(channels.size()));
+    // All lanes at once, whatever part of them a schedule asks for (texture/sample.h).
+    named.func.bound(context->vars[0], 0, kLanes);
     // An extern stage and what it reads cannot be inlined: unless a schedule places them, they are
     // computed at root.
     named.func.compute_root();

@@ -30,8 +30,9 @@ std::string quoted(const std::string& text) {
 
 class TableWriter {
   public:
-    TableWriter(const std::vector<FabletUnit>& fablets, const std::vector<KernelUnit>& kernels)
-        : fablets_(fablets), kernels_(kernels) {}
+    TableWriter(const std::vector<FabletUnit>& fablets, const std::vector<KernelUnit>& kernels,
+                const std::vector<int64_t>& stored_bytes)
+        : fablets_(fablets), kernels_(kernels), stored_bytes_(stored_bytes) {}
 
     std::string run() {
         for (size_t k = 0; k < fablets_.size(); ++k)
@@ -244,19 +245,21 @@ class TableWriter {
         line("    {}, {},", surface_segments, volume_segments);
         line("    {}, {},", table.derived_count, kernels[4]);
         line("    {}, {},", table.field_count, fields);
-        line("    {}}};", kernels[5]);
+        line("    {}, {}}};", kernels[5], stored_bytes_[k]);
     }
 
     const std::vector<FabletUnit>& fablets_;
     const std::vector<KernelUnit>& kernels_;
+    const std::vector<int64_t>& stored_bytes_;
     std::string out_;
 };
 
 }  // namespace
 
 std::string table_source(const std::vector<FabletUnit>& fablets,
-                         const std::vector<KernelUnit>& kernels) {
-    return TableWriter(fablets, kernels).run();
+                         const std::vector<KernelUnit>& kernels,
+                         const std::vector<int64_t>& stored_bytes) {
+    return TableWriter(fablets, kernels, stored_bytes).run();
 }
 
 }  // namespace openfab::lower

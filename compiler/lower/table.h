@@ -21,8 +21,9 @@ struct KernelUnit {
 };
 
 /// Returns C source that defines `openfab_fablets` with these kernels, to be compiled after the
-/// text of abi/fablet_table.h.
+/// text of abi/fablet_table.h. `stored_bytes`: of each fablet's kernels.
 std::string table_source(const std::vector<FabletUnit>& fablets,
-                         const std::vector<KernelUnit>& kernels);
+                         const std::vector<KernelUnit>& kernels,
+                         const std::vector<int64_t>& stored_bytes);
 
 }  // namespace openfab::lower

@@ -12,7 +12,7 @@
 #include <string>
 
 #include "compiler/lower/apply_schedule.h"
-#include "compiler/lower/schedule.h"
+#include "compiler/schedule/schedule.h"
 #include "compiler/stages/stages.h"
 
 namespace {
@@ -50,11 +50,11 @@ int generate(const std::string& name, const std::string& isa, const std::string&
         std::fprintf(stderr, "stage_gen: no stage `%s`\n", name.c_str());
         return 2;
     }
-    const openfab::lower::Schedule& schedule = openfab::lower::default_schedule(stage->name, isa);
-    const auto fault =
-        openfab::lower::apply_schedule(schedule, schedule.lines.size(), &stage->kernel);
-    if (fault) {
-        std::fprintf(stderr, "%s:%d:%d: error: %s\n", schedule.path.c_str(), fault->line,
+    namespace schedule = openfab::schedule;
+    const schedule::Schedule& chosen = schedule::default_schedule(stage->name, isa);
+    const auto applied = openfab::lower::apply_schedule(chosen, stage->kernel);
+    if (const auto* fault = std::get_if<schedule::Fault>(&applied)) {
+        std::fprintf(stderr, "%s:%d:%d: error: %s\n", chosen.path.c_str(), fault->line,
                      fault->column, fault->message.c_str());
         return 1;
     }

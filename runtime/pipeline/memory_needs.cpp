@@ -74,7 +74,7 @@ MemoryNeeds memory_needs(const std::vector<std::unique_ptr<volume::PlacedPart>>&
     if (held > 0) held += pinned;
     const int64_t blocks_x = (size.x + 7) / 8;
     const int64_t plane = (int64_t{size.x} * bits + 7) / 8 * size.y;
-    int64_t batch = 0, bounds = 0;
+    int64_t batch = 0, bounds = 0, stored = 0;
     std::map<int32_t, int64_t> starts;  // by slab: masks that begin there minus those that end
     for (const auto& p : parts) {
         const Vec3i extent = p->box.size();
@@ -91,6 +91,7 @@ MemoryNeeds memory_needs(const std::vector<std::unique_ptr<volume::PlacedPart>>&
         const openfab_segments& segments = p->part->fablet->volume_segments;
         const int64_t state = int64_t{2} * segments.state_count * segments::group_limit(segments) *
                               segments::kLanes * 4;
+        stored = std::max(stored, p->part->fablet->stored_bytes);
         batch = std::max(batch, inputs * volume::BlockEvaluator::kBatch * 512 * 4 + state);
     }
     // Packed planes, and as much again for the sink's encoding.
@@ -100,7 +101,7 @@ MemoryNeeds memory_needs(const std::vector<std::unique_ptr<volume::PlacedPart>>&
     needs.per_slab =
         16 * plane + max_masks + SlabRun::kUniformBlockBytes + blocks_x * 8 * 2 * 8 * channels * 4;
     needs.per_row = blocks_x * (512 * (2 * channels + 1) + 64 * 7);
-    needs.per_thread = batch + bounds + kQueryScratchBytes + static_cast<int64_t>(held);
+    needs.per_thread = batch + bounds + stored + kQueryScratchBytes + static_cast<int64_t>(held);
     return needs;
 }
 

@@ -17,6 +17,7 @@ namespace {
 
 constexpr size_t kBlockValues = nearest::kBlockVoxels;
 constexpr size_t kBatchValues = kBlockValues * BlockEvaluator::kBatch;
+static_assert(64 * BlockEvaluator::kBatch <= OPENFAB_MOST_COLUMNS);
 
 }  // namespace
 

@@ -8,6 +8,7 @@
 
 #include <csignal>
 #include <filesystem>
+#include <fstream>
 #include <iterator>
 
 #include "tests/support/process/process.h"
@@ -47,15 +48,92 @@ TEST(BuildCommand, MarksAMisspelledDirective) {
               "help: did you mean `vectorize`?\n");
 }
 
-TEST(BuildCommand, MarksALineThatOnlyTheLoweringRefuses) {
+TEST(BuildCommand, MarksAFuncThatIsComputedWhereNothingReadsIt) {
     EXPECT_EQ(
-        errors_of("slab.sched", "weights.vectorize(z)\nsamples_0.compute_at(requests_0, z)\n", 1),
-        "slab.sched:2:1: error: this line cannot be applied to `samples_0` "
-        "[schedule-illegal]\n"
-        " 2 | samples_0.compute_at(requests_0, z)\n"
-        "   | ^~~~~~~~~\n"
-        "help: a func is computed inside a loop of a func that uses it, or in none "
-        "(compute_root)\n");
+        errors_of("slab.sched", "weights.vectorize(z)\nrequests_0.compute_at(weights, z)\n", 1),
+        "slab.sched:2:12: error: the loop `z` of `weights` is vectorized: nothing is computed "
+        "inside it [schedule-illegal]\n"
+        " 2 | requests_0.compute_at(weights, z)\n"
+        "   |            ^~~~~~~~~~\n"
+        "help: choose a loop outside it\n");
+}
+
+TEST(BuildCommand, FindsMistakesInFilesThatAScheduleIncludes) {
+    const ScratchFolder folder;
+    folder.write("strips.sched", "param strip = 2 in [1, 8]\nslab.split(column, o, i, stripe)\n");
+    folder.write("slab.sched", "include \"strips.sched\"\n");
+    const auto emit = [&](std::vector<std::string> more) {
+        std::vector<std::string> args = {"emit", kPostcard, "--stage", "slab", "--as", "schedule"};
+        args.insert(args.end(), more.begin(), more.end());
+        return openflc(args);
+    };
+    Outcome out = emit({"--schedule", folder / "slab.sched"});
+    EXPECT_EQ(out.exit_code, 1);
+    EXPECT_NE(
+        out.err.find("strips.sched:2:26: error: `stripe` is not a number, nor a parameter from a "
+                     "line before [schedule-illegal]\n"
+                     " 2 | slab.split(column, o, i, stripe)\n"
+                     "   |                          ^~~~~~\n"
+                     "help: did you mean `strip`?\n"),
+        std::string::npos)
+        << out.err;
+    // A folder of schedules, and parameters.
+    folder.write("strips.sched", "param strip = 2 in [1, 8]\nslab.split(column, o, i, strip)\n");
+    out = emit({"--schedule", folder.path().string(), "--param", "strip=4"});
+    EXPECT_EQ(out.exit_code, 0) << out.err;
+    EXPECT_EQ(out.out,
+              "# slab.sched, bound to avx2\npipeline slab\n# strip = 4 in [1, 8]\n"
+              "slab.split(column, o, i, 4)\n");
+    // What is printed is a file that gives the same again.
+    folder.write("again.sched", out.out);
+    const Outcome again = emit({"--schedule", folder / "again.sched"});
+    EXPECT_NE(again.out.find("slab.split(column, o, i, 4)\n"), std::string::npos) << again.err;
+    out = emit({"--schedule", folder / "slab.sched", "--param", "strip=9"});
+    EXPECT_EQ(out.exit_code, 1);
+    EXPECT_NE(out.err.find("`strip` is set to 9, which is not in [1, 8]"), std::string::npos);
+    out = emit({"--schedule", folder / "slab.sched", "--param", "cols=9"});
+    EXPECT_EQ(out.exit_code, 2);
+    EXPECT_NE(out.err.find("no schedule in use has a parameter of that name"), std::string::npos);
+    EXPECT_EQ(emit({"--param", "strip"}).exit_code, 2);
+    out = emit({"--schedule", folder / "slab.sched", "--schedule", folder / "again.sched"});
+    EXPECT_NE(out.err.find("are both for the pipeline `slab`"), std::string::npos) << out.err;
+    // The built-in one has a parameter, too.
+    out = emit({"--param", "columns=16"});
+    EXPECT_NE(out.out.find("slab.split(column, batch, member, 16)"), std::string::npos) << out.err;
+    out = emit({"--param", "columns=17"});
+    EXPECT_NE(out.err.find("`columns` is set to 17, which is not in {4, 8, 16, 32, 64}"),
+              std::string::npos)
+        << out.err;
+}
+
+/// The first fenced block of schedules/README.md that is a schedule.
+std::string worked_example() {
+    std::ifstream file(OPENFAB_SOURCE_DIR "/schedules/README.md");
+    const std::string text((std::istreambuf_iterator<char>(file)),
+                           std::istreambuf_iterator<char>());
+    const std::string fence = "```sched\n";
+    const size_t begin = text.find(fence) + fence.size();
+    return text.substr(begin, text.find("```", begin) - begin);
+}
+
+TEST(BuildCommand, TheWorkedExampleOfTheReferenceWorks) {
+    const ScratchFolder folder;
+    folder.write("mine.sched", worked_example());
+    const auto emit = [&](const char* form, const char* target) {
+        return openflc({"emit", kPostcard, "--stage", "slab", "--as", form, "--schedule",
+                        folder / "mine.sched", "--param", "strip=8", "--target", target});
+    };
+    const Outcome schedule = emit("schedule", "avx2");
+    EXPECT_EQ(schedule.exit_code, 0) << schedule.err;
+    EXPECT_NE(schedule.out.find("weights.split(column, strips, column, 8)\n"), std::string::npos);
+    EXPECT_NE(schedule.out.find("slab.parallel(batch)\n"), std::string::npos);
+    EXPECT_EQ(emit("schedule", "sse41").out.find("parallel"), std::string::npos);
+    const Outcome loops = emit("loops", "avx2");
+    EXPECT_EQ(loops.exit_code, 0) << loops.err;
+    for (const char* line :
+         {"slab:\n", "parallel batch:\n", "for strips:\n", "for column in 8:\n",
+          "store samples_0: ", "samples_0: computed by the runtime\n", "vectorized z in 8:\n"})
+        EXPECT_NE(loops.out.find(line), std::string::npos) << line << loops.out;
 }
 
 TEST(BuildCommand, SaysThatSamplesHaveNoLoops) {
@@ -69,7 +147,7 @@ TEST(BuildCommand, SaysThatSamplesHaveNoLoops) {
 
 TEST(BuildCommand, WantsToKnowTheKernelOfASchedule) {
     const std::string text = errors_of("fast.sched", "weights.vectorize(z)\n", 1);
-    EXPECT_NE(text.find("no kernel is called `fast`"), std::string::npos) << text;
+    EXPECT_NE(text.find("no pipeline is called `fast`"), std::string::npos) << text;
 }
 
 TEST(BuildCommand, ReportsWhatIsMissing) {
@@ -135,7 +213,7 @@ TEST(BuildCommand, LeavesNothingBehindWhenItIsEnded) {
 }
 
 TEST(EmitCommand, PrintsEveryForm) {
-    for (const char* form : {"ir", "halide", "stmt", "llvm", "asm"}) {
+    for (const char* form : {"ir", "halide", "schedule", "loops", "stmt", "llvm", "asm"}) {
         const Outcome out = openflc({"emit", kPostcard, "--stage", "volume_bounds", "--as", form});
         EXPECT_EQ(out.exit_code, 0) << out.err;
         EXPECT_GT(out.out.size(), 100u) << form;

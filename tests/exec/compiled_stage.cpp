@@ -519,6 +519,11 @@ SlabResults run_slab(const openfab_fablet& fablet, openfab_isa isa, const StageI
 
 }  // namespace
 
+ir::Stage slab_stage(const ir::Stage& stage) {
+    StageResults none;
+    return with_float_outputs(stage, StageResults(stage.outputs.size()), &none);
+}
+
 void expect_equal_slab(const ir::Stage& stage, const StageResults& expected,
                        const StageInputs& inputs, const lower::ProgramOptions& options,
                        const ir::Stage* demand) {

@@ -15,7 +15,7 @@
 
 #include "compiler/ir/ir.h"
 #include "compiler/lower/jit.h"
-#include "compiler/lower/schedule.h"
+#include "compiler/schedule/schedule.h"
 #include "tests/support/tested_isas.h"
 
 namespace openfab::testing {
@@ -75,6 +75,9 @@ StageResults interpret(const ir::Stage& stage, const StageInputs& inputs);
 /// Same, through the kernels and steps of a segmented stage.
 StageResults interpret_segments(const ir::Stage& stage, const passes::SegmentedStage& segmented,
                                 const StageInputs& inputs);
+
+/// Returns the stage of amounts whose slab kernel expect_equal_slab compiles.
+ir::Stage slab_stage(const ir::Stage& stage);
 
 /// Compares what the slab kernel of a volume stage makes of the inputs with what the twin of
 /// normalise makes of the amounts that are expected: outputs that are no floats are left out.

@@ -16,6 +16,7 @@
 #include "compiler/passes/hoist_invariants.h"
 #include "compiler/passes/simplify.h"
 #include "tests/exec/compiled_stage.h"
+#include "tests/exec/random_schedules.h"
 
 namespace openfab::testing {
 
@@ -129,15 +130,14 @@ TEST(RandomStage, SchedulesChangeNoBit) {
           "slab.split(column, co, ci, 3).reorder(z, ci, co).unroll(ci)\n"
           "values_*.compute_at(slab, co).vectorize(z, 4)\n",
           "values_*.compute_root()\nslab.fuse(z, column, all).parallel(all)\n"}) {
-        auto parsed = lower::parse_schedule("slab.sched", text);
-        ASSERT_NE(std::get_if<lower::Schedule>(&parsed), nullptr) << text;
-        lower::ProgramOptions options;
-        options.isas = {OPENFAB_ISA_AVX2};
-        options.schedule = &std::get<lower::Schedule>(parsed);
-        options.schedule_kernel = "slab";
         SCOPED_TRACE(text);
-        expect_equal_slab(stage, expected, inputs, options);
+        expect_schedule_changes_no_bit(stage, expected, inputs, text, {OPENFAB_ISA_AVX2});
     }
+}
+
+TEST(RandomStage, RandomSchedulesChangeNoBit) {
+    const ir::Stage stage = random_stage(kStages + 2, kOperations / 2);
+    expect_schedules_change_no_bit(stage, random_inputs(8), 1);
 }
 
 TEST(RandomStage, SlabsNormaliseWhatIsInterpreted) {

@@ -13,6 +13,7 @@
 #include <random>
 
 #include "tests/exec/compiled_stage.h"
+#include "tests/exec/random_schedules.h"
 
 namespace openfab::testing {
 
@@ -203,13 +204,16 @@ TEST(Sampling, SchedulesChangeNoBit) {
          {"slab.vectorize(z)\n",
           "values_early_*.compute_root()\nsamples_1.compute_at(weights, column)\n"}) {
         SCOPED_TRACE(text);
-        auto parsed = lower::parse_schedule("slab.sched", text);
-        ASSERT_NE(std::get_if<lower::Schedule>(&parsed), nullptr);
-        lower::ProgramOptions options;
-        options.isas = tested_isas();
-        options.schedule = &std::get<lower::Schedule>(parsed);
-        options.schedule_kernel = "slab";
-        expect_equal_slab(stage, expected, inputs, options);
+        expect_schedule_changes_no_bit(stage, expected, inputs, text, tested_isas());
+    }
+}
+
+TEST(Sampling, RandomSchedulesChangeNoBit) {
+    for (const ir::StageKind kind : {ir::StageKind::kVolume, ir::StageKind::kSurface}) {
+        const bool volume = kind == ir::StageKind::kVolume;
+        StageInputs inputs = make_inputs(volume ? 1024 : 203, volume ? 2 : 203, 3);
+        inputs.textures = {make_texture(37, 20, 3, 1, 1, 3)};
+        expect_schedules_change_no_bit(make_dependent_stage(kind), inputs, 2);
     }
 }
 

@@ -15,6 +15,7 @@
 #include "compiler/interp/sample_volume.h"
 #include "compiler/passes/form_surface_bounds.h"
 #include "tests/exec/compiled_stage.h"
+#include "tests/exec/random_schedules.h"
 #include "texture/pyramid.h"
 
 namespace openfab::testing {
@@ -137,6 +138,13 @@ TEST(VolumeSampling, BesidePicturesEqualsInterpreter) {
                            make_texture(64, 48, 3, 1, filter, 2)};
         expect_equal(stage, interpret(stage, inputs), *compiled, inputs);
     }
+}
+
+/// A reduction over two levels.
+TEST(VolumeSampling, RandomSchedulesChangeNoBit) {
+    StageInputs inputs = make_inputs(1024, 2, 5);
+    inputs.textures = {make_volume({9, 6, 5}, 3, 1, 1, 5)};
+    expect_schedules_change_no_bit(make_stage(ir::StageKind::kVolume, false), inputs, 3);
 }
 
 TEST(VolumeSampling, BoundsHoldEverySample) {

@@ -25,7 +25,7 @@
 #include "base/json.h"
 #include "base/result.h"
 #include "base/text.h"
-#include "compiler/lower/schedule.h"
+#include "compiler/schedule/schedule.h"
 #include "mesh/check/mesh_check.h"
 #include "mesh/load/load_mesh.h"
 #include "tests/fuzz/readers/seal.h"
@@ -131,12 +131,28 @@ constexpr auto picture = converted<file, texture::ImageOptions, tools::make_pyra
 template <const char* file>
 constexpr auto volume = converted<file, texture::VolumeOptions, tools::make_volume_file>;
 
+// What is bound is written and read again, as the same.
 bool schedule(std::string_view bytes) {
-    const auto read = lower::parse_schedule("a.sched", bytes);
-    const auto* fault = std::get_if<lower::ScheduleFault>(&read);
-    if (fault == nullptr) return true;
-    if (fault->message.empty() || fault->offset > bytes.size()) std::abort();
-    return false;
+    const auto open = [](const std::string& name, const schedule::Source& from) {
+        auto opened = schedule::open_built_in(name, from);
+        if (auto* source = std::get_if<schedule::Source>(&opened)) source->file = 1;
+        return opened;
+    };
+    const auto refused = [&](const schedule::Fault& fault) {
+        if (fault.message.empty() || (fault.file == 0 && fault.offset > bytes.size())) std::abort();
+        return false;
+    };
+    const auto file = schedule::parse({"a.sched", std::string(bytes)}, open);
+    if (const auto* fault = std::get_if<schedule::Fault>(&file)) return refused(*fault);
+    for (const std::string& target : schedule::targets()) {
+        const auto bound = schedule::bind(std::get<schedule::File>(file), {.target = target});
+        if (const auto* fault = std::get_if<schedule::Fault>(&bound)) return refused(*fault);
+        const std::string text = schedule::text_of(std::get<schedule::Schedule>(bound));
+        const auto again = schedule::read({"b.sched", text});
+        const auto* same = std::get_if<schedule::Schedule>(&again);
+        if (same == nullptr || schedule::text_of(*same) != text) std::abort();
+    }
+    return true;
 }
 
 bool json(std::string_view bytes) {

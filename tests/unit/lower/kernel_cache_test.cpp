@@ -14,7 +14,7 @@
 #include <thread>
 #include <vector>
 
-#include "compiler/lower/schedule.h"
+#include "compiler/schedule/schedule.h"
 #include "tests/support/process/process.h"
 
 namespace openfab::lower {
@@ -26,7 +26,7 @@ using testing::read_file;
 using testing::ScratchFolder;
 
 std::shared_ptr<const KernelObject> object(uint64_t number, const std::string& code) {
-    return std::make_shared<const KernelObject>(KernelObject{{number, ~number}, code});
+    return std::make_shared<const KernelObject>(KernelObject{{number, ~number}, code, 7});
 }
 
 fs::path entry(const ScratchFolder& folder, uint64_t number) {
@@ -50,6 +50,7 @@ TEST(KernelCache, KeepsWhatItIsGiven) {
     const auto found = find(folder, 1);
     ASSERT_NE(found, nullptr);
     EXPECT_EQ(found->code, code);
+    EXPECT_EQ(found->stored_bytes, 7);
     EXPECT_EQ(found->key, (KernelKey{1, ~uint64_t{1}}));
     EXPECT_EQ(find(folder, 2), nullptr);
 }
@@ -171,9 +172,19 @@ TEST(KernelKey, TellsApartAllThatDecidesTheCode) {
     ir::Stage elsewhere = stage(1);
     elsewhere.instrs[1].span = {7, 100, 120};
     const ir::Stage next = stage(std::nextafter(1.0f, 2.0f));
-    auto parsed = parse_schedule("mine.sched", "slab.vectorize(z)\n");
-    const Schedule mine = std::get<Schedule>(parsed);
-    const Schedule& usual = default_schedule("slab", "avx2");
+    const auto bound = [](const std::string& text, const schedule::Binding& to) {
+        return std::get<schedule::Schedule>(schedule::read({"mine.sched", text}, to));
+    };
+    const schedule::Schedule mine = bound("slab.vectorize(z)", {});
+    const schedule::Schedule commented = bound("# lanes\nslab . vectorize(z)\n", {});
+    // What is in force decides, not what the file says.
+    const std::string choices =
+        "param batch = 8 in [4, 64]\nwhen avx2 { slab.vectorize(z) }\nslab.unroll(column, batch)";
+    const schedule::Schedule eight = bound(choices, {});
+    const schedule::Schedule sixteen = bound(choices, {.params = {{"batch", 16}}});
+    const schedule::Schedule vectors = bound(choices, {.target = "avx2", .params = {}});
+    const schedule::Schedule included = bound("include \"slab.sched\"\n", {.target = "avx2"});
+    const schedule::Schedule& usual = schedule::default_schedule("slab", "avx2");
     const KernelRequest request{&one, nullptr, "f", OPENFAB_ISA_AVX2, nullptr};
     const KernelKey key = key_of(request);
     EXPECT_EQ(key_of({&one, nullptr, "another_name", OPENFAB_ISA_AVX2, nullptr}), key);
@@ -185,7 +196,14 @@ TEST(KernelKey, TellsApartAllThatDecidesTheCode) {
         key_of({&one, &next, "f", OPENFAB_ISA_AVX2, nullptr}),
         // The user's own copy of the built-in one is compiled with checks.
         key_of({&one, nullptr, "f", OPENFAB_ISA_AVX2, &usual}),
+        key_of({&one, nullptr, "f", OPENFAB_ISA_AVX2, &eight}),
+        key_of({&one, nullptr, "f", OPENFAB_ISA_AVX2, &sixteen}),
+        key_of({&one, nullptr, "f", OPENFAB_ISA_AVX2, &vectors}),
     };
+    EXPECT_EQ(key_of({&one, nullptr, "f", OPENFAB_ISA_AVX2, &commented}),
+              key_of({&one, nullptr, "f", OPENFAB_ISA_AVX2, &mine}));
+    EXPECT_EQ(key_of({&one, nullptr, "f", OPENFAB_ISA_AVX2, &included}),
+              key_of({&one, nullptr, "f", OPENFAB_ISA_AVX2, &usual}));
     others.push_back(key);
     for (size_t a = 0; a < others.size(); ++a) {
         for (size_t b = 0; b < a; ++b)

@@ -91,10 +91,10 @@ TEST(LaterKernels, KnowNothingUntilTheyAreThere) {
 TEST(LaterKernels, AScheduleOfTheUsersIsTriedAtOnce) {
     const passes::KernelStages stages = distance_bounds();
     const ir::Fablet fablet;
-    const auto parsed = parse_schedule("volume_bounds.sched", "bounds.vectorize(lane)\n");
+    const auto parsed = schedule::read({"volume_bounds.sched", "bounds.vectorize(lane)\n"});
     ProgramOptions options;
-    options.schedule = &std::get<Schedule>(parsed);
-    options.schedule_kernel = "volume_bounds";
+    for (const openfab_isa isa : options.isas)
+        options.schedules[{"volume_bounds", isa}] = std::get<schedule::Schedule>(parsed);
     for (const KernelUnit& kernel : list_kernels({{&fablet, &stages, "test.fl", 1}}, options))
         EXPECT_FALSE(can_come_later(kernel));
 }

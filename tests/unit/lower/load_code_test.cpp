@@ -29,7 +29,7 @@ std::string object_of_triple() {
     auto made = compile_object({&stage, nullptr, kFunction, OPENFAB_ISA_SSE41, nullptr});
     const auto* fault = std::get_if<Fault>(&made);
     EXPECT_EQ(fault, nullptr) << fault->internal;
-    return fault == nullptr ? std::get<std::string>(made) : "";
+    return fault == nullptr ? std::get<CompiledKernel>(made).code : "";
 }
 
 float call(openfab_kernel_fn function, float in) {
@@ -58,12 +58,12 @@ TEST(LoadCode, LoadsParallelLoops) {
     ir::Builder builder(&stage);
     const ir::ValueId in = builder.input(ir::Type::kFloat, OPENFAB_ARG_DISTANCE, 0, 0);
     stage.outputs.push_back({"weight", OPENFAB_ARG_WEIGHT, 0, 0, in});
-    const auto parsed = parse_schedule("slab.sched", "slab.parallel(column)\n");
+    const auto parsed = schedule::read({"slab.sched", "slab.parallel(column)\n"});
     for (const openfab_isa isa : {OPENFAB_ISA_SSE41, OPENFAB_ISA_AVX2}) {
-        const auto made =
-            compile_object({&stage, nullptr, kFunction, isa, &std::get<Schedule>(parsed)});
-        ASSERT_TRUE(std::holds_alternative<std::string>(made));
-        const auto loaded = load_code(std::get<std::string>(made), kFunction + "_argv");
+        const auto made = compile_object(
+            {&stage, nullptr, kFunction, isa, &std::get<schedule::Schedule>(parsed)});
+        ASSERT_TRUE(std::holds_alternative<CompiledKernel>(made));
+        const auto loaded = load_code(std::get<CompiledKernel>(made).code, kFunction + "_argv");
         EXPECT_TRUE(std::holds_alternative<LoadedKernel>(loaded)) << std::get<std::string>(loaded);
     }
 }

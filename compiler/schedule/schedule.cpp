@@ -1,0 +1,130 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "compiler/schedule/schedule.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <iterator>
+#include <map>
+
+#include "base/near_miss.h"
+#include "compiler/schedule/default_schedules.h"
+#include "compiler/schedule/rules.h"
+
+namespace openfab::schedule {
+
+namespace {
+
+std::vector<std::string> built_in_names() {
+    std::vector<std::string> out;
+    for (const EmbeddedText& file : kSchedules)
+        out.emplace_back(file.name);
+    return out;
+}
+
+Source built_in_source(const EmbeddedText& file) {
+    return {fmt::format("schedules/{}", file.name), std::string(file.text), 0};
+}
+
+[[noreturn]] void stop(std::string_view path, const Fault& fault) {
+    fmt::print(stderr, "{}:{}:{}: internal error: {}\n", path, fault.line, fault.column,
+               fault.message);
+    std::abort();
+}
+
+const std::map<std::string, File, std::less<>>& built_in_files() {
+    static const std::map<std::string, File, std::less<>> parsed = [] {
+        std::map<std::string, File, std::less<>> out;
+        for (const EmbeddedText& file : kSchedules) {
+            auto made = parse(built_in_source(file));
+            if (const auto* fault = std::get_if<Fault>(&made)) stop(file.name, *fault);
+            out[std::string(file.name)] = std::get<File>(std::move(made));
+        }
+        return out;
+    }();
+    return parsed;
+}
+
+/// `a % 4 == 0`, or `x, y`.
+std::string args_text(const Directive& directive) {
+    std::vector<std::string> words;
+    for (const Word& arg : directive.args)
+        words.push_back(arg.text);
+    const DirectiveRule* rule = find_rule(directive.name.text);
+    const bool condition =
+        rule != nullptr && !rule->args.empty() && rule->args[0] == ArgKind::kCondition;
+    return fmt::format("{}", fmt::join(words, condition ? " " : ", "));
+}
+
+}  // namespace
+
+bool Param::allows(int64_t number) const {
+    if (is_range) return number >= choices.front() && number <= choices.back();
+    return std::find(choices.begin(), choices.end(), number) != choices.end();
+}
+
+std::string Param::set() const {
+    return fmt::format("{}{}{}", is_range ? '[' : '{', fmt::join(choices, ", "),
+                       is_range ? ']' : '}');
+}
+
+std::variant<Source, std::string> open_built_in(const std::string& name, const Source& from) {
+    const auto* file = std::find_if(std::begin(kSchedules), std::end(kSchedules),
+                                    [&](const EmbeddedText& f) { return f.name == name; });
+    if (file != std::end(kSchedules)) {
+        Source source = built_in_source(*file);
+        source.file = from.file;
+        return source;
+    }
+    return fmt::format("no built-in schedule is called so; {}",
+                       near_or_all(name, built_in_names(), "there are"));
+}
+
+std::variant<Schedule, Fault> read(const Source& source, const Binding& binding) {
+    auto parsed = parse(source);
+    if (auto* fault = std::get_if<Fault>(&parsed)) return std::move(*fault);
+    return bind(std::get<File>(parsed), binding);
+}
+
+std::string text_of(const Schedule& schedule) {
+    std::string out;
+    for (const Line& line : schedule.lines) {
+        out += line.func.text;
+        for (const Directive& directive : line.directives)
+            out += fmt::format(".{}({})", directive.name.text, args_text(directive));
+        out += '\n';
+    }
+    return out;
+}
+
+const File* default_file(std::string_view kernel, std::string_view target) {
+    const auto& files = built_in_files();
+    for (const std::string& name :
+         {fmt::format("{}.{}.sched", kernel, target), fmt::format("{}.sched", kernel)}) {
+        if (const auto found = files.find(name); found != files.end()) return &found->second;
+    }
+    return nullptr;
+}
+
+const Schedule& default_schedule(std::string_view kernel, std::string_view target) {
+    // Bound at once for every target: kernels are compiled in several threads.
+    static const std::map<std::string, Schedule> bound = [] {
+        std::map<std::string, Schedule> out;
+        for (const auto& [name, file] : built_in_files()) {
+            for (const std::string& each : targets()) {
+                const std::string stem = name.substr(0, name.find('.'));
+                const File* chosen = default_file(stem, each);
+                if (chosen == nullptr) continue;
+                auto made = bind(*chosen, {.target = each, .params = {}});
+                if (const auto* fault = std::get_if<Fault>(&made)) stop(name, *fault);
+                out[fmt::format("{} {}", stem, each)] = std::get<Schedule>(std::move(made));
+            }
+        }
+        return out;
+    }();
+    return bound.at(fmt::format("{} {}", kernel, target));
+}
+
+}  // namespace openfab::schedule

@@ -1,0 +1,49 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "compiler/lower/compile.h"
+
+#include <gtest/gtest.h>
+
+namespace openfab::lower {
+
+namespace {
+
+ir::Stage distance_stage() {
+    ir::Stage stage;
+    stage.kind = ir::StageKind::kVolume;
+    ir::Builder b(&stage);
+    const ir::ValueId d = b.input(ir::Type::kFloat, OPENFAB_ARG_DISTANCE, 0, 0);
+    stage.outputs.push_back({"slot", OPENFAB_ARG_WEIGHT, 0, 0, d});
+    return stage;
+}
+
+TEST(EmitText, EveryPipelineHasABuiltInSchedule) {
+    for (const std::string& name : pipeline_names()) {
+        for (const std::string& target : schedule::targets())
+            EXPECT_NE(schedule::default_file(name, target), nullptr) << name;
+    }
+}
+
+// What `--as schedule` prints is a file that gives the same kernel again, for whoever has it.
+TEST(EmitText, TheScheduleInForceIsAFile) {
+    const ir::Stage stage = distance_stage();
+    for (const openfab_isa isa : {OPENFAB_ISA_SSE41, OPENFAB_ISA_AVX2}) {
+        const KernelRequest usual{&stage, nullptr, "kernel", isa, nullptr};
+        const auto text = emit_text(usual, TextForm::kSchedule);
+        ASSERT_TRUE(std::holds_alternative<std::string>(text));
+        const auto again = schedule::read({"again.sched", std::get<std::string>(text)});
+        ASSERT_TRUE(std::holds_alternative<schedule::Schedule>(again));
+        const auto& mine = std::get<schedule::Schedule>(again);
+        EXPECT_EQ(schedule::text_of(mine),
+                  schedule::text_of(schedule::default_schedule("slab", isa_name(isa))));
+        const auto loops = emit_text(usual, TextForm::kLoops);
+        ASSERT_TRUE(std::holds_alternative<std::string>(loops));
+        EXPECT_EQ(std::get<std::string>(
+                      emit_text({&stage, nullptr, "kernel", isa, &mine}, TextForm::kLoops)),
+                  std::get<std::string>(loops));
+    }
+}
+
+}  // namespace
+
+}  // namespace openfab::lower
