@@ -77,8 +77,8 @@ std::vector<std::string> thin_part_warnings(const std::vector<part::Part>& parts
             vanishes = vanishes || voxels[a] + grows / pitch_mm[a] < 1;
         if (!vanishes || ++thin > kMostLines) continue;
         warnings.push_back(describe(part, voxels) +
-                           "; what is thinner than a voxel prints only where it holds the centre "
-                           "of one");
+                           "; anything thinner than a voxel prints only where it contains the "
+                           "centre of one");
     }
     if (thin > kMostLines)
         warnings.push_back(

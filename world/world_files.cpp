@@ -97,7 +97,7 @@ fs::path WorldFiles::images(const JsonValue& value, const std::string& what) {
         for (size_t i = 0; i < slices.size() && json_.ok(); ++i)
             also(value, slices[i]);
     } else {
-        json_.fail(value, fmt::format("{} `{}` names no file", what, path.string()),
+        json_.fail(value, fmt::format("{}: no file matches `{}`", what, path.string()),
                    "paths count from the world's folder");
     }
     if (!json_.ok() || slices.size() > 1) return path;
@@ -107,7 +107,7 @@ fs::path WorldFiles::images(const JsonValue& value, const std::string& what) {
 }
 
 void WorldFiles::also(const JsonValue& value, const fs::path& file) {
-    check(value, fmt::format("`{}`, which it reads,", file.filename().string()), file);
+    check(value, fmt::format("its file `{}`", file.filename().string()), file);
     add(value, file);
 }
 

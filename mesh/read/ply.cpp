@@ -264,14 +264,18 @@ class PlyReader {
         double length = 0;
         if (Complaint wrong = values_.next(property.count_type, &length); !wrong.empty())
             return wrong;
-        if (length < 0 || length > static_cast<double>(most) ||
-            length > static_cast<double>(values_.most_left(property.type))) {
-            return fmt::format("the list `{}` is {} long", property.name.substr(0, 40), length);
+        const std::string name = property.name.substr(0, 40);
+        if (length < 0 || length > static_cast<double>(most)) {
+            return fmt::format("the list `{}` has {} values; 0 to {} are possible", name, length,
+                               most);
+        }
+        if (length > static_cast<double>(values_.most_left(property.type))) {
+            return fmt::format("the file ends before the {} values of the list `{}`", length, name);
         }
         // Twice, since growing copies the list.
         if (2 * length * sizeof(double) > static_cast<double>(memory_bytes_))
-            return fmt::format("the list `{}` of {} values takes more memory than is allowed",
-                               property.name.substr(0, 40), length);
+            return fmt::format("the list `{}` of {} values takes more memory than is allowed", name,
+                               length);
         out->resize(static_cast<size_t>(length));
         for (double& value : *out) {
             if (Complaint wrong = values_.next(property.type, &value); !wrong.empty()) return wrong;

@@ -58,7 +58,7 @@ void on_end(void* data, const char* name) {
 }
 
 void on_document_type(void* data, const char*, const char*, const char*, int) {
-    static_cast<Parse*>(data)->stop("a document type, which is not allowed");
+    static_cast<Parse*>(data)->stop("a document type declaration, which is not allowed");
 }
 
 }  // namespace

@@ -228,7 +228,7 @@ TEST_F(Refusals, PartsThatVanishAreNamed) {
         print({"-o", path("a.ofr"), "--stats", path("s.json")}, "sheet.fab.json");
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
     EXPECT_THAT(outcome.err, HasSubstr("warning: `thing` (number 1 of the build) is 80 x 80 x 0.04 "
-                                       "voxels; what is thinner than a voxel"));
+                                       "voxels; anything thinner than a voxel"));
     EXPECT_THAT(outcome.err, HasSubstr("warning: nothing was printed: no voxel has any material; "
                                        "`thing` (number 0 of the build) is 80 x 80 x 0.04 voxels"));
     EXPECT_THAT(read_file(path("s.json")), HasSubstr("nothing was printed"));

@@ -210,11 +210,12 @@ TEST(Ply, ReadsCornersAlone) {
     };
     EXPECT_EQ(little(3, 4), "a.ply: face 3: the face refers to vertex 4, but there are 4");
     EXPECT_EQ(little(3, -1), "a.ply: face 3: the face refers to vertex -1, but there are 4");
-    EXPECT_EQ(little(4, 3), "a.ply: face 3: the list `vertex_indices` is 4 long");
+    EXPECT_EQ(little(4, 3),
+              "a.ply: face 3: the file ends before the 4 values of the list `vertex_indices`");
     EXPECT_EQ(little(2, 3), "a.ply: face 3: a face with fewer than 3 corners");
     const std::string whole = corners_only(Kind::kLittle);
     EXPECT_EQ(parse_error(whole.substr(0, whole.size() - 1), "a.ply"),
-              "a.ply: face 3: the list `vertex_indices` is 3 long");
+              "a.ply: face 3: the file ends before the 3 values of the list `vertex_indices`");
     EXPECT_EQ(parse_error(whole.substr(0, whole.size() - 53), "a.ply"),
               "a.ply: vertex 3: the file ends here; it was cut short");
 }
@@ -246,7 +247,8 @@ TEST(Ply, TakesNoNumbersOfTheListBefore) {
         append(&bytes, 1e300);
     append(&bytes, uint8_t{1});
     bytes.append(3, '\0');
-    EXPECT_EQ(parse_error(bytes, "a.ply"), "a.ply: face 0: the list `vertex_indices` is 1 long");
+    EXPECT_EQ(parse_error(bytes, "a.ply"),
+              "a.ply: face 0: the file ends before the 1 values of the list `vertex_indices`");
     // Doubles beyond the floats.
     const std::string far =
         "ply\nformat ascii 1.0\nelement vertex 1\nproperty double x\nproperty double y\nproperty "

@@ -278,9 +278,8 @@ TEST_F(WorldTest, DataOfADetachedVolumeAreFilesOfTheWorld) {
     const std::string header =
         "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 1 1 1\nencoding: raw\ndata file: ";
     folder_.write("scan.nhdr", header + "/etc/passwd\n\n");
-    EXPECT_NE(
-        error_with("photo.png", "scan.nhdr").find("`passwd`, which it reads, is `/etc/passwd`"),
-        std::string::npos);
+    EXPECT_NE(error_with("photo.png", "scan.nhdr").find("its file `passwd` is `/etc/passwd`"),
+              std::string::npos);
     folder_.write("scan.nhdr", header + "scan.raw\n\n");
     std::string text = kWorld;
     const Result<World> world =
