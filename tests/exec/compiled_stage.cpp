@@ -33,13 +33,13 @@ bool is_scalar(int32_t kind) {
 
 class ElementEnvironment : public interp::Environment {
   public:
-    ElementEnvironment(const StageInputs& inputs, bool volume, size_t place)
-        : inputs_(inputs), volume_(volume), place_(place) {}
+    ElementEnvironment(const StageInputs& inputs, bool volume, size_t element)
+        : inputs_(inputs), volume_(volume), element_(element) {}
 
     uint32_t input(int32_t kind, int32_t a, int32_t b) const override {
         if (kind >= ir::kVoxelCoord) return voxel_coord(kind, a);
         const std::vector<uint32_t>& values = inputs_.values.at({kind, a, b});
-        return values.at(is_scalar(kind) ? 0 : place_);
+        return values.at(is_scalar(kind) ? 0 : element_);
     }
     interp::TextureView texture(int32_t index) const override {
         const TestTexture& t = inputs_.textures.at(static_cast<size_t>(index));
@@ -54,10 +54,10 @@ class ElementEnvironment : public interp::Environment {
 
   private:
     uint32_t voxel_coord(int32_t kind, int32_t axis) const {
-        const size_t block = volume_ ? place_ / kVoxels : place_;
+        const size_t block = volume_ ? element_ / kVoxels : element_;
         const auto& blocks = inputs_.values.at({OPENFAB_ARG_BLOCKS, 0, 0});
         auto index = static_cast<int32_t>(blocks.at(block * 3 + static_cast<size_t>(axis)));
-        const size_t voxel = place_ % kVoxels;
+        const size_t voxel = element_ % kVoxels;
         const std::array<size_t, 3> offset = {voxel / 8 % 8, voxel / 64, voxel % 8};
         if (kind == ir::kVoxelCoord)
             index += static_cast<int32_t>(offset.at(static_cast<size_t>(axis)));
@@ -69,7 +69,7 @@ class ElementEnvironment : public interp::Environment {
 
     const StageInputs& inputs_;
     bool volume_;
-    size_t place_;
+    size_t element_;
 };
 
 /// One element is a voxel.
@@ -77,8 +77,8 @@ bool of_voxels(ir::StageKind kind) {
     return kind == ir::StageKind::kVolume || kind == ir::StageKind::kVolumeDemand;
 }
 
-size_t place_count(const ir::Stage& stage, const StageInputs& inputs) {
-    return static_cast<size_t>(inputs.places) * (of_voxels(stage.kind) ? kVoxels : 1);
+size_t element_count(const ir::Stage& stage, const StageInputs& inputs) {
+    return static_cast<size_t>(inputs.elements) * (of_voxels(stage.kind) ? kVoxels : 1);
 }
 
 ir::Stage* member(passes::KernelStages* stages, ir::StageKind kind) {
@@ -179,7 +179,7 @@ void set_texture(const openfab_arg& arg, const StageInputs& inputs, abi::KernelB
 }
 
 /// The address of a scalar, or of a buffer that is added to `buffers`, of `count` values where it
-/// has one a place.
+/// has one per element.
 const void* input_argument(const openfab_arg& arg, const StageInputs& inputs,
                            const std::vector<int32_t>& columns, size_t count,
                            std::deque<abi::KernelBuffer>* buffers) {
@@ -189,7 +189,7 @@ const void* input_argument(const openfab_arg& arg, const StageInputs& inputs,
     if (arg.kind == OPENFAB_ARG_TEXTURE) {
         set_texture(arg, inputs, &buffer);
     } else if (arg.kind == OPENFAB_ARG_BLOCKS) {
-        buffer.set_dense(type, inputs.values.at({arg.kind, 0, 0}).data(), {3, inputs.places});
+        buffer.set_dense(type, inputs.values.at({arg.kind, 0, 0}).data(), {3, inputs.elements});
     } else if (arg.kind == OPENFAB_ARG_GROUPS) {
         buffer.set_dense(type, columns.data(), {static_cast<int32_t>(columns.size())});
     } else {
@@ -202,8 +202,8 @@ const void* input_argument(const openfab_arg& arg, const StageInputs& inputs,
 /// Flat buffers of the batch, in whole groups, and the answers to queries.
 class SegmentHost : public segments::Arguments, public segments::Handler {
   public:
-    SegmentHost(const StageInputs& inputs, size_t places, StageResults* results)
-        : inputs_(inputs), places_((places + 7) / 8 * 8), results_(*results) {}
+    SegmentHost(const StageInputs& inputs, size_t elements, StageResults* results)
+        : inputs_(inputs), elements_((elements + 7) / 8 * 8), results_(*results) {}
 
     const void* input(const openfab_arg& arg) override {
         if (is_scalar(arg.kind)) return inputs_.values.at({arg.kind, arg.a, arg.b}).data();
@@ -212,12 +212,13 @@ class SegmentHost : public segments::Arguments, public segments::Handler {
         if (arg.kind == OPENFAB_ARG_TEXTURE) {
             set_texture(arg, inputs_, &buffer);
         } else if (arg.kind == OPENFAB_ARG_BLOCKS) {
-            buffer.set_dense(type, inputs_.values.at({arg.kind, 0, 0}).data(), {3, inputs_.places});
+            buffer.set_dense(type, inputs_.values.at({arg.kind, 0, 0}).data(),
+                             {3, inputs_.elements});
         } else {
             std::vector<uint32_t>& padded =
                 padded_.emplace_back(inputs_.values.at({arg.kind, arg.a, arg.b}));
-            padded.resize(places_, 0x7fc00000u);
-            buffer.set_dense(type, padded.data(), {static_cast<int32_t>(places_)});
+            padded.resize(elements_, 0x7fc00000u);
+            buffer.set_dense(type, padded.data(), {static_cast<int32_t>(elements_)});
         }
         return buffer.raw();
     }
@@ -245,7 +246,7 @@ class SegmentHost : public segments::Arguments, public segments::Handler {
 
   private:
     const StageInputs& inputs_;
-    const size_t places_;
+    const size_t elements_;
     StageResults& results_;
     std::deque<abi::KernelBuffer> buffers_;
     std::deque<std::vector<uint32_t>> padded_;
@@ -295,7 +296,7 @@ StageResults CompiledStage::run(openfab_isa isa, const StageInputs& inputs) cons
     const openfab_segments& segments = program_->fablets().fablets[0]->volume_segments;
     if (segments.step_count > 0) return run_segments(segments, isa, inputs);
     const openfab_kernel& kernel = member(*program_->fablets().fablets[0], stage_.kind);
-    const size_t count = place_count(stage_, inputs);
+    const size_t count = element_count(stage_, inputs);
     const size_t first_output = static_cast<size_t>(kernel.arg_count) - stage_.outputs.size();
     // One element beyond what the kernel may write.
     StageResults results(stage_.outputs.size(), std::vector<uint32_t>(count + 1, kUnwritten));
@@ -317,7 +318,7 @@ StageResults CompiledStage::run(openfab_isa isa, const StageInputs& inputs) cons
             buffer.set_columns(abi::halide_type(arg), demand.data(),
                                static_cast<int32_t>(columns.size()));
         } else {
-            buffer.set_dense(abi::halide_type(arg), data, {inputs.places});
+            buffer.set_dense(abi::halide_type(arg), data, {inputs.elements});
         }
         call.set(k, buffer.raw());
     }
@@ -332,7 +333,7 @@ StageResults CompiledStage::run(openfab_isa isa, const StageInputs& inputs) cons
 
 StageResults CompiledStage::run_segments(const openfab_segments& segments, openfab_isa isa,
                                          const StageInputs& inputs) const {
-    const size_t count = place_count(stage_, inputs);
+    const size_t count = element_count(stage_, inputs);
     StageResults results(stage_.outputs.size(), std::vector<uint32_t>(count + 8, kUnwritten));
     SegmentHost host(inputs, count, &results);
     segments::Driver driver;
@@ -358,26 +359,26 @@ uint32_t answer(int32_t kind, int32_t b, float x, float y, float z) {
 
 StageResults interpret_segments(const ir::Stage& stage, const passes::SegmentedStage& segmented,
                                 const StageInputs& inputs) {
-    size_t count = place_count(stage, inputs);
+    size_t count = element_count(stage, inputs);
     if (inputs.only > 0) count = std::min(count, inputs.only);
     StageResults results(stage.outputs.size(), std::vector<uint32_t>(count));
-    for (size_t place = 0; place < count; ++place) {
-        const ElementEnvironment environment(inputs, true, place);
+    for (size_t element = 0; element < count; ++element) {
+        const ElementEnvironment environment(inputs, true, element);
         for (const auto& [slot, bits] : SegmentWalk(segmented, environment).run())
-            results[slot][place] = bits;
+            results[slot][element] = bits;
     }
     return results;
 }
 
 StageResults interpret(const ir::Stage& stage, const StageInputs& inputs) {
-    size_t count = place_count(stage, inputs);
+    size_t count = element_count(stage, inputs);
     if (inputs.only > 0) count = std::min(count, inputs.only);
     StageResults results(stage.outputs.size(), std::vector<uint32_t>(count));
-    for (size_t place = 0; place < count; ++place) {
-        const ElementEnvironment environment(inputs, of_voxels(stage.kind), place);
+    for (size_t element = 0; element < count; ++element) {
+        const ElementEnvironment environment(inputs, of_voxels(stage.kind), element);
         const std::vector<uint32_t> values = interp::evaluate(stage, environment);
         for (size_t k = 0; k < values.size(); ++k)
-            results[k][place] = values[k];
+            results[k][element] = values[k];
     }
     return results;
 }
@@ -390,10 +391,11 @@ void expect_equal(const ir::Stage& stage, const StageResults& expected, const St
         const ir::Output& output = stage.outputs[k];
         const ir::Type type = stage.instrs[output.value].type;
         ASSERT_EQ(expected[k].size(), got[k].size());
-        for (size_t place = 0; place < expected[k].size(); ++place) {
-            if (same(type, expected[k][place], got[k][place])) continue;
-            ADD_FAILURE() << what << ": " << output.name << " at place " << place << ": expected "
-                          << std::hex << expected[k][place] << ", got " << got[k][place];
+        for (size_t element = 0; element < expected[k].size(); ++element) {
+            if (same(type, expected[k][element], got[k][element])) continue;
+            ADD_FAILURE() << what << ": " << output.name << " at element " << element
+                          << ": expected " << std::hex << expected[k][element] << ", got "
+                          << got[k][element];
             if (++reports == kMostReports) return;
             break;
         }
@@ -500,7 +502,7 @@ SlabResults run_slab(const openfab_fablet& fablet, openfab_isa isa, const StageI
             continue;
         }
         if (arg.kind < OPENFAB_ARG_CHANNELS) {
-            const size_t voxels = static_cast<size_t>(inputs.places) * kVoxels;
+            const size_t voxels = static_cast<size_t>(inputs.elements) * kVoxels;
             call.set(k, input_argument(arg, inputs, columns, voxels, &buffers));
             continue;
         }
@@ -538,7 +540,7 @@ void expect_equal_slab(const ir::Stage& stage, const StageResults& expected,
     for (size_t s = 0; s < amounts.size(); ++s)
         materials.push_back(static_cast<int32_t>((5 * s + 2) % (kMaterials + 1)));
     // Not all of them, and not in order.
-    for (int32_t c = inputs.places * kVoxels / 8; c-- > 0;) {
+    for (int32_t c = inputs.elements * kVoxels / 8; c-- > 0;) {
         if (c % 5 != 3) columns.push_back(c);
     }
     while (columns.size() % OPENFAB_LISTED_COLUMNS != 0)

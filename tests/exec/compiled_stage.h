@@ -41,15 +41,15 @@ struct StageInputs {
     using Key = std::array<int32_t, 3>;  ///< kind, a, b
     std::map<Key, std::vector<uint32_t>> values;
     std::vector<TestTexture> textures;
-    int32_t places = 0;  ///< n of the kernel: blocks of 512 voxels in a volume stage
-    size_t only = 0;     ///< interpret at most this many; 0: all
+    int32_t elements = 0;  ///< n of the kernel: blocks of 512 voxels in a volume stage
+    size_t only = 0;       ///< interpret at most this many; 0: all
 
     void set(int32_t kind, int32_t a, int32_t b, std::vector<uint32_t> bits) {
         values[{kind, a, b}] = std::move(bits);
     }
 };
 
-using StageResults = std::vector<std::vector<uint32_t>>;  ///< [output][place]
+using StageResults = std::vector<std::vector<uint32_t>>;  ///< [output][element]
 
 class CompiledStage {
   public:
@@ -86,7 +86,7 @@ void expect_equal_slab(const ir::Stage& stage, const StageResults& expected,
                        const StageInputs& inputs, const lower::ProgramOptions& options,
                        const ir::Stage* demand = nullptr);
 
-/// The answers of queries in these tests, by place and in every path alike.
+/// The answers of queries in these tests, by position, and the same on every path.
 uint32_t answer(int32_t kind, int32_t b, float x, float y, float z);
 
 /// Compares results bit for bit, treating all NaNs as equal, and reports the first differences.

@@ -138,7 +138,7 @@ class Functions {
     StageInputs inputs() const {
         std::mt19937 random(77);
         StageInputs in;
-        in.places = kBlocks;
+        in.elements = kBlocks;
         const auto fill = [&](int32_t a, int32_t b, const auto& next) {
             std::vector<uint32_t> bits(kPlaces);
             for (uint32_t& value : bits)

@@ -151,9 +151,9 @@ class Operations {
             }
         }
         StageInputs out;
-        out.places = static_cast<int32_t>(a.size());
+        out.elements = static_cast<int32_t>(a.size());
         if (stage_.kind == ir::StageKind::kVolume) {
-            out.places = 1;
+            out.elements = 1;
             a.resize(512, values[0]);
             b.resize(512, values[0]);
         }
@@ -235,9 +235,9 @@ TEST_P(OperationsTest, OneByOneWithATail) {
     Operations operations(ir::StageKind::kSurfaceBounds, GetParam());
     operations.add_varying();
     std::vector<StageInputs> runs = {operations.inputs()};
-    for (const int32_t places : {1, 3, 8, 9}) {
+    for (const int32_t elements : {1, 3, 8, 9}) {
         StageInputs few = operations.inputs();
-        few.places = std::min(places, few.places);
+        few.elements = std::min(elements, few.elements);
         runs.push_back(std::move(few));
     }
     check(operations.stage(), runs);

@@ -30,7 +30,7 @@ constexpr uint32_t kCutStages = 400;
 StageInputs random_inputs(uint32_t seed) {
     std::mt19937 random(seed);
     StageInputs inputs;
-    inputs.places = 2;
+    inputs.elements = 2;
     const size_t count = 1024;
     const auto floats = [&] {
         std::vector<uint32_t> bits;

@@ -48,7 +48,7 @@ Boxes make_boxes(uint32_t seed) {
         if (k % 40 == 39) box[0][0] = box[0][1] = std::numeric_limits<float>::quiet_NaN();
         out.ends.push_back(box);
     }
-    out.inputs.places = static_cast<int32_t>(kBoxes);
+    out.inputs.elements = static_cast<int32_t>(kBoxes);
     for (int32_t arg = 0; arg < kArgs; ++arg) {
         for (size_t end = 0; end < 2; ++end) {
             std::vector<uint32_t> bits;
@@ -68,7 +68,7 @@ Boxes make_boxes(uint32_t seed) {
 StageInputs make_points(const Boxes& boxes, uint32_t seed) {
     std::mt19937 random(seed);
     StageInputs inputs;
-    inputs.places = static_cast<int32_t>(kBoxes) * kPoints;
+    inputs.elements = static_cast<int32_t>(kBoxes) * kPoints;
     for (size_t arg = 0; arg < kArgs; ++arg) {
         std::vector<uint32_t> bits;
         for (const auto& box : boxes.ends) {

@@ -100,7 +100,7 @@ std::vector<uint32_t> floats(size_t count, const std::function<float(size_t)>& v
 /// Random coordinates, and every edge case; footprints from none to many texels, of every direction
 /// and ratio. Every other vector of 8 samples one spot with small footprints: inside the picture it
 /// needs no wrap, and has a code path of its own.
-StageInputs make_inputs(size_t count, int32_t places, uint32_t seed) {
+StageInputs make_inputs(size_t count, int32_t elements, uint32_t seed) {
     std::mt19937 random(seed);
     const auto unit = [&] { return static_cast<float>(random() >> 8) * 0x1p-24f; };
     const float inf = std::numeric_limits<float>::infinity();
@@ -120,7 +120,7 @@ StageInputs make_inputs(size_t count, int32_t places, uint32_t seed) {
                                         -1e-9f};
     float near = 0;
     const auto together = [](size_t k) { return k / 8 % 2 == 1; };
-    const auto place = [&](size_t k) {
+    const auto coordinate = [&](size_t k) {
         if (k % 8 == 0) near = unit() * 4.0f - 2.0f;
         if (together(k)) return near + unit() * 0.02f;
         if (random() % 8 == 0) return awkward[random() % awkward.size()];
@@ -132,9 +132,9 @@ StageInputs make_inputs(size_t count, int32_t places, uint32_t seed) {
         return std::ldexp(unit() - 0.5f, -static_cast<int>(random() % 12));
     };
     StageInputs inputs;
-    inputs.places = places;
-    inputs.set(OPENFAB_ARG_NEAREST, 0, 0, floats(count, place));
-    inputs.set(OPENFAB_ARG_NEAREST, 0, 1, floats(count, place));
+    inputs.elements = elements;
+    inputs.set(OPENFAB_ARG_NEAREST, 0, 0, floats(count, coordinate));
+    inputs.set(OPENFAB_ARG_NEAREST, 0, 1, floats(count, coordinate));
     inputs.set(OPENFAB_ARG_NEAREST, 0, 2, floats(count, [&](size_t k) {
                    return k % 3 == 0 ? unit() * 4.0f : static_cast<float>(k % 2);
                }));
@@ -153,7 +153,7 @@ StageInputs make_inputs(size_t count, int32_t places, uint32_t seed) {
 void check(const ir::Stage& stage) {
     const bool volume = stage.kind == ir::StageKind::kVolume;
     const size_t count = volume ? 1024 : 203;
-    const int32_t places = volume ? 2 : 203;
+    const int32_t elements = volume ? 2 : 203;
     ASSERT_EQ(ir::verify(stage), "");
     const std::unique_ptr<CompiledStage> compiled = CompiledStage::make(stage);
     ASSERT_NE(compiled, nullptr);
@@ -163,7 +163,7 @@ void check(const ir::Stage& stage) {
             for (int32_t filter = 0; filter < kFilters; ++filter) {
                 SCOPED_TRACE(::testing::Message() << "channels " << channels << " wrap " << wrap
                                                   << " filter " << filter << " seed " << seed);
-                StageInputs inputs = make_inputs(count, places, seed);
+                StageInputs inputs = make_inputs(count, elements, seed);
                 // Quotients by a power of two are computed as products.
                 const bool power = (channels + filter + wrap) % 2 == 0;
                 inputs.textures = {

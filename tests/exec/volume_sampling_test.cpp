@@ -38,8 +38,9 @@ TestTexture make_volume(const Vec3i& size, int32_t channels, int32_t wrap, int32
         const float along = static_cast<float>(k / channels % size.x) / static_cast<float>(size.x);
         texels.push_back(ramp * along + (1 - ramp) * noise);
     }
-    const texture::VolumeDomain place{{-1.5f, 0.25f, 3.0f}, {4.0f, 2.5f, 3.0f}, false};
-    const auto pyramid = texture::Pyramid::from_volume(size, channels, place, texels, wrap, filter);
+    const texture::VolumeDomain domain{{-1.5f, 0.25f, 3.0f}, {4.0f, 2.5f, 3.0f}, false};
+    const auto pyramid =
+        texture::Pyramid::from_volume(size, channels, domain, texels, wrap, filter);
     const auto copy = [](const auto& span) { return std::vector(span.begin(), span.end()); };
     return {copy(pyramid->texels()), copy(pyramid->info()), copy(pyramid->minmax())};
 }
@@ -60,14 +61,14 @@ ir::Stage make_stage(ir::StageKind kind, bool with_footprint) {
     return stage;
 }
 
-StageInputs make_inputs(size_t count, int32_t places, uint32_t seed) {
+StageInputs make_inputs(size_t count, int32_t elements, uint32_t seed) {
     std::mt19937 random(seed);
     const auto unit = [&] { return static_cast<float>(random() >> 8) * 0x1p-24f; };
     const float inf = std::numeric_limits<float>::infinity();
     const float awkward[] = {0.0f,  -0.0f, -1.5f, 2.5f,   0.25f, 2.75f,      3.0f,         6.0f,
                              1e30f, inf,   -inf,  1e-40f, -1e9f, 5.9999995f, std::nanf("")};
     StageInputs inputs;
-    inputs.places = places;
+    inputs.elements = elements;
     for (int32_t k = 0; k < kArgs; ++k) {
         std::vector<uint32_t> bits;
         for (size_t i = 0; i < count; ++i) {
@@ -160,8 +161,8 @@ TEST(VolumeSampling, BoundsHoldEverySample) {
     for (int32_t wrap = 0; wrap < 4; ++wrap) {
         for (const int32_t filter : kFilters) {
             StageInputs boxes, points;
-            boxes.places = kBoxes;
-            points.places = kBoxes * kPoints;
+            boxes.elements = kBoxes;
+            points.elements = kBoxes * kPoints;
             boxes.textures =
                 points.textures = {make_volume({97, 61, 40}, 1, wrap, filter, random(), 0.9f)};
             boxes.set(OPENFAB_ARG_FRAME, OPENFAB_FRAME_MAX_DISPLACEMENT, 0,
@@ -217,9 +218,9 @@ TEST(VolumeSampling, BoundsHoldEverySample) {
 /// A lookup in a volume from (0, 0, 0) to (8, 4, 2), 1 mm per texel.
 float look(const std::vector<float>& texels, int32_t wrap, int32_t filter, const Vec3f& p,
            float width = 0, float step = 0) {
-    const texture::VolumeDomain place{{0, 0, 0}, {8, 4, 2}, filter == texture::kFilterFinest};
-    const auto pyramid =
-        texture::Pyramid::from_volume({8, 4, 2}, 1, place, texels, wrap, place.table ? 1 : filter);
+    const texture::VolumeDomain domain{{0, 0, 0}, {8, 4, 2}, filter == texture::kFilterFinest};
+    const auto pyramid = texture::Pyramid::from_volume({8, 4, 2}, 1, domain, texels, wrap,
+                                                       domain.table ? 1 : filter);
     interp::VolumeSampleArgs args;
     args.p = {p.x, p.y, p.z};
     args.width = width;

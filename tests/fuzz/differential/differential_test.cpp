@@ -73,7 +73,7 @@ uint32_t int_bits(std::mt19937_64* random) {
 StageInputs inputs_for(const ir::Fablet& fablet, uint64_t seed) {
     std::mt19937_64 random(seed);
     StageInputs inputs;
-    inputs.places = 1;
+    inputs.elements = 1;
     const auto many = [&](uint32_t (*make)(std::mt19937_64*)) {
         std::vector<uint32_t> bits(512);
         std::generate(bits.begin(), bits.end(), [&] { return make(&random); });

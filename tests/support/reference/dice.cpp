@@ -49,11 +49,11 @@ class PlainDicer {
     using Corner = std::array<int32_t, 2>;  // triangle, corner (or side)
 
     int32_t triangles() const { return static_cast<int32_t>(mesh_.triangles.size()); }
-    const Vec3d& place(int32_t t, int32_t c) const {
+    const Vec3d& position(int32_t t, int32_t c) const {
         return mesh_.positions[static_cast<size_t>(mesh_.triangles[t][static_cast<size_t>(c % 3)])];
     }
     Key key(int32_t t, int32_t c) const {
-        const Vec3d& p = place(t, c);
+        const Vec3d& p = position(t, c);
         return {p.x + 0.0, p.y + 0.0, p.z + 0.0};
     }
     bool dropped(int32_t t) const {
@@ -62,7 +62,7 @@ class PlainDicer {
     bool displaced(int32_t t) const { return !dropped(t) && identity_[t] == 0; }
     bool up(int32_t t, int32_t side) const { return key(t, side) < key(t, side + 1); }
     int32_t factor(int32_t t, int32_t side) const {
-        const Vec3d &a = place(t, side), &b = place(t, side + 1);
+        const Vec3d &a = position(t, side), &b = position(t, side + 1);
         const double x = b.x - a.x, y = b.y - a.y, z = b.z - a.z;
         return static_cast<int32_t>(
             std::max(1.0, std::ceil(std::sqrt((x * x + y * y) + z * z) / s_)));
@@ -193,18 +193,19 @@ Point PlainDicer::classify(int32_t t, int32_t a, int32_t b) const {
 }
 
 Vec3d PlainDicer::undisplaced(int32_t t, const Point& point) const {
-    if (point.kind == Point::kCorner) return place(t, point.number);
+    if (point.kind == Point::kCorner) return position(t, point.number);
     Vec3d p;
     for (int axis = 0; axis < 3; ++axis) {
         double lo = 0, hi = 0, v = 0;
         if (point.kind == Point::kSide) {
             const bool rising = up(t, point.number);
-            const double from = place(t, rising ? point.number : point.number + 1)[axis];
-            const double to = place(t, rising ? point.number + 1 : point.number)[axis];
+            const double from = position(t, rising ? point.number : point.number + 1)[axis];
+            const double to = position(t, rising ? point.number + 1 : point.number)[axis];
             v = static_cast<double>(point.i) / factor(t, point.number) * (to - from) + from;
             lo = std::min(from, to), hi = std::max(from, to);
         } else {
-            const double v0 = place(t, 0)[axis], v1 = place(t, 1)[axis], v2 = place(t, 2)[axis];
+            const double v0 = position(t, 0)[axis], v1 = position(t, 1)[axis],
+                         v2 = position(t, 2)[axis];
             const double wa = static_cast<double>(point.a) / steps(t),
                          wb = static_cast<double>(point.b) / steps(t);
             v = (wa * (v1 - v0) + wb * (v2 - v0)) + v0;
@@ -243,7 +244,7 @@ std::array<float, 3> PlainDicer::corners_of(const part::PartAttribute& attribute
 
 /// ng, dpdu and dpdv of triangle t.
 void PlainDicer::frame(int32_t t, MicroInputs* in) const {
-    const Vec3d e1 = place(t, 1) - place(t, 0), e2 = place(t, 2) - place(t, 0);
+    const Vec3d e1 = position(t, 1) - position(t, 0), e2 = position(t, 2) - position(t, 0);
     const Vec3d n = cross(e1, e2);
     const double area2 = length(n);
     if (area2 > 0) in->ng = vec_cast<float>(Vec3d{n.x / area2, n.y / area2, n.z / area2});
@@ -281,7 +282,7 @@ MicroInputs PlainDicer::inputs(int32_t t, const Point& point) const {
         in.n[axis] = value(t, point, normal(t, own.ng, axis));
         in.n_gradient[axis] = gradient(normal(evaluator, in.ng, axis));
         for (int32_t step = 0; step < 2; ++step) {
-            const double d = place(evaluator, step + 1)[axis] - place(evaluator, 0)[axis];
+            const double d = position(evaluator, step + 1)[axis] - position(evaluator, 0)[axis];
             in.p_gradient[axis][step] = static_cast<float>(d / steps(evaluator));
         }
     }
@@ -388,7 +389,8 @@ void PlainDicer::do_identity(int32_t t) {
     } else {
         Vec3d p;
         for (int axis = 0; axis < 3; ++axis) {
-            const double a = place(t, 0)[axis], b = place(t, 1)[axis], c = place(t, 2)[axis];
+            const double a = position(t, 0)[axis], b = position(t, 1)[axis],
+                         c = position(t, 2)[axis];
             p[axis] =
                 std::clamp(((b - a) + (c - a)) / 3 + a, std::min({a, b, c}), std::max({a, b, c}));
         }
