@@ -186,43 +186,42 @@ OPENFAB_INLINE void majority_row(const DitherSetup& setup, const DitherRow& row)
     }
 }
 
-/// The lines of the masks that blue_noise_row reads in one voxel row.
-struct BlueNoiseLines {
-    const uint16_t *inside[kSlices], *low_y[kSlices], *high_y[kSlices];
-    uint16_t low_x[kSlices], high_x[kSlices];  ///< ranks; the same for the whole row
+/// The pixels of the masks at a voxel of a row; a side that faces x has one for the whole row.
+struct BlueNoisePlaces {
+    const BlueNoiseOffset in, left, right, front, back;
+    uint32_t inside, low_x, high_x, low_y, high_y;
 
-    OPENFAB_INLINE BlueNoiseLines(uint32_t seed, int32_t y, int32_t z_begin) {
-        using enum BlueNoiseFace;
-        const BlueNoiseOffset in(seed, kInside), left(seed, kLowX), right(seed, kHighX),
-            front(seed, kLowY), back(seed, kHighY);
-        const uint32_t index = blue_noise_index(y);
-        for (int32_t l = 0; l < kSlices; ++l) {
-            const int32_t z = z_begin + l;
-            inside[l] = in.line(y, z);
-            low_y[l] = front.upright(z);
-            high_y[l] = back.upright(z);
-            low_x[l] = static_cast<uint16_t>(left.upright(z)[index] + left.turn);
-            high_x[l] = static_cast<uint16_t>(right.upright(z)[index] + right.turn);
-        }
+    OPENFAB_INLINE BlueNoisePlaces(uint32_t seed, int32_t x, int32_t y, int32_t z)
+        : in(seed, BlueNoiseFace::kInside),
+          left(seed, BlueNoiseFace::kLowX),
+          right(seed, BlueNoiseFace::kHighX),
+          front(seed, BlueNoiseFace::kLowY),
+          back(seed, BlueNoiseFace::kHighY),
+          inside(in.inside(x, y, z)),
+          low_x(left.upright(y, z)),
+          high_x(right.upright(y, z)),
+          low_y(front.upright(x, z)),
+          high_y(back.upright(x, z)) {}
+
+    OPENFAB_INLINE void advance() {
+        inside = next_blue_noise(inside);
+        low_y = next_blue_noise(low_y);
+        high_y = next_blue_noise(high_y);
     }
 };
 
-OPENFAB_INLINE Ints ranks_at(const uint16_t* const* lines, uint32_t x, uint32_t turn) {
-    const auto rank = [&](int32_t l) OPENFAB_INLINE_LAMBDA { return int32_t{lines[l][x]}; };
-    return Ints::generate(rank) + static_cast<int32_t>(turn);
+/// Returns ranks of a pixel from slice `first` of the slab on.
+OPENFAB_INLINE Ints ranks_at(const BlueNoiseMask& mask, uint32_t pixel, int32_t first,
+                             const BlueNoiseOffset& offset) {
+    return Ints::load_unaligned(mask[pixel] + first) + static_cast<int32_t>(offset.turn);
 }
 
 OPENFAB_INLINE void blue_noise_row(const DitherSetup& setup, const DitherRow& row) {
-    using enum BlueNoiseFace;
-    const BlueNoiseLines lines(setup.seed, row.y, row.z);
-    const uint32_t turn = BlueNoiseOffset(setup.seed, kInside).turn,
-                   turn_low_y = BlueNoiseOffset(setup.seed, kLowY).turn,
-                   turn_high_y = BlueNoiseOffset(setup.seed, kHighY).turn;
+    BlueNoisePlaces at(setup.seed, row.first_x, row.y, row.z);
     uint16_t drift[kSlices];
     for (int32_t l = 0; l < kSlices; ++l)
         drift[l] = static_cast<uint16_t>(blue_noise_drift(row.first_x, row.y, row.z + l));
-    uint32_t x = blue_noise_index(row.first_x);
-    for (int32_t i = 0; i < 8 * row.blocks; ++i, x = x + 1 < kBlueNoiseSide ? x + 1 : 0) {
+    for (int32_t i = 0; i < 8 * row.blocks; ++i, at.advance()) {
         if (row.here[i] == 0) continue;
         const uint16_t* fractions = column_fractions(row, i, setup.channels);
         const auto drift_here = static_cast<int32_t>(blue_noise_drift(i, 0, 0));
@@ -230,23 +229,17 @@ OPENFAB_INLINE void blue_noise_row(const DitherSetup& setup, const DitherRow& ro
                                     row.below[i], row.above[i - 1], row.above[i + 1],
                                     row.below[i - 1], row.below[i + 1]});
         for (int32_t first = 0; first < kSlices; first += kLanes) {
-            const auto facing = [&](uint32_t bits) OPENFAB_INLINE_LAMBDA {
-                return from_bits(static_cast<int32_t>(bits), first);
+            Ints rank = ranks_at(kBlueNoiseInside, at.inside, first, at.in);
+            const auto take = [&](uint32_t bits, uint32_t pixel,
+                                  const BlueNoiseOffset& offset) OPENFAB_INLINE_LAMBDA {
+                if (bits == 0) return;
+                rank = select(from_bits(static_cast<int32_t>(bits), first),
+                              ranks_at(kBlueNoiseSides, pixel, first, offset), rank);
             };
-            Ints rank = ranks_at(lines.inside + first, x, turn);
-            if ((faces.low_x | faces.high_x) != 0) {
-                rank = select(facing(faces.low_x), Ints::load_unaligned(lines.low_x + first), rank);
-                rank =
-                    select(facing(faces.high_x), Ints::load_unaligned(lines.high_x + first), rank);
-            }
-            if (faces.low_y != 0) {
-                const Ints side = ranks_at(lines.low_y + first, x, turn_low_y);
-                rank = select(facing(faces.low_y), side, rank);
-            }
-            if (faces.high_y != 0) {
-                const Ints side = ranks_at(lines.high_y + first, x, turn_high_y);
-                rank = select(facing(faces.high_y), side, rank);
-            }
+            take(faces.low_x, at.low_x, at.left);
+            take(faces.high_x, at.high_x, at.right);
+            take(faces.low_y, at.low_y, at.front);
+            take(faces.high_y, at.high_y, at.back);
             rank = (rank + Ints::load_unaligned(drift + first) + drift_here) & 0xffff;
             // fraction_threshold: rank 65535 / 65536, rounded down.
             const Ints threshold = rank + as_ints(rank > 0);

@@ -14,11 +14,12 @@ namespace openfab::reference {
 inline int32_t blue_noise_threshold(const Vec3i& voxel, dither::BlueNoiseFace face, uint32_t seed) {
     using enum dither::BlueNoiseFace;
     const dither::BlueNoiseOffset offset(seed, face);
-    const uint16_t* line =
-        face == kInside ? offset.line(voxel.y, voxel.z) : offset.upright(voxel.z);
     const int32_t along = face == kLowX || face == kHighX ? voxel.y : voxel.x;
-    const uint32_t rank = line[dither::blue_noise_index(along)] + offset.turn +
-                          dither::blue_noise_drift(voxel.x, voxel.y, voxel.z);
+    const uint16_t* ranks = face == kInside
+                                ? dither::kBlueNoiseInside[offset.inside(voxel.x, voxel.y, voxel.z)]
+                                : dither::kBlueNoiseSides[offset.upright(along, voxel.z)];
+    const uint32_t rank =
+        ranks[0] + offset.turn + dither::blue_noise_drift(voxel.x, voxel.y, voxel.z);
     return static_cast<int32_t>(abi::fraction_threshold(rank << 16));
 }
 
