@@ -39,7 +39,7 @@ constexpr double kLineAmongAll = 0.06, kRodAmongAll = 0.015;
 constexpr int32_t kWidth = 8, kInnerWidth = kWidth - 2, kLength = 64;
 // Weights of the Gaussian, one and two slices up or down.
 constexpr double kNextSlice = 0.15, kSecondSlice = 0.04;
-// Added to pixels before they are hashed, by use: of 48 masks for each, a pair that errs least.
+// Added to pixels before they are hashed, by use: of 192 pairs of masks, one that errs least.
 constexpr uint32_t kTies[] = {47, 41};
 
 /// How much a pixel repels each of the following ones.
