@@ -6,10 +6,13 @@
 #include <rapidjson/prettywriter.h>
 #include <rapidjson/stringbuffer.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "backends/common/output_file.h"
 #include "backends/common/tee_sink.h"
+#include "base/deadline.h"
 #include "base/say.h"
 #include "base/text.h"
 #include "base/units.h"
@@ -19,45 +22,80 @@ namespace openfab::program {
 
 namespace {
 
-/// Voxels of the coarse print: a second of work or less.
-constexpr double kSampleVoxels = 4e6;
+/// A coarse print: its voxels at most, and the seconds that it is given after its set-up.
+struct CoarsePrint {
+    double voxels, seconds;
+};
+/// Most worlds take a second or less for the first; the other is for those that take long.
+constexpr std::array<CoarsePrint, 2> kCoarsePrints{{{4e6, 1.4}, {1e5, 0.6}}};
+/// Seconds for slabs at the print's own pitch.
+constexpr double kTimeSeconds = 1.0;
 
-Result<void> sample(pipeline::PrintInput input, pipeline::PrintOptions pipeline,
-                    const pipeline::PrintInfo& info, const std::atomic<bool>& interrupt,
-                    Estimate* out) {
+/// Prints with that many voxels; returns false if it takes too long or too much memory.
+Result<bool> print_coarse(const CoarsePrint& coarse, pipeline::PrintInput input,
+                          pipeline::PrintOptions pipeline, const pipeline::PrintInfo& info,
+                          const std::atomic<bool>& interrupt, Estimate* out) {
     const double voxels = static_cast<double>(out->set_up.voxels_total);
-    const double coarser = std::max(1.0, std::cbrt(voxels / kSampleVoxels));
+    const double coarser = std::max(1.0, std::cbrt(voxels / coarse.voxels));
     pipeline.slices.reset();
     if (info.slice_end - info.slice_begin < info.size.z) {
         pipeline.z_range_mm =
             Vec2<double>{info.slice_begin * info.pitch_mm.z, info.slice_end * info.pitch_mm.z};
     }
     input.pitch_mm = input.pitch_mm * coarser;
+    Deadline deadline(interrupt);
+    pipeline.interrupt = &deadline.passed();
     Result<std::unique_ptr<pipeline::PrintJob>> print =
         pipeline::PrintJob::create(std::move(input), std::move(pipeline));
+    // Memory that the print at its own pitch gave back may still count as taken.
+    if (!print && print.error().code == ErrorCode::kUserInput) return false;
     if (!print) return print.error();
+    deadline.start(coarse.seconds);
     backends::NullSink sink;
-    if (Result<void> done = (*print)->run(sink, nullptr, interrupt, &out->sample); !done)
-        return done;
+    pipeline::PrintStatistics sample;
+    const Result<void> done = (*print)->run(sink, nullptr, deadline.passed(), &sample);
+    if (!done && done.error().code == ErrorCode::kInterrupted && !interrupt.load()) return false;
+    if (!done) return done.error();
     const Vec3d& pitch = (*print)->info().pitch_mm;
     out->sample_voxel_ml = pitch.x * pitch.y * pitch.z * 1e-3;
-    return {};
+    out->sample = std::move(sample);
+    return true;
+}
+
+/// "about 2 h", or as much as is known about it.
+std::string describe_time(const Estimate& e) {
+    const std::string time = format_seconds(e.seconds());
+    if (e.time.places > 0 && e.time.share == 0) return "more than " + time;
+    if (e.time.places == 0 || e.time.share == 1) return "about " + time;
+    return fmt::format("roughly {}, from {:.2g} % of 8 slices", time, 100 * e.time.share);
 }
 
 }  // namespace
 
-Result<Estimate> make_estimate(const pipeline::PrintJob& print, pipeline::PrintInput input,
+Result<Estimate> make_estimate(std::unique_ptr<pipeline::PrintJob> print,
+                               const pipeline::PrintInput& input,
                                const pipeline::PrintOptions& pipeline, const Options& options,
                                const world::Printer& printer, const std::atomic<bool>& interrupt) {
+    const pipeline::PrintInfo info = print->info();
     Estimate out;
-    out.set_up = print.estimate();
+    out.set_up = print->estimate();
     out.memory_bytes = out.set_up.memory_bytes + preview_bytes(options);
-    out.slices = print.info().slice_end - print.info().slice_begin;
+    out.slices = info.slice_end - info.slice_begin;
     out.print_seconds = printer.layer_time_s * out.slices;
+    out.warnings = input.warnings;
+    out.warnings.insert(out.warnings.end(), print->warnings().begin(), print->warnings().end());
     if (!options.estimate) return out;
-    if (Result<void> done = sample(std::move(input), pipeline, print.info(), interrupt, &out);
-        !done)
-        return done.error();
+    const Result<pipeline::TimeSample> time = print->sample_time(kTimeSeconds, interrupt);
+    if (!time) return time.error();
+    out.time = *time;
+    print.reset();
+    for (const CoarsePrint& coarse : kCoarsePrints) {
+        const Result<bool> done = print_coarse(coarse, input, pipeline, info, interrupt, &out);
+        if (!done) return done.error();
+        if (*done) break;
+        out.few_voxels = true;
+    }
+    out.warnings.insert(out.warnings.end(), out.sample.overlaps.begin(), out.sample.overlaps.end());
     return out;
 }
 
@@ -66,17 +104,19 @@ void show_estimate(const Estimate& e, const pipeline::PrintInfo& info) {
     say(fmt::format("{} x {} x {} voxels, {:.1f} million; {:.3f} x {:.3f} x {:.3f} mm\n", size.x,
                     size.y, size.z, static_cast<double>(e.set_up.voxels_total) * 1e-6,
                     size.x * info.pitch_mm.x, size.y * info.pitch_mm.y, size.z * info.pitch_mm.z));
-    say(fmt::format("memory {}, time about {}\n", format_bytes(e.memory_bytes),
-                    format_seconds(e.set_up.seconds)));
+    say(fmt::format("memory {}, time {}\n", format_bytes(e.memory_bytes), describe_time(e)));
     if (e.print_seconds > 0) {
         say(fmt::format("{} slices, {} on `{}`\n", e.slices, format_seconds(e.print_seconds),
                         printable(info.printer)));
     }
+    if (e.time.places > 0 && e.sample.voxels_by_code.empty())
+        say("materials are not known: even a coarse print takes too long, or too much memory, for "
+            "an estimate\n");
     for (size_t code = 1; code < e.sample.voxels_by_code.size(); ++code) {
         const pipeline::SliceMaterial& material = info.materials[code - 1];
         const double ml = static_cast<double>(e.sample.voxels_by_code[code]) * e.sample_voxel_ml;
-        say(fmt::format("{}: about {:.3g} ml, {:.3g} g\n", printable(material.name), ml,
-                        ml * material.density_g_cm3));
+        say(fmt::format("{}: {} {:.3g} ml, {:.3g} g\n", printable(material.name),
+                        e.few_voxels ? "roughly" : "about", ml, ml * material.density_g_cm3));
     }
     for (const std::string& overlap : e.sample.overlaps)
         warn(overlap);
@@ -107,7 +147,7 @@ Result<void> write_estimate(const std::string& file, const Estimate& e,
     w.Int(e.slices);
     w.Key("memory_bytes");
     w.Int64(e.memory_bytes);
-    number("seconds_total", e.set_up.seconds);
+    number("seconds_total", e.seconds());
     if (e.print_seconds > 0) number("print_seconds", e.print_seconds);
     for (const bool mass : {false, true}) {
         w.Key(mass ? "g_by_material" : "ml_by_material");
@@ -122,7 +162,7 @@ Result<void> write_estimate(const std::string& file, const Estimate& e,
     }
     w.Key("warnings");
     w.StartArray();
-    for (const std::string& warning : e.sample.warnings)
+    for (const std::string& warning : e.warnings)
         w.String(valid_utf8(warning).c_str());
     w.EndArray();
     w.EndObject();

@@ -2,11 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Makes the report of `--estimate`: sizes, memory and time from the set-up, materials from a coarse
-// print without output.
+// Makes the report of `--estimate`: sizes and memory from the set-up, materials from a coarse print
+// without output, time from some slabs. Both are given up to 3 s together, and are scaled from what
+// is done by then.
 
 #include <atomic>
+#include <memory>
 #include <string>
+#include <vector>
 
 #include "base/result.h"
 #include "program/options.h"
@@ -20,14 +23,23 @@ struct Estimate {
     int64_t memory_bytes = 0;  ///< with previews
     int32_t slices = 0;
     double print_seconds = 0;  ///< on the printer; 0 where its layer time is not known
-    /// Statistics of at most about 4 million voxels; each material is within a few per cent where
-    /// its parts are thicker than a few voxels. Empty for a dry run.
+    /// Statistics of a coarse print; each material is within a few per cent where its parts are
+    /// thicker than a few of its voxels. Empty for a dry run, and where even the coarsest took too
+    /// long.
     pipeline::PrintStatistics sample;
     double sample_voxel_ml = 0;
+    bool few_voxels = false;    ///< its first attempt, at a finer pitch, took too long
+    pipeline::TimeSample time;  ///< without places for a dry run
+    std::vector<std::string> warnings;
+
+    /// The time that the print will take here.
+    double seconds() const { return time.places > 0 ? time.seconds : set_up.seconds; }
 };
 
-/// Makes an estimate; `input` is that of `print`, for a second print at a coarser pitch.
-Result<Estimate> make_estimate(const pipeline::PrintJob& print, pipeline::PrintInput input,
+/// Makes an estimate; `input` is that of `print`, for a second print at a coarser pitch, which gets
+/// the memory of the first.
+Result<Estimate> make_estimate(std::unique_ptr<pipeline::PrintJob> print,
+                               const pipeline::PrintInput& input,
                                const pipeline::PrintOptions& pipeline, const Options& options,
                                const world::Printer& printer, const std::atomic<bool>& interrupt);
 

@@ -195,12 +195,15 @@ Result<void> run_print(const Options& options, const openfab_fablet_list& fablet
     Result<std::unique_ptr<pipeline::PrintJob>> print =
         pipeline::PrintJob::create(job->input, pipeline);
     if (!print) return print.error();
-    const pipeline::PrintInfo& info = (*print)->info();
+    for (const std::string& warning : (*print)->warnings()) {
+        if (!quiet(options)) warn(warning);
+    }
+    const pipeline::PrintInfo info = (*print)->info();
     if (Result<void> fits = check_build_volume(info, job->printer, job->input.parts, job->tray);
         !fits)
         return fits.error();
     if (options.estimate || options.dry_run) {
-        Result<Estimate> estimate = make_estimate(**print, std::move(job->input), pipeline, options,
+        Result<Estimate> estimate = make_estimate(std::move(*print), job->input, pipeline, options,
                                                   job->printer, interrupt);
         if (!estimate) return estimate.error();
         show_estimate(*estimate, info);

@@ -8,6 +8,7 @@
 
 #include "abi/stage_table.h"
 #include "runtime/dither/dither_rule.h"
+#include "runtime/surface/crowding.h"
 
 namespace openfab::pipeline {
 
@@ -130,6 +131,34 @@ Result<void> check_input(const PrintInput& input, const PrintOptions& options) {
         if (const auto r = check_part(part, input.materials.size()); !r) return r.error();
     }
     return {};
+}
+
+std::vector<std::string> crowded_warnings(
+    const std::vector<part::Part>& parts, const std::vector<int32_t>& owners,
+    const std::vector<std::shared_ptr<const surface::Surface>>& surfaces) {
+    constexpr size_t kMostLines = 4;
+    std::vector<std::string> warnings;
+    size_t crowded = 0;
+    for (size_t i = 0; i < parts.size(); ++i) {
+        if (owners[i] != static_cast<int32_t>(i) || surfaces[i]->identity()) continue;
+        const double around = surface::crowding(surfaces[i]->patches());
+        if (!(around > surface::kCrowded) || ++crowded > kMostLines) continue;
+        const part::Part& part = parts[i];
+        const std::string bound =
+            std::isfinite(part.max_displacement_mm)
+                ? fmt::format("lower its `max_displacement_mm`, {:.3g}", part.max_displacement_mm)
+                : "bound it by the object's `max_displacement_mm`";
+        warnings.push_back(fmt::format(
+            "`{}` (number {} of the build) may print many times as slowly as other parts of its "
+            "size: its displaced surface crosses itself or is displaced farther than it is thick, "
+            "so that about {:.0f} micropolygons may be nearest to any one point, and below {:.0f} "
+            "are usual; unite the mesh's pieces, {}, or print coarser with `--draft`; "
+            "`--estimate` tells how long it takes",
+            part.name, part.instance, around, surface::kCrowded, bound));
+    }
+    if (crowded > kMostLines)
+        warnings.push_back(fmt::format("{} more parts print slowly", crowded - kMostLines));
+    return warnings;
 }
 
 }  // namespace openfab::pipeline

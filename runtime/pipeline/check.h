@@ -2,8 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
 #include "base/result.h"
 #include "runtime/pipeline/print_job.h"
+#include "runtime/surface/surface.h"
 
 namespace openfab::pipeline {
 
@@ -11,5 +17,11 @@ namespace openfab::pipeline {
 /// memory budget out of range, and (our bug) a fablet whose kernels take arguments that do not
 /// belong to their stage.
 Result<void> check_input(const PrintInput& input, const PrintOptions& options);
+
+/// Returns a warning for each surface whose micropolygons are crowded (surface/crowding.h), of the
+/// first few. `owners` is from volume::surface_owners.
+std::vector<std::string> crowded_warnings(
+    const std::vector<part::Part>& parts, const std::vector<int32_t>& owners,
+    const std::vector<std::shared_ptr<const surface::Surface>>& surfaces);
 
 }  // namespace openfab::pipeline

@@ -17,6 +17,7 @@
 #include "abi/halide_hooks.h"
 #include "base/check.h"
 #include "base/clock.h"
+#include "base/deadline.h"
 #include "runtime/pipeline/check.h"
 #include "runtime/pipeline/grid.h"
 #include "runtime/pipeline/memory_needs.h"
@@ -193,6 +194,11 @@ class SliceCommitter {
     double first_slice_ = 0, seconds_commit_ = 0;
 };
 
+/// Returns the bits of slices [first, end) of one slab, as SlabRun::run takes them.
+uint8_t bits_of_slices(int32_t first, int32_t end) {
+    return static_cast<uint8_t>(((1 << (end - first)) - 1) << (first & 7));
+}
+
 Error interrupted_early() {
     return Error{ErrorCode::kInterrupted, "interrupted before the first slice"};
 }
@@ -205,6 +211,8 @@ class PrintJobImpl final : public PrintJob {
     Result<void> set_up();
     const pipeline::PrintInfo& info() const override { return info_; }
     PrintEstimate estimate() const override;
+    const std::vector<std::string>& warnings() const override { return warnings_; }
+    Result<TimeSample> sample_time(double seconds, const std::atomic<bool>& interrupt) override;
     Result<void> run(pipeline::SliceSink& sink,
                      const std::function<void(const ProgressEvent&)>& progress,
                      const std::atomic<bool>& interrupt, PrintStatistics* statistics) override;
@@ -231,6 +239,7 @@ class PrintJobImpl final : public PrintJob {
     FinishedSlices print_slices(int32_t first, int32_t end, abi::KernelStatus begun, SlabRun* run,
                                 const pipeline::SliceSink& sink, SliceCommitter* committer);
     void encode(const pipeline::SliceSink& sink, const SlabRun& run, FinishedSlices* finished);
+    Result<SlabTrial> try_slab(int32_t slab, double seconds, Deadline* deadline);
     void fill_statistics(const SliceCommitter& committer, PrintStatistics* statistics);
 
     PrintInput input_;
@@ -246,6 +255,7 @@ class PrintJobImpl final : public PrintJob {
     MemoryPlan plan_;
     int32_t threads_ = 1;
     double seconds_set_up_ = 0;
+    std::vector<std::string> warnings_;  ///< of set-up
     Pool<SlabRun> runs_;
     Pool<volume::BlockEvaluator> evaluators_;
     std::mutex encode_mutex_;
@@ -309,6 +319,7 @@ Result<void> PrintJobImpl::set_up_surfaces(const MemoryPlanner& planner,
     if (!surfaces) return surfaces.error();
     surfaces_ = std::move(*surfaces);
     if (options_.interrupted()) return interrupted_early();
+    warnings_ = crowded_warnings(input_.parts, owners_, surfaces_);
     bytes = 0;
     for (size_t i = 0; i < owners_.size(); ++i) {
         if (owns_surface(i))
@@ -449,6 +460,57 @@ PrintEstimate PrintJobImpl::estimate() const {
     estimate.memory_bytes = plan_.total_bytes;
     estimate.seconds = static_cast<double>(estimate.voxels_total) / (kTypicalRate * threads_);
     return estimate;
+}
+
+/// Tries as much of a slab as is printed before `deadline`, which begins with the blocks of the
+/// first slab: its time is not known without some of them.
+Result<SlabTrial> PrintJobImpl::try_slab(int32_t slab, double seconds, Deadline* deadline) {
+    const auto evaluated = [&] {
+        int64_t blocks = 0;
+        for (const auto& e : evaluators_.all())
+            blocks += e->counts.evaluated;
+        return blocks;
+    };
+    const int64_t before = evaluated();
+    SlabRun* run = runs_.take([&] { return std::make_unique<SlabRun>(setup_); });
+    const double start = seconds_now();
+    abi::KernelStatus status = run->begin(slab, &evaluators_);
+    const double begun = seconds_now();
+    if (before == 0) deadline->start(seconds);
+    const uint8_t slices =
+        bits_of_slices(std::max(8 * slab, range_.x), std::min(8 * slab + 8, range_.y));
+    const StopFlags flags{deadline->passed()};
+    if (status.ok()) status = run->run(slices, &evaluators_, flags);
+    const double end = seconds_now();
+    const int64_t blocks = run->blocks_to_evaluate();
+    volume::PrintfLog dropped;
+    if (!run->log().empty()) dropped.append(&run->log());
+    runs_.give(run);
+    if (status.ok()) return SlabTrial{end - start, 1, blocks};
+    if (!status.is_stopped()) {
+        return internal_error(fmt::format("slices from {}: a kernel failed with code {}: {}",
+                                          8 * slab, status.code(), abi::take_kernel_error()));
+    }
+    const double share = std::min(1.0, static_cast<double>(evaluated() - before) /
+                                           static_cast<double>(std::max<int64_t>(blocks, 1)));
+    return SlabTrial{begun - start + (end - begun) / (share > 0 ? share : 1), share, blocks};
+}
+
+Result<TimeSample> PrintJobImpl::sample_time(double seconds, const std::atomic<bool>& interrupt) {
+    Deadline deadline(interrupt);
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
+                                    static_cast<size_t>(threads_));
+    tbb::task_arena arena(threads_);
+    setup_.interrupt = &deadline.passed();  // checked from one batch of blocks to the next
+    Result<TimeSample> sample = arena.execute([&] {
+        return pipeline::sample_time(
+            {range_.x / 8, (range_.y + 7) / 8}, deadline.passed(),
+            [&](int32_t slab) { return try_slab(slab, seconds, &deadline); });
+    });
+    setup_.interrupt = options_.interrupt;
+    if (interrupt.load()) return Error{ErrorCode::kInterrupted, "interrupted"};
+    if (sample) sample->seconds += seconds_set_up_;
+    return sample;
 }
 
 Result<void> PrintJobImpl::run(pipeline::SliceSink& sink,
@@ -596,7 +658,7 @@ FinishedSlices PrintJobImpl::print_slices(int32_t first, int32_t end, abi::Kerne
     FinishedSlices finished;
     finished.first = first;
     finished.end = end;
-    const auto slices = static_cast<uint8_t>(((1 << (end - first)) - 1) << (first & 7));
+    const uint8_t slices = bits_of_slices(first, end);
     finished.status = begun.ok() ? run->run(slices, &evaluators_, committer->stop_flags()) : begun;
     if (!run->log().empty()) finished.log.append(&run->log());
     if (!finished.status.ok()) {
@@ -652,6 +714,7 @@ void PrintJobImpl::fill_statistics(const SliceCommitter& committer, PrintStatist
     s->hash = committer.totals().hash;
     s->threads = threads_;
     s->warnings = input_.warnings;
+    s->warnings.insert(s->warnings.end(), warnings_.begin(), warnings_.end());
     volume::EvaluationCounts sum;
     double seconds_nearest = 0;
     for (const auto& e : evaluators_.all()) {

@@ -20,6 +20,7 @@
 #include "runtime/part/part.h"
 #include "runtime/pipeline/fraction_sink.h"
 #include "runtime/pipeline/slice_sink.h"
+#include "runtime/pipeline/time_sample.h"
 
 namespace openfab::pipeline {
 
@@ -70,7 +71,7 @@ struct PrintEstimate {
     Vec3i size;
     int64_t voxels_total = 0;
     int64_t memory_bytes = 0;
-    double seconds = 0;
+    double seconds = 0;  ///< at a typical rate
 };
 
 /// The figures that `--stats` writes.
@@ -124,6 +125,12 @@ class PrintJob {
 
     virtual const pipeline::PrintInfo& info() const = 0;
     virtual PrintEstimate estimate() const = 0;
+    /// Returns warnings that set-up found, such as of parts that take long. The statistics have
+    /// them, too.
+    virtual const std::vector<std::string>& warnings() const = 0;
+    /// Estimates the time of the print from a few slabs, which it prints without a sink for up to
+    /// that many seconds after the coverage of the first. Once, and not after run.
+    virtual Result<TimeSample> sample_time(double seconds, const std::atomic<bool>& interrupt) = 0;
     /// Runs to the end, or until `interrupt` is set or the sink fails; slices that were written
     /// stay. The statistics are valid in every case; the error says why it ended early. Calls
     /// sink.begin, resume, encode, commit and finish.

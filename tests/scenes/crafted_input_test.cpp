@@ -86,6 +86,11 @@ const std::vector<Crafted>& crafted_inputs() {
          "openfab",
          {"print", "w.fab.json", "--slices", "0:8", "--draft", "4"},
          ""},
+        {"EstimateOfDisplacedAndSelfCrossing",
+         "scrambled_displaced",
+         "openfab",
+         {"print", "w.fab.json", "--estimate"},
+         nullptr},
         {"TwoTrianglesAsLongAsThePart",
          "long_box",
          "openfab",
@@ -371,6 +376,28 @@ TEST_P(SlowPrint, ASignalKeepsWholeSlicesAndEndsItSoon) {
         EXPECT_EQ(info.exit_code, 0) << info.err;
         EXPECT_THAT(info.out, HasSubstr("no: "));
     }
+}
+
+/// A user is told early what makes the print slow.
+TEST(CrowdedSurface, IsWarnedOf) {
+    const ScratchFolder scratch;
+    RunOptions options;
+    options.environment = {{"OPENFAB_CACHE", (scratch / "cache").string()}};
+    const auto print = [&](const std::string& folder, const std::string& world) {
+        const std::filesystem::path file =
+            std::filesystem::path(OPENFAB_SOURCE_DIR) / "tests/scenes/crafted" / folder / world;
+        return run({(std::filesystem::path(OPENFAB_BIN_DIR) / "openfab").string(), "print",
+                    file.string(), "--dry-run"},
+                   options);
+    };
+    const Outcome crowded = print("scrambled_displaced", "w.fab.json");
+    EXPECT_EQ(crowded.exit_code, 0) << crowded.err;
+    EXPECT_THAT(crowded.err, AllOf(HasSubstr("warning: `o` (number 0 of the build) may print many "
+                                             "times as slowly"),
+                                   HasSubstr("lower its `max_displacement_mm`, 1")));
+    const Outcome other = print("long_box", "longbox.fab.json");
+    EXPECT_EQ(other.exit_code, 0) << other.err;
+    EXPECT_THAT(other.err, ::testing::Not(HasSubstr("many times as slowly")));
 }
 
 INSTANTIATE_TEST_SUITE_P(All, SlowPrint,

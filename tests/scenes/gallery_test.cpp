@@ -96,6 +96,9 @@ class Gallery : public ::testing::TestWithParam<Exhibit> {
         document.Parse(read_file(stats).c_str());
         EXPECT_FALSE(document.HasParseError());
         contents.hash = document["hash"].GetString();
+        for (const auto& warning : document["warnings"].GetArray())
+            EXPECT_EQ(std::string(warning.GetString()).find("many times as slowly"),
+                      std::string::npos);
         for (const auto& entry : document["voxels_by_material"].GetObject())
             contents.voxels[entry.name.GetString()] = entry.value.GetDouble();
         return contents;

@@ -16,6 +16,7 @@
 #include "runtime/nearest/kernel/kernel.h"
 #include "runtime/nearest/tree/treelets.h"
 #include "runtime/nearest/voxel_center.h"
+#include "runtime/surface/crowding.h"
 #include "simd/isa.h"
 
 namespace openfab::nearest {
@@ -166,6 +167,7 @@ class BlockIndex {
           boxes_(surface.patches().size()) {
         root_ = build_tree(treelets_.triangles(), treelets_.boxes());
         ranges_ = std::make_unique<const NodeRanges>(root_, surface.ranges(), &treelets_);
+        crowded_ = surface::crowding(surface.patches()) > surface::kCrowded;
         for (const InputPatch& box : treelets_.boxes())
             diced_patches_ += treelets_.has(box.patch) ? 0 : 1;
         treelets_.release_input();
@@ -182,7 +184,8 @@ class BlockIndex {
     TreeSources sources() const {
         const auto first = static_cast<size_t>(treelets_.first_id()) + treelets_.count();
         return {cache_.get(), &surface_, surface_id_,
-                &treelets_,   &boxes_,   PieceIds::from(first, surface_.patches().size())};
+                &treelets_,   &boxes_,   PieceIds::from(first, surface_.patches().size()),
+                crowded_};
     }
 
   private:
@@ -193,6 +196,7 @@ class BlockIndex {
     LazyTreelets treelets_;
     mutable PatchBoxes boxes_;
     size_t diced_patches_ = 0;  ///< patches that may get a cached box
+    bool crowded_ = false;      ///< surface/crowding.h
     Tree root_;
     std::unique_ptr<const NodeRanges> ranges_;
 };

@@ -47,7 +47,8 @@ std::shared_ptr<const PatchTree> PatchPins::get(int32_t id) const {
     if (!from.pieces.has(id)) {
         return from.cache->get(from.surface_id, id, [&] {
             // A patch with a box had a tree that was evicted: there is not room for whole ones.
-            const PieceIds pieces = from.boxes->has(id) ? from.pieces : PieceIds{};
+            const bool cut = from.crowded || from.boxes->has(id);
+            const PieceIds pieces = cut ? from.pieces : PieceIds{};
             return make_patch_tree(*from.surface->micro(id), id, pieces);
         });
     }

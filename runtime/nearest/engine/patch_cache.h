@@ -56,6 +56,7 @@ struct TreeSources {
     const LazyTreelets* treelets;
     PatchBoxes* boxes;
     PieceIds pieces;
+    bool crowded = false;  ///< patches are cut at once: their trees will not stay cached
 };
 
 /// Pins the patches that one kernel call needs until it ends, so that its pointers stay valid; and

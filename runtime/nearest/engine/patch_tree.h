@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The trees of a diced patch. At first it has one. If that was evicted and is needed again, the
-// working set exceeds the cache; then a patch of many micropolygons is cut into pieces of
+// The trees of a diced patch. At first it has one. If that was evicted and is needed again, or if
+// the surface is crowded, the working set exceeds the cache; then a patch of many micropolygons is cut into pieces of
 // neighbours: its own tree holds their boxes, and the tree of each is built when a query comes near
 // it. Few queries come near all of a patch, and boxes cost less than features, in time and memory;
 // but where all trees stay cached, queries of whole ones are up to a quarter faster.

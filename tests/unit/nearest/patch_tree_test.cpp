@@ -94,6 +94,18 @@ TEST(PatchTree, IsCutOnceItWasEvicted) {
     }
 }
 
+TEST(PatchTree, OfACrowdedSurfaceIsCutAtOnce) {
+    const MeshSurface surface = ball(500);
+    const LazyTreelets treelets(surface);
+    const PieceIds ids = PieceIds::from(surface.patches().size(), surface.patches().size());
+    PatchCache cache(size_t{1} << 30);
+    PatchBoxes boxes(surface.patches().size());
+    PatchPins pins;
+    pins.begin({&cache, &surface, PatchCache::new_surface_id(), &treelets, &boxes, ids, true});
+    EXPECT_EQ(PatchPins::fetch(&pins, 0)->frames, nullptr);
+    EXPECT_NE(PatchPins::fetch(&pins, ids.id(0, 1))->frames, nullptr);
+}
+
 TEST(PatchTree, OfASurfaceThatStopsNoMorePiecesCome) {
     MeshSurface surface = ball(500);
     PatchCache cache(0);
