@@ -5,8 +5,7 @@
 #include <embree3/rtcore.h>
 
 #include <cstring>
-
-#include "base/infinity.h"
+#include <limits>
 
 namespace openfab::bench {
 namespace {
@@ -118,10 +117,10 @@ bool EmbreeBaseline::query(const float point[3], float radius, EmbreeHit* hit) c
     query.z = point[2];
     query.time = 0;
     query.radius = radius;
-    hit->distance2 = kInfinity;
+    hit->distance2 = std::numeric_limits<float>::infinity();
     State state{impl_->positions.data(), impl_->triangles.data(), hit};
     rtcPointQuery(impl_->scene, &query, &context, visit, &state);
-    return hit->distance2 < kInfinity;
+    return hit->distance2 < std::numeric_limits<float>::infinity();
 }
 
 }  // namespace openfab::bench
