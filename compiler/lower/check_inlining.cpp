@@ -89,9 +89,7 @@ std::optional<schedule::Fault> check_inlining(const schedule::Schedule& schedule
         }
         // What a kernel computes without any schedule is its own affair.
         if (largest == nullptr) continue;
-        schedule::Word word;
-        word.line = word.column = 1;
-        if (!schedule.lines.empty()) word = schedule.lines.front().func;
+        schedule::Word word = schedule::start_of(schedule);
         if (func.last_word) word = *func.last_word;
         if (largest->last_word) word = *largest->last_word;
         if (largest->compute.directive) word = *largest->compute.directive;

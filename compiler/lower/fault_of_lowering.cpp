@@ -66,9 +66,11 @@ bool names(const schedule::Line& line, const std::string& func) {
 struct Guilty {
     const schedule::Line* line = nullptr;
     const schedule::Directive* directive = nullptr;
+    schedule::Word start;
 
     Guilty(const schedule::Schedule& schedule, const ScheduledKernel& kernel,
-           const std::string& text, const std::string& directives) {
+           const std::string& text, const std::string& directives)
+        : start(schedule::start_of(schedule)) {
         for (const schedule::Line& each : schedule.lines) {
             const bool spoken_of =
                 std::any_of(kernel.funcs().begin(), kernel.funcs().end(), [&](const auto& func) {
@@ -85,8 +87,6 @@ struct Guilty {
     schedule::Word word() const {
         if (directive != nullptr) return directive->name;
         if (line != nullptr) return line->func;
-        schedule::Word start;
-        start.line = start.column = 1;
         return start;
     }
     std::string name() const { return line != nullptr ? line->func.text : "the kernel"; }

@@ -331,19 +331,12 @@ class Asserts : public internal::IRVisitor {
     void visit(const internal::Evaluate*) override {}
 };
 
-schedule::Word start_of(const schedule::Schedule& schedule) {
-    if (!schedule.lines.empty()) return schedule.lines.front().func;
-    schedule::Word word;
-    word.line = word.column = 1;
-    return word;
-}
-
 /// Returns the word that placed a Func, else the last line that names it.
 schedule::Word place_of(const schedule::Schedule& schedule, const ScheduledFunc* func) {
-    if (func == nullptr) return start_of(schedule);
+    if (func == nullptr) return schedule::start_of(schedule);
     if (func->store && func->store->directive) return *func->store->directive;
     if (func->compute.directive) return *func->compute.directive;
-    return func->last_word.value_or(start_of(schedule));
+    return func->last_word.value_or(schedule::start_of(schedule));
 }
 
 /// "12.5 MiB"; small sizes in KiB.

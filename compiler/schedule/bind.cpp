@@ -19,6 +19,7 @@ class Binder {
   public:
     Binder(const File& file, const Binding& binding) : binding_(binding) {
         out_.path = file.path;
+        out_.file = file.file;
         out_.target = binding.target;
     }
 

@@ -41,6 +41,7 @@ class Parser {
         if (auto* fault = std::get_if<Fault>(&tokens)) return std::move(*fault);
         tokens_ = std::get<std::vector<Token>>(std::move(tokens));
         file_.path = source_.path;
+        file_.file = source_.file;
         if (!block(&file_.items, 0)) return std::move(fault_);
         return std::move(file_);
     }

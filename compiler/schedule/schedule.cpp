@@ -88,6 +88,14 @@ std::variant<Schedule, Fault> read(const Source& source, const Binding& binding)
     return bind(std::get<File>(parsed), binding);
 }
 
+Word start_of(const Schedule& schedule) {
+    if (!schedule.lines.empty()) return schedule.lines.front().func;
+    Word word;
+    word.file = schedule.file;
+    word.line = word.column = 1;
+    return word;
+}
+
 std::string text_of(const Schedule& schedule) {
     std::string out;
     for (const Line& line : schedule.lines) {

@@ -107,6 +107,7 @@ std::variant<Source, std::string> open_built_in(const std::string& name, const S
 
 struct File {
     std::string path;
+    uint32_t file = 0;             ///< of the Source
     std::optional<Word> pipeline;  ///< of the `pipeline` line
     std::vector<Item> items;
 };
@@ -124,6 +125,7 @@ struct Binding {
 /// A schedule for one target: lines without choices, every argument a name or a number.
 struct Schedule {
     std::string path;
+    uint32_t file = 0;  ///< of the Source
     std::string target;
     std::vector<Param> params;  ///< as bound, in order
     std::vector<Line> lines;
@@ -138,6 +140,9 @@ bool has_param(const File& file, const std::string& name);
 
 /// Parses and binds.
 std::variant<Schedule, Fault> read(const Source& source, const Binding& binding = {});
+
+/// Returns the first word of a schedule, for what is wrong with it as a whole.
+Word start_of(const Schedule& schedule);
 
 /// Returns a bound schedule's lines in canonical form: equal texts are equal schedules, and the
 /// text is a file that binds to it for any target.

@@ -51,11 +51,11 @@ TEST(BuildCommand, MarksAMisspelledDirective) {
 TEST(BuildCommand, MarksAFuncThatIsComputedWhereNothingReadsIt) {
     EXPECT_EQ(
         errors_of("slab.sched", "weights.vectorize(z)\nrequests_0.compute_at(weights, z)\n", 1),
-        "slab.sched:2:12: error: the loop `z` of `weights` is vectorized: nothing is computed "
-        "inside it [schedule-illegal]\n"
+        "slab.sched:2:12: error: `samples_0` reads `requests_0` too, outside the loop `z` of "
+        "`weights` [schedule-illegal]\n"
         " 2 | requests_0.compute_at(weights, z)\n"
         "   |            ^~~~~~~~~~\n"
-        "help: choose a loop outside it\n");
+        "help: `compute_root()` is around all that reads it\n");
 }
 
 TEST(BuildCommand, FindsMistakesInFilesThatAScheduleIncludes) {
@@ -134,6 +134,20 @@ TEST(BuildCommand, TheWorkedExampleOfTheReferenceWorks) {
          {"slab:\n", "parallel batch:\n", "for strips:\n", "for column in 8:\n",
           "store samples_0: ", "samples_0: computed by the runtime\n", "vectorized z in 8:\n"})
         EXPECT_NE(loops.out.find(line), std::string::npos) << line << loops.out;
+}
+
+// 4096 ints of each of 6 channels in each of 1024 columns.
+TEST(BuildCommand, RefusesAScheduleThatStoresMoreThanAPlanAllows) {
+    const ScratchFolder folder;
+    folder.write("mine.sched", "pipeline slab\nsums.compute_root().align_storage(z, 4096)\n");
+    const Outcome out = openflc({"emit", kPostcard, "--stage", "slab", "--as", "loops",
+                                 "--schedule", folder / "mine.sched"});
+    EXPECT_EQ(out.exit_code, 1);
+    EXPECT_NE(out.err.find("mine.sched:2:6: error: this schedule stores up to "), std::string::npos)
+        << out.err;
+    EXPECT_NE(out.err.find(" MiB for a thread, `sums` the most of it; the limit is 64.0 MiB"),
+              std::string::npos)
+        << out.err;
 }
 
 TEST(BuildCommand, SaysThatSamplesHaveNoLoops) {

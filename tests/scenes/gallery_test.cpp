@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Every object of the gallery at a small size: its recorded hash, the same for any number of
-// threads, without culling and for either instruction set; and its fablet on meshes that it was not
-// written for.
+// threads, without culling, for either instruction set and under every schedule; and its fablet on
+// meshes that it was not written for.
 
 #include <fmt/format.h>
 #include <rapidjson/document.h>
@@ -13,6 +13,7 @@
 #include <map>
 #include <regex>
 
+#include "tests/scenes/random_schedules.h"
 #include "tests/scenes/scene_fixture.h"
 #include "tests/support/long_run.h"
 
@@ -173,6 +174,59 @@ TEST_P(GalleryInEveryWay, PrintsTheSame) {
     EXPECT_EQ(contents.hash, expected_hash(GetParam().name()));
 }
 
+/// A small exhibit on each push, under one random schedule; all in long runs.
+class GalleryUnderSchedules : public Gallery {
+  public:
+    static std::vector<Exhibit> exhibits() {
+        std::vector<Exhibit> out;
+        for (const Exhibit& exhibit : kExhibits) {
+            if (long_run() || exhibit.world == std::string("blocks")) out.push_back(exhibit);
+        }
+        return out;
+    }
+
+  protected:
+    std::filesystem::path fablet() const {
+        const std::string name = GetParam().program;
+        return folder_ / fmt::format("{}.fl", name == "postcard" ? "magic_postcard" : name);
+    }
+    /// Builds the fablet with the schedules of a folder.
+    Outcome build(const std::filesystem::path& schedules) {
+        binary_ = *scratch_ / "scheduled";
+        return run({program("openflc").string(), "build", fablet().string(), "-o", binary_.string(),
+                    "--target", long_run() ? "both" : "sse41", "--schedule", schedules.string()},
+                   environment());
+    }
+    void expect_the_same(const std::filesystem::path& schedules) {
+        const Outcome built = build(schedules);
+        // What would take minutes to compile, or too much memory to run, is refused.
+        if (built.exit_code == 1 && built.err.find("; the limit is ") != std::string::npos) return;
+        ASSERT_EQ(built.exit_code, 0) << built.err;
+        ++printed_;
+        EXPECT_EQ(print(world()).hash, expected_hash(GetParam().name()));
+    }
+
+    int printed_ = 0;
+};
+
+TEST_P(GalleryUnderSchedules, PrintsTheSame) {
+    for (const char* name : {"naive", "wide"}) {
+        SCOPED_TRACE(name);
+        expect_the_same(source_dir() / "tests" / "scenes" / "schedules" / name);
+    }
+    const int count = long_run() ? 20 : 1;
+    std::mt19937 random(1);
+    for (int k = 0; k < count; ++k) {
+        const std::filesystem::path folder = *scratch_ / fmt::format("random{}", k);
+        // One that has several fablets has one schedule for all of them, which is a matter of chance.
+        if (!write_random_schedules(fablet(), folder, &random)) break;
+        SCOPED_TRACE("random schedules:\n" + read_file(folder / "slab.sched"));
+        expect_the_same(folder);
+        if (HasFailure()) return;
+    }
+    EXPECT_GE(printed_, 1);
+}
+
 TEST_P(Gallery, WorksOnForeignMeshes) {
     // The paper's postcard requires an int `face`, which our primitives have.
     const bool needs_faces = std::string(GetParam().folder) == "magic_postcard";
@@ -208,6 +262,10 @@ INSTANTIATE_TEST_SUITE_P(Exhibits, Gallery, ::testing::ValuesIn(kExhibits),
 
 INSTANTIATE_TEST_SUITE_P(Exhibits, GalleryInEveryWay,
                          ::testing::ValuesIn(GalleryInEveryWay::exhibits()),
+                         [](const auto& info) { return info.param.name(); });
+
+INSTANTIATE_TEST_SUITE_P(Exhibits, GalleryUnderSchedules,
+                         ::testing::ValuesIn(GalleryUnderSchedules::exhibits()),
                          [](const auto& info) { return info.param.name(); });
 
 }  // namespace

@@ -127,6 +127,11 @@ std::string ScheduleSpace::sample(std::mt19937* random) const {
     bool legal = false;
     const ScheduledKernel plain = apply("", &legal);
     std::string text;
+    // Where too much would be inline, it is stored until a line places it elsewhere.
+    for (const ScheduledFunc& func : plain.funcs()) {
+        if (!legal && func.is_listed && !func.is_result)
+            text += fmt::format("{}.compute_root()\n", func.name);
+    }
     for (size_t k = 0; k < plain.funcs().size(); ++k) {
         const ScheduledFunc& func = plain.funcs()[k];
         if (!func.is_listed) continue;

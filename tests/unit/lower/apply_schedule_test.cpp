@@ -263,6 +263,12 @@ TEST(ApplySchedule, RefusesWhatGrowsByInlining) {
     EXPECT_EQ(check("f20.vectorize(x, 8)").substr(0, 40),
               "1:1 |f20| `f19` is part of `f20`, which ");
     EXPECT_EQ(check("f20.vectorize(x, 8)\nf10.compute_root()"), "accepted");
+    // Of a schedule without a line the file is to blame.
+    auto empty = schedule::read({"f.sched", "# nothing", 3});
+    auto applied = apply_schedule(std::get<schedule::Schedule>(empty), make());
+    ASSERT_TRUE(std::holds_alternative<schedule::Fault>(applied));
+    EXPECT_EQ(std::get<schedule::Fault>(applied).file, 3u);
+    EXPECT_EQ(std::get<schedule::Fault>(applied).line, 1);
 }
 
 // Halide takes the bounds of the loop `r_x` from `limit` before the loop begins.
