@@ -39,7 +39,7 @@ void FractionFile::write(int32_t z, int32_t y, int32_t first_x, std::span<const 
     const std::span<const float> some(first, last);
     const Result<void> done =
         file_->overwrite(kNpyHeaderBytes + value * static_cast<int64_t>(sizeof(float)),
-                        {reinterpret_cast<const uint8_t*>(some.data()), some.size_bytes()});
+                         {reinterpret_cast<const uint8_t*>(some.data()), some.size_bytes()});
     if (!done) fail(done.error());
 }
 
@@ -59,9 +59,8 @@ Result<void> FractionFile::finish(const pipeline::PrintTotals& totals) {
     pipeline::PrintTotals honest = totals;
     honest.complete = totals.complete && failed;
     Result<void> done = file_->close();
-    const Result<void> noted =
-        backends::write_whole_file(array_json_path(path_),
-                                   array_json(info_, honest, info_.slice_end - info_.slice_begin));
+    const Result<void> noted = backends::write_whole_file(
+        array_json_path(path_), array_json(info_, honest, info_.slice_end - info_.slice_begin));
     if (!failed) return {};  // has been reported
     return done ? noted : done;
 }

@@ -33,8 +33,9 @@ void write_fractions(const dither::RowBand& band, int32_t slab, uint8_t slices, 
             for (int32_t x = first_x; x < end_x; ++x, out += materials) {
                 if ((mixed[x] >> z & 1) != 0) {
                     const auto column = static_cast<size_t>(band.columns[at + x]);
-                    put_mixture(&band.fractions[column * static_cast<size_t>(8 * band.channels) + z],
-                                materials, out);
+                    put_mixture(
+                        &band.fractions[column * static_cast<size_t>(8 * band.channels) + z],
+                        materials, out);
                 } else if (const uint8_t code = band.codes[(at + x) * 8 + z]; code != 0) {
                     out[code - 1] = 1.0f;
                 }

@@ -76,7 +76,8 @@ TEST_F(Fractions, AreWhatTheDitherChoosesFrom) {
 TEST_F(Fractions, DependOnNothingButTheWorld) {
     const std::string expected = fractions({"--threads", "1"});
     EXPECT_TRUE(fractions({"--threads", "3", "--no-cull"}) == expected);
-    EXPECT_TRUE(fractions({"--threads", "2", "--dither", "majority", "--isa", "sse41"}) == expected);
+    EXPECT_TRUE(fractions({"--threads", "2", "--dither", "majority", "--isa", "sse41"}) ==
+                expected);
     // A range of slices is that part of the whole.
     const std::string some = fractions({"--slices", "5:19"}).substr(kHeaderBytes);
     const size_t slice = some.size() / 14;

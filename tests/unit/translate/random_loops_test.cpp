@@ -124,8 +124,8 @@ Number Generator::condition(const std::vector<int>& counters) {
     constexpr std::array<const char*, 4> kOps{"<", ">=", "==", ">"};
     return {fmt::format("{} {} {}", name_of(variable), kOps[op], number), [=](const State& s) {
                 const int value = s.variables[variable];
-                const std::array<bool, 4> holds{value < number, value >= number, value == number,
-                                                value > number};
+                const std::array<bool, 4> holds{
+                    value<number, value >= number, value == number, value> number};
                 return holds[op] ? 1 : 0;
             }};
 }
@@ -155,14 +155,13 @@ Statement Generator::block(int depth, const std::vector<int>& counters, bool fil
         } else if (chance(30)) {
             const Number test = condition(counters);
             const Exit exit = chance(50) ? Exit::kBreak : Exit::kContinue;
-            list.push_back({fmt::format("if ({}) {};", test.text,
-                                        exit == Exit::kBreak ? "break" : "continue"),
-                            [=](State& s) { return test.value(s) != 0 ? exit : Exit::kNone; }});
+            list.push_back(
+                {fmt::format("if ({}) {};", test.text, exit == Exit::kBreak ? "break" : "continue"),
+                 [=](State& s) { return test.value(s) != 0 ? exit : Exit::kNone; }});
         } else if (chance(30)) {
             const Number test = condition(counters);
             const Statement inner = access(counters, fills);
-            list.push_back({fmt::format("if ({}) {{ {} }}", test.text, inner.text),
-                            [=](State& s) {
+            list.push_back({fmt::format("if ({}) {{ {} }}", test.text, inner.text), [=](State& s) {
                                 return test.value(s) != 0 ? inner.run(s) : Exit::kNone;
                             }});
         } else {
@@ -229,7 +228,8 @@ TEST(RandomLoops, AreNeverSilentWhereAReadFindsNoValue) {
         const int least_c = generator.chance(50) ? -1 : 1, most_c = 3 + least_c;
         std::string program = fmt::format(
             "fablet A {{ @uniform {{ Material m; int k; float x; int n; }}\n"
-            "@Volume(@varying {{ VolumeAttributes attr }}) {{ MaterialComposition mc; float s = 0;\n"
+            "@Volume(@varying {{ VolumeAttributes attr }}) {{ MaterialComposition mc; float s = "
+            "0;\n"
             "int c = clamp(n, {}, {}); float w[{}];\n",
             least_c, most_c, generator.elements());
         for (const Statement& loop : loops)
