@@ -107,7 +107,11 @@ class Diagram {
         ValueId value = 0;
         int numbered = 0;
         int64_t number = 0;
-        auto operator<=>(const Atom&) const = default;
+        bool operator==(const Atom&) const = default;
+        bool operator<(const Atom& other) const {
+            return std::tie(value, numbered, number) <
+                   std::tie(other.value, other.numbered, other.number);
+        }
     };
     static constexpr Atom kLeaf = {ir::kNoValue, 0, 0};
     struct Decision {
