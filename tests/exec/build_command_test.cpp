@@ -136,10 +136,12 @@ TEST(BuildCommand, TheWorkedExampleOfTheReferenceWorks) {
         EXPECT_NE(loops.out.find(line), std::string::npos) << line << loops.out;
 }
 
-// 4096 ints of each of 6 channels in each of 1024 columns.
+// 4096 floats of each of 3 channels in each of 1024 columns, and as many of their sum: 48 and 16 MiB.
 TEST(BuildCommand, RefusesAScheduleThatStoresMoreThanAPlanAllows) {
     const ScratchFolder folder;
-    folder.write("mine.sched", "pipeline slab\nsums.compute_root().align_storage(z, 4096)\n");
+    folder.write("mine.sched",
+                 "pipeline slab\nsums.compute_root().align_storage(z, 4096)\n"
+                 "total.compute_root().align_storage(z, 4096)\n");
     const Outcome out = openflc({"emit", kPostcard, "--stage", "slab", "--as", "loops",
                                  "--schedule", folder / "mine.sched"});
     EXPECT_EQ(out.exit_code, 1);

@@ -227,6 +227,28 @@ TEST_P(GalleryUnderSchedules, PrintsTheSame) {
     EXPECT_GE(printed_, 1);
 }
 
+// `total` is 4096 floats in each of 1024 columns: 16.8 MB for each thread.
+TEST_P(GalleryUnderSchedules, ThePlanOfMemoryKnowsWhatIsStored) {
+    const std::string usual = "pipeline slab\nvalues_*.compute_root()\n";
+    std::map<std::string, int64_t> least;
+    for (const std::string more : {"", "total.compute_root().align_storage(z, 4096)\n"}) {
+        scratch_->write("mine.sched", usual + more);
+        const Outcome built = build(*scratch_ / "mine.sched");
+        ASSERT_EQ(built.exit_code, 0) << built.err;
+        for (const char* threads : {"1", "3"}) {
+            least[threads + more] =
+                least_memory_mb(run({binary_.string(), world().string(), "--printer", "generic",
+                                     "--voxel", GetParam().voxel, "--memory", "20MB", "--threads",
+                                     threads, "-o", (*scratch_ / "no.ofr").string()},
+                                    environment()));
+            if (more.empty()) continue;
+            // The print names a megabyte that suffices for the next run, too (memory_planner.cpp).
+            EXPECT_NEAR(static_cast<double>(least[threads + more] - least[threads]),
+                        17.0 * std::stoi(threads), 3);
+        }
+    }
+}
+
 TEST_P(Gallery, WorksOnForeignMeshes) {
     // The paper's postcard requires an int `face`, which our primitives have.
     const bool needs_faces = std::string(GetParam().folder) == "magic_postcard";

@@ -58,27 +58,6 @@ TEST_F(RunCommand, NoPassChangesTheBytes) {
     }
 }
 
-// `total` is 4096 floats in each of 1024 columns: 16.8 MB for each thread, of which the plan knows.
-TEST_F(RunCommand, WhatAScheduleStoresIsPartOfThePlanOfMemory) {
-    const std::filesystem::path schedule = scratch() / "slab.sched";
-    scratch().write("slab.sched", "total.compute_root().align_storage(z, 4096)\n");
-    const auto least = [&](int threads, const std::vector<std::string>& more) {
-        std::vector<std::string> arguments{"--draft",   "8",
-                                           "--memory",  "20MB",
-                                           "--threads", std::to_string(threads),
-                                           "-o",        (scratch() / "no.ofr").string()};
-        std::vector<std::string> argv = command(gallery_postcard(), arguments);
-        argv.insert(argv.begin() + 2, more.begin(), more.end());
-        return least_memory_mb(run(argv, environment()));
-    };
-    for (const int threads : {1, 3}) {
-        const int64_t usual = least(threads, {});
-        const int64_t stored = least(threads, {"--schedule", schedule.string()});
-        // To the megabyte and with a margin for the next run (memory_planner.cpp).
-        EXPECT_NEAR(static_cast<double>(stored - usual), 17.0 * threads, 4) << threads;
-    }
-}
-
 TEST_F(RunCommand, NeedsAFabletAndAWorld) {
     const Outcome no_fablet = run({program("openflc").string(), "run", "some.fab.json"});
     EXPECT_EQ(no_fablet.exit_code, 2);
