@@ -502,6 +502,7 @@ class DirectiveChain {
         if (func().is_result) return has_own_storage();
         if (arg(0).text != "heap" && arg(0).text != "stack")
             return fail(arg(0), "expected `heap` or `stack`");
+        func().has_memory = true;
         func().func.store_in(arg(0).text == "heap" ? Halide::MemoryType::Heap
                                                    : Halide::MemoryType::Stack);
         return true;
@@ -596,9 +597,16 @@ Halide::LoopLevel level_of(const ScheduledKernel& kernel, const Placement& place
     return Halide::LoopLevel::root();
 }
 
+/// Kernels ask for the stack, which is right for what a batch needs; of what another schedule stores
+/// only small things of constant size are, unless a line says otherwise.
+void choose_memory(ScheduledFunc* func) {
+    if (!func->is_result && !func->has_memory) func->func.store_in(Halide::MemoryType::Auto);
+}
+
 /// Tells Halide where Funcs are computed, now that it is known to be legal.
-void set_levels(ScheduledKernel* kernel) {
+void set_levels(ScheduledKernel* kernel, bool built_in) {
     for (ScheduledFunc& func : kernel->funcs()) {
+        if (!built_in) choose_memory(&func);
         if (func.compute.directive) func.func.compute_at(level_of(*kernel, func.compute));
         if (func.store) func.func.store_at(level_of(*kernel, *func.store));
         // Halide warns of updates that nobody scheduled.
@@ -613,7 +621,7 @@ void set_levels(ScheduledKernel* kernel) {
 }  // namespace
 
 std::variant<ScheduledKernel, schedule::Fault> apply_schedule(const schedule::Schedule& schedule,
-                                                              const Kernel& kernel) {
+                                                              const Kernel& kernel, bool built_in) {
     ScheduledKernel scheduled(kernel);
     for (const schedule::Line& line : schedule.lines) {
         try {
@@ -626,7 +634,7 @@ std::variant<ScheduledKernel, schedule::Fault> apply_schedule(const schedule::Sc
     }
     if (std::optional<schedule::Fault> fault = check_placements(scheduled)) return *fault;
     if (std::optional<schedule::Fault> fault = check_inlining(schedule, scheduled)) return *fault;
-    set_levels(&scheduled);
+    set_levels(&scheduled, built_in);
     return scheduled;
 }
 

@@ -20,9 +20,10 @@ namespace openfab::lower {
 constexpr int64_t kMostVectorLanes = 64;  ///< in all vectorized loops of a Func together
 constexpr int64_t kMostUnrolled = 128;    ///< copies, likewise
 
-/// Schedules the kernel's Funcs.
+/// Schedules the kernel's Funcs. `built_in`: what it stores is known to fit a thread's stack.
 std::variant<ScheduledKernel, schedule::Fault> apply_schedule(const schedule::Schedule& schedule,
-                                                              const Kernel& kernel);
+                                                              const Kernel& kernel,
+                                                              bool built_in = false);
 
 /// Finds Funcs that are computed or stored where what reads them is not.
 std::optional<schedule::Fault> check_placements(const ScheduledKernel& kernel);

@@ -88,7 +88,8 @@ std::variant<Lowered, Fault> lower_kernel(const KernelRequest& request) {
     std::call_once(once, [] { Halide::set_custom_compile_time_error_reporter(&reporter); });
     try {
         const Kernel kernel = make_kernel(*request.stage, request.demand, request.isa);
-        std::variant<ScheduledKernel, schedule::Fault> applied = apply_schedule(schedule, kernel);
+        std::variant<ScheduledKernel, schedule::Fault> applied =
+            apply_schedule(schedule, kernel, !checked);
         if (auto* fault = std::get_if<schedule::Fault>(&applied))
             return schedule_fault(std::move(*fault));
         scheduled = std::get<ScheduledKernel>(std::move(applied));

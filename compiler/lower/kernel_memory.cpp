@@ -238,8 +238,7 @@ class StorageWalk : public internal::IRVisitor {
 
     void visit(const internal::Allocate* op) override {
         const int64_t bytes = size_of(*op);
-        const bool is_constant = op->constant_allocation_size() > 0;
-        if (op->memory_type == Halide::MemoryType::Stack && is_constant) stack += bytes;
+        if (is_on_stack(*op)) stack += bytes;
         all.push_back({op->name, bytes});
         live_ += bytes;
         peak = std::max(peak, live_);
@@ -247,41 +246,38 @@ class StorageWalk : public internal::IRVisitor {
         live_ -= bytes;
     }
 
+    /// Halide takes what is small from the stack, too.
+    static bool is_on_stack(const internal::Allocate& op) {
+        const int32_t constant = op.constant_allocation_size();
+        return op.memory_type == Halide::MemoryType::Stack ||
+               (op.memory_type == Halide::MemoryType::Auto && constant > 0 &&
+                internal::can_allocation_fit_on_stack(int64_t{constant} * op.type.bytes()));
+    }
+
     int64_t size_of(const internal::Allocate& op) {
         constexpr int64_t kMost = std::numeric_limits<int64_t>::max() / 4096;
         int64_t bytes = int64_t{op.type.bytes()};
-        for (const Expr& extent : op.extents) {
-            const Expr most = internal::find_constant_bound(
-                internal::simplify(queries_.resolve(extent)), internal::Direction::Upper, scope_);
+        for (size_t d = 0; d < op.extents.size(); ++d) {
+            const Expr most =
+                internal::find_constant_bound(internal::simplify(queries_.resolve(op.extents[d])),
+                                              internal::Direction::Upper, scope_);
             const int64_t* value = most.defined() ? internal::as_const_int(most) : nullptr;
-            if (value == nullptr) return size_of_whole(op);
-            const int64_t factor = std::max<int64_t>(*value, 0);
+            const int64_t factor = std::max<int64_t>(value != nullptr ? *value : whole(op, d), 0);
             bytes = factor > 0 && bytes > kMost / factor ? kMost : bytes * factor;
         }
         return bytes;
     }
 
-    /// Where a region goes through extern stages in a way that is not seen through, it is at most
-    /// that of the result, which they and what they read are computed for place by place.
-    int64_t size_of_whole(const internal::Allocate& op) {
+    /// Where the extent of a dimension is not seen through, it is at most that of the result, which
+    /// everything is computed for place by place; what is no Func of the kernel is not bounded so.
+    int64_t whole(const internal::Allocate& op, size_t dimension) {
         const ScheduledFunc* func = func_of(kernel_, op.name);
-        const auto k = static_cast<size_t>(func - kernel_.funcs().data());
-        const bool is_asked = func != nullptr && (func->is_extern() || is_read_through_extern(k));
-        if (!is_asked) {
-            unbounded = op.name;
-            return 0;
+        if (func != nullptr) {
+            const auto& dims = func->func.function().schedule().storage_dims();
+            if (dimension < dims.size()) return most_extent(*func, dims[dimension].var);
         }
-        int64_t bytes = op.type.bytes();
-        for (const Halide::Var& var : func->func.args())
-            bytes *= most_extent(*func, var.name());
-        return bytes;
-    }
-
-    bool is_read_through_extern(size_t k) const {
-        for (size_t e = 0; e < kernel_.funcs().size(); ++e) {
-            if (kernel_.funcs()[e].is_extern() && kernel_.reads(e, k)) return true;
-        }
-        return false;
+        unbounded = op.name;
+        return 0;
     }
 
     /// Returns the bound of a Func's var, or of the result's var of that name; else the places.

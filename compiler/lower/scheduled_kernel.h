@@ -65,6 +65,7 @@ struct ScheduledFunc {
     std::optional<schedule::Word> last_word;  ///< of the last line that names it
     bool is_listed = true;                    ///< in Kernel::funcs
     bool is_result = false;
+    bool has_memory = false;  ///< a line says which: store_in
     bool is_read_by_extern = false;
 
     bool is_extern() const { return definitions.empty(); }

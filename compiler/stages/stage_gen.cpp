@@ -52,7 +52,7 @@ int generate(const std::string& name, const std::string& isa, const std::string&
     }
     namespace schedule = openfab::schedule;
     const schedule::Schedule& chosen = schedule::default_schedule(stage->name, isa);
-    const auto applied = openfab::lower::apply_schedule(chosen, stage->kernel);
+    const auto applied = openfab::lower::apply_schedule(chosen, stage->kernel, true);
     if (const auto* fault = std::get_if<schedule::Fault>(&applied)) {
         std::fprintf(stderr, "%s:%d:%d: error: %s\n", chosen.path.c_str(), fault->line,
                      fault->column, fault->message.c_str());
