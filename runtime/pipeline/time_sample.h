@@ -29,8 +29,8 @@ struct TimeSample {
 
 /// Tries slabs of [slabs.x, slabs.y) spread over the height, the middle first, until there is a
 /// time from each of a few places or `stop` is set. A slab that is tried first builds what later
-/// slabs find cached, so two neighbours are tried and the second one counts. Where the first one
-/// was stopped, its blocks count like those of the places before.
+/// slabs find cached, so two neighbours are tried and the second one counts. Where time is
+/// over before that, the blocks of the first count like those of the places before.
 Result<TimeSample> sample_time(const Vec2<int32_t>& slabs, const std::atomic<bool>& stop,
                                const std::function<Result<SlabTrial>(int32_t slab)>& try_slab);
 

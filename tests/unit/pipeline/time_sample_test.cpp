@@ -84,6 +84,12 @@ TEST(TimeSample, BlocksOfAPlaceThatWasStoppedCountLikeThoseBefore) {
     EXPECT_DOUBLE_EQ(s.sample.seconds, 70 * (18 + 2.5) / 2);
 }
 
+TEST(TimeSample, AlsoIfMostOfItWasDone) {
+    const Sampled s = sampled(
+        {0, 70}, [](int32_t slab) { return slab > 30 ? slab * 0.5 : 1000; }, 2, 0.9);
+    EXPECT_DOUBLE_EQ(s.sample.seconds, 70 * (18 + 2.5) / 2);
+}
+
 TEST(TimeSample, EndsAtOnce) {
     const std::atomic<bool> stop{true};
     const Result<TimeSample> sample =
