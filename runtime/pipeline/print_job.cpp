@@ -35,7 +35,7 @@ struct FinishedSlices {
     int32_t first = 0, end = 0;
     abi::KernelStatus status;
     std::string kernel_error;
-    Result<void> surfaces;  ///< an error where a surface kernel has failed
+    Result<void> outcome;  ///< an error where a surface kernel, or writing fractions, has failed
     struct Slice {
         int32_t z = 0;
         SliceTotals totals;
@@ -78,7 +78,7 @@ class SliceCommitter {
             return;
         }
         if (!show_log(slab.log)) return;
-        if (!slab.surfaces) return fail(slab.surfaces.error());
+        if (!slab.outcome) return fail(slab.outcome.error());
         for (const FinishedSlices::Slice& slice : slab.slices) {
             if (slice.z < info_.slice_begin + resumed_) {
                 if (!matches_resumed_slice(slice)) return;
@@ -227,7 +227,7 @@ class PrintJobImpl final : public PrintJob {
     Result<MemoryPlan> plan_memory(const MemoryPlanner& planner, const CacheBudgets& caches,
                                    const SurfaceCounts& displaced, int64_t textures) const;
     void fill_info();
-    Result<void> fraction_status() const;
+    Result<void> slab_outcome() const;
     Result<void> surface_status() const;
     Result<void> resume(pipeline::SliceSink& sink, SliceCommitter* committer);
     Result<void> set_up_support();
@@ -576,8 +576,10 @@ Result<void> PrintJobImpl::resume(pipeline::SliceSink& sink, SliceCommitter* com
     return {};
 }
 
-Result<void> PrintJobImpl::fraction_status() const {
-    return options_.fractions == nullptr ? Result<void>() : options_.fractions->status();
+Result<void> PrintJobImpl::slab_outcome() const {
+    Result<void> outcome = surface_status();
+    if (outcome && options_.fractions != nullptr) outcome = options_.fractions->status();
+    return outcome;
 }
 
 /// A patch whose kernel failed is empty in all slabs from the first one that needed it.
@@ -663,10 +665,8 @@ FinishedSlices PrintJobImpl::print_slices(int32_t first, int32_t end, abi::Kerne
     if (!run->log().empty()) finished.log.append(&run->log());
     if (!finished.status.ok()) {
         finished.kernel_error = abi::take_kernel_error();
-    } else if (finished.surfaces = surface_status(); !finished.surfaces) {
-        // Slices printed with an empty patch must not be committed.
-    } else if (finished.surfaces = fraction_status(); !finished.surfaces) {
-        // Nor those whose fractions could not be written.
+    } else if (finished.outcome = slab_outcome(); !finished.outcome) {
+        // Slices printed with an empty patch, or without their fractions, must not be committed.
     } else if (committer->stopped()) {
         finished.status = abi::KernelStatus::stopped();
     } else {
