@@ -45,7 +45,7 @@ class Generator {
 
     void allow_loops() {
         loops_ = true;
-        stage_.printfs = {{"%f %d", false, 1, 2}};
+        stage_.printfs = {{"%f %d", false, {1, 2}, {}}};
     }
 
     void allow_functions() { functions_ = true; }

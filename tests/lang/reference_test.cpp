@@ -53,10 +53,10 @@ TEST(Reference, ItsExamplesCompile) {
     for (const Block& block : all) {
         std::string text = block.text;
         if (block.kind == "statements") {
-            text =
-                "fablet A { @Volume(@varying { VolumeAttributes attr }) { MaterialComposition "
-                "mc;\n" +
-                text + "return mc; } }";
+            text.insert(0,
+                        "fablet A { @Volume(@varying { VolumeAttributes attr }) { "
+                        "MaterialComposition mc;\n");
+            text += "return mc; } }";
         }
         source::SourceManager sources;
         diag::Sink sink;

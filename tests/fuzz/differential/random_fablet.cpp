@@ -19,8 +19,7 @@ struct Type {
     bool operator==(const Type&) const = default;
 };
 
-constexpr Type kBool{Base::kBool, 1}, kInt{Base::kInt, 1}, kUint{Base::kUint, 1},
-    kFloat{Base::kFloat, 1};
+constexpr Type kBool{Base::kBool, 1}, kInt{Base::kInt, 1}, kFloat{Base::kFloat, 1};
 
 std::string spelling(const Type& type) {
     static constexpr std::array<const char*, 4> names = {"bool", "int", "uint", "float"};

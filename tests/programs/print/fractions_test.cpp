@@ -55,7 +55,7 @@ TEST_F(Fractions, AreWhatTheDitherChoosesFrom) {
     for (size_t i = 0; i < codes.size(); ++i) {
         const float white = values[2 * i], black = values[2 * i + 1];
         ASSERT_TRUE(white >= 0 && black >= 0 && white + black <= 1.0001f) << white << ' ' << black;
-        const int code = codes[i];
+        const auto code = static_cast<unsigned char>(codes[i]);
         if (code != 0) {
             ASSERT_GT(code == 1 ? white : black, 0) << i;
         }
