@@ -16,7 +16,6 @@ namespace openfab::testing {
 namespace {
 
 using ::testing::HasSubstr;
-using ::testing::Not;
 namespace fs = std::filesystem;
 
 class PrintProgram : public ::testing::Test {

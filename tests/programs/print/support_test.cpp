@@ -21,7 +21,6 @@ namespace openfab::testing {
 namespace {
 
 using ::testing::HasSubstr;
-using ::testing::Not;
 namespace fs = std::filesystem;
 
 struct Voxels {

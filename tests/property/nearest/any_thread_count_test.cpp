@@ -33,7 +33,8 @@ std::string ring_stl(int nu, int nv) {
         put(normal, sizeof normal);
         for (const int32_t v : t)
             put(&mesh.positions[v], 12);
-        put("\0", 2);
+        const uint16_t attribute = 0;
+        put(&attribute, 2);
     }
     return out;
 }

@@ -18,7 +18,6 @@ namespace {
 
 using surface::MicroMesh;
 using surface::Patch;
-using surface::PatchKind;
 using surface::Surface;
 using surface::SurfaceOptions;
 

@@ -165,7 +165,7 @@ double farthest(const std::vector<size_t>& voxels, const std::vector<CutPiece>& 
     return most;
 }
 
-std::vector<CutPiece> cut_all(std::vector<CutPiece> pieces, const CutPlane& plane) {
+std::vector<CutPiece> cut_all(const std::vector<CutPiece>& pieces, const CutPlane& plane) {
     std::vector<CutPiece> out;
     for (const CutPiece& piece : pieces) {
         for (CutPiece& half : testing::cut(piece, plane)) {

@@ -138,7 +138,7 @@ std::vector<std::string> literals() {
                 text += fmt::format("{:.17g}", std::bit_cast<double>(random() % bits_of(1e300)));
         }
         // The parser's own size limit is tested separately.
-        if (text.find('e') == text.npos && below(2) == 0)
+        if (text.find('e') == std::string::npos && below(2) == 0)
             text += fmt::format("e{}{}", below(2) == 0 ? "-" : "", below(340));
         if (std::isfinite(std::strtod(text.c_str(), nullptr))) all.push_back(std::move(text));
     }
