@@ -1,0 +1,197 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Conformal cells: sizes are what coordinates really change by, axes stay at right angles, cells
+// are whole where they close, and walls are as thick as asked.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "abi/fablet_table.h"
+#include "compiler/diag/render.h"
+#include "compiler/driver/frontend.h"
+#include "compiler/interp/evaluate.h"
+
+namespace openfab::testing {
+namespace {
+
+using Vec = std::array<double, 3>;
+
+class Point : public interp::Environment {
+  public:
+    std::array<float, 3> values{};
+    uint32_t input(int32_t kind, int32_t a, int32_t) const override {
+        return kind == OPENFAB_ARG_UNIFORM ? std::bit_cast<uint32_t>(values.at(size_t(a))) : 0;
+    }
+    interp::TextureView texture(int32_t) const override { return {}; }
+};
+
+/// A function of p that returns a float.
+class Function {
+  public:
+    explicit Function(const std::string& body) {
+        const std::string text =
+            "import conformal;\nimport lattice;\nfablet T { @uniform { float3 p; Material m; }\n"
+            "float f() { " +
+            body + " }\n@Volume() { MaterialComposition mc; mc.Set(m, f()); return mc; } }\n";
+        source::SourceManager sources;
+        diag::Sink sink;
+        module_ = driver::compile_to_ir(sources, sources.add("test.fl", text), sink);
+        EXPECT_TRUE(module_.has_value()) << diag::render_text(sink, sources);
+    }
+    double operator()(const Vec& p) const {
+        Point point;
+        for (size_t a = 0; a < 3; ++a)
+            point.values[a] = static_cast<float>(p[a]);
+        return static_cast<double>(
+            std::bit_cast<float>(interp::evaluate(module_->fablets[0].volume, point)[0]));
+    }
+    Vec gradient(const Vec& p) const {
+        constexpr double kStep = 0.02;
+        Vec out;
+        for (size_t k = 0; k < 3; ++k) {
+            Vec more = p, less = p;
+            more[k] += kStep;
+            less[k] -= kStep;
+            out[k] = ((*this)(more) - (*this)(less)) / (2 * kStep);
+        }
+        return out;
+    }
+
+  private:
+    std::optional<ir::Module> module_;
+};
+
+double dot(const Vec& a, const Vec& b) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+Vec along(const Vec& a, const Vec& b, double t) {
+    return {a[0] + b[0] * t, a[1] + b[1] * t, a[2] + b[2] * t};
+}
+
+struct Case {
+    const char* name;
+    const char* cells;
+    Vec low, high;  ///< where in part space
+};
+
+class Conformal : public ::testing::TestWithParam<Case> {
+  protected:
+    std::string body(const std::string& result) const {
+        return std::string("Cells c = ") + GetParam().cells + "; return " + result + ";";
+    }
+    std::vector<Vec> points(int count) const {
+        std::mt19937 random(7);
+        std::uniform_real_distribution<double> unit(0, 1);
+        std::vector<Vec> out;
+        for (int k = 0; k < count; ++k) {
+            Vec p;
+            for (size_t a = 0; a < 3; ++a)
+                p[a] = GetParam().low[a] + (GetParam().high[a] - GetParam().low[a]) * unit(random);
+            out.push_back(p);
+        }
+        return out;
+    }
+};
+
+TEST_P(Conformal, SizesAreWhatTheCoordinatesChangeBy) {
+    const std::array<const char*, 3> axes = {"x", "y", "z"};
+    std::vector<Function> at, size;
+    for (const char* axis : axes) {
+        at.emplace_back(body(std::string("c.at.") + axis));
+        size.emplace_back(body(std::string("c.size.") + axis));
+    }
+    for (const Vec& p : points(40)) {
+        std::array<Vec, 3> slopes;
+        for (size_t k = 0; k < 3; ++k) {
+            slopes[k] = at[k].gradient(p);
+            EXPECT_NEAR(std::sqrt(dot(slopes[k], slopes[k])) * size[k](p), 1, 2e-3) << axes[k];
+        }
+        for (size_t k = 0; k < 3; ++k) {
+            const size_t next = (k + 1) % 3;
+            EXPECT_NEAR(dot(slopes[k], slopes[next]) * size[k](p) * size[next](p), 0, 2e-3);
+        }
+    }
+}
+
+/// From points on the surface half a wall to either side.
+TEST_P(Conformal, WallsAreAsThickAsAsked) {
+    constexpr double kWall = 0.6;
+    const Function wall(body("gyroid_distance(c.at * c.size, c.size)"));
+    int measured = 0;
+    double sum = 0;
+    for (Vec p : points(60)) {
+        for (int step = 0; step < 6; ++step) {
+            const Vec n = wall.gradient(p);
+            p = along(p, n, -wall(p) / std::max(dot(n, n), 0.25));
+        }
+        if (std::abs(wall(p)) > 1e-3) continue;
+        Vec n = wall.gradient(p);
+        n = along({}, n, 1 / std::sqrt(dot(n, n)));
+        const double thickness = wall(along(p, n, kWall / 2)) - wall(along(p, n, -kWall / 2));
+        EXPECT_NEAR(thickness, kWall, 0.04 * kWall);
+        sum += thickness;
+        ++measured;
+    }
+    ASSERT_GT(measured, 30);
+    EXPECT_NEAR(sum / measured, kWall, 0.02 * kWall);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, Conformal,
+    ::testing::Values(
+        Case{"box", "cells_box(p, float3(1, 2, 3), float3(5, 6, 7))", {-9, -9, -9}, {9, 9, 9}},
+        Case{"graded", "cells_graded_z(p, 0, 40, 4, 8, float2(6, 6))", {-9, -9, 1}, {9, 9, 39}},
+        Case{"growing", "cells_growing(p, 10, 16, 5)", {8, -16, -9}, {20, 16, 9}},
+        Case{"cylinder", "cells_cylinder(p, 20, float3(5, 5, 5))", {16, -16, -9}, {24, 16, 9}},
+        Case{"sphere", "cells_sphere(p, 20, float3(5, 5, 5))", {16, -12, -8}, {24, 12, 8}},
+        Case{"between", "cells_between(p.z - 2, 12 - p.z, 2, p.xy / 5, 5)", {-9, -9, 3}, {9, 9, 11}},
+        Case{"surface", "cells_surface(p.xy / 30, 30, float2(6, 5), 9 - p.z, 4)", {-9, -9, 0},
+             {9, 9, 9}}),
+    [](const auto& info) { return info.param.name; });
+
+/// A long way around is a whole number of cells, and so is what was fitted.
+TEST(ConformalCells, CloseWhole) {
+    for (const char* cells : {"cells_cylinder(p, 20, 4.7)", "cells_sphere(p, 20, 4.7)",
+                              "cells_growing(p, 20, 27, 4)"}) {
+        const Function x(std::string("return ") + cells + ".at.x;");
+        const double turn = x({-20, 1e-4, 0}) - x({-20, -1e-4, 0});
+        EXPECT_NEAR(turn, std::round(turn), 1e-3) << cells;
+        EXPECT_NEAR(turn, 27, 0.5) << cells;
+    }
+    const Function poles("return cells_sphere(p, 20, 4.7).at.y;");
+    EXPECT_NEAR(poles({1e-3, 0, 20}) - poles({1e-3, 0, -20}), 13, 0.02);
+    EXPECT_NEAR(Function("return cells_fit(20, 6);")({}), 20.0 / 3, 1e-5);
+    EXPECT_NEAR(Function("return cells_fit(2, 6);")({}), 2, 1e-6);
+    const Function between("return cells_between(p.x, p.y, 3, 0, 1).at.z;");
+    EXPECT_NEAR(between({0, 5, 0}), 0, 1e-6);
+    EXPECT_NEAR(between({5, 0, 0}), 3, 1e-6);
+}
+
+/// The phase is the integral of 1 / size, across both ends, and for sizes that hardly change.
+TEST(ConformalCells, GradedPhasesAreIntegrals) {
+    for (const char* sizes : {"2, 6", "6, 2", "4, 4", "4, 4.01"}) {
+        const Function phase(std::string("return cells_graded(p.x, 10, 30, ") + sizes + ").x;");
+        const Function size(std::string("return cells_graded(p.x, 10, 30, ") + sizes + ").y;");
+        constexpr double kStep = 0.05;
+        double sum = 0;
+        for (int k = 0; k < 1000; ++k) {
+            sum += kStep / size({(k + 0.5) * kStep, 0, 0});
+            if (k % 100 != 99) continue;
+            const double found = phase({(k + 1) * kStep, 0, 0}) - phase({});
+            EXPECT_NEAR(found, sum, 2e-4 * sum) << sizes << ' ' << k;
+        }
+    }
+}
+
+}  // namespace
+}  // namespace openfab::testing
