@@ -21,6 +21,7 @@
 #include "compiler/lower/kernel.h"
 #include "compiler/lower/kernel_memory.h"
 #include "compiler/lower/print_loops.h"
+#include "compiler/lower/sample_parts.h"
 
 namespace openfab::lower {
 
@@ -47,9 +48,16 @@ Fault internal_fault(std::string message) {
     return fault;
 }
 
+bool looks_up_pictures(const ir::Stage& stage) {
+    return std::any_of(stage.instrs.begin(), stage.instrs.end(), [](const ir::Instr& instr) {
+        return instr.op == ir::Op::kSample && !is_volume_sample(instr.args.size());
+    });
+}
+
 const schedule::Schedule& schedule_of(const KernelRequest& request) {
     if (request.schedule != nullptr) return *request.schedule;
-    return schedule::default_schedule(kernel_name(request.stage->kind), isa_name(request.isa));
+    return schedule::default_schedule(kernel_name(request.stage->kind), isa_name(request.isa),
+                                      looks_up_pictures(*request.stage));
 }
 
 /// Returns the most places that the runtime passes to a kernel in one call.
@@ -93,10 +101,11 @@ std::variant<Lowered, Fault> lower_kernel(const KernelRequest& request) {
         if (auto* fault = std::get_if<schedule::Fault>(&applied))
             return schedule_fault(std::move(*fault));
         scheduled = std::get<ScheduledKernel>(std::move(applied));
-        Halide::Module module = Halide::Pipeline(kernel.output)
-                                    .compile_to_module(kernel.arguments, request.function,
-                                                       target_of(request.isa, checked),
-                                                       Halide::LinkageType::ExternalPlusArgv);
+        Halide::Pipeline pipeline(kernel.output);
+        pipeline.add_custom_lowering_pass(make_expander(kernel.deferred));
+        Halide::Module module = pipeline.compile_to_module(
+            kernel.arguments, request.function, target_of(request.isa, checked),
+            Halide::LinkageType::ExternalPlusArgv);
         const int64_t places = most_places(request.stage->kind);
         KernelMemory memory;
         if (checked) {

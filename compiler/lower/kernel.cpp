@@ -22,12 +22,8 @@ using ir::Op;
 using ir::Type;
 
 constexpr int32_t kSide = 8;
-// Values are cut into Funcs of kChunk operations; LLVM keeps them in registers all the same.
-// Several of Halide's passes visit the whole kernel once per value that a Func stores, and all of
-// them visit expressions as trees, in which shared subexpressions are repeated: on the gallery, 24
-// operations a Func take up to twice the time of 128, and 256 a little more.
-constexpr size_t kChunk = 128;
-constexpr size_t kChunkBeforeSample = 6;
+// More values than these are stored before a lookup, rather than computed before and after it.
+constexpr size_t kMostComputedTwice = 6;
 
 struct StageNames {
     const char* kernel;
@@ -84,6 +80,7 @@ class StageLowering {
         lower_values("values");
         Kernel kernel;
         kernel.arguments = std::move(arguments_);
+        kernel.deferred = deferred_;
         define_outputs(&kernel);
         return kernel;
     }
@@ -198,10 +195,16 @@ class StageLowering {
             if (!live[id] || values_[id].expr.defined()) continue;
             const bool is_sample = op == Op::kSample || op == Op::kSampleBound;
             context_.feeds_sample = id <= last_picture;
-            if (chunk_.size() >= (is_sample ? kChunkBeforeSample : kChunk))
-                store_chunk(id, last_use);
-            values_[id] = lower(id, live);
-            if (!is_sample && op != Op::kConst && op != Op::kInput) chunk_.push_back(id);
+            if (is_sample && chunk_.size() >= kMostComputedTwice) store_chunk(id, last_use);
+            if (op == Op::kInput) {
+                values_[id] = input(stage_->instrs[id]);
+            } else if (op == Op::kSample) {
+                lower_sample_group(id, live);
+            } else if (op == Op::kSampleBound) {
+                lower_bound_pair(id, live);
+            } else if (op != Op::kConst) {
+                chunk_.push_back(id);
+            }
         }
     }
 
@@ -236,7 +239,7 @@ class StageLowering {
         for (const size_t id : chunk_) {
             if (last_use[id] < next) continue;
             kept.push_back(id);
-            stored.push_back(to_storage(values_[id]));
+            stored.push_back(to_storage(value(id)));
         }
         chunk_.clear();
         if (kept.empty()) return;
@@ -247,37 +250,20 @@ class StageLowering {
         for (size_t k = 0; k < kept.size(); ++k) {
             const Expr loaded =
                 kept.size() == 1 ? Expr(func(here)) : func(here)[static_cast<int>(k)];
-            values_[kept[k]] = from_storage(values_[kept[k]].type, loaded);
+            values_[kept[k]] = from_storage(stage_->instrs[kept[k]].type, loaded);
         }
     }
 
-    std::vector<Value> arguments(const ir::Instr& instr) const {
+    std::vector<Value> arguments(const ir::Instr& instr) {
         std::vector<Value> out;
         for (ir::ValueId arg : instr.args)
-            out.push_back(values_[arg]);
+            out.push_back(value(arg));
         return out;
     }
 
-    Value lower(size_t id, const std::vector<bool>& live) {
-        const ir::Instr& instr = stage_->instrs[id];
-        switch (instr.op) {
-            case Op::kConst:
-                return constant_bits(instr.type, instr.bits);
-            case Op::kInput:
-                return input(instr);
-            case Op::kConvert:
-                return convert(values_[instr.args[0]], instr.type);
-            case Op::kBitCast:
-                return bit_cast(values_[instr.args[0]], instr.type);
-            case Op::kSample:
-                lower_sample_group(id, live);
-                return values_[id];
-            case Op::kSampleBound:
-                lower_bound_pair(id, live);
-                return values_[id];
-            default:
-                return operate(instr.op, arguments(instr));
-        }
+    /// Returns what a Func stores that needs the value.
+    Value value(size_t id) {
+        return deferred_->value(*stage_, values_name_, static_cast<ir::ValueId>(id), values_);
     }
 
     /// Lowers channels read at one coordinate together: they share footprint, taps and addresses.
@@ -335,7 +321,7 @@ class StageLowering {
     void define_outputs(Kernel* kernel) {
         std::vector<Expr> results;
         for (const ir::Output& output : stage_->outputs) {
-            const Expr result = to_storage(values_[output.value]);
+            const Expr result = to_storage(value(output.value));
             results.push_back(kind_ == ir::StageKind::kVolumeDemand ? Halide::cast<uint8_t>(result)
                                                                     : result);
         }
@@ -373,7 +359,7 @@ class StageLowering {
         if (demand_ != nullptr) {
             std::swap(stage_, demand_);
             lower_values("condition");
-            wanted = Halide::cast<uint8_t>(to_storage(values_[stage_->outputs[0].value]));
+            wanted = Halide::cast<uint8_t>(to_storage(value(stage_->outputs[0].value)));
             std::swap(stage_, demand_);
         }
         const Halide::Func demand = new_func(&context_, "demand", context_.vars).func;
@@ -441,7 +427,8 @@ class StageLowering {
     std::map<Key, Halide::ImageParam> buffers_;
     std::vector<Halide::Argument> arguments_;
     const char* values_name_ = nullptr;
-    std::vector<Value> values_;
+    std::vector<Value> values_;  ///< what Halide sees; undefined: deferred
+    const std::shared_ptr<Deferred> deferred_ = std::make_shared<Deferred>();
     std::vector<size_t> chunk_;  ///< values not stored in a Func yet
     int32_t chunks_ = 0;
 };

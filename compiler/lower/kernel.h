@@ -35,10 +35,12 @@
 #include <Halide.h>
 
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "compiler/lower/args.h"
+#include "compiler/lower/deferred.h"
 #include "compiler/lower/ops.h"
 
 namespace openfab::lower {
@@ -53,6 +55,7 @@ struct Kernel {
     Halide::Func output;
     std::vector<Halide::Argument> arguments;
     std::vector<NamedFunc> funcs;  ///< consumers first
+    std::shared_ptr<Deferred> deferred;
 };
 
 /// Returns the name of the schedule file: "slab", "surface_bounds".

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compiler/lower/ops.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -32,16 +33,27 @@ Expr boolean(bool value) {
     return Halide::Internal::UIntImm::make(Halide::UInt(1), value ? 1 : 0);
 }
 Expr as_uint(const Expr& e) {
-    return Halide::reinterpret(Halide::UInt(32), e);
+    return Halide::reinterpret(Halide::UInt(32, e.type().lanes()), e);
 }
 Expr as_int(const Expr& e) {
-    return Halide::reinterpret(Halide::Int(32), e);
+    return Halide::reinterpret(Halide::Int(32, e.type().lanes()), e);
 }
 Expr as_float(const Expr& e) {
-    return Halide::reinterpret(Halide::Float(32), e);
+    return Halide::reinterpret(Halide::Float(32, e.type().lanes()), e);
+}
+Expr to_int(const Expr& e) {
+    return Halide::cast(Halide::Int(32, e.type().lanes()), e);
+}
+Expr to_float(const Expr& e) {
+    return Halide::cast(Halide::Float(32, e.type().lanes()), e);
+}
+Expr widened(const Expr& e, int lanes) {
+    return e.type().lanes() == lanes ? e : Halide::Internal::Broadcast::make(e, lanes);
 }
 Expr choose(const Expr& condition, const Expr& a, const Expr& b) {
-    return Halide::select(condition, a, b);
+    const int lanes =
+        std::max({condition.type().lanes(), a.type().lanes(), b.type().lanes()});
+    return Halide::select(condition, widened(a, lanes), widened(b, lanes));
 }
 
 // Bitwise on one-bit values: nothing here is an And, Or or Not node that the simplifier knows.
@@ -129,7 +141,10 @@ Expr divide_by_zero(const Expr& a, uint32_t zero) {
 /// The square root of a zero is that zero. LLVM 14 ignores that it may be -0: it assumed 1 /
 /// sqrt(x) >= 0 and dropped a later lower bound. It does not analyse a select.
 Expr square_root(const Expr& a) {
-    return choose((as_uint(a) & u32(kMagnitude)) == u32(0), a, Halide::sqrt(a));
+    // Halide::sqrt takes scalars only.
+    const Expr root = Halide::Internal::Call::make(a.type(), "sqrt_f32", {a},
+                                                   Halide::Internal::Call::PureExtern);
+    return choose((as_uint(a) & u32(kMagnitude)) == u32(0), a, root);
 }
 
 Expr divide(const Expr& a, const Expr& b) {
@@ -330,7 +345,7 @@ Expr float_to_int(const Expr& x) {
     const Expr high = either(greater(x, kTwo31), equal_floats(x, kTwo31));
     const Expr low = greater(-kTwo31, x);
     const Expr fits = invert(either(either(high, low), nan_bit(x)));
-    const Expr inside = Halide::cast(Halide::Int(32), choose(fits, x, Expr(0.0f)));
+    const Expr inside = to_int(choose(fits, x, Expr(0.0f)));
     return choose(high, i32(std::numeric_limits<int32_t>::max()),
                   choose(low, i32(std::numeric_limits<int32_t>::min()), inside));
 }
@@ -343,8 +358,8 @@ Expr float_to_uint(const Expr& x) {
     // goes through int32.
     const Expr lower = choose(both(positive, invert(upper_half)), x, Expr(0.0f));
     const Expr upper = choose(both(upper_half, invert(full)), x - kTwo31, Expr(0.0f));
-    const Expr low_bits = as_uint(Halide::cast(Halide::Int(32), lower));
-    const Expr high_bits = as_uint(Halide::cast(Halide::Int(32), upper)) ^ u32(kSign);
+    const Expr low_bits = as_uint(to_int(lower));
+    const Expr high_bits = as_uint(to_int(upper)) ^ u32(kSign);
     return choose(full, u32(0xffffffffu), choose(upper_half, high_bits, low_bits));
 }
 
@@ -443,13 +458,13 @@ Value convert(const Value& value, Type to) {
                    constant_bits(to, 0).expr)};
     }
     if (from == Type::kFloat) return {to, to == Type::kInt ? float_to_int(x) : float_to_uint(x)};
-    if (to == Type::kFloat) return {to, Halide::cast(Halide::Float(32), x)};
+    if (to == Type::kFloat) return {to, to_float(x)};
     return {to, to == Type::kInt ? as_int(x) : as_uint(x)};
 }
 
 Value bit_cast(const Value& value, Type to) {
     if (value.type == to) return value;
-    return {to, Halide::reinterpret(halide_type(to), value.expr)};
+    return {to, Halide::reinterpret(halide_type(to).with_lanes(value.expr.type().lanes()), value.expr)};
 }
 
 Value float_bits(const Value& value) {

@@ -116,23 +116,31 @@ const File* default_file(std::string_view kernel, std::string_view target) {
     return nullptr;
 }
 
-const Schedule& default_schedule(std::string_view kernel, std::string_view target) {
+const Schedule& default_schedule(std::string_view kernel, std::string_view target, bool batches) {
+    const auto key = [](std::string_view stem, std::string_view of, bool with_batches) {
+        return fmt::format("{} {} {}", stem, of, with_batches);
+    };
     // Bound at once for every target: kernels are compiled in several threads.
-    static const std::map<std::string, Schedule> bound = [] {
+    static const std::map<std::string, Schedule> bound = [&] {
         std::map<std::string, Schedule> out;
+        const auto add = [&](const std::string& stem, const std::string& each, bool with_batches) {
+            const File* chosen = default_file(stem, each);
+            if (chosen == nullptr) return;
+            Binding binding{.target = each, .params = {}};
+            if (!with_batches) binding.params[std::string(kBatchParam)] = 1;
+            auto made = bind(*chosen, binding);
+            if (const auto* fault = std::get_if<Fault>(&made)) stop(stem, *fault);
+            out[key(stem, each, with_batches)] = std::get<Schedule>(std::move(made));
+        };
         for (const auto& [name, file] : built_in_files()) {
             for (const std::string& each : targets()) {
-                const std::string stem = name.substr(0, name.find('.'));
-                const File* chosen = default_file(stem, each);
-                if (chosen == nullptr) continue;
-                auto made = bind(*chosen, {.target = each, .params = {}});
-                if (const auto* fault = std::get_if<Fault>(&made)) stop(name, *fault);
-                out[fmt::format("{} {}", stem, each)] = std::get<Schedule>(std::move(made));
+                for (const bool with_batches : {false, true})
+                    add(name.substr(0, name.find('.')), each, with_batches);
             }
         }
         return out;
     }();
-    return bound.at(fmt::format("{} {}", kernel, target));
+    return bound.at(key(kernel, target, batches));
 }
 
 }  // namespace openfab::schedule
