@@ -44,6 +44,12 @@ double process_age_seconds() {
     return seconds - (start >= 0 ? start : fallback);
 }
 
+double processor_seconds() {
+    timespec now{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
 int64_t resident_bytes() {
     std::FILE* file = std::fopen("/proc/self/statm", "r");
     long long total = 0, resident = 0;

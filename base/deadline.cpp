@@ -3,7 +3,6 @@
 #include "base/deadline.h"
 
 #include <chrono>
-#include <ctime>
 
 #include "base/clock.h"
 
@@ -12,12 +11,6 @@ namespace openfab {
 namespace {
 
 constexpr std::chrono::milliseconds kStep{10};
-
-double processor_seconds() {
-    timespec t{};
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return static_cast<double>(t.tv_sec) + static_cast<double>(t.tv_nsec) * 1e-9;
-}
 
 }  // namespace
 

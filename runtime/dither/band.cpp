@@ -12,7 +12,7 @@
 
 #include "abi/voxel_hash.h"
 #include "base/check.h"
-#include "base/clock.h"
+#include "base/stage_timer.h"
 #include "runtime/dither/support_fill.h"
 
 namespace openfab::dither {
@@ -208,21 +208,17 @@ abi::KernelStatus SlabDither::end(RowBand** released) {
 
 abi::KernelStatus SlabDither::finish_held(const uint8_t* below) {
     if (held_->any_mixed) dither_rows(held_, 7, 1, held_->mixed_row(6), below);
-    double start = seconds_now();
     if (support_ != nullptr && support_->on()) {
+        const StageTimer timer(Stage::kSupport, &seconds_support);
         add_support(*support_, z_, planes_->height, held_);
-        const double filled = seconds_now();
-        seconds_support += filled - start;
-        start = filled;
     }
+    const StageTimer timer(Stage::kPack, &seconds_pack);
     // Bytes of a row; a block takes as many bytes as a voxel has bits.
     const int32_t bits = planes_->bits;
     const int32_t first = bits * held_->first_block;
     const int32_t end =
         static_cast<int32_t>(std::min<int64_t>(bits * held_->end_block, planes_->row_bytes));
-    const abi::KernelStatus status = pack_held(first, end);
-    seconds_pack += seconds_now() - start;
-    return status;
+    return pack_held(first, end);
 }
 
 /// Copies bytes [first, end) of each row.
@@ -251,7 +247,7 @@ abi::KernelStatus SlabDither::pack_held(int32_t first, int32_t end) {
 // `above` is the row before the first, `below` the one after the last.
 void SlabDither::dither_rows(RowBand* band, int32_t first, int32_t count, const uint8_t* above,
                              const uint8_t* below) {
-    const double start = seconds_now();
+    const StageTimer timer(Stage::kDither, &seconds_dither);
     for (int32_t b = band->first_block; b < band->end_block; ++b) {
         if (band->mixed_blocks[b] == 0) continue;
         int32_t end = b + 1;
@@ -275,7 +271,6 @@ void SlabDither::dither_rows(RowBand* band, int32_t first, int32_t count, const 
         dither::dither_rows(setup_, rows.data(), count, errors_.data());
         b = end;
     }
-    seconds_dither += seconds_now() - start;
 }
 
 }  // namespace openfab::dither

@@ -18,186 +18,31 @@
 #include "base/check.h"
 #include "base/clock.h"
 #include "base/deadline.h"
+#include "base/stage_timer.h"
 #include "runtime/pipeline/check.h"
 #include "runtime/pipeline/grid.h"
 #include "runtime/pipeline/memory_needs.h"
 #include "runtime/pipeline/memory_planner.h"
 #include "runtime/pipeline/provenance.h"
 #include "runtime/pipeline/slab.h"
+#include "runtime/pipeline/slice_committer.h"
 #include "runtime/pipeline/slice_totals.h"
 
 namespace openfab::pipeline {
 
 namespace {
 
-/// Encoded slices of one slab, waiting to be committed in order.
-struct FinishedSlices {
-    int32_t first = 0, end = 0;
-    abi::KernelStatus status;
-    std::string kernel_error;
-    Result<void> outcome;  ///< an error where a surface kernel, or writing fractions, has failed
-    struct Slice {
-        int32_t z = 0;
-        SliceTotals totals;
-        std::vector<uint8_t> bytes;
-    };
-    std::vector<Slice> slices;
-    volume::PrintfLog log;
-};
-
-int64_t solid_of(const SliceTotals& totals) {
-    return std::accumulate(totals.by_code.begin() + 1, totals.by_code.end(), int64_t{0});
-}
-
-/// Takes finished slabs in order, from one thread at a time, and commits their slices to the sink.
-class SliceCommitter {
-  public:
-    SliceCommitter(pipeline::SliceSink& sink,
-                   const std::function<void(const ProgressEvent&)>& progress,
-                   const std::atomic<bool>& interrupt, const pipeline::PrintInfo& info,
-                   const std::function<void(const std::string&)>& print_line)
-        : sink_(sink),
-          progress_(progress),
-          info_(info),
-          print_line_(print_line),
-          stop_{interrupt} {}
-
-    /// Returns whether to stop printing: interrupted, or something failed.
-    bool stopped() const { return stop_.requested(); }
-    const StopFlags& stop_flags() const { return stop_; }
-
-    void commit(FinishedSlices slab) {
-        if (failed_ || ended_) return;
-        if (!slab.status.ok()) {
-            ended_ = true;
-            stop_.failed.store(true);
-            if (slab.status.is_stopped()) return;
-            fail(internal_error(fmt::format("slices {} to {}: a kernel failed with code {}: {}",
-                                            slab.first, slab.end - 1, slab.status.code(),
-                                            slab.kernel_error)));
-            return;
-        }
-        if (!show_log(slab.log)) return;
-        if (!slab.outcome) return fail(slab.outcome.error());
-        for (const FinishedSlices::Slice& slice : slab.slices) {
-            if (slice.z < info_.slice_begin + resumed_) {
-                if (!matches_resumed_slice(slice)) return;
-                continue;
-            }
-            OPENFAB_CHECK_EQ(slice.z, info_.slice_begin + slices_);  // the sink requires it
-            const double start = seconds_now();
-            const Result<void> written = sink_.commit(slice.z, slice.bytes);
-            seconds_commit_ += seconds_now() - start;
-            if (!written) {
-                fail(written.error());
-                return;
-            }
-            if (slices_ == resumed_) first_slice_ = process_age_seconds();
-            ++slices_;
-            totals_.add(slice.totals);
-            report();
-        }
-    }
-
-    /// Counts a slice that an earlier print has written; returns false to stop.
-    bool count_resumed(const pipeline::SliceView& slice) {
-        OPENFAB_CHECK_EQ(slice.z, info_.slice_begin + slices_);
-        const SliceTotals totals = count_slice(slice, info_.bits);
-        last_resumed_[static_cast<size_t>(slice.z & 7)] = totals.hash;
-        totals_.add(totals);
-        ++slices_;
-        resumed_ = slices_;
-        return !stop_.requested();
-    }
-    int32_t resumed() const { return resumed_; }
-    void end_resumed() {
-        solid_resumed_ = solid_of(totals_);
-        if (info_.support_code != 0) solid_resumed_ -= totals_.by_code[info_.support_code];
-    }
-    int64_t solid_resumed() const { return solid_resumed_; }
-
-    void fail(Error error) {
-        failed_ = true;
-        stop_.failed.store(true);
-        error_ = std::move(error);
-    }
-
-    bool failed() const { return failed_; }
-    const Error& error() const { return error_; }
-    int32_t slices() const { return slices_; }
-    const SliceTotals& totals() const { return totals_; }
-    double first_slice() const { return first_slice_; }
-    double seconds_commit() const { return seconds_commit_; }
-
-    /// Logs how many lines of each printf were suppressed.
-    void end_log() {
-        if (!print_line_) return;
-        for (const auto& [print, count] : log_.left_out()) {
-            print_line_(fmt::format("{}:{}: {} more line{} not shown", print->source, print->line,
-                                    count, count == 1 ? "" : "s"));
-        }
-    }
-
-  private:
-    /// Prints the log of a slab's voxels; returns false at a failed assertion.
-    bool show_log(volume::PrintfLog& log) {
-        if (log.empty()) return true;
-        const size_t shown = log_.lines().size();
-        log_.append(&log);
-        for (size_t i = shown; i < log_.lines().size(); ++i) {
-            const volume::PrintfLog::Line& line = log_.lines()[i];
-            if (line.print->is_assert != 0) {
-                fail(user_error(line.text));
-                return false;
-            }
-            if (print_line_) print_line_(line.text);
-        }
-        return true;
-    }
-
-    /// Resumed slices must equal those of this print: those of the first slab are printed again and
-    /// compared.
-    bool matches_resumed_slice(const FinishedSlices::Slice& slice) {
-        if (slice.totals.hash == last_resumed_[static_cast<size_t>(slice.z & 7)]) return true;
-        fail(user_error(fmt::format(
-            "slice {} differs from the one already written: the program or an input has changed "
-            "since; start over without `--resume`",
-            slice.z)));
-        return false;
-    }
-
-    void report() {
-        if (!progress_) return;
-        const int64_t slice_voxels = int64_t{info_.size.x} * info_.size.y;
-        ProgressEvent event;
-        event.slices_done = slices_;
-        event.slices_total = info_.slice_end - info_.slice_begin;
-        event.voxels_done = slices_ * slice_voxels;
-        event.voxels_total = event.slices_total * slice_voxels;
-        event.seconds = process_age_seconds();
-        progress_(event);
-    }
-
-    pipeline::SliceSink& sink_;
-    const std::function<void(const ProgressEvent&)>& progress_;
-    const pipeline::PrintInfo& info_;
-    const std::function<void(const std::string&)>& print_line_;
-    volume::PrintfLog log_;
-    StopFlags stop_;
-    bool failed_ = false, ended_ = false;
-    Error error_;
-    int32_t slices_ = 0;  ///< including resumed ones
-    int32_t resumed_ = 0;
-    std::array<uint64_t, 8> last_resumed_{};  ///< hashes, by z modulo 8
-    int64_t solid_resumed_ = 0;
-    SliceTotals totals_;
-    double first_slice_ = 0, seconds_commit_ = 0;
-};
-
 /// Returns the bits of slices [first, end) of one slab, as SlabRun::run takes them.
 uint8_t bits_of_slices(int32_t first, int32_t end) {
     return static_cast<uint8_t>(((1 << (end - first)) - 1) << (first & 7));
 }
+
+/// Slices of one slab.
+struct SlabSlices {
+    int32_t slab = -1;
+    int32_t first = 0, end = 0;
+    int32_t shift = 0;  ///< to their numbers in the sink
+};
 
 Error interrupted_early() {
     return Error{ErrorCode::kInterrupted, "interrupted before the first slice"};
@@ -216,6 +61,10 @@ class PrintJobImpl final : public PrintJob {
     Result<void> run(pipeline::SliceSink& sink,
                      const std::function<void(const ProgressEvent&)>& progress,
                      const std::atomic<bool>& interrupt, PrintStatistics* statistics) override;
+    Vec2<int32_t> slabs() const override { return {range_.x / 8, (range_.y + 7) / 8}; }
+    Result<SlabsRun> run_slabs(std::span<const int32_t> slabs, pipeline::SliceSink& sink,
+                               const std::atomic<bool>& interrupt,
+                               PrintStatistics* statistics) override;
 
   private:
     bool owns_surface(size_t part) const { return owners_[part] == static_cast<int32_t>(part); }
@@ -233,12 +82,20 @@ class PrintJobImpl final : public PrintJob {
     Result<void> set_up_support();
     int32_t model_materials() const;
     void print_slabs(pipeline::SliceSink& sink, SliceCommitter* committer);
+    /// Prints what `next` gives, up to a negative number.
+    void print_all(const std::function<SlabSlices()>& next, const pipeline::SliceSink& sink,
+                   SliceCommitter* committer);
+    PrintTotals totals_of(const SliceCommitter& committer) const;
     void print_first_slab(int32_t slab, const pipeline::SliceSink& sink, SliceCommitter* committer);
-    FinishedSlices print_slab(int32_t slab, const pipeline::SliceSink& sink,
+    FinishedSlices print_slab(const SlabSlices& slab, const pipeline::SliceSink& sink,
                               SliceCommitter* committer);
-    FinishedSlices print_slices(int32_t first, int32_t end, abi::KernelStatus begun, SlabRun* run,
+    SlabSlices slices_of(int32_t slab) const {
+        return {slab, std::max(8 * slab, range_.x), std::min(8 * slab + 8, range_.y), 0};
+    }
+    FinishedSlices print_slices(const SlabSlices& slices, abi::KernelStatus begun, SlabRun* run,
                                 const pipeline::SliceSink& sink, SliceCommitter* committer);
-    void encode(const pipeline::SliceSink& sink, const SlabRun& run, FinishedSlices* finished);
+    void encode(const pipeline::SliceSink& sink, const SlabRun& run, int32_t shift,
+                FinishedSlices* finished);
     Result<SlabTrial> try_slab(int32_t slab, double seconds, Deadline* deadline);
     void fill_statistics(const SliceCommitter& committer, PrintStatistics* statistics);
 
@@ -504,7 +361,7 @@ Result<TimeSample> PrintJobImpl::sample_time(double seconds, const std::atomic<b
     setup_.interrupt = &deadline.passed();  // checked from one batch of blocks to the next
     Result<TimeSample> sample = arena.execute([&] {
         return pipeline::sample_time(
-            {range_.x / 8, (range_.y + 7) / 8}, deadline.passed(),
+            slabs(), deadline.passed(),
             [&](int32_t slab) { return try_slab(slab, seconds, &deadline); });
     });
     setup_.interrupt = options_.interrupt;
@@ -528,15 +385,8 @@ Result<void> PrintJobImpl::run(pipeline::SliceSink& sink,
     committer.end_log();
     const bool complete = !committer.failed() && committer.slices() == range_.y - range_.x;
 
-    pipeline::PrintTotals totals;
+    pipeline::PrintTotals totals = totals_of(committer);
     totals.complete = complete;
-    const SliceTotals& counted = committer.totals();
-    totals.voxels_by_code.assign(
-        counted.by_code.begin(),
-        counted.by_code.begin() + static_cast<std::ptrdiff_t>(input_.materials.size() + 1));
-    totals.voxels_solid = solid_of(counted);
-    totals.hash = counted.hash;
-    totals.tight = counted.tight;
     const double finish_start = seconds_now();
     Result<void> finished = sink.finish(totals);
     if (options_.fractions != nullptr) {
@@ -560,6 +410,61 @@ Result<void> PrintJobImpl::run(pipeline::SliceSink& sink,
                                  committer.slices(), range_.y - range_.x)};
     }
     return {};
+}
+
+PrintTotals PrintJobImpl::totals_of(const SliceCommitter& committer) const {
+    const SliceTotals& counted = committer.totals();
+    PrintTotals totals;
+    totals.voxels_by_code.assign(
+        counted.by_code.begin(),
+        counted.by_code.begin() + static_cast<std::ptrdiff_t>(input_.materials.size() + 1));
+    totals.voxels_solid = solid_of(counted);
+    totals.hash = counted.hash;
+    totals.tight = counted.tight;
+    return totals;
+}
+
+Result<SlabsRun> PrintJobImpl::run_slabs(std::span<const int32_t> slabs, pipeline::SliceSink& sink,
+                                         const std::atomic<bool>& interrupt,
+                                         PrintStatistics* statistics) {
+    std::vector<SlabSlices> all;
+    PrintInfo info = info_;
+    info.slice_end = info.slice_begin;
+    for (const int32_t slab : slabs) {
+        SlabSlices& slices = all.emplace_back(slices_of(slab));
+        slices.shift = info.slice_end - slices.first;
+        info.slice_end += slices.end - slices.first;
+    }
+    const std::function<void(const ProgressEvent&)> no_progress;
+    const std::function<void(const std::string&)> no_lines;
+    SliceCommitter committer(sink, no_progress, interrupt, info, no_lines);
+    SlabsRun run;
+    if (const Result<void> begun = sink.begin(info); !begun) return begun.error();
+    const double processor = processor_seconds();
+    run.begin = seconds_now();
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
+                                    static_cast<size_t>(threads_));
+    tbb::task_arena arena(threads_);
+    size_t next = 0;
+    arena.execute([&] {
+        print_all([&] { return next < all.size() ? all[next++] : SlabSlices{}; }, sink, &committer);
+    });
+    run.end = seconds_now();
+    run.processor_seconds = processor_seconds() - processor;
+    run.hash = committer.totals().hash;
+    const bool complete = !committer.failed() && committer.slices() == info.slice_end - info.slice_begin;
+    pipeline::PrintTotals totals = totals_of(committer);
+    totals.complete = complete;
+    const Result<void> finished = sink.finish(totals);
+    if (committer.failed()) return committer.error();
+    if (!complete) return Error{ErrorCode::kInterrupted, "interrupted"};
+    if (!finished) return finished.error();
+    if (statistics != nullptr) {
+        fill_statistics(committer, statistics);
+        statistics->complete = true;
+        statistics->voxels_solid = totals.voxels_solid;
+    }
+    return run;
 }
 
 /// Begins the sink, and counts slices that an earlier print has written.
@@ -600,14 +505,18 @@ void PrintJobImpl::print_slabs(pipeline::SliceSink& sink, SliceCommitter* commit
     const int32_t end = (range_.y + 7) / 8;
     // The first slab runs alone: all threads work on its rows, and the first slices are early.
     if (next < end) print_first_slab(next++, sink, committer);
+    print_all([&] { return next < end ? slices_of(next++) : SlabSlices{}; }, sink, committer);
+}
+
+void PrintJobImpl::print_all(const std::function<SlabSlices()>& next,
+                             const pipeline::SliceSink& sink, SliceCommitter* committer) {
     const auto source = [&](tbb::flow_control& control) {
-        if (next >= end || committer->stopped()) {
-            control.stop();
-            return int32_t{0};
-        }
-        return next++;
+        SlabSlices slices;
+        if (!committer->stopped()) slices = next();
+        if (slices.slab < 0) control.stop();
+        return slices;
     };
-    const auto print = [&](int32_t slab) {
+    const auto print = [&](const SlabSlices& slab) {
         return std::make_shared<FinishedSlices>(print_slab(slab, sink, committer));
     };
     const auto commit = [&](const std::shared_ptr<FinishedSlices>& finished) {
@@ -618,8 +527,8 @@ void PrintJobImpl::print_slabs(pipeline::SliceSink& sink, SliceCommitter* commit
     using Finished = std::shared_ptr<FinishedSlices>;
     tbb::parallel_pipeline(
         static_cast<size_t>(plan_.slabs_in_flight),
-        tbb::make_filter<void, int32_t>(tbb::filter_mode::serial_in_order, source) &
-            tbb::make_filter<int32_t, Finished>(tbb::filter_mode::parallel, print) &
+        tbb::make_filter<void, SlabSlices>(tbb::filter_mode::serial_in_order, source) &
+            tbb::make_filter<SlabSlices, Finished>(tbb::filter_mode::parallel, print) &
             tbb::make_filter<Finished, void>(tbb::filter_mode::serial_in_order, commit));
 }
 
@@ -627,41 +536,39 @@ void PrintJobImpl::print_first_slab(int32_t slab, const pipeline::SliceSink& sin
                                     SliceCommitter* committer) {
     SlabRun* run = runs_.take([&] { return std::make_unique<SlabRun>(setup_); });
     const abi::KernelStatus begun = run->begin(slab, &evaluators_);
-    int32_t first = std::max(8 * slab, range_.x);
-    const int32_t end = std::min(8 * slab + 8, range_.y);
+    SlabSlices slices = slices_of(slab);
     // printf lines are ordered by column of a slab, which printing a single slice would break.
     const bool has_printf = std::any_of(parts_.begin(), parts_.end(), [](const auto& p) {
         return p->part->fablet->volume_segments.printf_count > 0;
     });
-    if (first + 1 < end && run->blocks_to_evaluate() > options_.most_blocks_at_first &&
-        !has_printf) {
-        committer->commit(print_slices(first, first + 1, begun, run, sink, committer));
-        ++first;
+    if (slices.first + 1 < slices.end &&
+        run->blocks_to_evaluate() > options_.most_blocks_at_first && !has_printf) {
+        const SlabSlices alone{slab, slices.first, slices.first + 1, 0};
+        committer->commit(print_slices(alone, begun, run, sink, committer));
+        ++slices.first;
     }
-    committer->commit(print_slices(first, end, begun, run, sink, committer));
+    committer->commit(print_slices(slices, begun, run, sink, committer));
     runs_.give(run);
 }
 
-FinishedSlices PrintJobImpl::print_slab(int32_t slab, const pipeline::SliceSink& sink,
+FinishedSlices PrintJobImpl::print_slab(const SlabSlices& slab, const pipeline::SliceSink& sink,
                                         SliceCommitter* committer) {
     SlabRun* run = runs_.take([&] { return std::make_unique<SlabRun>(setup_); });
-    const abi::KernelStatus begun = run->begin(slab, &evaluators_);
-    FinishedSlices finished =
-        print_slices(std::max(8 * slab, range_.x), std::min(8 * slab + 8, range_.y), begun, run,
-                     sink, committer);
+    const abi::KernelStatus begun = run->begin(slab.slab, &evaluators_);
+    FinishedSlices finished = print_slices(slab, begun, run, sink, committer);
     runs_.give(run);
     return finished;
 }
 
-// Prints slices [first, end) of the slab that `run` has begun with the status `begun`.
-FinishedSlices PrintJobImpl::print_slices(int32_t first, int32_t end, abi::KernelStatus begun,
+// Prints slices of the slab that `run` has begun with the status `begun`.
+FinishedSlices PrintJobImpl::print_slices(const SlabSlices& slices, abi::KernelStatus begun,
                                           SlabRun* run, const pipeline::SliceSink& sink,
                                           SliceCommitter* committer) {
     FinishedSlices finished;
-    finished.first = first;
-    finished.end = end;
-    const uint8_t slices = bits_of_slices(first, end);
-    finished.status = begun.ok() ? run->run(slices, &evaluators_, committer->stop_flags()) : begun;
+    finished.first = slices.first;
+    finished.end = slices.end;
+    const uint8_t bits = bits_of_slices(slices.first, slices.end);
+    finished.status = begun.ok() ? run->run(bits, &evaluators_, committer->stop_flags()) : begun;
     if (!run->log().empty()) finished.log.append(&run->log());
     if (!finished.status.ok()) {
         finished.kernel_error = abi::take_kernel_error();
@@ -670,12 +577,12 @@ FinishedSlices PrintJobImpl::print_slices(int32_t first, int32_t end, abi::Kerne
     } else if (committer->stopped()) {
         finished.status = abi::KernelStatus::stopped();
     } else {
-        encode(sink, *run, &finished);
+        encode(sink, *run, slices.shift, &finished);
     }
     return finished;
 }
 
-void PrintJobImpl::encode(const pipeline::SliceSink& sink, const SlabRun& run,
+void PrintJobImpl::encode(const pipeline::SliceSink& sink, const SlabRun& run, int32_t shift,
                           FinishedSlices* finished) {
     const dither::SlabPlanes& planes = run.planes();
     const int32_t first = finished->first, end = finished->end;
@@ -684,19 +591,24 @@ void PrintJobImpl::encode(const pipeline::SliceSink& sink, const SlabRun& run,
         tbb::parallel_for(first, end, [&](int32_t z) {
             FinishedSlices::Slice& slice = finished->slices[static_cast<size_t>(z - first)];
             pipeline::SliceView view;
-            view.z = z;
+            view.z = z + shift;
             view.data = planes.data.get() + (z & 7) * planes.plane_bytes;
             view.row_bytes = static_cast<size_t>(planes.row_bytes);
             view.width = planes.width;
             view.height = planes.height;
-            const double start = seconds_now();
-            slice.z = z;
-            slice.totals = count_slice(view, info_.bits);
-            const double counted = seconds_now();
-            slice.bytes = sink.encode(view);
+            slice.z = view.z;
+            double counting = 0, encoding = 0;
+            {
+                const StageTimer timer(Stage::kCount, &counting);
+                slice.totals = count_slice(view, info_.bits);
+            }
+            {
+                const StageTimer timer(Stage::kEncode, &encoding);
+                slice.bytes = sink.encode(view);
+            }
             const std::lock_guard lock(encode_mutex_);
-            seconds_count_ += counted - start;
-            seconds_encode_ += seconds_now() - counted;
+            seconds_count_ += counting;
+            seconds_encode_ += encoding;
         });
     });
 }
@@ -713,6 +625,7 @@ void PrintJobImpl::fill_statistics(const SliceCommitter& committer, PrintStatist
     s->voxels_solid_resumed = committer.solid_resumed();
     s->hash = committer.totals().hash;
     s->threads = threads_;
+    s->sink_bytes = committer.bytes();
     s->warnings = input_.warnings;
     s->warnings.insert(s->warnings.end(), warnings_.begin(), warnings_.end());
     volume::EvaluationCounts sum;
@@ -725,6 +638,9 @@ void PrintJobImpl::fill_statistics(const SliceCommitter& committer, PrintStatist
         s->blocks_filled += e->counts.filled;
         s->blocks_evaluated += e->counts.evaluated;
         s->weights_not_usable += e->counts.unusable;
+        s->columns_evaluated += e->counts.columns;
+        s->nearest_bytes += e->counts.nearest_bytes;
+        s->slab_bytes += e->counts.slab_bytes;
         sum.seconds_bounds += e->counts.seconds_bounds;
         // What threads of a kernel's own took is not part of its caller's time.
         const double nearest = e->seconds_nearest();

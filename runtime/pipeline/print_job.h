@@ -10,6 +10,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -89,6 +90,10 @@ struct PrintStatistics {
     int32_t threads = 0;
     int64_t blocks_total = 0, blocks_filled = 0, blocks_evaluated = 0;
     int64_t queries_asked = 0, queries_skipped = 0;
+    int64_t columns_evaluated = 0;  ///< of 8 voxels, listed for the slab kernel
+    /// Of the arrays between nearest, slab kernel and dither.
+    int64_t nearest_bytes = 0, slab_bytes = 0;
+    int64_t sink_bytes = 0;  ///< of encoded slices
     int64_t cache_hits = 0, cache_misses = 0, cache_evictions = 0, cache_peak_bytes = 0;
     int64_t weights_not_usable = 0;  ///< negative or NaN amounts, replaced by 0
     int64_t displacements_not_finite = 0, displacements_cut = 0;
@@ -116,6 +121,13 @@ struct ProgressEvent {
     double seconds = 0;
 };
 
+/// What it took to print some slabs.
+struct SlabsRun {
+    double begin = 0, end = 0;     ///< when (seconds_now)
+    double processor_seconds = 0;  ///< of the whole process meanwhile
+    uint64_t hash = 0;             ///< of their slices
+};
+
 class PrintJob {
   public:
     /// Sets up surfaces, displacement bounds, query trees and the grid. Fails where the budget is
@@ -137,6 +149,14 @@ class PrintJob {
     virtual Result<void> run(pipeline::SliceSink& sink,
                              const std::function<void(const ProgressEvent&)>& progress,
                              const std::atomic<bool>& interrupt, PrintStatistics* statistics) = 0;
+    /// Returns the slabs of the print: [x, y).
+    virtual Vec2<int32_t> slabs() const = 0;
+    /// Prints some of them, rising, as `run` prints a slab that is not the first. The sink takes
+    /// their slices as if there were no others between. May be repeated; not after run. `statistics`
+    /// may be null; its times and counters sum up over repetitions.
+    virtual Result<SlabsRun> run_slabs(std::span<const int32_t> slabs, pipeline::SliceSink& sink,
+                                       const std::atomic<bool>& interrupt,
+                                       PrintStatistics* statistics) = 0;
 };
 
 }  // namespace openfab::pipeline

@@ -11,7 +11,7 @@
 #include <map>
 
 #include "base/check.h"
-#include "base/clock.h"
+#include "base/stage_timer.h"
 #include "runtime/pipeline/fraction_rows.h"
 
 namespace openfab::pipeline {
@@ -91,9 +91,11 @@ abi::KernelStatus SlabRun::begin(int32_t slab, Pool<volume::BlockEvaluator>* eva
 abi::KernelStatus SlabRun::begin_part(ActivePart* active, volume::BlockEvaluator* evaluator,
                                       std::atomic<int64_t>* room) const {
     const volume::PlacedPart& part = *active->part;
-    const double start = seconds_now();
-    part.voxeliser->coverage(slab_, &active->mask);
-    active->seconds_coverage = seconds_now() - start;
+    active->seconds_coverage = 0;
+    {
+        const StageTimer timer(Stage::kCoverage, &active->seconds_coverage);
+        part.voxeliser->coverage(slab_, &active->mask);
+    }
     if (!active->covers()) return {};
     return active->cull.run(part, slab_, active->mask, setup_.culling, evaluator, room);
 }
@@ -125,6 +127,7 @@ abi::KernelStatus SlabRun::run_rows(int32_t first, int32_t end,
         return next++;
     };
     const auto evaluate = [&](int32_t row) {
+        const StageTimer timer(Stage::kRows);
         Row* scratch = rows_.take([] { return std::make_unique<Row>(); });
         volume::BlockEvaluator* evaluator = take_evaluator(evaluators);
         const abi::KernelStatus result = evaluate_row(row, scratch, evaluator);

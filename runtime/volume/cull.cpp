@@ -7,7 +7,7 @@
 #include <cstring>
 #include <numeric>
 
-#include "base/clock.h"
+#include "base/stage_timer.h"
 
 namespace openfab::volume {
 
@@ -61,12 +61,12 @@ bool PartCull::any_covered(const CullCube& cube, int32_t side) const {
 
 abi::KernelStatus PartCull::run(const PlacedPart& part, int32_t slab, const voxel::SlabMask& mask,
                                 bool cull, BlockEvaluator* evaluator, std::atomic<int64_t>* room) {
+    const StageTimer timer(Stage::kCulling, &evaluator->counts.seconds_bounds);
     mark_covered(mask);
     constants_.clear();
     cull_pieces_ = false;
     evaluator->counts.total += std::count(blocks_.begin(), blocks_.end(), kEvaluate);
     if (!cull || part.part->fablet->volume_bounds.arg_count == 0 || blocks_.empty()) return {};
-    const double start = seconds_now();
     std::vector<CullCube> open, cubes;
     for (int32_t y = align_down(first_y_, kSides[0]); y < end_y(); y += kSides[0]) {
         for (int32_t x = align_down(first_x_, kSides[0]); x < end_x(); x += kSides[0])
@@ -101,7 +101,6 @@ abi::KernelStatus PartCull::run(const PlacedPart& part, int32_t slab, const voxe
     if (status.ok()) status = probe_pieces(part, slab, evaluator);
     evaluator->counts.filled +=
         std::count_if(blocks_.begin(), blocks_.end(), [](int32_t b) { return b >= 0; });
-    evaluator->counts.seconds_bounds += seconds_now() - start;
     return status;
 }
 

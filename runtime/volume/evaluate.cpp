@@ -8,8 +8,8 @@
 #include <numeric>
 
 #include "base/check.h"
-#include "base/clock.h"
 #include "base/grow.h"
+#include "base/stage_timer.h"
 
 namespace openfab::volume {
 
@@ -159,6 +159,14 @@ abi::KernelStatus BlockEvaluator::run_segments(const PlacedPart& part, int32_t n
     return status;
 }
 
+void BlockEvaluator::count_columns(const PlacedPart& part) {
+    const auto columns = static_cast<int64_t>(columns_.size());
+    counts.columns += columns;
+    // Fields are floats; of a voxel there are a code, a count, and fractions.
+    counts.nearest_bytes += columns * 8 * 4 * part.part->fablet->field_count;
+    counts.slab_bytes += columns * 8 * (3 + 2 * part.channels.count());
+}
+
 // `fractions`: number in the band of the first listed column.
 void BlockEvaluator::merge(const PlacedPart& part, const OwnedBlock* blocks, int32_t n,
                            int32_t fractions, dither::RowBand* band) {
@@ -192,7 +200,7 @@ abi::KernelStatus BlockEvaluator::evaluate(const PlacedPart& part, int32_t slab,
                                            dither::RowBand* band, PrintfLog* log) {
     OPENFAB_CHECK_GT(n, 0);
     OPENFAB_CHECK_LE(n, kBatch);
-    const double start = seconds_now();
+    const StageTimer timer(Stage::kSlab, &counts.seconds_slab);
     take_blocks(part, slab, band->row, blocks, n);
     culls_ = part.volume.any() && try_pieces && part.bounds.distance;
     abi::KernelStatus status;
@@ -219,9 +227,9 @@ abi::KernelStatus BlockEvaluator::evaluate(const PlacedPart& part, int32_t slab,
     if (!status.ok()) return status;
     merge(part, blocks, n, fractions, band);
     counts.evaluated += n;
+    count_columns(part);
     for (size_t i = 0; i < static_cast<size_t>(n) && culls_; ++i)
         counts.known_blocks += first_column_[i] == first_column_[i + 1] ? 1 : 0;
-    counts.seconds_slab += seconds_now() - start;
     return {};
 }
 

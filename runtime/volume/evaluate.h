@@ -31,6 +31,9 @@ struct EvaluationCounts {
     int64_t evaluated = 0, filled = 0, total = 0;
     int64_t known_blocks = 0;  ///< evaluated blocks of which culling knew everything
     int64_t unusable = 0;
+    int64_t columns = 0;  ///< listed for the slab kernel
+    /// Of the arrays that nearest and the slab kernel filled.
+    int64_t nearest_bytes = 0, slab_bytes = 0;
     double seconds_slab = 0;  ///< nearest queries included
     double seconds_bounds = 0;
 };
@@ -74,6 +77,7 @@ class BlockEvaluator {
     abi::KernelStatus run_segments(const PlacedPart& part, int32_t n, int32_t channels,
                                    uint16_t* fractions, PrintfLog* log);
     abi::KernelStatus ask_for_segments(const PlacedPart& part, int32_t n);
+    void count_columns(const PlacedPart& part);
     void merge(const PlacedPart& part, const OwnedBlock* blocks, int32_t n, int32_t fractions,
                dither::RowBand* band);
 

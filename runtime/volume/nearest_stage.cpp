@@ -7,7 +7,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "base/clock.h"
+#include "base/stage_timer.h"
 #include "base/infinity.h"
 
 namespace openfab::volume {
@@ -62,10 +62,11 @@ double NearestStage::seconds() const {
 int NearestStage::answer_request(openfab_nearest_source* source,
                                  const openfab_nearest_request* request) {
     auto* stage = static_cast<NearestStage*>(source);
-    const double start = seconds_now();
     Tools* tools = stage->tools_.take([&] { return std::make_unique<Tools>(stage->parts_); });
-    stage->answer(*request, tools);
-    tools->seconds += seconds_now() - start;
+    {
+        const StageTimer timer(Stage::kNearest, &tools->seconds);
+        stage->answer(*request, tools);
+    }
     stage->tools_.give(tools);
     return 0;
 }
