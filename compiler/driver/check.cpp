@@ -31,12 +31,4 @@ int check(const std::vector<std::string>& files, const CommonOptions& common) {
     return exit_code;
 }
 
-int unread_exit_code(const std::filesystem::path& file) {
-    std::error_code unknown;
-    const bool folder = std::filesystem::is_directory(file, unknown);
-    const uintmax_t size = folder ? 0 : std::filesystem::file_size(file, unknown);
-    const bool large = !unknown && size > source::SourceManager::kMaxFileBytes;
-    return folder || large ? kExitUserInput : kExitOutside;
-}
-
 }  // namespace openfab::driver

@@ -15,24 +15,11 @@
 #include "base/command_line.h"
 #include "base/run_main.h"
 #include "base/say.h"
-#include "base/text.h"
-#include "compiler/diag/render.h"
 #include "compiler/driver/commands.h"
 #include "compiler/passes/pipeline.h"
 #include "program/options.h"
 
 namespace openfab::driver {
-
-void print_diagnostics(const diag::Sink& sink, const source::SourceManager& sources,
-                       const CommonOptions& common) {
-    say(common.json_diagnostics ? printable_json(diag::render_json(sink, sources))
-                                : diag::render_text(sink, sources));
-}
-
-int fail(const std::string& what, int code) {
-    say(fmt::format("openflc: {}: {}\n", code == kExitBug ? "internal error" : "error", what));
-    return code;
-}
 
 namespace {
 

@@ -29,16 +29,17 @@ namespace {
 
 using Halide::Target;
 
-/// `checked`: the code checks the shapes of its buffers. The built-in schedules read and write
-/// exactly what compiler/lower/kernel.h says, and the checks are half of the compile time; user
-/// schedules keep them.
-Target target_of(openfab_isa isa, bool checked) {
+/// Code checks the shapes of its buffers under a user's schedule. The built-in ones read and write
+/// exactly what compiler/lower/kernel.h says, and the checks are half of the compile time.
+Target target_of(const KernelRequest& request) {
+    const bool checked = request.schedule != nullptr;
     // strict_float is what makes all targets, widths and schedules give the same bits. FMA stays
     // off.
     Target target(Target::Linux, Target::X86, 64,
                   {Target::SSE41, Target::StrictFloat, Target::NoRuntime, Target::NoBoundsQuery});
     target.set_feature(Target::NoAsserts, !checked);
-    if (isa == OPENFAB_ISA_AVX2) target.set_features({Target::AVX, Target::AVX2});
+    target.set_feature(Target::Profile, request.profiled);
+    if (request.isa == OPENFAB_ISA_AVX2) target.set_features({Target::AVX, Target::AVX2});
     return target;
 }
 
@@ -104,7 +105,7 @@ std::variant<Lowered, Fault> lower_kernel(const KernelRequest& request) {
         Halide::Pipeline pipeline(kernel.output);
         pipeline.add_custom_lowering_pass(make_expander(kernel.deferred));
         Halide::Module module = pipeline.compile_to_module(
-            kernel.arguments, request.function, target_of(request.isa, checked),
+            kernel.arguments, request.function, target_of(request),
             Halide::LinkageType::ExternalPlusArgv);
         const int64_t places = most_places(request.stage->kind);
         KernelMemory memory;
@@ -220,8 +221,9 @@ const std::vector<std::string>& pipeline_names() {
 }
 
 std::string code_source(const KernelRequest& request) {
-    return fmt::format("{} {}\n{}\n{}{}", isa_name(request.isa),
+    return fmt::format("{} {}{}\n{}\n{}{}", isa_name(request.isa),
                        request.schedule != nullptr ? "checked" : "unchecked",
+                       request.profiled ? " profiled" : "",
                        schedule::text_of(schedule_of(request)), ir::dump(*request.stage),
                        request.demand != nullptr ? ir::dump(*request.demand) : "");
 }

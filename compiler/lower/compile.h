@@ -34,6 +34,7 @@ struct KernelRequest {
     std::string function;               ///< C name; its argv form is `<function>_argv`
     openfab_isa isa = OPENFAB_ISA_SSE41;
     const schedule::Schedule* schedule = nullptr;  ///< null: the default one
+    bool profiled = false;                         ///< see kernel_profile.h
 };
 
 /// Returns text of all that decides the code of a kernel, but for its function's name and what this

@@ -11,6 +11,7 @@
 
 #include "abi/nearest_stage.h"
 #include "abi/stage_table.h"
+#include "compiler/lower/kernel_profile.h"
 #include "compiler/lower/load_code.h"
 #include "texture/sample.h"
 
@@ -53,7 +54,7 @@ const void* kernel_symbol(std::string_view name) {
     const auto* const found =
         std::find_if(std::begin(kSymbols), std::end(kSymbols),
                      [&](const KernelSymbol& symbol) { return symbol.name == name; });
-    return found != std::end(kSymbols) ? found->address : nullptr;
+    return found != std::end(kSymbols) ? found->address : profile_symbol(name);
 }
 
 }  // namespace openfab::lower

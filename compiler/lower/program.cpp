@@ -83,6 +83,7 @@ KernelUnit make_unit(size_t fablet, const KernelSlot& slot, openfab_isa isa,
     KernelUnit unit{fablet, slot, {slot.stage, slot.demand, "", isa, nullptr}, {}};
     const auto schedule = options.schedules.find({schedule_name(slot.stage->kind), isa});
     if (schedule != options.schedules.end()) unit.request.schedule = &schedule->second;
+    unit.request.profiled = options.profiled;
     unit.key = key_of(unit.request);
     unit.request.function = function_name(unit);
     return unit;

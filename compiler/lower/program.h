@@ -28,6 +28,7 @@ struct ProgramOptions {
     KernelCache* cache = nullptr;  ///< null: every kernel is compiled
     /// load_program alone: kernels that a print can do without are compiled while it runs.
     bool bounds_later = false;
+    bool profiled = false;  ///< load_program alone: see kernel_profile.h
 };
 
 /// What it took to make one kernel.

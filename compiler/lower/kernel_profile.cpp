@@ -1,0 +1,130 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "compiler/lower/kernel_profile.h"
+
+#include <HalideRuntime.h>
+
+#include <algorithm>
+#include <chrono>
+#include <deque>
+#include <functional>
+#include <map>
+#include <utility>
+
+namespace openfab::lower {
+
+namespace {
+
+constexpr std::chrono::microseconds kInterval{500};
+
+struct FuncName {
+    std::string function, func;
+};
+
+/// What all profiled kernels of the process write to. It is never destroyed: a kernel may end after
+/// everything else.
+struct Registry {
+    std::mutex mutex;
+    std::deque<halide_profiler_state> threads;  ///< one for each thread that ever called a kernel
+    std::vector<FuncName> funcs;                ///< by token + index of the Func in its kernel
+    std::map<std::string, int, std::less<>> kernels;  ///< token by name
+
+    static Registry& get() {
+        static auto* const registry = new Registry;
+        return *registry;
+    }
+};
+
+halide_profiler_state* state_of_thread() {
+    thread_local halide_profiler_state* const state = [] {
+        Registry& registry = Registry::get();
+        const std::lock_guard lock(registry.mutex);
+        halide_profiler_state& mine = registry.threads.emplace_back();
+        mine.current_func = halide_profiler_outside_of_halide;
+        return &mine;
+    }();
+    return state;
+}
+
+int begin_call(void* /*user_context*/, const char* name, int count, const uint64_t* names) {
+    Registry& registry = Registry::get();
+    const std::lock_guard lock(registry.mutex);
+    const auto known = registry.kernels.find(std::string_view(name));
+    if (known != registry.kernels.end()) return known->second;
+    const auto token = static_cast<int>(registry.funcs.size());
+    for (int k = 0; k < count; ++k)
+        registry.funcs.push_back({name, reinterpret_cast<const char*>(names[k])});
+    registry.kernels.emplace(name, token);
+    return token;
+}
+
+halide_profiler_pipeline_stats* pipeline_state(const char* /*name*/) {
+    static halide_profiler_pipeline_stats unused{};
+    return &unused;
+}
+
+void end_call(void* /*user_context*/, void* state) {
+    static_cast<halide_profiler_state*>(state)->current_func = halide_profiler_outside_of_halide;
+}
+
+void ignore_memory(void* /*user_context*/, void* /*pipeline*/, int /*func*/, uint64_t /*bytes*/) {}
+void ignore_stack(void* /*user_context*/, void* /*pipeline*/, uint64_t* /*bytes*/) {}
+
+}  // namespace
+
+const void* profile_symbol(std::string_view name) {
+    constexpr std::string_view kPrefix = "halide_profiler_";
+    if (!name.starts_with(kPrefix)) return nullptr;
+    name.remove_prefix(kPrefix.size());
+    if (name == "get_state") return reinterpret_cast<const void*>(&state_of_thread);
+    if (name == "get_pipeline_state") return reinterpret_cast<const void*>(&pipeline_state);
+    if (name == "pipeline_start") return reinterpret_cast<const void*>(&begin_call);
+    if (name == "pipeline_end") return reinterpret_cast<const void*>(&end_call);
+    if (name == "memory_allocate" || name == "memory_free")
+        return reinterpret_cast<const void*>(&ignore_memory);
+    if (name == "stack_peak_update") return reinterpret_cast<const void*>(&ignore_stack);
+    return nullptr;
+}
+
+KernelProfile::KernelProfile() : thread_([this] { look(); }) {}
+
+KernelProfile::~KernelProfile() {
+    finish();
+}
+
+std::vector<FuncSamples> KernelProfile::finish() {
+    {
+        const std::lock_guard lock(mutex_);
+        over_ = true;
+    }
+    change_.notify_all();
+    if (thread_.joinable()) thread_.join();
+    Registry& registry = Registry::get();
+    const std::lock_guard lock(registry.mutex);
+    std::vector<FuncSamples> out;
+    for (size_t k = 0; k < samples_.size(); ++k) {
+        if (samples_[k] > 0)
+            out.push_back({registry.funcs[k].function, registry.funcs[k].func, samples_[k]});
+    }
+    std::stable_sort(out.begin(), out.end(), [](const FuncSamples& a, const FuncSamples& b) {
+        return a.samples > b.samples;
+    });
+    return out;
+}
+
+void KernelProfile::look() {
+    Registry& registry = Registry::get();
+    std::unique_lock lock(mutex_);
+    while (!change_.wait_for(lock, kInterval, [this] { return over_; })) {
+        const std::lock_guard threads(registry.mutex);
+        samples_.resize(registry.funcs.size(), 0);
+        for (halide_profiler_state& thread : registry.threads) {
+            // Kernels write it without more than that.
+            const int token = *static_cast<volatile int*>(&thread.current_func);
+            if (token >= 0 && static_cast<size_t>(token) < samples_.size())
+                ++samples_[static_cast<size_t>(token)];
+        }
+    }
+}
+
+}  // namespace openfab::lower
